@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "gamer/core/error.h"
+
+namespace gamer {
+
+/// A TOML document as a tree that remembers where every value stood. It hides the TOML library from
+/// the rest of the program. Keys keep the order of the file.
+class ConfigNode {
+ public:
+  using Array = std::vector<ConfigNode>;
+  using Table = std::vector<std::pair<std::string, ConfigNode>>;
+  using Data = std::variant<bool, std::int64_t, double, std::string, Array, Table>;
+
+  Data data = Table{};
+  SourceLocation where;      ///< of the value
+  SourceLocation key_where;  ///< of the key; for an array's element the same as `where`
+
+  bool is_table() const { return std::holds_alternative<Table>(data); }
+  bool is_array() const { return std::holds_alternative<Array>(data); }
+  const Table& table() const { return std::get<Table>(data); }
+  Table& table() { return std::get<Table>(data); }
+  const Array& array() const { return std::get<Array>(data); }
+
+  /// The member of a table, or nullptr.
+  const ConfigNode* find(std::string_view key) const;
+  /// "a table", "an integer", ... for messages.
+  std::string type_name() const;
+};
+
+/// Parses TOML text; `file` is used in locations. Throws InputError (syntax, duplicate keys).
+ConfigNode parse_toml(std::string_view text, const std::string& file);
+
+/// Applies "section.key=value", value in TOML syntax (a bare word that is no TOML value counts as a
+/// string). Creates tables on the way; replaces what was there. The location is `--set section.key`.
+/// Throws InputError.
+void set_from_text(ConfigNode& root, std::string_view assignment);
+
+}  // namespace gamer

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace gamer {
+
+/// A stack of planes of one size. Row 0 is the bottom of the picture, as in FITS.
+class Image {
+ public:
+  Image() = default;
+  Image(int width, int height, int planes)
+      : width_(width), height_(height), planes_(planes),
+        values_(static_cast<std::size_t>(width) * height * planes) {}
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  int planes() const { return planes_; }
+
+  double& at(int x, int y, int plane = 0) { return values_[index(x, y, plane)]; }
+  double at(int x, int y, int plane = 0) const { return values_[index(x, y, plane)]; }
+  /// width * height values of one plane, row 0 first.
+  double* plane(int plane) { return &values_[index(0, 0, plane)]; }
+  const double* plane(int plane) const { return &values_[index(0, 0, plane)]; }
+
+ private:
+  std::size_t index(int x, int y, int plane) const {
+    return (static_cast<std::size_t>(plane) * height_ + y) * width_ + x;
+  }
+  int width_ = 0, height_ = 0, planes_ = 0;
+  std::vector<double> values_;
+};
+
+/// One header card. A monostate value makes a COMMENT or HISTORY card, as `key` says.
+struct Card {
+  std::string key;  ///< a standard keyword, or "HIERARCH GAMER ..." words
+  std::variant<std::monostate, bool, long long, double, std::string> value;
+  std::string comment;
+};
+
+/// One linear axis of the world coordinates: value = crval + cdelt (pixel - crpix), pixels from 1.
+struct LinearAxis {
+  std::string type;
+  std::string unit;
+  double reference_pixel = 1;
+  double reference_value = 0;
+  double step = 1;
+};
+
+/// A table of texts and numbers, written as a FITS binary table.
+struct TextTable {
+  std::string name;                            ///< EXTNAME
+  std::vector<std::string> columns;
+  std::vector<std::vector<std::string>> rows;  ///< each as long as `columns`
+  std::vector<Card> cards;
+};
+
+/// Everything about an image but its pixels.
+struct ImageHeader {
+  int width = 0;
+  int height = 0;
+  std::string unit;             ///< BUNIT
+  LinearAxis x, y;
+  /// One per plane, Angstrom; the third axis of a cube.
+  std::vector<double> wavelengths;
+  /// One per plane: EXTNAME and file name suffix, e.g. "5500A".
+  std::vector<std::string> labels;
+  std::vector<Card> cards;
+  std::vector<TextTable> tables;
+
+  int planes() const { return static_cast<int>(labels.size()); }
+};
+
+}  // namespace gamer

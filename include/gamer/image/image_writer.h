@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gamer/image/image.h"
+
+namespace gamer {
+
+enum class ImageLayout { cube, extensions, files };
+
+struct OutputOptions {
+  std::filesystem::path path;  ///< suffix decides: .fits, .fits.fz, .png, .bmp
+  int bitpix = -32;            ///< -32 or -64
+  ImageLayout layout = ImageLayout::cube;
+  bool overwrite = false;
+};
+
+/// Takes rows in any order and leaves a complete file, or none: it writes beside the final name and
+/// moves there in finish(). Destroyed before that, it removes what it wrote.
+class ImageWriter {
+ public:
+  virtual ~ImageWriter() = default;
+  /// Rows [first, first + count): for each row, each plane, each x: values[(row * planes + plane) *
+  /// width + x]. Throws RunError (disk full...).
+  virtual void write_rows(int first, int count, std::span<const double> values) = 0;
+  virtual void finish() = 0;
+};
+
+/// The files that `options` will make, in order of planes. One unless the layout is `files`.
+std::vector<std::filesystem::path> output_files(const OutputOptions& options,
+                                                const ImageHeader& header);
+
+/// Checks all that can be known before rendering and throws InputError: unknown suffix, folder that
+/// does not exist or cannot be written or has too little space, a file that exists (unless
+/// overwrite), a picture that cannot show so many planes, or too large for memory.
+void check_output(const OutputOptions& options, const ImageHeader& header);
+
+/// Makes the writer for the suffix, after check_output().
+std::unique_ptr<ImageWriter> make_image_writer(const OutputOptions& options,
+                                               const ImageHeader& header);
+
+}  // namespace gamer
