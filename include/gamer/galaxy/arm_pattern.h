@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gamer/core/config.h"
+#include "gamer/core/parameter.h"
+
+namespace gamer {
+
+/// The spiral pattern of a galaxy: the winding angle theta(r) of its arms, how many there are and
+/// where they start. Arm i is centred at phi = theta(r) + offset_i (+ a component's shift).
+///
+///   ringermacher-mead: theta = 2N atan(exp(A/r)/B), evaluated as N pi - 2N atan(B exp(-A/r)),
+///     which cannot overflow (Ringermacher & Mead 2009; GAMER Eq. 10 with A = 1).
+///   logarithmic: r = A exp(theta tan p), theta = ln(sqrt(r^2 + c^2)/A)/tan p; the core
+///     c = A/100 ends the winding at the centre.
+///   none: no arms, theta = 0.
+class ArmPattern {
+ public:
+  enum class Model { none, ringermacher_mead, logarithmic };
+
+  ArmPattern() = default;  ///< none
+  /// Reads [arms] (of table()); throws InputError.
+  static ArmPattern read(const ConfigNode& node);
+  static ParameterTable table();
+
+  bool has_arms() const { return model_ != Model::none && !offsets_.empty(); }
+  Model model() const { return model_; }
+  int count() const { return static_cast<int>(offsets_.size()); }
+  /// Radians.
+  const std::vector<double>& offsets() const { return offsets_; }
+  /// Whether the arms stand at equal angles.
+  bool is_even() const { return even_; }
+
+  /// theta(r) with its sign of handedness, radians; r in galaxy radii, >= 0.
+  double winding(double r) const;
+  /// The same over a batch, absolute error below 3e-6 (1 + |theta|).
+  void winding(const float* r, std::size_t size, float* theta) const;
+  /// Largest |r dtheta/dr|, the cotangent of the smallest pitch angle, over [r_min, 1].
+  double steepest_winding(double r_min) const;
+
+ private:
+  Model model_ = Model::none;
+  double winding_b_ = 0.5;
+  double winding_n_ = 4;
+  double scale_ = 1;
+  double pitch_ = 0;  ///< radians
+  double handedness_ = 1;
+  bool even_ = true;
+  std::vector<double> offsets_;
+};
+
+}  // namespace gamer

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "gamer/galaxy/component.h"
+
+namespace gamer {
+
+/// A spheroid that projects to the de Vaucouleurs law (Mellier & Mathez 1987; GAMER Eq. 12):
+///   envelope = b^-0.855 exp(-b^(1/4)),  b = m / r0,
+///   m^2 = (x/a_x)^2 + (y/a_y)^2 + (z/a_z)^2 + epsilon^2,
+/// times the taper; r0 = 2.911955e-4 R_e, R_e the projected half-light radius (galaxy radii), a the
+/// bulge's axes. The softening epsilon = 1e-5 R_e makes the cusp finite; it changes the projected
+/// profile at 1e-3 R_e by less than 1e-4.
+class Bulge : public Component {
+ public:
+  Bulge(double r0, const double (&axis)[3]);
+
+  std::string_view kind() const override { return "bulge"; }
+  void envelope(const SampleBatch& batch, float* out) const override;
+  double envelope_integral() const override;
+  std::vector<WeightedBatch> cloud() const override { return {}; }
+  void mark(const BallRay& ray, double threshold, Marks& marks) const override;
+  double face_on_column() const override;
+
+  double effective_radius() const;
+
+ private:
+  double r0_;
+  double axis_[3];
+};
+
+}  // namespace gamer

@@ -1,0 +1,162 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gamer/core/config.h"
+#include "gamer/core/parameter.h"
+#include "gamer/core/resources.h"
+#include "gamer/galaxy/arm_pattern.h"
+#include "gamer/galaxy/sample_batch.h"
+#include "gamer/noise/fractal.h"
+#include "gamer/sed/extinction.h"
+#include "gamer/sed/sed.h"
+
+namespace gamer {
+
+/// A ray in a galaxy's ball frame: p(t) = origin + t direction for t in [begin, end].
+struct BallRay {
+  double origin[3];
+  double direction[3];
+  double begin;
+  double end;
+};
+
+/// How a component wants a ray cut: `edges` are places where steps should end (a centre, a plane);
+/// within each stretch no step should be longer than `step`.
+struct Marks {
+  struct Stretch {
+    double begin;
+    double end;
+    double step;
+  };
+  std::vector<double> edges;
+  std::vector<Stretch> stretches;
+  void clear() {
+    edges.clear();
+    stretches.clear();
+  }
+};
+
+/// The noise of a component, evaluated at points turned about the axis by twirl * theta(r), and how
+/// it is normalised: <Phi> = 1 over the component's own envelope.
+struct Texture {
+  Texture(const FractalParameters& parameters, double twirl_factor)
+      : noise(parameters), twirl(twirl_factor) {}
+  FractalNoise noise;
+  double twirl;
+};
+
+/// Everything that components of one galaxy are built from.
+struct GalaxySettings {
+  const Noise* noise_kind = nullptr;
+  std::optional<int> octaves;  ///< `noise.octaves` where the render parameters give it
+  std::uint64_t seed = 1;
+};
+
+/// One light-emitting or absorbing part of a galaxy:
+///   emissivity  j = amplitude * envelope * Phi * flux(lambda)        (light)
+///   opacity     kappa = amplitude * envelope * Phi * a(lambda)/a(V)  (dust)
+/// per galaxy radius of path. Envelopes are analytic; Phi is the texture's noise, or 1.
+class Component {
+ public:
+  virtual ~Component() = default;
+
+  /// The name of the kind: "bulge", "disk"...
+  virtual std::string_view kind() const = 0;
+  /// envelope = arm modifier times D, taper included, over a batch.
+  virtual void envelope(const SampleBatch& batch, float* out) const = 0;
+  /// The integral of the envelope over the ball, galaxy radii^3.
+  virtual double envelope_integral() const = 0;
+  /// Points spread over the envelope, for the statistics of the noise.
+  virtual std::vector<WeightedBatch> cloud() const = 0;
+  /// Cuts `ray`; a texture need not be resolved where the envelope is below `threshold`.
+  virtual void mark(const BallRay& ray, double threshold, Marks& marks) const = 0;
+  /// A typical largest integral of the envelope along a ray seen face on, galaxy radii.
+  virtual double face_on_column() const = 0;
+  virtual bool needs_phi() const { return false; }
+  virtual bool needs_winding() const { return false; }
+
+  bool absorbs() const { return extinction_ != nullptr; }
+  const std::string& name() const { return name_; }
+  bool active() const { return active_; }
+  double amplitude() const { return amplitude_; }
+  void scale_amplitude(double factor) { amplitude_ *= factor; }
+  void set_amplitude(double amplitude) { amplitude_ = amplitude; }
+  const Sed* sed() const { return sed_.get(); }
+  const ExtinctionCurve* extinction() const { return extinction_.get(); }
+  /// Share of the galaxy's light asked for instead of an intensity.
+  std::optional<double> fraction() const { return fraction_; }
+
+  Texture* texture() { return texture_.get(); }
+  const Texture* texture() const { return texture_.get(); }
+  /// Name of the component whose noise also modulates this one; empty for none.
+  const std::string& follows() const { return follows_; }
+  const SourceLocation& where() const { return where_; }
+  /// Where the SED or extinction was named.
+  const SourceLocation& spectrum_where() const { return spectrum_where_; }
+
+ protected:
+  std::string name_;
+  bool active_ = true;
+  double amplitude_ = 1;
+  std::optional<double> fraction_;
+  std::string follows_;
+  std::shared_ptr<const Sed> sed_;
+  std::shared_ptr<const ExtinctionCurve> extinction_;
+  std::unique_ptr<Texture> texture_;
+  SourceLocation where_;
+  SourceLocation spectrum_where_;
+
+  friend class ComponentReader;
+};
+
+/// What a kind's maker gets: the values read by its table, and what else a component needs.
+struct ComponentInput {
+  const ParameterSet& values;
+  const ConfigNode& node;  ///< the [[component]] table
+  const ArmPattern& arms;
+  double axis_z;  ///< the galaxy's stretch along z
+  const GalaxySettings& settings;
+};
+
+/// One kind of component: its declaration and its maker.
+struct ComponentKind {
+  std::string name;
+  std::string description;
+  ParameterTable parameters;
+  /// The defaults of its `noise` table; none for kinds without noise.
+  std::optional<FractalParameters> noise;
+  std::function<std::unique_ptr<Component>(const ComponentInput&)> make;
+};
+
+/// All kinds; to add one, add its declaration here.
+std::span<const ComponentKind> component_kinds();
+/// Throws InputError at `where` for an unknown name, with near ones.
+const ComponentKind& find_component_kind(const std::string& name, const SourceLocation& where);
+
+/// Builds one component from its [[component]] table; `index` counts within the file. Throws
+/// InputError.
+std::unique_ptr<Component> read_component(const ConfigNode& node, int index,
+                                          const ArmPattern& arms, double axis_z,
+                                          const GalaxySettings& settings, Resources& resources);
+
+/// Declarations shared by kinds.
+namespace component_parameters {
+ParameterTable common();  ///< class, name, active
+ParameterTable light();   ///< sed, intensity, fraction
+ParameterTable operator+(ParameterTable a, const ParameterTable& b);
+}  // namespace component_parameters
+
+// The kinds.
+ComponentKind bulge_kind();
+ComponentKind disk_kind();
+ComponentKind stars_kind();
+ComponentKind dust_kind();
+
+}  // namespace gamer

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gamer/core/resources.h"
+#include "gamer/galaxy/arm_pattern.h"
+#include "gamer/galaxy/component.h"
+
+namespace gamer {
+
+/// A galaxy type with its noise realised for one seed: components in the ball frame (the ball of
+/// radius 1 after undoing `axis`; disk plane z = 0). Immutable; evaluated from many threads.
+class Galaxy {
+ public:
+  /// Reads a galaxy file. Throws InputError.
+  static std::shared_ptr<const Galaxy> parse(std::string_view text, const std::string& label,
+                                             const GalaxySettings& settings, Resources& resources);
+  /// Finds `name` in the galaxies' folders and parses it. Throws InputError without a location.
+  static std::shared_ptr<const Galaxy> find(const std::string& name, const std::string& beside,
+                                            const GalaxySettings& settings, Resources& resources);
+  static ParameterTable table();  ///< of [galaxy]
+
+  const std::string& name() const { return name_; }
+  const std::string& description() const { return description_; }
+  const std::vector<double>& axis() const { return axis_; }
+  const ArmPattern& arms() const { return arms_; }
+  /// The active components.
+  std::span<const std::unique_ptr<Component>> components() const { return components_; }
+
+  /// Evaluates at most batch_capacity points of the ball frame: densities[c][i] = amplitude *
+  /// envelope * Phi of component c (emissivity at 5500 Angstrom, or opacity at V, per galaxy
+  /// radius). Where a component's envelope is below `threshold` its Phi counts as 1 and is not
+  /// computed; Phi fades in up to 4 times the threshold.
+  void evaluate(const Points& points, float threshold, std::span<BatchArray> densities) const;
+
+  /// Dust-free light at 5500 Angstrom of component c: the integral of its emissivity over the
+  /// galaxy, galaxy radii^3.
+  double luminosity(std::size_t c) const;
+
+ private:
+  void resolve(const std::string& label);
+  void normalise_textures();
+  void resolve_fractions();
+  void phi(std::size_t c, const SampleBatch& batch, const BatchArray& need, float threshold,
+           BatchArray& out) const;
+
+  std::string name_;
+  std::string description_;
+  std::vector<double> axis_ = {1, 1, 1};
+  ArmPattern arms_;
+  std::vector<std::unique_ptr<Component>> components_;
+  /// Index of the component whose noise also modulates component c, or -1.
+  std::vector<int> followed_;
+  std::vector<std::size_t> followed_components_;
+  bool needs_phi_ = false;
+  bool needs_winding_ = false;
+};
+
+}  // namespace gamer

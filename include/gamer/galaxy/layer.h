@@ -1,0 +1,49 @@
+#pragma once
+
+#include "gamer/galaxy/component.h"
+
+namespace gamer {
+
+/// Shape of a disk-like component; lengths in galaxy radii, angles in radians.
+struct LayerShape {
+  double z0 = 0.02;
+  double rh = 0.2;
+  double inner = 0;      ///< radius of the central hole; 0 for none
+  double arm_width = 0.5;
+  double shift = 0;      ///< delta
+};
+
+/// What disk, stars and dust share: an exponential layer wound along the arms,
+///   envelope = sech^2(z/z0) exp(-r/rh) (1 - exp(-(r/inner)^4)) taper (1 - Delta/pi)^A_w,
+/// Delta in [0, pi] the angle to the nearest arm centre theta(r) + offset_i + delta.
+/// [GAMER Eqs. 11, 13; the hole and the taper are ours]
+class Layer : public Component {
+ public:
+  Layer(const LayerShape& shape, const ArmPattern& arms);
+
+  void envelope(const SampleBatch& batch, float* out) const override;
+  double envelope_integral() const override;
+  std::vector<WeightedBatch> cloud() const override;
+  void mark(const BallRay& ray, double threshold, Marks& marks) const override;
+  double face_on_column() const override { return 2 * shape_.z0; }
+  bool needs_phi() const override { return follows_arms(); }
+  bool needs_winding() const override {
+    return follows_arms() || (texture() != nullptr && texture()->twirl != 0);
+  }
+
+  const LayerShape& shape() const { return shape_; }
+
+  /// Declarations of z0 ... twirl, shared by the kinds.
+  static ParameterTable parameters();
+  static LayerShape read_shape(const ParameterSet& values);
+
+ private:
+  bool follows_arms() const { return arms_.has_arms() && shape_.arm_width > 0; }
+  /// The mean of the arm modifier around a circle.
+  double mean_arm_modifier() const;
+
+  LayerShape shape_;
+  ArmPattern arms_;
+};
+
+}  // namespace gamer

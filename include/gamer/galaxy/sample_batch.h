@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstddef>
+
+#include "gamer/core/batch.h"
+
+namespace gamer {
+
+/// Sample points in a galaxy's ball frame (the ball of radius 1, disk plane z = 0) and what its
+/// components share about them.
+struct SampleBatch {
+  std::size_t size = 0;
+  BatchArray x, y, z;
+  BatchArray r;        ///< sqrt(x^2 + y^2)
+  BatchArray phi;      ///< atan2(y, x); only where some component has arms
+  BatchArray winding;  ///< theta(r); only where some component has arms or twirl
+  BatchArray taper;    ///< 1 inside, falling smoothly to 0 at the ball's surface
+};
+
+/// The taper falls from 1 at this radius to 0 at the ball's surface, as the quintic smoothstep
+/// 6u^5 - 15u^4 + 10u^3, which is twice continuously differentiable.
+inline constexpr double taper_start = 0.7;
+
+}  // namespace gamer

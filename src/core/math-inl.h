@@ -1,0 +1,127 @@
+// Elementary functions in single precision for the marching kernels. Included once per SIMD target.
+
+#if defined(GAMER_CORE_MATH_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef GAMER_CORE_MATH_INL_H_
+#undef GAMER_CORE_MATH_INL_H_
+#else
+#define GAMER_CORE_MATH_INL_H_
+#endif
+
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace gamer {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// e^x, relative error below 3e-7 for -87 <= x <= 88; below that range e^-87, above it e^88.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V Exp(D d, V x) {
+  const hn::RebindToSigned<D> di;
+  x = hn::Min(hn::Max(x, hn::Set(d, -87.0f)), hn::Set(d, 88.0f));
+  const V n = hn::Round(hn::Mul(x, hn::Set(d, 1.44269504f)));
+  // ln 2 in two parts: the first has few bits, so that n * ln2_high is exact.
+  V r = hn::NegMulAdd(n, hn::Set(d, 0.693359375f), x);
+  r = hn::NegMulAdd(n, hn::Set(d, -2.12194440e-4f), r);
+  V p = hn::Set(d, 1.9875691500e-4f);
+  p = hn::MulAdd(p, r, hn::Set(d, 1.3981999507e-3f));
+  p = hn::MulAdd(p, r, hn::Set(d, 8.3334519073e-3f));
+  p = hn::MulAdd(p, r, hn::Set(d, 4.1665795894e-2f));
+  p = hn::MulAdd(p, r, hn::Set(d, 1.6666665459e-1f));
+  p = hn::MulAdd(p, r, hn::Set(d, 5.0000001201e-1f));
+  p = hn::MulAdd(p, hn::Mul(r, r), hn::Add(r, hn::Set(d, 1.0f)));
+  const auto exponent = hn::ShiftLeft<23>(hn::Add(hn::ConvertTo(di, n), hn::Set(di, 127)));
+  return hn::Mul(p, hn::BitCast(d, exponent));
+}
+
+/// ln x, absolute error below 2e-7 near 1 and relative error below 3e-7 elsewhere, for normal
+/// positive x; smaller x count as the smallest normal number.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V Log(D d, V x) {
+  const hn::RebindToSigned<D> di;
+  x = hn::Max(x, hn::Set(d, 1.17549435e-38f));
+  auto bits = hn::BitCast(di, x);
+  // Mantissa in [sqrt(1/2), sqrt(2)).
+  const auto shifted = hn::Sub(bits, hn::Set(di, 0x3f3504f3));
+  const V e = hn::ConvertTo(d, hn::ShiftRight<23>(shifted));
+  bits = hn::Sub(bits, hn::And(shifted, hn::Set(di, static_cast<int>(0xff800000u))));
+  const V f = hn::Sub(hn::BitCast(d, bits), hn::Set(d, 1.0f));
+  V p = hn::Set(d, 7.0376836292e-2f);
+  p = hn::MulAdd(p, f, hn::Set(d, -1.1514610310e-1f));
+  p = hn::MulAdd(p, f, hn::Set(d, 1.1676998740e-1f));
+  p = hn::MulAdd(p, f, hn::Set(d, -1.2420140846e-1f));
+  p = hn::MulAdd(p, f, hn::Set(d, 1.4249322787e-1f));
+  p = hn::MulAdd(p, f, hn::Set(d, -1.6668057665e-1f));
+  p = hn::MulAdd(p, f, hn::Set(d, 2.0000714765e-1f));
+  p = hn::MulAdd(p, f, hn::Set(d, -2.4999993993e-1f));
+  p = hn::MulAdd(p, f, hn::Set(d, 3.3333331174e-1f));
+  const V f2 = hn::Mul(f, f);
+  V y = hn::Mul(hn::Mul(p, f), f2);
+  y = hn::MulAdd(e, hn::Set(d, -2.12194440e-4f), y);
+  y = hn::NegMulAdd(hn::Set(d, 0.5f), f2, y);
+  return hn::MulAdd(e, hn::Set(d, 0.693359375f), hn::Add(f, y));
+}
+
+/// x^p for x >= 0 as e^(p ln x); relative error below 3e-7 (1 + |p ln x|).
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V Pow(D d, V x, V p) {
+  return Exp(d, hn::Mul(p, Log(d, x)));
+}
+
+/// Sine and cosine, absolute error below 2e-7 for |x| <= 8192.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE void SinCos(D d, V x, V& sine, V& cosine) {
+  const hn::RebindToSigned<D> di;
+  const V q = hn::Round(hn::Mul(x, hn::Set(d, 0.636619772f)));
+  // pi/2 in three parts, the first two with few bits.
+  V r = hn::NegMulAdd(q, hn::Set(d, 1.5703125f), x);
+  r = hn::NegMulAdd(q, hn::Set(d, 4.837512969970703125e-4f), r);
+  r = hn::NegMulAdd(q, hn::Set(d, 7.54978995489e-8f), r);
+  const V r2 = hn::Mul(r, r);
+  V s = hn::Set(d, -1.9515295891e-4f);
+  s = hn::MulAdd(s, r2, hn::Set(d, 8.3321608736e-3f));
+  s = hn::MulAdd(s, r2, hn::Set(d, -1.6666654611e-1f));
+  s = hn::MulAdd(hn::Mul(s, r2), r, r);
+  V c = hn::Set(d, 2.443315711809948e-5f);
+  c = hn::MulAdd(c, r2, hn::Set(d, -1.388731625493765e-3f));
+  c = hn::MulAdd(c, r2, hn::Set(d, 4.166664568298827e-2f));
+  c = hn::MulAdd(hn::Mul(c, r2), r2, hn::NegMulAdd(hn::Set(d, 0.5f), r2, hn::Set(d, 1.0f)));
+  const auto quadrant = hn::ConvertTo(di, q);
+  const auto odd = hn::RebindMask(d, hn::Ne(hn::And(quadrant, hn::Set(di, 1)), hn::Zero(di)));
+  const auto sign_s = hn::BitCast(d, hn::ShiftLeft<30>(hn::And(quadrant, hn::Set(di, 2))));
+  const auto sign_c = hn::BitCast(
+      d, hn::ShiftLeft<30>(hn::And(hn::Add(quadrant, hn::Set(di, 1)), hn::Set(di, 2))));
+  sine = hn::Xor(hn::IfThenElse(odd, c, s), sign_s);
+  cosine = hn::Xor(hn::IfThenElse(odd, s, c), sign_c);
+}
+
+/// The angle of (x, y) in [-pi, pi], absolute error below 4e-7; 0 at the origin.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V Atan2(D d, V y, V x) {
+  const V ax = hn::Abs(x);
+  const V ay = hn::Abs(y);
+  const V large = hn::Max(hn::Max(ax, ay), hn::Set(d, 1.17549435e-38f));
+  const V t = hn::Div(hn::Min(ax, ay), large);
+  // atan on [0, 1] by reduction to |u| <= tan(pi/8).
+  const auto upper = hn::Gt(t, hn::Set(d, 0.414213562f));
+  const V one = hn::Set(d, 1.0f);
+  const V u = hn::IfThenElse(upper, hn::Div(hn::Sub(t, one), hn::Add(t, one)), t);
+  const V u2 = hn::Mul(u, u);
+  V p = hn::Set(d, 8.05374449538e-2f);
+  p = hn::MulAdd(p, u2, hn::Set(d, -1.38776856032e-1f));
+  p = hn::MulAdd(p, u2, hn::Set(d, 1.99777106478e-1f));
+  p = hn::MulAdd(p, u2, hn::Set(d, -3.33329491539e-1f));
+  V a = hn::MulAdd(hn::Mul(p, u2), u, u);
+  a = hn::Add(a, hn::IfThenElseZero(upper, hn::Set(d, 0.785398163f)));
+  a = hn::IfThenElse(hn::Gt(ay, ax), hn::Sub(hn::Set(d, 1.57079633f), a), a);
+  a = hn::IfThenElse(hn::Lt(x, hn::Zero(d)), hn::Sub(hn::Set(d, 3.14159265f), a), a);
+  return hn::CopySign(a, y);
+}
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace gamer
+HWY_AFTER_NAMESPACE();
+
+#endif

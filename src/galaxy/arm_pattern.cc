@@ -1,0 +1,185 @@
+#include "gamer/galaxy/arm_pattern.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "galaxy/arm_pattern.cc"
+#include "hwy/foreach_target.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/math-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace gamer {
+namespace HWY_NAMESPACE {
+
+void RingermacherMead(const float* HWY_RESTRICT r, std::size_t size, float a, float b, float n,
+                      float sign, float* HWY_RESTRICT theta) {
+  const hn::ScalableTag<float> d;
+  const auto start = hn::Set(d, sign * n * std::numbers::pi_v<float>);
+  const auto factor = hn::Set(d, -2.0f * sign * n);
+  const auto smallest = hn::Set(d, 1e-30f);
+  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
+    const auto radius = hn::Max(hn::Load(d, r + i), smallest);
+    const auto e = Exp(d, hn::Div(hn::Set(d, -a), radius));
+    const auto angle = Atan2(d, hn::Mul(e, hn::Set(d, b)), hn::Set(d, 1.0f));
+    hn::Store(hn::MulAdd(angle, factor, start), d, theta + i);
+  }
+}
+
+void Logarithmic(const float* HWY_RESTRICT r, std::size_t size, float inverse_scale,
+                 float core_square, float factor, float* HWY_RESTRICT theta) {
+  const hn::ScalableTag<float> d;
+  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
+    const auto u = hn::Mul(hn::Load(d, r + i), hn::Set(d, inverse_scale));
+    const auto square = hn::MulAdd(u, u, hn::Set(d, core_square));
+    hn::Store(hn::Mul(Log(d, square), hn::Set(d, factor)), d, theta + i);
+  }
+}
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace gamer
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gamer {
+
+HWY_EXPORT(RingermacherMead);
+HWY_EXPORT(Logarithmic);
+
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+constexpr double default_logarithmic_scale = 0.1;
+constexpr double default_ringermacher_mead_scale = 1.0;
+
+// The logarithmic spiral's core, in units of its scale: below it the winding stops.
+constexpr double logarithmic_core = 0.01;
+
+}  // namespace
+
+ParameterTable ArmPattern::table() {
+  return {
+      {"model", ParameterType::choice, "", Interval::any(), std::string("none"),
+       "winding law of the arms",
+       {"ringermacher-mead", "logarithmic", "none"}},
+      {"winding_b", ParameterType::number, "", Interval::left_open(0, 100), 0.5,
+       "W_B of ringermacher-mead: larger sweeps more, with a smaller bar"},
+      {"winding_n", ParameterType::number, "", Interval::left_open(0, 100), 4.0,
+       "W_N of ringermacher-mead: larger winds tighter"},
+      {"pitch_angle", ParameterType::number, "deg", Interval::open(0, 90), 15.0,
+       "p of logarithmic"},
+      {"scale", ParameterType::number, "galaxy radii", Interval::left_open(0, 10), {},
+       "A: radius at which the pattern turns; default 1 for ringermacher-mead, 0.1 for "
+       "logarithmic"},
+      {"count", ParameterType::integer, "", Interval::closed(0, 64), std::int64_t{2},
+       "number of arms, evenly spread"},
+      {"offsets", ParameterType::numbers, "deg", Interval::any(), {},
+       "angles of the arms, instead of evenly spread ones"},
+      {"handedness", ParameterType::integer, "", Interval::closed(-1, 1), std::int64_t{1},
+       "1 or -1: sense of winding"},
+  };
+}
+
+ArmPattern ArmPattern::read(const ConfigNode& node) {
+  const ParameterSet values = ParameterSet::read(table(), node, "", "in [arms]");
+  ArmPattern arms;
+  const std::string& model = values.text("model");
+  const auto reject = [&](const char* key, const std::string& reason) {
+    if (values.is_given(key)) {
+      throw InputError(values.where(key), std::string("'") + key + "' " + reason);
+    }
+  };
+  if (model == "none") {
+    reject("winding_b", "needs model = \"ringermacher-mead\"");
+    reject("winding_n", "needs model = \"ringermacher-mead\"");
+    reject("pitch_angle", "needs model = \"logarithmic\"");
+    return arms;
+  }
+  if (model == "ringermacher-mead") {
+    arms.model_ = Model::ringermacher_mead;
+    reject("pitch_angle", "needs model = \"logarithmic\"");
+  } else {
+    arms.model_ = Model::logarithmic;
+    reject("winding_b", "needs model = \"ringermacher-mead\"");
+    reject("winding_n", "needs model = \"ringermacher-mead\"");
+  }
+  arms.winding_b_ = values.number("winding_b");
+  arms.winding_n_ = values.number("winding_n");
+  arms.pitch_ = values.number("pitch_angle") * degree;
+  arms.scale_ = values.has("scale")
+                    ? values.number("scale")
+                    : (arms.model_ == Model::logarithmic ? default_logarithmic_scale
+                                                         : default_ringermacher_mead_scale);
+  if (values.integer("handedness") == 0) {
+    throw InputError(values.where("handedness"), "handedness must be 1 or -1");
+  }
+  arms.handedness_ = static_cast<double>(values.integer("handedness"));
+  if (values.has("offsets")) {
+    const auto& given = values.numbers("offsets");
+    if (values.is_given("count") &&
+        values.integer("count") != static_cast<std::int64_t>(given.size())) {
+      throw InputError(values.where("offsets"),
+                       "'offsets' lists " + std::to_string(given.size()) + " arms, but count = " +
+                           std::to_string(values.integer("count")));
+    }
+    arms.even_ = false;
+    for (double offset : given) arms.offsets_.push_back(offset * degree);
+  } else {
+    const auto count = values.integer("count");
+    for (std::int64_t i = 0; i < count; ++i) {
+      arms.offsets_.push_back(2 * std::numbers::pi * static_cast<double>(i) /
+                              static_cast<double>(count));
+    }
+  }
+  return arms;
+}
+
+double ArmPattern::winding(double r) const {
+  switch (model_) {
+    case Model::none:
+      return 0;
+    case Model::ringermacher_mead: {
+      const double e = r > 0 ? std::exp(-scale_ / r) : 0.0;
+      return handedness_ * winding_n_ * (std::numbers::pi - 2 * std::atan(winding_b_ * e));
+    }
+    case Model::logarithmic:
+      return handedness_ * std::log(std::hypot(r / scale_, logarithmic_core)) / std::tan(pitch_);
+  }
+  return 0;
+}
+
+void ArmPattern::winding(const float* r, std::size_t size, float* theta) const {
+  switch (model_) {
+    case Model::none:
+      std::fill(theta, theta + padded(size), 0.0f);
+      return;
+    case Model::ringermacher_mead:
+      HWY_DYNAMIC_DISPATCH(RingermacherMead)
+      (r, size, static_cast<float>(scale_), static_cast<float>(winding_b_),
+       static_cast<float>(winding_n_), static_cast<float>(handedness_), theta);
+      return;
+    case Model::logarithmic:
+      HWY_DYNAMIC_DISPATCH(Logarithmic)
+      (r, size, static_cast<float>(1 / scale_),
+       static_cast<float>(logarithmic_core * logarithmic_core),
+       static_cast<float>(0.5 * handedness_ / std::tan(pitch_)), theta);
+      return;
+  }
+}
+
+double ArmPattern::steepest_winding(double r_min) const {
+  constexpr int samples = 200;
+  double steepest = 0;
+  for (int i = 0; i < samples; ++i) {
+    const double r = r_min + (1 - r_min) * i / (samples - 1);
+    const double h = 1e-4 * r;
+    steepest = std::max(steepest, std::abs(r * (winding(r + h) - winding(r - h)) / (2 * h)));
+  }
+  return steepest;
+}
+
+}  // namespace gamer
+#endif

@@ -1,0 +1,201 @@
+#include "gamer/galaxy/bulge.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "galaxy/bulge.cc"
+#include "hwy/foreach_target.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/math-inl.h"
+
+#ifndef GAMER_GALAXY_BULGE_SHAPE
+#define GAMER_GALAXY_BULGE_SHAPE
+namespace gamer {
+namespace {
+
+struct BulgeShape {
+  float inverse_axis[3];  ///< 1/(a r0)
+  float softening;        ///< (epsilon/r0)^2
+};
+
+constexpr double mellier_mathez_power = 0.855;
+
+}  // namespace
+}  // namespace gamer
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace gamer {
+namespace HWY_NAMESPACE {
+
+void BulgeEnvelope(const SampleBatch& batch, const BulgeShape& shape, float* HWY_RESTRICT out) {
+  const hn::ScalableTag<float> d;
+  for (std::size_t i = 0; i < batch.size; i += hn::Lanes(d)) {
+    const auto x = hn::Mul(hn::Load(d, batch.x.data() + i), hn::Set(d, shape.inverse_axis[0]));
+    const auto y = hn::Mul(hn::Load(d, batch.y.data() + i), hn::Set(d, shape.inverse_axis[1]));
+    const auto z = hn::Mul(hn::Load(d, batch.z.data() + i), hn::Set(d, shape.inverse_axis[2]));
+    const auto b2 =
+        hn::MulAdd(x, x, hn::MulAdd(y, y, hn::MulAdd(z, z, hn::Set(d, shape.softening))));
+    const auto b = hn::Sqrt(b2);
+    const auto root = hn::Sqrt(hn::Sqrt(b));
+    // b^-0.855 exp(-b^(1/4)) in one exponential.
+    const auto exponent =
+        hn::MulAdd(hn::Set(d, static_cast<float>(-0.5 * mellier_mathez_power)), Log(d, b2),
+                   hn::Neg(root));
+    hn::Store(hn::Mul(Exp(d, exponent), hn::Load(d, batch.taper.data() + i)), d, out + i);
+  }
+}
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace gamer
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gamer {
+
+HWY_EXPORT(BulgeEnvelope);
+
+namespace {
+
+// r0 = R_e / 3434.12 (projected half-light radius of the density itself; FACTS section 5).
+constexpr double effective_radius_in_r0 = 3434.12;
+
+// Softening in units of R_e.
+constexpr double softening_radius = 1e-5;
+
+// Steps around the centre grow as sinh(k * this): each about twice the one before.
+constexpr double grading = 0.7;
+
+}  // namespace
+
+Bulge::Bulge(double r0, const double (&axis)[3]) : r0_(r0), axis_{axis[0], axis[1], axis[2]} {}
+
+double Bulge::effective_radius() const { return r0_ * effective_radius_in_r0; }
+
+void Bulge::envelope(const SampleBatch& batch, float* out) const {
+  BulgeShape shape{};
+  for (int i = 0; i < 3; ++i) shape.inverse_axis[i] = static_cast<float>(1 / (axis_[i] * r0_));
+  const double softening = softening_radius * effective_radius_in_r0;
+  shape.softening = static_cast<float>(softening * softening);
+  HWY_DYNAMIC_DISPATCH(BulgeEnvelope)(batch, shape, out);
+}
+
+double Bulge::envelope_integral() const {
+  // Spherical shells of the ball; the mean of the density over directions by a product rule when
+  // the bulge is not round. In u = b^(1/4) the radial integrand is smooth and starts at zero.
+  constexpr int radial = 4000;
+  constexpr int polar = 48;
+  constexpr int azimuthal = 48;
+  const bool round = axis_[0] == axis_[1] && axis_[1] == axis_[2];
+  std::vector<double> inverse_stretch;  // |S^-1 n| over directions n
+  std::vector<double> weights;
+  if (round) {
+    inverse_stretch = {1 / axis_[0]};
+    weights = {1};
+  } else {
+    // The mean over the octant; midpoint rule in cos(theta) and phi.
+    for (int i = 0; i < polar; ++i) {
+      const double c = (i + 0.5) / polar;
+      const double s = std::sqrt(1 - c * c);
+      for (int j = 0; j < azimuthal; ++j) {
+        const double angle = 0.5 * std::numbers::pi * (j + 0.5) / azimuthal;
+        inverse_stretch.push_back(std::hypot(s * std::cos(angle) / axis_[0],
+                                             s * std::sin(angle) / axis_[1], c / axis_[2]));
+        weights.push_back(1.0 / (polar * azimuthal));
+      }
+    }
+  }
+  const auto taper = [](double radius) {
+    const double u = std::clamp((1 - radius) / (1 - taper_start), 0.0, 1.0);
+    return u * u * u * (u * (6 * u - 15) + 10);
+  };
+  double total = 0;
+  for (std::size_t n = 0; n < inverse_stretch.size(); ++n) {
+    // Along direction n: int R^2 rho(R |S^-1 n| / r0) T(R) dR with R = u^4 r0 / |S^-1 n|.
+    const double unit = r0_ / inverse_stretch[n];
+    const double u_end = std::pow(1 / unit, 0.25);
+    double sum = 0;
+    for (int i = 0; i < radial; ++i) {
+      const double u = u_end * (i + 0.5) / radial;
+      const double b = u * u * u * u;
+      sum += std::pow(u, 11 - 4 * mellier_mathez_power) * std::exp(-u) * taper(b * unit);
+    }
+    total += weights[n] * 4 * unit * unit * unit * sum * u_end / radial;
+  }
+  return 4 * std::numbers::pi * total;
+}
+
+void Bulge::mark(const BallRay& ray, double /*threshold*/, Marks& marks) const {
+  // Closest approach in the bulge's own metric.
+  double od = 0, dd = 0, oo = 0;
+  for (int i = 0; i < 3; ++i) {
+    const double o = ray.origin[i] / axis_[i];
+    const double direction = ray.direction[i] / axis_[i];
+    od += o * direction;
+    dd += direction * direction;
+    oo += o * o;
+  }
+  const double centre = -od / dd;
+  const double softening = softening_radius * effective_radius();
+  const double impact2 = std::max(oo - od * od / dd, 0.0) + softening * softening;
+  const double unit = std::sqrt(impact2 / dd);
+  if (centre > ray.begin && centre < ray.end) marks.edges.push_back(centre);
+  for (int side = -1; side <= 1; side += 2) {
+    for (int k = 1;; ++k) {
+      const double t = centre + side * unit * std::sinh(grading * k);
+      if (side > 0 ? t >= ray.end : t <= ray.begin) break;
+      if (t > ray.begin && t < ray.end) marks.edges.push_back(t);
+    }
+  }
+}
+
+double Bulge::face_on_column() const {
+  // The surface density at R_e: 2 int_0^inf b^-0.855 exp(-b^(1/4)) ds, b^2 = R_e^2 + s^2 in r0.
+  constexpr int steps = 2000;
+  constexpr double reach = 6;  // s up to R_e sinh(6), about 200 R_e
+  double sum = 0;
+  for (int i = 0; i < steps; ++i) {
+    const double u = reach * (i + 0.5) / steps;
+    const double b = effective_radius_in_r0 * std::cosh(u);
+    sum += std::pow(b, 1 - mellier_mathez_power) * std::exp(-std::pow(b, 0.25));
+  }
+  return 2 * r0_ * axis_[2] * sum * reach / steps;
+}
+
+ComponentKind bulge_kind() {
+  using component_parameters::operator+;
+  ComponentKind kind;
+  kind.name = "bulge";
+  kind.description =
+      "spheroid of the de Vaucouleurs law: I_m b^-0.855 exp(-b^(1/4)), b = m/r0 (GAMER Eq. 12)";
+  kind.parameters =
+      component_parameters::common() + component_parameters::light() +
+      ParameterTable{
+          {"radius", ParameterType::number, "galaxy radii", Interval::left_open(0, 1), {},
+           "r0 of the density law; give this or `effective_radius`"},
+          {"effective_radius", ParameterType::number, "galaxy radii", Interval::left_open(0, 1),
+           {}, "projected half-light radius, 3434.12 r0"},
+          {"axis", ParameterType::vector3, "", Interval::left_open(0, 10),
+           std::vector<double>{1, 1, 1}, "stretch along x, y, z"},
+      };
+  kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
+    const ParameterSet& v = input.values;
+    if (v.has("radius") == v.has("effective_radius")) {
+      throw InputError(v.has("radius") ? v.where("effective_radius") : input.node.where,
+                       v.has("radius")
+                           ? "'radius' and 'effective_radius' exclude each other; give one"
+                           : "a bulge needs 'effective_radius' or 'radius'");
+    }
+    const double r0 = v.has("radius") ? v.number("radius")
+                                      : v.number("effective_radius") / effective_radius_in_r0;
+    const auto& axis = v.numbers("axis");
+    return std::make_unique<Bulge>(r0, {axis[0], axis[1], axis[2]});
+  };
+  return kind;
+}
+
+}  // namespace gamer
+#endif

@@ -1,0 +1,182 @@
+#include "gamer/galaxy/component.h"
+
+#include <array>
+#include <cmath>
+
+#include "gamer/core/near.h"
+#include "gamer/core/random.h"
+
+namespace gamer {
+
+namespace component_parameters {
+
+ParameterTable operator+(ParameterTable a, const ParameterTable& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+ParameterTable common() {
+  return {
+      {"class", ParameterType::text, "", Interval::any(), {}, "kind of component", {}, true},
+      {"name", ParameterType::text, "", Interval::any(), {},
+       "unique within the galaxy; default the class and its index"},
+      {"active", ParameterType::boolean, "", Interval::any(), true, "false leaves it out"},
+  };
+}
+
+ParameterTable light() {
+  return {
+      {"sed", ParameterType::text, "", Interval::any(), {},
+       "name or file of its spectrum in `seds/`", {}, true},
+      {"intensity", ParameterType::number, "", Interval::right_open(0, HUGE_VAL), {},
+       "I_m, central emissivity at 5500 Angstrom where envelope and noise are 1; default 1"},
+      {"fraction", ParameterType::number, "", Interval::left_open(0, 1), {},
+       "instead of `intensity`: share of the galaxy's dust-free light at 5500 Angstrom"},
+  };
+}
+
+}  // namespace component_parameters
+
+std::span<const ComponentKind> component_kinds() {
+  static const std::array<ComponentKind, 4> kinds = {bulge_kind(), disk_kind(), stars_kind(),
+                                                     dust_kind()};
+  return kinds;
+}
+
+const ComponentKind& find_component_kind(const std::string& name, const SourceLocation& where) {
+  std::vector<std::string> names;
+  for (const ComponentKind& kind : component_kinds()) {
+    if (kind.name == name) return kind;
+    names.push_back(kind.name);
+  }
+  std::string known;
+  for (const std::string& n : names) known += (known.empty() ? "'" : ", '") + n + "'";
+  throw InputError(where, "unknown class '" + name + "'; known are " + known +
+                              did_you_mean(name, names));
+}
+
+/// Fills in what all kinds share.
+class ComponentReader {
+ public:
+  static std::unique_ptr<Component> read(const ConfigNode& node, int index,
+                                         const ArmPattern& arms, double axis_z,
+                                         const GalaxySettings& settings, Resources& resources);
+
+ private:
+  static void read_light(Component& component, const ParameterSet& values,
+                         const std::string& context, Resources& resources);
+  static void read_noise(Component& component, const ComponentKind& kind,
+                         const ParameterSet& values, const ConfigNode& node,
+                         const std::string& context, const GalaxySettings& settings);
+};
+
+void ComponentReader::read_light(Component& component, const ParameterSet& values,
+                                 const std::string& context, Resources& resources) {
+  if (values.is_given("intensity") && values.is_given("fraction")) {
+    throw InputError(values.where("fraction"),
+                     context + "'intensity' and 'fraction' exclude each other; give one");
+  }
+  component.amplitude_ = values.has("intensity") ? values.number("intensity") : 1.0;
+  if (values.has("fraction")) component.fraction_ = values.number("fraction");
+  component.spectrum_where_ = values.where("sed");
+  try {
+    component.sed_ = find_sed(values.text("sed"), values.where("sed").file, resources);
+  } catch (const InputError& error) {
+    // A message about the SED file itself carries its own place.
+    throw InputError(values.where("sed"), context + error.what());
+  }
+}
+
+void ComponentReader::read_noise(Component& component, const ComponentKind& kind,
+                                 const ParameterSet& values, const ConfigNode& node,
+                                 const std::string& context, const GalaxySettings& settings) {
+  FractalParameters parameters = *kind.noise;
+  parameters.kind = settings.noise_kind;
+  if (settings.octaves) parameters.octaves = *settings.octaves;
+  std::uint64_t seed = settings.seed;
+  for (char c : component.name_) seed = hash_words({seed, static_cast<unsigned char>(c)});
+  parameters.seed = seed;
+  const ConfigNode* noise = node.find("noise");
+  if (noise != nullptr && !noise->is_table()) {
+    if (const bool* on = std::get_if<bool>(&noise->data); on != nullptr) {
+      if (!*on) return;
+    } else {
+      throw InputError(noise->where, context + "noise must be a table or false, not " +
+                                         noise->type_name());
+    }
+  }
+  if (noise != nullptr && noise->is_table()) {
+    parameters.apply(ParameterSet::read(parameters.table(), *noise, context + "noise: ",
+                                        "in component.noise"),
+                     context + "noise: ");
+    // The file's seed chooses the noise of this component; the row's seed still varies it.
+    if (noise->find("seed") != nullptr) {
+      parameters.seed = hash_words({parameters.seed, settings.seed});
+    }
+  }
+  component.texture_ = std::make_unique<Texture>(parameters, values.number("twirl"));
+}
+
+std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int index,
+                                                 const ArmPattern& arms, double axis_z,
+                                                 const GalaxySettings& settings,
+                                                 Resources& resources) {
+  if (!node.is_table()) {
+    throw InputError(node.where, "[[component]] must be a table, not " + node.type_name());
+  }
+  const ConfigNode* kind_node = node.find("class");
+  if (kind_node == nullptr) throw InputError(node.where, "missing key 'class' in [[component]]");
+  const std::string* kind_name = std::get_if<std::string>(&kind_node->data);
+  if (kind_name == nullptr) {
+    throw InputError(kind_node->where, "class must be a string, not " + kind_node->type_name());
+  }
+  const ComponentKind& kind = find_component_kind(*kind_name, kind_node->where);
+
+  std::string name = kind.name + std::to_string(index);
+  if (const ConfigNode* given = node.find("name")) {
+    if (const auto* text = std::get_if<std::string>(&given->data)) name = *text;
+  }
+  const std::string context = "component '" + name + "': ";
+  const std::vector<std::string> skip = {"noise"};
+  const bool has_noise = kind.noise.has_value();
+  const ParameterSet values =
+      ParameterSet::read(kind.parameters, node, context, "in a [[component]] of class '" +
+                         kind.name + "'", has_noise ? std::span<const std::string>(skip)
+                                                    : std::span<const std::string>());
+  std::unique_ptr<Component> component =
+      kind.make(ComponentInput{values, node, arms, axis_z, settings});
+  component->name_ = name;
+  component->active_ = values.boolean("active");
+  component->where_ = node.where;
+  const auto declares = [&](const char* key) {
+    for (const Parameter& parameter : kind.parameters) {
+      if (parameter.name == key) return true;
+    }
+    return false;
+  };
+  if (declares("sed")) read_light(*component, values, context, resources);
+  if (declares("optical_depth")) {
+    component->spectrum_where_ = values.where("extinction");
+    try {
+      component->extinction_ =
+          find_extinction(values.text("extinction"), values.number("r_v"), node.where.file,
+                          resources);
+    } catch (const InputError& error) {
+      throw InputError(values.where("extinction"), context + error.what());
+    }
+    if (values.text("extinction") != "ccm89" && values.is_given("r_v")) {
+      throw InputError(values.where("r_v"), context + "'r_v' belongs to extinction = \"ccm89\"");
+    }
+  }
+  if (declares("follows") && values.has("follows")) component->follows_ = values.text("follows");
+  if (has_noise) read_noise(*component, kind, values, node, context, settings);
+  return component;
+}
+
+std::unique_ptr<Component> read_component(const ConfigNode& node, int index,
+                                          const ArmPattern& arms, double axis_z,
+                                          const GalaxySettings& settings, Resources& resources) {
+  return ComponentReader::read(node, index, arms, axis_z, settings, resources);
+}
+
+}  // namespace gamer

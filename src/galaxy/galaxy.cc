@@ -1,0 +1,415 @@
+#include "gamer/galaxy/galaxy.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "galaxy/galaxy.cc"
+#include "hwy/foreach_target.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "core/math-inl.h"
+#include "gamer/core/near.h"
+
+#ifndef GAMER_GALAXY_GALAXY_KERNEL
+#define GAMER_GALAXY_GALAXY_KERNEL
+namespace gamer {
+namespace {
+
+/// Room for what a vector store writes beyond the last point.
+constexpr std::size_t compacted_capacity = batch_capacity + batch_padding;
+
+/// The points of a batch that need a texture's noise, turned by its twirl.
+struct alignas(batch_alignment) CompactedPoints {
+  float x[compacted_capacity];
+  float y[compacted_capacity];
+  float z[compacted_capacity];
+  float winding[compacted_capacity];
+  float fade[compacted_capacity];
+  std::int32_t index[compacted_capacity];
+  std::size_t size = 0;
+};
+
+// Phi fades in between the threshold and this many times it.
+constexpr float fade_factor = 4;
+
+}  // namespace
+}  // namespace gamer
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace gamer {
+namespace HWY_NAMESPACE {
+
+void Share(const Points& points, bool needs_phi, SampleBatch& batch) {
+  const hn::ScalableTag<float> d;
+  for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
+    const auto x = hn::Load(d, points.x + i);
+    const auto y = hn::Load(d, points.y + i);
+    const auto z = hn::Load(d, points.z + i);
+    const auto r2 = hn::MulAdd(x, x, hn::Mul(y, y));
+    const auto radius = hn::Sqrt(hn::MulAdd(z, z, r2));
+    hn::Store(x, d, batch.x.data() + i);
+    hn::Store(y, d, batch.y.data() + i);
+    hn::Store(z, d, batch.z.data() + i);
+    hn::Store(hn::Sqrt(r2), d, batch.r.data() + i);
+    if (needs_phi) hn::Store(Atan2(d, y, x), d, batch.phi.data() + i);
+    const auto one = hn::Set(d, 1.0f);
+    auto u = hn::Mul(hn::Sub(one, radius), hn::Set(d, static_cast<float>(1 / (1 - taper_start))));
+    u = hn::Min(hn::Max(u, hn::Zero(d)), one);
+    const auto p = hn::MulAdd(u, hn::MulAdd(u, hn::Set(d, 6.0f), hn::Set(d, -15.0f)),
+                              hn::Set(d, 10.0f));
+    hn::Store(hn::Mul(hn::Mul(hn::Mul(u, u), u), p), d, batch.taper.data() + i);
+  }
+}
+
+void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float threshold,
+             float twirl, bool has_winding, CompactedPoints& out) {
+  const hn::ScalableTag<float> d;
+  const hn::RebindToSigned<decltype(d)> di;
+  const std::size_t lanes = hn::Lanes(d);
+  const auto limit = hn::Set(d, threshold);
+  const auto fade_scale = hn::Set(d, 1 / (threshold * (fade_factor - 1)));
+  std::size_t size = 0;
+  for (std::size_t i = 0; i < batch.size; i += lanes) {
+    const auto value = hn::Load(d, need + i);
+    const auto index = hn::Iota(di, static_cast<std::int32_t>(i));
+    const auto inside = hn::Lt(index, hn::Set(di, static_cast<std::int32_t>(batch.size)));
+    const auto mask = hn::And(hn::Gt(value, limit), hn::RebindMask(d, inside));
+    if (hn::AllFalse(d, mask)) continue;
+    const auto fade = hn::Min(hn::Mul(hn::Sub(value, limit), fade_scale), hn::Set(d, 1.0f));
+    hn::CompressStore(hn::Load(d, batch.x.data() + i), mask, d, out.x + size);
+    hn::CompressStore(hn::Load(d, batch.y.data() + i), mask, d, out.y + size);
+    hn::CompressStore(hn::Load(d, batch.z.data() + i), mask, d, out.z + size);
+    if (has_winding) {
+      hn::CompressStore(hn::Load(d, batch.winding.data() + i), mask, d, out.winding + size);
+    }
+    hn::CompressStore(fade, mask, d, out.fade + size);
+    size += hn::CompressStore(index, hn::RebindMask(di, mask), di, out.index + size);
+  }
+  out.size = size;
+  // Whole vectors are worked on: the padding must hold harmless numbers.
+  for (std::size_t i = size; i < padded(size); ++i) {
+    out.x[i] = out.y[i] = out.z[i] = out.winding[i] = 0;
+  }
+  if (!has_winding || twirl == 0) return;
+  for (std::size_t i = 0; i < size; i += lanes) {
+    auto sine = hn::Zero(d);
+    auto cosine = hn::Zero(d);
+    SinCos(d, hn::Mul(hn::Load(d, out.winding + i), hn::Set(d, twirl)), sine, cosine);
+    const auto x = hn::Load(d, out.x + i);
+    const auto y = hn::Load(d, out.y + i);
+    hn::Store(hn::NegMulAdd(sine, y, hn::Mul(cosine, x)), d, out.x + i);
+    hn::Store(hn::MulAdd(sine, x, hn::Mul(cosine, y)), d, out.y + i);
+  }
+}
+
+// `out` may be `envelope`.
+void Scale(std::size_t size, float amplitude, const float* envelope, const float* phi,
+           const float* followed_phi, float* out) {
+  const hn::ScalableTag<float> d;
+  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
+    auto value = hn::Mul(hn::Load(d, envelope + i), hn::Set(d, amplitude));
+    if (phi != nullptr) value = hn::Mul(value, hn::Load(d, phi + i));
+    if (followed_phi != nullptr) value = hn::Mul(value, hn::Load(d, followed_phi + i));
+    hn::Store(value, d, out + i);
+  }
+}
+
+void Largest(std::size_t size, const float* HWY_RESTRICT a, float* HWY_RESTRICT b) {
+  const hn::ScalableTag<float> d;
+  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
+    hn::Store(hn::Max(hn::Load(d, a + i), hn::Load(d, b + i)), d, b + i);
+  }
+}
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace gamer
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gamer {
+
+HWY_EXPORT(Share);
+HWY_EXPORT(Compact);
+HWY_EXPORT(Scale);
+HWY_EXPORT(Largest);
+
+namespace {
+
+const std::vector<std::string>& galaxy_suffixes() {
+  static const std::vector<std::string> suffixes = {".toml"};
+  return suffixes;
+}
+
+constexpr std::size_t most_components = 64;
+
+}  // namespace
+
+ParameterTable Galaxy::table() {
+  return {
+      {"name", ParameterType::text, "", Interval::any(), std::string(), "for people"},
+      {"description", ParameterType::text, "", Interval::any(), std::string(), "for people"},
+      {"axis", ParameterType::vector3, "", Interval::left_open(0, 10),
+       std::vector<double>{1, 1, 1}, "stretch of the whole galaxy along x, y, z"},
+  };
+}
+
+std::shared_ptr<const Galaxy> Galaxy::find(const std::string& name, const std::string& beside,
+                                           const GalaxySettings& settings, Resources& resources) {
+  const Resources::Text& text = resources.find("galaxies", name, beside, galaxy_suffixes());
+  return parse(text.content, text.label, settings, resources);
+}
+
+std::shared_ptr<const Galaxy> Galaxy::parse(std::string_view text, const std::string& label,
+                                            const GalaxySettings& settings,
+                                            Resources& resources) {
+  const ConfigNode root = parse_toml(text, label);
+  static const std::vector<std::string> sections = {"galaxy", "arms", "component"};
+  for (const auto& [key, node] : root.table()) {
+    if (std::find(sections.begin(), sections.end(), key) == sections.end()) {
+      throw InputError(node.key_where, "unknown section '" + key + "' in a galaxy" +
+                                           did_you_mean(key, sections));
+    }
+  }
+  const auto section = [&](const char* key) -> const ConfigNode* {
+    const ConfigNode* node = root.find(key);
+    if (node != nullptr && !node->is_table()) {
+      throw InputError(node->where, std::string("[") + key + "] must be a table, not " +
+                                        node->type_name());
+    }
+    return node;
+  };
+  auto galaxy = std::make_shared<Galaxy>();
+  if (const ConfigNode* node = section("galaxy")) {
+    const ParameterSet values = ParameterSet::read(table(), *node, "", "in [galaxy]");
+    galaxy->name_ = values.text("name");
+    galaxy->description_ = values.text("description");
+    galaxy->axis_ = values.numbers("axis");
+  }
+  if (const ConfigNode* node = section("arms")) galaxy->arms_ = ArmPattern::read(*node);
+  const ConfigNode* list = root.find("component");
+  if (list == nullptr) {
+    throw InputError({label, 0, 0}, "a galaxy needs at least one [[component]]");
+  }
+  if (!list->is_array()) {
+    throw InputError(list->key_where, "write [[component]], with double brackets");
+  }
+  if (list->array().size() > most_components) {
+    throw InputError(list->key_where,
+                     "at most " + std::to_string(most_components) + " components fit a galaxy");
+  }
+  int index = 0;
+  for (const ConfigNode& node : list->array()) {
+    auto component =
+        read_component(node, ++index, galaxy->arms_, galaxy->axis_[2], settings, resources);
+    for (const auto& other : galaxy->components_) {
+      if (other->name() == component->name()) {
+        throw InputError(component->where(), "two components are called '" + other->name() +
+                                                 "'; names must be unique");
+      }
+    }
+    galaxy->components_.push_back(std::move(component));
+  }
+  galaxy->resolve(label);
+  return galaxy;
+}
+
+void Galaxy::resolve(const std::string& label) {
+  std::vector<std::string> names;
+  for (const auto& c : components_) {
+    if (c->texture() != nullptr) names.push_back(c->name());
+  }
+  const auto position = [&](const std::string& name) {
+    for (std::size_t c = 0; c < components_.size(); ++c) {
+      if (components_[c]->name() == name) return static_cast<int>(c);
+    }
+    return -1;
+  };
+  // A component may follow one that is not active: its noise is needed all the same.
+  for (const auto& c : components_) {
+    if (c->follows().empty()) continue;
+    const int followed = position(c->follows());
+    if (followed < 0) {
+      throw InputError(c->where(), "component '" + c->name() + "' follows '" + c->follows() +
+                                       "', which is no component" +
+                                       did_you_mean(c->follows(), names));
+    }
+    if (components_[followed].get() == c.get() || components_[followed]->kind() != "disk" ||
+        components_[followed]->texture() == nullptr) {
+      throw InputError(c->where(), "component '" + c->name() + "' can only follow a disk with "
+                                       "noise, not '" + c->follows() + "'");
+    }
+    if (!components_[followed]->active()) {
+      throw InputError(c->where(), "component '" + c->name() + "' follows '" + c->follows() +
+                                       "', which is not active");
+    }
+  }
+  std::erase_if(components_, [](const auto& c) { return !c->active(); });
+  if (components_.empty()) {
+    throw InputError({label, 0, 0}, "no component of the galaxy is active");
+  }
+  followed_.assign(components_.size(), -1);
+  for (std::size_t c = 0; c < components_.size(); ++c) {
+    if (!components_[c]->follows().empty()) {
+      followed_[c] = position(components_[c]->follows());
+      const auto followed = static_cast<std::size_t>(followed_[c]);
+      if (std::find(followed_components_.begin(), followed_components_.end(), followed) ==
+          followed_components_.end()) {
+        followed_components_.push_back(followed);
+      }
+    }
+    needs_phi_ = needs_phi_ || components_[c]->needs_phi();
+    needs_winding_ = needs_winding_ || components_[c]->needs_winding();
+  }
+  normalise_textures();
+  resolve_fractions();
+}
+
+void Galaxy::normalise_textures() {
+  // Followed ones first: the others are normalised together with what they follow.
+  for (int pass = 0; pass < 2; ++pass) {
+    for (std::size_t c = 0; c < components_.size(); ++c) {
+      Component& component = *components_[c];
+      if (component.texture() == nullptr || (followed_[c] >= 0) != (pass == 1)) continue;
+      const std::vector<WeightedBatch> cloud = component.cloud();
+      std::vector<BatchArray> factors;
+      if (followed_[c] >= 0) {
+        const Texture& followed =
+            *components_[static_cast<std::size_t>(followed_[c])]->texture();
+        factors.resize(cloud.size());
+        for (std::size_t b = 0; b < cloud.size(); ++b) {
+          // The cloud is turned by this component's twirl; the followed noise has its own.
+          SampleBatch batch;
+          batch.size = cloud[b].size;
+          CompactedPoints turned;
+          BatchArray all;
+          for (std::size_t i = 0; i < batch.size; ++i) {
+            const double x = cloud[b].x[i], y = cloud[b].y[i];
+            batch.r[i] = static_cast<float>(std::hypot(x, y));
+            batch.x[i] = cloud[b].x[i];
+            batch.y[i] = cloud[b].y[i];
+            batch.z[i] = cloud[b].z[i];
+            all[i] = 1;
+          }
+          arms_.winding(batch.r.data(), batch.size, batch.winding.data());
+          HWY_DYNAMIC_DISPATCH(Compact)
+          (batch, all.data(), 0.5f,
+           static_cast<float>(followed.twirl - component.texture()->twirl), true, turned);
+          followed.noise.evaluate({turned.x, turned.y, turned.z, turned.size},
+                                  factors[b].data());
+        }
+      }
+      try {
+        component.texture()->noise.normalise(cloud, factors);
+      } catch (const InputError& error) {
+        throw InputError(component.where(),
+                         "component '" + component.name() + "': " + error.what());
+      }
+    }
+  }
+}
+
+double Galaxy::luminosity(std::size_t c) const {
+  const Component& component = *components_[c];
+  return component.amplitude() * component.envelope_integral() * axis_[0] * axis_[1] * axis_[2];
+}
+
+void Galaxy::resolve_fractions() {
+  double by_intensity = 0, fractions = 0;
+  const Component* first = nullptr;
+  for (std::size_t c = 0; c < components_.size(); ++c) {
+    const Component& component = *components_[c];
+    if (component.absorbs()) continue;
+    if (component.fraction()) {
+      fractions += *component.fraction();
+      if (first == nullptr) first = &component;
+    } else {
+      by_intensity += luminosity(c);
+    }
+  }
+  if (first == nullptr) return;
+  constexpr double rounding = 1e-9;
+  if (by_intensity == 0 && std::abs(fractions - 1) > rounding) {
+    throw InputError(first->where(), "the fractions of the galaxy's light add up to " +
+                                         std::to_string(fractions) + ", not to 1");
+  }
+  if (by_intensity > 0 && fractions >= 1 - rounding) {
+    throw InputError(first->where(),
+                     "the fractions of the galaxy's light leave nothing for the components "
+                     "that give an intensity");
+  }
+  const double total = by_intensity > 0 ? by_intensity / (1 - fractions) : 1.0;
+  for (std::size_t c = 0; c < components_.size(); ++c) {
+    Component& component = *components_[c];
+    if (component.absorbs() || !component.fraction()) continue;
+    component.set_amplitude(1);
+    component.set_amplitude(*component.fraction() * total / luminosity(c));
+  }
+}
+
+void Galaxy::phi(std::size_t c, const SampleBatch& batch, const BatchArray& need, float threshold,
+                 BatchArray& out) const {
+  const Texture& texture = *components_[c]->texture();
+  CompactedPoints points;
+  HWY_DYNAMIC_DISPATCH(Compact)
+  (batch, need.data(), threshold, static_cast<float>(texture.twirl), needs_winding_, points);
+  std::fill_n(out.data(), padded(batch.size), 1.0f);
+  if (points.size == 0) return;
+  BatchArray values;
+  texture.noise.evaluate({points.x, points.y, points.z, points.size}, values.data());
+  for (std::size_t i = 0; i < points.size; ++i) {
+    out[static_cast<std::size_t>(points.index[i])] = 1 + points.fade[i] * (values[i] - 1);
+  }
+}
+
+void Galaxy::evaluate(const Points& points, float threshold,
+                      std::span<BatchArray> densities) const {
+  SampleBatch batch;
+  batch.size = points.size;
+  HWY_DYNAMIC_DISPATCH(Share)(points, needs_phi_, batch);
+  if (needs_winding_) arms_.winding(batch.r.data(), batch.size, batch.winding.data());
+  for (std::size_t c = 0; c < components_.size(); ++c) {
+    components_[c]->envelope(batch, densities[c].data());
+  }
+  // The noise of followed components is wanted wherever they or a follower matter.
+  std::vector<BatchArray> followed_phi(followed_components_.size());
+  const auto phi_of_followed = [&](std::size_t c) -> const BatchArray* {
+    for (std::size_t k = 0; k < followed_components_.size(); ++k) {
+      if (followed_components_[k] == c) return &followed_phi[k];
+    }
+    return nullptr;
+  };
+  BatchArray need, own;
+  for (std::size_t k = 0; k < followed_components_.size(); ++k) {
+    const std::size_t c = followed_components_[k];
+    std::memcpy(need.data(), densities[c].data(), padded(batch.size) * sizeof(float));
+    for (std::size_t f = 0; f < components_.size(); ++f) {
+      if (followed_[f] == static_cast<int>(c)) {
+        HWY_DYNAMIC_DISPATCH(Largest)(batch.size, densities[f].data(), need.data());
+      }
+    }
+    phi(c, batch, need, threshold, followed_phi[k]);
+  }
+  for (std::size_t c = 0; c < components_.size(); ++c) {
+    const Component& component = *components_[c];
+    const float* own_phi = nullptr;
+    if (component.texture() != nullptr) {
+      if (const BatchArray* known = phi_of_followed(c)) {
+        own_phi = known->data();
+      } else {
+        phi(c, batch, densities[c], threshold, own);
+        own_phi = own.data();
+      }
+    }
+    const BatchArray* followed =
+        followed_[c] >= 0 ? phi_of_followed(static_cast<std::size_t>(followed_[c])) : nullptr;
+    HWY_DYNAMIC_DISPATCH(Scale)
+    (batch.size, static_cast<float>(component.amplitude()), densities[c].data(), own_phi,
+     followed != nullptr ? followed->data() : nullptr, densities[c].data());
+  }
+}
+
+}  // namespace gamer
+#endif

@@ -1,0 +1,115 @@
+#include "gamer/noise/noise.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "noise/perlin.cc"
+#include "hwy/foreach_target.h"
+
+#include "noise/lattice-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace gamer {
+namespace HWY_NAMESPACE {
+
+/// Absolute error against exact arithmetic below 2e-6 for |coordinates| < 16 (the rounding of
+/// the fraction within the cell).
+template <class D>
+class PerlinKernel {
+  using DU = hn::RebindToUnsigned<D>;
+  using V = hn::Vec<D>;
+  using VU = hn::Vec<DU>;
+
+ public:
+  explicit PerlinKernel(D d) : gradients_(d) {}
+
+  HWY_INLINE V operator()(D d, V x, V y, V z, VU seed) const {
+    const DU du;
+    const hn::RebindToSigned<D> di;
+    const V cx = hn::Floor(x);
+    const V cy = hn::Floor(y);
+    const V cz = hn::Floor(z);
+    const V x0 = hn::Sub(x, cx);
+    const V y0 = hn::Sub(y, cy);
+    const V z0 = hn::Sub(z, cz);
+    const V one = hn::Set(d, 1.0f);
+    const V x1 = hn::Sub(x0, one);
+    const V y1 = hn::Sub(y0, one);
+    const V z1 = hn::Sub(z0, one);
+
+    const VU px = hn::Set(du, lattice_px);
+    const VU py = hn::Set(du, lattice_py);
+    const VU pz = hn::Set(du, lattice_pz);
+    const VU a0 = hn::Mul(hn::BitCast(du, hn::ConvertTo(di, cx)), px);
+    const VU a1 = hn::Add(a0, px);
+    const VU b0 = hn::Mul(hn::BitCast(du, hn::ConvertTo(di, cy)), py);
+    const VU b1 = hn::Add(b0, py);
+    const VU c = hn::Mul(hn::BitCast(du, hn::ConvertTo(di, cz)), pz);
+    const VU c0 = hn::Xor(c, seed);
+    const VU c1 = hn::Xor(hn::Add(c, pz), seed);
+    const VU ab00 = hn::Xor(a0, b0);
+    const VU ab10 = hn::Xor(a1, b0);
+    const VU ab01 = hn::Xor(a0, b1);
+    const VU ab11 = hn::Xor(a1, b1);
+
+    const V sx = Fade(d, x0);
+    const V sy = Fade(d, y0);
+    const V sz = Fade(d, z0);
+
+    const auto corner = [&](VU ab, VU cc, V dx, V dy, V dz) HWY_ATTR {
+      return gradients_.Dot(d, GradientBits(du, hn::Xor(ab, cc)), dx, dy, dz);
+    };
+    const V low = Mix(Mix(corner(ab00, c0, x0, y0, z0), corner(ab10, c0, x1, y0, z0), sx),
+                      Mix(corner(ab01, c0, x0, y1, z0), corner(ab11, c0, x1, y1, z0), sx), sy);
+    const V high = Mix(Mix(corner(ab00, c1, x0, y0, z1), corner(ab10, c1, x1, y0, z1), sx),
+                       Mix(corner(ab01, c1, x0, y1, z1), corner(ab11, c1, x1, y1, z1), sx), sy);
+    return Mix(low, high, sz);
+  }
+
+ private:
+  static HWY_INLINE V Fade(D d, V f) {
+    const V p = hn::MulAdd(f, hn::MulAdd(f, hn::Set(d, 6.0f), hn::Set(d, -15.0f)),
+                           hn::Set(d, 10.0f));
+    return hn::Mul(hn::Mul(hn::Mul(f, f), f), p);
+  }
+  static HWY_INLINE V Mix(V a, V b, V s) { return hn::MulAdd(s, hn::Sub(b, a), a); }
+
+  Gradients<D> gradients_;
+};
+
+void SumPerlin(const Points& points, const Octave* octaves, std::size_t count, float* out) {
+  SumOctaves<PerlinKernel<hn::ScalableTag<float>>>(points, octaves, count, out);
+}
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace gamer
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gamer {
+
+HWY_EXPORT(SumPerlin);
+
+namespace {
+
+class PerlinNoise : public Noise {
+ public:
+  std::string_view name() const override { return "perlin"; }
+  std::string_view description() const override {
+    return "improved gradient noise on the cubic lattice (Perlin 2002)";
+  }
+  double variance() const override { return perlin_variance; }
+  double bound() const override { return perlin_bound; }
+  void sum(const Points& points, std::span<const Octave> octaves, float* out) const override {
+    HWY_DYNAMIC_DISPATCH(SumPerlin)(points, octaves.data(), octaves.size(), out);
+  }
+};
+
+}  // namespace
+
+const Noise& perlin_noise() {
+  static const PerlinNoise noise;
+  return noise;
+}
+
+}  // namespace gamer
+#endif
