@@ -1,10 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
-#include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -21,7 +20,7 @@ class ConfigNode {
   using Data = std::variant<bool, std::int64_t, double, std::string, Array, Table>;
 
   Data data = Table{};
-  SourceLocation where;      ///< of the value
+  SourceLocation where;      ///< of the value; of the document's root the file alone
   SourceLocation key_where;  ///< of the key; for an array's element the same as `where`
 
   bool is_table() const { return std::holds_alternative<Table>(data); }
@@ -36,12 +35,13 @@ class ConfigNode {
   std::string type_name() const;
 };
 
-/// Parses TOML text; `file` is used in locations. Throws InputError (syntax, duplicate keys).
+/// Parses TOML text; `file` is used in locations. Throws InputError: syntax, duplicate keys, dates
+/// and times (no parameter takes them), nesting deeper than 64 or a key of more than 16 parts.
 ConfigNode parse_toml(std::string_view text, const std::string& file);
 
 /// Applies "section.key=value", value in TOML syntax (a bare word that is no TOML value counts as a
-/// string). Creates tables on the way; replaces what was there. The location is `--set section.key`.
-/// Throws InputError.
+/// string). Creates tables on the way; replaces what was there. The location is `--set
+/// section.key`. Throws InputError.
 void set_from_text(ConfigNode& root, std::string_view assignment);
 
 }  // namespace gamer

@@ -81,11 +81,13 @@ class ParameterSet {
   /// Reads `node` (a table). Keys in `skip` are left for the caller. `context` opens messages
   /// ("component 'arms': "). Throws InputError for an unknown key (with near names; `known_where`
   /// says where it stood, e.g. "in [spectrum]"), a wrong type, a value outside its interval or not
-  /// finite, or a missing required key.
+  /// finite, or a missing required key. Integers serve as numbers, never the other way round. A
+  /// parameter of type `noise` that holds a table is given but has no value: the caller reads it.
   static ParameterSet read(const ParameterTable& table, const ConfigNode& node,
                            const std::string& context, const std::string& known_where,
                            std::span<const std::string> skip = {});
 
+  /// These throw std::logic_error when `name` is not declared or has no value of that type.
   bool boolean(std::string_view name) const;
   std::int64_t integer(std::string_view name) const;
   double number(std::string_view name) const;
@@ -97,7 +99,8 @@ class ParameterSet {
   bool is_given(std::string_view name) const;  ///< stood in the file
   SourceLocation where(std::string_view name) const;
 
-  /// Checks `value` against the declaration and stores it; the same errors as read().
+  /// Checks `value` against the declaration and stores it; the same errors as read(), without a
+  /// location. monostate removes an optional value.
   void set(std::string_view name, const ParameterValue& value);
 
   const ParameterTable& table() const { return table_; }
@@ -112,6 +115,7 @@ class ParameterSet {
 
   ParameterTable table_;
   std::vector<Entry> entries_;
+  std::string context_;
 };
 
 /// A GitHub-style Markdown table of the declarations, and the same for a terminal.

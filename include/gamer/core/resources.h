@@ -14,8 +14,8 @@ namespace gamer {
 class Resources {
  public:
   struct Text {
-    std::string name;     ///< key of the record, e.g. "galaxies/ngc4321"
-    std::string label;    ///< what messages call it: a path
+    std::string name;   ///< key of the record, e.g. "galaxies/ngc4321"
+    std::string label;  ///< what messages call it: a path
     std::string content;
   };
 
@@ -26,19 +26,26 @@ class Resources {
   static Resources from_record(std::vector<Text> record);
 
   /// The text of a named datum: `kind` is "galaxies" or "seds", `name` a bare name or a file name
-  /// (`suffixes` are tried, e.g. ".toml"), `beside` the label of the file that names it. Throws
-  /// InputError without a location (the caller adds it), with near names when nothing is found.
+  /// (`suffixes` are tried, e.g. ".toml"), `beside` the label of the file that names it. A name
+  /// with a '/' is a path relative to that file's folder and is searched nowhere else. What is
+  /// found in `folders` is recorded as kind/name, what is found by its path as kind/./path
+  /// (kind/../path, kind//path), so that equal names of different files stay apart. Throws
+  /// InputError without a location (the caller adds it), with near names when nothing is found;
+  /// also for a directory or another file that is not regular, one that cannot be read, exceeds 64
+  /// MiB or has NUL bytes.
   const Text& find(const std::string& kind, const std::string& name, const std::string& beside,
                    std::span<const std::string> suffixes);
 
-  /// The text of a file given by path, recorded under `name`. Throws InputError.
+  /// The text of a file given by path, recorded under `name`; what is recorded already is not read
+  /// again. Throws InputError.
   const Text& read(const std::string& name, const std::filesystem::path& path);
 
-  /// Records a text that was made, not read.
+  /// Records a text that was made, not read; replaces one of the same name.
   const Text& add(Text text);
 
   /// Names of kind's data in all folders, for messages and lists.
-  std::vector<std::string> names(const std::string& kind, std::span<const std::string> suffixes) const;
+  std::vector<std::string> names(const std::string& kind,
+                                 std::span<const std::string> suffixes) const;
 
   /// Everything handed out so far, ordered by name.
   std::vector<Text> record() const;
@@ -49,8 +56,8 @@ class Resources {
   std::map<std::string, Text> texts_;
 };
 
-/// The folders of a normal run: the working directory, then the one where data were installed (or,
-/// in a build tree, the source tree).
+/// The folders of a normal run: the working directory, the one that the environment variable
+/// GAMER_DATA names, then the one where data were installed (or, where none is, the source tree).
 std::vector<std::filesystem::path> default_data_folders();
 
 }  // namespace gamer

@@ -1,0 +1,274 @@
+#include "gamer/core/config.h"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <tuple>
+
+#include "gamer/core/near.h"
+
+namespace gamer {
+namespace {
+
+constexpr int max_depth = 64;
+// toml++ bounds the nesting of values but not the parts of dotted keys, and frees its tables
+// recursively: without a bound of our own a long key overflows the stack.
+constexpr int max_key_parts = 16;
+const std::string too_many_parts = fmt::format("a key has more than {} parts", max_key_parts);
+
+/// Where to say that a node stands: in a file, or (a `--set`) always the same place.
+struct Places {
+  std::string file;
+  bool fixed = false;
+
+  SourceLocation operator()(const toml::source_region& region) const {
+    if (fixed) return {file, 0, 0};
+    return {file, static_cast<int>(region.begin.line), static_cast<int>(region.begin.column)};
+  }
+};
+
+ConfigNode convert(const toml::node& node, const Places& places, int depth) {
+  ConfigNode result;
+  result.where = places(node.source());
+  result.key_where = result.where;
+  if (depth > max_depth) {
+    throw InputError(result.where, fmt::format("nested deeper than {} levels", max_depth));
+  }
+  switch (node.type()) {
+    case toml::node_type::boolean:
+      result.data = node.as_boolean()->get();
+      break;
+    case toml::node_type::integer:
+      result.data = std::int64_t{node.as_integer()->get()};
+      break;
+    case toml::node_type::floating_point:
+      result.data = node.as_floating_point()->get();
+      break;
+    case toml::node_type::string:
+      result.data = node.as_string()->get();
+      break;
+    case toml::node_type::array: {
+      ConfigNode::Array elements;
+      for (const toml::node& element : *node.as_array()) {
+        elements.push_back(convert(element, places, depth + 1));
+      }
+      result.data = std::move(elements);
+      break;
+    }
+    case toml::node_type::table: {
+      // toml++ sorts by name.
+      std::vector<std::pair<const toml::key*, const toml::node*>> members;
+      for (const auto& [key, value] : *node.as_table()) members.emplace_back(&key, &value);
+      std::stable_sort(members.begin(), members.end(), [](const auto& a, const auto& b) {
+        const auto& p = a.first->source().begin;
+        const auto& q = b.first->source().begin;
+        return std::tie(p.line, p.column) < std::tie(q.line, q.column);
+      });
+      ConfigNode::Table table;
+      for (const auto& [key, value] : members) {
+        ConfigNode member = convert(*value, places, depth + 1);
+        member.key_where = places(key->source());
+        table.emplace_back(std::string(key->str()), std::move(member));
+      }
+      result.data = std::move(table);
+      break;
+    }
+    default:
+      throw InputError(result.where, "dates and times are not used here; a text needs quotes");
+  }
+  return result;
+}
+
+/// Message for a toml++ error, which reads "Error while parsing <what>: <problem>".
+std::string syntax_message(std::string_view description) {
+  const std::string_view redefined = "cannot redefine existing ";
+  if (const auto at = description.find(redefined); at != std::string_view::npos) {
+    const std::string_view rest = description.substr(at + redefined.size());
+    const auto open = rest.find('\'');
+    const auto close = rest.rfind('\'');
+    if (open < close) {
+      const bool is_table = rest.starts_with("table") && description.find("header") < at;
+      return fmt::format("duplicate {} '{}'", is_table ? "table" : "key",
+                         rest.substr(open + 1, close - open - 1));
+    }
+  }
+  if (description.find("could not determine value type") != std::string_view::npos) {
+    return "this is no TOML value; a text needs quotes";
+  }
+  const std::string_view prefix = "Error while parsing ";
+  if (description.starts_with(prefix)) {
+    return fmt::format("cannot read {}", description.substr(prefix.size()));
+  }
+  return fmt::format("not valid TOML: {}", description);
+}
+
+/// The position after the string that opens at `i`; the end of the text where nothing closes it.
+std::size_t skip_string(std::string_view text, std::size_t i) {
+  const char quote = text[i];
+  const bool is_multiline = i + 2 < text.size() && text[i + 1] == quote && text[i + 2] == quote;
+  const std::string close(is_multiline ? 3 : 1, quote);
+  for (i += close.size(); i < text.size(); ++i) {
+    if (quote == '"' && text[i] == '\\') {
+      ++i;
+    } else if (text.substr(i).starts_with(close)) {
+      return i + close.size();
+    } else if (text[i] == '\n' && !is_multiline) {
+      return i;
+    }
+  }
+  return text.size();
+}
+
+/// Throws where a key has too many parts.
+void check_key_parts(std::string_view text, const Places& places) {
+  const std::string_view separators = "=,[]{}\n";
+  int dots = 0;
+  for (std::size_t i = 0; i < text.size();) {
+    const char c = text[i];
+    if (c == '#') {
+      i = std::min(text.find('\n', i), text.size());
+    } else if (c == '"' || c == '\'') {
+      i = skip_string(text, i);
+    } else {
+      if (separators.find(c) != std::string_view::npos) dots = 0;
+      if (c == '.' && ++dots >= max_key_parts) {
+        toml::source_region region;
+        region.begin.line = static_cast<toml::source_index>(
+            1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(i), '\n'));
+        throw InputError(places(region), too_many_parts);
+      }
+      ++i;
+    }
+  }
+}
+
+toml::table parse_document(std::string_view text, const Places& places) {
+  check_key_parts(text, places);
+  try {
+    return toml::parse(text);
+  } catch (const toml::parse_error& error) {
+    throw InputError(places(error.source()), syntax_message(error.description()));
+  }
+}
+
+std::string_view trim(std::string_view text) {
+  const std::string_view blanks = " \t\r\n";
+  const auto first = text.find_first_not_of(blanks);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
+}
+
+std::vector<std::string> split_key(std::string_view key) {
+  std::vector<std::string> parts;
+  for (;;) {
+    const auto dot = key.find('.');
+    parts.emplace_back(trim(key.substr(0, dot)));
+    if (dot == std::string_view::npos) return parts;
+    key.remove_prefix(dot + 1);
+  }
+}
+
+bool is_bare_key(std::string_view key) {
+  const auto is_bare = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-';
+  };
+  return !key.empty() && std::all_of(key.begin(), key.end(), is_bare);
+}
+
+ConfigNode* find_member(ConfigNode& node, std::string_view key) {
+  for (auto& [name, member] : node.table()) {
+    if (name == key) return &member;
+  }
+  return nullptr;
+}
+
+ConfigNode parse_value(std::string_view text, const Places& places) {
+  const SourceLocation where{places.file, 0, 0};
+  if (text.empty()) throw InputError(where, "needs a value after '='");
+  const std::string key = "value";
+  try {
+    const toml::table document = parse_document(fmt::format("{} = {}\n", key, text), places);
+    if (document.size() != 1) throw InputError(where, "takes one value only");
+    return convert(*document.get(key), places, 1);
+  } catch (const InputError&) {
+    const bool is_bare_word =
+        std::string_view("[{\"'").find(text.front()) == std::string_view::npos;
+    if (!is_bare_word || text.find('\n') != std::string_view::npos) throw;
+  }
+  ConfigNode result;
+  result.data = std::string(text);
+  result.where = where;
+  return result;
+}
+
+}  // namespace
+
+const ConfigNode* ConfigNode::find(std::string_view key) const {
+  if (!is_table()) return nullptr;
+  for (const auto& [name, member] : table()) {
+    if (name == key) return &member;
+  }
+  return nullptr;
+}
+
+std::string ConfigNode::type_name() const {
+  switch (data.index()) {
+    case 0:
+      return "a boolean";
+    case 1:
+      return "an integer";
+    case 2:
+      return "a number";
+    case 3:
+      return "a string";
+    case 4:
+      return "a list";
+    default:
+      return "a table";
+  }
+}
+
+ConfigNode parse_toml(std::string_view text, const std::string& file) {
+  const Places places{file};
+  ConfigNode root = convert(parse_document(text, places), places, 0);
+  root.where = {file, 0, 0};
+  root.key_where = root.where;
+  return root;
+}
+
+void set_from_text(ConfigNode& root, std::string_view assignment) {
+  const auto equals = assignment.find('=');
+  const std::string_view key = trim(assignment.substr(0, equals));
+  const std::vector<std::string> parts = split_key(key);
+  if (equals == std::string_view::npos || !std::all_of(parts.begin(), parts.end(), is_bare_key)) {
+    throw InputError({"--set", 0, 0},
+                     fmt::format("{} is not of the form section.key=value", in_quotes(assignment)));
+  }
+  const Places places{fmt::format("--set {}", key), true};
+  const SourceLocation where{places.file, 0, 0};
+  if (parts.size() > static_cast<std::size_t>(max_key_parts)) {
+    throw InputError(where, too_many_parts);
+  }
+  ConfigNode value = parse_value(trim(assignment.substr(equals + 1)), places);
+  value.key_where = where;
+
+  ConfigNode* node = &root;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (!node->is_table()) {
+      throw InputError(where,
+                       fmt::format("'{}' is {}, not a table", parts[i - 1], node->type_name()));
+    }
+    ConfigNode* member = find_member(*node, parts[i]);
+    if (member == nullptr) {
+      member = &node->table().emplace_back(parts[i], ConfigNode{}).second;
+      member->where = where;
+      member->key_where = where;
+    }
+    node = member;
+  }
+  *node = std::move(value);
+}
+
+}  // namespace gamer

@@ -1,0 +1,422 @@
+#include "gamer/core/parameter.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "gamer/core/near.h"
+
+namespace gamer {
+namespace {
+
+/// The string in double quotes, as TOML writes it.
+std::string toml_string(std::string_view text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      result += '\\';
+      result += c;
+    } else if (byte < 0x20 || byte == 0x7f) {
+      result += fmt::format("\\u{:04X}", byte);
+    } else {
+      result += c;
+    }
+  }
+  return result + '"';
+}
+
+bool is_number_list(ParameterType type) {
+  return type == ParameterType::vector3 || type == ParameterType::numbers ||
+         type == ParameterType::size2;
+}
+
+std::string expected(ParameterType type) {
+  switch (type) {
+    case ParameterType::boolean:
+      return "true or false";
+    case ParameterType::integer:
+      return "an integer";
+    case ParameterType::number:
+      return "a number";
+    case ParameterType::text:
+    case ParameterType::choice:
+      return "a string";
+    case ParameterType::vector3:
+      return "a list of three numbers";
+    case ParameterType::numbers:
+      return "a list of numbers";
+    case ParameterType::size2:
+      return "an integer or a list of two";
+    case ParameterType::noise:
+      return "a table or false";
+  }
+  throw std::logic_error("unknown ParameterType");
+}
+
+/// " (deg)" for messages.
+std::string unit_note(const std::string& unit) {
+  if (unit.empty()) return "";
+  return unit == "galaxy radii" ? " (units of the galaxy radius)" : fmt::format(" ({})", unit);
+}
+
+std::string quoted_choices(const std::vector<std::string>& choices, std::string_view separator) {
+  std::vector<std::string> quoted_names;
+  for (const std::string& choice : choices) quoted_names.push_back(toml_string(choice));
+  return fmt::format("{}", fmt::join(quoted_names, separator));
+}
+
+/// Reads values of one declaration; `name` is what messages call it, e.g. "axis[1]".
+class Reader {
+ public:
+  Reader(const Parameter& parameter, const std::string& context)
+      : parameter_(parameter), context_(context) {}
+
+  ParameterValue read(const ConfigNode& node) const {
+    switch (parameter_.type) {
+      case ParameterType::boolean:
+        if (const auto* value = std::get_if<bool>(&node.data)) return *value;
+        break;
+      case ParameterType::noise:
+        if (node.is_table()) return {};
+        if (const auto* value = std::get_if<bool>(&node.data); value && !*value) return false;
+        break;
+      case ParameterType::integer:
+        return integer(node, parameter_.name);
+      case ParameterType::number:
+        return number(node, parameter_.name);
+      case ParameterType::text:
+        if (const auto* value = std::get_if<std::string>(&node.data)) return *value;
+        break;
+      case ParameterType::choice:
+        if (const auto* value = std::get_if<std::string>(&node.data)) return choice(node, *value);
+        break;
+      case ParameterType::vector3:
+        if (node.is_array()) return list(node, 3);
+        break;
+      case ParameterType::numbers:
+        if (node.is_array()) return list(node, node.array().size());
+        break;
+      case ParameterType::size2:
+        if (node.is_array()) return list(node, 2);
+        if (std::holds_alternative<std::int64_t>(node.data)) {
+          const auto size = static_cast<double>(integer(node, parameter_.name));
+          return std::vector<double>{size, size};
+        }
+        break;
+    }
+    fail_type(node, parameter_.name, expected(parameter_.type));
+  }
+
+ private:
+  [[noreturn]] void fail(const ConfigNode& node, const std::string& message) const {
+    throw InputError(node.where, context_ + message);
+  }
+
+  [[noreturn]] void fail_type(const ConfigNode& node, const std::string& name,
+                              const std::string& wanted) const {
+    const auto* boolean = std::get_if<bool>(&node.data);
+    const std::string found = boolean ? fmt::format("{}", *boolean) : node.type_name();
+    fail(node, fmt::format("{} must be {}, not {}", name, wanted, found));
+  }
+
+  void check_interval(const ConfigNode& node, const std::string& name, double x,
+                      const std::string& text) const {
+    if (!std::isfinite(x)) fail(node, fmt::format("{} = {} is not finite", name, text));
+    if (!parameter_.interval.contains(x)) {
+      fail(node, fmt::format("{} = {} is outside {}{}", name, text, parameter_.interval.text(),
+                             unit_note(parameter_.unit)));
+    }
+  }
+
+  std::int64_t integer(const ConfigNode& node, const std::string& name) const {
+    const auto* value = std::get_if<std::int64_t>(&node.data);
+    if (value == nullptr) fail_type(node, name, "an integer");
+    check_interval(node, name, static_cast<double>(*value), fmt::format("{}", *value));
+    return *value;
+  }
+
+  double number(const ConfigNode& node, const std::string& name) const {
+    double x = 0;
+    if (const auto* whole = std::get_if<std::int64_t>(&node.data)) {
+      x = static_cast<double>(*whole);
+    } else if (const auto* value = std::get_if<double>(&node.data)) {
+      x = *value;
+    } else {
+      fail_type(node, name, "a number");
+    }
+    check_interval(node, name, x, fmt::format("{}", x));
+    return x;
+  }
+
+  std::string choice(const ConfigNode& node, const std::string& value) const {
+    const auto& choices = parameter_.choices;
+    if (std::find(choices.begin(), choices.end(), value) == choices.end()) {
+      fail(node, fmt::format("{} = {} is none of {}{}", parameter_.name, in_quotes(value),
+                             quoted_choices(choices, ", "), did_you_mean(value, choices)));
+    }
+    return value;
+  }
+
+  std::vector<double> list(const ConfigNode& node, std::size_t count) const {
+    const auto& elements = node.array();
+    if (elements.size() != count) {
+      fail(node, fmt::format("{} must be {}, not a list of {}", parameter_.name,
+                             expected(parameter_.type), elements.size()));
+    }
+    std::vector<double> result;
+    for (std::size_t i = 0; i < elements.size(); ++i) {
+      const std::string name = fmt::format("{}[{}]", parameter_.name, i);
+      result.push_back(parameter_.type == ParameterType::size2
+                           ? static_cast<double>(integer(elements[i], name))
+                           : number(elements[i], name));
+    }
+    return result;
+  }
+
+  const Parameter& parameter_;
+  const std::string& context_;
+};
+
+/// The tree that would have given `value`; a size is written with integers.
+ConfigNode node_of(const ParameterValue& value, ParameterType type) {
+  const auto node = [](ConfigNode::Data data) {
+    ConfigNode result;
+    result.data = std::move(data);
+    return result;
+  };
+  if (const auto* flag = std::get_if<bool>(&value)) return node(*flag);
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) return node(*whole);
+  if (const auto* real = std::get_if<double>(&value)) return node(*real);
+  if (const auto* text = std::get_if<std::string>(&value)) return node(*text);
+  // 2^53: beyond it a double does not tell integers apart.
+  constexpr double exact_integers = 0x1p53;
+  ConfigNode::Array elements;
+  for (const double x : std::get<std::vector<double>>(value)) {
+    const bool is_whole = std::fabs(x) < exact_integers && x == std::floor(x);
+    elements.push_back(type == ParameterType::size2 && is_whole ? node(static_cast<std::int64_t>(x))
+                                                                : node(x));
+  }
+  return node(std::move(elements));
+}
+
+/// A default in the form in which a value of the type is stored.
+ParameterValue stored_default(const Parameter& parameter) {
+  const ParameterValue& value = parameter.default_value;
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) {
+    const auto x = static_cast<double>(*whole);
+    if (parameter.type == ParameterType::number) return x;
+    if (parameter.type == ParameterType::size2) return std::vector<double>{x, x};
+  }
+  return value;
+}
+
+std::vector<std::string> names_of(const ParameterTable& table) {
+  std::vector<std::string> names;
+  for (const Parameter& parameter : table) names.push_back(parameter.name);
+  return names;
+}
+
+std::string escape_pipes(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '|') result += '\\';
+    result += c;
+  }
+  return result;
+}
+
+template <typename T>
+const T& get(const ParameterSet& set, std::string_view name) {
+  const auto* value = std::get_if<T>(&set.value(name));
+  if (value == nullptr) {
+    throw std::logic_error(fmt::format("parameter '{}' has no value of the type asked for", name));
+  }
+  return *value;
+}
+
+}  // namespace
+
+bool Interval::contains(double x) const {
+  return (low_open ? x > low : x >= low) && (high_open ? x < high : x <= high);
+}
+
+std::string Interval::text() const {
+  return fmt::format("{}{}, {}{}", low_open ? ']' : '[', low, high, high_open ? '[' : ']');
+}
+
+std::string Parameter::type_text() const {
+  std::string result;
+  switch (type) {
+    case ParameterType::boolean:
+      return "boolean";
+    case ParameterType::noise:
+      return "table or false";
+    case ParameterType::choice:
+      return quoted_choices(choices, ", ");
+    case ParameterType::text:
+      return "text";
+    case ParameterType::integer:
+      result = "integer";
+      break;
+    case ParameterType::number:
+      result = "number";
+      break;
+    case ParameterType::vector3:
+      result = "three numbers";
+      break;
+    case ParameterType::numbers:
+      result = "list of numbers";
+      break;
+    case ParameterType::size2:
+      result = "integer or [width, height]";
+      break;
+  }
+  if (!unit.empty()) result += ", " + unit;
+  if (interval.text() != Interval::any().text()) result += ", " + interval.text();
+  return result;
+}
+
+std::string Parameter::default_text() const {
+  if (required) return "required";
+  if (std::holds_alternative<std::monostate>(default_value)) return "none";
+  return value_text(default_value);
+}
+
+std::string value_text(const ParameterValue& value) {
+  if (const auto* flag = std::get_if<bool>(&value)) return *flag ? "true" : "false";
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) return fmt::format("{}", *whole);
+  if (const auto* real = std::get_if<double>(&value)) return fmt::format("{}", *real);
+  if (const auto* text = std::get_if<std::string>(&value)) return toml_string(*text);
+  if (const auto* list = std::get_if<std::vector<double>>(&value)) {
+    return fmt::format("[{}]", fmt::join(*list, ", "));
+  }
+  return "";
+}
+
+ParameterSet::ParameterSet(const ParameterTable& table) : table_(table) {
+  for (const Parameter& parameter : table_) entries_.push_back({stored_default(parameter), {}, {}});
+}
+
+ParameterSet ParameterSet::read(const ParameterTable& table, const ConfigNode& node,
+                                const std::string& context, const std::string& known_where,
+                                std::span<const std::string> skip) {
+  if (!node.is_table()) {
+    throw InputError(node.where,
+                     fmt::format("{}must be a table, not {}", context, node.type_name()));
+  }
+  ParameterSet result(table);
+  result.context_ = context;
+  for (const auto& [key, member] : node.table()) {
+    if (std::find(skip.begin(), skip.end(), key) != skip.end()) continue;
+    const auto declared =
+        std::find_if(table.begin(), table.end(), [&](const Parameter& p) { return p.name == key; });
+    if (declared == table.end()) {
+      std::vector<std::string> known = names_of(table);
+      known.insert(known.end(), skip.begin(), skip.end());
+      const std::string place = known_where.empty() ? "" : " " + known_where;
+      throw InputError(member.key_where,
+                       fmt::format("{}unknown key {}{}{}", context, in_quotes(key), place,
+                                   did_you_mean(key, known)));
+    }
+    Entry& entry = result.entries_[static_cast<std::size_t>(declared - table.begin())];
+    entry = {Reader(*declared, context).read(member), true, member.where};
+  }
+  for (const Parameter& parameter : table) {
+    const bool is_skipped = std::find(skip.begin(), skip.end(), parameter.name) != skip.end();
+    if (parameter.required && !is_skipped && !result.is_given(parameter.name)) {
+      const std::string place = known_where.empty() ? "" : " " + known_where;
+      throw InputError(node.where,
+                       fmt::format("{}missing key '{}'{}", context, parameter.name, place));
+    }
+  }
+  return result;
+}
+
+std::size_t ParameterSet::index(std::string_view name) const {
+  for (std::size_t i = 0; i < table_.size(); ++i) {
+    if (table_[i].name == name) return i;
+  }
+  throw std::logic_error(fmt::format("no parameter '{}' is declared", name));
+}
+
+bool ParameterSet::boolean(std::string_view name) const { return get<bool>(*this, name); }
+
+std::int64_t ParameterSet::integer(std::string_view name) const {
+  return get<std::int64_t>(*this, name);
+}
+
+double ParameterSet::number(std::string_view name) const { return get<double>(*this, name); }
+
+const std::string& ParameterSet::text(std::string_view name) const {
+  return get<std::string>(*this, name);
+}
+
+const std::vector<double>& ParameterSet::numbers(std::string_view name) const {
+  return get<std::vector<double>>(*this, name);
+}
+
+const ParameterValue& ParameterSet::value(std::string_view name) const {
+  return entries_[index(name)].value;
+}
+
+bool ParameterSet::has(std::string_view name) const {
+  return !std::holds_alternative<std::monostate>(value(name));
+}
+
+bool ParameterSet::is_given(std::string_view name) const { return entries_[index(name)].given; }
+
+SourceLocation ParameterSet::where(std::string_view name) const {
+  return entries_[index(name)].where;
+}
+
+void ParameterSet::set(std::string_view name, const ParameterValue& value) {
+  const std::size_t i = index(name);
+  const Parameter& parameter = table_[i];
+  if (!std::holds_alternative<std::monostate>(value)) {
+    entries_[i].value = Reader(parameter, context_).read(node_of(value, parameter.type));
+  } else if (parameter.required) {
+    throw InputError(fmt::format("{}missing key '{}'", context_, name));
+  } else {
+    entries_[i].value = {};
+  }
+}
+
+std::string markdown_table(const ParameterTable& table) {
+  std::string result =
+      "| key | type, unit, interval | default | meaning |\n"
+      "|---|---|---|---|\n";
+  for (const Parameter& p : table) {
+    const bool has_value = !p.required && p.default_text() != "none";
+    const std::string quote = has_value ? "`" : "";
+    result +=
+        fmt::format("| `{}` | {} | {}{}{} | {} |\n", p.name, escape_pipes(p.type_text()), quote,
+                    escape_pipes(p.default_text()), quote, escape_pipes(p.description));
+  }
+  return result;
+}
+
+std::string terminal_table(const ParameterTable& table) {
+  using Row = std::vector<std::string>;
+  std::vector<Row> rows = {{"key", "type, unit, interval", "default", "meaning"}};
+  for (const Parameter& p : table) {
+    rows.push_back({p.name, p.type_text(), p.default_text(), p.description});
+  }
+  std::vector<std::size_t> widths(rows.front().size(), 0);
+  for (const Row& row : rows) {
+    for (std::size_t i = 0; i + 1 < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  std::string result;
+  for (const Row& row : rows) {
+    std::string line;
+    for (std::size_t i = 0; i < row.size(); ++i) line += fmt::format("{:<{}}  ", row[i], widths[i]);
+    line.erase(line.find_last_not_of(' ') + 1);
+    result += line + "\n";
+  }
+  return result;
+}
+
+}  // namespace gamer

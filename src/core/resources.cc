@@ -1,0 +1,195 @@
+#include "gamer/core/resources.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "gamer/core/error.h"
+#include "gamer/core/near.h"
+
+namespace gamer {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t max_text_bytes = std::uintmax_t{64} << 20;
+
+bool is_there(const fs::path& path) {
+  std::error_code error;
+  return fs::exists(path, error);
+}
+
+std::string read_file(const fs::path& path) {
+  const std::string label = in_quotes(path.generic_string());
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (status.type() == fs::file_type::not_found) {
+    throw InputError(fmt::format("there is no file {}", label));
+  }
+  if (fs::is_directory(status)) throw InputError(fmt::format("{} is a directory", label));
+  // A pipe or a device could block for ever or never end.
+  if (status.type() != fs::file_type::none && !fs::is_regular_file(status)) {
+    throw InputError(fmt::format("{} is not a regular file", label));
+  }
+  std::ifstream stream(path, std::ios::binary);
+  const std::uintmax_t size = fs::file_size(path, error);
+  if (!stream || error) throw InputError(fmt::format("cannot read {}", label));
+  if (size > max_text_bytes) {
+    throw InputError(fmt::format("{} is larger than {} MiB", label, max_text_bytes >> 20));
+  }
+  std::string content(static_cast<std::size_t>(size), '\0');
+  stream.read(content.data(), static_cast<std::streamsize>(size));
+  if (stream.gcount() != static_cast<std::streamsize>(size)) {
+    throw InputError(fmt::format("cannot read {}", label));
+  }
+  if (content.find('\0') != std::string::npos) {
+    throw InputError(fmt::format("{} has NUL bytes; it is not a text file", label));
+  }
+  return content;
+}
+
+bool has_suffix(std::string_view name, std::span<const std::string> suffixes) {
+  return std::any_of(suffixes.begin(), suffixes.end(), [&](const std::string& suffix) {
+    return name.size() > suffix.size() && name.ends_with(suffix);
+  });
+}
+
+/// `name` as it may stand in a file, turned into the file names to try.
+std::vector<std::string> file_names(const std::string& name,
+                                    std::span<const std::string> suffixes) {
+  std::vector<std::string> result;
+  const bool is_path = name.find('/') != std::string::npos;
+  const bool is_complete = has_suffix(name, suffixes);
+  if (is_path || is_complete) result.push_back(name);
+  if (!is_complete) {
+    for (const std::string& suffix : suffixes) result.push_back(name + suffix);
+  }
+  return result;
+}
+
+/// Key of a file found by its path. A name looked up in the data folders holds no further '/', so
+/// that the two never meet: "seds/E", "seds/./E.sed", "seds/../E.sed", "seds//home/E.sed".
+std::string path_key(const std::string& kind, const fs::path& path) {
+  const std::string text = path.generic_string();
+  const bool is_below = path.is_relative() && !text.starts_with("../");
+  return kind + (is_below ? "/./" : "/") + text;
+}
+
+std::string noun(const std::string& kind) {
+  if (kind == "galaxies") return "galaxy";
+  if (kind == "seds") return "SED";
+  return kind;
+}
+
+/// Adds the names, without suffix, of a folder's files that end in one of the suffixes.
+void collect_names(const fs::path& folder, std::span<const std::string> suffixes,
+                   std::set<std::string>& names) {
+  std::error_code error;
+  fs::directory_iterator entry(folder.empty() ? fs::path(".") : folder, error);
+  for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
+    const std::string file = entry->path().filename().generic_string();
+    for (const std::string& suffix : suffixes) {
+      if (file.size() > suffix.size() && file.ends_with(suffix)) {
+        names.insert(file.substr(0, file.size() - suffix.size()));
+        break;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Resources::Resources(std::vector<fs::path> folders) : folders_(std::move(folders)) {}
+
+Resources Resources::from_record(std::vector<Text> record) {
+  Resources result({});
+  result.disk_ = false;
+  for (Text& text : record) result.add(std::move(text));
+  return result;
+}
+
+const Resources::Text& Resources::find(const std::string& kind, const std::string& name,
+                                       const std::string& beside,
+                                       std::span<const std::string> suffixes) {
+  if (name.empty()) throw InputError(fmt::format("the name of a {} is empty", noun(kind)));
+  const fs::path folder = fs::path(beside).parent_path();
+
+  const auto recorded_or_read = [&](const std::string& key, const fs::path& path) -> const Text* {
+    if (const auto known = texts_.find(key); known != texts_.end()) return &known->second;
+    if (!disk_ || !is_there(path)) return nullptr;
+    return &read(key, path);
+  };
+
+  for (const std::string& file : file_names(name, suffixes)) {
+    const fs::path path = (folder / file).lexically_normal();
+    if (const Text* text = recorded_or_read(path_key(kind, path), path)) return *text;
+  }
+  if (name.find('/') != std::string::npos) {
+    throw InputError(fmt::format("there is no file {} for {} {}",
+                                 in_quotes((folder / name).lexically_normal().generic_string()),
+                                 noun(kind), in_quotes(name)));
+  }
+  const std::string key = kind + "/" + name;
+  if (const Text* text = recorded_or_read(key, {})) return *text;
+  for (const fs::path& data : folders_) {
+    for (const std::string& file : file_names(name, suffixes)) {
+      const fs::path path = (data / kind / file).lexically_normal();
+      if (const Text* text = recorded_or_read(key, path)) return *text;
+    }
+  }
+
+  const std::vector<std::string> in_folders = names(kind, suffixes);
+  std::set<std::string> known(in_folders.begin(), in_folders.end());
+  if (disk_) collect_names(folder, suffixes, known);
+  const std::vector<std::string> candidates(known.begin(), known.end());
+  throw InputError(
+      fmt::format("unknown {} {}{}", noun(kind), in_quotes(name), did_you_mean(name, candidates)));
+}
+
+const Resources::Text& Resources::read(const std::string& name, const fs::path& path) {
+  if (const auto known = texts_.find(name); known != texts_.end()) return known->second;
+  if (!disk_) throw InputError(fmt::format("the record holds no {}", in_quotes(name)));
+  return add({name, path.generic_string(), read_file(path)});
+}
+
+const Resources::Text& Resources::add(Text text) {
+  std::string name = text.name;
+  return texts_.insert_or_assign(std::move(name), std::move(text)).first->second;
+}
+
+std::vector<std::string> Resources::names(const std::string& kind,
+                                          std::span<const std::string> suffixes) const {
+  std::set<std::string> result;
+  for (const fs::path& data : folders_) collect_names(data / kind, suffixes, result);
+  if (!disk_) {
+    const std::string prefix = kind + "/";
+    for (const auto& [key, text] : texts_) {
+      const bool is_named = key.starts_with(prefix) && key.find('/', prefix.size()) == key.npos;
+      if (is_named) result.insert(key.substr(prefix.size()));
+    }
+  }
+  return {result.begin(), result.end()};
+}
+
+std::vector<Resources::Text> Resources::record() const {
+  std::vector<Text> result;
+  for (const auto& [key, text] : texts_) result.push_back(text);
+  return result;
+}
+
+std::vector<fs::path> default_data_folders() {
+  std::vector<fs::path> result = {"."};
+  if (const char* data = std::getenv("GAMER_DATA"); data != nullptr && *data != '\0') {
+    result.emplace_back(data);
+  }
+  const fs::path installed = GAMER_INSTALL_DATA_DIR;
+  result.push_back(is_there(installed) ? installed : fs::path(GAMER_SOURCE_DATA_DIR));
+  return result;
+}
+
+}  // namespace gamer

@@ -1,0 +1,7 @@
+#include "gamer/core/version.h"
+
+namespace gamer {
+
+const char* version() { return GAMER_VERSION; }
+
+}  // namespace gamer
