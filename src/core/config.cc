@@ -133,7 +133,7 @@ void check_key_parts(std::string_view text, const Places& places) {
     } else {
       if (separators.find(c) != std::string_view::npos) dots = 0;
       if (c == '.' && ++dots >= max_key_parts) {
-        toml::source_region region;
+        toml::source_region region{};
         region.begin.line = static_cast<toml::source_index>(
             1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(i), '\n'));
         throw InputError(places(region), too_many_parts);

@@ -46,7 +46,7 @@ std::string did_you_mean(std::string_view name, std::span<const std::string> kno
   const std::size_t limit = 1 + asked.size() / 4;
   std::vector<std::pair<std::size_t, std::string>> near;
   for (const std::string& candidate : known) {
-    const auto [shorter, longer] = std::minmax(asked.size(), candidate.size());
+    const auto [shorter, longer] = std::minmax({asked.size(), candidate.size()});
     if (longer - shorter > limit) continue;
     const std::size_t d = distance(asked, lower(candidate));
     const bool is_new = std::none_of(near.begin(), near.end(),

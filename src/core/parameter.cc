@@ -29,11 +29,6 @@ std::string toml_string(std::string_view text) {
   return result + '"';
 }
 
-bool is_number_list(ParameterType type) {
-  return type == ParameterType::vector3 || type == ParameterType::numbers ||
-         type == ParameterType::size2;
-}
-
 std::string expected(ParameterType type) {
   switch (type) {
     case ParameterType::boolean:
@@ -312,8 +307,7 @@ ParameterSet ParameterSet::read(const ParameterTable& table, const ConfigNode& n
   result.context_ = context;
   for (const auto& [key, member] : node.table()) {
     if (std::find(skip.begin(), skip.end(), key) != skip.end()) continue;
-    const auto declared =
-        std::find_if(table.begin(), table.end(), [&](const Parameter& p) { return p.name == key; });
+    const auto declared = std::ranges::find(table, key, &Parameter::name);
     if (declared == table.end()) {
       std::vector<std::string> known = names_of(table);
       known.insert(known.end(), skip.begin(), skip.end());
