@@ -25,10 +25,15 @@ class Executor {
 
   virtual ~Executor() = default;
 
-  /// Computes rows [0, rows) in blocks of `block` rows. Every rank calls it with the same arguments.
-  /// What compute or consume throws (on any rank) ends the run on every rank; run() then throws it
-  /// on rank 0 (RunError with the message when it came from another rank) and on the others
-  /// throws Stopped.
+  /// Computes rows [0, rows) in blocks of `block` rows (the last may be shorter), handed out in
+  /// ascending order to whoever is free. Every rank calls it with the same numbers; it may be
+  /// called again and again. Results wait for `consume` in a bounded queue: when it is slow,
+  /// workers wait.
+  ///
+  /// What compute or consume throws (on any rank) ends the run on every rank, as soon as the blocks
+  /// being computed are done; run() then throws it on rank 0 (when it came from another rank, as
+  /// InputError or RunError with its message) and on the others throws Stopped. Throws
+  /// std::invalid_argument when rows < 0 or block < 1.
   virtual void run(int rows, int block, std::size_t values_per_row, const Compute& compute,
                    const Consume& consume) = 0;
 
@@ -36,14 +41,17 @@ class Executor {
   virtual int workers() const = 0;
 };
 
-/// Thrown on ranks other than 0 when the run ended elsewhere: nothing to report, exit code `code`.
+/// Thrown on ranks other than 0 when the job ended elsewhere: nothing to report, exit code `code`
+/// (2 for an InputError, else 1).
 struct Stopped {
   int code = 1;
 };
 
-/// Threads of this process. With one thread everything runs in the caller's.
+/// Threads of this process. With one thread everything runs in the caller's; with more, that many
+/// compute while the caller's thread consumes.
 class ThreadExecutor : public Executor {
  public:
+  /// Throws std::invalid_argument when threads < 1.
   explicit ThreadExecutor(int threads);
   void run(int rows, int block, std::size_t values_per_row, const Compute& compute,
            const Consume& consume) override;
@@ -53,7 +61,8 @@ class ThreadExecutor : public Executor {
   int threads_;
 };
 
-/// Cores that this process may use.
+/// Cores that this process may use, at least 1: those of its affinity mask, but no more than the
+/// CPU quota of its control group, rounded up.
 int available_cores();
 
 }  // namespace gamer

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -8,33 +9,50 @@
 
 namespace gamer {
 
-/// The processes of an MPI job; a single process when started alone or built without MPI. The only
-/// place that knows MPI. Construct one in main, before anything else.
+class Job;
+
+/// The processes of an MPI job; a single process when started alone or built without MPI. Construct
+/// one in main, before anything else.
+///
+/// Every rank calls the same functions in the same order, each from the thread that made the
+/// object. A rank that cannot go on calls end() at any time (~Ranks does when main did not): where
+/// the others are waiting or next call, rank 0 throws what ended and the rest throw Stopped, so
+/// that every rank comes to its end() and none hangs.
 class Ranks {
  public:
+  /// MPI is started only when the environment shows an MPI launcher, so that a program alone starts
+  /// fast and where MPI cannot. Throws RunError when the MPI library cannot serve threads.
   Ranks(int* argc, char*** argv);
+  /// Ends the job with code 1 when end() was not called.
   ~Ranks();
   Ranks(const Ranks&) = delete;
   Ranks& operator=(const Ranks&) = delete;
 
-  int rank() const { return rank_; }
-  int size() const { return size_; }
+  int rank() const;
+  int size() const;
 
   /// Rank 0's text on every rank.
   std::string broadcast(const std::string& text) const;
   /// The bits that are set on every rank.
   std::int64_t common_bits(std::int64_t bits) const;
 
-  /// Ranks times threads: rank 0 hands blocks of rows to whichever rank asks, and also computes.
-  /// With one rank it is the ThreadExecutor.
+  /// Ranks times threads (the same number on every rank): rank 0 hands blocks of rows to whichever
+  /// rank asks, and also computes. With one rank it is the ThreadExecutor. Must not outlive this.
   std::unique_ptr<Executor> executor(int threads) const;
 
-  /// Whether this build knows MPI, and its library's version.
+  /// Ends the job; every rank's last call, with its exit code and, when it failed, what to report.
+  /// On rank 0 `report` is called, at most once: with rank 0's message or else another rank's that
+  /// rank 0 has not thrown. Returns the job's exit code on every rank: rank 0's, or another rank's
+  /// when rank 0 succeeded. No rank returns before the report is made, since launchers kill the
+  /// other ranks once one has exited with a failure.
+  int end(int code, const std::string& message = {},
+          const std::function<void(const std::string&)>& report = {});
+
+  /// Name and version of the MPI library; empty when built without MPI.
   static std::string library_version();
 
  private:
-  int rank_ = 0;
-  int size_ = 1;
+  std::unique_ptr<Job> job_;  ///< null when alone
 };
 
 }  // namespace gamer

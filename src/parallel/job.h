@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "gamer/parallel/executor.h"
+
+namespace gamer {
+
+/// Several processes, as Ranks describes them; mpi_job.cc implements it.
+class Job {
+ public:
+  virtual ~Job() = default;
+
+  virtual int rank() const = 0;
+  virtual int size() const = 0;
+  virtual std::string broadcast(const std::string& text) = 0;
+  virtual std::int64_t common_bits(std::int64_t bits) = 0;
+  virtual std::unique_ptr<Executor> executor(int threads) = 0;
+  virtual int end(int code, const std::string& message,
+                  const std::function<void(const std::string&)>& report) = 0;
+};
+
+/// Joins the MPI job that this process was started in; null when it was started alone or without
+/// MPI.
+std::unique_ptr<Job> join_job(int* argc, char*** argv);
+
+/// Name and version of the MPI library, or empty.
+std::string mpi_library_version();
+
+}  // namespace gamer

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "gamer/parallel/executor.h"
+
+namespace gamer {
+
+/// A block of rows with its values.
+struct FinishedBlock {
+  RowRange range;
+  std::vector<double> values;
+};
+
+/// Threads that draw blocks from a source, compute them and queue the results. The queue is
+/// bounded: a thread that finds it full waits. What compute throws stops the pool.
+class WorkerPool {
+ public:
+  /// The next block to compute, or none when there are no more. Called by the pool's threads,
+  /// several at a time; it may block, but must return once `stop_source` was called.
+  using Source = std::function<std::optional<RowRange>()>;
+
+  /// `compute` must outlive the pool. `stop_source` is called (perhaps more than once, from any
+  /// thread) when the pool stops early. Throws RunError when the threads cannot be started.
+  WorkerPool(int threads, std::size_t values_per_row, const Executor::Compute& compute,
+             Source source, std::function<void()> stop_source);
+  /// Stops and waits for the blocks that are being computed.
+  ~WorkerPool();
+  WorkerPool(const WorkerPool&) = delete;
+  WorkerPool& operator=(const WorkerPool&) = delete;
+
+  /// A finished block; waits for one. None when there will be no more.
+  std::optional<FinishedBlock> take();
+  /// The same, but none also after `timeout`.
+  std::optional<FinishedBlock> take_for(std::chrono::microseconds timeout);
+
+  /// All threads have ended and all results are taken.
+  bool finished() const;
+  /// What compute threw first, or null.
+  std::exception_ptr failure() const;
+
+  /// Computes no further block and drops the results that were not taken.
+  void stop();
+
+ private:
+  void work();
+  bool take_ready() const;
+  std::optional<FinishedBlock> take_first();
+
+  const std::size_t values_per_row_;
+  const Executor::Compute& compute_;
+  const Source source_;
+  const std::function<void()> stop_source_;
+  const std::size_t capacity_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable result_or_end_;
+  std::condition_variable room_;
+  std::deque<FinishedBlock> results_;
+  std::exception_ptr failure_;
+  int running_ = 0;
+  bool stopped_ = false;
+  std::vector<std::jthread> threads_;
+};
+
+}  // namespace gamer

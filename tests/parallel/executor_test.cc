@@ -1,0 +1,169 @@
+#include "gamer/parallel/executor.h"
+
+#include <gtest/gtest.h>
+#include <sched.h>
+
+#include <atomic>
+#include <chrono>
+#include <set>
+#include <stdexcept>
+#include <thread>
+#include <tuple>
+#include <vector>
+
+#include "gamer/core/error.h"
+#include "parallel/checks.h"
+
+namespace gamer {
+namespace {
+
+using std::chrono::milliseconds;
+
+class EveryRowOnce : public testing::TestWithParam<std::tuple<int, int, int>> {};
+
+TEST_P(EveryRowOnce, ArrivesWithItsValues) {
+  const auto [rows, block, threads] = GetParam();
+  ThreadExecutor executor(threads);
+  EXPECT_EQ(executor.workers(), threads);
+  for (const std::size_t width : {0u, 1u, 7u}) {
+    RowCheck check(rows, block, width);
+    executor.run(rows, block, width, check.compute(), check.consume());
+    check.expect_all_consumed();
+    EXPECT_EQ(check.computed(), rows);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(RowsBlocksThreads, EveryRowOnce,
+                         testing::Combine(testing::Values(0, 1, 2, 5, 16, 101),
+                                          testing::Values(1, 2, 3, 16, 1000),
+                                          testing::Values(1, 2, 3, 8)));
+
+TEST(ThreadExecutor, OneThreadIsTheCallers) {
+  const auto caller = std::this_thread::get_id();
+  ThreadExecutor(1).run(
+      4, 1, 1, [&](RowRange, auto) { EXPECT_EQ(std::this_thread::get_id(), caller); },
+      [&](RowRange, auto) { EXPECT_EQ(std::this_thread::get_id(), caller); });
+}
+
+TEST(ThreadExecutor, ConsumesInTheCallersThreadWhileOthersCompute) {
+  const auto caller = std::this_thread::get_id();
+  ThreadExecutor(3).run(
+      12, 1, 1, [&](RowRange, auto) { EXPECT_NE(std::this_thread::get_id(), caller); },
+      [&](RowRange, auto) { EXPECT_EQ(std::this_thread::get_id(), caller); });
+}
+
+TEST(ThreadExecutor, HandsBlocksOutInOrder) {
+  std::vector<int> first_rows;
+  ThreadExecutor(1).run(
+      10, 4, 1, [&](RowRange range, auto) { first_rows.push_back(range.first); },
+      [](RowRange, auto) {});
+  EXPECT_EQ(first_rows, (std::vector{0, 4, 8}));
+}
+
+TEST(ThreadExecutor, SlowBlockDoesNotHoldOthersUp) {
+  // While the first block waits for all others to be consumed, the second thread must do them.
+  constexpr int rows = 20;
+  std::atomic<int> consumed = 0;
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  ThreadExecutor(2).run(
+      rows, 1, 1,
+      [&](RowRange range, auto) {
+        while (range.first == 0 && consumed < rows - 1) {
+          ASSERT_LT(std::chrono::steady_clock::now(), deadline);
+          std::this_thread::sleep_for(milliseconds(1));
+        }
+      },
+      [&](RowRange, auto) { ++consumed; });
+  EXPECT_EQ(consumed, rows);
+}
+
+TEST(ThreadExecutor, SlowConsumerBoundsWaitingResults) {
+  constexpr int threads = 3;
+  std::atomic<int> computed = 0;
+  int consumed = 0;
+  int most_ahead = 0;
+  ThreadExecutor(threads).run(
+      40, 1, 1, [&](RowRange, auto) { ++computed; },
+      [&](RowRange, auto) {
+        std::this_thread::sleep_for(milliseconds(2));
+        ++consumed;
+        most_ahead = std::max(most_ahead, computed - consumed);
+      });
+  EXPECT_LE(most_ahead, 2 * threads);  // one waiting and one held per thread
+  EXPECT_GE(most_ahead, threads);
+}
+
+class Failing : public testing::TestWithParam<int> {};
+
+TEST_P(Failing, ComputeEndsTheRunWithItsException) {
+  std::atomic<int> computed = 0;
+  ThreadExecutor executor(GetParam());
+  try {
+    executor.run(
+        10000, 1, 1,
+        [&](RowRange range, auto) {
+          ++computed;
+          if (range.first == 5) throw InputError("row 5 is wrong");
+          std::this_thread::sleep_for(milliseconds(1));
+        },
+        [](RowRange, auto) {});
+    FAIL() << "nothing thrown";
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "row 5 is wrong");
+  }
+  EXPECT_LT(computed, 5000);
+  RowCheck check(10, 3, 2);
+  executor.run(10, 3, 2, check.compute(), check.consume());
+  check.expect_all_consumed();
+}
+
+TEST_P(Failing, ConsumeEndsTheRunWithItsException) {
+  std::atomic<int> computed = 0;
+  int consumed = 0;
+  EXPECT_THROW(ThreadExecutor(GetParam())
+                   .run(
+                       10000, 1, 1, [&](RowRange, auto) { ++computed; },
+                       [&](RowRange, auto) {
+                         if (++consumed == 3) throw RunError("disk full");
+                       }),
+               RunError);
+  EXPECT_EQ(consumed, 3);
+  EXPECT_LE(computed, 3 + 2 * GetParam());
+}
+
+TEST_P(Failing, UnknownExceptionsPass) {
+  EXPECT_THROW(ThreadExecutor(GetParam())
+                   .run(
+                       10, 1, 1, [](RowRange, auto) { throw 7; }, [](RowRange, auto) {}),
+               int);
+}
+
+INSTANTIATE_TEST_SUITE_P(Threads, Failing, testing::Values(1, 2, 5));
+
+TEST(ThreadExecutor, RejectsWrongNumbers) {
+  EXPECT_THROW(ThreadExecutor(0), std::invalid_argument);
+  for (const int threads : {1, 2}) {
+    ThreadExecutor executor(threads);
+    const auto nothing = [](RowRange, auto) {};
+    EXPECT_THROW(executor.run(-1, 1, 1, nothing, nothing), std::invalid_argument);
+    EXPECT_THROW(executor.run(1, 0, 1, nothing, nothing), std::invalid_argument);
+  }
+}
+
+TEST(AvailableCores, FollowsTheAffinityMask) {
+  cpu_set_t before;
+  ASSERT_EQ(sched_getaffinity(0, sizeof before, &before), 0);
+  EXPECT_GE(available_cores(), 1);
+  EXPECT_LE(available_cores(), CPU_COUNT(&before));
+  int cpu = 0;
+  while (!CPU_ISSET(cpu, &before)) ++cpu;
+  cpu_set_t one;
+  CPU_ZERO(&one);
+  CPU_SET(cpu, &one);
+  ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
+  EXPECT_EQ(available_cores(), 1);
+  sched_setaffinity(0, sizeof before, &before);
+}
+
+}  // namespace
+}  // namespace gamer

@@ -1,0 +1,372 @@
+// Run under mpirun by ctest, with a scenario's name. Every rank checks; the exit code is 0 when all
+// is as expected on all ranks.
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <functional>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <thread>
+#include <vector>
+
+#include "gamer/core/error.h"
+#include "gamer/parallel/ranks.h"
+#include "parallel/checks.h"
+
+namespace gamer {
+namespace {
+
+using std::chrono::milliseconds;
+using Clock = std::chrono::steady_clock;
+
+Ranks* ranks = nullptr;
+
+const auto nothing = [](RowRange, auto) {};
+
+/// The sum of every rank's number; each is shared in turn.
+std::int64_t sum_over_ranks(std::int64_t number) {
+  std::int64_t sum = 0;
+  for (int rank = 0; rank < ranks->size(); ++rank) {
+    sum += ranks->common_bits(rank == ranks->rank() ? number : -1);
+  }
+  return sum;
+}
+
+TEST(Ranks, Broadcast) {
+  for (const std::size_t length : {0u, 1u, 5000u, 20'000'000u}) {
+    std::string text(length, 'x');
+    for (std::size_t i = 0; i < length; ++i) text[i] = static_cast<char>(i * i % 251);
+    EXPECT_TRUE(ranks->broadcast(ranks->rank() == 0 ? text : "other") == text) << length;
+  }
+}
+
+TEST(Ranks, CommonBits) {
+  const std::int64_t own = 0b1000 | (std::int64_t{1} << (40 + ranks->rank()));
+  const std::int64_t expected = ranks->size() == 1 ? own : 0b1000;
+  EXPECT_EQ(ranks->common_bits(own), expected);
+  EXPECT_EQ(ranks->common_bits(-1), -1);
+}
+
+TEST(Ranks, EveryRowArrivesOnceWithItsValues) {
+  for (const int threads : {1, 2, 4}) {
+    const auto executor = ranks->executor(threads);
+    EXPECT_EQ(executor->workers(), threads * ranks->size());
+    for (const int rows : {0, 1, 3, 16, 101}) {
+      for (const int block : {1, 3, 16, 1000}) {
+        for (const std::size_t width : {0u, 1u, 37u}) {
+          RowCheck check(rows, block, width);
+          executor->run(rows, block, width, check.compute(), check.consume());
+          if (ranks->rank() == 0) check.expect_all_consumed();
+          EXPECT_EQ(sum_over_ranks(check.computed()), rows);
+        }
+      }
+    }
+  }
+}
+
+TEST(Ranks, ResultsOfSeveralMessages) {
+  // 2.5 messages of 2^20 values a block.
+  constexpr std::size_t width = (std::size_t{5} << 19) / 2;
+  RowCheck check(8, 2, width);
+  ranks->executor(1)->run(8, 2, width, check.compute(), check.consume());
+  if (ranks->rank() == 0) check.expect_all_consumed();
+}
+
+TEST(Ranks, EveryRankComputes) {
+  RowCheck check(40, 1, 3);
+  const auto compute = check.compute();
+  ranks->executor(1)->run(
+      40, 1, 3,
+      [&](RowRange range, std::span<double> values) {
+        std::this_thread::sleep_for(milliseconds(5));
+        compute(range, values);
+      },
+      check.consume());
+  EXPECT_GE(check.computed(), 40 / ranks->size() / 2);
+  if (ranks->rank() == 0) check.expect_all_consumed();
+}
+
+TEST(Ranks, SlowBlockDoesNotHoldOthersUp) {
+  // The first block sleeps as long as all others together take one worker.
+  constexpr int rows = 61;
+  constexpr milliseconds short_time(10);
+  const auto start = Clock::now();
+  ranks->executor(1)->run(
+      rows, 1, 1,
+      [&](RowRange range, auto) {
+        std::this_thread::sleep_for(range.first == 0 ? (rows - 1) * short_time : short_time);
+      },
+      nothing);
+  const auto time = Clock::now() - start;
+  const auto serial = 2 * (rows - 1) * short_time;
+  if (ranks->size() == 1) {
+    EXPECT_GE(time, serial);
+  } else {
+    // One block may wait behind the slow one on its rank.
+    EXPECT_LT(time, serial * 3 / 4);
+  }
+}
+
+double cpu_seconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+TEST(Ranks, WaitingBurnsNoCore) {
+  const double before = cpu_seconds();
+  const auto start = Clock::now();
+  ranks->executor(1)->run(
+      2 * ranks->size(), 1, 1,
+      [](RowRange, auto) { std::this_thread::sleep_for(milliseconds(300)); }, nothing);
+  if (ranks->rank() == 0) std::this_thread::sleep_for(milliseconds(300));
+  ranks->broadcast("");
+  const std::chrono::duration<double> time = Clock::now() - start;
+  EXPECT_LT(cpu_seconds() - before, 0.1 * time.count());
+}
+
+TEST(Ranks, SlowConsumerHoldsWorkersBack) {
+  constexpr int rows = 60;
+  RowCheck check(rows, 1, 1);
+  int consumed = 0;
+  int computed_here_at_third = 0;
+  ranks->executor(1)->run(rows, 1, 1, check.compute(), [&](RowRange, auto) {
+    std::this_thread::sleep_for(milliseconds(5));
+    if (++consumed == 3) computed_here_at_third = check.computed();
+  });
+  if (ranks->rank() == 0) {
+    // One waits and one is held by the thread.
+    EXPECT_LE(computed_here_at_third, 3 + 2);
+  }
+}
+
+/// What run() threw: "" for nothing, "input: ...", "run: ...", "stopped: code".
+std::string outcome(const Executor::Compute& compute, const Executor::Consume& consume) {
+  try {
+    ranks->executor(2)->run(100000, 1, 4, compute, consume);
+    return "";
+  } catch (const InputError& error) {
+    return std::string("input: ") + error.what();
+  } catch (const RunError& error) {
+    return std::string("run: ") + error.what();
+  } catch (const Stopped& stopped) {
+    return "stopped: " + std::to_string(stopped.code);
+  } catch (const std::exception& error) {
+    return std::string("other: ") + error.what();
+  }
+}
+
+TEST(Ranks, ComputeFailsOnEachRank) {
+  const auto pause = [] { std::this_thread::sleep_for(milliseconds(1)); };
+  for (int failing = 0; failing < ranks->size(); ++failing) {
+    std::atomic<int> calls = 0;
+    const auto throwing = [&](auto exception) {
+      return [&, exception](RowRange, auto) {
+        pause();
+        if (ranks->rank() == failing && ++calls >= 5) throw exception;
+      };
+    };
+    const auto start = Clock::now();
+    const std::string input = outcome(throwing(InputError("a.toml:3:1: wrong")), nothing);
+    EXPECT_EQ(input, ranks->rank() == 0 ? "input: a.toml:3:1: wrong" : "stopped: 2");
+    const std::string run = outcome(throwing(RunError("lost")), nothing);
+    EXPECT_EQ(run, ranks->rank() == 0 ? "run: lost" : "stopped: 1");
+    const std::string other = outcome(throwing(std::out_of_range("far")), nothing);
+    const std::string on_first =
+        failing == 0 ? "other: far" : "run: rank " + std::to_string(failing) + ": far";
+    EXPECT_EQ(other, ranks->rank() == 0 ? on_first : "stopped: 1");
+    EXPECT_LT(Clock::now() - start, std::chrono::seconds(5));
+  }
+}
+
+TEST(Ranks, LongMessagesArriveWhole) {
+  const int last = ranks->size() - 1;
+  const std::string message(100'000, 'm');
+  const std::string thrown = outcome(
+      [&](RowRange, auto) {
+        std::this_thread::sleep_for(milliseconds(1));
+        if (ranks->rank() == last) throw InputError(message);
+      },
+      nothing);
+  EXPECT_EQ(thrown, ranks->rank() == 0 ? "input: " + message : "stopped: 2");
+}
+
+TEST(Ranks, AllFailAtOnce) {
+  const std::string thrown =
+      outcome([](RowRange, auto) { throw InputError("everywhere"); }, nothing);
+  EXPECT_EQ(thrown, ranks->rank() == 0 ? "input: everywhere" : "stopped: 2");
+}
+
+TEST(Ranks, ConsumeFails) {
+  int consumed = 0;
+  const std::string thrown =
+      outcome([](RowRange, auto) { std::this_thread::sleep_for(milliseconds(1)); },
+              [&](RowRange, auto) {
+                if (++consumed == 7) throw RunError("disk full");
+              });
+  EXPECT_EQ(thrown, ranks->rank() == 0 ? "run: disk full" : "stopped: 1");
+  EXPECT_EQ(consumed, ranks->rank() == 0 ? 7 : 0);
+}
+
+TEST(Ranks, ConsumeOfTheLastBlockFails) {
+  constexpr int rows = 12;
+  int consumed = 0;
+  const auto run = [&] {
+    ranks->executor(1)->run(rows, 1, 1, nothing, [&](RowRange, auto) {
+      if (++consumed == rows) throw RunError("disk full");
+    });
+  };
+  if (ranks->rank() == 0) {
+    EXPECT_THROW(run(), RunError);
+  } else {
+    EXPECT_THROW(run(), Stopped);
+  }
+}
+
+TEST(Ranks, RunsAgainAfterFailures) {
+  RowCheck check(50, 3, 11);
+  ranks->executor(2)->run(50, 3, 11, check.compute(), check.consume());
+  if (ranks->rank() == 0) check.expect_all_consumed();
+}
+
+TEST(Ranks, RejectsWrongNumbers) {
+  EXPECT_THROW(ranks->executor(0), std::invalid_argument);
+  EXPECT_THROW(ranks->executor(1)->run(-1, 1, 1, nothing, nothing), std::invalid_argument);
+  EXPECT_THROW(ranks->executor(1)->run(1, 0, 1, nothing, nothing), std::invalid_argument);
+}
+
+/// Runs `body` and returns its exit code and message as a program's main would.
+std::pair<int, std::string> guarded(const std::function<void()>& body) {
+  try {
+    body();
+    return {0, ""};
+  } catch (const InputError& error) {
+    return {2, error.what()};
+  } catch (const Stopped& stopped) {
+    return {stopped.code, ""};
+  } catch (const std::exception& error) {
+    return {1, error.what()};
+  }
+}
+
+struct Expected {
+  int code;                           ///< of this rank before end()
+  int job_code;                       ///< what end() returns
+  std::optional<std::string> report;  ///< on rank 0
+};
+
+/// The exit code: 0 when all is as expected.
+int check_end(const std::function<void()>& body, const Expected& expected) {
+  const auto [code, message] = guarded(body);
+  std::optional<std::string> report;
+  const bool first = ranks->rank() == 0;
+  const int job_code = ranks->end(code, message, [&](const std::string& text) { report = text; });
+  const bool right = code == expected.code && job_code == expected.job_code &&
+                     report == (first ? expected.report : std::nullopt);
+  if (!right) {
+    std::fprintf(stderr, "code %d, job %d, report '%s'\n", code, job_code,
+                 report.value_or("none").c_str());
+  }
+  return right ? 0 : 1;
+}
+
+void run_slowly() {
+  ranks->executor(1)->run(
+      100000, 1, 1, [](RowRange, auto) { std::this_thread::sleep_for(milliseconds(1)); }, nothing);
+}
+
+/// Rank `leaver` throws `error`, the others call `call`.
+template <typename Error>
+std::function<void()> leave(int leaver, const Error& error, const std::function<void()>& call) {
+  return [=] {
+    if (ranks->rank() == leaver) throw error;
+    call();
+  };
+}
+
+void call_broadcast() { ranks->broadcast("text"); }
+void call_common_bits() { ranks->common_bits(1); }
+/// The first calls may succeed: rank 0 has not heard of the leaver yet.
+void call_repeatedly(const std::function<void()>& call) {
+  for (int i = 0; i < 5; ++i) {
+    call();
+    std::this_thread::sleep_for(milliseconds(50));
+  }
+}
+
+std::map<std::string, std::function<int()>> scenarios() {
+  const InputError input("scene.lst:1:1: wrong");
+  const std::string text = input.what();
+  const RunError run("out of memory");
+  const int last = ranks->size() - 1;
+  const Expected all_two{2, 2, text};
+  const Expected all_one{1, 1, "out of memory"};
+  return {
+      {"first-leaves-broadcast",
+       [=] { return check_end(leave(0, input, call_broadcast), all_two); }},
+      {"first-leaves-bits", [=] { return check_end(leave(0, input, call_common_bits), all_two); }},
+      {"first-leaves-run", [=] { return check_end(leave(0, input, run_slowly), all_two); }},
+      {"last-leaves-broadcast",
+       [=] {
+         return check_end(leave(last, input, [] { call_repeatedly(call_broadcast); }), all_two);
+       }},
+      {"last-leaves-bits",
+       [=] {
+         return check_end(leave(last, run, [] { call_repeatedly(call_common_bits); }), all_one);
+       }},
+      {"last-leaves-run", [=] { return check_end(leave(last, run, run_slowly), all_one); }},
+      {"all-leave", [=] { return check_end([=] { throw input; }, all_two); }},
+      {"last-fails-late",
+       [=] {
+         const Expected expected{ranks->rank() == last ? 1 : 0, 1, "out of memory"};
+         return check_end(leave(last, run, [] {}), expected);
+       }},
+      {"compute-fails",
+       [=] {
+         return check_end(
+             [=] {
+               ranks->executor(1)->run(
+                   100000, 1, 1,
+                   [=](RowRange, auto) {
+                     std::this_thread::sleep_for(milliseconds(1));
+                     if (ranks->rank() == last) throw input;
+                   },
+                   nothing);
+             },
+             all_two);
+       }},
+      {"destructor-after-throw",
+       [=] {
+         // main returns 0 after its handler; ~Ranks ends the job.
+         const auto [code, message] = guarded(leave(last, run, run_slowly));
+         return code == 1 ? 0 : 1;
+       }},
+  };
+}
+
+}  // namespace
+}  // namespace gamer
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  gamer::Ranks ranks(&argc, &argv);
+  gamer::ranks = &ranks;
+  if (argc != 3 || std::stoi(argv[1]) != ranks.size()) {
+    std::fprintf(stderr, "usage: mpirun -n N ranks_program N suite|<scenario>\n");
+    return 1;
+  }
+  const std::string name = argv[2];
+  if (name == "suite") return ranks.end(RUN_ALL_TESTS());
+  return gamer::scenarios().at(name)();
+}
