@@ -112,7 +112,10 @@ std::size_t skip_string(std::string_view text, std::size_t i) {
     if (quote == '"' && text[i] == '\\') {
       ++i;
     } else if (text.substr(i).starts_with(close)) {
-      return i + close.size();
+      i += close.size();
+      // Up to two quotes before the closing three belong to the text.
+      for (int k = 0; is_multiline && k < 2 && i < text.size() && text[i] == quote; ++k) ++i;
+      return i;
     } else if (text[i] == '\n' && !is_multiline) {
       return i;
     }

@@ -108,13 +108,16 @@ TEST(ParseToml, DepthIsBounded) {
 TEST(ParseToml, PartsOfAKeyAreBounded) {
   const auto dotted = [](int parts) {
     std::string key = "a";
-    for (int i = 1; i < parts; ++i) key += i % 2 ? ".\"b.b\"" : " . a";
+    for (int i = 1; i < parts; ++i) key += i % 2 ? ".b" : " . 'a.a'";
     return key;
   };
   EXPECT_NO_THROW(parse_toml(dotted(16) + " = 1", "a.par"));
   EXPECT_EQ(parse_error("\n" + dotted(17) + " = 1"), "a.par:2: a key has more than 16 parts");
   EXPECT_EQ(parse_error("[" + dotted(1000000) + "]"), "a.par:1: a key has more than 16 parts");
   EXPECT_EQ(parse_error("a = {" + dotted(17) + " = 1}"), "a.par:1: a key has more than 16 parts");
+  // The text ends in a quote; what follows is no string.
+  EXPECT_EQ(parse_error("a = {b = \"\"\"x\"\"\"\", " + dotted(1000000) + " = 1}"),
+            "a.par:1: a key has more than 16 parts");
 }
 
 TEST(ParseToml, DotsElsewhereAreNoKeyParts) {
