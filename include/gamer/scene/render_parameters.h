@@ -33,11 +33,15 @@ class RenderParameters {
   RenderParameters();  ///< all defaults
   /// Reads a parameter file's tree (after --set). Throws InputError: unknown sections and keys,
   /// types, intervals; keys that conflict (camera.fov given for an orthographic view, camera.width
-  /// for a perspective one, sampling.step for the adaptive sampler...); a camera whose target is its
+  /// for a perspective one, sampling.step for the adaptive sampler); a camera whose target is its
   /// position or whose up is parallel to the view; wavelengths empty or repeated.
   static RenderParameters read(const ConfigNode& root);
-  /// Every key with its value, as a parameter file that reads back to the same.
+  /// Every key that applies, with its value, as a parameter file that reads back to the same.
   std::string toml() const;
+  /// Replaces one value; the errors of read(), without a location.
+  void set(std::string_view section, std::string_view key, const ParameterValue& value);
+  /// Whether a key has a meaning with these values: camera.fov has none for an orthographic view.
+  bool applies(std::string_view section, std::string_view key) const;
   /// [section] of the resolved parameters.
   const ParameterSet& section(std::string_view name) const;
 
@@ -49,7 +53,7 @@ class RenderParameters {
   glm::dvec3 position{0, -3, 0};
   glm::dvec3 target{0, 0, 0};
   glm::dvec3 up{0, 0, 1};
-  double fov = 45;          ///< deg, across the width
+  double fov = 45;            ///< deg, across the width
   double camera_width = 2.5;  ///< scene units, across the width
   int supersample = 1;
 
@@ -61,10 +65,10 @@ class RenderParameters {
   std::uint64_t seed = 1;
 
   SamplerKind sampler = SamplerKind::adaptive;
-  double step = 0.01;       ///< galaxy radii
+  double step = 0.01;  ///< galaxy radii
   double tolerance = 1e-3;
 
-  std::string unit;         ///< of scene lengths: "" (arbitrary), "pc", "kpc", "Mpc"
+  std::string unit;  ///< of scene lengths: "" (arbitrary), "pc", "kpc", "Mpc"
 
  private:
   void resolve();

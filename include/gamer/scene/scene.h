@@ -38,13 +38,13 @@ const ParameterTable& scene_columns();
 
 /// Reads a scene list (FORMATS: '#' comments, a header row of column names, one galaxy per row; '-'
 /// means the default). Orientation by ox oy oz and pa: the galaxy's +z points along o; before
-/// that the galaxy is turned by pa about its own axis (counterclockwise seen from +z), and the turn from
-/// +z to o is the shortest (about z x o; for o = -z about x). By inclination and pa: inclination 0
-/// is face-on to the camera; the line of nodes (the galaxy's x axis) lies at angle pa from the
-/// image's +y towards -x; the axis is the direction to the camera turned about the node by the
-/// inclination. Galaxies of the same type and seed share one Galaxy. Throws InputError with line
-/// and column: unknown, repeated or missing columns, rows of wrong length, bad numbers, values out
-/// of their interval, an empty scene, zero orientation, both ox.. and inclination, unknown
+/// that the galaxy is turned by pa about its own axis (counterclockwise seen from +z), and the turn
+/// from +z to o is the shortest (about z x o; for o = -z about x). By inclination and pa:
+/// inclination 0 is face-on to the camera; the line of nodes (the galaxy's x axis) lies at angle pa
+/// from the image's +y towards -x; the axis is the direction to the camera turned about the node by
+/// the inclination. Galaxies of the same type and seed share one Galaxy. Throws InputError with
+/// line and column: unknown, repeated or missing columns, rows of wrong length, bad numbers, values
+/// out of their interval, an empty scene, zero orientation, both ox.. and inclination, unknown
 /// galaxies (with near names), a wavelength of `parameters` outside the range of an SED or
 /// extinction curve in use.
 Scene read_scene(std::string_view text, const std::string& label,
