@@ -1,0 +1,205 @@
+#include "sed/two_columns.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <charconv>
+#include <cmath>
+#include <system_error>
+
+#include "gamer/core/near.h"
+
+namespace gamer {
+namespace {
+
+constexpr std::string_view blanks = " \t\r\f\v";
+
+struct Unit {
+  std::string_view name;
+  double angstrom;
+};
+constexpr std::array<Unit, 3> wavelength_units = {{{"Angstrom", 1.0}, {"nm", 10.0}, {"um", 1e4}}};
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return result;
+}
+
+std::string_view trim(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(blanks);
+  if (first == std::string_view::npos) return text.substr(text.size());
+  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
+}
+
+struct Word {
+  std::string_view text;
+  int column;
+};
+
+std::vector<Word> split(std::string_view line) {
+  std::vector<Word> words;
+  std::size_t first = line.find_first_not_of(blanks);
+  while (first != std::string_view::npos) {
+    const std::size_t last = std::min(line.find_first_of(blanks, first), line.size());
+    words.push_back({line.substr(first, last - first), static_cast<int>(first) + 1});
+    first = line.find_first_not_of(blanks, last);
+  }
+  return words;
+}
+
+double parse_number(std::string_view word, const SourceLocation& where) {
+  const std::string_view digits =
+      word.size() > 1 && word[0] == '+' && word[1] != '-' ? word.substr(1) : word;
+  double value = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (error == std::errc::invalid_argument || end != digits.data() + digits.size()) {
+    throw InputError(where, in_quotes(word) + " is not a number");
+  }
+  if (error == std::errc::result_out_of_range) {
+    throw InputError(where, in_quotes(word) + " is too large or too small for a number");
+  }
+  if (!std::isfinite(value)) throw InputError(where, in_quotes(word) + " is not finite");
+  return value;
+}
+
+struct HeadEntry {
+  std::string key;
+  std::string value;
+  SourceLocation where;
+};
+
+// Adds "key: value" of a comment's text; prose is left alone.
+void read_head_line(std::string_view line, std::size_t hash, const SourceLocation& where,
+                    std::vector<HeadEntry>& head) {
+  const std::size_t colon = line.find(':', hash);
+  if (colon == std::string_view::npos) return;
+  const std::string_view key = trim(line.substr(hash + 1, colon - hash - 1));
+  const std::string_view value = trim(line.substr(colon + 1));
+  SourceLocation value_where = where;
+  value_where.column = static_cast<int>(value.data() - line.data()) + 1;
+  head.push_back({lower(key), std::string(value), value_where});
+}
+
+// The one of `choices` that the head gives for `key`, as an index.
+std::size_t choose(const std::vector<HeadEntry>& head, const std::string& label,
+                   const std::string& key, const std::vector<std::string>& choices) {
+  const HeadEntry* entry = nullptr;
+  for (const HeadEntry& candidate : head) {
+    if (candidate.key != key) continue;
+    if (entry != nullptr) {
+      throw InputError(candidate.where, fmt::format("'{}' is given twice, first in line {}", key,
+                                                    entry->where.line));
+    }
+    entry = &candidate;
+  }
+  if (entry == nullptr) {
+    std::string others;
+    for (std::size_t i = 1; i < choices.size(); ++i) {
+      others += (i == 1 ? " (or " : ", ") + choices[i];
+    }
+    if (!others.empty()) others += ")";
+    throw InputError({label, 1, 1},
+                     fmt::format("the head does not say the {0}; add the line '# {0}: {1}'{2}", key,
+                                 choices.front(), others));
+  }
+  for (std::size_t i = 0; i < choices.size(); ++i) {
+    if (lower(choices[i]) == lower(entry->value)) return i;
+  }
+  std::string known = choices.front();
+  for (std::size_t i = 1; i < choices.size(); ++i) known += ", " + choices[i];
+  const std::string near = did_you_mean(entry->value, choices);
+  throw InputError(entry->where, fmt::format("unknown {} {}, known: {}{}", key,
+                                             in_quotes(entry->value), known, near));
+}
+
+}  // namespace
+
+double TwoColumns::interpolate(double wavelength) const {
+  assert(covers(wavelength));
+  const auto above = std::upper_bound(wavelengths.begin() + 1, wavelengths.end() - 1, wavelength);
+  const auto i = static_cast<std::size_t>(above - wavelengths.begin());
+  const double t = (wavelength - wavelengths[i - 1]) / (wavelengths[i] - wavelengths[i - 1]);
+  return std::lerp(values[i - 1], values[i], t);
+}
+
+bool TwoColumns::covers(double wavelength) const {
+  return wavelength >= wavelengths.front() && wavelength <= wavelengths.back();
+}
+
+TwoColumns parse_two_columns(std::string_view text, const std::string& label,
+                             const TwoColumnFormat& format) {
+  struct Row {
+    Word wavelength;
+    Word value;
+    int line;
+  };
+  std::vector<HeadEntry> head;
+  std::vector<Row> rows;
+  int line_number = 0;
+  for (std::size_t start = 0; start < text.size();) {
+    const std::size_t end = std::min(text.find('\n', start), text.size());
+    const std::string_view line = text.substr(start, end - start);
+    start = end + 1;
+    ++line_number;
+
+    const std::size_t hash = line.find('#');
+    const std::vector<Word> words = split(line.substr(0, hash));
+    if (words.empty()) {
+      if (hash != std::string_view::npos && rows.empty()) {
+        read_head_line(line, hash, {label, line_number, 1}, head);
+      }
+      continue;
+    }
+    if (words.size() != 2) {
+      const Word& first_wrong = words[words.size() == 1 ? 0 : 2];
+      throw InputError({label, line_number, first_wrong.column},
+                       fmt::format("{} column{} where 2 are expected", words.size(),
+                                   words.size() == 1 ? "" : "s"));
+    }
+    rows.push_back({words[0], words[1], line_number});
+  }
+
+  std::vector<std::string> units;
+  for (const Unit& unit : wavelength_units) units.emplace_back(unit.name);
+  const Unit& unit = wavelength_units[choose(head, label, "wavelength", units)];
+  TwoColumns result;
+  result.kind = format.kinds[choose(head, label, format.key, format.kinds)];
+
+  for (const Row& row : rows) {
+    const SourceLocation wavelength_where{label, row.line, row.wavelength.column};
+    const SourceLocation value_where{label, row.line, row.value.column};
+    const double wavelength = unit.angstrom * parse_number(row.wavelength.text, wavelength_where);
+    const double value = parse_number(row.value.text, value_where);
+    if (!(wavelength > 0) || !std::isfinite(wavelength)) {
+      throw InputError(wavelength_where, fmt::format("wavelength {} {} is outside ]0, inf[",
+                                                     row.wavelength.text, unit.name));
+    }
+    if (!result.wavelengths.empty() && !(wavelength > result.wavelengths.back())) {
+      throw InputError(wavelength_where, fmt::format("wavelengths are not ascending: {} after {}",
+                                                     wavelength / unit.angstrom,
+                                                     result.wavelengths.back() / unit.angstrom));
+    }
+    if (value < 0) {
+      throw InputError(value_where, fmt::format("negative {}: {}", format.key, row.value.text));
+    }
+    result.wavelengths.push_back(wavelength);
+    result.values.push_back(value);
+    result.where.push_back(value_where);
+  }
+  if (rows.size() < 2) {
+    throw InputError({label, std::max(line_number, 1), 1},
+                     fmt::format("{} row{} where at least 2 are needed", rows.size(),
+                                 rows.size() == 1 ? "" : "s"));
+  }
+  if (std::all_of(result.values.begin(), result.values.end(), [](double v) { return v == 0; })) {
+    throw InputError(result.where.front(), fmt::format("the {} is zero in all rows", format.key));
+  }
+  return result;
+}
+
+}  // namespace gamer

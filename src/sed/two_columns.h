@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gamer/core/error.h"
+#include "gamer/sed/sed.h"
+
+namespace gamer {
+
+/// What the head of a two-column file has to say of its second column: "# <key>: <one of kinds>".
+struct TwoColumnFormat {
+  std::string key;
+  std::vector<std::string> kinds;
+};
+
+/// A function of wavelength read from a file of two columns: wavelength (head "# wavelength:
+/// Angstrom|nm|um") and a value that is never negative. '#' opens a comment anywhere; comment lines
+/// "# key: value" before the first row are the head. Keys and units may be in any case.
+struct TwoColumns {
+  std::string kind;                   ///< of the values, as spelled in TwoColumnFormat
+  std::vector<double> wavelengths;    ///< Angstrom, positive, ascending, at least two
+  std::vector<double> values;         ///< finite, not negative, not all zero
+  std::vector<SourceLocation> where;  ///< of each value
+
+  /// Linear in wavelength. Precondition: within range().
+  double interpolate(double wavelength) const;
+  bool covers(double wavelength) const;
+  Sed::Range range() const { return {wavelengths.front(), wavelengths.back()}; }
+};
+
+/// Throws InputError with line and column.
+TwoColumns parse_two_columns(std::string_view text, const std::string& label,
+                             const TwoColumnFormat& format);
+
+}  // namespace gamer
