@@ -1,1 +1,34 @@
+# Installs the program, its data and the libraries as the CMake package "gamer".
+include(CMakePackageConfigHelpers)
+
+# gamer::gamer brings all layers.
+add_library(gamer_library INTERFACE)
+add_library(gamer::gamer ALIAS gamer_library)
+set_target_properties(gamer_library PROPERTIES EXPORT_NAME gamer)
+target_link_libraries(gamer_library INTERFACE gamer_render)
+
+set(gamer_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/gamer)
+
 install(TARGETS gamer RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(TARGETS gamer_core gamer_noise gamer_sed gamer_image gamer_parallel gamer_galaxy gamer_scene
+                gamer_render gamer_library
+  EXPORT gamerTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(EXPORT gamerTargets NAMESPACE gamer:: DESTINATION ${gamer_package_dir})
+install(DIRECTORY include/gamer DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.h)
+install(DIRECTORY seds galaxies scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/gamer)
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+# Whether gamer_parallel, a static library, leaves MPI for its users to link.
+get_target_property(gamer_parallel_libraries gamer_parallel LINK_LIBRARIES)
+if("MPI::MPI_CXX" IN_LIST gamer_parallel_libraries)
+  set(gamer_needs_mpi ON)
+else()
+  set(gamer_needs_mpi OFF)
+endif()
+configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/gamerConfig.cmake.in
+  ${CMAKE_CURRENT_BINARY_DIR}/gamerConfig.cmake INSTALL_DESTINATION ${gamer_package_dir})
+write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/gamerConfigVersion.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/gamerConfig.cmake
+              ${CMAKE_CURRENT_BINARY_DIR}/gamerConfigVersion.cmake
+  DESTINATION ${gamer_package_dir})
