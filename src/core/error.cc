@@ -4,8 +4,8 @@ namespace gamer {
 
 std::string SourceLocation::text() const {
   std::string result = file;
-  if (line > 0) result += ":" + std::to_string(line);
-  if (line > 0 && column > 0) result += ":" + std::to_string(column);
+  if (line > 0) (result += ":") += std::to_string(line);
+  if (line > 0 && column > 0) (result += ":") += std::to_string(column);
   return result;
 }
 

@@ -90,8 +90,8 @@ HWY_INLINE void SinCos(D d, V x, V& sine, V& cosine) {
   const auto quadrant = hn::ConvertTo(di, q);
   const auto odd = hn::RebindMask(d, hn::Ne(hn::And(quadrant, hn::Set(di, 1)), hn::Zero(di)));
   const auto sign_s = hn::BitCast(d, hn::ShiftLeft<30>(hn::And(quadrant, hn::Set(di, 2))));
-  const auto sign_c = hn::BitCast(
-      d, hn::ShiftLeft<30>(hn::And(hn::Add(quadrant, hn::Set(di, 1)), hn::Set(di, 2))));
+  const auto sign_c =
+      hn::BitCast(d, hn::ShiftLeft<30>(hn::And(hn::Add(quadrant, hn::Set(di, 1)), hn::Set(di, 2))));
   sine = hn::Xor(hn::IfThenElse(odd, c, s), sign_s);
   cosine = hn::Xor(hn::IfThenElse(odd, s, c), sign_c);
 }

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "core/math-inl.h"
+#include "gamer/core/batch.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace gamer {
@@ -62,7 +63,11 @@ constexpr double logarithmic_core = 0.01;
 
 ParameterTable ArmPattern::table() {
   return {
-      {"model", ParameterType::choice, "", Interval::any(), std::string("none"),
+      {"model",
+       ParameterType::choice,
+       "",
+       Interval::any(),
+       std::string("none"),
        "winding law of the arms",
        {"ringermacher-mead", "logarithmic", "none"}},
       {"winding_b", ParameterType::number, "", Interval::left_open(0, 100), 0.5,
@@ -71,12 +76,20 @@ ParameterTable ArmPattern::table() {
        "W_N of ringermacher-mead: larger winds tighter"},
       {"pitch_angle", ParameterType::number, "deg", Interval::open(0, 90), 15.0,
        "p of logarithmic"},
-      {"scale", ParameterType::number, "galaxy radii", Interval::left_open(0, 10), {},
+      {"scale",
+       ParameterType::number,
+       "galaxy radii",
+       Interval::left_open(0, 10),
+       {},
        "A: radius at which the pattern turns; default 1 for ringermacher-mead, 0.1 for "
        "logarithmic"},
       {"count", ParameterType::integer, "", Interval::closed(0, 64), std::int64_t{2},
        "number of arms, evenly spread"},
-      {"offsets", ParameterType::numbers, "deg", Interval::any(), {},
+      {"offsets",
+       ParameterType::numbers,
+       "deg",
+       Interval::any(),
+       {},
        "angles of the arms, instead of evenly spread ones"},
       {"handedness", ParameterType::integer, "", Interval::closed(-1, 1), std::int64_t{1},
        "1 or -1: sense of winding"},
@@ -122,8 +135,8 @@ ArmPattern ArmPattern::read(const ConfigNode& node) {
     if (values.is_given("count") &&
         values.integer("count") != static_cast<std::int64_t>(given.size())) {
       throw InputError(values.where("offsets"),
-                       "'offsets' lists " + std::to_string(given.size()) + " arms, but count = " +
-                           std::to_string(values.integer("count")));
+                       "'offsets' lists " + std::to_string(given.size()) +
+                           " arms, but count = " + std::to_string(values.integer("count")));
     }
     arms.even_ = false;
     for (double offset : given) arms.offsets_.push_back(offset * degree);

@@ -41,9 +41,8 @@ void BulgeEnvelope(const SampleBatch& batch, const BulgeShape& shape, float* HWY
     const auto b = hn::Sqrt(b2);
     const auto root = hn::Sqrt(hn::Sqrt(b));
     // b^-0.855 exp(-b^(1/4)) in one exponential.
-    const auto exponent =
-        hn::MulAdd(hn::Set(d, static_cast<float>(-0.5 * mellier_mathez_power)), Log(d, b2),
-                   hn::Neg(root));
+    const auto exponent = hn::MulAdd(hn::Set(d, static_cast<float>(-0.5 * mellier_mathez_power)),
+                                     Log(d, b2), hn::Neg(root));
     hn::Store(hn::Mul(Exp(d, exponent), hn::Load(d, batch.taper.data() + i)), d, out + i);
   }
 }
@@ -71,7 +70,7 @@ constexpr double grading = 0.7;
 
 }  // namespace
 
-Bulge::Bulge(double r0, const double (&axis)[3]) : r0_(r0), axis_{axis[0], axis[1], axis[2]} {}
+Bulge::Bulge(double r0, const std::array<double, 3>& axis) : r0_(r0), axis_(axis) {}
 
 double Bulge::effective_radius() const { return r0_ * effective_radius_in_r0; }
 
@@ -128,7 +127,7 @@ double Bulge::envelope_integral() const {
   return 4 * std::numbers::pi * total;
 }
 
-void Bulge::mark(const BallRay& ray, double /*threshold*/, Marks& marks) const {
+void Bulge::mark(const BallRay& ray, const Accuracy& /*accuracy*/, Marks& marks) const {
   // Closest approach in the bulge's own metric.
   double od = 0, dd = 0, oo = 0;
   for (int i = 0; i < 3; ++i) {
@@ -171,16 +170,23 @@ ComponentKind bulge_kind() {
   kind.name = "bulge";
   kind.description =
       "spheroid of the de Vaucouleurs law: I_m b^-0.855 exp(-b^(1/4)), b = m/r0 (GAMER Eq. 12)";
-  kind.parameters =
-      component_parameters::common() + component_parameters::light() +
-      ParameterTable{
-          {"radius", ParameterType::number, "galaxy radii", Interval::left_open(0, 1), {},
-           "r0 of the density law; give this or `effective_radius`"},
-          {"effective_radius", ParameterType::number, "galaxy radii", Interval::left_open(0, 1),
-           {}, "projected half-light radius, 3434.12 r0"},
-          {"axis", ParameterType::vector3, "", Interval::left_open(0, 10),
-           std::vector<double>{1, 1, 1}, "stretch along x, y, z"},
-      };
+  kind.parameters = component_parameters::common() + component_parameters::light() +
+                    ParameterTable{
+                        {"radius",
+                         ParameterType::number,
+                         "galaxy radii",
+                         Interval::left_open(0, 1),
+                         {},
+                         "r0 of the density law; give this or `effective_radius`"},
+                        {"effective_radius",
+                         ParameterType::number,
+                         "galaxy radii",
+                         Interval::left_open(0, 1),
+                         {},
+                         "projected half-light radius, 3434.12 r0"},
+                        {"axis", ParameterType::vector3, "", Interval::left_open(0, 10),
+                         std::vector<double>{1, 1, 1}, "stretch along x, y, z"},
+                    };
   kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
     const ParameterSet& v = input.values;
     if (v.has("radius") == v.has("effective_radius")) {
@@ -192,7 +198,7 @@ ComponentKind bulge_kind() {
     const double r0 = v.has("radius") ? v.number("radius")
                                       : v.number("effective_radius") / effective_radius_in_r0;
     const auto& axis = v.numbers("axis");
-    return std::make_unique<Bulge>(r0, {axis[0], axis[1], axis[2]});
+    return std::make_unique<Bulge>(r0, std::array<double, 3>{axis[0], axis[1], axis[2]});
   };
   return kind;
 }

@@ -18,7 +18,11 @@ ParameterTable operator+(ParameterTable a, const ParameterTable& b) {
 ParameterTable common() {
   return {
       {"class", ParameterType::text, "", Interval::any(), {}, "kind of component", {}, true},
-      {"name", ParameterType::text, "", Interval::any(), {},
+      {"name",
+       ParameterType::text,
+       "",
+       Interval::any(),
+       {},
        "unique within the galaxy; default the class and its index"},
       {"active", ParameterType::boolean, "", Interval::any(), true, "false leaves it out"},
   };
@@ -26,11 +30,25 @@ ParameterTable common() {
 
 ParameterTable light() {
   return {
-      {"sed", ParameterType::text, "", Interval::any(), {},
-       "name or file of its spectrum in `seds/`", {}, true},
-      {"intensity", ParameterType::number, "", Interval::right_open(0, HUGE_VAL), {},
+      {"sed",
+       ParameterType::text,
+       "",
+       Interval::any(),
+       {},
+       "name or file of its spectrum in `seds/`",
+       {},
+       true},
+      {"intensity",
+       ParameterType::number,
+       "",
+       Interval::right_open(0, HUGE_VAL),
+       {},
        "I_m, central emissivity at 5500 Angstrom where envelope and noise are 1; default 1"},
-      {"fraction", ParameterType::number, "", Interval::left_open(0, 1), {},
+      {"fraction",
+       ParameterType::number,
+       "",
+       Interval::left_open(0, 1),
+       {},
        "instead of `intensity`: share of the galaxy's dust-free light at 5500 Angstrom"},
   };
 }
@@ -51,16 +69,16 @@ const ComponentKind& find_component_kind(const std::string& name, const SourceLo
   }
   std::string known;
   for (const std::string& n : names) known += (known.empty() ? "'" : ", '") + n + "'";
-  throw InputError(where, "unknown class '" + name + "'; known are " + known +
-                              did_you_mean(name, names));
+  throw InputError(where,
+                   "unknown class '" + name + "'; known are " + known + did_you_mean(name, names));
 }
 
 /// Fills in what all kinds share.
 class ComponentReader {
  public:
-  static std::unique_ptr<Component> read(const ConfigNode& node, int index,
-                                         const ArmPattern& arms, double axis_z,
-                                         const GalaxySettings& settings, Resources& resources);
+  static std::unique_ptr<Component> read(const ConfigNode& node, int index, const ArmPattern& arms,
+                                         double axis_z, const GalaxySettings& settings,
+                                         Resources& resources);
 
  private:
   static void read_light(Component& component, const ParameterSet& values,
@@ -101,14 +119,14 @@ void ComponentReader::read_noise(Component& component, const ComponentKind& kind
     if (const bool* on = std::get_if<bool>(&noise->data); on != nullptr) {
       if (!*on) return;
     } else {
-      throw InputError(noise->where, context + "noise must be a table or false, not " +
-                                         noise->type_name());
+      throw InputError(noise->where,
+                       context + "noise must be a table or false, not " + noise->type_name());
     }
   }
   if (noise != nullptr && noise->is_table()) {
-    parameters.apply(ParameterSet::read(parameters.table(), *noise, context + "noise: ",
-                                        "in component.noise"),
-                     context + "noise: ");
+    parameters.apply(
+        ParameterSet::read(parameters.table(), *noise, context + "noise: ", "in component.noise"),
+        context + "noise: ");
     // The file's seed chooses the noise of this component; the row's seed still varies it.
     if (noise->find("seed") != nullptr) {
       parameters.seed = hash_words({parameters.seed, settings.seed});
@@ -139,10 +157,9 @@ std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int ind
   const std::string context = "component '" + name + "': ";
   const std::vector<std::string> skip = {"noise"};
   const bool has_noise = kind.noise.has_value();
-  const ParameterSet values =
-      ParameterSet::read(kind.parameters, node, context, "in a [[component]] of class '" +
-                         kind.name + "'", has_noise ? std::span<const std::string>(skip)
-                                                    : std::span<const std::string>());
+  const ParameterSet values = ParameterSet::read(
+      kind.parameters, node, context, "in a [[component]] of class '" + kind.name + "'",
+      has_noise ? std::span<const std::string>(skip) : std::span<const std::string>());
   std::unique_ptr<Component> component =
       kind.make(ComponentInput{values, node, arms, axis_z, settings});
   component->name_ = name;
@@ -158,9 +175,8 @@ std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int ind
   if (declares("optical_depth")) {
     component->spectrum_where_ = values.where("extinction");
     try {
-      component->extinction_ =
-          find_extinction(values.text("extinction"), values.number("r_v"), node.where.file,
-                          resources);
+      component->extinction_ = find_extinction(values.text("extinction"), values.number("r_v"),
+                                               node.where.file, resources);
     } catch (const InputError& error) {
       throw InputError(values.where("extinction"), context + error.what());
     }
@@ -173,9 +189,9 @@ std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int ind
   return component;
 }
 
-std::unique_ptr<Component> read_component(const ConfigNode& node, int index,
-                                          const ArmPattern& arms, double axis_z,
-                                          const GalaxySettings& settings, Resources& resources) {
+std::unique_ptr<Component> read_component(const ConfigNode& node, int index, const ArmPattern& arms,
+                                          double axis_z, const GalaxySettings& settings,
+                                          Resources& resources) {
   return ComponentReader::read(node, index, arms, axis_z, settings, resources);
 }
 

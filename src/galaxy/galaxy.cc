@@ -57,14 +57,14 @@ void Share(const Points& points, bool needs_phi, SampleBatch& batch) {
     const auto one = hn::Set(d, 1.0f);
     auto u = hn::Mul(hn::Sub(one, radius), hn::Set(d, static_cast<float>(1 / (1 - taper_start))));
     u = hn::Min(hn::Max(u, hn::Zero(d)), one);
-    const auto p = hn::MulAdd(u, hn::MulAdd(u, hn::Set(d, 6.0f), hn::Set(d, -15.0f)),
-                              hn::Set(d, 10.0f));
+    const auto p =
+        hn::MulAdd(u, hn::MulAdd(u, hn::Set(d, 6.0f), hn::Set(d, -15.0f)), hn::Set(d, 10.0f));
     hn::Store(hn::Mul(hn::Mul(hn::Mul(u, u), u), p), d, batch.taper.data() + i);
   }
 }
 
-void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float threshold,
-             float twirl, bool has_winding, CompactedPoints& out) {
+void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float threshold, float twirl,
+             bool has_winding, CompactedPoints& out) {
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
   const std::size_t lanes = hn::Lanes(d);
@@ -151,8 +151,8 @@ ParameterTable Galaxy::table() {
   return {
       {"name", ParameterType::text, "", Interval::any(), std::string(), "for people"},
       {"description", ParameterType::text, "", Interval::any(), std::string(), "for people"},
-      {"axis", ParameterType::vector3, "", Interval::left_open(0, 10),
-       std::vector<double>{1, 1, 1}, "stretch of the whole galaxy along x, y, z"},
+      {"axis", ParameterType::vector3, "", Interval::left_open(0, 10), std::vector<double>{1, 1, 1},
+       "stretch of the whole galaxy along x, y, z"},
   };
 }
 
@@ -163,21 +163,20 @@ std::shared_ptr<const Galaxy> Galaxy::find(const std::string& name, const std::s
 }
 
 std::shared_ptr<const Galaxy> Galaxy::parse(std::string_view text, const std::string& label,
-                                            const GalaxySettings& settings,
-                                            Resources& resources) {
+                                            const GalaxySettings& settings, Resources& resources) {
   const ConfigNode root = parse_toml(text, label);
   static const std::vector<std::string> sections = {"galaxy", "arms", "component"};
   for (const auto& [key, node] : root.table()) {
     if (std::find(sections.begin(), sections.end(), key) == sections.end()) {
-      throw InputError(node.key_where, "unknown section '" + key + "' in a galaxy" +
-                                           did_you_mean(key, sections));
+      throw InputError(node.key_where,
+                       "unknown section '" + key + "' in a galaxy" + did_you_mean(key, sections));
     }
   }
   const auto section = [&](const char* key) -> const ConfigNode* {
     const ConfigNode* node = root.find(key);
     if (node != nullptr && !node->is_table()) {
-      throw InputError(node->where, std::string("[") + key + "] must be a table, not " +
-                                        node->type_name());
+      throw InputError(node->where,
+                       std::string("[") + key + "] must be a table, not " + node->type_name());
     }
     return node;
   };
@@ -206,8 +205,8 @@ std::shared_ptr<const Galaxy> Galaxy::parse(std::string_view text, const std::st
         read_component(node, ++index, galaxy->arms_, galaxy->axis_[2], settings, resources);
     for (const auto& other : galaxy->components_) {
       if (other->name() == component->name()) {
-        throw InputError(component->where(), "two components are called '" + other->name() +
-                                                 "'; names must be unique");
+        throw InputError(component->where(),
+                         "two components are called '" + other->name() + "'; names must be unique");
       }
     }
     galaxy->components_.push_back(std::move(component));
@@ -238,8 +237,10 @@ void Galaxy::resolve(const std::string& label) {
     }
     if (components_[followed].get() == c.get() || components_[followed]->kind() != "disk" ||
         components_[followed]->texture() == nullptr) {
-      throw InputError(c->where(), "component '" + c->name() + "' can only follow a disk with "
-                                       "noise, not '" + c->follows() + "'");
+      throw InputError(c->where(), "component '" + c->name() +
+                                       "' can only follow a disk with "
+                                       "noise, not '" +
+                                       c->follows() + "'");
     }
     if (!components_[followed]->active()) {
       throw InputError(c->where(), "component '" + c->name() + "' follows '" + c->follows() +
@@ -276,8 +277,7 @@ void Galaxy::normalise_textures() {
       const std::vector<WeightedBatch> cloud = component.cloud();
       std::vector<BatchArray> factors;
       if (followed_[c] >= 0) {
-        const Texture& followed =
-            *components_[static_cast<std::size_t>(followed_[c])]->texture();
+        const Texture& followed = *components_[static_cast<std::size_t>(followed_[c])]->texture();
         factors.resize(cloud.size());
         for (std::size_t b = 0; b < cloud.size(); ++b) {
           // The cloud is turned by this component's twirl; the followed noise has its own.
@@ -295,10 +295,9 @@ void Galaxy::normalise_textures() {
           }
           arms_.winding(batch.r.data(), batch.size, batch.winding.data());
           HWY_DYNAMIC_DISPATCH(Compact)
-          (batch, all.data(), 0.5f,
-           static_cast<float>(followed.twirl - component.texture()->twirl), true, turned);
-          followed.noise.evaluate({turned.x, turned.y, turned.z, turned.size},
-                                  factors[b].data());
+          (batch, all.data(), 0.5f, static_cast<float>(followed.twirl - component.texture()->twirl),
+           true, turned);
+          followed.noise.evaluate({turned.x, turned.y, turned.z, turned.size}, factors[b].data());
         }
       }
       try {
@@ -390,7 +389,13 @@ void Galaxy::evaluate(const Points& points, float threshold,
         HWY_DYNAMIC_DISPATCH(Largest)(batch.size, densities[f].data(), need.data());
       }
     }
-    phi(c, batch, need, threshold, followed_phi[k]);
+    float sparsest = static_cast<float>(components_[c]->texture()->noise.rms());
+    for (std::size_t f = 0; f < components_.size(); ++f) {
+      if (followed_[f] == static_cast<int>(c) && components_[f]->texture() != nullptr) {
+        sparsest = std::max(sparsest, static_cast<float>(components_[f]->texture()->noise.rms()));
+      }
+    }
+    phi(c, batch, need, threshold / sparsest, followed_phi[k]);
   }
   for (std::size_t c = 0; c < components_.size(); ++c) {
     const Component& component = *components_[c];
@@ -399,7 +404,8 @@ void Galaxy::evaluate(const Points& points, float threshold,
       if (const BatchArray* known = phi_of_followed(c)) {
         own_phi = known->data();
       } else {
-        phi(c, batch, densities[c], threshold, own);
+        phi(c, batch, densities[c],
+            threshold / static_cast<float>(component.texture()->noise.rms()), own);
         own_phi = own.data();
       }
     }

@@ -17,12 +17,12 @@ namespace gamer {
 namespace {
 
 struct LayerKernelInput {
-  float z_factor;         ///< -2/z0
-  float r_factor;         ///< -1/rh
-  float inverse_inner;    ///< 1/inner, or 0 for no hole
-  float arm_width;        ///< 0 for no arms
+  float z_factor;       ///< -2/z0
+  float r_factor;       ///< -1/rh
+  float inverse_inner;  ///< 1/inner, or 0 for no hole
+  float arm_width;      ///< 0 for no arms
   float shift;
-  bool even;              ///< arms at equal angles
+  bool even;  ///< arms at equal angles
   float arm_count;
   const double* offsets;  ///< of uneven arms
   std::size_t offset_count;
@@ -43,8 +43,7 @@ HWY_INLINE V DistanceToMultiple(D d, V angle, float period) {
   return hn::Mul(hn::Abs(hn::Sub(turns, hn::Round(turns))), hn::Set(d, period));
 }
 
-void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in,
-                   float* HWY_RESTRICT out) {
+void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
   constexpr float full_turn = 2 * std::numbers::pi_v<float>;
   const auto one = hn::Set(d, 1.0f);
@@ -65,13 +64,13 @@ void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in,
         delta = DistanceToMultiple(d, angle, full_turn / in.arm_count);
       } else {
         for (std::size_t k = 0; k < in.offset_count; ++k) {
-          delta = hn::Min(delta, DistanceToMultiple(
-                                     d, hn::Sub(angle, hn::Set(d, static_cast<float>(in.offsets[k]))),
-                                     full_turn));
+          delta = hn::Min(
+              delta,
+              DistanceToMultiple(d, hn::Sub(angle, hn::Set(d, static_cast<float>(in.offsets[k]))),
+                                 full_turn));
         }
       }
-      const auto closeness =
-          hn::NegMulAdd(delta, hn::Set(d, std::numbers::inv_pi_v<float>), one);
+      const auto closeness = hn::NegMulAdd(delta, hn::Set(d, std::numbers::inv_pi_v<float>), one);
       exponent = hn::MulAdd(hn::Set(d, in.arm_width), Log(d, closeness), exponent);
     }
     value = hn::Mul(value, Exp(d, exponent));
@@ -106,7 +105,7 @@ constexpr std::size_t cloud_size = std::size_t{1} << 15;
 // frequency. The adaptive sampler refines from there; coarser ones could step over structure.
 constexpr double step_heights = 2.5;
 constexpr double step_lengths = 1.0;
-constexpr double step_periods = 1.5;
+constexpr double step_periods = 1.0;
 
 // The shear of the twirl is bounded by the steepest winding outside this radius.
 constexpr double twirl_core = 0.1;
@@ -123,7 +122,8 @@ double smooth_taper(double radius) {
 
 /// The x with 1 - (1 + x) e^-x = u, by Newton's method from a series or asymptotic start.
 double gamma2_quantile(double u) {
-  double x = u < 0.5 ? std::sqrt(2 * u) * (1 + std::sqrt(2 * u) / 3) : 1.7 - 1.2 * std::log(2 * (1 - u));
+  double x =
+      u < 0.5 ? std::sqrt(2 * u) * (1 + std::sqrt(2 * u) / 3) : 1.7 - 1.2 * std::log(2 * (1 - u));
   for (int i = 0; i < 50; ++i) {
     const double f = 1 - (1 + x) * std::exp(-x) - u;
     const double step = f / (x * std::exp(-x));
@@ -145,7 +145,8 @@ bool cut_slab(double o, double d, double limit, double& begin, double& end) {
 
 }  // namespace
 
-Layer::Layer(const LayerShape& shape, const ArmPattern& arms) : shape_(shape), arms_(arms) {}
+Layer::Layer(const LayerShape& shape, const ArmPattern& arms)
+    : shape_(shape), arms_(arms), steepest_winding_(arms.steepest_winding(twirl_core)) {}
 
 ParameterTable Layer::parameters() {
   return {
@@ -220,8 +221,7 @@ double Layer::envelope_integral() const {
       const double z = shape_.z0 * std::atanh((j + 0.5) / vertical);
       column += smooth_taper(std::hypot(r, z));
     }
-    const double hole =
-        shape_.inner > 0 ? -std::expm1(-std::pow(r / shape_.inner, 4)) : 1.0;
+    const double hole = shape_.inner > 0 ? -std::expm1(-std::pow(r / shape_.inner, 4)) : 1.0;
     sum += r * std::exp(-r / shape_.rh) * hole * column / vertical;
   }
   return 2 * pi * 2 * shape_.z0 * sum / radial * mean_arm_modifier();
@@ -253,8 +253,8 @@ std::vector<WeightedBatch> Layer::cloud() const {
     arms_.winding(samples.r.data(), samples.size, samples.winding.data());
     envelope(samples, batch.weight.data());
     for (std::size_t i = 0; i < batch_capacity; ++i) {
-      const double followed = std::exp(-double{samples.r[i]} / shape_.rh) *
-                              sech2(double{batch.z[i]} / shape_.z0);
+      const double followed =
+          std::exp(-double{samples.r[i]} / shape_.rh) * sech2(double{batch.z[i]} / shape_.z0);
       batch.weight[i] = followed > 0 ? static_cast<float>(batch.weight[i] / followed) : 0.0f;
     }
     // The texture sees points turned by the twirl.
@@ -272,10 +272,12 @@ std::vector<WeightedBatch> Layer::cloud() const {
   return result;
 }
 
-void Layer::mark(const BallRay& ray, double threshold, Marks& marks) const {
+void Layer::mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) const {
   const auto& o = ray.origin;
   const auto& d = ray.direction;
   // Where sech^2(z/z0) exp(-r/rh) can exceed the threshold.
+  double threshold = accuracy.texture_threshold;
+  if (texture() != nullptr) threshold /= texture()->noise.rms();
   const double z_limit = shape_.z0 * std::acosh(1 / std::sqrt(threshold));
   const double r_limit = -shape_.rh * std::log(threshold);
   double begin = ray.begin;
@@ -302,16 +304,16 @@ void Layer::mark(const BallRay& ray, double threshold, Marks& marks) const {
   marks.edges.push_back(begin);
   marks.edges.push_back(end);
   // 1/step adds up: each structure along its own direction.
-  double rate = std::abs(d[2]) / (step_heights * shape_.z0) +
-                std::sqrt(dd) / (step_lengths * shape_.rh);
+  double rate =
+      std::abs(d[2]) / (step_heights * shape_.z0) + std::sqrt(dd) / (step_lengths * shape_.rh);
   if (texture() != nullptr) {
-    double frequency = texture()->noise.effective_frequency();
+    double frequency = texture()->noise.effective_frequency() * texture()->noise.sharpness();
     if (texture()->twirl != 0) {
-      frequency *= std::hypot(1.0, texture()->twirl * arms_.steepest_winding(twirl_core));
+      frequency *= std::hypot(1.0, texture()->twirl * steepest_winding_);
     }
     rate += frequency * std::sqrt(dd + d[2] * d[2]) / step_periods;
   }
-  marks.stretches.push_back({begin, end, 1 / rate});
+  marks.stretches.push_back({begin, end, accuracy.first_step / rate});
 }
 
 }  // namespace gamer

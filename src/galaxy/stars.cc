@@ -19,7 +19,11 @@ ComponentKind stars_kind() {
   kind.description = "bright young clumps: a disk of high, sparse noise (GAMER section 2.4)";
   kind.parameters =
       component_parameters::common() + component_parameters::light() + Layer::parameters() +
-      ParameterTable{{"follows", ParameterType::text, "", Interval::any(), {},
+      ParameterTable{{"follows",
+                      ParameterType::text,
+                      "",
+                      Interval::any(),
+                      {},
                       "name of the disk component whose noise also modulates this one"}};
   FractalParameters noise;
   noise.octaves = 7;

@@ -4,6 +4,7 @@
 #define HWY_TARGET_INCLUDE "noise/fractal.cc"
 #include "hwy/foreach_target.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/math-inl.h"
@@ -42,8 +43,8 @@ void ApplyShape(const Shape& shape, std::size_t size, float* HWY_RESTRICT values
   const auto one = hn::Set(d, 1.0f);
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
     const auto v = hn::MulAdd(hn::Load(d, values + i), slope, shift);
-    auto base = shape.inverse ? hn::Max(hn::Abs(v), hn::Set(d, shape.floor))
-                              : hn::Max(v, hn::Zero(d));
+    auto base =
+        shape.inverse ? hn::Max(hn::Abs(v), hn::Set(d, shape.floor)) : hn::Max(v, hn::Zero(d));
     auto phi = one;
     if (shape.whole_exponent >= 0) {
       for (int n = shape.whole_exponent; n > 0; n >>= 1) {
@@ -94,7 +95,10 @@ ParameterTable FractalParameters::table() const {
        "nu: octave k has weight (k0 + f_s k)^-nu"},
       {"exponent", ParameterType::number, "", Interval::closed(-20, 20), exponent,
        "alpha, power of the shaped noise"},
-      {"theta", ParameterType::choice, "", Interval::any(),
+      {"theta",
+       ParameterType::choice,
+       "",
+       Interval::any(),
        std::string(inverse ? "inverse" : "linear"),
        "shape: linear max(v, 0)^alpha or inverse max(|v|, floor)^-alpha",
        {"linear", "inverse"}},
@@ -104,8 +108,11 @@ ParameterTable FractalParameters::table() const {
        "factor of the normalised sum"},
       {"floor", ParameterType::number, "sigmas", Interval::closed(smallest_floor, 10), floor,
        "least |v| of the inverse shape"},
-      {"seed", ParameterType::integer, "",
-       Interval::right_open(0, 9223372036854775808.0), {},
+      {"seed",
+       ParameterType::integer,
+       "",
+       Interval::right_open(0, 9223372036854775808.0),
+       {},
        "seed of this component's noise; default: from the galaxy's seed and the component's name"},
   };
 }
@@ -123,8 +130,9 @@ void FractalParameters::apply(const ParameterSet& values, const std::string& con
   if (values.has("seed")) seed = static_cast<std::uint64_t>(values.integer("seed"));
   if (!inverse && exponent < 0) {
     throw InputError(values.where("exponent"),
-                     context + "exponent below 0 has no meaning where theta is 'linear'; use "
-                               "theta = \"inverse\" with a positive exponent");
+                     context +
+                         "exponent below 0 has no meaning where theta is 'linear'; use "
+                         "theta = \"inverse\" with a positive exponent");
   }
 }
 
@@ -138,8 +146,8 @@ FractalNoise::FractalNoise(const FractalParameters& parameters) : parameters_(pa
     octave.frequency = static_cast<float>(frequency);
     octave.weight = static_cast<float>(weight);
     for (std::uint64_t axis = 0; axis < 3; ++axis) {
-      octave.offset[axis] = static_cast<float>(
-          largest_offset * to_unit(hash_words({parameters.seed, index, axis})));
+      octave.offset[axis] =
+          static_cast<float>(largest_offset * to_unit(hash_words({parameters.seed, index, axis})));
     }
     octave.seed = static_cast<std::uint32_t>(hash_words({parameters.seed, index, 3}));
     octaves_.push_back(octave);
@@ -154,8 +162,8 @@ void FractalNoise::sum(const Points& points, float* out) const {
 
 void FractalNoise::shape(std::size_t size, float* values) const {
   const double exponent = parameters_.inverse ? -parameters_.exponent : parameters_.exponent;
-  const bool whole = std::abs(exponent) <= largest_whole_exponent &&
-                     exponent == std::trunc(exponent);
+  const bool whole =
+      std::abs(exponent) <= largest_whole_exponent && exponent == std::trunc(exponent);
   Shape shape{};
   shape.slope = static_cast<float>(parameters_.contrast / sigma_);
   shape.shift = static_cast<float>(parameters_.offset - parameters_.contrast * mu_ / sigma_);
@@ -189,7 +197,7 @@ void FractalNoise::normalise(std::span<const WeightedBatch> cloud,
   mu_ = first / weights;
   sigma_ = std::sqrt(std::max(second / weights - mu_ * mu_, 0.0));
   phi_mean_ = 1;
-  double with_phi = 0, without = 0;
+  double with_phi = 0, without = 0, squares = 0;
   for (std::size_t b = 0; b < cloud.size(); ++b) {
     shape(cloud[b].size, values[b].data());
     for (std::size_t i = 0; i < cloud[b].size; ++i) {
@@ -197,14 +205,17 @@ void FractalNoise::normalise(std::span<const WeightedBatch> cloud,
           cloud[b].weight[i] * (factors.empty() ? 1.0 : static_cast<double>(factors[b][i]));
       without += weight;
       with_phi += weight * values[b][i];
+      squares += weight * values[b][i] * values[b][i];
     }
   }
   // A noise that is dark everywhere (a very negative offset) has no mean to divide by.
   if (!(with_phi > 0) || !std::isfinite(with_phi)) {
-    throw InputError("the noise is zero or infinite over the whole component; change its offset, "
-                     "contrast or exponent");
+    throw InputError(
+        "the noise is zero or infinite over the whole component; change its offset, "
+        "contrast or exponent");
   }
   phi_mean_ = with_phi / without;
+  phi_rms_ = std::sqrt(squares / without) / phi_mean_;
 }
 
 double FractalNoise::effective_frequency() const {
@@ -215,6 +226,12 @@ double FractalNoise::effective_frequency() const {
     squares += variance * octave.frequency * octave.frequency;
   }
   return std::sqrt(squares / weights);
+}
+
+double FractalNoise::sharpness() const {
+  // A power alpha narrows Gaussian peaks by sqrt(alpha); the inverse has ridges where |v| < floor.
+  const double narrowing = std::sqrt(std::max(std::abs(parameters_.exponent), 1.0));
+  return parameters_.inverse ? std::max(narrowing, 1 / std::sqrt(parameters_.floor)) : narrowing;
 }
 
 }  // namespace gamer

@@ -8,7 +8,6 @@
 #endif
 
 #include "hwy/highway.h"
-
 #include "noise/lattice.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -57,13 +56,11 @@ class Gradients {
     const auto b = hn::BitCast(di, bits);
     const auto low_half = hn::RebindMask(d, hn::Lt(b, hn::Set(di, 8)));
     const auto low_quarter = hn::RebindMask(d, hn::Lt(b, hn::Set(di, 4)));
-    const auto repeated =
-        hn::RebindMask(d, hn::Eq(hn::And(b, hn::Set(di, 13)), hn::Set(di, 12)));
+    const auto repeated = hn::RebindMask(d, hn::Eq(hn::And(b, hn::Set(di, 13)), hn::Set(di, 12)));
     const V u = hn::IfThenElse(low_half, x, y);
     const V v = hn::IfThenElse(low_quarter, y, hn::IfThenElse(repeated, x, z));
     const V sign_u = hn::BitCast(d, hn::ShiftLeft<31>(bits));
-    const V sign_v =
-        hn::BitCast(d, hn::ShiftLeft<30>(hn::And(bits, hn::Set(du, 2u))));
+    const V sign_v = hn::BitCast(d, hn::ShiftLeft<30>(hn::And(bits, hn::Set(du, 2u))));
     return hn::Add(hn::Xor(u, sign_u), hn::Xor(v, sign_v));
   }
 #endif
@@ -87,8 +84,7 @@ HWY_INLINE void SumOctaves(const Points& points, const Octave* octaves, std::siz
       const auto value =
           kernel(d, hn::MulAdd(x, frequency, hn::Set(d, octave.offset[0])),
                  hn::MulAdd(y, frequency, hn::Set(d, octave.offset[1])),
-                 hn::MulAdd(z, frequency, hn::Set(d, octave.offset[2])),
-                 hn::Set(du, octave.seed));
+                 hn::MulAdd(z, frequency, hn::Set(d, octave.offset[2])), hn::Set(du, octave.seed));
       total = hn::MulAdd(value, hn::Set(d, octave.weight), total);
     }
     hn::Store(total, d, out + i);

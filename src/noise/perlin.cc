@@ -66,8 +66,8 @@ class PerlinKernel {
 
  private:
   static HWY_INLINE V Fade(D d, V f) {
-    const V p = hn::MulAdd(f, hn::MulAdd(f, hn::Set(d, 6.0f), hn::Set(d, -15.0f)),
-                           hn::Set(d, 10.0f));
+    const V p =
+        hn::MulAdd(f, hn::MulAdd(f, hn::Set(d, 6.0f), hn::Set(d, -15.0f)), hn::Set(d, 10.0f));
     return hn::Mul(hn::Mul(hn::Mul(f, f), f), p);
   }
   static HWY_INLINE V Mix(V a, V b, V s) { return hn::MulAdd(s, hn::Sub(b, a), a); }

@@ -10,8 +10,8 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// Absolute error against exact arithmetic below 2e-5 for |coordinates| < 16. Where the order of the
-/// coordinates within a cell is undecided, either order gives the same value.
+/// Absolute error against exact arithmetic below 2e-5 for |coordinates| < 16. Where the order of
+/// the coordinates within a cell is undecided, either order gives the same value.
 template <class D>
 class SimplexKernel {
   using DU = hn::RebindToUnsigned<D>;
@@ -64,12 +64,12 @@ class SimplexKernel {
       return hn::Add(hn::Sub(base, hn::IfThenElseZero(mask, one)), back);
     };
     V total = Corner(d, hash(a, b, c), x0, y0, z0);
-    total = hn::Add(total, Corner(d, hash(step(i1, a, px), step(j1, b, py), step(k1, c, pz)),
-                                  offset(i1, x0, sixth), offset(j1, y0, sixth),
-                                  offset(k1, z0, sixth)));
-    total = hn::Add(total, Corner(d, hash(step(i2, a, px), step(j2, b, py), step(k2, c, pz)),
-                                  offset(i2, x0, third), offset(j2, y0, third),
-                                  offset(k2, z0, third)));
+    total =
+        hn::Add(total, Corner(d, hash(step(i1, a, px), step(j1, b, py), step(k1, c, pz)),
+                              offset(i1, x0, sixth), offset(j1, y0, sixth), offset(k1, z0, sixth)));
+    total =
+        hn::Add(total, Corner(d, hash(step(i2, a, px), step(j2, b, py), step(k2, c, pz)),
+                              offset(i2, x0, third), offset(j2, y0, third), offset(k2, z0, third)));
     const V half = hn::Set(d, 0.5f);
     total = hn::Add(total, Corner(d, hash(hn::Add(a, px), hn::Add(b, py), hn::Add(c, pz)),
                                   hn::Sub(x0, half), hn::Sub(y0, half), hn::Sub(z0, half)));

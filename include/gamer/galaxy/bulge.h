@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "gamer/galaxy/component.h"
 
 namespace gamer {
@@ -12,20 +14,20 @@ namespace gamer {
 /// profile at 1e-3 R_e by less than 1e-4.
 class Bulge : public Component {
  public:
-  Bulge(double r0, const double (&axis)[3]);
+  Bulge(double r0, const std::array<double, 3>& axis);
 
   std::string_view kind() const override { return "bulge"; }
   void envelope(const SampleBatch& batch, float* out) const override;
   double envelope_integral() const override;
   std::vector<WeightedBatch> cloud() const override { return {}; }
-  void mark(const BallRay& ray, double threshold, Marks& marks) const override;
+  void mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) const override;
   double face_on_column() const override;
 
   double effective_radius() const;
 
  private:
   double r0_;
-  double axis_[3];
+  std::array<double, 3> axis_;
 };
 
 }  // namespace gamer

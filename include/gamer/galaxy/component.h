@@ -11,6 +11,7 @@
 #include "gamer/core/config.h"
 #include "gamer/core/parameter.h"
 #include "gamer/core/resources.h"
+#include "gamer/galaxy/accuracy.h"
 #include "gamer/galaxy/arm_pattern.h"
 #include "gamer/galaxy/sample_batch.h"
 #include "gamer/noise/fractal.h"
@@ -75,8 +76,8 @@ class Component {
   virtual double envelope_integral() const = 0;
   /// Points spread over the envelope, for the statistics of the noise.
   virtual std::vector<WeightedBatch> cloud() const = 0;
-  /// Cuts `ray`; a texture need not be resolved where the envelope is below `threshold`.
-  virtual void mark(const BallRay& ray, double threshold, Marks& marks) const = 0;
+  /// Cuts `ray` for the given accuracy.
+  virtual void mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) const = 0;
   /// A typical largest integral of the envelope along a ray seen face on, galaxy radii.
   virtual double face_on_column() const = 0;
   virtual bool needs_phi() const { return false; }
@@ -142,9 +143,9 @@ const ComponentKind& find_component_kind(const std::string& name, const SourceLo
 
 /// Builds one component from its [[component]] table; `index` counts within the file. Throws
 /// InputError.
-std::unique_ptr<Component> read_component(const ConfigNode& node, int index,
-                                          const ArmPattern& arms, double axis_z,
-                                          const GalaxySettings& settings, Resources& resources);
+std::unique_ptr<Component> read_component(const ConfigNode& node, int index, const ArmPattern& arms,
+                                          double axis_z, const GalaxySettings& settings,
+                                          Resources& resources);
 
 /// Declarations shared by kinds.
 namespace component_parameters {

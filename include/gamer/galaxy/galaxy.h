@@ -32,8 +32,8 @@ class Galaxy {
 
   /// Evaluates at most batch_capacity points of the ball frame: densities[c][i] = amplitude *
   /// envelope * Phi of component c (emissivity at 5500 Angstrom, or opacity at V, per galaxy
-  /// radius). Where a component's envelope is below `threshold` its Phi counts as 1 and is not
-  /// computed; Phi fades in up to 4 times the threshold.
+  /// radius). Where a component's envelope is below `threshold` / sqrt(<Phi^2>) its Phi counts as 1
+  /// and is not computed; Phi fades in up to 4 times that.
   void evaluate(const Points& points, float threshold, std::span<BatchArray> densities) const;
 
   /// Dust-free light at 5500 Angstrom of component c: the integral of its emissivity over the

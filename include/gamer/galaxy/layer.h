@@ -8,9 +8,9 @@ namespace gamer {
 struct LayerShape {
   double z0 = 0.02;
   double rh = 0.2;
-  double inner = 0;      ///< radius of the central hole; 0 for none
+  double inner = 0;  ///< radius of the central hole; 0 for none
   double arm_width = 0.5;
-  double shift = 0;      ///< delta
+  double shift = 0;  ///< delta
 };
 
 /// What disk, stars and dust share: an exponential layer wound along the arms,
@@ -24,7 +24,7 @@ class Layer : public Component {
   void envelope(const SampleBatch& batch, float* out) const override;
   double envelope_integral() const override;
   std::vector<WeightedBatch> cloud() const override;
-  void mark(const BallRay& ray, double threshold, Marks& marks) const override;
+  void mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) const override;
   double face_on_column() const override { return 2 * shape_.z0; }
   bool needs_phi() const override { return follows_arms(); }
   bool needs_winding() const override {
@@ -44,6 +44,7 @@ class Layer : public Component {
 
   LayerShape shape_;
   ArmPattern arms_;
+  double steepest_winding_;  ///< bounds the shear of the twirl
 };
 
 }  // namespace gamer

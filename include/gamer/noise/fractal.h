@@ -13,12 +13,12 @@ namespace gamer {
 /// Parameters of a fractal sum and its shape; GAMER section 2.3 names in brackets.
 struct FractalParameters {
   const Noise* kind = nullptr;
-  int octaves = 8;                ///< omega
-  double k0 = 0;                  ///< frequency offset, cycles per galaxy radius
-  double frequency_scale = 1;     ///< f_s, cycles per galaxy radius
-  double spectral_index = 1;      ///< nu
-  double exponent = 1;            ///< alpha
-  bool inverse = false;           ///< Theta
+  int octaves = 8;             ///< omega
+  double k0 = 0;               ///< frequency offset, cycles per galaxy radius
+  double frequency_scale = 1;  ///< f_s, cycles per galaxy radius
+  double spectral_index = 1;   ///< nu
+  double exponent = 1;         ///< alpha
+  bool inverse = false;        ///< Theta
   double offset = 0;
   double contrast = 1;
   double floor = 0.1;
@@ -60,6 +60,10 @@ class FractalNoise {
   double sigma() const { return sigma_; }
   /// Root mean square frequency of S, cycles per unit length, weighted by the octaves' variance.
   double effective_frequency() const;
+  /// sqrt(<Phi^2>), at least 1: how far the light is from evenly spread.
+  double rms() const { return phi_rms_; }
+  /// By how much the features of Phi are narrower than those of S, roughly.
+  double sharpness() const;
   const FractalParameters& parameters() const { return parameters_; }
 
  private:
@@ -70,6 +74,7 @@ class FractalNoise {
   double mu_ = 0;
   double sigma_ = 1;
   double phi_mean_ = 1;
+  double phi_rms_ = 1;
 };
 
 }  // namespace gamer

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "gamer/render/medium.h"
+
+namespace gamer {
+
+/// Integrates I(lambda) = int j exp(-int kappa ds') ds along rays, all wavelengths together. Each
+/// ray's result depends on that ray alone. Used from many threads.
+class Sampler {
+ public:
+  virtual ~Sampler() = default;
+  /// hits[i] are those of ray i, nearest first. intensities[i * planes + w]. `counts` is added to.
+  virtual void integrate(std::span<const std::span<const Hit>> hits, std::span<double> intensities,
+                         RenderCounts& counts) const = 0;
+};
+
+/// Equal steps of `step` galaxy radii through every galaxy, as in GAMER, by the midpoint rule:
+/// second order in the step. Where galaxies overlap the smallest of their steps holds.
+std::unique_ptr<Sampler> make_uniform_sampler(const Medium& medium, double step);
+
+/// Panels that follow the envelopes, each integrated by Boole's rule and halved until the ray's
+/// error estimate is within the medium's Accuracy. See docs/method.md.
+std::unique_ptr<Sampler> make_adaptive_sampler(const Medium& medium);
+
+/// The sampler that the parameters ask for.
+std::unique_ptr<Sampler> make_sampler(const Medium& medium, const RenderParameters& parameters);
+
+}  // namespace gamer
