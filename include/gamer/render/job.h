@@ -1,0 +1,63 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gamer/core/resources.h"
+#include "gamer/image/image.h"
+#include "gamer/render/record.h"
+#include "gamer/scene/camera.h"
+#include "gamer/scene/render_parameters.h"
+#include "gamer/scene/scene.h"
+
+namespace gamer {
+
+/// What a user asks for: two files, or a FITS image to be made again, and what to change in them.
+struct JobRequest {
+  std::filesystem::path parameters;             ///< *.par
+  std::filesystem::path scene;                  ///< *.lst
+  std::filesystem::path from_header;            ///< a FITS file, instead of the two
+  std::vector<std::string> settings;            ///< "section.key=value"
+  std::optional<std::filesystem::path> output;  ///< instead of image.output
+  bool overwrite = false;
+  /// A quarter of the size on each side, one ray per pixel and `preview_tolerance` at least.
+  bool preview = false;
+};
+
+inline constexpr int preview_reduction = 4;
+inline constexpr double preview_tolerance = 1e-2;
+
+/// Everything that an image is made from.
+struct RenderJob {
+  RenderParameters parameters;
+  Camera camera;
+  std::shared_ptr<const Scene> scene;
+  Record record;  ///< with the resolved parameters
+};
+
+/// Where a job's texts come from: the disk, or the FITS file that is to be made again. Throws
+/// InputError.
+Resources open_resources(const JobRequest& request,
+                         const std::vector<std::filesystem::path>& folders);
+
+/// Reads the parameters and applies what the request changes. Throws InputError.
+RenderParameters load_parameters(const JobRequest& request, Resources& resources);
+
+/// Reads everything. Throws InputError.
+RenderJob load_job(const JobRequest& request, Resources& resources);
+
+/// The same job from its record, on any machine.
+RenderJob job_from_record(const Record& record);
+
+/// The header of a job's image: its axes, every resolved parameter, the scene's rows (table SCENE)
+/// and the record.
+ImageHeader make_image_header(const RenderJob& job);
+
+/// Rank 0 may hold a block of rows per worker, in double precision. Throws InputError when these
+/// need more memory than there is.
+void check_row_memory(const ImageHeader& header, int workers);
+
+}  // namespace gamer

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+namespace gamer {
+
+/// Texts about everything that is declared, made from the declarations.
+
+/// The kinds of components, one a line.
+std::string list_components();
+
+/// The parameters of `kind`: a section of the parameter file ("camera"), "galaxy" or "arms", "list"
+/// (the columns of a scene list) or a kind of component; of all when it is empty. As tables for a
+/// terminal, or in Markdown. Throws InputError for an unknown kind.
+std::string list_parameters(const std::string& kind, bool markdown);
+
+/// A complete parameter file with all defaults, commented.
+std::string sample_parameters();
+
+}  // namespace gamer

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdio>
+#include <functional>
+#include <string>
+
+namespace gamer {
+
+/// Tells how far a run has come. Not for several threads at a time.
+class Progress {
+ public:
+  enum class Style {
+    none,
+    bar,    ///< a line that is drawn again, for a terminal
+    lines,  ///< one line a minute
+  };
+  /// What suits `stream`.
+  static Style style_for(std::FILE* stream);
+
+  /// `clock` gives seconds; by default a steady clock.
+  Progress(int rows, Style style, std::FILE* stream, std::function<double()> clock = {});
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// So many more rows are done.
+  void add(int rows);
+  double seconds() const { return clock_() - start_; }
+
+ private:
+  std::string text() const;
+  void show();
+
+  int rows_;
+  int done_ = 0;
+  Style style_;
+  std::FILE* stream_;
+  std::function<double()> clock_;
+  double start_;
+  double shown_;
+  bool drawn_ = false;
+};
+
+}  // namespace gamer

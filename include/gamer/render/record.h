@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gamer/core/resources.h"
+#include "gamer/image/image.h"
+
+namespace gamer {
+
+/// All texts that a job is made of. It travels to the other ranks as one string and into the FITS
+/// file as a table.
+using Record = std::vector<Resources::Text>;
+
+std::string pack_record(const Record& record);
+/// Throws RunError when `packed` is none of pack_record().
+Record unpack_record(std::string_view packed);
+
+/// EXTNAME of the table.
+inline constexpr const char* record_table_name = "INPUTS";
+
+/// Columns NAME, LABEL, TEXT; one row per text.
+TextTable record_table(const Record& record);
+/// Throws InputError.
+Record record_from_table(const TextTable& table);
+
+}  // namespace gamer

@@ -1,0 +1,80 @@
+#include "gamer/render/record.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+#include "gamer/core/error.h"
+
+namespace gamer {
+namespace {
+
+/// "<length>:<bytes>", a netstring without its comma.
+void pack(std::string_view text, std::string& out) {
+  out += fmt::format("{}:", text.size());
+  out += text;
+}
+
+std::string unpack(std::string_view& packed) {
+  std::size_t length = 0;
+  const auto [end, error] = std::from_chars(packed.data(), packed.data() + packed.size(), length);
+  const std::size_t head = static_cast<std::size_t>(end - packed.data()) + 1;
+  if (error != std::errc() || head > packed.size() || length > packed.size() - head) {
+    throw RunError("the record of the job is damaged");
+  }
+  std::string text(packed.substr(head, length));
+  packed.remove_prefix(head + length);
+  return text;
+}
+
+const std::array<std::string, 3> table_columns = {"NAME", "LABEL", "TEXT"};
+
+}  // namespace
+
+std::string pack_record(const Record& record) {
+  std::string packed;
+  for (const Resources::Text& text : record) {
+    pack(text.name, packed);
+    pack(text.label, packed);
+    pack(text.content, packed);
+  }
+  return packed;
+}
+
+Record unpack_record(std::string_view packed) {
+  Record record;
+  while (!packed.empty()) {
+    Resources::Text text;
+    text.name = unpack(packed);
+    text.label = unpack(packed);
+    text.content = unpack(packed);
+    record.push_back(std::move(text));
+  }
+  return record;
+}
+
+TextTable record_table(const Record& record) {
+  TextTable table;
+  table.name = record_table_name;
+  table.columns.assign(table_columns.begin(), table_columns.end());
+  for (const Resources::Text& text : record) {
+    table.rows.push_back({text.name, text.label, text.content});
+  }
+  return table;
+}
+
+Record record_from_table(const TextTable& table) {
+  if (!std::equal(table.columns.begin(), table.columns.end(), table_columns.begin(),
+                  table_columns.end())) {
+    throw InputError(fmt::format("the table {} has not the columns NAME, LABEL, TEXT", table.name));
+  }
+  Record record;
+  for (const std::vector<std::string>& row : table.rows) {
+    record.push_back({row[0], row[1], row[2]});
+  }
+  return record;
+}
+
+}  // namespace gamer
