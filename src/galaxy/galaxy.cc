@@ -19,7 +19,7 @@ namespace {
 /// Room for what a vector store writes beyond the last point.
 constexpr std::size_t compacted_capacity = batch_capacity + batch_padding;
 
-/// The points of a batch that need a texture's noise, turned by its twirl.
+/// The points of a batch that need a texture's noise, turned back by its twirl.
 struct alignas(batch_alignment) CompactedPoints {
   float x[compacted_capacity];
   float y[compacted_capacity];
@@ -96,7 +96,7 @@ void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float thr
   for (std::size_t i = 0; i < size; i += lanes) {
     auto sine = hn::Zero(d);
     auto cosine = hn::Zero(d);
-    SinCos(d, hn::Mul(hn::Load(d, out.winding + i), hn::Set(d, twirl)), sine, cosine);
+    SinCos(d, hn::Mul(hn::Load(d, out.winding + i), hn::Set(d, -twirl)), sine, cosine);
     const auto x = hn::Load(d, out.x + i);
     const auto y = hn::Load(d, out.y + i);
     hn::Store(hn::NegMulAdd(sine, y, hn::Mul(cosine, x)), d, out.x + i);

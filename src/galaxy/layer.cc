@@ -161,7 +161,7 @@ ParameterTable Layer::parameters() {
       {"shift", ParameterType::number, "deg", Interval::any(), 0.0,
        "delta: turns the arms of this component"},
       {"twirl", ParameterType::number, "", Interval::closed(-10, 10), 0.1,
-       "tau: the noise is turned by tau theta(r)"},
+       "tau: the noise is wound by tau theta(r); at 1 its features run along the arms"},
   };
 }
 
@@ -257,11 +257,11 @@ std::vector<WeightedBatch> Layer::cloud() const {
           std::exp(-double{samples.r[i]} / shape_.rh) * sech2(double{batch.z[i]} / shape_.z0);
       batch.weight[i] = followed > 0 ? static_cast<float>(batch.weight[i] / followed) : 0.0f;
     }
-    // The texture sees points turned by the twirl.
+    // The texture sees points turned back by the twirl.
     const double twirl = texture() != nullptr ? texture()->twirl : 0.0;
     if (twirl != 0) {
       for (std::size_t i = 0; i < batch_capacity; ++i) {
-        const double turn = twirl * double{samples.winding[i]};
+        const double turn = -twirl * double{samples.winding[i]};
         const double c = std::cos(turn), s = std::sin(turn);
         const double x = batch.x[i], y = batch.y[i];
         batch.x[i] = static_cast<float>(c * x - s * y);

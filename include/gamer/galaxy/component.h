@@ -44,7 +44,8 @@ struct Marks {
   }
 };
 
-/// The noise of a component, evaluated at points turned about the axis by twirl * theta(r), and how
+/// The noise of a component, evaluated at points turned back about the axis by twirl * theta(r), so
+/// that its features are wound in the sense of the arms (at twirl = 1 along them), and how
 /// it is normalised: <Phi> = 1 over the component's own envelope.
 struct Texture {
   Texture(const FractalParameters& parameters, double twirl_factor)
