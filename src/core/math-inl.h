@@ -15,7 +15,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// e^x, relative error below 3e-7 for -87 <= x <= 88; below that range e^-87, above it e^88.
+/// e^x, relative error below 2e-7 for -87 <= x <= 88; below that range e^-87, above it e^88.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Exp(D d, V x) {
   const hn::RebindToSigned<D> di;
@@ -35,8 +35,8 @@ HWY_INLINE V Exp(D d, V x) {
   return hn::Mul(p, hn::BitCast(d, exponent));
 }
 
-/// ln x, absolute error below 2e-7 near 1 and relative error below 3e-7 elsewhere, for normal
-/// positive x; smaller x count as the smallest normal number.
+/// ln x, relative error below 1.5e-7 for normal positive x; smaller x, negative ones too, count as
+/// the smallest normal number.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Log(D d, V x) {
   const hn::RebindToSigned<D> di;
@@ -63,13 +63,14 @@ HWY_INLINE V Log(D d, V x) {
   return hn::MulAdd(e, hn::Set(d, 0.693359375f), hn::Add(f, y));
 }
 
-/// x^p for x >= 0 as e^(p ln x); relative error below 3e-7 (1 + |p ln x|).
+/// x^p for x >= 0 as e^(p ln x); relative error below 2e-7 (1 + |p ln x|) where Exp and Log
+/// are within their domains.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Pow(D d, V x, V p) {
   return Exp(d, hn::Mul(p, Log(d, x)));
 }
 
-/// Sine and cosine, absolute error below 2e-7 for |x| <= 8192.
+/// Sine and cosine, absolute error below 1.5e-7 for |x| <= 8192.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE void SinCos(D d, V x, V& sine, V& cosine) {
   const hn::RebindToSigned<D> di;
@@ -96,7 +97,8 @@ HWY_INLINE void SinCos(D d, V x, V& sine, V& cosine) {
   cosine = hn::Xor(hn::IfThenElse(odd, s, c), sign_c);
 }
 
-/// The angle of (x, y) in [-pi, pi], absolute error below 4e-7; 0 at the origin.
+/// The angle of (x, y) in [-pi, pi], absolute error below 4e-7 where the larger of |x| and |y| is a
+/// normal number; 0 at the origin.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Atan2(D d, V y, V x) {
   const V ax = hn::Abs(x);
