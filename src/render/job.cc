@@ -92,10 +92,10 @@ Card parameter_card(const std::string& section, const Parameter& parameter,
 std::vector<Card> make_cards(const RenderParameters& parameters) {
   std::vector<Card> cards = {
       {"CREATOR", fmt::format("gamer {}", version()), "program and version"},
-      {"COMMENT",
-       {},
-       "relative surface brightness: integral of the emissivity along the ray in galaxy radii, "
-       "f_lambda per unit wavelength, SEDs normalised to 1 at 5500 Angstrom"},
+      // Cards of their own: a long one would be broken within a word.
+      {"COMMENT", {}, "relative surface brightness: integral of the emissivity along the ray,"},
+      {"COMMENT", {}, "lengths in galaxy radii; f_lambda per unit wavelength, SEDs normalised"},
+      {"COMMENT", {}, "to 1 at 5500 Angstrom"},
   };
   for (const ParameterSection& section : render_parameter_sections()) {
     const ParameterSet& values = parameters.section(section.name);

@@ -96,8 +96,8 @@ std::string sample_parameters() {
       const ParameterValue& value = defaults.section(section.name).value(parameter.name);
       const bool has_value = defaults.section(section.name).has(parameter.name);
       const bool is_active = has_value && defaults.applies(section.name, parameter.name);
-      result += fmt::format("{}{} = {}\n", is_active ? "" : "# ", parameter.name,
-                            has_value ? value_text(value) : "");
+      result += fmt::format("{}{} ={}\n", is_active ? "" : "# ", parameter.name,
+                            has_value ? " " + value_text(value) : "");
     }
   }
   return result;
