@@ -133,8 +133,12 @@ TextTable scene_table(const Resources::Text& text) {
 Resources open_resources(const JobRequest& request,
                          const std::vector<std::filesystem::path>& folders) {
   if (request.from_header.empty()) return Resources(folders);
-  return Resources::from_record(
-      record_from_table(read_fits_table(request.from_header, record_table_name)));
+  const TextTable table = read_fits_table(request.from_header, record_table_name);
+  try {
+    return Resources::from_record(record_from_table(table));
+  } catch (const InputError& error) {
+    throw InputError({request.from_header.generic_string(), 0, 0}, error.what());
+  }
 }
 
 RenderParameters load_parameters(const JobRequest& request, Resources& resources) {
