@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -9,17 +10,45 @@
 
 namespace gamer {
 
-/// FITS through CFITSIO: `.fits`, and `.fits.fz` (GZIP_2 tiles, lossless).
+/// FITS through CFITSIO: `.fits`, and `.fits.fz` (GZIP_2 tiles of one row, lossless). Throws
+/// RunError.
+///
+/// *HDUs.* Layout `cube`: the primary HDU holds all planes (two axes where there is one plane).
+/// `extensions`: an empty primary HDU with the header's cards, then one image HDU per plane,
+/// EXTNAME its label. `files`: one file per plane, which is its primary HDU. In compressed files
+/// the image of the primary HDU stands in the first extension. The tables follow. Every HDU has
+/// DATE (UTC), ORIGIN and CREATOR (of this run and version unless the header's cards give them),
+/// CHECKSUM and DATASUM; the bytes of the file follow from these cards and the pixels alone.
+///
+/// *World coordinates.* Axes 1 and 2 as given. Axis 3 of a cube is the wavelength: WAVE where the
+/// planes are equally spaced to 1e-9, else WAVE-TAB with the table extension WCS-TABLE (Greisen et
+/// al. 2006, A&A 446, 747, section 6). WAVELENn is the wavelength of the HDU's plane n; from
+/// WAVELEN10 on, FITS needs the HIERARCH form, which readers look up by the same name.
+///
+/// *Texts.* A header holds printing ASCII only: in string values any other byte, a blank at the
+/// end, and a '%' that two hexadecimal digits follow, is written as %XX (as in URLs). Long strings
+/// go on in CONTINUE cards; names that are not standard keywords are HIERARCH cards, in capitals.
+/// Numbers read back exactly; not finite ones are an error.
+///
+/// *Text tables.* One binary table each. A row of the TextTable becomes one table row per line of
+/// its longest cell; the first column, LINE, counts these lines from 1, so that 1 opens a row. A
+/// line of more than 200 bytes goes on in further table rows, LINE = 0. The newline that ends a
+/// text is %0A at the end of its last line. The bytes are encoded as those of header strings are.
 std::unique_ptr<ImageWriter> make_fits_writer(const OutputOptions& options,
                                               const ImageHeader& header);
 
 /// A FITS file read back whole: the image (planes of a cube, or of the image extensions one after
-/// another) and its text tables. Throws InputError.
+/// another) and its text tables.
 struct FitsImage {
   Image image;
-  std::vector<Card> cards;  ///< of the first HDU that holds pixels
+  /// Of the primary HDU and, where that holds no pixels, then of the first one that does; without
+  /// those that describe the data's layout, compression and checksums.
+  std::vector<Card> cards;
   std::vector<TextTable> tables;
 };
+
+/// Reads any FITS images of two or three axes, compressed or not; those of several HDUs must have
+/// one size. Throws InputError.
 FitsImage read_fits(const std::filesystem::path& path);
 
 /// Only the text table `name`; throws InputError when the file has none.

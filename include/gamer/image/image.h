@@ -12,7 +12,9 @@ class Image {
  public:
   Image() = default;
   Image(int width, int height, int planes)
-      : width_(width), height_(height), planes_(planes),
+      : width_(width),
+        height_(height),
+        planes_(planes),
         values_(static_cast<std::size_t>(width) * height * planes) {}
 
   int width() const { return width_; }
@@ -51,7 +53,7 @@ struct LinearAxis {
 
 /// A table of texts and numbers, written as a FITS binary table.
 struct TextTable {
-  std::string name;                            ///< EXTNAME
+  std::string name;  ///< EXTNAME
   std::vector<std::string> columns;
   std::vector<std::vector<std::string>> rows;  ///< each as long as `columns`
   std::vector<Card> cards;
@@ -61,7 +63,7 @@ struct TextTable {
 struct ImageHeader {
   int width = 0;
   int height = 0;
-  std::string unit;             ///< BUNIT
+  std::string unit;  ///< BUNIT
   LinearAxis x, y;
   /// One per plane, Angstrom; the third axis of a cube.
   std::vector<double> wavelengths;

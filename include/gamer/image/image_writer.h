@@ -21,13 +21,15 @@ struct OutputOptions {
 };
 
 /// Takes rows in any order and leaves a complete file, or none: it writes beside the final name and
-/// moves there in finish(). Destroyed before that, it removes what it wrote.
+/// moves there in finish(). Destroyed before that, it removes what it wrote. For one thread.
 class ImageWriter {
  public:
   virtual ~ImageWriter() = default;
   /// Rows [first, first + count): for each row, each plane, each x: values[(row * planes + plane) *
   /// width + x]. Throws RunError (disk full...).
   virtual void write_rows(int first, int count, std::span<const double> values) = 0;
+  /// Throws RunError, also when a row was never written or a file that may not be overwritten has
+  /// appeared meanwhile.
   virtual void finish() = 0;
 };
 
@@ -37,10 +39,12 @@ std::vector<std::filesystem::path> output_files(const OutputOptions& options,
 
 /// Checks all that can be known before rendering and throws InputError: unknown suffix, folder that
 /// does not exist or cannot be written or has too little space, a file that exists (unless
-/// overwrite), a picture that cannot show so many planes, or too large for memory.
+/// overwrite), labels that cannot be told apart, more files than can be open, a picture that is too
+/// large for memory or (BMP) for its format. Leaves nothing behind.
 void check_output(const OutputOptions& options, const ImageHeader& header);
 
-/// Makes the writer for the suffix, after check_output().
+/// Makes the writer for the suffix, after check_output(). A picture is one file whatever the
+/// layout.
 std::unique_ptr<ImageWriter> make_image_writer(const OutputOptions& options,
                                                const ImageHeader& header);
 

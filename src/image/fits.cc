@@ -1,0 +1,422 @@
+#include "gamer/image/fits.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <climits>
+#include <cmath>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "gamer/core/error.h"
+#include "gamer/core/version.h"
+#include "image/fits_cards.h"
+#include "image/fits_file.h"
+#include "image/image_suffix.h"
+#include "image/memory.h"
+#include "image/temporary_file.h"
+
+namespace gamer {
+namespace {
+
+/// Wavelengths are a linear axis when they are equally spaced to this relative accuracy.
+constexpr double kLinearTolerance = 1e-9;
+
+constexpr const char* kCoordinateTable = "WCS-TABLE";
+constexpr const char* kCoordinateColumn = "WAVELENGTH";
+constexpr const char* kAngstrom = "Angstrom";
+
+// ---- Header ------------------------------------------------------------------------------------
+
+/// DATE, ORIGIN and CREATOR of this run, or as the caller gives them.
+std::vector<Card> common_cards(const std::vector<Card>& given) {
+  char date[FLEN_VALUE] = {};
+  int not_utc = 0, status = 0;
+  fits_get_system_time(date, &not_utc, &status);
+  std::vector<Card> cards = {{"DATE", std::string(date), "time of writing (UTC)"},
+                             {"ORIGIN", std::string("gamer"), ""},
+                             {"CREATOR", fmt::format("gamer {}", version()), "program, version"}};
+  for (Card& card : cards) {
+    const auto found = std::find_if(given.begin(), given.end(),
+                                    [&](const Card& other) { return other.key == card.key; });
+    if (found != given.end()) card = *found;
+  }
+  return cards;
+}
+
+std::vector<Card> without_common_cards(const std::vector<Card>& cards) {
+  std::vector<Card> rest;
+  std::copy_if(cards.begin(), cards.end(), std::back_inserter(rest),
+               [](const Card& card) { return !is_common_card(card.key); });
+  return rest;
+}
+
+void append_axis(std::vector<Card>& cards, int number, const LinearAxis& axis) {
+  const auto key = [number](const char* name) { return fmt::format("{}{}", name, number); };
+  cards.push_back({key("CTYPE"), axis.type, ""});
+  if (!axis.unit.empty()) cards.push_back({key("CUNIT"), axis.unit, ""});
+  cards.push_back({key("CRPIX"), axis.reference_pixel, "reference pixel"});
+  cards.push_back({key("CRVAL"), axis.reference_value, "coordinate there"});
+  cards.push_back({key("CDELT"), axis.step, "step per pixel"});
+}
+
+/// The wavelengths as a linear axis, where they are one.
+std::optional<LinearAxis> linear_wavelengths(const std::vector<double>& wavelengths) {
+  const std::size_t count = wavelengths.size();
+  const double first = wavelengths.front();
+  const double step = (wavelengths.back() - first) / static_cast<double>(count - 1);
+  if (step == 0) return std::nullopt;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double linear = first + step * static_cast<double>(i);
+    if (!(std::abs(wavelengths[i] - linear) <= kLinearTolerance * std::abs(wavelengths[i]))) {
+      return std::nullopt;
+    }
+  }
+  return LinearAxis{"WAVE", kAngstrom, 1, first, step};
+}
+
+/// Greisen et al. 2006 (A&A 446, 747; "paper III"), section 6: the axis is a look-up table in an
+/// extension.
+void append_table_axis(std::vector<Card>& cards) {
+  append_axis(cards, 3, {"WAVE-TAB", kAngstrom, 1, 1, 1});
+  cards.push_back({"PS3_0", std::string(kCoordinateTable), "extension with the coordinates"});
+  cards.push_back({"PS3_1", std::string(kCoordinateColumn), "column with the coordinates"});
+  cards.push_back({"PV3_1", 1LL, "EXTVER of that extension"});
+  cards.push_back({"PV3_2", 1LL, "EXTLEVEL of that extension"});
+  cards.push_back({"PV3_3", 1LL, "axis within the coordinate array"});
+}
+
+void write_coordinate_table(FitsFile& file, const std::vector<double>& wavelengths,
+                            const std::vector<Card>& common) {
+  const auto count = static_cast<long>(wavelengths.size());
+  std::string name = kCoordinateColumn, form = fmt::format("{}D", count), unit = kAngstrom;
+  char *names[] = {name.data()}, *forms[] = {form.data()}, *units[] = {unit.data()};
+  file.call(fits_create_tbl, BINARY_TBL, LONGLONG{1}, 1, names, forms, units, kCoordinateTable);
+  long shape[] = {1, count};
+  file.call(fits_write_tdim, 1, 2, shape);
+  write_cards(file, common);
+  write_cards(file, {{"EXTVER", 1LL, ""}, {"EXTLEVEL", 1LL, ""}});
+  file.call(fits_write_col_dbl, 1, LONGLONG{1}, LONGLONG{1}, LONGLONG{count},
+            const_cast<double*>(wavelengths.data()));
+}
+
+/// All of one FITS file but its pixels: which HDUs there are, and their headers.
+class FitsLayout {
+ public:
+  FitsLayout(const OutputOptions& options, ImageHeader header)
+      : options_(options), header_(std::move(header)), common_(common_cards(header_.cards)) {
+    header_.cards = without_common_cards(header_.cards);
+  }
+
+  const ImageHeader& header() const { return header_; }
+
+  /// Where a plane's first pixel stands.
+  struct Place {
+    std::size_t file = 0;
+    int hdu = 1;
+    LONGLONG element = 1;
+  };
+  Place place(int plane) const {
+    switch (options_.layout) {
+      case ImageLayout::cube:
+        return {0, 1, static_cast<LONGLONG>(plane) * header_.width * header_.height + 1};
+      case ImageLayout::extensions:
+        return {0, plane + 2, 1};
+      case ImageLayout::files:
+        return {static_cast<std::size_t>(plane), 1, 1};
+    }
+    throw std::invalid_argument("unknown image layout");
+  }
+
+  /// Makes the HDUs of file number `index`. `fill(first, count)` is called when the current HDU is
+  /// the new one of these planes, before further HDUs follow it.
+  template <class Fill>
+  void make(FitsFile& file, int index, bool compressed, Fill fill) const {
+    const bool extensions = options_.layout == ImageLayout::extensions;
+    if (extensions || compressed) {
+      file.call(fits_create_img, BYTE_IMG, 0, nullptr);
+      std::vector<Card> cards = common_;
+      if (extensions) cards.insert(cards.end(), header_.cards.begin(), header_.cards.end());
+      write_cards(file, cards);
+    }
+    if (compressed) {
+      file.call(fits_set_compression_type, GZIP_2);
+      // Level 0 switches quantisation off.
+      file.call(fits_set_quantize_level, 0.0F);
+    }
+    const bool cube = options_.layout == ImageLayout::cube;
+    const int first = cube || extensions ? 0 : index;
+    const int last = cube || extensions ? header_.planes() : index + 1;
+    for (int plane = first; plane < last;) {
+      const int count = cube ? last - first : 1;
+      const std::vector<Card> cards = image_cards(plane, count);
+      LONGLONG sizes[] = {header_.width, header_.height, count};
+      file.call(fits_create_imgll, options_.bitpix, count > 1 ? 3 : 2, sizes);
+      write_cards(file, cards);
+      fill(plane, count);
+      if (count > 1 && is_tabulated()) {
+        write_coordinate_table(file, header_.wavelengths, common_);
+      }
+      plane += count;
+    }
+    for (const TextTable& table : header_.tables) write_text_table(file, table, common_);
+  }
+
+ private:
+  bool is_tabulated() const {
+    return !header_.wavelengths.empty() && !linear_wavelengths(header_.wavelengths);
+  }
+
+  /// The header of the HDU with the planes [first, first + count).
+  std::vector<Card> image_cards(int first, int count) const {
+    std::vector<Card> cards;
+    if (options_.layout != ImageLayout::cube) {
+      cards.push_back({"EXTNAME", header_.labels[first], ""});
+    }
+    cards.insert(cards.end(), common_.begin(), common_.end());
+    if (!header_.unit.empty()) cards.push_back({"BUNIT", header_.unit, "unit of the pixels"});
+    // Counted by name: a compressed image is a table, of two axes.
+    cards.push_back({"WCSAXES", count > 1 ? 3LL : 2LL, "number of world axes"});
+    append_axis(cards, 1, header_.x);
+    append_axis(cards, 2, header_.y);
+    const bool has_wavelengths = !header_.wavelengths.empty();
+    if (count > 1) {
+      if (!has_wavelengths) {
+        append_axis(cards, 3, {"PLANE", "", 1, 1, 1});
+      } else if (is_tabulated()) {
+        append_table_axis(cards);
+      } else {
+        append_axis(cards, 3, *linear_wavelengths(header_.wavelengths));
+      }
+    }
+    for (int i = 0; has_wavelengths && i < count; ++i) {
+      cards.push_back({fmt::format("WAVELEN{}", i + 1), header_.wavelengths[first + i],
+                       fmt::format("[{}] of plane {}", kAngstrom, i + 1)});
+    }
+    if (options_.layout != ImageLayout::extensions) {
+      cards.insert(cards.end(), header_.cards.begin(), header_.cards.end());
+    }
+    return cards;
+  }
+
+  OutputOptions options_;
+  ImageHeader header_;
+  std::vector<Card> common_;
+};
+
+// ---- Writer ------------------------------------------------------------------------------------
+
+class FitsWriter final : public ImageWriter {
+ public:
+  FitsWriter(const OutputOptions& options, const ImageHeader& header)
+      : options_(options),
+        layout_(options, header),
+        width_(header.width),
+        height_(header.height),
+        planes_(header.planes()),
+        written_(static_cast<std::size_t>(header.height)) {
+    if (!header.wavelengths.empty() &&
+        header.wavelengths.size() != static_cast<std::size_t>(planes_)) {
+      throw std::invalid_argument("FITS writer: wavelengths and labels differ in number");
+    }
+    for (const auto& path : output_files(options, header)) {
+      outputs_.push_back(std::make_unique<Output>(path));
+      layout_.make(outputs_.back()->file, static_cast<int>(outputs_.size()) - 1, false,
+                   [](int, int) {});
+    }
+  }
+
+  void write_rows(int first, int count, std::span<const double> values) override {
+    const auto width = static_cast<std::size_t>(width_);
+    if (first < 0 || count < 0 || first > height_ - count ||
+        values.size() != static_cast<std::size_t>(count) * planes_ * width) {
+      throw std::invalid_argument("FITS writer: rows outside the image");
+    }
+    std::vector<double> rows(width * count);
+    for (int plane = 0; plane < planes_; ++plane) {
+      for (int row = 0; row < count; ++row) {
+        const double* from =
+            values.data() + (static_cast<std::size_t>(row) * planes_ + plane) * width;
+        std::copy_n(from, width, rows.data() + width * row);
+      }
+      const FitsLayout::Place place = layout_.place(plane);
+      FitsFile& file = outputs_[place.file]->file;
+      file.move_to(place.hdu);
+      file.call(fits_write_img_dbl, 1L, place.element + static_cast<LONGLONG>(first) * width_,
+                static_cast<LONGLONG>(rows.size()), rows.data());
+    }
+    std::fill_n(written_.begin() + first, count, true);
+  }
+
+  void finish() override {
+    const auto missing = std::find(written_.begin(), written_.end(), false);
+    if (missing != written_.end()) {
+      throw RunError(fmt::format("{}: row {} was never written", options_.path.string(),
+                                 missing - written_.begin()));
+    }
+    if (image_suffix(options_.path) == ImageSuffix::fits_compressed) compress();
+    for (auto& output : outputs_) {
+      const int hdus = output->file.hdu_count();
+      for (int hdu = 1; hdu <= hdus; ++hdu) {
+        output->file.move_to(hdu);
+        write_checksum(output->file);
+      }
+      output->file.close();
+    }
+    for (auto& output : outputs_) output->temporary.move_to_final(options_.overwrite);
+  }
+
+ private:
+  /// One file in the making.
+  struct Output {
+    explicit Output(const std::filesystem::path& path)
+        : temporary(path), file(FitsFile::create(temporary.path(), path.string())) {}
+
+    TemporaryFile temporary;
+    FitsFile file;
+  };
+
+  /// Replaces the plain files by compressed ones. Done when all rows are there, so that the bytes
+  /// do not depend on the order in which they came. Rows are written by us, since CFITSIO's
+  /// fits_img_compress() turns infinity into NaN and the smallest numbers into 0 (4.2).
+  void compress() {
+    for (std::size_t i = 0; i < outputs_.size(); ++i) {
+      FitsFile& plain = outputs_[i]->file;
+      auto packed = std::make_unique<Output>(outputs_[i]->temporary.final_path());
+      std::vector<double> row(static_cast<std::size_t>(width_));
+      const auto fill = [&](int first_plane, int count) {
+        LONGLONG to = 1;
+        for (int plane = first_plane; plane < first_plane + count; ++plane) {
+          const FitsLayout::Place place = layout_.place(plane);
+          plain.move_to(place.hdu);
+          for (int y = 0; y < height_; ++y, to += width_) {
+            constexpr double kKeepAll = 0;
+            plain.call(fits_read_img_dbl, 1L, place.element + static_cast<LONGLONG>(y) * width_,
+                       LONGLONG{width_}, kKeepAll, row.data(), nullptr);
+            packed->file.call(fits_write_img_dbl, 1L, to, LONGLONG{width_}, row.data());
+          }
+        }
+      };
+      layout_.make(packed->file, static_cast<int>(i), true, fill);
+      outputs_[i] = std::move(packed);
+    }
+  }
+
+  OutputOptions options_;
+  FitsLayout layout_;
+  int width_, height_, planes_;
+  std::vector<std::unique_ptr<Output>> outputs_;
+  std::vector<bool> written_;
+};
+
+// ---- Reader ------------------------------------------------------------------------------------
+
+/// Width, height and planes of the current HDU; no planes where it holds no image.
+struct Shape {
+  int width = 0, height = 0, planes = 0;
+};
+
+Shape shape_of(FitsFile& file) {
+  int type = 0, axes = 0;
+  file.call(fits_get_hdu_type, &type);
+  if (type != IMAGE_HDU) {
+    int status = 0;
+    const bool compressed = fits_is_compressed_image(file.handle(), &status) != 0;
+    fits_clear_errmsg();
+    if (!compressed) return {};
+  }
+  file.call(fits_get_img_dim, &axes);
+  if (axes == 0) return {};
+  if (axes == 1) file.fail("an image of one axis; expected two or three");
+  std::vector<LONGLONG> sizes(axes);
+  file.call(fits_get_img_sizell, axes, sizes.data());
+  const auto too_many = std::find_if(sizes.begin() + std::min(axes, 3), sizes.end(),
+                                     [](LONGLONG size) { return size != 1; });
+  if (too_many != sizes.end()) file.fail("an image of more than three axes");
+  const LONGLONG planes = axes > 2 ? sizes[2] : 1;
+  for (const LONGLONG size : {sizes[0], sizes[1], planes}) {
+    if (size > INT_MAX) file.fail(fmt::format("an axis of {} pixels is too long", size));
+  }
+  if (sizes[0] <= 0 || sizes[1] <= 0 || planes <= 0) return {};
+  return {static_cast<int>(sizes[0]), static_cast<int>(sizes[1]), static_cast<int>(planes)};
+}
+
+}  // namespace
+
+std::unique_ptr<ImageWriter> make_fits_writer(const OutputOptions& options,
+                                              const ImageHeader& header) {
+  return std::make_unique<FitsWriter>(options, header);
+}
+
+FitsImage read_fits(const std::filesystem::path& path) {
+  FitsFile file = FitsFile::open(path, path.string());
+  FitsImage result;
+  Shape whole;
+  std::vector<int> image_hdus;
+  const int hdus = file.hdu_count();
+  for (int hdu = 1; hdu <= hdus; ++hdu) {
+    file.move_to(hdu);
+    const Shape shape = shape_of(file);
+    if (shape.planes > 0) {
+      if (!image_hdus.empty() && (shape.width != whole.width || shape.height != whole.height)) {
+        file.fail(fmt::format("images of different size: {} x {} and, in HDU {}, {} x {}",
+                              whole.width, whole.height, hdu, shape.width, shape.height));
+      }
+      if (image_hdus.empty()) {
+        for (Card& card : read_cards(file)) {
+          const bool known = std::any_of(
+              result.cards.begin(), result.cards.end(),
+              [&](const Card& other) { return is_common_card(card.key) && other.key == card.key; });
+          if (!known) result.cards.push_back(std::move(card));
+        }
+      }
+      whole = {shape.width, shape.height, whole.planes + shape.planes};
+      image_hdus.push_back(hdu);
+    } else if (hdu == 1) {
+      result.cards = read_cards(file);
+    } else if (is_text_table(file)) {
+      result.tables.push_back(read_text_table(file));
+    }
+  }
+  if (image_hdus.empty()) file.fail("no image in it");
+
+  const double bytes =
+      static_cast<double>(whole.width) * whole.height * whole.planes * sizeof(double);
+  if (const std::uint64_t available = available_memory(); bytes > static_cast<double>(available)) {
+    file.fail(fmt::format("{} x {} x {} pixels need {} of memory, {} is available", whole.width,
+                          whole.height, whole.planes, bytes_text(static_cast<std::uint64_t>(bytes)),
+                          bytes_text(available)));
+  }
+  result.image = Image(whole.width, whole.height, whole.planes);
+  int plane = 0;
+  for (const int hdu : image_hdus) {
+    file.move_to(hdu);
+    const int planes = shape_of(file).planes;
+    int bitpix = 0;
+    file.call(fits_get_img_type, &bitpix);
+    // Integers may have a value for "blank". Floating-point numbers are read as they are: looking
+    // for blanks, CFITSIO would also replace infinity and what is too small to be normal.
+    const double blank = bitpix > 0 ? std::nan("") : 0;
+    const LONGLONG count = static_cast<LONGLONG>(whole.width) * whole.height * planes;
+    file.call(fits_read_img_dbl, 1L, LONGLONG{1}, count, blank, result.image.plane(plane), nullptr);
+    plane += planes;
+  }
+  return result;
+}
+
+TextTable read_fits_table(const std::filesystem::path& path, const std::string& name) {
+  FitsFile file = FitsFile::open(path, path.string());
+  const int hdus = file.hdu_count();
+  for (int hdu = 2; hdu <= hdus; ++hdu) {
+    file.move_to(hdu);
+    if (!is_text_table(file)) continue;
+    TextTable table = read_text_table(file);
+    if (table.name == name) return table;
+  }
+  file.fail(fmt::format("no table '{}' in it", name));
+}
+
+}  // namespace gamer

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gamer/image/image.h"
+#include "image/fits_file.h"
+
+namespace gamer {
+
+/// FITS headers and character columns hold printing ASCII only, and lose blanks at the end. Every
+/// other byte, a last blank, and a '%' that two hexadecimal digits follow, becomes %XX.
+std::string percent_encode(std::string_view text);
+/// The inverse; every %XX becomes its byte.
+std::string percent_decode(std::string_view text);
+
+/// Appends a card to the current header. A double is written with the fewest digits that read back
+/// as the same number; strings are percent-encoded and, where too long, continued (CONTINUE).
+void write_card(FitsFile& file, const Card& card);
+
+/// write_card() for all, and the LONGSTRN card that announces continued strings where there are.
+void write_cards(FitsFile& file, const std::vector<Card>& cards);
+
+/// The current header's cards, without those that describe the data's layout, compression and
+/// checksums.
+std::vector<Card> read_cards(FitsFile& file);
+
+/// Writes DATASUM and CHECKSUM with comments that do not tell the time, so that equal files have
+/// equal bytes.
+void write_checksum(FitsFile& file);
+
+/// A new binary table HDU after the last one; `common` cards come first. See gamer/image/fits.h for
+/// the format.
+void write_text_table(FitsFile& file, const TextTable& table, const std::vector<Card>& common);
+
+/// Whether the current HDU is a table that write_text_table() made.
+bool is_text_table(FitsFile& file);
+TextTable read_text_table(FitsFile& file);
+
+/// Names of the cards that every HDU carries and that are no part of a TextTable: DATE, ORIGIN,
+/// CREATOR.
+bool is_common_card(std::string_view key);
+
+}  // namespace gamer

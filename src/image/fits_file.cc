@@ -1,0 +1,86 @@
+#include "image/fits_file.h"
+
+#include <fmt/format.h>
+
+#include <cstring>
+#include <utility>
+
+#include "gamer/core/error.h"
+
+namespace gamer {
+
+FitsFile FitsFile::create(const std::filesystem::path& path, std::string label) {
+  FitsFile file(std::move(label), true);
+  int status = 0;
+  errno = 0;
+  // The "diskfile" calls take the name as it is: brackets and the like mean nothing.
+  fits_create_diskfile(&file.handle_, std::filesystem::absolute(path).c_str(), &status);
+  if (status != 0) file.fail(status);
+  return file;
+}
+
+FitsFile FitsFile::open(const std::filesystem::path& path, std::string label, bool written) {
+  FitsFile file(std::move(label), written);
+  int status = 0;
+  errno = 0;
+  fits_open_diskfile(&file.handle_, std::filesystem::absolute(path).c_str(), READONLY, &status);
+  if (status != 0) {
+    file.handle_ = nullptr;
+    file.fail(status);
+  }
+  return file;
+}
+
+FitsFile::FitsFile(FitsFile&& other) noexcept
+    : handle_(std::exchange(other.handle_, nullptr)),
+      label_(std::move(other.label_)),
+      written_(other.written_) {}
+
+FitsFile::~FitsFile() {
+  if (handle_ == nullptr) return;
+  int status = 0;
+  fits_close_file(handle_, &status);
+  fits_clear_errmsg();
+}
+
+void FitsFile::move_to(int hdu) {
+  int current = 0;
+  fits_get_hdu_num(handle_, &current);
+  if (current != hdu) call(fits_movabs_hdu, hdu, nullptr);
+}
+
+int FitsFile::hdu_count() {
+  int count = 0;
+  call(fits_get_num_hdus, &count);
+  return count;
+}
+
+void FitsFile::close() {
+  int status = 0;
+  errno = 0;
+  fits_close_file(std::exchange(handle_, nullptr), &status);
+  if (status != 0) fail(status);
+}
+
+void FitsFile::fail(const std::string& message) const {
+  const std::string text = fmt::format("{}: {}", label_, message);
+  if (written_) throw RunError(text);
+  throw InputError(text);
+}
+
+void FitsFile::fail(int status) const {
+  const int error = errno;
+  char text[FLEN_STATUS] = {};
+  fits_get_errstatus(status, text);
+  std::string message = text;
+  char detail[FLEN_ERRMSG] = {};
+  if (fits_read_errmsg(detail) != 0) message += fmt::format(": {}", detail);
+  fits_clear_errmsg();
+  const bool of_the_system = status == WRITE_ERROR || status == READ_ERROR ||
+                             status == FILE_NOT_CREATED || status == FILE_NOT_OPENED ||
+                             status == FILE_NOT_CLOSED;
+  if (of_the_system && error != 0) message += fmt::format(" ({})", std::strerror(error));
+  fail(message);
+}
+
+}  // namespace gamer

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <fitsio.h>
+
+#include <cerrno>
+#include <filesystem>
+#include <string>
+
+namespace gamer {
+
+/// An open FITS file. call() runs one CFITSIO function on it and turns a bad status into an
+/// exception that carries CFITSIO's own words: RunError where the file is written, InputError where
+/// it is read.
+class FitsFile {
+ public:
+  /// A new file; messages name it `label` (the final name, not the temporary one).
+  static FitsFile create(const std::filesystem::path& path, std::string label);
+  /// An existing file, read only. `written` marks a file of our own making, whose errors are
+  /// failures while running and not wrong input.
+  static FitsFile open(const std::filesystem::path& path, std::string label, bool written = false);
+
+  FitsFile(FitsFile&& other) noexcept;
+  FitsFile& operator=(FitsFile&&) = delete;
+  ~FitsFile();
+
+  template <class Function, class... Arguments>
+  void call(Function function, Arguments... arguments) {
+    int status = 0;
+    errno = 0;
+    function(handle_, arguments..., &status);
+    if (status != 0) fail(status);
+  }
+
+  /// Moves to an HDU, counted from 1.
+  void move_to(int hdu);
+  int hdu_count();
+  /// Flushes and closes; the destructor does so too, but cannot report an error.
+  void close();
+
+  fitsfile* handle() const { return handle_; }
+  const std::string& label() const { return label_; }
+  /// Throws the exception of the file's kind: "label: message".
+  [[noreturn]] void fail(const std::string& message) const;
+
+ private:
+  FitsFile(std::string label, bool written) : label_(std::move(label)), written_(written) {}
+  [[noreturn]] void fail(int status) const;
+
+  fitsfile* handle_ = nullptr;
+  std::string label_;
+  bool written_;
+};
+
+}  // namespace gamer

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace gamer {
+
+enum class ImageSuffix { fits, fits_compressed, png, bmp };
+
+/// The kind of file that the name asks for; nothing where the suffix is unknown.
+std::optional<ImageSuffix> image_suffix(const std::filesystem::path& path);
+
+/// The suffix as written: ".fits", ".fits.fz", ".png", ".bmp"; "" where it is unknown.
+std::string image_suffix_text(const std::filesystem::path& path);
+
+}  // namespace gamer

@@ -1,0 +1,206 @@
+#include "gamer/image/image_writer.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "gamer/core/error.h"
+#include "gamer/image/fits.h"
+#include "gamer/image/picture.h"
+#include "image/image_suffix.h"
+#include "image/memory.h"
+#include "image/picture_size.h"
+#include "image/temporary_file.h"
+
+namespace gamer {
+namespace {
+
+constexpr std::array<std::pair<const char*, ImageSuffix>, 4> kSuffixes = {{
+    {".fits", ImageSuffix::fits},
+    {".fits.fz", ImageSuffix::fits_compressed},
+    {".png", ImageSuffix::png},
+    {".bmp", ImageSuffix::bmp},
+}};
+
+/// Room for the headers of a FITS file beside its cards.
+constexpr std::uint64_t kHeaderBytes = 16 * 1024;
+constexpr std::uint64_t kCardBytes = 80;
+/// A BMP file says its size in 32 bits.
+constexpr std::uint64_t kLargestBmp = 0xFFFFFFFF;
+/// Files that a process needs beside those of the image: the streams, libraries, sockets of MPI.
+constexpr std::uint64_t kOtherFiles = 64;
+/// CFITSIO's limit of open files (NMAXFILES).
+constexpr std::uint64_t kMostFitsFiles = 10000;
+
+bool is_fits(ImageSuffix suffix) {
+  return suffix == ImageSuffix::fits || suffix == ImageSuffix::fits_compressed;
+}
+
+std::uint64_t pixels(const ImageHeader& header) {
+  return static_cast<std::uint64_t>(header.width) * static_cast<std::uint64_t>(header.height);
+}
+
+std::uint64_t bytes_on_disk(ImageSuffix suffix, const OutputOptions& options,
+                            const ImageHeader& header) {
+  if (suffix == ImageSuffix::bmp) return bmp_bytes(header.width, header.height);
+  if (suffix == ImageSuffix::png) return pixels(header) * 3 * sizeof(std::uint16_t);
+  std::uint64_t texts = header.cards.size() * kCardBytes;
+  for (const TextTable& table : header.tables) {
+    texts += table.cards.size() * kCardBytes;
+    for (const auto& row : table.rows) {
+      for (const std::string& cell : row) texts += cell.size();
+    }
+  }
+  const std::uint64_t planes = header.labels.size();
+  const std::uint64_t files = options.layout == ImageLayout::files ? planes : 1;
+  const std::uint64_t bytes_per_pixel = options.bitpix == -64 ? 8 : 4;
+  const std::uint64_t plain =
+      pixels(header) * planes * bytes_per_pixel + files * texts + (planes + 1) * kHeaderBytes;
+  // Compressing needs the plain file and, at worst, one as large beside it.
+  return suffix == ImageSuffix::fits_compressed ? 2 * plain : plain;
+}
+
+std::uint64_t most_open_files() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) {
+    return kMostFitsFiles;
+  }
+  const std::uint64_t current = limit.rlim_cur;
+  return std::min(kMostFitsFiles, current > kOtherFiles ? current - kOtherFiles : 1);
+}
+
+}  // namespace
+
+std::optional<ImageSuffix> image_suffix(const std::filesystem::path& path) {
+  const std::string text = image_suffix_text(path);
+  for (const auto& [name, suffix] : kSuffixes) {
+    if (text == name) return suffix;
+  }
+  return std::nullopt;
+}
+
+std::string image_suffix_text(const std::filesystem::path& path) {
+  const std::string name = path.filename().string();
+  std::string longest;
+  for (const auto& [text, suffix] : kSuffixes) {
+    const std::string candidate = text;
+    // A name of nothing but the suffix would be a hidden file.
+    if (name.size() > candidate.size() && name.ends_with(candidate) &&
+        candidate.size() > longest.size()) {
+      longest = candidate;
+    }
+  }
+  return longest;
+}
+
+std::vector<std::filesystem::path> output_files(const OutputOptions& options,
+                                                const ImageHeader& header) {
+  const std::optional<ImageSuffix> suffix = image_suffix(options.path);
+  if (options.layout != ImageLayout::files || !suffix || !is_fits(*suffix)) return {options.path};
+  const std::string ending = image_suffix_text(options.path);
+  std::string stem = options.path.filename().string();
+  stem.resize(stem.size() - ending.size());
+  std::vector<std::filesystem::path> files;
+  for (const std::string& label : header.labels) {
+    files.push_back(options.path.parent_path() / fmt::format("{}_{}{}", stem, label, ending));
+  }
+  return files;
+}
+
+void check_output(const OutputOptions& options, const ImageHeader& header) {
+  namespace fs = std::filesystem;
+  const std::string name = options.path.string();
+  const auto fail = [&name](const std::string& message) -> void {
+    throw InputError(fmt::format("output '{}': {}", name, message));
+  };
+  const std::optional<ImageSuffix> suffix = image_suffix(options.path);
+  if (!suffix) {
+    std::string allowed;
+    for (const auto& [text, kind] : kSuffixes) {
+      allowed += fmt::format("{}{}", allowed.empty() ? "" : ", ", text);
+    }
+    fail(fmt::format("unknown kind of file; the name must end in one of {}", allowed));
+  }
+  if (is_fits(*suffix) && options.bitpix != -32 && options.bitpix != -64) {
+    fail(fmt::format("bitpix = {} is not one of -32, -64", options.bitpix));
+  }
+  if (options.layout != ImageLayout::cube && is_fits(*suffix)) {
+    std::set<std::string> labels;
+    for (const std::string& label : header.labels) {
+      if (label.find('/') != std::string::npos) {
+        fail(fmt::format("the label '{}' cannot be part of a file name", label));
+      }
+      if (!labels.insert(label).second) fail(fmt::format("two planes have the label '{}'", label));
+    }
+  }
+  if (options.layout == ImageLayout::files && is_fits(*suffix)) {
+    if (const std::uint64_t most = most_open_files(); header.labels.size() > most) {
+      fail(
+          fmt::format("{} files cannot be written at once here, at most {} (ulimit -n); "
+                      "use layout \"extensions\" or \"cube\"",
+                      header.labels.size(), most));
+    }
+  }
+
+  std::error_code error;
+  const fs::path folder = fs::absolute(options.path).parent_path();
+  const std::string folder_name =
+      options.path.has_parent_path() ? options.path.parent_path().string() : std::string(".");
+  const fs::file_status folder_status = fs::status(folder, error);
+  if (folder_status.type() == fs::file_type::not_found) {
+    fail(fmt::format("folder '{}' does not exist", folder_name));
+  }
+  if (!fs::exists(folder_status)) {
+    fail(fmt::format("folder '{}': {}", folder_name, error.message()));
+  }
+  if (!fs::is_directory(folder_status)) fail(fmt::format("'{}' is not a folder", folder_name));
+  for (const fs::path& file : output_files(options, header)) {
+    const fs::file_status status = fs::symlink_status(file, error);
+    if (status.type() == fs::file_type::not_found) continue;
+    if (!fs::exists(status)) fail(error.message());
+    if (fs::is_directory(file, error)) fail(fmt::format("'{}' is a folder", file.string()));
+    if (!options.overwrite) {
+      fail(fmt::format("'{}' exists already; --overwrite replaces it", file.string()));
+    }
+  }
+  try {
+    TemporaryFile probe(options.path);
+  } catch (const RunError& cannot_write) {
+    throw InputError(fmt::format("output {}", cannot_write.what()));
+  }
+
+  const std::uint64_t bytes = bytes_on_disk(*suffix, options, header);
+  if (*suffix == ImageSuffix::bmp && bytes > kLargestBmp) {
+    fail(fmt::format("{} x {} pixels are too many for a BMP file (4 GiB); use .png", header.width,
+                     header.height));
+  }
+  if (!is_fits(*suffix)) {
+    const std::uint64_t needed =
+        picture_memory(header.width, header.height, static_cast<int>(header.labels.size()));
+    if (const std::uint64_t available = available_memory(); needed > available) {
+      fail(
+          fmt::format("a picture of {} x {} pixels needs {} of memory, {} is available; "
+                      "FITS files are written row by row and need little",
+                      header.width, header.height, bytes_text(needed), bytes_text(available)));
+    }
+  }
+  const fs::space_info space = fs::space(folder, error);
+  if (!error && bytes > space.available) {
+    fail(fmt::format("needs {} on disk, folder '{}' has {} left", bytes_text(bytes), folder_name,
+                     bytes_text(space.available)));
+  }
+}
+
+std::unique_ptr<ImageWriter> make_image_writer(const OutputOptions& options,
+                                               const ImageHeader& header) {
+  check_output(options, header);
+  return is_fits(*image_suffix(options.path)) ? make_fits_writer(options, header)
+                                              : make_picture_writer(options, header);
+}
+
+}  // namespace gamer
