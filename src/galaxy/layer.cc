@@ -107,6 +107,9 @@ constexpr double step_heights = 2.5;
 constexpr double step_lengths = 1.0;
 constexpr double step_periods = 1.0;
 
+// Envelopes are followed down to this share of the threshold.
+constexpr double tail = 1e-3;
+
 // The shear of the twirl is bounded by the steepest winding outside this radius.
 constexpr double twirl_core = 0.1;
 
@@ -275,32 +278,40 @@ std::vector<WeightedBatch> Layer::cloud() const {
 void Layer::mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) const {
   const auto& o = ray.origin;
   const auto& d = ray.direction;
-  // Where sech^2(z/z0) exp(-r/rh) can exceed the threshold.
-  double threshold = accuracy.texture_threshold;
-  if (texture() != nullptr) threshold /= texture()->noise.rms();
-  const double z_limit = shape_.z0 * std::acosh(1 / std::sqrt(threshold));
-  const double r_limit = -shape_.rh * std::log(threshold);
-  double begin = ray.begin;
-  double end = ray.end;
-  if (!cut_slab(o[2], d[2], z_limit, begin, end)) return;
   const double dd = d[0] * d[0] + d[1] * d[1];
   const double od = o[0] * d[0] + o[1] * d[1];
   const double oo = o[0] * o[0] + o[1] * o[1];
-  if (dd > 0) {
+  double begin = 0, end = 0;
+  // Where sech^2(z/z0) exp(-r/rh) can exceed `least`; false for nowhere.
+  const auto span = [&](double least) {
+    begin = ray.begin;
+    end = ray.end;
+    if (!cut_slab(o[2], d[2], shape_.z0 * std::acosh(1 / std::sqrt(least)), begin, end)) {
+      return false;
+    }
+    const double r_limit = -shape_.rh * std::log(least);
+    if (dd == 0) return oo < r_limit * r_limit;
     const double root2 = od * od - dd * (oo - r_limit * r_limit);
-    if (root2 <= 0) return;
+    if (root2 <= 0) return false;
     begin = std::max(begin, (-od - std::sqrt(root2)) / dd);
     end = std::min(end, (-od + std::sqrt(root2)) / dd);
-    if (begin >= end) return;
+    return begin < end;
+  };
+  double threshold = accuracy.texture_threshold;
+  if (texture() != nullptr) threshold /= texture()->noise.rms();
+  // A panel from the threshold to the ball's surface would not resolve the exponential.
+  if (!span(threshold * tail)) return;
+  marks.edges.push_back(begin);
+  marks.edges.push_back(end);
+  if (dd > 0) {
     const double axis = -od / dd;
     if (axis > begin && axis < end) marks.edges.push_back(axis);
-  } else if (oo > r_limit * r_limit) {
-    return;
   }
   if (d[2] != 0) {
     const double plane = -o[2] / d[2];
     if (plane > begin && plane < end) marks.edges.push_back(plane);
   }
+  if (!span(threshold)) return;
   marks.edges.push_back(begin);
   marks.edges.push_back(end);
   // 1/step adds up: each structure along its own direction.

@@ -6,7 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <glm/geometric.hpp>
+#include <numeric>
+#include <tuple>
 
 #include "hwy/highway.h"
 
@@ -92,7 +95,33 @@ Medium::Medium(std::shared_ptr<const Scene> scene, std::vector<double> wavelengt
         }
       }
     }
+    // Light mixed with dust of depth tau shows (1 - exp(-tau))/tau of itself.
+    for (std::size_t w = 0; w < wavelengths_.size(); ++w) {
+      double depth = 0;
+      for (int c : spectra.dust) {
+        const Component& dust = *components[static_cast<std::size_t>(c)];
+        depth +=
+            dust.amplitude() * dust.face_on_column() * dust.extinction()->relative(wavelengths_[w]);
+      }
+      if (depth > 0) spectra.typical_brightness[w] *= -std::expm1(-depth) / depth;
+    }
     spectra_.push_back(std::move(spectra));
+  }
+  std::vector<int> order(scene_->galaxies.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    const auto key = [&](int g) {
+      const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
+      return std::make_tuple(placed.centre.x, placed.centre.y, placed.centre.z, placed.radius,
+                             placed.seed, std::cref(placed.type), placed.to_ball[0].x,
+                             placed.to_ball[1].x, placed.to_ball[2].x, placed.to_ball[0].z,
+                             placed.to_ball[1].z);
+    };
+    return key(a) < key(b);
+  });
+  rank_.resize(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    rank_[static_cast<std::size_t>(order[i])] = static_cast<int>(i);
   }
 }
 
@@ -182,8 +211,10 @@ void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray, std::si
       s.member_hits[g].push_back(&hit);
     }
   }
-  // Each node's sum runs over the galaxies in one order, whatever rays came before.
-  std::sort(s.touched.begin(), s.touched.end());
+  // Each node's sum runs over the galaxies in one order, whatever rows or rays came before.
+  std::sort(s.touched.begin(), s.touched.end(), [&](int a, int b) {
+    return rank_[static_cast<std::size_t>(a)] < rank_[static_cast<std::size_t>(b)];
+  });
   for (int touched : s.touched) {
     const auto g = static_cast<std::size_t>(touched);
     const Spectra& spectra = spectra_[g];

@@ -72,7 +72,8 @@ class Medium {
   void hits(const Ray& ray, std::span<const int> candidates, std::vector<Hit>& out) const;
   /// Appends the wishes of the hit galaxy's components, in the ray's t.
   void mark(const Hit& hit, Marks& marks) const;
-  /// Face-on central surface brightness of a galaxy's brightest component, per plane.
+  /// Face-on central surface brightness of a galaxy's brightest component, dimmed by the galaxy's
+  /// own dust mixed with it, per plane.
   std::span<const double> typical_brightness(int galaxy) const;
 
   /// Fills emission and opacity of nodes [first, size). `hits_of_ray[i]` are those of ray i.
@@ -92,6 +93,8 @@ class Medium {
   std::vector<double> wavelengths_;
   Accuracy accuracy_;
   std::vector<Spectra> spectra_;
+  /// Place of each galaxy in an order that does not depend on the scene's rows.
+  std::vector<int> rank_;
 };
 
 }  // namespace gamer

@@ -1,0 +1,100 @@
+// The adaptive sampler keeps its tolerance on every shipped scene (rms relative error over pixels
+// above 1 % of the peak, against a converged render), and the reference is itself checked against
+// the uniform sampler, which shares only the medium with it.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "render/render_text.h"
+
+namespace gamer {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> shipped_scenes() {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(fs::path(GAMER_TEST_SOURCE_DIR) / "scenes")) {
+    if (entry.path().extension() == ".lst") names.push_back(entry.path().stem());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::string contents(const fs::path& path) {
+  std::stringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+/// The scene at few pixels, with the given [sampling] keys; its own camera and wavelengths.
+Image render_shipped(const std::string& name, int size, const std::vector<std::string>& settings) {
+  const fs::path folder = fs::path(GAMER_TEST_SOURCE_DIR) / "scenes";
+  ConfigNode root = parse_toml(contents(folder / (name + ".par")), name + ".par");
+  set_from_text(root, "image.size=" + std::to_string(size));
+  for (const std::string& setting : settings) set_from_text(root, setting);
+  const RenderParameters parameters = RenderParameters::read(root);
+  const Camera camera(parameters);
+  Resources resources({fs::path(GAMER_TEST_SOURCE_DIR)});
+  const auto scene = std::make_shared<Scene>(read_scene(contents(folder / (name + ".lst")),
+                                                        (folder / (name + ".lst")).string(),
+                                                        parameters, camera, resources));
+  const Renderer renderer(parameters, camera, scene);
+  ThreadExecutor executor(1);
+  return render_image(renderer, executor);
+}
+
+/// Largest over planes of the rms relative error over pixels above 1 % of the plane's peak.
+double rms_error(const Image& image, const Image& exact) {
+  double worst = 0;
+  for (int w = 0; w < image.planes(); ++w) {
+    double peak = 0;
+    for (int y = 0; y < image.height(); ++y) {
+      for (int x = 0; x < image.width(); ++x) peak = std::max(peak, exact.at(x, y, w));
+    }
+    double sum = 0;
+    int count = 0;
+    for (int y = 0; y < image.height(); ++y) {
+      for (int x = 0; x < image.width(); ++x) {
+        if (exact.at(x, y, w) < 0.01 * peak) continue;
+        sum += std::pow(image.at(x, y, w) / exact.at(x, y, w) - 1, 2);
+        ++count;
+      }
+    }
+    worst = std::max(worst, std::sqrt(sum / count));
+  }
+  return worst;
+}
+
+class ToleranceTest : public testing::TestWithParam<std::string> {};
+
+TEST_P(ToleranceTest, IsKept) {
+  constexpr int size = 64;
+  const Image exact = render_shipped(GetParam(), size, {"sampling.tolerance=1e-6"});
+  for (const char* tolerance : {"1e-2", "1e-3", "1e-4"}) {
+    const double error = rms_error(
+        render_shipped(GetParam(), size, {std::string("sampling.tolerance=") + tolerance}), exact);
+    RecordProperty(tolerance, std::to_string(error));
+    std::printf("%-16s tolerance %s: rms error %.2e\n", GetParam().c_str(), tolerance, error);
+    EXPECT_LT(error, std::stod(tolerance));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(ShippedScenes, ToleranceTest, testing::ValuesIn(shipped_scenes()),
+                         [](const auto& info) { return info.param; });
+
+TEST(ConvergedTest, UniformSamplerAgrees) {
+  constexpr int size = 16;
+  const Image adaptive = render_shipped("ngc4321", size, {"sampling.tolerance=1e-5"});
+  const Image uniform = render_shipped(
+      "ngc4321", size,
+      {"sampling.sampler=\"uniform\"", "sampling.step=2e-4", "sampling.tolerance=1e-5"});
+  EXPECT_LT(rms_error(uniform, adaptive), 2e-4);
+}
+
+}  // namespace
+}  // namespace gamer
