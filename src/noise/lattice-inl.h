@@ -16,14 +16,22 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Four well mixed bits of a lattice point, from its combined coordinates (lattice.h).
+/// The index in [0, 12) of a lattice point's gradient, from its combined coordinates (lattice.h).
 template <class DU, class VU = hn::Vec<DU>>
-HWY_INLINE VU GradientBits(DU du, VU combined) {
+HWY_INLINE VU GradientIndex(DU du, VU combined) {
   const VU folded = hn::Xor(combined, hn::ShiftRight<lattice_fold>(combined));
-  return hn::ShiftRight<28>(hn::Mul(folded, hn::Set(du, lattice_multiplier)));
+  const VU mixed = hn::Mul(folded, hn::Add(folded, hn::Set(du, lattice_addend)));
+  const VU top = hn::ShiftRight<16>(mixed);
+  return hn::ShiftRight<14>(hn::Add(top, hn::ShiftLeft<1>(top)));
 }
 
-/// The dot product of (x, y, z) with the gradient that `bits` chooses among the 12 vectors.
+/// The words of lattice_seed(), one vector each.
+template <class VU>
+struct LatticeSeeds {
+  VU x, y, z;
+};
+
+/// The dot product of (x, y, z) with the gradient of an index.
 template <class D>
 class Gradients {
   using DU = hn::RebindToUnsigned<D>;
@@ -37,11 +45,11 @@ class Gradients {
         gy_(hn::Load(d, gradient_table.y)),
         gz_(hn::Load(d, gradient_table.z)) {}
 
-  HWY_INLINE V Dot(D d, VU bits, V x, V y, V z) const {
-    const auto index = hn::IndicesFromVec(d, bits);
-    return hn::MulAdd(hn::TableLookupLanes(gx_, index), x,
-                      hn::MulAdd(hn::TableLookupLanes(gy_, index), y,
-                                 hn::Mul(hn::TableLookupLanes(gz_, index), z)));
+  HWY_INLINE V Dot(D d, VU index, V x, V y, V z) const {
+    const auto lanes = hn::IndicesFromVec(d, index);
+    return hn::MulAdd(hn::TableLookupLanes(gx_, lanes), x,
+                      hn::MulAdd(hn::TableLookupLanes(gy_, lanes), y,
+                                 hn::Mul(hn::TableLookupLanes(gz_, lanes), z)));
   }
 
  private:
@@ -49,18 +57,16 @@ class Gradients {
 #else
   explicit Gradients(D) {}
 
-  // u is x or y, v one of the others; bits 0 and 1 are their signs.
-  HWY_INLINE V Dot(D d, VU bits, V x, V y, V z) const {
+  HWY_INLINE V Dot(D d, VU index, V x, V y, V z) const {
     const DU du;
     const hn::RebindToSigned<D> di;
-    const auto b = hn::BitCast(di, bits);
-    const auto low_half = hn::RebindMask(d, hn::Lt(b, hn::Set(di, 8)));
-    const auto low_quarter = hn::RebindMask(d, hn::Lt(b, hn::Set(di, 4)));
-    const auto repeated = hn::RebindMask(d, hn::Eq(hn::And(b, hn::Set(di, 13)), hn::Set(di, 12)));
-    const V u = hn::IfThenElse(low_half, x, y);
-    const V v = hn::IfThenElse(low_quarter, y, hn::IfThenElse(repeated, x, z));
-    const V sign_u = hn::BitCast(d, hn::ShiftLeft<31>(bits));
-    const V sign_v = hn::BitCast(d, hn::ShiftLeft<30>(hn::And(bits, hn::Set(du, 2u))));
+    const auto b = hn::BitCast(di, index);
+    const auto first_eight = hn::RebindMask(d, hn::Lt(b, hn::Set(di, 8)));
+    const auto first_four = hn::RebindMask(d, hn::Lt(b, hn::Set(di, 4)));
+    const V u = hn::IfThenElse(first_eight, x, y);
+    const V v = hn::IfThenElse(first_four, y, z);
+    const V sign_u = hn::BitCast(d, hn::ShiftLeft<31>(index));
+    const V sign_v = hn::BitCast(d, hn::ShiftLeft<30>(hn::And(index, hn::Set(du, 2u))));
     return hn::Add(hn::Xor(u, sign_u), hn::Xor(v, sign_v));
   }
 #endif
@@ -81,10 +87,12 @@ HWY_INLINE void SumOctaves(const Points& points, const Octave* octaves, std::siz
     for (std::size_t k = 0; k < octave_count; ++k) {
       const Octave& octave = octaves[k];
       const auto frequency = hn::Set(d, octave.frequency);
-      const auto value =
-          kernel(d, hn::MulAdd(x, frequency, hn::Set(d, octave.offset[0])),
-                 hn::MulAdd(y, frequency, hn::Set(d, octave.offset[1])),
-                 hn::MulAdd(z, frequency, hn::Set(d, octave.offset[2])), hn::Set(du, octave.seed));
+      const LatticeSeed seed = lattice_seed(octave.seed);
+      const LatticeSeeds<hn::Vec<decltype(du)>> seeds{hn::Set(du, seed.x), hn::Set(du, seed.y),
+                                                      hn::Set(du, seed.z)};
+      const auto value = kernel(d, hn::MulAdd(x, frequency, hn::Set(d, octave.offset[0])),
+                                hn::MulAdd(y, frequency, hn::Set(d, octave.offset[1])),
+                                hn::MulAdd(z, frequency, hn::Set(d, octave.offset[2])), seeds);
       total = hn::MulAdd(value, hn::Set(d, octave.weight), total);
     }
     hn::Store(total, d, out + i);

@@ -21,7 +21,7 @@ class PerlinKernel {
  public:
   explicit PerlinKernel(D d) : gradients_(d) {}
 
-  HWY_INLINE V operator()(D d, V x, V y, V z, VU seed) const {
+  HWY_INLINE V operator()(D d, V x, V y, V z, const LatticeSeeds<VU>& seed) const {
     const DU du;
     const hn::RebindToSigned<D> di;
     const V cx = hn::Floor(x);
@@ -38,13 +38,12 @@ class PerlinKernel {
     const VU px = hn::Set(du, lattice_px);
     const VU py = hn::Set(du, lattice_py);
     const VU pz = hn::Set(du, lattice_pz);
-    const VU a0 = hn::Mul(hn::BitCast(du, hn::ConvertTo(di, cx)), px);
+    const VU a0 = hn::Add(hn::Mul(hn::BitCast(du, hn::ConvertTo(di, cx)), px), seed.x);
     const VU a1 = hn::Add(a0, px);
-    const VU b0 = hn::Mul(hn::BitCast(du, hn::ConvertTo(di, cy)), py);
+    const VU b0 = hn::Add(hn::Mul(hn::BitCast(du, hn::ConvertTo(di, cy)), py), seed.y);
     const VU b1 = hn::Add(b0, py);
-    const VU c = hn::Mul(hn::BitCast(du, hn::ConvertTo(di, cz)), pz);
-    const VU c0 = hn::Xor(c, seed);
-    const VU c1 = hn::Xor(hn::Add(c, pz), seed);
+    const VU c0 = hn::Add(hn::Mul(hn::BitCast(du, hn::ConvertTo(di, cz)), pz), seed.z);
+    const VU c1 = hn::Add(c0, pz);
     const VU ab00 = hn::Xor(a0, b0);
     const VU ab10 = hn::Xor(a1, b0);
     const VU ab01 = hn::Xor(a0, b1);
@@ -55,7 +54,7 @@ class PerlinKernel {
     const V sz = Fade(d, z0);
 
     const auto corner = [&](VU ab, VU cc, V dx, V dy, V dz) HWY_ATTR {
-      return gradients_.Dot(d, GradientBits(du, hn::Xor(ab, cc)), dx, dy, dz);
+      return gradients_.Dot(d, GradientIndex(du, hn::Xor(ab, cc)), dx, dy, dz);
     };
     const V low = Mix(Mix(corner(ab00, c0, x0, y0, z0), corner(ab10, c0, x1, y0, z0), sx),
                       Mix(corner(ab01, c0, x0, y1, z0), corner(ab11, c0, x1, y1, z0), sx), sy);

@@ -21,7 +21,7 @@ class SimplexKernel {
  public:
   explicit SimplexKernel(D d) : gradients_(d) {}
 
-  HWY_INLINE V operator()(D d, V x, V y, V z, VU seed) const {
+  HWY_INLINE V operator()(D d, V x, V y, V z, const LatticeSeeds<VU>& seed) const {
     const DU du;
     const hn::RebindToSigned<D> di;
     const V skew = hn::Mul(hn::Add(hn::Add(x, y), z), hn::Set(d, 1.0f / 3.0f));
@@ -48,15 +48,14 @@ class SimplexKernel {
     const VU px = hn::Set(du, lattice_px);
     const VU py = hn::Set(du, lattice_py);
     const VU pz = hn::Set(du, lattice_pz);
-    const VU a = hn::Mul(hn::BitCast(du, hn::ConvertTo(di, ci)), px);
-    const VU b = hn::Mul(hn::BitCast(du, hn::ConvertTo(di, cj)), py);
-    const VU c = hn::Mul(hn::BitCast(du, hn::ConvertTo(di, ck)), pz);
+    const VU a = hn::Add(hn::Mul(hn::BitCast(du, hn::ConvertTo(di, ci)), px), seed.x);
+    const VU b = hn::Add(hn::Mul(hn::BitCast(du, hn::ConvertTo(di, cj)), py), seed.y);
+    const VU c = hn::Add(hn::Mul(hn::BitCast(du, hn::ConvertTo(di, ck)), pz), seed.z);
     const auto step = [&](auto mask, VU base, VU p) HWY_ATTR {
       return hn::Add(base, hn::IfThenElseZero(hn::RebindMask(du, mask), p));
     };
-    const auto hash = [&](VU ha, VU hb, VU hc) HWY_ATTR {
-      return GradientBits(du, hn::Xor(hn::Xor(ha, hb), hn::Xor(hc, seed)));
-    };
+    const auto hash = [&](VU ha, VU hb, VU hc)
+                          HWY_ATTR { return GradientIndex(du, hn::Xor(hn::Xor(ha, hb), hc)); };
 
     const V one = hn::Set(d, 1.0f);
     const V third = hn::Set(d, 1.0f / 3.0f);

@@ -1,0 +1,119 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <stdexcept>
+#include <string>
+
+#include "gamer/noise/noise.h"
+
+namespace gamer::reference {
+
+// The base noises in double precision, one point at a time, written from their definitions.
+
+using Vector = std::array<double, 3>;
+
+inline constexpr int gradient_count = 12;
+
+/// Which of the gradients lattice point (i, j, k) has under a seed.
+inline int gradient_index(std::int64_t i, std::int64_t j, std::int64_t k, std::uint32_t seed) {
+  const auto coordinate = [](std::int64_t n, std::uint64_t prime, std::uint64_t addend) {
+    return (static_cast<std::uint64_t>(n) * prime + addend) & 0xffffffffu;
+  };
+  const std::uint64_t s = seed;
+  std::uint64_t h = coordinate(i, 2654435761u, s ^ 2654435769u) ^
+                    coordinate(j, 2246822519u, (s ^ 2135587861u) * 668265263u) ^
+                    coordinate(k, 3266489917u, (s ^ 4087136352u) * 374761393u);
+  h ^= h >> 13;
+  const std::uint64_t top = ((h * (h + 739982445u)) >> 16) & 0xffffu;
+  return static_cast<int>(top * gradient_count / 65536);
+}
+
+/// Perlin's 12 gradients, in the order of his 2002 code.
+inline Vector gradient(int index) {
+  static constexpr Vector table[gradient_count] = {{1, 1, 0}, {-1, 1, 0}, {1, -1, 0}, {-1, -1, 0},
+                                                   {1, 0, 1}, {-1, 0, 1}, {1, 0, -1}, {-1, 0, -1},
+                                                   {0, 1, 1}, {0, -1, 1}, {0, 1, -1}, {0, -1, -1}};
+  return table[index];
+}
+
+inline double dot(const Vector& a, const Vector& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/// Chooses the gradient of a lattice point.
+using GradientChoice = std::function<Vector(const std::array<std::int64_t, 3>&, const Vector&)>;
+
+/// Improved Perlin noise with any choice of gradients (given lattice point and offset from it).
+inline double perlin(const Vector& p, const GradientChoice& choose) {
+  double sum = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    std::array<std::int64_t, 3> lattice{};
+    Vector offset{};
+    double weight = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double cell = std::floor(p[axis]);
+      const double f = p[axis] - cell;
+      const double s = f * f * f * (f * (f * 6 - 15) + 10);
+      const int step = (corner >> axis) & 1;
+      lattice[axis] = static_cast<std::int64_t>(cell) + step;
+      offset[axis] = f - step;
+      weight *= step == 1 ? s : 1 - s;
+    }
+    sum += weight * dot(choose(lattice, offset), offset);
+  }
+  return sum;
+}
+
+/// Simplex noise with any choice of gradients: all lattice points near the point, not only the
+/// corners of its simplex, so that no order of coordinates is needed.
+inline double simplex(const Vector& p, const GradientChoice& choose) {
+  const double skew = (p[0] + p[1] + p[2]) / 3;
+  std::array<std::int64_t, 3> base{};
+  for (int axis = 0; axis < 3; ++axis) {
+    base[axis] = static_cast<std::int64_t>(std::floor(p[axis] + skew));
+  }
+  double sum = 0;
+  for (std::int64_t di = -1; di <= 2; ++di) {
+    for (std::int64_t dj = -1; dj <= 2; ++dj) {
+      for (std::int64_t dk = -1; dk <= 2; ++dk) {
+        const std::array<std::int64_t, 3> lattice = {base[0] + di, base[1] + dj, base[2] + dk};
+        const double unskew = static_cast<double>(lattice[0] + lattice[1] + lattice[2]) / 6;
+        Vector offset{};
+        for (int axis = 0; axis < 3; ++axis) {
+          offset[axis] = p[axis] - static_cast<double>(lattice[axis]) + unskew;
+        }
+        const double t = 0.5 - dot(offset, offset);
+        if (t > 0) sum += t * t * t * t * dot(choose(lattice, offset), offset);
+      }
+    }
+  }
+  return 76.8857 * sum;
+}
+
+inline double evaluate(const std::string& kind, const Vector& p, const GradientChoice& choose) {
+  if (kind == "perlin") return perlin(p, choose);
+  if (kind == "simplex") return simplex(p, choose);
+  throw std::logic_error("no reference of noise '" + kind + "'");
+}
+
+inline double evaluate(const std::string& kind, const Vector& p, std::uint32_t seed) {
+  return evaluate(kind, p, [seed](const std::array<std::int64_t, 3>& c, const Vector&) {
+    return gradient(gradient_index(c[0], c[1], c[2], seed));
+  });
+}
+
+/// The gradient that makes the value at a point largest.
+inline Vector steepest_gradient(const std::array<std::int64_t, 3>& /*lattice*/,
+                                const Vector& offset) {
+  Vector best = gradient(0);
+  for (int index = 1; index < gradient_count; ++index) {
+    if (dot(gradient(index), offset) > dot(best, offset)) best = gradient(index);
+  }
+  return best;
+}
+
+}  // namespace gamer::reference
