@@ -38,11 +38,12 @@ struct alignas(64) GradientTable {
 };
 inline constexpr GradientTable gradient_table;
 
-/// 2002's improved noise, s(f) and the constants of both kinds.
 inline constexpr double perlin_variance = 35054270.0 / 480729249.0;
-inline constexpr double perlin_bound = 1.03632;
+inline constexpr double perlin_bound = 1.03636;
 inline constexpr double simplex_scale = 76.8857;
-inline constexpr double simplex_variance = 0.3925 * 0.3925;
-inline constexpr double simplex_bound = 1.0;
+/// scale^2 2 (2/3) int (1/2 - r^2)^8 r^2 d^3r: 2 lattice points per unit volume, <(g . r)^2> =
+/// 2 r^2/3.
+inline constexpr double simplex_variance = 0.154037;
+inline constexpr double simplex_bound = 1.00003;
 
 }  // namespace gamer

@@ -10,8 +10,7 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// Absolute error against exact arithmetic below 2e-6 for |coordinates| < 16 (the rounding of
-/// the fraction within the cell).
+/// Absolute error against exact arithmetic below 2e-6, wherever the coordinates are.
 template <class D>
 class PerlinKernel {
   using DU = hn::RebindToUnsigned<D>;
