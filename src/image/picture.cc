@@ -25,7 +25,7 @@ constexpr double kBlackSigmas = 1.645;
 constexpr double kSigmaPerMedian = 1.4826;
 /// Pixels count as light when they are this many sigmas above the sky.
 constexpr double kLightSigmas = 3;
-constexpr double kBalance = 0.75;
+constexpr double kBalance = 0.5;
 constexpr double kWhiteQuantile = 0.9999;
 constexpr double kReferenceLight = 0.8;
 constexpr double kReferenceLevel = 0.25;
@@ -144,10 +144,18 @@ Picture stretch(Image channels) {
     }
   }
   const double mean_light = std::accumulate(light.begin(), light.end(), 0.0) / planes;
+  std::vector<double> factors(planes, 0.0);
+  for (int c = 0; c < planes; ++c) {
+    if (light[c] > 0) factors[c] = std::pow(mean_light / light[c], kBalance);
+  }
+  // Stars are redder or bluer than each other, never greener.
+  if (planes == 3 && *std::min_element(light.begin(), light.end()) > 0) {
+    factors[1] = std::sqrt(factors[0] * light[0] * factors[2] * light[2]) / light[1];
+  }
   double variance = 0;
   for (int c = 0; c < planes; ++c) {
     if (light[c] <= 0) continue;
-    const double factor = std::pow(mean_light / light[c], kBalance);
+    const double factor = factors[c];
     double* values = channels.plane(c);
     std::for_each(values, values + count, [factor](double& value) { value *= factor; });
     variance += std::pow(factor * sigma[c] / planes, 2);
@@ -178,7 +186,19 @@ Picture stretch(Image channels) {
     }
   }
   const double slope = solve_slope(reference, white);
-  const double scale = 1 / std::asinh(slope * white);
+  // The largest channel, not the mean, must fit: a red core would be a flat disc.
+  std::vector<double> largest;
+  for (std::size_t i = 0; i < count; i += stride) {
+    const double mean = intensity(i);
+    if (!(mean > threshold)) continue;
+    double peak = 0;
+    for (int c = 0; c < planes; ++c) peak = std::max(peak, channels.plane(c)[i]);
+    largest.push_back(peak / mean * std::asinh(slope * mean));
+  }
+  const auto place =
+      static_cast<std::ptrdiff_t>((1 - kWhiteQuantile) * static_cast<double>(largest.size()));
+  std::nth_element(largest.begin(), largest.begin() + place, largest.end(), std::greater<>());
+  const double scale = 1 / largest[static_cast<std::size_t>(place)];
   for (int y = 0; y < channels.height(); ++y) {
     std::uint16_t* out =
         &picture.rgb[static_cast<std::size_t>(channels.height() - 1 - y) * channels.width() * 3];

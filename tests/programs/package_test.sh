@@ -18,4 +18,7 @@ fi
 "$cmake" --build "$work/build"
 
 cd "$work"
-GAMER_DATA=$work/prefix/share/gamer build/render_to_memory
+data=$work/prefix/share/gamer
+GAMER_DATA=$data build/render_to_memory "$data/scenes/ngc4321.par" "$data/scenes/ngc4321.lst" |
+  tee totals.txt
+[[ $(grep -cE '^(4300|5750|7400) Angstrom: total [0-9.]*[1-9]' totals.txt) -eq 3 ]]

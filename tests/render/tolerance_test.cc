@@ -85,7 +85,7 @@ TEST_P(ToleranceTest, IsKept) {
 }
 
 INSTANTIATE_TEST_SUITE_P(ShippedScenes, ToleranceTest, testing::ValuesIn(shipped_scenes()),
-                         [](const auto& info) { return info.param; });
+                         [](const auto& scene) { return scene.param; });
 
 TEST(ConvergedTest, UniformSamplerAgrees) {
   constexpr int size = 16;

@@ -40,13 +40,16 @@ std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double sl
 /// noise, m is the sky.
 ///
 /// *Balance.* With L_c the channel's light (of the pixels above 3 sigma) and L the mean of the L_c,
-/// channel c is multiplied by (L/L_c)^0.75. At 1 the galaxy's sum would be white whatever its
+/// channel c is multiplied by (L/L_c)^0.5. At 1 the galaxy's sum would be white whatever its
 /// stars; at 0 red galaxies would be all red. What stays is a yellow-white bulge in a bluer disk.
+/// Green is then set so that its light is the geometric mean of red's and blue's: a galaxy as a
+/// whole is never green or magenta.
 ///
-/// *Stretch.* lupton_stretch() with slope and scale such that F = 1 at the 99.99 % quantile of the
-/// pixels with light, and F = 0.25 at the brightness I_80 above which 80 % of the light lies: the
-/// outer disk of a spiral. The nucleus sets the compression and so is not burnt out; where
-/// I_80 is above 0.25 of the quantile the stretch is linear.
+/// *Stretch.* lupton_stretch() with the slope for which F(I_80) = 0.25 F(white): I_80 is the
+/// brightness above which 80 % of the light lies, the outer disk of a spiral, and white the 99.99 %
+/// quantile of the pixels with light. Where I_80 is above 0.25 white the stretch is linear. The
+/// scale then makes the largest channel 1 at its own 99.99 % quantile, so that the nucleus is not
+/// burnt out.
 ///
 /// Quantiles are taken over at most 2^20 pixels, evenly spread. `wavelengths` is empty or has one
 /// value per plane.
