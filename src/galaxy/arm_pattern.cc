@@ -139,7 +139,7 @@ ArmPattern ArmPattern::read(const ConfigNode& node) {
                            " arms, but count = " + std::to_string(values.integer("count")));
     }
     arms.even_ = false;
-    for (double offset : given) arms.offsets_.push_back(offset * degree);
+    for (double offset : given) arms.offsets_.push_back(std::remainder(offset, 360.0) * degree);
   } else {
     const auto count = values.integer("count");
     for (std::int64_t i = 0; i < count; ++i) {

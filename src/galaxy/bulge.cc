@@ -107,10 +107,6 @@ double Bulge::envelope_integral() const {
       }
     }
   }
-  const auto taper = [](double radius) {
-    const double u = std::clamp((1 - radius) / (1 - taper_start), 0.0, 1.0);
-    return u * u * u * (u * (6 * u - 15) + 10);
-  };
   double total = 0;
   for (std::size_t n = 0; n < inverse_stretch.size(); ++n) {
     // Along direction n: int R^2 rho(R |S^-1 n| / r0) T(R) dR with R = u^4 r0 / |S^-1 n|.
@@ -120,7 +116,7 @@ double Bulge::envelope_integral() const {
     for (int i = 0; i < radial; ++i) {
       const double u = u_end * (i + 0.5) / radial;
       const double b = u * u * u * u;
-      sum += std::pow(u, 11 - 4 * mellier_mathez_power) * std::exp(-u) * taper(b * unit);
+      sum += std::pow(u, 11 - 4 * mellier_mathez_power) * std::exp(-u) * taper_at(b * unit);
     }
     total += weights[n] * 4 * unit * unit * unit * sum * u_end / radial;
   }

@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "core/math-inl.h"
+#include "galaxy/taper-inl.h"
 #include "gamer/core/near.h"
 
 #ifndef GAMER_GALAXY_GALAXY_KERNEL
@@ -54,12 +55,7 @@ void Share(const Points& points, bool needs_phi, SampleBatch& batch) {
     hn::Store(z, d, batch.z.data() + i);
     hn::Store(hn::Sqrt(r2), d, batch.r.data() + i);
     if (needs_phi) hn::Store(Atan2(d, y, x), d, batch.phi.data() + i);
-    const auto one = hn::Set(d, 1.0f);
-    auto u = hn::Mul(hn::Sub(one, radius), hn::Set(d, static_cast<float>(1 / (1 - taper_start))));
-    u = hn::Min(hn::Max(u, hn::Zero(d)), one);
-    const auto p =
-        hn::MulAdd(u, hn::MulAdd(u, hn::Set(d, 6.0f), hn::Set(d, -15.0f)), hn::Set(d, 10.0f));
-    hn::Store(hn::Mul(hn::Mul(hn::Mul(u, u), u), p), d, batch.taper.data() + i);
+    hn::Store(Taper(d, radius), d, batch.taper.data() + i);
   }
 }
 
@@ -144,6 +140,12 @@ const std::vector<std::string>& galaxy_suffixes() {
 }
 
 constexpr std::size_t most_components = 64;
+
+// Points over which the mean of a texture is taken: the first, and at most. Between them as many as
+// independent points would need for this error; the cloud's are up to four times better.
+constexpr std::size_t first_cloud = std::size_t{1} << 15;
+constexpr std::size_t largest_cloud = std::size_t{1} << 21;
+constexpr double cloud_error = 0.004;
 
 }  // namespace
 
@@ -269,45 +271,62 @@ void Galaxy::resolve(const std::string& label) {
 }
 
 void Galaxy::normalise_textures() {
+  follow_scale_.assign(components_.size(), 1.0);
   // Followed ones first: the others are normalised together with what they follow.
-  for (int pass = 0; pass < 2; ++pass) {
+  for (const bool follows : {false, true}) {
     for (std::size_t c = 0; c < components_.size(); ++c) {
-      Component& component = *components_[c];
-      if (component.texture() == nullptr || (followed_[c] >= 0) != (pass == 1)) continue;
-      const std::vector<WeightedBatch> cloud = component.cloud();
-      std::vector<BatchArray> factors;
-      if (followed_[c] >= 0) {
-        const Texture& followed = *components_[static_cast<std::size_t>(followed_[c])]->texture();
-        factors.resize(cloud.size());
-        for (std::size_t b = 0; b < cloud.size(); ++b) {
-          // The cloud is turned by this component's twirl; the followed noise has its own.
-          SampleBatch batch;
-          batch.size = cloud[b].size;
-          CompactedPoints turned;
-          BatchArray all;
-          for (std::size_t i = 0; i < batch.size; ++i) {
-            const double x = cloud[b].x[i], y = cloud[b].y[i];
-            batch.r[i] = static_cast<float>(std::hypot(x, y));
-            batch.x[i] = cloud[b].x[i];
-            batch.y[i] = cloud[b].y[i];
-            batch.z[i] = cloud[b].z[i];
-            all[i] = 1;
-          }
-          arms_.winding(batch.r.data(), batch.size, batch.winding.data());
-          HWY_DYNAMIC_DISPATCH(Compact)
-          (batch, all.data(), 0.5f, static_cast<float>(followed.twirl - component.texture()->twirl),
-           true, turned);
-          followed.noise.evaluate({turned.x, turned.y, turned.z, turned.size}, factors[b].data());
-        }
-      }
+      const Component& component = *components_[c];
+      if ((followed_[c] >= 0) != follows) continue;
+      if (component.texture() == nullptr && !follows) continue;
       try {
-        component.texture()->noise.normalise(cloud, factors);
+        std::size_t size = first_cloud;
+        const double excess = normalise(c, size) / cloud_error;
+        const double needed = static_cast<double>(size) * excess * excess;
+        size = static_cast<std::size_t>(std::min(needed, double{largest_cloud}));
+        if (size > first_cloud) normalise(c, size);
       } catch (const InputError& error) {
         throw InputError(component.where(),
                          "component '" + component.name() + "': " + error.what());
       }
     }
   }
+}
+
+double Galaxy::normalise(std::size_t c, std::size_t cloud_size) {
+  Component& component = *components_[c];
+  const std::vector<WeightedBatch> cloud = component.cloud(cloud_size);
+  const std::vector<BatchArray> factors = followed_phi(c, cloud);
+  if (component.texture() != nullptr) {
+    component.texture()->noise.normalise(cloud, factors);
+    return component.texture()->noise.mean_error();
+  }
+  const CloudMean mean = mean_over(cloud, factors);
+  follow_scale_[c] = 1 / mean.mean;
+  return mean.error / mean.mean;
+}
+
+std::vector<BatchArray> Galaxy::followed_phi(std::size_t c,
+                                             std::span<const WeightedBatch> cloud) const {
+  std::vector<BatchArray> result;
+  if (followed_[c] < 0) return result;
+  const Texture& followed = *components_[static_cast<std::size_t>(followed_[c])]->texture();
+  // The cloud is turned by this component's twirl; the followed noise has its own.
+  const Texture* own = components_[c]->texture();
+  const double twirl = followed.twirl - (own != nullptr ? own->twirl : 0.0);
+  result.resize(cloud.size());
+  BatchArray all;
+  std::fill_n(all.data(), batch_capacity, 1.0f);
+  for (std::size_t b = 0; b < cloud.size(); ++b) {
+    SampleBatch batch{};
+    batch.size = cloud[b].size;
+    HWY_DYNAMIC_DISPATCH(Share)(cloud[b].points(), false, batch);
+    arms_.winding(batch.r.data(), batch.size, batch.winding.data());
+    CompactedPoints turned;
+    HWY_DYNAMIC_DISPATCH(Compact)
+    (batch, all.data(), 0.5f, static_cast<float>(twirl), true, turned);
+    followed.noise.evaluate({turned.x, turned.y, turned.z, turned.size}, result[b].data());
+  }
+  return result;
 }
 
 double Galaxy::luminosity(std::size_t c) const {
@@ -412,8 +431,8 @@ void Galaxy::evaluate(const Points& points, float threshold,
     const BatchArray* followed =
         followed_[c] >= 0 ? phi_of_followed(static_cast<std::size_t>(followed_[c])) : nullptr;
     HWY_DYNAMIC_DISPATCH(Scale)
-    (batch.size, static_cast<float>(component.amplitude()), densities[c].data(), own_phi,
-     followed != nullptr ? followed->data() : nullptr, densities[c].data());
+    (batch.size, static_cast<float>(component.amplitude() * follow_scale_[c]), densities[c].data(),
+     own_phi, followed != nullptr ? followed->data() : nullptr, densities[c].data());
   }
 }
 

@@ -78,6 +78,13 @@ constexpr double largest_offset = 16.0;
 // Whole powers up to here are multiplied out; beyond, e^(alpha ln v) is as fast.
 constexpr double largest_whole_exponent = 20.0;
 
+// 2^63, above every 64-bit integer.
+constexpr double largest_seed = 0x1p63;
+
+// Of S over the points, relative to independent octaves: below, rounding would take the place of
+// the noise.
+constexpr double smallest_variation = 1e-4;
+
 // With this floor |v|^-20 stays within single precision.
 constexpr double smallest_floor = 1e-2;
 
@@ -111,7 +118,7 @@ ParameterTable FractalParameters::table() const {
       {"seed",
        ParameterType::integer,
        "",
-       Interval::right_open(0, 9223372036854775808.0),
+       Interval::closed(0, largest_seed),
        {},
        "seed of this component's noise; default: from the galaxy's seed and the component's name"},
   };
@@ -153,7 +160,8 @@ FractalNoise::FractalNoise(const FractalParameters& parameters) : parameters_(pa
     octaves_.push_back(octave);
     variance += weight * weight;
   }
-  sigma_ = std::sqrt(variance * parameters.kind->variance());
+  independent_sigma_ = std::sqrt(variance * parameters.kind->variance());
+  sigma_ = independent_sigma_;
 }
 
 void FractalNoise::sum(const Points& points, float* out) const {
@@ -180,42 +188,56 @@ void FractalNoise::evaluate(const Points& points, float* out) const {
   shape(points.size, out);
 }
 
-void FractalNoise::normalise(std::span<const WeightedBatch> cloud,
-                             std::span<const BatchArray> factors) {
-  std::vector<BatchArray> values(cloud.size());
-  double weights = 0, first = 0, second = 0;
+CloudMean mean_over(std::span<const WeightedBatch> cloud, std::span<const BatchArray> values) {
+  double w = 0, wv = 0, wvv = 0, ww = 0, wwv = 0, wwvv = 0;
   for (std::size_t b = 0; b < cloud.size(); ++b) {
-    sum(cloud[b].points(), values[b].data());
     for (std::size_t i = 0; i < cloud[b].size; ++i) {
       const double weight = cloud[b].weight[i];
       const double value = values[b][i];
-      weights += weight;
-      first += weight * value;
-      second += weight * value * value;
+      w += weight;
+      wv += weight * value;
+      wvv += weight * value * value;
+      ww += weight * weight;
+      wwv += weight * weight * value;
+      wwvv += weight * weight * value * value;
     }
   }
-  mu_ = first / weights;
-  sigma_ = std::sqrt(std::max(second / weights - mu_ * mu_, 0.0));
+  CloudMean result;
+  result.mean = wv / w;
+  result.square_mean = wvv / w;
+  result.error = std::sqrt(std::max(wwvv - result.mean * (2 * wwv - result.mean * ww), 0.0)) / w;
+  return result;
+}
+
+void FractalNoise::normalise(std::span<const WeightedBatch> cloud,
+                             std::span<const BatchArray> factors) {
+  std::vector<BatchArray> values(cloud.size());
+  for (std::size_t b = 0; b < cloud.size(); ++b) sum(cloud[b].points(), values[b].data());
+  const CloudMean raw = mean_over(cloud, values);
+  mu_ = raw.mean;
+  sigma_ = std::sqrt(std::max(raw.square_mean - mu_ * mu_, 0.0));
+  if (!std::isfinite(sigma_)) {
+    throw InputError("the noise is infinite; change its spectral index or frequencies");
+  }
+  if (sigma_ < smallest_variation * independent_sigma_) {
+    throw InputError("the noise hardly varies over the whole component; raise its frequencies");
+  }
   phi_mean_ = 1;
-  double with_phi = 0, without = 0, squares = 0;
   for (std::size_t b = 0; b < cloud.size(); ++b) {
     shape(cloud[b].size, values[b].data());
-    for (std::size_t i = 0; i < cloud[b].size; ++i) {
-      const double weight =
-          cloud[b].weight[i] * (factors.empty() ? 1.0 : static_cast<double>(factors[b][i]));
-      without += weight;
-      with_phi += weight * values[b][i];
-      squares += weight * values[b][i] * values[b][i];
-    }
+    if (factors.empty()) continue;
+    for (std::size_t i = 0; i < cloud[b].size; ++i) values[b][i] *= factors[b][i];
   }
+  const CloudMean light = mean_over(cloud, values);
   // A noise that is dark everywhere (a very negative offset) has no mean to divide by.
-  if (!(with_phi > 0) || !std::isfinite(with_phi)) {
+  if (!(light.mean > 0) || !std::isfinite(light.square_mean)) {
     throw InputError(
         "the noise is zero or infinite over the whole component; change its offset, "
         "contrast or exponent");
   }
-  phi_mean_ = with_phi / without;
-  phi_rms_ = std::sqrt(squares / without) / phi_mean_;
+  phi_mean_ = light.mean;
+  phi_rms_ = std::sqrt(light.square_mean) / light.mean;
+  mean_error_ = light.error / light.mean;
 }
 
 double FractalNoise::effective_frequency() const {

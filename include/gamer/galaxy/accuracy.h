@@ -5,8 +5,8 @@
 namespace gamer {
 
 /// Every knob that trades accuracy for time, and the error that it controls. The defaults of
-/// from_tolerance() together keep the rms relative error over the pixels above 1 % of an image's peak
-/// below the tolerance (tests/render/tolerance_test.cc measures it).
+/// from_tolerance() together keep the rms relative error over the pixels above 1 % of an image's
+/// peak below the tolerance (tests/render/tolerance_test.cc measures it).
 struct Accuracy {
   /// Share of a ray's intensity that the error estimates of its panels may reach, added in
   /// quadrature. Controls the quadrature's error.

@@ -19,7 +19,7 @@ class Bulge : public Component {
   std::string_view kind() const override { return "bulge"; }
   void envelope(const SampleBatch& batch, float* out) const override;
   double envelope_integral() const override;
-  std::vector<WeightedBatch> cloud() const override { return {}; }
+  std::vector<WeightedBatch> cloud(std::size_t /*size*/) const override { return {}; }
   void mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) const override;
   double face_on_column() const override;
 

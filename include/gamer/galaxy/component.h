@@ -75,8 +75,9 @@ class Component {
   virtual void envelope(const SampleBatch& batch, float* out) const = 0;
   /// The integral of the envelope over the ball, galaxy radii^3.
   virtual double envelope_integral() const = 0;
-  /// Points spread over the envelope, for the statistics of the noise.
-  virtual std::vector<WeightedBatch> cloud() const = 0;
+  /// About `size` points spread over the envelope where the texture sees them, that is turned back
+  /// by the twirl, for the statistics of the noise; empty for kinds without noise.
+  virtual std::vector<WeightedBatch> cloud(std::size_t size) const = 0;
   /// Cuts `ray` for the given accuracy.
   virtual void mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) const = 0;
   /// A typical largest integral of the envelope along a ray seen face on, galaxy radii.

@@ -43,6 +43,11 @@ class Galaxy {
  private:
   void resolve(const std::string& label);
   void normalise_textures();
+  /// Normalises component c's texture, or follow_scale_ where it has none, over a cloud of that
+  /// size; the relative standard error of the mean.
+  double normalise(std::size_t c, std::size_t cloud_size);
+  /// Phi of the component that c follows, at c's cloud; empty where it follows none.
+  std::vector<BatchArray> followed_phi(std::size_t c, std::span<const WeightedBatch> cloud) const;
   void resolve_fractions();
   void phi(std::size_t c, const SampleBatch& batch, const BatchArray& need, float threshold,
            BatchArray& out) const;
@@ -55,6 +60,8 @@ class Galaxy {
   /// Index of the component whose noise also modulates component c, or -1.
   std::vector<int> followed_;
   std::vector<std::size_t> followed_components_;
+  /// Normalises a followed noise over a component that has none of its own; else 1.
+  std::vector<double> follow_scale_;
   bool needs_phi_ = false;
   bool needs_winding_ = false;
 };

@@ -23,7 +23,7 @@ class Layer : public Component {
 
   void envelope(const SampleBatch& batch, float* out) const override;
   double envelope_integral() const override;
-  std::vector<WeightedBatch> cloud() const override;
+  std::vector<WeightedBatch> cloud(std::size_t size) const override;
   void mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) const override;
   double face_on_column() const override { return 2 * shape_.z0; }
   bool needs_phi() const override { return follows_arms(); }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 
 #include "gamer/core/batch.h"
@@ -20,5 +21,11 @@ struct SampleBatch {
 /// The taper falls from 1 at this radius to 0 at the ball's surface, as the quintic smoothstep
 /// 6u^5 - 15u^4 + 10u^3, which is twice continuously differentiable.
 inline constexpr double taper_start = 0.7;
+
+/// The taper at a distance from the centre.
+inline double taper_at(double radius) {
+  const double u = std::clamp((1 - radius) / (1 - taper_start), 0.0, 1.0);
+  return u * u * u * (u * (6 * u - 15) + 10);
+}
 
 }  // namespace gamer
