@@ -52,9 +52,15 @@ HWY_EXPORT(Logarithmic);
 
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
+constexpr double turn = 2 * std::numbers::pi;
+constexpr double degree = turn / 360;
 constexpr double default_logarithmic_scale = 0.1;
 constexpr double default_ringermacher_mead_scale = 1.0;
+
+constexpr std::size_t most_arms = 64;
+
+// The kernels' angles are accurate for ten times this (the largest twirl) and less.
+constexpr double largest_winding = 800;
 
 // The logarithmic spiral's core, in units of its scale: below it the winding stops.
 constexpr double logarithmic_core = 0.01;
@@ -83,7 +89,7 @@ ParameterTable ArmPattern::table() {
        {},
        "A: radius at which the pattern turns; default 1 for ringermacher-mead, 0.1 for "
        "logarithmic"},
-      {"count", ParameterType::integer, "", Interval::closed(0, 64), std::int64_t{2},
+      {"count", ParameterType::integer, "", Interval::closed(0, most_arms), std::int64_t{2},
        "number of arms, evenly spread"},
       {"offsets",
        ParameterType::numbers,
@@ -105,20 +111,18 @@ ArmPattern ArmPattern::read(const ConfigNode& node) {
       throw InputError(values.where(key), std::string("'") + key + "' " + reason);
     }
   };
-  if (model == "none") {
+  if (model != "ringermacher-mead") {
     reject("winding_b", "needs model = \"ringermacher-mead\"");
     reject("winding_n", "needs model = \"ringermacher-mead\"");
-    reject("pitch_angle", "needs model = \"logarithmic\"");
+  }
+  if (model != "logarithmic") reject("pitch_angle", "needs model = \"logarithmic\"");
+  if (model == "none") {
+    for (const char* key : {"scale", "count", "offsets", "handedness"}) {
+      reject(key, "needs model = \"ringermacher-mead\" or \"logarithmic\"");
+    }
     return arms;
   }
-  if (model == "ringermacher-mead") {
-    arms.model_ = Model::ringermacher_mead;
-    reject("pitch_angle", "needs model = \"logarithmic\"");
-  } else {
-    arms.model_ = Model::logarithmic;
-    reject("winding_b", "needs model = \"ringermacher-mead\"");
-    reject("winding_n", "needs model = \"ringermacher-mead\"");
-  }
+  arms.model_ = model == "logarithmic" ? Model::logarithmic : Model::ringermacher_mead;
   arms.winding_b_ = values.number("winding_b");
   arms.winding_n_ = values.number("winding_n");
   arms.pitch_ = values.number("pitch_angle") * degree;
@@ -138,14 +142,27 @@ ArmPattern ArmPattern::read(const ConfigNode& node) {
                        "'offsets' lists " + std::to_string(given.size()) +
                            " arms, but count = " + std::to_string(values.integer("count")));
     }
+    if (given.size() > most_arms) {
+      throw InputError(values.where("offsets"), "'offsets' lists " + std::to_string(given.size()) +
+                                                    " arms; at most " + std::to_string(most_arms) +
+                                                    " are possible");
+    }
     arms.even_ = false;
     for (double offset : given) arms.offsets_.push_back(std::remainder(offset, 360.0) * degree);
   } else {
     const auto count = values.integer("count");
     for (std::int64_t i = 0; i < count; ++i) {
-      arms.offsets_.push_back(2 * std::numbers::pi * static_cast<double>(i) /
-                              static_cast<double>(count));
+      arms.offsets_.push_back(turn * static_cast<double>(i) / static_cast<double>(count));
     }
+  }
+  const double sweep = std::max(std::abs(arms.winding(0)), std::abs(arms.winding(1)));
+  if (!(sweep <= largest_winding)) {
+    const char* key = values.is_given("pitch_angle") ? "pitch_angle" : "scale";
+    throw InputError(values.where(key), std::string(key) +
+                                            " winds the arms too often around to be resolved; at "
+                                            "most " +
+                                            std::to_string(std::lround(largest_winding / turn)) +
+                                            " turns are possible");
   }
   return arms;
 }

@@ -186,10 +186,11 @@ ComponentKind bulge_kind() {
   kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
     const ParameterSet& v = input.values;
     if (v.has("radius") == v.has("effective_radius")) {
-      throw InputError(v.has("radius") ? v.where("effective_radius") : input.node.where,
-                       v.has("radius")
-                           ? "'radius' and 'effective_radius' exclude each other; give one"
-                           : "a bulge needs 'effective_radius' or 'radius'");
+      throw InputError(
+          v.has("radius") ? v.where("effective_radius") : input.node.where,
+          input.context + (v.has("radius")
+                               ? "'radius' and 'effective_radius' exclude each other; give one"
+                               : "a bulge needs 'effective_radius' or 'radius'"));
     }
     const double r0 = v.has("radius") ? v.number("radius")
                                       : v.number("effective_radius") / effective_radius_in_r0;

@@ -73,6 +73,32 @@ const ComponentKind& find_component_kind(const std::string& name, const SourceLo
                    "unknown class '" + name + "'; known are " + known + did_you_mean(name, names));
 }
 
+namespace {
+
+// Lengths and stretches below, in galaxy radii, would be lost in single precision.
+constexpr double smallest_length = 1e-9;
+
+/// Throws InputError for lengths that are positive, but too small.
+void check_lengths(const ParameterSet& values, const std::string& context) {
+  for (const Parameter& parameter : values.table()) {
+    const bool is_stretch = parameter.type == ParameterType::vector3;
+    const bool is_length =
+        parameter.type == ParameterType::number && parameter.unit == "galaxy radii";
+    if (!(is_stretch || is_length) || !values.has(parameter.name)) continue;
+    const std::vector<double> lengths = is_stretch
+                                            ? values.numbers(parameter.name)
+                                            : std::vector<double>{values.number(parameter.name)};
+    for (const double length : lengths) {
+      if (length > 0 && length < smallest_length) {
+        throw InputError(values.where(parameter.name),
+                         context + parameter.name + " is too small; at least 1e-9 is resolved");
+      }
+    }
+  }
+}
+
+}  // namespace
+
 /// Fills in what all kinds share.
 class ComponentReader {
  public:
@@ -116,12 +142,10 @@ void ComponentReader::read_noise(Component& component, const ComponentKind& kind
   parameters.seed = seed;
   const ConfigNode* noise = node.find("noise");
   if (noise != nullptr && !noise->is_table()) {
-    if (const bool* on = std::get_if<bool>(&noise->data); on != nullptr) {
-      if (!*on) return;
-    } else {
-      throw InputError(noise->where,
-                       context + "noise must be a table or false, not " + noise->type_name());
-    }
+    const bool* on = std::get_if<bool>(&noise->data);
+    if (on != nullptr && !*on) return;
+    throw InputError(noise->where, context + "noise must be a table or false, not " +
+                                       (on != nullptr ? "true" : noise->type_name()));
   }
   if (noise != nullptr && noise->is_table()) {
     parameters.apply(
@@ -160,8 +184,9 @@ std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int ind
   const ParameterSet values = ParameterSet::read(
       kind.parameters, node, context, "in a [[component]] of class '" + kind.name + "'",
       has_noise ? std::span<const std::string>(skip) : std::span<const std::string>());
+  check_lengths(values, context);
   std::unique_ptr<Component> component =
-      kind.make(ComponentInput{values, node, arms, axis_z, settings});
+      kind.make(ComponentInput{values, node, context, arms, axis_z, settings});
   component->name_ = name;
   component->active_ = values.boolean("active");
   component->where_ = node.where;
@@ -184,7 +209,10 @@ std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int ind
       throw InputError(values.where("r_v"), context + "'r_v' belongs to extinction = \"ccm89\"");
     }
   }
-  if (declares("follows") && values.has("follows")) component->follows_ = values.text("follows");
+  if (declares("follows") && values.has("follows")) {
+    component->follows_ = values.text("follows");
+    component->follows_where_ = values.where("follows");
+  }
   if (has_noise) read_noise(*component, kind, values, node, context, settings);
   return component;
 }

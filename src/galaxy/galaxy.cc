@@ -141,6 +141,9 @@ const std::vector<std::string>& galaxy_suffixes() {
 
 constexpr std::size_t most_components = 64;
 
+// The ball is not flattened further: single precision would not resolve it.
+constexpr double smallest_stretch = 1e-9;
+
 // Points over which the mean of a texture is taken: the first, and at most. Between them as many as
 // independent points would need for this error; the cloud's are up to four times better.
 constexpr std::size_t first_cloud = std::size_t{1} << 15;
@@ -188,6 +191,11 @@ std::shared_ptr<const Galaxy> Galaxy::parse(std::string_view text, const std::st
     galaxy->name_ = values.text("name");
     galaxy->description_ = values.text("description");
     galaxy->axis_ = values.numbers("axis");
+    for (const double stretch : galaxy->axis_) {
+      if (stretch < smallest_stretch) {
+        throw InputError(values.where("axis"), "axis is too small; at least 1e-9 is resolved");
+      }
+    }
   }
   if (const ConfigNode* node = section("arms")) galaxy->arms_ = ArmPattern::read(*node);
   const ConfigNode* list = root.find("component");
@@ -228,25 +236,20 @@ void Galaxy::resolve(const std::string& label) {
     }
     return -1;
   };
-  // A component may follow one that is not active: its noise is needed all the same.
   for (const auto& c : components_) {
     if (c->follows().empty()) continue;
     const int followed = position(c->follows());
+    const std::string context = "component '" + c->name() + "': follows '" + c->follows() + "', ";
     if (followed < 0) {
-      throw InputError(c->where(), "component '" + c->name() + "' follows '" + c->follows() +
-                                       "', which is no component" +
-                                       did_you_mean(c->follows(), names));
+      throw InputError(c->follows_where(),
+                       context + "which is no component" + did_you_mean(c->follows(), names));
     }
     if (components_[followed].get() == c.get() || components_[followed]->kind() != "disk" ||
         components_[followed]->texture() == nullptr) {
-      throw InputError(c->where(), "component '" + c->name() +
-                                       "' can only follow a disk with "
-                                       "noise, not '" +
-                                       c->follows() + "'");
+      throw InputError(c->follows_where(), context + "which is no disk with noise");
     }
     if (!components_[followed]->active()) {
-      throw InputError(c->where(), "component '" + c->name() + "' follows '" + c->follows() +
-                                       "', which is not active");
+      throw InputError(c->follows_where(), context + "which is not active");
     }
   }
   std::erase_if(components_, [](const auto& c) { return !c->active(); });
@@ -268,6 +271,13 @@ void Galaxy::resolve(const std::string& label) {
   }
   normalise_textures();
   resolve_fractions();
+  for (std::size_t c = 0; c < components_.size(); ++c) {
+    const Component& component = *components_[c];
+    if (!std::isfinite(static_cast<float>(component.amplitude() * follow_scale_[c]))) {
+      throw InputError(component.where(), "component '" + component.name() +
+                                              "': its density exceeds single precision");
+    }
+  }
 }
 
 void Galaxy::normalise_textures() {

@@ -100,6 +100,8 @@ class Component {
   const Texture* texture() const { return texture_.get(); }
   /// Name of the component whose noise also modulates this one; empty for none.
   const std::string& follows() const { return follows_; }
+  /// Where it was named.
+  const SourceLocation& follows_where() const { return follows_where_; }
   const SourceLocation& where() const { return where_; }
   /// Where the SED or extinction was named.
   const SourceLocation& spectrum_where() const { return spectrum_where_; }
@@ -114,6 +116,7 @@ class Component {
   std::shared_ptr<const ExtinctionCurve> extinction_;
   std::unique_ptr<Texture> texture_;
   SourceLocation where_;
+  SourceLocation follows_where_;
   SourceLocation spectrum_where_;
 
   friend class ComponentReader;
@@ -122,7 +125,8 @@ class Component {
 /// What a kind's maker gets: the values read by its table, and what else a component needs.
 struct ComponentInput {
   const ParameterSet& values;
-  const ConfigNode& node;  ///< the [[component]] table
+  const ConfigNode& node;      ///< the [[component]] table
+  const std::string& context;  ///< opens messages: "component 'arms': "
   const ArmPattern& arms;
   double axis_z;  ///< the galaxy's stretch along z
   const GalaxySettings& settings;
