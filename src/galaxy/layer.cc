@@ -44,6 +44,7 @@ HWY_INLINE V DistanceToMultiple(D d, V angle, float period) {
   return hn::Mul(hn::Abs(hn::Sub(turns, hn::Round(turns))), hn::Set(d, period));
 }
 
+/// Absolute error below 4e-7 + 1.5e-7 A_w, given exact coordinates and windings.
 void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
   constexpr float full_turn = 2 * std::numbers::pi_v<float>;

@@ -1,0 +1,256 @@
+#include "gamer/galaxy/layer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "core/each_simd_target.h"
+#include "galaxy/galaxy_text.h"
+#include "gamer/core/random.h"
+
+namespace gamer {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr double degree = pi / 180;
+
+class PlainLayer : public Layer {
+ public:
+  using Layer::Layer;
+  std::string_view kind() const override { return "plain"; }
+};
+
+double taper(double radius) {
+  if (radius <= 0.7) return 1;
+  if (radius >= 1) return 0;
+  const double u = (1 - radius) / 0.3;
+  return 6 * std::pow(u, 5) - 15 * std::pow(u, 4) + 10 * std::pow(u, 3);
+}
+
+/// (1 - Delta/pi)^A_w, Delta the angle to the nearest arm.
+double arm_modifier(const LayerShape& shape, const ArmPattern& arms, double r, double phi) {
+  if (!arms.has_arms()) return 1;
+  double nearest = pi;
+  for (const double offset : arms.offsets()) {
+    const double away = std::fmod(phi - arms.winding(r) - offset - shape.shift, 2 * pi);
+    const double delta = std::min(std::abs(away), 2 * pi - std::abs(away));
+    nearest = std::min(nearest, delta);
+  }
+  return std::pow(1 - nearest / pi, shape.arm_width);
+}
+
+/// The envelope as the class comment says.
+double envelope(const LayerShape& shape, const ArmPattern& arms, double r, double phi, double z) {
+  double value = std::exp(-r / shape.rh) / std::pow(std::cosh(z / shape.z0), 2);
+  if (shape.inner > 0) value *= 1 - std::exp(-std::pow(r / shape.inner, 4));
+  return value * taper(std::hypot(r, z)) * arm_modifier(shape, arms, r, phi);
+}
+
+/// A batch as the galaxy makes it.
+void fill(SampleBatch& batch, std::size_t i, double r, double phi, double z) {
+  batch.r[i] = static_cast<float>(r);
+  batch.phi[i] = static_cast<float>(phi);
+  batch.z[i] = static_cast<float>(z);
+  batch.x[i] = static_cast<float>(r * std::cos(phi));
+  batch.y[i] = static_cast<float>(r * std::sin(phi));
+  batch.taper[i] = static_cast<float>(taper(std::hypot(r, z)));
+}
+
+double envelope_at(const Layer& layer, const ArmPattern& arms, double r, double phi, double z) {
+  SampleBatch batch{};
+  BatchArray out;
+  batch.size = 1;
+  fill(batch, 0, r, phi, z);
+  arms.winding(batch.r.data(), 1, batch.winding.data());
+  layer.envelope(batch, out.data());
+  return out[0];
+}
+
+struct Case {
+  const char* name;
+  LayerShape shape;
+  const char* arms;
+};
+
+std::vector<Case> cases() {
+  return {
+      {"plain", {0.02, 0.2, 0, 0, 0}, ""},
+      {"thick", {0.5, 0.9, 0, 0, 0}, ""},
+      {"thin", {0.002, 0.05, 0, 0, 0}, ""},
+      {"hole", {0.03, 0.3, 0.25, 0, 0}, ""},
+      {"two arms", {0.02, 0.3, 0, 0.5, 0}, "model = \"ringermacher-mead\""},
+      {"one arm", {0.02, 0.3, 0, 2, 0.4}, "model = \"logarithmic\"\ncount = 1\nhandedness = -1"},
+      {"five arms", {0.02, 0.3, 0.1, 9, -2}, "model = \"logarithmic\"\ncount = 5"},
+      {"narrow", {0.02, 0.3, 0, 100, 1}, "model = \"logarithmic\"\ncount = 2"},
+      {"uneven",
+       {0.02, 0.3, 0.1, 3, 0.7},
+       "model = \"ringermacher-mead\"\noffsets = [0, 100, -30, 725]"}};
+}
+
+TEST(Layer, EnvelopeOnEveryTarget) {
+  for (const Case& c : cases()) {
+    SCOPED_TRACE(c.name);
+    const ArmPattern arms = arms_of(c.arms);
+    const PlainLayer layer(c.shape, arms);
+    for_each_simd_target([&] {
+      double worst = 0;
+      for (std::uint64_t b = 0; b < 40; ++b) {
+        SampleBatch batch{};
+        batch.size = batch_capacity;
+        for (std::size_t i = 0; i < batch_capacity; ++i) {
+          const auto u = [&](std::uint64_t k) { return to_unit(hash_words({b, i, k})); };
+          const double z = 4 * c.shape.z0 * (2 * u(2) - 1);
+          fill(batch, i, u(0), 2 * pi * (u(1) - 0.5), z);
+        }
+        arms.winding(batch.r.data(), batch.size, batch.winding.data());
+        BatchArray out;
+        layer.envelope(batch, out.data());
+        for (std::size_t i = 0; i < batch_capacity; ++i) {
+          const double exact = envelope(c.shape, arms, batch.r[i], batch.phi[i], batch.z[i]);
+          worst = std::max(worst, std::abs(out[i] - exact));
+        }
+      }
+      EXPECT_LT(worst, 4e-7 + 1.5e-7 * c.shape.arm_width);
+    });
+  }
+}
+
+// FACTS section 6: 45 degrees away from an arm.
+TEST(Layer, ArmModifier) {
+  for (const auto& [width, expected] : {std::pair{1.2, 0.70807}, std::pair{0.2, 0.94409}}) {
+    const ArmPattern arms = arms_of("model = \"ringermacher-mead\"");
+    LayerShape shape;
+    shape.arm_width = width;
+    const PlainLayer layer(shape, arms);
+    const double r = 0.3;
+    const double on_arm = std::remainder(arms.winding(r), 2 * pi);
+    const double peak = envelope_at(layer, arms, r, on_arm, 0);
+    for (const double away : {45.0, -45.0, 135.0, 225.0}) {
+      const double phi = std::remainder(on_arm + away * degree, 2 * pi);
+      EXPECT_NEAR(envelope_at(layer, arms, r, phi, 0) / peak, expected, 6e-6);
+    }
+    EXPECT_NEAR(peak, std::exp(-r / shape.rh), 1e-6);
+  }
+}
+
+TEST(Layer, ShiftTurnsTheArms) {
+  const ArmPattern arms = arms_of("model = \"logarithmic\"\ncount = 3");
+  LayerShape shape;
+  shape.arm_width = 4;
+  const PlainLayer still(shape, arms);
+  shape.shift = 20 * degree;
+  const PlainLayer shifted(shape, arms);
+  for (const double phi : {-1.0, 0.0, 0.3, 1.2}) {
+    EXPECT_NEAR(envelope_at(shifted, arms, 0.4, phi + 20 * degree, 0.01),
+                envelope_at(still, arms, 0.4, phi, 0.01), 1e-6);
+  }
+}
+
+TEST(Layer, IntegralOfASmallLayerIsThatOfAnInfiniteOne) {
+  // FACTS section 5: 4 pi h^2 z0.
+  for (const double scale : {1.0, 1e-3, 1e-6}) {
+    const double rh = 0.02 * scale;
+    const double z0 = 0.004 * scale;
+    const PlainLayer layer({z0, rh, 0, 0, 0}, ArmPattern());
+    EXPECT_NEAR(layer.envelope_integral() / (4 * pi * rh * rh * z0), 1, 1e-6);
+  }
+}
+
+TEST(Layer, IntegralOfAHole) {
+  // int r (1 - exp(-(r/b)^4)) dr = b^2 int t (1 - exp(-t^4)) dt without the exponential; here by
+  // a fine Simpson rule with it.
+  const double rh = 0.02, inner = 0.03, z0 = 0.002;
+  const PlainLayer layer({z0, rh, inner, 0, 0}, ArmPattern());
+  constexpr int n = 20000;
+  double sum = 0;
+  for (int i = 0; i <= n; ++i) {
+    const double r = 0.65 * i / n;
+    const double f = r * std::exp(-r / rh) * (1 - std::exp(-std::pow(r / inner, 4)));
+    sum += f * (i == 0 || i == n ? 1 : (i % 2 == 1 ? 4 : 2));
+  }
+  EXPECT_NEAR(layer.envelope_integral() / (2 * pi * 2 * z0 * sum * 0.65 / n / 3), 1, 1e-6);
+}
+
+TEST(Layer, IntegralByBruteForce) {
+  for (const Case& c : cases()) {
+    SCOPED_TRACE(c.name);
+    const ArmPattern arms = arms_of(c.arms);
+    const PlainLayer layer(c.shape, arms);
+    // z = z0 atanh(v); uneven numbers of cells, so that no rule is that of the code.
+    constexpr int radial = 401, azimuthal = 1201, vertical = 61;
+    double sum = 0;
+    for (int i = 0; i < radial; ++i) {
+      const double r = (i + 0.5) / radial;
+      double ring = 0;
+      for (int k = 0; k < azimuthal; ++k) {
+        ring += arm_modifier(c.shape, arms, r, 2 * pi * (k + 0.5) / azimuthal);
+      }
+      for (int j = 0; j < vertical; ++j) {
+        const double v = (j + 0.5) / vertical;
+        const double z = c.shape.z0 * std::atanh(v);
+        // sech^2(z/z0) dz = z0 dv
+        const double d = envelope(c.shape, ArmPattern(), r, 0, z) / (1 - v * v) * c.shape.z0;
+        sum += r * d * ring;
+      }
+    }
+    sum *= 2 * (1.0 / radial) * (2 * pi / azimuthal) / vertical;
+    EXPECT_NEAR(layer.envelope_integral() / sum, 1, 2e-4);
+  }
+}
+
+TEST(Layer, CloudFollowsTheEnvelope) {
+  // Weighted moments of the cloud against those of the envelope.
+  for (const Case& c : cases()) {
+    SCOPED_TRACE(c.name);
+    const ArmPattern arms = arms_of(c.arms);
+    const PlainLayer layer(c.shape, arms);
+    double w = 0, wr = 0, wz = 0, along = 0, across = 0;
+    std::size_t points = 0;
+    for (const WeightedBatch& batch : layer.cloud(1 << 16)) {
+      for (std::size_t i = 0; i < batch.size; ++i) {
+        const double r = std::hypot(double{batch.x[i]}, double{batch.y[i]});
+        const double phi = std::atan2(double{batch.y[i]}, double{batch.x[i]});
+        w += batch.weight[i];
+        wr += batch.weight[i] * r;
+        wz += batch.weight[i] * std::abs(double{batch.z[i]});
+        along += batch.weight[i] * std::cos(phi - arms.winding(r));
+        across += batch.weight[i] * std::sin(phi - arms.winding(r));
+      }
+      points += batch.size;
+    }
+    EXPECT_NEAR(static_cast<double>(points), 1 << 16, 0.1 * (1 << 16));
+    double q = 0, qr = 0, qz = 0;
+    constexpr int radial = 300, vertical = 3000;
+    for (int i = 0; i < radial; ++i) {
+      const double r = std::min(1.0, 30 * c.shape.rh) * (i + 0.5) / radial;
+      for (int j = 0; j < vertical; ++j) {
+        const double v = (j + 0.5) / vertical;
+        const double z = c.shape.z0 * std::atanh(v);
+        const double d = r * envelope(c.shape, ArmPattern(), r, 0, z) / (1 - v * v);
+        q += d;
+        qr += d * r;
+        qz += d * z;
+      }
+    }
+    double m = 0, m_along = 0, m_across = 0;
+    constexpr int azimuthal = 5000;
+    for (int k = 0; k < azimuthal; ++k) {
+      const double phi = 2 * pi * (k + 0.5) / azimuthal;
+      const double modifier = arm_modifier(c.shape, arms, 0.4, phi + arms.winding(0.4));
+      m += modifier;
+      m_along += modifier * std::cos(phi);
+      m_across += modifier * std::sin(phi);
+    }
+    // Few of the points are within narrow arms.
+    const double error = c.shape.arm_width > 10 ? 0.015 : 1e-3;
+    EXPECT_NEAR((wr / w) / (qr / q), 1, error);
+    EXPECT_NEAR((wz / w) / (qz / q), 1, error);
+    EXPECT_NEAR(along / w, m_along / m, error);
+    EXPECT_NEAR(across / w, m_across / m, error);
+  }
+}
+
+}  // namespace
+}  // namespace gamer
