@@ -28,7 +28,7 @@ constexpr double kLightSigmas = 3;
 constexpr double kBalance = 0.5;
 constexpr double kWhiteQuantile = 0.9999;
 constexpr double kReferenceLight = 0.8;
-constexpr double kReferenceLevel = 0.25;
+constexpr double kReferenceLevel = 0.28;
 
 /// How much each plane gives to each channel: one channel (grey) or three.
 std::vector<std::vector<double>> channel_weights(int planes,

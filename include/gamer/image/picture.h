@@ -45,9 +45,9 @@ std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double sl
 /// Green is then set so that its light is the geometric mean of red's and blue's: a galaxy as a
 /// whole is never green or magenta.
 ///
-/// *Stretch.* lupton_stretch() with the slope for which F(I_80) = 0.25 F(white): I_80 is the
+/// *Stretch.* lupton_stretch() with the slope for which F(I_80) = 0.28 F(white): I_80 is the
 /// brightness above which 80 % of the light lies, the outer disk of a spiral, and white the 99.99 %
-/// quantile of the pixels with light. Where I_80 is above 0.25 white the stretch is linear. The
+/// quantile of the pixels with light. Where I_80 is above 0.28 white the stretch is linear. The
 /// scale then makes the largest channel 1 at its own 99.99 % quantile, so that the nucleus is not
 /// burnt out.
 ///
