@@ -35,6 +35,7 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
+/// Relative error below max(1, |alpha|) (2e-7 + 2e-8/|v|), the second term from the rounding of v.
 void ApplyShape(const Shape& shape, std::size_t size, float* HWY_RESTRICT values) {
   const hn::ScalableTag<float> d;
   const auto slope = hn::Set(d, shape.slope);

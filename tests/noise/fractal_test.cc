@@ -1,0 +1,419 @@
+#include "gamer/noise/fractal.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "core/each_simd_target.h"
+#include "core/error_text.h"
+#include "core/parameter_ends.h"
+#include "noise/evaluate.h"
+
+namespace gamer {
+namespace {
+
+FractalParameters parameters_of(const Noise& kind) {
+  FractalParameters p;
+  p.kind = &kind;
+  p.seed = 17;
+  return p;
+}
+
+std::vector<double> raw_sum(const FractalNoise& noise, const std::vector<Vector>& positions) {
+  std::vector<double> result;
+  for_each_batch(positions, [&](const Points& points, std::size_t) {
+    BatchArray out;
+    noise.sum(points, out.data());
+    result.insert(result.end(), out.data(), out.data() + points.size);
+  });
+  return result;
+}
+
+std::vector<double> phi_of(const FractalNoise& noise, const std::vector<Vector>& positions) {
+  std::vector<double> result;
+  for_each_batch(positions, [&](const Points& points, std::size_t) {
+    BatchArray out;
+    noise.evaluate(points, out.data());
+    result.insert(result.end(), out.data(), out.data() + points.size);
+  });
+  return result;
+}
+
+std::vector<WeightedBatch> cloud_of(const std::vector<Vector>& positions,
+                                    const std::function<double(const Vector&)>& weight) {
+  std::vector<WeightedBatch> cloud;
+  for_each_batch(positions, [&](const Points& points, std::size_t first) {
+    WeightedBatch& batch = cloud.emplace_back();
+    batch.size = points.size;
+    for (std::size_t i = 0; i < points.size; ++i) {
+      batch.x[i] = points.x[i];
+      batch.y[i] = points.y[i];
+      batch.z[i] = points.z[i];
+      batch.weight[i] = static_cast<float>(weight(positions[first + i]));
+    }
+  });
+  return cloud;
+}
+
+double even(const Vector& /*p*/) { return 1; }
+
+double mean(const std::vector<double>& values, int power = 1) {
+  double sum = 0;
+  for (const double v : values) sum += std::pow(v, power);
+  return sum / static_cast<double>(values.size());
+}
+
+/// In a cube so large that the octaves' values are nearly independent from point to point.
+const std::vector<Vector>& scattered() {
+  static const std::vector<Vector> positions = positions_in_cube(1 << 20, 512, 40);
+  return positions;
+}
+
+// Positions and frequencies whose products are exact, so that only the offsets' sums round.
+TEST(FractalNoise, OctaveKHasFrequencyAndWeightOfTheFormula) {
+  std::vector<Vector> positions = positions_in_cube(512, 1, 41);
+  for (Vector& p : positions) {
+    for (double& c : p) c = std::floor(c * 64) / 64;
+  }
+  for (const Noise* kind : noise_kinds()) {
+    SCOPED_TRACE(kind->name());
+    FractalParameters p = parameters_of(*kind);
+    // One octave of frequency 1 and weight 1: P(x + o_1).
+    p.octaves = 1;
+    p.k0 = 0;
+    p.frequency_scale = 1;
+    const FractalNoise first(p);
+    p.k0 = 2;
+    p.frequency_scale = 3;
+    p.spectral_index = 1.5;
+    const FractalNoise fifth(p);
+    std::vector<Vector> stretched = positions;
+    for (Vector& q : stretched) {
+      for (double& c : q) c *= 5;
+    }
+    const std::vector<double> expected = raw_sum(first, stretched);
+    const std::vector<double> found = raw_sum(fifth, positions);
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      ASSERT_NEAR(found[i], std::pow(5, -1.5) * expected[i], 2e-6);
+    }
+    // Octave k enters with (k0 + f_s k)^-nu: the third alone, at two spectral indices.
+    const auto third = [&](double spectral_index) {
+      p.spectral_index = spectral_index;
+      p.octaves = 3;
+      std::vector<double> values = raw_sum(FractalNoise(p), positions);
+      p.octaves = 2;
+      const std::vector<double> without = raw_sum(FractalNoise(p), positions);
+      for (std::size_t i = 0; i < values.size(); ++i) values[i] -= without[i];
+      return values;
+    };
+    const std::vector<double> plain = third(0);
+    const std::vector<double> weighted = third(1);
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      ASSERT_NEAR(weighted[i], plain[i] / 11, 1e-6);
+    }
+  }
+}
+
+TEST(FractalNoise, EffectiveFrequency) {
+  FractalParameters p = parameters_of(perlin_noise());
+  p.octaves = 3;
+  p.k0 = 2;
+  p.frequency_scale = 3;
+  p.spectral_index = 2;
+  // Frequencies 5, 8, 11; variances f^-4.
+  const double w = 1 / 625.0 + 1 / 4096.0 + 1 / 14641.0;
+  EXPECT_NEAR(FractalNoise(p).effective_frequency(),
+              std::sqrt((1 / 25.0 + 1 / 64.0 + 1 / 121.0) / w), 1e-5);
+}
+
+TEST(FractalNoise, OctavesAreIndependent) {
+  for (const Noise* kind : noise_kinds()) {
+    SCOPED_TRACE(kind->name());
+    for (const double spectral_index : {0.0, 1.0}) {
+      FractalParameters p = parameters_of(*kind);
+      p.spectral_index = spectral_index;
+      const FractalNoise noise(p);
+      double weights = 0;
+      for (int k = 1; k <= 8; ++k) weights += std::pow(k, -2 * spectral_index);
+      const double sigma = std::sqrt(weights * kind->variance());
+      EXPECT_NEAR(noise.sigma(), sigma, 1e-12);
+      EXPECT_EQ(noise.mean(), 0);
+      const std::vector<double> values = raw_sum(noise, scattered());
+      EXPECT_NEAR(std::sqrt(mean(values, 2)) / sigma, 1, 0.0015);
+      EXPECT_NEAR(mean(values) / sigma, 0, 0.0025);
+    }
+  }
+}
+
+// A sum of independent octaves has the excess kurtosis of one times sum w^4 / (sum w^2)^2.
+TEST(FractalNoise, HistogramIsNearlyGaussian) {
+  for (const Noise* kind : noise_kinds()) {
+    SCOPED_TRACE(kind->name());
+    FractalParameters p = parameters_of(*kind);
+    p.octaves = 1;
+    const auto excess = [&](const std::vector<double>& values) {
+      return mean(values, 4) / std::pow(mean(values, 2), 2) - 3;
+    };
+    const double base = excess(raw_sum(FractalNoise(p), scattered()));
+    EXPECT_LT(base, -0.2);
+    p.octaves = 8;
+    for (const double spectral_index : {0.0, 1.0}) {
+      p.spectral_index = spectral_index;
+      double second = 0;
+      double fourth = 0;
+      for (int k = 1; k <= 8; ++k) {
+        second += std::pow(k, -2 * spectral_index);
+        fourth += std::pow(k, -4 * spectral_index);
+      }
+      const std::vector<double> values = raw_sum(FractalNoise(p), scattered());
+      const double sigma = std::sqrt(mean(values, 2));
+      EXPECT_NEAR(excess(values), base * fourth / (second * second), 0.01);
+      EXPECT_NEAR(mean(values, 3) / std::pow(sigma, 3), 0, 0.009);
+      if (spectral_index != 0) continue;
+      // Shares within 1, 2 and 3 sigma.
+      double inside[3] = {};
+      for (const double v : values) {
+        for (int n = 1; n <= 3; ++n) inside[n - 1] += std::abs(v) < n * sigma ? 1 : 0;
+      }
+      const auto count = static_cast<double>(values.size());
+      for (int n = 1; n <= 3; ++n) {
+        EXPECT_NEAR(inside[n - 1] / count, std::erf(n / std::numbers::sqrt2), 0.003) << n;
+      }
+    }
+  }
+}
+
+TEST(FractalNoise, NormaliseTakesWeightedStatistics) {
+  const std::vector<Vector> positions = positions_in_cube(20000, 1, 42);
+  const auto weight = [](const Vector& p) { return std::exp(2 * p[0]) + (p[1] > 0 ? 1 : 0); };
+  const std::vector<WeightedBatch> cloud = cloud_of(positions, weight);
+  std::vector<BatchArray> factors(cloud.size());
+  std::vector<double> factor_list;
+  for (std::size_t b = 0; b < cloud.size(); ++b) {
+    for (std::size_t i = 0; i < cloud[b].size; ++i) {
+      factors[b][i] = 1.5f + cloud[b].y[i];
+      factor_list.push_back(factors[b][i]);
+    }
+  }
+  for (const bool with_factors : {false, true}) {
+    FractalParameters p = parameters_of(simplex_noise());
+    p.exponent = 3;
+    p.offset = 0.4;
+    FractalNoise noise(p);
+    const std::vector<double> raw = raw_sum(noise, positions);
+    noise.normalise(
+        cloud, with_factors ? std::span<const BatchArray>(factors) : std::span<const BatchArray>());
+    const std::vector<double> phi = phi_of(noise, positions);
+    double w = 0, s = 0, ss = 0, light = 0, squares = 0, errors = 0;
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      const double weight_i = weight(positions[i]);
+      const double value = phi[i] * (with_factors ? factor_list[i] : 1.0);
+      w += weight_i;
+      s += weight_i * raw[i];
+      ss += weight_i * raw[i] * raw[i];
+      light += weight_i * value;
+      squares += weight_i * value * value;
+      errors += std::pow(weight_i * (value - 1), 2);
+    }
+    EXPECT_NEAR(noise.mean(), s / w, 1e-6);
+    EXPECT_NEAR(noise.sigma(), std::sqrt(ss / w - s * s / (w * w)), 1e-6);
+    EXPECT_NEAR(light / w, 1, 1e-6);
+    EXPECT_NEAR(noise.rms() / std::sqrt(squares / w), 1, 1e-5);
+    EXPECT_NEAR(noise.mean_error() / (std::sqrt(errors) / w), 1, 1e-5);
+  }
+}
+
+TEST(FractalNoise, MeanErrorIsThatOfIndependentPoints) {
+  // The scatter of the mean over many small clouds.
+  FractalParameters p = parameters_of(simplex_noise());
+  p.exponent = 2;
+  FractalNoise noise(p);
+  noise.normalise(cloud_of(scattered(), even));
+  constexpr int clouds = 400, size = 1000;
+  double sum = 0, squares = 0;
+  const std::vector<double> phi = phi_of(noise, scattered());
+  for (int c = 0; c < clouds; ++c) {
+    double average = 0;
+    for (int i = 0; i < size; ++i) average += phi[static_cast<std::size_t>(c * size + i)] / size;
+    sum += average;
+    squares += average * average;
+  }
+  const double scatter = std::sqrt(squares / clouds - std::pow(sum / clouds, 2));
+  const double count = static_cast<double>(scattered().size());
+  EXPECT_NEAR(noise.mean_error() * std::sqrt(count / size) / scatter, 1, 0.1);
+}
+
+double shaped(const FractalParameters& p, double v) {
+  return p.inverse ? std::pow(std::max(std::abs(v), p.floor), -p.exponent)
+                   : std::pow(std::max(v, 0.0), p.exponent);
+}
+
+// Before normalise(): mu = 0, sigma known, mean of Phi 1.
+TEST(FractalNoise, ShapesOnEveryTarget) {
+  const std::vector<Vector> positions = positions_in_cube(4000, 4, 43);
+  for (const bool inverse : {false, true}) {
+    for (const double exponent : {0.0, 1.0, 2.0, 8.0, 20.0, 0.5, 2.5, 7.3, -1.0, -2.5}) {
+      if (!inverse && exponent < 0) continue;
+      FractalParameters p = parameters_of(simplex_noise());
+      p.inverse = inverse;
+      p.exponent = exponent;
+      p.offset = 0.3;
+      p.contrast = 0.7;
+      p.floor = 0.2;
+      const FractalNoise noise(p);
+      for_each_simd_target([&] {
+        const std::vector<double> raw = raw_sum(noise, positions);
+        const std::vector<double> phi = phi_of(noise, positions);
+        double worst = 0;
+        for (std::size_t i = 0; i < positions.size(); ++i) {
+          const double v = p.offset + p.contrast * raw[i] / noise.sigma();
+          const double base = inverse ? std::max(std::abs(v), p.floor) : std::max(v, 0.0);
+          if (base == 0) {
+            EXPECT_NEAR(phi[i], exponent == 0 ? 1 : 0, 1e-12);
+            continue;
+          }
+          if (shaped(p, v) < std::numeric_limits<float>::min()) continue;
+          const double error = std::abs(phi[i] / shaped(p, v) - 1);
+          worst = std::max(worst, error / std::max(1.0, std::abs(exponent)) / (2e-7 + 2e-8 / base));
+        }
+        EXPECT_LT(worst, 1) << "exponent " << exponent;
+      });
+    }
+  }
+}
+
+TEST(FractalNoise, WholeAndGeneralExponentsAgree) {
+  const std::vector<Vector> positions = positions_in_cube(4000, 4, 44);
+  for (const bool inverse : {false, true}) {
+    for (const double exponent : {1.0, 3.0, 8.0, 20.0}) {
+      FractalParameters p = parameters_of(perlin_noise());
+      p.inverse = inverse;
+      p.exponent = exponent;
+      const std::vector<double> whole = phi_of(FractalNoise(p), positions);
+      p.exponent = exponent * (1 + 1e-7);
+      const std::vector<double> general = phi_of(FractalNoise(p), positions);
+      for (std::size_t i = 0; i < positions.size(); ++i) {
+        ASSERT_NEAR(general[i], whole[i], 2e-5 * std::abs(whole[i]) + 1e-9) << exponent;
+      }
+    }
+  }
+}
+
+TEST(FractalNoise, SeedsGiveOtherNoises) {
+  const std::vector<Vector> positions = positions_in_cube(1 << 16, 64, 45);
+  for (const Noise* kind : noise_kinds()) {
+    FractalParameters p = parameters_of(*kind);
+    const std::vector<double> here = raw_sum(FractalNoise(p), positions);
+    for (const std::uint64_t seed : {18u, 16u, 0u}) {
+      p.seed = seed;
+      const std::vector<double> other = raw_sum(FractalNoise(p), positions);
+      double product = 0;
+      for (std::size_t i = 0; i < here.size(); ++i) product += here[i] * other[i];
+      EXPECT_LT(std::abs(product) / static_cast<double>(here.size()) / mean(here, 2),
+                4.5 / std::sqrt(static_cast<double>(here.size())));
+    }
+    p.seed = 17;
+    EXPECT_EQ(raw_sum(FractalNoise(p), positions), here);
+  }
+}
+
+TEST(FractalNoise, ErrorsOfNormalise) {
+  const std::vector<Vector> positions = positions_in_cube(2000, 1, 46);
+  const auto error = [&](FractalParameters p) {
+    p.kind = &simplex_noise();
+    return error_text([&] { FractalNoise(p).normalise(cloud_of(positions, even)); });
+  };
+  FractalParameters dark;
+  dark.offset = -10;
+  EXPECT_EQ(error(dark),
+            "the noise is zero or infinite over the whole component; change its offset, contrast "
+            "or exponent");
+  FractalParameters flat;
+  flat.frequency_scale = 1e-6;
+  EXPECT_EQ(error(flat), "the noise hardly varies over the whole component; raise its frequencies");
+  FractalParameters infinite;
+  infinite.frequency_scale = 1e-6;
+  infinite.spectral_index = 10;
+  EXPECT_EQ(error(infinite), "the noise is infinite; change its spectral index or frequencies");
+  infinite.frequency_scale = 1000;
+  infinite.octaves = 32;
+  infinite.spectral_index = -10;
+  EXPECT_EQ(error(infinite), "the noise is infinite; change its spectral index or frequencies");
+}
+
+FractalParameters read(const FractalParameters& defaults, const std::string& text) {
+  FractalParameters p = defaults;
+  p.apply(
+      ParameterSet::read(p.table(), parse_toml(text, "g.toml"), "noise: ", "in component.noise"),
+      "noise: ");
+  return p;
+}
+
+TEST(FractalParameters, TableHasTheValuesAsDefaults) {
+  FractalParameters p;
+  p.octaves = 5;
+  p.k0 = 7;
+  p.frequency_scale = 2.5;
+  p.spectral_index = 1.25;
+  p.exponent = 4;
+  p.inverse = true;
+  p.offset = -1;
+  p.contrast = 2;
+  p.floor = 0.5;
+  p.seed = 99;
+  const FractalParameters same = read(p, "");
+  EXPECT_EQ(same.octaves, 5);
+  EXPECT_EQ(same.k0, 7);
+  EXPECT_EQ(same.frequency_scale, 2.5);
+  EXPECT_EQ(same.spectral_index, 1.25);
+  EXPECT_EQ(same.exponent, 4);
+  EXPECT_TRUE(same.inverse);
+  EXPECT_EQ(same.offset, -1);
+  EXPECT_EQ(same.contrast, 2);
+  EXPECT_EQ(same.floor, 0.5);
+  EXPECT_EQ(same.seed, 99u);
+}
+
+TEST(FractalParameters, ReadsEveryKey) {
+  const FractalParameters p =
+      read({},
+           "octaves = 3\nk0 = 1.5\nfrequency_scale = 4\nspectral_index = -2\nexponent = -3\n"
+           "theta = \"inverse\"\noffset = 0.5\ncontrast = 3\nfloor = 0.25\n"
+           "seed = 9223372036854775807");
+  EXPECT_EQ(p.octaves, 3);
+  EXPECT_EQ(p.k0, 1.5);
+  EXPECT_EQ(p.frequency_scale, 4);
+  EXPECT_EQ(p.spectral_index, -2);
+  EXPECT_EQ(p.exponent, -3);
+  EXPECT_TRUE(p.inverse);
+  EXPECT_EQ(p.offset, 0.5);
+  EXPECT_EQ(p.contrast, 3);
+  EXPECT_EQ(p.floor, 0.25);
+  EXPECT_EQ(p.seed, std::uint64_t{9223372036854775807u});
+}
+
+TEST(FractalParameters, IntervalEnds) {
+  check_parameter_ends(FractalParameters().table(),
+                       [](const std::string& key, const std::string& value) {
+                         const std::string theta = key == "theta" ? "" : "theta = \"inverse\"\n";
+                         read({}, theta + key + " = " + value);
+                       });
+}
+
+TEST(FractalParameters, Errors) {
+  EXPECT_EQ(error_text([] { read({}, "exponent = -1"); }),
+            "g.toml:1:12: noise: exponent below 0 has no meaning where theta is 'linear'; use "
+            "theta = \"inverse\" with a positive exponent");
+  EXPECT_EQ(error_text([] { read({}, "k1 = 1"); }),
+            "g.toml:1:1: noise: unknown key 'k1' in component.noise; did you mean 'k0'?");
+  EXPECT_EQ(error_text([] { read({}, "theta = \"invers\""); }),
+            "g.toml:1:9: noise: theta = 'invers' is none of \"linear\", \"inverse\"; did you mean "
+            "'inverse'?");
+}
+
+}  // namespace
+}  // namespace gamer
