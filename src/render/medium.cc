@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
+#include <map>
 #include <numeric>
 #include <tuple>
 
@@ -75,7 +76,15 @@ void RayNodes::clear() {
 Medium::Medium(std::shared_ptr<const Scene> scene, std::vector<double> wavelengths,
                const Accuracy& accuracy)
     : scene_(std::move(scene)), wavelengths_(std::move(wavelengths)), accuracy_(accuracy) {
+  // Galaxies of one type share their columns.
+  std::map<const Galaxy*, std::vector<double>> columns_of;
   for (const PlacedGalaxy& placed : scene_->galaxies) {
+    std::vector<double>& columns = columns_of[placed.galaxy.get()];
+    if (columns.empty()) {
+      for (const auto& component : placed.galaxy->components()) {
+        columns.push_back(component->amplitude() * component->face_on_column());
+      }
+    }
     Spectra spectra;
     spectra.typical_brightness.assign(wavelengths_.size(), 0.0);
     const auto components = placed.galaxy->components();
@@ -90,8 +99,7 @@ Medium::Medium(std::shared_ptr<const Scene> scene, std::vector<double> wavelengt
             .push_back(static_cast<float>(factor / placed.radius));
         if (!absorbs) {
           spectra.typical_brightness[w] =
-              std::max(spectra.typical_brightness[w],
-                       factor * component.amplitude() * component.face_on_column());
+              std::max(spectra.typical_brightness[w], factor * columns[c]);
         }
       }
     }

@@ -10,13 +10,13 @@ namespace gamer {
 struct Accuracy {
   /// Share of a ray's intensity that the error estimates of its panels may reach, added in
   /// quadrature. Controls the quadrature's error.
-  double panel_error = 0.15e-3;
+  double panel_error = 0.12e-3;
   /// A texture counts as its mean where its component's envelope, relative to its central value
   /// and times sqrt(<Phi^2>), is below this. Controls the texture lost at a disk's faint edges.
   double texture_threshold = 0.8e-5;
   /// Length of the first panels relative to the structure that they must not step over. Controls
   /// the features that no sample finds: too rare to show in the error estimates.
-  double first_step = 0.7;
+  double first_step = 1.2;
   /// Rays fainter than this share of the face-on centre of the brightest galaxy on them need not
   /// meet panel_error relatively, only in units of that share.
   double faint_share = 0.01;
@@ -24,9 +24,9 @@ struct Accuracy {
   /// The features missed fall with a high power of the first step, hence the small one here.
   static Accuracy from_tolerance(double tolerance) {
     Accuracy accuracy;
-    accuracy.panel_error = 0.15 * tolerance;
+    accuracy.panel_error = 0.12 * tolerance;
     accuracy.texture_threshold = 0.008 * tolerance;
-    accuracy.first_step = 0.7 * std::pow(tolerance / 1e-3, 1.0 / 6);
+    accuracy.first_step = 1.2 * std::pow(tolerance / 1e-3, 0.2);
     return accuracy;
   }
 };
