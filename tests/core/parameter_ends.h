@@ -14,12 +14,10 @@ namespace gamer {
 
 /// Tries every parameter of a table at the ends of its interval and just beyond, through `parse`,
 /// which reads "key = value" with whatever else is needed and throws InputError. Values within must
-/// parse, values beyond must be refused with a message that names the key. `skip` says which
-/// parameters no value of their own makes sense for.
+/// parse, values beyond must be refused with a message that names the key.
 inline void check_parameter_ends(
     const ParameterTable& table,
-    const std::function<void(const std::string& key, const std::string& value)>& parse,
-    const std::function<bool(const std::string& key, double value)>& skip = {}) {
+    const std::function<void(const std::string& key, const std::string& value)>& parse) {
   for (const Parameter& parameter : table) {
     SCOPED_TRACE(parameter.name);
     const bool whole = parameter.type == ParameterType::integer;
@@ -46,7 +44,6 @@ inline void check_parameter_ends(
       return one;
     };
     const auto accepted = [&](double x) {
-      if (skip && skip(parameter.name, x)) return;
       EXPECT_NO_THROW(parse(parameter.name, text(x))) << text(x);
     };
     const auto refused = [&](const std::string& value) {
