@@ -164,14 +164,14 @@ struct Panels {
 /// Arrays of one thread, kept between calls.
 struct Workspace {
   RayNodes nodes;
-  Panels panels;
+  Panels panels, kept;
   Marks marks;
   std::vector<double> edges;
   std::vector<std::int32_t> first_panel;  ///< of each ray
   std::vector<std::int32_t> leaves;
-  std::vector<std::int32_t> changed, still_active, active;
+  std::vector<std::int32_t> still_active, active;
   std::vector<std::uint8_t> refine;
-  /// Compacted inputs of the kernel for panels that are not contiguous.
+  /// Of each leaf: the transmission in front of it and the light up to its end.
   std::vector<double> in_front;
 };
 
@@ -204,6 +204,8 @@ class AdaptiveSampler : public Sampler {
   /// Marks the panels of a ray that must be halved; false when none.
   bool judge(std::span<const Hit> hits, std::int32_t ray, Workspace& ws) const;
   void halve(std::int32_t ray, Workspace& ws) const;
+  /// Drops the panels that were halved.
+  void keep_leaves(Workspace& ws) const;
 
   const Medium& medium_;
   std::vector<std::size_t> steering_;
@@ -374,6 +376,28 @@ void AdaptiveSampler::halve(std::int32_t ray, Workspace& ws) const {
   }
 }
 
+void AdaptiveSampler::keep_leaves(Workspace& ws) const {
+  Panels& kept = ws.kept;
+  kept.clear(all_planes_.size());
+  for (std::int32_t& first : ws.first_panel) {
+    std::int32_t before = no_panel;
+    for (std::int32_t old = first; old != no_panel;) {
+      const auto o = static_cast<std::size_t>(old);
+      const std::int32_t panel = kept.add(ws.panels.begin[o], ws.panels.end[o], ws.panels.level[o]);
+      const auto p = static_cast<std::size_t>(panel);
+      for (int n = 0; n < panel_nodes; ++n) kept.node[n][p] = ws.panels.node[n][o];
+      if (before == no_panel) {
+        first = panel;
+      } else {
+        kept.next[static_cast<std::size_t>(before)] = panel;
+      }
+      before = panel;
+      old = ws.panels.next[o];
+    }
+  }
+  std::swap(ws.panels, kept);
+}
+
 void AdaptiveSampler::integrate(std::span<const std::span<const Hit>> hits,
                                 std::span<double> intensities, RenderCounts& counts) const {
   const auto planes = static_cast<std::size_t>(medium_.planes());
@@ -401,7 +425,10 @@ void AdaptiveSampler::integrate(std::span<const std::span<const Hit>> hits,
     }
     std::swap(ws.active, ws.still_active);
   }
-  if (steering_.size() < planes) integrate_panels(0, all_planes_, ws);
+  if (steering_.size() < planes) {
+    keep_leaves(ws);
+    integrate_panels(0, all_planes_, ws);
+  }
   std::fill(intensities.begin(), intensities.end(), 0.0);
   for (std::size_t w = 0; w < planes; ++w) {
     const float* light = ws.panels.light[w].data();

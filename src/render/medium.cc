@@ -248,11 +248,18 @@ void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray, std::si
         HWY_DYNAMIC_DISPATCH(Combine)
         (s.densities.data(), group.data(), group.size(), factors.data(), planes, size,
          s.combined.data());
+        // Along rays that meet one galaxy the nodes are contiguous.
+        const auto first_member = static_cast<std::size_t>(members[start]);
+        const bool contiguous =
+            static_cast<std::size_t>(members[start + size - 1]) - first_member + 1 == size;
         for (std::size_t w = 0; w < planes; ++w) {
-          float* plane = target[w].data();
           const float* values = s.combined[w].data();
-          for (std::size_t i = 0; i < size; ++i) {
-            plane[members[start + i]] += values[i];
+          if (contiguous) {
+            float* plane = target[w].data() + first_member;
+            for (std::size_t i = 0; i < size; ++i) plane[i] += values[i];
+          } else {
+            float* plane = target[w].data();
+            for (std::size_t i = 0; i < size; ++i) plane[members[start + i]] += values[i];
           }
         }
       };

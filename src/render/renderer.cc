@@ -9,9 +9,11 @@ namespace gamer {
 
 namespace {
 
-// Rays that are worked on together: enough to fill batches after refinement, few enough for their
-// nodes to stay in the second-level cache.
-constexpr std::size_t rays_at_once = 256;
+// Rays that are worked on together: enough to fill batches after refinement, few enough for what
+// their nodes hold, which grows with the number of planes, to stay in the second-level cache.
+constexpr std::size_t most_rays_at_once = 256;
+constexpr std::size_t fewest_rays_at_once = 32;
+constexpr std::size_t rays_times_planes = 1024;
 
 constexpr int blocks_per_worker = 8;
 constexpr int largest_block = 16;
@@ -49,6 +51,8 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
   const auto planes = static_cast<std::size_t>(medium_.planes());
   const auto sub = static_cast<std::size_t>(supersample_);
   const std::size_t rays_per_pixel = sub * sub;
+  const std::size_t rays_at_once =
+      std::clamp(rays_times_planes / planes, fewest_rays_at_once, most_rays_at_once);
   const std::size_t pixels_at_once = std::max<std::size_t>(1, rays_at_once / rays_per_pixel);
   std::vector<Ray> rays;
   std::vector<int> candidates;
