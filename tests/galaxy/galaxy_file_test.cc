@@ -286,8 +286,9 @@ TEST(GalaxyFile, ErrorsOfComponents) {
   EXPECT_EQ(
       galaxy_error(flat_disk + "intensity = 1\nfraction = 0.5"),
       "g.toml:6:12: component 'disk1': 'intensity' and 'fraction' exclude each other; give one");
-  EXPECT_EQ(galaxy_error(flat_disk + "intensity = 1e300"),
-            "g.toml:1:1: component 'disk1': its density exceeds single precision");
+  EXPECT_EQ(galaxy_error("[[component]]\nclass = \"bulge\"\nsed = \"flat\"\nfraction = 1\n"
+                         "radius = 1e-9\naxis = [1e-9, 1e-9, 1e-9]"),
+            "g.toml:1:1: component 'bulge1': its density exceeds single precision");
   EXPECT_EQ(galaxy_error(flat_disk + "name = \"a\"\n" + flat_disk + "name = \"a\""),
             "g.toml:6:1: two components are called 'a'; names must be unique");
   EXPECT_EQ(galaxy_error("[[component]]\nclass = \"disk\"\nsed = \"flot\""),
