@@ -18,4 +18,4 @@ scripts/setup.sh --tests --build "$build" "${options[@]}"
 
 # Open MPI starts nothing as root, as in a container, unless told twice.
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
-ctest --test-dir "$build" --output-on-failure --parallel "$(nproc)" --label-exclude slow "$@"
+ctest --test-dir "$build" --output-on-failure --parallel "$(nproc)" "$@"

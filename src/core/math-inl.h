@@ -67,7 +67,9 @@ HWY_INLINE V Log(D d, V x) {
 /// are within their domains.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Pow(D d, V x, V p) {
-  return Exp(d, hn::Mul(p, Log(d, x)));
+  const V power = Exp(d, hn::Mul(p, Log(d, x)));
+  const V zero = hn::Zero(d);
+  return hn::IfThenElse(hn::And(hn::Le(x, zero), hn::Gt(p, zero)), zero, power);
 }
 
 /// Sine and cosine, absolute error below 1.5e-7 for |x| <= 8192.

@@ -8,6 +8,13 @@
 
 namespace gamer {
 
+namespace {
+
+// Keeps emissivities and their sums within single precision.
+constexpr double largest_intensity = 1e30;
+
+}  // namespace
+
 namespace component_parameters {
 
 ParameterTable operator+(ParameterTable a, const ParameterTable& b) {
@@ -41,7 +48,7 @@ ParameterTable light() {
       {"intensity",
        ParameterType::number,
        "",
-       Interval::right_open(0, HUGE_VAL),
+       Interval::closed(0, largest_intensity),
        {},
        "I_m, central emissivity at 5500 Angstrom where envelope and noise are 1; default 1"},
       {"fraction",

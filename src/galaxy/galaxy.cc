@@ -134,11 +134,6 @@ HWY_EXPORT(Largest);
 
 namespace {
 
-const std::vector<std::string>& galaxy_suffixes() {
-  static const std::vector<std::string> suffixes = {".toml"};
-  return suffixes;
-}
-
 constexpr std::size_t most_components = 64;
 
 // The ball is not flattened further: single precision would not resolve it.
@@ -159,12 +154,6 @@ ParameterTable Galaxy::table() {
       {"axis", ParameterType::vector3, "", Interval::left_open(0, 10), std::vector<double>{1, 1, 1},
        "stretch of the whole galaxy along x, y, z"},
   };
-}
-
-std::shared_ptr<const Galaxy> Galaxy::find(const std::string& name, const std::string& beside,
-                                           const GalaxySettings& settings, Resources& resources) {
-  const Resources::Text& text = resources.find("galaxies", name, beside, galaxy_suffixes());
-  return parse(text.content, text.label, settings, resources);
 }
 
 std::shared_ptr<const Galaxy> Galaxy::parse(std::string_view text, const std::string& label,
@@ -418,13 +407,14 @@ void Galaxy::evaluate(const Points& points, float threshold,
         HWY_DYNAMIC_DISPATCH(Largest)(batch.size, densities[f].data(), need.data());
       }
     }
-    float sparsest = static_cast<float>(components_[c]->texture()->noise.rms());
+    // Whichever of them needs the noise most decides.
+    double scale = components_[c]->threshold_scale();
     for (std::size_t f = 0; f < components_.size(); ++f) {
-      if (followed_[f] == static_cast<int>(c) && components_[f]->texture() != nullptr) {
-        sparsest = std::max(sparsest, static_cast<float>(components_[f]->texture()->noise.rms()));
+      if (followed_[f] == static_cast<int>(c)) {
+        scale = std::min(scale, components_[f]->threshold_scale());
       }
     }
-    phi(c, batch, need, threshold / sparsest, followed_phi[k]);
+    phi(c, batch, need, threshold * static_cast<float>(scale), followed_phi[k]);
   }
   for (std::size_t c = 0; c < components_.size(); ++c) {
     const Component& component = *components_[c];
@@ -433,8 +423,8 @@ void Galaxy::evaluate(const Points& points, float threshold,
       if (const BatchArray* known = phi_of_followed(c)) {
         own_phi = known->data();
       } else {
-        phi(c, batch, densities[c],
-            threshold / static_cast<float>(component.texture()->noise.rms()), own);
+        phi(c, batch, densities[c], threshold * static_cast<float>(component.threshold_scale()),
+            own);
         own_phi = own.data();
       }
     }

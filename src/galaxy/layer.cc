@@ -159,6 +159,21 @@ double gamma2_quantile(double u) {
   return x;
 }
 
+/// The largest value of a layer's radial profile in the plane.
+double radial_peak(const LayerShape& shape) {
+  if (shape.inner == 0) return 1;
+  constexpr int samples = 1000;
+  double peak = 0;
+  for (int i = 1; i < samples; ++i) {
+    const double r = static_cast<double>(i) / samples;
+    const double u = std::clamp((1 - r) / (1 - taper_start), 0.0, 1.0);
+    const double taper = u * u * u * (u * (6 * u - 15) + 10);
+    peak = std::max(peak,
+                    std::exp(-r / shape.rh) * -std::expm1(-std::pow(r / shape.inner, 4)) * taper);
+  }
+  return peak;
+}
+
 /// The part of [begin, end] where |o + t d| < limit.
 bool cut_slab(double o, double d, double limit, double& begin, double& end) {
   if (d == 0) return std::abs(o) < limit;
@@ -172,7 +187,10 @@ bool cut_slab(double o, double d, double limit, double& begin, double& end) {
 }  // namespace
 
 Layer::Layer(const LayerShape& shape, const ArmPattern& arms)
-    : shape_(shape), arms_(arms), steepest_winding_(arms.steepest_winding(twirl_core)) {}
+    : shape_(shape),
+      arms_(arms),
+      steepest_winding_(arms.steepest_winding(twirl_core)),
+      peak_(radial_peak(shape)) {}
 
 ParameterTable Layer::parameters() {
   return {
@@ -344,8 +362,7 @@ void Layer::mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) con
     end = std::min(end, (-od + std::sqrt(root2)) / dd);
     return begin < end;
   };
-  double threshold = accuracy.texture_threshold;
-  if (texture() != nullptr) threshold /= texture()->noise.rms();
+  const double threshold = accuracy.texture_threshold * threshold_scale();
   // A panel from the threshold to the ball's surface would not resolve the exponential.
   if (!span(threshold * tail)) return;
   marks.edges.push_back(begin);

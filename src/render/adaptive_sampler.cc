@@ -197,7 +197,6 @@ class AdaptiveSampler : public Sampler {
                  RenderCounts& counts) const override;
 
  private:
-  void first_panels(std::span<const std::span<const Hit>> hits, Workspace& ws) const;
   void cut_ray(std::span<const Hit> hits, std::int32_t ray, Workspace& ws) const;
   void integrate_panels(std::size_t first, std::span<const std::size_t> planes,
                         Workspace& ws) const;
@@ -269,7 +268,7 @@ void AdaptiveSampler::integrate_panels(std::size_t first, std::span<const std::s
   Panels& panels = ws.panels;
   const std::size_t size = panels.size() - first;
   if (size == 0) return;
-  // Whole vectors: the padding repeats node 0. Runs start at multiples of the vector length.
+  // Whole vectors: the padding repeats node 0.
   const std::size_t room = first + padded(size);
   for (auto& n : panels.node) n.resize(room, 0);
   panels.spacing.resize(room, 0.0f);

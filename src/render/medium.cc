@@ -82,7 +82,8 @@ Medium::Medium(std::shared_ptr<const Scene> scene, std::vector<double> wavelengt
     std::vector<double>& columns = columns_of[placed.galaxy.get()];
     if (columns.empty()) {
       for (const auto& component : placed.galaxy->components()) {
-        columns.push_back(component->amplitude() * component->face_on_column());
+        columns.push_back(component->amplitude() * component->face_on_column() *
+                          placed.galaxy->axis()[2]);
       }
     }
     Spectra spectra;
@@ -208,6 +209,11 @@ void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray, std::si
   s.members.resize(std::max(s.members.size(), scene_->galaxies.size()));
   s.member_hits.resize(s.members.size());
   s.combined.resize(std::max(s.combined.size(), planes));
+  // What an exception left behind.
+  for (int g : s.touched) {
+    s.members[static_cast<std::size_t>(g)].clear();
+    s.member_hits[static_cast<std::size_t>(g)].clear();
+  }
   s.touched.clear();
   for (std::size_t n = first; n < nodes.size(); ++n) {
     const double t = nodes.t[n];

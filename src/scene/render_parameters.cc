@@ -17,6 +17,8 @@ using Type = ParameterType;
 constexpr double largest_image_side = 1e6;
 constexpr double largest_supersample = 16;
 constexpr double largest_octaves = 32;
+// Galaxy radii: 2e6 steps across a galaxy.
+constexpr double smallest_step = 1e-6;
 // 2^63, above every 64-bit integer.
 constexpr double largest_seed = 0x1p63;
 // Below this sine of the angle between them, two directions count as parallel.
@@ -89,7 +91,7 @@ std::vector<ParameterSection> make_sections() {
          std::string("adaptive"),
          "equal steps, or steps that follow the components",
          {"uniform", "adaptive"}},
-        {"step", Type::number, radii, Interval::left_open(0, 1), 0.01,
+        {"step", Type::number, radii, Interval::closed(smallest_step, 1), 0.01,
          "uniform sampler: step along the ray"},
         {"tolerance", Type::number, "", Interval::open(0, 1), 1e-3,
          "rms relative error over pixels above 1 % of the peak (adaptive sampler), and what is too "

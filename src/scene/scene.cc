@@ -25,6 +25,9 @@ enum Column : std::size_t { galaxy, x, y, z, ox, oy, oz, inclination, pa, size, 
 
 constexpr std::string_view default_word = "-";
 constexpr double full_turn = 360;
+// Within these, path lengths and densities stay within single precision.
+constexpr double smallest_size = 1e-15;
+constexpr double largest_size = 1e15;
 constexpr double largest_seed = 0x1p63;
 
 ParameterTable make_columns() {
@@ -47,7 +50,7 @@ ParameterTable make_columns() {
        "instead of `ox oy oz`: 0 is face-on to the camera"},
       {"pa", Type::number, "deg", any, 0.0,
        "turn about its own axis; with `inclination`: of the node, from the image's +y towards -x"},
-      {"size", Type::number, unit, Interval::open(0, HUGE_VAL), 1.0, "radius"},
+      {"size", Type::number, unit, Interval::closed(smallest_size, largest_size), 1.0, "radius"},
       {"seed", Type::integer, "", Interval::closed(0, largest_seed), std::int64_t{1},
        "another number makes another galaxy of the same type"},
       {"id", Type::text, "", any, {}, "a name for people"},

@@ -220,6 +220,15 @@ TEST(Math, Pow) {
   });
 }
 
+TEST(Math, PowOfZero) {
+  for_each_simd_target([] {
+    for (const float p : {0.1f, 1.0f, 7.5f}) {
+      for (const float y : pow_of(padded_with({0.0f, -0.0f}, 0), p)) EXPECT_EQ(y, 0.0f);
+    }
+    for (const float y : pow_of(padded_with({0.0f}, 0), 0)) EXPECT_EQ(y, 1.0f);
+  });
+}
+
 TEST(Math, SinCos) {
   for (const double end : {4.0, 100.0, 8192.0}) {
     const std::vector<float> x = spread(-end, end);

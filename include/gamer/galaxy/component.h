@@ -82,6 +82,13 @@ class Component {
   virtual void mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) const = 0;
   /// A typical largest integral of the envelope along a ray seen face on, galaxy radii.
   virtual double face_on_column() const = 0;
+  /// The largest envelope, arm modifier aside.
+  virtual double peak() const { return 1; }
+  /// By what Accuracy::texture_threshold is multiplied for this component's envelope: its peak,
+  /// over sqrt(<Phi^2>) where it has a texture.
+  double threshold_scale() const {
+    return peak() / (texture_ != nullptr ? texture_->noise.rms() : 1.0);
+  }
   virtual bool needs_phi() const { return false; }
   virtual bool needs_winding() const { return false; }
 
@@ -89,7 +96,6 @@ class Component {
   const std::string& name() const { return name_; }
   bool active() const { return active_; }
   double amplitude() const { return amplitude_; }
-  void scale_amplitude(double factor) { amplitude_ *= factor; }
   void set_amplitude(double amplitude) { amplitude_ = amplitude; }
   const Sed* sed() const { return sed_.get(); }
   const ExtinctionCurve* extinction() const { return extinction_.get(); }

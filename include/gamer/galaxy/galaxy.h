@@ -18,9 +18,6 @@ class Galaxy {
   /// Reads a galaxy file. Throws InputError.
   static std::shared_ptr<const Galaxy> parse(std::string_view text, const std::string& label,
                                              const GalaxySettings& settings, Resources& resources);
-  /// Finds `name` in the galaxies' folders and parses it. Throws InputError without a location.
-  static std::shared_ptr<const Galaxy> find(const std::string& name, const std::string& beside,
-                                            const GalaxySettings& settings, Resources& resources);
   static ParameterTable table();  ///< of [galaxy]
 
   const std::string& name() const { return name_; }
@@ -32,8 +29,8 @@ class Galaxy {
 
   /// Evaluates at most batch_capacity points of the ball frame: densities[c][i] = amplitude *
   /// envelope * Phi of component c (emissivity at 5500 Angstrom, or opacity at V, per galaxy
-  /// radius). Where a component's envelope is below `threshold` / sqrt(<Phi^2>) its Phi counts as 1
-  /// and is not computed; Phi fades in up to 4 times that.
+  /// radius). Where a component's envelope is below `threshold` threshold_scale() its Phi counts as
+  /// 1 and is not computed; Phi fades in up to 4 times that.
   void evaluate(const Points& points, float threshold, std::span<BatchArray> densities) const;
 
   /// Dust-free light at 5500 Angstrom of component c: the integral of its emissivity over the

@@ -25,7 +25,8 @@ class Layer : public Component {
   double envelope_integral() const override;
   std::vector<WeightedBatch> cloud(std::size_t size) const override;
   void mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) const override;
-  double face_on_column() const override { return 2 * shape_.z0; }
+  double face_on_column() const override { return 2 * shape_.z0 * peak_; }
+  double peak() const override { return peak_; }
   bool needs_phi() const override { return follows_arms(); }
   bool needs_winding() const override {
     return follows_arms() || (texture() != nullptr && texture()->twirl != 0);
@@ -45,6 +46,7 @@ class Layer : public Component {
   LayerShape shape_;
   ArmPattern arms_;
   double steepest_winding_;  ///< bounds the shear of the twirl
+  double peak_;              ///< largest exp(-r/rh) (1 - exp(-(r/inner)^4)) taper
 };
 
 }  // namespace gamer
