@@ -176,9 +176,10 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"galaxy x y z\nsmooth 0 0 1e999\n",
                  "scene.lst:2:12: z = 1e999 is too large or too small"},
         BadInput{"galaxy x y z size\nsmooth 0 0 0 -2\n",
-                 "scene.lst:2:14: size = -2 is outside ]0, inf[ (scene units)"},
-        BadInput{"galaxy x y z size\nsmooth 0 0 0 1e-310\n",
-                 "scene.lst:2:14: size = 1e-310 is too small"},
+                 "scene.lst:2:14: size = -2 is outside [1e-15, 1000000000000000] (scene units)"},
+        BadInput{
+            "galaxy x y z size\nsmooth 0 0 0 1e-310\n",
+            "scene.lst:2:14: size = 1e-310 is outside [1e-15, 1000000000000000] (scene units)"},
         BadInput{"galaxy x y z inclination\nsmooth 0 0 0 361\n",
                  "scene.lst:2:14: inclination = 361 is outside [-360, 360] (deg)"},
         BadInput{"galaxy x y z seed\nsmooth 0 0 0 1.5\n",

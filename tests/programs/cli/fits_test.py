@@ -67,7 +67,7 @@ with tempfile.TemporaryDirectory() as folder:
                 for name in made:
                     path = os.path.join(folder, name)
                     report = subprocess.run(["fitsverify", path], capture_output=True, text=True)
-                    if "with 0 warnings and 0 errors" not in report.stdout:
+                    if "found 0 warning(s) and 0 error(s)" not in report.stdout:
                         sys.exit(f"{projection} {layout} {planes}: {report.stdout}")
                     subprocess.run([python, "-c", CHECK, path, projection, planes], check=True)
                     os.remove(path)
