@@ -12,8 +12,8 @@ namespace {
 // Rays that are worked on together: enough to fill batches after refinement, few enough for what
 // their nodes hold, which grows with the number of planes, to stay in the second-level cache.
 constexpr std::size_t most_rays_at_once = 256;
-constexpr std::size_t fewest_rays_at_once = 32;
-constexpr std::size_t rays_times_planes = 1024;
+constexpr std::size_t fewest_rays_at_once = 8;
+constexpr std::size_t rays_times_planes = 384;
 
 constexpr int blocks_per_worker = 8;
 constexpr int largest_block = 16;
