@@ -163,13 +163,12 @@ double gamma2_quantile(double u) {
 double radial_peak(const LayerShape& shape) {
   if (shape.inner == 0) return 1;
   constexpr int samples = 1000;
+  const double end = std::min(1.0, reach * shape.rh);
   double peak = 0;
   for (int i = 1; i < samples; ++i) {
-    const double r = static_cast<double>(i) / samples;
-    const double u = std::clamp((1 - r) / (1 - taper_start), 0.0, 1.0);
-    const double taper = u * u * u * (u * (6 * u - 15) + 10);
-    peak = std::max(peak,
-                    std::exp(-r / shape.rh) * -std::expm1(-std::pow(r / shape.inner, 4)) * taper);
+    const double r = end * i / samples;
+    peak = std::max(
+        peak, std::exp(-r / shape.rh) * -std::expm1(-std::pow(r / shape.inner, 4)) * taper_at(r));
   }
   return peak;
 }

@@ -148,6 +148,18 @@ TEST(Layer, ShiftTurnsTheArms) {
   }
 }
 
+TEST(Layer, PeakIsTheLargestEnvelope) {
+  for (const auto& [rh, inner] :
+       {std::pair{0.25, 0.85}, std::pair{0.3, 0.1}, std::pair{1e-4, 0.01}, std::pair{0.2, 0.0}}) {
+    const LayerShape shape{0.02, rh, inner, 0, 0};
+    double largest = 0;
+    for (double x = 0; x < 30; x += 1e-4) {
+      largest = std::max(largest, envelope(shape, ArmPattern(), x * rh, 0, 0));
+    }
+    EXPECT_NEAR(PlainLayer(shape, ArmPattern()).peak() / largest, 1, 2e-4) << rh << " " << inner;
+  }
+}
+
 TEST(Layer, IntegralOfASmallLayerIsThatOfAnInfiniteOne) {
   // FACTS section 5: 4 pi h^2 z0.
   for (const double scale : {1.0, 1e-3, 1e-6}) {
