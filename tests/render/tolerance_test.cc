@@ -87,6 +87,19 @@ TEST_P(ToleranceTest, IsKept) {
 INSTANTIATE_TEST_SUITE_P(ShippedScenes, ToleranceTest, testing::ValuesIn(shipped_scenes()),
                          [](const auto& scene) { return scene.param; });
 
+TEST(ToleranceOfRingTest, IsKept) {
+  // The envelope's peak is far below the formula's value at the centre.
+  TextScene text;
+  text.galaxies["ring"] =
+      "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nz0 = 0.01\nrh = 0.05\ninner = 0.6\n";
+  text.scene = "galaxy x y z inclination pa\nring 0 0 0 40 0\n";
+  const auto render = [&](const std::string& tolerance) {
+    text.parameters = view_from_z(48, 48, 2, "[sampling]\ntolerance = " + tolerance + "\n");
+    return render_text(text);
+  };
+  EXPECT_LT(rms_error(render("1e-3"), render("1e-6")), 1e-3);
+}
+
 TEST(ConvergedTest, UniformSamplerAgrees) {
   constexpr int size = 16;
   const Image adaptive = render_shipped("ngc4321", size, {"sampling.tolerance=1e-5"});
