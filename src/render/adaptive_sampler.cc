@@ -122,7 +122,7 @@ namespace {
 constexpr int deepest_level = 20;
 
 // Planes that steer the refinement when there are more.
-constexpr std::size_t steering_planes = 4;
+constexpr std::size_t steering_planes = 3;
 
 constexpr std::int32_t no_panel = -1;
 
