@@ -1,0 +1,63 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gamer/core/resources.h"
+#include "gamer/sed/sed.h"
+
+namespace gamer {
+
+/// A bandpass: the response T(lambda) of a photon-counting detector, relative; linear in wavelength
+/// between its rows and zero outside them.
+class Bandpass {
+ public:
+  /// `wavelengths` (Angstrom, ascending) and `response` (>= 0, not all zero) have one size, at
+  /// least 2. `throughput` is the absolute response where `response` is 1.
+  Bandpass(std::string name, std::vector<double> wavelengths, std::vector<double> response,
+           double throughput = 1);
+
+  const std::string& name() const { return name_; }
+  double response(double wavelength) const;
+  /// The wavelengths between which T > 0.
+  Sed::Range range() const;
+  double throughput() const { return throughput_; }
+  /// int T dlambda, Angstrom, and int T dlambda/lambda.
+  double width() const { return width_; }
+  double log_width() const { return log_width_; }
+  /// Pivot wavelength sqrt(int T lambda dlambda / int T dlambda/lambda), and the mean
+  /// int T lambda dlambda / int T dlambda; Angstrom.
+  double pivot() const { return pivot_; }
+  double mean() const { return mean_; }
+
+  /// A quadrature over the band: int f T dlambda = sum of weight[k] f(wavelength[k]). Two Gauss
+  /// points on pieces of at most 10 Angstrom, so exact where f T is cubic on a piece.
+  struct Nodes {
+    std::vector<double> wavelength;  ///< Angstrom, ascending
+    std::vector<double> weight;      ///< Angstrom
+  };
+  const Nodes& nodes() const { return nodes_; }
+
+ private:
+  std::string name_;
+  std::vector<double> wavelengths_, response_;
+  double throughput_;
+  double width_ = 0, log_width_ = 0, pivot_ = 0, mean_ = 0;
+  Nodes nodes_;
+};
+
+/// Reads a two-column file: "# wavelength: Angstrom|nm|um" and "# response: photons|energy" in its
+/// head (response per photon, or per unit of energy, which is divided by the wavelength and scaled
+/// to keep its largest value), optionally "# throughput: 0.45", the absolute response where the
+/// column is 1. Throws InputError with line and column, as parse_sed.
+std::shared_ptr<const Bandpass> parse_bandpass(std::string_view text, const std::string& label,
+                                               const std::string& name);
+
+/// A file found through `resources` (kind "bandpasses", suffix ".band"). Throws InputError: unknown
+/// names (with near ones) without a location, which the caller knows.
+std::shared_ptr<const Bandpass> find_bandpass(const std::string& name, const std::string& beside,
+                                              Resources& resources);
+
+}  // namespace gamer
