@@ -6,7 +6,7 @@
 #include <variant>
 #include <vector>
 
-#include "gamer/image/image.h"
+#include "gamer/image/card.h"
 
 namespace gamer {
 

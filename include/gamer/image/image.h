@@ -2,8 +2,10 @@
 
 #include <cstddef>
 #include <string>
-#include <variant>
 #include <vector>
+
+#include "gamer/image/card.h"
+#include "gamer/image/data_table.h"
 
 namespace gamer {
 
@@ -35,13 +37,6 @@ class Image {
   std::vector<double> values_;
 };
 
-/// One header card. A monostate value makes a COMMENT or HISTORY card, as `key` says.
-struct Card {
-  std::string key;  ///< a standard keyword, or "HIERARCH GAMER ..." words
-  std::variant<std::monostate, bool, long long, double, std::string> value;
-  std::string comment;
-};
-
 /// One linear axis of the world coordinates: value = crval + cdelt (pixel - crpix), pixels from 1.
 struct LinearAxis {
   std::string type;
@@ -65,12 +60,20 @@ struct ImageHeader {
   int height = 0;
   std::string unit;  ///< BUNIT
   LinearAxis x, y;
+  /// 80-character records of a celestial WCS (CelestialWcs::records()), instead of x and y.
+  std::vector<std::string> wcs_records;
   /// One per plane, Angstrom; the third axis of a cube.
   std::vector<double> wavelengths;
   /// One per plane: EXTNAME and file name suffix, e.g. "5500A".
   std::vector<std::string> labels;
+  /// Empty, or one per plane: BUNIT of the plane's HDU, where it is not `unit`. A cube has one.
+  std::vector<std::string> plane_units;
+  /// Empty, or one list per plane: cards that differ from plane to plane. In an HDU of several
+  /// planes the plane's number, from 1, is added to the key, as in WAVELENn.
+  std::vector<std::vector<Card>> plane_cards;
   std::vector<Card> cards;
   std::vector<TextTable> tables;
+  std::vector<DataTable> data_tables;
 
   int planes() const { return static_cast<int>(labels.size()); }
 };
