@@ -6,6 +6,9 @@
 # 2000 (A&A 363, 476) with models of Bruzual & Charlot. Normalised to 1 at 5500 Angstrom.
 # Compacted to the nodes of a piecewise-linear least-squares fit: interpolate linearly in
 # wavelength. Rest-frame optical colours differ from the full template's by at most 0.002 mag.
+# Taken as zero below 900 Angstrom.
+    91 0
+899.999 0
    900 0.02598
    920 0.03013
    950 0.05523

@@ -22,7 +22,9 @@ constexpr double optical_start = 1.1;
 constexpr double ultraviolet_start = 3.3;
 constexpr double far_terms_start = 5.9;
 constexpr double far_ultraviolet_start = 8.0;
-constexpr double far_ultraviolet_end = 10.0;
+
+/// End of the curve, Angstrom: the Lyman limit, past which hydrogen absorbs more than dust.
+constexpr double shortest_wavelength = 912.0;
 
 const Interval r_v_interval = Interval::closed(2, 6);
 
@@ -104,7 +106,7 @@ double Ccm89::relative(double wavelength) const {
 }
 
 Sed::Range Ccm89::range() const {
-  return {angstrom_per_micron / far_ultraviolet_end, angstrom_per_micron / infrared_start};
+  return {shortest_wavelength, angstrom_per_micron / infrared_start};
 }
 
 std::shared_ptr<const ExtinctionCurve> parse_extinction(std::string_view text,

@@ -85,9 +85,8 @@ void read_head_line(std::string_view line, std::size_t hash, const SourceLocatio
   head.push_back({lower(key), std::string(value), value_where});
 }
 
-// The one of `choices` that the head gives for `key`, as an index.
-std::size_t choose(const std::vector<HeadEntry>& head, const std::string& label,
-                   const std::string& key, const std::vector<std::string>& choices) {
+// What the head says of `key`, or null.
+const HeadEntry* find_entry(const std::vector<HeadEntry>& head, const std::string& key) {
   const HeadEntry* entry = nullptr;
   for (const HeadEntry& candidate : head) {
     if (candidate.key != key) continue;
@@ -97,6 +96,24 @@ std::size_t choose(const std::vector<HeadEntry>& head, const std::string& label,
     }
     entry = &candidate;
   }
+  return entry;
+}
+
+double read_number(const std::vector<HeadEntry>& head, const HeadNumber& number) {
+  const HeadEntry* entry = find_entry(head, number.key);
+  if (entry == nullptr) return number.default_value;
+  const double value = parse_number(entry->value, entry->where);
+  if (!number.interval.contains(value)) {
+    throw InputError(entry->where, fmt::format("{} {} is outside {}", number.key, entry->value,
+                                               number.interval.text()));
+  }
+  return value;
+}
+
+// The one of `choices` that the head gives for `key`, as an index.
+std::size_t choose(const std::vector<HeadEntry>& head, const std::string& label,
+                   const std::string& key, const std::vector<std::string>& choices) {
+  const HeadEntry* entry = find_entry(head, key);
   if (entry == nullptr) {
     std::string others;
     for (std::size_t i = 1; i < choices.size(); ++i) {
@@ -169,6 +186,9 @@ TwoColumns parse_two_columns(std::string_view text, const std::string& label,
   const Unit& unit = wavelength_units[choose(head, label, "wavelength", units)];
   TwoColumns result;
   result.kind = format.kinds[choose(head, label, format.key, format.kinds)];
+  for (const HeadNumber& number : format.numbers) {
+    result.numbers.push_back(read_number(head, number));
+  }
 
   for (const Row& row : rows) {
     const SourceLocation wavelength_where{label, row.line, row.wavelength.column};

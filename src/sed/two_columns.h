@@ -5,14 +5,24 @@
 #include <vector>
 
 #include "gamer/core/error.h"
+#include "gamer/core/parameter.h"
 #include "gamer/sed/sed.h"
 
 namespace gamer {
 
-/// What the head of a two-column file has to say of its second column: "# <key>: <one of kinds>".
+/// A number that the head of a two-column file may give: "# <key>: <number>".
+struct HeadNumber {
+  std::string key;  ///< lower case
+  Interval interval;
+  double default_value;
+};
+
+/// What the head of a two-column file has to say of its second column, "# <key>: <one of kinds>",
+/// and may say besides.
 struct TwoColumnFormat {
   std::string key;
   std::vector<std::string> kinds;
+  std::vector<HeadNumber> numbers = {};
 };
 
 /// A function of wavelength read from a file of two columns: wavelength (head "# wavelength:
@@ -23,6 +33,7 @@ struct TwoColumns {
   std::vector<double> wavelengths;    ///< Angstrom, positive, ascending, at least two
   std::vector<double> values;         ///< finite, not negative, not all zero
   std::vector<SourceLocation> where;  ///< of each value
+  std::vector<double> numbers;        ///< in the order of TwoColumnFormat
 
   /// Linear in wavelength. Precondition: within range().
   double interpolate(double wavelength) const;

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs a build, then configures, builds and runs examples/render_to_memory against it.
+# Installs a build, compares the data, then configures, builds and runs examples/render_to_memory against it.
 #
 #   package_test.sh CMAKE BUILD_DIR SOURCE_DIR WORK_DIR COMPILER COMPILER_FLAGS
 set -euo pipefail
@@ -11,6 +11,10 @@ if grep -rF --include='*.cmake' -e "$source/" -e "$build/" "$work/prefix"; then
   echo "the installed package points at the source or the build tree" >&2
   exit 1
 fi
+
+for data in seds bandpasses galaxies scenes; do
+  diff -r "$source/$data" "$work/prefix/share/gamer/$data"
+done
 
 "$cmake" -G Ninja -S "$source/examples/render_to_memory" -B "$work/build" \
   -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags" \

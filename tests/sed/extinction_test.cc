@@ -33,6 +33,9 @@ TEST(Ccm89, CheckValues) {
   }
 }
 
+// FACTS section 1: the far-ultraviolet polynomial goes on to 912 Angstrom.
+TEST(Ccm89, ReachesTheLymanLimit) { EXPECT_NEAR(Ccm89(3.1).relative(912), 6.880, 0.5e-3); }
+
 TEST(Ccm89, UnityAtV) {
   for (const double r_v : {2.0, 3.1, 6.0}) {
     EXPECT_NEAR(Ccm89(r_v).relative(1e4 / 1.82), 1, 1e-15) << r_v;
@@ -57,7 +60,7 @@ TEST(Ccm89, StepsAtTheJoins) {
 TEST(Ccm89, PositiveOverItsRangeForAllRV) {
   for (const double r_v : {2.0, 3.1, 6.0}) {
     const Ccm89 curve(r_v);
-    EXPECT_DOUBLE_EQ(curve.range().low, 1000);
+    EXPECT_EQ(curve.range().low, 912);
     EXPECT_DOUBLE_EQ(curve.range().high, 1e5 / 3);
     for (double wavelength = curve.range().low; wavelength <= curve.range().high;
          wavelength += 10) {

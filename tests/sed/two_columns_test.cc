@@ -54,6 +54,28 @@ TEST(TwoColumns, InterpolatesLinearlyAndExactlyAtTheRows) {
   EXPECT_FALSE(table.covers(1500.1));
 }
 
+TEST(TwoColumns, OptionalNumbersOfTheHead) {
+  const TwoColumnFormat format = {
+      "flux",
+      {"fnu"},
+      {{"gain", Interval::left_open(0, 10), 1.5}, {"offset", Interval::any(), -2}}};
+  const auto numbers = [&](const std::string& lines) {
+    return parse_two_columns("# wavelength: nm\n# flux: fnu\n" + lines + "1 1\n2 1\n", "y", format)
+        .numbers;
+  };
+  const auto message = [&](const std::string& lines) {
+    return error_text([&] { numbers(lines); });
+  };
+  EXPECT_EQ(numbers(""), (std::vector<double>{1.5, -2}));
+  EXPECT_EQ(numbers("# offset: +3e1\n# Gain : 10\n"), (std::vector<double>{10, 30}));
+  EXPECT_EQ(message("# gain:  11\n"), "y:3:10: gain 11 is outside ]0, 10]");
+  EXPECT_EQ(message("# gain: ten\n"), "y:3:9: 'ten' is not a number");
+  EXPECT_EQ(message("# gain: inf\n"), "y:3:9: 'inf' is not finite");
+  EXPECT_EQ(message("# gain:\n"), "y:3:8: '' is not a number");
+  EXPECT_EQ(message("# gain: 1\n# gain: 1\n"), "y:4:9: 'gain' is given twice, first in line 3");
+  EXPECT_EQ(parse(head + "1 1\n2 1\n").numbers, std::vector<double>{});
+}
+
 TEST(TwoColumns, ErrorsOfTheHead) {
   EXPECT_EQ(error("1 1\n2 2\n"),
             "x.sed:1:1: the head does not say the wavelength; add the line "

@@ -14,7 +14,7 @@ namespace gamer {
 /// between its rows and zero outside them.
 class Bandpass {
  public:
-  /// `wavelengths` (Angstrom, ascending) and `response` (>= 0, not all zero) have one size, at
+  /// `wavelengths` (Angstrom, > 0, ascending) and `response` (>= 0, not all zero) have one size, at
   /// least 2. `throughput` is the absolute response where `response` is 1.
   Bandpass(std::string name, std::vector<double> wavelengths, std::vector<double> response,
            double throughput = 1);
@@ -33,7 +33,9 @@ class Bandpass {
   double mean() const { return mean_; }
 
   /// A quadrature over the band: int f T dlambda = sum of weight[k] f(wavelength[k]). Two Gauss
-  /// points on pieces of at most 10 Angstrom, so exact where f T is cubic on a piece.
+  /// points on pieces that end at the rows, so exact where f T is cubic on a piece. A piece is at
+  /// most 10 Angstrom long, though a thousandth of the wavelength where that is more and a
+  /// hundredth where that is less. Pieces where T = 0 are left out.
   struct Nodes {
     std::vector<double> wavelength;  ///< Angstrom, ascending
     std::vector<double> weight;      ///< Angstrom
@@ -49,9 +51,10 @@ class Bandpass {
 };
 
 /// Reads a two-column file: "# wavelength: Angstrom|nm|um" and "# response: photons|energy" in its
-/// head (response per photon, or per unit of energy, which is divided by the wavelength and scaled
-/// to keep its largest value), optionally "# throughput: 0.45", the absolute response where the
-/// column is 1. Throws InputError with line and column, as parse_sed.
+/// head (response per photon, or per unit of energy, which is divided row by row by the wavelength
+/// and scaled to keep its largest value), optionally "# throughput: 0.45", the absolute response
+/// where the column is 1, in ]0, 1]. Throws InputError with line and column: as parse_sed, and for
+/// wavelengths outside [1, 1e10] Angstrom and responses whose integrals overflow or vanish.
 std::shared_ptr<const Bandpass> parse_bandpass(std::string_view text, const std::string& label,
                                                const std::string& name);
 

@@ -20,8 +20,10 @@ class ExtinctionCurve {
 };
 
 /// Cardelli, Clayton & Mathis 1989 (ApJ 345, 245): A(lambda)/A(V) = a(x) + b(x)/R_V with
-/// x = 1/lambda in 1/um, in [0.3, 10] (1000 to 33333 Angstrom); unity at x = 1.82. The pieces of
-/// the published curve meet with steps of up to 3e-4 (x = 1.1, R_V = 3.1), which are kept.
+/// x = 1/lambda in 1/um, in [0.3, 10] (1000 to 33333 Angstrom); unity at x = 1.82. Its far
+/// ultraviolet polynomials (x >= 8) serve on to the Lyman limit, 912 Angstrom, where they give
+/// 6.880 for R_V = 3.1. The pieces of the published curve meet with steps of up to 3e-4 (x = 1.1,
+/// R_V = 3.1), which are kept.
 class Ccm89 : public ExtinctionCurve {
  public:
   /// Throws InputError for an R_V outside [2, 6].

@@ -1,0 +1,118 @@
+#include "gamer/sed/bandpass.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "gamer/core/error.h"
+#include "gamer/core/parameter.h"
+#include "sed/two_columns.h"
+
+namespace gamer {
+namespace {
+
+/// Pieces of the quadrature: of 10 Angstrom, but no shorter than a thousandth and no longer than a
+/// hundredth of the wavelength.
+constexpr double piece_width = 10;  // Angstrom
+constexpr double shortest_piece = 1e-3;
+constexpr double longest_piece = 1e-2;
+
+/// From X-rays to radio; bounds the number of pieces.
+const Interval band_wavelengths = Interval::closed(1, 1e10);  // Angstrom
+const Interval throughputs = Interval::left_open(0, 1);
+
+const std::string photons = "photons";
+const std::string energy = "energy";
+
+}  // namespace
+
+Bandpass::Bandpass(std::string name, std::vector<double> wavelengths, std::vector<double> response,
+                   double throughput)
+    : name_(std::move(name)),
+      wavelengths_(std::move(wavelengths)),
+      response_(std::move(response)),
+      throughput_(throughput) {
+  assert(wavelengths_.size() >= 2 && wavelengths_.size() == response_.size());
+  static const double gauss_point = 1 / std::sqrt(3.0);
+  double moment = 0;
+  for (std::size_t i = 1; i < wavelengths_.size(); ++i) {
+    if (response_[i - 1] == 0 && response_[i] == 0) continue;
+    const double end = wavelengths_[i];
+    for (double start = wavelengths_[i - 1]; start < end;) {
+      const double width = std::clamp(piece_width, shortest_piece * start, longest_piece * start);
+      const double stop = std::min(start + width, end);
+      const double half = (stop - start) / 2;
+      for (const double side : {-1, 1}) {
+        const double wavelength = (start + half) + side * half * gauss_point;
+        const double weight = half * this->response(wavelength);
+        nodes_.wavelength.push_back(wavelength);
+        nodes_.weight.push_back(weight);
+        width_ += weight;
+        log_width_ += weight / wavelength;
+        moment += weight * wavelength;
+      }
+      start = stop;
+    }
+  }
+  pivot_ = std::sqrt(moment / log_width_);
+  mean_ = moment / width_;
+}
+
+double Bandpass::response(double wavelength) const {
+  if (!(wavelength >= wavelengths_.front() && wavelength <= wavelengths_.back())) return 0;
+  const auto above = std::upper_bound(wavelengths_.begin() + 1, wavelengths_.end() - 1, wavelength);
+  const auto i = static_cast<std::size_t>(above - wavelengths_.begin());
+  return std::lerp(response_[i - 1], response_[i],
+                   (wavelength - wavelengths_[i - 1]) / (wavelengths_[i] - wavelengths_[i - 1]));
+}
+
+Sed::Range Bandpass::range() const {
+  const auto is_positive = [](double value) { return value > 0; };
+  const auto first = std::find_if(response_.begin(), response_.end(), is_positive);
+  const auto last = std::find_if(response_.rbegin(), response_.rend(), is_positive).base() - 1;
+  const auto before = first == response_.begin() ? first : first - 1;
+  const auto after = last + 1 == response_.end() ? last : last + 1;
+  return {wavelengths_[static_cast<std::size_t>(before - response_.begin())],
+          wavelengths_[static_cast<std::size_t>(after - response_.begin())]};
+}
+
+std::shared_ptr<const Bandpass> parse_bandpass(std::string_view text, const std::string& label,
+                                               const std::string& name) {
+  TwoColumns table = parse_two_columns(
+      text, label, {"response", {photons, energy}, {{"throughput", throughputs, 1}}});
+  for (std::size_t i = 0; i < table.wavelengths.size(); ++i) {
+    if (!band_wavelengths.contains(table.wavelengths[i])) {
+      throw InputError({label, table.where[i].line, 1},
+                       fmt::format("wavelength {} Angstrom is outside {}, where bandpasses lie",
+                                   table.wavelengths[i], band_wavelengths.text()));
+    }
+  }
+  if (table.kind == energy) {
+    const double largest = *std::max_element(table.values.begin(), table.values.end());
+    for (std::size_t i = 0; i < table.values.size(); ++i) {
+      table.values[i] /= table.wavelengths[i];
+    }
+    const double scale = largest / *std::max_element(table.values.begin(), table.values.end());
+    for (double& value : table.values) value *= scale;
+  }
+  auto band = std::make_shared<const Bandpass>(name, std::move(table.wavelengths),
+                                               std::move(table.values), table.numbers.front());
+  if (!std::isnormal(band->width()) || !std::isnormal(band->log_width()) ||
+      !std::isnormal(band->pivot()) || !std::isnormal(band->mean())) {
+    throw InputError({label, table.where.front().line, 1},
+                     "the response is too large or too small to integrate");
+  }
+  return band;
+}
+
+std::shared_ptr<const Bandpass> find_bandpass(const std::string& name, const std::string& beside,
+                                              Resources& resources) {
+  static const std::vector<std::string> suffixes = {".band", ".txt", ".dat"};
+  const Resources::Text& text = resources.find("bandpasses", name, beside, suffixes);
+  return parse_bandpass(text.content, text.label, name);
+}
+
+}  // namespace gamer

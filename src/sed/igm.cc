@@ -1,0 +1,57 @@
+#include "gamer/sed/igm.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+namespace gamer {
+namespace {
+
+struct Line {
+  double wavelength;  ///< Angstrom
+  double coefficient;
+};
+/// Lyman alpha to delta: tau = A_j (lambda/lambda_j)^3.46 (Eqs. 12 and 15).
+constexpr std::array<Line, 4> lyman_series = {
+    {{1216, 0.0036}, {1026, 0.0017}, {973, 0.0012}, {950, 0.00093}}};
+constexpr double line_exponent = 3.46;
+constexpr double lyman_limit = 912;  // Angstrom
+
+/// The absorber at which the light has the line's wavelength lies between observer and source.
+double line_depth(double wavelength, double emission) {
+  double depth = 0;
+  for (const Line& line : lyman_series) {
+    const double absorber = wavelength / line.wavelength;
+    if (absorber > 1 && absorber <= emission) {
+      depth += line.coefficient * std::pow(absorber, line_exponent);
+    }
+  }
+  return depth;
+}
+
+/// Footnote 3 of the paper. The sums of powers are integrals over absorbers between the redshift
+/// at which the light had the Lyman limit, or the observer, and the source.
+double continuum_depth(double wavelength, double emission) {
+  const double limit = wavelength / lyman_limit;
+  if (limit >= emission) return 0;
+  const double nearest = std::max(limit, 1.0);
+  const auto rise = [&](double exponent) {
+    return std::pow(emission, exponent) - std::pow(nearest, exponent);
+  };
+  const double cube = limit * limit * limit;
+  const double depth = 0.25 * cube * rise(0.46) + 9.4 * limit * std::sqrt(limit) * rise(0.18) +
+                       0.7 * cube * rise(-1.32) - 0.023 * rise(1.68);
+  // The last term takes the thickest clouds for opaque, which they are not to extreme ultraviolet.
+  return std::max(depth, 0.0);
+}
+
+}  // namespace
+
+double madau95_transmission(double wavelength, double redshift) {
+  assert(wavelength > 0 && redshift >= 0);
+  const double emission = 1 + redshift;
+  return std::exp(-line_depth(wavelength, emission) - continuum_depth(wavelength, emission));
+}
+
+}  // namespace gamer
