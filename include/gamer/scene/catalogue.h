@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
@@ -23,8 +22,30 @@ enum class CatalogueFormat {
   skymaker,    ///< rows without names that begin with 100 (star) or 200 (galaxy)
 };
 
+/// Where the rows of a text stand, so that a message can point at a cell.
+struct TextRows {
+  enum class Separator {
+    blanks,         ///< a word that begins with '#' begins a comment
+    quoted_blanks,  ///< ECSV: words may stand in double quotes
+    quoted_commas,
+  };
+  std::string_view text;
+  Separator separator = Separator::blanks;
+  std::vector<std::size_t> begins;  ///< [row]: of its line, in bytes
+  std::vector<std::int32_t> lines;  ///< [row], from 1
+  std::vector<std::size_t> words;   ///< [column]: its word within the row
+};
+
 /// A table of objects, whatever file it came from: columns with names and units, cells as words or
-/// typed. Of text files it keeps views into the text.
+/// typed. No value is the word "-", among numbers NaN. Of text files it keeps views into the text.
+/// - list: the cells are words.
+/// - ECSV: words; empty cells have no value. A column with a doubled quote in it has owned texts.
+/// - SExtractor: words; of a vector NAME the components are NAME, NAME_1, NAME_2...
+/// - SkyMaker: typed columns, those of a scene: galaxy ("star", or a made galaxy's name), px, py
+///   (pixels, the first is 1), apparent_magnitude, size_arcsec (the ball's radius), inclination,
+///   pa, redshift, id (the row, from 1). The pa is counted from the image's +y towards -x, which
+///   is East of North where North is up and East is left.
+/// - FITS: the table's columns; empty texts have no value.
 class Catalogue {
  public:
   using Cells = std::variant<std::vector<std::string_view>, std::vector<double>,
@@ -36,7 +57,9 @@ class Catalogue {
     Cells cells;
   };
 
-  /// A text in any of the text formats. Throws InputError with line and column.
+  /// A text in any of the text formats. Throws InputError with line and column: no names of
+  /// columns; a row with more or fewer values than columns; a bad head; a wrong value in a SkyMaker
+  /// list.
   static Catalogue parse(std::string_view text, const std::string& label, CatalogueFormat format);
   /// From a FITS table; rows count from 1 in messages ("catalogue.fits, row 12").
   static Catalogue from_table(DataTable table, const std::string& label);
@@ -46,7 +69,7 @@ class Catalogue {
   const std::vector<Column>& columns() const { return columns_; }
   std::vector<Column>& columns() { return columns_; }
   const std::string& label() const { return label_; }
-  /// Of a cell: line and column of a text; of a FITS table the label with the row.
+  /// Of a cell: line and column of a text (in characters); of a FITS table the label with the row.
   SourceLocation where(std::size_t row, std::size_t column) const;
 
  private:
@@ -54,14 +77,18 @@ class Catalogue {
   std::string label_;
   std::size_t rows_ = 0;
   std::vector<Column> columns_;
-  std::vector<std::vector<std::int32_t>> word_columns_;  ///< [column][row], from 1; of texts
-  std::vector<std::int32_t> lines_;                      ///< [row]; of texts
+  TextRows places_;  ///< of texts
 };
 
-/// By what a value in `from` is multiplied to be in `to` ("deg", "arcsec", "kpc", "Mpc", "Angstrom",
-/// "mag"; empty for a pure number); nothing where `from` is unknown or of another dimension.
-/// Accepts the spellings of FITS, astropy and SExtractor: deg, degree, rad, arcmin, arcsec, mas,
-/// hourangle, pc, kpc, Mpc, mag, mag(AB), "".
+/// By what a value in `from` is multiplied to be in `to`; nothing where either is unknown or their
+/// dimensions differ. Spellings, as FITS, astropy and SExtractor have them (case counts; those on
+/// one line are the same unit):
+///   angle       deg degree degrees; rad radian; arcmin; arcsec; mas; hourangle
+///   distance    pc; kpc; Mpc; Gpc
+///   wavelength  Angstrom angstrom Angstroms AA; nm; um micron; m
+///   magnitude   mag; mag(AB) ABmag
+///   image       pixel pixels pix
+///   none        empty
 std::optional<double> unit_factor(std::string_view from, std::string_view to);
 
 /// Which column of a catalogue serves for which column of the scene: scene name -> catalogue name,
@@ -74,9 +101,11 @@ const ColumnMap& usual_columns(CatalogueFormat format);
 
 /// A galaxy of a bulge and a disk, as SkyMaker describes them, has a made type: its name is
 ///   bulge+disk(bt,re,qb,rh,bulge_sed,disk_sed)
-/// bt the bulge's share of the light, re its effective radius, qb its flattening c/a, rh the disk's
-/// scale length, in galaxy radii, and the SEDs of both. Neither has noise, arms or dust. Returns the
-/// galaxy file's text, or nothing for other names. Throws InputError (without a location) for wrong
+/// bt the bulge's share of the light, [0, 1]; re its effective radius along its equator and rh the
+/// disk's scale length, galaxy radii, ]0, 1]; qb the bulge's flattening c/a, ]0, 1]; and the SEDs
+/// of both. Neither has noise, arms or dust; the disk's scale height is 0.1 rh. What bt leaves
+/// without light is left out, and its re or rh may be 0. Returns the galaxy file's text, or nothing
+/// for names that do not begin with "bulge+disk(". Throws InputError (without a location) for wrong
 /// arguments.
 std::optional<std::string> made_galaxy(const std::string& name);
 

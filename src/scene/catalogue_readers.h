@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "scene/text_rows.h"
+
+namespace gamer {
+
+// One reader per text format; all throw InputError with line and column.
+TextCatalogue read_list(std::string_view text, const std::string& label);
+TextCatalogue read_ecsv(std::string_view text, const std::string& label);
+TextCatalogue read_sextractor(std::string_view text, const std::string& label);
+TextCatalogue read_skymaker(std::string_view text, const std::string& label);
+
+/// The text format that `text` is in.
+CatalogueFormat detect_format(std::string_view text);
+
+/// Whether a line begins a table of that format.
+bool opens_ecsv(std::string_view line);
+bool opens_sextractor(std::string_view line);
+/// Whether a first row of these words is one of SkyMaker's.
+bool opens_skymaker(const std::vector<LineWord>& words);
+
+}  // namespace gamer

@@ -1,0 +1,124 @@
+#include "scene/made_galaxy.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <system_error>
+#include <vector>
+
+#include "gamer/core/near.h"
+#include "gamer/core/parameter.h"
+#include "gamer/scene/catalogue.h"
+
+namespace gamer {
+namespace {
+
+constexpr std::string_view opening = "bulge+disk(";
+constexpr const char* arguments = "bt,re,qb,rh,bulge_sed,disk_sed";
+constexpr std::size_t argument_count = 6;
+
+/// The arguments between the parentheses; commas within parentheses of their own do not count.
+std::vector<std::string_view> split_arguments(std::string_view text) {
+  std::vector<std::string_view> result;
+  int depth = 0;
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '(') ++depth;
+    if (text[i] == ')') --depth;
+    if (text[i] == ',' && depth == 0) {
+      result.push_back(text.substr(begin, i - begin));
+      begin = i + 1;
+    }
+  }
+  result.push_back(text.substr(begin));
+  return result;
+}
+
+double number(std::string_view word, const char* what, const Interval& interval) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size()) {
+    throw InputError(
+        fmt::format("{}...): {} must be a number, not {}", opening, what, in_quotes(word)));
+  }
+  if (!interval.contains(value)) {
+    throw InputError(
+        fmt::format("{}...): {} = {} is outside {}", opening, what, word, interval.text()));
+  }
+  return value;
+}
+
+/// A SED's name, fit for a TOML text.
+std::string sed_name(std::string_view word, const char* what) {
+  const bool fit = !word.empty() && std::none_of(word.begin(), word.end(), [](char c) {
+    return c == '"' || c == '\\' || std::iscntrl(static_cast<unsigned char>(c)) != 0;
+  });
+  if (!fit) {
+    throw InputError(fmt::format("{}...): {} must be the name of a SED, not {}", opening, what,
+                                 in_quotes(word)));
+  }
+  return std::string(word);
+}
+
+}  // namespace
+
+std::string MadeGalaxy::name() const {
+  const bool bulge = bulge_share > 0;
+  const bool disk = bulge_share < 1;
+  return fmt::format("{}{:.6g},{:.6g},{:.6g},{:.6g},{},{})", opening, bulge_share,
+                     bulge ? bulge_radius : 0, bulge ? flattening : 1, disk ? scale_length : 0,
+                     bulge_sed, disk_sed);
+}
+
+std::optional<std::string> made_galaxy(const std::string& name) {
+  if (!name.starts_with(opening)) return std::nullopt;
+  if (!name.ends_with(')')) {
+    throw InputError(fmt::format("the made galaxy {} must end with ')'", in_quotes(name)));
+  }
+  const auto words = split_arguments(
+      std::string_view(name).substr(opening.size(), name.size() - opening.size() - 1));
+  if (words.size() != argument_count) {
+    throw InputError(fmt::format("{}...) has {} arguments, not {}: {}{})", opening, argument_count,
+                                 words.size(), opening, arguments));
+  }
+  const double share = number(words[0], "bt", Interval::closed(0, 1));
+  const Interval length = Interval::left_open(0, 1);
+  const Interval unused = Interval::closed(0, 1);
+  const double radius = number(words[1], "re", share > 0 ? length : unused);
+  const double flattening = number(words[2], "qb", Interval::left_open(0, 1));
+  const double scale_length = number(words[3], "rh", share < 1 ? length : unused);
+  const std::string bulge_sed = sed_name(words[4], "bulge_sed");
+  const std::string disk_sed = sed_name(words[5], "disk_sed");
+
+  std::string text = fmt::format(
+      "[galaxy]\n"
+      "name = \"bulge and disk\"\n"
+      "\n[arms]\n"
+      "model = \"none\"\n");
+  if (share > 0) {
+    text += fmt::format(
+        "\n[[component]]\n"
+        "class = \"bulge\"\n"
+        "sed = \"{}\"\n"
+        "effective_radius = {}\n"
+        "axis = [1, 1, {}]\n"
+        "fraction = {}\n",
+        bulge_sed, radius, flattening, share);
+  }
+  if (share < 1) {
+    text += fmt::format(
+        "\n[[component]]\n"
+        "class = \"disk\"\n"
+        "sed = \"{}\"\n"
+        "z0 = {}\n"
+        "rh = {}\n"
+        "fraction = {}\n"
+        "noise = false\n",
+        disk_sed, made_disk_thickness * scale_length, scale_length, 1 - share);
+  }
+  return text;
+}
+
+}  // namespace gamer

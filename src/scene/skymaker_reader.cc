@@ -1,0 +1,280 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <system_error>
+#include <utility>
+
+#include "gamer/core/near.h"
+#include "gamer/core/parameter.h"
+#include "gamer/galaxy/sample_batch.h"
+#include "scene/catalogue_readers.h"
+#include "scene/made_galaxy.h"
+
+namespace gamer {
+namespace {
+
+// The words of a row, as SkyMaker reads them (its src/list.c and config/sample.list) and Stuff
+// writes them (its doc/src/Output.rst). Positions are FITS pixels; position angles are degrees
+// counterclockwise from the image's x axis to the major axis; radii are those along the major axis
+// (src/galaxies.c, make_sersic). SkyMaker's own output adds the area of the noise.
+enum Word : std::size_t {
+  code,
+  x,
+  y,
+  magnitude,
+  bulge_share,
+  bulge_radius,  // effective, arcsec
+  bulge_aspect,
+  bulge_angle,
+  scale_length,  // of the disk, arcsec
+  disk_aspect,
+  disk_angle,
+  redshift,
+  hubble_type,
+  noise_area,
+  word_count
+};
+
+constexpr std::array<const char*, word_count> names = {
+    "the code",
+    "x",
+    "y",
+    "the magnitude",
+    "the bulge's share of the light",
+    "the bulge's effective radius",
+    "the bulge's aspect ratio",
+    "the bulge's position angle",
+    "the disk's scale length",
+    "the disk's aspect ratio",
+    "the disk's position angle",
+    "the redshift",
+    "the Hubble type",
+    "the noise area",
+};
+
+constexpr double star_code = 100;
+constexpr double galaxy_code = 200;
+constexpr std::size_t star_words = magnitude + 1;
+constexpr std::size_t galaxy_words = disk_angle + 1;
+
+// SkyMaker draws no disk with less of the light.
+constexpr double smallest_disk_share = 0.001;
+
+// Radii in arcsec: beyond these a list can only be wrong.
+constexpr double smallest_radius = 1e-6;
+constexpr double largest_radius = 1e6;
+
+// The envelopes are whole out to so many radii; 1 % of a bulge's light is farther out, and of a
+// disk's 0.05 %.
+constexpr double bulge_reach = 20;
+constexpr double disk_reach = 10;
+
+// A part smaller than this share of the ball is made this large: it is a point beside the other
+// part, and densities stay within single precision.
+constexpr double smallest_share = 1e-6;
+
+constexpr double smallest_flattening = 0.1;
+
+constexpr double degree = std::numbers::pi / 180;
+constexpr double edge_on = 90;
+constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+constexpr const char* star = "star";
+
+/// A row's numbers, with their places for messages.
+class Row {
+ public:
+  Row(const std::string& label, const TextLine& line, const std::vector<LineWord>& words)
+      : label_(label), line_(line), words_(words) {
+    const std::size_t count = std::min<std::size_t>(words.size(), word_count);
+    for (std::size_t i = 0; i < count; ++i) values_[i] = parse(static_cast<Word>(i));
+  }
+
+  bool has(Word word) const { return word < words_.size(); }
+  double operator[](Word word) const { return values_[word]; }
+
+  double within(Word word, const Interval& interval, const char* unit = "") const {
+    if (!interval.contains(values_[word])) {
+      fail(word, fmt::format("{} = {} is outside {}{}", names[word], words_[word].text,
+                             interval.text(), unit));
+    }
+    return values_[word];
+  }
+
+  [[noreturn]] void fail(std::size_t word, const std::string& message) const {
+    throw InputError(location(label_, line_, words_[word].begin), message);
+  }
+
+ private:
+  double parse(Word word) const {
+    std::string_view text = words_[word].text;
+    // from_chars takes no plus sign, SkyMaker writes it.
+    if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
+      fail(word, fmt::format("{} must be a finite number, not {}", names[word],
+                             in_quotes(words_[word].text)));
+    }
+    return value;
+  }
+
+  const std::string& label_;
+  const TextLine& line_;
+  const std::vector<LineWord>& words_;
+  std::array<double, word_count> values_{};
+};
+
+/// The SED of a disk of that type: the nearest of Stuff's types -6, -2, 2, 4, 6, 10 (its default
+/// SEDs; of -6 and -2 E, of 2 and 4 Sbc, of 6 Scd, of 10 Im), the later one midway.
+const char* disk_sed(double type) {
+  constexpr double first_sbc = 0;
+  constexpr double first_scd = 5;
+  constexpr double first_im = 8;
+  if (type < first_sbc) return "E";
+  if (type < first_scd) return "Sbc";
+  return type < first_im ? "Scd" : "Im";
+}
+
+/// What a galaxy's row becomes.
+struct Shape {
+  std::string type;
+  double radius;       ///< of the ball, arcsec
+  double inclination;  ///< deg
+  double angle;        ///< of the line of nodes, from the x axis, deg
+};
+
+/// cos^2 of the inclination at which a disk has the aspect ratio q. In second moments
+///   q^2 = cos^2 i + q0^2 sin^2 i,  q0 = (pi/6) z0/rh,
+/// since <x^2> = 3 rh^2 along the disk and <z^2> = (pi^2/12) z0^2 across it.
+double disk_cosine2(double aspect) {
+  constexpr double q0 = std::numbers::pi / 6 * made_disk_thickness;
+  return std::clamp((aspect * aspect - q0 * q0) / (1 - q0 * q0), 0.0, 1.0);
+}
+
+/// The flattening of an oblate bulge that has the aspect ratio q at that inclination:
+/// q^2 = cos^2 i + (c/a)^2 sin^2 i. The nearest possible where none does.
+double bulge_flattening(double aspect, double cosine2) {
+  if (cosine2 == 1) return 1;
+  const double square = (aspect * aspect - cosine2) / (1 - cosine2);
+  return std::clamp(std::sqrt(std::max(square, 0.0)), smallest_flattening, 1.0);
+}
+
+Shape shape_of(const Row& row) {
+  const Interval lengths = Interval::closed(smallest_radius, largest_radius);
+  const Interval aspects = Interval::left_open(0, 1);
+  constexpr const char* arcsec = " (arcsec)";
+  MadeGalaxy made;
+  made.bulge_share = row.within(bulge_share, Interval::closed(0, 1));
+  if (1 - made.bulge_share <= smallest_disk_share) made.bulge_share = 1;
+  made.bulge_sed = "E";
+  made.disk_sed = disk_sed(row[hubble_type]);
+  const bool bulge = made.bulge_share > 0;
+  const bool disk = made.bulge_share < 1;
+  double effective = 0, scale = 0, radius = 0;
+  if (bulge) {
+    effective = row.within(bulge_radius, lengths, arcsec);
+    radius = bulge_reach * effective;
+    made.flattening = row.within(bulge_aspect, aspects);
+  }
+  if (disk) {
+    scale = row.within(scale_length, lengths, arcsec);
+    radius = std::max(radius, disk_reach * scale);
+  }
+  radius /= taper_start;
+  made.bulge_radius = std::max(effective / radius, smallest_share);
+  made.scale_length = std::max(scale / radius, smallest_share);
+
+  Shape shape{"", radius, edge_on, row[disk ? disk_angle : bulge_angle]};
+  if (disk) {
+    const double cosine2 = disk_cosine2(row.within(disk_aspect, aspects));
+    shape.inclination = std::acos(std::sqrt(cosine2)) / degree;
+    if (bulge) made.flattening = bulge_flattening(made.flattening, cosine2);
+  } else {
+    // Any flattening below the aspect ratio would do; it is seen from its equator.
+    made.flattening = std::max(made.flattening, smallest_flattening);
+  }
+  shape.type = made.name();
+  return shape;
+}
+
+}  // namespace
+
+bool opens_skymaker(const std::vector<LineWord>& words) {
+  return words.size() >= star_words && (words[code].text == "100" || words[code].text == "200");
+}
+
+TextCatalogue read_skymaker(std::string_view text, const std::string& label) {
+  std::vector<std::string> types;
+  std::vector<double> px, py, magnitudes, sizes, inclinations, angles, redshifts;
+  std::vector<std::int64_t> ids;
+  const std::array<std::vector<double>*, 7> numbers = {&px,           &py,     &magnitudes, &sizes,
+                                                       &inclinations, &angles, &redshifts};
+  TextCatalogue table;
+  table.places.text = text;
+  LineReader lines(text);
+  TextLine line;
+  std::vector<LineWord> words;
+  while (lines.next(line)) {
+    const std::size_t count =
+        split_line(line, TextRows::Separator::blanks, label, word_count + 1, words);
+    if (count == 0) continue;
+    const Row row(label, line, words);
+    if (row[code] != star_code && row[code] != galaxy_code) {
+      row.fail(code, fmt::format("the code {} is neither {} (a star) nor {} (a galaxy)",
+                                 words[code].text, star_code, galaxy_code));
+    }
+    const bool is_galaxy = row[code] == galaxy_code;
+    if (count > word_count || count < (is_galaxy ? galaxy_words : star_words)) {
+      row.fail(words.size() - 1,
+               fmt::format("the row of a {} has {} value{}, not {} to {}",
+                           is_galaxy ? "galaxy" : star, count, count == 1 ? "" : "s",
+                           is_galaxy ? galaxy_words : star_words, std::size_t{word_count}));
+    }
+    if (types.empty()) {
+      const std::size_t rows = expected_rows(text, line.begin, star_words);
+      types.reserve(rows);
+      ids.reserve(rows);
+      for (std::vector<double>* column : numbers) column->reserve(rows);
+    }
+    px.push_back(row[x]);
+    py.push_back(row[y]);
+    magnitudes.push_back(row[magnitude]);
+    ids.push_back(static_cast<std::int64_t>(ids.size()) + 1);
+    if (is_galaxy) {
+      Shape shape = shape_of(row);
+      types.push_back(std::move(shape.type));
+      sizes.push_back(shape.radius);
+      inclinations.push_back(shape.inclination);
+      angles.push_back(shape.angle - 90);
+      redshifts.push_back(row.has(redshift) ? row[redshift] : missing);
+    } else {
+      types.emplace_back(star);
+      for (std::vector<double>* column : {&sizes, &inclinations, &angles, &redshifts}) {
+        column->push_back(missing);
+      }
+    }
+    table.places.begins.push_back(line.begin);
+    table.places.lines.push_back(line.number);
+  }
+  const auto add = [&](const char* name, const char* unit, Word word, Catalogue::Cells cells) {
+    table.columns.push_back({name, unit, {label, 0, 0}, std::move(cells)});
+    table.places.words.push_back(word);
+  };
+  add("galaxy", "", code, std::move(types));
+  add("px", "pixel", x, std::move(px));
+  add("py", "pixel", y, std::move(py));
+  add("apparent_magnitude", "mag", magnitude, std::move(magnitudes));
+  add("size_arcsec", "arcsec", bulge_radius, std::move(sizes));
+  add("inclination", "deg", disk_aspect, std::move(inclinations));
+  add("pa", "deg", disk_angle, std::move(angles));
+  add("redshift", "", redshift, std::move(redshifts));
+  add("id", "", code, std::move(ids));
+  return table;
+}
+
+}  // namespace gamer
