@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs a build, compares the data, then configures, builds and runs examples/render_to_memory against it.
+# Installs a build, compares the data, then configures, builds and runs examples/render_to_memory
+# against it.
 #
 #   package_test.sh CMAKE BUILD_DIR SOURCE_DIR WORK_DIR COMPILER COMPILER_FLAGS
 set -euo pipefail
@@ -12,8 +13,8 @@ if grep -rF --include='*.cmake' -e "$source/" -e "$build/" "$work/prefix"; then
   exit 1
 fi
 
-for data in seds bandpasses galaxies scenes; do
-  diff -r "$source/$data" "$work/prefix/share/gamer/$data"
+for folder in seds bandpasses galaxies scenes; do
+  diff -r "$source/$folder" "$work/prefix/share/gamer/$folder"
 done
 
 "$cmake" -G Ninja -S "$source/examples/render_to_memory" -B "$work/build" \
