@@ -24,8 +24,7 @@ enum class Igm { none, madau95 };
 /// f_nu = L F / (4 pi D_L^2 c) for a source of L_lambda = L S. Precondition: covers(sed, band, z).
 double band_flux(const Sed& sed, const Bandpass& band, double redshift, Igm igm = Igm::none);
 /// The same at one observed wavelength: (1+z)^-1 lambda^2 S(lambda/(1+z)) X.
-double monochromatic_flux(const Sed& sed, double wavelength, double redshift,
-                          Igm igm = Igm::none);
+double monochromatic_flux(const Sed& sed, double wavelength, double redshift, Igm igm = Igm::none);
 
 /// Whether the SED at that redshift is known all over the band.
 bool covers(const Sed& sed, const Bandpass& band, double redshift);
