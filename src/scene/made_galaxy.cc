@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <system_error>
 #include <vector>
 
@@ -18,6 +19,15 @@ namespace {
 constexpr std::string_view opening = "bulge+disk(";
 constexpr const char* arguments = "bt,re,qb,rh,bulge_sed,disk_sed";
 constexpr std::size_t argument_count = 6;
+
+/// A number in ]0, 1] to six digits. The quotient is the double nearest to them, so that its
+/// shortest text has no more.
+double rounded(double value) {
+  constexpr int digits = 6;
+  if (value == 0) return 0;
+  const double scale = std::pow(10, digits - 1 - std::floor(std::log10(value)));
+  return std::round(value * scale) / scale;
+}
 
 /// The arguments between the parentheses; commas within parentheses of their own do not count.
 std::vector<std::string_view> split_arguments(std::string_view text) {
@@ -67,9 +77,9 @@ std::string sed_name(std::string_view word, const char* what) {
 std::string MadeGalaxy::name() const {
   const bool bulge = bulge_share > 0;
   const bool disk = bulge_share < 1;
-  return fmt::format("{}{:.6g},{:.6g},{:.6g},{:.6g},{},{})", opening, bulge_share,
-                     bulge ? bulge_radius : 0, bulge ? flattening : 1, disk ? scale_length : 0,
-                     bulge_sed, disk_sed);
+  return fmt::format("{}{},{},{},{},{},{})", opening, rounded(bulge_share),
+                     bulge ? rounded(bulge_radius) : 0.0, bulge ? rounded(flattening) : 1.0,
+                     disk ? rounded(scale_length) : 0.0, bulge_sed, disk_sed);
 }
 
 std::optional<std::string> made_galaxy(const std::string& name) {
