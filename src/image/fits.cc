@@ -8,11 +8,13 @@
 #include <iterator>
 #include <memory>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
 #include "gamer/core/error.h"
 #include "gamer/core/version.h"
+#include "image/data_table_writer.h"
 #include "image/fits_cards.h"
 #include "image/fits_file.h"
 #include "image/image_suffix.h"
@@ -79,14 +81,16 @@ std::optional<LinearAxis> linear_wavelengths(const std::vector<double>& waveleng
 }
 
 /// Greisen et al. 2006 (A&A 446, 747; "paper III"), section 6: the axis is a look-up table in an
-/// extension.
-void append_table_axis(std::vector<Card>& cards) {
-  append_axis(cards, 3, {"WAVE-TAB", kAngstrom, 1, 1, 1});
+/// extension. Returns the step of its index.
+double append_table_axis(std::vector<Card>& cards) {
+  const LinearAxis index = {"WAVE-TAB", kAngstrom, 1, 1, 1};
+  append_axis(cards, 3, index);
   cards.push_back({"PS3_0", std::string(kCoordinateTable), "extension with the coordinates"});
   cards.push_back({"PS3_1", std::string(kCoordinateColumn), "column with the coordinates"});
   cards.push_back({"PV3_1", 1LL, "EXTVER of that extension"});
   cards.push_back({"PV3_2", 1LL, "EXTLEVEL of that extension"});
   cards.push_back({"PV3_3", 1LL, "axis within the coordinate array"});
+  return index.step;
 }
 
 void write_coordinate_table(FitsFile& file, const std::vector<double>& wavelengths,
@@ -152,10 +156,9 @@ class FitsLayout {
     const int last = cube || extensions ? header_.planes() : index + 1;
     for (int plane = first; plane < last;) {
       const int count = cube ? last - first : 1;
-      const std::vector<Card> cards = image_cards(plane, count);
       LONGLONG sizes[] = {header_.width, header_.height, count};
       file.call(fits_create_imgll, options_.bitpix, count > 1 ? 3 : 2, sizes);
-      write_cards(file, cards);
+      write_image_header(file, plane, count);
       fill(plane, count);
       if (count > 1 && is_tabulated()) {
         write_coordinate_table(file, header_.wavelengths, common_);
@@ -163,6 +166,7 @@ class FitsLayout {
       plane += count;
     }
     for (const TextTable& table : header_.tables) write_text_table(file, table, common_);
+    for (const DataTable& table : header_.data_tables) write_data_table(file, table, common_);
   }
 
  private:
@@ -170,36 +174,97 @@ class FitsLayout {
     return !header_.wavelengths.empty() && !linear_wavelengths(header_.wavelengths);
   }
 
+  /// Of the HDU with the planes [first, first + count).
+  const std::string& unit_of(int first, int count) const {
+    const auto unit = [this](int plane) -> const std::string& {
+      const bool own = !header_.plane_units.empty() && !header_.plane_units[plane].empty();
+      return own ? header_.plane_units[plane] : header_.unit;
+    };
+    for (int i = 1; i < count; ++i) {
+      if (unit(first + i) != unit(first)) {
+        throw std::invalid_argument("FITS writer: planes of one cube differ in unit");
+      }
+    }
+    return unit(first);
+  }
+
+  /// Axes 1 and 2.
+  void write_plane_axes(FitsFile& file) const {
+    if (header_.wcs_records.empty()) {
+      std::vector<Card> cards;
+      append_axis(cards, 1, header_.x);
+      append_axis(cards, 2, header_.y);
+      write_cards(file, cards);
+      return;
+    }
+    for (const std::string& record : header_.wcs_records) {
+      file.call(fits_write_record, record.c_str());
+    }
+  }
+
+  /// Where axes 1 and 2 have a CD matrix, its other elements are 0 unless given, and CDELT has no
+  /// meaning.
+  void append_matrix_element(std::vector<Card>& cards, double step) const {
+    // "CDi_j", then the letter of an alternate description.
+    constexpr std::size_t kLetter = 5;
+    std::set<std::string> letters;
+    for (const std::string& record : header_.wcs_records) {
+      if (record.starts_with("CD1_") || record.starts_with("CD2_")) {
+        letters.insert(record.substr(kLetter, record[kLetter] == ' ' ? 0 : 1));
+      }
+    }
+    for (const std::string& letter : letters) {
+      cards.push_back({"CD3_3" + letter, letter.empty() ? step : 1, "step per pixel"});
+    }
+  }
+
+  void append_third_axis(std::vector<Card>& cards) const {
+    LinearAxis axis = {"PLANE", "", 1, 1, 1};
+    if (is_tabulated()) {
+      axis.step = append_table_axis(cards);
+    } else {
+      if (!header_.wavelengths.empty()) axis = *linear_wavelengths(header_.wavelengths);
+      append_axis(cards, 3, axis);
+    }
+    append_matrix_element(cards, axis.step);
+  }
+
+  void append_plane_cards(std::vector<Card>& cards, int first, int count) const {
+    for (int i = 0; i < count && !header_.plane_cards.empty(); ++i) {
+      for (Card card : header_.plane_cards[first + i]) {
+        const bool is_text_line = std::holds_alternative<std::monostate>(card.value);
+        if (count > 1 && !is_text_line) card.key += fmt::format("{}", i + 1);
+        cards.push_back(std::move(card));
+      }
+    }
+  }
+
   /// The header of the HDU with the planes [first, first + count).
-  std::vector<Card> image_cards(int first, int count) const {
+  void write_image_header(FitsFile& file, int first, int count) const {
     std::vector<Card> cards;
     if (options_.layout != ImageLayout::cube) {
       cards.push_back({"EXTNAME", header_.labels[first], ""});
     }
     cards.insert(cards.end(), common_.begin(), common_.end());
-    if (!header_.unit.empty()) cards.push_back({"BUNIT", header_.unit, "unit of the pixels"});
+    const std::string& unit = unit_of(first, count);
+    if (!unit.empty()) cards.push_back({"BUNIT", unit, "unit of the pixels"});
     // Counted by name: a compressed image is a table, of two axes.
     cards.push_back({"WCSAXES", count > 1 ? 3LL : 2LL, "number of world axes"});
-    append_axis(cards, 1, header_.x);
-    append_axis(cards, 2, header_.y);
+    write_cards(file, cards);
+    write_plane_axes(file);
+
+    cards.clear();
+    if (count > 1) append_third_axis(cards);
     const bool has_wavelengths = !header_.wavelengths.empty();
-    if (count > 1) {
-      if (!has_wavelengths) {
-        append_axis(cards, 3, {"PLANE", "", 1, 1, 1});
-      } else if (is_tabulated()) {
-        append_table_axis(cards);
-      } else {
-        append_axis(cards, 3, *linear_wavelengths(header_.wavelengths));
-      }
-    }
     for (int i = 0; has_wavelengths && i < count; ++i) {
       cards.push_back({fmt::format("WAVELEN{}", i + 1), header_.wavelengths[first + i],
                        fmt::format("[{}] of plane {}", kAngstrom, i + 1)});
     }
+    append_plane_cards(cards, first, count);
     if (options_.layout != ImageLayout::extensions) {
       cards.insert(cards.end(), header_.cards.begin(), header_.cards.end());
     }
-    return cards;
+    write_cards(file, cards);
   }
 
   OutputOptions options_;
@@ -218,9 +283,13 @@ class FitsWriter final : public ImageWriter {
         height_(header.height),
         planes_(header.planes()),
         written_(static_cast<std::size_t>(header.height)) {
-    if (!header.wavelengths.empty() &&
-        header.wavelengths.size() != static_cast<std::size_t>(planes_)) {
-      throw std::invalid_argument("FITS writer: wavelengths and labels differ in number");
+    const auto is_per_plane = [this](std::size_t size) {
+      return size == 0 || size == static_cast<std::size_t>(planes_);
+    };
+    if (!is_per_plane(header.wavelengths.size()) || !is_per_plane(header.plane_units.size()) ||
+        !is_per_plane(header.plane_cards.size())) {
+      throw std::invalid_argument(
+          "FITS writer: wavelengths, units or cards of planes and labels differ in number");
     }
     for (const auto& path : output_files(options, header)) {
       outputs_.push_back(std::make_unique<Output>(path));
@@ -401,7 +470,10 @@ FitsImage read_fits(const std::filesystem::path& path) {
     // for blanks, CFITSIO would also replace infinity and what is too small to be normal.
     const double blank = bitpix > 0 ? std::nan("") : 0;
     const LONGLONG count = static_cast<LONGLONG>(whole.width) * whole.height * planes;
-    file.call(fits_read_img_dbl, 1L, LONGLONG{1}, count, blank, result.image.plane(plane), nullptr);
+    // CFITSIO writes to it whenever it finds a blank (4.2).
+    int any_blank = 0;
+    file.call(fits_read_img_dbl, 1L, LONGLONG{1}, count, blank, result.image.plane(plane),
+              &any_blank);
     plane += planes;
   }
   return result;

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "image/fits_number.h"
+
 namespace gamer {
 namespace {
 
@@ -40,17 +42,6 @@ bool is_escape(std::string_view text, std::size_t i) {
 std::string_view trim_right(std::string_view text) {
   const std::size_t last = text.find_last_not_of(' ');
   return text.substr(0, last == std::string_view::npos ? 0 : last + 1);
-}
-
-/// FITS takes a number without point and exponent for an integer, and wants a capital E.
-std::string number_text(double value) {
-  std::string text = fmt::format("{}", value);
-  const std::size_t exponent = text.find('e');
-  if (text.find('.') == std::string::npos) {
-    text.insert(exponent == std::string::npos ? text.size() : exponent, ".0");
-  }
-  std::replace(text.begin(), text.end(), 'e', 'E');
-  return text;
 }
 
 /// The text between the quotes of a card's string value.
@@ -133,7 +124,7 @@ std::vector<std::string> card_records(FitsFile& file, const Card& card,
       if (!std::isfinite(*number)) {
         file.fail(fmt::format("card {}: FITS headers cannot hold {}", card.key, *number));
       }
-      value = number_text(*number);
+      value = fits_number(*number);
     }
     const bool standard = !prefix.starts_with(kHierarch);
     values = {standard ? fmt::format("{:>{}}", value, kNumberWidth) : value};
@@ -221,21 +212,11 @@ std::string read_column_name(FitsFile& file, int column) {
 /// The cells of one column, decoded.
 std::vector<std::string> read_text_column(FitsFile& file, int column, LONGLONG count) {
   constexpr LONGLONG kBlock = 1024;
-  int type = 0;
-  long width = 0;
-  file.call(fits_get_coltype, column, &type, &width, nullptr);
-  const std::size_t size = static_cast<std::size_t>(width) + 1;
-  std::vector<char> text(size * kBlock);
-  std::vector<char*> cells;
-  for (LONGLONG i = 0; i < kBlock; ++i) cells.push_back(text.data() + size * i);
-  char null_value[] = "";
   std::vector<std::string> texts;
   for (LONGLONG first = 0; first < count; first += kBlock) {
-    const LONGLONG rows = std::min(kBlock, count - first);
-    file.call(fits_read_col_str, column, first + 1, LONGLONG{1}, rows, null_value, cells.data(),
-              nullptr);
-    for (LONGLONG i = 0; i < rows; ++i) {
-      texts.push_back(percent_decode(trim_right(cells[static_cast<std::size_t>(i)])));
+    for (const std::string& text :
+         read_text_cells(file, column, first + 1, std::min(kBlock, count - first))) {
+      texts.push_back(percent_decode(text));
     }
   }
   return texts;
@@ -292,7 +273,7 @@ void write_cards(FitsFile& file, const std::vector<Card>& cards) {
   fits_read_card(file.handle(), "CONTINUE", record, &status);
   fits_clear_errmsg();
   if (status == 0) {
-    file.call(fits_write_key_str, "LONGSTRN", "OGIP 1.0", "long strings go on in CONTINUE cards");
+    file.call(fits_update_key_str, "LONGSTRN", "OGIP 1.0", "long strings go on in CONTINUE cards");
   }
 }
 
@@ -392,6 +373,25 @@ void write_checksum(FitsFile& file) {
   char text[FLEN_VALUE] = {};
   fits_encode_chksum(hdu_sum, kComplement, text);
   file.call(fits_modify_key_str, "CHECKSUM", text, kComment);
+}
+
+std::vector<std::string> read_text_cells(FitsFile& file, int column, LONGLONG first,
+                                         LONGLONG count) {
+  int type = 0;
+  long repeat = 0, width = 0;
+  file.call(fits_get_coltype, column, &type, &repeat, &width);
+  const std::size_t size = static_cast<std::size_t>(width) + 1;
+  std::vector<char> text(size * static_cast<std::size_t>(count));
+  std::vector<char*> cells;
+  for (LONGLONG i = 0; i < count; ++i) {
+    cells.push_back(text.data() + size * static_cast<std::size_t>(i));
+  }
+  char null_value[] = "";
+  file.call(fits_read_col_str, column, first, LONGLONG{1}, count, null_value, cells.data(),
+            nullptr);
+  std::vector<std::string> texts;
+  for (const char* cell : cells) texts.emplace_back(trim_right(cell));
+  return texts;
 }
 
 void write_text_table(FitsFile& file, const TextTable& table, const std::vector<Card>& common) {

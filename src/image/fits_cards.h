@@ -30,6 +30,10 @@ std::vector<Card> read_cards(FitsFile& file);
 /// equal bytes.
 void write_checksum(FitsFile& file);
 
+/// Cells of a column of texts, as they stand there but without blanks at the end; rows from 1.
+std::vector<std::string> read_text_cells(FitsFile& file, int column, LONGLONG first,
+                                         LONGLONG count);
+
 /// A new binary table HDU after the last one; `common` cards come first. See gamer/image/fits.h for
 /// the format.
 void write_text_table(FitsFile& file, const TextTable& table, const std::vector<Card>& common);

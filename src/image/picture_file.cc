@@ -8,33 +8,14 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <memory>
 #include <string>
 
-#include "gamer/core/error.h"
 #include "gamer/core/version.h"
 #include "image/picture_size.h"
-#include "image/temporary_file.h"
+#include "image/write_file.h"
 
 namespace gamer {
 namespace {
-
-using FilePointer = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
-
-RunError failure(const std::filesystem::path& path, const std::string& reason) {
-  return RunError(fmt::format("{}: cannot write: {}", path.string(), reason));
-}
-
-/// Runs `write` on a new file, which becomes `path` when all went well.
-template <class Write>
-void write_file(const std::filesystem::path& path, bool overwrite, Write write) {
-  TemporaryFile temporary(path);
-  FilePointer file(std::fopen(temporary.path().c_str(), "wb"), &std::fclose);
-  if (!file) throw failure(path, std::strerror(errno));
-  write(file.get());
-  if (std::fclose(file.release()) != 0) throw failure(path, std::strerror(errno));
-  temporary.move_to_final(overwrite);
-}
 
 struct PngError {
   int error = 0;  ///< errno when libpng gave up
@@ -103,8 +84,8 @@ void write_png_file(const std::filesystem::path& path, const Picture& picture, b
     const bool good = info != nullptr && encode_png(file, picture, software.c_str(), png, info);
     png_destroy_write_struct(&png, &info);
     if (good) return;
-    if (error.error != 0) throw failure(path, std::strerror(error.error));
-    throw failure(path, error.message[0] != '\0' ? error.message.data() : "out of memory");
+    if (error.error != 0) throw write_failure(path, std::strerror(error.error));
+    throw write_failure(path, error.message[0] != '\0' ? error.message.data() : "out of memory");
   });
 }
 
@@ -133,7 +114,7 @@ void write_bmp_file(const std::filesystem::path& path, const Picture& picture, b
   write_file(path, overwrite, [&](std::FILE* file) {
     const auto write = [&](const std::string& bytes) {
       if (std::fwrite(bytes.data(), 1, bytes.size(), file) != bytes.size()) {
-        throw failure(path, std::strerror(errno));
+        throw write_failure(path, std::strerror(errno));
       }
     };
     write(header);

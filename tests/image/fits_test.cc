@@ -1,5 +1,6 @@
 #include "gamer/image/fits.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>
@@ -15,6 +16,7 @@
 
 #include "gamer/core/error.h"
 #include "gamer/core/version.h"
+#include "gamer/image/wcs.h"
 #include "image/fits_cards.h"
 #include "image/image_test_util.h"
 
@@ -522,6 +524,163 @@ TEST(FitsWorldCoordinates, ExtensionsAndFilesHaveTwoAxes) {
             "1 8000A\n0.975 0.175\n");
 }
 
+// ---- Celestial coordinates ---------------------------------------------------------------------
+
+/// A header with a matrix and two more descriptions of the axes.
+const std::vector<std::string> kMatrixRecords = {"CTYPE1  = 'RA---TAN'           / first",
+                                                 "CRPIX1  =    4.500000000000000000",
+                                                 "CRVAL1  = 1.0E-2",
+                                                 "CTYPE2  = 'DEC--TAN'",
+                                                 "CRPIX2  = 2.5",
+                                                 "CRVAL2  = 40.",
+                                                 "CD1_1   = -7.0E-02",
+                                                 "CD1_2   = 1.0E-02",
+                                                 "CD2_1   = 1.0E-02",
+                                                 "CD2_2   = 7.0E-02",
+                                                 "RADESYS = 'FK5     '",
+                                                 "EQUINOX =               2000.0",
+                                                 "CTYPE1A = 'LINEAR'",
+                                                 "CTYPE2A = 'LINEAR'",
+                                                 "CD1_1A  = 2.0",
+                                                 "CD2_2A  = 2.0",
+                                                 "CTYPE1B = 'LINEAR'",
+                                                 "CTYPE2B = 'LINEAR'",
+                                                 "CDELT1B = 2.0",
+                                                 "CDELT2B = 2.0"};
+
+const std::vector<std::string> kSipRecords = {"CTYPE1  = 'RA---TAN-SIP'",
+                                              "CTYPE2  = 'DEC--TAN-SIP'",
+                                              "CRPIX1  = 4.5",
+                                              "CRPIX2  = 2.5",
+                                              "CRVAL1  = 1.0E-2",
+                                              "CRVAL2  = 40.",
+                                              "CD1_1   = -7.0E-02",
+                                              "CD1_2   = 1.0E-02",
+                                              "CD2_1   = 1.0E-02",
+                                              "CD2_2   = 7.0E-02",
+                                              "A_ORDER = 2",
+                                              "A_2_0   = 1.0E-2",
+                                              "B_ORDER = 2",
+                                              "B_1_1   = -2.0E-2"};
+
+std::vector<std::string> padded(std::vector<std::string> records) {
+  for (std::string& record : records) record.resize(80, ' ');
+  return records;
+}
+
+const char* kReadCelestial = R"(
+import sys
+from astropy.io import fits
+from astropy.wcs import WCS
+for path in sys.argv[1:]:
+    hdus = fits.open(path)
+    header = [x for x in hdus if x.is_image and x.data is not None][0].header
+    # Astropy takes no cubes with distortions.
+    wcs = WCS(header, hdus, naxis=2 if "A_ORDER" in header else None)
+    at = wcs.all_pix2world([[1.0, 4.0] + [1.0] * (wcs.naxis - 2)], 1)[0]
+    # A linear axis comes in metres.
+    print("%.11f %.11f" % tuple(at[:2]), *("%.6g" % (x if x > 1 else x * 1e10) for x in at[2:]))
+    for letter in "AB":
+        if "CTYPE1" + letter in header:
+            WCS(header, hdus, key=letter).wcs.set()
+)";
+
+class CelestialFormats : public testing::TestWithParam<FormatCase> {};
+
+TEST_P(CelestialFormats, RecordsAreReproducedAndAstropyAgrees) {
+  const FormatCase& format = GetParam();
+  TemporaryFolder folder;
+  SkyView view;
+  view.projection = "ZEA";
+  view.center = {359.999, -89.5};
+  view.pixel_scale = 100.0 / 3;
+  view.rotation = 20;
+  view.width = 8;
+  view.height = 4;
+  std::ofstream(folder / "read.py") << kReadCelestial;
+  std::string command = astropy_python() + " -W ignore '" + (folder / "read.py").string() + "'";
+  std::string expected;
+  for (const auto& records :
+       {padded(kMatrixRecords), padded(kSipRecords), CelestialWcs(view).records()}) {
+    ImageHeader header = test_header(8, 4, format.wavelengths);
+    header.wcs_records = records;
+    const std::string name = std::to_string(records.size()) + format.suffix;
+    const OutputOptions options{folder / name, format.bitpix, format.layout, false};
+    write_test_image(options, header);
+    const auto path = output_files(options, header).back();
+    expect_fitsverify_clean(path);
+    const CelestialWcs wcs = CelestialWcs::from_header(header_text(path), "test");
+    EXPECT_EQ(wcs.records(), records);
+    const SkyPosition sky = *wcs.sky({1, 4});
+    const bool third_axis = format.layout == ImageLayout::cube && format.wavelengths.size() > 1 &&
+                            records.size() != kSipRecords.size();
+    expected += fmt::format("{:.11f} {:.11f}", sky.ra, sky.dec);
+    expected += third_axis ? fmt::format(" {:.6g}\n", format.wavelengths[0]) : "\n";
+    command += " '" + path.string() + "'";
+  }
+  if (astropy_python().empty()) return;
+  EXPECT_EQ(run_command(command).output, expected);
+}
+
+std::vector<FormatCase> single_precision_formats() {
+  std::vector<FormatCase> cases = all_formats();
+  std::erase_if(cases, [](const FormatCase& format) {
+    return format.bitpix != -32 ||
+           (format.layout != ImageLayout::cube && format.wavelengths != kThree);
+  });
+  return cases;
+}
+
+INSTANTIATE_TEST_SUITE_P(All, CelestialFormats, testing::ValuesIn(single_precision_formats()),
+                         format_name);
+
+// ---- What differs from plane to plane ----------------------------------------------------------
+
+TEST(FitsPlanes, UnitsAndCards) {
+  TemporaryFolder folder;
+  ImageHeader header = test_header(4, 3, kThree);
+  header.plane_units = {"mag", "", "MJy/sr"};
+  for (int i = 0; i < 3; ++i) {
+    header.plane_cards.push_back({{"PHOTPLAM", 100.5 * i, "pivot"},
+                                  {"BAND", "b" + std::to_string(i), ""},
+                                  {"HISTORY", {}, "made by a test"}});
+  }
+  OutputOptions options{folder / "a.fits", -32, ImageLayout::extensions, false};
+  const std::vector<std::string> units = {"mag", "nJy", "MJy/sr"};
+  write_test_image(options, header);
+  expect_fitsverify_clean(options.path);
+  for (int i = 0; i < 3; ++i) {
+    FitsFile file = FitsFile::open(options.path, "a.fits");
+    file.move_to(i + 2);
+    const std::vector<Card> cards = read_cards(file);
+    EXPECT_EQ(card_value<std::string>(cards, "BUNIT"), units[i]);
+    EXPECT_EQ(card_value<double>(cards, "PHOTPLAM"), 100.5 * i);
+    EXPECT_EQ(card_value<std::string>(cards, "BAND"), "b" + std::to_string(i));
+  }
+  options = {folder / "b.fits", -32, ImageLayout::files, false};
+  write_test_image(options, header);
+  for (int i = 0; i < 3; ++i) {
+    const auto path = output_files(options, header)[i];
+    expect_fitsverify_clean(path);
+    const std::vector<Card> cards = read_fits(path).cards;
+    EXPECT_EQ(card_value<std::string>(cards, "BUNIT"), units[i]);
+    EXPECT_EQ(card_value<double>(cards, "PHOTPLAM"), 100.5 * i);
+  }
+  options = {folder / "c.fits", -32, ImageLayout::cube, false};
+  EXPECT_THROW(make_fits_writer(options, header), std::invalid_argument);
+  header.plane_units = {"mag", "mag", "mag"};
+  write_test_image(options, header);
+  expect_fitsverify_clean(options.path);
+  const std::vector<Card> cards = read_fits(options.path).cards;
+  EXPECT_EQ(card_value<std::string>(cards, "BUNIT"), "mag");
+  EXPECT_EQ(card_value<double>(cards, "HIERARCH PHOTPLAM3"), 201.0);
+  EXPECT_EQ(card_value<std::string>(cards, "BAND1"), "b0");
+  EXPECT_NE(find_card(cards, "HISTORY"), nullptr);
+  header.plane_cards.pop_back();
+  options.overwrite = true;
+  EXPECT_THROW(make_fits_writer(options, header), std::invalid_argument);
+}
+
 // ---- Wrong input -------------------------------------------------------------------------------
 
 TEST(ReadFits, WrongFilesAreInputErrors) {
@@ -542,6 +701,24 @@ TEST(ReadFits, WrongFilesAreInputErrors) {
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("a.fits: "), std::string::npos) << error.what();
   }
+}
+
+TEST(ReadFits, BlankPixelsOfIntegersAreNan) {
+  TemporaryFolder folder;
+  {
+    FitsFile file = FitsFile::create(folder / "a.fits", "a.fits");
+    long sizes[] = {3, 1};
+    file.call(fits_create_img, SHORT_IMG, 2, sizes);
+    file.call(fits_write_key_lng, "BLANK", -99L, nullptr);
+    file.call(fits_set_hdustruc);
+    short values[] = {5, -99, 7};
+    file.call(fits_write_img_sht, 1L, LONGLONG{1}, LONGLONG{3}, values);
+    file.close();
+  }
+  const Image image = read_fits(folder / "a.fits").image;
+  EXPECT_EQ(image.at(0, 0), 5);
+  EXPECT_TRUE(std::isnan(image.at(1, 0)));
+  EXPECT_EQ(image.at(2, 0), 7);
 }
 
 TEST(ReadFits, HugeImageIsAnInputError) {

@@ -20,10 +20,13 @@ namespace gamer {
 /// DATE (UTC), ORIGIN and CREATOR (of this run and version unless the header's cards give them),
 /// CHECKSUM and DATASUM; the bytes of the file follow from these cards and the pixels alone.
 ///
-/// *World coordinates.* Axes 1 and 2 as given. Axis 3 of a cube is the wavelength: WAVE where the
+/// *World coordinates.* Axes 1 and 2 as given: two linear axes, or the records of a celestial WCS
+/// letter by letter, in every image HDU. Axis 3 of a cube is the wavelength: WAVE where the
 /// planes are equally spaced to 1e-9, else WAVE-TAB with the table extension WCS-TABLE (Greisen et
 /// al. 2006, A&A 446, 747, section 6). WAVELENn is the wavelength of the HDU's plane n; from
-/// WAVELEN10 on, FITS needs the HIERARCH form, which readers look up by the same name.
+/// WAVELEN10 on, FITS needs the HIERARCH form, which readers look up by the same name. The
+/// cards of planes are numbered so too, but only where an HDU has several planes. Planes of one
+/// cube have one unit.
 ///
 /// *Texts.* A header holds printing ASCII only: in string values any other byte, a blank at the
 /// end, and a '%' that two hexadecimal digits follow, is written as %XX (as in URLs). Long strings
@@ -34,6 +37,10 @@ namespace gamer {
 /// its longest cell; the first column, LINE, counts these lines from 1, so that 1 opens a row. A
 /// line of more than 200 bytes goes on in further table rows, LINE = 0. The newline that ends a
 /// text is %0A at the end of its last line. The bytes are encoded as those of header strings are.
+///
+/// *Data tables.* One binary table each, after the text tables: columns of type D (NaN where there
+/// is no number), K and A, with TUNITn, and the description as TCOMMn. Texts are encoded as those
+/// of header strings are.
 std::unique_ptr<ImageWriter> make_fits_writer(const OutputOptions& options,
                                               const ImageHeader& header);
 

@@ -63,6 +63,8 @@ class CelestialWcs {
 
  private:
   class Impl;
+  explicit CelestialWcs(std::shared_ptr<const Impl> impl);
+
   std::shared_ptr<const Impl> impl_;
 };
 

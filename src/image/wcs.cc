@@ -1,0 +1,483 @@
+#include "gamer/image/wcs.h"
+
+#include <cel.h>
+#include <fmt/format.h>
+#include <prj.h>
+#include <wcs.h>
+#include <wcserr.h>
+#include <wcsfix.h>
+#include <wcshdr.h>
+#include <wcstrig.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <mutex>
+#include <regex>
+#include <stdexcept>
+#include <utility>
+
+#include "gamer/core/error.h"
+#include "gamer/core/near.h"
+#include "image/fits_number.h"
+
+namespace gamer {
+namespace {
+
+constexpr std::size_t kRecordWidth = 80, kKeywordWidth = 8;
+constexpr double kArcsecondsPerDegree = 3600, kFullCircle = 360;
+constexpr int kAxes = 2;
+/// wcsp2s(), wcss2p(): some of the points have no counterpart; which ones, another array says.
+constexpr int kBadPixels = 8, kBadWorld = 9;
+/// Points that WCSLIB converts in one call.
+constexpr std::size_t kBlock = 256;
+
+std::string_view trim(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(' ');
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(' ') - first + 1);
+}
+
+std::string_view keyword(std::string_view record) { return trim(record.substr(0, kKeywordWidth)); }
+
+// ---- Records -----------------------------------------------------------------------------------
+
+std::vector<std::string> split_records(std::string_view header) {
+  std::vector<std::string> records;
+  while (!header.empty()) {
+    const std::size_t end = std::min(header.find_first_of("\r\n"), kRecordWidth);
+    std::string record(header.substr(0, end));
+    header.remove_prefix(std::min(end, header.size()));
+    const bool is_line_end = !header.empty() && (header.front() == '\n' || header.front() == '\r');
+    if (is_line_end) header.remove_prefix(1);
+    if (record.empty()) continue;
+    record.resize(kRecordWidth, ' ');
+    if (keyword(record) == "END") break;
+    records.push_back(std::move(record));
+  }
+  return records;
+}
+
+/// Whether a keyword describes the celestial axes 1 and 2, or the frame they are in.
+bool concerns_celestial_axes(const std::string& key) {
+  static const std::regex pattern(
+      // One axis: papers I and II (Greisen & Calabretta 2002; Calabretta & Greisen 2002).
+      "(CTYPE|CRPIX|CRVAL|CDELT|CUNIT|CNAME|CROTA|CRDER|CSYER)[12][A-Z]?"
+      "|(PC|CD)[12]_[12][A-Z]?|(PC|CD)00[12]00[12]"
+      "|(PV|PS)[12]_[0-9]+[A-Z]?|PROJP[0-9]"
+      "|(WCSNAME|LONPOLE|LATPOLE|RADESYS|EQUINOX)[A-Z]?|RADECSYS|EPOCH"
+      "|TIMESYS|DATE-OBS|MJD-OBS|MJDREF[IF]?"
+      // Distortions: SIP, TNX and ZPX, paper IV.
+      "|(A|B|AP|BP)_(ORDER|DMAX|[0-9]+_[0-9]+)|WAT[0-2]_[0-9]+"
+      "|(CPDIS|CQDIS|CPERR|CQERR)[12][A-Z]?|DVERR[A-Z]?|(DP|DQ)[12][A-Z]?");
+  return std::regex_match(key, pattern);
+}
+
+std::vector<std::string> celestial_records(const std::vector<std::string>& header) {
+  std::vector<std::string> kept;
+  bool keep = false;
+  for (const std::string& record : header) {
+    const std::string key(keyword(record));
+    if (key != "CONTINUE") keep = concerns_celestial_axes(key);
+    if (keep) kept.push_back(record);
+  }
+  return kept;
+}
+
+/// What the records of axes 1 and 2 alone do not say: a further pixel axis that moves the position
+/// on the sky, tables of distortions in other HDUs.
+void check_self_contained(const std::vector<std::string>& header, const std::string& label) {
+  static const std::regex coupling("(PC|CD)[12]_([3-9]|[1-9][0-9])");
+  static const std::regex table("C[PQ]DIS[12] *= *'LOOKUP.*", std::regex::icase);
+  for (const std::string& record : header) {
+    const std::string key(keyword(record));
+    if (std::regex_match(key, coupling)) {
+      const std::size_t equals = record.find('=');
+      const bool is_zero =
+          equals != std::string::npos && std::atof(record.c_str() + equals + 1) == 0;
+      if (is_zero) continue;
+      throw InputError({label, 0, 0},
+                       fmt::format("{}: axes 1 and 2 depend on a further pixel axis", key));
+    }
+    if (std::regex_match(record, table)) {
+      throw InputError({label, 0, 0},
+                       fmt::format("{}: distortions in look-up tables are not supported", key));
+    }
+  }
+}
+
+std::string make_record(const std::string& key, const std::string& value,
+                        const std::string& comment) {
+  constexpr int kNumberWidth = 20;
+  std::string record =
+      fmt::format("{:<{}}= {:>{}} / {}", key, kKeywordWidth, value, kNumberWidth, comment);
+  record.resize(kRecordWidth, ' ');
+  return record;
+}
+
+std::string make_text_record(const std::string& key, const std::string& text,
+                             const std::string& comment) {
+  constexpr int kLeastWidth = 8, kQuotedWidth = 20;
+  const std::string quoted = fmt::format("'{:<{}}'", text, kLeastWidth);
+  return make_record(key, fmt::format("{:<{}}", quoted, kQuotedWidth), comment);
+}
+
+// ---- WCSLIB ------------------------------------------------------------------------------------
+
+/// What WCSLIB says about the last error of wcsset(), the innermost reason, on one line.
+std::string error_words(const wcsprm& wcs, int status) {
+  std::string words = wcs_errmsg[status];
+  for (const wcserr* error : {wcs.cel.prj.err, wcs.cel.err, wcs.lin.err, wcs.err}) {
+    if (error == nullptr || error->msg == nullptr) continue;
+    words = error->msg;
+    break;
+  }
+  std::replace(words.begin(), words.end(), '\n', ' ');
+  return words;
+}
+
+/// A set-up wcsprm. WCSLIB writes into it while converting, so it serves one thread at a time.
+class Converter {
+ public:
+  Converter(const std::vector<std::string>& records, const std::string& label) {
+    parse(records, label);
+    set(label);
+  }
+  ~Converter() { wcsvfree(&count_, &list_); }
+  Converter(const Converter&) = delete;
+  Converter& operator=(const Converter&) = delete;
+
+  /// NaN where there is none.
+  void to_sky(std::span<const PixelPosition> pixels, std::span<SkyPosition> out) {
+    std::array<double, kAxes * kBlock> from, intermediate, to;
+    std::array<double, kBlock> phi, theta;
+    std::array<int, kBlock> bad;
+    const std::size_t count = pixels.size();
+    if (count == 0) return;
+    for (std::size_t i = 0; i < count; ++i) {
+      from[kAxes * i] = pixels[i].x;
+      from[kAxes * i + 1] = pixels[i].y;
+    }
+    const int status = wcsp2s(wcs_, static_cast<int>(count), kAxes, from.data(),
+                              intermediate.data(), phi.data(), theta.data(), to.data(), bad.data());
+    const bool all_bad = is_failure(status, kBadPixels);
+    for (std::size_t i = 0; i < count; ++i) {
+      const double ra = to[kAxes * i + wcs_->lng], dec = to[kAxes * i + wcs_->lat];
+      const bool valid = !all_bad && (status == 0 || bad[i] == 0);
+      if (!valid) {
+        out[i] = {kNone, kNone};
+      } else if (std::isfinite(ra + dec)) {
+        out[i] = {in_circle(ra), dec};
+      } else {
+        out[i] = sky_beside(pixels[i]);
+      }
+    }
+  }
+
+  std::optional<PixelPosition> to_pixel(const SkyPosition& sky) {
+    std::array<double, kAxes> from, intermediate, to;
+    double phi = 0, theta = 0;
+    int bad = 0;
+    from[wcs_->lng] = sky.ra;
+    from[wcs_->lat] = sky.dec;
+    const int status =
+        wcss2p(wcs_, 1, kAxes, from.data(), &phi, &theta, intermediate.data(), to.data(), &bad);
+    is_failure(status, kBadWorld);
+    if (status != 0 || !std::isfinite(to[0] + to[1])) return std::nullopt;
+    return PixelPosition{to[0], to[1]};
+  }
+
+ private:
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+  /// WCSLIB finds no latitude exactly on the central meridian of PCO (7.12).
+  SkyPosition sky_beside(const PixelPosition& pixel) {
+    constexpr double kNudge = 1e-7;  // pixels
+    const std::array<double, kAxes> from = {pixel.x + kNudge, pixel.y + kNudge};
+    std::array<double, kAxes> intermediate, to;
+    double phi = 0, theta = 0;
+    int bad = 0;
+    const int status =
+        wcsp2s(wcs_, 1, kAxes, from.data(), intermediate.data(), &phi, &theta, to.data(), &bad);
+    if (status != 0 || !std::isfinite(to[0] + to[1])) return {kNone, kNone};
+    return {in_circle(to[wcs_->lng]), to[wcs_->lat]};
+  }
+
+  static double in_circle(double ra) {
+    if (ra < 0) ra += kFullCircle;
+    return ra < kFullCircle ? ra : ra - kFullCircle;
+  }
+
+  /// Whether all points are without counterpart (a distortion that cannot be inverted...).
+  static bool is_failure(int status, int some_bad) {
+    if (status == WCSERR_MEMORY) throw RunError("out of memory in WCSLIB");
+    return status != 0 && status != some_bad;
+  }
+
+  void parse(const std::vector<std::string>& records, const std::string& label) {
+    std::string text;
+    for (const std::string& record : records) text += record;
+    const std::string whole = text;
+    // Of the records that are understood, none remains.
+    constexpr int kRemoveValid = -1;
+    int rejected = 0;
+    const int status = wcspih(text.data(), static_cast<int>(records.size()), WCSHDR_all,
+                              kRemoveValid, &rejected, &count_, &list_);
+    if (status != 0) {
+      throw InputError({label, 0, 0},
+                       fmt::format("WCSLIB cannot read the header: {}", wcshdr_errmsg[status]));
+    }
+    if (rejected > 0) {
+      const std::string rest = text.substr(0, std::min(text.find('\0'), kRecordWidth));
+      throw InputError({label, 0, 0},
+                       fmt::format("cannot read the card {}", in_quotes(trim(rest))));
+    }
+    for (int i = 0; i < count_; ++i) {
+      if (list_[i].alt[0] == ' ') wcs_ = &list_[i];
+    }
+    if (wcs_ == nullptr || wcs_->naxis != kAxes) throw no_celestial_axes(label);
+  }
+
+  void set(const std::string& label) {
+    constexpr int kNoTranslation = 0;
+    unitfix(kNoTranslation, wcs_);
+    const int status = wcsset(wcs_);
+    if (status == 0 && wcs_->lng >= 0 && wcs_->lat >= 0) {
+      check_frame(label);
+      check_projection_is_named(label);
+      return;
+    }
+    check_types(label);
+    if (status == 0) throw no_celestial_axes(label);
+    // Once more, for the details.
+    wcserr_enable(1);
+    wcsset(wcs_);
+    const std::string words = error_words(*wcs_, status);
+    wcserr_enable(0);
+    throw InputError({label, 0, 0}, words);
+  }
+
+  static InputError no_celestial_axes(const std::string& label) {
+    return {{label, 0, 0}, "no celestial axes; expected RA and DEC as axes 1 and 2"};
+  }
+
+  /// "RA" of "RA---TAN".
+  std::string coordinate(int axis) const {
+    const std::string_view type = wcs_->ctype[axis];
+    return std::string(trim(type.substr(0, type.find('-'))));
+  }
+
+  void check_frame(const std::string& label) const {
+    const std::string first = coordinate(0), second = coordinate(1);
+    const auto [low, high] = std::minmax(first, second);
+    if (low == "DEC" && high == "RA") return;
+    throw InputError({label, 0, 0}, fmt::format("axes 1 and 2 are {} and {}; expected RA and DEC",
+                                                in_quotes(first), in_quotes(second)));
+  }
+
+  /// "TAN" of "RA---TAN".
+  std::string projection(int axis) const {
+    constexpr std::size_t kPlace = 5, kWidth = 3;
+    const std::string_view type = wcs_->ctype[axis];
+    return std::string(trim(type.size() > kPlace ? type.substr(kPlace, kWidth) : ""));
+  }
+
+  void check_projection_is_named(const std::string& label) const {
+    for (int axis = 0; axis < kAxes; ++axis) {
+      if (!projection(axis).empty()) continue;
+      throw InputError({label, 0, 0}, fmt::format("CTYPE{} = {} names no projection", axis + 1,
+                                                  in_quotes(trim(wcs_->ctype[axis]))));
+    }
+  }
+
+  /// The reasons why WCSLIB finds no celestial axes.
+  void check_types(const std::string& label) const {
+    if (coordinate(0).empty() || coordinate(1).empty()) throw no_celestial_axes(label);
+    check_frame(label);
+    check_projection_is_named(label);
+    const std::vector<std::string> known = sky_projections();
+    for (int axis = 0; axis < kAxes; ++axis) {
+      const std::string code = projection(axis);
+      if (std::find(known.begin(), known.end(), code) != known.end()) continue;
+      throw InputError({label, 0, 0}, fmt::format("CTYPE{}: unknown projection {}{}", axis + 1,
+                                                  in_quotes(code), did_you_mean(code, known)));
+    }
+  }
+
+  int count_ = 0;
+  wcsprm* list_ = nullptr;
+  wcsprm* wcs_ = nullptr;
+};
+
+// ---- View --------------------------------------------------------------------------------------
+
+/// The projection as WCSLIB sees it. Throws InputError.
+prjprm checked_projection(const SkyView& view) {
+  const std::vector<std::string> known = sky_projections();
+  if (std::find(known.begin(), known.end(), view.projection) == known.end()) {
+    std::string near = did_you_mean(view.projection, known);
+    if (near.empty()) near = fmt::format("; expected one of {}", fmt::join(known, ", "));
+    throw InputError(fmt::format("unknown projection {}{}", in_quotes(view.projection), near));
+  }
+  prjprm projection;
+  prjini(&projection);
+  view.projection.copy(projection.code, sizeof projection.code - 1);
+  // The range of parameters is known after the set-up, whether or not that likes their values.
+  for (std::size_t i = 0; i < view.parameters.size() && i + 1 < PVN; ++i) {
+    projection.pv[i + 1] = view.parameters[i];
+  }
+  const int status = prjset(&projection);
+  constexpr int kFirstFactor = 100;
+  const int first = projection.pvrange / kFirstFactor, count = projection.pvrange % kFirstFactor;
+  const auto most = static_cast<std::size_t>(std::max(first + count - 1, 0));
+  std::string problem;
+  if (view.parameters.size() > most) {
+    problem = most == 0 ? "takes no parameters" : fmt::format("takes at most {} parameters", most);
+    problem += fmt::format("; {} given", view.parameters.size());
+  } else if (status != 0) {
+    problem = fmt::format("bad parameters: [{}]", fmt::join(view.parameters, ", "));
+  }
+  const prjprm result = projection;
+  prjfree(&projection);
+  if (!problem.empty()) {
+    throw InputError(fmt::format("projection {}: {}", view.projection, problem));
+  }
+  return result;
+}
+
+void check_finite(const SkyView& view) {
+  double sum = view.center.ra + view.center.dec + view.pixel_scale + view.rotation;
+  for (const double parameter : view.parameters) sum += parameter;
+  if (!std::isfinite(sum)) throw std::invalid_argument("sky view: a number is not finite");
+}
+
+std::vector<std::string> view_records(const SkyView& view) {
+  check_finite(view);
+  constexpr double kPole = 90;
+  const bool zenithal = checked_projection(view).theta0 == kPole;
+  // On the pole itself the default orientation of the standard is another one than beside it, and
+  // the image would turn over. Zenithal projections get the usual one by name, for the others the
+  // right ascension, which has no meaning there, turns it back.
+  double ra = view.center.ra;
+  if (!zenithal && view.center.dec == kPole) ra += ra < kPole * 2 ? kPole * 2 : -kPole * 2;
+  std::vector<std::string> records;
+  const auto text = [&](const char* key, const std::string& value, const char* comment) {
+    records.push_back(make_text_record(key, value, comment));
+  };
+  const auto number = [&](const std::string& key, double value, const char* comment) {
+    records.push_back(make_record(key, fits_number(value), comment));
+  };
+  text("CTYPE1", "RA---" + view.projection, "right ascension");
+  text("CTYPE2", "DEC--" + view.projection, "declination");
+  text("CUNIT1", "deg", "");
+  text("CUNIT2", "deg", "");
+  number("CRPIX1", (view.width + 1.0) / 2, "middle of the image");
+  number("CRPIX2", (view.height + 1.0) / 2, "middle of the image");
+  number("CRVAL1", ra, "right ascension there");
+  number("CRVAL2", view.center.dec, "declination there");
+  number("CDELT1", -view.pixel_scale / kArcsecondsPerDegree, "step per pixel");
+  number("CDELT2", view.pixel_scale / kArcsecondsPerDegree, "step per pixel");
+  // +y of the image points to the East by sin, to the North by cos of its position angle.
+  const double sine = sind(view.rotation), cosine = cosd(view.rotation);
+  number("PC1_1", cosine, "rotation");
+  number("PC1_2", -sine, "rotation");
+  number("PC2_1", sine, "rotation");
+  number("PC2_2", cosine, "rotation");
+  for (std::size_t i = 0; i < view.parameters.size(); ++i) {
+    number(fmt::format("PV2_{}", i + 1), view.parameters[i], "parameter of the projection");
+  }
+  if (zenithal) number("LONPOLE", kPole * 2, "native longitude of the celestial pole");
+  text("RADESYS", "ICRS", "");
+  number("EQUINOX", 2000, "");
+  return records;
+}
+
+}  // namespace
+
+// ---- CelestialWcs ------------------------------------------------------------------------------
+
+class CelestialWcs::Impl {
+ public:
+  Impl(std::vector<std::string> records, const std::string& label)
+      : records_(std::move(records)), label_(label) {
+    free_.push_back(std::make_unique<Converter>(records_, label_));
+  }
+
+  const std::vector<std::string>& records() const { return records_; }
+
+  /// Runs `use` with a converter that no other thread has.
+  template <class Use>
+  auto with_converter(Use use) const {
+    std::unique_ptr<Converter> converter;
+    {
+      const std::lock_guard lock(mutex_);
+      if (!free_.empty()) {
+        converter = std::move(free_.back());
+        free_.pop_back();
+      }
+    }
+    if (!converter) converter = std::make_unique<Converter>(records_, label_);
+    struct Return {
+      const Impl& impl;
+      std::unique_ptr<Converter>& converter;
+      ~Return() {
+        const std::lock_guard lock(impl.mutex_);
+        impl.free_.push_back(std::move(converter));
+      }
+    } give_back{*this, converter};
+    return use(*converter);
+  }
+
+ private:
+  std::vector<std::string> records_;
+  std::string label_;
+  mutable std::mutex mutex_;
+  mutable std::vector<std::unique_ptr<Converter>> free_;
+};
+
+CelestialWcs::CelestialWcs(const SkyView& view)
+    : impl_(std::make_shared<Impl>(view_records(view),
+                                   fmt::format("projection {}", view.projection))) {}
+
+CelestialWcs CelestialWcs::from_header(std::string_view header, const std::string& label) {
+  const std::vector<std::string> all = split_records(header);
+  check_self_contained(all, label);
+  CelestialWcs wcs(std::make_shared<Impl>(celestial_records(all), label));
+  return wcs;
+}
+
+CelestialWcs::CelestialWcs(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
+CelestialWcs::CelestialWcs(const CelestialWcs&) = default;
+CelestialWcs& CelestialWcs::operator=(const CelestialWcs&) = default;
+CelestialWcs::~CelestialWcs() = default;
+
+std::optional<SkyPosition> CelestialWcs::sky(const PixelPosition& pixel) const {
+  SkyPosition position;
+  sky({&pixel, 1}, {&position, 1});
+  if (std::isnan(position.ra)) return std::nullopt;
+  return position;
+}
+
+std::optional<PixelPosition> CelestialWcs::pixel(const SkyPosition& sky) const {
+  return impl_->with_converter([&](Converter& converter) { return converter.to_pixel(sky); });
+}
+
+void CelestialWcs::sky(std::span<const PixelPosition> pixels, std::span<SkyPosition> out) const {
+  if (pixels.size() != out.size()) {
+    throw std::invalid_argument("sky positions: arrays of different length");
+  }
+  impl_->with_converter([&](Converter& converter) {
+    for (std::size_t first = 0; first < pixels.size(); first += kBlock) {
+      const std::size_t count = std::min(kBlock, pixels.size() - first);
+      converter.to_sky(pixels.subspan(first, count), out.subspan(first, count));
+    }
+  });
+}
+
+const std::vector<std::string>& CelestialWcs::records() const { return impl_->records(); }
+
+std::vector<std::string> sky_projections() { return {prj_codes, prj_codes + prj_ncode}; }
+
+}  // namespace gamer
