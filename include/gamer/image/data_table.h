@@ -27,19 +27,21 @@ struct DataTable {
   std::size_t rows() const;
 };
 
-/// Reads a FITS binary or ASCII table: the HDU called (EXTNAME) or numbered (from 0, the primary)
-/// `hdu`, or the first table where it is empty. TSCAL, TZERO and TNULL are applied; the null of an
-/// integer column makes the column one of numbers, with NaN. Columns that hold arrays or complex
-/// numbers are left out. Throws InputError.
+/// Reads a FITS binary or ASCII table: the HDU called (EXTNAME, in any case) or numbered (from 0,
+/// the primary) `hdu`, or the first table where it is empty. TSCAL, TZERO and TNULL are applied;
+/// the null of an integer column makes the column one of numbers, with NaN. True and false become 1
+/// and 0. Columns that hold arrays, bits or complex numbers are left out. Texts of our own files
+/// (CREATOR) are decoded, see gamer/image/fits.h. Throws InputError.
 DataTable read_data_table(const std::filesystem::path& path, const std::string& hdu = {});
 
-/// An ECSV file (Enhanced Character-Separated Values 1.0, astropy), complete or absent. Throws
-/// RunError.
+/// An ECSV file (Enhanced Character-Separated Values 1.0, astropy), complete or absent, replacing
+/// what is there. Words are separated by blanks, NaN is "nan", control characters in texts become
+/// %XX. Throws RunError.
 void write_ecsv(const std::filesystem::path& path, const DataTable& table);
 
-/// The first HDU's header that has celestial or any axes: the first HDU with NAXIS >= 2, as text,
-/// one 80-character record a line. Follows CFITSIO's extended names ("a.fits[1]"). Throws
-/// InputError.
+/// The header of the first image HDU of two axes or more, as text, one 80-character record and a
+/// newline each. "a.fits[2]" or "a.fits[SCI]" asks for the HDU numbered (from 0, the primary) or
+/// called so, unless a file has that name. Throws InputError.
 std::string header_text(const std::filesystem::path& path);
 
 }  // namespace gamer
