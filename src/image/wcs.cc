@@ -8,6 +8,7 @@
 #include <wcsfix.h>
 #include <wcshdr.h>
 #include <wcstrig.h>
+#include <wcsunits.h>
 
 #include <algorithm>
 #include <array>
@@ -143,9 +144,8 @@ class Converter {
  public:
   Converter(const std::vector<std::string>& records, const std::string& label) {
     parse(records, label);
-    set(label);
+    set(records, label);
   }
-  ~Converter() { wcsvfree(&count_, &list_); }
   Converter(const Converter&) = delete;
   Converter& operator=(const Converter&) = delete;
 
@@ -224,7 +224,7 @@ class Converter {
     constexpr int kRemoveValid = -1;
     int rejected = 0;
     const int status = wcspih(text.data(), static_cast<int>(records.size()), WCSHDR_all,
-                              kRemoveValid, &rejected, &count_, &list_);
+                              kRemoveValid, &rejected, &all_.count, &all_.list);
     if (status != 0) {
       throw InputError({label, 0, 0},
                        fmt::format("WCSLIB cannot read the header: {}", wcshdr_errmsg[status]));
@@ -234,13 +234,13 @@ class Converter {
       throw InputError({label, 0, 0},
                        fmt::format("cannot read the card {}", in_quotes(trim(rest))));
     }
-    for (int i = 0; i < count_; ++i) {
-      if (list_[i].alt[0] == ' ') wcs_ = &list_[i];
+    for (int i = 0; i < all_.count; ++i) {
+      if (all_.list[i].alt[0] == ' ') wcs_ = &all_.list[i];
     }
     if (wcs_ == nullptr || wcs_->naxis != kAxes) throw no_celestial_axes(label);
   }
 
-  void set(const std::string& label) {
+  void set(const std::vector<std::string>& records, const std::string& label) {
     constexpr int kNoTranslation = 0;
     unitfix(kNoTranslation, wcs_);
     const int status = wcsset(wcs_);
@@ -251,7 +251,11 @@ class Converter {
     }
     check_types(label);
     if (status == 0) throw no_celestial_axes(label);
-    // Once more, for the details.
+    check_units(label);
+    // Once more from the start, for the details.
+    all_.clear();
+    parse(records, label);
+    unitfix(kNoTranslation, wcs_);
     wcserr_enable(1);
     wcsset(wcs_);
     const std::string words = error_words(*wcs_, status);
@@ -306,8 +310,30 @@ class Converter {
     }
   }
 
-  int count_ = 0;
-  wcsprm* list_ = nullptr;
+  /// WCSLIB's own words about units leak memory (7.12).
+  void check_units(const std::string& label) const {
+    for (int axis = 0; axis < kAxes; ++axis) {
+      const std::string_view unit = trim(wcs_->cunit[axis]);
+      double scale = 0, offset = 0, power = 0;
+      if (unit.empty() || wcsunits(wcs_->cunit[axis], "deg", &scale, &offset, &power) == 0)
+        continue;
+      throw InputError({label, 0, 0},
+                       fmt::format("CUNIT{} = {} is no unit of angles", axis + 1, in_quotes(unit)));
+    }
+  }
+
+  /// As wcspih() makes them, one per description of the axes.
+  struct Descriptions {
+    Descriptions() = default;
+    Descriptions(const Descriptions&) = delete;
+    Descriptions& operator=(const Descriptions&) = delete;
+    ~Descriptions() { clear(); }
+    void clear() { wcsvfree(&count, &list); }
+
+    int count = 0;
+    wcsprm* list = nullptr;
+  };
+  Descriptions all_;
   wcsprm* wcs_ = nullptr;
 };
 
