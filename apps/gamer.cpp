@@ -205,7 +205,7 @@ void run(const gamer::Ranks& ranks, int argc, char** argv) {
 
   const gamer::RenderJob job =
       work ? std::move(work->job) : gamer::job_from_record(gamer::unpack_record(packed));
-  const gamer::Renderer renderer(job.parameters, job.camera, job.scene);
+  const gamer::Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum);
   const auto values_per_row =
       static_cast<std::size_t>(renderer.width()) * static_cast<std::size_t>(renderer.planes());
   using Style = gamer::Progress::Style;

@@ -31,7 +31,7 @@ void render(benchmark::State& state, const std::string& scene,
   request.settings.push_back("image.size=" + std::to_string(image_size));
   Resources resources({fs::path(GAMER_BENCH_SOURCE_DIR)});
   const RenderJob job = load_job(request, resources);
-  const Renderer renderer(job.parameters, job.camera, job.scene);
+  const Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum);
   constexpr std::size_t pixels = std::size_t{image_size} * image_size;
   std::vector<double> values(pixels * static_cast<std::size_t>(renderer.planes()));
   RenderCounts counts;

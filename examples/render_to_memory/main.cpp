@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
     gamer::Resources resources(gamer::default_data_folders());
     const gamer::RenderJob job = gamer::load_job(request, resources);
 
-    const gamer::Renderer renderer(job.parameters, job.camera, job.scene);
+    const gamer::Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum);
     gamer::ThreadExecutor executor(gamer::available_cores());
     const gamer::Image image = gamer::render_image(renderer, executor);
 

@@ -40,10 +40,14 @@ std::string expected(ParameterType type) {
     case ParameterType::text:
     case ParameterType::choice:
       return "a string";
+    case ParameterType::vector2:
+      return "a list of two numbers";
     case ParameterType::vector3:
       return "a list of three numbers";
     case ParameterType::numbers:
       return "a list of numbers";
+    case ParameterType::texts:
+      return "a list of strings";
     case ParameterType::size2:
       return "an integer or a list of two";
     case ParameterType::noise:
@@ -89,11 +93,17 @@ class Reader {
       case ParameterType::choice:
         if (const auto* value = std::get_if<std::string>(&node.data)) return choice(node, *value);
         break;
+      case ParameterType::vector2:
+        if (node.is_array()) return list(node, 2);
+        break;
       case ParameterType::vector3:
         if (node.is_array()) return list(node, 3);
         break;
       case ParameterType::numbers:
         if (node.is_array()) return list(node, node.array().size());
+        break;
+      case ParameterType::texts:
+        if (node.is_array()) return texts(node);
         break;
       case ParameterType::size2:
         if (node.is_array()) return list(node, 2);
@@ -172,6 +182,18 @@ class Reader {
     return result;
   }
 
+  std::vector<std::string> texts(const ConfigNode& node) const {
+    std::vector<std::string> result;
+    for (const ConfigNode& element : node.array()) {
+      const auto* value = std::get_if<std::string>(&element.data);
+      if (value == nullptr) {
+        fail_type(element, fmt::format("{}[{}]", parameter_.name, result.size()), "a string");
+      }
+      result.push_back(*value);
+    }
+    return result;
+  }
+
   const Parameter& parameter_;
   const std::string& context_;
 };
@@ -187,6 +209,11 @@ ConfigNode node_of(const ParameterValue& value, ParameterType type) {
   if (const auto* whole = std::get_if<std::int64_t>(&value)) return node(*whole);
   if (const auto* real = std::get_if<double>(&value)) return node(*real);
   if (const auto* text = std::get_if<std::string>(&value)) return node(*text);
+  if (const auto* texts = std::get_if<std::vector<std::string>>(&value)) {
+    ConfigNode::Array elements;
+    for (const std::string& text : *texts) elements.push_back(node(text));
+    return node(std::move(elements));
+  }
   // 2^53: beyond it a double does not tell integers apart.
   constexpr double exact_integers = 0x1p53;
   ConfigNode::Array elements;
@@ -260,11 +287,17 @@ std::string Parameter::type_text() const {
     case ParameterType::number:
       result = "number";
       break;
+    case ParameterType::vector2:
+      result = "two numbers";
+      break;
     case ParameterType::vector3:
       result = "three numbers";
       break;
     case ParameterType::numbers:
       result = "list of numbers";
+      break;
+    case ParameterType::texts:
+      result = "list of texts";
       break;
     case ParameterType::size2:
       result = "integer or [width, height]";
@@ -288,6 +321,9 @@ std::string value_text(const ParameterValue& value) {
   if (const auto* text = std::get_if<std::string>(&value)) return toml_string(*text);
   if (const auto* list = std::get_if<std::vector<double>>(&value)) {
     return fmt::format("[{}]", fmt::join(*list, ", "));
+  }
+  if (const auto* texts = std::get_if<std::vector<std::string>>(&value)) {
+    return fmt::format("[{}]", quoted_choices(*texts, ", "));
   }
   return "";
 }
@@ -351,6 +387,10 @@ const std::string& ParameterSet::text(std::string_view name) const {
 
 const std::vector<double>& ParameterSet::numbers(std::string_view name) const {
   return get<std::vector<double>>(*this, name);
+}
+
+const std::vector<std::string>& ParameterSet::texts(std::string_view name) const {
+  return get<std::vector<std::string>>(*this, name);
 }
 
 const ParameterValue& ParameterSet::value(std::string_view name) const {

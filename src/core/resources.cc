@@ -83,6 +83,7 @@ std::string path_key(const std::string& kind, const fs::path& path) {
 std::string noun(const std::string& kind) {
   if (kind == "galaxies") return "galaxy";
   if (kind == "seds") return "SED";
+  if (kind == "bandpasses") return "bandpass";
   return kind;
 }
 
@@ -160,6 +161,11 @@ const Resources::Text& Resources::read(const std::string& name, const fs::path& 
 const Resources::Text& Resources::add(Text text) {
   std::string name = text.name;
   return texts_.insert_or_assign(std::move(name), std::move(text)).first->second;
+}
+
+const Resources::Text* Resources::recorded(const std::string& name) const {
+  const auto found = texts_.find(name);
+  return found == texts_.end() ? nullptr : &found->second;
 }
 
 std::vector<std::string> Resources::names(const std::string& kind,

@@ -69,6 +69,9 @@ constexpr double softening_radius = 1e-5;
 // b^(1/4) beyond which there is no light left: P(8.58, 60) = 1 - 1e-17.
 constexpr double largest_root = 60;
 
+// The cusp within this many R_e holds 0.4 % of the light, which four rays get right to a tenth.
+constexpr double finest_cell = 0.01;
+
 // Steps around the centre grow as sinh(k * this): each about twice the one before.
 constexpr double grading = 0.7;
 
@@ -147,6 +150,13 @@ void Bulge::mark(const BallRay& ray, const Accuracy& /*accuracy*/, Marks& marks)
       if (t > ray.begin && t < ray.end) marks.edges.push_back(t);
     }
   }
+}
+
+double Bulge::column_scale(const double nearest[3], const double /*direction*/[3],
+                           double reach) const {
+  const auto [least, largest] = std::minmax_element(axis_.begin(), axis_.end());
+  const double distance = std::hypot(nearest[0], nearest[1], nearest[2]) - reach;
+  return std::max(distance * *least / *largest, finest_cell * effective_radius() * *least);
 }
 
 double Bulge::face_on_column() const {

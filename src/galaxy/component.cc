@@ -115,14 +115,16 @@ class ComponentReader {
 
  private:
   static void read_light(Component& component, const ParameterSet& values,
-                         const std::string& context, Resources& resources);
+                         const std::string& context, const GalaxySettings& settings,
+                         Resources& resources);
   static void read_noise(Component& component, const ComponentKind& kind,
                          const ParameterSet& values, const ConfigNode& node,
                          const std::string& context, const GalaxySettings& settings);
 };
 
 void ComponentReader::read_light(Component& component, const ParameterSet& values,
-                                 const std::string& context, Resources& resources) {
+                                 const std::string& context, const GalaxySettings& settings,
+                                 Resources& resources) {
   if (values.is_given("intensity") && values.is_given("fraction")) {
     throw InputError(values.where("fraction"),
                      context + "'intensity' and 'fraction' exclude each other; give one");
@@ -130,6 +132,10 @@ void ComponentReader::read_light(Component& component, const ParameterSet& value
   component.amplitude_ = values.has("intensity") ? values.number("intensity") : 1.0;
   if (values.has("fraction")) component.fraction_ = values.number("fraction");
   component.spectrum_where_ = values.where("sed");
+  if (settings.sed != nullptr) {
+    component.sed_ = settings.sed;
+    return;
+  }
   try {
     component.sed_ = find_sed(values.text("sed"), values.where("sed").file, resources);
   } catch (const InputError& error) {
@@ -203,7 +209,7 @@ std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int ind
     }
     return false;
   };
-  if (declares("sed")) read_light(*component, values, context, resources);
+  if (declares("sed")) read_light(*component, values, context, settings, resources);
   if (declares("optical_depth")) {
     component->spectrum_where_ = values.where("extinction");
     try {

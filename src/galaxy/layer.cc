@@ -136,6 +136,18 @@ constexpr double tail = 1e-3;
 // Integrals over the layer end at this many scale lengths: (1 + x) e^-x of the light is beyond.
 constexpr double reach = 30;
 
+// Beyond these the layer's column does not count: e^-9 and sech^2 of 5.
+constexpr double seen_lengths = 9;
+constexpr double seen_heights = 5;
+
+// The texture's column changes within this share of its shortest period; what is finer than
+// finest_texture galaxy radii averages out over the layer.
+constexpr double texture_period_share = 0.5;
+constexpr double finest_texture = 1.0 / 32;
+
+// A hole's rim is this share of its radius wide.
+constexpr double rim_width = 0.3;
+
 // Where the layer is bright: within these multiples of the scale length and height.
 constexpr double bright_radius = 3;
 constexpr double bright_height = 3.5;
@@ -339,6 +351,35 @@ std::vector<WeightedBatch> Layer::cloud(std::size_t size) const {
   return result;
 }
 
+double Layer::texture_frequency() const {
+  if (texture() == nullptr) return 0;
+  const double frequency = texture()->noise.effective_frequency() * texture()->noise.sharpness();
+  return texture()->twirl != 0 ? frequency * std::hypot(1.0, texture()->twirl * steepest_winding_)
+                               : frequency;
+}
+
+double Layer::column_scale(const double nearest[3], const double direction[3],
+                           double reach) const {
+  const double distance = std::hypot(nearest[0], nearest[1], nearest[2]);
+  if (distance - reach > seen_lengths * std::max(shape_.rh, shape_.z0)) return HUGE_VAL;
+  // The ray's least height above the plane, within the ball.
+  const double half_chord = std::sqrt(std::max(1 - distance * distance, 0.0));
+  const double height =
+      std::max(std::abs(nearest[2]) - half_chord * std::abs(direction[2]), 0.0);
+  if (height - reach > seen_heights * shape_.z0) return HUGE_VAL;
+  const double cosine = std::abs(direction[2]);
+  const double sine = std::sqrt(std::max(1 - cosine * cosine, 0.0));
+  double scale = std::min(shape_.rh, std::hypot(shape_.rh * cosine, shape_.z0 * sine));
+  if (shape_.inner > 0 && distance - reach < 2 * shape_.inner) {
+    scale = std::min(scale,
+                     rim_width * std::hypot(shape_.inner * cosine, shape_.z0 * sine));
+  }
+  if (const double frequency = texture_frequency(); frequency > 0) {
+    scale = std::min(scale, std::max(texture_period_share / frequency, finest_texture));
+  }
+  return scale;
+}
+
 void Layer::mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) const {
   const auto& o = ray.origin;
   const auto& d = ray.direction;
@@ -378,15 +419,9 @@ void Layer::mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) con
   marks.edges.push_back(begin);
   marks.edges.push_back(end);
   // 1/step adds up: each structure along its own direction.
-  double rate =
-      std::abs(d[2]) / (step_heights * shape_.z0) + std::sqrt(dd) / (step_lengths * shape_.rh);
-  if (texture() != nullptr) {
-    double frequency = texture()->noise.effective_frequency() * texture()->noise.sharpness();
-    if (texture()->twirl != 0) {
-      frequency *= std::hypot(1.0, texture()->twirl * steepest_winding_);
-    }
-    rate += frequency * std::sqrt(dd + d[2] * d[2]) / step_periods;
-  }
+  const double rate = std::abs(d[2]) / (step_heights * shape_.z0) +
+                      std::sqrt(dd) / (step_lengths * shape_.rh) +
+                      texture_frequency() * std::sqrt(dd + d[2] * d[2]) / step_periods;
   marks.stretches.push_back({begin, end, accuracy.first_step / rate});
 }
 

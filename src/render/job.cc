@@ -3,13 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
+#include <stdexcept>
 #include <string_view>
 #include <utility>
 
 #include "gamer/core/version.h"
 #include "gamer/image/fits.h"
 #include "gamer/render/renderer.h"
+#include "gamer/scene/catalogue.h"
 #include "gamer/scene/word_table.h"
+#include "gamer/sed/photometry.h"
 #include "image/memory.h"
 
 namespace gamer {
@@ -38,8 +42,15 @@ void make_preview(RenderParameters& parameters) {
   const auto reduced = [](int size) {
     return static_cast<double>((size + preview_reduction - 1) / preview_reduction);
   };
-  parameters.set("image", "size",
-                 std::vector<double>{reduced(parameters.width), reduced(parameters.height)});
+  // The WCS of another image cannot be had at a quarter of the size.
+  if (parameters.sky_header.empty()) {
+    const double width = reduced(parameters.width);
+    if (parameters.projection == Projection::sky) {
+      parameters.set("camera", "pixel_scale",
+                     parameters.sky.pixel_scale * parameters.width / width);
+    }
+    parameters.set("image", "size", std::vector<double>{width, reduced(parameters.height)});
+  }
   parameters.set("camera", "supersample", std::int64_t{1});
   parameters.set("sampling", "tolerance", std::max(parameters.tolerance, preview_tolerance));
 }
@@ -54,12 +65,22 @@ void set_output(const std::filesystem::path& path, RenderParameters& parameters)
   }
 }
 
-RenderJob make_job(RenderParameters parameters, const Resources::Text& scene_text,
-                   Resources& resources) {
-  const Camera camera(parameters);
-  auto scene = std::make_shared<const Scene>(
-      read_scene(scene_text.content, scene_text.label, parameters, camera, resources));
-  return {std::move(parameters), camera, std::move(scene), {}};
+RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Resources& resources) {
+  const Camera camera = make_camera(parameters, resources);
+  Spectrum spectrum = load_spectrum(parameters, resources);
+  auto scene =
+      std::make_shared<const Scene>(read_scene(catalogue, parameters, spectrum, camera, resources));
+  return {std::move(parameters), camera, std::move(spectrum), std::move(scene), {}};
+}
+
+/// Whether a file begins as FITS does, also when it is compressed.
+bool is_fits(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  char start[9] = {};
+  stream.read(start, 8);
+  const std::string name = path.string();
+  return std::string_view(start).starts_with("SIMPLE  ") || name.ends_with(".fits.gz") ||
+         name.find(".fits[") != std::string::npos;
 }
 
 std::string upper(std::string_view text) {
@@ -89,14 +110,18 @@ Card parameter_card(const std::string& section, const Parameter& parameter,
   return card;
 }
 
-std::vector<Card> make_cards(const RenderParameters& parameters) {
+std::vector<Card> make_cards(const RenderParameters& parameters, const Scene& scene) {
   std::vector<Card> cards = {
       {"CREATOR", fmt::format("gamer {}", version()), "program and version"},
-      // Cards of their own: a long one would be broken within a word.
-      {"COMMENT", {}, "relative surface brightness: integral of the emissivity along the ray,"},
-      {"COMMENT", {}, "lengths in galaxy radii; f_lambda per unit wavelength, SEDs normalised"},
-      {"COMMENT", {}, "to 1 at 5500 Angstrom"},
   };
+  if (scene.unit == PixelUnit::relative) {
+    // Cards of their own: a long one would be broken within a word.
+    cards.insert(
+        cards.end(),
+        {{"COMMENT", {}, "relative surface brightness: integral of the emissivity along the ray,"},
+         {"COMMENT", {}, "lengths in galaxy radii; f_lambda per unit wavelength, SEDs normalised"},
+         {"COMMENT", {}, "to 1 at 5500 Angstrom"}});
+  }
   for (const ParameterSection& section : render_parameter_sections()) {
     const ParameterSet& values = parameters.section(section.name);
     for (const Parameter& parameter : section.table) {
@@ -115,8 +140,8 @@ const Resources::Text& find_text(const Record& record, const std::string& name) 
   return *found;
 }
 
-TextTable scene_table(const Resources::Text& text) {
-  const WordTable words = WordTable::parse(text.content, text.label);
+TextTable scene_table(const std::string& list) {
+  const WordTable words = WordTable::parse(list, scene_name);
   TextTable table;
   table.name = "SCENE";
   for (const WordTable::Word& word : words.header()) table.columns.emplace_back(word.text);
@@ -126,6 +151,84 @@ TextTable scene_table(const Resources::Text& text) {
     for (const WordTable::Word& word : words.row(i)) row.emplace_back(word.text);
   }
   return table;
+}
+
+/// BUNIT; of a relative image none.
+std::string unit_text(PixelUnit unit) {
+  switch (unit) {
+    case PixelUnit::relative:
+      return "";
+    case PixelUnit::nanojansky:
+      return "nJy";
+    case PixelUnit::megajansky_per_sr:
+      return "MJy/sr";
+    case PixelUnit::magnitude:
+      return "mag/arcsec2";
+    case PixelUnit::flux_density:
+      return "erg/(s.cm2.Angstrom.arcsec2)";
+    case PixelUnit::electron_per_second:
+      return "electron/s";
+  }
+  throw std::logic_error("unknown PixelUnit");
+}
+
+/// What the pixels of a plane are worth: m_AB = MAGZERO - 2.5 log10(value), of the flux per pixel
+/// or per arcsec^2; PHOTFLAM in erg/s/cm^2/Angstrom per unit of them.
+std::vector<Card> calibration_cards(const SpectralPlane& plane, const RenderJob& job) {
+  std::vector<Card> cards;
+  if (plane.band != nullptr) cards.push_back({"BAND", plane.label, "bandpass"});
+  const PixelUnit unit = job.scene->unit;
+  if (unit == PixelUnit::relative) return cards;
+  constexpr double arcsecond2 = 2.350443053909789e-11;  // sr
+  constexpr double nanojansky_in_cgs = 1e-32;
+  const double f_lambda =
+      nanojansky_in_cgs * speed_of_light / (plane.wavelength * plane.wavelength);
+  double unit_in_nanojansky = 1;
+  std::string per = "per pixel";
+  switch (unit) {
+    case PixelUnit::electron_per_second:
+      unit_in_nanojansky =
+          1 / photon_rate_per_nanojansky(*plane.band, job.parameters.telescope_area,
+                                         job.parameters.throughput);
+      break;
+    case PixelUnit::megajansky_per_sr:
+      unit_in_nanojansky = 1e15 * arcsecond2;
+      per = "per arcsec2";
+      break;
+    case PixelUnit::flux_density:
+      unit_in_nanojansky = 1 / f_lambda;
+      per = "per arcsec2";
+      break;
+    default:
+      break;
+  }
+  cards.push_back({"PHOTPLAM", plane.wavelength, "[Angstrom] pivot wavelength"});
+  // Magnitudes are no linear unit.
+  if (unit == PixelUnit::magnitude) return cards;
+  const double zero_point = ab_magnitude(unit_in_nanojansky);
+  cards.push_back({"MAGZERO", zero_point, "AB magnitude of 1 unit " + per});
+  cards.push_back({"PHOTZP", zero_point, "the same"});
+  cards.push_back({"PHOTFLAM", f_lambda * unit_in_nanojansky, "[erg/s/cm2/Angstrom] of 1 unit"});
+  return cards;
+}
+
+/// The keys of the catalogue's columns do not go with the list that the record holds.
+void forget_columns(RenderParameters& parameters) {
+  for (const Parameter& column : scene_columns()) {
+    parameters.set("catalogue", column.name, std::monostate());
+  }
+  parameters.set("catalogue", "hdu", std::monostate());
+  parameters.set("catalogue", "format", std::string("list"));
+}
+
+RenderJob recorded(RenderJob job, Resources& resources) {
+  forget_columns(job.parameters);
+  resources.add({scene_name, scene_name, job.scene->list});
+  job.record = resources.record();
+  for (Resources::Text& text : job.record) {
+    if (text.name == parameters_name) text.content = job.parameters.toml();
+  }
+  return job;
 }
 
 }  // namespace
@@ -155,21 +258,30 @@ RenderParameters load_parameters(const JobRequest& request, Resources& resources
 
 RenderJob load_job(const JobRequest& request, Resources& resources) {
   RenderParameters parameters = load_parameters(request, resources);
-  const Resources::Text& scene =
-      read_file(resources, scene_name, source_of(request, request.scene));
-  RenderJob job = make_job(std::move(parameters), scene, resources);
-  job.record = resources.record();
-  for (Resources::Text& text : job.record) {
-    if (text.name == parameters_name) text.content = job.parameters.toml();
+  const std::filesystem::path& path = source_of(request, request.scene);
+  const bool is_table =
+      request.from_header.empty() &&
+      (parameters.catalogue_format == CatalogueFormat::fits ||
+       (parameters.catalogue_format == CatalogueFormat::automatic && is_fits(path)));
+  if (is_table) {
+    const Catalogue catalogue = Catalogue::from_table(
+        read_data_table(path, parameters.catalogue_hdu), path.generic_string());
+    return recorded(make_job(std::move(parameters), catalogue, resources), resources);
   }
-  return job;
+  const Resources::Text& scene = read_file(resources, scene_name, path);
+  const Catalogue catalogue =
+      Catalogue::parse(scene.content, scene.label, parameters.catalogue_format);
+  return recorded(make_job(std::move(parameters), catalogue, resources), resources);
 }
 
 RenderJob job_from_record(const Record& record) {
   Resources resources = Resources::from_record(record);
   const Resources::Text& text = find_text(record, parameters_name);
-  RenderJob job = make_job(RenderParameters::read(parse_toml(text.content, text.label)),
-                           find_text(record, scene_name), resources);
+  RenderParameters parameters = RenderParameters::read(parse_toml(text.content, text.label));
+  const Resources::Text& list = find_text(record, scene_name);
+  const Catalogue catalogue =
+      Catalogue::parse(list.content, list.label, parameters.catalogue_format);
+  RenderJob job = make_job(std::move(parameters), catalogue, resources);
   job.record = record;
   return job;
 }
@@ -178,14 +290,20 @@ ImageHeader make_image_header(const RenderJob& job) {
   ImageHeader header;
   header.width = job.camera.width();
   header.height = job.camera.height();
-  header.x = job.camera.x_axis();
-  header.y = job.camera.y_axis();
-  header.wavelengths = job.parameters.wavelengths;
-  for (const double wavelength : header.wavelengths) {
-    header.labels.push_back(fmt::format("{}A", wavelength));
+  header.unit = unit_text(job.scene->unit);
+  if (job.camera.wcs()) {
+    header.wcs_records = job.camera.wcs()->records();
+  } else {
+    header.x = job.camera.x_axis();
+    header.y = job.camera.y_axis();
   }
-  header.cards = make_cards(job.parameters);
-  header.tables = {scene_table(find_text(job.record, scene_name)), record_table(job.record)};
+  for (const SpectralPlane& plane : job.spectrum.planes) {
+    header.wavelengths.push_back(plane.wavelength);
+    header.labels.push_back(plane.label);
+    header.plane_cards.push_back(calibration_cards(plane, job));
+  }
+  header.cards = make_cards(job.parameters, *job.scene);
+  header.tables = {scene_table(job.scene->list), record_table(job.record)};
   return header;
 }
 

@@ -1,62 +1,29 @@
 #include "gamer/render/medium.h"
 
-#undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "render/medium.cc"
-#include "hwy/foreach_target.h"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
 #include <map>
 #include <numeric>
+#include <stdexcept>
 #include <tuple>
 
-#include "hwy/highway.h"
-
-HWY_BEFORE_NAMESPACE();
 namespace gamer {
-namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
-
-/// out[w][i] = sum over c of factors[c * planes + w] * densities[members[c]][i].
-void Combine(const BatchArray* densities, const int* members, std::size_t member_count,
-             const float* HWY_RESTRICT factors, std::size_t planes, std::size_t size,
-             BatchArray* HWY_RESTRICT out) {
-  const hn::ScalableTag<float> d;
-  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    for (std::size_t w = 0; w < planes; ++w) {
-      auto sum = hn::Zero(d);
-      for (std::size_t c = 0; c < member_count; ++c) {
-        sum = hn::MulAdd(hn::Load(d, densities[members[c]].data() + i),
-                         hn::Set(d, factors[c * planes + w]), sum);
-      }
-      hn::Store(sum, d, out[w].data() + i);
-    }
-  }
-}
-
-// NOLINTNEXTLINE(google-readability-namespace-comments)
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
-namespace gamer {
-
-HWY_EXPORT(Combine);
 
 namespace {
+
+// Steering planes when there are more.
+constexpr std::size_t most_steering_planes = 3;
 
 /// Arrays of one thread, kept between batches.
 struct Scratch {
   BatchArray x, y, z;
   std::vector<BatchArray> densities;
-  std::vector<BatchArray> combined;
-  std::vector<std::vector<std::int32_t>> members;  ///< nodes of each galaxy
+  /// Per galaxy of each cover: its nodes and their hits.
+  std::vector<std::vector<std::int32_t>> members;
   std::vector<std::vector<const Hit*>> member_hits;
-  std::vector<int> touched;
+  std::vector<std::size_t> first_group;  ///< of each cover
 };
 
 Scratch& scratch() {
@@ -66,18 +33,56 @@ Scratch& scratch() {
 
 }  // namespace
 
-void RayNodes::clear() {
+void RayNodes::clear_nodes() {
   ray.clear();
+  cover.clear();
   t.clear();
-  for (auto& plane : emission) plane.clear();
-  for (auto& plane : opacity) plane.clear();
+  for (auto& slot : light) slot.clear();
+  for (auto& slot : dust) slot.clear();
 }
 
-Medium::Medium(std::shared_ptr<const Scene> scene, std::vector<double> wavelengths,
-               const Accuracy& accuracy)
-    : scene_(std::move(scene)), wavelengths_(std::move(wavelengths)), accuracy_(accuracy) {
-  // Galaxies of one type share their columns.
+void RayNodes::clear() {
+  clear_nodes();
+  covers.clear();
+}
+
+void RayLight::prepare(const Medium& medium, std::span<const std::span<const Hit>> hits) {
+  begin.clear();
+  std::size_t size = 0;
+  for (const std::span<const Hit> own : hits) {
+    begin.push_back(size);
+    for (const Hit& hit : own) size += medium.light_components(hit.galaxy) * medium.nodes();
+  }
+  light.assign(size, 0.0);
+  depth.assign(hits.size() * medium.nodes(), 0.0);
+}
+
+Medium::Medium(std::shared_ptr<const Scene> scene, std::shared_ptr<const SpectralBasis> basis,
+               const Accuracy& accuracy, bool dust_free)
+    : scene_(std::move(scene)),
+      basis_(std::move(basis)),
+      accuracy_(accuracy),
+      nodes_(basis_->size() + (dust_free ? 1 : 0)) {
+  // Spectra are sums of the same few components, so that errors in other planes lie between those
+  // of the bluest and the reddest.
+  const std::vector<SpectralPlane>& planes = basis_->spectrum().planes;
+  std::vector<std::size_t> order(planes.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return planes[a].wavelength < planes[b].wavelength;
+  });
+  const std::size_t count = std::min(order.size(), most_steering_planes);
+  for (std::size_t k = 0; k < count; ++k) {
+    steering_.push_back(order[count == 1 ? 0 : k * (order.size() - 1) / (count - 1)]);
+  }
+  for (std::size_t p = 0; p < planes.size(); ++p) {
+    interpolation_.push_back(basis_->interpolation(p));
+  }
+
+  // Galaxies of one type share their columns, SEDs of one redshift their weights.
   std::map<const Galaxy*, std::vector<double>> columns_of;
+  std::map<std::pair<const Sed*, double>, std::shared_ptr<const std::vector<double>>> weights_of;
+  const std::size_t steps = basis_->size();
   for (const PlacedGalaxy& placed : scene_->galaxies) {
     std::vector<double>& columns = columns_of[placed.galaxy.get()];
     if (columns.empty()) {
@@ -87,44 +92,61 @@ Medium::Medium(std::shared_ptr<const Scene> scene, std::vector<double> wavelengt
       }
     }
     Spectra spectra;
-    spectra.typical_brightness.assign(wavelengths_.size(), 0.0);
+    spectra.brightness = placed.brightness;
+    spectra.typical_brightness.assign(steering_.size(), 0.0);
     const auto components = placed.galaxy->components();
     for (std::size_t c = 0; c < components.size(); ++c) {
       const Component& component = *components[c];
-      const bool absorbs = component.absorbs();
-      (absorbs ? spectra.dust : spectra.light).push_back(static_cast<int>(c));
-      for (std::size_t w = 0; w < wavelengths_.size(); ++w) {
-        const double factor = absorbs ? component.extinction()->relative(wavelengths_[w])
-                                      : component.sed()->flux(wavelengths_[w]);
-        (absorbs ? spectra.dust_factors : spectra.light_factors)
-            .push_back(static_cast<float>(factor / placed.radius));
-        if (!absorbs) {
-          spectra.typical_brightness[w] =
-              std::max(spectra.typical_brightness[w], factor * columns[c]);
+      if (component.absorbs()) {
+        spectra.dust.push_back(static_cast<int>(c));
+        for (std::size_t j = 0; j < nodes_; ++j) {
+          spectra.extinction.push_back(
+              j < steps ? static_cast<float>(SpectralBasis::extinction(
+                              *component.extinction(), placed.redshift, basis_->node(j)))
+                        : 0.0f);
         }
+        continue;
+      }
+      spectra.light.push_back(static_cast<int>(c));
+      auto& weights = weights_of[{component.sed(), placed.redshift}];
+      if (weights == nullptr) {
+        weights = std::make_shared<const std::vector<double>>(
+            basis_->weights(*component.sed(), placed.redshift));
+      }
+      spectra.weights.push_back(weights);
+      for (std::size_t s = 0; s < steering_.size(); ++s) {
+        const auto first = weights->begin() + static_cast<std::ptrdiff_t>(steering_[s] * steps);
+        const double flux = placed.brightness *
+                            std::accumulate(first, first + static_cast<std::ptrdiff_t>(steps), 0.0);
+        spectra.steering_flux.push_back(static_cast<float>(flux));
+        spectra.typical_brightness[s] = std::max(spectra.typical_brightness[s], flux * columns[c]);
       }
     }
     // Light mixed with dust of depth tau shows (1 - exp(-tau))/tau of itself.
-    for (std::size_t w = 0; w < wavelengths_.size(); ++w) {
+    for (std::size_t s = 0; s < steering_.size(); ++s) {
       double depth = 0;
-      for (int c : spectra.dust) {
-        const Component& dust = *components[static_cast<std::size_t>(c)];
-        depth +=
-            dust.amplitude() * dust.face_on_column() * dust.extinction()->relative(wavelengths_[w]);
+      for (std::size_t d = 0; d < spectra.dust.size(); ++d) {
+        const auto c = static_cast<std::size_t>(spectra.dust[d]);
+        depth += components[c]->amplitude() * components[c]->face_on_column() *
+                 double{spectra.extinction[d * nodes_ + basis_->main_node(steering_[s])]};
       }
-      if (depth > 0) spectra.typical_brightness[w] *= -std::expm1(-depth) / depth;
+      if (depth > 0) spectra.typical_brightness[s] *= -std::expm1(-depth) / depth;
     }
     spectra_.push_back(std::move(spectra));
   }
+  rank_galaxies();
+}
+
+void Medium::rank_galaxies() {
   std::vector<int> order(scene_->galaxies.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
     const auto key = [&](int g) {
-      const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
-      return std::make_tuple(placed.centre.x, placed.centre.y, placed.centre.z, placed.radius,
-                             placed.seed, std::cref(placed.type), placed.to_ball[0].x,
-                             placed.to_ball[1].x, placed.to_ball[2].x, placed.to_ball[0].z,
-                             placed.to_ball[1].z);
+      const PlacedGalaxy& galaxy = placed(g);
+      return std::make_tuple(galaxy.centre.x, galaxy.centre.y, galaxy.centre.z, galaxy.radius,
+                             galaxy.seed, std::cref(galaxy.type), galaxy.to_ball[0].x,
+                             galaxy.to_ball[1].x, galaxy.to_ball[2].x, galaxy.to_ball[0].z,
+                             galaxy.to_ball[1].z, galaxy.brightness, galaxy.redshift);
     };
     return key(a) < key(b);
   });
@@ -134,25 +156,26 @@ Medium::Medium(std::shared_ptr<const Scene> scene, std::vector<double> wavelengt
   }
 }
 
-void Medium::candidates(const RayBundle& bundle, std::vector<int>& out) const {
+void Medium::candidates(const RayBundle& bundle, std::span<const int> among,
+                        std::vector<int>& out) const {
   const double secant = std::hypot(1.0, bundle.tangent);
-  for (std::size_t g = 0; g < scene_->galaxies.size(); ++g) {
-    const PlacedGalaxy& placed = scene_->galaxies[g];
-    const glm::dvec3 offset = placed.centre - bundle.axis.origin;
+  for (const int g : among) {
+    const PlacedGalaxy& galaxy = placed(g);
+    const glm::dvec3 offset = galaxy.centre - bundle.axis.origin;
     const double along = glm::dot(offset, bundle.axis.direction);
     const double across2 = std::max(glm::dot(offset, offset) - along * along, 0.0);
-    const double reach = (placed.bounding_radius + bundle.radius) * secant;
+    const double reach = (galaxy.bounding_radius + bundle.radius) * secant;
     const double limit = reach + std::max(along, 0.0) * bundle.tangent;
-    if (along > -reach && across2 <= limit * limit) out.push_back(static_cast<int>(g));
+    if (along > -reach && across2 <= limit * limit) out.push_back(g);
   }
 }
 
 void Medium::hits(const Ray& ray, std::span<const int> candidates, std::vector<Hit>& out) const {
   const auto old_size = static_cast<std::ptrdiff_t>(out.size());
   for (int g : candidates) {
-    const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
-    const glm::dvec3 origin = placed.to_ball * (ray.origin - placed.centre);
-    const glm::dvec3 direction = placed.to_ball * ray.direction;
+    const PlacedGalaxy& galaxy = placed(g);
+    const glm::dvec3 origin = galaxy.to_ball * (ray.origin - galaxy.centre);
+    const glm::dvec3 direction = galaxy.to_ball * ray.direction;
     const double dd = glm::dot(direction, direction);
     const double centre = -glm::dot(origin, direction) / dd;
     const glm::dvec3 nearest = origin + centre * direction;
@@ -169,8 +192,10 @@ void Medium::hits(const Ray& ray, std::span<const int> candidates, std::vector<H
                    {nearest.x, nearest.y, nearest.z},
                    {direction.x, direction.y, direction.z}});
   }
-  std::sort(out.begin() + old_size, out.end(), [](const Hit& a, const Hit& b) {
-    return a.begin < b.begin || (a.begin == b.begin && a.galaxy < b.galaxy);
+  std::sort(out.begin() + old_size, out.end(), [&](const Hit& a, const Hit& b) {
+    return a.begin < b.begin ||
+           (a.begin == b.begin &&
+            rank_[static_cast<std::size_t>(a.galaxy)] < rank_[static_cast<std::size_t>(b.galaxy)]);
   });
 }
 
@@ -181,8 +206,7 @@ void Medium::mark(const Hit& hit, Marks& marks) const {
                     {hit.direction[0], hit.direction[1], hit.direction[2]},
                     hit.begin - hit.centre,
                     hit.end - hit.centre};
-  for (const auto& component :
-       scene_->galaxies[static_cast<std::size_t>(hit.galaxy)].galaxy->components()) {
+  for (const auto& component : placed(hit.galaxy).galaxy->components()) {
     component->mark(ray, accuracy_, marks);
   }
   for (std::size_t i = old_edges; i < marks.edges.size(); ++i) marks.edges[i] += hit.centre;
@@ -192,90 +216,136 @@ void Medium::mark(const Hit& hit, Marks& marks) const {
   }
 }
 
-std::span<const double> Medium::typical_brightness(int galaxy) const {
-  return spectra_[static_cast<std::size_t>(galaxy)].typical_brightness;
+Cover Medium::cover(std::span<const Hit> hits, double t) const {
+  Cover result;
+  for (const Hit& hit : hits) {
+    if (!(hit.begin < t && t < hit.end)) continue;
+    result.galaxies.push_back(hit.galaxy);
+    result.light_slots += static_cast<int>(spectra(hit.galaxy).light.size());
+    result.dust_slots += static_cast<int>(spectra(hit.galaxy).dust.size());
+  }
+  std::sort(result.galaxies.begin(), result.galaxies.end(), [&](int a, int b) {
+    return rank_[static_cast<std::size_t>(a)] < rank_[static_cast<std::size_t>(b)];
+  });
+  return result;
+}
+
+int Medium::first_light_slot(const Cover& cover, std::size_t k) const {
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < k; ++i) first += spectra(cover.galaxies[i]).light.size();
+  return static_cast<int>(first);
+}
+
+template <class Count>
+std::pair<int, std::size_t> Medium::find_slot(const Cover& cover, int slot, Count count) const {
+  auto rest = static_cast<std::size_t>(slot);
+  for (const int galaxy : cover.galaxies) {
+    const std::size_t slots = count(spectra(galaxy));
+    if (rest < slots) return {galaxy, rest};
+    rest -= slots;
+  }
+  throw std::logic_error("a cover has no such slot");
+}
+
+float Medium::extinction(const Cover& cover, int slot, std::size_t j) const {
+  const auto [galaxy, own] = find_slot(cover, slot, [](const Spectra& s) { return s.dust.size(); });
+  return spectra(galaxy).extinction[own * nodes_ + j];
+}
+
+float Medium::steering_flux(const Cover& cover, int slot, std::size_t s) const {
+  const auto [galaxy, own] =
+      find_slot(cover, slot, [](const Spectra& spectra) { return spectra.light.size(); });
+  return spectra(galaxy).steering_flux[own * steering_.size() + s];
+}
+
+void Medium::add_planes(int galaxy, std::size_t component, const double* light, bool dust_free,
+                        std::span<double> out) const {
+  const Spectra& own = spectra(galaxy);
+  const std::vector<double>& weights = *own.weights[component];
+  const std::size_t steps = basis_->size();
+  for (std::size_t p = 0; p < out.size(); ++p) {
+    double sum = 0;
+    for (std::size_t j = 0; j < steps; ++j) {
+      sum += weights[p * steps + j] * light[dust_free ? nodes_ - 1 : j];
+    }
+    out[p] += own.brightness * sum;
+  }
+}
+
+double Medium::depth(std::size_t plane, const double* depth) const {
+  return std::inner_product(interpolation_[plane].begin(), interpolation_[plane].end(), depth, 0.0);
 }
 
 void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray, std::size_t first,
                       RayNodes& nodes) const {
-  const std::size_t planes = wavelengths_.size();
-  nodes.emission.resize(planes);
-  nodes.opacity.resize(planes);
-  for (std::size_t w = 0; w < planes; ++w) {
-    nodes.emission[w].resize(nodes.size(), 0.0f);
-    nodes.opacity[w].resize(nodes.size(), 0.0f);
-  }
   Scratch& s = scratch();
-  s.members.resize(std::max(s.members.size(), scene_->galaxies.size()));
+  std::size_t light_slots = 0, dust_slots = 0, groups = 0;
+  s.first_group.clear();
+  for (const Cover& cover : nodes.covers) {
+    s.first_group.push_back(groups);
+    groups += cover.galaxies.size();
+    light_slots = std::max(light_slots, static_cast<std::size_t>(cover.light_slots));
+    dust_slots = std::max(dust_slots, static_cast<std::size_t>(cover.dust_slots));
+  }
+  nodes.light.resize(std::max(nodes.light.size(), light_slots));
+  nodes.dust.resize(std::max(nodes.dust.size(), dust_slots));
+  for (auto* slots : {&nodes.light, &nodes.dust}) {
+    for (auto& slot : *slots) slot.resize(nodes.size(), 0.0f);
+  }
+  s.members.resize(std::max(s.members.size(), groups));
   s.member_hits.resize(s.members.size());
-  s.combined.resize(std::max(s.combined.size(), planes));
-  // What an exception left behind.
-  for (int g : s.touched) {
-    s.members[static_cast<std::size_t>(g)].clear();
-    s.member_hits[static_cast<std::size_t>(g)].clear();
+  for (std::size_t group = 0; group < groups; ++group) {
+    s.members[group].clear();
+    s.member_hits[group].clear();
   }
-  s.touched.clear();
   for (std::size_t n = first; n < nodes.size(); ++n) {
-    const double t = nodes.t[n];
-    for (const Hit& hit : hits_of_ray[static_cast<std::size_t>(nodes.ray[n])]) {
-      if (t < hit.begin || t > hit.end) continue;
-      const auto g = static_cast<std::size_t>(hit.galaxy);
-      if (s.members[g].empty()) s.touched.push_back(hit.galaxy);
-      s.members[g].push_back(static_cast<std::int32_t>(n));
-      s.member_hits[g].push_back(&hit);
+    const auto c = static_cast<std::size_t>(nodes.cover[n]);
+    const std::span<const Hit> hits = hits_of_ray[static_cast<std::size_t>(nodes.ray[n])];
+    const std::vector<int>& galaxies = nodes.covers[c].galaxies;
+    for (std::size_t k = 0; k < galaxies.size(); ++k) {
+      const auto hit = std::find_if(hits.begin(), hits.end(),
+                                    [&](const Hit& h) { return h.galaxy == galaxies[k]; });
+      s.members[s.first_group[c] + k].push_back(static_cast<std::int32_t>(n));
+      s.member_hits[s.first_group[c] + k].push_back(&*hit);
     }
   }
-  // Each node's sum runs over the galaxies in one order, whatever rows or rays came before.
-  std::sort(s.touched.begin(), s.touched.end(), [&](int a, int b) {
-    return rank_[static_cast<std::size_t>(a)] < rank_[static_cast<std::size_t>(b)];
-  });
-  for (int touched : s.touched) {
-    const auto g = static_cast<std::size_t>(touched);
-    const Spectra& spectra = spectra_[g];
-    const Galaxy& galaxy = *scene_->galaxies[g].galaxy;
-    s.densities.resize(std::max(s.densities.size(), galaxy.components().size()));
-    const auto& members = s.members[g];
-    const auto& hits = s.member_hits[g];
-    for (std::size_t start = 0; start < members.size(); start += batch_capacity) {
-      const std::size_t size = std::min(batch_capacity, members.size() - start);
-      for (std::size_t i = 0; i < size; ++i) {
-        const Hit& hit = *hits[start + i];
-        const double t = nodes.t[static_cast<std::size_t>(members[start + i])] - hit.centre;
-        s.x[i] = static_cast<float>(hit.nearest[0] + t * hit.direction[0]);
-        s.y[i] = static_cast<float>(hit.nearest[1] + t * hit.direction[1]);
-        s.z[i] = static_cast<float>(hit.nearest[2] + t * hit.direction[2]);
-      }
-      for (std::size_t i = size; i < padded(size); ++i) s.x[i] = s.y[i] = s.z[i] = 0;
-      galaxy.evaluate({s.x.data(), s.y.data(), s.z.data(), size},
-                      static_cast<float>(accuracy_.texture_threshold), s.densities);
-      const auto deposit = [&](const std::vector<int>& group, const std::vector<float>& factors,
-                               std::vector<std::vector<float>>& target) {
-        if (group.empty()) return;
-        HWY_DYNAMIC_DISPATCH(Combine)
-        (s.densities.data(), group.data(), group.size(), factors.data(), planes, size,
-         s.combined.data());
-        // Along rays that meet one galaxy the nodes are contiguous.
-        const auto first_member = static_cast<std::size_t>(members[start]);
-        const bool contiguous =
-            static_cast<std::size_t>(members[start + size - 1]) - first_member + 1 == size;
-        for (std::size_t w = 0; w < planes; ++w) {
-          const float* values = s.combined[w].data();
-          if (contiguous) {
-            float* plane = target[w].data() + first_member;
-            for (std::size_t i = 0; i < size; ++i) plane[i] += values[i];
-          } else {
-            float* plane = target[w].data();
-            for (std::size_t i = 0; i < size; ++i) plane[members[start + i]] += values[i];
-          }
+  for (std::size_t c = 0; c < nodes.covers.size(); ++c) {
+    std::size_t first_light = 0, first_dust = 0;
+    for (std::size_t k = 0; k < nodes.covers[c].galaxies.size(); ++k) {
+      const int g = nodes.covers[c].galaxies[k];
+      const Spectra& own = spectra(g);
+      const PlacedGalaxy& galaxy = placed(g);
+      const auto scale = static_cast<float>(1 / galaxy.radius);
+      s.densities.resize(std::max(s.densities.size(), galaxy.galaxy->components().size()));
+      const auto& members = s.members[s.first_group[c] + k];
+      const auto& hits = s.member_hits[s.first_group[c] + k];
+      for (std::size_t start = 0; start < members.size(); start += batch_capacity) {
+        const std::size_t size = std::min(batch_capacity, members.size() - start);
+        for (std::size_t i = 0; i < size; ++i) {
+          const Hit& hit = *hits[start + i];
+          const double t = nodes.t[static_cast<std::size_t>(members[start + i])] - hit.centre;
+          s.x[i] = static_cast<float>(hit.nearest[0] + t * hit.direction[0]);
+          s.y[i] = static_cast<float>(hit.nearest[1] + t * hit.direction[1]);
+          s.z[i] = static_cast<float>(hit.nearest[2] + t * hit.direction[2]);
         }
-      };
-      deposit(spectra.light, spectra.light_factors, nodes.emission);
-      deposit(spectra.dust, spectra.dust_factors, nodes.opacity);
+        for (std::size_t i = size; i < padded(size); ++i) s.x[i] = s.y[i] = s.z[i] = 0;
+        galaxy.galaxy->evaluate({s.x.data(), s.y.data(), s.z.data(), size},
+                                static_cast<float>(accuracy_.texture_threshold), s.densities);
+        const auto deposit = [&](const std::vector<int>& group, std::size_t first_slot,
+                                 std::vector<std::vector<float>>& slots) {
+          for (std::size_t m = 0; m < group.size(); ++m) {
+            const float* from = s.densities[static_cast<std::size_t>(group[m])].data();
+            float* to = slots[first_slot + m].data();
+            for (std::size_t i = 0; i < size; ++i) to[members[start + i]] = scale * from[i];
+          }
+        };
+        deposit(own.light, first_light, nodes.light);
+        deposit(own.dust, first_dust, nodes.dust);
+      }
+      first_light += own.light.size();
+      first_dust += own.dust.size();
     }
-    s.members[g].clear();
-    s.member_hits[g].clear();
   }
 }
 
 }  // namespace gamer
-#endif

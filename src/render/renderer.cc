@@ -1,24 +1,64 @@
 #include "gamer/render/renderer.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <vector>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <set>
+
+#include "gamer/sed/photometry.h"
 
 namespace gamer {
+
+/// A ray of a pixel.
+struct Renderer::Sample {
+  int pixel;
+  double x, y;
+  double weight;  ///< of the pixel's area
+};
+
+/// A row in the making.
+struct Renderer::Row {
+  std::vector<double> sums;  ///< [output][x], linear
+  std::vector<bool> is_sky;
+  /// [x]: light of each object in all planes, for the owner.
+  std::vector<std::map<std::size_t, double>> owners;
+
+  std::vector<Ray> rays;
+  std::vector<Hit> hits;
+  std::vector<std::size_t> hit_ends;
+  std::vector<std::span<const Hit>> hits_of_ray;
+  std::vector<double> planes;
+  RayLight light;
+};
 
 namespace {
 
 // Rays that are worked on together: enough to fill batches after refinement, few enough for what
-// their nodes hold, which grows with the number of planes, to stay in the second-level cache.
-constexpr std::size_t most_rays_at_once = 256;
-constexpr std::size_t fewest_rays_at_once = 8;
-constexpr std::size_t rays_times_planes = 384;
+// their nodes hold to stay in the second-level cache.
+constexpr std::size_t rays_at_once = 256;
+
+// Pixels for which galaxies are looked for together.
+constexpr int pixels_at_once = 64;
+
+// Halvings of a pixel at most.
+constexpr int deepest_cell = 24;
 
 constexpr int blocks_per_worker = 8;
 constexpr int largest_block = 16;
 
-/// Holds all rays: those of the ends and any between them.
+constexpr double arcsecond = std::numbers::pi / (180 * 3600);
+constexpr double nanojansky_in_cgs = 1e-32;   // erg/s/cm^2/Hz
+constexpr double nanojansky_in_mega = 1e-15;  // MJy
+
+/// Probes of at most this many galaxies choose the spectral nodes.
+constexpr std::size_t most_probes = 6;
+
+/// Holds all rays: those given and any between them.
 RayBundle bundle_of(std::span<const Ray> rays) {
   RayBundle bundle;
   bundle.axis = rays[rays.size() / 2];
@@ -31,15 +71,142 @@ RayBundle bundle_of(std::span<const Ray> rays) {
   return bundle;
 }
 
+/// Rays of the pixels [begin, end) x [first, last), edges included; fewer than all, with a margin
+/// of a pixel for what curves between them.
+std::vector<Ray> outline(const Camera& camera, int begin, int end, int first, int last) {
+  constexpr int steps = 8;
+  std::vector<Ray> rays;
+  for (const double y : {first - 1.5, 0.5 * (first + last - 1), last + 0.5}) {
+    for (int k = 0; k <= steps; ++k) {
+      const double x = begin - 1.5 + (end - begin + 2) * static_cast<double>(k) / steps;
+      if (const std::optional<Ray> ray = camera.ray(x, y)) rays.push_back(*ray);
+    }
+  }
+  return rays;
+}
+
+std::shared_ptr<const SpectralBasis> make_basis(const RenderParameters& parameters,
+                                                const Scene& scene, const Spectrum& spectrum) {
+  // The dusty galaxies, spread over the redshifts, each with its own light and that of the
+  // farthest.
+  std::map<std::pair<double, const ExtinctionCurve*>, SpectralBasis::Probe> dusty;
+  const PlacedGalaxy* farthest = nullptr;
+  const auto first_light = [](const PlacedGalaxy& placed) {
+    for (const auto& component : placed.galaxy->components()) {
+      if (!component->absorbs()) return component->sed();
+    }
+    return static_cast<const Sed*>(nullptr);
+  };
+  for (const PlacedGalaxy& placed : scene.galaxies) {
+    const Sed* sed = first_light(placed);
+    if (sed != nullptr && (farthest == nullptr || placed.redshift > farthest->redshift)) {
+      farthest = &placed;
+    }
+    for (const auto& component : placed.galaxy->components()) {
+      if (!component->absorbs()) continue;
+      dusty.try_emplace(
+          {placed.redshift, component->extinction()},
+          SpectralBasis::Probe{sed, placed.redshift, component->extinction(), placed.redshift});
+    }
+  }
+  std::vector<SpectralBasis::Probe> probes;
+  if (farthest != nullptr) {
+    std::vector<SpectralBasis::Probe> all;
+    for (const auto& [key, probe] : dusty) all.push_back(probe);
+    const std::size_t count = std::min(all.size(), most_probes);
+    for (std::size_t k = 0; k < count; ++k) {
+      SpectralBasis::Probe probe = all[count == 1 ? 0 : k * (all.size() - 1) / (count - 1)];
+      if (probe.sed == nullptr) {
+        probe.sed = first_light(*farthest);
+        probe.sed_redshift = farthest->redshift;
+      }
+      probes.push_back(probe);
+    }
+  }
+  // A share of the tolerance that leaves room for the quadrature's.
+  constexpr double share = 0.1;
+  return std::make_shared<const SpectralBasis>(spectrum, probes, parameters.band_samples,
+                                               share * parameters.tolerance);
+}
+
 }  // namespace
 
 Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
-                   std::shared_ptr<const Scene> scene)
+                   std::shared_ptr<const Scene> scene, const Spectrum& spectrum,
+                   const TruthImages& truth)
     : camera_(camera),
       supersample_(parameters.supersample),
-      medium_(std::move(scene), parameters.wavelengths,
-              Accuracy::from_tolerance(parameters.tolerance)),
-      sampler_(make_sampler(medium_, parameters)) {}
+      scene_(std::move(scene)),
+      medium_(scene_, make_basis(parameters, *scene_, spectrum),
+              Accuracy::from_tolerance(parameters.tolerance), truth.dust_free),
+      sampler_(make_sampler(medium_, parameters)),
+      per_pixel_(scene_->unit == PixelUnit::nanojansky ||
+                 scene_->unit == PixelUnit::electron_per_second) {
+  if (!supersample_ && scene_->unit == PixelUnit::relative) supersample_ = 1;
+  for (const SpectralPlane& plane : spectrum.planes) {
+    const double squared = plane.wavelength * plane.wavelength;
+    const double per_arcsecond = arcsecond * arcsecond;
+    double factor = 1;
+    switch (scene_->unit) {
+      case PixelUnit::relative:
+        factor = 1 / squared;
+        break;
+      case PixelUnit::nanojansky:
+        break;
+      case PixelUnit::megajansky_per_sr:
+        factor = nanojansky_in_mega;
+        break;
+      case PixelUnit::magnitude:
+        factor = per_arcsecond;
+        break;
+      case PixelUnit::flux_density:
+        factor = nanojansky_in_cgs * speed_of_light / squared * per_arcsecond;
+        break;
+      case PixelUnit::electron_per_second:
+        factor = photon_rate_per_nanojansky(*plane.band, parameters.telescope_area,
+                                            parameters.throughput);
+        break;
+    }
+    unit_factors_.push_back(factor);
+  }
+  make_outputs(truth);
+}
+
+void Renderer::make_outputs(const TruthImages& truth) {
+  using Kind = OutputPlane::Kind;
+  const std::vector<SpectralPlane>& planes = medium_.basis().spectrum().planes;
+  const auto add = [&](Kind kind, const std::string& prefix, std::size_t object = 0,
+                       std::size_t component = 0) {
+    for (std::size_t p = 0; p < planes.size(); ++p) {
+      outputs_.push_back({kind, p, object, component, prefix + planes[p].label});
+    }
+  };
+  add(Kind::image, "");
+  if (truth.dust_free) add(Kind::dust_free, "DUSTFREE_");
+  if (truth.optical_depth) add(Kind::optical_depth, "TAU_");
+  if (truth.segmentation) {
+    outputs_.push_back({Kind::owner, 0, 0, 0, "SEGMENTATION"});
+    outputs_.push_back({Kind::share, 0, 0, 0, "SHARE"});
+  }
+  first_component_.assign(scene_->objects, 0);
+  if (truth.parts == TruthImages::Parts::none) return;
+  std::vector<const PlacedGalaxy*> galaxies(scene_->objects, nullptr);
+  for (const PlacedGalaxy& placed : scene_->galaxies) galaxies[placed.object] = &placed;
+  for (std::size_t object = 0; object < scene_->objects; ++object) {
+    first_component_[object] = outputs_.size();
+    const bool is_whole = truth.parts == TruthImages::Parts::objects || galaxies[object] == nullptr;
+    if (is_whole) {
+      add(Kind::object, fmt::format("OBJECT_{}_", object + 1), object);
+      continue;
+    }
+    std::size_t light = 0;
+    for (const auto& component : galaxies[object]->galaxy->components()) {
+      if (component->absorbs()) continue;
+      add(Kind::component, fmt::format("OBJECT_{}_{}_", object + 1, component->name()), object,
+          light++);
+    }
+  }
+}
 
 void Renderer::render_rows(RowRange rows, std::span<double> values) const {
   RenderCounts counts;
@@ -47,57 +214,235 @@ void Renderer::render_rows(RowRange rows, std::span<double> values) const {
 }
 
 void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts& counts) const {
-  const auto width = static_cast<std::size_t>(camera_.width());
-  const auto planes = static_cast<std::size_t>(medium_.planes());
-  const auto sub = static_cast<std::size_t>(supersample_);
-  const std::size_t rays_per_pixel = sub * sub;
-  const std::size_t rays_at_once =
-      std::clamp(rays_times_planes / planes, fewest_rays_at_once, most_rays_at_once);
-  const std::size_t pixels_at_once = std::max<std::size_t>(1, rays_at_once / rays_per_pixel);
-  std::vector<Ray> rays;
-  std::vector<int> candidates;
-  std::vector<Hit> hits;
-  std::vector<std::size_t> hit_ends;
-  std::vector<std::span<const Hit>> hits_of_ray;
-  std::vector<double> intensities;
-  for (int row = rows.first; row < rows.last; ++row) {
-    double* out = values.data() + static_cast<std::size_t>(row - rows.first) * planes * width;
-    for (std::size_t begin = 0; begin < width; begin += pixels_at_once) {
-      const std::size_t pixels = std::min(pixels_at_once, width - begin);
-      rays.clear();
-      for (std::size_t x = begin; x < begin + pixels; ++x) {
-        for (std::size_t k = 0; k < rays_per_pixel; ++k) {
-          const auto offset = [&](std::size_t i) {
-            return (static_cast<double>(i) + 0.5) / static_cast<double>(sub) - 0.5;
-          };
-          rays.push_back(camera_.ray(static_cast<double>(x) + offset(k % sub),
-                                     static_cast<double>(row) + offset(k / sub)));
-        }
-      }
+  const int width = camera_.width();
+  const std::size_t row_size = outputs_.size() * static_cast<std::size_t>(width);
+  std::vector<int> all(scene_->galaxies.size()), in_rows, candidates;
+  for (std::size_t g = 0; g < all.size(); ++g) all[g] = static_cast<int>(g);
+  // Galaxies are looked for in all rows, in each row's parts, and ray by ray.
+  if (const auto rays = outline(camera_, 0, width, rows.first, rows.last); !rays.empty()) {
+    medium_.candidates(bundle_of(rays), all, in_rows);
+  }
+  Row row;
+  std::vector<Sample> samples;
+  for (int y = rows.first; y < rows.last; ++y) {
+    row.sums.assign(row_size, 0.0);
+    row.is_sky.assign(static_cast<std::size_t>(width), true);
+    row.owners.clear();
+    row.owners.resize(static_cast<std::size_t>(width));
+    for (int begin = 0; begin < width; begin += pixels_at_once) {
+      const int end = std::min(begin + pixels_at_once, width);
       candidates.clear();
-      medium_.candidates(bundle_of(rays), candidates);
-      hits.clear();
-      hit_ends.clear();
-      for (const Ray& ray : rays) {
-        medium_.hits(ray, candidates, hits);
-        hit_ends.push_back(hits.size());
-      }
-      hits_of_ray.clear();
-      for (std::size_t i = 0; i < rays.size(); ++i) {
-        const std::size_t start = i == 0 ? 0 : hit_ends[i - 1];
-        hits_of_ray.emplace_back(hits.data() + start, hit_ends[i] - start);
-      }
-      intensities.assign(rays.size() * planes, 0.0);
-      if (!hits.empty()) sampler_->integrate(hits_of_ray, intensities, counts);
-      for (std::size_t x = 0; x < pixels; ++x) {
-        for (std::size_t w = 0; w < planes; ++w) {
-          double sum = 0;
-          for (std::size_t k = 0; k < rays_per_pixel; ++k) {
-            sum += intensities[(x * rays_per_pixel + k) * planes + w];
-          }
-          out[w * width + begin + x] = sum / static_cast<double>(rays_per_pixel);
+      if (!in_rows.empty()) {
+        if (const auto rays = outline(camera_, begin, end, y, y + 1); !rays.empty()) {
+          medium_.candidates(bundle_of(rays), in_rows, candidates);
         }
       }
+      samples.clear();
+      for (int x = begin; x < end && !candidates.empty(); ++x) {
+        place_samples(x, y, candidates, samples);
+        while (samples.size() >= rays_at_once) {
+          add_light(std::span(samples).first(rays_at_once), candidates, row, counts);
+          samples.erase(samples.begin(), samples.begin() + rays_at_once);
+        }
+      }
+      if (!samples.empty()) add_light(samples, candidates, row, counts);
+    }
+    finish(y, row, values.subspan(static_cast<std::size_t>(y - rows.first) * row_size, row_size));
+  }
+}
+
+double Renderer::relative_size(double x, double y, double size,
+                               std::span<const int> candidates) const {
+  const std::optional<Ray> ray = camera_.ray(x, y);
+  if (!ray) return 0;
+  double largest = 0;
+  for (const int g : candidates) {
+    const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
+    const double pixel = size * camera_.pixel_size(placed.centre);
+    const glm::dvec3 offset = ray->origin - placed.centre;
+    const double along = glm::dot(offset, ray->direction);
+    const double across2 = glm::dot(offset, offset) - along * along;
+    const double reach = placed.bounding_radius + pixel;
+    if (across2 > reach * reach) continue;
+    const glm::dvec3 origin = placed.to_ball * offset;
+    glm::dvec3 direction = placed.to_ball * ray->direction;
+    direction /= glm::length(direction);
+    const glm::dvec3 nearest = origin - glm::dot(origin, direction) * direction;
+    // In the ball, along its shortest semi-axis.
+    const auto& axis = placed.galaxy->axis();
+    const double in_ball = pixel / (placed.radius * *std::min_element(axis.begin(), axis.end()));
+    // Half a diagonal.
+    const double around = in_ball * std::numbers::sqrt2 / 2;
+    for (const auto& component : placed.galaxy->components()) {
+      const double scale = component->column_scale(&nearest.x, &direction.x, around);
+      largest = std::max(largest, in_ball / scale);
+    }
+  }
+  return largest;
+}
+
+void Renderer::place_samples(int x, int y, std::span<const int> candidates,
+                             std::vector<Sample>& out) const {
+  if (supersample_) {
+    const int sub = *supersample_;
+    const double weight = 1.0 / (sub * sub);
+    const auto offset = [&](int i) { return (i + 0.5) / sub - 0.5; };
+    for (int j = 0; j < sub; ++j) {
+      for (int i = 0; i < sub; ++i) out.push_back({x, x + offset(i), y + offset(j), weight});
+    }
+    return;
+  }
+  const double size = relative_size(x, y, 1, candidates);
+  if (size <= medium_.accuracy().ray_size) {
+    out.push_back({x, static_cast<double>(x), static_cast<double>(y), 1});
+  } else {
+    refine(x, y, 1, x, candidates, out);
+  }
+}
+
+void Renderer::refine(double x, double y, double size, int pixel, std::span<const int> candidates,
+                      std::vector<Sample>& out) const {
+  constexpr double gauss = 0.5 * std::numbers::inv_sqrt3;
+  const bool is_small = size <= std::ldexp(1.0, -deepest_cell) ||
+                        relative_size(x, y, size, candidates) <= medium_.accuracy().cell_size;
+  for (const int j : {-1, 1}) {
+    for (const int i : {-1, 1}) {
+      if (is_small) {
+        out.push_back({pixel, x + i * gauss * size, y + j * gauss * size, 0.25 * size * size});
+      } else {
+        refine(x + 0.25 * i * size, y + 0.25 * j * size, 0.5 * size, pixel, candidates, out);
+      }
+    }
+  }
+}
+
+void Renderer::add_light(std::span<const Sample> samples, std::span<const int> candidates, Row& row,
+                         RenderCounts& counts) const {
+  row.hits.clear();
+  row.hit_ends.clear();
+  for (const Sample& sample : samples) {
+    if (const std::optional<Ray> ray = camera_.ray(sample.x, sample.y)) {
+      medium_.hits(*ray, candidates, row.hits);
+    }
+    row.hit_ends.push_back(row.hits.size());
+  }
+  if (row.hits.empty()) return;
+  row.hits_of_ray.clear();
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const std::size_t start = i == 0 ? 0 : row.hit_ends[i - 1];
+    row.hits_of_ray.emplace_back(row.hits.data() + start, row.hit_ends[i] - start);
+  }
+  sampler_->integrate(row.hits_of_ray, row.light, counts);
+
+  const auto width = static_cast<std::size_t>(camera_.width());
+  const std::size_t spectral = medium_.basis().planes(), nodes = medium_.nodes();
+  const bool has_parts = outputs_.back().kind == OutputPlane::Kind::object ||
+                         outputs_.back().kind == OutputPlane::Kind::component;
+  const bool has_owner = std::any_of(outputs_.begin(), outputs_.end(), [](const auto& output) {
+    return output.kind == OutputPlane::Kind::owner;
+  });
+  row.planes.resize(spectral);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const auto x = static_cast<std::size_t>(samples[i].pixel);
+    const double weight = samples[i].weight;
+    const double* light = row.light.light.data() + row.light.begin[i];
+    // Adds row.planes to the outputs from `first` on.
+    const auto add = [&](std::size_t first) {
+      for (std::size_t p = 0; p < spectral; ++p) {
+        row.sums[(first + p) * width + x] += weight * row.planes[p];
+      }
+    };
+    for (const Hit& hit : row.hits_of_ray[i]) {
+      const std::size_t object = scene_->galaxies[static_cast<std::size_t>(hit.galaxy)].object;
+      for (std::size_t c = 0; c < medium_.light_components(hit.galaxy); ++c, light += nodes) {
+        std::fill(row.planes.begin(), row.planes.end(), 0.0);
+        medium_.add_planes(hit.galaxy, c, light, false, row.planes);
+        add(0);
+        if (has_owner) {
+          for (std::size_t p = 0; p < spectral; ++p) {
+            row.owners[x][object] += weight * row.planes[p] * unit_factors_[p];
+          }
+        }
+        if (has_parts) {
+          const std::size_t first = first_component_[object];
+          const bool is_whole = outputs_[first].kind == OutputPlane::Kind::object;
+          add(first + (is_whole ? 0 : c * spectral));
+        }
+        if (spectral < outputs_.size() && outputs_[spectral].kind == OutputPlane::Kind::dust_free) {
+          std::fill(row.planes.begin(), row.planes.end(), 0.0);
+          medium_.add_planes(hit.galaxy, c, light, true, row.planes);
+          add(spectral);
+        }
+      }
+    }
+    for (std::size_t o = spectral; o < outputs_.size(); ++o) {
+      if (outputs_[o].kind != OutputPlane::Kind::optical_depth) continue;
+      row.sums[o * width + x] +=
+          weight * medium_.depth(outputs_[o].plane, row.light.depth.data() + i * nodes);
+    }
+  }
+}
+
+void Renderer::finish(int y, Row& row, std::span<double> out) const {
+  using Kind = OutputPlane::Kind;
+  const auto width = static_cast<std::size_t>(camera_.width());
+  const std::size_t spectral = medium_.basis().planes();
+  const bool is_sky_view = camera_.projection() == Projection::sky;
+  const bool needs_area = per_pixel_ || !scene_->stars.empty();
+  // Point sources: shared among the four nearest pixels so that their centroid is where they are.
+  for (const PlacedStar& star : scene_->stars) {
+    const double share_y = 1 - std::abs(star.pixel.y - y);
+    if (!(share_y > 0)) continue;
+    const double left = std::floor(star.pixel.x);
+    for (const double x : {left, left + 1}) {
+      const double share = share_y * (1 - std::abs(star.pixel.x - x));
+      if (!(share > 0) || x < 0 || x >= static_cast<double>(width)) continue;
+      const double area = camera_.solid_angle(x, y);
+      if (!(area > 0)) continue;
+      const auto column = static_cast<std::size_t>(x);
+      for (std::size_t o = 0; o < outputs_.size(); ++o) {
+        const Kind kind = outputs_[o].kind;
+        const bool is_own = kind == Kind::object && outputs_[o].object == star.object;
+        if (kind != Kind::image && kind != Kind::dust_free && !is_own) continue;
+        row.sums[o * width + column] += share * star.flux[outputs_[o].plane] / area;
+      }
+      for (std::size_t p = 0; p < spectral; ++p) {
+        row.owners[column][star.object] += share * star.flux[p] / area * unit_factors_[p];
+      }
+    }
+  }
+  for (std::size_t x = 0; x < width; ++x) {
+    const auto px = static_cast<double>(x);
+    const bool shows_sky = !is_sky_view || camera_.ray(px, y).has_value();
+    bool has_light = false;
+    for (std::size_t p = 0; p < spectral; ++p) has_light |= row.sums[p * width + x] != 0;
+    const double area = per_pixel_ && needs_area && has_light ? camera_.solid_angle(px, y) : 1;
+    std::pair<std::size_t, double> owner{0, 0.0};
+    double whole = 0;
+    for (const auto& [object, light] : row.owners[x]) {
+      whole += light;
+      if (light > owner.second) owner = {object + 1, light};
+    }
+    for (std::size_t o = 0; o < outputs_.size(); ++o) {
+      double& value = out[o * width + x];
+      const double sum = row.sums[o * width + x];
+      switch (outputs_[o].kind) {
+        case Kind::optical_depth:
+          value = sum;
+          break;
+        case Kind::owner:
+          value = static_cast<double>(owner.first);
+          break;
+        case Kind::share:
+          value = whole > 0 ? owner.second / whole : 0;
+          break;
+        default:
+          value = sum * area * unit_factors_[outputs_[o].plane];
+          if (scene_->unit == PixelUnit::magnitude) {
+            value = sum > 0 ? ab_magnitude(value) : std::numeric_limits<double>::quiet_NaN();
+          }
+      }
+      if (!shows_sky) value = std::numeric_limits<double>::quiet_NaN();
     }
   }
 }

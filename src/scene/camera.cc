@@ -1,55 +1,236 @@
 #include "gamer/scene/camera.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
+#include <glm/vec2.hpp>
+#include <numbers>
+
+#include "gamer/image/data_table.h"
 
 namespace gamer {
 namespace {
 
+// Name of camera.header in the record.
+constexpr const char* header_name = "camera.header";
+
 /// Coordinate of the image's middle along a side of `size` pixels.
 double middle(int size) { return 0.5 * (size - 1); }
 
+SkyView view_of(const RenderParameters& parameters) {
+  SkyView view = parameters.sky;
+  view.width = parameters.width;
+  view.height = parameters.height;
+  return view;
+}
+
+CelestialWcs wcs_of(const RenderParameters& parameters) {
+  try {
+    return CelestialWcs(view_of(parameters));
+  } catch (const InputError& error) {
+    throw InputError(parameters.section("camera").where("sky_projection"), error.what());
+  }
+}
+
+/// The integer value of a header's card, e.g. NAXIS1.
+int header_integer(const std::string& header, const std::string& key, const std::string& label) {
+  const std::string start = fmt::format("{:<8}=", key);
+  for (std::size_t at = 0; at < header.size();) {
+    const std::size_t end = std::min(header.find('\n', at), header.size());
+    const std::string line = header.substr(at, end - at);
+    if (line.starts_with(start)) return std::atoi(line.c_str() + start.size());
+    at = end + 1;
+  }
+  throw InputError({label, 0, 0}, fmt::format("its header has no {}", key));
+}
+
 }  // namespace
+
+glm::dvec3 direction_of(const SkyPosition& sky) {
+  const double a = glm::radians(sky.ra), d = glm::radians(sky.dec);
+  return {std::cos(d) * std::cos(a), std::cos(d) * std::sin(a), std::sin(d)};
+}
+
+SkyPosition sky_of(const glm::dvec3& direction) {
+  const double ra = glm::degrees(std::atan2(direction.y, direction.x));
+  return {ra < 0 ? ra + 360 : ra,
+          glm::degrees(std::atan2(direction.z, std::hypot(direction.x, direction.y)))};
+}
 
 Camera::Camera(const RenderParameters& parameters)
     : width_(parameters.width),
       height_(parameters.height),
-      perspective_(parameters.projection == Projection::perspective),
+      projection_(parameters.projection),
       position_(parameters.position),
-      back_(glm::normalize(parameters.position - parameters.target)),
       unit_(parameters.unit) {
-  const double across =
-      perspective_ ? 2 * std::tan(glm::radians(parameters.fov) / 2) : parameters.camera_width;
+  if (projection_ == Projection::sky) {
+    if (!parameters.sky_header.empty()) {
+      throw InputError(parameters.sky_header_where, "the header of this sky view is not read");
+    }
+    wcs_ = wcs_of(parameters);
+    set_sky_pixel();
+    return;
+  }
+  back_ = glm::normalize(parameters.position - parameters.target);
+  const double across = projection_ == Projection::perspective
+                            ? 2 * std::tan(glm::radians(parameters.fov) / 2)
+                            : parameters.camera_width;
   pixel_ = across / width_;
   right_ = glm::normalize(glm::cross(glm::normalize(parameters.up), back_));
   up_ = glm::cross(back_, right_);
 }
 
-Ray Camera::ray(double x, double y) const {
+Camera::Camera(const RenderParameters& parameters, const CelestialWcs& wcs)
+    : width_(parameters.width),
+      height_(parameters.height),
+      projection_(Projection::sky),
+      unit_(parameters.unit),
+      wcs_(wcs) {
+  set_sky_pixel();
+}
+
+void Camera::set_sky_pixel() {
+  position_ = {0, 0, 0};
+  // The largest of pixels spread over the image, and where the first of them is.
+  constexpr int places = 8;
+  bool found = false;
+  for (const int order : {0, 1}) {
+    for (int j = 0; j <= places; ++j) {
+      for (int i = 0; i <= places; ++i) {
+        // The middle first.
+        const bool is_middle = 2 * i == places && 2 * j == places;
+        if (is_middle != (order == 0)) continue;
+        const double x = (width_ - 1) * static_cast<double>(i) / places;
+        const double y = (height_ - 1) * static_cast<double>(j) / places;
+        const std::optional<Ray> here = ray(x, y);
+        if (!here) continue;
+        pixel_ = std::max(pixel_, std::sqrt(solid_angle(x, y)));
+        if (found) continue;
+        found = true;
+        back_ = -here->direction;
+        up_ = up_at(here->direction);
+        right_ = glm::cross(up_, back_);
+      }
+    }
+  }
+}
+
+std::optional<Ray> Camera::ray(double x, double y) const {
+  if (wcs_) {
+    const std::optional<SkyPosition> sky = wcs_->sky({x + 1, y + 1});
+    if (!sky) return std::nullopt;
+    return Ray{position_, direction_of(*sky)};
+  }
   const glm::dvec3 offset =
       pixel_ * (x - middle(width_)) * right_ + pixel_ * (y - middle(height_)) * up_;
-  if (perspective_) return {position_, glm::normalize(offset - back_)};
-  return {position_ + offset, -back_};
+  if (projection_ == Projection::perspective) return Ray{position_, glm::normalize(offset - back_)};
+  return Ray{position_ + offset, -back_};
+}
+
+std::optional<glm::dvec2> Camera::pixel(const glm::dvec3& point) const {
+  if (wcs_) {
+    const std::optional<PixelPosition> pixel = wcs_->pixel(sky_of(point));
+    if (!pixel) return std::nullopt;
+    return glm::dvec2(pixel->x - 1, pixel->y - 1);
+  }
+  const glm::dvec3 way = point - position_;
+  const double along = -glm::dot(way, back_);
+  if (!(along > 0)) return std::nullopt;
+  const double unit = projection_ == Projection::perspective ? pixel_ * along : pixel_;
+  return glm::dvec2(middle(width_) + glm::dot(way, right_) / unit,
+                    middle(height_) + glm::dot(way, up_) / unit);
+}
+
+double Camera::solid_angle(double x, double y) const {
+  if (projection_ == Projection::orthographic) return pixel_ * pixel_;
+  if (projection_ == Projection::perspective) {
+    const double u = pixel_ * (x - middle(width_)), v = pixel_ * (y - middle(height_));
+    return pixel_ * pixel_ / std::pow(1 + u * u + v * v, 1.5);
+  }
+  // The parallelogram of the pixel's middle lines; smaller ones at the edge of the sky.
+  constexpr int most_halvings = 10;
+  double half = 0.5;
+  for (int i = 0; i < most_halvings; ++i, half *= 0.5) {
+    const auto left = ray(x - half, y), right = ray(x + half, y);
+    const auto below = ray(x, y - half), above = ray(x, y + half);
+    if (!left || !right || !below || !above) continue;
+    return glm::length(glm::cross(right->direction - left->direction,
+                                  above->direction - below->direction)) /
+           (4 * half * half);
+  }
+  return 0;
+}
+
+double Camera::pixel_size(const glm::dvec3& point) const {
+  return projection_ == Projection::orthographic ? pixel_ : pixel_ * distance(point);
+}
+
+glm::dvec3 Camera::up_at(const glm::dvec3& point) const {
+  if (!wcs_) return up_;
+  const double across = std::hypot(point.x, point.y);
+  if (across == 0) return {point.z > 0 ? -1 : 1, 0, 0};
+  // d(direction)/d(dec).
+  const double length = glm::length(point);
+  return glm::dvec3(-point.z * point.x / across, -point.z * point.y / across, across) / length;
 }
 
 glm::dvec3 Camera::towards(const glm::dvec3& point) const {
-  if (!perspective_) return back_;
+  if (projection_ == Projection::orthographic) return back_;
   const glm::dvec3 way = position_ - point;
-  const double distance = glm::length(way);
-  return distance > 0 ? way / distance : back_;
+  const double length = glm::length(way);
+  return length > 0 ? way / length : back_;
+}
+
+double Camera::distance(const glm::dvec3& point) const {
+  return projection_ == Projection::orthographic ? 0 : glm::length(point - position_);
 }
 
 LinearAxis Camera::x_axis() const {
-  const double step = perspective_ ? glm::degrees(pixel_) : pixel_;
-  return {perspective_ ? "XTAN" : "X", perspective_ ? "deg" : unit_, middle(width_) + 1, 0, step};
+  const bool is_perspective = projection_ == Projection::perspective;
+  const double step = is_perspective ? glm::degrees(pixel_) : pixel_;
+  return {is_perspective ? "XTAN" : "X", is_perspective ? "deg" : unit_, middle(width_) + 1, 0,
+          step};
 }
 
 LinearAxis Camera::y_axis() const {
   LinearAxis axis = x_axis();
-  axis.type = perspective_ ? "YTAN" : "Y";
+  axis.type = projection_ == Projection::perspective ? "YTAN" : "Y";
   axis.reference_pixel = middle(height_) + 1;
   return axis;
+}
+
+Camera make_camera(RenderParameters& parameters, Resources& resources) {
+  if (parameters.projection != Projection::sky || parameters.sky_header.empty()) {
+    return Camera(parameters);
+  }
+  const std::string& name = parameters.sky_header;
+  const Resources::Text* text = resources.recorded(header_name);
+  try {
+    if (text == nullptr) {
+      const std::filesystem::path beside =
+          std::filesystem::path(parameters.sky_header_where.file).parent_path() / name;
+      // An extended name ("a.fits[1]") is no file's.
+      const std::filesystem::path file = beside.string().substr(0, beside.string().find('['));
+      const std::filesystem::path path = std::filesystem::exists(file) ? beside : std::filesystem::path(name);
+      text = &resources.add({header_name, name, header_text(path)});
+    }
+    const int width = header_integer(text->content, "NAXIS1", name);
+    const int height = header_integer(text->content, "NAXIS2", name);
+    const ParameterSet& image = parameters.section("image");
+    if (image.is_given("size") && (parameters.width != width || parameters.height != height)) {
+      throw InputError(image.where("size"),
+                       fmt::format("size = {} x {} is not that of camera.header, {} x {}",
+                                   parameters.width, parameters.height, width, height));
+    }
+    parameters.set("image", "size", std::vector<double>{double(width), double(height)});
+    return Camera(parameters, CelestialWcs::from_header(text->content, name));
+  } catch (const InputError& error) {
+    if (std::string_view(error.what()).starts_with(parameters.sky_header_where.file + ":")) throw;
+    throw InputError(parameters.sky_header_where, error.what());
+  }
 }
 
 }  // namespace gamer

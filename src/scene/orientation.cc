@@ -39,7 +39,7 @@ glm::dmat3 orientation_on_sky(const Camera& camera, const glm::dvec3& centre, do
   const glm::dvec3 towards = camera.towards(centre);
   // Where the galaxy lies straight above or below the camera, its up is not defined but its right
   // is.
-  const glm::dvec3 across = glm::cross(camera.up(), towards);
+  const glm::dvec3 across = glm::cross(camera.up_at(centre), towards);
   constexpr double smallest_sine = 1e-9;
   const glm::dvec3 right =
       glm::length(across) > smallest_sine

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "gamer/core/near.h"
+#include "gamer/scene/scene_columns.h"
 
 namespace gamer {
 namespace {
@@ -17,6 +18,8 @@ using Type = ParameterType;
 constexpr double largest_image_side = 1e6;
 constexpr double largest_supersample = 16;
 constexpr double largest_octaves = 32;
+constexpr double most_band_samples = 64;
+constexpr double largest_h0 = 1e4;
 // Galaxy radii: 2e6 steps across a galaxy.
 constexpr double smallest_step = 1e-6;
 // 2^63, above every 64-bit integer.
@@ -25,6 +28,72 @@ constexpr double largest_seed = 0x1p63;
 constexpr double smallest_sine = 1e-9;
 
 Interval positive() { return Interval::open(0, HUGE_VAL); }
+
+struct UnitName {
+  PixelUnit unit;
+  const char* name;
+};
+
+constexpr UnitName units[] = {
+    {PixelUnit::relative, "relative"},
+    {PixelUnit::nanojansky, "nJy"},
+    {PixelUnit::megajansky_per_sr, "MJy/sr"},
+    {PixelUnit::magnitude, "mag/arcsec^2"},
+    {PixelUnit::flux_density, "erg/s/cm^2/A/arcsec^2"},
+    {PixelUnit::electron_per_second, "electron/s"},
+};
+
+std::vector<std::string> unit_names() {
+  std::vector<std::string> names = {"auto"};
+  for (const UnitName& unit : units) names.emplace_back(unit.name);
+  return names;
+}
+
+std::optional<PixelUnit> find_unit(const std::string& name) {
+  for (const UnitName& unit : units) {
+    if (name == unit.name) return unit.unit;
+  }
+  return std::nullopt;
+}
+
+struct FormatName {
+  CatalogueFormat format;
+  const char* name;
+};
+
+constexpr FormatName formats[] = {
+    {CatalogueFormat::automatic, "auto"},
+    {CatalogueFormat::list, "list"},
+    {CatalogueFormat::fits, "fits"},
+    {CatalogueFormat::ecsv, "ecsv"},
+    {CatalogueFormat::sextractor, "sextractor"},
+    {CatalogueFormat::skymaker, "skymaker"},
+};
+
+/// Besides the format, a key for each column of a scene.
+ParameterTable catalogue_table() {
+  std::vector<std::string> names;
+  for (const FormatName& format : formats) names.emplace_back(format.name);
+  ParameterTable table = {{"format", Type::choice, "", Interval::any(), std::string("auto"),
+                           "auto: as the file looks", names},
+                          {"hdu",
+                           Type::text,
+                           "",
+                           Interval::any(),
+                           {},
+                           "name or number of the table in a FITS file; by default the first"}};
+  for (const Parameter& column : scene_columns()) {
+    table.push_back({column.name,
+                     Type::text,
+                     "",
+                     Interval::any(),
+                     {},
+                     fmt::format("the catalogue's column for `{0}`, or `=word` for the same in "
+                                 "every row",
+                                 column.name)});
+  }
+  return table;
+}
 
 std::vector<ParameterSection> make_sections() {
   const std::string radii = "galaxy radii";
@@ -44,7 +113,9 @@ std::vector<ParameterSection> make_sections() {
          std::string("cube"),
          "several wavelengths: planes of one HDU, one HDU each, or one file each (name gets "
          "`_<label>`)",
-         {"cube", "extensions", "files"}}}},
+         {"cube", "extensions", "files"}},
+        {"unit", Type::choice, "", Interval::any(), std::string("auto"),
+         "of the pixels; auto: nJy where the scene has magnitudes, else relative", unit_names()}}},
       {"camera",
        "The view.",
        {{"projection",
@@ -53,7 +124,7 @@ std::vector<ParameterSection> make_sections() {
          Interval::any(),
          std::string("perspective"),
          "kind of camera",
-         {"perspective", "orthographic"}},
+         {"perspective", "orthographic", "sky"}},
         {"position", Type::vector3, "scene units", Interval::any(), std::vector<double>{0, -3, 0},
          "where the camera is"},
         {"target", Type::vector3, "scene units", Interval::any(), std::vector<double>{0, 0, 0},
@@ -64,12 +135,68 @@ std::vector<ParameterSection> make_sections() {
          "full angle across the image's width (perspective)"},
         {"width", Type::number, "scene units", positive(), 2.5,
          "full width across the image (orthographic)"},
-        {"supersample", Type::integer, "", Interval::closed(1, largest_supersample),
-         std::int64_t{1}, "sub-pixels per side"}}},
+        {"center", Type::vector2, "deg", Interval::any(), std::vector<double>{0, 0},
+         "right ascension and declination of the image's middle (sky)"},
+        {"pixel_scale", Type::number, "arcsec", positive(), 0.2, "size of a pixel there (sky)"},
+        {"rotation", Type::number, "deg", Interval::any(), 0.0,
+         "position angle of the image's +y, East of North (sky)"},
+        {"sky_projection", Type::text, "", Interval::any(), std::string("TAN"),
+         "any projection of the FITS standard by its three letters (sky)"},
+        {"projection_parameters", Type::numbers, "", Interval::any(), std::vector<double>{},
+         "PV2_1, PV2_2, ... of that projection (sky)"},
+        {"header",
+         Type::text,
+         "",
+         Interval::any(),
+         {},
+         "FITS file whose size and WCS the image takes, instead of the keys above (sky)"},
+        {"supersample",
+         Type::integer,
+         "",
+         Interval::closed(1, largest_supersample),
+         {},
+         "sub-pixels per side; by default 1 where the pixels are relative, else chosen by "
+         "sampling.tolerance"}}},
       {"spectrum",
        "What is seen of the light.",
        {{"wavelengths", Type::numbers, "Angstrom", positive(), std::vector<double>{5500},
-         "observed wavelengths, one plane each"}}},
+         "observed wavelengths, one plane each"},
+        {"bands", Type::texts, "", Interval::any(), std::vector<std::string>{},
+         "names or files of bandpasses in `bandpasses/`, one plane each, after the wavelengths; "
+         "without wavelengths there are these only"},
+        {"band_samples",
+         Type::integer,
+         "",
+         Interval::closed(1, most_band_samples),
+         {},
+         "wavelengths in each band at which dust is evaluated; by default chosen by "
+         "sampling.tolerance"},
+        {"igm",
+         Type::choice,
+         "",
+         Interval::any(),
+         std::string("none"),
+         "absorption by hydrogen between the galaxies: Madau 1995",
+         {"none", "madau95"}}}},
+      {"photometry",
+       "What magnitudes mean, and the telescope.",
+       {{"reference_band", Type::text, "", Interval::any(), std::string("sdss_r"),
+         "band of the scene's magnitudes"},
+        {"attenuated", Type::boolean, "", Interval::any(), false,
+         "magnitudes are those of galaxies as seen with their dust"},
+        {"area",
+         Type::number,
+         "m^2",
+         positive(),
+         {},
+         "collecting area of the telescope, for electron/s"},
+        {"throughput", Type::number, "", Interval::left_open(0, 1), 1.0,
+         "of telescope and detector, besides the bandpass' own, for electron/s"}}},
+      {"cosmology",
+       "Flat Lambda-CDM.",
+       {{"H0", Type::number, "km/s/Mpc", Interval::left_open(0, largest_h0), 70.0,
+         "Hubble constant"},
+        {"Omega_m", Type::number, "", Interval::closed(0, 1), 0.3, "matter density"}}},
       {"noise",
        "The procedural noise of all components.",
        {{"kind", Type::choice, "", Interval::any(), std::string("simplex"), "base noise",
@@ -105,28 +232,68 @@ std::vector<ParameterSection> make_sections() {
          std::string("arbitrary"),
          "of positions and sizes",
          {"arbitrary", "pc", "kpc", "Mpc"}}}},
+      {"catalogue", "How a catalogue is read as a scene.", catalogue_table()},
+      {"truth",
+       "Images of what the scene is made of, written beside the image with --truth.",
+       {{"parts",
+         Type::choice,
+         "",
+         Interval::any(),
+         std::string("none"),
+         "the light of each object, or of each component of it, as it is seen",
+         {"none", "objects", "components"}},
+        {"dust_free", Type::boolean, "", Interval::any(), false, "the image without dust"},
+        {"optical_depth", Type::boolean, "", Interval::any(), false,
+         "optical depth through everything"},
+        {"segmentation", Type::boolean, "", Interval::any(), false,
+         "the object (row of the table, from 1) with most of each pixel's light, and its share"},
+        {"output",
+         Type::text,
+         "",
+         Interval::any(),
+         {},
+         "path; by default that of the image with _truth before the suffix"}}},
   };
 }
 
-/// A key that has a meaning only while another key of its section has one value.
+/// A key that has a meaning only while another key of its section has one of these values.
 struct ConditionalKey {
   std::string_view section;
   std::string_view key;
   std::string_view selector;
-  std::string_view value;
+  std::vector<std::string_view> values;
 };
 
-constexpr ConditionalKey conditional_keys[] = {
-    {"camera", "fov", "projection", "perspective"},
-    {"camera", "width", "projection", "orthographic"},
-    {"sampling", "step", "sampler", "uniform"},
+const std::vector<ConditionalKey> conditional_keys = {
+    {"camera", "position", "projection", {"perspective", "orthographic"}},
+    {"camera", "target", "projection", {"perspective", "orthographic"}},
+    {"camera", "up", "projection", {"perspective", "orthographic"}},
+    {"camera", "fov", "projection", {"perspective"}},
+    {"camera", "width", "projection", {"orthographic"}},
+    {"camera", "center", "projection", {"sky"}},
+    {"camera", "pixel_scale", "projection", {"sky"}},
+    {"camera", "rotation", "projection", {"sky"}},
+    {"camera", "sky_projection", "projection", {"sky"}},
+    {"camera", "projection_parameters", "projection", {"sky"}},
+    {"camera", "header", "projection", {"sky"}},
+    {"sampling", "step", "sampler", {"uniform"}},
 };
+
+/// What camera.header gives instead.
+constexpr std::string_view header_keys[] = {"center", "pixel_scale", "rotation", "sky_projection",
+                                            "projection_parameters"};
 
 const ConditionalKey* find_condition(std::string_view section, std::string_view key) {
   for (const ConditionalKey& condition : conditional_keys) {
     if (condition.section == section && condition.key == key) return &condition;
   }
   return nullptr;
+}
+
+bool is_selected(const ConditionalKey& condition, const ParameterSet& set) {
+  const std::string& value = set.text(condition.selector);
+  return std::find(condition.values.begin(), condition.values.end(), value) !=
+         condition.values.end();
 }
 
 std::size_t index_of(std::string_view section) {
@@ -174,11 +341,18 @@ void check_view(const ParameterSet& camera) {
   }
 }
 
-void check_wavelengths(const ParameterSet& spectrum) {
+void check_planes(const ParameterSet& spectrum) {
   std::vector<double> sorted = spectrum.numbers("wavelengths");
   const SourceLocation where = spectrum.where("wavelengths");
-  if (sorted.empty()) {
-    throw InputError(where, "wavelengths is empty; give one wavelength (Angstrom) or more");
+  std::vector<std::string> bands = spectrum.texts("bands");
+  if (sorted.empty() && bands.empty()) {
+    throw InputError(where,
+                     "wavelengths is empty; give one wavelength (Angstrom) or more, or bands");
+  }
+  std::sort(bands.begin(), bands.end());
+  const auto twice = std::adjacent_find(bands.begin(), bands.end());
+  if (twice != bands.end()) {
+    throw InputError(spectrum.where("bands"), fmt::format("bands has {} twice", in_quotes(*twice)));
   }
   std::sort(sorted.begin(), sorted.end());
   const auto repeated = std::adjacent_find(sorted.begin(), sorted.end());
@@ -225,11 +399,20 @@ RenderParameters RenderParameters::read(const ConfigNode& root) {
   }
   for (const ConditionalKey& condition : conditional_keys) {
     const ParameterSet& set = result.section(condition.section);
-    if (set.is_given(condition.key) && !result.applies(condition.section, condition.key)) {
-      throw InputError(set.where(condition.key),
-                       fmt::format("{0}.{1} belongs to {2} = \"{3}\", but {2} is \"{4}\"",
-                                   condition.section, condition.key, condition.selector,
-                                   condition.value, set.text(condition.selector)));
+    if (set.is_given(condition.key) && !is_selected(condition, set)) {
+      throw InputError(
+          set.where(condition.key),
+          fmt::format("{0}.{1} belongs to {2} = \"{3}\", but {2} is \"{4}\"", condition.section,
+                      condition.key, condition.selector, fmt::join(condition.values, "\" or \""),
+                      set.text(condition.selector)));
+    }
+  }
+  const ParameterSet& camera = result.section("camera");
+  if (camera.is_given("header")) {
+    for (const std::string_view key : header_keys) {
+      if (!camera.is_given(key)) continue;
+      throw InputError(camera.where(key),
+                       fmt::format("camera.header gives camera.{} too; give one of them", key));
     }
   }
   result.resolve();
@@ -247,9 +430,14 @@ const ParameterSet& RenderParameters::section(std::string_view name) const {
 }
 
 bool RenderParameters::applies(std::string_view section_name, std::string_view key) const {
+  const ParameterSet& set = section(section_name);
+  if (section_name == "camera" && set.has("header") &&
+      std::find(std::begin(header_keys), std::end(header_keys), key) != std::end(header_keys)) {
+    return false;
+  }
+  if (section_name == "spectrum" && key == "wavelengths") return !wavelengths.empty();
   const ConditionalKey* condition = find_condition(section_name, key);
-  return condition == nullptr ||
-         section(section_name).text(condition->selector) == condition->value;
+  return condition == nullptr || is_selected(*condition, set);
 }
 
 std::string RenderParameters::toml() const {
@@ -280,21 +468,69 @@ void RenderParameters::resolve() {
                   : layout == "extensions" ? ImageLayout::extensions
                                            : ImageLayout::files;
 
+  pixel_unit = find_unit(image.text("unit"));
+  pixel_unit_where = image.where("unit");
+
   const ParameterSet& camera = section("camera");
-  check_view(camera);
-  projection = camera.text("projection") == "perspective" ? Projection::perspective
-                                                          : Projection::orthographic;
+  const std::string& kind = camera.text("projection");
+  projection = kind == "perspective"    ? Projection::perspective
+               : kind == "orthographic" ? Projection::orthographic
+                                        : Projection::sky;
+  if (projection != Projection::sky) check_view(camera);
   position = vector(camera.numbers("position"));
   target = vector(camera.numbers("target"));
   up = vector(camera.numbers("up"));
   fov = camera.number("fov");
   camera_width = camera.number("width");
-  supersample = static_cast<int>(camera.integer("supersample"));
+  const std::vector<double>& center = camera.numbers("center");
+  if (std::abs(center[1]) > 90) {
+    throw InputError(camera.where("center"),
+                     fmt::format("center = {}: the declination is outside [-90, 90] (deg)",
+                                 value_text(camera.value("center"))));
+  }
+  sky.projection = camera.text("sky_projection");
+  sky.parameters = camera.numbers("projection_parameters");
+  sky.center = {center[0], center[1]};
+  sky.pixel_scale = camera.number("pixel_scale");
+  sky.rotation = camera.number("rotation");
+  sky_header = camera.has("header") ? camera.text("header") : "";
+  sky_header_where = camera.where("header");
+  supersample.reset();
+  if (camera.has("supersample")) supersample = static_cast<int>(camera.integer("supersample"));
 
   const ParameterSet& spectrum = section("spectrum");
-  check_wavelengths(spectrum);
+  check_planes(spectrum);
+  bands = spectrum.texts("bands");
+  bands_where = spectrum.where("bands");
   wavelengths = spectrum.numbers("wavelengths");
   wavelengths_where = spectrum.where("wavelengths");
+  if (!bands.empty() && !spectrum.is_given("wavelengths")) wavelengths.clear();
+  band_samples.reset();
+  if (spectrum.has("band_samples")) {
+    band_samples = static_cast<int>(spectrum.integer("band_samples"));
+  }
+  igm = spectrum.text("igm") == "madau95" ? Igm::madau95 : Igm::none;
+
+  const ParameterSet& photometry = section("photometry");
+  reference_band = photometry.text("reference_band");
+  reference_band_where = photometry.where("reference_band");
+  attenuated = photometry.boolean("attenuated");
+  telescope_area = photometry.has("area") ? photometry.number("area") : 0.0;
+  throughput = photometry.number("throughput");
+  if (pixel_unit == PixelUnit::electron_per_second) {
+    if (telescope_area == 0) {
+      throw InputError(pixel_unit_where,
+                       "unit = \"electron/s\" needs photometry.area, the telescope's collecting "
+                       "area (m^2)");
+    }
+    if (!wavelengths.empty()) {
+      throw InputError(pixel_unit_where,
+                       "unit = \"electron/s\" needs spectrum.bands alone: no electrons come from "
+                       "a single wavelength");
+    }
+  }
+  const ParameterSet& expansion = section("cosmology");
+  cosmology = Cosmology(expansion.number("H0"), expansion.number("Omega_m"));
 
   const ParameterSet& noise_values = section("noise");
   noise = &find_noise(noise_values.text("kind"));
@@ -309,6 +545,36 @@ void RenderParameters::resolve() {
 
   const std::string& scene_unit = section("scene").text("unit");
   unit = scene_unit == "arbitrary" ? "" : scene_unit;
+
+  const ParameterSet& catalogue = section("catalogue");
+  for (const FormatName& format : formats) {
+    if (catalogue.text("format") == format.name) catalogue_format = format.format;
+  }
+  catalogue_hdu = catalogue.has("hdu") ? catalogue.text("hdu") : "";
+  catalogue_columns.clear();
+  for (const Parameter& column : scene_columns()) {
+    if (catalogue.has(column.name)) {
+      catalogue_columns[column.name] = catalogue.text(column.name);
+    }
+  }
+
+  const ParameterSet& wanted = section("truth");
+  const std::string& parts = wanted.text("parts");
+  truth.parts = parts == "objects"      ? TruthImages::Parts::objects
+                : parts == "components" ? TruthImages::Parts::components
+                                        : TruthImages::Parts::none;
+  truth.dust_free = wanted.boolean("dust_free");
+  truth.optical_depth = wanted.boolean("optical_depth");
+  truth.segmentation = wanted.boolean("segmentation");
+  truth_path = wanted.has("output") ? wanted.text("output") : "";
+}
+
+std::optional<double> RenderParameters::megaparsec() const {
+  if (projection == Projection::sky) return 1.0;
+  if (unit == "pc") return 1e-6;
+  if (unit == "kpc") return 1e-3;
+  if (unit == "Mpc") return 1.0;
+  return std::nullopt;
 }
 
 }  // namespace gamer

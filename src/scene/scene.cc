@@ -3,184 +3,47 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
 #include <map>
+#include <numbers>
 #include <optional>
-#include <system_error>
+#include <tuple>
 #include <utility>
 
-#include "gamer/core/near.h"
 #include "gamer/core/random.h"
 #include "gamer/scene/orientation.h"
-#include "gamer/scene/word_table.h"
+#include "scene/scene_row.h"
 
 namespace gamer {
 namespace {
 
-using Type = ParameterType;
+constexpr std::string_view star_type = "star";
+constexpr const char* star_sed = "flat_fnu";
 
-// Places in scene_columns().
-enum Column : std::size_t { galaxy, x, y, z, ox, oy, oz, inclination, pa, size, seed, id };
+// Mpc: where galaxies of a sky view stand that tell no distance.
+constexpr double nominal_distance = 1000;
+constexpr double ten_parsec = 1e-5;  // Mpc
+constexpr double arcsecond = std::numbers::pi / (180 * 3600);
+constexpr double kiloparsec = 1e-3;  // Mpc
 
-constexpr std::string_view default_word = "-";
-constexpr double full_turn = 360;
-// Within these, path lengths and densities stay within single precision.
-constexpr double smallest_size = 1e-15;
-constexpr double largest_size = 1e15;
-constexpr double largest_seed = 0x1p63;
-
-ParameterTable make_columns() {
-  const Interval any = Interval::any();
-  const std::string unit = "scene units";
-  return {
-      {"galaxy", Type::text, "", any, {}, "name or file of its type in `galaxies/`", {}, true},
-      {"x", Type::number, unit, any, {}, "position of its centre, x", {}, true},
-      {"y", Type::number, unit, any, {}, "the same, y", {}, true},
-      {"z", Type::number, unit, any, {}, "the same, z", {}, true},
-      {"ox", Type::number, "", any, 0.0,
-       "direction of its +z axis in the scene (of any length), x"},
-      {"oy", Type::number, "", any, 0.0, "the same, y"},
-      {"oz", Type::number, "", any, 1.0, "the same, z"},
-      {"inclination",
-       Type::number,
-       "deg",
-       Interval::closed(-full_turn, full_turn),
-       {},
-       "instead of `ox oy oz`: 0 is face-on to the camera"},
-      {"pa", Type::number, "deg", any, 0.0,
-       "turn about its own axis; with `inclination`: of the node, from the image's +y towards -x"},
-      {"size", Type::number, unit, Interval::closed(smallest_size, largest_size), 1.0, "radius"},
-      {"seed", Type::integer, "", Interval::closed(0, largest_seed), std::int64_t{1},
-       "another number makes another galaxy of the same type"},
-      {"id", Type::text, "", any, {}, "a name for people"},
-  };
-}
-
-/// Reads the words of rows by their column's declaration.
-class RowReader {
- public:
-  explicit RowReader(const WordTable& table) : table_(table) {
-    const ParameterTable& columns = scene_columns();
-    std::vector<std::string> names;
-    for (const Parameter& column : columns) names.push_back(column.name);
-    places_.assign(columns.size(), absent);
-    for (std::size_t i = 0; i < table.header().size(); ++i) {
-      const WordTable::Word& word = table.header()[i];
-      const auto found = std::find(names.begin(), names.end(), word.text);
-      if (found == names.end()) {
-        throw InputError(table.where(word), fmt::format("unknown column {}{}", in_quotes(word.text),
-                                                        did_you_mean(word.text, names)));
-      }
-      std::size_t& place = places_[static_cast<std::size_t>(found - names.begin())];
-      if (place != absent) {
-        throw InputError(table.where(word), fmt::format("column '{}' stands twice", word.text));
-      }
-      place = i;
-    }
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      if (columns[c].required && places_[c] == absent) {
-        throw InputError(table.where(table.header().front()),
-                         fmt::format("missing column '{}'", names[c]));
-      }
-    }
-  }
-
-  void select(std::size_t row) { words_ = table_.row(row); }
-
-  /// Of the row's value; of the row where it has none.
-  SourceLocation where(Column column) const {
-    const std::size_t place = places_[column];
-    return table_.where(words_[place == absent ? 0 : place]);
-  }
-
-  /// Whether the row has a value of its own.
-  bool is_given(Column column) const {
-    return places_[column] != absent && words_[places_[column]].text != default_word;
-  }
-
-  std::string text(Column column) const {
-    if (is_given(column)) return std::string(words_[places_[column]].text);
-    check_required(column);
-    return {};
-  }
-
-  double number(Column column) const {
-    const Parameter& declared = scene_columns()[column];
-    if (!is_given(column)) {
-      check_required(column);
-      return std::get<double>(declared.default_value);
-    }
-    const double value = parse<double>(column, "a number");
-    check_interval(column, value);
-    return value;
-  }
-
-  std::int64_t integer(Column column) const {
-    const Parameter& declared = scene_columns()[column];
-    if (!is_given(column)) return std::get<std::int64_t>(declared.default_value);
-    const auto value = parse<std::int64_t>(column, "an integer");
-    check_interval(column, static_cast<double>(value));
-    return value;
-  }
-
-  [[noreturn]] void fail(Column column, const std::string& message) const {
-    throw InputError(where(column), message);
-  }
-
- private:
-  static constexpr std::size_t absent = static_cast<std::size_t>(-1);
-
-  void check_required(Column column) const {
-    const Parameter& declared = scene_columns()[column];
-    if (declared.required) fail(column, fmt::format("{} has no default", declared.name));
-  }
-
-  template <typename Number>
-  Number parse(Column column, const char* expected) const {
-    const std::string_view word = words_[places_[column]].text;
-    // from_chars takes no plus sign.
-    const bool has_plus = word.size() > 1 && word[0] == '+' && word[1] != '-';
-    Number value{};
-    const auto [end, error] =
-        std::from_chars(word.data() + (has_plus ? 1 : 0), word.data() + word.size(), value);
-    const std::string& name = scene_columns()[column].name;
-    if (error == std::errc::result_out_of_range) {
-      fail(column, fmt::format("{} = {} is too large or too small", name, word));
-    }
-    if (error != std::errc() || end != word.data() + word.size()) {
-      fail(column, fmt::format("{} must be {}, not {}", name, expected, in_quotes(word)));
-    }
-    return value;
-  }
-
-  void check_interval(Column column, double value) const {
-    const Parameter& declared = scene_columns()[column];
-    const std::string_view word = words_[places_[column]].text;
-    if (!std::isfinite(value))
-      fail(column, fmt::format("{} = {} is not finite", declared.name, word));
-    if (!declared.interval.contains(value)) {
-      const std::string unit = declared.unit.empty() ? "" : fmt::format(" ({})", declared.unit);
-      fail(column, fmt::format("{} = {} is outside {}{}", declared.name, word,
-                               declared.interval.text(), unit));
-    }
-  }
-
-  const WordTable& table_;
-  std::vector<std::size_t> places_;
-  std::span<const WordTable::Word> words_;
-};
+// Pixels around the image within which a point source still touches it.
+constexpr double star_margin = 1;
 
 /// The orientation of the selected row, as the galaxy's axes in the scene.
-glm::dmat3 read_axes(const RowReader& row, const glm::dvec3& centre, const Camera& camera) {
+glm::dmat3 read_axes(const SceneRow& row, const glm::dvec3& centre, const Camera& camera) {
+  using namespace column;
   std::optional<Column> given, missing;
-  for (const Column column : {ox, oy, oz}) {
-    std::optional<Column>& first = row.is_given(column) ? given : missing;
-    if (!first) first = column;
+  for (const Column c : {ox, oy, oz}) {
+    std::optional<Column>& first = row.is_given(c) ? given : missing;
+    if (!first) first = c;
   }
-  if (row.is_given(inclination)) {
+  const bool is_sky = camera.projection() == Projection::sky;
+  if (is_sky || row.is_given(inclination)) {
     if (given) row.fail(inclination, "inclination excludes ox oy oz; give one or the other");
-    return orientation_on_sky(camera, centre, row.number(inclination), row.number(pa));
+    const double angle = row.is_given(inclination) ? row.number(inclination) : 0;
+    return orientation_on_sky(camera, centre, angle, row.number(pa));
   }
   if (given && missing) {
     row.fail(*given, fmt::format("{} needs ox, oy and oz; {} has no value",
@@ -192,111 +55,493 @@ glm::dmat3 read_axes(const RowReader& row, const glm::dvec3& centre, const Camer
 }
 
 /// Sets what follows from radius, axes and stretch.
-void place(PlacedGalaxy& placed, const glm::dmat3& axes, const RowReader& row) {
+void place(PlacedGalaxy& placed, const glm::dmat3& axes, const SceneRow& row) {
   const std::vector<double>& stretch = placed.galaxy->axis();
   for (int i = 0; i < 3; ++i) {
     const double semi_axis = placed.radius * stretch[static_cast<std::size_t>(i)];
     // glm stores columns: row i of to_ball is galaxy axis i over its semi-axis.
     for (int k = 0; k < 3; ++k) placed.to_ball[k][i] = axes[i][k] / semi_axis;
     if (!std::isfinite(1 / semi_axis) || !std::isfinite(semi_axis)) {
-      row.fail(size, fmt::format("size = {} is too {}", placed.radius,
-                                 semi_axis < 1 ? "small" : "large"));
+      row.fail(column::size, fmt::format("size = {} is too {}", placed.radius,
+                                         semi_axis < 1 ? "small" : "large"));
     }
   }
   placed.bounding_radius = placed.radius * *std::max_element(stretch.begin(), stretch.end());
 }
 
-void check_range(const RenderParameters& parameters, const Sed::Range& range,
-                 const std::string& what, const std::string& type, const Component& component) {
-  for (const double wavelength : parameters.wavelengths) {
-    if (wavelength >= range.low && wavelength <= range.high) continue;
-    throw InputError(parameters.wavelengths_where,
-                     fmt::format("wavelength {} A is outside the range {} to {} A of {} (galaxy "
-                                 "'{}', component '{}')",
-                                 wavelength, range.low, range.high, what, type, component.name()));
-  }
-}
-
-void check_wavelengths(const RenderParameters& parameters, const Galaxy& galaxy_type,
-                       const std::string& type) {
-  for (const auto& component : galaxy_type.components()) {
-    if (const Sed* sed = component->sed()) {
-      check_range(parameters, sed->range(), fmt::format("SED '{}'", sed->name()), type, *component);
-    }
-    if (const ExtinctionCurve* curve = component->extinction()) {
-      check_range(parameters, curve->range(), "the extinction curve", type, *component);
-    }
-  }
-}
-
-/// Makes each galaxy once per type and seed.
+/// Makes each galaxy once per type, SED and seed.
 class GalaxyLibrary {
  public:
   GalaxyLibrary(const RenderParameters& parameters, const std::string& label, Resources& resources)
       : parameters_(parameters), label_(label), resources_(resources) {}
 
-  std::shared_ptr<const Galaxy> find(const std::string& type, std::uint64_t row_seed,
-                                     const SourceLocation& where) {
-    std::shared_ptr<const Galaxy>& known = galaxies_[{type, row_seed}];
-    if (known == nullptr) known = make(type, row_seed, where);
+  std::shared_ptr<const Galaxy> find(const std::string& type, const std::string& sed,
+                                     std::uint64_t row_seed, const SceneRow& row) {
+    // Without noise all seeds are the same.
+    std::uint64_t seed = row_seed;
+    const auto known_type = smooth_.find({type, sed});
+    if (known_type != smooth_.end() && known_type->second) seed = 0;
+    std::shared_ptr<const Galaxy>& known = galaxies_[{type, sed, seed}];
+    if (known != nullptr) return known;
+    known = make(type, sed, row_seed, row);
+    const auto components = known->components();
+    const bool is_smooth = std::all_of(components.begin(), components.end(), [](const auto& c) {
+      return std::as_const(*c).texture() == nullptr;
+    });
+    smooth_[{type, sed}] = is_smooth;
+    if (is_smooth) galaxies_[{type, sed, 0}] = known;
+    return galaxies_[{type, sed, seed}];
+  }
+
+  /// An SED that a row names.
+  std::shared_ptr<const Sed> find_sed_of(const std::string& name, const SceneRow& row) {
+    std::shared_ptr<const Sed>& known = seds_[name];
+    if (known == nullptr) {
+      try {
+        known = find_sed(name, label_, resources_);
+      } catch (const InputError& error) {
+        throw InputError(row.where(column::sed), error.what());
+      }
+    }
     return known;
   }
 
  private:
-  std::shared_ptr<const Galaxy> make(const std::string& type, std::uint64_t row_seed,
-                                     const SourceLocation& where) {
+  std::shared_ptr<const Galaxy> make(const std::string& type, const std::string& sed,
+                                     std::uint64_t row_seed, const SceneRow& row) {
     static const std::vector<std::string> suffixes = {".toml"};
-    const Resources::Text* text = nullptr;
+    GalaxySettings settings;
+    settings.noise_kind = parameters_.noise;
+    settings.octaves = parameters_.octaves;
+    settings.seed = hash_words({parameters_.seed, row_seed});
+    if (!sed.empty()) settings.sed = find_sed_of(sed, row);
+    Resources::Text made;
+    const Resources::Text* text = &made;
     try {
-      text = &resources_.find("galaxies", type, label_, suffixes);
+      if (const std::optional<std::string> content = made_galaxy(type)) {
+        made = {"", type, *content};
+      } else {
+        text = &resources_.find("galaxies", type, label_, suffixes);
+      }
     } catch (const InputError& error) {
-      throw InputError(where, error.what());
+      throw InputError(row.where(column::galaxy), error.what());
     }
-    const GalaxySettings settings{parameters_.noise, parameters_.octaves,
-                                  hash_words({parameters_.seed, row_seed})};
-    auto made = Galaxy::parse(text->content, text->label, settings, resources_);
-    check_wavelengths(parameters_, *made, type);
-    return made;
+    return Galaxy::parse(text->content, text->label, settings, resources_);
   }
 
   const RenderParameters& parameters_;
   const std::string& label_;
   Resources& resources_;
-  std::map<std::pair<std::string, std::uint64_t>, std::shared_ptr<const Galaxy>> galaxies_;
+  std::map<std::tuple<std::string, std::string, std::uint64_t>, std::shared_ptr<const Galaxy>>
+      galaxies_;
+  std::map<std::pair<std::string, std::string>, bool> smooth_;
+  std::map<std::string, std::shared_ptr<const Sed>> seds_;
 };
+
+/// Whether places on the sky show in an image.
+class ImageField {
+ public:
+  explicit ImageField(const Camera& camera) : camera_(camera) {
+    const std::optional<Ray> middle =
+        camera.ray(0.5 * (camera.width() - 1), 0.5 * (camera.height() - 1));
+    if (!middle) return;
+    center_ = middle->direction;
+    // The border, pixel edges included.
+    constexpr int samples = 128;
+    double least = 1;
+    for (int i = 0; i <= samples; ++i) {
+      const double share = static_cast<double>(i) / samples;
+      const double x = share * camera.width() - 0.5, y = share * camera.height() - 0.5;
+      for (const auto& ray : {camera.ray(x, -0.5), camera.ray(x, camera.height() - 0.5),
+                              camera.ray(-0.5, y), camera.ray(camera.width() - 0.5, y)}) {
+        if (!ray) return;
+        least = std::min(least, glm::dot(ray->direction, center_));
+      }
+    }
+    // Wider fields may hold the pole or all of the sky.
+    constexpr double widest = std::numbers::pi / 6;
+    const double angle = std::acos(std::clamp(least, -1.0, 1.0));
+    if (angle < widest) radius_ = angle * (1 + 1e-3) + 2 * pixel_angle();
+  }
+
+  const glm::dvec3& center() const { return center_; }
+
+  /// Whether something of angular radius `radius` (rad) may touch the image.
+  bool holds(const glm::dvec3& direction, double radius) const {
+    if (!radius_) return true;
+    const double reach = *radius_ + radius;
+    if (reach < std::numbers::pi && glm::dot(direction, center_) < std::cos(reach)) return false;
+    const std::optional<glm::dvec2> pixel = camera_.pixel(direction);
+    // Distortions within a narrow field stay well below a half.
+    const double margin = 1.5 * radius / pixel_angle() + 2;
+    return !pixel || (pixel->x > -margin && pixel->x < camera_.width() - 1 + margin &&
+                      pixel->y > -margin && pixel->y < camera_.height() - 1 + margin);
+  }
+
+ private:
+  double pixel_angle() const { return camera_.pixel_size(center_); }
+
+  const Camera& camera_;
+  glm::dvec3 center_{1, 0, 0};
+  std::optional<double> radius_;
+};
+
+/// Reads the rows of one catalogue.
+class SceneReader {
+ public:
+  SceneReader(const Catalogue& catalogue, const RenderParameters& parameters,
+              const Spectrum& spectrum, const Camera& camera, Resources& resources)
+      : catalogue_(catalogue),
+        parameters_(parameters),
+        spectrum_(spectrum),
+        camera_(camera),
+        resources_(resources),
+        row_(catalogue, parameters),
+        library_(parameters, catalogue.label(), resources),
+        is_sky_(camera.projection() == Projection::sky) {}
+
+  Scene read();
+
+ private:
+  /// Where the selected row's object stands, and how far it is, Mpc.
+  struct Position {
+    glm::dvec3 centre;
+    double redshift = 0;
+    std::optional<double> luminosity_distance;
+    double comoving_distance = nominal_distance;
+  };
+  void choose_unit();
+  Position read_position(const ImageField* field) const;
+  glm::dvec3 read_direction(const ImageField& field) const;
+  double read_angular_radius(const Position& position) const;
+  void read_galaxy(const Position& position, double radius);
+  /// False for a star that does not touch the image.
+  bool read_star(const Position& position);
+  /// The flux (nJy) of the row's magnitude over that of a unit source, whose flux in the reference
+  /// band is `rest` unredshifted at 10 pc, and `observed` as it is.
+  double flux_scale(const Position& position, double rest, double observed) const;
+  double brightness(const PlacedGalaxy& placed, const Position& position) const;
+  void check_band(const Sed& sed, const Bandpass& band, double redshift, const std::string& what,
+                  const SourceLocation& where) const;
+  void check_planes(const PlacedGalaxy& placed);
+
+  const Catalogue& catalogue_;
+  const RenderParameters& parameters_;
+  const Spectrum& spectrum_;
+  const Camera& camera_;
+  Resources& resources_;
+  SceneRow row_;
+  GalaxyLibrary library_;
+  bool is_sky_;
+  std::shared_ptr<const Bandpass> reference_;
+  std::map<std::pair<const Galaxy*, double>, bool> checked_;
+  Scene scene_;
+};
+
+void SceneReader::choose_unit() {
+  const bool has_magnitudes = row_.has(column::magnitude) || row_.has(column::apparent_magnitude);
+  scene_.unit =
+      parameters_.pixel_unit.value_or(has_magnitudes ? PixelUnit::nanojansky : PixelUnit::relative);
+  if (has_magnitudes && scene_.unit == PixelUnit::relative) {
+    throw InputError(parameters_.pixel_unit_where,
+                     fmt::format("unit = \"relative\", but the objects of {} have magnitudes",
+                                 catalogue_.label()));
+  }
+  if (!has_magnitudes && scene_.unit != PixelUnit::relative) {
+    throw InputError(
+        parameters_.pixel_unit_where,
+        fmt::format("unit = {} needs magnitudes; {} has no column 'magnitude' or "
+                    "'apparent_magnitude'",
+                    value_text(parameters_.section("image").value("unit")), catalogue_.label()));
+  }
+  if (has_magnitudes) reference_ = load_reference_band(parameters_, resources_);
+}
+
+glm::dvec3 SceneReader::read_direction(const ImageField& field) const {
+  using namespace column;
+  constexpr std::pair<Column, Column> ways[] = {{ra, dec}, {dx, dy}, {px, py}};
+  const std::pair<Column, Column>* way = nullptr;
+  for (const auto& pair : ways) {
+    const bool first = row_.is_given(pair.first), second = row_.is_given(pair.second);
+    const auto& names = scene_columns();
+    if (first != second) {
+      row_.fail(first ? pair.first : pair.second,
+                fmt::format("{} without {}", names[first ? pair.first : pair.second].name,
+                            names[first ? pair.second : pair.first].name));
+    }
+    if (!first) continue;
+    if (way != nullptr) {
+      row_.fail(pair.first, fmt::format("both {} {} and {} {}; give one position",
+                                        names[way->first].name, names[way->second].name,
+                                        names[pair.first].name, names[pair.second].name));
+    }
+    way = &pair;
+  }
+  if (way == nullptr) row_.fail(galaxy, "no position: give ra and dec, dx and dy, or px and py");
+  const double a = row_.number(way->first), b = row_.number(way->second);
+  if (way == &ways[0]) return direction_of({a, b});
+  if (way == &ways[1]) {
+    const glm::dvec3 north = camera_.up_at(field.center());
+    const glm::dvec3 east = glm::cross(north, field.center());
+    return glm::normalize(field.center() + std::tan(a * arcsecond) * east +
+                          std::tan(b * arcsecond) * north);
+  }
+  const std::optional<Ray> ray = camera_.ray(a - 1, b - 1);
+  if (!ray) row_.fail(px, fmt::format("pixel {}, {} shows no sky", a, b));
+  return ray->direction;
+}
+
+SceneReader::Position SceneReader::read_position(const ImageField* field) const {
+  Position position;
+  position.redshift = row_.number(column::redshift);
+  if (row_.is_given(column::distance)) {
+    position.luminosity_distance = row_.number(column::distance);
+    position.comoving_distance = *position.luminosity_distance / (1 + position.redshift);
+  } else if (position.redshift > 0) {
+    position.comoving_distance = parameters_.cosmology.comoving_distance(position.redshift);
+    position.luminosity_distance = (1 + position.redshift) * position.comoving_distance;
+  }
+  if (field == nullptr) {
+    position.centre = {row_.number(column::x), row_.number(column::y), row_.number(column::z)};
+    // In a perspective view the scene itself says how far things are.
+    if (const std::optional<double> unit = parameters_.megaparsec();
+        unit && camera_.projection() == Projection::perspective) {
+      const double stretch = 1 + position.redshift;
+      position.luminosity_distance = camera_.distance(position.centre) * *unit * stretch * stretch;
+    }
+    return position;
+  }
+  position.centre = position.comoving_distance * read_direction(*field);
+  return position;
+}
+
+double SceneReader::read_angular_radius(const Position& position) const {
+  using namespace column;
+  const bool has_kpc = row_.is_given(size_kpc), has_arcsec = row_.is_given(size_arcsec);
+  if (has_kpc && has_arcsec) row_.fail(size_arcsec, "both size_kpc and size_arcsec; give one");
+  if (has_arcsec) return row_.number(size_arcsec) * arcsecond;
+  if (!has_kpc) row_.fail(galaxy, "no size: give size_kpc or size_arcsec");
+  if (!position.luminosity_distance) {
+    row_.fail(size_kpc, "size_kpc without a distance; give redshift or distance");
+  }
+  return row_.number(size_kpc) * kiloparsec * (1 + position.redshift) / position.comoving_distance;
+}
+
+double SceneReader::flux_scale(const Position& position, double rest, double observed) const {
+  using namespace column;
+  const bool is_absolute = row_.is_given(magnitude);
+  if (is_absolute && row_.is_given(apparent_magnitude)) {
+    row_.fail(apparent_magnitude, "both magnitude and apparent_magnitude; give one");
+  }
+  if (!is_absolute && !row_.is_given(apparent_magnitude)) {
+    row_.fail(galaxy, "no magnitude: objects with and without cannot be mixed");
+  }
+  if (!is_absolute) return nanojansky(row_.number(apparent_magnitude)) / observed;
+  if (!position.luminosity_distance) {
+    row_.fail(magnitude,
+              is_sky_ ? "magnitude without a distance; give redshift or distance, or "
+                        "apparent_magnitude"
+              : camera_.projection() == Projection::perspective
+                  ? "magnitude without a distance: scene.unit is arbitrary"
+                  : "magnitude without a distance: an orthographic view has none; give redshift "
+                    "or distance, or apparent_magnitude");
+  }
+  const double ratio = ten_parsec / *position.luminosity_distance;
+  return nanojansky(row_.number(magnitude)) * ratio * ratio / rest;
+}
+
+void SceneReader::check_band(const Sed& sed, const Bandpass& band, double redshift,
+                             const std::string& what, const SourceLocation& where) const {
+  if (covers(sed, band, redshift)) return;
+  const Sed::Range seen = band.range(), known = sed.range();
+  throw InputError(where, fmt::format("{} ({:.6g} to {:.6g} A) is outside the range of SED '{}' at "
+                                      "redshift {}, {:.6g} to {:.6g} A",
+                                      what, seen.low, seen.high, sed.name(), redshift,
+                                      known.low * (1 + redshift), known.high * (1 + redshift)));
+}
+
+void SceneReader::check_planes(const PlacedGalaxy& placed) {
+  if (!checked_.try_emplace({placed.galaxy.get(), placed.redshift}, true).second) return;
+  const double stretch = 1 + placed.redshift;
+  for (const auto& component : placed.galaxy->components()) {
+    const Sed* sed = component->sed();
+    const Sed::Range range = sed != nullptr ? sed->range() : component->extinction()->range();
+    for (const SpectralPlane& plane : spectrum_.planes) {
+      const Sed::Range seen = plane.range();
+      // No light is left shortward of the Lyman limit that dust could absorb.
+      constexpr double lyman_limit = 912;
+      const bool is_fine =
+          (seen.low >= range.low * stretch ||
+           (sed == nullptr && plane.band != nullptr && range.low <= lyman_limit)) &&
+          seen.high <= range.high * stretch;
+      if (is_fine) continue;
+      const std::string what =
+          plane.band != nullptr
+              ? fmt::format("band '{}', {:.6g} to {:.6g} A,", plane.label, seen.low, seen.high)
+              : fmt::format("wavelength {} A", plane.wavelength);
+      const std::string whose =
+          sed != nullptr ? fmt::format("SED '{}'", sed->name()) : "the extinction curve";
+      const std::string at =
+          placed.redshift > 0 ? fmt::format(" at redshift {}", placed.redshift) : "";
+      throw InputError(
+          plane.band != nullptr ? parameters_.bands_where : parameters_.wavelengths_where,
+          fmt::format("{} is outside the range {:.6g} to {:.6g} A of {}{} (galaxy '{}', component "
+                      "'{}')",
+                      what, range.low * stretch, range.high * stretch, whose, at, placed.type,
+                      component->name()));
+    }
+  }
+}
+
+double SceneReader::brightness(const PlacedGalaxy& placed, const Position& position) const {
+  const double stretch = 1 + position.redshift;
+  if (scene_.unit == PixelUnit::relative) return 1 / std::pow(stretch, 4);
+  double rest = 0, observed = 0;
+  const auto components = placed.galaxy->components();
+  const bool is_absolute = row_.is_given(column::magnitude);
+  for (std::size_t c = 0; c < components.size(); ++c) {
+    const Sed* sed = components[c]->sed();
+    if (sed == nullptr) continue;
+    check_band(*sed, *reference_, is_absolute ? 0 : position.redshift,
+               fmt::format("reference_band '{}'", reference_->name()),
+               row_.where(is_absolute ? column::magnitude : column::apparent_magnitude));
+    const double light = placed.galaxy->luminosity(c);
+    if (is_absolute) {
+      rest += light * band_flux(*sed, *reference_, 0);
+    } else {
+      observed += light * band_flux(*sed, *reference_, position.redshift, spectrum_.igm);
+    }
+  }
+  if (!(rest + observed > 0)) {
+    row_.fail(column::galaxy, fmt::format("galaxy '{}' has no light in {} that a magnitude could "
+                                          "give",
+                                          placed.type, reference_->name()));
+  }
+  const double scale = flux_scale(position, rest, observed);
+  const bool is_flux =
+      scene_.unit == PixelUnit::nanojansky || scene_.unit == PixelUnit::electron_per_second;
+  if (camera_.projection() != Projection::orthographic) {
+    const double angle =
+        placed.radius / (is_sky_ ? position.comoving_distance : camera_.distance(placed.centre));
+    return scale / (angle * angle);
+  }
+  if (is_flux) return scale / (placed.radius * placed.radius);
+  const std::optional<double> unit = parameters_.megaparsec();
+  if (!unit || !position.luminosity_distance) {
+    row_.fail(column::galaxy,
+              fmt::format("image.unit is one of surface brightness: an orthographic view needs {}",
+                          unit ? "the redshift or distance" : "scene.unit"));
+  }
+  const double angle = placed.radius * *unit * stretch * stretch / *position.luminosity_distance;
+  return scale / (angle * angle);
+}
+
+void SceneReader::read_galaxy(const Position& position, double radius) {
+  PlacedGalaxy placed;
+  placed.type = row_.text(column::galaxy);
+  placed.id = row_.text(column::id);
+  placed.object = scene_.objects;
+  placed.centre = position.centre;
+  placed.radius = radius;
+  placed.redshift = position.redshift;
+  placed.seed = static_cast<std::uint64_t>(row_.integer(column::seed));
+  const glm::dmat3 axes = read_axes(row_, placed.centre, camera_);
+  placed.galaxy = library_.find(placed.type, row_.text(column::sed), placed.seed, row_);
+  place(placed, axes, row_);
+  check_planes(placed);
+  placed.brightness = brightness(placed, position);
+  scene_.galaxies.push_back(std::move(placed));
+}
+
+bool SceneReader::read_star(const Position& position) {
+  if (scene_.unit == PixelUnit::relative) {
+    row_.fail(column::galaxy, "a star needs a magnitude: relative images show galaxies only");
+  }
+  PlacedStar star;
+  star.id = row_.text(column::id);
+  star.object = scene_.objects;
+  star.direction = position.centre;
+  const std::optional<glm::dvec2> pixel = camera_.pixel(position.centre);
+  if (!pixel || !(pixel->x > -star_margin && pixel->x < camera_.width() - 1 + star_margin &&
+                  pixel->y > -star_margin && pixel->y < camera_.height() - 1 + star_margin)) {
+    return false;
+  }
+  star.pixel = *pixel;
+  const std::string name = row_.text(column::sed);
+  const auto sed = library_.find_sed_of(name.empty() ? star_sed : name, row_);
+  check_band(*sed, *reference_, 0, fmt::format("reference_band '{}'", reference_->name()),
+             row_.where(column::sed));
+  const double unit_flux = band_flux(*sed, *reference_, 0);
+  const double scale = flux_scale(position, unit_flux, unit_flux);
+  for (const SpectralPlane& plane : spectrum_.planes) {
+    const Sed::Range seen = plane.range(), known = sed->range();
+    if (seen.low < known.low || seen.high > known.high) {
+      throw InputError(
+          row_.where(column::sed),
+          fmt::format("plane '{}', {:.6g} to {:.6g} A, is outside the range {:.6g} to {:.6g} A of "
+                      "SED '{}'",
+                      plane.label, seen.low, seen.high, known.low, known.high, sed->name()));
+    }
+    star.flux.push_back(scale * plane.flux(*sed, 0, Igm::none));
+  }
+  scene_.stars.push_back(std::move(star));
+  return true;
+}
+
+Scene SceneReader::read() {
+  if (catalogue_.rows() == 0 && !is_sky_) {
+    throw InputError(row_.name_where(column::galaxy),
+                     "the scene is empty: there is no row below the names of the columns");
+  }
+  choose_unit();
+  std::optional<ImageField> field;
+  if (is_sky_) field.emplace(camera_);
+  scene_.rows = catalogue_.rows();
+  scene_.list = row_.header_line();
+  for (std::size_t i = 0; i < catalogue_.rows(); ++i) {
+    row_.select(i);
+    const bool is_star = row_.text(column::galaxy) == star_type;
+    Position position = read_position(field ? &*field : nullptr);
+    double radius = 0;
+    if (is_sky_) {
+      const double angle = is_star ? 0 : read_angular_radius(position);
+      // The longest axis that a galaxy may have.
+      constexpr double most_stretch = 10;
+      const glm::dvec3 direction = position.centre / position.comoving_distance;
+      if (!field->holds(direction, most_stretch * angle)) continue;
+      radius = angle * position.comoving_distance;
+    } else if (!is_star) {
+      radius = row_.number(column::size);
+    }
+    if (is_star) {
+      if (!read_star(position)) continue;
+    } else {
+      read_galaxy(position, radius);
+      const PlacedGalaxy& placed = scene_.galaxies.back();
+      if (is_sky_ && !field->holds(position.centre / position.comoving_distance,
+                                   placed.bounding_radius / position.comoving_distance)) {
+        scene_.galaxies.pop_back();
+        continue;
+      }
+    }
+    ++scene_.objects;
+    scene_.list += row_.line();
+  }
+  return std::move(scene_);
+}
 
 }  // namespace
 
-const ParameterTable& scene_columns() {
-  static const ParameterTable columns = make_columns();
-  return columns;
+Scene read_scene(const Catalogue& catalogue, const RenderParameters& parameters,
+                 const Spectrum& spectrum, const Camera& camera, Resources& resources) {
+  return SceneReader(catalogue, parameters, spectrum, camera, resources).read();
 }
 
 Scene read_scene(std::string_view text, const std::string& label,
-                 const RenderParameters& parameters, const Camera& camera, Resources& resources) {
-  const WordTable table = WordTable::parse(text, label);
-  RowReader row(table);
-  if (table.rows() == 0) {
-    throw InputError(table.where(table.header().front()),
-                     "the scene is empty: there is no row below the names of the columns");
-  }
-  GalaxyLibrary library(parameters, label, resources);
-  Scene scene;
-  scene.galaxies.reserve(table.rows());
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    row.select(i);
-    PlacedGalaxy placed;
-    placed.type = row.text(galaxy);
-    placed.id = row.text(id);
-    placed.centre = {row.number(x), row.number(y), row.number(z)};
-    placed.radius = row.number(size);
-    placed.seed = static_cast<std::uint64_t>(row.integer(seed));
-    const glm::dmat3 axes = read_axes(row, placed.centre, camera);
-    placed.galaxy = library.find(placed.type, placed.seed, row.where(galaxy));
-    place(placed, axes, row);
-    scene.galaxies.push_back(std::move(placed));
-  }
-  return scene;
+                 const RenderParameters& parameters, const Spectrum& spectrum, const Camera& camera,
+                 Resources& resources) {
+  return read_scene(Catalogue::parse(text, label, parameters.catalogue_format), parameters,
+                    spectrum, camera, resources);
 }
 
 }  // namespace gamer

@@ -24,7 +24,7 @@ TEST(GoldenTest, M100) {
   request.settings = {"image.size=4", "sampling.tolerance=1e-5"};
   Resources resources({source});
   const RenderJob job = load_job(request, resources);
-  const Renderer renderer(job.parameters, job.camera, job.scene);
+  const Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum);
   ThreadExecutor executor(1);
   const Image image = render_image(renderer, executor);
   std::vector<double> values;

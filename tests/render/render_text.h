@@ -32,9 +32,10 @@ inline Image render_text(const TextScene& text, RenderCounts* counts = nullptr) 
       RenderParameters::read(parse_toml(text.parameters, "render.par"));
   const Camera camera(parameters);
   Resources resources = text_resources(text);
-  const auto scene =
-      std::make_shared<Scene>(read_scene(text.scene, "scene.lst", parameters, camera, resources));
-  const Renderer renderer(parameters, camera, scene);
+  const Spectrum spectrum = load_spectrum(parameters, resources);
+  const auto scene = std::make_shared<Scene>(
+      read_scene(text.scene, "scene.lst", parameters, spectrum, camera, resources));
+  const Renderer renderer(parameters, camera, scene, spectrum);
   if (counts != nullptr) {
     const int width = renderer.width(), height = renderer.height(), planes = renderer.planes();
     std::vector<double> values(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *

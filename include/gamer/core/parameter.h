@@ -38,15 +38,17 @@ enum class ParameterType {
   number,
   text,     ///< any string
   choice,   ///< one of `choices`
+  vector2,  ///< two numbers, each within the interval
   vector3,  ///< three numbers, each within the interval
   numbers,  ///< a list of numbers, each within the interval
+  texts,    ///< a list of strings
   size2,    ///< an integer or [width, height]; stored as two numbers
   noise,    ///< a sub-table read with a table of its own, or false
 };
 
 /// monostate: not given and no default (an optional or a required parameter).
-using ParameterValue =
-    std::variant<std::monostate, bool, std::int64_t, double, std::string, std::vector<double>>;
+using ParameterValue = std::variant<std::monostate, bool, std::int64_t, double, std::string,
+                                    std::vector<double>, std::vector<std::string>>;
 
 /// The declaration of one parameter. Parsing, range checks, lists, docs and property tests all read
 /// it; nothing about a parameter stands anywhere else.
@@ -92,7 +94,9 @@ class ParameterSet {
   std::int64_t integer(std::string_view name) const;
   double number(std::string_view name) const;
   const std::string& text(std::string_view name) const;
-  const std::vector<double>& numbers(std::string_view name) const;  ///< numbers, vector3, size2
+  /// Of numbers, vector2, vector3, size2.
+  const std::vector<double>& numbers(std::string_view name) const;
+  const std::vector<std::string>& texts(std::string_view name) const;
 
   const ParameterValue& value(std::string_view name) const;
   bool has(std::string_view name) const;       ///< has a value, given or default

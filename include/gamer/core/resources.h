@@ -43,6 +43,9 @@ class Resources {
   /// Records a text that was made, not read; replaces one of the same name.
   const Text& add(Text text);
 
+  /// A text of the record, or null.
+  const Text* recorded(const std::string& name) const;
+
   /// Names of kind's data in all folders, for messages and lists.
   std::vector<std::string> names(const std::string& kind,
                                  std::span<const std::string> suffixes) const;

@@ -11,28 +11,35 @@ namespace gamer {
 struct Accuracy {
   /// Share of a ray's intensity that the error estimates of its panels may reach, added in
   /// quadrature. Controls the quadrature's error.
-  double panel_error = 0.12e-3;
+  double panel_error;
   /// A texture counts as its mean where its component's envelope, relative to its largest value
   /// and times sqrt(<Phi^2>), is below this. Controls the texture lost at a disk's faint edges.
-  double texture_threshold = 0.8e-5;
+  double texture_threshold;
   /// Length of the first panels relative to the structure that they must not step over. Controls
   /// the features that no sample finds: too rare to show in the error estimates.
-  double first_step = 1.2;
+  double first_step;
   /// Rays fainter than this share of the face-on centre of the brightest galaxy on them need not
   /// meet panel_error relatively, only in units of that share.
-  double faint_share = 0.01;
+  double faint_share;
+  /// A pixel is one ray where it is smaller than this share of the length over which the brightness
+  /// changes there; larger ones are cut into cells of cell_size of that length, of four rays each.
+  /// Control a pixel's mean over its area, by the midpoint and the 2 x 2 Gauss rule.
+  double ray_size;
+  double cell_size;
 
   /// Densities are single precision: smaller tolerances count as this one.
   static constexpr double finest_tolerance = 1e-6;
 
-  /// The features missed fall with a high power of the first step, hence the small one here.
+  /// The features missed fall with a high power of the first step, hence the small one here; the
+  /// error of the midpoint rule with the second power of the size, that of Gauss' with the fourth.
   static Accuracy from_tolerance(double tolerance) {
-    Accuracy accuracy;
-    tolerance = std::max(tolerance, finest_tolerance);
-    accuracy.panel_error = 0.12 * tolerance;
-    accuracy.texture_threshold = 0.008 * tolerance;
-    accuracy.first_step = 1.2 * std::pow(tolerance / 1e-3, 0.2);
-    return accuracy;
+    const double t = std::max(tolerance, finest_tolerance);
+    return {.panel_error = 0.12 * t,
+            .texture_threshold = 0.008 * t,
+            .first_step = 1.2 * std::pow(t / 1e-3, 0.2),
+            .faint_share = 0.01,
+            .ray_size = 0.1 * std::sqrt(t / 1e-3),
+            .cell_size = 0.5 * std::pow(t / 1e-3, 0.25)};
   }
 };
 

@@ -59,6 +59,7 @@ struct GalaxySettings {
   const Noise* noise_kind = nullptr;
   std::optional<int> octaves;  ///< `noise.octaves` where the render parameters give it
   std::uint64_t seed = 1;
+  std::shared_ptr<const Sed> sed;  ///< instead of those of the components
 };
 
 /// One light-emitting or absorbing part of a galaxy:
@@ -80,6 +81,11 @@ class Component {
   virtual std::vector<WeightedBatch> cloud(std::size_t size) const = 0;
   /// Cuts `ray` for the given accuracy.
   virtual void mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) const = 0;
+  /// A length (galaxy radii, across the ray) over which the integral of the density along rays that
+  /// pass within `reach` of this one changes by about itself; infinite where there is nothing to
+  /// speak of. `nearest` is the ray's point closest to the centre, `direction` of length 1.
+  virtual double column_scale(const double nearest[3], const double direction[3],
+                              double reach) const = 0;
   /// A typical largest integral of the envelope along a ray seen face on, galaxy radii.
   virtual double face_on_column() const = 0;
   /// The largest envelope, arm modifier aside.

@@ -12,6 +12,7 @@
 #include "gamer/scene/camera.h"
 #include "gamer/scene/render_parameters.h"
 #include "gamer/scene/scene.h"
+#include "gamer/scene/spectrum.h"
 
 namespace gamer {
 
@@ -23,6 +24,9 @@ struct JobRequest {
   std::vector<std::string> settings;            ///< "section.key=value"
   std::optional<std::filesystem::path> output;  ///< instead of image.output
   bool overwrite = false;
+  /// --truth: the table of objects and the images of [truth]; the path is empty for a table in the
+  /// image file.
+  std::optional<std::filesystem::path> truth;
   /// A quarter of the size on each side, one ray per pixel and `preview_tolerance` at least.
   bool preview = false;
 };
@@ -34,6 +38,7 @@ inline constexpr double preview_tolerance = 1e-2;
 struct RenderJob {
   RenderParameters parameters;
   Camera camera;
+  Spectrum spectrum;
   std::shared_ptr<const Scene> scene;
   Record record;  ///< with the resolved parameters
 };
@@ -52,8 +57,8 @@ RenderJob load_job(const JobRequest& request, Resources& resources);
 /// The same job from its record, on any machine.
 RenderJob job_from_record(const Record& record);
 
-/// The header of a job's image: its axes, every resolved parameter, the scene's rows (table SCENE)
-/// and the record.
+/// The header of a job's image: its axes, units and photometric calibration, every resolved
+/// parameter, the scene's objects (table SCENE) and the record.
 ImageHeader make_image_header(const RenderJob& job);
 
 /// Rank 0 may hold a block of rows per worker, in double precision. Throws InputError when these

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "gamer/image/image.h"
 #include "gamer/parallel/executor.h"
@@ -13,27 +16,68 @@
 
 namespace gamer {
 
+/// One plane of what a Renderer makes.
+struct OutputPlane {
+  enum class Kind {
+    image,          ///< the scene as it is seen
+    dust_free,      ///< and as it would be without dust
+    optical_depth,  ///< mean over the pixel
+    owner,          ///< number of the object with most of the pixel's light in all planes; 0: none
+    share,          ///< its share of that light
+    object,         ///< the light of one object alone, seen through all dust
+    component       ///< of one light component of it
+  };
+  Kind kind = Kind::image;
+  std::size_t plane = 0;      ///< spectral
+  std::size_t object = 0;     ///< from 0
+  std::size_t component = 0;  ///< light component
+  std::string label;          ///< "sdss_g", "DUSTFREE_sdss_g", "OBJECT_3_sdss_g"...
+};
+
 /// Renders rows of an image of a scene. Rows may be rendered in any order from any thread or
 /// process; their values are always the same.
 class Renderer {
  public:
   Renderer(const RenderParameters& parameters, const Camera& camera,
-           std::shared_ptr<const Scene> scene);
+           std::shared_ptr<const Scene> scene, const Spectrum& spectrum,
+           const TruthImages& truth = {});
 
   int width() const { return camera_.width(); }
   int height() const { return camera_.height(); }
-  int planes() const { return medium_.planes(); }
+  /// The spectral planes first, then those of `truth`.
+  int planes() const { return static_cast<int>(outputs_.size()); }
+  const std::vector<OutputPlane>& outputs() const { return outputs_; }
+  const Medium& medium() const { return medium_; }
 
-  /// values[((row - first) * planes + plane) * width + x]: the mean over a pixel's sub-pixel rays.
+  /// values[((row - first) * planes + plane) * width + x], in the scene's unit: the mean over a
+  /// pixel's rays, or its flux; NaN for pixels that show no sky, and for magnitudes of nothing.
   void render_rows(RowRange rows, std::span<double> values) const;
   /// The same, and adds what it took.
   void render_rows(RowRange rows, std::span<double> values, RenderCounts& counts) const;
 
  private:
+  struct Sample;
+  struct Row;
+  void make_outputs(const TruthImages& truth);
+  /// Rays of a pixel, cells where it is large for what it shows.
+  void place_samples(int x, int y, std::span<const int> candidates, std::vector<Sample>& out) const;
+  void refine(double x, double y, double size, int pixel, std::span<const int> candidates,
+              std::vector<Sample>& out) const;
+  /// The size of a cell around (x, y) over the length on which the brightness changes there.
+  double relative_size(double x, double y, double size, std::span<const int> candidates) const;
+  void add_light(std::span<const Sample> samples, std::span<const int> candidates, Row& row,
+                 RenderCounts& counts) const;
+  void finish(int y, Row& row, std::span<double> out) const;
+
   Camera camera_;
-  int supersample_;
+  std::optional<int> supersample_;  ///< chosen by the tolerance where not given
+  std::shared_ptr<const Scene> scene_;
   Medium medium_;
   std::unique_ptr<Sampler> sampler_;
+  std::vector<OutputPlane> outputs_;
+  std::vector<double> unit_factors_;          ///< [spectral plane]
+  bool per_pixel_;                            ///< the unit is a flux: times the pixel's solid angle
+  std::vector<std::size_t> first_component_;  ///< of each object, among all light components
 };
 
 /// The whole image in memory, on rank 0 (elsewhere an empty one).

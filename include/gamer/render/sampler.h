@@ -2,19 +2,19 @@
 
 #include <memory>
 #include <span>
-#include <vector>
 
 #include "gamer/render/medium.h"
 
 namespace gamer {
 
-/// Integrates I(lambda) = int j exp(-int kappa ds') ds along rays, all wavelengths together. Each
-/// ray's result depends on that ray alone. Used from many threads.
+/// Integrates G_j = int e exp(-int kappa_j ds') ds along rays for every light component and
+/// spectral node, all in one march. Each ray's result depends on that ray alone. Used from many
+/// threads.
 class Sampler {
  public:
   virtual ~Sampler() = default;
-  /// hits[i] are those of ray i, nearest first. intensities[i * planes + w]. `counts` is added to.
-  virtual void integrate(std::span<const std::span<const Hit>> hits, std::span<double> intensities,
+  /// hits[i] are those of ray i, nearest first. `counts` is added to.
+  virtual void integrate(std::span<const std::span<const Hit>> hits, RayLight& out,
                          RenderCounts& counts) const = 0;
 };
 

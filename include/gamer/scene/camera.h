@@ -1,8 +1,15 @@
 #pragma once
 
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "gamer/core/resources.h"
 #include "gamer/image/image.h"
+#include "gamer/image/wcs.h"
 #include "gamer/scene/render_parameters.h"
 
 namespace gamer {
@@ -13,35 +20,74 @@ struct Ray {
   glm::dvec3 direction;
 };
 
+/// The direction of a place on the sky: x to (0, 0), y to (90, 0), z to the pole.
+glm::dvec3 direction_of(const SkyPosition& sky);
+/// The place on the sky in a direction of any length; right ascension in [0, 360[.
+SkyPosition sky_of(const glm::dvec3& direction);
+
 /// Maps pixels to rays. Pixel coordinates are those of FITS less 1: (0, 0) is the centre of the
 /// lower-left pixel, x to the right, y up.
+///
+/// In a sky view the camera is the observer at the origin and the scene is comoving space, in Mpc,
+/// which in a flat universe is Euclidean: a galaxy of proper radius R at redshift z stands at its
+/// comoving distance with the radius R (1+z), so that angles, perspective and who stands in front
+/// of whom are right.
 class Camera {
  public:
+  /// Throws InputError for a sky view with a header (see make_camera()), and what CelestialWcs
+  /// throws.
   explicit Camera(const RenderParameters& parameters);
+  /// A sky view with this WCS.
+  Camera(const RenderParameters& parameters, const CelestialWcs& wcs);
 
-  Ray ray(double x, double y) const;
+  /// Nothing where a pixel shows no sky.
+  std::optional<Ray> ray(double x, double y) const;
+  /// Where a point of the scene stands in the image; nothing where it does not (behind the camera).
+  std::optional<glm::dvec2> pixel(const glm::dvec3& point) const;
+  /// Of the pixel centred on (x, y): sr; of an orthographic view, which has no angles, the area in
+  /// scene units^2. 0 where it shows no sky.
+  double solid_angle(double x, double y) const;
+  /// About the size of a pixel at a point of the scene, scene units: of the largest pixel.
+  double pixel_size(const glm::dvec3& point) const;
   int width() const { return width_; }
   int height() const { return height_; }
+  Projection projection() const { return projection_; }
 
-  /// Unit vectors of the view in the scene: to the right, up, and from the target to the camera.
+  /// Unit vectors of the view in the scene: to the right, up, and from the target to the camera. In
+  /// a sky view, at the place of its first pixel that shows sky: West, North, and to the observer.
   const glm::dvec3& right() const { return right_; }
   const glm::dvec3& up() const { return up_; }
   const glm::dvec3& back() const { return back_; }
+  /// Up in the image at a point of the scene; in a sky view North there.
+  glm::dvec3 up_at(const glm::dvec3& point) const;
   /// Unit vector from a point of the scene towards the camera.
   glm::dvec3 towards(const glm::dvec3& point) const;
+  /// From the camera to a point, scene units; 0 for an orthographic view.
+  double distance(const glm::dvec3& point) const;
 
-  /// World coordinates: perspective: offsets from the view's centre in the plane at unit distance,
-  /// expressed in degrees (180/pi times the tangent; linear), type "XTAN"/"YTAN", unit deg;
-  /// orthographic: offsets in scene units, type "X"/"Y".
+  /// Of a sky view.
+  const std::optional<CelestialWcs>& wcs() const { return wcs_; }
+
+  /// World coordinates of the other views: perspective: offsets from the view's centre in the plane
+  /// at unit distance, expressed in degrees (180/pi times the tangent; linear), type "XTAN"/"YTAN",
+  /// unit deg; orthographic: offsets in scene units, type "X"/"Y".
   LinearAxis x_axis() const;
   LinearAxis y_axis() const;
 
  private:
+  void set_sky_pixel();
+
   int width_, height_;
-  bool perspective_;
-  double pixel_;  ///< pixel size: tangent of the angle at the centre, or scene units
+  Projection projection_;
+  double pixel_ = 0;  ///< pixel size: angle or its tangent at the centre, or scene units
   glm::dvec3 position_, right_, up_, back_;
   std::string unit_;
+  std::optional<CelestialWcs> wcs_;
 };
+
+/// The camera of the parameters. Where camera.header names a FITS file, its header is read (beside
+/// the file that names it, then in the working directory) and recorded, and the size set. Throws
+/// InputError, also where image.size is given and another.
+Camera make_camera(RenderParameters& parameters, Resources& resources);
 
 }  // namespace gamer

@@ -11,12 +11,16 @@
 #include "gamer/core/config.h"
 #include "gamer/core/parameter.h"
 #include "gamer/image/image_writer.h"
+#include "gamer/image/wcs.h"
 #include "gamer/noise/noise.h"
+#include "gamer/scene/catalogue.h"
+#include "gamer/sed/cosmology.h"
+#include "gamer/sed/photometry.h"
 
 namespace gamer {
 
-/// The declared sections of a render parameter file: [image], [camera], [spectrum], [noise],
-/// [sampling], [scene]. The only place where these keys stand.
+/// The declared sections of a render parameter file: [image], [camera], [spectrum], [photometry]...
+/// The only place where these keys stand.
 struct ParameterSection {
   std::string name;
   std::string description;
@@ -24,8 +28,28 @@ struct ParameterSection {
 };
 std::span<const ParameterSection> render_parameter_sections();
 
-enum class Projection { perspective, orthographic };
+enum class Projection { perspective, orthographic, sky };
 enum class SamplerKind { uniform, adaptive };
+
+/// What the pixels of an image count.
+enum class PixelUnit {
+  relative,            ///< integral of relative emissivity along the ray, f_lambda
+  nanojansky,          ///< flux density of the pixel
+  megajansky_per_sr,   ///< surface brightness
+  magnitude,           ///< AB mag/arcsec^2
+  flux_density,        ///< erg/s/cm^2/A/arcsec^2
+  electron_per_second  ///< detected by the telescope of [photometry]
+};
+
+/// Which further images are made of a scene; [truth].
+struct TruthImages {
+  enum class Parts { none, objects, components };
+  Parts parts = Parts::none;
+  bool dust_free = false;
+  bool optical_depth = false;
+  bool segmentation = false;
+  bool any() const { return parts != Parts::none || dust_free || optical_depth || segmentation; }
+};
 
 /// The render parameters, resolved: every key has its value.
 class RenderParameters {
@@ -34,7 +58,8 @@ class RenderParameters {
   /// Reads a parameter file's tree (after --set). Throws InputError: unknown sections and keys,
   /// types, intervals; keys that conflict (camera.fov given for an orthographic view, camera.width
   /// for a perspective one, sampling.step for the adaptive sampler); a camera whose target is its
-  /// position or whose up is parallel to the view; wavelengths empty or repeated.
+  /// position or whose up is parallel to the view; wavelengths or bands empty or repeated; a unit
+  /// that lacks what it needs.
   static RenderParameters read(const ConfigNode& root);
   /// Every key that applies, with its value, as a parameter file that reads back to the same.
   std::string toml() const;
@@ -48,6 +73,9 @@ class RenderParameters {
   int width = 512;
   int height = 512;
   OutputOptions output;
+  /// As asked for; none where the scene decides: relative where it has no magnitudes, else nJy.
+  std::optional<PixelUnit> pixel_unit;
+  SourceLocation pixel_unit_where;
 
   Projection projection = Projection::perspective;
   glm::dvec3 position{0, -3, 0};
@@ -55,10 +83,24 @@ class RenderParameters {
   glm::dvec3 up{0, 0, 1};
   double fov = 45;            ///< deg, across the width
   double camera_width = 2.5;  ///< scene units, across the width
-  int supersample = 1;
+  SkyView sky;                ///< without the size; of a sky view without a header
+  std::string sky_header;     ///< path of the FITS file that gives size and WCS; empty for none
+  SourceLocation sky_header_where;
+  std::optional<int> supersample;  ///< only where the file gives it
 
   std::vector<double> wavelengths;  ///< Angstrom
   SourceLocation wavelengths_where;
+  std::vector<std::string> bands;  ///< planes after those of the wavelengths
+  SourceLocation bands_where;
+  std::optional<int> band_samples;
+  Igm igm = Igm::none;
+
+  std::string reference_band;
+  SourceLocation reference_band_where;
+  bool attenuated = false;
+  double telescope_area = 0;  ///< m^2; 0 where not given
+  double throughput = 1;
+  Cosmology cosmology;
 
   const Noise* noise = nullptr;
   std::optional<int> octaves;  ///< only where the file gives it
@@ -69,6 +111,15 @@ class RenderParameters {
   double tolerance = 1e-3;
 
   std::string unit;  ///< of scene lengths: "" (arbitrary), "pc", "kpc", "Mpc"
+  /// Mpc per scene unit; 1 in a sky view, whose scene is comoving space; none where arbitrary.
+  std::optional<double> megaparsec() const;
+
+  CatalogueFormat catalogue_format = CatalogueFormat::automatic;
+  std::string catalogue_hdu;
+  ColumnMap catalogue_columns;
+
+  TruthImages truth;
+  std::filesystem::path truth_path;  ///< of the truth images; empty: beside the image
 
  private:
   void resolve();

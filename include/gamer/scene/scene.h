@@ -1,17 +1,22 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <glm/mat3x3.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "gamer/core/resources.h"
 #include "gamer/galaxy/galaxy.h"
 #include "gamer/scene/camera.h"
+#include "gamer/scene/catalogue.h"
 #include "gamer/scene/render_parameters.h"
+#include "gamer/scene/scene_columns.h"
+#include "gamer/scene/spectrum.h"
 
 namespace gamer {
 
@@ -21,33 +26,64 @@ struct PlacedGalaxy {
   std::shared_ptr<const Galaxy> galaxy;
   std::string type;  ///< name of the galaxy file
   std::string id;
+  std::size_t object = 0;  ///< its place among the scene's objects
   glm::dvec3 centre;
   double radius = 1;  ///< scene units
   glm::dmat3 to_ball;
   std::uint64_t seed = 1;
+  double redshift = 0;
+  /// What a unit of its light (SpectralBasis::weights() times the integral of the emissivity along
+  /// a ray, galaxy radii) is in an image: see Scene::unit.
+  double brightness = 1;
   /// Radius of a sphere around `centre` that holds the stretched ball, scene units.
   double bounding_radius = 1;
 };
 
-struct Scene {
-  std::vector<PlacedGalaxy> galaxies;
+/// A point source.
+struct PlacedStar {
+  std::string id;
+  std::size_t object = 0;
+  glm::dvec3 direction;      ///< in a sky view
+  glm::dvec2 pixel;          ///< from 0
+  std::vector<double> flux;  ///< nJy, of each plane
 };
 
-/// The declared columns of a scene list.
-const ParameterTable& scene_columns();
+/// A scene's objects, those that a sky view shows.
+struct Scene {
+  std::vector<PlacedGalaxy> galaxies;
+  std::vector<PlacedStar> stars;
+  /// Of the pixels. `relative`: brightness times c F_nu in Angstrom^2, to be divided by the plane's
+  /// wavelength^2. Else brightness gives nJy/sr; in orthographic views with a unit of flux, nJy per
+  /// scene unit^2.
+  PixelUnit unit = PixelUnit::relative;
+  std::size_t objects = 0;  ///< galaxies and stars
+  std::size_t rows = 0;     ///< of the catalogue
+  /// The objects as a scene list, in the order of their numbers: reads back to the same scene.
+  std::string list;
+};
 
-/// Reads a scene list (FORMATS: '#' comments, a header row of column names, one galaxy per row; '-'
-/// means the default). Orientation by ox oy oz and pa: the galaxy's +z points along o; before
-/// that the galaxy is turned by pa about its own axis (counterclockwise seen from +z), and the turn
-/// from +z to o is the shortest (about z x o; for o = -z about x). By inclination and pa:
-/// inclination 0 is face-on to the camera; the line of nodes (the galaxy's x axis) lies at angle pa
-/// from the image's +y towards -x; the axis is the direction to the camera turned about the node by
-/// the inclination. Galaxies of the same type and seed share one Galaxy. Throws InputError with
-/// line and column: unknown, repeated or missing columns, rows of wrong length, bad numbers, values
-/// out of their interval, an empty scene, zero orientation, both ox.. and inclination, unknown
-/// galaxies (with near names), a wavelength of `parameters` outside the range of an SED or
-/// extinction curve in use.
+/// Reads a scene. Orientation by ox oy oz and pa: the galaxy's +z points along o; before that the
+/// galaxy is turned by pa about its own axis (counterclockwise seen from +z), and the turn from +z
+/// to o is the shortest (about z x o; for o = -z about x). By inclination and pa: inclination 0 is
+/// face-on to the camera; the line of nodes (the galaxy's x axis) lies at angle pa from the image's
+/// +y towards -x (a sky view: from North towards East); the axis is the direction to the camera
+/// turned about the node by the inclination.
+///
+/// In a sky view positions are ra dec, or dx dy (in the plane that touches the sky in the image's
+/// middle), or px py. Galaxies stand at the comoving distance of their redshift, or at
+/// distance/(1+z); those with neither at 1000 Mpc, unredshifted. What does not touch the image is
+/// left out. Galaxies of the same type, SED and seed share one Galaxy.
+///
+/// Throws InputError with the place of the cell: unknown, repeated or missing columns, units that
+/// do not fit, bad numbers, values out of their interval, an empty scene (a sky view may be empty),
+/// zero orientation, both ox.. and inclination, incomplete or repeated positions, sizes and
+/// magnitudes, what needs a distance and has none, unknown galaxies (with near names), planes
+/// outside the range of an SED or extinction curve at the galaxy's redshift.
+Scene read_scene(const Catalogue& catalogue, const RenderParameters& parameters,
+                 const Spectrum& spectrum, const Camera& camera, Resources& resources);
+/// Of a text, in the format of the parameters.
 Scene read_scene(std::string_view text, const std::string& label,
-                 const RenderParameters& parameters, const Camera& camera, Resources& resources);
+                 const RenderParameters& parameters, const Spectrum& spectrum, const Camera& camera,
+                 Resources& resources);
 
 }  // namespace gamer

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "gamer/scene/spectrum.h"
+#include "gamer/sed/extinction.h"
+#include "gamer/sed/sed.h"
+
+namespace gamer {
+
+/// How few wavelengths carry the light of all planes through dust.
+///
+/// A component's light that reaches the camera at the observed wavelength lambda is
+/// F(lambda) G(lambda), F its spectrum and G(lambda) = int e exp(-tau(s, lambda)) ds: without dust
+/// a constant, with dust a smooth function, since extinction curves are. G is marched at a few
+/// *nodes* lambda_j and interpolated, G(lambda) = sum_j l_j(lambda) G_j, so that a plane's flux is
+///   sum_j W_j G_j,  W_j = (1+z)^-1 int lambda F(lambda/(1+z)) X T l_j dlambda / int T
+///   dlambda/lambda,
+/// an integral over the band in which spectrum, response and (through l_j) extinction are evaluated
+/// finely. Monochromatic planes are bands of no width. The nodes are the Gauss-Legendre points of
+/// segments that cover the bands; l_j are the Lagrange polynomials of a segment.
+class SpectralBasis {
+ public:
+  /// Light at a redshift and the dust that it passes; what the nodes are chosen for.
+  struct Probe {
+    const Sed* sed;
+    double sed_redshift;
+    const ExtinctionCurve* dust;
+    double dust_redshift;
+  };
+
+  /// Without probes there is one node: nothing is absorbed. With `band_samples`, as many nodes in
+  /// each band. Otherwise the fewest for which no plane's flux, behind screens of tau_V = 1/4, 1
+  /// and 4, errs by more than `error` of the flux without dust.
+  SpectralBasis(Spectrum spectrum, const std::vector<Probe>& probes,
+                std::optional<int> band_samples, double error);
+
+  const Spectrum& spectrum() const { return spectrum_; }
+  std::size_t planes() const { return spectrum_.planes.size(); }
+  std::size_t size() const { return nodes_.size(); }
+  /// Observed wavelength of a node, Angstrom.
+  double node(std::size_t j) const { return nodes_[j]; }
+  /// The node that says most about a plane.
+  std::size_t main_node(std::size_t plane) const { return main_nodes_[plane]; }
+
+  /// weights[plane * size() + j], W_j above.
+  std::vector<double> weights(const Sed& sed, double redshift) const;
+  /// l_j at a plane's pivot wavelength.
+  std::vector<double> interpolation(std::size_t plane) const;
+
+  /// Extinction relative to V in the rest frame of dust at `redshift`, at an observed wavelength.
+  /// Shortward of the Lyman limit, where no light is left, that of the limit.
+  static double extinction(const ExtinctionCurve& curve, double redshift, double wavelength);
+
+ private:
+  struct Segment {
+    double low, high;
+    std::size_t first;  ///< node
+    std::size_t count;
+  };
+  /// Quadrature over a plane: weight includes lambda T / int T dlambda/lambda.
+  struct Samples {
+    std::vector<double> wavelength, weight;
+  };
+
+  void set_segments(const std::vector<Sed::Range>& intervals, std::size_t order, double spacing);
+  void add_segment(double low, double high, std::size_t order);
+  /// What a probe's light is behind screens, for error().
+  struct Trial;
+
+  /// Values of all l_j that differ from 0 at a wavelength of a plane: first node, and `values`.
+  std::size_t polynomials(std::size_t plane, double wavelength, std::vector<double>& values) const;
+  std::vector<Trial> trials(const std::vector<Probe>& probes) const;
+  double error(const std::vector<Trial>& trials) const;
+  double source(const Sed& sed, double redshift, double wavelength) const;
+
+  Spectrum spectrum_;
+  std::vector<Samples> samples_;  ///< of each plane
+  std::vector<Segment> segments_;
+  bool own_segments_ = false;  ///< one segment per plane, which may overlap
+  std::vector<double> nodes_;
+  std::vector<std::size_t> main_nodes_;
+};
+
+}  // namespace gamer

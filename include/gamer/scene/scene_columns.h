@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+
+#include "gamer/core/parameter.h"
+
+namespace gamer {
+
+/// Places of the columns of a scene in scene_columns().
+namespace column {
+enum Column : std::size_t {
+  galaxy,
+  x,
+  y,
+  z,
+  ra,
+  dec,
+  dx,
+  dy,
+  px,
+  py,
+  ox,
+  oy,
+  oz,
+  inclination,
+  pa,
+  size,
+  size_kpc,
+  size_arcsec,
+  magnitude,
+  apparent_magnitude,
+  redshift,
+  distance,
+  sed,
+  seed,
+  id
+};
+}  // namespace column
+
+/// The declared columns of a scene, whatever file it comes from.
+const ParameterTable& scene_columns();
+
+}  // namespace gamer

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gamer/scene/catalogue.h"
+#include "gamer/scene/render_parameters.h"
+#include "gamer/scene/scene_columns.h"
+
+namespace gamer {
+
+using column::Column;
+
+/// Reads the rows of a catalogue as a scene's: finds the columns, converts units, checks each value
+/// by its column's declaration.
+class SceneRow {
+ public:
+  /// Throws InputError: unknown, repeated and missing columns, units that do not fit.
+  SceneRow(const Catalogue& catalogue, const RenderParameters& parameters);
+
+  void select(std::size_t row) { row_ = row; }
+
+  /// Whether the catalogue has the column at all.
+  bool has(Column column) const { return sources_[column].kind != Source::Kind::absent; }
+  /// Whether the row has a value of its own.
+  bool is_given(Column column) const;
+
+  std::string text(Column column) const;
+  double number(Column column) const;
+  std::int64_t integer(Column column) const;
+
+  /// Of the row's value; of the row where it has none.
+  SourceLocation where(Column column) const;
+  /// Of the column's name.
+  SourceLocation name_where(Column column) const;
+  [[noreturn]] void fail(Column column, const std::string& message) const;
+
+  /// The names of the columns that there are, and the selected row's words, as lines of a scene
+  /// list.
+  std::string header_line() const;
+  std::string line() const;
+
+ private:
+  struct Source {
+    enum class Kind { absent, constant, catalogue };
+    Kind kind = Kind::absent;
+    std::string constant;
+    std::size_t place = 0;
+    double factor = 1;
+  };
+  /// The row's value in its column's unit: a word, or a number.
+  std::string word(Column column) const;
+  std::optional<double> typed_number(Column column) const;
+  void check_required(Column column) const;
+  template <typename Number>
+  Number parse(Column column, std::string_view text, const char* expected) const;
+  void check_interval(Column column, double value, const std::string& text) const;
+
+  const Catalogue& catalogue_;
+  std::vector<Source> sources_;
+  std::size_t row_ = 0;
+};
+
+}  // namespace gamer

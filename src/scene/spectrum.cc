@@ -1,0 +1,60 @@
+#include "gamer/scene/spectrum.h"
+
+#include <fmt/format.h>
+
+namespace gamer {
+namespace {
+
+std::shared_ptr<const Bandpass> find(const std::string& name, const SourceLocation& where,
+                                     Resources& resources) {
+  try {
+    return find_bandpass(name, where.file, resources);
+  } catch (const InputError& error) {
+    // A message about the file itself carries its own place.
+    throw InputError(where, error.what());
+  }
+}
+
+/// A file's name without folder and suffix.
+std::string short_name(const std::string& name) {
+  return std::filesystem::path(name).stem().string();
+}
+
+}  // namespace
+
+Sed::Range SpectralPlane::range() const {
+  return band != nullptr ? band->range() : Sed::Range{wavelength, wavelength};
+}
+
+double SpectralPlane::flux(const Sed& sed, double redshift, Igm igm) const {
+  return band != nullptr ? band_flux(sed, *band, redshift, igm)
+                         : monochromatic_flux(sed, wavelength, redshift, igm);
+}
+
+Spectrum load_spectrum(const RenderParameters& parameters, Resources& resources) {
+  Spectrum spectrum;
+  spectrum.igm = parameters.igm;
+  for (const double wavelength : parameters.wavelengths) {
+    spectrum.planes.push_back({fmt::format("{}A", wavelength), wavelength, nullptr});
+  }
+  for (const std::string& name : parameters.bands) {
+    auto band = find(name, parameters.bands_where, resources);
+    const std::string label = short_name(name);
+    for (const SpectralPlane& other : spectrum.planes) {
+      if (other.label == label) {
+        throw InputError(parameters.bands_where,
+                         fmt::format("two planes would be called '{}'", label));
+      }
+    }
+    const double pivot = band->pivot();
+    spectrum.planes.push_back({label, pivot, std::move(band)});
+  }
+  return spectrum;
+}
+
+std::shared_ptr<const Bandpass> load_reference_band(const RenderParameters& parameters,
+                                                    Resources& resources) {
+  return find(parameters.reference_band, parameters.reference_band_where, resources);
+}
+
+}  // namespace gamer
