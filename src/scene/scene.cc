@@ -214,6 +214,7 @@ class SceneReader {
   Position read_position(const ImageField* field) const;
   glm::dvec3 read_direction(const ImageField& field) const;
   double read_angular_radius(const Position& position) const;
+  void turn_to_north();
   void read_galaxy(const Position& position, double radius);
   /// False for a star that does not touch the image.
   bool read_star(const Position& position);
@@ -313,6 +314,23 @@ SceneReader::Position SceneReader::read_position(const ImageField* field) const 
   }
   position.centre = position.comoving_distance * read_direction(*field);
   return position;
+}
+
+/// Makes the selected row's pa, counted from the image's +y towards -x where the object stands, one
+/// from North towards East.
+void SceneReader::turn_to_north() {
+  using namespace column;
+  const double x = row_.number(px) - 1, y = row_.number(py) - 1;
+  const double angle = glm::radians(row_.number(pa));
+  constexpr double step = 0.5;  // pixels
+  const std::optional<Ray> here = camera_.ray(x, y);
+  const std::optional<Ray> ahead =
+      camera_.ray(x - step * std::sin(angle), y + step * std::cos(angle));
+  if (!here || !ahead) row_.fail(pa, "the image shows no sky where the object's pa points");
+  const glm::dvec3 north = camera_.up_at(here->direction);
+  const glm::dvec3 east = glm::cross(north, here->direction);
+  row_.replace(pa, glm::degrees(std::atan2(glm::dot(ahead->direction, east),
+                                           glm::dot(ahead->direction, north))));
 }
 
 double SceneReader::read_angular_radius(const Position& position) const {
@@ -510,6 +528,9 @@ Scene SceneReader::read() {
       const glm::dvec3 direction = position.centre / position.comoving_distance;
       if (!field->holds(direction, most_stretch * angle)) continue;
       radius = angle * position.comoving_distance;
+      if (catalogue_.format() == CatalogueFormat::skymaker && row_.is_given(column::pa)) {
+        turn_to_north();
+      }
     } else if (!is_star) {
       radius = row_.number(column::size);
     }

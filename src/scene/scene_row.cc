@@ -181,6 +181,7 @@ std::string SceneRow::text(Column column) const {
 }
 
 double SceneRow::number(Column column) const {
+  if (const auto found = replaced_.find(column); found != replaced_.end()) return found->second;
   const Parameter& declared = scene_columns()[column];
   if (!is_given(column)) {
     check_required(column);
@@ -233,7 +234,8 @@ std::string SceneRow::line() const {
     const auto column = static_cast<Column>(c);
     if (!has(column)) continue;
     std::string text = word(column);
-    if (sources_[c].factor != 1 && is_given(column)) text = fmt::format("{}", number(column));
+    if ((sources_[c].factor != 1 || replaced_.contains(column)) && is_given(column))
+      text = fmt::format("{}", number(column));
     // Blanks and '#' would end the word; only names have them.
     for (char& letter : text) {
       if (letter == ' ' || letter == '\t' || letter == '\n' || letter == '\r' || letter == '#') {

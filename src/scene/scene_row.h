@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -20,7 +21,12 @@ class SceneRow {
   /// Throws InputError: unknown, repeated and missing columns, units that do not fit.
   SceneRow(const Catalogue& catalogue, const RenderParameters& parameters);
 
-  void select(std::size_t row) { row_ = row; }
+  void select(std::size_t row) {
+    row_ = row;
+    replaced_.clear();
+  }
+  /// Another value for a column of the selected row.
+  void replace(Column column, double value) { replaced_[column] = value; }
 
   /// Whether the catalogue has the column at all.
   bool has(Column column) const { return sources_[column].kind != Source::Kind::absent; }
@@ -61,6 +67,7 @@ class SceneRow {
   const Catalogue& catalogue_;
   std::vector<Source> sources_;
   std::size_t row_ = 0;
+  std::map<Column, double> replaced_;
 };
 
 }  // namespace gamer

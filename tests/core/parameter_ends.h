@@ -23,6 +23,7 @@ inline void check_parameter_ends(
     const bool whole = parameter.type == ParameterType::integer;
     const bool numeric = whole || parameter.type == ParameterType::number ||
                          parameter.type == ParameterType::numbers ||
+                         parameter.type == ParameterType::vector2 ||
                          parameter.type == ParameterType::vector3;
     if (!numeric) {
       // Something of another type.
@@ -40,6 +41,7 @@ inline void check_parameter_ends(
       if (whole) return value_text(static_cast<std::int64_t>(x));
       const std::string one = value_text(x);
       if (parameter.type == ParameterType::numbers) return "[" + one + "]";
+      if (parameter.type == ParameterType::vector2) return "[1, " + one + "]";
       if (parameter.type == ParameterType::vector3) return "[1, " + one + ", 1]";
       return one;
     };
@@ -74,8 +76,8 @@ inline void check_parameter_ends(
     check_end(parameter.interval.high, parameter.interval.high_open, +1);
     refused("\"text\"");
     if (!whole) {
-      refused(parameter.type == ParameterType::number ? "nan" : "[nan, 1, 1]");
-      refused(parameter.type == ParameterType::number ? "inf" : "[inf, 1, 1]");
+      refused(text(std::nan("")));
+      refused(text(HUGE_VAL));
     }
   }
 }

@@ -35,6 +35,10 @@ ParameterTable table() {
        std::vector<double>{5500}, "planes"},
       {"size", ParameterType::size2, "pixels", Interval::closed(1, 1000000), 512, "image size"},
       {"noise", ParameterType::noise, "", Interval::any(), {}, "noise"},
+      {"center", ParameterType::vector2, "deg", Interval::closed(-90, 360),
+       std::vector<double>{0, 0}, "sky"},
+      {"bands", ParameterType::texts, "", Interval::any(), std::vector<std::string>{"a \"b\"", "c"},
+       "planes"},
   };
 }
 
@@ -80,6 +84,8 @@ TEST(ParameterSet, Defaults) {
   EXPECT_EQ(set.text("kind"), "simplex");
   EXPECT_EQ(set.numbers("axis"), (std::vector<double>{1, 1, 1}));
   EXPECT_EQ(set.numbers("size"), (std::vector<double>{512, 512}));
+  EXPECT_EQ(set.numbers("center"), (std::vector<double>{0, 0}));
+  EXPECT_EQ(set.texts("bands"), (std::vector<std::string>{"a \"b\"", "c"}));
   EXPECT_FALSE(set.is_given("z0"));
   EXPECT_TRUE(set.has("z0"));
   EXPECT_EQ(set.table().size(), table().size());
@@ -89,7 +95,10 @@ TEST(ParameterSet, ReadsEveryType) {
   const ParameterSet set = read(
       "z0 = 1\nfov = 12.5\nratio = 3\ncount = 64\nactive = false\nname = \"m\"\n"
       "kind = \"perlin\"\naxis = [1, 2.5, 10]\nwavelengths = [4000, 5500.5]\n"
-      "size = [640, 480]\nnoise = false\n");
+      "size = [640, 480]\nnoise = false\ncenter = [12, -0.5]\nbands = [\"sdss_g\", \"\"]\n");
+  EXPECT_EQ(set.numbers("center"), (std::vector<double>{12, -0.5}));
+  EXPECT_EQ(set.texts("bands"), (std::vector<std::string>{"sdss_g", ""}));
+  EXPECT_TRUE(read("bands = []").texts("bands").empty());
   EXPECT_EQ(set.number("z0"), 1.0);
   EXPECT_EQ(set.number("fov"), 12.5);
   EXPECT_EQ(set.number("ratio"), 3.0);
@@ -121,6 +130,8 @@ TEST(ParameterSet, OutsideTheInterval) {
   EXPECT_EQ(read_error("wavelengths = [1, -1]"),
             "a.par:1:19: wavelengths[1] = -1 is outside ]0, inf[ (Angstrom)");
   EXPECT_EQ(read_error("size = [0, 1]"), "a.par:1:9: size[0] = 0 is outside [1, 1000000] (pixels)");
+  EXPECT_EQ(read_error("center = [0, -91]"),
+            "a.par:1:14: center[1] = -91 is outside [-90, 360] (deg)");
   EXPECT_EQ(read_error("size = 1000001"),
             "a.par:1:8: size = 1000001 is outside [1, 1000000] (pixels)");
 }
@@ -153,6 +164,16 @@ TEST(ParameterSet, WrongTypes) {
   EXPECT_EQ(read_error("size = 2.5"),
             "a.par:1:8: size must be an integer or a list of two, not a number");
   EXPECT_EQ(read_error("size = [1.0, 2]"), "a.par:1:9: size[0] must be an integer, not a number");
+  EXPECT_EQ(read_error("center = 3"),
+            "a.par:1:10: center must be a list of two numbers, not an integer");
+  EXPECT_EQ(read_error("center = [1, 2, 3]"),
+            "a.par:1:10: center must be a list of two numbers, not a list of 3");
+  EXPECT_EQ(read_error("center = [1, \"2\"]"),
+            "a.par:1:14: center[1] must be a number, not a string");
+  EXPECT_EQ(read_error("bands = \"a\""),
+            "a.par:1:9: bands must be a list of strings, not a string");
+  EXPECT_EQ(read_error("bands = [\"a\", 2]"),
+            "a.par:1:15: bands[1] must be a string, not an integer");
   EXPECT_EQ(read_error("noise = true"), "a.par:1:9: noise must be a table or false, not true");
   EXPECT_EQ(read_error("noise = 1"), "a.par:1:9: noise must be a table or false, not an integer");
 }
@@ -220,6 +241,12 @@ TEST(ParameterSet, SetChecksToo) {
   EXPECT_EQ(set.numbers("size"), (std::vector<double>{3, 4}));
   set.set("size", 5);
   EXPECT_EQ(set.numbers("size"), (std::vector<double>{5, 5}));
+  set.set("center", std::vector<double>{1, 2});
+  EXPECT_EQ(set.numbers("center"), (std::vector<double>{1, 2}));
+  set.set("bands", std::vector<std::string>{"x"});
+  EXPECT_EQ(set.texts("bands"), std::vector<std::string>{"x"});
+  EXPECT_EQ(error_text([&] { set.set("center", std::vector<double>{1}); }),
+            "center must be a list of two numbers, not a list of 1");
   set.set("ratio", 2.0);
   set.set("ratio", {});
   EXPECT_FALSE(set.has("ratio"));
@@ -239,6 +266,8 @@ TEST(ParameterSet, WrongUseIsALogicError) {
   EXPECT_THROW(set.number("zz"), std::logic_error);
   EXPECT_THROW(set.number("count"), std::logic_error);
   EXPECT_THROW(set.number("ratio"), std::logic_error);
+  EXPECT_THROW(set.texts("wavelengths"), std::logic_error);
+  EXPECT_THROW(set.numbers("bands"), std::logic_error);
   EXPECT_THROW(set.set("zz", 1.0), std::logic_error);
 }
 
@@ -278,6 +307,9 @@ TEST(Parameter, TypeAndDefaultText) {
   EXPECT_EQ(t[8].type_text(), "list of numbers, Angstrom, ]0, inf[");
   EXPECT_EQ(t[9].type_text(), "integer or [width, height], pixels, [1, 1000000]");
   EXPECT_EQ(t[10].type_text(), "table or false");
+  EXPECT_EQ(t[11].type_text(), "two numbers, deg, [-90, 360]");
+  EXPECT_EQ(t[12].type_text(), "list of texts");
+  EXPECT_EQ(t[12].default_text(), "[\"a \\\"b\\\"\", \"c\"]");
   EXPECT_EQ(t[1].default_text(), "45");
   EXPECT_EQ(t[2].default_text(), "none");
   EXPECT_EQ(t[6].default_text(), "\"simplex\"");

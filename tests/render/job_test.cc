@@ -68,7 +68,7 @@ TEST(Job, RecordHoldsResolvedParametersAndMakesTheSameJob) {
   EXPECT_EQ(again.parameters.seed, 17u);
   ASSERT_EQ(again.scene->galaxies.size(), 2u);
   EXPECT_EQ(again.scene->galaxies[1].centre, job.scene->galaxies[1].centre);
-  EXPECT_EQ(again.camera.ray(1, 2).direction, job.camera.ray(1, 2).direction);
+  EXPECT_EQ(again.camera.ray(1, 2)->direction, job.camera.ray(1, 2)->direction);
 }
 
 const Card* find_card(const ImageHeader& header, const std::string& key) {

@@ -40,10 +40,11 @@ Image render_shipped(const std::string& name, int size, const std::vector<std::s
   const RenderParameters parameters = RenderParameters::read(root);
   const Camera camera(parameters);
   Resources resources({fs::path(GAMER_TEST_SOURCE_DIR)});
+  const Spectrum spectrum = load_spectrum(parameters, resources);
   const auto scene = std::make_shared<Scene>(read_scene(contents(folder / (name + ".lst")),
                                                         (folder / (name + ".lst")).string(),
-                                                        parameters, camera, resources));
-  const Renderer renderer(parameters, camera, scene);
+                                                        parameters, spectrum, camera, resources));
+  const Renderer renderer(parameters, camera, scene, spectrum);
   ThreadExecutor executor(1);
   return render_image(renderer, executor);
 }

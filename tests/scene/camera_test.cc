@@ -46,10 +46,10 @@ TEST(Camera, UpNeedNotBePerpendicular) {
 }
 
 TEST(Camera, RayThroughTheMiddle) {
-  const Ray seen = perspective().ray(19.5, 9.5);
+  const Ray seen = *perspective().ray(19.5, 9.5);
   EXPECT_LT(distance(seen.origin, {0, -3, 0}), rounding);
   EXPECT_LT(distance(seen.direction, {0, 1, 0}), rounding);
-  const Ray flat = orthographic().ray(19.5, 9.5);
+  const Ray flat = *orthographic().ray(19.5, 9.5);
   EXPECT_LT(distance(flat.origin, {0, -3, 0}), rounding);
   EXPECT_LT(distance(flat.direction, {0, 1, 0}), rounding);
 }
@@ -57,7 +57,7 @@ TEST(Camera, RayThroughTheMiddle) {
 // The edges of the image are half a pixel beyond the centres of its outermost pixels.
 TEST(Camera, FieldOfViewSpansTheWidth) {
   const Camera camera = perspective();
-  const Ray left = camera.ray(-0.5, 9.5), right = camera.ray(39.5, 9.5);
+  const Ray left = *camera.ray(-0.5, 9.5), right = *camera.ray(39.5, 9.5);
   const double angle = std::acos(glm::dot(left.direction, right.direction));
   EXPECT_NEAR(glm::degrees(angle), 60, 1e-12);
   EXPECT_LT(left.direction.x, 0);
@@ -65,15 +65,15 @@ TEST(Camera, FieldOfViewSpansTheWidth) {
 
 TEST(Camera, PerspectiveCorners) {
   const double half = std::tan(glm::radians(30.0));
-  const Ray corner = perspective().ray(39.5, 19.5);
+  const Ray corner = *perspective().ray(39.5, 19.5);
   EXPECT_LT(distance(corner.direction, glm::normalize(glm::dvec3(half, 1, half / 2))), rounding);
-  const Ray opposite = perspective().ray(-0.5, -0.5);
+  const Ray opposite = *perspective().ray(-0.5, -0.5);
   EXPECT_LT(distance(opposite.direction, glm::normalize(glm::dvec3(-half, 1, -half / 2))),
             rounding);
 }
 
 TEST(Camera, OrthographicCorners) {
-  const Ray corner = orthographic().ray(39.5, 19.5);
+  const Ray corner = *orthographic().ray(39.5, 19.5);
   EXPECT_LT(distance(corner.origin, {2, -3, 1}), rounding);
   EXPECT_LT(distance(corner.direction, {0, 1, 0}), rounding);
 }
@@ -85,10 +85,10 @@ double coordinate(const LinearAxis& axis, double fits_pixel) {
 TEST(Camera, AxesAgreeWithRays) {
   const Camera seen = perspective(), flat = orthographic();
   for (const auto& [x, y] : std::vector<std::pair<double, double>>{{0, 0}, {39, 3}, {12.3, 19}}) {
-    const glm::dvec3 d = seen.ray(x, y).direction;
+    const glm::dvec3 d = seen.ray(x, y)->direction;
     EXPECT_NEAR(coordinate(seen.x_axis(), x + 1), glm::degrees(d.x / d.y), 1e-12);
     EXPECT_NEAR(coordinate(seen.y_axis(), y + 1), glm::degrees(d.z / d.y), 1e-12);
-    const glm::dvec3 o = flat.ray(x, y).origin;
+    const glm::dvec3 o = flat.ray(x, y)->origin;
     EXPECT_NEAR(coordinate(flat.x_axis(), x + 1), o.x, rounding);
     EXPECT_NEAR(coordinate(flat.y_axis(), y + 1), o.z, rounding);
   }

@@ -24,7 +24,7 @@ TEST(RenderParameters, DefaultsAreThoseOfTheFormats) {
   EXPECT_EQ(p.up, glm::dvec3(0, 0, 1));
   EXPECT_EQ(p.fov, 45);
   EXPECT_EQ(p.camera_width, 2.5);
-  EXPECT_EQ(p.supersample, 1);
+  EXPECT_EQ(p.supersample, std::nullopt);
   EXPECT_EQ(p.wavelengths, std::vector<double>{5500});
   ASSERT_NE(p.noise, nullptr);
   EXPECT_EQ(p.noise->name(), "simplex");
@@ -34,6 +34,19 @@ TEST(RenderParameters, DefaultsAreThoseOfTheFormats) {
   EXPECT_EQ(p.step, 0.01);
   EXPECT_EQ(p.tolerance, 1e-3);
   EXPECT_EQ(p.unit, "");
+  EXPECT_EQ(p.megaparsec(), std::nullopt);
+  EXPECT_EQ(p.pixel_unit, std::nullopt);
+  EXPECT_TRUE(p.bands.empty());
+  EXPECT_EQ(p.band_samples, std::nullopt);
+  EXPECT_EQ(p.igm, Igm::none);
+  EXPECT_EQ(p.reference_band, "sdss_r");
+  EXPECT_FALSE(p.attenuated);
+  EXPECT_EQ(p.throughput, 1);
+  EXPECT_EQ(p.cosmology.h0(), 70);
+  EXPECT_EQ(p.cosmology.omega_m(), 0.3);
+  EXPECT_EQ(p.catalogue_format, CatalogueFormat::automatic);
+  EXPECT_TRUE(p.catalogue_columns.empty());
+  EXPECT_FALSE(p.truth.any());
 }
 
 TEST(RenderParameters, AnEmptyFileGivesTheDefaults) {
@@ -45,6 +58,7 @@ size = [640, 480]
 output = "a \"b\".fits.fz"
 bitpix = -64
 layout = "files"
+unit = "MJy/sr"
 
 [camera]
 projection = "orthographic"
@@ -56,6 +70,19 @@ supersample = 4
 
 [spectrum]
 wavelengths = [4400, 5500.25, 8140]
+bands = ["sdss_g", "my.band"]
+band_samples = 3
+igm = "madau95"
+
+[photometry]
+reference_band = "bessell_v"
+attenuated = true
+area = 4.5
+throughput = 0.6
+
+[cosmology]
+H0 = 67.7
+Omega_m = 0.31
 
 [noise]
 kind = "perlin"
@@ -69,6 +96,30 @@ tolerance = 0.01
 
 [scene]
 unit = "kpc"
+
+[catalogue]
+format = "sextractor"
+hdu = "OBJECTS"
+x = "X_WORLD"
+seed = "=7"
+
+[truth]
+parts = "components"
+dust_free = true
+optical_depth = true
+segmentation = true
+output = "t.fits"
+)";
+
+const char* const sky_values = R"([camera]
+projection = "sky"
+center = [150.25, -2.5]
+pixel_scale = 0.168
+rotation = 30
+sky_projection = "ZPN"
+projection_parameters = [0, 1, 0, 50]
+[spectrum]
+bands = ["sdss_g"]
 )";
 
 TEST(RenderParameters, ReadsEveryKey) {
@@ -85,7 +136,25 @@ TEST(RenderParameters, ReadsEveryKey) {
   EXPECT_EQ(p.camera_width, 1e-7);
   EXPECT_EQ(p.supersample, 4);
   EXPECT_EQ(p.wavelengths, (std::vector<double>{4400, 5500.25, 8140}));
-  EXPECT_EQ(p.wavelengths_where.text(), "render.par:16:15");
+  EXPECT_EQ(p.wavelengths_where.text(), "render.par:17:15");
+  EXPECT_EQ(p.bands, (std::vector<std::string>{"sdss_g", "my.band"}));
+  EXPECT_EQ(p.bands_where.text(), "render.par:18:9");
+  EXPECT_EQ(p.band_samples, 3);
+  EXPECT_EQ(p.igm, Igm::madau95);
+  EXPECT_EQ(p.pixel_unit, PixelUnit::megajansky_per_sr);
+  EXPECT_EQ(p.reference_band, "bessell_v");
+  EXPECT_TRUE(p.attenuated);
+  EXPECT_EQ(p.telescope_area, 4.5);
+  EXPECT_EQ(p.throughput, 0.6);
+  EXPECT_EQ(p.cosmology.h0(), 67.7);
+  EXPECT_EQ(p.cosmology.omega_m(), 0.31);
+  EXPECT_EQ(p.catalogue_format, CatalogueFormat::sextractor);
+  EXPECT_EQ(p.catalogue_hdu, "OBJECTS");
+  EXPECT_EQ(p.catalogue_columns, (ColumnMap{{"x", "X_WORLD"}, {"seed", "=7"}}));
+  EXPECT_EQ(p.truth.parts, TruthImages::Parts::components);
+  EXPECT_TRUE(p.truth.dust_free && p.truth.optical_depth && p.truth.segmentation);
+  EXPECT_EQ(p.truth_path, "t.fits");
+  EXPECT_EQ(p.megaparsec(), 1e-3);
   EXPECT_EQ(p.noise->name(), "perlin");
   EXPECT_EQ(p.octaves, 5);
   EXPECT_EQ(p.seed, 9223372036854775807u);
@@ -93,6 +162,42 @@ TEST(RenderParameters, ReadsEveryKey) {
   EXPECT_EQ(p.step, 0.005);
   EXPECT_EQ(p.tolerance, 0.01);
   EXPECT_EQ(p.unit, "kpc");
+}
+
+TEST(RenderParameters, ReadsASkyView) {
+  const RenderParameters p = parameters_of(sky_values);
+  EXPECT_EQ(p.projection, Projection::sky);
+  EXPECT_EQ(p.sky.projection, "ZPN");
+  EXPECT_EQ(p.sky.parameters, (std::vector<double>{0, 1, 0, 50}));
+  EXPECT_EQ(p.sky.center.ra, 150.25);
+  EXPECT_EQ(p.sky.center.dec, -2.5);
+  EXPECT_EQ(p.sky.pixel_scale, 0.168);
+  EXPECT_EQ(p.sky.rotation, 30);
+  EXPECT_EQ(p.megaparsec(), 1);
+  EXPECT_EQ(parameters_of(p.toml()).toml(), p.toml());
+  for (const char* key : {"position", "target", "up", "fov", "width"}) {
+    EXPECT_FALSE(p.applies("camera", key)) << key;
+  }
+}
+
+// Bands alone: the default wavelength is not among the planes, nor is it written.
+TEST(RenderParameters, BandsReplaceTheDefaultWavelength) {
+  const RenderParameters p = parameters_of(sky_values);
+  EXPECT_TRUE(p.wavelengths.empty());
+  EXPECT_TRUE(parameters_of(p.toml()).wavelengths.empty());
+  const RenderParameters both =
+      parameters_of("[spectrum]\nwavelengths = [5500]\nbands = [\"sdss_g\"]\n");
+  EXPECT_EQ(both.wavelengths, std::vector<double>{5500});
+}
+
+TEST(RenderParameters, AHeaderStandsForTheKeysOfTheView) {
+  const RenderParameters p = parameters_of("[camera]\nprojection = \"sky\"\nheader = \"a.fits\"\n");
+  EXPECT_EQ(p.sky_header, "a.fits");
+  EXPECT_EQ(p.sky_header_where.text(), "render.par:3:10");
+  for (const char* key : {"center", "pixel_scale", "rotation", "sky_projection"}) {
+    EXPECT_FALSE(p.applies("camera", key)) << key;
+  }
+  EXPECT_EQ(parameters_of(p.toml()).toml(), p.toml());
 }
 
 TEST(RenderParameters, TomlReadsBackToTheSame) {
@@ -200,7 +305,40 @@ INSTANTIATE_TEST_SUITE_P(
                  "render.par:2:6: camera.up = [0, -2, 1e-10] is parallel to the view from "
                  "camera.position = [0, -3, 0] to camera.target = [0, 0, 0]"},
         BadInput{"[spectrum]\nwavelengths = []",
-                 "render.par:2:15: wavelengths is empty; give one wavelength (Angstrom) or more"},
+                 "render.par:2:15: wavelengths is empty; give one wavelength (Angstrom) or more, "
+                 "or bands"},
+        BadInput{"[spectrum]\nbands = [\"sdss_g\", \"b\", \"sdss_g\"]",
+                 "render.par:2:9: bands has 'sdss_g' twice"},
+        BadInput{"[spectrum]\nbands = \"sdss_g\"",
+                 "render.par:2:9: bands must be a list of strings, not a string"},
+        BadInput{"[spectrum]\nband_samples = 65",
+                 "render.par:2:16: band_samples = 65 is outside [1, 64]"},
+        BadInput{"[image]\nunit = \"electron/s\"",
+                 "render.par:2:8: unit = \"electron/s\" needs photometry.area, the telescope's "
+                 "collecting area (m^2)"},
+        BadInput{"[image]\nunit = \"electron/s\"\n[photometry]\narea = 1\n[spectrum]\n"
+                 "wavelengths = [5500]\nbands = [\"sdss_g\"]\n",
+                 "render.par:2:8: unit = \"electron/s\" needs spectrum.bands alone: no electrons "
+                 "come from a single wavelength"},
+        BadInput{"[image]\nunit = \"nJ\"",
+                 "render.par:2:8: unit = 'nJ' is none of \"auto\", \"relative\", \"nJy\", "
+                 "\"MJy/sr\", \"mag/arcsec^2\", \"erg/s/cm^2/A/arcsec^2\", \"electron/s\"; did "
+                 "you mean 'nJy'?"},
+        BadInput{"[camera]\nprojection = \"sky\"\ncenter = [10, 91]",
+                 "render.par:3:10: center = [10, 91]: the declination is outside [-90, 90] (deg)"},
+        BadInput{"[camera]\nprojection = \"sky\"\ncenter = 10",
+                 "render.par:3:10: center must be a list of two numbers, not an integer"},
+        BadInput{"[camera]\ncenter = [10, 20]",
+                 "render.par:2:10: camera.center belongs to projection = \"sky\", but projection "
+                 "is \"perspective\""},
+        BadInput{"[camera]\nprojection = \"sky\"\nup = [0, 0, 1]",
+                 "render.par:3:6: camera.up belongs to projection = \"perspective\" or "
+                 "\"orthographic\", but projection is \"sky\""},
+        BadInput{"[camera]\nprojection = \"sky\"\nheader = \"a.fits\"\nrotation = 3",
+                 "render.par:4:12: camera.header gives camera.rotation too; give one of them"},
+        BadInput{"[cosmology]\nOmega_m = 1.5", "render.par:2:11: Omega_m = 1.5 is outside [0, 1]"},
+        BadInput{"[catalogue]\nRA = \"ALPHA\"",
+                 "render.par:2:1: unknown key 'RA' in [catalogue]; did you mean 'ra' or 'pa'?"},
         BadInput{"[spectrum]\nwavelengths = [5500, 4400, 5.5e3]",
                  "render.par:2:15: wavelengths has 5500 A twice"},
         BadInput{"[spectrum]\nwavelengths = [0]",

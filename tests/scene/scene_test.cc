@@ -41,7 +41,7 @@ Resources resources() {
 Scene read(const std::string& list, const std::string& parameters = "") {
   const RenderParameters p = parameters_of(parameters);
   Resources data = resources();
-  return read_scene(list, "scene.lst", p, Camera(p), data);
+  return read_scene(list, "scene.lst", p, load_spectrum(p, data), Camera(p), data);
 }
 
 TEST(Scene, DefaultsOfARow) {
@@ -92,11 +92,15 @@ TEST(Scene, ReadsEveryColumn) {
 }
 
 TEST(Scene, SharesGalaxiesOfOneTypeAndSeed) {
-  const Scene scene =
-      read("galaxy x y z seed\nsmooth 0 0 0 1\nsmooth 1 0 0 2\nsmooth 2 0 0 -\nnoisy 0 0 1 1\n");
+  const Scene scene = read(
+      "galaxy x y z seed\nnoisy 0 0 0 1\nnoisy 1 0 0 2\nnoisy 2 0 0 -\nsmooth 0 0 1 1\n"
+      "smooth 0 0 2 2\n");
   EXPECT_EQ(scene.galaxies[0].galaxy, scene.galaxies[2].galaxy);
   EXPECT_NE(scene.galaxies[0].galaxy, scene.galaxies[1].galaxy);
   EXPECT_NE(scene.galaxies[0].galaxy, scene.galaxies[3].galaxy);
+  // Without noise the seed makes no difference.
+  EXPECT_EQ(scene.galaxies[3].galaxy, scene.galaxies[4].galaxy);
+  EXPECT_EQ(scene.galaxies[4].seed, 2u);
 }
 
 std::uint64_t texture_seed(const Scene& scene) {
@@ -107,9 +111,9 @@ TEST(Scene, SeedsOfRowAndParametersMakeTheGalaxys) {
   const std::string row = "galaxy x y z seed\nnoisy 0 0 0 5\n";
   Resources data = resources();
   const RenderParameters p = parameters_of("[noise]\nseed = 3\nkind = \"perlin\"\noctaves = 2\n");
-  const Scene scene = read_scene(row, "scene.lst", p, Camera(p), data);
+  const Scene scene = read_scene(row, "scene.lst", p, load_spectrum(p, data), Camera(p), data);
   const auto expected =
-      Galaxy::parse(noisy_galaxy, "noisy", {p.noise, p.octaves, hash_words({3, 5})}, data);
+      Galaxy::parse(noisy_galaxy, "noisy", {p.noise, p.octaves, hash_words({3, 5}), nullptr}, data);
   const FractalParameters& made =
       scene.galaxies[0].galaxy->components()[0]->texture()->noise.parameters();
   EXPECT_EQ(made.seed, expected->components()[0]->texture()->noise.parameters().seed);
@@ -205,9 +209,9 @@ TEST(Scene, WavelengthsMustLieInTheRangeOfEverySpectrum) {
             "render.par:5:15: wavelength 300000 A is outside the range 900 to 25000 A of SED "
             "'Sbc' (galaxy 'table', component 'arms')");
   EXPECT_EQ(message_of(
-                [] { read("galaxy x y z\ndusty 0 0 0\n", "[spectrum]\nwavelengths = [999.5]\n"); }),
-            "render.par:2:15: wavelength 999.5 A is outside the range 1000 to 33333.333333333336 "
-            "A of the extinction curve (galaxy 'dusty', component 'lanes')");
+                [] { read("galaxy x y z\ndusty 0 0 0\n", "[spectrum]\nwavelengths = [911.5]\n"); }),
+            "render.par:2:15: wavelength 911.5 A is outside the range 912 to 33333.3 A of "
+            "the extinction curve (galaxy 'dusty', component 'lanes')");
   EXPECT_EQ(message_of([] {
               read("galaxy x y z\ntable 0 0 0\n", "[spectrum]\nwavelengths = [900, 25000]\n");
             }),
