@@ -140,13 +140,13 @@ constexpr double reach = 30;
 constexpr double seen_lengths = 9;
 constexpr double seen_heights = 5;
 
-// The texture's column changes within this share of its shortest period; what is finer than
-// finest_texture galaxy radii averages out over the layer.
-constexpr double texture_period_share = 0.5;
-constexpr double finest_texture = 1.0 / 32;
+// Columns change within so many scale lengths or heights; a texture's within a period, but what is
+// finer than finest_texture galaxy radii averages out over the layer.
+constexpr double column_lengths = 2;
+constexpr double finest_texture = 1.0 / 24;
 
 // A hole's rim is this share of its radius wide.
-constexpr double rim_width = 0.3;
+constexpr double rim_width = 0.6;
 
 // Where the layer is bright: within these multiples of the scale length and height.
 constexpr double bright_radius = 3;
@@ -358,24 +358,23 @@ double Layer::texture_frequency() const {
                                : frequency;
 }
 
-double Layer::column_scale(const double nearest[3], const double direction[3],
-                           double reach) const {
+double Layer::column_scale(const double nearest[3], const double direction[3], double reach) const {
   const double distance = std::hypot(nearest[0], nearest[1], nearest[2]);
   if (distance - reach > seen_lengths * std::max(shape_.rh, shape_.z0)) return HUGE_VAL;
   // The ray's least height above the plane, within the ball.
   const double half_chord = std::sqrt(std::max(1 - distance * distance, 0.0));
-  const double height =
-      std::max(std::abs(nearest[2]) - half_chord * std::abs(direction[2]), 0.0);
+  const double height = std::max(std::abs(nearest[2]) - half_chord * std::abs(direction[2]), 0.0);
   if (height - reach > seen_heights * shape_.z0) return HUGE_VAL;
   const double cosine = std::abs(direction[2]);
   const double sine = std::sqrt(std::max(1 - cosine * cosine, 0.0));
-  double scale = std::min(shape_.rh, std::hypot(shape_.rh * cosine, shape_.z0 * sine));
+  double scale =
+      column_lengths * std::min(shape_.rh, std::hypot(shape_.rh * cosine, shape_.z0 * sine));
   if (shape_.inner > 0 && distance - reach < 2 * shape_.inner) {
-    scale = std::min(scale,
-                     rim_width * std::hypot(shape_.inner * cosine, shape_.z0 * sine));
+    scale = std::min(
+        scale, std::hypot(rim_width * shape_.inner * cosine, column_lengths * shape_.z0 * sine));
   }
   if (const double frequency = texture_frequency(); frequency > 0) {
-    scale = std::min(scale, std::max(texture_period_share / frequency, finest_texture));
+    scale = std::min(scale, std::max(1 / frequency, finest_texture));
   }
   return scale;
 }

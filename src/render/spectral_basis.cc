@@ -70,8 +70,7 @@ SpectralBasis::SpectralBasis(Spectrum spectrum, const std::vector<Probe>& probes
       samples.wavelength = nodes.wavelength;
       for (std::size_t k = 0; k < nodes.wavelength.size(); ++k) {
         const double wavelength = nodes.wavelength[k];
-        samples.weight.push_back(nodes.weight[k] * plane.band->response(wavelength) * wavelength /
-                                 plane.band->log_width());
+        samples.weight.push_back(nodes.weight[k] * wavelength / plane.band->log_width());
       }
     }
     samples_.push_back(std::move(samples));

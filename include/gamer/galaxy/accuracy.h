@@ -38,7 +38,7 @@ struct Accuracy {
             .texture_threshold = 0.008 * t,
             .first_step = 1.2 * std::pow(t / 1e-3, 0.2),
             .faint_share = 0.01,
-            .ray_size = 0.1 * std::sqrt(t / 1e-3),
+            .ray_size = 0.06 * std::sqrt(t / 1e-3),
             .cell_size = 0.5 * std::pow(t / 1e-3, 0.25)};
   }
 };
