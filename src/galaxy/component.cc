@@ -62,6 +62,13 @@ ParameterTable light() {
 
 }  // namespace component_parameters
 
+double Component::seen_texture(double footprint) const {
+  constexpr double all = 0.2;
+  constexpr double none = 0.8;
+  const double x = std::clamp((none - footprint * texture_frequency()) / (none - all), 0.0, 1.0);
+  return x * x * (3 - 2 * x);
+}
+
 std::span<const ComponentKind> component_kinds() {
   static const std::array<ComponentKind, 4> kinds = {bulge_kind(), disk_kind(), stars_kind(),
                                                      dust_kind()};

@@ -367,22 +367,40 @@ void Galaxy::resolve_fractions() {
 }
 
 void Galaxy::phi(std::size_t c, const SampleBatch& batch, const BatchArray& need, float threshold,
-                 BatchArray& out) const {
-  const Texture& texture = *components_[c]->texture();
+                 const BatchArray* footprints, BatchArray& out) const {
+  const Texture& texture = *std::as_const(*components_[c]).texture();
+  const float* wanted = need.data();
+  BatchArray seen, limited;
+  if (footprints != nullptr) {
+    float last = -1, last_seen = 1;
+    for (std::size_t i = 0; i < batch.size; ++i) {
+      const float footprint = (*footprints)[i];
+      if (footprint != last) {
+        last = footprint;
+        last_seen = static_cast<float>(components_[c]->seen_texture(double{footprint}));
+      }
+      seen[i] = last_seen;
+      limited[i] = last_seen > 0 ? need[i] : 0.0f;
+    }
+    std::fill(limited.data() + batch.size, limited.data() + padded(batch.size), 0.0f);
+    wanted = limited.data();
+  }
   CompactedPoints points;
   HWY_DYNAMIC_DISPATCH(Compact)
-  (batch, need.data(), threshold, static_cast<float>(texture.twirl), needs_winding_, points);
+  (batch, wanted, threshold, static_cast<float>(texture.twirl), needs_winding_, points);
   std::fill_n(out.data(), padded(batch.size), 1.0f);
   if (points.size == 0) return;
   BatchArray values;
   texture.noise.evaluate({points.x, points.y, points.z, points.size}, values.data());
   for (std::size_t i = 0; i < points.size; ++i) {
-    out[static_cast<std::size_t>(points.index[i])] = 1 + points.fade[i] * (values[i] - 1);
+    const auto at = static_cast<std::size_t>(points.index[i]);
+    const float share = footprints != nullptr ? points.fade[i] * seen[at] : points.fade[i];
+    out[at] = 1 + share * (values[i] - 1);
   }
 }
 
-void Galaxy::evaluate(const Points& points, float threshold,
-                      std::span<BatchArray> densities) const {
+void Galaxy::evaluate(const Points& points, float threshold, std::span<BatchArray> densities,
+                      const BatchArray* footprints) const {
   SampleBatch batch;
   batch.size = points.size;
   HWY_DYNAMIC_DISPATCH(Share)(points, needs_phi_, batch);
@@ -414,7 +432,7 @@ void Galaxy::evaluate(const Points& points, float threshold,
         scale = std::min(scale, components_[f]->threshold_scale());
       }
     }
-    phi(c, batch, need, threshold * static_cast<float>(scale), followed_phi[k]);
+    phi(c, batch, need, threshold * static_cast<float>(scale), footprints, followed_phi[k]);
   }
   for (std::size_t c = 0; c < components_.size(); ++c) {
     const Component& component = *components_[c];
@@ -424,7 +442,7 @@ void Galaxy::evaluate(const Points& points, float threshold,
         own_phi = known->data();
       } else {
         phi(c, batch, densities[c], threshold * static_cast<float>(component.threshold_scale()),
-            own);
+            footprints, own);
         own_phi = own.data();
       }
     }

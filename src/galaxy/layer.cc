@@ -140,10 +140,11 @@ constexpr double reach = 30;
 constexpr double seen_lengths = 9;
 constexpr double seen_heights = 5;
 
-// Columns change within so many scale lengths or heights; a texture's within a period, but what is
+// Columns change within so many scale lengths or heights, and periods of a texture; but what is
 // finer than finest_texture galaxy radii averages out over the layer.
 constexpr double column_lengths = 2;
 constexpr double finest_texture = 1.0 / 24;
+constexpr double texture_periods = 0.35;
 
 // A hole's rim is this share of its radius wide.
 constexpr double rim_width = 0.6;
@@ -374,7 +375,7 @@ double Layer::column_scale(const double nearest[3], const double direction[3], d
         scale, std::hypot(rim_width * shape_.inner * cosine, column_lengths * shape_.z0 * sine));
   }
   if (const double frequency = texture_frequency(); frequency > 0) {
-    scale = std::min(scale, std::max(1 / frequency, finest_texture));
+    scale = std::min(scale, std::max(texture_periods / frequency, finest_texture));
   }
   return scale;
 }
@@ -420,7 +421,8 @@ void Layer::mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) con
   // 1/step adds up: each structure along its own direction.
   const double rate = std::abs(d[2]) / (step_heights * shape_.z0) +
                       std::sqrt(dd) / (step_lengths * shape_.rh) +
-                      texture_frequency() * std::sqrt(dd + d[2] * d[2]) / step_periods;
+                      (seen_texture(ray.footprint) > 0 ? texture_frequency() : 0.0) *
+                          std::sqrt(dd + d[2] * d[2]) / step_periods;
   marks.stretches.push_back({begin, end, accuracy.first_step / rate});
 }
 

@@ -18,7 +18,7 @@ constexpr std::size_t most_steering_planes = 3;
 
 /// Arrays of one thread, kept between batches.
 struct Scratch {
-  BatchArray x, y, z;
+  BatchArray x, y, z, footprint;
   std::vector<BatchArray> densities;
   /// Per galaxy of each cover: its nodes and their hits.
   std::vector<std::vector<std::int32_t>> members;
@@ -205,7 +205,8 @@ void Medium::mark(const Hit& hit, Marks& marks) const {
   const BallRay ray{{hit.nearest[0], hit.nearest[1], hit.nearest[2]},
                     {hit.direction[0], hit.direction[1], hit.direction[2]},
                     hit.begin - hit.centre,
-                    hit.end - hit.centre};
+                    hit.end - hit.centre,
+                    hit.footprint};
   for (const auto& component : placed(hit.galaxy).galaxy->components()) {
     component->mark(ray, accuracy_, marks);
   }
@@ -321,16 +322,20 @@ void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray, std::si
       const auto& hits = s.member_hits[s.first_group[c] + k];
       for (std::size_t start = 0; start < members.size(); start += batch_capacity) {
         const std::size_t size = std::min(batch_capacity, members.size() - start);
+        bool has_footprints = false;
         for (std::size_t i = 0; i < size; ++i) {
           const Hit& hit = *hits[start + i];
           const double t = nodes.t[static_cast<std::size_t>(members[start + i])] - hit.centre;
           s.x[i] = static_cast<float>(hit.nearest[0] + t * hit.direction[0]);
           s.y[i] = static_cast<float>(hit.nearest[1] + t * hit.direction[1]);
           s.z[i] = static_cast<float>(hit.nearest[2] + t * hit.direction[2]);
+          s.footprint[i] = static_cast<float>(hit.footprint);
+          has_footprints = has_footprints || hit.footprint > 0;
         }
         for (std::size_t i = size; i < padded(size); ++i) s.x[i] = s.y[i] = s.z[i] = 0;
         galaxy.galaxy->evaluate({s.x.data(), s.y.data(), s.z.data(), size},
-                                static_cast<float>(accuracy_.texture_threshold), s.densities);
+                                static_cast<float>(accuracy_.texture_threshold), s.densities,
+                                has_footprints ? &s.footprint : nullptr);
         const auto deposit = [&](const std::vector<int>& group, std::size_t first_slot,
                                  std::vector<std::vector<float>>& slots) {
           for (std::size_t m = 0; m < group.size(); ++m) {

@@ -19,6 +19,7 @@ struct Renderer::Sample {
   int pixel;
   double x, y;
   double weight;  ///< of the pixel's area
+  double size;    ///< of the cell for which it stands, pixels; 0 where sub-pixels are asked for
 };
 
 /// A row in the making.
@@ -251,6 +252,14 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
   }
 }
 
+double Renderer::in_ball(int galaxy, double size) const {
+  const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(galaxy)];
+  // Along the shortest semi-axis.
+  const auto& axis = placed.galaxy->axis();
+  return size * camera_.pixel_size(placed.centre) /
+         (placed.radius * *std::min_element(axis.begin(), axis.end()));
+}
+
 double Renderer::relative_size(double x, double y, double size,
                                std::span<const int> candidates) const {
   const std::optional<Ray> ray = camera_.ray(x, y);
@@ -268,14 +277,12 @@ double Renderer::relative_size(double x, double y, double size,
     glm::dvec3 direction = placed.to_ball * ray->direction;
     direction /= glm::length(direction);
     const glm::dvec3 nearest = origin - glm::dot(origin, direction) * direction;
-    // In the ball, along its shortest semi-axis.
-    const auto& axis = placed.galaxy->axis();
-    const double in_ball = pixel / (placed.radius * *std::min_element(axis.begin(), axis.end()));
+    const double length = in_ball(g, size);
     // Half a diagonal.
-    const double around = in_ball * std::numbers::sqrt2 / 2;
+    const double around = length * std::numbers::sqrt2 / 2;
     for (const auto& component : placed.galaxy->components()) {
       const double scale = component->column_scale(&nearest.x, &direction.x, around);
-      largest = std::max(largest, in_ball / scale);
+      largest = std::max(largest, length / scale);
     }
   }
   return largest;
@@ -288,13 +295,13 @@ void Renderer::place_samples(int x, int y, std::span<const int> candidates,
     const double weight = 1.0 / (sub * sub);
     const auto offset = [&](int i) { return (i + 0.5) / sub - 0.5; };
     for (int j = 0; j < sub; ++j) {
-      for (int i = 0; i < sub; ++i) out.push_back({x, x + offset(i), y + offset(j), weight});
+      for (int i = 0; i < sub; ++i) out.push_back({x, x + offset(i), y + offset(j), weight, 0});
     }
     return;
   }
   const double size = relative_size(x, y, 1, candidates);
   if (size <= medium_.accuracy().ray_size) {
-    out.push_back({x, static_cast<double>(x), static_cast<double>(y), 1});
+    out.push_back({x, static_cast<double>(x), static_cast<double>(y), 1, 1});
   } else {
     refine(x, y, 1, x, candidates, out);
   }
@@ -308,7 +315,8 @@ void Renderer::refine(double x, double y, double size, int pixel, std::span<cons
   for (const int j : {-1, 1}) {
     for (const int i : {-1, 1}) {
       if (is_small) {
-        out.push_back({pixel, x + i * gauss * size, y + j * gauss * size, 0.25 * size * size});
+        out.push_back(
+            {pixel, x + i * gauss * size, y + j * gauss * size, 0.25 * size * size, size});
       } else {
         refine(x + 0.25 * i * size, y + 0.25 * j * size, 0.5 * size, pixel, candidates, out);
       }
@@ -322,7 +330,11 @@ void Renderer::add_light(std::span<const Sample> samples, std::span<const int> c
   row.hit_ends.clear();
   for (const Sample& sample : samples) {
     if (const std::optional<Ray> ray = camera_.ray(sample.x, sample.y)) {
+      const std::size_t first = row.hits.size();
       medium_.hits(*ray, candidates, row.hits);
+      for (std::size_t h = first; h < row.hits.size() && sample.size > 0; ++h) {
+        row.hits[h].footprint = in_ball(row.hits[h].galaxy, sample.size);
+      }
     }
     row.hit_ends.push_back(row.hits.size());
   }

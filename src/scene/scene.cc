@@ -145,6 +145,7 @@ class ImageField {
     const std::optional<Ray> middle =
         camera.ray(0.5 * (camera.width() - 1), 0.5 * (camera.height() - 1));
     if (!middle) return;
+    has_center_ = true;
     center_ = middle->direction;
     // The border, pixel edges included.
     constexpr int samples = 128;
@@ -164,6 +165,8 @@ class ImageField {
     if (angle < widest) radius_ = angle * (1 + 1e-3) + 2 * pixel_angle();
   }
 
+  /// Whether the image's middle shows sky.
+  bool has_center() const { return has_center_; }
   const glm::dvec3& center() const { return center_; }
 
   /// Whether something of angular radius `radius` (rad) may touch the image.
@@ -182,6 +185,7 @@ class ImageField {
   double pixel_angle() const { return camera_.pixel_size(center_); }
 
   const Camera& camera_;
+  bool has_center_ = false;
   glm::dvec3 center_{1, 0, 0};
   std::optional<double> radius_;
 };
@@ -282,6 +286,7 @@ glm::dvec3 SceneReader::read_direction(const ImageField& field) const {
   const double a = row_.number(way->first), b = row_.number(way->second);
   if (way == &ways[0]) return direction_of({a, b});
   if (way == &ways[1]) {
+    if (!field.has_center()) row_.fail(dx, "dx dy: the image's middle shows no sky");
     const glm::dvec3 north = camera_.up_at(field.center());
     const glm::dvec3 east = glm::cross(north, field.center());
     return glm::normalize(field.center() + std::tan(a * arcsecond) * east +
@@ -417,6 +422,11 @@ double SceneReader::brightness(const PlacedGalaxy& placed, const Position& posit
   double rest = 0, observed = 0;
   const auto components = placed.galaxy->components();
   const bool is_absolute = row_.is_given(column::magnitude);
+  const bool has_light = std::any_of(components.begin(), components.end(), [](const auto& c) {
+    return std::as_const(*c).sed() != nullptr;
+  });
+  // Dust alone needs no magnitude.
+  if (!has_light && !is_absolute && !row_.is_given(column::apparent_magnitude)) return 1;
   for (std::size_t c = 0; c < components.size(); ++c) {
     const Sed* sed = components[c]->sed();
     if (sed == nullptr) continue;

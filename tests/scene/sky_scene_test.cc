@@ -315,6 +315,57 @@ TEST(SkyScene, CataloguesThatDoNotFit) {
             "scene.lst:2:1: seed must be an integer, not 'many'");
 }
 
+TEST(SkyScene, TablesNameTheRow) {
+  DataTable table;
+  table.columns = {{"galaxy", "", "", std::vector<std::string>{"smooth", "smooth"}},
+                   {"ra", "deg", "", std::vector<double>{150, 150}},
+                   {"dec", "rad", "", std::vector<double>{0.034906585039886591, 2}},
+                   {"size_arcsec", "arcsec", "", std::vector<double>{1, 1}},
+                   {"redshift", "", "", std::vector<double>{std::nan(""), 0.5}},
+                   {"seed", "", "", std::vector<std::int64_t>{5, 6}},
+                   {"other", "furlong", "", std::vector<double>{1, 1}}};
+  const RenderParameters p = parameters_of(image + view);
+  const auto read_table = [&] {
+    Resources data = resources();
+    return read_scene(Catalogue::from_table(table, "cat.fits"), p, load_spectrum(p, data),
+                      Camera(p), data);
+  };
+  EXPECT_EQ(message_of([&] { read_table(); }),
+            "cat.fits, row 2: dec = 2 is outside [-90, 90] (deg)");
+  std::get<std::vector<double>>(table.columns[2].values)[1] = 0.0349;
+  const Scene scene = read_table();
+  EXPECT_LT(distance(scene.galaxies[0].centre, 1000.0 * direction_of({150, 2})), 1e-9);
+  EXPECT_EQ(scene.galaxies[0].redshift, 0);
+  EXPECT_EQ(scene.galaxies[1].redshift, 0.5);
+  EXPECT_EQ(scene.galaxies[1].seed, 6u);
+  expect_same(read(scene.list), scene);
+}
+
+TEST(SkyScene, DustAloneNeedsNoMagnitude) {
+  const Scene scene =
+      read("galaxy ra dec size_arcsec apparent_magnitude\nsmooth 150 2 1 20\ndust 150 2 1 -\n");
+  EXPECT_EQ(scene.galaxies.size(), 2u);
+}
+
+// The reference pixel lies outside of a view of half the sky.
+TEST(SkyScene, OffsetsNeedSkyInTheMiddle) {
+  const RenderParameters p = parameters_of(image + view);
+  const std::string header =
+      "CTYPE1  = 'RA---SIN'\nCTYPE2  = 'DEC--SIN'\nCRPIX1  = 0.0\nCRPIX2  = 0.0\n"
+      "CRVAL1  = 150.0\nCRVAL2  = 2.0\nCDELT1  = -1.5\nCDELT2  = 1.5\n";
+  const Camera camera(p, CelestialWcs::from_header(header, "header"));
+  Resources data = resources();
+  const auto read_offset = [&](const std::string& list) {
+    return message_of(
+        [&] { read_scene(list, "scene.lst", p, load_spectrum(p, data), camera, data); });
+  };
+  EXPECT_EQ(read_offset("galaxy dx dy size_arcsec\nsmooth 0 0 1\n"),
+            "scene.lst:2:8: dx dy: the image's middle shows no sky");
+  EXPECT_EQ(read_offset("galaxy px py size_arcsec\nsmooth 90 90 1\n"),
+            "scene.lst:2:8: pixel 90, 90 shows no sky");
+  EXPECT_EQ(read_offset("galaxy px py size_arcsec\nsmooth 9 9 1\n"), "");
+}
+
 // ---- SkyMaker's lists --------------------------------------------------------------------------
 
 /// The angle of a galaxy's node in the image, counterclockwise from +x, in [0, 180[.

@@ -26,6 +26,7 @@ struct BallRay {
   double direction[3];
   double begin;
   double end;
+  double footprint = 0;  ///< width across the ray for which it stands, galaxy radii
 };
 
 /// How a component wants a ray cut: `edges` are places where steps should end (a centre, a plane);
@@ -95,6 +96,11 @@ class Component {
   double threshold_scale() const {
     return peak() / (texture_ != nullptr ? texture_->noise.rms() : 1.0);
   }
+  /// Of the texture's sharpest features, wound by the twirl, cycles per galaxy radius; 0 for none.
+  virtual double texture_frequency() const { return 0; }
+  /// How much of the texture a ray of that footprint (galaxy radii) sees: all below a fifth of a period,
+  /// from four fifths on none, since its mean is 1 and it averages out.
+  double seen_texture(double footprint) const;
   virtual bool needs_phi() const { return false; }
   virtual bool needs_winding() const { return false; }
 

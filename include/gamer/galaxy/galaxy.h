@@ -30,8 +30,10 @@ class Galaxy {
   /// Evaluates at most batch_capacity points of the ball frame: densities[c][i] = amplitude *
   /// envelope * Phi of component c (emissivity at 5500 Angstrom, or opacity at V, per galaxy
   /// radius). Where a component's envelope is below `threshold` threshold_scale() its Phi counts as
-  /// 1 and is not computed; Phi fades in up to 4 times that.
-  void evaluate(const Points& points, float threshold, std::span<BatchArray> densities) const;
+  /// 1 and is not computed; Phi fades in up to 4 times that. `footprints` (galaxy radii) of the
+  /// points' rays fade out the textures that they do not resolve; null for none.
+  void evaluate(const Points& points, float threshold, std::span<BatchArray> densities,
+                const BatchArray* footprints = nullptr) const;
 
   /// Dust-free light at 5500 Angstrom of component c: the integral of its emissivity over the
   /// galaxy, galaxy radii^3.
@@ -47,7 +49,7 @@ class Galaxy {
   std::vector<BatchArray> followed_phi(std::size_t c, std::span<const WeightedBatch> cloud) const;
   void resolve_fractions();
   void phi(std::size_t c, const SampleBatch& batch, const BatchArray& need, float threshold,
-           BatchArray& out) const;
+           const BatchArray* footprints, BatchArray& out) const;
 
   std::string name_;
   std::string description_;

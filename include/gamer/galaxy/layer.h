@@ -27,6 +27,7 @@ class Layer : public Component {
   void mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) const override;
   double column_scale(const double nearest[3], const double direction[3],
                       double reach) const override;
+  double texture_frequency() const override;
   double face_on_column() const override { return 2 * shape_.z0 * peak_; }
   double peak() const override { return peak_; }
   bool needs_phi() const override { return follows_arms(); }
@@ -42,8 +43,6 @@ class Layer : public Component {
 
  private:
   bool follows_arms() const { return arms_.has_arms() && shape_.arm_width > 0; }
-  /// Of the texture's sharpest features, wound by the twirl, cycles per galaxy radius; 0 for none.
-  double texture_frequency() const;
   /// The mean of the arm modifier around a circle.
   double mean_arm_modifier() const;
 

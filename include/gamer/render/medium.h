@@ -22,6 +22,7 @@ struct Hit {
   double centre;
   double nearest[3];
   double direction[3];
+  double footprint = 0;  ///< width across the ray for which it stands, galaxy radii
 };
 
 /// A bundle of rays for finding the galaxies that they may meet: origins within `radius` of

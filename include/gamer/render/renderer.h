@@ -63,6 +63,8 @@ class Renderer {
   void place_samples(int x, int y, std::span<const int> candidates, std::vector<Sample>& out) const;
   void refine(double x, double y, double size, int pixel, std::span<const int> candidates,
               std::vector<Sample>& out) const;
+  /// A length in pixels at a galaxy, galaxy radii.
+  double in_ball(int galaxy, double size) const;
   /// The size of a cell around (x, y) over the length on which the brightness changes there.
   double relative_size(double x, double y, double size, std::span<const int> candidates) const;
   void add_light(std::span<const Sample> samples, std::span<const int> candidates, Row& row,

@@ -72,7 +72,9 @@ struct Scene {
 /// In a sky view positions are ra dec, or dx dy (in the plane that touches the sky in the image's
 /// middle), or px py. Galaxies stand at the comoving distance of their redshift, or at
 /// distance/(1+z); those with neither at 1000 Mpc, unredshifted. What does not touch the image is
-/// left out. Galaxies of the same type, SED and seed share one Galaxy.
+/// left out. SkyMaker's pa, which counts in the image, is turned by the image's direction there.
+/// Galaxies of the same type, SED and seed share one Galaxy; so do those of any seed without noise.
+/// Where there are magnitudes every object has one, but for galaxies of dust alone.
 ///
 /// Throws InputError with the place of the cell: unknown, repeated or missing columns, units that
 /// do not fit, bad numbers, values out of their interval, an empty scene (a sky view may be empty),
