@@ -191,7 +191,7 @@ double SceneRow::number(Column column) const {
   const std::string text = word(column);
   const double value =
       sources_[column].factor * (typed ? *typed : parse<double>(column, text, "a number"));
-  check_interval(column, value, text);
+  check_interval(column, value, sources_[column].factor == 1 ? text : fmt::format("{:.6g}", value));
   return value;
 }
 

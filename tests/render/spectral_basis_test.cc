@@ -122,14 +122,14 @@ double largest_error(const SpectralBasis& basis, const std::vector<FineIntegral>
 class DustyBands : public testing::TestWithParam<Light> {};
 
 TEST_P(DustyBands, FluxIsThatOfTheFineIntegral) {
-  const auto& [name, z, bands] = GetParam();
+  const auto [name, z, bands] = GetParam();
   const auto sed = sed_of(name);
   const Ccm89 curve(3.1);
   const Spectrum spectrum = bands_of(bands);
   const std::vector<FineIntegral> fine = fine_integrals(spectrum, *sed, z);
   for (const double allowed : {1e-3, 1e-4, 1e-5}) {
     const SpectralBasis basis(spectrum, {{sed.get(), z, &curve, z}}, {}, allowed);
-    const auto error = [&](Geometry geometry, const std::vector<double>& depths) {
+    const auto error = [&, z = z](Geometry geometry, const std::vector<double>& depths) {
       return largest_error(basis, fine, *sed, z, geometry, depths);
     };
     const double chosen = error(screen, {0.25, 1, 4});

@@ -331,7 +331,7 @@ TEST(SkyScene, TablesNameTheRow) {
                       Camera(p), data);
   };
   EXPECT_EQ(message_of([&] { read_table(); }),
-            "cat.fits, row 2: dec = 2 is outside [-90, 90] (deg)");
+            "cat.fits, row 2: dec = 114.592 is outside [-90, 90] (deg)");
   std::get<std::vector<double>>(table.columns[2].values)[1] = 0.0349;
   const Scene scene = read_table();
   EXPECT_LT(distance(scene.galaxies[0].centre, 1000.0 * direction_of({150, 2})), 1e-9);
