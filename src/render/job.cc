@@ -221,9 +221,10 @@ void forget_columns(RenderParameters& parameters) {
   parameters.set("catalogue", "format", std::string("list"));
 }
 
-RenderJob recorded(RenderJob job, Resources& resources) {
+/// `label` is the catalogue's: what its rows name is looked up beside it.
+RenderJob recorded(RenderJob job, const std::string& label, Resources& resources) {
   forget_columns(job.parameters);
-  resources.add({scene_name, scene_name, job.scene->list});
+  resources.add({scene_name, label, job.scene->list});
   job.record = resources.record();
   for (Resources::Text& text : job.record) {
     if (text.name == parameters_name) text.content = job.parameters.toml();
@@ -266,12 +267,14 @@ RenderJob load_job(const JobRequest& request, Resources& resources) {
   if (is_table) {
     const Catalogue catalogue = Catalogue::from_table(
         read_data_table(path, parameters.catalogue_hdu), path.generic_string());
-    return recorded(make_job(std::move(parameters), catalogue, resources), resources);
+    return recorded(make_job(std::move(parameters), catalogue, resources), catalogue.label(),
+                    resources);
   }
   const Resources::Text& scene = read_file(resources, scene_name, path);
   const Catalogue catalogue =
       Catalogue::parse(scene.content, scene.label, parameters.catalogue_format);
-  return recorded(make_job(std::move(parameters), catalogue, resources), resources);
+  return recorded(make_job(std::move(parameters), catalogue, resources), catalogue.label(),
+                  resources);
 }
 
 RenderJob job_from_record(const Record& record) {
