@@ -21,6 +21,7 @@
 #include "gamer/render/listing.h"
 #include "gamer/render/progress.h"
 #include "gamer/render/renderer.h"
+#include "gamer/render/truth.h"
 
 namespace {
 
@@ -37,6 +38,8 @@ struct Options {
   bool sample_config = false;
   bool print_config = false;
   bool dry_run = false;
+  bool truth = false;       ///< table TRUTH and the images of [truth]
+  std::string truth_table;  ///< the table's own file, instead of the image's
   bool quiet = false;
   bool verbose = false;
   bool version = false;
@@ -84,6 +87,11 @@ Options parse_options(int argc, char** argv) {
   CLI::Option* from_header_option =
       app.add_option("--from-header", from_header, "make the image of this FITS file again");
   from_header_option->type_name("FITS");
+  app.add_flag("--truth", options.truth,
+               "also write table TRUTH, what every object is, and the images of [truth]");
+  app.add_option("--truth-table", options.truth_table,
+                 "write that table to this file (.fits, .ecsv) instead of into the image's")
+      ->type_name("PATH");
   app.add_flag("--overwrite", request.overwrite, "replace an existing output");
   CLI::Option* quiet_option = app.add_flag("-q,--quiet", options.quiet, "say nothing but errors");
   app.add_flag("-v,--verbose", options.verbose, "say more")->excludes(quiet_option);
@@ -104,6 +112,7 @@ Options parse_options(int argc, char** argv) {
   if (list_option->count() > 0) options.listed_kind = kind;
   if (from_header_option->count() > 0) request.from_header = from_header;
 
+  if (!options.truth_table.empty()) options.truth = true;
   if (options.markdown && !options.listed_kind) {
     throw InputError("gamer: --markdown goes with --list-parameters");
   }
@@ -155,7 +164,43 @@ struct Work {
   gamer::RenderJob job;
   gamer::ImageHeader header;
   std::unique_ptr<gamer::ImageWriter> writer;
+  std::unique_ptr<gamer::ImageWriter> truth_writer;  ///< null without truth images
 };
+
+std::string objects_text(const gamer::Scene& scene) {
+  const std::size_t galaxies = scene.galaxies.size(), stars = scene.stars.size();
+  std::string text = fmt::format("{} galax{}", galaxies, galaxies == 1 ? "y" : "ies");
+  if (stars > 0) text += fmt::format(", {} star{}", stars, stars == 1 ? "" : "s");
+  if (scene.objects < scene.rows) {
+    text += fmt::format(" of {} rows; the others do not touch the image", scene.rows);
+  }
+  return text;
+}
+
+bool is_fits(const std::filesystem::path& path) {
+  const std::string name = path.filename().string();
+  return name.ends_with(".fits") || name.ends_with(".fits.fz");
+}
+
+/// Throws InputError where the truth cannot be written.
+void check_truth(const Options& options, const gamer::OutputOptions& output) {
+  const std::filesystem::path table = options.truth_table;
+  if (table.empty()) {
+    if (!is_fits(output.path)) {
+      throw InputError(
+          "gamer: --truth puts its table into a FITS image; for a picture give "
+          "--truth-table");
+    }
+    return;
+  }
+  if (table.extension() != ".ecsv" && table.extension() != ".fits") {
+    throw InputError(
+        fmt::format("gamer: --truth-table {}: the suffix must be .fits or .ecsv", table.string()));
+  }
+  if (std::filesystem::exists(table) && !output.overwrite) {
+    throw InputError(fmt::format("{} exists; --overwrite replaces it", table.string()));
+  }
+}
 
 /// On rank 0: answers, or reads and checks everything. Empty when there is nothing to render.
 std::optional<Work> prepare(const Options& options, int workers) {
@@ -169,24 +214,87 @@ std::optional<Work> prepare(const Options& options, int workers) {
     fmt::print("{}", gamer::load_parameters(options.request, resources).toml());
     return std::nullopt;
   }
-  Work work{gamer::load_job(options.request, resources), {}, nullptr};
+  Work work{gamer::load_job(options.request, resources), {}, nullptr, nullptr};
   work.header = gamer::make_image_header(work.job);
   const gamer::OutputOptions& output = work.job.parameters.output;
   gamer::check_output(output, work.header);
   gamer::check_row_memory(work.header, workers);
-  const std::size_t galaxies = work.job.scene->galaxies.size();
+  if (options.truth) check_truth(options, output);
   if (options.dry_run) {
-    fmt::print("would write {}: {}, {} galax{}\n", files_text(work.header, output),
-               size_text(work.header), galaxies, galaxies == 1 ? "y" : "ies");
+    fmt::print("would write {}: {}, {}\n", files_text(work.header, output), size_text(work.header),
+               objects_text(*work.job.scene));
     return std::nullopt;
   }
   if (options.verbose) {
-    fmt::print(stderr, "gamer: {} galax{}, {} worker{}, SIMD {}\n", galaxies,
-               galaxies == 1 ? "y" : "ies", workers, workers == 1 ? "" : "s",
-               gamer::simd_target_name(gamer::current_simd_target()));
+    fmt::print(stderr, "gamer: {}, {} worker{}, SIMD {}\n", objects_text(*work.job.scene), workers,
+               workers == 1 ? "" : "s", gamer::simd_target_name(gamer::current_simd_target()));
   }
-  work.writer = gamer::make_image_writer(output, work.header);
   return work;
+}
+
+/// Renders and writes; every rank's part.
+void render(const Options& options, const gamer::RenderJob& job, gamer::Executor& executor,
+            Work* work) {
+  std::optional<gamer::DataTable> truth;
+  if (options.truth) truth = gamer::truth_table(job, executor);
+  const gamer::TruthImages images = options.truth ? job.parameters.truth : gamer::TruthImages();
+  const gamer::Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum, images);
+  if (work != nullptr) {
+    if (truth && options.truth_table.empty()) work->header.data_tables = {*truth};
+    work->writer = gamer::make_image_writer(job.parameters.output, work->header);
+    if (images.any()) {
+      const gamer::ImageHeader header = gamer::make_truth_header(job, renderer.outputs());
+      const gamer::OutputOptions output = gamer::truth_output(job.parameters);
+      gamer::check_output(output, header);
+      work->truth_writer = gamer::make_image_writer(output, header);
+    }
+  }
+  const auto width = static_cast<std::size_t>(renderer.width());
+  const auto planes = static_cast<std::size_t>(renderer.planes());
+  const std::size_t own = job.spectrum.planes.size();
+  using Style = gamer::Progress::Style;
+  const bool is_silent = options.quiet || work == nullptr;
+  gamer::Progress progress(renderer.height(),
+                           is_silent ? Style::none : gamer::Progress::style_for(stderr), stderr);
+  std::vector<double> image, rest;
+  executor.run(
+      renderer.height(), gamer::block_rows(renderer.height(), executor.workers()), planes * width,
+      [&](gamer::RowRange rows, std::span<double> values) { renderer.render_rows(rows, values); },
+      [&](gamer::RowRange rows, std::span<const double> values) {
+        if (work->truth_writer == nullptr) {
+          work->writer->write_rows(rows.first, rows.size(), values);
+        } else {
+          // A row's own planes come first, then those of the truth.
+          image.clear();
+          rest.clear();
+          for (std::size_t row = 0; row < static_cast<std::size_t>(rows.size()); ++row) {
+            const std::span<const double> all =
+                values.subspan(row * planes * width, planes * width);
+            image.insert(image.end(), all.begin(),
+                         all.begin() + static_cast<std::ptrdiff_t>(own * width));
+            rest.insert(rest.end(), all.begin() + static_cast<std::ptrdiff_t>(own * width),
+                        all.end());
+          }
+          work->writer->write_rows(rows.first, rows.size(), image);
+          work->truth_writer->write_rows(rows.first, rows.size(), rest);
+        }
+        progress.add(rows.size());
+      });
+  if (work == nullptr) return;
+  work->writer->finish();
+  if (work->truth_writer != nullptr) work->truth_writer->finish();
+  if (truth && !options.truth_table.empty()) {
+    const std::filesystem::path path = options.truth_table;
+    if (path.extension() == ".ecsv") {
+      gamer::write_ecsv(path, *truth);
+    } else {
+      gamer::write_fits_table(path, *truth);
+    }
+  }
+  if (!options.quiet) {
+    fmt::print("{}: {}, {:.1f} s\n", files_text(work->header, job.parameters.output),
+               size_text(work->header), progress.seconds());
+  }
 }
 
 /// Every rank's part of the run.
@@ -205,26 +313,7 @@ void run(const gamer::Ranks& ranks, int argc, char** argv) {
 
   const gamer::RenderJob job =
       work ? std::move(work->job) : gamer::job_from_record(gamer::unpack_record(packed));
-  const gamer::Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum);
-  const auto values_per_row =
-      static_cast<std::size_t>(renderer.width()) * static_cast<std::size_t>(renderer.planes());
-  using Style = gamer::Progress::Style;
-  const bool is_silent = options.quiet || ranks.rank() != 0;
-  gamer::Progress progress(renderer.height(),
-                           is_silent ? Style::none : gamer::Progress::style_for(stderr), stderr);
-  executor->run(
-      renderer.height(), gamer::block_rows(renderer.height(), executor->workers()), values_per_row,
-      [&](gamer::RowRange rows, std::span<double> values) { renderer.render_rows(rows, values); },
-      [&](gamer::RowRange rows, std::span<const double> values) {
-        work->writer->write_rows(rows.first, rows.size(), values);
-        progress.add(rows.size());
-      });
-  if (!work) return;
-  work->writer->finish();
-  if (!options.quiet) {
-    fmt::print("{}: {}, {:.1f} s\n", files_text(work->header, job.parameters.output),
-               size_text(work->header), progress.seconds());
-  }
+  render(options, job, *executor, work ? &*work : nullptr);
 }
 
 /// The one place where errors are reported.

@@ -420,6 +420,21 @@ std::unique_ptr<ImageWriter> make_fits_writer(const OutputOptions& options,
   return std::make_unique<FitsWriter>(options, header);
 }
 
+void write_fits_table(const std::filesystem::path& path, const DataTable& table) {
+  TemporaryFile temporary(path);
+  FitsFile file = FitsFile::create(temporary.path(), path.string());
+  const std::vector<Card> common = common_cards({});
+  file.call(fits_create_img, BYTE_IMG, 0, nullptr);
+  write_cards(file, common);
+  write_data_table(file, table, common);
+  for (int hdu = 1; hdu <= 2; ++hdu) {
+    file.move_to(hdu);
+    write_checksum(file);
+  }
+  file.close();
+  temporary.move_to_final(true);
+}
+
 FitsImage read_fits(const std::filesystem::path& path) {
   FitsFile file = FitsFile::open(path, path.string());
   FitsImage result;

@@ -11,6 +11,7 @@
 #include "gamer/core/version.h"
 #include "gamer/image/fits.h"
 #include "gamer/render/renderer.h"
+#include "gamer/render/truth.h"
 #include "gamer/scene/catalogue.h"
 #include "gamer/scene/word_table.h"
 #include "gamer/sed/photometry.h"
@@ -69,7 +70,10 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
   const Camera camera = make_camera(parameters, resources);
   Spectrum spectrum = load_spectrum(parameters, resources);
   auto scene =
-      std::make_shared<const Scene>(read_scene(catalogue, parameters, spectrum, camera, resources));
+      std::make_shared<Scene>(read_scene(catalogue, parameters, spectrum, camera, resources));
+  if (parameters.attenuated) {
+    apply_attenuation(parameters, camera, *load_reference_band(parameters, resources), *scene);
+  }
   return {std::move(parameters), camera, std::move(spectrum), std::move(scene), {}};
 }
 
@@ -308,6 +312,47 @@ ImageHeader make_image_header(const RenderJob& job) {
   header.cards = make_cards(job.parameters, *job.scene);
   header.tables = {scene_table(job.scene->list), record_table(job.record)};
   return header;
+}
+
+ImageHeader make_truth_header(const RenderJob& job, const std::vector<OutputPlane>& outputs) {
+  ImageHeader header = make_image_header(job);
+  const std::vector<double> wavelengths = std::move(header.wavelengths);
+  const std::vector<std::vector<Card>> cards = std::move(header.plane_cards);
+  header.wavelengths.clear();
+  header.plane_cards.clear();
+  header.labels.clear();
+  header.tables.clear();
+  for (const OutputPlane& output : outputs) {
+    using Kind = OutputPlane::Kind;
+    if (output.kind == Kind::image) continue;
+    header.labels.push_back(output.label);
+    const bool is_light = output.kind == Kind::dust_free || output.kind == Kind::object ||
+                          output.kind == Kind::component;
+    header.plane_units.push_back(is_light ? header.unit : "");
+    std::vector<Card> own = is_light ? cards[output.plane] : std::vector<Card>();
+    if (output.kind == Kind::object || output.kind == Kind::component) {
+      own.push_back({"OBJECT", fmt::format("{}", output.object + 1), "row of table TRUTH"});
+    }
+    header.plane_cards.push_back(std::move(own));
+  }
+  header.unit.clear();
+  return header;
+}
+
+OutputOptions truth_output(const RenderParameters& parameters) {
+  OutputOptions options = parameters.output;
+  options.layout = ImageLayout::extensions;
+  if (!parameters.truth_path.empty()) {
+    options.path = parameters.truth_path;
+    return options;
+  }
+  // name.fits and name.fits.fz; a picture's truth is FITS too.
+  std::string name = options.path.filename().string();
+  const std::size_t suffix = name.find(".fits");
+  const std::string end = suffix == std::string::npos ? ".fits" : name.substr(suffix);
+  name = suffix == std::string::npos ? options.path.stem().string() : name.substr(0, suffix);
+  options.path = options.path.parent_path() / (name + "_truth" + end);
+  return options;
 }
 
 void check_row_memory(const ImageHeader& header, int workers) {

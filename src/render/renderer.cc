@@ -252,6 +252,49 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
   }
 }
 
+void Renderer::sample_light(
+    const std::function<void(double x, double y, std::span<const double> values)>& take) const {
+  std::vector<int> all(scene_->galaxies.size());
+  for (std::size_t g = 0; g < all.size(); ++g) all[g] = static_cast<int>(g);
+  const auto width = static_cast<std::size_t>(camera_.width());
+  RenderCounts counts;
+  Row row;
+  std::vector<Sample> samples;
+  std::vector<double> values(outputs_.size());
+  for (int y = 0; y < camera_.height(); ++y) {
+    samples.clear();
+    for (int x = 0; x < camera_.width(); ++x) place_samples(x, y, all, samples);
+    // Each ray as a pixel of its own.
+    for (std::size_t begin = 0; begin < samples.size(); begin += width) {
+      const std::size_t count = std::min(width, samples.size() - begin);
+      std::vector<Sample> part(samples.begin() + static_cast<std::ptrdiff_t>(begin),
+                               samples.begin() + static_cast<std::ptrdiff_t>(begin + count));
+      for (std::size_t i = 0; i < count; ++i) part[i].pixel = static_cast<int>(i);
+      row.sums.assign(outputs_.size() * width, 0.0);
+      row.owners.assign(width, {});
+      add_light(part, all, row, counts);
+      for (std::size_t i = 0; i < count; ++i) {
+        for (std::size_t o = 0; o < values.size(); ++o) values[o] = row.sums[o * width + i];
+        take(part[i].x, part[i].y, values);
+      }
+    }
+  }
+}
+
+double Renderer::optical_depth(double x, double y) const {
+  const std::optional<Ray> ray = camera_.ray(x, y);
+  if (!ray) return 0;
+  std::vector<int> all(scene_->galaxies.size());
+  for (std::size_t g = 0; g < all.size(); ++g) all[g] = static_cast<int>(g);
+  std::vector<Hit> hits;
+  medium_.hits(*ray, all, hits);
+  const std::span<const Hit> own(hits);
+  RayLight light;
+  RenderCounts counts;
+  sampler_->integrate(std::span(&own, 1), light, counts);
+  return medium_.depth(0, light.depth.data());
+}
+
 double Renderer::in_ball(int galaxy, double size) const {
   const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(galaxy)];
   // Along the shortest semi-axis.

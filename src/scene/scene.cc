@@ -477,6 +477,7 @@ void SceneReader::read_galaxy(const Position& position, double radius) {
   placed.galaxy = library_.find(placed.type, row_.text(column::sed), placed.seed, row_);
   place(placed, axes, row_);
   check_planes(placed);
+  placed.is_absolute = row_.is_given(column::magnitude);
   placed.brightness = brightness(placed, position);
   scene_.galaxies.push_back(std::move(placed));
 }

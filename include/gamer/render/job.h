@@ -9,6 +9,7 @@
 #include "gamer/core/resources.h"
 #include "gamer/image/image.h"
 #include "gamer/render/record.h"
+#include "gamer/render/renderer.h"
 #include "gamer/scene/camera.h"
 #include "gamer/scene/render_parameters.h"
 #include "gamer/scene/scene.h"
@@ -24,9 +25,6 @@ struct JobRequest {
   std::vector<std::string> settings;            ///< "section.key=value"
   std::optional<std::filesystem::path> output;  ///< instead of image.output
   bool overwrite = false;
-  /// --truth: the table of objects and the images of [truth]; the path is empty for a table in the
-  /// image file.
-  std::optional<std::filesystem::path> truth;
   /// A quarter of the size on each side, one ray per pixel and `preview_tolerance` at least.
   bool preview = false;
 };
@@ -60,6 +58,12 @@ RenderJob job_from_record(const Record& record);
 /// The header of a job's image: its axes, units and photometric calibration, every resolved
 /// parameter, the scene's objects (table SCENE) and the record.
 ImageHeader make_image_header(const RenderJob& job);
+
+/// The header of the truth images, all outputs of a Renderer but the image itself.
+ImageHeader make_truth_header(const RenderJob& job, const std::vector<OutputPlane>& outputs);
+
+/// Their file: truth.output, or beside the image with _truth before the suffix; one extension each.
+OutputOptions truth_output(const RenderParameters& parameters);
 
 /// Rank 0 may hold a block of rows per worker, in double precision. Throws InputError when these
 /// need more memory than there is.

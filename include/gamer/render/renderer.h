@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -54,6 +55,13 @@ class Renderer {
   void render_rows(RowRange rows, std::span<double> values) const;
   /// The same, and adds what it took.
   void render_rows(RowRange rows, std::span<double> values, RenderCounts& counts) const;
+
+  /// Every ray of the whole image: its pixel coordinates (from 0), and its share of the image's
+  /// light in each output that is an image, in the scene's unit of brightness times pixels.
+  void sample_light(
+      const std::function<void(double x, double y, std::span<const double> values)>& take) const;
+  /// Along the ray of a point of the image, at the first plane's wavelength.
+  double optical_depth(double x, double y) const;
 
  private:
   struct Sample;

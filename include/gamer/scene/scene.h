@@ -35,6 +35,7 @@ struct PlacedGalaxy {
   /// What a unit of its light (SpectralBasis::weights() times the integral of the emissivity along
   /// a ray, galaxy radii) is in an image: see Scene::unit.
   double brightness = 1;
+  bool is_absolute = false;  ///< its magnitude
   /// Radius of a sphere around `centre` that holds the stretched ball, scene units.
   double bounding_radius = 1;
 };
