@@ -252,8 +252,8 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
   }
 }
 
-void Renderer::sample_light(
-    const std::function<void(double x, double y, std::span<const double> values)>& take) const {
+void Renderer::sample_light(const std::function<void(double x, double y, double area,
+                                                     std::span<const double> values)>& take) const {
   std::vector<int> all(scene_->galaxies.size());
   for (std::size_t g = 0; g < all.size(); ++g) all[g] = static_cast<int>(g);
   const auto width = static_cast<std::size_t>(camera_.width());
@@ -275,7 +275,7 @@ void Renderer::sample_light(
       add_light(part, all, row, counts);
       for (std::size_t i = 0; i < count; ++i) {
         for (std::size_t o = 0; o < values.size(); ++o) values[o] = row.sums[o * width + i];
-        take(part[i].x, part[i].y, values);
+        take(part[i].x, part[i].y, part[i].weight, values);
       }
     }
   }

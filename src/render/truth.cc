@@ -17,7 +17,10 @@ namespace gamer {
 namespace {
 
 // Pixels on a side of the image that a galaxy is measured on; cells make it finer where needed.
-constexpr int stamp_size = 48;
+constexpr int stamp_size = 64;
+
+// Parts on a side into which a ray's light is spread to count it by radius.
+constexpr int spread = 5;
 
 constexpr double arcsecond = std::numbers::pi / (180 * 3600);
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -76,19 +79,27 @@ GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parame
   const std::size_t planes = spectrum.planes.size();
   std::vector<double> seen(planes, 0.0), free(planes, 0.0);
   struct Light {
-    double radius2;
+    double radius;
     double flux;
   };
   std::vector<Light> lights;
   double sum = 0, north = 0, east = 0, nn = 0, ee = 0, ne = 0;
   const double middle = 0.5 * (stamp_size - 1);
-  renderer.sample_light([&](double x, double y, std::span<const double> values) {
+  renderer.sample_light([&](double x, double y, double area, std::span<const double> values) {
     for (std::size_t p = 0; p < planes; ++p) {
       seen[p] += values[p];
       free[p] += values[planes + p];
     }
     const double n = y - middle, e = middle - x, flux = values[0];
-    lights.push_back({n * n + e * e, flux});
+    // Spread over the ray's area, so that radii do not bunch.
+    const double part = std::sqrt(area) / spread;
+    for (int i = 0; i < spread && flux > 0; ++i) {
+      for (int k = 0; k < spread; ++k) {
+        lights.push_back(
+            {std::hypot(n + (i - 0.5 * (spread - 1)) * part, e + (k - 0.5 * (spread - 1)) * part),
+             flux / (spread * spread)});
+      }
+    }
     sum += flux;
     north += flux * n;
     east += flux * e;
@@ -103,12 +114,12 @@ GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parame
   result.optical_depth = renderer.optical_depth(middle, middle);
   if (!(sum > 0)) return result;
   std::sort(lights.begin(), lights.end(),
-            [](const Light& a, const Light& b) { return a.radius2 < b.radius2; });
+            [](const Light& a, const Light& b) { return a.radius < b.radius; });
   double inside = 0;
   for (const Light& light : lights) {
     inside += light.flux;
     if (inside >= 0.5 * sum) {
-      result.half_light_radius = std::sqrt(light.radius2) * view.camera_width / stamp_size;
+      result.half_light_radius = light.radius * view.camera_width / stamp_size;
       break;
     }
   }

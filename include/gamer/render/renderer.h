@@ -56,10 +56,11 @@ class Renderer {
   /// The same, and adds what it took.
   void render_rows(RowRange rows, std::span<double> values, RenderCounts& counts) const;
 
-  /// Every ray of the whole image: its pixel coordinates (from 0), and its share of the image's
-  /// light in each output that is an image, in the scene's unit of brightness times pixels.
-  void sample_light(
-      const std::function<void(double x, double y, std::span<const double> values)>& take) const;
+  /// Every ray of the whole image: its pixel coordinates (from 0), the area for which it stands
+  /// (pixels), and the light there in each output that is an image, in the scene's unit of
+  /// brightness times that area.
+  void sample_light(const std::function<void(double x, double y, double area,
+                                             std::span<const double> values)>& take) const;
   /// Along the ray of a point of the image, at the first plane's wavelength.
   double optical_depth(double x, double y) const;
 
