@@ -7,8 +7,11 @@ scripts/setup.sh
 mkdir -p docs/images
 for list in scenes/*.lst; do
   name=$(basename "$list" .lst)
-  size=256
-  if [[ $name == ngc4321 ]]; then size=512; fi
+  settings=(--set image.size=256)
+  case $name in
+    ngc4321) settings=(--set image.size=512) ;;
+    field) settings=(--set "image.size=[440, 264]" --set camera.pixel_scale=0.0818) ;;
+  esac
   build/release/gamer "scenes/$name.par" "$list" --output "docs/images/$name.png" --overwrite \
-    --set "image.size=$size" --quiet
+    "${settings[@]}" --quiet
 done
