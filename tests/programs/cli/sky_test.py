@@ -256,7 +256,8 @@ class Headers(unittest.TestCase):
         """On a grid of pixels: ra, dec, and where Astropy puts those."""
         wcs = WCS(header)
         order = slice(None, None, 1 if header["CTYPE1"].startswith("RA") else -1)
-        places = np.array([(x, y) for y in np.arange(3.3, 48, 6.1) for x in np.arange(2.7, 58, 6.3)])
+        xs, ys = np.meshgrid(np.arange(2.7, 58, 6.3), np.arange(3.3, 48, 6.1))
+        places = np.column_stack([xs.ravel(), ys.ravel()])
         sky = wcs.all_pix2world(places, 0)[:, order]
         return sky, wcs.all_world2pix(sky[:, order], 0, tolerance=1e-9)
 
