@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t max_text_bytes = std::uintmax_t{64} << 20;
+constexpr std::uintmax_t max_text_bytes = std::uintmax_t{1} << 30;
 
 bool is_there(const fs::path& path) {
   std::error_code error;

@@ -165,8 +165,8 @@ TEST_F(ResourcesTest, FilesThatCannotServe) {
   EXPECT_EQ(read_error(path("pipe")),
             fmt::format("{} is not a regular file", in_quotes(path("pipe"))));
   const std::string large = write("large", "");
-  fs::resize_file(large, (std::uintmax_t{64} << 20) + 1);
-  EXPECT_EQ(read_error(large), fmt::format("{} is larger than 64 MiB", in_quotes(large)));
+  fs::resize_file(large, (std::uintmax_t{1} << 30) + 1);
+  EXPECT_EQ(read_error(large), fmt::format("{} is larger than 1024 MiB", in_quotes(large)));
   EXPECT_EQ(read_error(write("file", "") + "/x"),
             fmt::format("there is no file {}", in_quotes(path("file/x"))));
   fs::create_directories(root_ / "galaxies" / "m.toml");
