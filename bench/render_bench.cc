@@ -1,5 +1,6 @@
 // Microseconds per pixel of the shipped scenes on one core: each scene; and M100 for each SIMD
-// target, for 1, 3 and 30 wavelengths, and for tolerances of both samplers.
+// target, for 1, 3 and 30 wavelengths or bands, and for tolerances of both samplers. Then a sky
+// view of 100 galaxies, alone and among 10^5 rows of a list, with what it takes to place them.
 
 #include <benchmark/benchmark.h>
 
@@ -20,6 +21,21 @@ namespace fs = std::filesystem;
 
 constexpr int image_size = 128;
 
+/// A triangle of a band.
+Resources::Text band(int i) {
+  const int middle = 4400 + 3600 * i / 29;
+  return {"bandpasses/band" + std::to_string(i), "band" + std::to_string(i),
+          "# wavelength: Angstrom\n# response: photons\n" + std::to_string(middle - 150) + " 0\n" +
+              std::to_string(middle) + " 1\n" + std::to_string(middle + 150) + " 0\n"};
+}
+
+std::string bands(int count) {
+  std::string list = "spectrum.bands=[";
+  for (int i = 0; i < count; ++i)
+    list += (i == 0 ? "\"band" : ", \"band") + std::to_string(i) + '"';
+  return list + "]";
+}
+
 void render(benchmark::State& state, const std::string& scene,
             const std::vector<std::string>& settings, std::int64_t target) {
   use_simd_targets(target);
@@ -30,6 +46,7 @@ void render(benchmark::State& state, const std::string& scene,
   request.settings = settings;
   request.settings.push_back("image.size=" + std::to_string(image_size));
   Resources resources({fs::path(GAMER_BENCH_SOURCE_DIR)});
+  for (int i = 0; i < 30; ++i) resources.add(band(i));
   const RenderJob job = load_job(request, resources);
   const Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum);
   constexpr std::size_t pixels = std::size_t{image_size} * image_size;
@@ -50,6 +67,39 @@ std::string thirty_wavelengths() {
     list += (i == 0 ? "" : ", ") + std::to_string(4400 + 3600 * i / 29);
   }
   return list + "]";
+}
+
+/// 100 galaxies in the image, and `others` that do not touch it.
+std::string crowd(int others) {
+  std::string list = "galaxy ra dec redshift size_kpc inclination pa apparent_magnitude\n";
+  const auto row = [&](double ra, double dec, int i) {
+    list += "elliptical " + std::to_string(ra) + ' ' + std::to_string(dec) + ' ' +
+            std::to_string(0.2 + 0.008 * (i % 100)) + " 6 " + std::to_string(i % 90) + ' ' +
+            std::to_string(i % 180) + " 22\n";
+  };
+  for (int i = 0; i < 100; ++i) row(150 + 0.0015 * (i % 10 - 5), 2 + 0.0015 * (i / 10 - 5), i);
+  for (int i = 0; i < others; ++i) row(150 + 1e-4 * i, 5 + 1e-4 * i, i);
+  return list;
+}
+
+/// Placing and rendering, without reading the text.
+void render_crowd(benchmark::State& state, int others) {
+  Resources resources({std::filesystem::path(GAMER_BENCH_SOURCE_DIR)});
+  const std::string text = crowd(others);
+  const RenderParameters parameters = RenderParameters::read(
+      parse_toml("[image]\nsize = 400\n[camera]\nprojection = \"sky\"\ncenter = [150, 2]\n"
+                 "pixel_scale = 0.14\n[spectrum]\nbands = [\"sdss_r\"]\n",
+                 "crowd"));
+  const Camera camera(parameters);
+  const Spectrum spectrum = load_spectrum(parameters, resources);
+  const Catalogue catalogue = Catalogue::parse(text, "crowd", CatalogueFormat::list);
+  std::vector<double> values(std::size_t{400} * 400);
+  for (auto _ : state) {
+    const auto scene = std::make_shared<const Scene>(
+        read_scene(catalogue, parameters, spectrum, camera, resources));
+    Renderer(parameters, camera, scene, spectrum).render_rows({0, 400}, values);
+    state.counters["galaxies"] = static_cast<double>(scene->galaxies.size());
+  }
 }
 
 void add(const std::string& name, const std::string& scene,
@@ -77,6 +127,13 @@ int main(int argc, char** argv) {
   add("wavelengths/1", "ngc4321", {"spectrum.wavelengths=[5500]"});
   add("wavelengths/3", "ngc4321", {"spectrum.wavelengths=[4300, 5750, 7400]"});
   add("wavelengths/30", "ngc4321", {thirty_wavelengths()});
+  add("bands/1", "ngc4321", {bands(1)});
+  add("bands/30", "ngc4321", {bands(30)});
+  for (const int others : {0, 99900}) {
+    benchmark::RegisterBenchmark(("crowd/100 of " + std::to_string(100 + others)).c_str(),
+                                 [=](benchmark::State& state) { render_crowd(state, others); })
+        ->Unit(benchmark::kMillisecond);
+  }
   for (const char* tolerance : {"1e-2", "1e-3", "1e-4"}) {
     add(std::string("adaptive/") + tolerance, "ngc4321",
         {std::string("sampling.tolerance=") + tolerance});

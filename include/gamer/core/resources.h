@@ -31,8 +31,8 @@ class Resources {
   /// found in `folders` is recorded as kind/name, what is found by its path as kind/./path
   /// (kind/../path, kind//path), so that equal names of different files stay apart. Throws
   /// InputError without a location (the caller adds it), with near names when nothing is found;
-  /// also for a directory or another file that is not regular, one that cannot be read, exceeds 1024
-  /// MiB or has NUL bytes.
+  /// also for a directory or another file that is not regular, one that cannot be read, exceeds
+  /// 1024 MiB or has NUL bytes.
   const Text& find(const std::string& kind, const std::string& name, const std::string& beside,
                    std::span<const std::string> suffixes);
 
