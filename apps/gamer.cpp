@@ -193,12 +193,19 @@ void check_truth(const Options& options, const gamer::OutputOptions& output) {
     }
     return;
   }
+  const auto fail = [&](const std::string& reason) {
+    throw InputError(fmt::format("gamer: --truth-table {}: {}", table.string(), reason));
+  };
   if (table.extension() != ".ecsv" && table.extension() != ".fits") {
-    throw InputError(
-        fmt::format("gamer: --truth-table {}: the suffix must be .fits or .ecsv", table.string()));
+    fail("the suffix must be .fits or .ecsv");
   }
+  const std::filesystem::path folder = table.has_parent_path() ? table.parent_path() : ".";
+  if (!std::filesystem::is_directory(folder)) {
+    fail(fmt::format("folder '{}' does not exist", folder.string()));
+  }
+  if (table.lexically_normal() == output.path.lexically_normal()) fail("this is the image's file");
   if (std::filesystem::exists(table) && !output.overwrite) {
-    throw InputError(fmt::format("{} exists; --overwrite replaces it", table.string()));
+    fail("the file exists already; --overwrite replaces it");
   }
 }
 
