@@ -18,10 +18,9 @@ SCALE = 0.5  # arcsec
 CENTER = [150.0, 2.0]
 
 
-def parameters(catalogue=None, camera=None, **image):
-    return toml(image={"output": "out.fits", "bitpix": -64, "size": SIZE, **image},
-                camera={"projection": "sky", "center": CENTER, "pixel_scale": SCALE,
-                        **(camera or {})},
+def parameters(catalogue=None):
+    return toml(image={"output": "out.fits", "bitpix": -64, "size": SIZE},
+                camera={"projection": "sky", "center": CENTER, "pixel_scale": SCALE},
                 spectrum={"bands": ["sdss_r"]}, sampling={"tolerance": 0.01},
                 catalogue=catalogue or {})
 
@@ -40,10 +39,10 @@ FIELD = Table({
 })
 
 
-def table_bytes(table, **options):
+def table_bytes(table):
     """As FITS."""
     stream = io.BytesIO()
-    fits.HDUList([fits.PrimaryHDU(), fits.table_to_hdu(table)]).writeto(stream, **options)
+    fits.HDUList([fits.PrimaryHDU(), fits.table_to_hdu(table)]).writeto(stream)
     return stream.getvalue()
 
 
@@ -53,8 +52,8 @@ def scene_list(table):
 
 
 class Formats(unittest.TestCase):
-    def pixels(self, name, content, catalogue=None, camera=None):
-        with SkyFolder({"sky.par": parameters(catalogue, camera), name: content}) as folder:
+    def pixels(self, name, content, catalogue=None):
+        with SkyFolder({"sky.par": parameters(catalogue), name: content}) as folder:
             folder.render("sky.par", name)
             pixels, _ = folder.image("out.fits")
             scene = fits.getdata(folder.path / "out.fits", "SCENE")

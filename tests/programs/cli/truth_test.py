@@ -141,9 +141,9 @@ class Detection(unittest.TestCase):
                 self.assertAlmostEqual(row["y"], float(asked["py"]), delta=1e-8)
                 self.assertAlmostEqual(row["mag_dustfree_sdss_r"],
                                        float(asked["apparent_magnitude"]), delta=1e-12)
-                column, line = int(np.rint(row["x"])) - 1, int(np.rint(row["y"])) - 1
                 half = self.APERTURE // 2
-                part = (slice(line - half, line + half + 1), slice(column - half, column + half + 1))
+                part = tuple(slice(k - half, k + half + 1)
+                             for k in (int(np.rint(row[name])) - 1 for name in "yx"))
                 stamp, (dy, dx) = pixels[part], np.mgrid[part] + 1.0
                 flux = stamp.sum()
                 self.assertAlmostEqual(flux / nanojansky(row["mag_sdss_r"]), 1, delta=8e-5)
