@@ -293,6 +293,22 @@ RenderJob job_from_record(const Record& record) {
   return job;
 }
 
+namespace {
+
+/// Adds the card of that key where all planes have the same.
+void append_common_card(ImageHeader& header, const std::string& key) {
+  const Card* common = nullptr;
+  for (const std::vector<Card>& cards : header.plane_cards) {
+    const auto found =
+        std::find_if(cards.begin(), cards.end(), [&](const Card& card) { return card.key == key; });
+    if (found == cards.end() || (common != nullptr && common->value != found->value)) return;
+    common = &*found;
+  }
+  if (common != nullptr) header.cards.push_back(*common);
+}
+
+}  // namespace
+
 ImageHeader make_image_header(const RenderJob& job) {
   ImageHeader header;
   header.width = job.camera.width();
@@ -310,6 +326,10 @@ ImageHeader make_image_header(const RenderJob& job) {
     header.plane_cards.push_back(calibration_cards(plane, job));
   }
   header.cards = make_cards(job.parameters, *job.scene);
+  // In a cube the cards above have numbers; readers look for plain ones.
+  if (header.planes() > 1 && job.parameters.output.layout == ImageLayout::cube) {
+    for (const char* key : {"MAGZERO", "PHOTZP"}) append_common_card(header, key);
+  }
   header.tables = {scene_table(job.scene->list), record_table(job.record)};
   return header;
 }

@@ -144,9 +144,10 @@ void Medium::rank_galaxies() {
     const auto key = [&](int g) {
       const PlacedGalaxy& galaxy = placed(g);
       return std::make_tuple(galaxy.centre.x, galaxy.centre.y, galaxy.centre.z, galaxy.radius,
-                             galaxy.seed, std::cref(galaxy.type), galaxy.to_ball[0].x,
-                             galaxy.to_ball[1].x, galaxy.to_ball[2].x, galaxy.to_ball[0].z,
-                             galaxy.to_ball[1].z, galaxy.brightness, galaxy.redshift);
+                             galaxy.seed, std::cref(galaxy.type), std::cref(galaxy.sed),
+                             galaxy.to_ball[0].x, galaxy.to_ball[1].x, galaxy.to_ball[2].x,
+                             galaxy.to_ball[0].z, galaxy.to_ball[1].z, galaxy.brightness,
+                             galaxy.redshift);
     };
     return key(a) < key(b);
   });

@@ -8,7 +8,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <set>
+#include <tuple>
 
 #include "gamer/sed/photometry.h"
 
@@ -111,15 +111,20 @@ std::shared_ptr<const SpectralBasis> make_basis(const RenderParameters& paramete
     }
   }
   std::vector<SpectralBasis::Probe> probes;
-  if (farthest != nullptr) {
+  if (!dusty.empty()) {
+    // Dust alone has a depth, if no light to take.
+    static const std::shared_ptr<const Sed> flat = [] {
+      Resources none(std::vector<std::filesystem::path>{});
+      return find_sed("flat", "", none);
+    }();
     std::vector<SpectralBasis::Probe> all;
     for (const auto& [key, probe] : dusty) all.push_back(probe);
     const std::size_t count = std::min(all.size(), most_probes);
     for (std::size_t k = 0; k < count; ++k) {
       SpectralBasis::Probe probe = all[count == 1 ? 0 : k * (all.size() - 1) / (count - 1)];
       if (probe.sed == nullptr) {
-        probe.sed = first_light(*farthest);
-        probe.sed_redshift = farthest->redshift;
+        probe.sed = farthest != nullptr ? first_light(*farthest) : flat.get();
+        probe.sed_redshift = farthest != nullptr ? farthest->redshift : 0;
       }
       probes.push_back(probe);
     }
@@ -171,6 +176,10 @@ Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
     unit_factors_.push_back(factor);
   }
   make_outputs(truth);
+  for (const PlacedStar& star : scene_->stars) stars_.push_back(&star);
+  std::stable_sort(stars_.begin(), stars_.end(), [](const PlacedStar* a, const PlacedStar* b) {
+    return std::tie(a->pixel.x, a->pixel.y, a->flux) < std::tie(b->pixel.x, b->pixel.y, b->flux);
+  });
 }
 
 void Renderer::make_outputs(const TruthImages& truth) {
@@ -445,14 +454,15 @@ void Renderer::finish(int y, Row& row, std::span<double> out) const {
   const bool is_sky_view = camera_.projection() == Projection::sky;
   const bool needs_area = per_pixel_ || !scene_->stars.empty();
   // Point sources: shared among the four nearest pixels so that their centroid is where they are.
-  for (const PlacedStar& star : scene_->stars) {
+  for (const PlacedStar* placed : stars_) {
+    const PlacedStar& star = *placed;
     const double share_y = 1 - std::abs(star.pixel.y - y);
     if (!(share_y > 0)) continue;
     const double left = std::floor(star.pixel.x);
     for (const double x : {left, left + 1}) {
       const double share = share_y * (1 - std::abs(star.pixel.x - x));
       if (!(share > 0) || x < 0 || x >= static_cast<double>(width)) continue;
-      const double area = camera_.solid_angle(x, y);
+      const double area = camera_.solid_angle(x, y) / star.area_scale;
       if (!(area > 0)) continue;
       const auto column = static_cast<std::size_t>(x);
       for (std::size_t o = 0; o < outputs_.size(); ++o) {
@@ -470,7 +480,9 @@ void Renderer::finish(int y, Row& row, std::span<double> out) const {
     const auto px = static_cast<double>(x);
     const bool shows_sky = !is_sky_view || camera_.ray(px, y).has_value();
     bool has_light = false;
-    for (std::size_t p = 0; p < spectral; ++p) has_light |= row.sums[p * width + x] != 0;
+    for (std::size_t o = 0; o < outputs_.size(); ++o) {
+      has_light = has_light || row.sums[o * width + x] != 0;
+    }
     const double area = per_pixel_ && needs_area && has_light ? camera_.solid_angle(px, y) : 1;
     std::pair<std::size_t, double> owner{0, 0.0};
     double whole = 0;

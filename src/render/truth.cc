@@ -8,7 +8,6 @@
 #include <glm/trigonometric.hpp>
 #include <limits>
 #include <numbers>
-#include <set>
 
 #include "gamer/render/renderer.h"
 #include "gamer/sed/photometry.h"

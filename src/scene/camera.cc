@@ -94,7 +94,7 @@ Camera::Camera(const RenderParameters& parameters, const CelestialWcs& wcs)
 
 void Camera::set_sky_pixel() {
   position_ = {0, 0, 0};
-  // The largest of pixels spread over the image, and where the first of them is.
+  // The sides of pixels spread over the image, and where the first of them is.
   constexpr int places = 8;
   bool found = false;
   for (const int order : {0, 1}) {
@@ -107,7 +107,15 @@ void Camera::set_sky_pixel() {
         const double y = (height_ - 1) * static_cast<double>(j) / places;
         const std::optional<Ray> here = ray(x, y);
         if (!here) continue;
-        pixel_ = std::max(pixel_, std::sqrt(solid_angle(x, y)));
+        const auto left = ray(x - 0.5, y), right = ray(x + 0.5, y);
+        const auto below = ray(x, y - 0.5), above = ray(x, y + 0.5);
+        if (left && right && below && above) {
+          const double across = glm::length(right->direction - left->direction);
+          const double along = glm::length(above->direction - below->direction);
+          pixel_ = std::max({pixel_, across, along});
+          const double shorter = std::min(across, along);
+          shortest_ = shortest_ > 0 ? std::min(shortest_, shorter) : shorter;
+        }
         if (found) continue;
         found = true;
         back_ = -here->direction;

@@ -176,7 +176,7 @@ class ImageField {
     if (reach < std::numbers::pi && glm::dot(direction, center_) < std::cos(reach)) return false;
     const std::optional<glm::dvec2> pixel = camera_.pixel(direction);
     // Distortions within a narrow field stay well below a half.
-    const double margin = 1.5 * radius / pixel_angle() + 2;
+    const double margin = 1.5 * radius / (camera_.pixel_aspect() * pixel_angle()) + 2;
     return !pixel || (pixel->x > -margin && pixel->x < camera_.width() - 1 + margin &&
                       pixel->y > -margin && pixel->y < camera_.height() - 1 + margin);
   }
@@ -226,6 +226,11 @@ class SceneReader {
   /// band is `rest` unredshifted at 10 pc, and `observed` as it is.
   double flux_scale(const Position& position, double rest, double observed) const;
   double brightness(const PlacedGalaxy& placed, const Position& position) const;
+  bool is_flux() const {
+    return scene_.unit == PixelUnit::nanojansky || scene_.unit == PixelUnit::electron_per_second;
+  }
+  /// Angle of a scene unit at the row's distance, which an orthographic view does not show, rad.
+  double angle_of_unit(const Position& position) const;
   void check_band(const Sed& sed, const Bandpass& band, double redshift, const std::string& what,
                   const SourceLocation& where) const;
   void check_planes(const PlacedGalaxy& placed);
@@ -416,6 +421,17 @@ void SceneReader::check_planes(const PlacedGalaxy& placed) {
   }
 }
 
+double SceneReader::angle_of_unit(const Position& position) const {
+  const std::optional<double> unit = parameters_.megaparsec();
+  if (!unit || !position.luminosity_distance) {
+    row_.fail(column::galaxy,
+              fmt::format("image.unit is one of surface brightness: an orthographic view needs {}",
+                          unit ? "the redshift or distance" : "scene.unit"));
+  }
+  const double stretch = 1 + position.redshift;
+  return *unit * stretch * stretch / *position.luminosity_distance;
+}
+
 double SceneReader::brightness(const PlacedGalaxy& placed, const Position& position) const {
   const double stretch = 1 + position.redshift;
   if (scene_.unit == PixelUnit::relative) return 1 / std::pow(stretch, 4);
@@ -446,21 +462,13 @@ double SceneReader::brightness(const PlacedGalaxy& placed, const Position& posit
                                           placed.type, reference_->name()));
   }
   const double scale = flux_scale(position, rest, observed);
-  const bool is_flux =
-      scene_.unit == PixelUnit::nanojansky || scene_.unit == PixelUnit::electron_per_second;
   if (camera_.projection() != Projection::orthographic) {
     const double angle =
         placed.radius / (is_sky_ ? position.comoving_distance : camera_.distance(placed.centre));
     return scale / (angle * angle);
   }
-  if (is_flux) return scale / (placed.radius * placed.radius);
-  const std::optional<double> unit = parameters_.megaparsec();
-  if (!unit || !position.luminosity_distance) {
-    row_.fail(column::galaxy,
-              fmt::format("image.unit is one of surface brightness: an orthographic view needs {}",
-                          unit ? "the redshift or distance" : "scene.unit"));
-  }
-  const double angle = placed.radius * *unit * stretch * stretch / *position.luminosity_distance;
+  if (is_flux()) return scale / (placed.radius * placed.radius);
+  const double angle = placed.radius * angle_of_unit(position);
   return scale / (angle * angle);
 }
 
@@ -468,6 +476,7 @@ void SceneReader::read_galaxy(const Position& position, double radius) {
   PlacedGalaxy placed;
   placed.type = row_.text(column::galaxy);
   placed.id = row_.text(column::id);
+  placed.sed = row_.text(column::sed);
   placed.object = scene_.objects;
   placed.centre = position.centre;
   placed.radius = radius;
@@ -502,6 +511,9 @@ bool SceneReader::read_star(const Position& position) {
              row_.where(column::sed));
   const double unit_flux = band_flux(*sed, *reference_, 0);
   const double scale = flux_scale(position, unit_flux, unit_flux);
+  if (camera_.projection() == Projection::orthographic && !is_flux()) {
+    star.area_scale = 1 / (angle_of_unit(position) * angle_of_unit(position));
+  }
   for (const SpectralPlane& plane : spectrum_.planes) {
     const Sed::Range seen = plane.range(), known = sed->range();
     if (seen.low < known.low || seen.high > known.high) {

@@ -88,6 +88,7 @@ class Renderer {
   std::vector<OutputPlane> outputs_;
   std::vector<double> unit_factors_;          ///< [spectral plane]
   bool per_pixel_;                            ///< the unit is a flux: times the pixel's solid angle
+  std::vector<const PlacedStar*> stars_;      ///< in an order that does not depend on the rows
   std::vector<std::size_t> first_component_;  ///< of each object, among all light components
 };
 

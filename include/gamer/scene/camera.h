@@ -47,8 +47,10 @@ class Camera {
   /// Of the pixel centred on (x, y): sr; of an orthographic view, which has no angles, the area in
   /// scene units^2. 0 where it shows no sky.
   double solid_angle(double x, double y) const;
-  /// About the size of a pixel at a point of the scene, scene units: of the largest pixel.
+  /// About the longest side of the image's pixels at a point of the scene, scene units.
   double pixel_size(const glm::dvec3& point) const;
+  /// The shortest side of a sky view's pixels over the longest.
+  double pixel_aspect() const { return shortest_ / pixel_; }
   int width() const { return width_; }
   int height() const { return height_; }
   Projection projection() const { return projection_; }
@@ -79,7 +81,8 @@ class Camera {
 
   int width_, height_;
   Projection projection_;
-  double pixel_ = 0;  ///< pixel size: angle or its tangent at the centre, or scene units
+  double pixel_ = 0;     ///< pixel size: largest angle or its tangent at the centre, or scene units
+  double shortest_ = 0;  ///< of a sky view, the smallest angle
   glm::dvec3 position_, right_, up_, back_;
   std::string unit_;
   std::optional<CelestialWcs> wcs_;

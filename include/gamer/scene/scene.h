@@ -25,6 +25,7 @@ namespace gamer {
 struct PlacedGalaxy {
   std::shared_ptr<const Galaxy> galaxy;
   std::string type;  ///< name of the galaxy file
+  std::string sed;   ///< where it replaces those of the components
   std::string id;
   std::size_t object = 0;  ///< its place among the scene's objects
   glm::dvec3 centre;
@@ -47,6 +48,8 @@ struct PlacedStar {
   glm::dvec3 direction;      ///< in a sky view
   glm::dvec2 pixel;          ///< from 0
   std::vector<double> flux;  ///< nJy, of each plane
+  /// Camera::solid_angle() over it is in sr where the unit is one of surface brightness.
+  double area_scale = 1;
 };
 
 /// A scene's objects, those that a sky view shows.
