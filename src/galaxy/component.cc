@@ -63,8 +63,10 @@ ParameterTable light() {
 }  // namespace component_parameters
 
 double Component::seen_texture(double footprint) const {
+  // Smooth dust takes more light than clumps of the same mean.
+  if (absorbs()) return 1;
   constexpr double all = 0.2;
-  constexpr double none = 0.8;
+  constexpr double none = 0.5;
   const double x = std::clamp((none - footprint * texture_frequency()) / (none - all), 0.0, 1.0);
   return x * x * (3 - 2 * x);
 }

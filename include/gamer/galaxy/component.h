@@ -98,8 +98,9 @@ class Component {
   }
   /// Of the texture's sharpest features, wound by the twirl, cycles per galaxy radius; 0 for none.
   virtual double texture_frequency() const { return 0; }
-  /// How much of the texture a ray of that footprint (galaxy radii) sees: all below a fifth of a period,
-  /// from four fifths on none, since its mean is 1 and it averages out.
+  /// How much of the texture a ray of that footprint (galaxy radii) sees. Of light all below a
+  /// fifth of a period, from half a period on none, since its mean is 1 and it averages out; of
+  /// dust all.
   double seen_texture(double footprint) const;
   virtual bool needs_phi() const { return false; }
   virtual bool needs_winding() const { return false; }
