@@ -163,8 +163,7 @@ std::string size_text(const gamer::ImageHeader& header) {
 struct Work {
   gamer::RenderJob job;
   gamer::ImageHeader header;
-  std::unique_ptr<gamer::ImageWriter> writer;
-  std::unique_ptr<gamer::ImageWriter> truth_writer;  ///< null without truth images
+  gamer::ImageHeader truth_header;  ///< without planes where no truth images are asked for
 };
 
 std::string objects_text(const gamer::Scene& scene) {
@@ -175,38 +174,6 @@ std::string objects_text(const gamer::Scene& scene) {
     text += fmt::format(" of {} rows; the others do not touch the image", scene.rows);
   }
   return text;
-}
-
-bool is_fits(const std::filesystem::path& path) {
-  const std::string name = path.filename().string();
-  return name.ends_with(".fits") || name.ends_with(".fits.fz");
-}
-
-/// Throws InputError where the truth cannot be written.
-void check_truth(const Options& options, const gamer::OutputOptions& output) {
-  const std::filesystem::path table = options.truth_table;
-  if (table.empty()) {
-    if (!is_fits(output.path)) {
-      throw InputError(
-          "gamer: --truth puts its table into a FITS image; for a picture give "
-          "--truth-table");
-    }
-    return;
-  }
-  const auto fail = [&](const std::string& reason) {
-    throw InputError(fmt::format("gamer: --truth-table {}: {}", table.string(), reason));
-  };
-  if (table.extension() != ".ecsv" && table.extension() != ".fits") {
-    fail("the suffix must be .fits or .ecsv");
-  }
-  const std::filesystem::path folder = table.has_parent_path() ? table.parent_path() : ".";
-  if (!std::filesystem::is_directory(folder)) {
-    fail(fmt::format("folder '{}' does not exist", folder.string()));
-  }
-  if (table.lexically_normal() == output.path.lexically_normal()) fail("this is the image's file");
-  if (std::filesystem::exists(table) && !output.overwrite) {
-    fail("the file exists already; --overwrite replaces it");
-  }
 }
 
 /// On rank 0: answers, or reads and checks everything. Empty when there is nothing to render.
@@ -221,12 +188,20 @@ std::optional<Work> prepare(const Options& options, int workers) {
     fmt::print("{}", gamer::load_parameters(options.request, resources).toml());
     return std::nullopt;
   }
-  Work work{gamer::load_job(options.request, resources), {}, nullptr, nullptr};
+  Work work{gamer::load_job(options.request, resources), {}, {}};
   work.header = gamer::make_image_header(work.job);
   const gamer::OutputOptions& output = work.job.parameters.output;
   gamer::check_output(output, work.header);
-  gamer::check_row_memory(work.header, workers);
-  if (options.truth) check_truth(options, output);
+  int planes = work.header.planes();
+  if (options.truth) {
+    gamer::check_truth_table(options.truth_table, output);
+    if (work.job.parameters.truth.any()) {
+      work.truth_header = gamer::make_truth_header(work.job);
+      gamer::check_output(gamer::truth_output(work.job.parameters), work.truth_header);
+      planes += work.truth_header.planes();
+    }
+  }
+  gamer::check_row_memory(work.header, planes, workers);
   if (options.dry_run) {
     fmt::print("would write {}: {}, {}\n", files_text(work.header, output), size_text(work.header),
                objects_text(*work.job.scene));
@@ -239,6 +214,18 @@ std::optional<Work> prepare(const Options& options, int workers) {
   return work;
 }
 
+/// The image's writer, and that of the truth images where there are.
+std::unique_ptr<gamer::ImageWriter> make_writer(const gamer::RenderJob& job, const Work& work) {
+  auto image = gamer::make_image_writer(job.parameters.output, work.header);
+  const int extra = work.truth_header.planes();
+  if (extra == 0) return image;
+  const int own = work.header.planes();
+  return gamer::make_split_writer(
+      std::move(image), own,
+      gamer::make_image_writer(gamer::truth_output(job.parameters), work.truth_header), own + extra,
+      work.header.width);
+}
+
 /// Renders and writes; every rank's part.
 void render(const Options& options, const gamer::RenderJob& job, gamer::Executor& executor,
             Work* work) {
@@ -246,57 +233,28 @@ void render(const Options& options, const gamer::RenderJob& job, gamer::Executor
   if (options.truth) truth = gamer::truth_table(job, executor);
   const gamer::TruthImages images = options.truth ? job.parameters.truth : gamer::TruthImages();
   const gamer::Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum, images);
+  std::unique_ptr<gamer::ImageWriter> writer;
   if (work != nullptr) {
     if (truth && options.truth_table.empty()) work->header.data_tables = {*truth};
-    work->writer = gamer::make_image_writer(job.parameters.output, work->header);
-    if (images.any()) {
-      const gamer::ImageHeader header = gamer::make_truth_header(job, renderer.outputs());
-      const gamer::OutputOptions output = gamer::truth_output(job.parameters);
-      gamer::check_output(output, header);
-      work->truth_writer = gamer::make_image_writer(output, header);
-    }
+    writer = make_writer(job, *work);
   }
-  const auto width = static_cast<std::size_t>(renderer.width());
-  const auto planes = static_cast<std::size_t>(renderer.planes());
-  const std::size_t own = job.spectrum.planes.size();
+  const auto values_per_row =
+      static_cast<std::size_t>(renderer.width()) * static_cast<std::size_t>(renderer.planes());
   using Style = gamer::Progress::Style;
   const bool is_silent = options.quiet || work == nullptr;
   gamer::Progress progress(renderer.height(),
                            is_silent ? Style::none : gamer::Progress::style_for(stderr), stderr);
-  std::vector<double> image, rest;
   executor.run(
-      renderer.height(), gamer::block_rows(renderer.height(), executor.workers()), planes * width,
+      renderer.height(), gamer::block_rows(renderer.height(), executor.workers()), values_per_row,
       [&](gamer::RowRange rows, std::span<double> values) { renderer.render_rows(rows, values); },
       [&](gamer::RowRange rows, std::span<const double> values) {
-        if (work->truth_writer == nullptr) {
-          work->writer->write_rows(rows.first, rows.size(), values);
-        } else {
-          // A row's own planes come first, then those of the truth.
-          image.clear();
-          rest.clear();
-          for (std::size_t row = 0; row < static_cast<std::size_t>(rows.size()); ++row) {
-            const std::span<const double> all =
-                values.subspan(row * planes * width, planes * width);
-            image.insert(image.end(), all.begin(),
-                         all.begin() + static_cast<std::ptrdiff_t>(own * width));
-            rest.insert(rest.end(), all.begin() + static_cast<std::ptrdiff_t>(own * width),
-                        all.end());
-          }
-          work->writer->write_rows(rows.first, rows.size(), image);
-          work->truth_writer->write_rows(rows.first, rows.size(), rest);
-        }
+        writer->write_rows(rows.first, rows.size(), values);
         progress.add(rows.size());
       });
   if (work == nullptr) return;
-  work->writer->finish();
-  if (work->truth_writer != nullptr) work->truth_writer->finish();
+  writer->finish();
   if (truth && !options.truth_table.empty()) {
-    const std::filesystem::path path = options.truth_table;
-    if (path.extension() == ".ecsv") {
-      gamer::write_ecsv(path, *truth);
-    } else {
-      gamer::write_fits_table(path, *truth);
-    }
+    gamer::write_truth_table(options.truth_table, *truth);
   }
   if (!options.quiet) {
     fmt::print("{}: {}, {:.1f} s\n", files_text(work->header, job.parameters.output),

@@ -196,6 +196,54 @@ void check_output(const OutputOptions& options, const ImageHeader& header) {
   }
 }
 
+namespace {
+
+class SplitWriter final : public ImageWriter {
+ public:
+  SplitWriter(std::unique_ptr<ImageWriter> first, std::size_t first_values,
+              std::unique_ptr<ImageWriter> rest, std::size_t values)
+      : first_(std::move(first)),
+        rest_(std::move(rest)),
+        first_values_(first_values),
+        values_(values) {}
+
+  void write_rows(int first, int count, std::span<const double> values) override {
+    first_rows_.clear();
+    rest_rows_.clear();
+    for (std::size_t row = 0; row < static_cast<std::size_t>(count); ++row) {
+      const std::span<const double> all = values.subspan(row * values_, values_);
+      const std::span<const double> own = all.first(first_values_);
+      const std::span<const double> others = all.subspan(first_values_);
+      first_rows_.insert(first_rows_.end(), own.begin(), own.end());
+      rest_rows_.insert(rest_rows_.end(), others.begin(), others.end());
+    }
+    first_->write_rows(first, count, first_rows_);
+    rest_->write_rows(first, count, rest_rows_);
+  }
+
+  void finish() override {
+    first_->finish();
+    rest_->finish();
+  }
+
+ private:
+  std::unique_ptr<ImageWriter> first_, rest_;
+  std::size_t first_values_, values_;  ///< of a row
+  std::vector<double> first_rows_, rest_rows_;
+};
+
+}  // namespace
+
+std::unique_ptr<ImageWriter> make_split_writer(std::unique_ptr<ImageWriter> first, int first_planes,
+                                               std::unique_ptr<ImageWriter> rest, int planes,
+                                               int width) {
+  const auto values = [width](int count) {
+    return static_cast<std::size_t>(count) * static_cast<std::size_t>(width);
+  };
+  return std::make_unique<SplitWriter>(std::move(first), values(first_planes), std::move(rest),
+                                       values(planes));
+}
+
 std::unique_ptr<ImageWriter> make_image_writer(const OutputOptions& options,
                                                const ImageHeader& header) {
   check_output(options, header);

@@ -106,6 +106,10 @@ HWY_INLINE Five AddScaled(const Five& sum, V factor, const Five& a) {
           hn::MulAdd(factor, a.v4, sum.v4)};
 }
 
+HWY_INLINE V Largest(const Five& a) {
+  return hn::Max(hn::Max(hn::Max(a.v0, a.v1), hn::Max(a.v2, a.v3)), a.v4);
+}
+
 /// Boole's rule, in units of the spacing.
 HWY_INLINE V Boole(const Five& a) {
   const D d;
@@ -180,7 +184,7 @@ void SteerPanels(const PanelRun& run, const SteeringPlane* planes, std::size_t p
       for (std::size_t slot = 0; slot < run.dust_slots; ++slot, from += five) {
         k = AddScaled(k, hn::GatherIndex(d, plane.extinction + slot * covers, cover), Kept(from));
       }
-      const auto dusty = hn::Max(hn::Max(hn::Max(k.v0, k.v1), hn::Max(k.v2, k.v3)), k.v4);
+      const auto dusty = Largest(k);
       auto depth = zero;
       auto depth_error = zero;
       auto transmission = hn::Set(d, 1.0f);
@@ -219,7 +223,7 @@ void IntegratePanels(const PanelRun& run, const PanelResults& out, std::size_t c
     for (std::size_t slot = 0; slot < run.dust_slots; ++slot) {
       // Depths up to the nodes replace the opacities.
       const Five k = Kept(dust + slot * five);
-      dusty = hn::Max(dusty, hn::Max(hn::Max(hn::Max(k.v0, k.v1), hn::Max(k.v2, k.v3)), k.v4));
+      dusty = hn::Max(dusty, Largest(k));
       const UpTo tau = Integrals(k);
       Keep({zero, hn::Mul(h, tau.v1), hn::Mul(h, tau.v2), hn::Mul(h, tau.v3), hn::Mul(h, tau.v4)},
            dust + slot * five);
@@ -344,7 +348,7 @@ struct Workspace {
   std::vector<float> gathered;
   std::vector<float> depth, transmission, light;  ///< PanelResults
   std::vector<double> transmitted;                ///< of each spectral node
-  std::vector<std::size_t> places;                ///< in RayLight::light, of a cover's light slots
+  std::vector<std::size_t> places;                ///< Medium::places() of a cover
 };
 
 Workspace& workspace() {
@@ -661,20 +665,10 @@ void AdaptiveSampler::sum_up(std::span<const std::span<const Hit>> hits, Workspa
       const std::int32_t c = ws.panels.cover[static_cast<std::size_t>(p)];
       if (c != described) {
         described = c;
-        ws.places.clear();
-        for (const int galaxy : ws.nodes.covers[static_cast<std::size_t>(c)].galaxies) {
-          std::size_t place = out.begin[ray];
-          for (const Hit& hit : hits[ray]) {
-            if (hit.galaxy == galaxy) break;
-            place += medium_.light_components(hit.galaxy) * nodes;
-          }
-          for (std::size_t m = 0; m < medium_.light_components(galaxy); ++m) {
-            ws.places.push_back(place + m * nodes);
-          }
-        }
+        medium_.places(hits[ray], ws.nodes.covers[static_cast<std::size_t>(c)], ws.places);
       }
       for (std::size_t slot = 0; slot < ws.places.size(); ++slot) {
-        double* sum = out.light.data() + ws.places[slot];
+        double* sum = out.light.data() + out.begin[ray] + ws.places[slot];
         const float* light = ws.light.data() + slot * nodes * panels_at_once + k;
         for (std::size_t j = 0; j < nodes; ++j) {
           sum[j] += ws.transmitted[j] * double{light[j * panels_at_once]};

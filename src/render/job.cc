@@ -8,12 +8,12 @@
 #include <string_view>
 #include <utility>
 
+#include "gamer/core/units.h"
 #include "gamer/core/version.h"
 #include "gamer/image/fits.h"
 #include "gamer/render/renderer.h"
 #include "gamer/render/truth.h"
 #include "gamer/scene/catalogue.h"
-#include "gamer/scene/word_table.h"
 #include "gamer/sed/photometry.h"
 #include "image/memory.h"
 
@@ -145,14 +145,14 @@ const Resources::Text& find_text(const Record& record, const std::string& name) 
 }
 
 TextTable scene_table(const std::string& list) {
-  const WordTable words = WordTable::parse(list, scene_name);
+  const Catalogue catalogue = Catalogue::parse(list, scene_name, CatalogueFormat::list);
   TextTable table;
   table.name = "SCENE";
-  for (const WordTable::Word& word : words.header()) table.columns.emplace_back(word.text);
-  table.rows.reserve(words.rows());
-  for (std::size_t i = 0; i < words.rows(); ++i) {
-    std::vector<std::string>& row = table.rows.emplace_back();
-    for (const WordTable::Word& word : words.row(i)) row.emplace_back(word.text);
+  table.rows.resize(catalogue.rows());
+  for (const Catalogue::Column& column : catalogue.columns()) {
+    table.columns.push_back(column.name);
+    const auto& words = std::get<std::vector<std::string_view>>(column.cells);
+    for (std::size_t i = 0; i < words.size(); ++i) table.rows[i].emplace_back(words[i]);
   }
   return table;
 }
@@ -183,37 +183,32 @@ std::vector<Card> calibration_cards(const SpectralPlane& plane, const RenderJob&
   if (plane.band != nullptr) cards.push_back({"BAND", plane.label, "bandpass"});
   const PixelUnit unit = job.scene->unit;
   if (unit == PixelUnit::relative) return cards;
-  constexpr double arcsecond2 = 2.350443053909789e-11;  // sr
-  constexpr double nanojansky_in_cgs = 1e-32;
-  const double f_lambda =
-      nanojansky_in_cgs * speed_of_light / (plane.wavelength * plane.wavelength);
-  double unit_in_nanojansky = 1;
-  std::string per = "per pixel";
-  switch (unit) {
-    case PixelUnit::electron_per_second:
-      unit_in_nanojansky =
-          1 / photon_rate_per_nanojansky(*plane.band, job.parameters.telescope_area,
-                                         job.parameters.throughput);
-      break;
-    case PixelUnit::megajansky_per_sr:
-      unit_in_nanojansky = 1e15 * arcsecond2;
-      per = "per arcsec2";
-      break;
-    case PixelUnit::flux_density:
-      unit_in_nanojansky = 1 / f_lambda;
-      per = "per arcsec2";
-      break;
-    default:
-      break;
-  }
   cards.push_back({"PHOTPLAM", plane.wavelength, "[Angstrom] pivot wavelength"});
   // Magnitudes are no linear unit.
   if (unit == PixelUnit::magnitude) return cards;
+  const bool is_flux = counts_flux(unit);
+  const double unit_in_nanojansky =
+      (is_flux ? 1 : square_arcsecond) / value_of_nanojansky(plane, unit, job.parameters);
   const double zero_point = ab_magnitude(unit_in_nanojansky);
-  cards.push_back({"MAGZERO", zero_point, "AB magnitude of 1 unit " + per});
+  const double f_lambda =
+      nanojansky_in_cgs * speed_of_light / (plane.wavelength * plane.wavelength);
+  cards.push_back({"MAGZERO", zero_point,
+                   fmt::format("AB magnitude of 1 unit per {}", is_flux ? "pixel" : "arcsec2")});
   cards.push_back({"PHOTZP", zero_point, "the same"});
   cards.push_back({"PHOTFLAM", f_lambda * unit_in_nanojansky, "[erg/s/cm2/Angstrom] of 1 unit"});
   return cards;
+}
+
+/// Adds the card of that key where all planes have the same.
+void append_common_card(ImageHeader& header, const std::string& key) {
+  const Card* common = nullptr;
+  for (const std::vector<Card>& cards : header.plane_cards) {
+    const auto found =
+        std::find_if(cards.begin(), cards.end(), [&](const Card& card) { return card.key == key; });
+    if (found == cards.end() || (common != nullptr && common->value != found->value)) return;
+    common = &*found;
+  }
+  if (common != nullptr) header.cards.push_back(*common);
 }
 
 /// The keys of the catalogue's columns do not go with the list that the record holds.
@@ -293,22 +288,6 @@ RenderJob job_from_record(const Record& record) {
   return job;
 }
 
-namespace {
-
-/// Adds the card of that key where all planes have the same.
-void append_common_card(ImageHeader& header, const std::string& key) {
-  const Card* common = nullptr;
-  for (const std::vector<Card>& cards : header.plane_cards) {
-    const auto found =
-        std::find_if(cards.begin(), cards.end(), [&](const Card& card) { return card.key == key; });
-    if (found == cards.end() || (common != nullptr && common->value != found->value)) return;
-    common = &*found;
-  }
-  if (common != nullptr) header.cards.push_back(*common);
-}
-
-}  // namespace
-
 ImageHeader make_image_header(const RenderJob& job) {
   ImageHeader header;
   header.width = job.camera.width();
@@ -334,7 +313,7 @@ ImageHeader make_image_header(const RenderJob& job) {
   return header;
 }
 
-ImageHeader make_truth_header(const RenderJob& job, const std::vector<OutputPlane>& outputs) {
+ImageHeader make_truth_header(const RenderJob& job) {
   ImageHeader header = make_image_header(job);
   const std::vector<double> wavelengths = std::move(header.wavelengths);
   const std::vector<std::vector<Card>> cards = std::move(header.plane_cards);
@@ -342,7 +321,7 @@ ImageHeader make_truth_header(const RenderJob& job, const std::vector<OutputPlan
   header.plane_cards.clear();
   header.labels.clear();
   header.tables.clear();
-  for (const OutputPlane& output : outputs) {
+  for (const OutputPlane& output : output_planes(*job.scene, job.spectrum, job.parameters.truth)) {
     using Kind = OutputPlane::Kind;
     if (output.kind == Kind::image) continue;
     header.labels.push_back(output.label);
@@ -375,18 +354,17 @@ OutputOptions truth_output(const RenderParameters& parameters) {
   return options;
 }
 
-void check_row_memory(const ImageHeader& header, int workers) {
+void check_row_memory(const ImageHeader& header, int planes, int workers) {
   const std::uint64_t needed = static_cast<std::uint64_t>(workers) *
                                static_cast<std::uint64_t>(block_rows(header.height, workers)) *
-                               static_cast<std::uint64_t>(header.planes()) *
+                               static_cast<std::uint64_t>(planes) *
                                static_cast<std::uint64_t>(header.width) * sizeof(double);
   const std::uint64_t available = available_memory();
   if (needed <= available) return;
-  throw InputError(
-      fmt::format("the rows of an image of {} x {} pixels and {} planes in {} workers need {} of "
-                  "memory; there are {}",
-                  header.width, header.height, header.planes(), workers, bytes_text(needed),
-                  bytes_text(available)));
+  throw InputError(fmt::format(
+      "the rows of an image of {} x {} pixels and {} planes in {} workers need {} of "
+      "memory; there are {}",
+      header.width, header.height, planes, workers, bytes_text(needed), bytes_text(available)));
 }
 
 }  // namespace gamer

@@ -232,10 +232,17 @@ Cover Medium::cover(std::span<const Hit> hits, double t) const {
   return result;
 }
 
-int Medium::first_light_slot(const Cover& cover, std::size_t k) const {
-  std::size_t first = 0;
-  for (std::size_t i = 0; i < k; ++i) first += spectra(cover.galaxies[i]).light.size();
-  return static_cast<int>(first);
+void Medium::places(std::span<const Hit> hits, const Cover& cover,
+                    std::vector<std::size_t>& out) const {
+  out.clear();
+  for (const int galaxy : cover.galaxies) {
+    std::size_t place = 0;
+    for (const Hit& hit : hits) {
+      if (hit.galaxy == galaxy) break;
+      place += light_components(hit.galaxy) * nodes_;
+    }
+    for (std::size_t m = 0; m < light_components(galaxy); ++m) out.push_back(place + m * nodes_);
+  }
 }
 
 template <class Count>

@@ -25,8 +25,7 @@ struct Renderer::Sample {
 /// A row in the making.
 struct Renderer::Row {
   std::vector<double> sums;  ///< [output][x], linear
-  std::vector<bool> is_sky;
-  /// [x]: light of each object in all planes, for the owner.
+  /// [x]: light of each object in all planes; empty where no owner is asked for.
   std::vector<std::map<std::size_t, double>> owners;
 
   std::vector<Ray> rays;
@@ -51,10 +50,6 @@ constexpr int deepest_cell = 24;
 
 constexpr int blocks_per_worker = 8;
 constexpr int largest_block = 16;
-
-constexpr double arcsecond = std::numbers::pi / (180 * 3600);
-constexpr double nanojansky_in_cgs = 1e-32;   // erg/s/cm^2/Hz
-constexpr double nanojansky_in_mega = 1e-15;  // MJy
 
 /// Probes of at most this many galaxies choose the spectral nodes.
 constexpr std::size_t most_probes = 6;
@@ -146,66 +141,58 @@ Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
       medium_(scene_, make_basis(parameters, *scene_, spectrum),
               Accuracy::from_tolerance(parameters.tolerance), truth.dust_free),
       sampler_(make_sampler(medium_, parameters)),
-      per_pixel_(scene_->unit == PixelUnit::nanojansky ||
-                 scene_->unit == PixelUnit::electron_per_second) {
+      outputs_(output_planes(*scene_, spectrum, truth)) {
   if (!supersample_ && scene_->unit == PixelUnit::relative) supersample_ = 1;
   for (const SpectralPlane& plane : spectrum.planes) {
-    const double squared = plane.wavelength * plane.wavelength;
-    const double per_arcsecond = arcsecond * arcsecond;
-    double factor = 1;
-    switch (scene_->unit) {
-      case PixelUnit::relative:
-        factor = 1 / squared;
-        break;
-      case PixelUnit::nanojansky:
-        break;
-      case PixelUnit::megajansky_per_sr:
-        factor = nanojansky_in_mega;
-        break;
-      case PixelUnit::magnitude:
-        factor = per_arcsecond;
-        break;
-      case PixelUnit::flux_density:
-        factor = nanojansky_in_cgs * speed_of_light / squared * per_arcsecond;
-        break;
-      case PixelUnit::electron_per_second:
-        factor = photon_rate_per_nanojansky(*plane.band, parameters.telescope_area,
-                                            parameters.throughput);
-        break;
-    }
-    unit_factors_.push_back(factor);
+    unit_factors_.push_back(value_of_nanojansky(plane, scene_->unit, parameters));
   }
-  make_outputs(truth);
+  for (const PlacedGalaxy& placed : scene_->galaxies) {
+    all_galaxies_.push_back(static_cast<int>(all_galaxies_.size()));
+    // Along the shortest semi-axis.
+    const auto& axis = placed.galaxy->axis();
+    pixel_in_ball_.push_back(camera_.pixel_size(placed.centre) /
+                             (placed.radius * *std::min_element(axis.begin(), axis.end())));
+  }
+  for (std::size_t o = 0; o < outputs_.size(); ++o) {
+    using Kind = OutputPlane::Kind;
+    const OutputPlane& output = outputs_[o];
+    if (output.kind == Kind::dust_free && !dust_free_) dust_free_ = o;
+    if (output.kind == Kind::optical_depth && !optical_depth_) optical_depth_ = o;
+    if (output.kind == Kind::owner) owner_ = o;
+    const bool is_part = output.kind == Kind::object || output.kind == Kind::component;
+    if (is_part && output.component == 0 && output.plane == 0) {
+      parts_.resize(scene_->objects);
+      parts_[output.object] = o;
+    }
+  }
   for (const PlacedStar& star : scene_->stars) stars_.push_back(&star);
   std::stable_sort(stars_.begin(), stars_.end(), [](const PlacedStar* a, const PlacedStar* b) {
     return std::tie(a->pixel.x, a->pixel.y, a->flux) < std::tie(b->pixel.x, b->pixel.y, b->flux);
   });
 }
 
-void Renderer::make_outputs(const TruthImages& truth) {
+std::vector<OutputPlane> output_planes(const Scene& scene, const Spectrum& spectrum,
+                                       const TruthImages& truth) {
   using Kind = OutputPlane::Kind;
-  const std::vector<SpectralPlane>& planes = medium_.basis().spectrum().planes;
+  std::vector<OutputPlane> outputs;
   const auto add = [&](Kind kind, const std::string& prefix, std::size_t object = 0,
                        std::size_t component = 0) {
-    for (std::size_t p = 0; p < planes.size(); ++p) {
-      outputs_.push_back({kind, p, object, component, prefix + planes[p].label});
+    for (std::size_t p = 0; p < spectrum.planes.size(); ++p) {
+      outputs.push_back({kind, p, object, component, prefix + spectrum.planes[p].label});
     }
   };
   add(Kind::image, "");
   if (truth.dust_free) add(Kind::dust_free, "DUSTFREE_");
   if (truth.optical_depth) add(Kind::optical_depth, "TAU_");
   if (truth.segmentation) {
-    outputs_.push_back({Kind::owner, 0, 0, 0, "SEGMENTATION"});
-    outputs_.push_back({Kind::share, 0, 0, 0, "SHARE"});
+    outputs.push_back({Kind::owner, 0, 0, 0, "SEGMENTATION"});
+    outputs.push_back({Kind::share, 0, 0, 0, "SHARE"});
   }
-  first_component_.assign(scene_->objects, 0);
-  if (truth.parts == TruthImages::Parts::none) return;
-  std::vector<const PlacedGalaxy*> galaxies(scene_->objects, nullptr);
-  for (const PlacedGalaxy& placed : scene_->galaxies) galaxies[placed.object] = &placed;
-  for (std::size_t object = 0; object < scene_->objects; ++object) {
-    first_component_[object] = outputs_.size();
-    const bool is_whole = truth.parts == TruthImages::Parts::objects || galaxies[object] == nullptr;
-    if (is_whole) {
+  if (truth.parts == TruthImages::Parts::none) return outputs;
+  std::vector<const PlacedGalaxy*> galaxies(scene.objects, nullptr);
+  for (const PlacedGalaxy& placed : scene.galaxies) galaxies[placed.object] = &placed;
+  for (std::size_t object = 0; object < scene.objects; ++object) {
+    if (truth.parts == TruthImages::Parts::objects || galaxies[object] == nullptr) {
       add(Kind::object, fmt::format("OBJECT_{}_", object + 1), object);
       continue;
     }
@@ -216,6 +203,7 @@ void Renderer::make_outputs(const TruthImages& truth) {
           light++);
     }
   }
+  return outputs;
 }
 
 void Renderer::render_rows(RowRange rows, std::span<double> values) const {
@@ -226,19 +214,16 @@ void Renderer::render_rows(RowRange rows, std::span<double> values) const {
 void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts& counts) const {
   const int width = camera_.width();
   const std::size_t row_size = outputs_.size() * static_cast<std::size_t>(width);
-  std::vector<int> all(scene_->galaxies.size()), in_rows, candidates;
-  for (std::size_t g = 0; g < all.size(); ++g) all[g] = static_cast<int>(g);
+  std::vector<int> in_rows, candidates;
   // Galaxies are looked for in all rows, in each row's parts, and ray by ray.
   if (const auto rays = outline(camera_, 0, width, rows.first, rows.last); !rays.empty()) {
-    medium_.candidates(bundle_of(rays), all, in_rows);
+    medium_.candidates(bundle_of(rays), all_galaxies_, in_rows);
   }
   Row row;
   std::vector<Sample> samples;
   for (int y = rows.first; y < rows.last; ++y) {
     row.sums.assign(row_size, 0.0);
-    row.is_sky.assign(static_cast<std::size_t>(width), true);
-    row.owners.clear();
-    row.owners.resize(static_cast<std::size_t>(width));
+    if (owner_) row.owners.assign(static_cast<std::size_t>(width), {});
     for (int begin = 0; begin < width; begin += pixels_at_once) {
       const int end = std::min(begin + pixels_at_once, width);
       candidates.clear();
@@ -263,8 +248,6 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
 
 void Renderer::sample_light(const std::function<void(double x, double y, double area,
                                                      std::span<const double> values)>& take) const {
-  std::vector<int> all(scene_->galaxies.size());
-  for (std::size_t g = 0; g < all.size(); ++g) all[g] = static_cast<int>(g);
   const auto width = static_cast<std::size_t>(camera_.width());
   RenderCounts counts;
   Row row;
@@ -272,7 +255,7 @@ void Renderer::sample_light(const std::function<void(double x, double y, double 
   std::vector<double> values(outputs_.size());
   for (int y = 0; y < camera_.height(); ++y) {
     samples.clear();
-    for (int x = 0; x < camera_.width(); ++x) place_samples(x, y, all, samples);
+    for (int x = 0; x < camera_.width(); ++x) place_samples(x, y, all_galaxies_, samples);
     // Each ray as a pixel of its own.
     for (std::size_t begin = 0; begin < samples.size(); begin += width) {
       const std::size_t count = std::min(width, samples.size() - begin);
@@ -280,8 +263,8 @@ void Renderer::sample_light(const std::function<void(double x, double y, double 
                                samples.begin() + static_cast<std::ptrdiff_t>(begin + count));
       for (std::size_t i = 0; i < count; ++i) part[i].pixel = static_cast<int>(i);
       row.sums.assign(outputs_.size() * width, 0.0);
-      row.owners.assign(width, {});
-      add_light(part, all, row, counts);
+      if (owner_) row.owners.assign(width, {});
+      add_light(part, all_galaxies_, row, counts);
       for (std::size_t i = 0; i < count; ++i) {
         for (std::size_t o = 0; o < values.size(); ++o) values[o] = row.sums[o * width + i];
         take(part[i].x, part[i].y, part[i].weight, values);
@@ -293,23 +276,13 @@ void Renderer::sample_light(const std::function<void(double x, double y, double 
 double Renderer::optical_depth(double x, double y) const {
   const std::optional<Ray> ray = camera_.ray(x, y);
   if (!ray) return 0;
-  std::vector<int> all(scene_->galaxies.size());
-  for (std::size_t g = 0; g < all.size(); ++g) all[g] = static_cast<int>(g);
   std::vector<Hit> hits;
-  medium_.hits(*ray, all, hits);
+  medium_.hits(*ray, all_galaxies_, hits);
   const std::span<const Hit> own(hits);
   RayLight light;
   RenderCounts counts;
   sampler_->integrate(std::span(&own, 1), light, counts);
   return medium_.depth(0, light.depth.data());
-}
-
-double Renderer::in_ball(int galaxy, double size) const {
-  const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(galaxy)];
-  // Along the shortest semi-axis.
-  const auto& axis = placed.galaxy->axis();
-  return size * camera_.pixel_size(placed.centre) /
-         (placed.radius * *std::min_element(axis.begin(), axis.end()));
 }
 
 double Renderer::relative_size(double x, double y, double size,
@@ -329,7 +302,7 @@ double Renderer::relative_size(double x, double y, double size,
     glm::dvec3 direction = placed.to_ball * ray->direction;
     direction /= glm::length(direction);
     const glm::dvec3 nearest = origin - glm::dot(origin, direction) * direction;
-    const double length = in_ball(g, size);
+    const double length = size * pixel_in_ball_[static_cast<std::size_t>(g)];
     // Half a diagonal.
     const double around = length * std::numbers::sqrt2 / 2;
     for (const auto& component : placed.galaxy->components()) {
@@ -385,7 +358,8 @@ void Renderer::add_light(std::span<const Sample> samples, std::span<const int> c
       const std::size_t first = row.hits.size();
       medium_.hits(*ray, candidates, row.hits);
       for (std::size_t h = first; h < row.hits.size() && sample.size > 0; ++h) {
-        row.hits[h].footprint = in_ball(row.hits[h].galaxy, sample.size);
+        row.hits[h].footprint =
+            sample.size * pixel_in_ball_[static_cast<std::size_t>(row.hits[h].galaxy)];
       }
     }
     row.hit_ends.push_back(row.hits.size());
@@ -400,11 +374,6 @@ void Renderer::add_light(std::span<const Sample> samples, std::span<const int> c
 
   const auto width = static_cast<std::size_t>(camera_.width());
   const std::size_t spectral = medium_.basis().planes(), nodes = medium_.nodes();
-  const bool has_parts = outputs_.back().kind == OutputPlane::Kind::object ||
-                         outputs_.back().kind == OutputPlane::Kind::component;
-  const bool has_owner = std::any_of(outputs_.begin(), outputs_.end(), [](const auto& output) {
-    return output.kind == OutputPlane::Kind::owner;
-  });
   row.planes.resize(spectral);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const auto x = static_cast<std::size_t>(samples[i].pixel);
@@ -422,27 +391,26 @@ void Renderer::add_light(std::span<const Sample> samples, std::span<const int> c
         std::fill(row.planes.begin(), row.planes.end(), 0.0);
         medium_.add_planes(hit.galaxy, c, light, false, row.planes);
         add(0);
-        if (has_owner) {
+        if (owner_) {
           for (std::size_t p = 0; p < spectral; ++p) {
             row.owners[x][object] += weight * row.planes[p] * unit_factors_[p];
           }
         }
-        if (has_parts) {
-          const std::size_t first = first_component_[object];
+        if (!parts_.empty()) {
+          const std::size_t first = parts_[object];
           const bool is_whole = outputs_[first].kind == OutputPlane::Kind::object;
           add(first + (is_whole ? 0 : c * spectral));
         }
-        if (spectral < outputs_.size() && outputs_[spectral].kind == OutputPlane::Kind::dust_free) {
+        if (dust_free_) {
           std::fill(row.planes.begin(), row.planes.end(), 0.0);
           medium_.add_planes(hit.galaxy, c, light, true, row.planes);
-          add(spectral);
+          add(*dust_free_);
         }
       }
     }
-    for (std::size_t o = spectral; o < outputs_.size(); ++o) {
-      if (outputs_[o].kind != OutputPlane::Kind::optical_depth) continue;
-      row.sums[o * width + x] +=
-          weight * medium_.depth(outputs_[o].plane, row.light.depth.data() + i * nodes);
+    for (std::size_t p = 0; p < spectral && optical_depth_; ++p) {
+      row.sums[(*optical_depth_ + p) * width + x] +=
+          weight * medium_.depth(p, row.light.depth.data() + i * nodes);
     }
   }
 }
@@ -452,7 +420,6 @@ void Renderer::finish(int y, Row& row, std::span<double> out) const {
   const auto width = static_cast<std::size_t>(camera_.width());
   const std::size_t spectral = medium_.basis().planes();
   const bool is_sky_view = camera_.projection() == Projection::sky;
-  const bool needs_area = per_pixel_ || !scene_->stars.empty();
   // Point sources: shared among the four nearest pixels so that their centroid is where they are.
   for (const PlacedStar* placed : stars_) {
     const PlacedStar& star = *placed;
@@ -471,7 +438,7 @@ void Renderer::finish(int y, Row& row, std::span<double> out) const {
         if (kind != Kind::image && kind != Kind::dust_free && !is_own) continue;
         row.sums[o * width + column] += share * star.flux[outputs_[o].plane] / area;
       }
-      for (std::size_t p = 0; p < spectral; ++p) {
+      for (std::size_t p = 0; p < spectral && owner_; ++p) {
         row.owners[column][star.object] += share * star.flux[p] / area * unit_factors_[p];
       }
     }
@@ -483,12 +450,14 @@ void Renderer::finish(int y, Row& row, std::span<double> out) const {
     for (std::size_t o = 0; o < outputs_.size(); ++o) {
       has_light = has_light || row.sums[o * width + x] != 0;
     }
-    const double area = per_pixel_ && needs_area && has_light ? camera_.solid_angle(px, y) : 1;
+    const double area = counts_flux(scene_->unit) && has_light ? camera_.solid_angle(px, y) : 1;
     std::pair<std::size_t, double> owner{0, 0.0};
     double whole = 0;
-    for (const auto& [object, light] : row.owners[x]) {
-      whole += light;
-      if (light > owner.second) owner = {object + 1, light};
+    if (owner_) {
+      for (const auto& [object, light] : row.owners[x]) {
+        whole += light;
+        if (light > owner.second) owner = {object + 1, light};
+      }
     }
     for (std::size_t o = 0; o < outputs_.size(); ++o) {
       double& value = out[o * width + x];

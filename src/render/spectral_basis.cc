@@ -10,8 +10,6 @@
 namespace gamer {
 namespace {
 
-constexpr double lyman_limit = 911.753;  // Angstrom
-
 // Orders of the interpolation that are tried, and segments per e-fold of wavelength.
 constexpr std::size_t highest_order = 6;
 constexpr std::size_t most_segments = 24;

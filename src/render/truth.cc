@@ -9,8 +9,10 @@
 #include <limits>
 #include <numbers>
 
+#include "gamer/core/units.h"
 #include "gamer/render/renderer.h"
 #include "gamer/sed/photometry.h"
+#include "image/image_suffix.h"
 
 namespace gamer {
 namespace {
@@ -21,7 +23,6 @@ constexpr int stamp_size = 64;
 // Parts on a side into which a ray's light is spread to count it by radius.
 constexpr int spread = 5;
 
-constexpr double arcsecond = std::numbers::pi / (180 * 3600);
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// A view of one galaxy from where the camera sees it, parallel rays, just as wide as it is.
@@ -128,6 +129,39 @@ GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parame
   result.e1 = (nn - ee) / (nn + ee);
   result.e2 = 2 * ne / (nn + ee);
   return result;
+}
+
+void check_truth_table(const std::filesystem::path& path, const OutputOptions& image) {
+  if (path.empty()) {
+    const std::optional<ImageSuffix> suffix = image_suffix(image.path);
+    if (suffix != ImageSuffix::fits && suffix != ImageSuffix::fits_compressed) {
+      throw InputError(
+          "gamer: --truth puts its table into a FITS image; for a picture give --truth-table");
+    }
+    return;
+  }
+  const auto fail = [&](const std::string& reason) {
+    throw InputError(fmt::format("gamer: --truth-table {}: {}", path.string(), reason));
+  };
+  if (path.extension() != ".ecsv" && path.extension() != ".fits") {
+    fail("the suffix must be .fits or .ecsv");
+  }
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  if (!std::filesystem::is_directory(folder)) {
+    fail(fmt::format("folder '{}' does not exist", folder.string()));
+  }
+  if (path.lexically_normal() == image.path.lexically_normal()) fail("this is the image's file");
+  if (std::filesystem::exists(path) && !image.overwrite) {
+    fail("the file exists already; --overwrite replaces it");
+  }
+}
+
+void write_truth_table(const std::filesystem::path& path, const DataTable& table) {
+  if (path.extension() == ".ecsv") {
+    write_ecsv(path, table);
+  } else {
+    write_fits_table(path, table);
+  }
 }
 
 void apply_attenuation(const RenderParameters& parameters, const Camera& camera,

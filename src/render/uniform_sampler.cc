@@ -26,17 +26,8 @@ class UniformSampler : public Sampler {
            std::vector<double>& transmission, double* light, double* depth) const {
     const std::size_t steps = medium_.nodes();
     const Cover& cover = nodes.covers.front();
-    std::vector<double*> sums;
-    for (const int galaxy : cover.galaxies) {
-      double* place = light;
-      for (const Hit& hit : hits) {
-        if (hit.galaxy == galaxy) break;
-        place += medium_.light_components(hit.galaxy) * steps;
-      }
-      for (std::size_t m = 0; m < medium_.light_components(galaxy); ++m) {
-        sums.push_back(place + m * steps);
-      }
-    }
+    std::vector<std::size_t> places;
+    medium_.places(hits, cover, places);
     for (std::size_t n = 0; n < nodes.size(); ++n) {
       for (std::size_t j = 0; j < steps; ++j) {
         double opacity = 0;
@@ -45,8 +36,9 @@ class UniformSampler : public Sampler {
                      double{nodes.dust[static_cast<std::size_t>(slot)][n]};
         }
         const double attenuation = std::exp(-0.5 * widths[n] * opacity);
-        for (std::size_t slot = 0; slot < sums.size(); ++slot) {
-          sums[slot][j] += transmission[j] * attenuation * double{nodes.light[slot][n]} * widths[n];
+        for (std::size_t slot = 0; slot < places.size(); ++slot) {
+          light[places[slot] + j] +=
+              transmission[j] * attenuation * double{nodes.light[slot][n]} * widths[n];
         }
         transmission[j] *= attenuation * attenuation;
         depth[j] += widths[n] * opacity;

@@ -13,7 +13,9 @@
 #include <utility>
 
 #include "gamer/core/random.h"
+#include "gamer/core/units.h"
 #include "gamer/scene/orientation.h"
+#include "gamer/sed/igm.h"
 #include "scene/scene_row.h"
 
 namespace gamer {
@@ -25,7 +27,6 @@ constexpr const char* star_sed = "flat_fnu";
 // Mpc: where galaxies of a sky view stand that tell no distance.
 constexpr double nominal_distance = 1000;
 constexpr double ten_parsec = 1e-5;  // Mpc
-constexpr double arcsecond = std::numbers::pi / (180 * 3600);
 constexpr double kiloparsec = 1e-3;  // Mpc
 
 // Pixels around the image within which a point source still touches it.
@@ -226,9 +227,6 @@ class SceneReader {
   /// band is `rest` unredshifted at 10 pc, and `observed` as it is.
   double flux_scale(const Position& position, double rest, double observed) const;
   double brightness(const PlacedGalaxy& placed, const Position& position) const;
-  bool is_flux() const {
-    return scene_.unit == PixelUnit::nanojansky || scene_.unit == PixelUnit::electron_per_second;
-  }
   /// Angle of a scene unit at the row's distance, which an orthographic view does not show, rad.
   double angle_of_unit(const Position& position) const;
   void check_band(const Sed& sed, const Bandpass& band, double redshift, const std::string& what,
@@ -397,7 +395,6 @@ void SceneReader::check_planes(const PlacedGalaxy& placed) {
     for (const SpectralPlane& plane : spectrum_.planes) {
       const Sed::Range seen = plane.range();
       // No light is left shortward of the Lyman limit that dust could absorb.
-      constexpr double lyman_limit = 912;
       const bool is_fine =
           (seen.low >= range.low * stretch ||
            (sed == nullptr && plane.band != nullptr && range.low <= lyman_limit)) &&
@@ -467,7 +464,7 @@ double SceneReader::brightness(const PlacedGalaxy& placed, const Position& posit
         placed.radius / (is_sky_ ? position.comoving_distance : camera_.distance(placed.centre));
     return scale / (angle * angle);
   }
-  if (is_flux()) return scale / (placed.radius * placed.radius);
+  if (counts_flux(scene_.unit)) return scale / (placed.radius * placed.radius);
   const double angle = placed.radius * angle_of_unit(position);
   return scale / (angle * angle);
 }
@@ -511,7 +508,7 @@ bool SceneReader::read_star(const Position& position) {
              row_.where(column::sed));
   const double unit_flux = band_flux(*sed, *reference_, 0);
   const double scale = flux_scale(position, unit_flux, unit_flux);
-  if (camera_.projection() == Projection::orthographic && !is_flux()) {
+  if (camera_.projection() == Projection::orthographic && !counts_flux(scene_.unit)) {
     star.area_scale = 1 / (angle_of_unit(position) * angle_of_unit(position));
   }
   for (const SpectralPlane& plane : spectrum_.planes) {

@@ -76,6 +76,8 @@ SceneRow::SceneRow(const Catalogue& catalogue, const RenderParameters& parameter
       if (mapped->second.starts_with('=')) {
         source.kind = Source::Kind::constant;
         source.constant = mapped->second.substr(1);
+        // It replaces the catalogue's own.
+        if (const auto own = place_of(names[c])) used[*own] = true;
         continue;
       }
       place = place_of(mapped->second);
@@ -236,7 +238,9 @@ std::string SceneRow::line() const {
     std::string text = word(column);
     if ((sources_[c].factor != 1 || replaced_.contains(column)) && is_given(column))
       text = fmt::format("{}", number(column));
-    // Blanks and '#' would end the word; only names have them.
+    // Blanks and '#' would end the word. Analytic SEDs are the same without; else only names have
+    // them.
+    if (column == column::sed && text.find('(') != std::string::npos) std::erase(text, ' ');
     for (char& letter : text) {
       if (letter == ' ' || letter == '\t' || letter == '\n' || letter == '\r' || letter == '#') {
         letter = '_';

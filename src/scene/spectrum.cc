@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <stdexcept>
+
+#include "gamer/core/units.h"
+
 namespace gamer {
 namespace {
 
@@ -29,6 +33,28 @@ Sed::Range SpectralPlane::range() const {
 double SpectralPlane::flux(const Sed& sed, double redshift, Igm igm) const {
   return band != nullptr ? band_flux(sed, *band, redshift, igm)
                          : monochromatic_flux(sed, wavelength, redshift, igm);
+}
+
+double value_of_nanojansky(const SpectralPlane& plane, PixelUnit unit,
+                           const RenderParameters& parameters) {
+  constexpr double nanojansky_in_mega = 1e-15;
+  const double squared = plane.wavelength * plane.wavelength;
+  switch (unit) {
+    case PixelUnit::relative:
+      return 1 / squared;
+    case PixelUnit::nanojansky:
+      return 1;
+    case PixelUnit::megajansky_per_sr:
+      return nanojansky_in_mega;
+    case PixelUnit::magnitude:
+      return square_arcsecond;
+    case PixelUnit::flux_density:
+      return nanojansky_in_cgs * speed_of_light / squared * square_arcsecond;
+    case PixelUnit::electron_per_second:
+      return photon_rate_per_nanojansky(*plane.band, parameters.telescope_area,
+                                        parameters.throughput);
+  }
+  throw std::logic_error("unknown PixelUnit");
 }
 
 Spectrum load_spectrum(const RenderParameters& parameters, Resources& resources) {

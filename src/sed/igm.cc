@@ -16,7 +16,6 @@ struct Line {
 constexpr std::array<Line, 4> lyman_series = {
     {{1216, 0.0036}, {1026, 0.0017}, {973, 0.0012}, {950, 0.00093}}};
 constexpr double line_exponent = 3.46;
-constexpr double lyman_limit = 912;  // Angstrom
 
 /// The absorber at which the light has the line's wavelength lies between observer and source.
 double line_depth(double wavelength, double emission) {

@@ -132,10 +132,10 @@ TEST(Job, MemoryOfRows) {
   header.width = 1000000;
   header.height = 1000;
   header.labels.assign(100, "plane");
-  EXPECT_NO_THROW(check_row_memory({}, 1));
+  EXPECT_NO_THROW(check_row_memory({}, 1, 1));
   // 10^6 workers hold a row of 800 MB each.
   try {
-    check_row_memory(header, 1000000);
+    check_row_memory(header, header.planes(), 1000000);
     FAIL();
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("727.6 TiB of memory"), std::string::npos)

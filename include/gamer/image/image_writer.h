@@ -43,6 +43,12 @@ std::vector<std::filesystem::path> output_files(const OutputOptions& options,
 /// large for memory or (BMP) for its format. Leaves nothing behind.
 void check_output(const OutputOptions& options, const ImageHeader& header);
 
+/// Gives the first `first_planes` planes of each row to `first` and the others to `rest`, two
+/// images of one width.
+std::unique_ptr<ImageWriter> make_split_writer(std::unique_ptr<ImageWriter> first, int first_planes,
+                                               std::unique_ptr<ImageWriter> rest, int planes,
+                                               int width);
+
 /// Makes the writer for the suffix, after check_output(). A picture is one file whatever the
 /// layout.
 std::unique_ptr<ImageWriter> make_image_writer(const OutputOptions& options,

@@ -59,14 +59,14 @@ RenderJob job_from_record(const Record& record);
 /// parameter, the scene's objects (table SCENE) and the record.
 ImageHeader make_image_header(const RenderJob& job);
 
-/// The header of the truth images, all outputs of a Renderer but the image itself.
-ImageHeader make_truth_header(const RenderJob& job, const std::vector<OutputPlane>& outputs);
+/// The header of the images of [truth].
+ImageHeader make_truth_header(const RenderJob& job);
 
 /// Their file: truth.output, or beside the image with _truth before the suffix; one extension each.
 OutputOptions truth_output(const RenderParameters& parameters);
 
 /// Rank 0 may hold a block of rows per worker, in double precision. Throws InputError when these
 /// need more memory than there is.
-void check_row_memory(const ImageHeader& header, int workers);
+void check_row_memory(const ImageHeader& header, int planes, int workers);
 
 }  // namespace gamer

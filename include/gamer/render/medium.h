@@ -95,7 +95,6 @@ class Medium {
   /// Spectral nodes, that of dust_free included.
   std::size_t nodes() const { return nodes_; }
   const Accuracy& accuracy() const { return accuracy_; }
-  const Scene& scene() const { return *scene_; }
   double radius(int galaxy) const { return placed(galaxy).radius; }
 
   /// Indices of the galaxies, among `among`, whose bounding spheres the bundle may touch.
@@ -109,8 +108,8 @@ class Medium {
   Cover cover(std::span<const Hit> hits, double t) const;
   /// Light components of a galaxy.
   std::size_t light_components(int galaxy) const { return spectra(galaxy).light.size(); }
-  /// Slots of the k-th galaxy of a cover begin here.
-  int first_light_slot(const Cover& cover, std::size_t k) const;
+  /// Where the light slots of a cover stand in a ray's part of RayLight::light.
+  void places(std::span<const Hit> hits, const Cover& cover, std::vector<std::size_t>& out) const;
   /// What dust slot `slot` of a cover does at spectral node j, relative to V.
   float extinction(const Cover& cover, int slot, std::size_t j) const;
 

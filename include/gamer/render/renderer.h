@@ -35,6 +35,10 @@ struct OutputPlane {
   std::string label;          ///< "sdss_g", "DUSTFREE_sdss_g", "OBJECT_3_sdss_g"...
 };
 
+/// The planes of a scene's image, then those of `truth`.
+std::vector<OutputPlane> output_planes(const Scene& scene, const Spectrum& spectrum,
+                                       const TruthImages& truth);
+
 /// Renders rows of an image of a scene. Rows may be rendered in any order from any thread or
 /// process; their values are always the same.
 class Renderer {
@@ -45,10 +49,8 @@ class Renderer {
 
   int width() const { return camera_.width(); }
   int height() const { return camera_.height(); }
-  /// The spectral planes first, then those of `truth`.
+  /// Of output_planes().
   int planes() const { return static_cast<int>(outputs_.size()); }
-  const std::vector<OutputPlane>& outputs() const { return outputs_; }
-  const Medium& medium() const { return medium_; }
 
   /// values[((row - first) * planes + plane) * width + x], in the scene's unit: the mean over a
   /// pixel's rays, or its flux; NaN for pixels that show no sky, and for magnitudes of nothing.
@@ -67,13 +69,10 @@ class Renderer {
  private:
   struct Sample;
   struct Row;
-  void make_outputs(const TruthImages& truth);
   /// Rays of a pixel, cells where it is large for what it shows.
   void place_samples(int x, int y, std::span<const int> candidates, std::vector<Sample>& out) const;
   void refine(double x, double y, double size, int pixel, std::span<const int> candidates,
               std::vector<Sample>& out) const;
-  /// A length in pixels at a galaxy, galaxy radii.
-  double in_ball(int galaxy, double size) const;
   /// The size of a cell around (x, y) over the length on which the brightness changes there.
   double relative_size(double x, double y, double size, std::span<const int> candidates) const;
   void add_light(std::span<const Sample> samples, std::span<const int> candidates, Row& row,
@@ -86,10 +85,13 @@ class Renderer {
   Medium medium_;
   std::unique_ptr<Sampler> sampler_;
   std::vector<OutputPlane> outputs_;
-  std::vector<double> unit_factors_;          ///< [spectral plane]
-  bool per_pixel_;                            ///< the unit is a flux: times the pixel's solid angle
-  std::vector<const PlacedStar*> stars_;      ///< in an order that does not depend on the rows
-  std::vector<std::size_t> first_component_;  ///< of each object, among all light components
+  std::vector<int> all_galaxies_;
+  std::vector<double> pixel_in_ball_;     ///< of each galaxy: the longest side there, galaxy radii
+  std::vector<double> unit_factors_;      ///< [spectral plane]
+  std::vector<const PlacedStar*> stars_;  ///< in an order that does not depend on the rows
+  /// The first output of a kind; none where it was not asked for.
+  std::optional<std::size_t> dust_free_, optical_depth_, owner_;
+  std::vector<std::size_t> parts_;  ///< of each object, its first output; empty without parts
 };
 
 /// The whole image in memory, on rank 0 (elsewhere an empty one).

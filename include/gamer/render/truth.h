@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <span>
 #include <vector>
 
@@ -24,6 +25,12 @@ struct GalaxyMeasure {
 
 GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                       const Camera& camera, const Spectrum& spectrum);
+
+/// Checks before rendering that the table can be written: into the image's file where `path` is
+/// empty, else to `path`, .fits or .ecsv. Throws InputError.
+void check_truth_table(const std::filesystem::path& path, const OutputOptions& image);
+/// Writes it to `path`. Throws RunError.
+void write_truth_table(const std::filesystem::path& path, const DataTable& table);
 
 /// Makes magnitudes those of the galaxies as seen (photometry.attenuated): raises the brightness of
 /// each by what its dust takes in the reference band, at rest for absolute magnitudes.

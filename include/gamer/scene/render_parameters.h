@@ -41,6 +41,11 @@ enum class PixelUnit {
   electron_per_second  ///< detected by the telescope of [photometry]
 };
 
+/// Whether pixels count the flux of their area, not its brightness.
+constexpr bool counts_flux(PixelUnit unit) {
+  return unit == PixelUnit::nanojansky || unit == PixelUnit::electron_per_second;
+}
+
 /// Which further images are made of a scene; [truth].
 struct TruthImages {
   enum class Parts { none, objects, components };

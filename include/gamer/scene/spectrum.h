@@ -29,6 +29,11 @@ struct Spectrum {
   Igm igm = Igm::none;
 };
 
+/// What 1 nJy (units of flux) or 1 nJy/sr (of surface brightness) is in a plane's pixels; for
+/// magnitudes, nJy/arcsec^2; for relative ones, what c F_nu of 1 Angstrom^2 is: f_lambda.
+double value_of_nanojansky(const SpectralPlane& plane, PixelUnit unit,
+                           const RenderParameters& parameters);
+
 /// Finds the bands. Throws InputError where a name is given: unknown bands, planes with one label.
 Spectrum load_spectrum(const RenderParameters& parameters, Resources& resources);
 

@@ -2,6 +2,9 @@
 
 namespace gamer {
 
+/// Angstrom; as Madau 1995 has it. Shortward of it no light is left for dust to absorb.
+inline constexpr double lyman_limit = 912;
+
 /// Mean transmission exp(-tau) of the intergalactic medium towards a source at `redshift` z;
 /// Madau 1995 (ApJ 441, 18). `wavelength` lambda is the observed one, Angstrom. With
 /// x = lambda/912 Angstrom, e = 1 + z, tau is the sum of

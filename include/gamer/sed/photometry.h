@@ -10,6 +10,7 @@ namespace gamer {
 inline constexpr double speed_of_light = 2.99792458e18;  ///< Angstrom/s
 /// m = zero point - 2.5 log10(f_nu/nJy).
 inline constexpr double nanojansky_zero_point = 31.4;
+inline constexpr double nanojansky_in_cgs = 1e-32;  ///< erg/s/cm^2/Hz
 
 double nanojansky(double ab_magnitude);
 /// Infinite for 0, NaN below.

@@ -1,0 +1,10 @@
+#pragma once
+
+#include <numbers>
+
+namespace gamer {
+
+inline constexpr double arcsecond = std::numbers::pi / (180 * 3600);  ///< rad
+inline constexpr double square_arcsecond = arcsecond * arcsecond;     ///< sr
+
+}  // namespace gamer
