@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "gamer/image/image.h"
+
+namespace gamer {
+
+/// Pixels [x, x + width) x [y, y + height) of a plane, counted from 0.
+struct Area {
+  int x = 0;
+  int y = 0;
+  int width = 0;
+  int height = 0;
+
+  bool operator==(const Area&) const = default;
+};
+
+/// One plane of pixels whose values are made where they are asked for: a stored image, or an
+/// operation on other planes. Work on a plane of any size so needs memory only for the area that is
+/// asked for. Row 0 is the bottom. Missing pixels are NaN.
+class Plane {
+ public:
+  /// Throws std::invalid_argument when a side is not positive.
+  Plane(int width, int height);
+  virtual ~Plane() = default;
+  Plane(const Plane&) = delete;
+  Plane& operator=(const Plane&) = delete;
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  Area whole() const { return {0, 0, width_, height_}; }
+
+  /// Writes pixel (area.x + i, area.y + j) to out[j * stride + i]. `area` lies within the plane;
+  /// stride >= area.width. Safe from several threads at a time. Throws what its sources throw.
+  virtual void read(const Area& area, double* out, std::ptrdiff_t stride) const = 0;
+  void read(const Area& area, double* out) const { read(area, out, area.width); }
+
+  /// Areas of this size are made at the least cost per pixel; the plane's edges cut them.
+  struct Tile {
+    int width = 0;
+    int height = 0;
+  };
+  /// Whole rows, 2^18 pixels or so, unless an operation says otherwise.
+  virtual Tile tile() const;
+
+ private:
+  int width_, height_;
+};
+
+using PlanePtr = std::shared_ptr<const Plane>;
+
+/// Pixels in memory, bottom row first.
+class MemoryPlane final : public Plane {
+ public:
+  /// Throws std::invalid_argument when `values` are not width * height.
+  MemoryPlane(int width, int height, std::vector<double> values);
+  using Plane::read;
+  void read(const Area& area, double* out, std::ptrdiff_t stride) const override;
+
+ private:
+  std::vector<double> values_;
+};
+
+/// A copy of one plane of an image.
+PlanePtr memory_plane(const Image& image, int plane = 0);
+
+/// `change(area, values)` on what `source` has: values[j * area.width + i] for pixel (area.x + i,
+/// area.y + j), changed in place. Called from several threads at a time, for any areas.
+using PixelChange = std::function<void(const Area& area, double* values)>;
+PlanePtr changed(PlanePtr source, PixelChange change);
+
+/// Splits the plane into bands of whole rows, bottom first; `threads` make the tiles of a band,
+/// then `take(area, values)` has it in this thread. Throws what the plane or `take` throws.
+void for_each_band(const Plane& plane, int threads,
+                   const std::function<void(const Area& area, const double* values)>& take);
+
+/// All of it in memory: an Image of one plane.
+Image evaluate(const Plane& plane, int threads = 1);
+
+}  // namespace gamer

@@ -1,0 +1,132 @@
+#include "gamer/image/plane.h"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+namespace gamer {
+namespace {
+
+/// Pixels of a tile: 2 MiB of doubles, so that a few of them stay in a core's cache.
+constexpr int kTilePixels = 1 << 18;
+
+class ChangedPlane final : public Plane {
+ public:
+  ChangedPlane(PlanePtr source, PixelChange change)
+      : Plane(source->width(), source->height()),
+        source_(std::move(source)),
+        change_(std::move(change)) {}
+
+  Tile tile() const override { return source_->tile(); }
+
+  void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
+    source_->read(area, out, stride);
+    if (stride == area.width) {
+      change_(area, out);
+      return;
+    }
+    for (int row = 0; row < area.height; ++row) {
+      change_({area.x, area.y + row, area.width, 1}, out + row * stride);
+    }
+  }
+
+ private:
+  PlanePtr source_;
+  PixelChange change_;
+};
+
+/// Calls work(i) for i in [0, count) from `threads` threads; throws the first exception.
+void parallel_for(int count, int threads, const std::function<void(int)>& work) {
+  std::atomic<int> next{0};
+  std::exception_ptr error;
+  std::mutex mutex;
+  const auto run = [&] {
+    for (int i = next++; i < count; i = next++) {
+      try {
+        work(i);
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        if (!error) error = std::current_exception();
+        next = count;
+      }
+    }
+  };
+  std::vector<std::jthread> helpers;
+  for (int i = 1; i < std::min(threads, count); ++i) helpers.emplace_back(run);
+  run();
+  helpers.clear();
+  if (error) std::rethrow_exception(error);
+}
+
+}  // namespace
+
+Plane::Plane(int width, int height) : width_(width), height_(height) {
+  if (width < 1 || height < 1) throw std::invalid_argument("a plane without pixels");
+}
+
+Plane::Tile Plane::tile() const { return {width_, std::clamp(kTilePixels / width_, 1, height_)}; }
+
+MemoryPlane::MemoryPlane(int width, int height, std::vector<double> values)
+    : Plane(width, height), values_(std::move(values)) {
+  if (values_.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {
+    throw std::invalid_argument("a plane's values are not width * height");
+  }
+}
+
+void MemoryPlane::read(const Area& area, double* out, std::ptrdiff_t stride) const {
+  for (int row = 0; row < area.height; ++row) {
+    const std::size_t first = (static_cast<std::size_t>(area.y) + row) * width() + area.x;
+    std::copy_n(values_.data() + first, area.width, out + row * stride);
+  }
+}
+
+PlanePtr memory_plane(const Image& image, int plane) {
+  const double* first = image.plane(plane);
+  const std::size_t count = static_cast<std::size_t>(image.width()) * image.height();
+  return std::make_shared<MemoryPlane>(image.width(), image.height(),
+                                       std::vector<double>(first, first + count));
+}
+
+PlanePtr changed(PlanePtr source, PixelChange change) {
+  return std::make_shared<ChangedPlane>(std::move(source), std::move(change));
+}
+
+void for_each_band(const Plane& plane, int threads,
+                   const std::function<void(const Area& area, const double* values)>& take) {
+  const Plane::Tile wanted = plane.tile();
+  const int tile_width = std::clamp(wanted.width, 1, plane.width());
+  const int tile_height = std::clamp(wanted.height, 1, plane.height());
+  const int columns = (plane.width() + tile_width - 1) / tile_width;
+  // Tiles of whole rows: a band has one for each thread.
+  const int rows_of_tiles = columns == 1 ? std::max(threads, 1) : 1;
+  const auto band_height = static_cast<int>(
+      std::min<long long>(static_cast<long long>(tile_height) * rows_of_tiles, plane.height()));
+  std::vector<double> values(static_cast<std::size_t>(plane.width()) * band_height);
+  for (int y = 0; y < plane.height(); y += band_height) {
+    const int height = std::min(band_height, plane.height() - y);
+    const int rows = (height + tile_height - 1) / tile_height;
+    parallel_for(columns * rows, threads, [&](int index) {
+      const int row = index / columns * tile_height, x = index % columns * tile_width;
+      const Area area = {x, y + row, std::min(tile_width, plane.width() - x),
+                         std::min(tile_height, height - row)};
+      plane.read(area, values.data() + static_cast<std::ptrdiff_t>(row) * plane.width() + x,
+                 plane.width());
+    });
+    take({0, y, plane.width(), height}, values.data());
+  }
+}
+
+Image evaluate(const Plane& plane, int threads) {
+  Image image(plane.width(), plane.height(), 1);
+  for_each_band(plane, threads, [&](const Area& area, const double* values) {
+    const std::size_t count = static_cast<std::size_t>(area.width) * area.height;
+    std::copy_n(values, count, &image.at(0, area.y));
+  });
+  return image;
+}
+
+}  // namespace gamer

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <vector>
+
+#include "gamer/processing/operation.h"
+
+namespace gamer {
+
+/// The operations, group by group; operations() puts them together.
+std::vector<Operation> blur_operations();      ///< convolve, psf
+std::vector<Operation> detector_operations();  ///< noise
+std::vector<Operation> geometry_operations();  ///< rotate, flip, crop, pad, bin, resample
+std::vector<Operation>
+arithmetic_operations();  ///< add, subtract, multiply, scale, average, stack, split, header
+std::vector<Operation> tone_operations();     ///< normalise, gamma, stretch, rgb
+std::vector<Operation> measure_operations();  ///< stats, photometry, spectrum, compare
+
+}  // namespace gamer

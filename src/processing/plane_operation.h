@@ -1,0 +1,43 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "gamer/image/fits_stream.h"
+#include "gamer/image/plane.h"
+#include "gamer/processing/operation.h"
+#include "gamer/processing/plane_info.h"
+
+namespace gamer {
+
+/// One plane that an operation works on.
+struct PlaneTask {
+  PlanePtr plane;
+  PlaneInfo info;
+  const FitsHeader& header;  ///< of its HDU
+  std::string label;         ///< file, and HDU where there are several, for messages
+  int index = 0;             ///< among all planes of the file, from 0
+  int count = 1;             ///< planes of the file
+  int threads = 1;
+};
+
+/// Makes the planes of the output; all planes of an HDU must become one size.
+using PlaneChange = std::function<PlanePtr(const PlaneTask& task)>;
+/// Changes the header of an image HDU of `planes` planes, `width` and `height` being the input's.
+using HeaderChange = std::function<void(FitsHeader& header, int width, int height, int planes)>;
+
+/// An operation of one input and one output: images go through `change` plane by plane and their
+/// header through `edit`, HISTORY is added, every other HDU is copied. Throws InputError where the
+/// file holds no image.
+void change_planes(const OperationCall& call, const PlaneChange& change,
+                   const HeaderChange& edit = {});
+
+/// Calls `use` for every plane of a file, in order.
+void visit_planes(const FitsInput& input, int threads,
+                  const std::function<void(const PlaneTask& task)>& use);
+
+/// A list with one value for all planes, or one per plane: the value of plane `index`. Throws
+/// InputError "gutil <operation>: --<name> has 2 values for 3 planes".
+double plane_value(const OperationCall& call, std::string_view name, const PlaneTask& task);
+
+}  // namespace gamer
