@@ -10,7 +10,8 @@ target_link_libraries(gamer_library INTERFACE gamer_render)
 set(gamer_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/gamer)
 
 install(TARGETS gamer RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(TARGETS gamer_core gamer_noise gamer_sed gamer_image gamer_parallel gamer_galaxy gamer_scene
+install(TARGETS gamer_core gamer_noise gamer_sed gamer_image gamer_processing gamer_parallel gamer_galaxy
+                gamer_scene
                 gamer_render gamer_library
   EXPORT gamerTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT gamerTargets NAMESPACE gamer:: DESTINATION ${gamer_package_dir})
