@@ -8,15 +8,11 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "image/fits_number.h"
+#include "image/card_record.h"
 
 namespace gamer {
 namespace {
 
-constexpr std::string_view kHierarch = "HIERARCH ";
-/// Columns that a card's keyword takes.
-constexpr std::size_t kKeywordWidth = 8;
-constexpr std::string_view kContinue = "CONTINUE  ";
 /// First column of a text table: the number of the line that the other columns hold.
 constexpr const char* kLineColumn = "LINE";
 /// The number there where a row goes on with the line above.
@@ -24,136 +20,6 @@ constexpr int kContinuedLine = 0;
 /// Longer lines are cut into pieces of so many bytes, so that columns stay narrow: CFITSIO takes
 /// none wider than 28799.
 constexpr std::size_t kLongestPiece = 200;
-
-bool is_printing(char c) { return c >= ' ' && c <= '~'; }
-
-int hexadecimal_digit(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  return -1;
-}
-
-bool is_escape(std::string_view text, std::size_t i) {
-  return i + 2 < text.size() && text[i] == '%' && hexadecimal_digit(text[i + 1]) >= 0 &&
-         hexadecimal_digit(text[i + 2]) >= 0;
-}
-
-std::string_view trim_right(std::string_view text) {
-  const std::size_t last = text.find_last_not_of(' ');
-  return text.substr(0, last == std::string_view::npos ? 0 : last + 1);
-}
-
-/// The text between the quotes of a card's string value.
-std::string unquote(std::string_view value) {
-  std::string text;
-  if (!value.empty() && value.front() == '\'') value.remove_prefix(1);
-  if (!value.empty() && value.back() == '\'') value.remove_suffix(1);
-  for (std::size_t i = 0; i < value.size(); ++i) {
-    text += value[i];
-    if (value[i] == '\'' && i + 1 < value.size() && value[i + 1] == '\'') ++i;
-  }
-  return text;
-}
-
-/// False where the text is not wholly a number of this type.
-template <class Number>
-bool parse_number(std::string text, Number& number) {
-  std::replace(text.begin(), text.end(), 'D', 'E');
-  const char* first = text.data() + (!text.empty() && text[0] == '+' ? 1 : 0);
-  const char* last = text.data() + text.size();
-  const auto [end, error] = std::from_chars(first, last, number);
-  return error == std::errc() && end == last;
-}
-
-/// Everything of a card before its value.
-std::string card_prefix(FitsFile& file, const std::string& key) {
-  if (key.find_first_of("=/'") != std::string::npos || percent_encode(key) != key) {
-    file.fail(fmt::format("'{}' cannot name a FITS card", key));
-  }
-  if (key.starts_with(kHierarch)) return key + " = ";
-  if (key.size() > kKeywordWidth) return fmt::format("{}{} = ", kHierarch, key);
-  return fmt::format("{:<{}}= ", key, kKeywordWidth);
-}
-
-/// A string value in quotes, cut into pieces that fit the room of the first card and of each
-/// further one; all but the last end in '&'.
-std::vector<std::string> quoted_pieces(std::string_view text, std::size_t first_room,
-                                       std::size_t next_room) {
-  std::vector<std::string> pieces;
-  std::string piece;
-  std::size_t room = first_room;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const std::string_view character = text[i] == '\'' ? "''" : text.substr(i, 1);
-    const bool last = i + 1 == text.size();
-    if (piece.size() + character.size() + (last ? 0 : 1) > room) {
-      pieces.push_back(fmt::format("'{}&'", piece));
-      piece.clear();
-      room = next_room;
-    }
-    piece += character;
-  }
-  pieces.push_back(fmt::format("'{}'", piece));
-  return pieces;
-}
-
-/// The 80-column records of a card. CFITSIO's own functions for long names and long strings write
-/// beyond their buffers where the string has many quotes or the name is too long (4.2).
-std::vector<std::string> card_records(FitsFile& file, const Card& card,
-                                      const std::string& comment) {
-  constexpr std::size_t kWidth = FLEN_CARD - 1, kQuotes = 2;
-  /// Where numbers of standard cards end.
-  constexpr std::size_t kNumberWidth = 20;
-  const std::string prefix = card_prefix(file, card.key);
-  std::vector<std::string> values;
-  if (const auto* text = std::get_if<std::string>(&card.value)) {
-    // The first card must hold one (quoted) character and the '&'.
-    constexpr std::size_t kLeastRoom = 3;
-    if (prefix.size() + kQuotes + kLeastRoom > kWidth) {
-      file.fail(fmt::format("card {}: the name is too long for a FITS header", card.key));
-    }
-    values = quoted_pieces(percent_encode(*text), kWidth - prefix.size() - kQuotes,
-                           kWidth - kContinue.size() - kQuotes);
-  } else {
-    std::string value;
-    if (const auto* flag = std::get_if<bool>(&card.value)) {
-      value = *flag ? "T" : "F";
-    } else if (const auto* integer = std::get_if<long long>(&card.value)) {
-      value = fmt::format("{}", *integer);
-    } else if (const auto* number = std::get_if<double>(&card.value)) {
-      if (!std::isfinite(*number)) {
-        file.fail(fmt::format("card {}: FITS headers cannot hold {}", card.key, *number));
-      }
-      value = fits_number(*number);
-    }
-    const bool standard = !prefix.starts_with(kHierarch);
-    values = {standard ? fmt::format("{:>{}}", value, kNumberWidth) : value};
-    if (prefix.size() + values[0].size() > kWidth) {
-      file.fail(fmt::format("card {}: the name is too long for a FITS header", card.key));
-    }
-  }
-  std::vector<std::string> records;
-  for (const std::string& value : values) {
-    records.push_back((records.empty() ? prefix : std::string(kContinue)) + value);
-  }
-  if (!comment.empty()) records.back() = (records.back() + " / " + comment).substr(0, kWidth);
-  return records;
-}
-
-struct ParsedCard {
-  std::string value, comment;
-};
-
-ParsedCard parse_card(FitsFile& file, const std::string& record) {
-  char value[FLEN_VALUE] = {}, comment[FLEN_COMMENT] = {};
-  int status = 0;
-  fits_parse_value(const_cast<char*>(record.c_str()), value, comment, &status);
-  if (status != 0) {
-    fits_clear_errmsg();
-    file.fail(fmt::format("cannot read the card '{}'", trim_right(record)));
-  }
-  return {value, comment};
-}
 
 std::string read_record(FitsFile& file, int number) {
   char record[FLEN_CARD] = {};
@@ -224,45 +90,13 @@ std::vector<std::string> read_text_column(FitsFile& file, int column, LONGLONG c
 
 }  // namespace
 
-std::string percent_encode(std::string_view text) {
-  std::string encoded;
-  encoded.reserve(text.size());
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool last_blank = text[i] == ' ' && i + 1 == text.size();
-    if (!is_printing(text[i]) || last_blank || is_escape(text, i)) {
-      encoded += fmt::format("%{:02X}", static_cast<unsigned char>(text[i]));
-    } else {
-      encoded += text[i];
-    }
-  }
-  return encoded;
-}
-
-std::string percent_decode(std::string_view text) {
-  std::string decoded;
-  decoded.reserve(text.size());
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (is_escape(text, i)) {
-      decoded +=
-          static_cast<char>(hexadecimal_digit(text[i + 1]) * 16 + hexadecimal_digit(text[i + 2]));
-      i += 2;
-    } else {
-      decoded += text[i];
-    }
-  }
-  return decoded;
-}
-
 void write_card(FitsFile& file, const Card& card) {
-  const std::string comment = percent_encode(card.comment);
-  if (std::holds_alternative<std::monostate>(card.value) && card.key == "COMMENT") {
-    file.call(fits_write_comment, comment.c_str());
-  } else if (std::holds_alternative<std::monostate>(card.value) && card.key == "HISTORY") {
-    file.call(fits_write_history, comment.c_str());
-  } else {
-    for (const std::string& record : card_records(file, card, comment)) {
+  try {
+    for (const std::string& record : card_records(card)) {
       file.call(fits_write_record, record.c_str());
     }
+  } catch (const CardError& error) {
+    file.fail(error.what());
   }
 }
 
@@ -277,87 +111,27 @@ void write_cards(FitsFile& file, const std::vector<Card>& cards) {
   }
 }
 
-std::vector<Card> read_cards(FitsFile& file) {
-  constexpr std::array kLayoutClasses = {TYP_STRUC_KEY, TYP_CMPRS_KEY, TYP_SCAL_KEY, TYP_NULL_KEY,
-                                         TYP_DIM_KEY,   TYP_CKSUM_KEY, TYP_CONT_KEY};
-  constexpr std::array<std::string_view, 4> kLayoutKeys = {"ZHECKSUM", "ZDATASUM", "ZQUANTIZ",
-                                                           "LONGSTRN"};
-  std::vector<Card> cards;
+std::vector<std::string> read_records(FitsFile& file) {
+  std::vector<std::string> records;
   const int count = record_count(file);
-  for (int number = 1; number <= count; ++number) {
-    std::string record = read_record(file, number);
-    const int card_class = fits_get_keyclass(record.data());
-    if (std::find(kLayoutClasses.begin(), kLayoutClasses.end(), card_class) !=
-        kLayoutClasses.end()) {
-      continue;
-    }
-    char name[FLEN_KEYWORD] = {};
-    int length = 0, status = 0;
-    fits_get_keyname(record.data(), name, &length, &status);
-    fits_clear_errmsg();
-    Card card;
-    card.key = name;
-    if (status != 0 || card.key.empty() ||
-        std::find(kLayoutKeys.begin(), kLayoutKeys.end(), card.key) != kLayoutKeys.end()) {
-      continue;
-    }
-    if (card.key == "COMMENT" || card.key == "HISTORY") {
-      card.comment = percent_decode(
-          trim_right(std::string_view(record).substr(std::min(record.size(), kKeywordWidth))));
-      cards.push_back(std::move(card));
-      continue;
-    }
-    if (record.starts_with(kHierarch)) card.key = std::string(kHierarch) + card.key;
-    ParsedCard parsed = parse_card(file, record);
-    char type = 'U';
-    if (!parsed.value.empty()) {
-      fits_get_keytype(parsed.value.c_str(), &type, &status);
-      fits_clear_errmsg();
-      if (status != 0) {
-        file.fail(fmt::format("cannot read the card '{}'", trim_right(record)));
+  for (int number = 1; number <= count; ++number) records.push_back(read_record(file, number));
+  return records;
+}
+
+std::vector<Card> read_cards(FitsFile& file) {
+  const std::vector<std::string> records = read_records(file);
+  const std::span<const std::string> all = records;
+  std::vector<Card> cards;
+  try {
+    for (std::size_t i = 0; i < all.size();) {
+      const std::size_t length = card_length(all.subspan(i));
+      if (!is_layout_record(all[i]) && !record_key(all[i]).empty() && !is_continuation(all[i])) {
+        cards.push_back(parse_card(all.subspan(i, length)));
       }
+      i += length;
     }
-    switch (type) {
-      case 'U':
-        break;
-      case 'L':
-        card.value = parsed.value == "T";
-        break;
-      case 'I':
-        if (long long integer = 0; parse_number(parsed.value, integer)) {
-          card.value = integer;
-          break;
-        }
-        [[fallthrough]];
-      case 'F':
-        // Numbers beyond our types stay as they are written.
-        if (double real = 0; parse_number(parsed.value, real)) {
-          card.value = real;
-        } else {
-          card.value = parsed.value;
-        }
-        break;
-      case 'C': {
-        std::string text = unquote(parsed.value);
-        while (!text.empty() && text.back() == '&' && number < count) {
-          std::string next = read_record(file, number + 1);
-          if (!next.starts_with(kContinue)) break;
-          // A continuation has no '=', which CFITSIO's parser looks for.
-          next.replace(0, kContinue.size(), "CONTINU = ");
-          const ParsedCard more = parse_card(file, next);
-          text.pop_back();
-          text += unquote(more.value);
-          parsed.comment += more.comment;
-          ++number;
-        }
-        card.value = percent_decode(trim_right(text));
-        break;
-      }
-      default:
-        card.value = parsed.value;
-    }
-    card.comment = percent_decode(trim_right(parsed.comment));
-    cards.push_back(std::move(card));
+  } catch (const CardError& error) {
+    file.fail(error.what());
   }
   return cards;
 }

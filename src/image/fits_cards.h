@@ -5,22 +5,19 @@
 #include <vector>
 
 #include "gamer/image/image.h"
+#include "image/card_record.h"
 #include "image/fits_file.h"
 
 namespace gamer {
 
-/// FITS headers and character columns hold printing ASCII only, and lose blanks at the end. Every
-/// other byte, a last blank, and a '%' that two hexadecimal digits follow, becomes %XX.
-std::string percent_encode(std::string_view text);
-/// The inverse; every %XX becomes its byte.
-std::string percent_decode(std::string_view text);
-
-/// Appends a card to the current header. A double is written with the fewest digits that read back
-/// as the same number; strings are percent-encoded and, where too long, continued (CONTINUE).
+/// Appends a card to the current header, see card_records().
 void write_card(FitsFile& file, const Card& card);
 
 /// write_card() for all, and the LONGSTRN card that announces continued strings where there are.
 void write_cards(FitsFile& file, const std::vector<Card>& cards);
+
+/// The current header's records, as they are.
+std::vector<std::string> read_records(FitsFile& file);
 
 /// The current header's cards, without those that describe the data's layout, compression and
 /// checksums.

@@ -31,6 +31,18 @@ FitsFile FitsFile::open(const std::filesystem::path& path, std::string label, bo
   return file;
 }
 
+FitsFile FitsFile::open_extended(const std::string& name) {
+  FitsFile file(name, false);
+  int status = 0;
+  errno = 0;
+  fits_open_file(&file.handle_, name.c_str(), READONLY, &status);
+  if (status != 0) {
+    file.handle_ = nullptr;
+    file.fail(status);
+  }
+  return file;
+}
+
 FitsFile::FitsFile(FitsFile&& other) noexcept
     : handle_(std::exchange(other.handle_, nullptr)),
       label_(std::move(other.label_)),

@@ -19,6 +19,9 @@ class FitsFile {
   /// failures while running and not wrong input.
   static FitsFile open(const std::filesystem::path& path, std::string label, bool written = false);
 
+  /// By CFITSIO's extended name, "a.fits[1][10:90,10:90]"; read only.
+  static FitsFile open_extended(const std::string& name);
+
   FitsFile(FitsFile&& other) noexcept;
   FitsFile& operator=(FitsFile&&) = delete;
   ~FitsFile();

@@ -2,6 +2,8 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "gamer/image/fits_stream.h"
 #include "gamer/image/plane.h"
@@ -26,11 +28,27 @@ using PlaneChange = std::function<PlanePtr(const PlaneTask& task)>;
 /// Changes the header of an image HDU of `planes` planes, `width` and `height` being the input's.
 using HeaderChange = std::function<void(FitsHeader& header, int width, int height, int planes)>;
 
+/// A further image HDU of the output.
+struct ExtraImage {
+  FitsHeader header;
+  std::vector<PlanePtr> planes;
+};
+/// Makes what follows an image HDU with the output's `header`, from its planes.
+using ExtraImages = std::function<std::vector<ExtraImage>(const FitsHeader& header,
+                                                          const std::vector<PlaneTask>& tasks)>;
+
 /// An operation of one input and one output: images go through `change` plane by plane and their
 /// header through `edit`, HISTORY is added, every other HDU is copied. Throws InputError where the
 /// file holds no image.
 void change_planes(const OperationCall& call, const PlaneChange& change,
-                   const HeaderChange& edit = {});
+                   const HeaderChange& edit = {}, const ExtraImages& extra = {});
+
+/// BITPIX of what an HDU becomes: as asked for, else its own; of integers the floating-point type
+/// that holds them.
+int output_bitpix(const OperationCall& call, const FitsHdu& hdu);
+
+/// What messages call an HDU: the file, and the HDU's name or number where there are several.
+std::string hdu_label(const FitsInput& input, const FitsHdu& hdu);
 
 /// Calls `use` for every plane of a file, in order.
 void visit_planes(const FitsInput& input, int threads,

@@ -12,10 +12,12 @@ namespace gamer {
 
 /// What a user asked of an operation.
 struct OperationCall {
+  std::string operation;            ///< its name
   std::vector<std::string> inputs;  ///< names as FitsInput takes them
   std::string output;               ///< empty where the operation writes no file
   ParameterSet parameters;
   std::string history;  ///< the HISTORY card: operation, given parameters, version
+  int bitpix = 0;       ///< of a FITS output, -32 or -64; 0: as the input
   bool overwrite = false;
   int threads = 1;
   /// Tables and numbers for people go here, not to a file.

@@ -20,8 +20,8 @@ struct PlaneInfo {
 };
 PlaneInfo plane_info(const FitsHeader& header, int plane, int planes);
 
-/// Whether the pixels are a brightness (per solid angle, or the renderer's relative intensity),
-/// which stays when pixels change their size, and not a flux, which adds up.
+/// Whether the pixels are a brightness (a unit per solid angle), which stays when pixels change
+/// their size, and not a flux, which adds up. Pixels without a unit count as flux.
 bool is_brightness(const std::string& unit);
 
 /// The square root of a pixel's solid angle at the reference pixel, arcsec. Throws InputError with

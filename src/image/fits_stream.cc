@@ -1,0 +1,518 @@
+#include "gamer/image/fits_stream.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <climits>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+#include <mutex>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include "gamer/core/error.h"
+#include "gamer/core/near.h"
+#include "image/fits_cards.h"
+#include "image/fits_file.h"
+#include "image/image_suffix.h"
+#include "image/memory.h"
+#include "image/temporary_file.h"
+
+namespace gamer {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kStream = "-";
+constexpr std::size_t kCopyBlock = std::size_t{1} << 20;
+
+/// A file without a final name, for a stream's bytes; removed with the object.
+class Spool {
+ public:
+  Spool() {
+    std::error_code error;
+    fs::path folder = fs::temp_directory_path(error);
+    if (error) folder = "/tmp";
+    std::string name = (folder / "gutil.XXXXXX").string();
+    const int descriptor = mkstemp(name.data());
+    if (descriptor < 0) {
+      throw RunError(fmt::format("{}: cannot write a temporary file: {}", folder.string(),
+                                 std::strerror(errno)));
+    }
+    close(descriptor);
+    path_ = name;
+  }
+  ~Spool() { unlink(path_.c_str()); }
+  Spool(const Spool&) = delete;
+  Spool& operator=(const Spool&) = delete;
+
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+using CFile = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+
+/// Copies all bytes; `what` names the stream for messages.
+void copy_bytes(std::FILE* from, std::FILE* to, const std::string& what) {
+  std::vector<char> block(kCopyBlock);
+  std::size_t count = 0;
+  while ((count = std::fread(block.data(), 1, block.size(), from)) > 0) {
+    if (std::fwrite(block.data(), 1, count, to) != count) {
+      throw RunError(fmt::format("{}: cannot write: {}", what, std::strerror(errno)));
+    }
+  }
+  if (std::ferror(from) != 0) {
+    throw RunError(fmt::format("{}: cannot read: {}", what, std::strerror(errno)));
+  }
+  if (std::fflush(to) != 0) {
+    throw RunError(fmt::format("{}: cannot write: {}", what, std::strerror(errno)));
+  }
+}
+
+bool is_compressed(FitsFile& file) {
+  int status = 0;
+  const bool compressed = fits_is_compressed_image(file.handle(), &status) != 0;
+  fits_clear_errmsg();
+  return compressed;
+}
+
+/// Bytes of the image's data in an uncompressed HDU must be there: otherwise a few bytes could ask
+/// for any amount of memory.
+void check_data_are_there(FitsFile& file) {
+  LONGLONG header = 0, data = 0, end = 0;
+  file.call(fits_get_hduaddrll, &header, &data, &end);
+  constexpr LONGLONG kRecord = 2880;
+  const LONGLONG size = file.handle()->Fptr->filesize;
+  // The fill of the last record may be missing.
+  if (end > size + kRecord - 1) {
+    int hdu = 0;
+    fits_get_hdu_num(file.handle(), &hdu);
+    file.fail(fmt::format("HDU {} is cut off: it should end at byte {}, the file has {}", hdu - 1,
+                          end, size));
+  }
+}
+
+/// Sizes of the current HDU's image, with planes = 0 where it holds none.
+void read_shape(FitsFile& file, FitsHdu& hdu) {
+  int type = 0, axes = 0;
+  file.call(fits_get_hdu_type, &type);
+  check_data_are_there(file);
+  const bool compressed = type != IMAGE_HDU && is_compressed(file);
+  if (type != IMAGE_HDU && !compressed) return;
+  file.call(fits_get_img_dim, &axes);
+  if (axes < 2) return;
+  std::vector<LONGLONG> sizes(axes);
+  file.call(fits_get_img_sizell, axes, sizes.data());
+  LONGLONG planes = 1;
+  for (int axis = 0; axis < axes; ++axis) {
+    if (sizes[axis] <= 0) return;
+    LONGLONG& count = axis < 2 ? sizes[axis] : planes;
+    if (axis >= 2 && sizes[axis] > INT_MAX / planes) count = LONGLONG{INT_MAX} + 1;
+    if (axis >= 2 && count <= INT_MAX) count *= sizes[axis];
+    if (count > INT_MAX) {
+      file.fail(fmt::format("HDU {}: axis {} of {} pixels is too long", hdu.number, axis + 1,
+                            sizes[axis]));
+    }
+  }
+  file.call(fits_get_img_equivtype, &hdu.bitpix);
+  if (compressed) {
+    // A tile is decompressed as a whole.
+    double tile = sizeof(double);
+    for (int axis = 1; axis <= axes; ++axis) {
+      long size = axis == 1 ? static_cast<long>(sizes[0]) : 1;
+      int status = 0;
+      fits_read_key_lng(file.handle(), fmt::format("ZTILE{}", axis).c_str(), &size, nullptr,
+                        &status);
+      fits_clear_errmsg();
+      if (size < 1 || size > sizes[axis - 1]) {
+        file.fail(
+            fmt::format("HDU {}: ZTILE{} = {} does not fit the image", hdu.number, axis, size));
+      }
+      tile *= static_cast<double>(size);
+    }
+    if (tile > static_cast<double>(available_memory()) / 2) {
+      file.fail(
+          fmt::format("HDU {}: tiles of {:.3g} bytes need too much memory", hdu.number, tile));
+    }
+  }
+  hdu.width = static_cast<int>(sizes[0]);
+  hdu.height = static_cast<int>(sizes[1]);
+  hdu.planes = static_cast<int>(planes);
+}
+
+std::string hdu_name(FitsFile& file) {
+  char name[FLEN_VALUE] = {};
+  int status = 0;
+  fits_read_key_str(file.handle(), "EXTNAME", name, nullptr, &status);
+  fits_clear_errmsg();
+  // What CFITSIO calls compressed images that have no name.
+  return std::string_view(name) == "COMPRESSED_IMAGE" ? "" : name;
+}
+
+FitsHdu read_hdu(FitsFile& file, int number) {
+  FitsHdu hdu;
+  hdu.number = number - 1;
+  hdu.name = hdu_name(file);
+  read_shape(file, hdu);
+  if (!hdu.is_image()) return hdu;
+  std::vector<std::string> records;
+  bool keep = false;
+  for (const std::string& record : read_records(file)) {
+    if (!is_continuation(record)) {
+      keep = !is_layout_record(record);
+      if (record_key(record) == "EXTNAME" && hdu.name.empty()) keep = false;
+    }
+    if (keep) records.push_back(record);
+  }
+  hdu.header = FitsHeader(std::move(records));
+  return hdu;
+}
+
+bool exists(const std::string& name) {
+  std::error_code error;
+  return fs::exists(name, error);
+}
+
+std::string now() {
+  char date[FLEN_VALUE] = {};
+  int not_utc = 0, status = 0;
+  fits_get_system_time(date, &not_utc, &status);
+  return date;
+}
+
+}  // namespace
+
+// ---- Input -------------------------------------------------------------------------------------
+
+class FitsInput::File {
+ public:
+  explicit File(const std::string& name) : name_(name == kStream ? "standard input" : name) {
+    file_.emplace(open(name));
+    int first = 1, last = file_->hdu_count();
+    if (is_extended_) {
+      fits_get_hdu_num(file_->handle(), &first);
+      last = first;
+    }
+    for (int number = first; number <= last; ++number) {
+      file_->move_to(number);
+      hdus_.push_back(read_hdu(*file_, number));
+    }
+  }
+
+  const std::string& name() const { return name_; }
+  const std::vector<FitsHdu>& hdus() const { return hdus_; }
+
+  /// The file with that HDU current, for copies. Not while planes are read.
+  FitsFile& at(std::size_t hdu) {
+    file_->move_to(hdus_[hdu].number + 1);
+    return *file_;
+  }
+
+  void read(const FitsHdu& hdu, int plane, const Area& area, double* out, std::ptrdiff_t stride) {
+    const bool whole_rows = area.width == hdu.width;
+    if (hdu.bitpix == FLOAT_IMG && whole_rows && stride == area.width) {
+      // CFITSIO's own conversion is slower.
+      std::vector<float> values(static_cast<std::size_t>(area.width) * area.height);
+      {
+        const std::lock_guard lock(mutex_);
+        file_->move_to(hdu.number + 1);
+        read_pixels(hdu, plane, area.x, area.y, values.size(), TFLOAT, values.data());
+      }
+      std::copy(values.begin(), values.end(), out);
+      return;
+    }
+    const std::lock_guard lock(mutex_);
+    file_->move_to(hdu.number + 1);
+    if (whole_rows && stride == area.width) {
+      read_pixels(hdu, plane, area.x, area.y, static_cast<std::size_t>(area.width) * area.height,
+                  TDOUBLE, out);
+    } else if (is_compressed(*file_) && !whole_rows) {
+      read_from_rows(hdu, plane, area, out, stride);
+    } else {
+      for (int row = 0; row < area.height; ++row) {
+        read_pixels(hdu, plane, area.x, area.y + row, static_cast<std::size_t>(area.width), TDOUBLE,
+                    out + row * stride);
+      }
+    }
+  }
+
+ private:
+  FitsFile open(const std::string& name) {
+    if (name == kStream) {
+      spool_.emplace();
+      const CFile copy(std::fopen(spool_->path().c_str(), "wb"), &std::fclose);
+      if (!copy) throw RunError(fmt::format("{}: {}", name_, std::strerror(errno)));
+      copy_bytes(stdin, copy.get(), name_);
+      return FitsFile::open(spool_->path(), name_);
+    }
+    if (exists(name)) {
+      if (fs::is_directory(name)) throw InputError(fmt::format("{}: is a folder", name));
+      return FitsFile::open(name, name);
+    }
+    const std::size_t bracket = name.find('[');
+    if (bracket == std::string::npos || !exists(name.substr(0, bracket))) {
+      throw InputError(fmt::format("{}: no such file", name.substr(0, bracket)));
+    }
+    is_extended_ = true;
+    return FitsFile::open_extended(name);
+  }
+
+  /// Consecutive pixels of the current HDU.
+  void read_pixels(const FitsHdu& hdu, int plane, int x, int y, std::size_t count, int type,
+                   void* out) {
+    const LONGLONG first =
+        (static_cast<LONGLONG>(plane) * hdu.height + y) * hdu.width + x + LONGLONG{1};
+    double blank = std::numeric_limits<double>::quiet_NaN();
+    float float_blank = std::numeric_limits<float>::quiet_NaN();
+    void* null = nullptr;
+    // Floating-point numbers are read as they are: looking for blanks, CFITSIO would also replace
+    // infinity and what is too small to be normal. Integers, and floating-point numbers that were
+    // quantised, have a value for "blank".
+    if (hdu.bitpix > 0 || is_quantised()) {
+      null = type == TFLOAT ? static_cast<void*>(&float_blank) : static_cast<void*>(&blank);
+    }
+    int any_blank = 0;
+    file_->call(fits_read_img, type, first, static_cast<LONGLONG>(count), null, out, &any_blank);
+  }
+
+  bool is_quantised() {
+    int status = 0;
+    char value[FLEN_VALUE] = {};
+    fits_read_key_str(file_->handle(), "ZQUANTIZ", value, nullptr, &status);
+    fits_clear_errmsg();
+    return status == 0 && std::string_view(value) != "NONE";
+  }
+
+  /// Tiles of compressed images are rows, and decompressing one costs the same for all its pixels:
+  /// keeps the rows of the last area, since tiles beside it ask for them next.
+  void read_from_rows(const FitsHdu& hdu, int plane, const Area& area, double* out,
+                      std::ptrdiff_t stride) {
+    const bool are_there = hdu.number == rows_hdu_ && plane == rows_plane_ &&
+                           area.y >= rows_first_ &&
+                           area.y + area.height <= rows_first_ + rows_count_;
+    if (!are_there) {
+      rows_.resize(static_cast<std::size_t>(hdu.width) * area.height);
+      rows_hdu_ = -1;
+      read_pixels(hdu, plane, 0, area.y, rows_.size(), TDOUBLE, rows_.data());
+      rows_hdu_ = hdu.number;
+      rows_plane_ = plane;
+      rows_first_ = area.y;
+      rows_count_ = area.height;
+    }
+    for (int row = 0; row < area.height; ++row) {
+      const std::size_t from =
+          static_cast<std::size_t>(area.y + row - rows_first_) * hdu.width + area.x;
+      std::copy_n(rows_.data() + from, area.width, out + row * stride);
+    }
+  }
+
+  std::string name_;
+  std::optional<Spool> spool_;
+  bool is_extended_ = false;
+  std::optional<FitsFile> file_;
+  std::vector<FitsHdu> hdus_;
+  std::mutex mutex_;
+
+  std::vector<double> rows_;
+  int rows_hdu_ = -1, rows_plane_ = 0, rows_first_ = 0, rows_count_ = 0;
+};
+
+namespace {
+
+class FitsPlane final : public Plane {
+ public:
+  FitsPlane(std::shared_ptr<FitsInput::File> file, const FitsHdu& hdu, int plane)
+      : Plane(hdu.width, hdu.height), file_(std::move(file)), hdu_(hdu), plane_(plane) {}
+  using Plane::read;
+  void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
+    file_->read(hdu_, plane_, area, out, stride);
+  }
+
+ private:
+  std::shared_ptr<FitsInput::File> file_;
+  const FitsHdu& hdu_;
+  int plane_;
+};
+
+}  // namespace
+
+FitsInput::FitsInput(const std::string& name) : file_(std::make_shared<File>(name)) {}
+
+const std::string& FitsInput::name() const { return file_->name(); }
+
+const std::vector<FitsHdu>& FitsInput::hdus() const { return file_->hdus(); }
+
+PlanePtr FitsInput::plane(std::size_t hdu, int plane) const {
+  return std::make_shared<FitsPlane>(file_, file_->hdus()[hdu], plane);
+}
+
+// ---- Output ------------------------------------------------------------------------------------
+
+class FitsOutput::File {
+ public:
+  explicit File(const FitsOutputOptions& options)
+      : options_(options), label_(options.name == kStream ? "standard output" : options.name) {
+    if (options.name == kStream) {
+      if (isatty(STDOUT_FILENO) != 0) {
+        throw InputError("standard output is a terminal; send it to a file or another program");
+      }
+      spool_.emplace();
+      // CFITSIO makes its files itself.
+      unlink(spool_->path().c_str());
+      file_.emplace(FitsFile::create(spool_->path(), label_));
+      return;
+    }
+    const std::optional<ImageSuffix> suffix = image_suffix(options.name);
+    if (suffix != ImageSuffix::fits && suffix != ImageSuffix::fits_compressed) {
+      throw InputError(fmt::format("output {}: the name must end in .fits or .fits.fz",
+                                   in_quotes(options.name)));
+    }
+    const fs::path path = options.name;
+    const fs::path folder = path.parent_path().empty() ? fs::path(".") : path.parent_path();
+    if (!fs::is_directory(folder)) {
+      throw InputError(fmt::format("output {}: there is no folder {}", in_quotes(options.name),
+                                   in_quotes(folder.string())));
+    }
+    if (fs::is_directory(path)) {
+      throw InputError(fmt::format("output {}: is a folder", in_quotes(options.name)));
+    }
+    if (!options.overwrite && fs::exists(fs::symlink_status(path))) {
+      throw InputError(
+          fmt::format("output {} exists; --overwrite replaces it", in_quotes(options.name)));
+    }
+    compressed_ = suffix == ImageSuffix::fits_compressed;
+    temporary_.emplace(path);
+    file_.emplace(FitsFile::create(temporary_->path(), label_));
+  }
+
+  void copy(const FitsInput& input, std::size_t hdu) {
+    constexpr int kNoRoom = 0;
+    int status = 0;
+    FitsFile& from = input.file()->at(hdu);
+    fits_copy_hdu(from.handle(), file_->handle(), kNoRoom, &status);
+    if (status != 0) file_->call([status](fitsfile*, int* result) { *result = status; });
+  }
+
+  void copy(const FitsInput& input, std::size_t hdu, const FitsHeader& header) {
+    copy(input, hdu);
+    int count = 0;
+    file_->call(fits_get_hdrspace, &count, nullptr);
+    const std::vector<std::string> records = read_records(*file_);
+    for (int number = count; number >= 1; --number) {
+      const std::string& record = records[static_cast<std::size_t>(number) - 1];
+      const bool is_name_of_compressed = record_key(record) == "EXTNAME" && !header.has("EXTNAME");
+      if (is_layout_record(record) || is_name_of_compressed) continue;
+      file_->call(fits_delete_record, number);
+    }
+    write_records(header);
+  }
+
+  void write(const FitsHeader& header, const std::vector<PlanePtr>& planes, int bitpix,
+             int threads) {
+    const int width = planes.front()->width(), height = planes.front()->height();
+    if (compressed_) {
+      file_->call(fits_set_compression_type, GZIP_2);
+      // Level 0 switches quantisation off.
+      file_->call(fits_set_quantize_level, 0.0F);
+    }
+    std::array<LONGLONG, 3> sizes = {width, height, static_cast<LONGLONG>(planes.size())};
+    file_->call(fits_create_imgll, bitpix, planes.size() > 1 ? 3 : 2, sizes.data());
+    FitsHeader dated = header;
+    dated.set({"DATE", now(), "time of writing (UTC)"});
+    write_records(dated);
+    LONGLONG first = 1;
+    for (const PlanePtr& plane : planes) {
+      for_each_band(*plane, threads, [&](const Area& area, const double* values) {
+        const std::size_t count = static_cast<std::size_t>(area.width) * area.height;
+        if (bitpix == FLOAT_IMG) {
+          to_floats(values, count);
+          file_->call(fits_write_img, TFLOAT, first, static_cast<LONGLONG>(count),
+                      static_cast<void*>(floats_.data()));
+        } else {
+          file_->call(fits_write_img, TDOUBLE, first, static_cast<LONGLONG>(count),
+                      static_cast<void*>(const_cast<double*>(values)));
+        }
+        first += static_cast<LONGLONG>(count);
+      });
+    }
+  }
+
+  void finish() {
+    const int hdus = file_->hdu_count();
+    for (int hdu = 1; hdu <= hdus; ++hdu) {
+      file_->move_to(hdu);
+      write_checksum(*file_);
+    }
+    file_->close();
+    if (temporary_) {
+      temporary_->move_to_final(options_.overwrite);
+      return;
+    }
+    const CFile whole(std::fopen(spool_->path().c_str(), "rb"), &std::fclose);
+    if (!whole) throw RunError(fmt::format("{}: {}", label_, std::strerror(errno)));
+    copy_bytes(whole.get(), stdout, label_);
+  }
+
+ private:
+  void write_records(const FitsHeader& header) {
+    for (const std::string& record : header.records()) {
+      file_->call(fits_write_record, record.c_str());
+    }
+    const bool has_long_strings = std::any_of(header.records().begin(), header.records().end(),
+                                              [](const auto& r) { return is_continuation(r); });
+    if (has_long_strings) {
+      file_->call(fits_update_key_str, "LONGSTRN", "OGIP 1.0",
+                  "long strings go on in CONTINUE cards");
+    }
+  }
+
+  void to_floats(const double* values, std::size_t count) {
+    floats_.resize(count);
+    constexpr double kMost = std::numeric_limits<float>::max();
+    bool overflow = false;
+    for (std::size_t i = 0; i < count; ++i) {
+      floats_[i] = static_cast<float>(values[i]);
+      const double size = std::abs(values[i]);
+      overflow |= size > kMost && size <= std::numeric_limits<double>::max();
+    }
+    if (overflow) {
+      throw RunError(
+          fmt::format("{}: pixels are too large for 32 bits; --bitpix -64 keeps them", label_));
+    }
+  }
+
+  FitsOutputOptions options_;
+  std::string label_;
+  bool compressed_ = false;
+  std::optional<TemporaryFile> temporary_;
+  std::optional<Spool> spool_;
+  std::optional<FitsFile> file_;
+  std::vector<float> floats_;
+};
+
+FitsOutput::FitsOutput(const FitsOutputOptions& options) : file_(std::make_unique<File>(options)) {}
+
+FitsOutput::~FitsOutput() = default;
+
+void FitsOutput::copy(const FitsInput& input, std::size_t hdu) { file_->copy(input, hdu); }
+
+void FitsOutput::copy(const FitsInput& input, std::size_t hdu, const FitsHeader& header) {
+  file_->copy(input, hdu, header);
+}
+
+void FitsOutput::write(const FitsHeader& header, const std::vector<PlanePtr>& planes, int bitpix,
+                       int threads) {
+  file_->write(header, planes, bitpix, threads);
+}
+
+void FitsOutput::finish() { file_->finish(); }
+
+}  // namespace gamer

@@ -1,0 +1,353 @@
+#include "gamer/processing/operation.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <cstdint>
+#include <iterator>
+#include <map>
+#include <optional>
+
+#include "gamer/core/config.h"
+#include "gamer/core/error.h"
+#include "gamer/core/near.h"
+#include "gamer/core/version.h"
+#include "processing/operation_groups.h"
+
+namespace gamer {
+namespace {
+
+constexpr int kMostThreads = 4096;
+
+/// Options that every operation has; `bitpix` where it writes FITS.
+ParameterTable common_parameters(Operation::Result result) {
+  ParameterTable table = {
+      {"overwrite", ParameterType::boolean, "", {}, false, "replace an existing output"},
+      {"threads",
+       ParameterType::integer,
+       "",
+       Interval::closed(1, kMostThreads),
+       {},
+       "threads (default: all cores); also -j"}};
+  if (result == Operation::Result::fits) {
+    table.push_back(
+        {"bitpix",
+         ParameterType::choice,
+         "",
+         {},
+         {},
+         "FITS data type of the output, in bits (default: the input's; of integers, the "
+         "floating-point type that holds them)",
+         {"-32", "-64"}});
+  }
+  return table;
+}
+
+/// "axis_ratio" as users type it.
+std::string option_name(std::string name) {
+  std::replace(name.begin(), name.end(), '_', '-');
+  return name;
+}
+
+std::string context_of(const Operation& operation) {
+  return fmt::format("gutil {}: ", operation.name);
+}
+
+template <class Number>
+std::optional<Number> parse_number(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  Number number{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+ConfigNode node(ConfigNode::Data data) {
+  ConfigNode result;
+  result.data = std::move(data);
+  return result;
+}
+
+/// A number where the text is one, else the text: the declaration says what is wrong with it.
+ConfigNode number_node(const std::string& text) {
+  if (const auto whole = parse_number<std::int64_t>(text)) return node(*whole);
+  if (const auto real = parse_number<double>(text)) return node(*real);
+  return node(text);
+}
+
+std::vector<std::string> split(const std::string& text) {
+  std::vector<std::string> parts;
+  std::size_t first = 0;
+  for (std::size_t comma; (comma = text.find(',', first)) != std::string::npos; first = comma + 1) {
+    parts.push_back(text.substr(first, comma - first));
+  }
+  parts.push_back(text.substr(first));
+  return parts;
+}
+
+/// What stands behind an option, as the parameter's type reads it.
+ConfigNode value_node(const Parameter& parameter, const std::string& text) {
+  const auto list = [&text](auto element) {
+    ConfigNode::Array elements;
+    for (const std::string& part : split(text)) elements.push_back(element(part));
+    return node(std::move(elements));
+  };
+  switch (parameter.type) {
+    case ParameterType::text:
+    case ParameterType::choice:
+      return node(text);
+    case ParameterType::texts:
+      return list([](const std::string& part) { return node(part); });
+    case ParameterType::vector2:
+    case ParameterType::vector3:
+    case ParameterType::numbers:
+      return list(number_node);
+    case ParameterType::size2:
+      return text.find(',') == std::string::npos ? number_node(text) : list(number_node);
+    default:
+      return number_node(text);
+  }
+}
+
+/// The same table with the names that users type.
+ParameterTable option_table(const ParameterTable& table) {
+  ParameterTable options = table;
+  for (Parameter& parameter : options) parameter.name = option_name(parameter.name);
+  return options;
+}
+
+ParameterTable all_parameters(const Operation& operation) {
+  ParameterTable table = operation.parameters;
+  const ParameterTable common = common_parameters(operation.result);
+  table.insert(table.end(), common.begin(), common.end());
+  return table;
+}
+
+/// Values of options by the name of their parameter; flags have none.
+struct CommandLine {
+  std::map<std::string, std::string> values;
+  std::vector<std::string> files;
+};
+
+CommandLine read_command_line(const Operation& operation, const ParameterTable& table,
+                              std::span<const std::string> arguments) {
+  CLI::App app;
+  app.set_help_flag();
+  app.allow_extras();
+  std::map<std::string, std::vector<std::string>> given;
+  std::map<std::string, std::int64_t> flags;
+  std::vector<std::string> names;
+  for (const Parameter& parameter : table) {
+    names.push_back("--" + option_name(parameter.name));
+    // -j is what everybody types.
+    const std::string name = parameter.name == "threads" ? "-j,--threads" : names.back();
+    if (parameter.type == ParameterType::boolean) {
+      app.add_flag(name, flags[parameter.name]);
+    } else {
+      app.add_option(name, given[parameter.name])
+          ->expected(1)
+          ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    }
+  }
+  CommandLine line;
+  const std::string context = context_of(operation);
+  // CLI11 takes its arguments from the end.
+  std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());
+  try {
+    app.parse(reversed);
+  } catch (const CLI::ParseError& error) {
+    throw InputError(fmt::format("{}{} (gutil {} --help lists the options)", context, error.what(),
+                                 operation.name));
+  }
+  for (const std::string& extra : app.remaining()) {
+    if (extra.size() > 1 && extra.starts_with('-')) {
+      const std::string near = did_you_mean(extra, names);
+      throw InputError(fmt::format(
+          "{}unknown option {}{}", context, in_quotes(extra),
+          near.empty() ? fmt::format(" (gutil {} --help lists the options)", operation.name)
+                       : near));
+    }
+    line.files.push_back(extra);
+  }
+  for (const auto& [name, values] : given) {
+    if (values.size() > 1) {
+      throw InputError(
+          fmt::format("{}--{} is given {} times", context, option_name(name), values.size()));
+    }
+    if (!values.empty()) line.values[name] = values.front();
+  }
+  for (const auto& [name, count] : flags) {
+    if (count > 0) line.values[name] = "";
+  }
+  return line;
+}
+
+ConfigNode config_of(const ParameterTable& table, const CommandLine& line, bool as_options) {
+  ConfigNode config;
+  for (const Parameter& parameter : table) {
+    const auto found = line.values.find(parameter.name);
+    if (found == line.values.end()) continue;
+    const std::string key = as_options ? option_name(parameter.name) : parameter.name;
+    config.table().emplace_back(key, parameter.type == ParameterType::boolean
+                                         ? node(true)
+                                         : value_node(parameter, found->second));
+  }
+  return config;
+}
+
+std::string files_text(const Operation& operation) {
+  std::string text;
+  if (operation.least_inputs > 0)
+    text = operation.most_inputs == 1 ? "in.fits" : "a.fits b.fits ...";
+  if (operation.result != Operation::Result::text) {
+    if (!text.empty()) text += ' ';
+    text += operation.result == Operation::Result::fits ? "out.fits" : "out.png";
+  }
+  return text;
+}
+
+void take_files(const Operation& operation, std::vector<std::string> files, OperationCall& call) {
+  const std::string usage =
+      fmt::format("gutil {} [options] {}", operation.name, files_text(operation));
+  if (operation.result != Operation::Result::text) {
+    if (files.empty()) {
+      throw InputError(fmt::format("{}needs an output: {}", context_of(operation), usage));
+    }
+    call.output = files.back();
+    files.pop_back();
+  }
+  const auto count = static_cast<int>(files.size());
+  const bool is_limited = operation.most_inputs != 0 || operation.least_inputs == 0;
+  const bool too_many = is_limited && count > operation.most_inputs;
+  if (count < operation.least_inputs || too_many) {
+    throw InputError(fmt::format("{}{} input file{} given: {}", context_of(operation), count,
+                                 count == 1 ? "" : "s", usage));
+  }
+  call.inputs = std::move(files);
+}
+
+/// The operation as it was typed, with the seed even where it was not.
+std::string history_of(const Operation& operation, const OperationCall& call) {
+  std::string text = fmt::format("gutil {}", operation.name);
+  for (const Parameter& parameter : operation.parameters) {
+    const ParameterValue& value = call.parameters.value(parameter.name);
+    const bool is_named = call.parameters.is_given(parameter.name) || parameter.name == "seed";
+    if (!is_named) continue;
+    const std::string name = " --" + option_name(parameter.name);
+    if (std::holds_alternative<bool>(value)) {
+      text += name;
+    } else if (const auto* numbers = std::get_if<std::vector<double>>(&value)) {
+      text += fmt::format("{} {}", name, fmt::join(*numbers, ","));
+    } else if (const auto* texts = std::get_if<std::vector<std::string>>(&value)) {
+      text += fmt::format("{} {}", name, fmt::join(*texts, ","));
+    } else if (const auto* word = std::get_if<std::string>(&value)) {
+      text += fmt::format("{} {}", name, *word);
+    } else {
+      text += fmt::format("{} {}", name, value_text(value));
+    }
+  }
+  for (const std::string& input : call.inputs) text += " " + input;
+  return text + fmt::format(" (gamer {})", version());
+}
+
+std::string joined_names(const Operation& operation) {
+  std::string names = operation.name;
+  for (const std::string& alias : operation.aliases) names += fmt::format(" ({})", alias);
+  return names;
+}
+
+}  // namespace
+
+std::span<const Operation> operations() {
+  static const std::vector<Operation> all = [] {
+    std::vector<Operation> list;
+    for (auto* group : {detector_operations, blur_operations, geometry_operations, tone_operations,
+                        arithmetic_operations, measure_operations}) {
+      std::vector<Operation> part = group();
+      std::move(part.begin(), part.end(), std::back_inserter(list));
+    }
+    return list;
+  }();
+  return all;
+}
+
+const Operation& find_operation(std::string_view name) {
+  std::vector<std::string> names;
+  for (const Operation& operation : operations()) {
+    if (operation.name == name ||
+        std::ranges::find(operation.aliases, name) != operation.aliases.end()) {
+      return operation;
+    }
+    names.push_back(operation.name);
+    names.insert(names.end(), operation.aliases.begin(), operation.aliases.end());
+  }
+  const std::string near = did_you_mean(name, names);
+  throw InputError(fmt::format("gutil: unknown operation {}{}", in_quotes(name),
+                               near.empty() ? " (gutil --help lists them)" : near));
+}
+
+OperationCall parse_call(const Operation& operation, std::span<const std::string> arguments) {
+  const ParameterTable table = all_parameters(operation);
+  const CommandLine line = read_command_line(operation, table, arguments);
+  // Once with the names that users type, for messages, and once with those of the code.
+  ParameterSet::read(option_table(table), config_of(table, line, true),
+                     context_of(operation) + "--", "");
+  const ParameterSet all = ParameterSet::read(table, config_of(table, line, false), "", "");
+  OperationCall call;
+  call.operation = operation.name;
+  call.overwrite = all.boolean("overwrite");
+  const bool writes_fits = operation.result == Operation::Result::fits;
+  if (writes_fits && all.has("bitpix")) call.bitpix = *parse_number<int>(all.text("bitpix"));
+  call.threads = all.has("threads") ? static_cast<int>(all.integer("threads")) : 0;
+  call.parameters = all;
+  take_files(operation, line.files, call);
+  call.history = history_of(operation, call);
+  return call;
+}
+
+std::string operations_help() {
+  std::string text =
+      "Operations on FITS images.\n\n"
+      "  gutil <operation> [options] in.fits ... out.fits\n"
+      "  gutil <operation> --help\n\n"
+      "'-' is standard input or output; a.fits[1] or a.fits[SCI][10:90,10:90] is one HDU or a "
+      "part\n"
+      "of it.\n";
+  std::size_t width = 0;
+  for (const Operation& operation : operations()) {
+    width = std::max(width, joined_names(operation).size());
+  }
+  std::string group;
+  for (const Operation& operation : operations()) {
+    if (operation.group != group) {
+      group = operation.group;
+      text += fmt::format("\n{}:\n", group);
+    }
+    text += fmt::format("  {:<{}}  {}\n", joined_names(operation), width, operation.summary);
+  }
+  return text;
+}
+
+std::string operation_help(const Operation& operation) {
+  ParameterTable table = option_table(all_parameters(operation));
+  for (Parameter& parameter : table) parameter.name.insert(0, "--");
+  return fmt::format("gutil {} [options] {}\n\n{}\n\n{}\n\nExample: gutil {}\n\n{}", operation.name,
+                     files_text(operation), operation.summary, operation.description,
+                     operation.example, terminal_table(table));
+}
+
+std::string operations_markdown() {
+  std::string text;
+  for (const Operation& operation : operations()) {
+    ParameterTable table = option_table(operation.parameters);
+    for (Parameter& parameter : table) parameter.name.insert(0, "--");
+    text += fmt::format("\n## {}\n\n{}.\n\n{}\n\n    gutil {}\n", joined_names(operation),
+                        operation.summary, operation.description, operation.example);
+    if (!table.empty()) text += "\n" + markdown_table(table);
+  }
+  return text;
+}
+
+}  // namespace gamer
