@@ -20,16 +20,10 @@
 #include "image/image_suffix.h"
 #include "image/memory.h"
 #include "image/temporary_file.h"
+#include "image/wavelength_axis.h"
 
 namespace gamer {
 namespace {
-
-/// Wavelengths are a linear axis when they are equally spaced to this relative accuracy.
-constexpr double kLinearTolerance = 1e-9;
-
-constexpr const char* kCoordinateTable = "WCS-TABLE";
-constexpr const char* kCoordinateColumn = "WAVELENGTH";
-constexpr const char* kAngstrom = "Angstrom";
 
 // ---- Header ------------------------------------------------------------------------------------
 
@@ -54,57 +48,6 @@ std::vector<Card> without_common_cards(const std::vector<Card>& cards) {
   std::copy_if(cards.begin(), cards.end(), std::back_inserter(rest),
                [](const Card& card) { return !is_common_card(card.key); });
   return rest;
-}
-
-void append_axis(std::vector<Card>& cards, int number, const LinearAxis& axis) {
-  const auto key = [number](const char* name) { return fmt::format("{}{}", name, number); };
-  cards.push_back({key("CTYPE"), axis.type, ""});
-  if (!axis.unit.empty()) cards.push_back({key("CUNIT"), axis.unit, ""});
-  cards.push_back({key("CRPIX"), axis.reference_pixel, "reference pixel"});
-  cards.push_back({key("CRVAL"), axis.reference_value, "coordinate there"});
-  cards.push_back({key("CDELT"), axis.step, "step per pixel"});
-}
-
-/// The wavelengths as a linear axis, where they are one.
-std::optional<LinearAxis> linear_wavelengths(const std::vector<double>& wavelengths) {
-  const std::size_t count = wavelengths.size();
-  const double first = wavelengths.front();
-  const double step = (wavelengths.back() - first) / static_cast<double>(count - 1);
-  if (step == 0) return std::nullopt;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double linear = first + step * static_cast<double>(i);
-    if (!(std::abs(wavelengths[i] - linear) <= kLinearTolerance * std::abs(wavelengths[i]))) {
-      return std::nullopt;
-    }
-  }
-  return LinearAxis{"WAVE", kAngstrom, 1, first, step};
-}
-
-/// Greisen et al. 2006 (A&A 446, 747; "paper III"), section 6: the axis is a look-up table in an
-/// extension. Returns the step of its index.
-double append_table_axis(std::vector<Card>& cards) {
-  const LinearAxis index = {"WAVE-TAB", kAngstrom, 1, 1, 1};
-  append_axis(cards, 3, index);
-  cards.push_back({"PS3_0", std::string(kCoordinateTable), "extension with the coordinates"});
-  cards.push_back({"PS3_1", std::string(kCoordinateColumn), "column with the coordinates"});
-  cards.push_back({"PV3_1", 1LL, "EXTVER of that extension"});
-  cards.push_back({"PV3_2", 1LL, "EXTLEVEL of that extension"});
-  cards.push_back({"PV3_3", 1LL, "axis within the coordinate array"});
-  return index.step;
-}
-
-void write_coordinate_table(FitsFile& file, const std::vector<double>& wavelengths,
-                            const std::vector<Card>& common) {
-  const auto count = static_cast<long>(wavelengths.size());
-  std::string name = kCoordinateColumn, form = fmt::format("{}D", count), unit = kAngstrom;
-  char *names[] = {name.data()}, *forms[] = {form.data()}, *units[] = {unit.data()};
-  file.call(fits_create_tbl, BINARY_TBL, LONGLONG{1}, 1, names, forms, units, kCoordinateTable);
-  long shape[] = {1, count};
-  file.call(fits_write_tdim, 1, 2, shape);
-  write_cards(file, common);
-  write_cards(file, {{"EXTVER", 1LL, ""}, {"EXTLEVEL", 1LL, ""}});
-  file.call(fits_write_col_dbl, 1, LONGLONG{1}, LONGLONG{1}, LONGLONG{count},
-            const_cast<double*>(wavelengths.data()));
 }
 
 /// All of one FITS file but its pixels: which HDUs there are, and their headers.
@@ -160,7 +103,7 @@ class FitsLayout {
       file.call(fits_create_imgll, options_.bitpix, count > 1 ? 3 : 2, sizes);
       write_image_header(file, plane, count);
       fill(plane, count);
-      if (count > 1 && is_tabulated()) {
+      if (count > 1 && is_tabulated(header_.wavelengths)) {
         write_coordinate_table(file, header_.wavelengths, common_);
       }
       plane += count;
@@ -170,10 +113,6 @@ class FitsLayout {
   }
 
  private:
-  bool is_tabulated() const {
-    return !header_.wavelengths.empty() && !linear_wavelengths(header_.wavelengths);
-  }
-
   /// Of the HDU with the planes [first, first + count).
   const std::string& unit_of(int first, int count) const {
     const auto unit = [this](int plane) -> const std::string& {
@@ -202,33 +141,6 @@ class FitsLayout {
     }
   }
 
-  /// Where axes 1 and 2 have a CD matrix, its other elements are 0 unless given, and CDELT has no
-  /// meaning.
-  void append_matrix_element(std::vector<Card>& cards, double step) const {
-    // "CDi_j", then the letter of an alternate description.
-    constexpr std::size_t kLetter = 5;
-    std::set<std::string> letters;
-    for (const std::string& record : header_.wcs_records) {
-      if (record.starts_with("CD1_") || record.starts_with("CD2_")) {
-        letters.insert(record.substr(kLetter, record[kLetter] == ' ' ? 0 : 1));
-      }
-    }
-    for (const std::string& letter : letters) {
-      cards.push_back({"CD3_3" + letter, letter.empty() ? step : 1, "step per pixel"});
-    }
-  }
-
-  void append_third_axis(std::vector<Card>& cards) const {
-    LinearAxis axis = {"PLANE", "", 1, 1, 1};
-    if (is_tabulated()) {
-      axis.step = append_table_axis(cards);
-    } else {
-      if (!header_.wavelengths.empty()) axis = *linear_wavelengths(header_.wavelengths);
-      append_axis(cards, 3, axis);
-    }
-    append_matrix_element(cards, axis.step);
-  }
-
   void append_plane_cards(std::vector<Card>& cards, int first, int count) const {
     for (int i = 0; i < count && !header_.plane_cards.empty(); ++i) {
       for (Card card : header_.plane_cards[first + i]) {
@@ -254,11 +166,11 @@ class FitsLayout {
     write_plane_axes(file);
 
     cards.clear();
-    if (count > 1) append_third_axis(cards);
+    if (count > 1) append_third_axis(cards, header_.wavelengths, header_.wcs_records);
     const bool has_wavelengths = !header_.wavelengths.empty();
     for (int i = 0; has_wavelengths && i < count; ++i) {
       cards.push_back({fmt::format("WAVELEN{}", i + 1), header_.wavelengths[first + i],
-                       fmt::format("[{}] of plane {}", kAngstrom, i + 1)});
+                       fmt::format("[Angstrom] of plane {}", i + 1)});
     }
     append_plane_cards(cards, first, count);
     if (options_.layout != ImageLayout::extensions) {

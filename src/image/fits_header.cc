@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <regex>
 #include <span>
 #include <utility>
 
@@ -128,6 +129,23 @@ bool FitsHeader::remove(std::string_view key) {
     found = true;
   }
   return found;
+}
+
+void FitsHeader::remove_third_axis() {
+  static const std::regex third(
+      "(CTYPE|CRPIX|CRVAL|CDELT|CUNIT|CNAME|CROTA|CRDER|CSYER)3[A-Z]?|(PC|CD)3_[1-3][A-Z]?"
+      "|(PC|CD)[12]_3[A-Z]?|(PV|PS)3_[0-9]+[A-Z]?");
+  std::vector<std::string> kept;
+  for (std::size_t i = 0; i < records_.size();) {
+    const std::size_t count = length(i);
+    if (!std::regex_match(key_of(records_[i]), third)) {
+      kept.insert(kept.end(), records_.begin() + static_cast<std::ptrdiff_t>(i),
+                  records_.begin() + static_cast<std::ptrdiff_t>(i + count));
+    }
+    i += count;
+  }
+  records_ = std::move(kept);
+  if (has("WCSAXES")) set({"WCSAXES", 2LL, {}});
 }
 
 void FitsHeader::append(const std::vector<std::string>& records) {

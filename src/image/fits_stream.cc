@@ -23,6 +23,7 @@
 #include "image/image_suffix.h"
 #include "image/memory.h"
 #include "image/temporary_file.h"
+#include "image/wavelength_axis.h"
 
 namespace gamer {
 namespace {
@@ -162,7 +163,6 @@ FitsHdu read_hdu(FitsFile& file, int number) {
   hdu.number = number - 1;
   hdu.name = hdu_name(file);
   read_shape(file, hdu);
-  if (!hdu.is_image()) return hdu;
   std::vector<std::string> records;
   bool keep = false;
   for (const std::string& record : read_records(file)) {
@@ -445,6 +445,25 @@ class FitsOutput::File {
     }
   }
 
+  void write_cube(FitsHeader header, const std::vector<PlanePtr>& planes,
+                  const std::vector<double>& wavelengths, int bitpix, int threads) {
+    header.remove_third_axis();
+    if (planes.size() > 1) {
+      if (header.has("WCSAXES")) header.set({"WCSAXES", 3LL, {}});
+      std::vector<Card> cards;
+      append_third_axis(cards, wavelengths, header.records());
+      for (const Card& card : cards) header.set(card);
+    }
+    for (std::size_t i = 0; i < wavelengths.size(); ++i) {
+      header.set({fmt::format("WAVELEN{}", i + 1), wavelengths[i],
+                  fmt::format("[Angstrom] of plane {}", i + 1)});
+    }
+    write(header, planes, bitpix, threads);
+    if (planes.size() > 1 && is_tabulated(wavelengths)) {
+      write_coordinate_table(*file_, wavelengths, {{"DATE", now(), "time of writing (UTC)"}});
+    }
+  }
+
   void finish() {
     const int hdus = file_->hdu_count();
     for (int hdu = 1; hdu <= hdus; ++hdu) {
@@ -511,6 +530,11 @@ void FitsOutput::copy(const FitsInput& input, std::size_t hdu, const FitsHeader&
 void FitsOutput::write(const FitsHeader& header, const std::vector<PlanePtr>& planes, int bitpix,
                        int threads) {
   file_->write(header, planes, bitpix, threads);
+}
+
+void FitsOutput::write_cube(const FitsHeader& header, const std::vector<PlanePtr>& planes,
+                            const std::vector<double>& wavelengths, int bitpix, int threads) {
+  file_->write_cube(header, planes, wavelengths, bitpix, threads);
 }
 
 void FitsOutput::finish() { file_->finish(); }

@@ -88,7 +88,9 @@ std::vector<std::string> split(const std::string& text) {
 }
 
 /// What stands behind an option, as the parameter's type reads it.
-ConfigNode value_node(const Parameter& parameter, const std::string& text) {
+ConfigNode value_node(const Parameter& parameter, const std::vector<std::string>& given) {
+  if (parameter.type == ParameterType::boolean) return node(true);
+  const std::string& text = given.front();
   const auto list = [&text](auto element) {
     ConfigNode::Array elements;
     for (const std::string& part : split(text)) elements.push_back(element(part));
@@ -98,8 +100,11 @@ ConfigNode value_node(const Parameter& parameter, const std::string& text) {
     case ParameterType::text:
     case ParameterType::choice:
       return node(text);
-    case ParameterType::texts:
-      return list([](const std::string& part) { return node(part); });
+    case ParameterType::texts: {
+      ConfigNode::Array elements;
+      for (const std::string& element : given) elements.push_back(node(element));
+      return node(std::move(elements));
+    }
     case ParameterType::vector2:
     case ParameterType::vector3:
     case ParameterType::numbers:
@@ -125,9 +130,10 @@ ParameterTable all_parameters(const Operation& operation) {
   return table;
 }
 
-/// Values of options by the name of their parameter; flags have none.
+/// Values of options by the name of their parameter; flags have none. Lists of texts may be given
+/// one by one.
 struct CommandLine {
-  std::map<std::string, std::string> values;
+  std::map<std::string, std::vector<std::string>> values;
   std::vector<std::string> files;
 };
 
@@ -172,14 +178,15 @@ CommandLine read_command_line(const Operation& operation, const ParameterTable& 
     line.files.push_back(extra);
   }
   for (const auto& [name, values] : given) {
-    if (values.size() > 1) {
+    const auto parameter = std::ranges::find(table, name, &Parameter::name);
+    if (values.size() > 1 && parameter->type != ParameterType::texts) {
       throw InputError(
           fmt::format("{}--{} is given {} times", context, option_name(name), values.size()));
     }
-    if (!values.empty()) line.values[name] = values.front();
+    if (!values.empty()) line.values[name] = values;
   }
   for (const auto& [name, count] : flags) {
-    if (count > 0) line.values[name] = "";
+    if (count > 0) line.values[name] = {};
   }
   return line;
 }
@@ -190,9 +197,7 @@ ConfigNode config_of(const ParameterTable& table, const CommandLine& line, bool 
     const auto found = line.values.find(parameter.name);
     if (found == line.values.end()) continue;
     const std::string key = as_options ? option_name(parameter.name) : parameter.name;
-    config.table().emplace_back(key, parameter.type == ParameterType::boolean
-                                         ? node(true)
-                                         : value_node(parameter, found->second));
+    config.table().emplace_back(key, value_node(parameter, found->second));
   }
   return config;
 }
@@ -241,7 +246,7 @@ std::string history_of(const Operation& operation, const OperationCall& call) {
     } else if (const auto* numbers = std::get_if<std::vector<double>>(&value)) {
       text += fmt::format("{} {}", name, fmt::join(*numbers, ","));
     } else if (const auto* texts = std::get_if<std::vector<std::string>>(&value)) {
-      text += fmt::format("{} {}", name, fmt::join(*texts, ","));
+      for (const std::string& word : *texts) text += fmt::format("{} {}", name, word);
     } else if (const auto* word = std::get_if<std::string>(&value)) {
       text += fmt::format("{} {}", name, *word);
     } else {

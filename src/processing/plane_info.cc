@@ -43,6 +43,29 @@ PlaneInfo plane_info(const FitsHeader& header, int plane, int planes) {
   return info;
 }
 
+std::span<const std::string_view> plane_keys() {
+  static constexpr std::array<std::string_view, 8> kKeys = {
+      "WAVELEN", "BAND", "PHOTPLAM", "MAGZERO", "PHOTZP", "PHOTFLAM", "FILTER", "EXPTIME"};
+  return kKeys;
+}
+
+void change_unit(FitsHeader& header, int planes, double factor, const std::string& unit) {
+  header.set("BUNIT", unit);
+  constexpr double kMagnitudesPerFactor = 2.5;
+  for (int plane = 0; plane <= planes; ++plane) {
+    const auto change = [&](const char* name, auto new_value) {
+      const std::string key = plane == 0 ? name : fmt::format("{}{}", name, plane);
+      if (const auto old = header.number(key)) header.set(key, new_value(*old));
+    };
+    const auto shifted = [factor](double zero) {
+      return zero + kMagnitudesPerFactor * std::log10(factor);
+    };
+    change("MAGZERO", shifted);
+    change("PHOTZP", shifted);
+    change("PHOTFLAM", [factor](double flux) { return flux / factor; });
+  }
+}
+
 bool is_brightness(const std::string& unit) {
   constexpr std::array<const char*, 6> kSolidAngles = {"arcsec", "arcmin", "sr",
                                                        "deg",    "pix",    "mas"};

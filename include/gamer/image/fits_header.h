@@ -39,6 +39,8 @@ class FitsHeader {
   void set(const std::string& key, const std::string& value) { set({key, value, {}}); }
   /// Returns whether there was one. All cards of that key go, also the lines of COMMENT.
   bool remove(std::string_view key);
+  /// Takes the world coordinates of the third axis out, and the word that there are three.
+  void remove_third_axis();
   /// Appends records as they are: 80 characters each.
   void append(const std::vector<std::string>& records);
 

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 
 #include "gamer/image/fits_header.h"
 
@@ -19,6 +21,13 @@ struct PlaneInfo {
   std::string unit;                  ///< BUNIT, empty where it says nothing
 };
 PlaneInfo plane_info(const FitsHeader& header, int plane, int planes);
+
+/// Cards that speak of one plane, by their key in an HDU of one plane.
+std::span<const std::string_view> plane_keys();
+
+/// The pixels of all `planes` planes are multiplied by `factor` and mean the same light as before,
+/// in another unit: BUNIT, MAGZERO, PHOTZP and PHOTFLAM of every plane follow.
+void change_unit(FitsHeader& header, int planes, double factor, const std::string& unit);
 
 /// Whether the pixels are a brightness (a unit per solid angle), which stays when pixels change
 /// their size, and not a flux, which adds up. Pixels without a unit count as flux.
