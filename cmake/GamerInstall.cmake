@@ -5,11 +5,11 @@ include(CMakePackageConfigHelpers)
 add_library(gamer_library INTERFACE)
 add_library(gamer::gamer ALIAS gamer_library)
 set_target_properties(gamer_library PROPERTIES EXPORT_NAME gamer)
-target_link_libraries(gamer_library INTERFACE gamer_render)
+target_link_libraries(gamer_library INTERFACE gamer_render gamer_processing)
 
 set(gamer_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/gamer)
 
-install(TARGETS gamer RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(TARGETS gamer gutil RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(TARGETS gamer_core gamer_noise gamer_sed gamer_image gamer_processing gamer_parallel gamer_galaxy
                 gamer_scene
                 gamer_render gamer_library

@@ -415,6 +415,12 @@ class FitsOutput::File {
     write_records(header);
   }
 
+  void write_empty(FitsHeader header) {
+    file_->call(fits_create_img, BYTE_IMG, 0, nullptr);
+    header.set({"DATE", now(), "time of writing (UTC)"});
+    write_records(header);
+  }
+
   void write(const FitsHeader& header, const std::vector<PlanePtr>& planes, int bitpix,
              int threads) {
     const int width = planes.front()->width(), height = planes.front()->height();
@@ -526,6 +532,8 @@ void FitsOutput::copy(const FitsInput& input, std::size_t hdu) { file_->copy(inp
 void FitsOutput::copy(const FitsInput& input, std::size_t hdu, const FitsHeader& header) {
   file_->copy(input, hdu, header);
 }
+
+void FitsOutput::write_empty(const FitsHeader& header) { file_->write_empty(header); }
 
 void FitsOutput::write(const FitsHeader& header, const std::vector<PlanePtr>& planes, int bitpix,
                        int threads) {

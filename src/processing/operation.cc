@@ -269,7 +269,7 @@ std::span<const Operation> operations() {
   static const std::vector<Operation> all = [] {
     std::vector<Operation> list;
     for (auto* group : {detector_operations, blur_operations, geometry_operations, tone_operations,
-                        arithmetic_operations, measure_operations}) {
+                        arithmetic_operations, measure_operations, file_operations}) {
       std::vector<Operation> part = group();
       std::move(part.begin(), part.end(), std::back_inserter(list));
     }

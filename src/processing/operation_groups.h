@@ -7,12 +7,12 @@
 namespace gamer {
 
 /// The operations, group by group; operations() puts them together.
-std::vector<Operation> blur_operations();      ///< convolve, psf
-std::vector<Operation> detector_operations();  ///< noise
-std::vector<Operation> geometry_operations();  ///< rotate, flip, crop, pad, bin, resample
-std::vector<Operation>
-arithmetic_operations();  ///< add, subtract, multiply, scale, average, stack, split, header
-std::vector<Operation> tone_operations();     ///< normalise, gamma, stretch, rgb
-std::vector<Operation> measure_operations();  ///< stats, photometry, spectrum, compare
+std::vector<Operation> blur_operations();        ///< convolve, psf
+std::vector<Operation> detector_operations();    ///< noise
+std::vector<Operation> geometry_operations();    ///< rotate, flip, crop, pad, bin, resample
+std::vector<Operation> arithmetic_operations();  ///< add, subtract, multiply, average, scale
+std::vector<Operation> file_operations();        ///< stack, header
+std::vector<Operation> tone_operations();        ///< normalise, gamma, stretch, rgb
+std::vector<Operation> measure_operations();     ///< stats, photometry, spectrum, compare
 
 }  // namespace gamer

@@ -66,6 +66,8 @@ class FitsOutput {
   void copy(const FitsInput& input, std::size_t hdu);
   /// Pixels as they are, with another header.
   void copy(const FitsInput& input, std::size_t hdu, const FitsHeader& header);
+  /// An HDU without pixels, for what goes before extensions.
+  void write_empty(const FitsHeader& header);
   /// A new image HDU of planes of one size, written band after band. bitpix -32 or -64. A first HDU
   /// becomes the primary one (in compressed files, the first extension). DATE becomes now. Throws
   /// RunError.

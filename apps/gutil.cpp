@@ -1,0 +1,76 @@
+// Operations on FITS images: options in, one library call, exit code out.
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "gamer/core/error.h"
+#include "gamer/core/version.h"
+#include "gamer/parallel/executor.h"
+#include "gamer/processing/operation.h"
+
+namespace {
+
+enum ExitCode { done = 0, failed = 1, wrong_input = 2 };
+
+bool asks_for(const std::vector<std::string>& arguments, const std::string& option) {
+  for (const std::string& argument : arguments) {
+    if (argument == option) return true;
+  }
+  return false;
+}
+
+int run(const std::vector<std::string>& arguments) {
+  if (arguments.empty()) {
+    throw gamer::InputError(
+        "gutil: needs an operation: gutil <operation> [options] in.fits ... out.fits (gutil --help "
+        "lists them)");
+  }
+  const std::string& first = arguments.front();
+  if (first == "--help" || first == "-h") {
+    fmt::print("{}", asks_for(arguments, "--markdown") ? gamer::operations_markdown()
+                                                       : gamer::operations_help());
+    return done;
+  }
+  if (first == "--version") {
+    fmt::print("gutil {}\n", gamer::version());
+    return done;
+  }
+  const gamer::Operation& operation = gamer::find_operation(first);
+  const std::vector<std::string> rest(arguments.begin() + 1, arguments.end());
+  if (asks_for(rest, "--help") || asks_for(rest, "-h")) {
+    fmt::print("{}", gamer::operation_help(operation));
+    return done;
+  }
+  gamer::OperationCall call = gamer::parse_call(operation, rest);
+  if (call.threads == 0) call.threads = gamer::available_cores();
+  call.print = [](const std::string& text) {
+    if (std::fputs(text.c_str(), stdout) < 0) throw gamer::RunError("gutil: cannot print");
+  };
+  const int answer = operation.run(call);
+  if (std::fflush(stdout) != 0) throw gamer::RunError("gutil: cannot print");
+  return answer;
+}
+
+}  // namespace
+
+/// The one place where errors are reported.
+int main(int argc, char** argv) {
+  try {
+    return run({argv + 1, argv + argc});
+  } catch (const gamer::InputError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return wrong_input;
+  } catch (const gamer::RunError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "gutil: out of memory\n");
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "gutil: {}\n", error.what());
+  }
+  return failed;
+}

@@ -1,0 +1,457 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "gamer/core/error.h"
+#include "gamer/core/near.h"
+#include "processing/operation_groups.h"
+#include "processing/plane_operation.h"
+
+namespace gamer {
+namespace {
+
+constexpr const char* kGroup = "Files and headers";
+
+// ---- stack -------------------------------------------------------------------------------------
+
+/// One plane of the inputs, with what its header says about it alone.
+struct StackedPlane {
+  PlanePtr plane;
+  PlaneInfo info;
+  std::vector<Card> cards;  ///< under keys without a number
+  FitsHeader header;        ///< of its HDU without these
+  int bitpix = 0;
+  std::string file;
+};
+
+/// The cards of plane `plane`, and the header without those of any plane.
+void take_plane_cards(const FitsHdu& hdu, int plane, StackedPlane& out) {
+  FitsHeader header = hdu.header;
+  for (const std::string_view key : plane_keys()) {
+    auto card = header.card(fmt::format("{}{}", key, plane + 1));
+    if (!card) card = header.card(key);
+    if (card) {
+      card->key = key;
+      out.cards.push_back(*card);
+    }
+    header.remove(key);
+    for (int i = 1; i <= hdu.planes; ++i) header.remove(fmt::format("{}{}", key, i));
+  }
+  out.header = std::move(header);
+}
+
+std::vector<StackedPlane> read_planes(const OperationCall& call,
+                                      const std::vector<FitsInput>& inputs) {
+  std::vector<StackedPlane> planes;
+  for (const FitsInput& input : inputs) {
+    const std::size_t before = planes.size();
+    for (std::size_t i = 0; i < input.hdus().size(); ++i) {
+      const FitsHdu& hdu = input.hdus()[i];
+      for (int plane = 0; plane < hdu.planes; ++plane) {
+        StackedPlane& next = planes.emplace_back();
+        next.plane = input.plane(i, plane);
+        next.info = plane_info(hdu.header, plane, hdu.planes);
+        next.bitpix = output_bitpix(call, hdu);
+        next.file = hdu_label(input, hdu);
+        take_plane_cards(hdu, plane, next);
+      }
+    }
+    if (planes.size() == before) throw InputError(fmt::format("{}: no image in it", input.name()));
+  }
+  return planes;
+}
+
+std::vector<StackedPlane> chosen_planes(const OperationCall& call,
+                                        std::vector<StackedPlane> planes) {
+  if (call.parameters.has("planes")) {
+    std::vector<StackedPlane> chosen;
+    for (const double wanted : call.parameters.numbers("planes")) {
+      const bool is_there = wanted == std::floor(wanted) && wanted >= 1 &&
+                            wanted <= static_cast<double>(planes.size());
+      if (!is_there) {
+        throw InputError(fmt::format("gutil stack: --planes {}: there are planes 1 to {}", wanted,
+                                     planes.size()));
+      }
+      chosen.push_back(planes[static_cast<std::size_t>(wanted) - 1]);
+    }
+    planes = std::move(chosen);
+  }
+  if (call.parameters.text("order") == "wavelength") {
+    for (const StackedPlane& plane : planes) {
+      if (plane.info.wavelength) continue;
+      throw InputError(fmt::format(
+          "gutil stack: {} has no WAVELEN card to order its planes by; see gutil header",
+          plane.file));
+    }
+    std::stable_sort(planes.begin(), planes.end(), [](const auto& a, const auto& b) {
+      return *a.info.wavelength < *b.info.wavelength;
+    });
+  }
+  return planes;
+}
+
+void check_planes_fit(const std::vector<StackedPlane>& planes, bool one_unit) {
+  const StackedPlane& first = planes.front();
+  for (const StackedPlane& other : planes) {
+    if (other.plane->width() != first.plane->width() ||
+        other.plane->height() != first.plane->height()) {
+      throw InputError(
+          fmt::format("gutil stack: {} has {} x {} pixels, {} has {} x {}; a cube has "
+                      "planes of one size",
+                      other.file, other.plane->width(), other.plane->height(), first.file,
+                      first.plane->width(), first.plane->height()));
+    }
+    if (one_unit && other.info.unit != first.info.unit) {
+      throw InputError(
+          fmt::format("gutil stack: the pixels of {} are in '{}', those of {} in '{}'; "
+                      "a cube has one unit",
+                      other.file, other.info.unit, first.file, first.info.unit));
+    }
+  }
+}
+
+/// The plane's label as part of names: letters, digits and -_.+, unique among `taken`.
+std::string file_label(const PlaneInfo& info, std::size_t number, std::set<std::string>& taken) {
+  std::string label = info.label.empty() ? fmt::format("{}", number) : info.label;
+  for (char& c : label) {
+    const bool is_plain = std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+                          std::string_view("-_.+").find(c) != std::string_view::npos;
+    if (!is_plain) c = '_';
+  }
+  if (!taken.insert(label).second) {
+    label += fmt::format("_{}", number);
+    taken.insert(label);
+  }
+  return label;
+}
+
+/// Header of an HDU with that plane alone.
+FitsHeader single_header(const OperationCall& call, const StackedPlane& plane) {
+  FitsHeader header = plane.header;
+  header.remove_third_axis();
+  for (Card card : plane.cards) {
+    // What the renderer writes has a number always.
+    if (card.key == "WAVELEN") card.key += "1";
+    header.set(card);
+  }
+  header.set({"HISTORY", {}, call.history});
+  return header;
+}
+
+/// Everything that is no image, but the table of a third axis that is made anew.
+void copy_tables(const FitsInput& input, FitsOutput& output) {
+  for (std::size_t i = 0; i < input.hdus().size(); ++i) {
+    const FitsHdu& hdu = input.hdus()[i];
+    if (!hdu.is_image() && i > 0 && hdu.name != "WCS-TABLE") output.copy(input, i);
+  }
+}
+
+void write_stacked_cube(const OperationCall& call, const std::vector<StackedPlane>& planes,
+                        FitsOutput& output) {
+  FitsHeader header = planes.front().header;
+  header.remove("EXTNAME");
+  std::vector<PlanePtr> pixels;
+  std::vector<double> wavelengths;
+  int bitpix = planes.front().bitpix;
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    pixels.push_back(planes[i].plane);
+    bitpix = std::min(bitpix, planes[i].bitpix);
+    if (planes[i].info.wavelength) wavelengths.push_back(*planes[i].info.wavelength);
+    for (Card card : planes[i].cards) {
+      if (card.key == "WAVELEN") continue;
+      if (planes.size() > 1) card.key += fmt::format("{}", i + 1);
+      header.set(card);
+    }
+  }
+  if (wavelengths.size() != planes.size()) wavelengths.clear();
+  header.set({"HISTORY", {}, call.history});
+  output.write_cube(header, pixels, wavelengths, bitpix, call.threads);
+}
+
+int stack_files(const OperationCall& call) {
+  const std::vector<FitsInput> inputs(call.inputs.begin(), call.inputs.end());
+  const std::vector<StackedPlane> planes = chosen_planes(call, read_planes(call, inputs));
+  const std::string& layout = call.parameters.text("layout");
+  if (layout == "cube") {
+    check_planes_fit(planes, true);
+    FitsOutput output({call.output, call.overwrite});
+    write_stacked_cube(call, planes, output);
+    copy_tables(inputs.front(), output);
+    output.finish();
+    return 0;
+  }
+  std::set<std::string> labels;
+  if (layout == "extensions") {
+    FitsOutput output({call.output, call.overwrite});
+    output.write_empty({});
+    for (std::size_t i = 0; i < planes.size(); ++i) {
+      FitsHeader header = single_header(call, planes[i]);
+      header.set("EXTNAME", file_label(planes[i].info, i + 1, labels));
+      output.write(header, {planes[i].plane}, planes[i].bitpix, call.threads);
+    }
+    copy_tables(inputs.front(), output);
+    output.finish();
+    return 0;
+  }
+  // Files appear together, when all are whole.
+  if (call.output == "-") {
+    throw InputError("gutil stack: --layout files needs a name: out.fits makes out_<label>.fits");
+  }
+  std::vector<std::unique_ptr<FitsOutput>> outputs;
+  const std::filesystem::path path = call.output;
+  std::string stem = path.filename().string();
+  std::string suffix;
+  for (const char* known : {".fits.fz", ".fits"}) {
+    if (suffix.empty() && stem.ends_with(known)) suffix = known;
+  }
+  stem.resize(stem.size() - suffix.size());
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    const std::string label = file_label(planes[i].info, i + 1, labels);
+    const auto name = path.parent_path() / fmt::format("{}_{}{}", stem, label, suffix);
+    outputs.push_back(
+        std::make_unique<FitsOutput>(FitsOutputOptions{name.string(), call.overwrite}));
+    outputs.back()->write(single_header(call, planes[i]), {planes[i].plane}, planes[i].bitpix,
+                          call.threads);
+    copy_tables(inputs.front(), *outputs.back());
+  }
+  for (const auto& output : outputs) output->finish();
+  return 0;
+}
+
+// ---- header ------------------------------------------------------------------------------------
+
+/// Places in hdus() of the HDUs that --hdu names.
+std::vector<std::size_t> chosen_hdus(const FitsInput& input, const std::string& wanted) {
+  std::vector<std::size_t> chosen;
+  std::vector<std::string> names = {"first", "all"};
+  for (std::size_t i = 0; i < input.hdus().size(); ++i) {
+    const FitsHdu& hdu = input.hdus()[i];
+    const bool is_meant = wanted == "all" || wanted == fmt::format("{}", hdu.number) ||
+                          (!hdu.name.empty() && wanted == hdu.name) ||
+                          (wanted == "first" && hdu.is_image() && chosen.empty());
+    if (is_meant) chosen.push_back(i);
+    names.push_back(fmt::format("{}", hdu.number));
+    if (!hdu.name.empty()) names.push_back(hdu.name);
+  }
+  if (chosen.empty() && wanted == "first" && !input.hdus().empty()) chosen.push_back(0);
+  if (chosen.empty()) {
+    throw InputError(fmt::format("gutil header: {} has no HDU {}; there are {}", input.name(),
+                                 in_quotes(wanted), fmt::join(names, ", ")));
+  }
+  return chosen;
+}
+
+/// "KEY=value / comment"; numbers, T and F as FITS reads them, all else a string.
+Card parse_setting(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    throw InputError(fmt::format(
+        "gutil header: --set {}: expected KEY=value or KEY=value / comment", in_quotes(text)));
+  }
+  const auto trim = [](std::string word) {
+    const std::size_t first = word.find_first_not_of(' ');
+    if (first == std::string::npos) return std::string();
+    return word.substr(first, word.find_last_not_of(' ') - first + 1);
+  };
+  Card card;
+  card.key = trim(text.substr(0, equals));
+  std::string value = text.substr(equals + 1);
+  if (const std::size_t slash = value.find(" / "); slash != std::string::npos) {
+    card.comment = trim(value.substr(slash + 3));
+    value.resize(slash);
+  }
+  value = trim(value);
+  const char *first = value.data(), *last = first + value.size();
+  long long whole = 0;
+  double real = 0;
+  if (value.size() >= 2 && value.starts_with('\'') && value.ends_with('\'')) {
+    card.value = value.substr(1, value.size() - 2);
+  } else if (const auto end = std::from_chars(first, last, whole);
+             end.ec == std::errc() && end.ptr == last) {
+    card.value = whole;
+  } else if (const auto finish = std::from_chars(first, last, real);
+             finish.ec == std::errc() && finish.ptr == last) {
+    card.value = real;
+  } else if (value == "T" || value == "F") {
+    card.value = value == "T";
+  } else {
+    card.value = value;
+  }
+  if (card.key == "COMMENT" || card.key == "HISTORY") {
+    card.comment = value;
+    card.value = {};
+  }
+  return card;
+}
+
+const FitsHeader& source_header(const FitsInput& source) {
+  return source.hdus()[chosen_hdus(source, "first").front()].header;
+}
+
+void edit_header(const OperationCall& call, const FitsInput& input,
+                 const std::optional<FitsInput>& source, FitsHeader& header) {
+  const ParameterSet& parameters = call.parameters;
+  for (const std::string& key : parameters.texts("delete")) {
+    if (!header.remove(key)) {
+      throw InputError(
+          fmt::format("gutil header: --delete {}: {} has no such card", key, input.name()));
+    }
+  }
+  for (const std::string& text : parameters.texts("set")) header.set(parse_setting(text));
+  for (const std::string& key : parameters.texts("copy")) {
+    const std::optional<Card> card = source_header(*source).card(key);
+    if (!card) {
+      throw InputError(
+          fmt::format("gutil header: --copy {}: {} has no such card", key, source->name()));
+    }
+    header.set(*card);
+  }
+  header.set({"HISTORY", {}, call.history});
+}
+
+int edit_file(const OperationCall& call) {
+  if (call.inputs.size() != 2) {
+    throw InputError("gutil header: --set, --delete and --copy need an output: in.fits out.fits");
+  }
+  const FitsInput input(call.inputs.front());
+  std::optional<FitsInput> source;
+  if (call.parameters.has("from")) source.emplace(call.parameters.text("from"));
+  if (!call.parameters.texts("copy").empty() && !source) {
+    throw InputError("gutil header: --copy needs --from, the file that has the cards");
+  }
+  const std::vector<std::size_t> chosen = chosen_hdus(input, call.parameters.text("hdu"));
+  FitsOutput output({call.inputs.back(), call.overwrite});
+  for (std::size_t i = 0; i < input.hdus().size(); ++i) {
+    if (std::find(chosen.begin(), chosen.end(), i) == chosen.end()) {
+      output.copy(input, i);
+      continue;
+    }
+    FitsHeader header = input.hdus()[i].header;
+    edit_header(call, input, source, header);
+    output.copy(input, i, header);
+  }
+  output.finish();
+  return 0;
+}
+
+std::string trimmed(const std::string& record) {
+  return record.substr(0, record.find_last_not_of(' ') + 1);
+}
+
+int show_header(const OperationCall& call) {
+  if (call.inputs.size() != 1) {
+    throw InputError("gutil header: shows one file; an output goes with --set, --delete or --copy");
+  }
+  const FitsInput input(call.inputs.front());
+  const std::vector<std::size_t> chosen = chosen_hdus(input, call.parameters.text("hdu"));
+  for (const std::size_t i : chosen) {
+    const FitsHdu& hdu = input.hdus()[i];
+    const std::vector<std::string>& keys = call.parameters.texts("get");
+    for (const std::string& key : keys) {
+      const auto value = hdu.header.text(key);
+      if (!value) {
+        throw InputError(
+            fmt::format("gutil header: --get {}: {} has no such card", key, hdu_label(input, hdu)));
+      }
+      call.print(*value + "\n");
+    }
+    if (!keys.empty()) continue;
+    std::string text;
+    if (chosen.size() > 1) {
+      text = fmt::format("# HDU {}{}{}\n", hdu.number, hdu.name.empty() ? "" : " ", hdu.name);
+    }
+    for (const std::string& record : hdu.header.records()) text += trimmed(record) + "\n";
+    call.print(text);
+  }
+  return 0;
+}
+
+int run_header(const OperationCall& call) {
+  const ParameterSet& parameters = call.parameters;
+  const bool edits = !parameters.texts("set").empty() || !parameters.texts("delete").empty() ||
+                     !parameters.texts("copy").empty();
+  return edits ? edit_file(call) : show_header(call);
+}
+
+}  // namespace
+
+std::vector<Operation> file_operations() {
+  Operation stack;
+  stack.name = "stack";
+  stack.group = kGroup;
+  stack.summary = "Put planes of several files into one, or take a cube apart";
+  stack.description =
+      "All planes of all files, in order, become a cube, one extension each, or one file each "
+      "(out_<label>.fits). The header is the first file's; WAVELEN, BAND, MAGZERO and other cards "
+      "of "
+      "one plane go with it, as KEYn in a cube, whose third axis is the wavelength. Tables are the "
+      "first file's.";
+  stack.most_inputs = 0;
+  stack.parameters = {
+      {"layout",
+       ParameterType::choice,
+       "",
+       {},
+       std::string("cube"),
+       "what to make",
+       {"cube", "extensions", "files"}},
+      {"order",
+       ParameterType::choice,
+       "",
+       {},
+       std::string("given"),
+       "order of the planes",
+       {"given", "wavelength"}},
+      {"planes",
+       ParameterType::numbers,
+       "",
+       Interval::any(),
+       {},
+       "only these, counted from 1 over all files, in this order"},
+  };
+  stack.example = "stack --order wavelength in.fits in2.fits out.fits";
+  stack.run = stack_files;
+
+  Operation header;
+  header.name = "header";
+  header.group = kGroup;
+  header.summary = "Show, set, delete or copy header cards";
+  header.description =
+      "Without --set, --delete and --copy the cards are printed; with any of them a file is "
+      "written: gutil header --set OBJECT=M100 in.fits out.fits. Pixels stay as they are.";
+  header.most_inputs = 2;
+  header.result = Operation::Result::text;
+  const std::vector<std::string> none;
+  header.parameters = {
+      {"hdu",
+       ParameterType::text,
+       "",
+       {},
+       std::string("first"),
+       "name or number (from 0) of the HDU; first: the first image; all"},
+      {"get", ParameterType::texts, "", {}, none, "print only the value of this card (repeatable)"},
+      {"set",
+       ParameterType::texts,
+       "",
+       {},
+       none,
+       "KEY=value or KEY=value / comment (repeatable); 'text' in quotes is never a number"},
+      {"delete", ParameterType::texts, "", {}, none, "card to delete (repeatable)"},
+      {"copy", ParameterType::texts, "", {}, none, "card to copy (repeatable)"},
+      {"from", ParameterType::text, "", {}, {}, "file that --copy copies from"},
+  };
+  header.example = "header --get BUNIT in.fits";
+  header.run = run_header;
+  return {stack, header};
+}
+
+}  // namespace gamer
