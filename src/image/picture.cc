@@ -11,7 +11,6 @@
 
 #include "gamer/core/error.h"
 #include "image/image_suffix.h"
-#include "image/picture_file.h"
 #include "image/picture_size.h"
 
 namespace gamer {
@@ -57,22 +56,73 @@ std::vector<std::vector<double>> channel_weights(int planes,
   return weights;
 }
 
-/// The channels of one row. `row_of(plane)` points to the plane's values in it, `out(channel)` to
-/// where the channel goes.
-template <class RowOf, class Out>
-void mix_row(const std::vector<std::vector<double>>& weights, int width, RowOf row_of, Out out) {
-  for (std::size_t channel = 0; channel < weights.size(); ++channel) {
-    double* to = out(static_cast<int>(channel));
-    std::fill_n(to, width, 0.0);
-    for (std::size_t plane = 0; plane < weights[channel].size(); ++plane) {
-      const double weight = weights[channel][plane];
-      if (weight == 0) continue;
-      const double* from = row_of(static_cast<int>(plane));
-      for (int x = 0; x < width; ++x) to[x] += weight * from[x];
-    }
-    std::replace_if(
-        to, to + width, [](double value) { return !std::isfinite(value); }, 0.0);
+/// Writes one channel of a row: `row_of(plane)` points to the plane's values in it.
+template <class RowOf>
+void mix_row(const std::vector<double>& weights, int width, RowOf row_of, double* to) {
+  std::fill_n(to, width, 0.0);
+  for (std::size_t plane = 0; plane < weights.size(); ++plane) {
+    const double weight = weights[plane];
+    if (weight == 0) continue;
+    const double* from = row_of(plane);
+    for (int x = 0; x < width; ++x) to[x] += weight * from[x];
   }
+  std::replace_if(
+      to, to + width, [](double value) { return !std::isfinite(value); }, 0.0);
+}
+
+class MixedPlane final : public Plane {
+ public:
+  MixedPlane(std::vector<PlanePtr> sources, std::vector<double> weights)
+      : Plane(sources.front()->width(), sources.front()->height()),
+        sources_(std::move(sources)),
+        weights_(std::move(weights)) {}
+
+  Tile tile() const override { return sources_.front()->tile(); }
+
+  void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
+    const std::size_t count = static_cast<std::size_t>(area.width) * area.height;
+    std::vector<std::vector<double>> values(sources_.size());
+    for (std::size_t plane = 0; plane < sources_.size(); ++plane) {
+      if (weights_[plane] == 0) continue;
+      values[plane].resize(count);
+      sources_[plane]->read(area, values[plane].data(), area.width);
+    }
+    for (int row = 0; row < area.height; ++row) {
+      const std::size_t first = static_cast<std::size_t>(row) * area.width;
+      mix_row(
+          weights_, area.width, [&](std::size_t plane) { return values[plane].data() + first; },
+          out + row * stride);
+    }
+  }
+
+ private:
+  std::vector<PlanePtr> sources_;
+  std::vector<double> weights_;
+};
+
+/// A plane of an image that outlives it.
+class ImageView final : public Plane {
+ public:
+  ImageView(const Image& image, int plane)
+      : Plane(image.width(), image.height()), values_(image.plane(plane)) {}
+
+  void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
+    for (int row = 0; row < area.height; ++row) {
+      const std::size_t first = (static_cast<std::size_t>(area.y) + row) * width() + area.x;
+      std::copy_n(values_ + first, area.width, out + row * stride);
+    }
+  }
+
+ private:
+  const double* values_;
+};
+
+std::vector<PlanePtr> views(const Image& image) {
+  std::vector<PlanePtr> planes;
+  for (int plane = 0; plane < image.planes(); ++plane) {
+    planes.push_back(std::make_shared<ImageView>(image, plane));
+  }
+  return planes;
 }
 
 double quantile(std::vector<double>& values, double fraction) {
@@ -86,21 +136,51 @@ struct Sky {
   double level = 0, sigma = 0;
 };
 
-Sky measure_sky(const double* values, std::size_t count, std::size_t stride, int width) {
-  std::vector<double> sample, differences;
-  for (std::size_t i = 0; i < count; i += stride) {
-    sample.push_back(values[i]);
-    const bool has_neighbour = (i + 1) % static_cast<std::size_t>(width) != 0;
-    if (has_neighbour) differences.push_back(std::abs(values[i + 1] - values[i]));
-  }
-  const double low = quantile(sample, kBlackQuantile);
-  const double middle = quantile(sample, 0.5);
+/// Pixels of a channel, evenly spread, and how much their right neighbours differ.
+struct Sample {
+  std::vector<double> values, differences;
+};
+
+Sample take_sample(const Plane& channel, int threads, std::size_t stride) {
+  Sample sample;
+  std::size_t next = 0;
+  const auto width = static_cast<std::size_t>(channel.width());
+  for_each_band(channel, threads, [&](const Area& area, const double* values) {
+    const std::size_t first = static_cast<std::size_t>(area.y) * width;
+    const std::size_t end = first + static_cast<std::size_t>(area.height) * width;
+    for (; next < end; next += stride) {
+      const double* value = values + (next - first);
+      sample.values.push_back(*value);
+      const bool has_neighbour = (next + 1) % width != 0;
+      if (has_neighbour) sample.differences.push_back(std::abs(value[1] - value[0]));
+    }
+  });
+  return sample;
+}
+
+Sky measure_sky(const Sample& sample) {
+  std::vector<double> values = sample.values, differences = sample.differences;
+  const double low = quantile(values, kBlackQuantile);
+  const double middle = quantile(values, 0.5);
   double sigma = 0;
   if (!differences.empty()) {
     sigma = std::min(kSigmaPerMedian * quantile(differences, 0.5) / std::sqrt(2.0),
                      (middle - low) / kBlackSigmas);
   }
   return {low + kBlackSigmas * sigma, sigma};
+}
+
+/// Sum of what is more than `least` above black.
+double sum_light(const Plane& channel, int threads, double black, double least) {
+  double light = 0;
+  for_each_band(channel, threads, [&](const Area& area, const double* values) {
+    const std::size_t count = static_cast<std::size_t>(area.width) * area.height;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double value = std::max(values[i] - black, 0.0);
+      if (value > least) light += value;
+    }
+  });
+  return light;
 }
 
 /// The slope for which asinh(slope reference)/asinh(slope white) is the reference level; the ratio
@@ -121,95 +201,58 @@ double solve_slope(double reference, double white) {
   return std::exp((low + high) / 2);
 }
 
-std::uint16_t to_16_bits(double value) {
-  return static_cast<std::uint16_t>(std::lround(65535 * std::clamp(value, 0.0, 1.0)));
-}
-
-/// The picture of one channel or three; works in place.
-Picture stretch(Image channels) {
-  const int planes = channels.planes();
-  const auto count = static_cast<std::size_t>(channels.width()) * channels.height();
-  Picture picture{channels.width(), channels.height(), std::vector<std::uint16_t>(3 * count)};
-  if (count == 0) return picture;
-  const std::size_t stride = (count + kMostSamples - 1) / kMostSamples;
-
-  std::vector<double> light(planes), sigma(planes);
-  for (int c = 0; c < planes; ++c) {
-    double* values = channels.plane(c);
-    const Sky sky = measure_sky(values, count, stride, channels.width());
-    sigma[c] = sky.sigma;
-    for (std::size_t i = 0; i < count; ++i) {
-      values[i] = std::max(values[i] - sky.level, 0.0);
-      if (values[i] > kLightSigmas * sky.sigma) light[c] += values[i];
+/// Slope and scale for sampled pixels whose black and factors are chosen.
+void choose_stretch(const std::vector<std::vector<double>>& channels, double threshold,
+                    PictureTone& tone) {
+  std::vector<double> lit, peaks;
+  for (std::size_t i = 0; i < channels.front().size(); ++i) {
+    double sum = 0, peak = 0;
+    for (const std::vector<double>& channel : channels) {
+      sum += channel[i];
+      peak = std::max(peak, channel[i]);
     }
+    const double intensity = sum / static_cast<double>(channels.size());
+    if (!(intensity > threshold)) continue;
+    lit.push_back(intensity);
+    peaks.push_back(peak / intensity);
   }
-  const double mean_light = std::accumulate(light.begin(), light.end(), 0.0) / planes;
-  std::vector<double> factors(planes, 0.0);
-  for (int c = 0; c < planes; ++c) {
-    if (light[c] > 0) factors[c] = std::pow(mean_light / light[c], kBalance);
-  }
-  // Stars are redder or bluer than each other, never greener.
-  if (planes == 3 && *std::min_element(light.begin(), light.end()) > 0) {
-    factors[1] = std::sqrt(factors[0] * light[0] * factors[2] * light[2]) / light[1];
-  }
-  double variance = 0;
-  for (int c = 0; c < planes; ++c) {
-    if (light[c] <= 0) continue;
-    const double factor = factors[c];
-    double* values = channels.plane(c);
-    std::for_each(values, values + count, [factor](double& value) { value *= factor; });
-    variance += std::pow(factor * sigma[c] / planes, 2);
-  }
-
-  const auto intensity = [&](std::size_t i) {
-    double sum = 0;
-    for (int c = 0; c < planes; ++c) sum += channels.plane(c)[i];
-    return sum / planes;
-  };
-  std::vector<double> lit;
-  const double threshold = kLightSigmas * std::sqrt(variance);
-  for (std::size_t i = 0; i < count; i += stride) {
-    const double value = intensity(i);
-    if (value > threshold) lit.push_back(value);
-  }
-  if (lit.empty()) return picture;
-  std::sort(lit.begin(), lit.end(), std::greater<>());
-  const double white =
-      lit[static_cast<std::size_t>((1 - kWhiteQuantile) * static_cast<double>(lit.size()))];
-  const double total = std::accumulate(lit.begin(), lit.end(), 0.0);
-  double sum = 0, reference = lit.back();
-  for (const double value : lit) {
+  if (lit.empty()) return;
+  std::vector<double> sorted = lit;
+  std::sort(sorted.begin(), sorted.end(), std::greater<>());
+  const auto place =
+      static_cast<std::size_t>((1 - kWhiteQuantile) * static_cast<double>(lit.size()));
+  const double total = std::accumulate(sorted.begin(), sorted.end(), 0.0);
+  double sum = 0, reference = sorted.back();
+  for (const double value : sorted) {
     sum += value;
     if (sum >= kReferenceLight * total) {
       reference = value;
       break;
     }
   }
-  const double slope = solve_slope(reference, white);
+  tone.slope = solve_slope(reference, sorted[place]);
   // The largest channel, not the mean, must fit: a red core would be a flat disc.
-  std::vector<double> largest;
-  for (std::size_t i = 0; i < count; i += stride) {
-    const double mean = intensity(i);
-    if (!(mean > threshold)) continue;
-    double peak = 0;
-    for (int c = 0; c < planes; ++c) peak = std::max(peak, channels.plane(c)[i]);
-    largest.push_back(peak / mean * std::asinh(slope * mean));
-  }
-  const auto place =
-      static_cast<std::ptrdiff_t>((1 - kWhiteQuantile) * static_cast<double>(largest.size()));
-  std::nth_element(largest.begin(), largest.begin() + place, largest.end(), std::greater<>());
-  const double scale = 1 / largest[static_cast<std::size_t>(place)];
-  for (int y = 0; y < channels.height(); ++y) {
-    std::uint16_t* out =
-        &picture.rgb[static_cast<std::size_t>(channels.height() - 1 - y) * channels.width() * 3];
+  std::vector<double>& largest = peaks;
+  for (std::size_t i = 0; i < lit.size(); ++i) largest[i] *= std::asinh(tone.slope * lit[i]);
+  const auto nth = largest.begin() + static_cast<std::ptrdiff_t>(place);
+  std::nth_element(largest.begin(), nth, largest.end(), std::greater<>());
+  tone.scale = 1 / *nth;
+}
+
+/// Writes the picture's rows from the top: `take(rgb)` has 3 * width values.
+template <class Take>
+void for_each_picture_row(const Image& channels, const PictureTone& tone, Take take) {
+  std::vector<std::uint16_t> row(static_cast<std::size_t>(channels.width()) * 3);
+  for (int y = channels.height() - 1; y >= 0; --y) {
+    std::uint16_t* out = row.data();
     for (int x = 0; x < channels.width(); ++x) {
-      const auto value = [&](int c) { return channels.at(x, y, planes == 1 ? 0 : c); };
-      for (const double channel : lupton_stretch({value(0), value(1), value(2)}, slope, scale)) {
+      const auto value = [&](int c) { return channels.at(x, y, channels.planes() == 1 ? 0 : c); };
+      for (const double channel : tone.colour({value(0), value(1), value(2)})) {
         *out++ = to_16_bits(channel);
       }
     }
+    take(row);
   }
-  return picture;
 }
 
 class PictureWriter final : public ImageWriter {
@@ -229,10 +272,11 @@ class PictureWriter final : public ImageWriter {
     }
     for (int row = 0; row < count; ++row) {
       const double* planes = values.data() + static_cast<std::size_t>(row) * planes_ * width;
-      mix_row(
-          weights_, width,
-          [&](int plane) { return planes + static_cast<std::size_t>(plane) * width; },
-          [&](int channel) { return &channels_.at(0, first + row, channel); });
+      for (std::size_t channel = 0; channel < weights_.size(); ++channel) {
+        mix_row(
+            weights_[channel], width, [&](std::size_t plane) { return planes + plane * width; },
+            &channels_.at(0, first + row, static_cast<int>(channel)));
+      }
     }
     std::fill_n(written_.begin() + first, count, true);
   }
@@ -243,12 +287,15 @@ class PictureWriter final : public ImageWriter {
       throw RunError(fmt::format("{}: row {} was never written", options_.path.string(),
                                  missing - written_.begin()));
     }
-    const Picture picture = stretch(std::move(channels_));
-    if (image_suffix(options_.path) == ImageSuffix::bmp) {
-      write_bmp_file(options_.path, picture, options_.overwrite);
-    } else {
-      write_png_file(options_.path, picture, options_.overwrite);
-    }
+    const PictureTone tone = automatic_tone(views(channels_), 1);
+    PictureFileOptions options;
+    options.name = options_.path.string();
+    options.format = picture_format(options.name).value_or(PictureFormat::png);
+    options.overwrite = options_.overwrite;
+    PictureFile file(options, channels_.width(), channels_.height());
+    for_each_picture_row(channels_, tone,
+                         [&](std::span<const std::uint16_t> row) { file.write_row(row); });
+    file.finish();
   }
 
  private:
@@ -263,9 +310,11 @@ class PictureWriter final : public ImageWriter {
 
 std::uint64_t picture_memory(int width, int height, int planes) {
   const std::uint64_t channels = planes == 1 ? 1 : 3;
-  const std::uint64_t per_pixel = channels * sizeof(double) + 3 * sizeof(std::uint16_t);
-  return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * per_pixel +
-         3 * kMostSamples * sizeof(double);
+  // Per sampled pixel: values and differences of each channel, and copies for the quantiles.
+  constexpr std::uint64_t kPerSample = 10 * sizeof(double);
+  return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * channels *
+             sizeof(double) +
+         kMostSamples * kPerSample;
 }
 
 std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double slope, double scale) {
@@ -280,16 +329,85 @@ std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double sl
   return stretched;
 }
 
-Picture make_picture(const Image& image, const std::vector<double>& wavelengths) {
-  const auto weights = channel_weights(image.planes(), wavelengths);
-  Image channels(image.width(), image.height(), static_cast<int>(weights.size()));
-  for (int y = 0; y < image.height(); ++y) {
-    mix_row(
-        weights, image.width(),
-        [&](int plane) { return image.plane(plane) + static_cast<std::size_t>(y) * image.width(); },
-        [&](int channel) { return &channels.at(0, y, channel); });
+std::vector<PlanePtr> picture_channels(const std::vector<PlanePtr>& planes,
+                                       const std::vector<double>& wavelengths) {
+  std::vector<PlanePtr> channels;
+  for (std::vector<double>& weights :
+       channel_weights(static_cast<int>(planes.size()), wavelengths)) {
+    channels.push_back(std::make_shared<MixedPlane>(planes, std::move(weights)));
   }
-  return stretch(std::move(channels));
+  return channels;
+}
+
+std::array<double, 3> PictureTone::colour(const std::array<double, 3>& rgb) const {
+  std::array<double, 3> light;
+  for (std::size_t c = 0; c < 3; ++c) light[c] = std::max(rgb[c] - black[c], 0.0) * factor[c];
+  return lupton_stretch(light, slope, scale);
+}
+
+PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
+                           const std::optional<std::array<double, 3>>& black,
+                           const std::optional<std::array<double, 3>>& factor) {
+  const std::size_t planes = channels.size();
+  const std::size_t count = static_cast<std::size_t>(channels[0]->width()) *
+                            static_cast<std::size_t>(channels[0]->height());
+  const std::size_t stride = (count + kMostSamples - 1) / kMostSamples;
+  PictureTone tone;
+  std::vector<std::vector<double>> samples;
+  std::array<double, 3> sigma{}, light{};
+  for (std::size_t c = 0; c < planes; ++c) {
+    Sample sample = take_sample(*channels[c], threads, stride);
+    const Sky sky = measure_sky(sample);
+    sigma[c] = sky.sigma;
+    tone.black[c] = black ? (*black)[c] : sky.level;
+    light[c] = sum_light(*channels[c], threads, tone.black[c], kLightSigmas * sky.sigma);
+    samples.push_back(std::move(sample.values));
+  }
+  const auto lights = std::span(light).first(planes);
+  const double mean_light =
+      std::accumulate(lights.begin(), lights.end(), 0.0) / static_cast<double>(planes);
+  for (std::size_t c = 0; c < planes; ++c) {
+    if (light[c] > 0) tone.factor[c] = std::pow(mean_light / light[c], kBalance);
+  }
+  // Stars are redder or bluer than each other, never greener.
+  if (planes == 3 && *std::min_element(light.begin(), light.end()) > 0) {
+    tone.factor[1] = std::sqrt(tone.factor[0] * light[0] * tone.factor[2] * light[2]) / light[1];
+  }
+  if (factor) tone.factor = *factor;
+  double variance = 0;
+  for (std::size_t c = 0; c < planes; ++c) {
+    for (double& value : samples[c]) {
+      value = std::max(value - tone.black[c], 0.0) * tone.factor[c];
+    }
+    if (light[c] > 0) {
+      variance += std::pow(tone.factor[c] * sigma[c] / static_cast<double>(planes), 2);
+    }
+  }
+  if (planes == 1) {
+    tone.black.fill(tone.black[0]);
+    tone.factor.fill(tone.factor[0]);
+  }
+  choose_stretch(samples, kLightSigmas * std::sqrt(variance), tone);
+  return tone;
+}
+
+std::uint16_t to_16_bits(double value) {
+  if (std::isnan(value)) return 0;
+  return static_cast<std::uint16_t>(std::lround(65535 * std::clamp(value, 0.0, 1.0)));
+}
+
+Picture make_picture(const Image& image, const std::vector<double>& wavelengths) {
+  const std::vector<PlanePtr> planes = picture_channels(views(image), wavelengths);
+  Image channels(image.width(), image.height(), static_cast<int>(planes.size()));
+  for (std::size_t c = 0; c < planes.size(); ++c) {
+    planes[c]->read(planes[c]->whole(), channels.plane(static_cast<int>(c)));
+  }
+  const PictureTone tone = automatic_tone(views(channels), 1);
+  Picture picture{image.width(), image.height(), {}};
+  for_each_picture_row(channels, tone, [&](const std::vector<std::uint16_t>& row) {
+    picture.rgb.insert(picture.rgb.end(), row.begin(), row.end());
+  });
+  return picture;
 }
 
 std::unique_ptr<ImageWriter> make_picture_writer(const OutputOptions& options,

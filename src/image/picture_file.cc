@@ -1,21 +1,46 @@
-#include "image/picture_file.h"
-
 #include <fmt/format.h>
 #include <png.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
+#include <stdexcept>
 #include <string>
+#include <system_error>
+#include <utility>
 
+#include "gamer/core/error.h"
+#include "gamer/core/near.h"
 #include "gamer/core/version.h"
+#include "gamer/image/picture.h"
+#include "image/image_suffix.h"
 #include "image/picture_size.h"
+#include "image/temporary_file.h"
 #include "image/write_file.h"
 
 namespace gamer {
 namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kStream = "-";
+constexpr std::size_t kCopyBlock = std::size_t{1} << 20;
+/// A BMP file says its size in 32 bits.
+constexpr std::uint64_t kLargestBmp = 0xFFFFFFFF;
+/// libpng takes no longer sides (PNG_USER_WIDTH_MAX).
+constexpr int kLongestPngSide = 1000000;
+
+/// 16 bits to 8, rounded: 65535 = 257 * 255.
+std::uint8_t to_8_bits(std::uint16_t value) {
+  return static_cast<std::uint8_t>((value + 128) / 257);
+}
+
+// ---- PNG ---------------------------------------------------------------------------------------
 
 struct PngError {
   int error = 0;  ///< errno when libpng gave up
@@ -31,40 +56,81 @@ struct PngError {
 
 void on_png_warning(png_structp, png_const_charp) {}
 
-/// False after an error. libpng leaves by longjmp, so nothing in here needs a destructor.
-bool encode_png(std::FILE* file, const Picture& picture, const char* software, png_structp png,
-                png_infop info) {
+// False after an error. libpng leaves by longjmp, so nothing in these needs a destructor.
+
+bool start_png(png_structp png, png_infop info, std::FILE* file, int width, int height, int bits,
+               png_const_textp texts, int text_count) {
   if (setjmp(png_jmpbuf(png))) return false;
   png_init_io(png, file);
-  png_set_IHDR(png, info, static_cast<png_uint_32>(picture.width),
-               static_cast<png_uint_32>(picture.height), 16, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
-               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_set_IHDR(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), bits,
+               PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+               PNG_FILTER_TYPE_DEFAULT);
   png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
-  png_text text{};
-  char key[] = "Software";
-  text.compression = PNG_TEXT_COMPRESSION_NONE;
-  text.key = key;
-  text.text = const_cast<char*>(software);
-  png_set_text(png, info, &text, 1);
+  png_set_text(png, info, texts, text_count);
   png_write_info(png, info);
-  if constexpr (std::endian::native == std::endian::little) png_set_swap(png);
-  for (int y = 0; y < picture.height; ++y) {
-    const std::uint16_t* row = &picture.rgb[static_cast<std::size_t>(y) * picture.width * 3];
-    png_write_row(png, reinterpret_cast<png_const_bytep>(row));
+  if constexpr (std::endian::native == std::endian::little) {
+    if (bits == 16) png_set_swap(png);
   }
+  return true;
+}
+
+bool write_png_row(png_structp png, png_const_bytep row) {
+  if (setjmp(png_jmpbuf(png))) return false;
+  png_write_row(png, row);
+  return true;
+}
+
+bool end_png(png_structp png, png_infop info) {
+  if (setjmp(png_jmpbuf(png))) return false;
   png_write_end(png, info);
   return true;
 }
+
+// ---- BMP ---------------------------------------------------------------------------------------
+
+constexpr std::uint32_t kBmpFileHeader = 14, kBmpInfoHeader = 40;
 
 void append_little_endian(std::string& bytes, std::uint32_t value, int size) {
   for (int i = 0; i < size; ++i) bytes += static_cast<char>(value >> (8 * i) & 0xFF);
 }
 
-constexpr std::uint32_t kBmpFileHeader = 14, kBmpInfoHeader = 40;
-
 /// Rows of a BMP file are filled to a multiple of four bytes.
 std::uint64_t bmp_row_bytes(int width) {
   return (static_cast<std::uint64_t>(width) * 3 + 3) / 4 * 4;
+}
+
+std::string bmp_header(int width, int height) {
+  constexpr std::uint32_t kBitsPerPixel = 24, kPlanes = 1, kUncompressed = 0;
+  constexpr std::uint32_t kPixelsPerMetre = 2835;  // 72 dots per inch
+  const auto file_bytes = static_cast<std::uint32_t>(bmp_bytes(width, height));
+  std::string header = "BM";
+  append_little_endian(header, file_bytes, 4);
+  append_little_endian(header, 0, 4);
+  append_little_endian(header, kBmpFileHeader + kBmpInfoHeader, 4);
+  append_little_endian(header, kBmpInfoHeader, 4);
+  append_little_endian(header, static_cast<std::uint32_t>(width), 4);
+  append_little_endian(header, static_cast<std::uint32_t>(height), 4);
+  append_little_endian(header, kPlanes, 2);
+  append_little_endian(header, kBitsPerPixel, 2);
+  append_little_endian(header, kUncompressed, 4);
+  append_little_endian(header, file_bytes - kBmpFileHeader - kBmpInfoHeader, 4);
+  append_little_endian(header, kPixelsPerMetre, 4);
+  append_little_endian(header, kPixelsPerMetre, 4);
+  append_little_endian(header, 0, 4);
+  append_little_endian(header, 0, 4);
+  return header;
+}
+
+/// A file without a name, removed when it is closed.
+std::FILE* open_spool() {
+  std::error_code error;
+  fs::path folder = fs::temp_directory_path(error);
+  if (error) folder = "/tmp";
+  std::string name = (folder / "gutil.XXXXXX").string();
+  const int descriptor = mkstemp(name.data());
+  if (descriptor < 0) return nullptr;
+  unlink(name.c_str());
+  return fdopen(descriptor, "w+b");
 }
 
 }  // namespace
@@ -74,70 +140,234 @@ std::uint64_t bmp_bytes(int width, int height) {
          bmp_row_bytes(width) * static_cast<std::uint64_t>(height);
 }
 
-void write_png_file(const std::filesystem::path& path, const Picture& picture, bool overwrite) {
-  const std::string software = fmt::format("gamer {}", version());
-  write_file(path, overwrite, [&](std::FILE* file) {
-    PngError error;
-    png_structp png =
-        png_create_write_struct(PNG_LIBPNG_VER_STRING, &error, on_png_error, on_png_warning);
-    png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
-    const bool good = info != nullptr && encode_png(file, picture, software.c_str(), png, info);
-    png_destroy_write_struct(&png, &info);
-    if (good) return;
-    if (error.error != 0) throw write_failure(path, std::strerror(error.error));
-    throw write_failure(path, error.message[0] != '\0' ? error.message.data() : "out of memory");
-  });
+std::optional<PictureFormat> picture_format(const std::string& name) {
+  if (name == kStream) return PictureFormat::png;
+  const auto suffix = image_suffix(name);
+  if (suffix == ImageSuffix::png) return PictureFormat::png;
+  if (suffix == ImageSuffix::bmp) return PictureFormat::bmp;
+  return std::nullopt;
 }
 
-void write_bmp_file(const std::filesystem::path& path, const Picture& picture, bool overwrite) {
-  constexpr std::uint32_t kBitsPerPixel = 24, kPlanes = 1, kUncompressed = 0;
-  constexpr std::uint32_t kPixelsPerMetre = 2835;  // 72 dots per inch
-  const auto height = static_cast<std::size_t>(picture.height);
-  const auto row_bytes = static_cast<std::size_t>(bmp_row_bytes(picture.width));
-  std::string header = "BM";
-  append_little_endian(header, static_cast<std::uint32_t>(bmp_bytes(picture.width, picture.height)),
-                       4);
-  append_little_endian(header, 0, 4);
-  append_little_endian(header, kBmpFileHeader + kBmpInfoHeader, 4);
-  append_little_endian(header, kBmpInfoHeader, 4);
-  append_little_endian(header, static_cast<std::uint32_t>(picture.width), 4);
-  append_little_endian(header, static_cast<std::uint32_t>(picture.height), 4);
-  append_little_endian(header, kPlanes, 2);
-  append_little_endian(header, kBitsPerPixel, 2);
-  append_little_endian(header, kUncompressed, 4);
-  append_little_endian(header, static_cast<std::uint32_t>(row_bytes * height), 4);
-  append_little_endian(header, kPixelsPerMetre, 4);
-  append_little_endian(header, kPixelsPerMetre, 4);
-  append_little_endian(header, 0, 4);
-  append_little_endian(header, 0, 4);
-
-  write_file(path, overwrite, [&](std::FILE* file) {
-    const auto write = [&](const std::string& bytes) {
-      if (std::fwrite(bytes.data(), 1, bytes.size(), file) != bytes.size()) {
-        throw write_failure(path, std::strerror(errno));
-      }
-    };
-    write(header);
-    std::string row(row_bytes, '\0');
-    for (std::size_t y = height; y-- > 0;) {
-      const std::uint16_t* rgb = &picture.rgb[y * picture.width * 3];
-      for (std::size_t x = 0; x < static_cast<std::size_t>(picture.width); ++x) {
-        for (std::size_t channel = 0; channel < 3; ++channel) {
-          // 16 bits to 8, rounded: 65535 = 257 * 255. BMP orders blue, green, red.
-          row[3 * x + channel] = static_cast<char>((rgb[3 * x + 2 - channel] + 128) / 257);
-        }
-      }
-      write(row);
+void check_picture_file(const PictureFileOptions& options, int width, int height) {
+  const auto fail = [&](const std::string& message) {
+    throw InputError(fmt::format("output {}: {}", in_quotes(options.name), message));
+  };
+  if (options.bits != 8 && options.bits != 16) {
+    fail(fmt::format("{} bits a channel; a picture has 8 or 16", options.bits));
+  }
+  const bool is_bmp = options.format == PictureFormat::bmp;
+  if (!is_bmp && std::max(width, height) > kLongestPngSide) {
+    fail(fmt::format("{} x {} pixels are too many for a PNG file ({} a side)", width, height,
+                     kLongestPngSide));
+  }
+  if (options.name == kStream) {
+    if (isatty(STDOUT_FILENO) != 0) {
+      throw InputError("standard output is a terminal; send it to a file or another program");
     }
-  });
+    return;
+  }
+  if (picture_format(options.name) != options.format) {
+    fail(fmt::format("the name must end in {}", is_bmp ? ".bmp" : ".png or .bmp"));
+  }
+  if (is_bmp && bmp_bytes(width, height) > kLargestBmp) {
+    fail(
+        fmt::format("{} x {} pixels are too many for a BMP file (4 GiB); use .png", width, height));
+  }
+  const fs::path path = options.name;
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) {
+    fail(fmt::format("there is no folder {}", in_quotes(folder.string())));
+  }
+  if (fs::is_directory(path, error)) fail("is a folder");
+  if (!options.overwrite && fs::exists(fs::symlink_status(path, error))) {
+    throw InputError(
+        fmt::format("output {} exists; --overwrite replaces it", in_quotes(options.name)));
+  }
 }
 
-void write_png(const std::filesystem::path& path, const Picture& picture) {
-  write_png_file(path, picture, true);
+/// Where the bytes go, and what it is called in messages.
+struct PictureFile::Destination {
+  explicit Destination(const PictureFileOptions& options)
+      : label(options.name == kStream ? "standard output" : options.name),
+        temporary(options.name == kStream ? nullptr
+                                          : std::make_unique<TemporaryFile>(options.name)),
+        file(temporary ? std::fopen(temporary->path().c_str(), "wb") : open_spool(), &std::fclose) {
+    if (!file) fail();
+  }
+
+  [[noreturn]] void fail() const { throw write_failure(label, std::strerror(errno)); }
+
+  void write(const std::string& bytes) const {
+    if (std::fwrite(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) fail();
+  }
+
+  void finish(bool overwrite) {
+    if (temporary) {
+      if (std::fclose(file.release()) != 0) fail();
+      temporary->move_to_final(overwrite);
+      return;
+    }
+    if (std::fflush(file.get()) != 0) fail();
+    std::rewind(file.get());
+    std::vector<char> block(kCopyBlock);
+    for (std::size_t count; (count = std::fread(block.data(), 1, block.size(), file.get())) > 0;) {
+      if (std::fwrite(block.data(), 1, count, stdout) != count) fail();
+    }
+    if (std::ferror(file.get()) != 0 || std::fflush(stdout) != 0) fail();
+  }
+
+  std::string label;
+  std::unique_ptr<TemporaryFile> temporary;
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file;
+};
+
+class PictureFile::Encoder {
+ public:
+  virtual ~Encoder() = default;
+  virtual void write_row(std::span<const std::uint16_t> rgb) = 0;
+  virtual void end() {}
+};
+
+namespace {
+
+class PngEncoder final : public PictureFile::Encoder {
+ public:
+  PngEncoder(std::FILE* file, std::string label, const PictureFileOptions& options, int width,
+             int height)
+      : label_(std::move(label)),
+        bits_(options.bits),
+        png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, &error_, on_png_error, on_png_warning)),
+        info_(png_ != nullptr ? png_create_info_struct(png_) : nullptr) {
+    std::string software = fmt::format("gamer {}", version());
+    std::string comment = options.comment;
+    char software_key[] = "Software", comment_key[] = "Comment";
+    std::array<png_text, 2> texts{};
+    texts[0].compression = texts[1].compression = PNG_TEXT_COMPRESSION_NONE;
+    texts[0].key = software_key;
+    texts[0].text = software.data();
+    texts[1].key = comment_key;
+    texts[1].text = comment.data();
+    const bool good = info_ != nullptr && start_png(png_, info_, file, width, height, bits_,
+                                                    texts.data(), comment.empty() ? 1 : 2);
+    if (good) return;
+    png_destroy_write_struct(&png_, &info_);
+    fail();
+  }
+  ~PngEncoder() override { png_destroy_write_struct(&png_, &info_); }
+  PngEncoder(const PngEncoder&) = delete;
+  PngEncoder& operator=(const PngEncoder&) = delete;
+
+  void write_row(std::span<const std::uint16_t> rgb) override {
+    auto row = reinterpret_cast<png_const_bytep>(rgb.data());
+    if (bits_ == 8) {
+      bytes_.resize(rgb.size());
+      std::transform(rgb.begin(), rgb.end(), bytes_.begin(), to_8_bits);
+      row = bytes_.data();
+    }
+    if (!write_png_row(png_, row)) fail();
+  }
+
+  void end() override {
+    if (!end_png(png_, info_)) fail();
+  }
+
+ private:
+  [[noreturn]] void fail() const {
+    if (error_.error != 0) throw write_failure(label_, std::strerror(error_.error));
+    throw write_failure(label_,
+                        error_.message[0] != '\0' ? error_.message.data() : "out of memory");
+  }
+
+  std::string label_;
+  int bits_;
+  PngError error_;
+  png_structp png_;
+  png_infop info_;
+  std::vector<std::uint8_t> bytes_;
+};
+
+/// The file's rows stand in it from the bottom up: it is filled from its end.
+class BmpEncoder final : public PictureFile::Encoder {
+ public:
+  BmpEncoder(std::FILE* file, std::string label, int width, int height)
+      : file_(file), label_(std::move(label)), left_(height), row_(bmp_row_bytes(width), '\0') {
+    write(bmp_header(width, height));
+  }
+
+  void write_row(std::span<const std::uint16_t> rgb) override {
+    // Orders blue, green, red.
+    for (std::size_t i = 0; i < rgb.size(); i += 3) {
+      for (std::size_t channel = 0; channel < 3; ++channel) {
+        row_[i + channel] = static_cast<char>(to_8_bits(rgb[i + 2 - channel]));
+      }
+    }
+    --left_;
+    const auto place = static_cast<off_t>(kBmpFileHeader + kBmpInfoHeader) +
+                       static_cast<off_t>(row_.size()) * left_;
+    if (fseeko(file_, place, SEEK_SET) != 0) fail();
+    write(row_);
+  }
+
+ private:
+  [[noreturn]] void fail() const { throw write_failure(label_, std::strerror(errno)); }
+  void write(const std::string& bytes) {
+    if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size()) fail();
+  }
+
+  std::FILE* file_;
+  std::string label_;
+  int left_;
+  std::string row_;
+};
+
+void write_picture(const fs::path& path, PictureFormat format, const Picture& picture) {
+  PictureFile file({path.string(), format, 16, true, {}}, picture.width, picture.height);
+  const std::size_t length = static_cast<std::size_t>(picture.width) * 3;
+  for (std::size_t row = 0; row < static_cast<std::size_t>(picture.height); ++row) {
+    file.write_row(std::span(picture.rgb).subspan(row * length, length));
+  }
+  file.finish();
 }
 
-void write_bmp(const std::filesystem::path& path, const Picture& picture) {
-  write_bmp_file(path, picture, true);
+}  // namespace
+
+PictureFile::PictureFile(const PictureFileOptions& options, int width, int height)
+    : options_(options),
+      width_(width),
+      height_(height),
+      destination_(std::make_unique<Destination>(options)) {
+  std::FILE* file = destination_->file.get();
+  if (options.format == PictureFormat::bmp) {
+    encoder_ = std::make_unique<BmpEncoder>(file, destination_->label, width, height);
+  } else {
+    encoder_ = std::make_unique<PngEncoder>(file, destination_->label, options, width, height);
+  }
+}
+
+PictureFile::~PictureFile() = default;
+
+void PictureFile::write_row(std::span<const std::uint16_t> rgb) {
+  if (rows_ == height_ || rgb.size() != static_cast<std::size_t>(width_) * 3) {
+    throw std::invalid_argument("picture: a row too many, or of another length");
+  }
+  encoder_->write_row(rgb);
+  ++rows_;
+}
+
+void PictureFile::finish() {
+  if (rows_ != height_) throw std::logic_error("picture: rows are missing");
+  encoder_->end();
+  encoder_.reset();
+  destination_->finish(options_.overwrite);
+}
+
+void write_png(const fs::path& path, const Picture& picture) {
+  write_picture(path, PictureFormat::png, picture);
+}
+
+void write_bmp(const fs::path& path, const Picture& picture) {
+  write_picture(path, PictureFormat::bmp, picture);
 }
 
 }  // namespace gamer

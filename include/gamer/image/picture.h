@@ -4,10 +4,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "gamer/image/image.h"
 #include "gamer/image/image_writer.h"
+#include "gamer/image/plane.h"
 
 namespace gamer {
 
@@ -55,8 +59,76 @@ std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double sl
 /// value per plane.
 Picture make_picture(const Image& image, const std::vector<double>& wavelengths);
 
-/// 16-bit PNG (RGB, marked as sRGB), 24-bit BMP; complete or absent, replacing what is there. Throw
-/// RunError.
+/// The channels that make_picture() makes of planes of one size: one (grey) or three, red first.
+/// Pixels that are not finite are 0. Throws std::invalid_argument where the wavelengths are neither
+/// none nor one per plane.
+std::vector<PlanePtr> picture_channels(const std::vector<PlanePtr>& planes,
+                                       const std::vector<double>& wavelengths);
+
+/// What make_picture() chooses for its channels; see there. The colour of the pixel (r, g, b) is
+/// lupton_stretch() of factor_c max(c - black_c, 0).
+struct PictureTone {
+  std::array<double, 3> black{};
+  std::array<double, 3> factor = {1, 1, 1};
+  double slope = 0;  ///< slope = scale = 0 where there is nothing to see
+  double scale = 0;
+
+  std::array<double, 3> colour(const std::array<double, 3>& rgb) const;
+};
+
+/// Chooses what `black` and `factor` leave open. One channel or three, all finite, in three passes
+/// over them at most; a grey picture's three values are the same. `threads` make the channels'
+/// pixels.
+PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
+                           const std::optional<std::array<double, 3>>& black = {},
+                           const std::optional<std::array<double, 3>>& factor = {});
+
+/// Nearest of 65536 steps; what is not in [0, 1] goes to its nearer end, NaN to 0.
+std::uint16_t to_16_bits(double value);
+
+enum class PictureFormat { png, bmp };
+/// By the name's suffix; "-" is a PNG. Nothing for other names.
+std::optional<PictureFormat> picture_format(const std::string& name);
+
+struct PictureFileOptions {
+  std::string name;  ///< a path, or "-": standard output
+  PictureFormat format = PictureFormat::png;
+  int bits = 16;  ///< of a PNG's channel: 8 or 16; a BMP file has 8
+  bool overwrite = false;
+  std::string comment;  ///< a PNG's text "Comment" where not empty
+};
+
+/// Throws InputError: unknown suffix, other bits, a folder that is not there, a file that exists
+/// (unless overwrite), more pixels than the format holds, standard output that is a terminal.
+void check_picture_file(const PictureFileOptions& options, int width, int height);
+
+/// A picture in the making, row after row from the top: a PNG (RGB, marked as sRGB) or a 24-bit
+/// BMP; complete or absent. Standard output gets the bytes when all are there. 8 bits are the
+/// nearest of 16.
+class PictureFile {
+ public:
+  /// Throws RunError.
+  PictureFile(const PictureFileOptions& options, int width, int height);
+  ~PictureFile();
+
+  /// 3 * width values: red, green, blue of the next row. Throws RunError.
+  void write_row(std::span<const std::uint16_t> rgb);
+  /// After the last row: gives the file its final name. Throws RunError, also when a file stands
+  /// there that may not be overwritten.
+  void finish();
+
+  class Encoder;
+
+ private:
+  PictureFileOptions options_;
+  int width_, height_;
+  int rows_ = 0;
+  struct Destination;
+  std::unique_ptr<Destination> destination_;
+  std::unique_ptr<Encoder> encoder_;
+};
+
+/// 16-bit PNG, 24-bit BMP; complete or absent, replacing what is there. Throw RunError.
 void write_png(const std::filesystem::path& path, const Picture& picture);
 void write_bmp(const std::filesystem::path& path, const Picture& picture);
 
