@@ -181,6 +181,20 @@ bool exists(const std::string& name) {
   return fs::exists(name, error);
 }
 
+/// The first bytes of a FITS file, or of a compressed one.
+void check_begins_as_fits(const fs::path& path, const std::string& name) {
+  const CFile file(std::fopen(path.c_str(), "rb"), &std::fclose);
+  if (!file) throw InputError(fmt::format("{}: {}", name, std::strerror(errno)));
+  constexpr std::array<std::string_view, 4> kBeginnings = {"SIMPLE", "\x1F\x8B", "\x1F\x9D", "BZh"};
+  std::array<char, 6> bytes{};
+  const std::size_t count = std::fread(bytes.data(), 1, bytes.size(), file.get());
+  const std::string_view begin(bytes.data(), count);
+  for (const std::string_view known : kBeginnings) {
+    if (begin.starts_with(known)) return;
+  }
+  throw InputError(fmt::format("{}: is no FITS file", name));
+}
+
 std::string now() {
   char date[FLEN_VALUE] = {};
   int not_utc = 0, status = 0;
@@ -251,10 +265,12 @@ class FitsInput::File {
       const CFile copy(std::fopen(spool_->path().c_str(), "wb"), &std::fclose);
       if (!copy) throw RunError(fmt::format("{}: {}", name_, std::strerror(errno)));
       copy_bytes(stdin, copy.get(), name_);
+      check_begins_as_fits(spool_->path(), name_);
       return FitsFile::open(spool_->path(), name_);
     }
     if (exists(name)) {
       if (fs::is_directory(name)) throw InputError(fmt::format("{}: is a folder", name));
+      check_begins_as_fits(name, name);
       return FitsFile::open(name, name);
     }
     const std::size_t bracket = name.find('[');

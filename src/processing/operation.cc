@@ -152,9 +152,7 @@ CommandLine read_command_line(const Operation& operation, const ParameterTable& 
     if (parameter.type == ParameterType::boolean) {
       app.add_flag(name, flags[parameter.name]);
     } else {
-      app.add_option(name, given[parameter.name])
-          ->expected(1)
-          ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+      app.add_option(name, given[parameter.name])->allow_extra_args(false);
     }
   }
   CommandLine line;
