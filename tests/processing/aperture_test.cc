@@ -1,0 +1,328 @@
+#include "gamer/processing/aperture.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <boost/math/quadrature/gauss.hpp>
+#include <boost/math/quadrature/tanh_sinh.hpp>
+#include <boost/math/special_functions/gamma.hpp>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include "gamer/core/error.h"
+
+namespace gamer {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+/// The overlap by integrating the ellipse's chord over the pixel, piece by piece between kinks.
+double overlap_by_chords(double x, double y, double x0, double y0, double a, double ratio,
+                         double angle) {
+  // A dx^2 + 2 B dx dy + C dy^2 = a^2
+  const double c = std::cos(angle), s = std::sin(angle), q2 = ratio * ratio;
+  const double xx = c * c + s * s / q2, xy = c * s * (1 - 1 / q2), yy = s * s + c * c / q2;
+  const double reach = a * std::sqrt(yy / (xx * yy - xy * xy));
+  const double left = std::max(x - 0.5 - x0, -reach), right = std::min(x + 0.5 - x0, reach);
+  if (left >= right) return 0;
+  std::vector<double> kinks = {left, right};
+  for (const double dy : {y - 0.5 - y0, y + 0.5 - y0}) {
+    const double root = xy * xy * dy * dy - xx * (yy * dy * dy - a * a);
+    if (root <= 0) continue;
+    for (const double sign : {-1, 1}) {
+      const double kink = (-xy * dy + sign * std::sqrt(root)) / xx;
+      if (kink > left && kink < right) kinks.push_back(kink);
+    }
+  }
+  std::sort(kinks.begin(), kinks.end());
+  const auto chord = [&](double dx) {
+    const double root = std::sqrt(std::max(0.0, xy * xy * dx * dx - yy * (xx * dx * dx - a * a)));
+    const double low = std::max(y - 0.5 - y0, (-xy * dx - root) / yy);
+    const double high = std::min(y + 0.5 - y0, (-xy * dx + root) / yy);
+    return std::max(0.0, high - low);
+  };
+  boost::math::quadrature::tanh_sinh<double> rule;
+  double area = 0;
+  for (std::size_t i = 0; i + 1 < kinks.size(); ++i) {
+    if (kinks[i + 1] - kinks[i] > 1e-13) area += rule.integrate(chord, kinks[i], kinks[i + 1]);
+  }
+  return area;
+}
+
+TEST(Ellipses, OverlapIsExact) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (int i = 0; i < 20000; ++i) {
+    const double ratio = i % 3 == 0 ? 1 : 0.1 + 0.9 * unit(random), angle = kPi * unit(random);
+    const double a = std::pow(10, 4 * unit(random) - 1);
+    const double x0 = unit(random), y0 = unit(random);
+    // A pixel near the rim.
+    const double t = 2 * kPi * unit(random), c = std::cos(angle), s = std::sin(angle);
+    const double u = a * std::cos(t), v = a * ratio * std::sin(t);
+    const int x = static_cast<int>(std::lround(x0 + u * c - v * s + 2 * unit(random) - 1));
+    const int y = static_cast<int>(std::lround(y0 + u * s + v * c + 2 * unit(random) - 1));
+    EXPECT_NEAR(Ellipses(x0, y0, ratio, angle).overlap(x, y, a),
+                overlap_by_chords(x, y, x0, y0, a, ratio, angle), 1e-10)
+        << x << ' ' << y << ' ' << x0 << ' ' << y0 << ' ' << a << ' ' << ratio << ' ' << angle;
+  }
+}
+
+TEST(Ellipses, OverlapOfPlainCases) {
+  const Ellipses circles(0, 0);
+  EXPECT_NEAR(circles.overlap(0, 0, 0.5), kPi / 4, 1e-15);
+  EXPECT_NEAR(circles.overlap(0, 0, 1e-7), kPi * 1e-14, 1e-24);
+  EXPECT_EQ(circles.overlap(0, 0, 0), 0);
+  EXPECT_EQ(circles.overlap(0, 0, std::sqrt(0.5)), 1);
+  EXPECT_EQ(circles.overlap(5, 5, 4), 0);
+  // The centre on a corner and on an edge of the pixel; the rim through corners.
+  EXPECT_NEAR(Ellipses(0.5, 0.5).overlap(0, 0, 1), kPi / 4, 1e-15);
+  EXPECT_NEAR(Ellipses(0.5, 0).overlap(0, 0, 0.5), kPi / 8, 1e-15);
+  EXPECT_NEAR(Ellipses(-0.5, -0.5).overlap(0, 0, 1), kPi / 4, 1e-15);
+  // All pixels together are the ellipse.
+  const Ellipses tilted(10.3, 9.8, 0.3, 0.7);
+  double area = 0;
+  for (int y = 0; y < 20; ++y) {
+    for (int x = 0; x < 20; ++x) area += tilted.overlap(x, y, 8);
+  }
+  EXPECT_NEAR(area, kPi * 8 * 8 * 0.3, 1e-12);
+  EXPECT_NEAR(tilted.area(8), kPi * 8 * 8 * 0.3, 1e-12);
+}
+
+/// A profile integrated over pixels by Gauss's rule, finer towards the centre.
+MemoryPlane profile_plane(int size, double x0, double y0, const std::function<double(double)>& f,
+                          double ratio = 1, double angle = 0) {
+  std::vector<double> values;
+  const double c = std::cos(angle), s = std::sin(angle);
+  using Rule = boost::math::quadrature::gauss<double, 7>;
+  for (int y = 0; y < size; ++y) {
+    for (int x = 0; x < size; ++x) {
+      const double r = std::hypot(x - x0, y - y0);
+      const int parts = r < 3 ? 64 : r < 30 ? 2 : 1;
+      double sum = 0;
+      for (int part = 0; part < parts * parts; ++part) {
+        const double left = x - x0 - 0.5 + static_cast<double>(part % parts) / parts;
+        const double low = y - y0 - 0.5 + static_cast<double>(part / parts) / parts;
+        sum += Rule::integrate(
+            [&](double dy) {
+              return Rule::integrate(
+                  [&](double dx) {
+                    return f(std::hypot(dx * c + dy * s, (dy * c - dx * s) / ratio));
+                  },
+                  left, left + 1.0 / parts);
+            },
+            low, low + 1.0 / parts);
+      }
+      values.push_back(sum);
+    }
+  }
+  return MemoryPlane(size, size, std::move(values));
+}
+
+/// Pixels spread light evenly over themselves: twice a side's variance of 1/12 is added to sigma^2.
+TEST(Aperture, Gaussian) {
+  constexpr double kSigma = 8, kSeen = 64 + 1.0 / 6, kX = 100.3, kY = 99.6;
+  const MemoryPlane plane = profile_plane(201, kX, kY, [](double r) {
+    return std::exp(-r * r / (2 * kSigma * kSigma)) / (2 * kPi * kSigma * kSigma);
+  });
+  const Ellipses circles(kX, kY);
+  const std::vector<double> radii = {40, 6, 12, 12, 20};
+  const std::vector<ApertureSum> sums = aperture_sums(plane, circles, radii, 0, 2);
+  for (std::size_t i = 0; i < radii.size(); ++i) {
+    const double wanted = 1 - std::exp(-radii[i] * radii[i] / (2 * kSeen));
+    EXPECT_NEAR(sums[i].flux / wanted, 1, 2e-4) << radii[i];
+    EXPECT_NEAR(sums[i].area, kPi * radii[i] * radii[i], 1e-9);
+    EXPECT_EQ(sums[i].missing, 0);
+  }
+  EXPECT_EQ(sums[2].flux, sums[3].flux);
+  EXPECT_NEAR(radius_of_flux(plane, circles, 0.5, 90, 0, 2) / (1.1774100226 * std::sqrt(kSeen)), 1,
+              1e-4);
+}
+
+TEST(Aperture, EllipticalExponential) {
+  constexpr double kScale = 20, kRatio = 0.5, kAngle = 0.6;
+  const double total = 2 * kPi * kScale * kScale * kRatio;
+  const MemoryPlane plane = profile_plane(
+      401, 200, 200.4, [](double r) { return std::exp(-r / kScale); }, kRatio, kAngle);
+  const Ellipses ellipses(200, 200.4, kRatio, kAngle);
+  for (const double h : {1, 2, 4, 9}) {
+    const double flux = aperture_sums(plane, ellipses, std::array{h * kScale}, 0, 2)[0].flux;
+    EXPECT_NEAR(flux / total, 1 - (1 + h) * std::exp(-h), 5e-4) << h;
+  }
+  EXPECT_NEAR(radius_of_flux(plane, ellipses, total / 2, 190, 0, 2) / (1.678347 * kScale), 1, 1e-3);
+}
+
+TEST(Aperture, DeVaucouleurs) {
+  constexpr double kRadius = 30, kB = 7.669249443;
+  const MemoryPlane plane = profile_plane(
+      401, 200, 200, [](double r) { return std::exp(-kB * (std::pow(r / kRadius, 0.25) - 1)); });
+  // 8 pi exp(b) b^-8 Gamma(8) = 22.66523 R_e^2.
+  const double total = 22.66523 * kRadius * kRadius;
+  const Ellipses circles(200, 200);
+  for (const double radius : {15, 30, 60, 180}) {
+    const double wanted = boost::math::gamma_p(8.0, kB * std::pow(radius / kRadius, 0.25));
+    const double flux = aperture_sums(plane, circles, std::array{radius}, 0, 2)[0].flux;
+    EXPECT_NEAR(flux / total / wanted, 1, 1e-3) << radius;
+  }
+  EXPECT_NEAR(radius_of_flux(plane, circles, total / 2, 200, 0, 2) / kRadius, 1, 1e-3);
+}
+
+TEST(Aperture, UniformLightFillsTheEllipse) {
+  const MemoryPlane plane(64, 48, std::vector<double>(64 * 48, 3.0));
+  const Ellipses ellipses(30.25, 20.5, 0.6, 2);
+  const ApertureSum sum = aperture_sums(plane, ellipses, std::array{15.0}, 1, 2)[0];
+  EXPECT_NEAR(sum.flux, 2 * kPi * 225 * 0.6, 1e-9);
+  EXPECT_NEAR(radius_of_flux(plane, ellipses, kPi * 100 * 0.6 * 3, 15, 0, 1), 10, 1e-10);
+  // Beyond the plane there is nothing.
+  const ApertureSum all = aperture_sums(plane, ellipses, std::array{1000.0}, 0, 2)[0];
+  EXPECT_NEAR(all.area, 64 * 48, 1e-9);
+  EXPECT_EQ(aperture_sums(plane, ellipses.moved_to(-500, 7), std::array{20.0}, 0, 1)[0].area, 0);
+  EXPECT_TRUE(std::isnan(radius_of_flux(plane, ellipses, 1e9, 15, 0, 1)));
+}
+
+TEST(Aperture, MissingPixelsAddNothing) {
+  std::vector<double> values(21 * 21, 1.0);
+  values[10 * 21 + 10] = kNan;
+  values[10 * 21 + 15] = std::numeric_limits<double>::infinity();
+  values[0] = kNan;
+  const MemoryPlane plane(21, 21, values);
+  const std::vector<ApertureSum> sums =
+      aperture_sums(plane, Ellipses(10, 10), std::array{3.0, 5.0}, 0, 1);
+  EXPECT_EQ(sums[0].missing, 1);
+  EXPECT_NEAR(sums[0].flux, kPi * 9 - 1, 1e-12);
+  EXPECT_EQ(sums[1].missing, 2);
+  EXPECT_NEAR(sums[1].area, kPi * 25 - 1 - Ellipses(10, 10).overlap(15, 10, 5), 1e-12);
+}
+
+/// A growth curve that falls again: the first radius counts.
+TEST(Aperture, GrowthThatFalls) {
+  std::vector<double> values(101 * 101);
+  for (int y = 0; y < 101; ++y) {
+    for (int x = 0; x < 101; ++x) values[y * 101 + x] = std::hypot(x - 50, y - 50) < 20 ? 1 : -0.2;
+  }
+  const double radius =
+      radius_of_flux(MemoryPlane(101, 101, values), Ellipses(50, 50), 600, 50, 0, 1);
+  EXPECT_NEAR(radius, std::sqrt(600 / kPi), 1e-10);
+}
+
+/// The radius is the same whether the ring fits into memory at once or after several passes.
+TEST(Aperture, HalfLightOfALargePlane) {
+  class Exponential final : public Plane {
+   public:
+    Exponential() : Plane(4000, 4000) {}
+    void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
+      for (int y = 0; y < area.height; ++y) {
+        for (int x = 0; x < area.width; ++x) {
+          const double r = std::hypot(area.x + x - 1999.5, area.y + y - 1999.5);
+          out[y * stride + x] = std::exp(-r / 400);
+        }
+      }
+    }
+  };
+  const double total = 2 * kPi * 400 * 400;
+  EXPECT_NEAR(radius_of_flux(Exponential(), Ellipses(1999.5, 1999.5), total / 2, 1990, 0, 2),
+              1.678346990 * 400, 1e-3);
+}
+
+TEST(Aperture, BackgroundOfAnAnnulus) {
+  std::vector<double> values(101 * 101);
+  double count = 0, sum = 0, squares = 0;
+  for (int y = 0; y < 101; ++y) {
+    for (int x = 0; x < 101; ++x) {
+      double& value = values[y * 101 + x];
+      const double r = std::hypot(x - 50, y - 50);
+      value = r < 20 || r > 40 ? 1000 : 5 + (x + 2 * y) % 3;
+      if (y == 50 && x == 80) value = kNan;
+      if (y == 50 && x == 20) value = 1e6;
+      if (value < 10) {
+        count += 1;
+        sum += value;
+        squares += value * value;
+      }
+    }
+  }
+  const MemoryPlane plane(101, 101, values);
+  const Ellipses circles(50, 50);
+  const Background clipped =
+      annulus_background(plane, circles, 20, 40, BackgroundMethod::clipped, 2);
+  EXPECT_EQ(static_cast<double>(clipped.count), count);
+  EXPECT_NEAR(clipped.level, sum / count, 1e-12);
+  EXPECT_NEAR(clipped.sigma, std::sqrt(squares / count - std::pow(sum / count, 2)), 1e-12);
+  const Background mean = annulus_background(plane, circles, 20, 40, BackgroundMethod::mean, 1);
+  EXPECT_EQ(static_cast<double>(mean.count), count + 1);
+  EXPECT_NEAR(mean.level, (sum + 1e6) / (count + 1), 1e-9);
+  const Background middle = annulus_background(plane, circles, 20, 40, BackgroundMethod::median, 1);
+  EXPECT_EQ(middle.level, 6);
+  EXPECT_NEAR(middle.sigma, 1.4826, 1e-4);
+  EXPECT_TRUE(
+      std::isnan(annulus_background(plane, circles, 300, 400, BackgroundMethod::mean, 1).level));
+}
+
+MemoryPlane elliptical_gaussian(double x0, double y0, double major, double ratio, double angle) {
+  return profile_plane(
+      161, x0, y0, [&](double r) { return std::exp(-r * r / (2 * major * major)); }, ratio, angle);
+}
+
+TEST(Moments, OfAnEllipticalGaussian) {
+  const double major = 7, ratio = 0.6, angle = 0.4;
+  const MemoryPlane plane = elliptical_gaussian(80.3, 79.1, major, ratio, angle);
+  const double a = major * major, b = a * ratio * ratio;
+  const double xx = a * std::pow(std::cos(angle), 2) + b * std::pow(std::sin(angle), 2) + 1.0 / 12;
+  const double yy = a * std::pow(std::sin(angle), 2) + b * std::pow(std::cos(angle), 2) + 1.0 / 12;
+  const double xy = (a - b) * std::sin(2 * angle) / 2;
+  const Moments plain = moments(plane, Ellipses(78, 81), 70, 0, 2);
+  const auto adaptive = adaptive_moments(plane, Ellipses(81, 79), 70, 3, 0, 2);
+  ASSERT_TRUE(adaptive.has_value());
+  // A weight that stops at 6 sigma cuts 1e-7; pixels make the Gaussian's wings differ by 1e-5.
+  for (const auto& [result, tolerance] : {std::pair(plain, 1e-9), std::pair(*adaptive, 2e-5)}) {
+    EXPECT_NEAR(result.x, 80.3, 80 * tolerance);
+    EXPECT_NEAR(result.y, 79.1, 80 * tolerance);
+    EXPECT_NEAR(result.flux / (2 * kPi * a * ratio), 1, tolerance);
+    EXPECT_NEAR(result.xx, xx, 50 * tolerance);
+    EXPECT_NEAR(result.yy, yy, 50 * tolerance);
+    EXPECT_NEAR(result.xy, xy, 50 * tolerance);
+    EXPECT_NEAR(result.angle(), angle, 5 * tolerance);
+    EXPECT_NEAR(result.size(), std::sqrt(xx + yy), 10 * tolerance);
+    EXPECT_NEAR(result.e1(), (xx - yy) / (xx + yy), tolerance);
+    EXPECT_NEAR(result.e2(), 2 * xy / (xx + yy), tolerance);
+    EXPECT_NEAR(result.axis_ratio(), std::sqrt((b + 1.0 / 12) / (a + 1.0 / 12)), tolerance);
+  }
+}
+
+TEST(Moments, RecenterFindsTheLight) {
+  const MemoryPlane plane = elliptical_gaussian(80.3, 79.1, 5, 0.8, 1);
+  const Ellipses found = recentered(plane, Ellipses(74, 85), 20, 0, 2);
+  EXPECT_NEAR(found.x(), 80.3, 1e-4);
+  EXPECT_NEAR(found.y(), 79.1, 1e-4);
+  EXPECT_THROW(recentered(MemoryPlane(9, 9, std::vector<double>(81)), Ellipses(4, 4), 3, 0, 1),
+               InputError);
+  EXPECT_FALSE(
+      adaptive_moments(MemoryPlane(9, 9, std::vector<double>(81)), Ellipses(4, 4), 3, 1, 0, 1)
+          .has_value());
+}
+
+TEST(Ellipses, OnTheSky) {
+  SkyView view;
+  view.center = {150, 60};
+  view.pixel_scale = 0.2;
+  view.rotation = 25;
+  view.width = view.height = 101;
+  const CelestialWcs wcs(view);
+  // The major axis points to a position angle of 40 deg: 15 deg from +y, which is 25 deg from
+  // North, towards East, which is towards -x.
+  const double degree = kPi / 180;
+  const Ellipses ellipses(wcs, 50, 50, 0.5, 40 * degree);
+  EXPECT_NEAR(ellipses.area(3), kPi * 9 * 0.5 / 0.04, 1e-4);
+  const double dx = -std::sin(15 * degree), dy = std::cos(15 * degree);
+  EXPECT_NEAR(ellipses.radius(50 + 10 * dx, 50 + 10 * dy), 2, 1e-6);
+  EXPECT_NEAR(ellipses.radius(50 + 10 * dy, 50 - 10 * dx), 4, 1e-6);
+  EXPECT_NEAR(position_angle_on_sky(wcs, 50, 50, 105 * degree), 40 * degree, 1e-6);
+  EXPECT_NEAR(position_angle_on_sky(wcs, 50, 50, -75 * degree), 40 * degree, 1e-6);
+  EXPECT_NEAR(angle_on_pixels(wcs, 50, 50, 40 * degree), 105 * degree, 1e-6);
+}
+
+}  // namespace
+}  // namespace gamer
