@@ -1,0 +1,447 @@
+#include "gamer/core/random_variate.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+
+#include "gamer/core/random.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/random_variate.cc"
+#include "hwy/foreach_target.h"
+
+#include "core/double_math-inl.h"
+#include "hwy/highway.h"
+
+#ifndef GAMER_CORE_RANDOM_VARIATE_ONCE_
+#define GAMER_CORE_RANDOM_VARIATE_ONCE_
+
+namespace gamer {
+namespace {
+
+/// Variates made at a time: scratch that stays in the first-level cache.
+constexpr std::size_t kBlock = 512;
+/// The widest vectors in use: 2048 bits.
+constexpr std::size_t kMostLanes = 32;
+
+constexpr double kLeastRejectionMean = 10;
+constexpr double kLargestMean = 1e100;
+/// P(N >= 64) < 1e-29 for means below kLeastRejectionMean: no uniform number gets there.
+constexpr std::size_t kMostInverted = 64;
+
+struct Reciprocals {
+  constexpr Reciprocals() {
+    for (std::size_t k = 1; k <= kMostInverted; ++k) values[k] = 1 / static_cast<double>(k);
+  }
+  double values[kMostInverted + 1] = {};
+};
+constexpr Reciprocals kReciprocals;
+
+/// Stirling's error, ln k! - ln(sqrt(2 pi k) k^k e^-k), where the series is too short.
+constexpr std::size_t kStirlingTable = 16;
+constexpr double kStirlingErrors[kStirlingTable] = {0,  // k = 0 has its own formula
+                                                    0.0810614667953272582196702,
+                                                    0.0413406959554092940938221,
+                                                    0.0276779256849983391487893,
+                                                    0.0207906721037650931115228,
+                                                    0.0166446911898211921631949,
+                                                    0.0138761288230707479987457,
+                                                    0.0118967099458917700950557,
+                                                    0.0104112652619720964974786,
+                                                    0.0092554621827127329177286,
+                                                    0.0083305634333628712564693,
+                                                    0.0075736754879518407949720,
+                                                    0.0069428401072095298656642,
+                                                    0.0064089941880042070684396,
+                                                    0.0059513701127588477356244,
+                                                    0.0055547335519628013710387};
+
+/// Where work is left in a block.
+struct Places {
+  HWY_ALIGN_MAX std::uint64_t values[kBlock + kMostLanes];
+  std::size_t count = 0;
+};
+
+}  // namespace
+}  // namespace gamer
+
+#endif  // GAMER_CORE_RANDOM_VARIATE_ONCE_
+
+HWY_BEFORE_NAMESPACE();
+namespace gamer {
+namespace HWY_NAMESPACE {
+namespace {
+
+using DD = hn::CappedTag<double, kMostLanes>;
+using DU = hn::RebindToUnsigned<DD>;
+using VD = hn::Vec<DD>;
+using VU = hn::Vec<DU>;
+using MD = hn::Mask<DD>;
+
+HWY_INLINE VU Mix64(VU z) {
+  const DU du;
+  z = hn::Xor(z, hn::ShiftRight<30>(z)) * hn::Set(du, std::uint64_t{0xbf58476d1ce4e5b9u});
+  z = hn::Xor(z, hn::ShiftRight<27>(z)) * hn::Set(du, std::uint64_t{0x94d049bb133111ebu});
+  return hn::Xor(z, hn::ShiftRight<31>(z));
+}
+
+HWY_INLINE VU NextWord(VU word) { return Mix64(hn::Add(word, hn::Set(DU(), golden_gamma))); }
+
+/// The states behind the words of consecutive numbers, a vector at a time.
+class Counter {
+ public:
+  Counter(std::uint64_t key, std::uint64_t first)
+      : state_(hn::Iota(DU(), std::uint64_t{0}) * hn::Set(DU(), golden_gamma)),
+        step_(hn::Set(DU(), golden_gamma * hn::Lanes(DU()))) {
+    state_ = hn::Add(state_, hn::Set(DU(), key + (first + 1) * golden_gamma));
+  }
+  HWY_INLINE VU Next() {
+    const VU word = Mix64(state_);
+    state_ = hn::Add(state_, step_);
+    return word;
+  }
+
+ private:
+  VU state_;
+  VU step_;
+};
+
+/// The upper 52 bits as a number in [1, 2).
+HWY_INLINE VD OneToTwo(VU word) {
+  constexpr std::uint64_t kOne = 0x3ff0000000000000u;
+  return hn::BitCast(DD(), hn::Or(hn::ShiftRight<12>(word), hn::Set(DU(), kOne)));
+}
+
+/// Uniform in ]-1/2, 1/2[, on a grid that is symmetric about 0.
+HWY_INLINE VD Centred(VU word) {
+  return hn::Add(hn::Sub(OneToTwo(word), hn::Set(DD(), 1.5)), hn::Set(DD(), 0x1p-53));
+}
+
+/// One attempt of PTRS.
+struct Attempt {
+  VD count;
+  VD us;        ///< 1/2 - |U|
+  VD v_low;     ///< V before its lower bits, a multiple of kVStep
+  VD a, b;      ///< of the transformation
+  MD squeezed;  ///< accepted without the probability
+};
+
+/// U takes the upper 40 bits of the word, V starts with the other 24.
+constexpr double kVStep = 0x1p-24;
+
+HWY_INLINE Attempt Try(VD mean, VU word) {
+  constexpr std::uint64_t kUpper = ~std::uint64_t{0xffffff};
+  const DD d;
+  const VD half = hn::Set(d, 0.5);
+  const VD u = hn::Add(hn::Sub(OneToTwo(hn::And(word, hn::Set(DU(), kUpper))), hn::Set(d, 1.5)),
+                       hn::Set(d, 0x1p-41));
+  Attempt t;
+  t.v_low = hn::Sub(OneToTwo(hn::ShiftLeft<40>(word)), hn::Set(d, 1.0));
+  t.us = hn::Sub(half, hn::Abs(u));
+  t.b = hn::Add(hn::Set(d, 0.931), hn::Mul(hn::Set(d, 2.53), hn::Sqrt(mean)));
+  t.a = hn::Add(hn::Set(d, -0.059), hn::Mul(hn::Set(d, 0.02483), t.b));
+  // 1/us and 1/(b - 2) from one division.
+  const VD b2 = hn::Sub(t.b, hn::Set(d, 2.0));
+  const VD both = hn::Div(hn::Set(d, 1.0), hn::Mul(t.us, b2));
+  const VD slope = hn::Add(hn::Mul(hn::Add(t.a, t.a), hn::Mul(both, b2)), t.b);
+  t.count = hn::Floor(hn::Add(hn::Add(hn::Mul(slope, u), mean), hn::Set(d, 0.43)));
+  const VD v_r = hn::Sub(hn::Set(d, 0.9277), hn::Mul(hn::Set(d, 3.6224), hn::Mul(both, t.us)));
+  t.squeezed =
+      hn::And(hn::Ge(t.us, hn::Set(d, 0.07)), hn::Le(hn::Add(t.v_low, hn::Set(d, kVStep)), v_r));
+  return t;
+}
+
+/// ln(P(k) sqrt(2 pi k)) of the Poisson distribution for k >= 1, absolute error below 1e-12 where
+/// it is above -40: -(Stirling's error) - (k ln(k / mean) + mean - k).
+HWY_INLINE VD LogProbability(VD k, VD mean) {
+  // Of atanh(v)/v - 1 in v^2; good to 1e-16 below kSeriesEnd.
+  constexpr double kAtanh[] = {1.0 / 3, 1.0 / 5, 1.0 / 7, 1.0 / 9, 1.0 / 11, 1.0 / 13, 1.0 / 15};
+  constexpr double kSeriesEnd = 0.1;
+  constexpr double kStirling[] = {1.0 / 12, -1.0 / 360, 1.0 / 1260, -1.0 / 1680};
+  const DD d;
+  const hn::RebindToSigned<DD> di;
+  const VD difference = hn::Sub(k, mean);
+  // 1/k and 1/(k + mean) from one division.
+  const VD sum = hn::Add(k, mean);
+  const VD both = hn::Div(hn::Set(d, 1.0), hn::Mul(k, sum));
+  const VD v = hn::Mul(difference, hn::Mul(both, k));
+  const VD v2 = hn::Mul(v, v);
+  // k ln(k/mean) + mean - k = 2 k atanh(v) - difference = difference v + 2 k (atanh(v) - v).
+  VD deviance = hn::Add(hn::Mul(difference, v),
+                        hn::Mul(hn::Mul(hn::Add(k, k), v), hn::Mul(v2, Polynomial(d, v2, kAtanh))));
+  const MD far = hn::Gt(hn::Abs(v), hn::Set(d, kSeriesEnd));
+  if (!hn::AllFalse(d, far)) {
+    const VD direct = hn::Sub(hn::Mul(k, LogDouble(d, hn::Div(k, mean))), difference);
+    deviance = hn::IfThenElse(far, direct, deviance);
+  }
+  const VD inverse = hn::Mul(both, sum);
+  VD stirling = hn::Mul(inverse, Polynomial(d, hn::Mul(inverse, inverse), kStirling));
+  const VD end = hn::Set(d, static_cast<double>(kStirlingTable - 1));
+  const MD few = hn::Le(k, end);
+  if (!hn::AllFalse(d, few)) {
+    const VD index = hn::Min(k, end);
+    stirling = hn::IfThenElse(few, hn::GatherIndex(d, kStirlingErrors, hn::ConvertTo(di, index)),
+                              stirling);
+  }
+  return hn::Neg(hn::Add(stirling, deviance));
+}
+
+/// Whether PTRS takes the count: V / (alpha (a / us^2 + b)) <= P(count), where
+/// 1 / alpha = 1.1239 + 1.1328 / (b - 3.4).
+HWY_INLINE MD Accepted(const Attempt& t, VD mean, VU word) {
+  constexpr double kTwoPi = 6.283185307179586;
+  const DD d;
+  const VD one = hn::Set(d, 1.0);
+  const VD rest = hn::Add(hn::Sub(OneToTwo(NextWord(hn::Not(word))), one), hn::Set(d, 0x1p-53));
+  const VD v = hn::Add(t.v_low, hn::Mul(rest, hn::Set(d, kVStep)));
+  const VD b3 = hn::Sub(t.b, hn::Set(d, 3.4));
+  const VD us2 = hn::Mul(t.us, t.us);
+  const VD above = hn::Mul(hn::Add(hn::Mul(hn::Set(d, 1.1239), b3), hn::Set(d, 1.1328)), us2);
+  const VD below = hn::Mul(b3, hn::Add(t.a, hn::Mul(t.b, us2)));
+  const VD share = hn::Mul(v, hn::Div(above, below));
+  const VD k = hn::Max(t.count, one);
+  const VD root = hn::Sqrt(hn::Mul(hn::Set(d, kTwoPi), k));
+  const VD log_probability = LogProbability(k, mean);
+  const MD none = hn::Eq(t.count, hn::Zero(d));
+  const VD left = LogDouble(d, hn::Mul(share, hn::IfThenElse(none, one, root)));
+  const VD right = hn::IfThenElse(none, hn::Neg(mean), log_probability);
+  return hn::And(hn::Ge(t.count, hn::Zero(d)), hn::Le(left, right));
+}
+
+/// The count whose interval of the distribution function holds the word's uniform number.
+HWY_INLINE VD Invert(VD mean, VU word) {
+  const DD d;
+  const VD one = hn::Set(d, 1.0);
+  VD rest = hn::Add(hn::Sub(OneToTwo(word), one), hn::Set(d, 0x1p-53));
+  VD probability = ExpDouble(d, hn::Neg(mean));
+  VD count = hn::Zero(d);
+  for (std::size_t k = 1; k <= kMostInverted; ++k) {
+    rest = hn::Sub(rest, probability);
+    const MD beyond = hn::Ge(rest, hn::Zero(d));
+    if (hn::AllFalse(d, beyond)) break;
+    count = hn::Add(count, hn::IfThenElseZero(beyond, one));
+    probability = hn::Mul(probability, hn::Mul(mean, hn::Set(d, kReciprocals.values[k])));
+  }
+  return count;
+}
+
+/// Appends the names of the lanes in `which`, without branches, as nothing foretells them.
+HWY_INLINE void Append(MD which, VU names, Places& places) {
+  const DU du;
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
+  places.count +=
+      hn::CompressStore(names, hn::RebindMask(du, which), du, places.values + places.count);
+#else
+  // CompressStore goes through a table that GCC copies to the stack each time.
+  HWY_ALIGN_MAX std::uint64_t lanes[kMostLanes];
+  hn::Store(names, du, lanes);
+  std::uint8_t bytes[sizeof(std::uint64_t)] = {};
+  hn::StoreMaskBits(DD(), which, bytes);
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, bytes, sizeof(bits));
+  for (std::size_t lane = 0; lane < hn::Lanes(du); ++lane, bits >>= 1) {
+    places.values[places.count] = lanes[lane];
+    places.count += bits & 1;
+  }
+#endif
+}
+
+/// Room for whole vectors in both arrays.
+void PoissonBlock(std::uint64_t key, std::uint64_t first, std::size_t size, const double* means,
+                  double* counts) {
+  const DD d;
+  const DU du;
+  const std::size_t lanes = hn::Lanes(d);
+  HWY_ALIGN_MAX std::uint64_t words[kBlock + kMostLanes];
+  Places lists[2];
+  Places* pending = &lists[0];
+  Places* rejected = &lists[1];
+  Counter counter(key, first);
+  VU names = hn::Iota(du, std::uint64_t{0});
+  for (std::size_t i = 0; i < size; i += lanes) {
+    const VU word = counter.Next();
+    const VD mean = hn::Load(d, means + i);
+    const MD small = hn::Lt(mean, hn::Set(d, kLeastRejectionMean));
+    const MD large = hn::And(hn::Ge(mean, hn::Set(d, kLeastRejectionMean)),
+                             hn::Le(mean, hn::Set(d, kLargestMean)));
+    VD result = mean;
+    if (!hn::AllFalse(d, large)) {
+      const Attempt t = Try(hn::IfThenElse(large, mean, hn::Set(d, kLeastRejectionMean)), word);
+      result = hn::IfThenElse(large, t.count, result);
+      hn::Store(word, du, words + i);
+      Append(hn::AndNot(t.squeezed, large), names, *pending);
+    }
+    if (!hn::AllFalse(d, small)) {
+      const VD safe = hn::IfThenElseZero(small, hn::Max(mean, hn::Zero(d)));
+      result = hn::IfThenElse(small, Invert(safe, word), result);
+    }
+    hn::Store(result, d, counts + i);
+    names = hn::Add(names, hn::Set(du, static_cast<std::uint64_t>(lanes)));
+  }
+  HWY_ALIGN_MAX double left_means[kBlock + kMostLanes];
+  HWY_ALIGN_MAX std::uint64_t left_words[kBlock + kMostLanes];
+  HWY_ALIGN_MAX double results[kBlock + kMostLanes];
+  while (pending->count > 0) {
+    const std::size_t left = pending->count;
+    for (std::size_t i = 0; i < left; ++i) {
+      left_means[i] = means[pending->values[i]];
+      left_words[i] = words[pending->values[i]];
+    }
+    // What fills up the last vector is taken at once or forgotten.
+    std::fill_n(left_means + left, lanes, kLeastRejectionMean);
+    std::fill_n(left_words + left, lanes, std::uint64_t{0});
+    rejected->count = 0;
+    for (std::size_t i = 0; i < left; i += lanes) {
+      const VD mean = hn::Load(d, left_means + i);
+      const VU word = hn::Load(du, left_words + i);
+      const Attempt t = Try(mean, word);
+      const MD taken = hn::Or(t.squeezed, Accepted(t, mean, word));
+      hn::Store(t.count, d, results + i);
+      hn::Store(NextWord(word), du, left_words + i);
+      const MD valid = hn::FirstN(d, left - i);
+      Append(hn::AndNot(taken, valid), hn::Load(du, pending->values + i), *rejected);
+    }
+    // Rejected counts too: the next attempt replaces them.
+    for (std::size_t i = 0; i < left; ++i) {
+      counts[pending->values[i]] = results[i];
+      words[pending->values[i]] = left_words[i];
+    }
+    std::swap(pending, rejected);
+  }
+}
+
+/// AS 241's rational functions: of 0.180625 - q^2 in the middle, of sqrt(-ln p) - 1.6 and
+/// sqrt(-ln p) - 5 in the tails.
+constexpr double kMiddleEnd = 0.425;
+constexpr double kMiddleCentre = 0.180625;
+constexpr double kMiddleAbove[] = {3.3871328727963666080e0,  1.3314166789178437745e+2,
+                                   1.9715909503065514427e+3, 1.3731693765509461125e+4,
+                                   4.5921953931549871457e+4, 6.7265770927008700853e+4,
+                                   3.3430575583588128105e+4, 2.5090809287301226727e+3};
+constexpr double kMiddleBelow[] = {1.0,
+                                   4.2313330701600911252e+1,
+                                   6.8718700749205790830e+2,
+                                   5.3941960214247511077e+3,
+                                   2.1213794301586595867e+4,
+                                   3.9307895800092710610e+4,
+                                   2.8729085735721942674e+4,
+                                   5.2264952788528545610e+3};
+constexpr double kTailCentre = 1.6;
+constexpr double kTailAbove[] = {1.42343711074968357734e0,  4.63033784615654529590e0,
+                                 5.76949722146069140550e0,  3.64784832476320460504e0,
+                                 1.27045825245236838258e0,  2.41780725177450611770e-1,
+                                 2.27238449892691845833e-2, 7.74545014278341407640e-4};
+constexpr double kTailBelow[] = {1.0,
+                                 2.05319162663775882187e0,
+                                 1.67638483018380384940e0,
+                                 6.89767334985100004550e-1,
+                                 1.48103976427480074590e-1,
+                                 1.51986665636164571966e-2,
+                                 5.47593808499534494600e-4,
+                                 1.05075007164441684324e-9};
+constexpr double kFarCentre = 5;
+constexpr double kFarAbove[] = {6.65790464350110377720e0,  5.46378491116411436990e0,
+                                1.78482653991729133580e0,  2.96560571828504891230e-1,
+                                2.65321895265761230930e-2, 1.24266094738807843860e-3,
+                                2.71155556874348757815e-5, 2.01033439929228813265e-7};
+constexpr double kFarBelow[] = {1.0,
+                                5.99832206555887937690e-1,
+                                1.36929880922735805310e-1,
+                                1.48753612908506148525e-2,
+                                7.86869131145613259100e-4,
+                                1.84631831751005468180e-5,
+                                1.42151175831644588870e-7,
+                                2.04426310338993978564e-15};
+
+HWY_INLINE VD Tail(VD q) {
+  const DD d;
+  const VD p = hn::Sub(hn::Set(d, 0.5), hn::Abs(q));
+  const VD r = hn::Sqrt(hn::Neg(LogDouble(d, p)));
+  const VD near = hn::Sub(r, hn::Set(d, kTailCentre));
+  VD z = hn::Div(Polynomial(d, near, kTailAbove), Polynomial(d, near, kTailBelow));
+  const MD is_far = hn::Gt(r, hn::Set(d, kFarCentre));
+  if (!hn::AllFalse(d, is_far)) {
+    const VD far = hn::Sub(r, hn::Set(d, kFarCentre));
+    z = hn::IfThenElse(is_far,
+                       hn::Div(Polynomial(d, far, kFarAbove), Polynomial(d, far, kFarBelow)), z);
+  }
+  return hn::CopySign(z, q);
+}
+
+/// Writes whole vectors.
+void NormalBlock(std::uint64_t key, std::uint64_t first, std::size_t size, double* out) {
+  const DD d;
+  const DU du;
+  const std::size_t lanes = hn::Lanes(d);
+  HWY_ALIGN_MAX double uniform[kBlock + kMostLanes];
+  HWY_ALIGN_MAX double tails[kBlock + kMostLanes];
+  Places places;
+  Counter counter(key, first);
+  VU names = hn::Iota(du, std::uint64_t{0});
+  for (std::size_t i = 0; i < size; i += lanes) {
+    const VD q = Centred(counter.Next());
+    const VD r = hn::Sub(hn::Set(d, kMiddleCentre), hn::Mul(q, q));
+    const VD z = hn::Div(Polynomial(d, r, kMiddleAbove), Polynomial(d, r, kMiddleBelow));
+    hn::Store(hn::Mul(q, z), d, out + i);
+    hn::Store(q, d, uniform + i);
+    Append(hn::Gt(hn::Abs(q), hn::Set(d, kMiddleEnd)), names, places);
+    names = hn::Add(names, hn::Set(du, static_cast<std::uint64_t>(lanes)));
+  }
+  for (std::size_t i = 0; i < places.count; ++i) tails[i] = uniform[places.values[i]];
+  std::fill_n(tails + places.count, lanes, 0.0);
+  for (std::size_t i = 0; i < places.count; i += lanes) {
+    hn::Store(Tail(hn::Load(d, tails + i)), d, tails + i);
+  }
+  for (std::size_t i = 0; i < places.count; ++i) out[places.values[i]] = tails[i];
+}
+
+}  // namespace
+
+void PoissonVariates(std::uint64_t key, std::uint64_t first, const double* means, double* out,
+                     std::size_t size) {
+  HWY_ALIGN_MAX double block[kBlock + kMostLanes];
+  HWY_ALIGN_MAX double counts[kBlock + kMostLanes];
+  for (std::size_t done = 0; done < size; done += kBlock) {
+    const std::size_t count = std::min(kBlock, size - done);
+    std::copy_n(means + done, count, block);
+    // What fills up the last vector.
+    std::fill_n(block + count, kMostLanes, 0.0);
+    PoissonBlock(key, first + done, count, block, counts);
+    std::copy_n(counts, count, out + done);
+  }
+}
+
+void NormalVariates(std::uint64_t key, std::uint64_t first, double* out, std::size_t size) {
+  HWY_ALIGN_MAX double block[kBlock + kMostLanes];
+  for (std::size_t done = 0; done < size; done += kBlock) {
+    const std::size_t count = std::min(kBlock, size - done);
+    NormalBlock(key, first + done, count, block);
+    std::copy_n(block, count, out + done);
+  }
+}
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace gamer
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gamer {
+
+HWY_EXPORT(PoissonVariates);
+HWY_EXPORT(NormalVariates);
+
+void poisson_variates(std::uint64_t key, std::uint64_t first, std::span<const double> means,
+                      std::span<double> out) {
+  if (means.size() != out.size()) throw std::invalid_argument("Poisson variates: sizes differ");
+  HWY_DYNAMIC_DISPATCH(PoissonVariates)(key, first, means.data(), out.data(), out.size());
+}
+
+void normal_variates(std::uint64_t key, std::uint64_t first, std::span<double> out) {
+  HWY_DYNAMIC_DISPATCH(NormalVariates)(key, first, out.data(), out.size());
+}
+
+}  // namespace gamer
+#endif
