@@ -1,0 +1,800 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+#include <memory>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "gamer/core/error.h"
+#include "gamer/processing/rgb.h"
+#include "gamer/processing/tone.h"
+#include "processing/operation_groups.h"
+#include "processing/plane_operation.h"
+
+namespace gamer {
+namespace {
+
+constexpr const char* kGroup = "Brightness and colour";
+constexpr double kPercent = 0.01;
+
+std::string option_of(std::string name) {
+  std::replace(name.begin(), name.end(), '_', '-');
+  return "--" + name;
+}
+
+bool is_magnitude(const std::string& unit) { return unit.find("mag") != std::string::npos; }
+
+// ---- One tone for each plane or for the file ---------------------------------------------------
+
+const Parameter& per_parameter() {
+  static const Parameter parameter = {
+      "per",
+      ParameterType::choice,
+      "",
+      {},
+      std::string("file"),
+      "what is measured together: all planes of the file, which keeps colours, or each plane alone",
+      {"file", "plane"}};
+  return parameter;
+}
+
+/// What is made of a plane once all planes of the file are known.
+class LatePlane final : public Plane {
+ public:
+  LatePlane(const PlanePtr& source, std::shared_ptr<PlanePtr> made)
+      : Plane(source->width(), source->height()), source_(source), made_(std::move(made)) {}
+
+  Tile tile() const override { return source_->tile(); }
+  void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
+    (*made_)->read(area, out, stride);
+  }
+
+ private:
+  PlanePtr source_;
+  std::shared_ptr<PlanePtr> made_;
+};
+
+template <class Tone>
+struct ToneChange {
+  /// From planes that are measured together; what is wrong is an InputError without their name.
+  std::function<Tone(std::span<const PlaneTask> group)> measure;
+  std::function<PlanePtr(const PlanePtr& plane, const Tone& tone)> apply;
+  /// `tones` of the planes of the HDU.
+  std::function<void(FitsHeader& header, std::span<const Tone> tones)> edit;
+};
+
+template <class Tone>
+std::vector<Tone> measure_tones(const OperationCall& call, std::span<const PlaneTask> tasks,
+                                const ToneChange<Tone>& change) {
+  const auto measure = [&](std::span<const PlaneTask> group) {
+    try {
+      return change.measure(group);
+    } catch (const InputError& error) {
+      const PlaneTask& first = group.front();
+      const std::string plane =
+          group.size() == 1 && first.count > 1 ? fmt::format(", plane {}", first.index + 1) : "";
+      throw InputError(
+          fmt::format("gutil {}: {}{}: {}", call.operation, first.label, plane, error.what()));
+    }
+  };
+  std::vector<Tone> tones;
+  if (call.parameters.text("per") == "plane") {
+    for (std::size_t i = 0; i < tasks.size(); ++i) tones.push_back(measure(tasks.subspan(i, 1)));
+  } else {
+    tones.assign(tasks.size(), measure(tasks));
+  }
+  return tones;
+}
+
+/// Drives an operation whose tone is measured in its planes.
+template <class Tone>
+int change_tones(const OperationCall& call, const ToneChange<Tone>& change) {
+  std::vector<PlaneTask> tasks;
+  std::vector<std::shared_ptr<PlanePtr>> made;
+  std::vector<Tone> tones;
+  std::size_t edited = 0;
+  const PlaneChange late = [&](const PlaneTask& task) {
+    tasks.push_back(task);
+    made.push_back(std::make_shared<PlanePtr>());
+    return std::make_shared<LatePlane>(task.plane, made.back());
+  };
+  const HeaderChange edit = [&](FitsHeader& header, int, int, int planes) {
+    if (tones.empty()) {
+      tones = measure_tones(call, tasks, change);
+      for (std::size_t i = 0; i < tasks.size(); ++i) {
+        *made[i] = change.apply(tasks[i].plane, tones[i]);
+      }
+    }
+    const auto count = static_cast<std::size_t>(planes);
+    change.edit(header, std::span<const Tone>(tones).subspan(edited, count));
+    edited += count;
+  };
+  change_planes(call, late, edit);
+  return 0;
+}
+
+std::vector<PlanePtr> planes_of(std::span<const PlaneTask> group) {
+  std::vector<PlanePtr> planes;
+  for (const PlaneTask& task : group) planes.push_back(task.plane);
+  return planes;
+}
+
+// ---- Calibration -------------------------------------------------------------------------------
+
+constexpr std::array<const char*, 3> kCalibration = {"MAGZERO", "PHOTZP", "PHOTFLAM"};
+
+/// Of pixels that are no linear measure of light any more.
+void remove_calibration(FitsHeader& header, std::size_t planes) {
+  header.remove("BUNIT");
+  for (const char* key : kCalibration) {
+    header.remove(key);
+    for (std::size_t plane = 1; plane <= planes; ++plane) {
+      header.remove(fmt::format("{}{}", key, plane));
+    }
+  }
+}
+
+/// A card that speaks of all planes becomes one for each.
+void spread_calibration(FitsHeader& header, std::size_t planes) {
+  for (const char* key : kCalibration) {
+    const std::optional<Card> common = header.card(key);
+    if (!common) continue;
+    for (std::size_t plane = 1; plane <= planes; ++plane) {
+      const std::string own = fmt::format("{}{}", key, plane);
+      if (!header.has(own)) header.set({own, common->value, common->comment});
+    }
+    header.remove(key);
+  }
+}
+
+/// The pixels were multiplied and mean the same light, in units without a name.
+void rescale_calibration(FitsHeader& header, std::span<const LinearTone> tones) {
+  const bool is_one = std::all_of(tones.begin(), tones.end(), [&](const LinearTone& tone) {
+    return tone.factor == tones.front().factor;
+  });
+  if (is_one) {
+    change_unit(header, static_cast<int>(tones.size()), tones.front().factor, "");
+    header.remove("BUNIT");
+    return;
+  }
+  spread_calibration(header, tones.size());
+  for (std::size_t i = 0; i < tones.size(); ++i) {
+    constexpr double kMagnitudesPerFactor = 2.5;
+    const double factor = tones[i].factor, magnitudes = kMagnitudesPerFactor * std::log10(factor);
+    const auto change = [&](const char* name, auto new_value) {
+      const std::string key = fmt::format("{}{}", name, i + 1);
+      if (const auto old = header.number(key)) header.set(key, new_value(*old));
+    };
+    change("MAGZERO", [=](double zero) { return zero + magnitudes; });
+    change("PHOTZP", [=](double zero) { return zero + magnitudes; });
+    change("PHOTFLAM", [=](double flux) { return flux / factor; });
+  }
+  header.remove("BUNIT");
+}
+
+// ---- normalise ---------------------------------------------------------------------------------
+
+constexpr std::array<const char*, 5> kTargets = {"total", "peak", "mean", "percentile_range",
+                                                 "magnitude"};
+
+std::string only_target(const OperationCall& call) {
+  std::vector<std::string> given, all;
+  for (const char* name : kTargets) {
+    all.push_back(option_of(name));
+    if (call.parameters.has(name)) given.emplace_back(name);
+  }
+  if (given.size() == 1) return given.front();
+  if (given.empty()) {
+    throw InputError(fmt::format("gutil normalise: to what? give one of {}", fmt::join(all, ", ")));
+  }
+  throw InputError(fmt::format("gutil normalise: {} and {} exclude each other; give one",
+                               option_of(given[0]), option_of(given[1])));
+}
+
+/// The factor that gives the plane's total the magnitude.
+LinearTone tone_to_magnitude(const OperationCall& call, const PlaneTask& task) {
+  const double magnitude = plane_value(call, "magnitude", task);
+  if (!task.info.zero_point) {
+    throw InputError("has no MAGZERO card, which --magnitude needs; --total sets the sum instead");
+  }
+  constexpr double kFactorPerMagnitude = -0.4;
+  double total = std::pow(10, kFactorPerMagnitude * (magnitude - *task.info.zero_point));
+  if (is_brightness(task.info.unit)) {
+    const double scale = pixel_scale(task.header, task.label);
+    total /= scale * scale;
+  }
+  return tone_to_total(std::span(&task.plane, 1), total, task.threads);
+}
+
+int normalise(const OperationCall& call) {
+  const ParameterSet& parameters = call.parameters;
+  const std::string target = only_target(call);
+  const bool is_to_magnitude = target == "magnitude";
+  const bool has_reference = parameters.has("reference");
+  if (has_reference && parameters.text("per") == "plane") {
+    throw InputError("gutil normalise: --reference goes with --per file");
+  }
+  std::array<double, 2> range{};
+  if (target == "percentile_range") {
+    const std::vector<double>& percentiles = parameters.numbers(target);
+    range = {percentiles[0] * kPercent, percentiles[1] * kPercent};
+    if (!(range[0] < range[1])) {
+      throw InputError(fmt::format("gutil normalise: --percentile-range {}: low must be below high",
+                                   fmt::join(percentiles, ",")));
+    }
+  }
+
+  const auto measure = [&](std::span<const PlaneTask> group) {
+    if (has_reference) {
+      const std::int64_t reference = parameters.integer("reference");
+      if (reference > static_cast<std::int64_t>(group.size())) {
+        throw InputError(
+            fmt::format("--reference {}: there are {} planes", reference, group.size()));
+      }
+      group = group.subspan(static_cast<std::size_t>(reference) - 1, 1);
+    }
+    if (is_magnitude(group.front().info.unit)) {
+      throw InputError(
+          fmt::format("its pixels are magnitudes ({}), no light that can be multiplied",
+                      group.front().info.unit));
+    }
+    const int threads = group.front().threads;
+    if (is_to_magnitude) {
+      if (group.size() > 1) {
+        throw InputError(fmt::format(
+            "--magnitude of which of {} planes? give --reference, or --per plane", group.size()));
+      }
+      return tone_to_magnitude(call, group.front());
+    }
+    const std::vector<PlanePtr> planes = planes_of(group);
+    if (target == "percentile_range") {
+      return tone_to_unit_range(quantile_limits(planes, range[0], range[1], threads));
+    }
+    const double value = parameters.number(target);
+    if (target == "total") return tone_to_total(planes, value, threads);
+    if (target == "peak") return tone_to_peak(planes, value, threads);
+    return tone_to_mean(planes, value, threads);
+  };
+  return change_tones<LinearTone>(
+      call, {measure, linear_tone, [&](FitsHeader& header, std::span<const LinearTone> tones) {
+               if (!is_to_magnitude) rescale_calibration(header, tones);
+             }});
+}
+
+Operation normalise_operation() {
+  Operation operation;
+  operation.name = "normalise";
+  operation.aliases = {"normalize"};
+  operation.group = kGroup;
+  operation.summary = "Bring the pixels to a total, peak, mean, range or magnitude";
+  operation.description =
+      "v' = f v, one factor f for all planes of the file (default, keeps colours) or for each "
+      "(--per plane), so that the sum, the largest or the mean of the pixels has the value given; "
+      "--percentile-range low,high subtracts the low percentile and makes the high one 1. With "
+      "--per file all planes are measured together, or the one that --reference names. --magnitude "
+      "m makes the sum 10^(-0.4 (m - MAGZERO)); pixels per solid angle count with their area. "
+      "Missing pixels (NaN) are left out. --magnitude changes the light: BUNIT and MAGZERO stay. "
+      "The others change the unit: BUNIT goes, MAGZERO and PHOTZP grow by 2.5 log10 f, PHOTFLAM is "
+      "divided by f, so that magnitudes stay right; of a percentile range, those of light above "
+      "the low percentile.";
+  const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
+  operation.parameters = {
+      {"total", ParameterType::number, "", positive, {}, "sum of the pixels"},
+      {"peak", ParameterType::number, "", positive, {}, "largest pixel"},
+      {"mean", ParameterType::number, "", positive, {}, "mean of the pixels"},
+      {"percentile_range",
+       ParameterType::vector2,
+       "%",
+       Interval::closed(0, 100),
+       {},
+       "percentiles low,high that become 0 and 1"},
+      {"magnitude",
+       ParameterType::numbers,
+       "mag",
+       Interval::any(),
+       {},
+       "AB magnitude of the sum: one for all planes, or one for each"},
+      per_parameter(),
+      {"reference",
+       ParameterType::integer,
+       "",
+       Interval::right_open(1, std::numeric_limits<double>::infinity()),
+       {},
+       "with --per file: the plane, from 1, that is measured for all"},
+  };
+  operation.example = "normalise --peak 1 in.fits out.fits";
+  operation.run = normalise;
+  return operation;
+}
+
+// ---- gamma -------------------------------------------------------------------------------------
+
+int correct_gamma(const OperationCall& call) {
+  const ParameterSet& parameters = call.parameters;
+  const double gamma = parameters.number("gamma");
+  const auto measure = [&](std::span<const PlaneTask> group) {
+    return parameters.has("maximum") ? parameters.number("maximum")
+                                     : positive_maximum(planes_of(group), group.front().threads);
+  };
+  const auto apply = [gamma](const PlanePtr& plane, double maximum) {
+    return gamma_tone(plane, maximum, gamma);
+  };
+  const auto edit = [](FitsHeader& header, std::span<const double> maxima) {
+    remove_calibration(header, maxima.size());
+  };
+  return change_tones<double>(call, {measure, apply, edit});
+}
+
+Operation gamma_operation() {
+  Operation operation;
+  operation.name = "gamma";
+  operation.group = kGroup;
+  operation.summary = "Gamma correction";
+  operation.description =
+      "v' = (v/max)^gamma, max the largest pixel of the file or of each plane (--per plane), or "
+      "--maximum (Groeneboom & Dahle 2014). A gamma below 1 lifts what is faint; displays want "
+      "1/2.2 = "
+      "0.4545. What is below 0 keeps its sign: -(-v/max)^gamma. The pixels are no linear measure "
+      "of light any more: BUNIT, MAGZERO, PHOTZP and PHOTFLAM go.";
+  const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
+  operation.parameters = {
+      {"gamma", ParameterType::number, "", positive, {}, "the exponent", {}, true},
+      {"maximum",
+       ParameterType::number,
+       "unit of the pixels",
+       positive,
+       {},
+       "what becomes 1 (default: the largest pixel)"},
+      per_parameter(),
+  };
+  operation.example = "gamma --gamma 0.4545 in.fits out.fits";
+  operation.run = correct_gamma;
+  return operation;
+}
+
+// ---- stretch -----------------------------------------------------------------------------------
+
+const std::map<std::string, Stretch::Function>& stretch_functions() {
+  static const std::map<std::string, Stretch::Function> functions = {
+      {"linear", Stretch::Function::linear},
+      {"sqrt", Stretch::Function::square_root},
+      {"log", Stretch::Function::logarithm},
+      {"asinh", Stretch::Function::asinh}};
+  return functions;
+}
+
+int stretch_file(const OperationCall& call) {
+  const ParameterSet& parameters = call.parameters;
+  Stretch stretch;
+  const std::string& name = parameters.text("function");
+  stretch.function = stretch_functions().at(name);
+  const bool has_softening = name == "log" || name == "asinh";
+  if (parameters.has("softening") && !has_softening) {
+    throw InputError(
+        fmt::format("gutil stretch: --softening goes with log and asinh, not {}", name));
+  }
+  stretch.softening = parameters.has("softening") ? parameters.number("softening")
+                                                  : default_softening(stretch.function);
+  stretch.clip = !parameters.boolean("no_clip");
+  if (parameters.has("limits") && parameters.is_given("percentiles")) {
+    throw InputError("gutil stretch: --limits and --percentiles exclude each other; give one");
+  }
+  const std::string limits = parameters.has("limits") ? "limits" : "percentiles";
+  const std::vector<double>& ends = parameters.numbers(limits);
+  if (!(ends[0] < ends[1])) {
+    throw InputError(fmt::format("gutil stretch: {} {}: low must be below high", option_of(limits),
+                                 fmt::join(ends, ",")));
+  }
+  const auto measure = [&](std::span<const PlaneTask> group) {
+    if (limits == "limits") return Limits{ends[0], ends[1]};
+    const Limits measured = quantile_limits(planes_of(group), ends[0] * kPercent,
+                                            ends[1] * kPercent, group.front().threads);
+    tone_to_unit_range(measured);
+    return measured;
+  };
+  const auto apply = [&](const PlanePtr& plane, const Limits& measured) {
+    Stretch own = stretch;
+    own.limits = measured;
+    return stretched(plane, own);
+  };
+  const auto edit = [](FitsHeader& header, std::span<const Limits> tones) {
+    remove_calibration(header, tones.size());
+  };
+  return change_tones<Limits>(call, {measure, apply, edit});
+}
+
+Operation stretch_operation() {
+  Operation operation;
+  operation.name = "stretch";
+  operation.group = kGroup;
+  operation.summary = "Linear, sqrt, log or asinh stretch between two limits";
+  operation.description =
+      "With x = (v - low)/(high - low) and softening a: linear v' = x; sqrt v' = sqrt(x); log v' = "
+      "ln(1 + a x)/ln(1 + a); asinh v' = asinh(x/a)/asinh(1/a). Limits are percentiles of the "
+      "pixels, of the file or of each plane (--per plane), or fixed values. x is clipped to "
+      "[0, 1], or with --no-clip v'(-x) = -v'(x). Missing pixels stay missing. The pixels are no "
+      "linear measure of light any more: BUNIT, MAGZERO, PHOTZP and PHOTFLAM go.";
+  operation.parameters = {
+      {"function",
+       ParameterType::choice,
+       "",
+       {},
+       std::string("asinh"),
+       "the stretch",
+       {"linear", "sqrt", "log", "asinh"}},
+      {"softening",
+       ParameterType::number,
+       "",
+       Interval::open(0, std::numeric_limits<double>::infinity()),
+       {},
+       "a of log (default 1000; larger bends more) and asinh (default 0.1; smaller bends more)"},
+      {"percentiles", ParameterType::vector2, "%", Interval::closed(0, 100),
+       std::vector<double>{0, 100}, "limits low,high as percentiles"},
+      {"limits",
+       ParameterType::vector2,
+       "unit of the pixels",
+       Interval::any(),
+       {},
+       "limits low,high as values"},
+      {"no_clip", ParameterType::boolean, "", {}, false, "keep what is beyond the limits"},
+      per_parameter(),
+  };
+  operation.example = "stretch --function asinh --percentiles 1,99.9 in.fits out.fits";
+  operation.run = stretch_file;
+  return operation;
+}
+
+// ---- rgb ---------------------------------------------------------------------------------------
+
+constexpr double kDefaultDisplayGamma = 2.2;
+
+struct Source {
+  PlanePtr plane;
+  PlaneInfo info;
+  std::string label;
+};
+
+std::vector<Source> read_sources(const OperationCall& call) {
+  std::vector<Source> sources;
+  for (const std::string& name : call.inputs) {
+    const FitsInput input(name);
+    visit_planes(input, call.threads, [&](const PlaneTask& task) {
+      const std::string plane =
+          task.info.planes > 1 ? fmt::format(" (plane {})", task.info.plane + 1) : "";
+      sources.push_back({task.plane, task.info, task.label + plane});
+    });
+  }
+  return sources;
+}
+
+/// The planes that make the picture: those of --planes, else all.
+std::vector<Source> choose_sources(const OperationCall& call, const std::vector<Source>& all) {
+  if (!call.parameters.has("planes")) return all;
+  std::vector<Source> chosen;
+  for (const double number : call.parameters.numbers("planes")) {
+    if (number != std::floor(number) || number > static_cast<double>(all.size())) {
+      throw InputError(fmt::format("gutil rgb: --planes {}: there is no plane {}, only 1 to {}",
+                                   fmt::join(call.parameters.numbers("planes"), ","), number,
+                                   all.size()));
+    }
+    chosen.push_back(all[static_cast<std::size_t>(number) - 1]);
+  }
+  return chosen;
+}
+
+void check_sources(const OperationCall& call, const std::vector<Source>& sources) {
+  const Source& first = sources.front();
+  for (const Source& source : sources) {
+    const Plane &a = *first.plane, &b = *source.plane;
+    if (a.width() != b.width() || a.height() != b.height()) {
+      throw InputError(
+          fmt::format("gutil rgb: {} has {} x {} pixels, {} has {} x {}; channels are of one size",
+                      first.label, a.width(), a.height(), source.label, b.width(), b.height()));
+    }
+    if (is_magnitude(source.info.unit)) {
+      throw InputError(fmt::format(
+          "gutil rgb: the pixels of {} are magnitudes ({}); a picture needs light, such as nJy",
+          source.label, source.info.unit));
+    }
+  }
+  const bool fits = sources.size() == 1 || sources.size() == 3;
+  if (!fits && call.parameters.text("method") != "auto") {
+    const std::string few = sources.size() > 3 ? "choose three by --planes r,g,b" : "give three";
+    throw InputError(fmt::format("gutil rgb: {} planes in {}; {}, or take --method auto",
+                                 sources.size(), fmt::join(call.inputs, ", "), few));
+  }
+}
+
+/// Wavelengths by which channels are sorted; empty where they stay in the order given.
+std::vector<double> sorting_wavelengths(const OperationCall& call,
+                                        const std::vector<Source>& sources) {
+  const ParameterSet& parameters = call.parameters;
+  const bool by_wavelength = parameters.text("order") == "wavelength";
+  if (parameters.has("planes")) {
+    if (by_wavelength && parameters.is_given("order")) {
+      throw InputError(
+          "gutil rgb: --planes are red, green and blue as given; --order goes without");
+    }
+    return {};
+  }
+  std::vector<double> wavelengths;
+  for (const Source& source : sources) {
+    if (!by_wavelength || !source.info.wavelength) return {};
+    wavelengths.push_back(*source.info.wavelength);
+  }
+  return wavelengths;
+}
+
+/// Options that belong to some methods alone.
+void check_method_options(const OperationCall& call) {
+  static const std::map<std::string, std::vector<std::string>> methods = {
+      {"minimum", {"lupton", "stiff", "plain"}},
+      {"scale", {"lupton"}},
+      {"stretch", {"lupton"}},
+      {"q", {"lupton"}},
+      {"maximum", {"stiff", "plain"}},
+      {"percentiles", {"stiff", "plain"}},
+      {"gamma", {"stiff", "plain"}},
+      {"luminance_gamma", {"stiff"}},
+      {"saturation", {"stiff"}}};
+  const std::string& method = call.parameters.text("method");
+  for (const auto& [name, known] : methods) {
+    if (!call.parameters.is_given(name)) continue;
+    if (std::find(known.begin(), known.end(), method) == known.end()) {
+      throw InputError(fmt::format("gutil rgb: {} goes with --method {}, not {}", option_of(name),
+                                   fmt::join(known, " or "), method));
+    }
+  }
+}
+
+/// One value for all channels, or one for each.
+std::optional<Rgb> channel_values(const OperationCall& call, const std::string& name) {
+  if (!call.parameters.has(name)) return std::nullopt;
+  const std::vector<double>& values = call.parameters.numbers(name);
+  if (values.size() == 1) return Rgb{values[0], values[0], values[0]};
+  if (values.size() == 3) return Rgb{values[0], values[1], values[2]};
+  throw InputError(fmt::format("gutil rgb: {} has {} values; give one, or one for each channel",
+                               option_of(name), values.size()));
+}
+
+std::array<Limits, 3> channel_limits(const OperationCall& call,
+                                     std::span<const PlanePtr> channels) {
+  const std::optional<Rgb> low = channel_values(call, "minimum");
+  const std::optional<Rgb> high = channel_values(call, "maximum");
+  const std::vector<double>& percentiles = call.parameters.numbers("percentiles");
+  if (low && high && call.parameters.is_given("percentiles")) {
+    throw InputError("gutil rgb: --minimum and --maximum leave nothing to --percentiles");
+  }
+  if (!(percentiles[0] < percentiles[1])) {
+    throw InputError(fmt::format("gutil rgb: --percentiles {}: low must be below high",
+                                 fmt::join(percentiles, ",")));
+  }
+  std::array<Limits, 3> limits;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (!low || !high) {
+      const std::size_t channel = channels.size() == 1 ? 0 : c;
+      limits[c] = c > channel
+                      ? limits[0]
+                      : quantile_limits(channels.subspan(channel, 1), percentiles[0] * kPercent,
+                                        percentiles[1] * kPercent, call.threads);
+    }
+    if (low) limits[c].low = (*low)[c];
+    if (high) limits[c].high = (*high)[c];
+    if (!(limits[c].low < limits[c].high)) {
+      constexpr std::array<const char*, 3> kNames = {"red", "green", "blue"};
+      throw InputError(fmt::format(
+          "gutil rgb: black at {:.6g} and white at {:.6g} in {}: give --minimum below --maximum",
+          limits[c].low, limits[c].high, kNames[c]));
+    }
+  }
+  return limits;
+}
+
+std::string limits_text(const std::array<Limits, 3>& limits) {
+  return fmt::format("--minimum {},{},{} --maximum {},{},{}", limits[0].low, limits[1].low,
+                     limits[2].low, limits[0].high, limits[1].high, limits[2].high);
+}
+
+/// How values become colours, and the options that say so in full.
+struct Colours {
+  ColourOf colour;
+  ByteRounding rounding = ByteRounding::nearest;
+  std::string options;
+};
+
+Colours choose_colours(const OperationCall& call, std::span<const PlanePtr> channels) {
+  const ParameterSet& parameters = call.parameters;
+  const std::string& method = parameters.text("method");
+  const auto number = [&](const char* name) -> std::optional<double> {
+    if (!parameters.has(name)) return std::nullopt;
+    return parameters.number(name);
+  };
+  if (method == "lupton") {
+    const LuptonTone tone =
+        choose_lupton(channels,
+                      {channel_values(call, "minimum"), channel_values(call, "scale"),
+                       number("stretch"), number("q")},
+                      call.threads);
+    return {tone, ByteRounding::down,
+            fmt::format("--minimum {} --scale {} --stretch {} --q {}", fmt::join(tone.minimum, ","),
+                        fmt::join(tone.scale, ","), tone.stretch, tone.q)};
+  }
+  if (method == "stiff") {
+    const StiffTone tone = {channel_limits(call, channels),
+                            number("gamma").value_or(kDefaultDisplayGamma),
+                            parameters.number("luminance_gamma"), parameters.number("saturation")};
+    return {tone, ByteRounding::nearest, limits_text(tone.limits)};
+  }
+  if (method == "plain") {
+    const PlainTone tone = {channel_limits(call, channels), number("gamma").value_or(1)};
+    return {tone, ByteRounding::nearest, limits_text(tone.limits)};
+  }
+  const PictureTone tone = automatic_tone(channels, call.threads);
+  return {[tone](const Rgb& rgb) { return tone.colour(rgb); }, ByteRounding::nearest, ""};
+}
+
+PictureFileOptions picture_options(const OperationCall& call) {
+  PictureFileOptions options;
+  options.name = call.output;
+  options.format = picture_format(call.output).value_or(PictureFormat::png);
+  options.overwrite = call.overwrite;
+  const bool has_bits = call.parameters.has("bits");
+  if (has_bits && call.parameters.text("bits") == "8") options.bits = 8;
+  if (has_bits && options.bits == 16 && options.format == PictureFormat::bmp) {
+    throw InputError("gutil rgb: --bits 16: a BMP file has 8 bits a channel; use .png");
+  }
+  return options;
+}
+
+int make_rgb(const OperationCall& call) {
+  check_method_options(call);
+  PictureFileOptions options = picture_options(call);
+  const std::vector<Source> sources = choose_sources(call, read_sources(call));
+  check_sources(call, sources);
+  check_picture_file(options, sources.front().plane->width(), sources.front().plane->height());
+  std::vector<PlanePtr> planes;
+  for (const Source& source : sources) planes.push_back(source.plane);
+  const std::vector<double> wavelengths = sorting_wavelengths(call, sources);
+  const bool is_auto = call.parameters.text("method") == "auto";
+  if (!is_auto && !wavelengths.empty()) {
+    std::vector<std::size_t> order(planes.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](auto a, auto b) { return wavelengths[a] > wavelengths[b]; });
+    std::transform(order.begin(), order.end(), planes.begin(),
+                   [&](std::size_t i) { return sources[i].plane; });
+  }
+  // Missing pixels have no weight in what is chosen automatically; they are black in the picture.
+  const std::vector<PlanePtr> channels =
+      picture_channels(planes, is_auto ? wavelengths : std::vector<double>{});
+  const bool is_lupton = call.parameters.text("method") == "lupton";
+  const Colours colours = choose_colours(call, is_auto || is_lupton ? channels : planes);
+  options.comment = call.history;
+  if (!colours.options.empty()) options.comment += "; " + colours.options;
+  write_rgb(options, is_auto ? channels : planes, colours.colour, colours.rounding, call.threads);
+  return 0;
+}
+
+Operation rgb_operation() {
+  Operation operation;
+  operation.name = "rgb";
+  operation.group = kGroup;
+  operation.summary = "Colour picture (PNG, BMP)";
+  operation.description =
+      "Red, green and blue are three files of one plane each, the three planes of a file, or those "
+      "that --planes names, counted from 1 over all files; one plane alone is grey. Where all have "
+      "a wavelength (WAVELEN) the longest is red, otherwise, or with --order given, the first. The "
+      "picture's top row is the image's last. Pixels that are missing in a channel are black.\n"
+      "lupton (Lupton et al. 2004): c' = scale (c - minimum), I = (r' + g' + b')/3, c' becomes c' "
+      "F(I)/I, F(I) = 0.1 asinh(Q I/stretch)/asinh(0.1 Q), and all three are divided by the "
+      "largest where that is above 1, so hue stays. With --minimum 0 --scale 1 and 8 bits these "
+      "are the bytes of Astropy's make_lupton_rgb (but for its rounding of a saturated 255 to 254 "
+      "at "
+      "times). What is not given is chosen: minimum is the sky, scale balances the channels, "
+      "stretch and Q show the outer disk as well as the nucleus.\n"
+      "stiff (Bertin 2012): x = (c - minimum)/(maximum - minimum), Y = mean x, c' = (Y + "
+      "saturation "
+      "(x - Y)) Y^(1/luminance-gamma - 1), and the channel is c'^(1/gamma).\n"
+      "plain: x^(1/gamma), each channel on its own.\n"
+      "auto: any number of planes, as the renderer makes its pictures.\n"
+      "The PNG's text 'Comment' names the values that were used.";
+  operation.least_inputs = 1;
+  operation.most_inputs = 3;
+  operation.result = Operation::Result::picture;
+  const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
+  constexpr double kLargestQ = 1e10;
+  operation.parameters = {
+      {"method",
+       ParameterType::choice,
+       "",
+       {},
+       std::string("lupton"),
+       "how values become colours",
+       {"lupton", "stiff", "plain", "auto"}},
+      {"planes",
+       ParameterType::vector3,
+       "",
+       Interval::right_open(1, std::numeric_limits<double>::infinity()),
+       {},
+       "planes red,green,blue, from 1"},
+      {"order",
+       ParameterType::choice,
+       "",
+       {},
+       std::string("wavelength"),
+       "longest wavelength first, or the planes as given, red first",
+       {"wavelength", "given"}},
+      {"minimum",
+       ParameterType::numbers,
+       "unit of the pixels",
+       Interval::any(),
+       {},
+       "black, one for all or red,green,blue (default: chosen; stiff, plain: by --percentiles)"},
+      {"scale",
+       ParameterType::numbers,
+       "",
+       positive,
+       {},
+       "lupton: factors of the channels, one for all or red,green,blue (default: chosen)"},
+      {"stretch",
+       ParameterType::number,
+       "unit of the pixels",
+       positive,
+       {},
+       "lupton: linear stretch (default: chosen)"},
+      {"q",
+       ParameterType::number,
+       "",
+       Interval::left_open(0, kLargestQ),
+       {},
+       "lupton: asinh softening (default: chosen; with --stretch 8)"},
+      {"maximum",
+       ParameterType::numbers,
+       "unit of the pixels",
+       Interval::any(),
+       {},
+       "stiff, plain: white, one for all or red,green,blue (default: by --percentiles)"},
+      {"percentiles", ParameterType::vector2, "%", Interval::closed(0, 100),
+       std::vector<double>{1, 99.9}, "stiff, plain: black and white of each channel"},
+      {"gamma",
+       ParameterType::number,
+       "",
+       positive,
+       {},
+       "stiff (default 2.2), plain (default 1): gamma of the display"},
+      {"luminance_gamma", ParameterType::number, "", positive, 1.0,
+       "stiff: further gamma of the luminance alone"},
+      {"saturation", ParameterType::number, "",
+       Interval::right_open(0, std::numeric_limits<double>::infinity()), 1.0,
+       "stiff: 0 is grey, 1 leaves the colours, above is more colourful"},
+      {"bits",
+       ParameterType::choice,
+       "",
+       {},
+       {},
+       "bits a channel of a PNG (default 16); a BMP has 8",
+       {"8", "16"}},
+  };
+  operation.example = "rgb in.fits out.png";
+  operation.run = make_rgb;
+  return operation;
+}
+
+}  // namespace
+
+std::vector<Operation> tone_operations() {
+  return {normalise_operation(), gamma_operation(), stretch_operation(), rgb_operation()};
+}
+
+}  // namespace gamer
