@@ -3,9 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
-#include <cmath>
 #include <stdexcept>
 
 #include "image/card_record.h"
@@ -88,6 +85,36 @@ std::vector<std::string> read_text_column(FitsFile& file, int column, LONGLONG c
   return texts;
 }
 
+/// Ones' complement sum of 32 bits.
+std::uint64_t folded(std::uint64_t sum) {
+  constexpr std::uint64_t kWord = 0xFFFFFFFF;
+  while (sum > kWord) sum = (sum & kWord) + (sum >> 32);
+  return sum;
+}
+
+/// The checksum of the current header, as it stands in the file: its records, END and blanks.
+std::uint64_t header_sum(FitsFile& file) {
+  constexpr std::size_t kRecord = FLEN_CARD - 1, kWord = 4;
+  LONGLONG begin = 0, data = 0, end = 0;
+  file.call(fits_get_hduaddrll, &begin, &data, &end);
+  std::string text;
+  for (std::string record : read_records(file)) {
+    record.resize(kRecord, ' ');
+    text += record;
+  }
+  text += "END";
+  text.resize(static_cast<std::size_t>(data - begin), ' ');
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < text.size(); i += kWord) {
+    std::uint32_t word = 0;
+    for (std::size_t k = 0; k < kWord; ++k) {
+      word = word << 8 | static_cast<unsigned char>(text[i + k]);
+    }
+    sum += word;
+  }
+  return folded(sum);
+}
+
 }  // namespace
 
 void write_card(FitsFile& file, const Card& card) {
@@ -136,16 +163,22 @@ std::vector<Card> read_cards(FitsFile& file) {
   return cards;
 }
 
-void write_checksum(FitsFile& file) {
+void write_checksum(FitsFile& file, std::optional<std::uint32_t> data_sum) {
   constexpr const char* kComment = "checksum of this HDU";
-  file.call(fits_write_chksum);
-  file.call(fits_modify_comment, "DATASUM", "checksum of the data");
-  file.call(fits_modify_key_str, "CHECKSUM", "0000000000000000", kComment);
-  unsigned long data_sum = 0, hdu_sum = 0;
-  file.call(fits_get_chksum, &data_sum, &hdu_sum);
+  if (!data_sum) {
+    unsigned long sum = 0, unused = 0;
+    file.call(fits_get_chksum, &sum, &unused);
+    data_sum = static_cast<std::uint32_t>(sum);
+  }
+  file.call(fits_update_key_str, "CHECKSUM", "0000000000000000", kComment);
+  file.call(fits_update_key_str, "DATASUM", fmt::format("{}", *data_sum).c_str(),
+            "checksum of the data");
+  // Brings the header into its final form.
+  file.call(fits_flush_buffer, 0);
+  const std::uint64_t sum = folded(header_sum(file) + *data_sum);
   constexpr int kComplement = 1;
   char text[FLEN_VALUE] = {};
-  fits_encode_chksum(hdu_sum, kComplement, text);
+  fits_encode_chksum(static_cast<unsigned long>(sum), kComplement, text);
   file.call(fits_modify_key_str, "CHECKSUM", text, kComment);
 }
 

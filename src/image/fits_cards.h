@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,8 +26,9 @@ std::vector<std::string> read_records(FitsFile& file);
 std::vector<Card> read_cards(FitsFile& file);
 
 /// Writes DATASUM and CHECKSUM with comments that do not tell the time, so that equal files have
-/// equal bytes.
-void write_checksum(FitsFile& file);
+/// equal bytes. `data_sum` is that of the HDU's data where the caller knows it: otherwise they are
+/// read again.
+void write_checksum(FitsFile& file, std::optional<std::uint32_t> data_sum = std::nullopt);
 
 /// Cells of a column of texts, as they stand there but without blanks at the end; rows from 1.
 std::vector<std::string> read_text_cells(FitsFile& file, int column, LONGLONG first,

@@ -5,12 +5,15 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cerrno>
 #include <climits>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <system_error>
@@ -32,6 +35,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kStream = "-";
 constexpr std::size_t kCopyBlock = std::size_t{1} << 20;
+/// Pixels that are converted at a time: 64 KiB of floats.
+constexpr std::size_t kPiece = std::size_t{1} << 14;
 
 /// A file without a final name, for a stream's bytes; removed with the object.
 class Spool {
@@ -176,6 +181,36 @@ FitsHdu read_hdu(FitsFile& file, int number) {
   return hdu;
 }
 
+/// The FITS checksum of pixels: the ones' complement sum of their big-endian 32-bit words, which
+/// does not depend on the order in which they come.
+class PixelSum {
+ public:
+  void add(const float* values, std::size_t count) {
+    std::uint64_t sum = 0;
+    for (std::size_t i = 0; i < count; ++i) sum += std::bit_cast<std::uint32_t>(values[i]);
+    add(sum);
+  }
+  void add(const double* values, std::size_t count) {
+    std::uint64_t high = 0, low = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto bits = std::bit_cast<std::uint64_t>(values[i]);
+      high += bits >> 32;
+      low += bits & kWord;
+    }
+    add(high);
+    add(low);
+  }
+  std::uint32_t value() const { return static_cast<std::uint32_t>(sum_); }
+
+ private:
+  static constexpr std::uint64_t kWord = 0xFFFFFFFF;
+  void add(std::uint64_t sum) {
+    sum_ += (sum & kWord) + (sum >> 32);
+    while (sum_ >> 32 != 0) sum_ = (sum_ & kWord) + (sum_ >> 32);
+  }
+  std::uint64_t sum_ = 0;
+};
+
 bool exists(const std::string& name) {
   std::error_code error;
   return fs::exists(name, error);
@@ -232,22 +267,13 @@ class FitsInput::File {
 
   void read(const FitsHdu& hdu, int plane, const Area& area, double* out, std::ptrdiff_t stride) {
     const bool whole_rows = area.width == hdu.width;
-    if (hdu.bitpix == FLOAT_IMG && whole_rows && stride == area.width) {
-      // CFITSIO's own conversion is slower.
-      std::vector<float> values(static_cast<std::size_t>(area.width) * area.height);
-      {
-        const std::lock_guard lock(mutex_);
-        file_->move_to(hdu.number + 1);
-        read_pixels(hdu, plane, area.x, area.y, values.size(), TFLOAT, values.data());
-      }
-      std::copy(values.begin(), values.end(), out);
-      return;
-    }
     const std::lock_guard lock(mutex_);
     file_->move_to(hdu.number + 1);
-    if (whole_rows && stride == area.width) {
-      read_pixels(hdu, plane, area.x, area.y, static_cast<std::size_t>(area.width) * area.height,
-                  TDOUBLE, out);
+    const std::size_t count = static_cast<std::size_t>(area.width) * area.height;
+    if (whole_rows && stride == area.width && hdu.bitpix == FLOAT_IMG) {
+      read_floats(hdu, plane, area.y, count, out);
+    } else if (whole_rows && stride == area.width) {
+      read_pixels(hdu, plane, 0, area.y, count, TDOUBLE, out);
     } else if (is_compressed(*file_) && !whole_rows) {
       read_from_rows(hdu, plane, area, out, stride);
     } else {
@@ -281,11 +307,30 @@ class FitsInput::File {
     return FitsFile::open_extended(name);
   }
 
-  /// Consecutive pixels of the current HDU.
+  /// Whole rows; CFITSIO's own conversion to double is slower than reading pieces that stay in the
+  /// cache.
+  void read_floats(const FitsHdu& hdu, int plane, int y, std::size_t count, double* out) {
+    std::array<float, kPiece> piece;
+    LONGLONG first = (static_cast<LONGLONG>(plane) * hdu.height + y) * hdu.width + 1;
+    for (std::size_t done = 0; done < count;) {
+      const std::size_t size = std::min(piece.size(), count - done);
+      read_consecutive(hdu, first, size, TFLOAT, piece.data());
+      std::copy_n(piece.begin(), size, out + done);
+      done += size;
+      first += static_cast<LONGLONG>(size);
+    }
+  }
+
   void read_pixels(const FitsHdu& hdu, int plane, int x, int y, std::size_t count, int type,
                    void* out) {
-    const LONGLONG first =
-        (static_cast<LONGLONG>(plane) * hdu.height + y) * hdu.width + x + LONGLONG{1};
+    read_consecutive(hdu,
+                     (static_cast<LONGLONG>(plane) * hdu.height + y) * hdu.width + x + LONGLONG{1},
+                     count, type, out);
+  }
+
+  /// Consecutive pixels of the current HDU; `first` counts from 1.
+  void read_consecutive(const FitsHdu& hdu, LONGLONG first, std::size_t count, int type,
+                        void* out) {
     double blank = std::numeric_limits<double>::quiet_NaN();
     float float_blank = std::numeric_limits<float>::quiet_NaN();
     void* null = nullptr;
@@ -451,20 +496,15 @@ class FitsOutput::File {
     dated.set({"DATE", now(), "time of writing (UTC)"});
     write_records(dated);
     LONGLONG first = 1;
+    PixelSum sum;
     for (const PlanePtr& plane : planes) {
       for_each_band(*plane, threads, [&](const Area& area, const double* values) {
         const std::size_t count = static_cast<std::size_t>(area.width) * area.height;
-        if (bitpix == FLOAT_IMG) {
-          to_floats(values, count);
-          file_->call(fits_write_img, TFLOAT, first, static_cast<LONGLONG>(count),
-                      static_cast<void*>(floats_.data()));
-        } else {
-          file_->call(fits_write_img, TDOUBLE, first, static_cast<LONGLONG>(count),
-                      static_cast<void*>(const_cast<double*>(values)));
-        }
+        write_pixels(values, count, bitpix, first, sum);
         first += static_cast<LONGLONG>(count);
       });
     }
+    if (!compressed_) data_sums_[file_->hdu_count()] = sum.value();
   }
 
   void write_cube(FitsHeader header, const std::vector<PlanePtr>& planes,
@@ -490,7 +530,8 @@ class FitsOutput::File {
     const int hdus = file_->hdu_count();
     for (int hdu = 1; hdu <= hdus; ++hdu) {
       file_->move_to(hdu);
-      write_checksum(*file_);
+      const auto sum = data_sums_.find(hdu);
+      write_checksum(*file_, sum == data_sums_.end() ? std::nullopt : std::optional(sum->second));
     }
     file_->close();
     if (temporary_) {
@@ -515,16 +556,39 @@ class FitsOutput::File {
     }
   }
 
-  void to_floats(const double* values, std::size_t count) {
-    floats_.resize(count);
-    constexpr double kMost = std::numeric_limits<float>::max();
-    bool overflow = false;
-    for (std::size_t i = 0; i < count; ++i) {
-      floats_[i] = static_cast<float>(values[i]);
-      const double size = std::abs(values[i]);
-      overflow |= size > kMost && size <= std::numeric_limits<double>::max();
+  void write_pixels(const double* values, std::size_t count, int bitpix, LONGLONG first,
+                    PixelSum& sum) {
+    if (bitpix != FLOAT_IMG) {
+      sum.add(values, count);
+      file_->call(fits_write_img, TDOUBLE, first, static_cast<LONGLONG>(count),
+                  static_cast<void*>(const_cast<double*>(values)));
+      return;
     }
-    if (overflow) {
+    std::array<float, kPiece> piece;
+    // Whole tiles where tiles are compressed.
+    const std::size_t most = compressed_ ? count : piece.size();
+    std::vector<float> tiles(compressed_ ? count : 0);
+    float* floats = compressed_ ? tiles.data() : piece.data();
+    for (std::size_t done = 0; done < count;) {
+      const std::size_t size = std::min(most, count - done);
+      to_floats(values + done, size, floats);
+      sum.add(floats, size);
+      file_->call(fits_write_img, TFLOAT, first + static_cast<LONGLONG>(done),
+                  static_cast<LONGLONG>(size), static_cast<void*>(floats));
+      done += size;
+    }
+  }
+
+  void to_floats(const double* values, std::size_t count, float* out) const {
+    constexpr double kMost = std::numeric_limits<float>::max();
+    constexpr double kFinite = std::numeric_limits<double>::max();
+    int overflows = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      out[i] = static_cast<float>(values[i]);
+      const double size = std::abs(values[i]);
+      overflows |= static_cast<int>(size > kMost) & static_cast<int>(size <= kFinite);
+    }
+    if (overflows != 0) {
       throw RunError(
           fmt::format("{}: pixels are too large for 32 bits; --bitpix -64 keeps them", label_));
     }
@@ -536,7 +600,7 @@ class FitsOutput::File {
   std::optional<TemporaryFile> temporary_;
   std::optional<Spool> spool_;
   std::optional<FitsFile> file_;
-  std::vector<float> floats_;
+  std::map<int, std::uint32_t> data_sums_;  ///< of HDUs, from 1, where they are known
 };
 
 FitsOutput::FitsOutput(const FitsOutputOptions& options) : file_(std::make_unique<File>(options)) {}

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <functional>
+#include <future>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
@@ -105,8 +107,8 @@ void for_each_band(const Plane& plane, int threads,
   const int rows_of_tiles = columns == 1 ? std::max(threads, 1) : 1;
   const auto band_height = static_cast<int>(
       std::min<long long>(static_cast<long long>(tile_height) * rows_of_tiles, plane.height()));
-  std::vector<double> values(static_cast<std::size_t>(plane.width()) * band_height);
-  for (int y = 0; y < plane.height(); y += band_height) {
+  const std::size_t band_size = static_cast<std::size_t>(plane.width()) * band_height;
+  const auto make = [&](int y, std::vector<double>& values) {
     const int height = std::min(band_height, plane.height() - y);
     const int rows = (height + tile_height - 1) / tile_height;
     parallel_for(columns * rows, threads, [&](int index) {
@@ -116,7 +118,29 @@ void for_each_band(const Plane& plane, int threads,
       plane.read(area, values.data() + static_cast<std::ptrdiff_t>(row) * plane.width() + x,
                  plane.width());
     });
-    take({0, y, plane.width(), height}, values.data());
+  };
+  const auto give = [&](int y, const std::vector<double>& values) {
+    take({0, y, plane.width(), std::min(band_height, plane.height() - y)}, values.data());
+  };
+  std::vector<double> values(band_size);
+  if (threads < 2 || band_height == plane.height()) {
+    for (int y = 0; y < plane.height(); y += band_height) {
+      make(y, values);
+      give(y, values);
+    }
+    return;
+  }
+  // The next band is made while this thread takes one.
+  std::vector<double> next(band_size);
+  make(0, values);
+  for (int y = 0; y < plane.height(); y += band_height) {
+    std::future<void> made;
+    if (y + band_height < plane.height()) {
+      made = std::async(std::launch::async, make, y + band_height, std::ref(next));
+    }
+    give(y, values);
+    if (made.valid()) made.get();
+    values.swap(next);
   }
 }
 
