@@ -1,0 +1,446 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gamer/core/error.h"
+#include "gamer/processing/detector.h"
+#include "processing/operation_groups.h"
+#include "processing/plane_operation.h"
+
+namespace gamer {
+namespace {
+
+constexpr const char* kContext = "gutil noise: ";
+constexpr double kPogson = 2.5;
+/// Counts of a second, which gamer writes, need no zero point.
+constexpr const char* kElectronRate = "electron/s";
+
+std::string option_name(std::string name) {
+  std::replace(name.begin(), name.end(), '_', '-');
+  return "--" + name;
+}
+
+/// What becomes of one plane.
+struct PlaneNoise {
+  bool is_gaussian = false;
+  double sigma = 0;
+  Detector detector;
+  double gain = 1;                   ///< electrons per output unit
+  std::optional<double> zero_point;  ///< of the output
+  double flux_factor = 1;  ///< input units (times arcsec^2 of a brightness) in one of output
+};
+
+class NoiseOperation {
+ public:
+  explicit NoiseOperation(const OperationCall& call);
+
+  PlanePtr change(const PlaneTask& task);
+  void edit(FitsHeader& header, int planes);
+  std::vector<ExtraImage> variance(const FitsHeader& header, const std::vector<PlaneTask>& tasks);
+
+ private:
+  bool has(const char* name) const { return call_.parameters.has(name); }
+  double number(const char* name) const { return call_.parameters.number(name); }
+  double value(const char* name, const PlaneTask& task) const {
+    return plane_value(call_, name, task);
+  }
+  PlaneNoise gaussian(const PlaneTask& task) const;
+  PlaneNoise ccd(const PlaneTask& task) const;
+  double electron_rate(const PlaneTask& task, double area) const;
+  double sky_rate(const PlaneTask& task, double rate, double area) const;
+
+  const OperationCall& call_;
+  bool is_gaussian_ = false;
+  std::string output_unit_;
+  std::map<std::string, int> labels_;
+  std::vector<PlaneNoise> planes_;
+  /// Of planes_, the first of the next HDU.
+  std::size_t next_edited_ = 0;
+  std::map<std::string, int> variances_;
+};
+
+NoiseOperation::NoiseOperation(const OperationCall& call) : call_(call) {
+  const ParameterSet& parameters = call.parameters;
+  output_unit_ = parameters.text("output_unit");
+  is_gaussian_ = has("sigma") || has("snr");
+  const auto exclude = [](const char* a, const char* b) {
+    throw InputError(fmt::format("{}{} and {} exclude each other; leave one out", kContext,
+                                 option_name(a), option_name(b)));
+  };
+  if (has("sigma") && has("snr")) exclude("sigma", "snr");
+  if (has("sky") && has("sky_rate")) exclude("sky", "sky_rate");
+  if (is_gaussian_) {
+    constexpr const char* kDetector[] = {
+        "exposure", "exposures", "zero_point", "electrons_per_unit", "sky",
+        "sky_rate", "dark",      "read_noise", "full_well",          "output_unit",
+        "gain",     "bias",      "keep_sky"};
+    for (const char* name : kDetector) {
+      if (!parameters.is_given(name)) continue;
+      throw InputError(
+          fmt::format("{}{} is of a detector and does not go with {}, plain Gaussian "
+                      "noise; leave one out",
+                      kContext, option_name(name), has("sigma") ? "--sigma" : "--snr"));
+    }
+    return;
+  }
+  if (!has("exposure")) {
+    throw InputError(fmt::format(
+        "{}which noise? --exposure (s) for a detector, --sigma or --snr for plain Gaussian noise",
+        kContext));
+  }
+  for (const char* name : {"gain", "bias"}) {
+    if (parameters.is_given(name) && output_unit_ != "ADU") {
+      throw InputError(fmt::format("{}{} is of the converter to ADU; add --output-unit ADU",
+                                   kContext, option_name(name)));
+    }
+  }
+}
+
+PlaneNoise NoiseOperation::gaussian(const PlaneTask& task) const {
+  PlaneNoise noise;
+  noise.is_gaussian = true;
+  if (has("sigma")) {
+    noise.sigma = value("sigma", task);
+    return noise;
+  }
+  const double ratio = value("snr", task);
+  const double norm = signal_norm(*task.plane, task.threads);
+  if (!(norm > 0 && std::isfinite(norm))) {
+    throw InputError(fmt::format("{}--snr needs light: plane {} of {} has {}; --sigma needs none",
+                                 kContext, task.info.plane + 1, task.label,
+                                 norm > 0 ? "infinite pixels" : "none"));
+  }
+  noise.sigma = norm / ratio;
+  return noise;
+}
+
+/// electrons/s of the pixel value 1.
+double NoiseOperation::electron_rate(const PlaneTask& task, double area) const {
+  const bool has_scale = has("electrons_per_unit");
+  const std::optional<double> zero_point = task.info.zero_point;
+  if (has_scale && has("zero_point") && zero_point) {
+    throw InputError(fmt::format(
+        "{}{} has MAGZERO, so --zero-point and --electrons-per-unit exclude each other; leave one "
+        "out",
+        kContext, task.label));
+  }
+  if (has_scale) return value("electrons_per_unit", task);
+  if (!has("zero_point")) {
+    if (task.info.unit == kElectronRate) return 1;
+    throw InputError(fmt::format(
+        "{}how many electrons is light? Give --zero-point (AB magnitude of 1 electron/s){}",
+        kContext,
+        zero_point ? ""
+                   : fmt::format(" or, as {} has no MAGZERO, --electrons-per-unit", task.label)));
+  }
+  if (!zero_point) {
+    throw InputError(
+        fmt::format("{}--zero-point needs MAGZERO, and {} has none; give --electrons-per-unit",
+                    kContext, task.label));
+  }
+  return area * std::pow(10, -(*zero_point - value("zero_point", task)) / kPogson);
+}
+
+/// electrons/s of a pixel.
+double NoiseOperation::sky_rate(const PlaneTask& task, double rate, double area) const {
+  if (has("sky_rate")) return value("sky_rate", task);
+  if (!has("sky")) return 0;
+  double zero_point = 0;
+  if (has("zero_point")) {
+    zero_point = value("zero_point", task);
+  } else if (task.info.zero_point) {
+    zero_point = *task.info.zero_point + kPogson * std::log10(rate / area);
+  } else {
+    throw InputError(fmt::format(
+        "{}--sky needs --zero-point (AB magnitude of 1 electron/s), as {} has no MAGZERO; "
+        "or give --sky-rate",
+        kContext, task.label));
+  }
+  try {
+    const double scale = pixel_scale(task.header, task.label);
+    return scale * scale * std::pow(10, -(value("sky", task) - zero_point) / kPogson);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}--sky needs the size of pixels: {}; give --sky-rate", kContext,
+                                 error.what()));
+  }
+}
+
+PlaneNoise NoiseOperation::ccd(const PlaneTask& task) const {
+  if (task.info.unit.starts_with("mag")) {
+    throw InputError(
+        fmt::format("{}the pixels of {} are magnitudes ({}), which do not add up; a "
+                    "detector needs a flux or surface brightness",
+                    kContext, task.label, task.info.unit));
+  }
+  PlaneNoise noise;
+  // MAGZERO of a brightness is that of one unit over an arcsec^2.
+  double area = 1;
+  if (is_brightness(task.info.unit) && task.info.zero_point) {
+    area = std::pow(pixel_scale(task.header, task.label), 2);
+  }
+  Detector& detector = noise.detector;
+  detector.electron_rate = electron_rate(task, area);
+  detector.sky_rate = sky_rate(task, detector.electron_rate, area);
+  detector.dark_rate = number("dark");
+  detector.exposure = value("exposure", task);
+  detector.exposures = static_cast<int>(call_.parameters.integer("exposures"));
+  detector.read_noise = number("read_noise");
+  if (has("full_well")) detector.full_well = number("full_well");
+  double bias = 0;
+  const double electrons = detector.electron_rate * detector.exposure;
+  if (output_unit_ == "same") {
+    noise.gain = electrons;
+  } else if (output_unit_ == "ADU") {
+    noise.gain = number("gain");
+    bias = number("bias");
+  }
+  noise.zero_point = task.info.zero_point;
+  if (output_unit_ != "same") {
+    noise.flux_factor = area * noise.gain / electrons;
+    if (noise.zero_point) *noise.zero_point -= kPogson * std::log10(noise.flux_factor);
+  }
+  detector.per_electron = 1 / noise.gain;
+  const double background = call_.parameters.boolean("keep_sky") ? 0 : detector.background();
+  detector.offset = bias - background * detector.per_electron;
+  return noise;
+}
+
+PlanePtr NoiseOperation::change(const PlaneTask& task) {
+  const PlaneNoise noise = is_gaussian_ ? gaussian(task) : ccd(task);
+  planes_.push_back(noise);
+  const auto seed = static_cast<std::uint64_t>(call_.parameters.integer("seed"));
+  const std::uint64_t key = noise_key(seed, task.info.label, labels_[task.info.label]++);
+  return is_gaussian_ ? with_gaussian_noise(task.plane, noise.sigma, key)
+                      : observed(task.plane, noise.detector, key);
+}
+
+/// The names of a plane's card, KEY or KEYn.
+std::string plane_key(const std::string& key, int plane, int planes) {
+  return planes == 1 ? key : fmt::format("{}{}", key, plane + 1);
+}
+
+/// One card where the planes agree, else one for each.
+void set_common(FitsHeader& header, const std::string& key, const std::vector<double>& values,
+                const std::string& comment) {
+  const int planes = static_cast<int>(values.size());
+  for (int i = 0; i < planes; ++i) header.remove(fmt::format("{}{}", key, i + 1));
+  if (std::all_of(values.begin(), values.end(), [&](double v) { return v == values.front(); })) {
+    header.set({key, values.front(), comment});
+    return;
+  }
+  header.remove(key);
+  for (int i = 0; i < planes; ++i) {
+    header.set({plane_key(key, i, planes), values[static_cast<std::size_t>(i)], comment});
+  }
+}
+
+/// New values for the cards of planes that are there, KEYn and KEY; KEY goes where planes differ.
+void replace_existing(FitsHeader& header, const std::string& key, const std::vector<double>& values,
+                      const std::string& comment) {
+  const int planes = static_cast<int>(values.size());
+  const bool agree =
+      std::all_of(values.begin(), values.end(), [&](double v) { return v == values.front(); });
+  if (header.has(key) && !agree) {
+    header.remove(key);
+    for (int i = 0; i < planes; ++i) {
+      header.set({fmt::format("{}{}", key, i + 1), values[static_cast<std::size_t>(i)], comment});
+    }
+    return;
+  }
+  if (header.has(key)) header.set({key, values.front(), comment});
+  for (int i = 0; i < planes; ++i) {
+    const std::string numbered = fmt::format("{}{}", key, i + 1);
+    if (header.has(numbered)) header.set({numbered, values[static_cast<std::size_t>(i)], comment});
+  }
+}
+
+void NoiseOperation::edit(FitsHeader& header, int planes) {
+  const auto first = planes_.begin() + static_cast<std::ptrdiff_t>(next_edited_);
+  const std::vector<PlaneNoise> noises(first, first + planes);
+  next_edited_ += static_cast<std::size_t>(planes);
+  if (is_gaussian_) return;
+  const auto values = [&](auto get) {
+    std::vector<double> result;
+    for (const PlaneNoise& noise : noises) result.push_back(get(noise));
+    return result;
+  };
+  if (output_unit_ != "same") {
+    const std::string unit = output_unit_ == "ADU" ? "adu" : "electron";
+    if (noises.front().zero_point) {
+      const auto zero_points = values([](const PlaneNoise& noise) { return *noise.zero_point; });
+      for (const char* key : {"MAGZERO", "PHOTZP"}) {
+        replace_existing(header, key, zero_points, fmt::format("AB magnitude of 1 {}", unit));
+      }
+    }
+    std::vector<double> flux_densities;
+    for (int i = 0; i < planes; ++i) {
+      const auto own = header.number(fmt::format("PHOTFLAM{}", i + 1));
+      const auto density = own ? own : header.number("PHOTFLAM");
+      if (!density) break;
+      flux_densities.push_back(*density * noises[static_cast<std::size_t>(i)].flux_factor);
+    }
+    if (flux_densities.size() == noises.size()) {
+      replace_existing(header, "PHOTFLAM", flux_densities, "[erg/s/cm2/Angstrom] of 1 unit");
+    }
+    header.set({"BUNIT", unit, "unit of the pixels"});
+  }
+  set_common(header, "EXPTIME",
+             values([](const PlaneNoise& noise) { return noise.detector.exposure; }),
+             "[s] all exposures together");
+  set_common(header, "GAIN", values([](const PlaneNoise& noise) { return noise.gain; }),
+             "electrons per unit of the pixels");
+  const Detector& detector = noises.front().detector;
+  header.set({"RDNOISE", detector.read_noise * std::sqrt(detector.exposures),
+              "[electron] rms, all exposures together"});
+  if (std::isfinite(detector.full_well)) {
+    set_common(header, "SATURATE",
+               values([](const PlaneNoise& noise) { return noise.detector.saturation(); }),
+               "pixels that are full have this value");
+  }
+}
+
+/// "nJy" becomes "nJy2", and "MJy/sr" "(MJy/sr)**2".
+std::string squared(const std::string& unit) {
+  const bool is_word =
+      std::all_of(unit.begin(), unit.end(), [](unsigned char c) { return std::isalpha(c) != 0; });
+  return is_word ? unit + "2" : fmt::format("({})**2", unit);
+}
+
+std::vector<ExtraImage> NoiseOperation::variance(const FitsHeader& header,
+                                                 const std::vector<PlaneTask>& tasks) {
+  ExtraImage image;
+  image.header = header;
+  for (const PlaneTask& task : tasks) {
+    const PlaneNoise& noise = planes_[static_cast<std::size_t>(task.index)];
+    image.planes.push_back(is_gaussian_ ? gaussian_variance(task.plane, noise.sigma)
+                                        : observed_variance(task.plane, noise.detector));
+    // Cards about values say nothing of their squares.
+    for (const char* key :
+         {"MAGZERO", "PHOTZP", "PHOTFLAM", "GAIN", "SATURATE", "DATAMIN", "DATAMAX"}) {
+      image.header.remove(key);
+      image.header.remove(fmt::format("{}{}", key, task.info.plane + 1));
+    }
+  }
+  const std::string unit = header.text("BUNIT").value_or("");
+  if (!unit.empty()) image.header.set({"BUNIT", squared(unit), "variance of the pixels"});
+  const std::string name = header.text("EXTNAME").value_or("");
+  const std::string extension = name.empty() ? "VARIANCE" : name + "_VARIANCE";
+  image.header.set({"EXTNAME", extension, "variance of the image before"});
+  // Several images without names.
+  if (const int version = ++variances_[extension]; name.empty() && version > 1) {
+    image.header.set({"EXTVER", static_cast<long long>(version), ""});
+  }
+  return {image};
+}
+
+int run_noise(const OperationCall& call) {
+  NoiseOperation noise(call);
+  ExtraImages extra;
+  if (call.parameters.boolean("variance")) {
+    extra = [&](const FitsHeader& header, const std::vector<PlaneTask>& tasks) {
+      return noise.variance(header, tasks);
+    };
+  }
+  change_planes(
+      call, [&](const PlaneTask& task) { return noise.change(task); },
+      [&](FitsHeader& header, int, int, int planes) { noise.edit(header, planes); }, extra);
+  return 0;
+}
+
+ParameterTable noise_parameters() {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  constexpr double kMostExposures = 1e6;
+  constexpr double kLargestSeed = 0x1p63;
+  const Interval not_negative = Interval::right_open(0, kInfinity);
+  const Interval positive = Interval::open(0, kInfinity);
+  const auto list = [](const char* name, const char* unit, const Interval& interval,
+                       const char* description) {
+    return Parameter{name, ParameterType::numbers, unit, interval, {}, description};
+  };
+  const auto number = [](const char* name, const char* unit, const Interval& interval,
+                         ParameterValue value, const char* description) {
+    return Parameter{name, ParameterType::number, unit, interval, std::move(value), description};
+  };
+  const auto flag = [](const char* name, const char* description) {
+    return Parameter{name, ParameterType::boolean, "", {}, false, description};
+  };
+  return {
+      list("exposure", "s", positive, "exposure time, of all exposures together; or one per plane"),
+      {"exposures", ParameterType::integer, "", Interval::closed(1, kMostExposures),
+       std::int64_t{1}, "exposures that are added up: each has read noise and a full well"},
+      list("zero_point", "mag", Interval::any(),
+           "AB magnitude that gives 1 electron/s; or one per plane"),
+      list("electrons_per_unit", "electron/s", positive,
+           "electrons per second of a pixel of value 1, for images without MAGZERO; or one per "
+           "plane"),
+      list("sky", "mag/arcsec^2", Interval::any(),
+           "AB surface brightness of the sky; or one per plane"),
+      list("sky_rate", "electron/s", not_negative,
+           "sky, electrons per second and pixel; or one per plane"),
+      number("dark", "electron/s", not_negative, 0.0, "dark current of a pixel"),
+      number("read_noise", "electron", not_negative, 0.0, "rms of a pixel, of one exposure"),
+      number("full_well", "electron", positive, {}, "most counts of a pixel, of one exposure"),
+      {"output_unit",
+       ParameterType::choice,
+       "",
+       {},
+       std::string("same"),
+       "of the output: the input's, electrons, or ADU",
+       {"same", "electron", "ADU"}},
+      number("gain", "electron/ADU", positive, 1.0, "electrons of 1 ADU"),
+      number("bias", "ADU", Interval::any(), 0.0, "what the converter adds"),
+      flag("keep_sky", "leave the mean of sky and dark current in the image"),
+      list("sigma", "pixel units", not_negative,
+           "plain Gaussian noise of this rms; or one per plane"),
+      list("snr", "", positive,
+           "plain Gaussian noise that gives the plane this signal-to-noise ratio; or one per "
+           "plane"),
+      {"seed", ParameterType::integer, "", Interval::right_open(0, kLargestSeed), std::int64_t{1},
+       "another seed, other noise"},
+      flag("variance", "add the expected variance of each image as an image after it"),
+  };
+}
+
+}  // namespace
+
+std::vector<Operation> detector_operations() {
+  Operation noise;
+  noise.name = "noise";
+  noise.group = "Detector";
+  noise.summary = "Add the noise of a CCD, or Gaussian noise";
+  noise.description =
+      "A pixel of value v has mu = (v s + sky + dark) exposure electrons in the mean and reads "
+      "N = Poisson(mu) + Normal(0, read noise sqrt(exposures)), at most full well x exposures. "
+      "s is 10^(-0.4 (MAGZERO - zero point)), times the pixel's arcsec^2 for surface "
+      "brightnesses, or --electrons-per-unit; of images in electron/s it is 1 unless given. The "
+      "sky is 10^(-0.4 (sky - zero point)) times the pixel's arcsec^2. Negative v count as 0.\n"
+      "\n"
+      "The output is N, less the mean of sky and dark unless --keep-sky, in the input's unit, so "
+      "that photometry stays, in electrons, or in ADU = N / gain + bias. MAGZERO, PHOTZP and "
+      "PHOTFLAM follow the unit; EXPTIME, GAIN (electrons per unit of the output), RDNOISE (of "
+      "all exposures together) and SATURATE are set.\n"
+      "\n"
+      "--sigma and --snr add Normal(0, sigma) instead; S/N = sqrt(sum v^2) / sigma over the pixels "
+      "of the plane, that of a matched filter. --variance adds (mu + exposures read noise^2) in "
+      "the output's unit squared, or sigma^2, as HDU <EXTNAME>_VARIANCE, or VARIANCE; saturation "
+      "is left out of it.\n"
+      "\n"
+      "A pixel's noise follows from the seed, the plane's band or wavelength and the pixel's "
+      "place alone: it is the same in a cube, in any order of planes, or with the band alone "
+      "in its file.";
+  noise.parameters = noise_parameters();
+  noise.example =
+      "noise --exposure 3600 --zero-point 28 --sky 21.5 --read-noise 5 --variance in.fits out.fits";
+  noise.run = run_noise;
+  return {noise};
+}
+
+}  // namespace gamer
