@@ -121,6 +121,13 @@ void FitsHeader::set(const Card& card) {
   records_.insert(next, records.begin(), records.end());
 }
 
+void FitsHeader::set_first(const Card& card) {
+  FitsHeader first;
+  first.set(card);
+  remove(card.key);
+  records_.insert(records_.begin(), first.records_.begin(), first.records_.end());
+}
+
 bool FitsHeader::remove(std::string_view key) {
   bool found = false;
   while (const auto first = find(key)) {

@@ -511,8 +511,13 @@ class FitsOutput::File {
                   const std::vector<double>& wavelengths, int bitpix, int threads) {
     header.remove_third_axis();
     if (planes.size() > 1) {
-      if (header.has("WCSAXES")) header.set({"WCSAXES", 3LL, {}});
       std::vector<Card> cards;
+      for (int axis = 1; axis <= 2; ++axis) {
+        if (!header.has(fmt::format("CTYPE{}", axis)))
+          append_axis(cards, axis, {"PIXEL", "", 1, 1, 1});
+      }
+      // By name: a compressed image is a table, of two axes.
+      header.set_first({"WCSAXES", 3LL, "number of world axes"});
       append_third_axis(cards, wavelengths, header.records());
       for (const Card& card : cards) header.set(card);
     }

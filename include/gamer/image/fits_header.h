@@ -37,6 +37,8 @@ class FitsHeader {
   void set(const Card& card);
   void set(const std::string& key, double value) { set({key, value, {}}); }
   void set(const std::string& key, const std::string& value) { set({key, value, {}}); }
+  /// Sets a card that must stand before all others (WCSAXES before the axes it counts).
+  void set_first(const Card& card);
   /// Returns whether there was one. All cards of that key go, also the lines of COMMENT.
   bool remove(std::string_view key);
   /// Takes the world coordinates of the third axis out, and the word that there are three.
