@@ -1,0 +1,483 @@
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "gamer/core/error.h"
+#include "gamer/core/near.h"
+#include "gamer/processing/geometry.h"
+#include "gamer/processing/resample.h"
+#include "gamer/processing/rotate.h"
+#include "processing/operation_groups.h"
+#include "processing/plane_operation.h"
+
+namespace gamer {
+namespace {
+
+constexpr const char* kGroup = "Geometry";
+
+/// Larger images are a slip of the pen.
+constexpr int kLongestSide = 1 << 18;
+constexpr double kLeastFactor = 1e-6, kMostFactor = 1e4;
+
+constexpr const char* kWcsText =
+    "All world coordinates of the header follow (CRPIXi; CDi_j, PCi_j, CDELTi, CROTAi; SIP "
+    "polynomials; LTVi, LTMi_j), further axes stay, and so do the other cards. Distortions in "
+    "tables (CPDISi, CQDISi, D2IMDISi) cannot follow: an error. Tables in other HDUs are copied as "
+    "they are, with any pixel positions in them.";
+
+constexpr const char* kMissingText =
+    "An output pixel is missing (NaN) where missing pixels carry a quarter or more of its weights "
+    "(without sign); else the present ones stand for all.";
+
+InputError error_of(const OperationCall& call, const std::string& message) {
+  return InputError(fmt::format("gutil {}: {}", call.operation, message));
+}
+
+/// What an operation does with an image of some size: where its pixels go.
+using MapOf = std::function<PixelMap(const FitsHeader& header, int width, int height)>;
+
+int change_geometry(const OperationCall& call, const PlaneChange& change, const MapOf& map_of) {
+  change_planes(call, change, [&](FitsHeader& header, int width, int height, int) {
+    map_pixels(header, map_of(header, width, height), call.inputs.front());
+  });
+  return 0;
+}
+
+int checked_side(const OperationCall& call, double side) {
+  if (side > kLongestSide) {
+    throw error_of(
+        call, fmt::format("the image becomes {:.0f} pixels long; at most {}", side, kLongestSide));
+  }
+  return static_cast<int>(side);
+}
+
+/// A number, or nan.
+double fill_of(const OperationCall& call) {
+  const std::string& text = call.parameters.text("fill");
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || std::isinf(value)) {
+    throw error_of(call, fmt::format("--fill {}: expected a number, or nan", in_quotes(text)));
+  }
+  return value;
+}
+
+Parameter fill_parameter(const char* description) {
+  return {"fill",          ParameterType::text, "unit of the pixels",
+          Interval::any(), std::string("0"),    description};
+}
+
+/// The numbers of an option, all whole.
+std::vector<int> whole_numbers(const OperationCall& call, const char* name) {
+  std::vector<int> result;
+  for (const double value : call.parameters.numbers(name)) {
+    if (value != std::round(value)) {
+      throw error_of(call, fmt::format("--{}: {} is no whole number", name, value));
+    }
+    result.push_back(static_cast<int>(value));
+  }
+  return result;
+}
+
+/// flux or brightness: as --values says, else as BUNIT does.
+PixelValues values_of(const OperationCall& call, const std::string& unit) {
+  if (call.parameters.has("values")) {
+    return call.parameters.text("values") == "flux" ? PixelValues::flux : PixelValues::brightness;
+  }
+  return is_brightness(unit) ? PixelValues::brightness : PixelValues::flux;
+}
+
+Parameter values_parameter() {
+  return {"values",
+          ParameterType::choice,
+          "",
+          {},
+          {},
+          "flux adds up, brightness averages (default: as BUNIT says; per solid angle is "
+          "brightness)",
+          {"flux", "brightness"}};
+}
+
+// ---- rotate ------------------------------------------------------------------------------------
+
+int rotate_file(const OperationCall& call) {
+  const Rotation rotation = {call.parameters.number("angle"),
+                             kernel_of(call.parameters.text("kernel")),
+                             call.parameters.text("canvas") == "full", fill_of(call)};
+  return change_geometry(
+      call, [&](const PlaneTask& task) { return rotate(task.plane, rotation); },
+      [&](const FitsHeader&, int width, int height) {
+        return rotation_map(width, height, rotation);
+      });
+}
+
+Operation rotate_operation() {
+  Operation operation;
+  operation.name = "rotate";
+  operation.group = kGroup;
+  operation.summary = "Turn by any angle";
+  operation.description = fmt::format(
+      "Turns about the middle of the image, counter-clockwise with the first row at the bottom. A "
+      "pixel is sum k(x - i) k(y - j) v_ij over the sum of its weights, (x, y) being where its "
+      "centre falls in the input: the total flux of well-sampled images is kept (Gaussians of "
+      "sigma 1.5 pixels or more, Lanczos kernels: to 1e-4). Multiples of 90 degrees copy the "
+      "pixels and swap the sides, whatever --canvas says. {} {}",
+      kMissingText, kWcsText);
+  std::vector<std::string> kernels;
+  for (const std::string& name : kernel_names()) {
+    if (kernel_of(name) != Kernel::area) kernels.push_back(name);
+  }
+  operation.parameters = {
+      {"angle", ParameterType::number, "deg", Interval::any(), {}, "counter-clockwise", {}, true},
+      {"kernel",
+       ParameterType::choice,
+       "",
+       {},
+       std::string("lanczos3"),
+       "interpolation between pixels",
+       kernels},
+      {"canvas",
+       ParameterType::choice,
+       "",
+       {},
+       std::string("same"),
+       "keep the size, or grow to hold all of the turned image",
+       {"same", "full"}},
+      fill_parameter("value outside the input, or nan"),
+  };
+  operation.example = "rotate --angle 30 --canvas full in.fits out.fits";
+  operation.run = rotate_file;
+  return operation;
+}
+
+// ---- flip --------------------------------------------------------------------------------------
+
+int flip_file(const OperationCall& call) {
+  const std::string& name = call.parameters.text("axis");
+  const FlipAxis axis = name == "x" ? FlipAxis::x : name == "y" ? FlipAxis::y : FlipAxis::both;
+  return change_geometry(
+      call, [&](const PlaneTask& task) { return flip(task.plane, axis); },
+      [&](const FitsHeader&, int width, int height) { return flip_map(width, height, axis); });
+}
+
+Operation flip_operation() {
+  Operation operation;
+  operation.name = "flip";
+  operation.group = kGroup;
+  operation.summary = "Mirror";
+  operation.description = fmt::format("Copies pixels in reverse order along an axis. {}", kWcsText);
+  operation.parameters = {{"axis",
+                           ParameterType::choice,
+                           "",
+                           {},
+                           std::string("x"),
+                           "x: left becomes right; y: bottom becomes top",
+                           {"x", "y", "both"}}};
+  operation.example = "flip --axis y in.fits out.fits";
+  operation.run = flip_file;
+  return operation;
+}
+
+// ---- crop --------------------------------------------------------------------------------------
+
+Area box_of(const OperationCall& call) {
+  const ParameterSet& parameters = call.parameters;
+  const bool by_middle = parameters.has("center") || parameters.has("size");
+  if (parameters.has("box") == by_middle) {
+    throw error_of(call, "give either --box x1,x2,y1,y2 or --center x,y with --size w,h");
+  }
+  if (by_middle) {
+    if (!parameters.has("center") || !parameters.has("size")) {
+      throw error_of(call, "--center x,y and --size w,h go together");
+    }
+    const std::vector<double>& center = parameters.numbers("center");
+    const std::vector<int> size = whole_numbers(call, "size");
+    // The first pixel's centre is (1, 1); between two boxes, the upper right one.
+    constexpr double kHalf = 0.5;
+    const auto first = [](double middle, int length) {
+      return static_cast<int>(std::floor(middle - kHalf * (length + 1) + kHalf));
+    };
+    return {first(center[0], size[0]), first(center[1], size[1]), size[0], size[1]};
+  }
+  const std::vector<int> ends = whole_numbers(call, "box");
+  constexpr std::size_t kEnds = 4;
+  if (ends.size() != kEnds) {
+    throw error_of(call, fmt::format("--box has {} numbers; expected x1,x2,y1,y2", ends.size()));
+  }
+  if (ends[0] > ends[1] || ends[2] > ends[3]) {
+    throw error_of(call, fmt::format("--box {}: expected x1,x2,y1,y2 with x1 <= x2 and y1 <= y2",
+                                     fmt::join(ends, ",")));
+  }
+  return {ends[0] - 1, ends[2] - 1, ends[1] - ends[0] + 1, ends[3] - ends[2] + 1};
+}
+
+int crop_file(const OperationCall& call) {
+  const Area box = box_of(call);
+  return change_geometry(
+      call,
+      [&](const PlaneTask& task) {
+        const Plane& plane = *task.plane;
+        if (box.x < 0 || box.y < 0 || box.x + box.width > plane.width() ||
+            box.y + box.height > plane.height()) {
+          throw error_of(call,
+                         fmt::format("the box {},{},{},{} reaches outside {}, which has {} x {} "
+                                     "pixels",
+                                     box.x + 1, box.x + box.width, box.y + 1, box.y + box.height,
+                                     task.label, plane.width(), plane.height()));
+        }
+        return crop(task.plane, box);
+      },
+      [&](const FitsHeader&, int, int) { return crop_map(box); });
+}
+
+Operation crop_operation() {
+  Operation operation;
+  operation.name = "crop";
+  operation.group = kGroup;
+  operation.summary = "Cut out a box";
+  operation.description = fmt::format(
+      "The pixels of a box that lies within the image, in FITS pixels (the first is 1, ends are "
+      "included), or of a size about a place. {}",
+      kWcsText);
+  constexpr double kFarthest = 1e9;
+  const Interval pixel = Interval::closed(-kFarthest, kFarthest);
+  operation.parameters = {
+      {"box", ParameterType::numbers, "pixels", pixel, {}, "x1,x2,y1,y2"},
+      {"center", ParameterType::vector2, "pixels", pixel, {}, "middle of the box: x,y"},
+      {"size",
+       ParameterType::size2,
+       "pixels",
+       Interval::closed(1, kLongestSide),
+       {},
+       "of the box: n, or width,height"},
+  };
+  operation.example = "crop --box 2,9,3,8 in.fits out.fits";
+  operation.run = crop_file;
+  return operation;
+}
+
+// ---- pad ---------------------------------------------------------------------------------------
+
+Margins margins_of(const OperationCall& call, int width, int height) {
+  const ParameterSet& parameters = call.parameters;
+  if (parameters.has("margin") == parameters.has("size")) {
+    throw error_of(call, "give either --margin n (or left,right,bottom,top) or --size w,h");
+  }
+  if (parameters.has("margin")) {
+    const std::vector<int> margin = whole_numbers(call, "margin");
+    if (margin.size() == 1) return {margin[0], margin[0], margin[0], margin[0]};
+    constexpr std::size_t kSides = 4;
+    if (margin.size() != kSides) {
+      throw error_of(call, fmt::format("--margin has {} numbers; expected one, or "
+                                       "left,right,bottom,top",
+                                       margin.size()));
+    }
+    return {margin[0], margin[1], margin[2], margin[3]};
+  }
+  const std::vector<int> size = whole_numbers(call, "size");
+  if (size[0] < width || size[1] < height) {
+    throw error_of(call, fmt::format("--size {},{} is less than the image's {} x {} pixels (crop "
+                                     "cuts)",
+                                     size[0], size[1], width, height));
+  }
+  const int left = (size[0] - width) / 2, bottom = (size[1] - height) / 2;
+  return {left, size[0] - width - left, bottom, size[1] - height - bottom};
+}
+
+int pad_file(const OperationCall& call) {
+  const double fill = fill_of(call);
+  return change_geometry(
+      call,
+      [&](const PlaneTask& task) {
+        const int width = task.plane->width(), height = task.plane->height();
+        const Margins margins = margins_of(call, width, height);
+        checked_side(call, static_cast<double>(width) + margins.left + margins.right);
+        checked_side(call, static_cast<double>(height) + margins.bottom + margins.top);
+        return pad(task.plane, margins, fill);
+      },
+      [&](const FitsHeader&, int width, int height) {
+        return pad_map(margins_of(call, width, height));
+      });
+}
+
+Operation pad_operation() {
+  Operation operation;
+  operation.name = "pad";
+  operation.group = kGroup;
+  operation.summary = "Add a margin";
+  operation.description = fmt::format(
+      "Pixels of one value around the image. With --size it stands in the middle; an odd pixel is "
+      "added at the right and at the top. {}",
+      kWcsText);
+  operation.parameters = {
+      {"margin",
+       ParameterType::numbers,
+       "pixels",
+       Interval::closed(0, kLongestSide),
+       {},
+       "one for all sides, or left,right,bottom,top"},
+      {"size",
+       ParameterType::size2,
+       "pixels",
+       Interval::closed(1, kLongestSide),
+       {},
+       "of the output: n, or width,height"},
+      fill_parameter("value of the margin, or nan"),
+  };
+  operation.example = "pad --margin 5,5,2,3 --fill nan in.fits out.fits";
+  operation.run = pad_file;
+  return operation;
+}
+
+// ---- bin ---------------------------------------------------------------------------------------
+
+int bin_file(const OperationCall& call) {
+  const std::vector<int> n = whole_numbers(call, "factor");
+  const bool trim = call.parameters.boolean("trim");
+  return change_geometry(
+      call,
+      [&](const PlaneTask& task) {
+        const int width = task.plane->width(), height = task.plane->height();
+        const std::string what = fmt::format("--factor {},{}: {} has {} x {} pixels", n[0], n[1],
+                                             task.label, width, height);
+        if (n[0] > width || n[1] > height) throw error_of(call, what);
+        if (!trim && (width % n[0] != 0 || height % n[1] != 0)) {
+          throw error_of(call, what + ", no multiple of it; --trim leaves the rest out");
+        }
+        return bin(task.plane, n[0], n[1], values_of(call, task.info.unit));
+      },
+      [&](const FitsHeader&, int, int) { return bin_map(n[0], n[1]); });
+}
+
+Operation bin_operation() {
+  Operation operation;
+  operation.name = "bin";
+  operation.group = kGroup;
+  operation.summary = "Join blocks of pixels";
+  operation.description = fmt::format(
+      "Blocks of nx x ny pixels become one: the sum of a flux, the mean of a brightness. {} {}",
+      kMissingText, kWcsText);
+  operation.parameters = {
+      {"factor",
+       ParameterType::size2,
+       "pixels",
+       Interval::closed(1, kLongestSide),
+       {},
+       "side of a block: n, or nx,ny",
+       {},
+       true},
+      {"trim",
+       ParameterType::boolean,
+       "",
+       {},
+       false,
+       "leave pixels at the right and top out that fill no block"},
+      values_parameter(),
+  };
+  operation.example = "bin --factor 2 --trim in.fits out.fits";
+  operation.run = bin_file;
+  return operation;
+}
+
+// ---- resample ----------------------------------------------------------------------------------
+
+ResampleGrid grid_of(const OperationCall& call, const FitsHeader& header, int width, int height) {
+  const ParameterSet& parameters = call.parameters;
+  if (parameters.has("size")) {
+    const std::vector<int> size = whole_numbers(call, "size");
+    return grid_of_size(width, height, size[0], size[1]);
+  }
+  double factor = 0;
+  if (parameters.has("factor")) {
+    factor = parameters.number("factor");
+  } else {
+    const double old_scale = pixel_scale(header, call.inputs.front());
+    const double scale = parameters.number("scale");
+    factor = old_scale / scale;
+    if (!(factor >= kLeastFactor && factor <= kMostFactor)) {
+      throw error_of(
+          call, fmt::format("--scale {}: the input has pixels of {:.6g} arcsec", scale, old_scale));
+    }
+  }
+  checked_side(call, width * factor);
+  checked_side(call, height * factor);
+  return grid_of_factor(width, height, factor);
+}
+
+int resample_file(const OperationCall& call) {
+  int ways = 0;
+  for (const char* name : {"factor", "scale", "size"}) ways += call.parameters.has(name) ? 1 : 0;
+  if (ways != 1) throw error_of(call, "give one of --factor, --scale and --size");
+  const Kernel kernel = kernel_of(call.parameters.text("kernel"));
+  return change_geometry(
+      call,
+      [&](const PlaneTask& task) {
+        const ResampleGrid grid =
+            grid_of(call, task.header, task.plane->width(), task.plane->height());
+        return resample(task.plane, grid, kernel, values_of(call, task.info.unit));
+      },
+      [&](const FitsHeader& header, int width, int height) {
+        return resample_map(grid_of(call, header, width, height));
+      });
+}
+
+Operation resample_operation() {
+  Operation operation;
+  operation.name = "resample";
+  operation.group = kGroup;
+  operation.summary = "Pixels of another size";
+  operation.description = fmt::format(
+      "An output pixel is the difference, between its edges, of the running sum of the input "
+      "pixels, interpolated by the kernel, along x and then along y: the flux of every pixel is "
+      "kept exactly and an even image stays even. area: exact overlap. bilinear: the integral of "
+      "the surface between pixel centres. bicubic and lanczos widen when pixels become larger, so "
+      "that nothing aliases. nearest copies, and keeps flux on average only. With --factor and "
+      "--scale the middle stays and the outermost pixels may reach over the edges; they hold the "
+      "flux up to there. {} {}",
+      kMissingText, kWcsText);
+  operation.parameters = {
+      {"factor",
+       ParameterType::number,
+       "",
+       Interval::closed(kLeastFactor, kMostFactor),
+       {},
+       "pixels of the output per pixel of the input, along a side"},
+      {"scale",
+       ParameterType::number,
+       "arcsec",
+       Interval::left_open(0, std::numeric_limits<double>::max()),
+       {},
+       "side of an output pixel; needs celestial coordinates"},
+      {"size",
+       ParameterType::size2,
+       "pixels",
+       Interval::closed(1, kLongestSide),
+       {},
+       "of the output, over all of the input: n, or width,height"},
+      {"kernel",
+       ParameterType::choice,
+       "",
+       {},
+       std::string("lanczos3"),
+       "interpolation of the running sum",
+       kernel_names()},
+      values_parameter(),
+  };
+  operation.example = "resample --factor 1.5 --kernel area in.fits out.fits";
+  operation.run = resample_file;
+  return operation;
+}
+
+}  // namespace
+
+std::vector<Operation> geometry_operations() {
+  return {rotate_operation(), flip_operation(), crop_operation(),
+          pad_operation(),    bin_operation(),  resample_operation()};
+}
+
+}  // namespace gamer

@@ -1,0 +1,288 @@
+#include "gamer/processing/rotate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "gamer/processing/geometry.h"
+
+namespace gamer {
+namespace {
+
+constexpr double kQuarterTurn = 90, kCircle = 360;
+
+/// 0 to 3, where the angle is a multiple of 90 degrees.
+std::optional<int> quarter_count(double angle) {
+  const double quarters = std::fmod(angle, kCircle) / kQuarterTurn;
+  if (quarters != std::round(quarters)) return std::nullopt;
+  return static_cast<int>(quarters);
+}
+
+struct Turn {
+  double cosine, sine;
+
+  explicit Turn(double angle) {
+    constexpr double kHalfCircle = 180;
+    const double radians = std::fmod(angle, kCircle) * std::numbers::pi / kHalfCircle;
+    cosine = std::cos(radians);
+    sine = std::sin(radians);
+  }
+};
+
+/// Weights, of sum 1, of the pixels around a place, for places between two pixels.
+class KernelTable {
+ public:
+  explicit KernelTable(Kernel kernel)
+      : taps_(std::max(1, static_cast<int>(2 * kernel_radius(kernel)))) {
+    weights_.resize(static_cast<std::size_t>(kPhases + 1) * taps_);
+    for (int phase = 0; phase <= kPhases; ++phase) {
+      const std::vector<double> row =
+          taps_ == 1 ? std::vector<double>{1}
+                     : interpolation_weights(kernel, phase / kPhases, 1, 1 - taps_ / 2, taps_);
+      std::copy(row.begin(), row.end(), &weights_[static_cast<std::size_t>(phase) * taps_]);
+    }
+  }
+
+  int taps() const { return taps_; }
+
+  /// Of pixels floor(x) - taps/2 + 1..., for the fraction of x; linear between table rows, which
+  /// leaves the second derivative / (8 kPhases^2): at most 4e-8.
+  template <int Taps>
+  void weights(double fraction, double* out) const {
+    const double place = fraction * kPhases;
+    const auto row = static_cast<std::size_t>(place);
+    const double part = place - static_cast<double>(row);
+    const double* low = &weights_[row * Taps];
+    for (int i = 0; i < Taps; ++i) out[i] = low[i] + part * (low[Taps + i] - low[i]);
+  }
+
+ private:
+  static constexpr double kPhases = 4096;
+
+  int taps_;
+  std::vector<double> weights_;
+};
+
+class RotatedPlane final : public Plane {
+ public:
+  RotatedPlane(PlanePtr source, const Rotation& rotation, const PlaneSize& size)
+      : Plane(size.width, size.height),
+        source_(std::move(source)),
+        table_(rotation.kernel),
+        turn_(rotation.angle),
+        fill_(rotation.fill) {}
+
+  /// A square reads the least of the source.
+  Tile tile() const override { return {kSide, kSide}; }
+
+  using Plane::read;
+  void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
+    std::vector<double> values;
+    for (int y = 0; y < area.height; y += kSide) {
+      for (int x = 0; x < area.width; x += kSide) {
+        const Area block = {area.x + x, area.y + y, std::min(kSide, area.width - x),
+                            std::min(kSide, area.height - y)};
+        read_block(block, out + y * stride + x, stride, values);
+      }
+    }
+  }
+
+ private:
+  static constexpr int kSide = 256;
+
+  struct Place {
+    double x, y;
+  };
+  /// Where in the source the centre of an output pixel falls; both counted from 0.
+  Place source_place(double x, double y) const {
+    constexpr double kHalf = 0.5;
+    const double dx = x - kHalf * (width() - 1), dy = y - kHalf * (height() - 1);
+    return {turn_.cosine * dx + turn_.sine * dy + kHalf * (source_->width() - 1),
+            turn_.cosine * dy - turn_.sine * dx + kHalf * (source_->height() - 1)};
+  }
+
+  /// All source pixels, within the source or not, that the block's pixels may weigh.
+  Area reach(const Area& block) const {
+    double x1 = std::numeric_limits<double>::infinity(), y1 = x1, x2 = -x1, y2 = -x1;
+    for (const int x : {block.x, block.x + block.width - 1}) {
+      for (const int y : {block.y, block.y + block.height - 1}) {
+        const Place place = source_place(x, y);
+        x1 = std::min(x1, place.x);
+        x2 = std::max(x2, place.x);
+        y1 = std::min(y1, place.y);
+        y2 = std::max(y2, place.y);
+      }
+    }
+    const int margin = table_.taps() / 2 + 1;
+    const auto first = [&](double low) { return static_cast<int>(std::floor(low)) - margin; };
+    const auto size = [&](double low, double high) {
+      return static_cast<int>(std::floor(high)) + margin + 1 - first(low);
+    };
+    return {first(x1), first(y1), size(x1, x2), size(y1, y2)};
+  }
+
+  void read_block(const Area& block, double* out, std::ptrdiff_t stride,
+                  std::vector<double>& values) const {
+    const Area from = reach(block);
+    // The pixels in reach, as a part of the source with a margin.
+    const int x1 = std::clamp(from.x, 0, source_->width());
+    const int x2 = std::clamp(from.x + from.width, 0, source_->width());
+    const int y1 = std::clamp(from.y, 0, source_->height());
+    const int y2 = std::clamp(from.y + from.height, 0, source_->height());
+    if (x1 >= x2 || y1 >= y2) {
+      for (int j = 0; j < block.height; ++j) std::fill_n(out + j * stride, block.width, fill_);
+      return;
+    }
+    const bool is_inside = x2 - x1 == from.width && y2 - y1 == from.height;
+    const std::size_t count = static_cast<std::size_t>(from.width) * from.height;
+    if (is_inside) {
+      values.resize(count);
+    } else {
+      values.assign(count, fill_);
+    }
+    source_->read(
+        {x1, y1, x2 - x1, y2 - y1},
+        values.data() + static_cast<std::ptrdiff_t>(y1 - from.y) * from.width + (x1 - from.x),
+        from.width);
+    constexpr int kBilinear = 2, kBicubic = 4, kLanczos3 = 6;
+    switch (table_.taps()) {
+      case 1:
+        return take_nearest(block, out, stride, values, from);
+      case kBilinear:
+        return interpolate<kBilinear>(block, out, stride, values, from);
+      case kBicubic:
+        return interpolate<kBicubic>(block, out, stride, values, from);
+      case kLanczos3:
+        return interpolate<kLanczos3>(block, out, stride, values, from);
+      default:
+        constexpr int kLanczos5 = 10;
+        return interpolate<kLanczos5>(block, out, stride, values, from);
+    }
+  }
+
+  /// Calls use(j, i, place) for the pixels of a block, place by place in squares that keep the
+  /// source's pixels in the cache; places are counted from `from`.
+  template <class Use>
+  void for_each_place(const Area& block, const Area& from, Use use) const {
+    constexpr int kSquare = 32;
+    for (int y = 0; y < block.height; y += kSquare) {
+      for (int x = 0; x < block.width; x += kSquare) {
+        const int y2 = std::min(y + kSquare, block.height), x2 = std::min(x + kSquare, block.width);
+        for (int j = y; j < y2; ++j) {
+          for (int i = x; i < x2; ++i) {
+            const Place place = source_place(block.x + i, block.y + j);
+            use(j, i, Place{place.x - from.x, place.y - from.y});
+          }
+        }
+      }
+    }
+  }
+
+  void take_nearest(const Area& block, double* out, std::ptrdiff_t stride,
+                    const std::vector<double>& values, const Area& from) const {
+    constexpr double kHalf = 0.5;
+    for_each_place(block, from, [&](int j, int i, const Place& place) {
+      // Places are positive here: whole parts are floors.
+      const int x = static_cast<int>(place.x + kHalf), y = static_cast<int>(place.y + kHalf);
+      out[j * stride + i] = values[static_cast<std::size_t>(y) * from.width + x];
+    });
+  }
+
+  template <int Taps>
+  void interpolate(const Area& block, double* out, std::ptrdiff_t stride,
+                   const std::vector<double>& values, const Area& from) const {
+    for_each_place(block, from, [&](int j, int i, const Place& place) {
+      const int x = static_cast<int>(place.x), y = static_cast<int>(place.y);
+      double wx[Taps], wy[Taps];
+      table_.weights<Taps>(place.x - x, wx);
+      table_.weights<Taps>(place.y - y, wy);
+      constexpr int kBefore = Taps / 2 - 1;
+      const double* first =
+          values.data() + static_cast<std::ptrdiff_t>(y - kBefore) * from.width + (x - kBefore);
+      // Columns first: they are independent of each other.
+      double columns[Taps] = {};
+      for (int l = 0; l < Taps; ++l) {
+        const double* row = first + static_cast<std::ptrdiff_t>(l) * from.width;
+        for (int k = 0; k < Taps; ++k) columns[k] += wy[l] * row[k];
+      }
+      double sum = 0;
+      for (int k = 0; k < Taps; ++k) sum += wx[k] * columns[k];
+      if (std::isnan(sum)) sum = sum_of_present<Taps>(wx, wy, first, from.width);
+      out[j * stride + i] = sum;
+    });
+  }
+
+  template <int Taps>
+  static double sum_of_present(const double* wx, const double* wy, const double* first,
+                               std::ptrdiff_t stride) {
+    double sum = 0, present = 0, lost = 0;
+    for (int l = 0; l < Taps; ++l) {
+      for (int k = 0; k < Taps; ++k) {
+        const double weight = wx[k] * wy[l], value = first[l * stride + k];
+        if (weight == 0) continue;
+        if (std::isnan(value)) {
+          lost += std::abs(weight);
+        } else {
+          present += weight;
+          sum += weight * value;
+        }
+      }
+    }
+    if (lost >= missing_share) return std::numeric_limits<double>::quiet_NaN();
+    return sum / present;
+  }
+
+  PlanePtr source_;
+  KernelTable table_;
+  Turn turn_;
+  double fill_;
+};
+
+}  // namespace
+
+PlaneSize rotated_size(int width, int height, const Rotation& rotation) {
+  if (!std::isfinite(rotation.angle)) throw std::invalid_argument("an angle that is not finite");
+  if (const auto quarters = quarter_count(rotation.angle)) {
+    return *quarters % 2 == 0 ? PlaneSize{width, height} : PlaneSize{height, width};
+  }
+  if (!rotation.full_canvas) return {width, height};
+  const Turn turn(rotation.angle);
+  const auto whole = [](double size) {
+    constexpr double kRounding = 1e-9;
+    const double pixels = std::ceil(size * (1 - kRounding));
+    if (pixels > std::numeric_limits<int>::max()) throw std::invalid_argument("too large a canvas");
+    return static_cast<int>(pixels);
+  };
+  return {whole(std::abs(width * turn.cosine) + std::abs(height * turn.sine)),
+          whole(std::abs(width * turn.sine) + std::abs(height * turn.cosine))};
+}
+
+PixelMap rotation_map(int width, int height, const Rotation& rotation) {
+  if (const auto quarters = quarter_count(rotation.angle)) {
+    return quarter_turns_map(width, height, *quarters);
+  }
+  const PlaneSize size = rotated_size(width, height, rotation);
+  const Turn turn(rotation.angle);
+  PixelMap map = {turn.cosine, -turn.sine, turn.sine, turn.cosine, 0, 0};
+  constexpr double kHalf = 0.5;
+  const PixelPosition middle = map({kHalf * (width + 1), kHalf * (height + 1)});
+  map.x0 = kHalf * (size.width + 1) - middle.x;
+  map.y0 = kHalf * (size.height + 1) - middle.y;
+  return map;
+}
+
+PlanePtr rotate(PlanePtr source, const Rotation& rotation) {
+  if (rotation.kernel == Kernel::area) throw std::invalid_argument("no kernel of a rotation");
+  const PlaneSize size = rotated_size(source->width(), source->height(), rotation);
+  if (const auto quarters = quarter_count(rotation.angle)) {
+    return quarter_turns(std::move(source), *quarters);
+  }
+  return std::make_shared<RotatedPlane>(std::move(source), rotation, size);
+}
+
+}  // namespace gamer
