@@ -568,35 +568,53 @@ std::optional<Rgb> channel_values(const OperationCall& call, const std::string& 
                                option_of(name), values.size()));
 }
 
+/// The same with 0 where a pixel is missing: those have no weight in what is chosen.
+std::vector<PlanePtr> finite_channels(std::span<const PlanePtr> channels) {
+  return picture_channels({channels.begin(), channels.end()}, {});
+}
+
+/// Black and white of each channel: as given, else by percentiles, else the sky and kWhite.
 std::array<Limits, 3> channel_limits(const OperationCall& call,
                                      std::span<const PlanePtr> channels) {
+  constexpr double kWhite = 0.999;
   const std::optional<Rgb> low = channel_values(call, "minimum");
   const std::optional<Rgb> high = channel_values(call, "maximum");
-  const std::vector<double>& percentiles = call.parameters.numbers("percentiles");
-  if (low && high && call.parameters.is_given("percentiles")) {
-    throw InputError("gutil rgb: --minimum and --maximum leave nothing to --percentiles");
-  }
-  if (!(percentiles[0] < percentiles[1])) {
-    throw InputError(fmt::format("gutil rgb: --percentiles {}: low must be below high",
-                                 fmt::join(percentiles, ",")));
+  const bool has_percentiles = call.parameters.has("percentiles");
+  if (has_percentiles && (low || high)) {
+    throw InputError(fmt::format("gutil rgb: --percentiles and {} exclude each other; give one",
+                                 low ? "--minimum" : "--maximum"));
   }
   std::array<Limits, 3> limits;
+  if (has_percentiles) {
+    const std::vector<double>& ends = call.parameters.numbers("percentiles");
+    if (!(ends[0] < ends[1])) {
+      throw InputError(
+          fmt::format("gutil rgb: --percentiles {}: low must be below high", fmt::join(ends, ",")));
+    }
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+      limits[c] = quantile_limits(channels.subspan(c, 1), ends[0] * kPercent, ends[1] * kPercent,
+                                  call.threads);
+    }
+  } else {
+    const Rgb black = low ? *low : automatic_tone(finite_channels(channels), call.threads).black;
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+      const double white =
+          high ? (*high)[c]
+               : quantile_limits(channels.subspan(c, 1), kWhite, kWhite, call.threads).high;
+      limits[c] = {black[c], white};
+    }
+  }
+  if (channels.size() == 1) {
+    for (std::size_t c = 1; c < 3; ++c) {
+      limits[c] = {low ? (*low)[c] : limits[0].low, high ? (*high)[c] : limits[0].high};
+    }
+  }
   for (std::size_t c = 0; c < 3; ++c) {
-    if (!low || !high) {
-      const std::size_t channel = channels.size() == 1 ? 0 : c;
-      limits[c] = c > channel
-                      ? limits[0]
-                      : quantile_limits(channels.subspan(channel, 1), percentiles[0] * kPercent,
-                                        percentiles[1] * kPercent, call.threads);
-    }
-    if (low) limits[c].low = (*low)[c];
-    if (high) limits[c].high = (*high)[c];
-    if (!(limits[c].low < limits[c].high)) {
-      constexpr std::array<const char*, 3> kNames = {"red", "green", "blue"};
-      throw InputError(fmt::format(
-          "gutil rgb: black at {:.6g} and white at {:.6g} in {}: give --minimum below --maximum",
-          limits[c].low, limits[c].high, kNames[c]));
-    }
+    if (limits[c].low < limits[c].high) continue;
+    constexpr std::array<const char*, 3> kNames = {"red", "green", "blue"};
+    throw InputError(fmt::format(
+        "gutil rgb: black at {:.6g} and white at {:.6g} in {}: give --minimum below --maximum",
+        limits[c].low, limits[c].high, kNames[c]));
   }
   return limits;
 }
@@ -622,7 +640,7 @@ Colours choose_colours(const OperationCall& call, std::span<const PlanePtr> chan
   };
   if (method == "lupton") {
     const LuptonTone tone =
-        choose_lupton(channels,
+        choose_lupton(finite_channels(channels),
                       {channel_values(call, "minimum"), channel_values(call, "scale"),
                        number("stretch"), number("q")},
                       call.threads);
@@ -675,14 +693,11 @@ int make_rgb(const OperationCall& call) {
     std::transform(order.begin(), order.end(), planes.begin(),
                    [&](std::size_t i) { return sources[i].plane; });
   }
-  // Missing pixels have no weight in what is chosen automatically; they are black in the picture.
-  const std::vector<PlanePtr> channels =
-      picture_channels(planes, is_auto ? wavelengths : std::vector<double>{});
-  const bool is_lupton = call.parameters.text("method") == "lupton";
-  const Colours colours = choose_colours(call, is_auto || is_lupton ? channels : planes);
+  const std::vector<PlanePtr> channels = is_auto ? picture_channels(planes, wavelengths) : planes;
+  const Colours colours = choose_colours(call, channels);
   options.comment = call.history;
   if (!colours.options.empty()) options.comment += "; " + colours.options;
-  write_rgb(options, is_auto ? channels : planes, colours.colour, colours.rounding, call.threads);
+  write_rgb(options, channels, colours.colour, colours.rounding, call.threads);
   return 0;
 }
 
@@ -740,7 +755,7 @@ Operation rgb_operation() {
        "unit of the pixels",
        Interval::any(),
        {},
-       "black, one for all or red,green,blue (default: chosen; stiff, plain: by --percentiles)"},
+       "black, one for all or red,green,blue (default: the sky)"},
       {"scale",
        ParameterType::numbers,
        "",
@@ -764,9 +779,13 @@ Operation rgb_operation() {
        "unit of the pixels",
        Interval::any(),
        {},
-       "stiff, plain: white, one for all or red,green,blue (default: by --percentiles)"},
-      {"percentiles", ParameterType::vector2, "%", Interval::closed(0, 100),
-       std::vector<double>{1, 99.9}, "stiff, plain: black and white of each channel"},
+       "stiff, plain: white, one for all or red,green,blue (default: the 99.9 % percentile)"},
+      {"percentiles",
+       ParameterType::vector2,
+       "%",
+       Interval::closed(0, 100),
+       {},
+       "stiff, plain: black and white of each channel instead"},
       {"gamma",
        ParameterType::number,
        "",
