@@ -1,7 +1,7 @@
 #include "gamer/image/picture.h"
 
 #include <gtest/gtest.h>
-#include <png.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +12,7 @@
 
 #include "gamer/core/error.h"
 #include "image/image_test_util.h"
+#include "image/read_png.h"
 
 namespace gamer {
 namespace {
@@ -219,26 +220,15 @@ TEST(WritePng, SixteenBitsComeBack) {
   const Picture picture = small_picture();
   write_png(path, picture);
   EXPECT_EQ(folder.file_count(), 1U);
-  std::FILE* file = std::fopen(path.c_str(), "rb");
-  ASSERT_NE(file, nullptr);
-  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
-  png_infop info = png_create_info_struct(png);
-  png_init_io(png, file);
-  png_read_png(png, info, PNG_TRANSFORM_SWAP_ENDIAN, nullptr);
-  EXPECT_EQ(png_get_image_width(png, info), 3U);
-  EXPECT_EQ(png_get_image_height(png, info), 2U);
-  EXPECT_EQ(png_get_bit_depth(png, info), 16);
-  EXPECT_EQ(png_get_color_type(png, info), PNG_COLOR_TYPE_RGB);
-  EXPECT_NE(png_get_valid(png, info, PNG_INFO_sRGB), 0U);
-  png_textp text = nullptr;
-  ASSERT_EQ(png_get_text(png, info, &text, nullptr), 1);
-  EXPECT_STREQ(text[0].key, "Software");
-  for (int row = 0; row < 2; ++row) {
-    const auto* values = reinterpret_cast<const std::uint16_t*>(png_get_rows(png, info)[row]);
-    for (int i = 0; i < 9; ++i) EXPECT_EQ(values[i], picture.rgb[row * 9 + i]);
-  }
-  png_destroy_read_struct(&png, &info, nullptr);
-  std::fclose(file);
+  const ReadPng read = read_png(path);
+  EXPECT_EQ(read.width, 3);
+  EXPECT_EQ(read.height, 2);
+  EXPECT_EQ(read.bits, 16);
+  EXPECT_EQ(read.colour_type, PNG_COLOR_TYPE_RGB);
+  EXPECT_TRUE(read.is_srgb);
+  EXPECT_EQ(read.texts.size(), 1U);
+  EXPECT_TRUE(read.texts.count("Software"));
+  EXPECT_EQ(read.values, picture.rgb);
 }
 
 TEST(WriteBmp, EveryByte) {
@@ -263,6 +253,187 @@ TEST(WritePicture, FolderThatDoesNotExistIsARunError) {
   EXPECT_THROW(write_png(folder / "none/a.png", small_picture()), RunError);
   EXPECT_THROW(write_bmp(folder / "none/a.bmp", small_picture()), RunError);
 }
+
+// ---- Row by row --------------------------------------------------------------------------------
+
+void write_rows(PictureFile& file, const Picture& picture) {
+  const std::size_t length = static_cast<std::size_t>(picture.width) * 3;
+  for (std::size_t first = 0; first < picture.rgb.size(); first += length) {
+    file.write_row(std::span(picture.rgb).subspan(first, length));
+  }
+}
+
+PictureFileOptions options_for(const std::filesystem::path& path, int bits = 16) {
+  PictureFileOptions options;
+  options.name = path.string();
+  options.format = *picture_format(options.name);
+  options.bits = bits;
+  return options;
+}
+
+TEST(PictureFile, EightBitsAreTheNearestOfSixteen) {
+  TemporaryFolder folder;
+  Picture picture{256, 256, {}};
+  for (int i = 0; i < 65536; ++i) {
+    for (const int value : {i, 65535 - i, i / 3}) {
+      picture.rgb.push_back(static_cast<std::uint16_t>(value));
+    }
+  }
+  PictureFileOptions options = options_for(folder / "a.png", 8);
+  options.comment = "how it was made";
+  PictureFile file(options, 256, 256);
+  write_rows(file, picture);
+  EXPECT_EQ(std::filesystem::exists(folder / "a.png"), false);
+  file.finish();
+  EXPECT_EQ(folder.file_count(), 1U);
+  const ReadPng read = read_png(folder / "a.png");
+  EXPECT_EQ(read.bits, 8);
+  EXPECT_TRUE(read.is_srgb);
+  EXPECT_EQ(read.texts.at("Comment"), "how it was made");
+  ASSERT_EQ(read.values.size(), picture.rgb.size());
+  for (std::size_t i = 0; i < picture.rgb.size(); ++i) {
+    ASSERT_EQ(read.values[i], std::lround(picture.rgb[i] / 65535.0 * 255)) << picture.rgb[i];
+  }
+  PictureFile bmp(options_for(folder / "a.bmp"), 256, 256);
+  write_rows(bmp, picture);
+  bmp.finish();
+  const std::string bytes = file_bytes(folder / "a.bmp");
+  ASSERT_EQ(bytes.size(), 54U + 3 * 65536);
+  for (std::size_t i = 0; i < picture.rgb.size(); ++i) {
+    const std::size_t row = 255 - i / 768, x = i % 768 / 3, channel = 2 - i % 3;
+    ASSERT_EQ(static_cast<unsigned char>(bytes[54 + row * 768 + 3 * x + channel]), read.values[i]);
+  }
+}
+
+TEST(PictureFile, CompleteOrAbsent) {
+  TemporaryFolder folder;
+  const Picture picture = small_picture();
+  for (const char* name : {"a.png", "a.bmp"}) {
+    {
+      PictureFile file(options_for(folder / name), 3, 2);
+      file.write_row(std::span(picture.rgb).first(9));
+      EXPECT_THROW(file.write_row(std::span(picture.rgb).first(8)), std::invalid_argument);
+      EXPECT_THROW(file.finish(), std::logic_error);
+    }
+    EXPECT_EQ(folder.file_count(), 0U);
+    PictureFile file(options_for(folder / name), 3, 2);
+    write_rows(file, picture);
+    EXPECT_THROW(file.write_row(std::span(picture.rgb).first(9)), std::invalid_argument);
+    std::ofstream(folder / name) << "precious";
+    EXPECT_THROW(file.finish(), RunError);
+    EXPECT_EQ(file_bytes(folder / name), "precious");
+    PictureFileOptions options = options_for(folder / name);
+    options.overwrite = true;
+    PictureFile second(options, 3, 2);
+    write_rows(second, picture);
+    second.finish();
+    EXPECT_NE(file_bytes(folder / name), "precious");
+    std::filesystem::remove(folder / name);
+  }
+}
+
+TEST(PictureFile, StandardOutputHasTheWholePng) {
+  TemporaryFolder folder;
+  const Picture picture = small_picture();
+  std::fflush(stdout);
+  const int saved = dup(STDOUT_FILENO);
+  std::FILE* file = std::fopen((folder / "out").c_str(), "wb");
+  dup2(fileno(file), STDOUT_FILENO);
+  {
+    PictureFile stream(options_for("-"), 3, 2);
+    write_rows(stream, picture);
+    EXPECT_TRUE(std::filesystem::is_empty(folder / "out"));
+    stream.finish();
+  }
+  dup2(saved, STDOUT_FILENO);
+  close(saved);
+  std::fclose(file);
+  write_png(folder / "a.png", picture);
+  EXPECT_EQ(file_bytes(folder / "out"), file_bytes(folder / "a.png"));
+}
+
+TEST(PictureFile, WhatCannotBeWrittenIsSaidBefore) {
+  TemporaryFolder folder;
+  std::ofstream(folder / "there.png") << "precious";
+  const auto message = [&](const PictureFileOptions& options, int width = 3, int height = 2) {
+    try {
+      check_picture_file(options, width, height);
+    } catch (const InputError& error) {
+      const std::string text = error.what();
+      const std::size_t place = text.find(folder.path().string());
+      return place == std::string::npos
+                 ? text
+                 : text.substr(0, place) + text.substr(place + folder.path().string().size());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(message(options_for(folder / "a.png")), "");
+  EXPECT_EQ(message(options_for(folder / "there.png")),
+            "output '/there.png' exists; --overwrite replaces it");
+  PictureFileOptions options = options_for(folder / "there.png");
+  options.overwrite = true;
+  EXPECT_EQ(message(options), "");
+  options.bits = 12;
+  EXPECT_EQ(message(options), "output '/there.png': 12 bits a channel; a picture has 8 or 16");
+  options = {};
+  options.name = (folder / "a.jpg").string();
+  EXPECT_EQ(message(options), "output '/a.jpg': the name must end in .png or .bmp");
+  EXPECT_NE(message(options_for(folder / "none/a.png")).find("there is no folder"),
+            std::string::npos);
+  EXPECT_EQ(message(options_for(folder / "a.bmp"), 40000, 40000),
+            "output '/a.bmp': 40000 x 40000 pixels are too many for a BMP file (4 GiB); use .png");
+  EXPECT_EQ(message(options_for(folder / "a.bmp"), 37000, 37000), "");
+  EXPECT_NE(message(options_for(folder / "a.png"), 1000001, 1).find("too many for a PNG"),
+            std::string::npos);
+  EXPECT_FALSE(picture_format("a.fits").has_value());
+}
+
+// ---- The tone on its own -----------------------------------------------------------------------
+
+TEST(AutomaticTone, IsThatOfMakePictureWhateverTheThreads) {
+  const Image image = galaxy(128, 5, 0.002);
+  const Picture picture = make_picture(image, kWavelengths);
+  const std::vector<PlanePtr> planes = {memory_plane(image, 0), memory_plane(image, 1),
+                                        memory_plane(image, 2)};
+  const auto channels = picture_channels(planes, kWavelengths);
+  ASSERT_EQ(channels.size(), 3U);
+  const PictureTone tone = automatic_tone(channels, 1), same = automatic_tone(channels, 3);
+  EXPECT_EQ(tone.black, same.black);
+  EXPECT_EQ(tone.factor, same.factor);
+  EXPECT_EQ(tone.slope, same.slope);
+  EXPECT_EQ(tone.scale, same.scale);
+  for (double sky : tone.black) EXPECT_NEAR(sky, 5, 0.002);
+  for (int y = 0; y < 128; y += 3) {
+    for (int x = 0; x < 128; x += 5) {
+      const Colour colour = tone.colour({image.at(x, y, 2), image.at(x, y, 1), image.at(x, y, 0)});
+      const Colour seen = pixel(picture, x, 127 - y);
+      for (int c = 0; c < 3; ++c) ASSERT_EQ(seen[c], to_16_bits(colour[c]) / 65535.0);
+    }
+  }
+}
+
+TEST(AutomaticTone, WhatIsGivenStays) {
+  const Image image = galaxy(64, 5, 0.002);
+  const std::vector<PlanePtr> planes = {memory_plane(image, 2), memory_plane(image, 1),
+                                        memory_plane(image, 0)};
+  const auto channels = picture_channels(planes, {});
+  const PictureTone tone = automatic_tone(channels, 1, Colour{4, 4.5, 5}, Colour{1, 2, 3});
+  EXPECT_EQ(tone.black, (Colour{4, 4.5, 5}));
+  EXPECT_EQ(tone.factor, (Colour{1, 2, 3}));
+  const PictureTone chosen = automatic_tone(channels, 1);
+  const PictureTone again = automatic_tone(channels, 1, chosen.black, chosen.factor);
+  EXPECT_EQ(again.slope, chosen.slope);
+  EXPECT_EQ(again.scale, chosen.scale);
+}
+
+TEST(AutomaticTone, SixteenBits) {
+  EXPECT_EQ(to_16_bits(0.5), 32768);
+  EXPECT_EQ(to_16_bits(-1), 0);
+  EXPECT_EQ(to_16_bits(2), 65535);
+  EXPECT_EQ(to_16_bits(std::nan("")), 0);
+}
+
+// ---- The renderer's writer ---------------------------------------------------------------------
 
 TEST(PictureWriter, SameAsMakePictureInAnyOrder) {
   const int size = 32;
