@@ -49,7 +49,7 @@ HWY_INLINE V Polynomial(D d, V x, const double (&coefficients)[count]) {
 inline constexpr double kLn2High = 6.93147180369123816490e-01;
 inline constexpr double kLn2Low = 1.90821492927058770002e-10;
 
-/// ln x for normal positive x, relative error below 3e-16 (ln 1 = 0). FreeBSD's e_log.c: with
+/// ln x for normal positive x, relative error below 2e-16 (ln 1 = 0). FreeBSD's e_log.c: with
 /// f = m - 1, s = f / (2 + f), ln(1 + f) = f - (f^2/2 - s (f^2/2 + R(s^2))).
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V LogDouble(D d, V x) {
