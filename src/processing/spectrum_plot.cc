@@ -1,0 +1,265 @@
+#include "gamer/processing/spectrum_plot.h"
+
+#include <cairo.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numbers>
+
+#include "image/write_file.h"
+
+namespace gamer {
+namespace {
+
+constexpr int kWidth = 1200, kHeight = 900;
+constexpr double kLeft = 130, kRight = 40, kTop = 40, kBottom = 95;  ///< margins
+constexpr double kFontSize = 24;
+constexpr double kSuperscript = 0.7;  ///< of the font's size
+constexpr double kTick = 10, kMinorTick = 5;
+constexpr double kDot = 2.5;
+
+struct Colour {
+  double red, green, blue;
+};
+/// Okabe & Ito's, which colour-blind eyes tell apart.
+constexpr std::array<Colour, 6> kColours = {{{0.00, 0.45, 0.70},
+                                             {0.84, 0.37, 0.00},
+                                             {0.00, 0.62, 0.45},
+                                             {0.80, 0.47, 0.65},
+                                             {0.34, 0.71, 0.91},
+                                             {0.90, 0.62, 0.00}}};
+
+/// One logarithmic axis: from `low` to `high` on `first` to `last` (pixels).
+struct Axis {
+  double low, high, first, last;
+
+  double operator()(double value) const {
+    return first + (last - first) * std::log(value / low) / std::log(high / low);
+  }
+  bool contains(double value) const {
+    constexpr double kRounding = 1e-9;
+    return value >= low * (1 - kRounding) && value <= high * (1 + kRounding);
+  }
+};
+
+class Drawing {
+ public:
+  Drawing()
+      : surface_(cairo_image_surface_create(CAIRO_FORMAT_RGB24, kWidth, kHeight),
+                 &cairo_surface_destroy),
+        cairo_(cairo_create(surface_.get()), &cairo_destroy) {
+    cairo_set_source_rgb(cairo_.get(), 1, 1, 1);
+    cairo_paint(cairo_.get());
+    cairo_select_font_face(cairo_.get(), "sans-serif", CAIRO_FONT_SLANT_NORMAL,
+                           CAIRO_FONT_WEIGHT_NORMAL);
+    cairo_set_font_size(cairo_.get(), kFontSize);
+  }
+
+  void colour(const Colour& colour, double opacity = 1) {
+    cairo_set_source_rgba(cairo_.get(), colour.red, colour.green, colour.blue, opacity);
+  }
+  void line(double x0, double y0, double x1, double y1, double width) {
+    cairo_set_line_width(cairo_.get(), width);
+    cairo_move_to(cairo_.get(), x0, y0);
+    cairo_line_to(cairo_.get(), x1, y1);
+    cairo_stroke(cairo_.get());
+  }
+  void dot(double x, double y, double radius) {
+    cairo_arc(cairo_.get(), x, y, radius, 0, 2 * std::numbers::pi);
+    cairo_fill(cairo_.get());
+  }
+  void box(double left, double top, double right, double bottom) {
+    cairo_rectangle(cairo_.get(), left, top, right - left, bottom - top);
+  }
+  void fill() { cairo_fill(cairo_.get()); }
+  void outline(double width) {
+    cairo_set_line_width(cairo_.get(), width);
+    cairo_stroke(cairo_.get());
+  }
+  void clip() { cairo_clip(cairo_.get()); }
+  void no_clip() { cairo_reset_clip(cairo_.get()); }
+
+  double text_width(const std::string& text) {
+    cairo_text_extents_t extents;
+    cairo_text_extents(cairo_.get(), text.c_str(), &extents);
+    return extents.x_advance;
+  }
+  /// `anchor` 0: the text begins at x; 1: it ends there. The baseline is at y.
+  void text(const std::string& text, double x, double y, double anchor = 0) {
+    cairo_move_to(cairo_.get(), x - anchor * text_width(text), y);
+    cairo_show_text(cairo_.get(), text.c_str());
+  }
+  /// Upwards, centred at y.
+  void text_upwards(const std::string& text, double x, double y) {
+    cairo_save(cairo_.get());
+    cairo_translate(cairo_.get(), x, y);
+    cairo_rotate(cairo_.get(), -std::numbers::pi / 2);
+    this->text(text, 0, 0, 0.5);
+    cairo_restore(cairo_.get());
+  }
+  /// 10 to the `exponent`.
+  void power_of_ten(int exponent, double x, double y, double anchor) {
+    const std::string base = "10", raised = fmt::format("{}", exponent);
+    const double base_width = text_width(base);
+    cairo_set_font_size(cairo_.get(), kSuperscript * kFontSize);
+    const double left = x - anchor * (base_width + text_width(raised));
+    text(raised, left + base_width, y - kFontSize / 2.5);
+    cairo_set_font_size(cairo_.get(), kFontSize);
+    text(base, left, y);
+  }
+
+  void write(const std::filesystem::path& path, bool overwrite) {
+    cairo_surface_flush(surface_.get());
+    write_file(path, overwrite, [&](std::FILE* file) {
+      const auto append = [](void* closure, const unsigned char* data, unsigned length) {
+        const std::size_t written = std::fwrite(data, 1, length, static_cast<std::FILE*>(closure));
+        return written == length ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_WRITE_ERROR;
+      };
+      const cairo_status_t status = cairo_surface_write_to_png_stream(surface_.get(), append, file);
+      if (status != CAIRO_STATUS_SUCCESS) {
+        throw write_failure(path, cairo_status_to_string(status));
+      }
+    });
+  }
+
+ private:
+  std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)> surface_;
+  std::unique_ptr<cairo_t, decltype(&cairo_destroy)> cairo_;
+};
+
+/// Every how many decades a number stands at the axis.
+int decade_step(const Axis& axis) {
+  constexpr double kMostNumbers = 9;
+  return std::max(1, static_cast<int>(std::ceil(std::log10(axis.high / axis.low) / kMostNumbers)));
+}
+
+/// Calls tick(value, decade's exponent, multiple 1 ... 9) within the axis.
+template <class Tick>
+void for_each_tick(const Axis& axis, Tick tick) {
+  const auto first = static_cast<int>(std::floor(std::log10(axis.low)));
+  const auto last = static_cast<int>(std::ceil(std::log10(axis.high)));
+  for (int exponent = first; exponent <= last; ++exponent) {
+    for (int multiple = 1; multiple <= 9; ++multiple) {
+      const double value = multiple * std::pow(10.0, exponent);
+      if (axis.contains(value)) tick(value, exponent, multiple);
+    }
+  }
+}
+
+void draw_axes(Drawing& drawing, const Axis& x, const Axis& y, const std::string& unit) {
+  constexpr Colour kBlack = {0.1, 0.1, 0.1}, kGrey = {0.88, 0.88, 0.88};
+  for_each_tick(x, [&](double value, int, int multiple) {
+    drawing.colour(multiple == 1 ? kGrey : Colour{0.95, 0.95, 0.95});
+    drawing.line(x(value), y.first, x(value), y.last, 1);
+  });
+  const int step = decade_step(y);
+  for_each_tick(y, [&](double value, int exponent, int multiple) {
+    if (multiple != 1 || exponent % step != 0) return;
+    drawing.colour(kGrey);
+    drawing.line(x.first, y(value), x.last, y(value), 1);
+  });
+  drawing.colour(kBlack);
+  drawing.box(x.first, y.last, x.last, y.first);
+  drawing.outline(1.5);
+  // Waves are counted: numbers as they are, also 2 and 5 where decades are few.
+  const bool few_decades = x.high / x.low < 1e3;
+  constexpr double kHighestPlain = 1e4;
+  for_each_tick(x, [&](double value, int exponent, int multiple) {
+    drawing.line(x(value), y.first, x(value), y.first - (multiple == 1 ? kTick : kMinorTick), 1.5);
+    const bool numbered = multiple == 1 || (few_decades && (multiple == 2 || multiple == 5));
+    if (!numbered) return;
+    if (value <= kHighestPlain) {
+      drawing.text(fmt::format("{:.0f}", value), x(value), y.first + 1.3 * kFontSize, 0.5);
+    } else {
+      drawing.power_of_ten(exponent, x(value), y.first + 1.3 * kFontSize, 0.5);
+    }
+  });
+  for_each_tick(y, [&](double value, int exponent, int multiple) {
+    drawing.line(x.first, y(value), x.first + (multiple == 1 ? kTick : kMinorTick), y(value), 1.5);
+    if (multiple == 1 && exponent % step == 0) {
+      drawing.power_of_ten(exponent, x.first - kTick, y(value) + kFontSize / 3, 1);
+    }
+  });
+  drawing.text("k (waves per shorter side)", (x.first + x.last) / 2, kHeight - kFontSize, 0.5);
+  drawing.text_upwards(unit.empty() ? "power" : fmt::format("power ({})²", unit), 1.5 * kFontSize,
+                       (y.first + y.last) / 2);
+}
+
+void draw_curve(Drawing& drawing, const Axis& x, const Axis& y, const PowerSpectrum& spectrum,
+                const Colour& colour) {
+  drawing.box(x.first, y.last, x.last, y.first);
+  drawing.clip();
+  drawing.colour(colour, 0.7);
+  for (const PowerSpectrum::Annulus& annulus : spectrum.annuli) {
+    if (annulus.power > 0) drawing.dot(x(annulus.k), y(annulus.power), kDot);
+  }
+  const PowerSpectrum::Fit& fit = spectrum.fit;
+  if (std::isfinite(fit.slope)) {
+    const auto power = [&](double k) { return fit.amplitude * std::pow(k, fit.slope); };
+    drawing.colour(colour);
+    drawing.line(x(fit.lowest), y(power(fit.lowest)), x(fit.highest), y(power(fit.highest)), 3);
+  }
+  drawing.no_clip();
+}
+
+void draw_legend(Drawing& drawing, const Axis& x, const Axis& y,
+                 std::span<const SpectrumCurve> curves) {
+  double baseline = y.last + 1.8 * kFontSize;
+  for (std::size_t i = 0; i < curves.size(); ++i, baseline += 1.4 * kFontSize) {
+    const PowerSpectrum::Fit& fit = curves[i].spectrum.fit;
+    std::string text = curves[i].label;
+    if (std::isfinite(fit.slope)) {
+      if (!text.empty()) text += ": ";
+      // A real minus sign.
+      text += fmt::format("slope {}{:.2f} ± {:.2f}", fit.slope < 0 ? "−" : "", std::fabs(fit.slope),
+                          fit.slope_error);
+    }
+    if (text.empty()) continue;
+    const double right = x.last - kFontSize;
+    const double sample = right - drawing.text_width(text) - 1.7 * kFontSize;
+    drawing.colour(kColours[i % kColours.size()]);
+    drawing.line(sample, baseline - kFontSize / 3, sample + 1.3 * kFontSize,
+                 baseline - kFontSize / 3, 3);
+    drawing.colour({0.1, 0.1, 0.1});
+    drawing.text(text, right, baseline, 1);
+  }
+}
+
+}  // namespace
+
+void write_spectrum_plot(const std::filesystem::path& path, std::span<const SpectrumCurve> curves,
+                         const std::string& unit, bool overwrite) {
+  double highest_k = 1;
+  double least = std::numeric_limits<double>::infinity(), most = 0;
+  for (const SpectrumCurve& curve : curves) {
+    for (const PowerSpectrum::Annulus& annulus : curve.spectrum.annuli) {
+      highest_k = std::max<double>(highest_k, annulus.k);
+      if (!(annulus.power > 0) || !std::isfinite(annulus.power)) continue;
+      least = std::min(least, annulus.power);
+      most = std::max(most, annulus.power);
+    }
+  }
+  if (!(most > 0)) least = most = 1;
+  constexpr double kRoom = 1.1, kHeadroom = 3;
+  const Axis x = {1 / kRoom, highest_k * kRoom, kLeft, kWidth - kRight};
+  Axis y = {least / kRoom / kRoom, most * kHeadroom, kHeight - kBottom, kTop};
+  // A flat spectrum still needs numbers beside it.
+  constexpr double kTwoDecades = 100;
+  if (y.high / y.low < kTwoDecades) {
+    y.low = std::pow(10.0, std::floor(std::log10(y.low)));
+    y.high = std::pow(10.0, std::ceil(std::log10(y.high)));
+  }
+  Drawing drawing;
+  draw_axes(drawing, x, y, unit);
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    draw_curve(drawing, x, y, curves[i].spectrum, kColours[i % kColours.size()]);
+  }
+  draw_legend(drawing, x, y, curves);
+  drawing.write(path, overwrite);
+}
+
+}  // namespace gamer
