@@ -1,12 +1,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
+#include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -54,8 +56,8 @@ class NoiseOperation {
   }
   PlaneNoise gaussian(const PlaneTask& task) const;
   PlaneNoise ccd(const PlaneTask& task) const;
-  double electron_rate(const PlaneTask& task, double area) const;
-  double sky_rate(const PlaneTask& task, double rate, double area) const;
+  double electron_rate(const PlaneTask& task) const;
+  double sky_rate(const PlaneTask& task, double rate) const;
 
   const OperationCall& call_;
   bool is_gaussian_ = false;
@@ -122,8 +124,21 @@ PlaneNoise NoiseOperation::gaussian(const PlaneTask& task) const {
   return noise;
 }
 
+/// Of the flux that MAGZERO tells of one unit: the pixel, or its arcsec^2 for a brightness.
+double calibrated_area(const PlaneTask& task) {
+  if (!is_brightness(task.info.unit) || !task.info.zero_point) return 1;
+  try {
+    return std::pow(pixel_scale(task.header, task.label), 2);
+  } catch (const InputError& error) {
+    throw InputError(
+        fmt::format("{}a surface brightness ({}) becomes electrons by the size of "
+                    "pixels: {}; give --electrons-per-unit",
+                    kContext, task.info.unit, error.what()));
+  }
+}
+
 /// electrons/s of the pixel value 1.
-double NoiseOperation::electron_rate(const PlaneTask& task, double area) const {
+double NoiseOperation::electron_rate(const PlaneTask& task) const {
   const bool has_scale = has("electrons_per_unit");
   const std::optional<double> zero_point = task.info.zero_point;
   if (has_scale && has("zero_point") && zero_point) {
@@ -146,18 +161,18 @@ double NoiseOperation::electron_rate(const PlaneTask& task, double area) const {
         fmt::format("{}--zero-point needs MAGZERO, and {} has none; give --electrons-per-unit",
                     kContext, task.label));
   }
-  return area * std::pow(10, -(*zero_point - value("zero_point", task)) / kPogson);
+  return calibrated_area(task) * std::pow(10, -(*zero_point - value("zero_point", task)) / kPogson);
 }
 
 /// electrons/s of a pixel.
-double NoiseOperation::sky_rate(const PlaneTask& task, double rate, double area) const {
+double NoiseOperation::sky_rate(const PlaneTask& task, double rate) const {
   if (has("sky_rate")) return value("sky_rate", task);
   if (!has("sky")) return 0;
   double zero_point = 0;
   if (has("zero_point")) {
     zero_point = value("zero_point", task);
   } else if (task.info.zero_point) {
-    zero_point = *task.info.zero_point + kPogson * std::log10(rate / area);
+    zero_point = *task.info.zero_point + kPogson * std::log10(rate / calibrated_area(task));
   } else {
     throw InputError(fmt::format(
         "{}--sky needs --zero-point (AB magnitude of 1 electron/s), as {} has no MAGZERO; "
@@ -181,14 +196,9 @@ PlaneNoise NoiseOperation::ccd(const PlaneTask& task) const {
                     kContext, task.label, task.info.unit));
   }
   PlaneNoise noise;
-  // MAGZERO of a brightness is that of one unit over an arcsec^2.
-  double area = 1;
-  if (is_brightness(task.info.unit) && task.info.zero_point) {
-    area = std::pow(pixel_scale(task.header, task.label), 2);
-  }
   Detector& detector = noise.detector;
-  detector.electron_rate = electron_rate(task, area);
-  detector.sky_rate = sky_rate(task, detector.electron_rate, area);
+  detector.electron_rate = electron_rate(task);
+  detector.sky_rate = sky_rate(task, detector.electron_rate);
   detector.dark_rate = number("dark");
   detector.exposure = value("exposure", task);
   detector.exposures = static_cast<int>(call_.parameters.integer("exposures"));
@@ -196,6 +206,13 @@ PlaneNoise NoiseOperation::ccd(const PlaneTask& task) const {
   if (has("full_well")) detector.full_well = number("full_well");
   double bias = 0;
   const double electrons = detector.electron_rate * detector.exposure;
+  const double background_counts = detector.background();
+  if (!(std::isnormal(electrons) && std::isfinite(background_counts))) {
+    throw InputError(fmt::format(
+        "{}a pixel of value 1 of {} would be {} electrons, and the sky {}; check the zero points, "
+        "--sky and --exposure",
+        kContext, task.label, electrons, background_counts));
+  }
   if (output_unit_ == "same") {
     noise.gain = electrons;
   } else if (output_unit_ == "ADU") {
@@ -204,11 +221,11 @@ PlaneNoise NoiseOperation::ccd(const PlaneTask& task) const {
   }
   noise.zero_point = task.info.zero_point;
   if (output_unit_ != "same") {
-    noise.flux_factor = area * noise.gain / electrons;
+    noise.flux_factor = calibrated_area(task) * noise.gain / electrons;
     if (noise.zero_point) *noise.zero_point -= kPogson * std::log10(noise.flux_factor);
   }
   detector.per_electron = 1 / noise.gain;
-  const double background = call_.parameters.boolean("keep_sky") ? 0 : detector.background();
+  const double background = call_.parameters.boolean("keep_sky") ? 0 : background_counts;
   detector.offset = bias - background * detector.per_electron;
   return noise;
 }
@@ -266,6 +283,7 @@ void NoiseOperation::edit(FitsHeader& header, int planes) {
   const auto first = planes_.begin() + static_cast<std::ptrdiff_t>(next_edited_);
   const std::vector<PlaneNoise> noises(first, first + planes);
   next_edited_ += static_cast<std::size_t>(planes);
+  for (const char* key : {"DATAMIN", "DATAMAX"}) header.remove(key);
   if (is_gaussian_) return;
   const auto values = [&](auto get) {
     std::vector<double> result;
@@ -307,11 +325,33 @@ void NoiseOperation::edit(FitsHeader& header, int planes) {
   }
 }
 
-/// "nJy" becomes "nJy2", and "MJy/sr" "(MJy/sr)**2".
-std::string squared(const std::string& unit) {
-  const bool is_word =
-      std::all_of(unit.begin(), unit.end(), [](unsigned char c) { return std::isalpha(c) != 0; });
-  return is_word ? unit + "2" : fmt::format("({})**2", unit);
+/// Every factor of a unit with twice its power: "MJy/sr" becomes "MJy2/sr2", "cm-2" "cm-4".
+std::string squared(std::string_view unit) {
+  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  std::string result;
+  const auto take = [&](std::size_t count) {
+    result += unit.substr(0, count);
+    unit.remove_prefix(count);
+  };
+  while (!unit.empty()) {
+    auto size = static_cast<std::size_t>(std::find_if_not(unit.begin(), unit.end(), is_letter) -
+                                         unit.begin());
+    if (unit.starts_with("10**") || unit.starts_with("10^")) size = 2;
+    if (size == 0) {
+      take(1);
+      continue;
+    }
+    take(size);
+    if (unit.starts_with("**")) take(2);
+    if (unit.starts_with("^")) take(1);
+    if (unit.starts_with("+")) take(1);
+    std::int32_t power = 1;
+    const auto [end, error] = std::from_chars(unit.data(), unit.data() + unit.size(), power);
+    if (error == std::errc::result_out_of_range) continue;
+    result += fmt::format("{}", 2 * std::int64_t{power});
+    unit.remove_prefix(static_cast<std::size_t>(end - unit.data()));
+  }
+  return result;
 }
 
 std::vector<ExtraImage> NoiseOperation::variance(const FitsHeader& header,
@@ -323,8 +363,7 @@ std::vector<ExtraImage> NoiseOperation::variance(const FitsHeader& header,
     image.planes.push_back(is_gaussian_ ? gaussian_variance(task.plane, noise.sigma)
                                         : observed_variance(task.plane, noise.detector));
     // Cards about values say nothing of their squares.
-    for (const char* key :
-         {"MAGZERO", "PHOTZP", "PHOTFLAM", "GAIN", "SATURATE", "DATAMIN", "DATAMAX"}) {
+    for (const char* key : {"MAGZERO", "PHOTZP", "PHOTFLAM", "GAIN", "SATURATE"}) {
       image.header.remove(key);
       image.header.remove(fmt::format("{}{}", key, task.info.plane + 1));
     }

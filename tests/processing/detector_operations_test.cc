@@ -260,8 +260,19 @@ TEST_F(NoiseOperation, MeasuresWhatTheVarianceSays) {
   EXPECT_FALSE(image.has("GAIN"));
   EXPECT_EQ(image.number("EXPTIME"), 300);
 
-  noise("--sigma 3 --variance");
-  for (const double v : pixels(output(), 3)) EXPECT_EQ(v, 9);
+  noise("--sigma 3 --variance", "in.fits", "sigma.fits");
+  for (const double v : pixels(output("sigma.fits"), 3)) EXPECT_EQ(v, 9);
+  const std::pair<const char*, const char*> units[] = {
+      {"MJy/sr", "MJy2/sr2"},
+      {"erg/(s.cm2.Angstrom.arcsec2)", "erg2/(s2.cm4.Angstrom2.arcsec4)"},
+      {"10**-3 Jy sr^-1*m99999999999", "10**-6 Jy2 sr^-2*m99999999999"}};
+  for (const auto& [unit, square_unit] : units) {
+    write("in.fits", 2, 2,
+          {{{{1, 2, 3, 4}}, {{"BUNIT", std::string(unit), ""}, {"DATAMAX", 4.0, ""}}}});
+    noise("--sigma 3 --variance");
+    EXPECT_EQ(output().hdus()[1].header.text("BUNIT"), square_unit);
+    EXPECT_FALSE(output().hdus()[0].header.has("DATAMAX"));
+  }
 }
 
 TEST_F(NoiseOperation, IsTheSameForAnyPlaneOrder) {
@@ -387,6 +398,12 @@ TEST_F(NoiseOperation, SaysWhatIsWrong) {
       {"--exposure 1 --zero-point 25 --electrons-per-unit 3",
        "gutil noise: in.fits has MAGZERO, so --zero-point and --electrons-per-unit exclude each "
        "other; leave one out"},
+      {"--exposure 1 --zero-point 1e6",
+       "gutil noise: a pixel of value 1 of in.fits would be inf electrons, and the sky 0; check "
+       "the zero points, --sky and --exposure"},
+      {"--exposure 1 --zero-point 25 --sky -1e6",
+       "gutil noise: a pixel of value 1 of in.fits would be 0.0027542287033381664 electrons, and "
+       "the sky inf; check the zero points, --sky and --exposure"},
       {"--sigma 1,2", "gutil noise: --sigma has 2 values for 1 plane; give one, or one for each"},
       {"--exposure 0", "gutil noise: --exposure[0] = 0 is outside ]0, inf[ (s)"},
   };
@@ -406,6 +423,14 @@ TEST_F(NoiseOperation, SaysWhatIsWrong) {
   const std::string no_wcs = error("--exposure 1 --zero-point 25 --sky 21");
   EXPECT_EQ(no_wcs.find("gutil noise: --sky needs the size of pixels: "), 0u) << no_wcs;
   EXPECT_NE(no_wcs.find("; give --sky-rate"), std::string::npos) << no_wcs;
+  write_small({{"BUNIT", std::string("MJy/sr"), ""}, {"MAGZERO", 30.0, ""}});
+  const std::string no_area = error("--exposure 1 --zero-point 25");
+  EXPECT_EQ(no_area.find("gutil noise: a surface brightness (MJy/sr) becomes electrons by the size "
+                         "of pixels: "),
+            0u)
+      << no_area;
+  EXPECT_EQ(error("--exposure 1 --electrons-per-unit 3"), "none");
+  std::filesystem::remove(path("out.fits"));
   write_small({{"BUNIT", std::string("mag/arcsec2"), ""}});
   EXPECT_EQ(error("--exposure 1 --electrons-per-unit 3"),
             "gutil noise: the pixels of in.fits are magnitudes (mag/arcsec2), which do not add "
