@@ -1,0 +1,638 @@
+#include "gamer/processing/convolution.h"
+
+#include <fftw3.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "processing/fftw_planner.h"
+
+namespace gamer {
+namespace {
+
+/// Stamps of so many pixels are summed directly: quicker than two transforms.
+constexpr int kDirectPixels = 25;
+/// Of the stamp's sum: good pixels with less of it say nothing.
+constexpr double kLeastWeight = 1e-3;
+/// Largest side of a chosen transform, unless the stamp needs more: 32 MiB a thread.
+constexpr int kLargestChosenTransform = 2048;
+
+/// Of a sum of products by transforms, relative to the sum of the factors.
+template <class Real>
+inline constexpr double kRounding = 64 * std::numeric_limits<Real>::epsilon();
+
+template <class Real>
+struct Fftw;
+
+template <>
+struct Fftw<double> {
+  using Plan = fftw_plan;
+  using Complex = fftw_complex;
+  static void* allocate(std::size_t bytes) { return fftw_malloc(bytes); }
+  static void release(void* memory) { fftw_free(memory); }
+  // FFTW_ESTIMATE: plans chosen by the clock would round differently from run to run.
+  static Plan plan_forward(int height, int width, double* in, Complex* out) {
+    return fftw_plan_dft_r2c_2d(height, width, in, out, FFTW_ESTIMATE);
+  }
+  static Plan plan_backward(int height, int width, Complex* in, double* out) {
+    return fftw_plan_dft_c2r_2d(height, width, in, out, FFTW_ESTIMATE);
+  }
+  static void forward(Plan plan, double* in, Complex* out) { fftw_execute_dft_r2c(plan, in, out); }
+  static void backward(Plan plan, Complex* in, double* out) { fftw_execute_dft_c2r(plan, in, out); }
+  static void destroy(Plan plan) { fftw_destroy_plan(plan); }
+};
+
+template <>
+struct Fftw<float> {
+  using Plan = fftwf_plan;
+  using Complex = fftwf_complex;
+  static void* allocate(std::size_t bytes) { return fftwf_malloc(bytes); }
+  static void release(void* memory) { fftwf_free(memory); }
+  static Plan plan_forward(int height, int width, float* in, Complex* out) {
+    return fftwf_plan_dft_r2c_2d(height, width, in, out, FFTW_ESTIMATE);
+  }
+  static Plan plan_backward(int height, int width, Complex* in, float* out) {
+    return fftwf_plan_dft_c2r_2d(height, width, in, out, FFTW_ESTIMATE);
+  }
+  static void forward(Plan plan, float* in, Complex* out) { fftwf_execute_dft_r2c(plan, in, out); }
+  static void backward(Plan plan, Complex* in, float* out) { fftwf_execute_dft_c2r(plan, in, out); }
+  static void destroy(Plan plan) { fftwf_destroy_plan(plan); }
+};
+
+/// Reals that FFTW can use at full speed.
+template <class Real>
+class Buffer {
+ public:
+  explicit Buffer(std::size_t size)
+      : values_(static_cast<Real*>(Fftw<Real>::allocate(size * sizeof(Real)))) {
+    if (!values_) throw std::bad_alloc();
+  }
+  Real* get() const { return values_.get(); }
+
+ private:
+  struct Release {
+    void operator()(Real* values) const { Fftw<Real>::release(values); }
+  };
+  std::unique_ptr<Real, Release> values_;
+};
+
+/// Transforms of one size, in place: rows of 2 (width/2 + 1) reals.
+template <class Real>
+class Transform {
+ public:
+  Transform(int width, int height) : width_(width), height_(height) {
+    using Api = Fftw<Real>;
+    const Buffer<Real> buffer(reals());
+    Real* const real = buffer.get();
+    const std::lock_guard lock(fftw_planner_mutex());
+    forward_ = Api::plan_forward(height, width, real, complex(real));
+    backward_ = Api::plan_backward(height, width, complex(real), real);
+    if (forward_ == nullptr || backward_ == nullptr) throw std::bad_alloc();
+  }
+  ~Transform() {
+    const std::lock_guard lock(fftw_planner_mutex());
+    Fftw<Real>::destroy(forward_);
+    Fftw<Real>::destroy(backward_);
+  }
+  Transform(const Transform&) = delete;
+  Transform& operator=(const Transform&) = delete;
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  std::ptrdiff_t stride() const { return 2 * (width_ / 2 + 1); }
+  std::size_t reals() const {
+    return static_cast<std::size_t>(stride()) * static_cast<std::size_t>(height_);
+  }
+
+  /// Memory for reals() values: some that is back, or new.
+  Buffer<Real> take_buffer() const {
+    const std::lock_guard lock(mutex_);
+    if (buffers_.empty()) return Buffer<Real>(reals());
+    Buffer<Real> buffer = std::move(buffers_.back());
+    buffers_.pop_back();
+    return buffer;
+  }
+  void give_back(Buffer<Real> buffer) const {
+    const std::lock_guard lock(mutex_);
+    buffers_.push_back(std::move(buffer));
+  }
+
+  void forward(Real* values) const { Fftw<Real>::forward(forward_, values, complex(values)); }
+  void backward(Real* values) const { Fftw<Real>::backward(backward_, complex(values), values); }
+
+ private:
+  static typename Fftw<Real>::Complex* complex(Real* values) {
+    return reinterpret_cast<typename Fftw<Real>::Complex*>(values);
+  }
+
+  int width_, height_;
+  typename Fftw<Real>::Plan forward_ = nullptr, backward_ = nullptr;
+  mutable std::mutex mutex_;
+  mutable std::vector<Buffer<Real>> buffers_;
+};
+
+/// Made once for each size.
+template <class Real>
+const Transform<Real>& transform_of(int width, int height) {
+  static std::mutex mutex;
+  static std::map<std::pair<int, int>, std::unique_ptr<Transform<Real>>> all;
+  const std::lock_guard lock(mutex);
+  auto& transform = all[{width, height}];
+  if (!transform) transform = std::make_unique<Transform<Real>>(width, height);
+  return *transform;
+}
+
+/// A stamp as the computation needs it: its pixels, or their transform with the 1/N of the way
+/// back.
+template <class Real>
+struct Kernel {
+  Stamp stamp;  ///< without pixels where there is a transform
+  double sum = 0;
+  std::optional<Buffer<Real>> transform;
+};
+
+/// The kernels used last, whatever plane they belong to.
+class KernelCache {
+ public:
+  static KernelCache& get() {
+    static KernelCache cache;
+    return cache;
+  }
+
+  std::shared_ptr<const void> find(const void* owner) {
+    const std::lock_guard lock(mutex_);
+    const auto entry = std::find_if(entries_.begin(), entries_.end(),
+                                    [owner](const Entry& e) { return e.owner == owner; });
+    if (entry == entries_.end()) return nullptr;
+    entries_.splice(entries_.begin(), entries_, entry);
+    return entries_.front().kernel;
+  }
+
+  void insert(const void* owner, std::shared_ptr<const void> kernel) {
+    const std::lock_guard lock(mutex_);
+    entries_.push_front({owner, std::move(kernel)});
+    if (entries_.size() > kMost) entries_.pop_back();
+  }
+
+  void remove(const void* owner) {
+    const std::lock_guard lock(mutex_);
+    entries_.remove_if([owner](const Entry& e) { return e.owner == owner; });
+  }
+
+ private:
+  static constexpr std::size_t kMost = 4;
+  struct Entry {
+    const void* owner;
+    std::shared_ptr<const void> kernel;
+  };
+  std::mutex mutex_;
+  std::list<Entry> entries_;
+};
+
+void check_size(int width, int height) {
+  const auto is_odd = [](int n) { return n > 0 && n % 2 == 1; };
+  if (!is_odd(width) || !is_odd(height)) throw std::invalid_argument("a stamp with even sides");
+}
+
+void check_stamp(const Stamp& stamp) {
+  check_size(stamp.width, stamp.height);
+  if (stamp.values.size() !=
+      static_cast<std::size_t>(stamp.width) * static_cast<std::size_t>(stamp.height)) {
+    throw std::invalid_argument("a stamp's values are not width * height");
+  }
+  if (!std::all_of(stamp.values.begin(), stamp.values.end(),
+                   [](double v) { return std::isfinite(v); })) {
+    throw std::invalid_argument("a stamp's values are not finite");
+  }
+}
+
+/// Multiplies `count`/2 complex numbers.
+template <class Real>
+void multiply(const Real* factors, std::size_t count, Real* values) {
+  for (std::size_t i = 0; i < count; i += 2) {
+    const Real re = values[i], im = values[i + 1];
+    values[i] = re * factors[i] - im * factors[i + 1];
+    values[i + 1] = re * factors[i + 1] + im * factors[i];
+  }
+}
+
+/// NaN, infinite, or so large that sums over a tile overflow.
+template <class Real>
+bool is_missing(double value) {
+  constexpr double kHeadroom = 1e-12;
+  return !(std::abs(value) <= kHeadroom * static_cast<double>(std::numeric_limits<Real>::max()));
+}
+
+/// The pixel of [0, size) that stands for x; -1 for none.
+int source_of(int x, int size, EdgeMode edge) {
+  if (x >= 0 && x < size) return x;
+  if (edge == EdgeMode::zero) return -1;
+  const int period = edge == EdgeMode::wrap ? size : 2 * size;
+  const int inside = (x % period + period) % period;
+  return inside < size ? inside : period - 1 - inside;
+}
+
+/// The columns that the columns [first, first + count) of an input stand for.
+struct Columns {
+  struct Run {
+    int first = 0, count = 0;
+  };
+  /// What to read: the second run lies behind the first in memory.
+  Run runs[2];
+  /// For each column its place in what is read, -1 for none.
+  std::vector<int> places;
+  /// Columns [lead, lead + runs[0].count) are runs[0], all others have no place.
+  bool is_plain = false;
+  int lead = 0;
+
+  int read_count() const { return runs[0].count + runs[1].count; }
+};
+
+Columns make_columns(int first, int count, int size, EdgeMode edge) {
+  Columns columns;
+  const int begin = std::max(first, 0), end = std::min(first + count, size);
+  if (edge == EdgeMode::zero || (begin == first && end == first + count)) {
+    columns.runs[0] = {begin, end - begin};
+    columns.is_plain = true;
+    columns.lead = begin - first;
+    return columns;
+  }
+  std::vector<int>& places = columns.places;
+  for (int i = 0; i < count; ++i) places.push_back(source_of(first + i, size, edge));
+  const auto [low, high] = std::minmax_element(places.begin(), places.end());
+  columns.runs[0] = {*low, *high + 1 - *low};
+  if (edge == EdgeMode::wrap && count < size) {
+    // Both ends of the image, without what lies between.
+    const int start = places.front(), before_end = std::min(count, size - start);
+    columns.runs[0] = {start, before_end};
+    columns.runs[1] = {0, count - before_end};
+    for (int i = 0; i < count; ++i) places[static_cast<std::size_t>(i)] = i;
+  } else {
+    const int offset = *low;
+    for (int& place : places) place -= offset;
+  }
+  return columns;
+}
+
+/// Missing pixels become 0. Returns how many.
+template <class Real>
+int take_values(const double* values, int count, Real* out) {
+  int missing = 0;
+  for (int i = 0; i < count; ++i) {
+    const bool is_good = !is_missing<Real>(values[i]);
+    out[i] = is_good ? static_cast<Real>(values[i]) : Real{0};
+    missing += is_good ? 0 : 1;
+  }
+  return missing;
+}
+
+template <class Real>
+class ConvolvedPlane final : public Plane {
+ public:
+  ConvolvedPlane(PlanePtr source, int width, int height, std::function<Stamp()> make,
+                 const ConvolutionOptions& options)
+      : Plane(source->width(), source->height()),
+        source_(std::move(source)),
+        stamp_width_(width),
+        stamp_height_(height),
+        make_(std::move(make)),
+        edge_(options.edge) {
+    const bool is_asked = options.transform_width > 0 || options.transform_height > 0;
+    if (is_asked || width * height > kDirectPixels) {
+      transform_ = choose_transform(options);
+    }
+  }
+  ~ConvolvedPlane() override { KernelCache::get().remove(this); }
+
+  Tile tile() const override {
+    return transform_ == nullptr ? source_->tile() : Tile{tile_width(), tile_height()};
+  }
+
+  using Plane::read;
+  void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
+    const auto kernel = get_kernel();
+    if (transform_ == nullptr) {
+      const std::ptrdiff_t row = area.width + stamp_width_ - 1;
+      std::vector<Real> values(static_cast<std::size_t>(row) *
+                               static_cast<std::size_t>(area.height + stamp_height_ - 1));
+      read_tile(*kernel, area, area, {values.data(), row}, out, stride);
+      return;
+    }
+    Buffer<Real> buffer = transform_->take_buffer();
+    const auto overlap = [](int first, int count, int low, int size) {
+      const int begin = std::max(first, low), end = std::min(first + count, low + size);
+      return std::pair(begin, end - begin);
+    };
+    const int right = area.x + area.width, top = area.y + area.height;
+    for (int y = area.y / tile_height() * tile_height(); y < top; y += tile_height()) {
+      for (int x = area.x / tile_width() * tile_width(); x < right; x += tile_width()) {
+        const Area tile = {x, y, std::min(tile_width(), this->width() - x),
+                           std::min(tile_height(), this->height() - y)};
+        const auto [first_x, columns] = overlap(area.x, area.width, tile.x, tile.width);
+        const auto [first_y, rows] = overlap(area.y, area.height, tile.y, tile.height);
+        read_tile(*kernel, tile, {first_x, first_y, columns, rows},
+                  {buffer.get(), transform_->stride()},
+                  out + (first_y - area.y) * stride + (first_x - area.x), stride);
+      }
+    }
+    transform_->give_back(std::move(buffer));
+  }
+
+ private:
+  using KernelPtr = std::shared_ptr<const Kernel<Real>>;
+  /// Row by row, 1 where a pixel of a tile's input is missing; empty where none is.
+  using Mask = std::vector<std::uint8_t>;
+  struct Rows {
+    Real* values;
+    std::ptrdiff_t stride;
+    Real* operator[](int row) const { return values + row * stride; }
+  };
+
+  int tile_width() const { return transform_->width() - stamp_width_ + 1; }
+  int tile_height() const { return transform_->height() - stamp_height_ + 1; }
+
+  const Transform<Real>* choose_transform(const ConvolutionOptions& options) const;
+  KernelPtr get_kernel() const;
+  KernelPtr make_kernel() const;
+  void read_tile(const Kernel<Real>& kernel, const Area& tile, const Area& needed, Rows values,
+                 double* out, std::ptrdiff_t stride) const;
+  Mask gather(const Area& input, Rows values) const;
+  void convolve(const Kernel<Real>& kernel, const Area& input, Rows values) const;
+
+  PlanePtr source_;
+  int stamp_width_, stamp_height_;
+  std::function<Stamp()> make_;
+  EdgeMode edge_;
+  const Transform<Real>* transform_ = nullptr;  ///< none for direct sums
+  mutable std::mutex kernel_mutex_;
+};
+
+/// Lengths that FFTW is quick at: 2^a 3^b 5^c with a >= 3, b and c small; the first that is not
+/// below `most` ends the list.
+std::vector<int> quick_lengths(int least, int most) {
+  constexpr int kFactor = 8;
+  constexpr int kOdd[] = {1, 3, 5, 9, 15, 25};
+  std::vector<int> lengths;
+  const int first_beyond = [&] {
+    int best = std::numeric_limits<int>::max();
+    for (const int odd : kOdd) {
+      int n = odd * kFactor;
+      while (n < most) n *= 2;
+      best = std::min(best, n);
+    }
+    return best;
+  }();
+  for (const int odd : kOdd) {
+    for (int n = odd * kFactor; n <= first_beyond; n *= 2) {
+      if (n >= least) lengths.push_back(n);
+    }
+  }
+  std::sort(lengths.begin(), lengths.end());
+  return lengths;
+}
+
+/// The cheapest grid of tiles: n pixels cost n (log2 n + kOverhead), and more where a transform
+/// outgrows a core's cache. The factors are measured.
+template <class Real>
+const Transform<Real>* ConvolvedPlane<Real>::choose_transform(
+    const ConvolutionOptions& options) const {
+  constexpr double kCacheBytes = 2 << 20, kBeyondCache = 1.5, kOverhead = 16;
+  const auto lengths = [](int asked, int size, int stamp) {
+    if (asked > 0) return std::vector{asked};
+    const long long all = static_cast<long long>(size) + stamp - 1;
+    const long long most = std::min<long long>(all, std::max(kLargestChosenTransform, 2 * stamp));
+    return quick_lengths(stamp, static_cast<int>(most));
+  };
+  double best = std::numeric_limits<double>::infinity();
+  int best_width = 0, best_height = 0;
+  for (const int columns : lengths(options.transform_width, this->width(), stamp_width_)) {
+    for (const int rows : lengths(options.transform_height, this->height(), stamp_height_)) {
+      const double tiles =
+          std::ceil(static_cast<double>(this->width()) / (columns - stamp_width_ + 1)) *
+          std::ceil(static_cast<double>(this->height()) / (rows - stamp_height_ + 1));
+      const double pixels = static_cast<double>(columns) * rows;
+      const bool is_cached = pixels * sizeof(Real) <= kCacheBytes;
+      const double cost =
+          tiles * pixels * (std::log2(pixels) + kOverhead) * (is_cached ? 1 : kBeyondCache);
+      if (cost >= best) continue;
+      best = cost;
+      best_width = columns;
+      best_height = rows;
+    }
+  }
+  return &transform_of<Real>(best_width, best_height);
+}
+
+template <class Real>
+auto ConvolvedPlane<Real>::get_kernel() const -> KernelPtr {
+  // Threads that need the same kernel wait for the one that makes it.
+  const std::lock_guard lock(kernel_mutex_);
+  if (auto kernel = KernelCache::get().find(this)) {
+    return std::static_pointer_cast<const Kernel<Real>>(std::move(kernel));
+  }
+  KernelPtr kernel = make_kernel();
+  KernelCache::get().insert(this, kernel);
+  return kernel;
+}
+
+template <class Real>
+auto ConvolvedPlane<Real>::make_kernel() const -> KernelPtr {
+  auto kernel = std::make_shared<Kernel<Real>>();
+  kernel->stamp = make_();
+  const Stamp& stamp = kernel->stamp;
+  check_stamp(stamp);
+  if (stamp.width != stamp_width_ || stamp.height != stamp_height_) {
+    throw std::invalid_argument("a stamp of another size than announced");
+  }
+  kernel->sum = stamp.sum();
+  if (transform_ == nullptr) return kernel;
+
+  const int columns = transform_->width(), rows = transform_->height();
+  Buffer<Real> buffer(transform_->reals());
+  const Rows values{buffer.get(), transform_->stride()};
+  std::fill_n(buffer.get(), transform_->reals(), Real{0});
+  const double scale = 1.0 / (static_cast<double>(columns) * rows);
+  // The stamp's last pixel, (w, h) from its middle, stands at (0, 0), those before it at negative
+  // places: the tile's first output pixel, whose input is at (w, h), so comes out at (0, 0).
+  for (int j = 0; j < stamp.height; ++j) {
+    for (int i = 0; i < stamp.width; ++i) {
+      const int y = (j + 1 - stamp.height + rows) % rows;
+      const int x = (i + 1 - stamp.width + columns) % columns;
+      values[y][x] = static_cast<Real>(scale * stamp.at(i - stamp.width / 2, j - stamp.height / 2));
+    }
+  }
+  transform_->forward(buffer.get());
+  kernel->transform = std::move(buffer);
+  kernel->stamp = {};
+  return kernel;
+}
+
+/// Makes the pixels `needed` of a tile, in `values`, which has room for the tile's input.
+template <class Real>
+void ConvolvedPlane<Real>::read_tile(const Kernel<Real>& kernel, const Area& tile,
+                                     const Area& needed, Rows values, double* out,
+                                     std::ptrdiff_t stride) const {
+  const int half_width = stamp_width_ / 2, half_height = stamp_height_ / 2;
+  const Area input = {tile.x - half_width, tile.y - half_height, tile.width + 2 * half_width,
+                      tile.height + 2 * half_height};
+  const Mask mask = gather(input, values);
+  convolve(kernel, input, values);
+  const int left = needed.x - tile.x, low = needed.y - tile.y;
+  for (int row = 0; row < needed.height; ++row) {
+    std::copy_n(values[low + row] + left, needed.width, out + row * stride);
+  }
+  if (mask.empty()) return;
+
+  const auto is_missing = [&](int x, int y) {
+    return mask[static_cast<std::size_t>(y) * static_cast<std::size_t>(input.width) +
+                static_cast<std::size_t>(x)] != 0;
+  };
+  for (int y = 0; y < input.height; ++y) {
+    for (int x = 0; x < input.width; ++x) values[y][x] = is_missing(x, y) ? Real{1} : Real{0};
+  }
+  convolve(kernel, input, values);
+  // Weights below it are the transform's rounding.
+  const double noise = kernel.transform ? kRounding<Real> * std::abs(kernel.sum) : 0;
+  for (int row = 0; row < needed.height; ++row) {
+    for (int i = 0; i < needed.width; ++i) {
+      const int x = left + i, y = low + row;
+      double& value = out[row * stride + i];
+      const double lost = values[y][x], weight = kernel.sum - lost;
+      if (is_missing(x + half_width, y + half_height)) {
+        value = std::numeric_limits<double>::quiet_NaN();
+      } else if (std::abs(lost) > noise) {
+        const bool is_enough = weight > 0 && weight >= kLeastWeight * kernel.sum;
+        value =
+            is_enough ? value * (kernel.sum / weight) : std::numeric_limits<double>::quiet_NaN();
+      }
+    }
+  }
+}
+
+/// The pixels `input`, which reaches beyond the plane, with 0 for those that are missing; 0 also in
+/// what is left of a transform's rows.
+template <class Real>
+auto ConvolvedPlane<Real>::gather(const Area& input, Rows values) const -> Mask {
+  // Read in strips, in doubles: they stay in the cache.
+  constexpr int kStripPixels = 1 << 15;
+  const Columns columns = make_columns(input.x, input.width, this->width(), edge_);
+  const int count = columns.read_count();
+  const int most_rows = std::max(kStripPixels / std::max(count, 1), 1);
+  std::vector<double> strip(static_cast<std::size_t>(count) * static_cast<std::size_t>(most_rows));
+  std::vector<double> line(columns.is_plain ? 0 : static_cast<std::size_t>(input.width));
+  const int row_end = transform_ == nullptr ? input.width : transform_->width();
+  Mask mask;
+
+  const auto source_row = [&](int row) { return source_of(input.y + row, this->height(), edge_); };
+  for (int row = 0; row < input.height;) {
+    const int first = source_row(row);
+    if (first < 0) {
+      std::fill_n(values[row++], row_end, Real{0});
+      continue;
+    }
+    // Rows that follow each other in the source, upwards or, in a mirror, downwards.
+    int rows = 1, step = 1;
+    if (row + 1 < input.height && source_row(row + 1) == first - 1) step = -1;
+    while (rows < most_rows && row + rows < input.height &&
+           source_row(row + rows) == first + step * rows) {
+      ++rows;
+    }
+    const int lowest = std::min(first, first + step * (rows - 1));
+    int behind = 0;
+    for (const Columns::Run& run : columns.runs) {
+      if (run.count > 0) {
+        source_->read({run.first, lowest, run.count, rows}, strip.data() + behind, count);
+      }
+      behind += run.count;
+    }
+    for (int i = 0; i < rows; ++i, ++row) {
+      const double* read =
+          strip.data() + static_cast<std::ptrdiff_t>(first + step * i - lowest) * count;
+      int lead = columns.lead, length = count;
+      if (!columns.is_plain) {
+        for (std::size_t x = 0; x < line.size(); ++x) line[x] = read[columns.places[x]];
+        read = line.data();
+        length = input.width;
+      }
+      Real* const target = values[row];
+      std::fill_n(target, lead, Real{0});
+      std::fill(target + lead + length, target + row_end, Real{0});
+      if (take_values(read, length, target + lead) == 0) continue;
+      mask.resize(static_cast<std::size_t>(input.width) * static_cast<std::size_t>(input.height));
+      std::uint8_t* const marks =
+          mask.data() + static_cast<std::ptrdiff_t>(row) * input.width + lead;
+      for (int x = 0; x < length; ++x) marks[x] = is_missing<Real>(read[x]) ? 1 : 0;
+    }
+  }
+  if (transform_ != nullptr) {
+    for (int row = input.height; row < transform_->height(); ++row) {
+      std::fill_n(values[row], row_end, Real{0});
+    }
+  }
+  return mask;
+}
+
+/// Replaces a tile's input by its output, which begins where the input did.
+template <class Real>
+void ConvolvedPlane<Real>::convolve(const Kernel<Real>& kernel, const Area& input,
+                                    Rows values) const {
+  if (kernel.transform) {
+    transform_->forward(values.values);
+    multiply(kernel.transform->get(), transform_->reals(), values.values);
+    transform_->backward(values.values);
+    return;
+  }
+  const int width = input.width - stamp_width_ + 1, height = input.height - stamp_height_ + 1;
+  std::vector<Real> sums(static_cast<std::size_t>(width));
+  for (int y = 0; y < height; ++y) {
+    std::fill(sums.begin(), sums.end(), Real{0});
+    for (int j = 0; j < stamp_height_; ++j) {
+      for (int i = 0; i < stamp_width_; ++i) {
+        const auto factor =
+            static_cast<Real>(kernel.stamp.at(stamp_width_ / 2 - i, stamp_height_ / 2 - j));
+        const Real* const row = values[y + j] + i;
+        for (int x = 0; x < width; ++x) sums[static_cast<std::size_t>(x)] += factor * row[x];
+      }
+    }
+    // No later row needs this one any more.
+    std::copy(sums.begin(), sums.end(), values[y]);
+  }
+}
+
+}  // namespace
+
+PlanePtr convolved(PlanePtr source, int width, int height, std::function<Stamp()> make,
+                   const ConvolutionOptions& options) {
+  check_size(width, height);
+  const auto fits = [](int transform, int stamp) { return transform == 0 || transform >= stamp; };
+  if (!fits(options.transform_width, width) || !fits(options.transform_height, height)) {
+    throw std::invalid_argument("a transform smaller than the stamp");
+  }
+  if (options.is_single) {
+    return std::make_shared<ConvolvedPlane<float>>(std::move(source), width, height,
+                                                   std::move(make), options);
+  }
+  return std::make_shared<ConvolvedPlane<double>>(std::move(source), width, height, std::move(make),
+                                                  options);
+}
+
+PlanePtr convolved(PlanePtr source, Stamp stamp, const ConvolutionOptions& options) {
+  check_stamp(stamp);
+  const int width = stamp.width, height = stamp.height;
+  return convolved(
+      std::move(source), width, height, [shared = std::move(stamp)] { return shared; }, options);
+}
+
+}  // namespace gamer
