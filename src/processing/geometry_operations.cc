@@ -3,7 +3,6 @@
 #include <charconv>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -23,6 +22,7 @@ constexpr const char* kGroup = "Geometry";
 /// Larger images are a slip of the pen.
 constexpr int kLongestSide = 1 << 18;
 constexpr double kLeastFactor = 1e-6, kMostFactor = 1e4;
+constexpr double kLargestScale = 1e6;  // arcsec
 
 constexpr const char* kWcsText =
     "All world coordinates of the header follow (CRPIXi; CDi_j, PCi_j, CDELTi, CROTAi; SIP "
@@ -125,7 +125,7 @@ Operation rotate_operation() {
       "Turns about the middle of the image, counter-clockwise with the first row at the bottom. A "
       "pixel is sum k(x - i) k(y - j) v_ij over the sum of its weights, (x, y) being where its "
       "centre falls in the input: the total flux of well-sampled images is kept (Gaussians of "
-      "sigma 1.5 pixels or more, Lanczos kernels: to 1e-4). Multiples of 90 degrees copy the "
+      "sigma 1.6 pixels or more, Lanczos kernels: to 1e-4). Multiples of 90 degrees copy the "
       "pixels and swap the sides, whatever --canvas says. {} {}",
       kMissingText, kWcsText);
   std::vector<std::string> kernels;
@@ -450,7 +450,7 @@ Operation resample_operation() {
       {"scale",
        ParameterType::number,
        "arcsec",
-       Interval::left_open(0, std::numeric_limits<double>::max()),
+       Interval::left_open(0, kLargestScale),
        {},
        "side of an output pixel; needs celestial coordinates"},
       {"size",

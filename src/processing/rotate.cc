@@ -34,13 +34,20 @@ struct Turn {
   }
 };
 
+/// std::floor() without a call.
+int whole_part(double x) {
+  const int toward_zero = static_cast<int>(x);
+  return toward_zero - (x < toward_zero ? 1 : 0);
+}
+
 /// Weights, of sum 1, of the pixels around a place, for places between two pixels.
 class KernelTable {
  public:
   explicit KernelTable(Kernel kernel)
       : taps_(std::max(1, static_cast<int>(2 * kernel_radius(kernel)))) {
-    weights_.resize(static_cast<std::size_t>(kPhases + 1) * taps_);
-    for (int phase = 0; phase <= kPhases; ++phase) {
+    weights_.resize(static_cast<std::size_t>(kPhases + 2) * taps_);
+    // A fraction may round to 1, and so needs the row behind that.
+    for (int phase = 0; phase <= kPhases + 1; ++phase) {
       const std::vector<double> row =
           taps_ == 1 ? std::vector<double>{1}
                      : interpolation_weights(kernel, phase / kPhases, 1, 1 - taps_ / 2, taps_);
@@ -165,18 +172,17 @@ class RotatedPlane final : public Plane {
     }
   }
 
-  /// Calls use(j, i, place) for the pixels of a block, place by place in squares that keep the
-  /// source's pixels in the cache; places are counted from `from`.
+  /// Calls use(j, i, place) for the pixels of a block, in squares that keep the source's pixels in
+  /// the cache.
   template <class Use>
-  void for_each_place(const Area& block, const Area& from, Use use) const {
+  void for_each_place(const Area& block, Use use) const {
     constexpr int kSquare = 32;
     for (int y = 0; y < block.height; y += kSquare) {
       for (int x = 0; x < block.width; x += kSquare) {
         const int y2 = std::min(y + kSquare, block.height), x2 = std::min(x + kSquare, block.width);
         for (int j = y; j < y2; ++j) {
           for (int i = x; i < x2; ++i) {
-            const Place place = source_place(block.x + i, block.y + j);
-            use(j, i, Place{place.x - from.x, place.y - from.y});
+            use(j, i, source_place(block.x + i, block.y + j));
           }
         }
       }
@@ -186,9 +192,9 @@ class RotatedPlane final : public Plane {
   void take_nearest(const Area& block, double* out, std::ptrdiff_t stride,
                     const std::vector<double>& values, const Area& from) const {
     constexpr double kHalf = 0.5;
-    for_each_place(block, from, [&](int j, int i, const Place& place) {
-      // Places are positive here: whole parts are floors.
-      const int x = static_cast<int>(place.x + kHalf), y = static_cast<int>(place.y + kHalf);
+    for_each_place(block, [&](int j, int i, const Place& place) {
+      const int x = whole_part(place.x + kHalf) - from.x;
+      const int y = whole_part(place.y + kHalf) - from.y;
       out[j * stride + i] = values[static_cast<std::size_t>(y) * from.width + x];
     });
   }
@@ -196,14 +202,15 @@ class RotatedPlane final : public Plane {
   template <int Taps>
   void interpolate(const Area& block, double* out, std::ptrdiff_t stride,
                    const std::vector<double>& values, const Area& from) const {
-    for_each_place(block, from, [&](int j, int i, const Place& place) {
-      const int x = static_cast<int>(place.x), y = static_cast<int>(place.y);
+    for_each_place(block, [&](int j, int i, const Place& place) {
+      const int x = whole_part(place.x), y = whole_part(place.y);
       double wx[Taps], wy[Taps];
       table_.weights<Taps>(place.x - x, wx);
       table_.weights<Taps>(place.y - y, wy);
       constexpr int kBefore = Taps / 2 - 1;
-      const double* first =
-          values.data() + static_cast<std::ptrdiff_t>(y - kBefore) * from.width + (x - kBefore);
+      const double* first = values.data() +
+                            static_cast<std::ptrdiff_t>(y - kBefore - from.y) * from.width +
+                            (x - kBefore - from.x);
       // Columns first: they are independent of each other.
       double columns[Taps] = {};
       for (int l = 0; l < Taps; ++l) {

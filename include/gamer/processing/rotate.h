@@ -28,9 +28,10 @@ PixelMap rotation_map(int width, int height, const Rotation& rotation);
 
 /// Turns an image. Multiples of 90 degrees copy pixels; otherwise a pixel is
 /// sum k(x - i) k(y - j) v_ij / (sum k(x - i) sum k(y - j)) where its centre falls, (x, y), so that
-/// an even image stays even. A turn keeps the pixels' area, and so the flux of an image that is
-/// well sampled: for a Gaussian of sigma >= 1.5 pixels to 1e-4 with Lanczos kernels.
-/// Kernels come from tables, to 5e-8 of the central weight. Missing pixels: missing_share, of an
+/// an even image stays even; k changed as interpolation_weights() says. A turn keeps the pixels'
+/// area, and so the flux of a well-sampled image: with Lanczos kernels to 1.2e-4 for a Gaussian of
+/// sigma = 1.5 pixels, 2e-5 for 2 pixels.
+/// Kernels come from tables, to 4e-8 of the central weight. Missing pixels: missing_share, of an
 /// infinite plane whose outside is `fill`. Throws std::invalid_argument for Kernel::area, an angle
 /// that is not finite, or a size that exceeds an int.
 PlanePtr rotate(PlanePtr source, const Rotation& rotation);
