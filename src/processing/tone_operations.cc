@@ -72,6 +72,8 @@ struct ToneChange {
   std::function<PlanePtr(const PlanePtr& plane, const Tone& tone)> apply;
   /// `tones` of the planes of the HDU.
   std::function<void(FitsHeader& header, std::span<const Tone> tones)> edit;
+  /// Says, for each plane, what is wrong with the options.
+  std::function<void(const PlaneTask& task)> check = {};
 };
 
 template <class Tone>
@@ -105,6 +107,7 @@ int change_tones(const OperationCall& call, const ToneChange<Tone>& change) {
   std::vector<Tone> tones;
   std::size_t edited = 0;
   const PlaneChange late = [&](const PlaneTask& task) {
+    if (change.check) change.check(task);
     tasks.push_back(task);
     made.push_back(std::make_shared<PlanePtr>());
     return std::make_shared<LatePlane>(task.plane, made.back());
@@ -203,8 +206,7 @@ std::string only_target(const OperationCall& call) {
 }
 
 /// The factor that gives the plane's total the magnitude.
-LinearTone tone_to_magnitude(const OperationCall& call, const PlaneTask& task) {
-  const double magnitude = plane_value(call, "magnitude", task);
+LinearTone tone_to_magnitude(double magnitude, const PlaneTask& task) {
   if (!task.info.zero_point) {
     throw InputError("has no MAGZERO card, which --magnitude needs; --total sets the sum instead");
   }
@@ -255,7 +257,7 @@ int normalise(const OperationCall& call) {
         throw InputError(fmt::format(
             "--magnitude of which of {} planes? give --reference, or --per plane", group.size()));
       }
-      return tone_to_magnitude(call, group.front());
+      return tone_to_magnitude(plane_value(call, "magnitude", group.front()), group.front());
     }
     const std::vector<PlanePtr> planes = planes_of(group);
     if (target == "percentile_range") {
@@ -266,10 +268,13 @@ int normalise(const OperationCall& call) {
     if (target == "peak") return tone_to_peak(planes, value, threads);
     return tone_to_mean(planes, value, threads);
   };
-  return change_tones<LinearTone>(
-      call, {measure, linear_tone, [&](FitsHeader& header, std::span<const LinearTone> tones) {
-               if (!is_to_magnitude) rescale_calibration(header, tones);
-             }});
+  const auto edit = [&](FitsHeader& header, std::span<const LinearTone> tones) {
+    if (!is_to_magnitude) rescale_calibration(header, tones);
+  };
+  const auto check = [&](const PlaneTask& task) {
+    if (is_to_magnitude) plane_value(call, "magnitude", task);
+  };
+  return change_tones<LinearTone>(call, {measure, linear_tone, edit, check});
 }
 
 Operation normalise_operation() {
