@@ -208,10 +208,11 @@ PlaneNoise NoiseOperation::ccd(const PlaneTask& task) const {
   const double electrons = detector.electron_rate * detector.exposure;
   const double background_counts = detector.background();
   if (!(std::isnormal(electrons) && std::isfinite(background_counts))) {
-    throw InputError(fmt::format(
-        "{}a pixel of value 1 of {} would be {} electrons, and the sky {}; check the zero points, "
-        "--sky and --exposure",
-        kContext, task.label, electrons, background_counts));
+    throw InputError(
+        fmt::format("{}a pixel of value 1 of {} would be {:.6g} electrons, and the sky {:.6g}; "
+                    "check the zero points, "
+                    "--sky and --exposure",
+                    kContext, task.label, electrons, background_counts));
   }
   if (output_unit_ == "same") {
     noise.gain = electrons;

@@ -402,7 +402,7 @@ TEST_F(NoiseOperation, SaysWhatIsWrong) {
        "gutil noise: a pixel of value 1 of in.fits would be inf electrons, and the sky 0; check "
        "the zero points, --sky and --exposure"},
       {"--exposure 1 --zero-point 25 --sky -1e6",
-       "gutil noise: a pixel of value 1 of in.fits would be 0.0027542287033381664 electrons, and "
+       "gutil noise: a pixel of value 1 of in.fits would be 0.00275423 electrons, and "
        "the sky inf; check the zero points, --sky and --exposure"},
       {"--sigma 1,2", "gutil noise: --sigma has 2 values for 1 plane; give one, or one for each"},
       {"--exposure 0", "gutil noise: --exposure[0] = 0 is outside ]0, inf[ (s)"},
