@@ -379,11 +379,11 @@ class ConvolvedPlane final : public Plane {
   mutable std::mutex kernel_mutex_;
 };
 
-/// Lengths that FFTW is quick at: 2^a 3^b 5^c with a >= 3, b and c small; the first that is not
+/// Lengths that FFTW is quick at: 2^a with a >= 3, or that times 3, 5 or 25; the first that is not
 /// below `most` ends the list.
 std::vector<int> quick_lengths(int least, int most) {
   constexpr int kFactor = 8;
-  constexpr int kOdd[] = {1, 3, 5, 9, 15, 25};
+  constexpr int kOdd[] = {1, 3, 5, 25};
   std::vector<int> lengths;
   const int first_beyond = [&] {
     int best = std::numeric_limits<int>::max();

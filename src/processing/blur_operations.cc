@@ -1,0 +1,442 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "gamer/core/error.h"
+#include "gamer/core/near.h"
+#include "gamer/core/units.h"
+#include "gamer/processing/convolution.h"
+#include "gamer/processing/psf.h"
+#include "processing/operation_groups.h"
+#include "processing/plane_operation.h"
+
+namespace gamer {
+namespace {
+
+/// In the order of PsfKind.
+const std::vector<std::string> kModels = {"gaussian", "moffat", "airy", "kolmogorov"};
+/// FWHM in pixels.
+constexpr double kLeastFwhm = 0.1, kLargestFwhm = 1000;
+constexpr double kAngstrom = 1e-10;  // m
+
+std::string option_name(std::string name) {
+  std::replace(name.begin(), name.end(), '_', '-');
+  return "--" + name;
+}
+
+/// What the options of both operations say about a model.
+class PsfOptions {
+ public:
+  /// Throws InputError for options that do not fit together.
+  explicit PsfOptions(const OperationCall& call) : call_(call) {
+    const std::string& name = call.parameters.text("psf");
+    const auto model = std::find(kModels.begin(), kModels.end(), name);
+    if (model == kModels.end()) {
+      is_file_ = true;
+      for (const char* option : {"fwhm", "unit", "beta", "obscuration", "diameter", "axis_ratio",
+                                 "position_angle", "size", "energy", "sampling"}) {
+        refuse(option, "is of models, not of a PSF from a file");
+      }
+      return;
+    }
+    kind_ = static_cast<PsfKind>(model - kModels.begin());
+    if (kind_ != PsfKind::moffat) refuse("beta", "is of --psf moffat only");
+    if (kind_ != PsfKind::airy) {
+      refuse("obscuration", "is of --psf airy only");
+      refuse("diameter", "is of --psf airy only");
+    }
+    const bool has_diameter = call.parameters.has("diameter");
+    if (has_diameter) {
+      refuse("fwhm", "follows from --diameter; give one of them");
+      refuse("unit", "is of --fwhm, not of --diameter");
+    } else if (!call.parameters.has("fwhm")) {
+      fail(kind_ == PsfKind::airy ? "needs --fwhm, or --diameter" : "needs --fwhm");
+    }
+    if (call.parameters.has("size")) {
+      refuse("energy", "chooses the size; give --size or --energy");
+      if (const auto size = call.parameters.integer("size"); size % 2 == 0) {
+        fail(fmt::format("--size is {}; only odd sizes have a middle pixel", size));
+      }
+    }
+    if (call.parameters.number("axis_ratio") == 1) {
+      refuse("position_angle", "needs an --axis-ratio below 1");
+    }
+  }
+
+  bool is_file() const { return is_file_; }
+  bool needs_scale() const {
+    return call_.parameters.has("diameter") || call_.parameters.text("unit") == "arcsec";
+  }
+
+  Psf psf(const PlaneTask& task) const {
+    PsfModel model;
+    model.kind = kind_;
+    model.beta = call_.parameters.number("beta");
+    model.obscuration = call_.parameters.number("obscuration");
+    model.axis_ratio = call_.parameters.number("axis_ratio");
+    model.position_angle = call_.parameters.number("position_angle");
+    const bool has_diameter = call_.parameters.has("diameter");
+    const double asked = has_diameter ? diffraction_fwhm(task) : plane_value(call_, "fwhm", task);
+    model.fwhm = needs_scale() ? asked / pixel_scale(task.header, task.label) : asked;
+    if (!(model.fwhm >= kLeastFwhm && model.fwhm <= kLargestFwhm)) {
+      fail(fmt::format("plane {}: a FWHM of {:.6g} pixels; [{}, {}] are possible", task.index + 1,
+                       model.fwhm, kLeastFwhm, kLargestFwhm));
+    }
+    return Psf(model);
+  }
+
+  StampOptions stamp() const {
+    StampOptions options;
+    if (call_.parameters.has("size")) {
+      options.size = static_cast<int>(call_.parameters.integer("size"));
+    }
+    options.energy = call_.parameters.number("energy");
+    options.integrated = call_.parameters.text("sampling") == "integrated";
+    options.keep_missing_flux = call_.parameters.boolean("keep_missing_flux");
+    return options;
+  }
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw InputError(fmt::format("gutil {}: {}", call_.operation, what));
+  }
+
+ private:
+  void refuse(const char* option, const char* why) const {
+    if (call_.parameters.is_given(option)) fail(fmt::format("{} {}", option_name(option), why));
+  }
+
+  /// Arcsec.
+  double diffraction_fwhm(const PlaneTask& task) const {
+    if (!task.info.wavelength) {
+      fail(
+          fmt::format("{}: --diameter needs the wavelength of plane {}, which has no WAVELEN; "
+                      "give --fwhm",
+                      task.label, task.index + 1));
+    }
+    const double ratio = *task.info.wavelength * kAngstrom / call_.parameters.number("diameter");
+    return airy_fwhm(call_.parameters.number("obscuration")) * ratio / arcsecond;
+  }
+
+  const OperationCall& call_;
+  PsfKind kind_ = PsfKind::gaussian;
+  bool is_file_ = false;
+};
+
+/// The stamps of a PSF file: one for all planes, or one for each.
+class StampFile {
+ public:
+  StampFile(const std::string& name, bool keep_flux) : input_(name), keep_flux_(keep_flux) {
+    visit_planes(input_, 1, [&](const PlaneTask& task) {
+      const std::string plane = task.count == 1 ? "" : fmt::format(", plane {}", task.index + 1);
+      planes_.emplace_back(task.plane, task.label + plane);
+    });
+  }
+
+  std::size_t count() const { return planes_.size(); }
+  const Plane& plane(std::size_t index) const { return *planes_[index].first; }
+  Stamp stamp(std::size_t index) const {
+    return read_stamp(*planes_[index].first, planes_[index].second, keep_flux_);
+  }
+
+ private:
+  FitsInput input_;
+  bool keep_flux_;
+  std::vector<std::pair<PlanePtr, std::string>> planes_;
+};
+
+EdgeMode edge_mode(const std::string& name) {
+  if (name == "reflect") return EdgeMode::reflect;
+  return name == "wrap" ? EdgeMode::wrap : EdgeMode::zero;
+}
+
+/// A word that is no file's name is a model's name with a typing error.
+void check_psf_name(const PsfOptions& options, const std::string& name) {
+  const bool is_word = name.find_first_of("./[") == std::string::npos && name != "-";
+  if (!is_word || std::filesystem::exists(name)) return;
+  options.fail(fmt::format("--psf is {}; a model ({}) or a FITS file is needed{}", in_quotes(name),
+                           fmt::join(kModels, ", "), did_you_mean(name, kModels)));
+}
+
+int run_convolve(const OperationCall& call) {
+  const PsfOptions options(call);
+  ConvolutionOptions convolution;
+  convolution.edge = edge_mode(call.parameters.text("edge"));
+  convolution.is_single = call.parameters.text("precision") == "single";
+  if (!options.is_file()) {
+    const StampOptions stamp_options = options.stamp();
+    change_planes(call, [&](const PlaneTask& task) {
+      const Psf psf = options.psf(task);
+      StampOptions sized = stamp_options;
+      if (sized.size == 0) sized.size = stamp_size(psf, sized.energy);
+      return convolved(
+          task.plane, sized.size, sized.size, [psf, sized] { return make_stamp(psf, sized); },
+          convolution);
+    });
+    return 0;
+  }
+  const std::string& name = call.parameters.text("psf");
+  check_psf_name(options, name);
+  const auto file =
+      std::make_shared<const StampFile>(name, call.parameters.boolean("keep_missing_flux"));
+  change_planes(call, [&](const PlaneTask& task) {
+    if (file->count() != 1 && file->count() != static_cast<std::size_t>(task.count)) {
+      options.fail(
+          fmt::format("the PSF {} has {} planes, {} has {}; one, or one for each is needed", name,
+                      file->count(), call.inputs.front(), task.count));
+    }
+    const auto index = file->count() == 1 ? std::size_t{0} : static_cast<std::size_t>(task.index);
+    // Read now for what may be wrong with it, and again when its turn comes.
+    if (static_cast<std::size_t>(task.index) == index) file->stamp(index);
+    const Plane& plane = file->plane(index);
+    return convolved(
+        task.plane, plane.width(), plane.height(), [file, index] { return file->stamp(index); },
+        convolution);
+  });
+  return 0;
+}
+
+/// A stamp that is made when it is written.
+class StampPlane final : public Plane {
+ public:
+  StampPlane(Psf psf, const StampOptions& options)
+      : Plane(options.size, options.size), psf_(std::move(psf)), options_(options) {}
+
+  Tile tile() const override { return {width(), height()}; }
+  using Plane::read;
+  void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
+    const Stamp stamp = make_stamp(psf_, options_);
+    const int half = options_.size / 2;
+    for (int y = 0; y < area.height; ++y) {
+      for (int x = 0; x < area.width; ++x) {
+        out[y * stride + x] = stamp.at(area.x + x - half, area.y + y - half);
+      }
+    }
+  }
+
+ private:
+  Psf psf_;
+  StampOptions options_;
+};
+
+/// A tangential projection with the middle pixel at (0, 0).
+void set_scale(FitsHeader& header, double arcsec) {
+  constexpr double kArcsecPerDegree = 3600;
+  header.set("CTYPE1", std::string("RA---TAN"));
+  header.set("CTYPE2", std::string("DEC--TAN"));
+  header.set("CUNIT1", std::string("deg"));
+  header.set("CUNIT2", std::string("deg"));
+  header.set("CRVAL1", 0.0);
+  header.set("CRVAL2", 0.0);
+  header.set("CDELT1", -arcsec / kArcsecPerDegree);
+  header.set("CDELT2", arcsec / kArcsecPerDegree);
+}
+
+int run_psf(const OperationCall& call) {
+  const PsfOptions options(call);
+  const ParameterSet& parameters = call.parameters;
+  const bool has_scale = parameters.has("pixel_scale");
+  if (options.needs_scale() && !has_scale) {
+    options.fail(fmt::format("{} needs --pixel-scale",
+                             parameters.has("diameter") ? "--diameter" : "--unit arcsec"));
+  }
+  if (parameters.has("diameter") && !parameters.has("wavelength")) {
+    options.fail("--diameter needs --wavelength");
+  }
+  std::size_t count = 1;
+  for (const char* list : {"fwhm", "wavelength"}) {
+    if (parameters.has(list)) count = std::max(count, parameters.numbers(list).size());
+  }
+
+  FitsHeader header;
+  if (has_scale) {
+    set_scale(header, parameters.number("pixel_scale"));
+    // Where the scale is measured; the middle pixel is known only later.
+    header.set("CRPIX1", 1.0);
+    header.set("CRPIX2", 1.0);
+  }
+  std::vector<Psf> psfs;
+  StampOptions stamp = options.stamp();
+  int size = 1;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string number = count == 1 ? "" : std::to_string(i + 1);
+    PlaneTask task{
+        nullptr,     {}, header, call.output, static_cast<int>(i), static_cast<int>(count),
+        call.threads};
+    if (parameters.has("wavelength")) {
+      task.info.wavelength = plane_value(call, "wavelength", task);
+    }
+    psfs.push_back(options.psf(task));
+    size = std::max(size, stamp.size == 0 ? stamp_size(psfs.back(), stamp.energy) : stamp.size);
+    if (task.info.wavelength) {
+      header.set({"WAVELEN" + number, *task.info.wavelength, "[Angstrom] wavelength"});
+    }
+    header.set({"FWHM" + number, psfs.back().model().fwhm, "[pixel] full width at half maximum"});
+  }
+  stamp.size = size;
+  header.set({"PSF", parameters.text("psf"), "model of the point-spread function"});
+  if (has_scale) {
+    const double middle = size / 2 + 1;
+    header.set("CRPIX1", middle);
+    header.set("CRPIX2", middle);
+  }
+  header.set({"HISTORY", {}, call.history});
+  std::vector<PlanePtr> planes;
+  for (const Psf& psf : psfs) planes.push_back(std::make_shared<StampPlane>(psf, stamp));
+  FitsOutput output({call.output, call.overwrite});
+  constexpr int kDouble = -64;
+  output.write(header, planes, call.bitpix == 0 ? kDouble : call.bitpix, call.threads);
+  output.finish();
+  return 0;
+}
+
+/// Of both operations, after --psf.
+ParameterTable model_parameters() {
+  using Type = ParameterType;
+  const Interval positive = Interval::left_open(0, std::numeric_limits<double>::max());
+  return {
+      {"fwhm",
+       Type::numbers,
+       "pixels or arcsec",
+       positive,
+       {},
+       "full width at half maximum of models; one value, or one for each plane"},
+      {"unit",
+       Type::choice,
+       "",
+       {},
+       std::string("pixel"),
+       "of --fwhm; arcsec through the celestial coordinates",
+       {"pixel", "arcsec"}},
+      {"beta", Type::number, "", Interval::left_open(1, 100), 3.0,
+       "exponent of the Moffat profile"},
+      {"obscuration", Type::number, "", Interval::closed(0, 0.95), 0.0,
+       "central obscuration of the Airy pattern, inner over outer diameter"},
+      {"diameter",
+       Type::number,
+       "m",
+       positive,
+       {},
+       "aperture of the Airy pattern: its width follows from the planes' wavelengths"},
+      {"axis_ratio", Type::number, "", Interval::closed(0.1, 1), 1.0,
+       "minor over major axis; the area stays that of the FWHM"},
+      {"position_angle", Type::number, "deg", Interval::any(), 0.0,
+       "of the major axis, from the image's +y towards -x"},
+      {"size",
+       Type::integer,
+       "pixels",
+       Interval::closed(1, kLargestStamp),
+       {},
+       "side of the PSF's image, odd (default: by --energy)"},
+      {"energy", Type::number, "", Interval::open(0, 1), StampOptions().energy,
+       fmt::format("share of the flux within the PSF's image, which is at most {0} x {0} pixels",
+                   kLargestChosenStamp)},
+      {"sampling",
+       Type::choice,
+       "",
+       {},
+       std::string("integrated"),
+       "over the pixels, or at their centres",
+       {"integrated", "point"}},
+      {"keep_missing_flux", Type::boolean, "", {}, false, "do not scale the PSF's sum to 1"}};
+}
+
+constexpr const char* kModelText =
+    "Models, with the radius r and the FWHM w: gaussian exp(-4 ln2 r^2/w^2); moffat "
+    "(1 + r^2/a^2)^-beta, w = 2 a sqrt(2^(1/beta) - 1); airy [(2 J1(x)/x - e^2 2 J1(e x)/(e x)) / "
+    "(1 - e^2)]^2, x = pi r D/lambda, with the obscuration e; kolmogorov, the transform of "
+    "exp(-3.4419 (f/r0)^(5/3)), w = 0.976/r0. With an axis ratio q, r^2 = q u^2 + v^2/q, u along "
+    "the major axis. ";
+
+Operation convolve_operation() {
+  Operation convolve;
+  convolve.name = "convolve";
+  convolve.group = "Blur";
+  convolve.summary = "Convolve with a point-spread function";
+  convolve.description =
+      std::string("out(x, y) = sum over (i, j) of psf(i, j) in(x - i, y - j). ") + kModelText +
+      "The PSF's sum is 1, so that flux is kept, but for what leaves the image with --edge zero.\n"
+      "\n"
+      "Any other text of --psf is a FITS file (extended names too) with odd sides, centred on its "
+      "middle pixel, of one plane, or one for each plane of the input.\n"
+      "\n"
+      "Missing pixels (NaN, infinities) are NaN in the output and spread no further: where the PSF "
+      "covers some of them, the others count for all. Single precision is quicker and good to "
+      "about 1e-7 of the brightest pixel around. The header stays, with one HISTORY card more.";
+  convolve.parameters = {{"psf",
+                          ParameterType::text,
+                          "",
+                          {},
+                          {},
+                          fmt::format("{}, or a FITS file", fmt::join(kModels, ", ")),
+                          {},
+                          true}};
+  for (Parameter& parameter : model_parameters()) {
+    convolve.parameters.push_back(std::move(parameter));
+  }
+  convolve.parameters.push_back(
+      {"edge",
+       ParameterType::choice,
+       "",
+       {},
+       std::string("zero"),
+       "beyond the edges: nothing, the image mirrored, or the image again",
+       {"zero", "reflect", "wrap"}});
+  convolve.parameters.push_back({"precision",
+                                 ParameterType::choice,
+                                 "",
+                                 {},
+                                 std::string("double"),
+                                 "of the computation",
+                                 {"double", "single"}});
+  convolve.example = "convolve --psf moffat --fwhm 3.5 --beta 3 in.fits out.fits";
+  convolve.run = run_convolve;
+  return convolve;
+}
+
+Operation psf_operation() {
+  Operation psf;
+  psf.name = "psf";
+  psf.group = "Blur";
+  psf.summary = "Write the image of a point-spread function";
+  psf.description =
+      std::string(kModelText) +
+      "The image has odd sides, the PSF's centre on the middle pixel, and the sum 1. Several "
+      "widths or wavelengths make a cube. The header holds FWHM in pixels (FWHMn of plane n), "
+      "WAVELEN where given, and with --pixel-scale celestial coordinates of that scale.";
+  psf.least_inputs = 0;
+  psf.most_inputs = 0;
+  psf.parameters = {{"psf", ParameterType::choice, "", {}, {}, "model", kModels, true}};
+  for (Parameter& parameter : model_parameters()) psf.parameters.push_back(std::move(parameter));
+  const Interval positive = Interval::left_open(0, std::numeric_limits<double>::max());
+  psf.parameters.push_back({"pixel_scale",
+                            ParameterType::number,
+                            "arcsec",
+                            Interval::left_open(0, 3600),
+                            {},
+                            "side of a pixel"});
+  psf.parameters.push_back({"wavelength",
+                            ParameterType::numbers,
+                            "Angstrom",
+                            positive,
+                            {},
+                            "for --diameter; one value, or one for each plane"});
+  psf.example = "psf --psf airy --fwhm 3 --obscuration 0.33 --size 65 out.fits";
+  psf.run = run_psf;
+  return psf;
+}
+
+}  // namespace
+
+std::vector<Operation> blur_operations() { return {convolve_operation(), psf_operation()}; }
+
+}  // namespace gamer
