@@ -11,6 +11,7 @@
 
 #include "gamer/core/error.h"
 #include "gamer/processing/statistics.h"
+#include "processing/tone_kernel.h"
 
 namespace gamer {
 namespace {
@@ -72,10 +73,10 @@ LinearTone scale_to(double wanted, double measured, const char* what) {
   return {0, factor};
 }
 
-/// f(|x|) with the sign of x.
-template <class Function>
-double odd(double x, Function f) {
-  return std::copysign(f(std::abs(x)), x);
+PlanePtr curved(PlanePtr plane, const ToneKernel& kernel) {
+  return changed(std::move(plane), [kernel](const Area& area, double* values) {
+    apply_tone(kernel, values, static_cast<std::size_t>(area.width) * area.height);
+  });
 }
 
 /// The stretch with its function known to the loop; `f` is for x >= 0 and takes NaN to NaN.
@@ -88,7 +89,7 @@ PlanePtr stretched_by(PlanePtr plane, const Stretch& stretch, Function f) {
                    for (std::size_t i = 0; i < count; ++i) {
                      double x = (values[i] - low) / range;
                      if (clip) x = std::clamp(x, 0.0, 1.0);
-                     values[i] = odd(x, f);
+                     values[i] = std::copysign(f(std::abs(x)), x);
                    }
                  });
 }
@@ -133,12 +134,10 @@ PlanePtr linear_tone(PlanePtr plane, const LinearTone& tone) {
 }
 
 PlanePtr gamma_tone(PlanePtr plane, double maximum, double gamma) {
-  return changed(std::move(plane), [maximum, gamma](const Area& area, double* values) {
-    const std::size_t count = static_cast<std::size_t>(area.width) * area.height;
-    for (std::size_t i = 0; i < count; ++i) {
-      values[i] = odd(values[i] / maximum, [gamma](double x) { return std::pow(x, gamma); });
-    }
-  });
+  ToneKernel kernel;
+  kernel.parameter = gamma;
+  kernel.range = maximum;
+  return curved(std::move(plane), kernel);
 }
 
 double positive_maximum(std::span<const PlanePtr> planes, int threads) {
@@ -150,17 +149,23 @@ double positive_maximum(std::span<const PlanePtr> planes, int threads) {
 
 PlanePtr stretched(PlanePtr plane, const Stretch& stretch) {
   const double a = stretch.softening;
+  ToneKernel kernel;
+  kernel.offset = stretch.limits.low;
+  kernel.range = stretch.limits.high - stretch.limits.low;
+  kernel.clip = stretch.clip;
   switch (stretch.function) {
     case Stretch::Function::square_root:
       return stretched_by(std::move(plane), stretch, [](double x) { return std::sqrt(x); });
     case Stretch::Function::logarithm:
-      return stretched_by(std::move(plane), stretch, [a, whole = std::log1p(a)](double x) {
-        return std::log1p(a * x) / whole;
-      });
+      kernel.curve = ToneCurve::logarithm;
+      kernel.parameter = a;
+      kernel.factor = 1 / std::log1p(a);
+      return curved(std::move(plane), kernel);
     case Stretch::Function::asinh:
-      return stretched_by(std::move(plane), stretch, [a, whole = std::asinh(1 / a)](double x) {
-        return std::asinh(x / a) / whole;
-      });
+      kernel.curve = ToneCurve::asinh;
+      kernel.parameter = 1 / a;
+      kernel.factor = 1 / std::asinh(1 / a);
+      return curved(std::move(plane), kernel);
     case Stretch::Function::linear:
       break;
   }
