@@ -106,6 +106,59 @@ void check_data_are_there(FitsFile& file) {
   }
 }
 
+/// Bytes of an element of a column of variable arrays; 0 where it is none, or of no type that tiles
+/// have.
+LONGLONG element_size(int type) {
+  switch (-type) {
+    case TBYTE:
+      return 1;
+    case TSHORT:
+      return 2;
+    case TLONG:
+    case TFLOAT:
+      return 4;
+    case TLONGLONG:
+    case TDOUBLE:
+      return 8;
+    default:
+      return 0;
+  }
+}
+
+/// The tiles of a compressed image must be there: CFITSIO (4.2) believes their sizes, and may read
+/// without end.
+void check_tiles(FitsFile& file, int hdu, LONGLONG tiles) {
+  LONGLONG rows = 0, heap = 0;
+  file.call(fits_get_num_rowsll, &rows);
+  if (rows != tiles) {
+    file.fail(fmt::format("HDU {} has {} tiles; its image needs {}", hdu, rows, tiles));
+  }
+  file.call(fits_read_key_lnglng, "PCOUNT", &heap, nullptr);
+  for (const char* name : {"COMPRESSED_DATA", "GZIP_COMPRESSED_DATA", "UNCOMPRESSED_DATA"}) {
+    int column = 0, status = 0, type = 0;
+    std::string wanted = name;
+    fits_get_colnum(file.handle(), CASEINSEN, wanted.data(), &column, &status);
+    fits_clear_errmsg();
+    if (status != 0) continue;
+    LONGLONG repeat = 0, width = 0;
+    file.call(fits_get_coltypell, column, &type, &repeat, &width);
+    const LONGLONG size = element_size(type);
+    bool is_good = size > 0;
+    constexpr LONGLONG kRows = 4096;
+    std::vector<LONGLONG> lengths(kRows), offsets(kRows);
+    for (LONGLONG row = 0; row < rows && is_good; row += kRows) {
+      const LONGLONG count = std::min(kRows, rows - row);
+      file.call(fits_read_descriptsll, column, row + 1, count, lengths.data(), offsets.data());
+      for (LONGLONG i = 0; i < count; ++i) {
+        const LONGLONG length = lengths[i], offset = offsets[i];
+        is_good = is_good && length >= 0 && offset >= 0 && length <= heap / size &&
+                  offset <= heap - length * size;
+      }
+    }
+    if (!is_good) file.fail(fmt::format("HDU {}: tiles in {} lie outside the file", hdu, name));
+  }
+}
+
 /// Sizes of the current HDU's image, with planes = 0 where it holds none.
 void read_shape(FitsFile& file, FitsHdu& hdu) {
   int type = 0, axes = 0;
@@ -132,6 +185,7 @@ void read_shape(FitsFile& file, FitsHdu& hdu) {
   if (compressed) {
     // A tile is decompressed as a whole.
     double tile = sizeof(double);
+    double tiles = 1;
     for (int axis = 1; axis <= axes; ++axis) {
       long size = axis == 1 ? static_cast<long>(sizes[0]) : 1;
       int status = 0;
@@ -143,11 +197,13 @@ void read_shape(FitsFile& file, FitsHdu& hdu) {
             fmt::format("HDU {}: ZTILE{} = {} does not fit the image", hdu.number, axis, size));
       }
       tile *= static_cast<double>(size);
+      tiles *= std::ceil(static_cast<double>(sizes[axis - 1]) / static_cast<double>(size));
     }
     if (tile > static_cast<double>(available_memory()) / 2) {
       file.fail(
           fmt::format("HDU {}: tiles of {:.3g} bytes need too much memory", hdu.number, tile));
     }
+    check_tiles(file, hdu.number, static_cast<LONGLONG>(std::min(tiles, 0x1p62)));
   }
   hdu.width = static_cast<int>(sizes[0]);
   hdu.height = static_cast<int>(sizes[1]);

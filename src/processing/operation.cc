@@ -295,8 +295,14 @@ OperationCall parse_call(const Operation& operation, std::span<const std::string
   const ParameterTable table = all_parameters(operation);
   const CommandLine line = read_command_line(operation, table, arguments);
   // Once with the names that users type, for messages, and once with those of the code.
-  ParameterSet::read(option_table(table), config_of(table, line, true),
-                     context_of(operation) + "--", "");
+  ParameterTable options = option_table(table);
+  for (Parameter& parameter : options) parameter.required = false;
+  ParameterSet::read(options, config_of(table, line, true), context_of(operation) + "--", "");
+  for (const Parameter& parameter : table) {
+    if (!parameter.required || line.values.contains(parameter.name)) continue;
+    throw InputError(fmt::format("{}needs --{}: {}", context_of(operation),
+                                 option_name(parameter.name), parameter.description));
+  }
   const ParameterSet all = ParameterSet::read(table, config_of(table, line, false), "", "");
   OperationCall call;
   call.operation = operation.name;

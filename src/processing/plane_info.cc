@@ -67,8 +67,7 @@ void change_unit(FitsHeader& header, int planes, double factor, const std::strin
 }
 
 bool is_brightness(const std::string& unit) {
-  constexpr std::array<const char*, 6> kSolidAngles = {"arcsec", "arcmin", "sr",
-                                                       "deg",    "pix",    "mas"};
+  constexpr std::array<const char*, 5> kSolidAngles = {"arcsec", "arcmin", "sr", "deg", "mas"};
   return std::any_of(kSolidAngles.begin(), kSolidAngles.end(),
                      [&](const char* name) { return unit.find(name) != std::string::npos; });
 }

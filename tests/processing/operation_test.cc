@@ -34,6 +34,7 @@ TEST(Operation, EveryDeclarationIsWhole) {
     EXPECT_TRUE(operation.run) << operation.name;
     for (const Parameter& parameter : operation.parameters) {
       EXPECT_FALSE(parameter.description.empty()) << operation.name << " " << parameter.name;
+      if (parameter.required) continue;
       EXPECT_NO_THROW(
           ParameterSet(operation.parameters).set(parameter.name, parameter.default_value))
           << operation.name << " " << parameter.name;
@@ -84,6 +85,8 @@ TEST(Operation, WrongCommandLines) {
             "gutil scale: --factor[0] must be a number, not a string");
   EXPECT_EQ(message_of("scale", {"--factor", "1", "--factor", "2", "a.fits", "b.fits"}),
             "gutil scale: --factor is given 2 times");
+  EXPECT_EQ(message_of("rotate", {"a.fits", "b.fits"}),
+            "gutil rotate: needs --angle: counter-clockwise");
   EXPECT_EQ(message_of("add", {"a.fits", "b.fits"}),
             "gutil add: 1 input file given: gutil add [options] a.fits b.fits ... out.fits");
   EXPECT_NE(message_of("scale", {"--factor", "nan", "a.fits", "b.fits"}), "");

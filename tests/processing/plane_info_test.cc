@@ -47,7 +47,7 @@ TEST(PlaneInfo, Brightness) {
   for (const char* unit : {"MJy/sr", "mag/arcsec^2", "erg/s/cm2/A/arcsec2", "nJy.arcsec-2"}) {
     EXPECT_TRUE(is_brightness(unit)) << unit;
   }
-  for (const char* unit : {"", "nJy", "electron/s", "adu"})
+  for (const char* unit : {"", "nJy", "electron/s", "nJy/pixel", "adu"})
     EXPECT_FALSE(is_brightness(unit)) << unit;
 }
 

@@ -4,6 +4,7 @@ gutil_test.py GAMER SOURCE_DIR GUTIL
 """
 
 import sky_program  # First: goes on in the Python that has Astropy.
+import os
 import re
 import shlex
 import subprocess
@@ -17,7 +18,7 @@ from astropy.wcs import WCS
 import gamer_program
 from gamer_program import Folder
 
-GUTIL = sys.argv[3]
+GUTIL = os.path.abspath(sys.argv[3])
 
 VIEW = """[image]
 size = [48, 40]
@@ -179,8 +180,8 @@ class Files(Case):
         with fits.open(self.path("in.fits")) as hdus:
             hdus[0].data = data.astype("f4")
             hdus.writeto(self.path("nan.fits"), overwrite=True)
-        for operation in ("scale", "normalise --peak 1", "gamma", "stretch", "flip",
-                          "noise --sigma 0.1", "convolve --psf gaussian --fwhm 2",
+        for operation in ("scale", "normalise --peak 1", "gamma --gamma 0.5", "stretch",
+                          "flip", "noise --sigma 0.1", "convolve --psf gaussian --fwhm 2",
                           "rotate --angle 180"):
             self.gutil(*operation.split(), "nan.fits", "out.fits", "--overwrite")
             missing = np.isnan(self.data("out.fits"))
