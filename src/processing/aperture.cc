@@ -370,17 +370,17 @@ Background annulus_background(const Plane& plane, const Ellipses& ellipses, doub
   return {level, mad_sigma(*ring, level, threads), all.count};
 }
 
-double Moments::size() const { return std::sqrt(xx + yy); }
+double LightMoments::size() const { return std::sqrt(xx + yy); }
 
-double Moments::angle() const { return std::atan2(2 * xy, xx - yy) / 2; }
+double LightMoments::angle() const { return std::atan2(2 * xy, xx - yy) / 2; }
 
-double Moments::axis_ratio() const {
+double LightMoments::axis_ratio() const {
   const double ellipticity = std::hypot(e1(), e2());
   return std::sqrt((1 - ellipticity) / (1 + ellipticity));
 }
 
-Moments moments(const Plane& plane, const Ellipses& ellipses, double radius, double background,
-                int threads) {
+LightMoments moments(const Plane& plane, const Ellipses& ellipses, double radius, double background,
+                     int threads) {
   RowSums<6> sums;
   for_each_pixel(
       plane, ellipses, radius, threads,
@@ -413,7 +413,7 @@ Ellipses recentered(const Plane& plane, const Ellipses& ellipses, double radius,
   constexpr double kSettled = 1e-6;
   Ellipses moved = ellipses;
   for (int step = 0; step < kMostSteps; ++step) {
-    const Moments light = moments(plane, moved, radius, background, threads);
+    const LightMoments light = moments(plane, moved, radius, background, threads);
     if (!(light.flux > 0) || !std::isfinite(light.x + light.y)) {
       throw InputError(
           fmt::format("the light about pixel ({:.6g}, {:.6g}) has no centroid: its sum is {:.6g}",
@@ -426,8 +426,9 @@ Ellipses recentered(const Plane& plane, const Ellipses& ellipses, double radius,
   return moved;
 }
 
-std::optional<Moments> adaptive_moments(const Plane& plane, const Ellipses& ellipses, double radius,
-                                        double sigma, double background, int threads) {
+std::optional<LightMoments> adaptive_moments(const Plane& plane, const Ellipses& ellipses,
+                                             double radius, double sigma, double background,
+                                             int threads) {
   constexpr int kMostSteps = 200;
   constexpr double kSettled = 1e-9;
   constexpr double kReach = 6;  // exp(-18) = 1.5e-8
@@ -456,12 +457,12 @@ std::optional<Moments> adaptive_moments(const Plane& plane, const Ellipses& elli
     const double flux = sums.total[0];
     if (!(flux > 0)) return std::nullopt;
     const double x = sums.total[1] / flux, y = sums.total[2] / flux;
-    const Moments next = {2 * flux,
-                          center_x + 2 * x,
-                          center_y + 2 * y,
-                          2 * (sums.total[3] / flux - x * x),
-                          2 * (sums.total[4] / flux - y * y),
-                          2 * (sums.total[5] / flux - x * y)};
+    const LightMoments next = {2 * flux,
+                               center_x + 2 * x,
+                               center_y + 2 * y,
+                               2 * (sums.total[3] / flux - x * x),
+                               2 * (sums.total[4] / flux - y * y),
+                               2 * (sums.total[5] / flux - x * y)};
     if (!(next.xx > 0 && next.yy > 0 && next.xx * next.yy > next.xy * next.xy)) return std::nullopt;
     const double scale = next.xx + next.yy;
     const double change = std::fabs(next.xx - xx) + std::fabs(next.yy - yy) +

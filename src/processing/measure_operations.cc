@@ -441,7 +441,7 @@ class Photometry {
   std::vector<double> radii_;
   std::vector<ApertureSum> sums_;
   double image_flux_ = 0, total_ = 0, half_light_radius_ = 0;
-  Moments moments_;
+  LightMoments moments_;
   double position_angle_ = 0;
 };
 
@@ -652,7 +652,9 @@ int run_spectrum(const OperationCall& call) {
     put_fit(fits, task, hdu, spectrum);
     put_annuli(annuli, task, hdu, spectrum);
     add_cards(annuli, spectrum.fit, task.index + 1, task.count);
-    curves.push_back({task.info.label, spectrum});
+    const bool is_named = !task.info.label.empty() || task.count == 1;
+    curves.push_back(
+        {is_named ? task.info.label : fmt::format("plane {}", task.index + 1), spectrum});
     if (!unit || *unit == task.info.unit) {
       unit = task.info.unit;
     } else {

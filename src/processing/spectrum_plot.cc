@@ -33,6 +33,9 @@ constexpr std::array<Colour, 6> kColours = {{{0.00, 0.45, 0.70},
                                              {0.34, 0.71, 0.91},
                                              {0.90, 0.62, 0.00}}};
 
+constexpr Colour kBlack = {0.1, 0.1, 0.1};
+constexpr Colour kGrey = {0.88, 0.88, 0.88}, kLightGrey = {0.95, 0.95, 0.95};
+
 /// One logarithmic axis: from `low` to `high` on `first` to `last` (pixels).
 struct Axis {
   double low, high, first, last;
@@ -151,9 +154,8 @@ void for_each_tick(const Axis& axis, Tick tick) {
 }
 
 void draw_axes(Drawing& drawing, const Axis& x, const Axis& y, const std::string& unit) {
-  constexpr Colour kBlack = {0.1, 0.1, 0.1}, kGrey = {0.88, 0.88, 0.88};
   for_each_tick(x, [&](double value, int, int multiple) {
-    drawing.colour(multiple == 1 ? kGrey : Colour{0.95, 0.95, 0.95});
+    drawing.colour(multiple == 1 ? kGrey : kLightGrey);
     drawing.line(x(value), y.first, x(value), y.last, 1);
   });
   const int step = decade_step(y);
@@ -206,26 +208,30 @@ void draw_curve(Drawing& drawing, const Axis& x, const Axis& y, const PowerSpect
   drawing.no_clip();
 }
 
+std::string legend_text(const SpectrumCurve& curve) {
+  const PowerSpectrum::Fit& fit = curve.spectrum.fit;
+  if (!std::isfinite(fit.slope)) return curve.label;
+  // A real minus sign.
+  return fmt::format("{}{}slope {}{:.2f} ± {:.2f}", curve.label, curve.label.empty() ? "" : ": ",
+                     fit.slope < 0 ? "−" : "", std::fabs(fit.slope), fit.slope_error);
+}
+
 void draw_legend(Drawing& drawing, const Axis& x, const Axis& y,
                  std::span<const SpectrumCurve> curves) {
+  double widest = 0;
+  for (const SpectrumCurve& curve : curves) {
+    widest = std::max(widest, drawing.text_width(legend_text(curve)));
+  }
+  const double left = x.last - kFontSize - widest;
   double baseline = y.last + 1.8 * kFontSize;
   for (std::size_t i = 0; i < curves.size(); ++i, baseline += 1.4 * kFontSize) {
-    const PowerSpectrum::Fit& fit = curves[i].spectrum.fit;
-    std::string text = curves[i].label;
-    if (std::isfinite(fit.slope)) {
-      if (!text.empty()) text += ": ";
-      // A real minus sign.
-      text += fmt::format("slope {}{:.2f} ± {:.2f}", fit.slope < 0 ? "−" : "", std::fabs(fit.slope),
-                          fit.slope_error);
-    }
+    const std::string text = legend_text(curves[i]);
     if (text.empty()) continue;
-    const double right = x.last - kFontSize;
-    const double sample = right - drawing.text_width(text) - 1.7 * kFontSize;
     drawing.colour(kColours[i % kColours.size()]);
-    drawing.line(sample, baseline - kFontSize / 3, sample + 1.3 * kFontSize,
+    drawing.line(left - 1.7 * kFontSize, baseline - kFontSize / 3, left - 0.4 * kFontSize,
                  baseline - kFontSize / 3, 3);
-    drawing.colour({0.1, 0.1, 0.1});
-    drawing.text(text, right, baseline, 1);
+    drawing.colour(kBlack);
+    drawing.text(text, left, baseline);
   }
 }
 

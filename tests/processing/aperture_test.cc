@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <boost/math/quadrature/gauss.hpp>
-#include <boost/math/quadrature/tanh_sinh.hpp>
+#include <boost/math/quadrature/gauss_kronrod.hpp>
 #include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
 #include <functional>
@@ -45,10 +45,13 @@ double overlap_by_chords(double x, double y, double x0, double y0, double a, dou
     const double high = std::min(y + 0.5 - y0, (-xy * dx + root) / yy);
     return std::max(0.0, high - low);
   };
-  boost::math::quadrature::tanh_sinh<double> rule;
   double area = 0;
   for (std::size_t i = 0; i + 1 < kinks.size(); ++i) {
-    if (kinks[i + 1] - kinks[i] > 1e-13) area += rule.integrate(chord, kinks[i], kinks[i + 1]);
+    // The sine takes away the roots at the ends.
+    const double middle = (kinks[i] + kinks[i + 1]) / 2, half = (kinks[i + 1] - kinks[i]) / 2;
+    area += boost::math::quadrature::gauss_kronrod<double, 31>::integrate(
+        [&](double t) { return half * std::cos(t) * chord(middle + half * std::sin(t)); }, -kPi / 2,
+        kPi / 2, 10, 1e-13);
   }
   return area;
 }
@@ -139,7 +142,7 @@ TEST(Aperture, Gaussian) {
   }
   EXPECT_EQ(sums[2].flux, sums[3].flux);
   EXPECT_NEAR(radius_of_flux(plane, circles, 0.5, 90, 0, 2) / (1.1774100226 * std::sqrt(kSeen)), 1,
-              1e-4);
+              6e-5);
 }
 
 TEST(Aperture, EllipticalExponential) {
@@ -150,9 +153,9 @@ TEST(Aperture, EllipticalExponential) {
   const Ellipses ellipses(200, 200.4, kRatio, kAngle);
   for (const double h : {1, 2, 4, 9}) {
     const double flux = aperture_sums(plane, ellipses, std::array{h * kScale}, 0, 2)[0].flux;
-    EXPECT_NEAR(flux / total, 1 - (1 + h) * std::exp(-h), 5e-4) << h;
+    EXPECT_NEAR(flux / total, 1 - (1 + h) * std::exp(-h), 3.7e-4) << h;
   }
-  EXPECT_NEAR(radius_of_flux(plane, ellipses, total / 2, 190, 0, 2) / (1.678347 * kScale), 1, 1e-3);
+  EXPECT_NEAR(radius_of_flux(plane, ellipses, total / 2, 190, 0, 2) / (1.678347 * kScale), 1, 6e-4);
 }
 
 TEST(Aperture, DeVaucouleurs) {
@@ -165,9 +168,9 @@ TEST(Aperture, DeVaucouleurs) {
   for (const double radius : {15, 30, 60, 180}) {
     const double wanted = boost::math::gamma_p(8.0, kB * std::pow(radius / kRadius, 0.25));
     const double flux = aperture_sums(plane, circles, std::array{radius}, 0, 2)[0].flux;
-    EXPECT_NEAR(flux / total / wanted, 1, 1e-3) << radius;
+    EXPECT_NEAR(flux / total / wanted, 1, 9e-4) << radius;
   }
-  EXPECT_NEAR(radius_of_flux(plane, circles, total / 2, 200, 0, 2) / kRadius, 1, 1e-3);
+  EXPECT_NEAR(radius_of_flux(plane, circles, total / 2, 200, 0, 2) / kRadius, 1, 3.7e-4);
 }
 
 TEST(Aperture, UniformLightFillsTheEllipse) {
@@ -224,7 +227,7 @@ TEST(Aperture, HalfLightOfALargePlane) {
   };
   const double total = 2 * kPi * 400 * 400;
   EXPECT_NEAR(radius_of_flux(Exponential(), Ellipses(1999.5, 1999.5), total / 2, 1990, 0, 2),
-              1.678346990 * 400, 1e-3);
+              1.678346990 * 400, 2e-4);
 }
 
 TEST(Aperture, BackgroundOfAnAnnulus) {
@@ -273,17 +276,17 @@ TEST(Moments, OfAnEllipticalGaussian) {
   const double xx = a * std::pow(std::cos(angle), 2) + b * std::pow(std::sin(angle), 2) + 1.0 / 12;
   const double yy = a * std::pow(std::sin(angle), 2) + b * std::pow(std::cos(angle), 2) + 1.0 / 12;
   const double xy = (a - b) * std::sin(2 * angle) / 2;
-  const Moments plain = moments(plane, Ellipses(78, 81), 70, 0, 2);
+  const LightMoments plain = moments(plane, Ellipses(78, 81), 70, 0, 2);
   const auto adaptive = adaptive_moments(plane, Ellipses(81, 79), 70, 3, 0, 2);
   ASSERT_TRUE(adaptive.has_value());
-  // A weight that stops at 6 sigma cuts 1e-7; pixels make the Gaussian's wings differ by 1e-5.
-  for (const auto& [result, tolerance] : {std::pair(plain, 1e-9), std::pair(*adaptive, 2e-5)}) {
+  // Gaussians that are integrated over pixels are not Gaussians quite.
+  for (const auto& [result, tolerance] : {std::pair(plain, 1e-14), std::pair(*adaptive, 2e-6)}) {
     EXPECT_NEAR(result.x, 80.3, 80 * tolerance);
     EXPECT_NEAR(result.y, 79.1, 80 * tolerance);
     EXPECT_NEAR(result.flux / (2 * kPi * a * ratio), 1, tolerance);
-    EXPECT_NEAR(result.xx, xx, 50 * tolerance);
-    EXPECT_NEAR(result.yy, yy, 50 * tolerance);
-    EXPECT_NEAR(result.xy, xy, 50 * tolerance);
+    EXPECT_NEAR(result.xx, xx, 100 * tolerance);
+    EXPECT_NEAR(result.yy, yy, 100 * tolerance);
+    EXPECT_NEAR(result.xy, xy, 100 * tolerance);
     EXPECT_NEAR(result.angle(), angle, 5 * tolerance);
     EXPECT_NEAR(result.size(), std::sqrt(xx + yy), 10 * tolerance);
     EXPECT_NEAR(result.e1(), (xx - yy) / (xx + yy), tolerance);
@@ -295,8 +298,8 @@ TEST(Moments, OfAnEllipticalGaussian) {
 TEST(Moments, RecenterFindsTheLight) {
   const MemoryPlane plane = elliptical_gaussian(80.3, 79.1, 5, 0.8, 1);
   const Ellipses found = recentered(plane, Ellipses(74, 85), 20, 0, 2);
-  EXPECT_NEAR(found.x(), 80.3, 1e-4);
-  EXPECT_NEAR(found.y(), 79.1, 1e-4);
+  EXPECT_NEAR(found.x(), 80.3, 5e-6);
+  EXPECT_NEAR(found.y(), 79.1, 5e-6);
   EXPECT_THROW(recentered(MemoryPlane(9, 9, std::vector<double>(81)), Ellipses(4, 4), 3, 0, 1),
                InputError);
   EXPECT_FALSE(
@@ -315,13 +318,13 @@ TEST(Ellipses, OnTheSky) {
   // North, towards East, which is towards -x.
   const double degree = kPi / 180;
   const Ellipses ellipses(wcs, 50, 50, 0.5, 40 * degree);
-  EXPECT_NEAR(ellipses.area(3), kPi * 9 * 0.5 / 0.04, 1e-4);
+  EXPECT_NEAR(ellipses.area(3), kPi * 9 * 0.5 / 0.04, 2.3e-8);
   const double dx = -std::sin(15 * degree), dy = std::cos(15 * degree);
-  EXPECT_NEAR(ellipses.radius(50 + 10 * dx, 50 + 10 * dy), 2, 1e-6);
-  EXPECT_NEAR(ellipses.radius(50 + 10 * dy, 50 - 10 * dx), 4, 1e-6);
-  EXPECT_NEAR(position_angle_on_sky(wcs, 50, 50, 105 * degree), 40 * degree, 1e-6);
-  EXPECT_NEAR(position_angle_on_sky(wcs, 50, 50, -75 * degree), 40 * degree, 1e-6);
-  EXPECT_NEAR(angle_on_pixels(wcs, 50, 50, 40 * degree), 105 * degree, 1e-6);
+  EXPECT_NEAR(ellipses.radius(50 + 10 * dx, 50 + 10 * dy), 2, 1.5e-10);
+  EXPECT_NEAR(ellipses.radius(50 + 10 * dy, 50 - 10 * dx), 4, 1.5e-10);
+  EXPECT_NEAR(position_angle_on_sky(wcs, 50, 50, 105 * degree), 40 * degree, 5e-10);
+  EXPECT_NEAR(position_angle_on_sky(wcs, 50, 50, -75 * degree), 40 * degree, 5e-10);
+  EXPECT_NEAR(angle_on_pixels(wcs, 50, 50, 40 * degree), 105 * degree, 5e-10);
 }
 
 }  // namespace

@@ -34,8 +34,8 @@ TEST(TableText, WideTablesAreTurned) {
   }
   const std::string text = table_text(table);
   EXPECT_EQ(text.substr(0, text.find("column2")),
-            "column0        0.5  -1\n"
-            "column1        1.5  -1\n");
+            "column0         0.5  -1\n"
+            "column1         1.5  -1\n");
   EXPECT_NE(text.find("column3   mag   3.5  -1\n"), std::string::npos);
 }
 

@@ -35,7 +35,7 @@ class Ellipses {
   double half_width(double radius) const;
   double half_height(double radius) const;
   /// How much of a pixel lies within the ellipse, [0, 1]: the exact area of a parallelogram and a
-  /// circle, to 1e-11.
+  /// circle, to 1e-10.
   double overlap(int x, int y, double radius) const;
   /// The largest difference of radius() within a pixel from that of its centre.
   double pixel_reach() const { return pixel_reach_; }
@@ -81,7 +81,7 @@ Background annulus_background(const Plane& plane, const Ellipses& ellipses, doub
 
 /// Second moments of the light, in pixels, about its centroid (counted from 0). Of pixels as they
 /// are: their own width adds 1/12 to xx and yy.
-struct Moments {
+struct LightMoments {
   double flux = 0;
   double x = 0, y = 0;
   double xx = 0, yy = 0, xy = 0;
@@ -97,20 +97,21 @@ struct Moments {
 
 /// Of the light within an ellipse, pixels weighted with their overlap. All but the flux is NaN
 /// where that is not positive.
-Moments moments(const Plane& plane, const Ellipses& ellipses, double radius, double background,
-                int threads);
+LightMoments moments(const Plane& plane, const Ellipses& ellipses, double radius, double background,
+                     int threads);
 
 /// The ellipses, moved to the centroid of what the one of `radius` holds, until they move by less
 /// than 1e-6 pixels (at most 50 times). Throws InputError where the flux is not positive.
 Ellipses recentered(const Plane& plane, const Ellipses& ellipses, double radius, double background,
                     int threads);
 
-/// Moments weighted with the Gaussian ellipse that they describe (Bernstein & Jarvis 2002, AJ 123,
-/// 583, section 3.1): w = exp(-d M^-1 d / 2), M = 2 sum(w v d d) / sum(w v), about the centroid
-/// sum(w v d) = 0, repeated from a circle of `sigma` pixels at the centre of `ellipses` until M is
-/// settled to 1e-9. Pixels beyond 6 sigma or the ellipse of `radius` do not count. `flux` is that
-/// of the Gaussian, 2 sum(w v). Nothing where it does not converge in 200 steps.
-std::optional<Moments> adaptive_moments(const Plane& plane, const Ellipses& ellipses, double radius,
-                                        double sigma, double background, int threads);
+/// LightMoments weighted with the Gaussian ellipse that they describe (Bernstein & Jarvis 2002, AJ
+/// 123, 583, section 3.1): w = exp(-d M^-1 d / 2), M = 2 sum(w v d d) / sum(w v), about the
+/// centroid sum(w v d) = 0, repeated from a circle of `sigma` pixels at the centre of `ellipses`
+/// until M is settled to 1e-9. Pixels beyond 6 sigma or the ellipse of `radius` do not count.
+/// `flux` is that of the Gaussian, 2 sum(w v). Nothing where it does not converge in 200 steps.
+std::optional<LightMoments> adaptive_moments(const Plane& plane, const Ellipses& ellipses,
+                                             double radius, double sigma, double background,
+                                             int threads);
 
 }  // namespace gamer

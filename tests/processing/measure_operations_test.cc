@@ -1,0 +1,356 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "gamer/core/error.h"
+#include "gamer/image/fits_stream.h"
+#include "gamer/image/wcs.h"
+#include "gamer/processing/operation.h"
+#include "image/image_test_util.h"
+#include "image/read_png.h"
+
+namespace gamer {
+namespace {
+
+constexpr int kSize = 120;
+constexpr double kScale = 0.2;  ///< arcsec, of a pixel
+constexpr double kZeroPoint = 31.4;
+
+/// An elliptical Gaussian of flux 1000, its major axis 30 deg from +y towards -x, on a background
+/// of 5.
+constexpr double kX = 60.3, kY = 55.8, kMajor = 7, kRatio = 0.6, kFlux = 1000, kBackground = 5;
+
+std::vector<double> source(double flux) {
+  std::vector<double> values;
+  const double turn = 30 * std::numbers::pi / 180;
+  for (int y = 0; y < kSize; ++y) {
+    for (int x = 0; x < kSize; ++x) {
+      const double dx = x + 1 - kX, dy = y + 1 - kY;
+      const double along = -dx * std::sin(turn) + dy * std::cos(turn);
+      const double across = (dx * std::cos(turn) + dy * std::sin(turn)) / kRatio;
+      const double peak = flux / (2 * std::numbers::pi * kMajor * kMajor * kRatio);
+      values.push_back(kBackground +
+                       peak * std::exp(-(along * along + across * across) / (2 * kMajor * kMajor)));
+    }
+  }
+  return values;
+}
+
+class MeasureOperations : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return folder_ / name; }
+
+  /// One HDU; +y is 20 deg east of North where it lies on the sky.
+  void write(const std::string& name, const std::vector<std::vector<double>>& planes,
+             bool on_sky = false, const std::string& unit = "nJy", int width = kSize,
+             int height = kSize) {
+    FitsHeader header;
+    header.set("BUNIT", unit);
+    for (std::size_t i = 1; i <= planes.size(); ++i) {
+      const std::string suffix = planes.size() > 1 ? std::to_string(i) : "";
+      header.set("MAGZERO" + suffix, kZeroPoint);
+      header.set("BAND" + suffix, "band" + std::to_string(i));
+    }
+    if (on_sky) {
+      SkyView view;
+      view.center = {150, 60};
+      view.pixel_scale = kScale;
+      view.rotation = 20;
+      view.width = width;
+      view.height = height;
+      header.append(CelestialWcs(view).records());
+    }
+    std::vector<PlanePtr> made;
+    for (const auto& values : planes) {
+      made.push_back(std::make_shared<MemoryPlane>(width, height, values));
+    }
+    FitsOutput output({path(name), true});
+    output.write(header, made, -64, 1);
+    output.finish();
+  }
+
+  /// "stats --clip 3 a.fits": files stand in the folder.
+  int run(const std::string& line) {
+    std::istringstream words(line);
+    std::string name;
+    words >> name;
+    std::vector<std::string> arguments;
+    for (std::string word; words >> word;) {
+      const bool is_file = word.ends_with(".fits") || word.ends_with(".ecsv") ||
+                           word.ends_with(".png") || word.ends_with(".jpg");
+      arguments.push_back(is_file ? path(word) : word);
+    }
+    const Operation& operation = find_operation(name);
+    OperationCall call = parse_call(operation, arguments);
+    call.threads = 2;
+    printed_.clear();
+    call.print = [this](const std::string& text) { printed_ += text; };
+    return operation.run(call);
+  }
+
+  /// Its table.
+  DataTable measure(const std::string& line) {
+    std::filesystem::remove(path("table.fits"));
+    run(line + " --table table.fits");
+    expect_fitsverify_clean(path("table.fits"));
+    return read_data_table(path("table.fits"));
+  }
+
+  std::string error(const std::string& line) {
+    try {
+      run(line);
+    } catch (const InputError& e) {
+      std::string text = e.what();
+      const std::string folder = folder_.path().string() + "/";
+      for (std::size_t at; (at = text.find(folder)) != std::string::npos;) {
+        text.erase(at, folder.size());
+      }
+      return text;
+    }
+    return "none";
+  }
+
+  static double number(const DataTable& table, const std::string& name, std::size_t row = 0) {
+    for (const DataColumn& column : table.columns) {
+      if (column.name != name) continue;
+      if (const auto* numbers = std::get_if<std::vector<double>>(&column.values)) {
+        return numbers->at(row);
+      }
+      return static_cast<double>(std::get<std::vector<std::int64_t>>(column.values).at(row));
+    }
+    ADD_FAILURE() << "no column " << name;
+    return 0;
+  }
+  static std::string text(const DataTable& table, const std::string& name, std::size_t row = 0) {
+    const auto column = std::ranges::find(table.columns, name, &DataColumn::name);
+    return std::get<std::vector<std::string>>(column->values).at(row);
+  }
+
+  TemporaryFolder folder_;
+  std::string printed_;
+};
+
+TEST_F(MeasureOperations, Stats) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  write("in.fits", {{1, 2, 3, 4, 5, 60}, {7, nan, 7, 7, nan, 7}}, false, "nJy", 3, 2);
+  const DataTable table = measure("stats --percentiles 0,12.5,100 --clip 3 in.fits");
+  ASSERT_EQ(table.rows(), 2u);
+  EXPECT_EQ(text(table, "label", 1), "band2");
+  EXPECT_EQ(text(table, "unit"), "nJy");
+  EXPECT_EQ(number(table, "plane", 1), 2);
+  EXPECT_EQ(number(table, "count", 1), 4);
+  EXPECT_EQ(number(table, "nan", 1), 2);
+  EXPECT_EQ(number(table, "sum"), 75);
+  EXPECT_EQ(number(table, "mean"), 12.5);
+  EXPECT_EQ(number(table, "max_x"), 3);
+  EXPECT_EQ(number(table, "max_y"), 2);
+  EXPECT_EQ(number(table, "median"), 3.5);
+  EXPECT_DOUBLE_EQ(number(table, "mad_sigma"), 1.5 * 1.482602218505602);
+  EXPECT_EQ(number(table, "p0"), 1);
+  EXPECT_EQ(number(table, "p12_5"), 1.625);
+  EXPECT_EQ(number(table, "p100"), 60);
+  EXPECT_EQ(number(table, "clipped_mean"), 3);
+  EXPECT_EQ(number(table, "sigma", 1), 0);
+}
+
+TEST_F(MeasureOperations, PrintsTextOrJson) {
+  write("in.fits", {{1, 2, 3, 4, 5, 60}}, false, "nJy", 3, 2);
+  run("compare in.fits in.fits");
+  EXPECT_EQ(printed_.substr(0, printed_.find(' ')), "hdu");
+  run("stats --json in.fits");
+  EXPECT_NE(printed_.find("{\n  \"statistics\": {"), std::string::npos);
+  EXPECT_NE(printed_.find("\"mean\": 12.5, \"sigma\": 21.2818388929779,"), std::string::npos)
+      << printed_;
+  run("stats --table t.ecsv in.fits");
+  EXPECT_EQ(file_bytes(path("t.ecsv")).substr(0, 12), "# %ECSV 1.0\n");
+}
+
+TEST_F(MeasureOperations, PhotometryOfAGaussian) {
+  write("in.fits", {source(kFlux), source(2 * kFlux)});
+  const DataTable table = measure(
+      "photometry --center 58,58 --recenter --radius 7,42 --axis-ratio 0.6 --position-angle 30 "
+      "--annulus 45,55 in.fits");
+  ASSERT_EQ(table.rows(), 4u);
+  EXPECT_NEAR(number(table, "x"), kX, 4e-9);
+  EXPECT_NEAR(number(table, "y"), kY, 4e-9);
+  EXPECT_NEAR(number(table, "background"), kBackground, 1e-10);
+  // Pixels hold the light at their centres, spread over a pixel: sigma^2 grows by 1/12.
+  EXPECT_NEAR(number(table, "flux", 0) / kFlux, 1 - std::exp(-0.5), 1.8e-3);
+  EXPECT_NEAR(number(table, "flux", 1) / kFlux, 1, 3e-8);
+  EXPECT_NEAR(number(table, "flux", 3) / kFlux, 2, 6e-8);
+  EXPECT_NEAR(number(table, "magnitude", 1), kZeroPoint - 7.5, 3e-8);
+  EXPECT_NEAR(number(table, "area", 1), std::numbers::pi * 42 * 42 * 0.6, 1e-8);
+  EXPECT_NEAR(number(table, "half_light_radius") / (1.1774100 * kMajor), 1, 3e-3);
+  const double xx = kMajor * kMajor * (0.25 + 0.75 * kRatio * kRatio);
+  const double yy = kMajor * kMajor * (0.75 + 0.25 * kRatio * kRatio);
+  EXPECT_NEAR(number(table, "ixx"), xx, 2e-5);
+  EXPECT_NEAR(number(table, "iyy"), yy, 2e-5);
+  EXPECT_NEAR(number(table, "size"), std::sqrt(xx + yy), 2e-6);
+  EXPECT_NEAR(number(table, "e1"), (xx - yy) / (xx + yy), 2e-9);
+  EXPECT_NEAR(number(table, "axis_ratio"), kRatio, 4e-9);
+  EXPECT_NEAR(number(table, "position_angle"), 30, 4e-8);
+  EXPECT_TRUE(std::isnan(number(table, "ra")));
+  EXPECT_TRUE(std::isnan(number(table, "surface_brightness")));
+}
+
+TEST_F(MeasureOperations, PhotometryOnTheSky) {
+  write("in.fits", {source(kFlux)}, true);
+  const SkyPosition center =
+      *CelestialWcs::from_header(header_text(path("in.fits")), "in.fits").sky({kX, kY});
+  // +y is 20 deg east of North, so the major axis 50 deg.
+  const DataTable table = measure(
+      fmt::format("photometry --position {},{} --unit arcsec --radius 1.4,8.4 --axis-ratio 0.6 "
+                  "--position-angle 50 --annulus 9,11 --weight-sigma 4 in.fits",
+                  center.ra, center.dec));
+  EXPECT_NEAR(number(table, "x"), kX, 1e-8);
+  EXPECT_NEAR(number(table, "y"), kY, 1e-8);
+  EXPECT_NEAR(number(table, "flux", 0) / kFlux, 1 - std::exp(-0.5), 1.8e-3);
+  EXPECT_NEAR(number(table, "flux", 1) / kFlux, 1, 3e-8);
+  EXPECT_NEAR(number(table, "half_light_radius") / (1.1774100 * kMajor * kScale), 1, 3e-3);
+  EXPECT_NEAR(
+      number(table, "surface_brightness", 1),
+      number(table, "magnitude", 1) + 2.5 * std::log10(number(table, "area", 1) * kScale * kScale),
+      1e-6);
+  EXPECT_NEAR(number(table, "axis_ratio"), kRatio, 4e-9);
+  EXPECT_NEAR(number(table, "position_angle"), 50, 2.5e-4);
+  // In pixels the angle is on the sky as well.
+  const DataTable pixels = measure(
+      "photometry --center 60.3,55.8 --radius 7 --axis-ratio 0.6 --position-angle 50 "
+      "--annulus 45,55 --background mean in.fits");
+  EXPECT_NEAR(number(pixels, "flux"), number(table, "flux"), 1.5e-7);
+}
+
+TEST_F(MeasureOperations, BrightnessesCountPerSolidAngle) {
+  write("in.fits", {std::vector<double>(kSize * kSize, 3)}, true, "nJy/arcsec2");
+  const DataTable table = measure("photometry --radius 10 in.fits");
+  const double area = std::numbers::pi * 100;
+  EXPECT_NEAR(number(table, "magnitude"), kZeroPoint - 2.5 * std::log10(3 * area * kScale * kScale),
+              1e-6);
+  EXPECT_NEAR(number(table, "surface_brightness"), kZeroPoint - 2.5 * std::log10(3), 1e-9);
+  EXPECT_NEAR(number(table, "half_light_radius"), 10 / std::sqrt(2), 1e-9);
+}
+
+TEST_F(MeasureOperations, PhotometryByDefaultFillsTheImage) {
+  write("in.fits", {std::vector<double>(40 * 30, 2)}, false, "nJy", 40, 30);
+  const DataTable table = measure("photometry --axis-ratio 0.5 --position-angle 90 in.fits");
+  EXPECT_NEAR(number(table, "x"), 20.5, 1e-12);
+  EXPECT_NEAR(number(table, "radius"), 20, 1e-9);
+  EXPECT_NEAR(number(table, "flux"), 2 * std::numbers::pi * 200, 1e-8);
+  EXPECT_NEAR(number(table, "image_flux"), 2400, 1e-9);
+  const DataTable total = measure("photometry --radius 14 --total 400 in.fits");
+  EXPECT_NEAR(number(total, "half_light_radius"), std::sqrt(100 / std::numbers::pi), 1e-9);
+}
+
+TEST_F(MeasureOperations, Spectrum) {
+  std::vector<double> values, waves;
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 0; x < 64; ++x) {
+      values.push_back((x * 7919 + y * 104729) % 613 / 613.0);
+      waves.push_back(std::cos(2 * std::numbers::pi * (6 * x + 8 * y) / 64));
+    }
+  }
+  write("in.fits", {values, waves}, false, "nJy", 64, 64);
+  const DataTable table = measure("spectrum --window none --range 2,30 --plot plot.png in.fits");
+  ASSERT_EQ(table.rows(), 64u);
+  EXPECT_EQ(number(table, "k", 41), 10);
+  EXPECT_NEAR(number(table, "power", 41) * number(table, "modes", 41), 0.5 * 64 * 64, 1e-9);
+  EXPECT_NEAR(number(table, "frequency", 41), 10.0 / 64, 1e-15);
+  EXPECT_NE(printed_.find("slope_error"), std::string::npos);
+  // The picture has dots of the first curve's and a line of the second's colour on white.
+  const ReadPng plot = read_png(path("plot.png"));
+  EXPECT_EQ(plot.width, 1200);
+  EXPECT_EQ(plot.height, 900);
+  int white = 0, blue = 0, dark = 0;
+  for (int row = 0; row < plot.height; ++row) {
+    for (int x = 0; x < plot.width; ++x) {
+      const int red = plot.at(x, row, 0), green = plot.at(x, row, 1), b = plot.at(x, row, 2);
+      white += red == 255 && green == 255 && b == 255 ? 1 : 0;
+      blue += red < 20 && green > 100 && green < 130 && b > 160 && b < 190 ? 1 : 0;
+      dark += red < 60 && green < 60 && b < 60 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(white, 900'000);
+  EXPECT_GT(blue, 200);
+  EXPECT_GT(dark, 5000);
+  EXPECT_EQ(error("spectrum --plot plot.png in.fits"),
+            "gutil spectrum: --plot 'plot.png': the file exists already; --overwrite replaces it");
+  EXPECT_EQ(run("spectrum --plot plot.png --overwrite in.fits"), 0);
+}
+
+TEST_F(MeasureOperations, CompareAnswersByItsExitCode) {
+  std::vector<double> values = source(kFlux);
+  write("a.fits", {values, values});
+  std::vector<double> other = values;
+  other[3 * kSize + 7] += 0.25;
+  write("b.fits", {values, other});
+  EXPECT_EQ(run("compare a.fits a.fits"), 0);
+  EXPECT_EQ(run("compare a.fits b.fits"), 1);
+  EXPECT_EQ(run("compare --absolute 0.2501 a.fits b.fits"), 0);
+  EXPECT_EQ(run("compare --absolute 0.2499 a.fits b.fits"), 1);
+  EXPECT_EQ(run("compare --tolerance 0.03 a.fits b.fits"), 0);
+  const DataTable table = measure("compare a.fits b.fits");
+  EXPECT_EQ(number(table, "max", 0), 0);
+  EXPECT_TRUE(std::isnan(number(table, "x", 0)));
+  EXPECT_NEAR(number(table, "max", 1), 0.25, 1e-12);
+  EXPECT_EQ(number(table, "x", 1), 8);
+  EXPECT_EQ(number(table, "y", 1), 4);
+  EXPECT_NEAR(number(table, "rms", 1), 0.25 / kSize, 1e-12);
+  EXPECT_EQ(number(table, "differing", 1), 1);
+  EXPECT_EQ(text(table, "within", 0), "yes");
+  EXPECT_EQ(text(table, "within", 1), "no");
+  other[0] = std::numeric_limits<double>::quiet_NaN();
+  write("c.fits", {values, other});
+  EXPECT_EQ(run("compare --absolute 1 a.fits c.fits"), 1);
+}
+
+TEST_F(MeasureOperations, SaysWhatIsWrong) {
+  write("in.fits", {source(kFlux)});
+  write("small.fits", {{1, 2, 3, 4, 5, 6}}, true, "nJy", 3, 2);
+  EXPECT_EQ(error("compare in.fits small.fits"),
+            "gutil compare: in.fits has images of 120 x 120 x 1 pixels, small.fits of 3 x 2 x 1; "
+            "expected the same");
+  EXPECT_EQ(error("stats --percentiles 5,50,5 in.fits"),
+            "gutil stats: --percentiles has 5 twice; give each once");
+  EXPECT_EQ(error("stats --table t.jpg in.fits"),
+            "gutil stats: --table 't.jpg': expected a name that ends in .ecsv or .fits");
+  EXPECT_EQ(error("stats --table x/t.ecsv in.fits"),
+            "gutil stats: --table 'x/t.ecsv': there is no folder 'x'");
+  EXPECT_EQ(error("stats --table in.fits in.fits"),
+            "gutil stats: --table 'in.fits': the file exists already; --overwrite replaces it");
+  EXPECT_EQ(error("photometry --center 3,3 --position 3,3 in.fits"),
+            "gutil photometry: --center and --position both say where; give one");
+  EXPECT_EQ(error("photometry --center 300,3 in.fits"),
+            "gutil photometry: the centre (300, 3) lies outside in.fits, which has 120 x 120 "
+            "pixels");
+  EXPECT_EQ(error("photometry --annulus 9,4 in.fits"),
+            "gutil photometry: --annulus 9,4: the outer radius must be larger than the inner one");
+  EXPECT_EQ(error("photometry --annulus 900,1000 in.fits"),
+            "gutil photometry: --annulus 900,1000 holds no finite pixel of in.fits");
+  EXPECT_EQ(error("photometry --unit arcsec in.fits"),
+            "gutil photometry: --unit arcsec needs celestial coordinates: in.fits: no celestial "
+            "axes; expected RA and DEC as axes 1 and 2");
+  EXPECT_EQ(error("photometry --position 150,-60 small.fits"),
+            "gutil photometry: --position 150,-60 has no pixel in small.fits");
+  EXPECT_EQ(error("spectrum --range 4,99 in.fits"),
+            "gutil spectrum: --range 4,99: expected 1 <= k1 < k2 <= 60 for 120 x 120 pixels");
+  EXPECT_EQ(error("spectrum --opacity in.fits"),
+            "gutil spectrum: in.fits: no pixel has a value that can be used");
+  write("dark.fits", {std::vector<double>(100)}, false, "nJy", 10, 10);
+  EXPECT_EQ(
+      error("photometry --recenter dark.fits"),
+      "gutil photometry: dark.fits: the light about pixel (5.5, 5.5) has no centroid: its sum "
+      "is 0");
+}
+
+}  // namespace
+}  // namespace gamer
