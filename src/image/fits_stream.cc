@@ -310,6 +310,7 @@ class FitsInput::File {
       file_->move_to(number);
       hdus_.push_back(read_hdu(*file_, number));
     }
+    if (is_extended_) add_coordinate_table();
   }
 
   const std::string& name() const { return name_; }
@@ -361,6 +362,17 @@ class FitsInput::File {
     }
     is_extended_ = true;
     return FitsFile::open_extended(name);
+  }
+
+  /// An axis whose coordinates stand in a table is nothing without it.
+  void add_coordinate_table() {
+    const std::optional<std::string> wanted = hdus_.front().header.text("PS3_0");
+    const int count = wanted ? file_->hdu_count() : 0;
+    for (int number = 1; number <= count; ++number) {
+      if (number == hdus_.front().number + 1) continue;
+      file_->move_to(number);
+      if (hdu_name(*file_) == *wanted) hdus_.push_back(read_hdu(*file_, number));
+    }
   }
 
   /// Whole rows; CFITSIO's own conversion to double is slower than reading pieces that stay in the

@@ -139,9 +139,17 @@ class Files(Case):
         self.gutil("scale", "ext.fits[sdss_r][11:30,6:25]", "part.fits", "--overwrite")
         self.verify("part.fits")
         np.testing.assert_array_equal(self.data("part.fits"), self.data("in.fits")[1, 5:25, 10:30])
-        whole, part = WCS(self.header("in.fits"), naxis=2), WCS(self.header("part.fits"), naxis=2)
+        whole = WCS(fits.getheader(self.path("ext.fits"), "sdss_r"))
+        part = WCS(self.header("part.fits"))
         np.testing.assert_allclose(part.wcs_pix2world([[0, 0]], 0), whole.wcs_pix2world([[10, 5]], 0),
                                    atol=1e-10)
+
+        # The table of the third axis comes along.
+        self.gutil("scale", "in.fits[0]", "cube.fits", "--overwrite")
+        self.verify("cube.fits")
+        with fits.open(self.path("cube.fits")) as hdus:
+            self.assertEqual([h.name for h in hdus], ["PRIMARY", "WCS-TABLE"])
+            WCS(hdus[0].header, hdus)
 
     def test_every_hdu_and_table(self):
         self.gutil("stack", "--layout", "extensions", "in.fits", "all.fits", "--overwrite")
