@@ -29,7 +29,8 @@ namespace {
 constexpr const char* kGroup = "Measurement";
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kMagnitude = 2.5;  ///< per decade of flux
+constexpr double kMagnitude = 2.5;        ///< per decade of flux
+constexpr double kLeastAxisRatio = 1e-6;  ///< of apertures; its square is far from underflow
 
 const Interval kPositive = Interval::open(0, std::numeric_limits<double>::infinity());
 const Interval kNotNegative = Interval::right_open(0, std::numeric_limits<double>::infinity());
@@ -530,7 +531,8 @@ Operation photometry_operation() {
        std::string("pixel"),
        "of all radii",
        {"pixel", "arcsec"}},
-      {"axis_ratio", ParameterType::number, "", Interval::left_open(0, 1), 1.0, "minor to major"},
+      {"axis_ratio", ParameterType::number, "", Interval::closed(kLeastAxisRatio, 1), 1.0,
+       "minor to major"},
       {"position_angle", ParameterType::number, "deg", Interval::any(), 0.0, "of the major axis"},
       {"annulus",
        ParameterType::vector2,
