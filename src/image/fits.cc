@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <climits>
 #include <cmath>
 #include <iterator>
 #include <memory>
@@ -14,6 +13,7 @@
 
 #include "gamer/core/error.h"
 #include "gamer/core/version.h"
+#include "gamer/image/fits_stream.h"
 #include "image/data_table_writer.h"
 #include "image/fits_cards.h"
 #include "image/fits_file.h"
@@ -293,38 +293,6 @@ class FitsWriter final : public ImageWriter {
   std::vector<bool> written_;
 };
 
-// ---- Reader ------------------------------------------------------------------------------------
-
-/// Width, height and planes of the current HDU; no planes where it holds no image.
-struct Shape {
-  int width = 0, height = 0, planes = 0;
-};
-
-Shape shape_of(FitsFile& file) {
-  int type = 0, axes = 0;
-  file.call(fits_get_hdu_type, &type);
-  if (type != IMAGE_HDU) {
-    int status = 0;
-    const bool compressed = fits_is_compressed_image(file.handle(), &status) != 0;
-    fits_clear_errmsg();
-    if (!compressed) return {};
-  }
-  file.call(fits_get_img_dim, &axes);
-  if (axes == 0) return {};
-  if (axes == 1) file.fail("an image of one axis; expected two or three");
-  std::vector<LONGLONG> sizes(axes);
-  file.call(fits_get_img_sizell, axes, sizes.data());
-  const auto too_many = std::find_if(sizes.begin() + std::min(axes, 3), sizes.end(),
-                                     [](LONGLONG size) { return size != 1; });
-  if (too_many != sizes.end()) file.fail("an image of more than three axes");
-  const LONGLONG planes = axes > 2 ? sizes[2] : 1;
-  for (const LONGLONG size : {sizes[0], sizes[1], planes}) {
-    if (size > INT_MAX) file.fail(fmt::format("an axis of {} pixels is too long", size));
-  }
-  if (sizes[0] <= 0 || sizes[1] <= 0 || planes <= 0) return {};
-  return {static_cast<int>(sizes[0]), static_cast<int>(sizes[1]), static_cast<int>(planes)};
-}
-
 }  // namespace
 
 std::unique_ptr<ImageWriter> make_fits_writer(const OutputOptions& options,
@@ -348,60 +316,48 @@ void write_fits_table(const std::filesystem::path& path, const DataTable& table)
 }
 
 FitsImage read_fits(const std::filesystem::path& path) {
+  const FitsInput input(path.string());
   FitsFile file = FitsFile::open(path, path.string());
   FitsImage result;
-  Shape whole;
-  std::vector<int> image_hdus;
-  const int hdus = file.hdu_count();
-  for (int hdu = 1; hdu <= hdus; ++hdu) {
-    file.move_to(hdu);
-    const Shape shape = shape_of(file);
-    if (shape.planes > 0) {
-      if (!image_hdus.empty() && (shape.width != whole.width || shape.height != whole.height)) {
-        file.fail(fmt::format("images of different size: {} x {} and, in HDU {}, {} x {}",
-                              whole.width, whole.height, hdu, shape.width, shape.height));
-      }
-      if (image_hdus.empty()) {
+  const FitsHdu* first = nullptr;
+  int planes = 0;
+  for (const FitsHdu& hdu : input.hdus()) {
+    file.move_to(hdu.number + 1);
+    if (hdu.is_image()) {
+      if (first == nullptr) {
+        first = &hdu;
         for (Card& card : read_cards(file)) {
           const bool known = std::any_of(
               result.cards.begin(), result.cards.end(),
               [&](const Card& other) { return is_common_card(card.key) && other.key == card.key; });
           if (!known) result.cards.push_back(std::move(card));
         }
+      } else if (hdu.width != first->width || hdu.height != first->height) {
+        file.fail(fmt::format("images of different size: {} x {} and, in HDU {}, {} x {}",
+                              first->width, first->height, hdu.number, hdu.width, hdu.height));
       }
-      whole = {shape.width, shape.height, whole.planes + shape.planes};
-      image_hdus.push_back(hdu);
-    } else if (hdu == 1) {
+      planes += hdu.planes;
+    } else if (hdu.number == 0) {
       result.cards = read_cards(file);
     } else if (is_text_table(file)) {
       result.tables.push_back(read_text_table(file));
     }
   }
-  if (image_hdus.empty()) file.fail("no image in it");
+  if (first == nullptr) file.fail("no image in it");
 
-  const double bytes =
-      static_cast<double>(whole.width) * whole.height * whole.planes * sizeof(double);
+  const double bytes = static_cast<double>(first->width) * first->height * planes * sizeof(double);
   if (const std::uint64_t available = available_memory(); bytes > static_cast<double>(available)) {
-    file.fail(fmt::format("{} x {} x {} pixels need {} of memory, {} is available", whole.width,
-                          whole.height, whole.planes, bytes_text(static_cast<std::uint64_t>(bytes)),
+    file.fail(fmt::format("{} x {} x {} pixels need {} of memory, {} is available", first->width,
+                          first->height, planes, bytes_text(static_cast<std::uint64_t>(bytes)),
                           bytes_text(available)));
   }
-  result.image = Image(whole.width, whole.height, whole.planes);
-  int plane = 0;
-  for (const int hdu : image_hdus) {
-    file.move_to(hdu);
-    const int planes = shape_of(file).planes;
-    int bitpix = 0;
-    file.call(fits_get_img_type, &bitpix);
-    // Integers may have a value for "blank". Floating-point numbers are read as they are: looking
-    // for blanks, CFITSIO would also replace infinity and what is too small to be normal.
-    const double blank = bitpix > 0 ? std::nan("") : 0;
-    const LONGLONG count = static_cast<LONGLONG>(whole.width) * whole.height * planes;
-    // CFITSIO writes to it whenever it finds a blank (4.2).
-    int any_blank = 0;
-    file.call(fits_read_img_dbl, 1L, LONGLONG{1}, count, blank, result.image.plane(plane),
-              &any_blank);
-    plane += planes;
+  result.image = Image(first->width, first->height, planes);
+  int next = 0;
+  for (std::size_t i = 0; i < input.hdus().size(); ++i) {
+    for (int plane = 0; plane < input.hdus()[i].planes; ++plane, ++next) {
+      const PlanePtr source = input.plane(i, plane);
+      source->read(source->whole(), result.image.plane(next));
+    }
   }
   return result;
 }

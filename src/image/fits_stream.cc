@@ -164,7 +164,8 @@ void read_shape(FitsFile& file, FitsHdu& hdu) {
   int type = 0, axes = 0;
   file.call(fits_get_hdu_type, &type);
   check_data_are_there(file);
-  const bool compressed = type != IMAGE_HDU && is_compressed(file);
+  // CFITSIO calls compressed images images, which others call tables.
+  const bool compressed = is_compressed(file);
   if (type != IMAGE_HDU && !compressed) return;
   file.call(fits_get_img_dim, &axes);
   if (axes < 2) return;

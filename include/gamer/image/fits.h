@@ -54,7 +54,7 @@ struct FitsImage {
   std::vector<TextTable> tables;
 };
 
-/// Reads any FITS images of two or three axes, compressed or not; those of several HDUs must have
+/// Reads any FITS images of two axes or more, compressed or not; those of several HDUs must have
 /// one size. Throws InputError.
 FitsImage read_fits(const std::filesystem::path& path);
 
