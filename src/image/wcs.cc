@@ -218,8 +218,16 @@ class Converter {
 
   void parse(const std::vector<std::string>& records, const std::string& label) {
     std::string text;
-    for (const std::string& record : records) text += record;
-    const std::string whole = text;
+    for (const std::string& record : records) {
+      // Others lead WCSLIB beyond the end (7.12).
+      const bool is_text =
+          std::all_of(record.begin(), record.end(), [](char c) { return c >= ' ' && c <= '~'; });
+      if (!is_text) {
+        throw InputError({label, 0, 0},
+                         fmt::format("cannot read the card {}", in_quotes(trim(record))));
+      }
+      text += record;
+    }
     // Of the records that are understood, none remains.
     constexpr int kRemoveValid = -1;
     int rejected = 0;
