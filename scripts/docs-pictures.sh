@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Makes the pictures of the README anew: docs/images/<scene>.png of every shipped scene.
+# Makes the pictures of the README anew: docs/images/<scene>.png of every shipped scene, of the survey's
+# as it is observed.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -7,6 +8,7 @@ scripts/setup.sh
 mkdir -p docs/images
 for list in scenes/*.lst; do
   name=$(basename "$list" .lst)
+  [[ $name == survey ]] && continue
   settings=(--set image.size=256)
   case $name in
     ngc4321) settings=(--set image.size=512) ;;
@@ -15,3 +17,5 @@ for list in scenes/*.lst; do
   build/release/gamer "scenes/$name.par" "$list" --output "docs/images/$name.png" --overwrite \
     "${settings[@]}" --quiet
 done
+scripts/survey.sh build/survey > /dev/null
+cp build/survey/observed.png docs/images/survey.png
