@@ -43,6 +43,7 @@ class PsfOptions {
     const auto model = std::find(kModels.begin(), kModels.end(), name);
     if (model == kModels.end()) {
       is_file_ = true;
+      check_file_name(name);
       for (const char* option : {"fwhm", "unit", "beta", "obscuration", "diameter", "axis_ratio",
                                  "position_angle", "size", "energy", "sampling"}) {
         refuse(option, "is of models, not of a PSF from a file");
@@ -111,6 +112,14 @@ class PsfOptions {
   }
 
  private:
+  /// A word that is no file's name is a model's name with a typing error.
+  void check_file_name(const std::string& name) const {
+    const bool is_word = name.find_first_of("./[") == std::string::npos && name != "-";
+    if (!is_word || std::filesystem::exists(name)) return;
+    fail(fmt::format("--psf is {}; a model ({}) or a FITS file is needed{}", in_quotes(name),
+                     fmt::join(kModels, ", "), did_you_mean(name, kModels)));
+  }
+
   void refuse(const char* option, const char* why) const {
     if (call_.parameters.is_given(option)) fail(fmt::format("{} {}", option_name(option), why));
   }
@@ -159,14 +168,6 @@ EdgeMode edge_mode(const std::string& name) {
   return name == "wrap" ? EdgeMode::wrap : EdgeMode::zero;
 }
 
-/// A word that is no file's name is a model's name with a typing error.
-void check_psf_name(const PsfOptions& options, const std::string& name) {
-  const bool is_word = name.find_first_of("./[") == std::string::npos && name != "-";
-  if (!is_word || std::filesystem::exists(name)) return;
-  options.fail(fmt::format("--psf is {}; a model ({}) or a FITS file is needed{}", in_quotes(name),
-                           fmt::join(kModels, ", "), did_you_mean(name, kModels)));
-}
-
 int run_convolve(const OperationCall& call) {
   const PsfOptions options(call);
   ConvolutionOptions convolution;
@@ -185,7 +186,6 @@ int run_convolve(const OperationCall& call) {
     return 0;
   }
   const std::string& name = call.parameters.text("psf");
-  check_psf_name(options, name);
   const auto file =
       std::make_shared<const StampFile>(name, call.parameters.boolean("keep_missing_flux"));
   change_planes(call, [&](const PlaneTask& task) {

@@ -341,10 +341,10 @@ struct GaussRule {
     }
   }
 
-  /// The rule whose error, for the frequency k in rad over an interval of length 1, is 1e-11 of the
+  /// The rule whose error, for the frequency k in rad over an interval of length 1, is 1e-10 of the
   /// amplitude: n!^4 k^(2n) / ((2n+1) (2n)!^3) (Abramowitz & Stegun 25.4.30).
   static GaussRule for_frequency(double k) {
-    constexpr double kLogError = -25.3;
+    constexpr double kLogError = -23;
     for (int n = 2;; ++n) {
       const double log_error = 4 * std::lgamma(n + 1.0) + 2 * n * std::log(k) -
                                std::log(2 * n + 1.0) - 3 * std::lgamma(2 * n + 1.0);
