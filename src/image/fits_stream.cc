@@ -125,18 +125,49 @@ LONGLONG element_size(int type) {
   }
 }
 
+/// A tile of HCOMPRESS says its own size, which CFITSIO (4.2) believes: "DD99", then the two sides,
+/// the scale, the sum and the numbers of bit planes of three quadrants.
+void check_hcompress_tiles(FitsFile& file, int hdu, int column, LONGLONG rows, double tile_pixels) {
+  constexpr std::size_t kHead = 25, kSides = 2, kBitPlanes = 22;
+  constexpr unsigned kMostBitPlanes = 62;
+  for (LONGLONG row = 1; row <= rows; ++row) {
+    LONGLONG length = 0, offset = 0;
+    file.call(fits_read_descriptll, column, row, &length, &offset);
+    if (length == 0) continue;
+    std::array<unsigned char, kHead> head{};
+    bool is_good = length >= static_cast<LONGLONG>(kHead);
+    if (is_good) {
+      file.call(fits_read_col_byt, column, row, LONGLONG{1}, static_cast<LONGLONG>(kHead),
+                static_cast<unsigned char>(0), head.data(), nullptr);
+      const auto side = [&head](std::size_t at) {
+        std::uint32_t value = 0;
+        for (std::size_t i = 0; i < 4; ++i) value = value << 8 | head[at + i];
+        return static_cast<double>(value);
+      };
+      is_good = head[0] == 0xDD && head[1] == 0x99 &&
+                side(kSides) * side(kSides + 4) <= tile_pixels &&
+                std::all_of(head.begin() + kBitPlanes, head.end(),
+                            [](unsigned char planes) { return planes <= kMostBitPlanes; });
+    }
+    if (!is_good) {
+      file.fail(fmt::format("HDU {}: tile {} is no good HCOMPRESS stream", hdu, row));
+    }
+  }
+}
+
 /// The tiles of a compressed image must be there: CFITSIO (4.2) believes their sizes, and may read
 /// without end.
-void check_tiles(FitsFile& file, int hdu, LONGLONG tiles) {
+void check_tiles(FitsFile& file, int hdu, LONGLONG tiles, double tile_pixels) {
   LONGLONG rows = 0, heap = 0;
   file.call(fits_get_num_rowsll, &rows);
   if (rows != tiles) {
     file.fail(fmt::format("HDU {} has {} tiles; its image needs {}", hdu, rows, tiles));
   }
   file.call(fits_read_key_lnglng, "PCOUNT", &heap, nullptr);
-  for (const char* name : {"COMPRESSED_DATA", "GZIP_COMPRESSED_DATA", "UNCOMPRESSED_DATA"}) {
+  for (const std::string_view name :
+       {"COMPRESSED_DATA", "GZIP_COMPRESSED_DATA", "UNCOMPRESSED_DATA"}) {
     int column = 0, status = 0, type = 0;
-    std::string wanted = name;
+    std::string wanted(name);
     fits_get_colnum(file.handle(), CASEINSEN, wanted.data(), &column, &status);
     fits_clear_errmsg();
     if (status != 0) continue;
@@ -156,6 +187,11 @@ void check_tiles(FitsFile& file, int hdu, LONGLONG tiles) {
       }
     }
     if (!is_good) file.fail(fmt::format("HDU {}: tiles in {} lie outside the file", hdu, name));
+    char method[FLEN_VALUE] = {};
+    file.call(fits_read_key_str, "ZCMPTYPE", method, nullptr);
+    if (std::string_view(method).starts_with("HCOMPRESS") && name == "COMPRESSED_DATA") {
+      check_hcompress_tiles(file, hdu, column, rows, tile_pixels);
+    }
   }
 }
 
@@ -204,7 +240,8 @@ void read_shape(FitsFile& file, FitsHdu& hdu) {
       file.fail(
           fmt::format("HDU {}: tiles of {:.3g} bytes need too much memory", hdu.number, tile));
     }
-    check_tiles(file, hdu.number, static_cast<LONGLONG>(std::min(tiles, 0x1p62)));
+    check_tiles(file, hdu.number, static_cast<LONGLONG>(std::min(tiles, 0x1p62)),
+                tile / sizeof(double));
   }
   hdu.width = static_cast<int>(sizes[0]);
   hdu.height = static_cast<int>(sizes[1]);
