@@ -235,10 +235,13 @@ bool is_missing(double value) {
   return !(std::abs(value) <= kHeadroom * static_cast<double>(std::numeric_limits<Real>::max()));
 }
 
-/// The pixel of [0, size) that stands for x; -1 for none.
+/// No pixel, and next to none.
+constexpr int kNoSource = std::numeric_limits<int>::min();
+
+/// The pixel of [0, size) that stands for x, or kNoSource.
 int source_of(int x, int size, EdgeMode edge) {
   if (x >= 0 && x < size) return x;
-  if (edge == EdgeMode::zero) return -1;
+  if (edge == EdgeMode::zero) return kNoSource;
   const int period = edge == EdgeMode::wrap ? size : 2 * size;
   const int inside = (x % period + period) % period;
   return inside < size ? inside : period - 1 - inside;
@@ -251,9 +254,9 @@ struct Columns {
   };
   /// What to read: the second run lies behind the first in memory.
   Run runs[2];
-  /// For each column its place in what is read, -1 for none.
+  /// For each column its place in what is read; none where it is plain.
   std::vector<int> places;
-  /// Columns [lead, lead + runs[0].count) are runs[0], all others have no place.
+  /// Columns [lead, lead + runs[0].count) are runs[0], all others have no source.
   bool is_plain = false;
   int lead = 0;
 
@@ -538,7 +541,7 @@ auto ConvolvedPlane<Real>::gather(const Area& input, Rows values) const -> Mask 
   const auto source_row = [&](int row) { return source_of(input.y + row, this->height(), edge_); };
   for (int row = 0; row < input.height;) {
     const int first = source_row(row);
-    if (first < 0) {
+    if (first == kNoSource) {
       std::fill_n(values[row++], row_end, Real{0});
       continue;
     }
