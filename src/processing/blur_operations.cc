@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -115,7 +116,8 @@ class PsfOptions {
   /// A word that is no file's name is a model's name with a typing error.
   void check_file_name(const std::string& name) const {
     const bool is_word = name.find_first_of("./[") == std::string::npos && name != "-";
-    if (!is_word || std::filesystem::exists(name)) return;
+    std::error_code error;
+    if (!is_word || std::filesystem::exists(name, error)) return;
     fail(fmt::format("--psf is {}; a model ({}) or a FITS file is needed{}", in_quotes(name),
                      fmt::join(kModels, ", "), did_you_mean(name, kModels)));
   }
@@ -302,7 +304,7 @@ int run_psf(const OperationCall& call) {
 /// Of both operations, after --psf.
 ParameterTable model_parameters() {
   using Type = ParameterType;
-  const Interval positive = Interval::left_open(0, std::numeric_limits<double>::max());
+  const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   return {
       {"fwhm",
        Type::numbers,
@@ -417,7 +419,7 @@ Operation psf_operation() {
   psf.most_inputs = 0;
   psf.parameters = {{"psf", ParameterType::choice, "", {}, {}, "model", kModels, true}};
   for (Parameter& parameter : model_parameters()) psf.parameters.push_back(std::move(parameter));
-  const Interval positive = Interval::left_open(0, std::numeric_limits<double>::max());
+  const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   psf.parameters.push_back({"pixel_scale",
                             ParameterType::number,
                             "arcsec",

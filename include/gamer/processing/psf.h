@@ -87,7 +87,7 @@ struct Stamp {
 
 /// Longest side of a stamp whose size is chosen, and of one that is asked for or read.
 inline constexpr int kLargestChosenStamp = 1023;
-inline constexpr int kLargestStamp = 8191;
+inline constexpr int kLargestStamp = 4095;
 
 struct StampOptions {
   int size = 0;           ///< odd, [1, kLargestStamp]; 0: stamp_size() of `energy`
