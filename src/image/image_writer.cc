@@ -11,11 +11,11 @@
 
 #include "gamer/core/error.h"
 #include "gamer/image/fits.h"
+#include "gamer/image/new_file.h"
 #include "gamer/image/picture.h"
 #include "image/image_suffix.h"
 #include "image/memory.h"
 #include "image/picture_size.h"
-#include "image/temporary_file.h"
 
 namespace gamer {
 namespace {
@@ -147,31 +147,8 @@ void check_output(const OutputOptions& options, const ImageHeader& header) {
     }
   }
 
-  std::error_code error;
-  const fs::path folder = fs::absolute(options.path).parent_path();
-  const std::string folder_name =
-      options.path.has_parent_path() ? options.path.parent_path().string() : std::string(".");
-  const fs::file_status folder_status = fs::status(folder, error);
-  if (folder_status.type() == fs::file_type::not_found) {
-    fail(fmt::format("folder '{}' does not exist", folder_name));
-  }
-  if (!fs::exists(folder_status)) {
-    fail(fmt::format("folder '{}': {}", folder_name, error.message()));
-  }
-  if (!fs::is_directory(folder_status)) fail(fmt::format("'{}' is not a folder", folder_name));
   for (const fs::path& file : output_files(options, header)) {
-    const fs::file_status status = fs::symlink_status(file, error);
-    if (status.type() == fs::file_type::not_found) continue;
-    if (!fs::exists(status)) fail(error.message());
-    if (fs::is_directory(file, error)) fail(fmt::format("'{}' is a folder", file.string()));
-    if (!options.overwrite) {
-      fail(fmt::format("'{}' exists already; --overwrite replaces it", file.string()));
-    }
-  }
-  try {
-    TemporaryFile probe(options.path);
-  } catch (const RunError& cannot_write) {
-    throw InputError(fmt::format("output {}", cannot_write.what()));
+    check_new_file(file, options.overwrite);
   }
 
   const std::uint64_t bytes = bytes_on_disk(*suffix, options, header);
@@ -189,9 +166,12 @@ void check_output(const OutputOptions& options, const ImageHeader& header) {
                       header.width, header.height, bytes_text(needed), bytes_text(available)));
     }
   }
+  std::error_code error;
+  const fs::path folder = fs::absolute(options.path).parent_path();
   const fs::space_info space = fs::space(folder, error);
   if (!error && bytes > space.available) {
-    fail(fmt::format("needs {} on disk, folder '{}' has {} left", bytes_text(bytes), folder_name,
+    fail(fmt::format("needs {} on disk, folder '{}' has {} left", bytes_text(bytes),
+                     options.path.has_parent_path() ? options.path.parent_path().string() : ".",
                      bytes_text(space.available)));
   }
 }

@@ -17,6 +17,7 @@
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/core/version.h"
+#include "gamer/image/new_file.h"
 #include "gamer/image/picture.h"
 #include "image/image_suffix.h"
 #include "image/picture_size.h"
@@ -173,17 +174,7 @@ void check_picture_file(const PictureFileOptions& options, int width, int height
     fail(
         fmt::format("{} x {} pixels are too many for a BMP file (4 GiB); use .png", width, height));
   }
-  const fs::path path = options.name;
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  std::error_code error;
-  if (!fs::is_directory(folder, error)) {
-    fail(fmt::format("there is no folder {}", in_quotes(folder.string())));
-  }
-  if (fs::is_directory(path, error)) fail("is a folder");
-  if (!options.overwrite && fs::exists(fs::symlink_status(path, error))) {
-    throw InputError(
-        fmt::format("output {} exists; --overwrite replaces it", in_quotes(options.name)));
-  }
+  check_new_file(options.name, options.overwrite);
 }
 
 /// Where the bytes go, and what it is called in messages.

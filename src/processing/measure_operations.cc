@@ -13,6 +13,7 @@
 
 #include "gamer/core/error.h"
 #include "gamer/image/data_table.h"
+#include "gamer/image/new_file.h"
 #include "gamer/image/wcs.h"
 #include "gamer/processing/aperture.h"
 #include "gamer/processing/comparison.h"
@@ -88,14 +89,7 @@ void check_output(const OperationCall& call, const char* option,
     throw wrong(call, fmt::format("{}: expected a name that ends in {}", context,
                                   fmt::join(suffixes, " or ")));
   }
-  std::error_code error;
-  if (!path.parent_path().empty() && !std::filesystem::is_directory(path.parent_path(), error)) {
-    throw wrong(call,
-                fmt::format("{}: there is no folder '{}'", context, path.parent_path().string()));
-  }
-  if (!call.overwrite && std::filesystem::exists(std::filesystem::symlink_status(path, error))) {
-    throw wrong(call, fmt::format("{}: the file exists already; --overwrite replaces it", context));
-  }
+  check_new_file(path, call.overwrite);
 }
 
 void check_table(const OperationCall& call) { check_output(call, "table", {".ecsv", ".fits"}); }

@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "gamer/core/units.h"
+#include "gamer/image/new_file.h"
 #include "gamer/render/renderer.h"
 #include "gamer/sed/photometry.h"
 #include "image/image_suffix.h"
@@ -146,14 +147,8 @@ void check_truth_table(const std::filesystem::path& path, const OutputOptions& i
   if (path.extension() != ".ecsv" && path.extension() != ".fits") {
     fail("the suffix must be .fits or .ecsv");
   }
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  if (!std::filesystem::is_directory(folder)) {
-    fail(fmt::format("folder '{}' does not exist", folder.string()));
-  }
   if (path.lexically_normal() == image.path.lexically_normal()) fail("this is the image's file");
-  if (std::filesystem::exists(path) && !image.overwrite) {
-    fail("the file exists already; --overwrite replaces it");
-  }
+  check_new_file(path, image.overwrite);
 }
 
 void write_truth_table(const std::filesystem::path& path, const DataTable& table) {

@@ -368,8 +368,9 @@ TEST(PictureFile, WhatCannotBeWrittenIsSaidBefore) {
     return std::string();
   };
   EXPECT_EQ(message(options_for(folder / "a.png")), "");
-  EXPECT_EQ(message(options_for(folder / "there.png")),
-            "output '/there.png' exists; --overwrite replaces it");
+  EXPECT_NE(
+      message(options_for(folder / "there.png")).find("exists already; --overwrite replaces it"),
+      std::string::npos);
   PictureFileOptions options = options_for(folder / "there.png");
   options.overwrite = true;
   EXPECT_EQ(message(options), "");
@@ -378,8 +379,7 @@ TEST(PictureFile, WhatCannotBeWrittenIsSaidBefore) {
   options = {};
   options.name = (folder / "a.jpg").string();
   EXPECT_EQ(message(options), "output '/a.jpg': the name must end in .png or .bmp");
-  EXPECT_NE(message(options_for(folder / "none/a.png")).find("there is no folder"),
-            std::string::npos);
+  EXPECT_NE(message(options_for(folder / "none/a.png")).find("does not exist"), std::string::npos);
   EXPECT_EQ(message(options_for(folder / "a.bmp"), 40000, 40000),
             "output '/a.bmp': 40000 x 40000 pixels are too many for a BMP file (4 GiB); use .png");
   EXPECT_EQ(message(options_for(folder / "a.bmp"), 37000, 37000), "");

@@ -283,7 +283,7 @@ TEST_F(MeasureOperations, Spectrum) {
   EXPECT_GT(blue, 200);
   EXPECT_GT(dark, 5000);
   EXPECT_EQ(error("spectrum --plot plot.png in.fits"),
-            "gutil spectrum: --plot 'plot.png': the file exists already; --overwrite replaces it");
+            "output 'plot.png': 'plot.png' exists already; --overwrite replaces it");
   EXPECT_EQ(run("spectrum --plot plot.png --overwrite in.fits"), 0);
 }
 
@@ -324,9 +324,9 @@ TEST_F(MeasureOperations, SaysWhatIsWrong) {
   EXPECT_EQ(error("stats --table t.jpg in.fits"),
             "gutil stats: --table 't.jpg': expected a name that ends in .ecsv or .fits");
   EXPECT_EQ(error("stats --table x/t.ecsv in.fits"),
-            "gutil stats: --table 'x/t.ecsv': there is no folder 'x'");
+            "output 'x/t.ecsv': folder 'x' does not exist");
   EXPECT_EQ(error("stats --table in.fits in.fits"),
-            "gutil stats: --table 'in.fits': the file exists already; --overwrite replaces it");
+            "output 'in.fits': 'in.fits' exists already; --overwrite replaces it");
   EXPECT_EQ(error("photometry --center 3,3 --position 3,3 in.fits"),
             "gutil photometry: --center and --position both say where; give one");
   EXPECT_EQ(error("photometry --center 300,3 in.fits"),

@@ -109,7 +109,7 @@ class Examples(Case):
         self.gutil("scale", "in.fits", "kept.fits")
         content = self.path("kept.fits").read_bytes()
         result = self.gutil("scale", "--factor", "2", "in.fits", "kept.fits", code=2)
-        self.assertIn(b"exists; --overwrite replaces it", result.stderr)
+        self.assertIn(b"exists already; --overwrite replaces it", result.stderr)
         self.assertEqual(self.path("kept.fits").read_bytes(), content)
         self.gutil("scale", "--factor", "2", "in.fits", "kept.fits", "--overwrite")
         np.testing.assert_allclose(self.data("kept.fits"), 2 * self.data("in.fits"), rtol=1e-7)
@@ -241,7 +241,7 @@ class WrongInput(Case):
         self.refused("needs an output", "scale")
         self.refused("bitpix", "scale", "--bitpix", "16", "in.fits", "o.fits")
         self.refused("must end in .fits", "scale", "in.fits", "o.txt")
-        self.refused("there is no folder", "scale", "in.fits", "no/o.fits")
+        self.refused("does not exist", "scale", "in.fits", "no/o.fits")
 
     def test_files(self):
         self.refused("none.fits: no such file", "scale", "none.fits", "o.fits")

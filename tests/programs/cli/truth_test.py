@@ -291,7 +291,7 @@ def case(begin, also, *options, files=(), **truth):
 
 WRONG_INPUTS = {
     "table of a picture": case("gamer: --truth ", "--truth-table", "--truth", "-o", "a.png"),
-    "table in no folder": case("gamer: --truth-table no/t.fits: ", "folder 'no' does not exist",
+    "table in no folder": case("output 'no/t.fits': ", "folder 'no' does not exist",
                                "--truth-table", "no/t.fits"),
     "table with another suffix": case("gamer: --truth-table t.txt: ", ".ecsv", "--truth-table",
                                       "t.txt"),

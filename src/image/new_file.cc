@@ -1,0 +1,44 @@
+#include "gamer/image/new_file.h"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <system_error>
+
+#include "gamer/core/error.h"
+#include "image/temporary_file.h"
+
+namespace gamer {
+
+void check_new_file(const std::filesystem::path& path, bool overwrite) {
+  namespace fs = std::filesystem;
+  const auto fail = [&path](const std::string& message) -> void {
+    throw InputError(fmt::format("output '{}': {}", path.string(), message));
+  };
+  std::error_code error;
+  const fs::path folder = fs::absolute(path, error).parent_path();
+  const std::string folder_name = path.has_parent_path() ? path.parent_path().string() : ".";
+  const fs::file_status folder_status = fs::status(folder, error);
+  if (folder_status.type() == fs::file_type::not_found) {
+    fail(fmt::format("folder '{}' does not exist", folder_name));
+  }
+  if (!fs::exists(folder_status)) {
+    fail(fmt::format("folder '{}': {}", folder_name, error.message()));
+  }
+  if (!fs::is_directory(folder_status)) fail(fmt::format("'{}' is not a folder", folder_name));
+  const fs::file_status status = fs::symlink_status(path, error);
+  if (status.type() != fs::file_type::not_found) {
+    if (!fs::exists(status)) fail(error.message());
+    if (fs::is_directory(path, error)) fail(fmt::format("'{}' is a folder", path.string()));
+    if (!overwrite) {
+      fail(fmt::format("'{}' exists already; --overwrite replaces it", path.string()));
+    }
+  }
+  try {
+    TemporaryFile probe(path);
+  } catch (const RunError& cannot_write) {
+    throw InputError(fmt::format("output {}", cannot_write.what()));
+  }
+}
+
+}  // namespace gamer
