@@ -726,17 +726,18 @@ class FitsOutput::File {
   }
 
   void to_floats(const double* values, std::size_t count, float* out) const {
-    constexpr double kMost = std::numeric_limits<float>::max();
-    constexpr double kFinite = std::numeric_limits<double>::max();
-    int overflows = 0;
+    constexpr std::uint32_t kInfinity = 0x7F800000, kWithoutSign = 0x7FFFFFFF;
+    for (std::size_t i = 0; i < count; ++i) out[i] = static_cast<float>(values[i]);
+    std::uint32_t infinities = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      out[i] = static_cast<float>(values[i]);
-      const double size = std::abs(values[i]);
-      overflows |= static_cast<int>(size > kMost) & static_cast<int>(size <= kFinite);
+      infinities += (std::bit_cast<std::uint32_t>(out[i]) & kWithoutSign) == kInfinity ? 1 : 0;
     }
-    if (overflows != 0) {
-      throw RunError(
-          fmt::format("{}: pixels are too large for 32 bits; --bitpix -64 keeps them", label_));
+    if (infinities == 0) return;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (std::isinf(out[i]) && !std::isinf(values[i])) {
+        throw RunError(
+            fmt::format("{}: pixels are too large for 32 bits; --bitpix -64 keeps them", label_));
+      }
     }
   }
 
