@@ -228,11 +228,17 @@ void multiply(const Real* factors, std::size_t count, Real* values) {
   }
 }
 
-/// NaN, infinite, or so large that sums over a tile overflow.
+/// Powers of two that a tile's largest value may have: beyond them sums overflow, and small parts
+/// of it lose digits.
 template <class Real>
-bool is_missing(double value) {
-  constexpr double kHeadroom = 1e-12;
-  return !(std::abs(value) <= kHeadroom * static_cast<double>(std::numeric_limits<Real>::max()));
+inline constexpr int kMostExponent = std::numeric_limits<Real>::max_exponent / 2;
+
+/// The exponent n for which 2^n brings a tile's largest value among those that transforms can take.
+template <class Real>
+int scaling_exponent(double largest) {
+  if (largest == 0) return 0;
+  const int exponent = std::ilogb(largest);
+  return std::clamp(exponent, -kMostExponent<Real>, kMostExponent<Real>) - exponent;
 }
 
 /// No pixel, and next to none.
@@ -289,16 +295,32 @@ Columns make_columns(int first, int count, int size, EdgeMode edge) {
   return columns;
 }
 
-/// Missing pixels become 0. Returns how many.
+/// What take_values() found.
+struct Taken {
+  bool has_missing = false;
+  double largest = 0;  ///< size of a finite value
+};
+
+/// Multiplies by `scale`; 0 for missing pixels and those that are too large.
 template <class Real>
-int take_values(const double* values, int count, Real* out) {
+Taken take_values(const double* values, int count, double scale, Real* out) {
+  constexpr double kMost = static_cast<double>(std::numeric_limits<Real>::max());
+  Taken taken;
   int missing = 0;
   for (int i = 0; i < count; ++i) {
-    const bool is_good = !is_missing<Real>(values[i]);
-    out[i] = is_good ? static_cast<Real>(values[i]) : Real{0};
+    const double size = std::abs(values[i]), scaled = scale * values[i];
+    const bool is_good = size <= std::numeric_limits<double>::max();
+    out[i] = std::abs(scaled) <= kMost ? static_cast<Real>(scaled) : Real{0};
+    taken.largest = std::max(taken.largest, is_good ? size : 0);
     missing += is_good ? 0 : 1;
   }
-  return missing;
+  taken.has_missing = missing > 0;
+  return taken;
+}
+
+bool needs_transform(int width, int height, const ConvolutionOptions& options) {
+  return options.transform_width > 0 || options.transform_height > 0 ||
+         width * height > kDirectPixels;
 }
 
 template <class Real>
@@ -312,10 +334,7 @@ class ConvolvedPlane final : public Plane {
         stamp_height_(height),
         make_(std::move(make)),
         edge_(options.edge) {
-    const bool is_asked = options.transform_width > 0 || options.transform_height > 0;
-    if (is_asked || width * height > kDirectPixels) {
-      transform_ = choose_transform(options);
-    }
+    if (needs_transform(width, height, options)) transform_ = choose_transform(options);
   }
   ~ConvolvedPlane() override { KernelCache::get().remove(this); }
 
@@ -371,7 +390,11 @@ class ConvolvedPlane final : public Plane {
   KernelPtr make_kernel() const;
   void read_tile(const Kernel<Real>& kernel, const Area& tile, const Area& needed, Rows values,
                  double* out, std::ptrdiff_t stride) const;
-  Mask gather(const Area& input, Rows values) const;
+  struct Input {
+    Mask mask;
+    double largest = 0;  ///< size of a finite value
+  };
+  Input gather(const Area& input, double scale, Rows values) const;
   void convolve(const Kernel<Real>& kernel, const Area& input, Rows values) const;
 
   PlanePtr source_;
@@ -490,11 +513,16 @@ void ConvolvedPlane<Real>::read_tile(const Kernel<Real>& kernel, const Area& til
   const int half_width = stamp_width_ / 2, half_height = stamp_height_ / 2;
   const Area input = {tile.x - half_width, tile.y - half_height, tile.width + 2 * half_width,
                       tile.height + 2 * half_height};
-  const Mask mask = gather(input, values);
+  Input taken = gather(input, 1, values);
+  const int exponent = scaling_exponent<Real>(taken.largest);
+  if (exponent != 0) taken = gather(input, std::ldexp(1.0, exponent), values);
+  const Mask& mask = taken.mask;
   convolve(kernel, input, values);
   const int left = needed.x - tile.x, low = needed.y - tile.y;
+  const double back = std::ldexp(1.0, -exponent);
   for (int row = 0; row < needed.height; ++row) {
-    std::copy_n(values[low + row] + left, needed.width, out + row * stride);
+    std::transform(values[low + row] + left, values[low + row] + left + needed.width,
+                   out + row * stride, [back](Real value) { return back * value; });
   }
   if (mask.empty()) return;
 
@@ -524,10 +552,10 @@ void ConvolvedPlane<Real>::read_tile(const Kernel<Real>& kernel, const Area& til
   }
 }
 
-/// The pixels `input`, which reaches beyond the plane, with 0 for those that are missing; 0 also in
-/// what is left of a transform's rows.
+/// The pixels `input`, which reaches beyond the plane, times `scale`, with 0 for those that are
+/// missing; 0 also in what is left of a transform's rows.
 template <class Real>
-auto ConvolvedPlane<Real>::gather(const Area& input, Rows values) const -> Mask {
+auto ConvolvedPlane<Real>::gather(const Area& input, double scale, Rows values) const -> Input {
   // Read in strips, in doubles: they stay in the cache.
   constexpr int kStripPixels = 1 << 15;
   const Columns columns = make_columns(input.x, input.width, this->width(), edge_);
@@ -536,7 +564,7 @@ auto ConvolvedPlane<Real>::gather(const Area& input, Rows values) const -> Mask 
   std::vector<double> strip(static_cast<std::size_t>(count) * static_cast<std::size_t>(most_rows));
   std::vector<double> line(columns.is_plain ? 0 : static_cast<std::size_t>(input.width));
   const int row_end = transform_ == nullptr ? input.width : transform_->width();
-  Mask mask;
+  Input result;
 
   const auto source_row = [&](int row) { return source_of(input.y + row, this->height(), edge_); };
   for (int row = 0; row < input.height;) {
@@ -572,11 +600,14 @@ auto ConvolvedPlane<Real>::gather(const Area& input, Rows values) const -> Mask 
       Real* const target = values[row];
       std::fill_n(target, lead, Real{0});
       std::fill(target + lead + length, target + row_end, Real{0});
-      if (take_values(read, length, target + lead) == 0) continue;
+      const Taken taken = take_values(read, length, scale, target + lead);
+      result.largest = std::max(result.largest, taken.largest);
+      if (!taken.has_missing) continue;
+      Mask& mask = result.mask;
       mask.resize(static_cast<std::size_t>(input.width) * static_cast<std::size_t>(input.height));
       std::uint8_t* const marks =
           mask.data() + static_cast<std::ptrdiff_t>(row) * input.width + lead;
-      for (int x = 0; x < length; ++x) marks[x] = is_missing<Real>(read[x]) ? 1 : 0;
+      for (int x = 0; x < length; ++x) marks[x] = std::isfinite(read[x]) ? 0 : 1;
     }
   }
   if (transform_ != nullptr) {
@@ -584,7 +615,7 @@ auto ConvolvedPlane<Real>::gather(const Area& input, Rows values) const -> Mask 
       std::fill_n(values[row], row_end, Real{0});
     }
   }
-  return mask;
+  return result;
 }
 
 /// Replaces a tile's input by its output, which begins where the input did.
@@ -623,7 +654,8 @@ PlanePtr convolved(PlanePtr source, int width, int height, std::function<Stamp()
   if (!fits(options.transform_width, width) || !fits(options.transform_height, height)) {
     throw std::invalid_argument("a transform smaller than the stamp");
   }
-  if (options.is_single) {
+  // A direct sum's pixels may not depend on how a tile is scaled.
+  if (options.is_single && needs_transform(width, height, options)) {
     return std::make_shared<ConvolvedPlane<float>>(std::move(source), width, height,
                                                    std::move(make), options);
   }

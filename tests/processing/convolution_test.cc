@@ -341,19 +341,46 @@ TEST(Convolution, GoodPixelsCountForMissingOnes) {
       std::all_of(none.plane(0), none.plane(0) + 81, [](double v) { return std::isnan(v); }));
 }
 
-/// What single precision cannot sum is missing, and harms no other tile's pixels.
-TEST(Convolution, HugeValues) {
+/// However large or small values are, they are neither lost nor without digits.
+TEST(Convolution, HugeAndTinyValues) {
+  const Image image = evaluate(*noise_plane(64, 48));
+  for (const auto& [width, height] : {std::pair{3, 3}, std::pair{11, 9}}) {
+    const Stamp stamp = skew_stamp(width, height);
+    const Image expected = direct_sum(image, stamp, EdgeMode::zero);
+    for (const double scale : {0x1p-1000, 0x1p-140, 0x1p90, 0x1p127, 0x1p500, 0x1p1020}) {
+      const PlanePtr scaled =
+          make_plane(64, 48, [&](int x, int y) { return scale * image.at(x, y); });
+      for (const bool is_single : {false, true}) {
+        Image out = evaluate(*convolved(scaled, stamp, {EdgeMode::zero, is_single}));
+        for (double* v = out.plane(0); v != out.plane(0) + std::ptrdiff_t{64} * 48; ++v) {
+          *v /= scale;
+        }
+        EXPECT_LT(largest_difference(out, expected), is_single ? 6e-7 : 2e-15)
+            << scale << ' ' << width << ' ' << is_single;
+      }
+    }
+  }
+}
+
+/// One huge value leaves the pixels of other tiles alone, and none is missing.
+TEST(Convolution, HugeValueAmongSmallOnes) {
   const PlanePtr plane =
-      make_plane(40, 40, [](int x, int y) { return x == 3 && y == 5 ? 1e35 : 1.0; });
+      make_plane(90, 40, [](int x, int y) { return x == 3 && y == 5 ? 1e35 : 1.0; });
   const Stamp stamp = skew_stamp(7, 7);
-  const Image out = evaluate(*convolved(plane, stamp, {EdgeMode::wrap, true}));
+  ConvolutionOptions options{EdgeMode::reflect, true};
+  options.transform_width = options.transform_height = 32;
+  const Image out = evaluate(*convolved(plane, stamp, options));
   for (int y = 0; y < 40; ++y) {
-    for (int x = 0; x < 40; ++x) {
-      if (x == 3 && y == 5) {
-        EXPECT_TRUE(std::isnan(out.at(x, y)));
-      } else {
+    for (int x = 0; x < 90; ++x) {
+      ASSERT_TRUE(std::isfinite(out.at(x, y)));
+      if (x >= 30) {
         EXPECT_NEAR(out.at(x, y), 1, 2e-6);
       }
+    }
+  }
+  for (int j = -3; j <= 3; ++j) {
+    for (int i = -3; i <= 3; ++i) {
+      EXPECT_NEAR(out.at(3 + i, 5 + j) / 1e35, stamp.at(i, j), 1e-7);
     }
   }
 }
