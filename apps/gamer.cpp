@@ -15,6 +15,7 @@
 #include "gamer/core/resources.h"
 #include "gamer/core/simd.h"
 #include "gamer/core/version.h"
+#include "gamer/image/clean_up.h"
 #include "gamer/image/image_writer.h"
 #include "gamer/parallel/ranks.h"
 #include "gamer/render/job.h"
@@ -303,6 +304,7 @@ int run_and_report(gamer::Ranks& ranks, int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  gamer::clean_up_on_signals();
   try {
     gamer::Ranks ranks(&argc, &argv);
     return run_and_report(ranks, argc, argv);

@@ -10,6 +10,7 @@
 
 #include "gamer/core/error.h"
 #include "gamer/core/version.h"
+#include "gamer/image/clean_up.h"
 #include "gamer/parallel/executor.h"
 #include "gamer/processing/operation.h"
 
@@ -60,6 +61,7 @@ int run(const std::vector<std::string>& arguments) {
 
 /// The one place where errors are reported.
 int main(int argc, char** argv) {
+  gamer::clean_up_on_signals();
   try {
     return run({argv + 1, argv + argc});
   } catch (const gamer::InputError& error) {

@@ -138,10 +138,10 @@ bool FitsHeader::remove(std::string_view key) {
   return found;
 }
 
-void FitsHeader::remove_third_axis() {
+void FitsHeader::remove_further_axes() {
   static const std::regex third(
-      "(CTYPE|CRPIX|CRVAL|CDELT|CUNIT|CNAME|CROTA|CRDER|CSYER)3[A-Z]?|(PC|CD)3_[1-3][A-Z]?"
-      "|(PC|CD)[12]_3[A-Z]?|(PV|PS)3_[0-9]+[A-Z]?");
+      "(CTYPE|CRPIX|CRVAL|CDELT|CUNIT|CNAME|CROTA|CRDER|CSYER)[3-9][A-Z]?"
+      "|(PC|CD)[3-9]_[1-9][A-Z]?|(PC|CD)[12]_[3-9][A-Z]?|(PV|PS)[3-9]_[0-9]+[A-Z]?");
   std::vector<std::string> kept;
   for (std::size_t i = 0; i < records_.size();) {
     const std::size_t count = length(i);

@@ -14,6 +14,7 @@
 #include <cstdio>
 #include <cstring>
 #include <limits>
+#include <list>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -39,32 +40,6 @@ constexpr const char* kStream = "-";
 constexpr std::size_t kCopyBlock = std::size_t{1} << 20;
 /// Pixels that are converted at a time: 64 KiB of floats.
 constexpr std::size_t kPiece = std::size_t{1} << 14;
-
-/// A file without a final name, for a stream's bytes; removed with the object.
-class Spool {
- public:
-  Spool() {
-    std::error_code error;
-    fs::path folder = fs::temp_directory_path(error);
-    if (error) folder = "/tmp";
-    std::string name = (folder / "gutil.XXXXXX").string();
-    const int descriptor = mkstemp(name.data());
-    if (descriptor < 0) {
-      throw RunError(fmt::format("{}: cannot write a temporary file: {}", folder.string(),
-                                 std::strerror(errno)));
-    }
-    close(descriptor);
-    path_ = name;
-  }
-  ~Spool() { unlink(path_.c_str()); }
-  Spool(const Spool&) = delete;
-  Spool& operator=(const Spool&) = delete;
-
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 using CFile = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
@@ -92,20 +67,21 @@ bool is_compressed(FitsFile& file) {
   return compressed;
 }
 
-/// Bytes of the image's data in an uncompressed HDU must be there: otherwise a few bytes could ask
-/// for any amount of memory.
-void check_data_are_there(FitsFile& file) {
+/// The data of the current HDU, `bytes` of them where they are an image's, must be there: otherwise
+/// a few bytes could ask for any amount of memory.
+void check_data_are_there(FitsFile& file, double bytes) {
   LONGLONG header = 0, data = 0, end = 0;
   file.call(fits_get_hduaddrll, &header, &data, &end);
   constexpr LONGLONG kRecord = 2880;
   const LONGLONG size = file.handle()->Fptr->filesize;
-  // The fill of the last record may be missing.
-  if (end > size + kRecord - 1) {
-    int hdu = 0;
-    fits_get_hdu_num(file.handle(), &hdu);
-    file.fail(fmt::format("HDU {} is cut off: it should end at byte {}, the file has {}", hdu - 1,
-                          end, size));
-  }
+  // The fill of the last record may be missing. CFITSIO's own sum may have overflowed.
+  const double needed =
+      std::max(static_cast<double>(end - kRecord + 1), static_cast<double>(data) + bytes);
+  if (end >= data && needed <= static_cast<double>(size)) return;
+  int hdu = 0;
+  fits_get_hdu_num(file.handle(), &hdu);
+  file.fail(fmt::format("HDU {} is cut off: it should end at byte {:.0f}, the file has {}", hdu - 1,
+                        needed, size));
 }
 
 /// Bytes of an element of a column of variable arrays; 0 where it is none, or of no type that tiles
@@ -243,7 +219,7 @@ void check_tiles(FitsFile& file, int hdu, LONGLONG tiles, double tile_pixels) {
 void read_shape(FitsFile& file, FitsHdu& hdu) {
   int type = 0, axes = 0;
   file.call(fits_get_hdu_type, &type);
-  check_data_are_there(file);
+  check_data_are_there(file, 0);
   // CFITSIO calls compressed images images, which others call tables.
   const bool compressed = is_compressed(file);
   if (type != IMAGE_HDU && !compressed) return;
@@ -262,7 +238,16 @@ void read_shape(FitsFile& file, FitsHdu& hdu) {
                             sizes[axis]));
     }
   }
+  int stored = 0;
+  file.call(fits_get_img_type, &stored);
+  if (!compressed) {
+    constexpr double kBitsPerByte = 8;
+    check_data_are_there(file, static_cast<double>(sizes[0]) * static_cast<double>(sizes[1]) *
+                                   static_cast<double>(planes) * std::abs(stored) / kBitsPerByte);
+  }
   file.call(fits_get_img_equivtype, &hdu.bitpix);
+  hdu.has_integers = stored > 0;
+  hdu.further_axes.assign(sizes.begin() + 2, sizes.end());
   if (compressed) {
     // A tile is decompressed as a whole.
     double tile = sizeof(double);
@@ -349,6 +334,19 @@ class PixelSum {
   std::uint64_t sum_ = 0;
 };
 
+/// Planes keep their numbers, by which the header speaks of them.
+void check_section(const std::string& name) {
+  const std::string last = name.substr(name.rfind('[') + 1);
+  std::size_t comma = last.find(',');
+  if (comma != std::string::npos) comma = last.find(',', comma + 1);
+  if (comma == std::string::npos) return;
+  const std::size_t first = last.find_first_not_of(' ', comma + 1);
+  if (first != std::string::npos && last[first] == '*') return;
+  throw InputError(fmt::format(
+      "{}: a section of the third axis; write * there, and take planes with gutil stack --planes",
+      name));
+}
+
 bool exists(const std::string& name) {
   std::error_code error;
   return fs::exists(name, error);
@@ -425,17 +423,15 @@ class FitsInput::File {
 
  private:
   FitsFile open(const std::string& name) {
-    if (name == kStream) {
-      spool_.emplace();
-      const CFile copy(std::fopen(spool_->path().c_str(), "wb"), &std::fclose);
-      if (!copy) throw RunError(fmt::format("{}: {}", name_, std::strerror(errno)));
-      copy_bytes(stdin, copy.get(), name_);
-      check_begins_as_fits(spool_->path(), name_);
-      return FitsFile::open(spool_->path(), name_);
-    }
+    if (name == kStream) return open_stream(stdin);
     if (exists(name)) {
       if (std::error_code error; fs::is_directory(name, error)) {
         throw InputError(fmt::format("{}: is a folder", name));
+      }
+      if (std::error_code error; !fs::is_regular_file(name, error)) {
+        const CFile stream(std::fopen(name.c_str(), "rb"), &std::fclose);
+        if (!stream) throw InputError(fmt::format("{}: {}", name, std::strerror(errno)));
+        return open_stream(stream.get());
       }
       check_begins_as_fits(name, name);
       return FitsFile::open(name, name);
@@ -444,8 +440,20 @@ class FitsInput::File {
     if (bracket == std::string::npos || !exists(name.substr(0, bracket))) {
       throw InputError(fmt::format("{}: no such file", name.substr(0, bracket)));
     }
+    check_section(name);
     is_extended_ = true;
     return FitsFile::open_extended(name);
+  }
+
+  FitsFile open_stream(std::FILE* stream) {
+    spool_.emplace();
+    {
+      const CFile copy(std::fopen(spool_->path().c_str(), "wb"), &std::fclose);
+      if (!copy) throw RunError(fmt::format("{}: {}", name_, std::strerror(errno)));
+      copy_bytes(stream, copy.get(), name_);
+    }
+    check_begins_as_fits(spool_->path(), name_);
+    return FitsFile::open(spool_->path(), name_);
   }
 
   /// An axis whose coordinates stand in a table is nothing without it.
@@ -489,7 +497,7 @@ class FitsInput::File {
     // Floating-point numbers are read as they are: looking for blanks, CFITSIO would also replace
     // infinity and what is too small to be normal. Integers, and floating-point numbers that were
     // quantised, have a value for "blank".
-    if (hdu.bitpix > 0 || is_quantised()) {
+    if (hdu.has_integers || is_quantised()) {
       null = type == TFLOAT ? static_cast<void*>(&float_blank) : static_cast<void*>(&blank);
     }
     int any_blank = 0;
@@ -505,37 +513,57 @@ class FitsInput::File {
   }
 
   /// Tiles of compressed images are rows, and decompressing one costs the same for all its pixels:
-  /// keeps the rows of the last area, since tiles beside it ask for them next.
+  /// keeps blocks of rows that were read last, since areas beside this one ask for them next.
   void read_from_rows(const FitsHdu& hdu, int plane, const Area& area, double* out,
                       std::ptrdiff_t stride) {
-    const bool are_there = hdu.number == rows_hdu_ && plane == rows_plane_ &&
-                           area.y >= rows_first_ &&
-                           area.y + area.height <= rows_first_ + rows_count_;
-    if (!are_there) {
-      rows_.resize(static_cast<std::size_t>(hdu.width) * area.height);
-      rows_hdu_ = -1;
-      read_pixels(hdu, plane, 0, area.y, rows_.size(), TDOUBLE, rows_.data());
-      rows_hdu_ = hdu.number;
-      rows_plane_ = plane;
-      rows_first_ = area.y;
-      rows_count_ = area.height;
-    }
     for (int row = 0; row < area.height; ++row) {
+      const RowBlock& block = row_block(hdu, plane, area.y + row);
       const std::size_t from =
-          static_cast<std::size_t>(area.y + row - rows_first_) * hdu.width + area.x;
-      std::copy_n(rows_.data() + from, area.width, out + row * stride);
+          static_cast<std::size_t>(area.y + row - block.first) * hdu.width + area.x;
+      std::copy_n(block.values.data() + from, area.width, out + row * stride);
     }
   }
 
+  struct RowBlock {
+    int hdu = 0, plane = 0, first = 0, count = 0;
+    std::vector<double> values;
+  };
+
+  const RowBlock& row_block(const FitsHdu& hdu, int plane, int row) {
+    constexpr std::size_t kMostValues = std::size_t{1} << 25, kBlocks = 32;
+    const auto found = std::find_if(blocks_.begin(), blocks_.end(), [&](const RowBlock& block) {
+      return block.hdu == hdu.number && block.plane == plane && row >= block.first &&
+             row < block.first + block.count;
+    });
+    if (found != blocks_.end()) {
+      blocks_.splice(blocks_.begin(), blocks_, found);
+      return blocks_.front();
+    }
+    const auto width = static_cast<std::size_t>(hdu.width);
+    const auto rows = static_cast<int>(std::clamp<std::size_t>(
+        kMostValues / kBlocks / width, 1, static_cast<std::size_t>(hdu.height)));
+    const int first = row / rows * rows, count = std::min(rows, hdu.height - first);
+    const std::size_t size = width * static_cast<std::size_t>(count);
+    std::size_t kept = size;
+    for (const RowBlock& block : blocks_) kept += block.values.size();
+    while (!blocks_.empty() && kept > kMostValues) {
+      kept -= blocks_.back().values.size();
+      blocks_.pop_back();
+    }
+    RowBlock block = {hdu.number, plane, first, count, std::vector<double>(size)};
+    read_pixels(hdu, plane, 0, first, size, TDOUBLE, block.values.data());
+    blocks_.push_front(std::move(block));
+    return blocks_.front();
+  }
+
   std::string name_;
-  std::optional<Spool> spool_;
+  std::optional<SpoolFile> spool_;
   bool is_extended_ = false;
   std::optional<FitsFile> file_;
   std::vector<FitsHdu> hdus_;
   std::mutex mutex_;
 
-  std::vector<double> rows_;
-  int rows_hdu_ = -1, rows_plane_ = 0, rows_first_ = 0, rows_count_ = 0;
+  std::list<RowBlock> blocks_;  ///< the last used first
 };
 
 namespace {
@@ -623,34 +651,46 @@ class FitsOutput::File {
     write_records(header);
   }
 
-  void write(const FitsHeader& header, const std::vector<PlanePtr>& planes, int bitpix,
-             int threads) {
+  void write(const FitsHeader& header, const std::vector<PlanePtr>& planes, int bitpix, int threads,
+             const std::vector<long long>& further_axes) {
     const int width = planes.front()->width(), height = planes.front()->height();
     if (compressed_) {
       file_->call(fits_set_compression_type, GZIP_2);
       // Level 0 switches quantisation off.
       file_->call(fits_set_quantize_level, 0.0F);
     }
-    std::array<LONGLONG, 3> sizes = {width, height, static_cast<LONGLONG>(planes.size())};
-    file_->call(fits_create_imgll, bitpix, planes.size() > 1 ? 3 : 2, sizes.data());
+    std::vector<LONGLONG> sizes = {width, height};
+    LONGLONG further = 1;
+    for (const long long size : further_axes) further *= size;
+    if (!further_axes.empty() && further == static_cast<LONGLONG>(planes.size())) {
+      sizes.insert(sizes.end(), further_axes.begin(), further_axes.end());
+    } else if (planes.size() > 1) {
+      sizes.push_back(static_cast<LONGLONG>(planes.size()));
+    }
+    file_->call(fits_create_imgll, bitpix, static_cast<int>(sizes.size()), sizes.data());
     FitsHeader dated = header;
     dated.set({"DATE", now(), "time of writing (UTC)"});
     write_records(dated);
     LONGLONG first = 1;
     PixelSum sum;
     for (const PlanePtr& plane : planes) {
+      FloatRange range;
       for_each_band(*plane, threads, [&](const Area& area, const double* values) {
         const std::size_t count = static_cast<std::size_t>(area.width) * area.height;
-        write_pixels(values, count, bitpix, first, sum);
+        write_pixels(values, count, bitpix, first, sum, range);
         first += static_cast<LONGLONG>(count);
       });
+      if (range.is_lost && !range.is_seen) {
+        throw RunError(fmt::format(
+            "{}: a plane's pixels are all too small for 32 bits; --bitpix -64 keeps them", label_));
+      }
     }
     if (!compressed_) data_sums_[file_->hdu_count()] = sum.value();
   }
 
   void write_cube(FitsHeader header, const std::vector<PlanePtr>& planes,
                   const std::vector<double>& wavelengths, int bitpix, int threads) {
-    header.remove_third_axis();
+    header.remove_further_axes();
     if (planes.size() > 1) {
       std::vector<Card> cards;
       for (int axis = 1; axis <= 2; ++axis) {
@@ -666,7 +706,7 @@ class FitsOutput::File {
       header.set({fmt::format("WAVELEN{}", i + 1), wavelengths[i],
                   fmt::format("[Angstrom] of plane {}", i + 1)});
     }
-    write(header, planes, bitpix, threads);
+    write(header, planes, bitpix, threads, {});
     if (planes.size() > 1 && is_tabulated(wavelengths)) {
       write_coordinate_table(*file_, wavelengths, {{"DATE", now(), "time of writing (UTC)"}});
     }
@@ -702,8 +742,14 @@ class FitsOutput::File {
     }
   }
 
+  /// Whether a plane has values that 32 bits hold, and others that they do not, being too small.
+  struct FloatRange {
+    bool is_seen = false;
+    bool is_lost = false;
+  };
+
   void write_pixels(const double* values, std::size_t count, int bitpix, LONGLONG first,
-                    PixelSum& sum) {
+                    PixelSum& sum, FloatRange& range) {
     if (bitpix != FLOAT_IMG) {
       sum.add(values, count);
       file_->call(fits_write_img, TDOUBLE, first, static_cast<LONGLONG>(count),
@@ -717,7 +763,7 @@ class FitsOutput::File {
     float* floats = compressed_ ? tiles.data() : piece.data();
     for (std::size_t done = 0; done < count;) {
       const std::size_t size = std::min(most, count - done);
-      to_floats(values + done, size, floats);
+      to_floats(values + done, size, floats, range);
       sum.add(floats, size);
       file_->call(fits_write_img, TFLOAT, first + static_cast<LONGLONG>(done),
                   static_cast<LONGLONG>(size), static_cast<void*>(floats));
@@ -725,12 +771,20 @@ class FitsOutput::File {
     }
   }
 
-  void to_floats(const double* values, std::size_t count, float* out) const {
+  void to_floats(const double* values, std::size_t count, float* out, FloatRange& range) const {
     constexpr std::uint32_t kInfinity = 0x7F800000, kWithoutSign = 0x7FFFFFFF;
     for (std::size_t i = 0; i < count; ++i) out[i] = static_cast<float>(values[i]);
     std::uint32_t infinities = 0;
+    std::int32_t largest = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      infinities += (std::bit_cast<std::uint32_t>(out[i]) & kWithoutSign) == kInfinity ? 1 : 0;
+      const std::uint32_t bits = std::bit_cast<std::uint32_t>(out[i]) & kWithoutSign;
+      infinities += bits == kInfinity ? 1 : 0;
+      largest = std::max(largest, static_cast<std::int32_t>(bits));
+    }
+    if (largest >= std::bit_cast<std::int32_t>(std::numeric_limits<float>::min())) {
+      range.is_seen = true;
+    } else if (!range.is_lost) {
+      range.is_lost = std::any_of(values, values + count, [](double v) { return v != 0; });
     }
     if (infinities == 0) return;
     for (std::size_t i = 0; i < count; ++i) {
@@ -745,7 +799,7 @@ class FitsOutput::File {
   std::string label_;
   bool compressed_ = false;
   std::optional<TemporaryFile> temporary_;
-  std::optional<Spool> spool_;
+  std::optional<SpoolFile> spool_;
   std::optional<FitsFile> file_;
   std::map<int, std::uint32_t> data_sums_;  ///< of HDUs, from 1, where they are known
 };
@@ -763,8 +817,8 @@ void FitsOutput::copy(const FitsInput& input, std::size_t hdu, const FitsHeader&
 void FitsOutput::write_empty(const FitsHeader& header) { file_->write_empty(header); }
 
 void FitsOutput::write(const FitsHeader& header, const std::vector<PlanePtr>& planes, int bitpix,
-                       int threads) {
-  file_->write(header, planes, bitpix, threads);
+                       int threads, const std::vector<long long>& further_axes) {
+  file_->write(header, planes, bitpix, threads, further_axes);
 }
 
 void FitsOutput::write_cube(const FitsHeader& header, const std::vector<PlanePtr>& planes,

@@ -4,18 +4,66 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <array>
+#include <atomic>
 #include <cerrno>
+#include <climits>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <mutex>
 #include <string>
+#include <system_error>
 
 #include "gamer/core/error.h"
+#include "gamer/image/clean_up.h"
 
 namespace gamer {
 namespace {
 
 /// Leaves room for the prefix and the random end within the usual limit of 255 bytes.
 constexpr std::size_t kLongestStem = 200;
+
+/// A path in the making, where a signal handler finds it: entries are added and reused, never
+/// freed.
+struct Entry {
+  std::array<char, PATH_MAX> path{};
+  std::atomic<bool> is_used{false};
+  Entry* next = nullptr;
+};
+std::atomic<Entry*> entries{nullptr};
+std::mutex entries_mutex;
+
+void remember(const std::filesystem::path& path) {
+  const std::lock_guard lock(entries_mutex);
+  Entry* entry = entries;
+  while (entry != nullptr && entry->is_used) entry = entry->next;
+  if (entry == nullptr) {
+    entry = new Entry;
+    entry->next = entries;
+    entries = entry;
+  }
+  const std::string text = path.string();
+  if (text.size() >= entry->path.size()) return;
+  std::memcpy(entry->path.data(), text.c_str(), text.size() + 1);
+  entry->is_used = true;
+}
+
+void forget(const std::filesystem::path& path) {
+  const std::lock_guard lock(entries_mutex);
+  for (Entry* entry = entries; entry != nullptr; entry = entry->next) {
+    if (entry->is_used && path == entry->path.data()) entry->is_used = false;
+  }
+}
+
+/// Only what is allowed in a signal handler.
+extern "C" void remove_and_end(int signal) {
+  for (const Entry* entry = entries; entry != nullptr; entry = entry->next) {
+    if (entry->is_used) unlink(entry->path.data());
+  }
+  std::signal(signal, SIG_DFL);
+  raise(signal);
+}
 
 RunError failure(const std::filesystem::path& path, const std::string& action, int error) {
   return RunError(fmt::format("{}: {}: {}", path.string(), action, std::strerror(error)));
@@ -33,10 +81,12 @@ TemporaryFile::TemporaryFile(const std::filesystem::path& final_path) : final_pa
   close(descriptor);
   unlink(name.c_str());
   path_ = name;
+  remember(path_);
 }
 
 TemporaryFile::~TemporaryFile() {
   if (!moved_) unlink(path_.c_str());
+  forget(path_);
 }
 
 void TemporaryFile::move_to_final(bool overwrite) {
@@ -53,6 +103,28 @@ void TemporaryFile::move_to_final(bool overwrite) {
     throw failure(final_path_, "cannot move the finished file there", errno);
   }
   moved_ = true;
+}
+
+SpoolFile::SpoolFile() {
+  std::error_code error;
+  std::filesystem::path folder = std::filesystem::temp_directory_path(error);
+  if (error) folder = "/tmp";
+  std::string name = (folder / "gutil.XXXXXX").string();
+  const int descriptor = mkstemp(name.data());
+  if (descriptor < 0) throw failure(folder, "cannot write a temporary file", errno);
+  close(descriptor);
+  path_ = name;
+  remember(path_);
+}
+
+SpoolFile::~SpoolFile() {
+  unlink(path_.c_str());
+  forget(path_);
+}
+
+void clean_up_on_signals() {
+  std::signal(SIGPIPE, SIG_IGN);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, remove_and_end);
 }
 
 }  // namespace gamer

@@ -28,4 +28,19 @@ class TemporaryFile {
   bool moved_ = false;
 };
 
+/// A file for a stream's bytes, in the system's folder for temporary files; removed with the object.
+class SpoolFile {
+ public:
+  /// Throws RunError.
+  SpoolFile();
+  ~SpoolFile();
+  SpoolFile(const SpoolFile&) = delete;
+  SpoolFile& operator=(const SpoolFile&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
 }  // namespace gamer

@@ -45,12 +45,6 @@ ParameterTable common_parameters(Operation::Result result) {
   return table;
 }
 
-/// "axis_ratio" as users type it.
-std::string option_name(std::string name) {
-  std::replace(name.begin(), name.end(), '_', '-');
-  return name;
-}
-
 std::string context_of(const Operation& operation) {
   return fmt::format("gutil {}: ", operation.name);
 }
@@ -251,6 +245,7 @@ std::string history_of(const Operation& operation, const OperationCall& call) {
       text += fmt::format("{} {}", name, value_text(value));
     }
   }
+  if (call.bitpix != 0) text += fmt::format(" --bitpix {}", call.bitpix);
   for (const std::string& input : call.inputs) text += " " + input;
   return text + fmt::format(" (gamer {})", version());
 }
@@ -262,6 +257,12 @@ std::string joined_names(const Operation& operation) {
 }
 
 }  // namespace
+
+std::string option_name(std::string_view parameter) {
+  std::string name(parameter);
+  std::replace(name.begin(), name.end(), '_', '-');
+  return name;
+}
 
 std::span<const Operation> operations() {
   static const std::vector<Operation> all = [] {

@@ -97,7 +97,7 @@ TEST(FitsHeader, ThirdAxis) {
   FitsHeader header({"WCSAXES =                    3", "CTYPE1  = 'RA---TAN'",
                      "CTYPE3  = 'WAVE-TAB'", "CD1_1   = 1.0", "CD3_3   = 1.0", "CD1_3   = 0.0",
                      "PS3_0   = 'WCS-TABLE'", "CRVAL3A = 3.0"});
-  header.remove_third_axis();
+  header.remove_further_axes();
   EXPECT_EQ(header.records().size(), 3u);
   EXPECT_EQ(header.number("WCSAXES"), 2);
   EXPECT_TRUE(header.has("CD1_1"));

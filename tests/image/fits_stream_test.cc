@@ -150,7 +150,7 @@ TEST(FitsStream, Integers) {
   int status = 0;
   long sizes[] = {3, 2};
   short values[] = {1, 2, 3, 4, 5, -32768};
-  double zero = 32768, scale = 2;
+  double zero = 32768, scale = 0.5;
   short blank = -32768;
   fits_create_diskfile(&file, name.c_str(), &status);
   fits_create_img(file, SHORT_IMG, 2, sizes, &status);
@@ -163,10 +163,38 @@ TEST(FitsStream, Integers) {
   ASSERT_EQ(status, 0);
   const FitsInput input(name);
   const std::vector<double> read = values_of(*input.plane(0, 0));
-  EXPECT_EQ(read[4], 32778);
+  EXPECT_EQ(read[4], 32770.5);
   EXPECT_TRUE(std::isnan(read[5]));
+  EXPECT_EQ(input.hdus()[0].bitpix, -32);
   EXPECT_FALSE(input.hdus()[0].header.has("BZERO"));
   EXPECT_FALSE(input.hdus()[0].header.has("BLANK"));
+}
+
+TEST(FitsStream, FourAxes) {
+  TemporaryFolder folder;
+  const std::string name = folder / "four.fits";
+  FitsOutput output({name, false});
+  std::vector<PlanePtr> planes;
+  for (int i = 0; i < 6; ++i) planes.push_back(plane_of(difficult(i)));
+  output.write({}, planes, -32, 1, {2, 3});
+  output.finish();
+  const FitsInput input(name);
+  EXPECT_EQ(input.hdus()[0].further_axes, (std::vector<long long>{2, 3}));
+  EXPECT_EQ(input.hdus()[0].planes, 6);
+  EXPECT_EQ(values_of(*input.plane(0, 5))[0], 5);
+}
+
+TEST(FitsStream, PlanesTooSmallForFloats) {
+  TemporaryFolder folder;
+  FitsOutput output({folder / "a.fits", true});
+  // Wings that vanish are no loss.
+  std::vector<double> wings(kWidth * kHeight, 1e-60);
+  wings[0] = 1;
+  output.write({}, {plane_of(wings)}, -32, 1);
+  wings[0] = 0;
+  EXPECT_THROW(output.write({}, {plane_of(wings)}, -32, 1), RunError);
+  FitsOutput zeros({folder / "b.fits", true});
+  zeros.write({}, {plane_of(std::vector<double>(kWidth * kHeight))}, -32, 1);
 }
 
 TEST(FitsStream, ExtendedNames) {
@@ -188,6 +216,8 @@ TEST(FitsStream, ExtendedNames) {
   ASSERT_EQ(section.hdus().size(), 1u);
   EXPECT_EQ(section.hdus()[0].width, 3);
   EXPECT_EQ(values_of(*section.plane(0, 0))[1], difficult(100)[kWidth + 3]);
+  EXPECT_NE(message_of(name + "[SCI][*,*,2:2]").find("a section of the third axis"),
+            std::string::npos);
 }
 
 TEST(FitsStream, Failures) {
@@ -213,6 +243,11 @@ TEST(FitsStream, Failures) {
   const std::size_t naxis = large.find("NAXIS1  =") + 10;
   large.replace(naxis, 20, "          2000000000");
   EXPECT_NE(with(large).find("is cut off"), std::string::npos) << with(large);
+  // The product overflows 64 bits.
+  std::string larger = bytes;
+  larger.replace(larger.find("NAXIS1  =") + 10, 20, "          2147483647");
+  larger.replace(larger.find("NAXIS2  =") + 10, 20, "          2147483647");
+  EXPECT_NE(with(larger).find("is cut off"), std::string::npos) << with(larger);
   large.replace(naxis, 20, "          3000000000");
   EXPECT_NE(with(large), "");
   EXPECT_NE(message_of(good + "[7]"), "");

@@ -41,8 +41,9 @@ class FitsHeader {
   void set_first(const Card& card);
   /// Returns whether there was one. All cards of that key go, also the lines of COMMENT.
   bool remove(std::string_view key);
-  /// Takes the world coordinates of the third axis out, and the word that there are three.
-  void remove_third_axis();
+  /// Takes the world coordinates of the third axis and later ones out, and the word that there are
+  /// more than two.
+  void remove_further_axes();
   /// Appends records as they are: 80 characters each.
   void append(const std::vector<std::string>& records);
 

@@ -18,7 +18,11 @@ struct FitsHdu {
   /// Of an image of two axes or more; 0 planes where the HDU is a table or holds no pixels. Axes
   /// beyond the second make planes, the third running fastest.
   int width = 0, height = 0, planes = 0;
+  std::vector<long long> further_axes;  ///< pixels of the third axis, the fourth...
+  /// Of the values: integers with BSCALE or BZERO count as the floating-point numbers that they
+  /// are.
   int bitpix = 0;
+  bool has_integers = false;  ///< in the file
 
   bool is_image() const { return planes > 0; }
 };
@@ -27,7 +31,8 @@ struct FitsHdu {
 ///
 /// Names are paths, "-" for standard input (spooled to a temporary file), or CFITSIO's extended
 /// names where no file is called so: "a.fits[1]", "a.fits[SCI]" (that HDU alone, with the table of
-/// its third axis), "a.fits[1][10:90,10:90]" (a section of it). Compressed files are read as what they hold.
+/// its third axis), "a.fits[1][10:90,10:90]" (a section of it). Compressed files are read as what
+/// they hold.
 class FitsInput {
  public:
   /// Throws InputError: no such file, no FITS, truncated, sizes that the file cannot hold.
@@ -71,8 +76,9 @@ class FitsOutput {
   /// A new image HDU of planes of one size, written band after band. bitpix -32 or -64. A first HDU
   /// becomes the primary one (in compressed files, the first extension). DATE becomes now. Throws
   /// RunError.
-  void write(const FitsHeader& header, const std::vector<PlanePtr>& planes, int bitpix,
-             int threads);
+  /// The third axis counts the planes unless `further_axes` says how they are laid out.
+  void write(const FitsHeader& header, const std::vector<PlanePtr>& planes, int bitpix, int threads,
+             const std::vector<long long>& further_axes = {});
   /// The same for planes of different wavelengths (Angstrom; empty where they have none): the
   /// header gets the third axis, WAVE or WAVE-TAB with its table, and cards WAVELENn, as in
   /// gamer/image/fits.h.
