@@ -87,6 +87,12 @@ SkyGradient sky_gradient(const CelestialWcs& wcs, double x, double y) {
   return gradient;
 }
 
+/// The same axis in [0, pi[.
+double half_turn(double angle) {
+  const double positive = angle < 0 ? angle + kPi : angle;
+  return positive < kPi ? positive : 0;
+}
+
 /// A part of a plane.
 class Section final : public Plane {
  public:
@@ -217,9 +223,17 @@ double Ellipses::overlap(int x, int y, double radius) const {
 double position_angle_on_sky(const CelestialWcs& wcs, double x, double y, double angle) {
   const auto [east, north] = sky_gradient(wcs, x, y);
   const Vector direction = {std::cos(angle), std::sin(angle)};
-  const double position_angle = std::atan2(dot(east, direction), dot(north, direction));
-  const double positive = position_angle < 0 ? position_angle + kPi : position_angle;
-  return positive < kPi ? positive : 0;
+  return half_turn(std::atan2(dot(east, direction), dot(north, direction)));
+}
+
+double position_angle_on_sky(const CelestialWcs& wcs, double x, double y,
+                             const LightMoments& light) {
+  const auto [east, north] = sky_gradient(wcs, x, y);
+  const auto moment = [&light](Vector a, Vector b) {
+    return a.x * b.x * light.xx + a.y * b.y * light.yy + (a.x * b.y + a.y * b.x) * light.xy;
+  };
+  return half_turn(std::atan2(2 * moment(east, north), moment(north, north) - moment(east, east)) /
+                   2);
 }
 
 double angle_on_pixels(const CelestialWcs& wcs, double x, double y, double position_angle) {
@@ -399,12 +413,12 @@ LightMoments moments(const Plane& plane, const Ellipses& ellipses, double radius
   const double flux = sums.total[0];
   if (!(flux > 0)) return {flux, kNone, kNone, kNone, kNone, kNone};
   const double x = sums.total[1] / flux, y = sums.total[2] / flux;
-  return {flux,
-          ellipses.x() + x,
-          ellipses.y() + y,
-          sums.total[3] / flux - x * x,
-          sums.total[4] / flux - y * y,
-          sums.total[5] / flux - x * y};
+  const double xx = sums.total[3] / flux - x * x, yy = sums.total[4] / flux - y * y;
+  // Of a single pixel only rounding is left.
+  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
+  const bool is_point = std::fabs(xx) + std::fabs(yy) <= kRounding * (x * x + y * y);
+  if (is_point) return {flux, ellipses.x() + x, ellipses.y() + y, 0, 0, 0};
+  return {flux, ellipses.x() + x, ellipses.y() + y, xx, yy, sums.total[5] / flux - x * y};
 }
 
 Ellipses recentered(const Plane& plane, const Ellipses& ellipses, double radius, double background,

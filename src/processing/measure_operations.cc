@@ -287,7 +287,8 @@ class Photometry {
     put(table, "e1", moments_.e1(), "", "(ixx - iyy)/(ixx + iyy)");
     put(table, "e2", moments_.e2(), "", "2 ixy/(ixx + iyy)");
     put(table, "axis_ratio", moments_.axis_ratio(), "", "of the moments");
-    put(table, "position_angle", position_angle_, "deg", "of the moments");
+    put(table, "position_angle", position_angle_, "deg",
+        "of the moments' major axis, on the sky if known");
   }
 
   std::size_t apertures() const { return radii_.size(); }
@@ -406,15 +407,15 @@ class Photometry {
   }
 
   double position_angle() const {
-    if (!std::isfinite(moments_.xx)) return kNone;
-    const double angle = moments_.angle();
+    // Moments that describe no ellipse have no direction.
+    if (!std::isfinite(moments_.axis_ratio())) return kNone;
     if (wcs_) {
       return or_unmeasurable([&] {
-               return position_angle_on_sky(*wcs_, ellipses_->x(), ellipses_->y(), angle);
+               return position_angle_on_sky(*wcs_, ellipses_->x(), ellipses_->y(), moments_);
              }) /
              kDegree;
     }
-    const double from_y = angle / kDegree - 90;
+    const double from_y = moments_.angle() / kDegree - 90;
     return from_y < 0 ? from_y + 180 : from_y;
   }
 
@@ -481,22 +482,25 @@ Operation photometry_operation() {
   operation.summary = "Fluxes and magnitudes in apertures, half-light radius, moments";
   operation.description =
       "Circles or ellipses about --center, --position or the middle of the image; pixels count "
-      "with "
-      "the exact area that lies inside. flux is the sum of the pixels less the background of "
+      "with the exact area that lies inside. flux is the sum of the pixels less the background of "
       "--annulus; magnitude = MAGZERO - 2.5 log10(flux) (of brightnesses, times the pixel's solid "
       "angle), none where MAGZERO is missing or flux <= 0. half_light_radius is the smallest "
       "semi-major axis that holds half of --total, by default of the flux within the largest "
       "aperture. The moments are those of the light within the largest aperture about its "
       "centroid, of pixels as they are, in the directions of x and y: size = sqrt(ixx + iyy), e1 = "
       "(ixx - iyy)/(ixx + iyy), e2 = 2 ixy/(ixx + iyy); with --weight-sigma they are weighted with "
-      "the Gaussian ellipse that they describe (adaptive moments). Position angles are from North "
-      "towards East; without celestial coordinates from +y towards -x. Missing pixels add nothing "
+      "the Gaussian ellipse that they describe (adaptive moments). Position angles, given and "
+      "measured, are on the sky, from North towards East (as of convolve), by the coordinates "
+      "at the centre; without celestial coordinates from +y towards -x. position_angle is that of "
+      "the "
+      "moments as the sky shows them; it is empty, as is axis_ratio, where all light is in one "
+      "pixel. Missing pixels add nothing "
       "and are counted. A table (--table) joins both tables, a row per plane and radius.";
   operation.result = Operation::Result::text;
   operation.parameters = with_output({
       {"center",
        ParameterType::vector2,
-       "pixel",
+       "pixels",
        Interval::any(),
        {},
        "x,y as FITS counts (default: the middle)"},
@@ -527,7 +531,9 @@ Operation photometry_operation() {
        {"pixel", "arcsec"}},
       {"axis_ratio", ParameterType::number, "", Interval::closed(kLeastAxisRatio, 1), 1.0,
        "minor to major"},
-      {"position_angle", ParameterType::number, "deg", Interval::any(), 0.0, "of the major axis"},
+      {"position_angle", ParameterType::number, "deg", Interval::any(), 0.0,
+       "of the major axis, from North towards East; without celestial coordinates from +y towards "
+       "-x"},
       {"annulus",
        ParameterType::vector2,
        "--unit",
@@ -549,7 +555,7 @@ Operation photometry_operation() {
        "flux of which the half-light radius holds half"},
       {"weight_sigma",
        ParameterType::number,
-       "pixel",
+       "pixels",
        kPositive,
        {},
        "adaptive moments, from a Gaussian of that sigma"},

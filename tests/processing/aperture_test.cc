@@ -1,5 +1,6 @@
 #include "gamer/processing/aperture.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -325,6 +326,46 @@ TEST(Ellipses, OnTheSky) {
   EXPECT_NEAR(position_angle_on_sky(wcs, 50, 50, 105 * degree), 40 * degree, 5e-10);
   EXPECT_NEAR(position_angle_on_sky(wcs, 50, 50, -75 * degree), 40 * degree, 5e-10);
   EXPECT_NEAR(angle_on_pixels(wcs, 50, 50, 40 * degree), 105 * degree, 5e-10);
+}
+
+TEST(Moments, OfASinglePixelAreZero) {
+  std::vector<double> values(41 * 41);
+  values[20 * 41 + 17] = 0.7;
+  const LightMoments light = moments(MemoryPlane(41, 41, values), Ellipses(19.3, 20.1), 15, 0, 1);
+  EXPECT_NEAR(light.x, 17, 1e-14);
+  EXPECT_EQ(light.size(), 0);
+  EXPECT_TRUE(std::isnan(light.axis_ratio()));
+}
+
+/// Moments of an ellipse on the sky whose pixels are stretched and sheared there.
+TEST(Moments, PositionAngleOnSkyOfStretchedPixels) {
+  const auto card = [](const char* key, const std::string& value) {
+    std::string text = fmt::format("{:<8}= {:>20}", key, value);
+    text.resize(80, ' ');
+    return text;
+  };
+  // Degrees east and north per pixel along x and y.
+  const double east_x = -3e-5, east_y = 4e-6, north_x = 6e-6, north_y = 1e-4;
+  const CelestialWcs wcs = CelestialWcs::from_header(
+      card("CTYPE1", "'RA---TAN'") + card("CTYPE2", "'DEC--TAN'") + card("CRPIX1", "51.0") +
+          card("CRPIX2", "51.0") + card("CRVAL1", "150.0") + card("CRVAL2", "40.0") +
+          card("CD1_1", fmt::format("{}", east_x)) + card("CD1_2", fmt::format("{}", east_y)) +
+          card("CD2_1", fmt::format("{}", north_x)) + card("CD2_2", fmt::format("{}", north_y)),
+      "test");
+  const double determinant = east_x * north_y - east_y * north_x;
+  for (const double degrees : {0.0, 30.0, 75.0, 120.0, 179.0}) {
+    const double angle = degrees * kPi / 180, c = std::cos(angle), s = std::sin(angle);
+    // Variances on the sky, major axis 3, minor 2, then on the pixels.
+    const double ee = 9 * s * s + 4 * c * c, nn = 9 * c * c + 4 * s * s, en = 5 * s * c;
+    const double xe = north_y / determinant, xn = -east_y / determinant;
+    const double ye = -north_x / determinant, yn = east_x / determinant;
+    LightMoments light;
+    light.xx = xe * xe * ee + 2 * xe * xn * en + xn * xn * nn;
+    light.yy = ye * ye * ee + 2 * ye * yn * en + yn * yn * nn;
+    light.xy = xe * ye * ee + (xe * yn + xn * ye) * en + xn * yn * nn;
+    const double found = position_angle_on_sky(wcs, 50, 50, light);
+    EXPECT_NEAR(std::remainder(found - angle, kPi), 0, 2e-8) << degrees;
+  }
 }
 
 }  // namespace

@@ -230,6 +230,17 @@ TEST_F(MeasureOperations, PhotometryOnTheSky) {
   EXPECT_NEAR(number(pixels, "flux"), number(table, "flux"), 1.5e-7);
 }
 
+TEST_F(MeasureOperations, PhotometryOfASinglePixelHasNoDirection) {
+  std::vector<double> values(40 * 30);
+  values[12 * 40 + 17] = 3;
+  write("in.fits", {values}, true, "nJy", 40, 30);
+  const DataTable table = measure("photometry in.fits");
+  EXPECT_NEAR(number(table, "centroid_x"), 18, 1e-12);
+  EXPECT_EQ(number(table, "size"), 0);
+  EXPECT_TRUE(std::isnan(number(table, "axis_ratio")));
+  EXPECT_TRUE(std::isnan(number(table, "position_angle")));
+}
+
 TEST_F(MeasureOperations, BrightnessesCountPerSolidAngle) {
   write("in.fits", {std::vector<double>(kSize * kSize, 3)}, true, "nJy/arcsec2");
   const DataTable table = measure("photometry --radius 10 in.fits");

@@ -53,6 +53,11 @@ class Ellipses {
 /// (from +x towards +y, rad) at (x, y), and back. Throw InputError where that pixel shows no sky.
 double position_angle_on_sky(const CelestialWcs& wcs, double x, double y, double angle);
 double angle_on_pixels(const CelestialWcs& wcs, double x, double y, double position_angle);
+struct LightMoments;
+/// That of the major axis on the sky of light with these moments on the pixels at (x, y): where
+/// pixels are no squares on the sky, it is not that of the major axis on the pixels.
+double position_angle_on_sky(const CelestialWcs& wcs, double x, double y,
+                             const LightMoments& light);
 
 /// What one ellipse holds. Pixels that are not finite count as missing: they add nothing.
 struct ApertureSum {
