@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,6 +17,8 @@
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/core/units.h"
+#include "gamer/image/wcs.h"
+#include "gamer/processing/aperture.h"
 #include "gamer/processing/convolution.h"
 #include "gamer/processing/psf.h"
 #include "processing/operation_groups.h"
@@ -86,7 +89,7 @@ class PsfOptions {
     model.beta = call_.parameters.number("beta");
     model.obscuration = call_.parameters.number("obscuration");
     model.axis_ratio = call_.parameters.number("axis_ratio");
-    model.position_angle = call_.parameters.number("position_angle");
+    if (model.axis_ratio < 1) model.position_angle = position_angle(task);
     const bool has_diameter = call_.parameters.has("diameter");
     const double asked = has_diameter ? diffraction_fwhm(task) : plane_value(call_, "fwhm", task);
     model.fwhm = needs_scale() ? asked / pixel_scale(task.header, task.label) : asked;
@@ -124,6 +127,33 @@ class PsfOptions {
 
   void refuse(const char* option, const char* why) const {
     if (call_.parameters.is_given(option)) fail(fmt::format("{} {}", option_name(option), why));
+  }
+
+  /// Of the major axis on the pixels, deg from +y towards -x.
+  double position_angle(const PlaneTask& task) const {
+    const double asked = call_.parameters.number("position_angle");
+    const auto wcs = celestial_wcs(task);
+    if (!wcs) return asked;
+    constexpr double kDegree = std::numbers::pi / 180;
+    const double x = (task.plane->width() - 1) / 2.0, y = (task.plane->height() - 1) / 2.0;
+    try {
+      return angle_on_pixels(*wcs, x, y, asked * kDegree) / kDegree - 90;
+    } catch (const InputError& error) {
+      fail(fmt::format("{}: --position-angle is from North, at the middle of the image, but {}",
+                       task.label, error.what()));
+    }
+  }
+
+  /// That of the planes to convolve, where they have one; images of a PSF have North upwards.
+  static std::optional<CelestialWcs> celestial_wcs(const PlaneTask& task) {
+    if (!task.plane) return std::nullopt;
+    std::string records;
+    for (const std::string& record : task.header.records()) records += record;
+    try {
+      return CelestialWcs::from_header(records, task.label);
+    } catch (const InputError&) {
+      return std::nullopt;
+    }
   }
 
   /// Arcsec.
@@ -267,6 +297,7 @@ int run_psf(const OperationCall& call) {
     header.set("CRPIX2", 1.0);
   }
   std::vector<Psf> psfs;
+  std::vector<double> wavelengths;
   StampOptions stamp = options.stamp();
   int size = 1;
   for (std::size_t i = 0; i < count; ++i) {
@@ -279,9 +310,7 @@ int run_psf(const OperationCall& call) {
     }
     psfs.push_back(options.psf(task));
     size = std::max(size, stamp.size == 0 ? stamp_size(psfs.back(), stamp.energy) : stamp.size);
-    if (task.info.wavelength) {
-      header.set({"WAVELEN" + number, *task.info.wavelength, "[Angstrom] wavelength"});
-    }
+    if (task.info.wavelength) wavelengths.push_back(*task.info.wavelength);
     header.set({"FWHM" + number, psfs.back().model().fwhm, "[pixel] full width at half maximum"});
   }
   stamp.size = size;
@@ -296,13 +325,19 @@ int run_psf(const OperationCall& call) {
   for (const Psf& psf : psfs) planes.push_back(std::make_shared<StampPlane>(psf, stamp));
   FitsOutput output({call.output, call.overwrite});
   constexpr int kDouble = -64;
-  output.write(header, planes, call.bitpix == 0 ? kDouble : call.bitpix, call.threads);
+  output.write_cube(header, planes, wavelengths, call.bitpix == 0 ? kDouble : call.bitpix,
+                    call.threads);
   output.finish();
   return 0;
 }
 
+/// What differs between the operations.
+struct ModelTexts {
+  std::string unit, position_angle;
+};
+
 /// Of both operations, after --psf.
-ParameterTable model_parameters() {
+ParameterTable model_parameters(const ModelTexts& texts) {
   using Type = ParameterType;
   const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   return {
@@ -312,13 +347,7 @@ ParameterTable model_parameters() {
        positive,
        {},
        "full width at half maximum of models; one value, or one for each plane"},
-      {"unit",
-       Type::choice,
-       "",
-       {},
-       std::string("pixel"),
-       "of --fwhm; arcsec through the celestial coordinates",
-       {"pixel", "arcsec"}},
+      {"unit", Type::choice, "", {}, std::string("pixel"), texts.unit, {"pixel", "arcsec"}},
       {"beta", Type::number, "", Interval::left_open(1, 100), 3.0,
        "exponent of the Moffat profile"},
       {"obscuration", Type::number, "", Interval::closed(0, 0.95), 0.0,
@@ -331,8 +360,7 @@ ParameterTable model_parameters() {
        "aperture of the Airy pattern: its width follows from the planes' wavelengths"},
       {"axis_ratio", Type::number, "", Interval::closed(0.1, 1), 1.0,
        "minor over major axis; the area stays that of the FWHM"},
-      {"position_angle", Type::number, "deg", Interval::any(), 0.0,
-       "of the major axis, from the image's +y towards -x"},
+      {"position_angle", Type::number, "deg", Interval::any(), 0.0, texts.position_angle},
       {"size",
        Type::integer,
        "pixels",
@@ -371,9 +399,16 @@ Operation convolve_operation() {
       "Any other text of --psf is a FITS file (extended names too) with odd sides, centred on its "
       "middle pixel, of one plane, or one for each plane of the input.\n"
       "\n"
-      "Missing pixels (NaN, infinities) are NaN in the output and spread no further: where the PSF "
-      "covers some of them, the others count for all. Single precision is quicker and good to "
-      "about 1e-7 of the brightest pixel around. The header stays, with one HISTORY card more.";
+      "--position-angle is on the sky, from North towards East, by the coordinates at the middle "
+      "of "
+      "the image; without celestial coordinates it is from +y towards -x.\n"
+      "\n"
+      "Missing pixels, as NaN and infinities both are here (rotate, resample and bin let "
+      "infinities "
+      "spread), are NaN in the output and spread no further: where the PSF covers some of them, "
+      "the "
+      "others count for all. Single precision is quicker and good to about 1e-7 of the brightest "
+      "pixel around. The header stays, with one HISTORY card more.";
   convolve.parameters = {{"psf",
                           ParameterType::text,
                           "",
@@ -382,7 +417,10 @@ Operation convolve_operation() {
                           fmt::format("{}, or a FITS file", fmt::join(kModels, ", ")),
                           {},
                           true}};
-  for (Parameter& parameter : model_parameters()) {
+  for (Parameter& parameter :
+       model_parameters({"of --fwhm; arcsec through the celestial coordinates",
+                         "of the major axis, from North towards East; without celestial "
+                         "coordinates from +y towards -x"})) {
     convolve.parameters.push_back(std::move(parameter));
   }
   convolve.parameters.push_back(
@@ -413,12 +451,18 @@ Operation psf_operation() {
   psf.description =
       std::string(kModelText) +
       "The image has odd sides, the PSF's centre on the middle pixel, and the sum 1. Several "
-      "widths or wavelengths make a cube. The header holds FWHM in pixels (FWHMn of plane n), "
-      "WAVELEN where given, and with --pixel-scale celestial coordinates of that scale.";
+      "widths or wavelengths make a cube, which has the wavelengths as its third axis. The header "
+      "holds FWHM in pixels (FWHMn of plane n), WAVELENn where --wavelength is given, and with "
+      "--pixel-scale celestial coordinates of that scale, North upwards and East to the left.";
   psf.least_inputs = 0;
   psf.most_inputs = 0;
   psf.parameters = {{"psf", ParameterType::choice, "", {}, {}, "model", kModels, true}};
-  for (Parameter& parameter : model_parameters()) psf.parameters.push_back(std::move(parameter));
+  for (Parameter& parameter :
+       model_parameters({"of --fwhm; arcsec needs --pixel-scale",
+                         "of the major axis, from +y towards -x: from North towards East with "
+                         "--pixel-scale"})) {
+    psf.parameters.push_back(std::move(parameter));
+  }
   const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   psf.parameters.push_back({"pixel_scale",
                             ParameterType::number,
