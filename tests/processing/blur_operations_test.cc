@@ -148,7 +148,7 @@ TEST_F(BlurOperations, OptionsReachTheModel) {
        {std::pair{"zero", EdgeMode::zero}, std::pair{"reflect", EdgeMode::reflect},
         std::pair{"wrap", EdgeMode::wrap}}) {
     const FitsInput out = run(airy + "--edge " + name + " in.fits out.fits");
-    // North is 5e-9 rad off +y in the middle of the image.
+    // North is 9e-8 rad off +y in the middle of the image.
     EXPECT_LT(largest_difference(read_image(out, 1), expected(1, model, stamp, {edge})), 1.1e-7);
   }
   const FitsInput single = run(airy + "--precision single in.fits out.fits");
