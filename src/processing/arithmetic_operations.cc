@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gamer/core/error.h"
@@ -18,17 +21,27 @@ constexpr const char* kGroup = "Arithmetic";
 struct Operand {
   std::string name;
   std::vector<PlanePtr> planes;
-  std::vector<std::string> units;
+  std::vector<PlaneInfo> infos;
+  std::vector<PlanePtr> variances;  ///< of these planes; empty where the file has none
 };
 
-Operand read_operand(const std::string& name) {
+Operand read_operand(const OperationCall& call, const std::string& name) {
   const FitsInput input(name);
   Operand operand;
+  operand.name = input.name();
   visit_planes(input, 1, [&](const PlaneTask& task) {
-    operand.name = input.name();
-    operand.planes.push_back(task.plane);
-    operand.units.push_back(task.info.unit);
+    if (task.info.role == PlaneRole::variance) {
+      operand.variances.push_back(task.plane);
+    } else {
+      operand.planes.push_back(task.plane);
+      operand.infos.push_back(task.info);
+    }
   });
+  if (!operand.variances.empty() && operand.variances.size() != operand.planes.size()) {
+    throw InputError(fmt::format("gutil {}: {} holds {} planes, and {} of variances",
+                                 call.operation, operand.name, operand.planes.size(),
+                                 operand.variances.size()));
+  }
   return operand;
 }
 
@@ -49,28 +62,82 @@ std::size_t partner(const Operand& operand, const PlaneTask& task, const std::st
   return index;
 }
 
+/// Values that add up are in one unit, of one zero point.
+void check_units(const OperationCall& call, const Operand& operand, const PlaneInfo& other,
+                 const PlaneTask& task) {
+  constexpr double kZeroPointError = 1e-6;
+  const PlaneInfo& own = task.info;
+  if (!other.unit.empty() && !own.unit.empty() && other.unit != own.unit) {
+    throw InputError(fmt::format("gutil {}: the pixels of {} are in {}, those of {} in {}",
+                                 call.operation, operand.name, other.unit, task.label, own.unit));
+  }
+  if (!other.zero_point || !own.zero_point) return;
+  if (std::abs(*other.zero_point - *own.zero_point) > kZeroPointError) {
+    throw InputError(fmt::format(
+        "gutil {}: MAGZERO of {} is {}, of {} {}; gutil scale --unit makes them the same",
+        call.operation, operand.name, *other.zero_point, task.label, *own.zero_point));
+  }
+}
+
+/// The unit of a product of values in these units.
+std::string product_unit(const std::vector<std::string>& units) {
+  std::string result;
+  for (const std::string& unit : units) {
+    if (unit.empty()) continue;
+    result += (result.empty() ? "" : " ") + unit;
+  }
+  return result;
+}
+
 int combine_files(const OperationCall& call, Combination combination) {
   std::vector<Operand> operands;
   for (std::size_t i = 1; i < call.inputs.size(); ++i) {
-    operands.push_back(read_operand(call.inputs[i]));
+    operands.push_back(read_operand(call, call.inputs[i]));
   }
-  const bool can_skip = combination == Combination::sum || combination == Combination::mean;
+  const bool is_mean = combination == Combination::mean;
+  const bool is_product = combination == Combination::product;
+  const bool can_skip = combination == Combination::sum || is_mean;
   const bool skip = can_skip && call.parameters.boolean("skip_missing");
-  change_planes(call, [&](const PlaneTask& task) {
+  std::vector<std::vector<std::string>> units;  // of the factors, for each plane
+  const PlaneChange change = [&](const PlaneTask& task) {
     std::vector<PlanePtr> planes = {task.plane};
+    units.push_back({task.info.unit});
+    if (combination == Combination::sum) {
+      refuse_magnitudes(call.operation, task.label, task.info.unit);
+    }
     for (const Operand& operand : operands) {
       const std::size_t index = partner(operand, task, call.operation);
-      const std::string& unit = operand.units[index];
-      const bool differs = !unit.empty() && !task.info.unit.empty() && unit != task.info.unit;
-      if (differs && combination != Combination::product) {
-        throw InputError(fmt::format("gutil {}: the pixels of {} are in {}, those of {} in {}",
-                                     call.operation, operand.name, unit, task.label,
-                                     task.info.unit));
-      }
+      if (!is_product) check_units(call, operand, operand.infos[index], task);
+      units.back().push_back(operand.infos[index].unit);
       planes.push_back(operand.planes[index]);
     }
     return combined(std::move(planes), combination, skip);
-  });
+  };
+  std::size_t edited = 0;
+  const HeaderChange edit = [&](FitsHeader& header, int, int, int planes) {
+    const std::vector<std::string>& factors = units[edited];
+    edited += static_cast<std::size_t>(planes);
+    const bool is_more = std::any_of(factors.begin() + 1, factors.end(),
+                                     [](const std::string& unit) { return !unit.empty(); });
+    if (!is_product || !is_more) return;
+    drop_calibration(header, planes);
+    header.set("BUNIT", product_unit(factors));
+  };
+  // Those of sums are the sum of the variances, whatever the signs; exact operands have none.
+  VarianceChange variance;
+  variance.change = [&](const PlaneTask& task) {
+    if (is_product || (skip && is_mean)) throw variance_error(call, task);
+    std::vector<PlanePtr> planes = {task.plane};
+    for (const Operand& operand : operands) {
+      const std::size_t index = partner(operand, task, call.operation);
+      if (!operand.variances.empty()) planes.push_back(operand.variances[index]);
+    }
+    const PlanePtr sum = combined(std::move(planes), Combination::sum, skip);
+    if (!is_mean) return sum;
+    const auto count = static_cast<double>(operands.size() + 1);
+    return scaled(sum, 1 / (count * count), 0);
+  };
+  change_planes(call, change, edit, {}, variance);
   return 0;
 }
 
@@ -83,7 +150,13 @@ Operation combining(const char* name, Combination combination, const char* summa
   operation.description =
       description +
       " Plane by plane: every file has as many planes as the first, or one for all. The header is "
-      "the first file's. A pixel that is missing (NaN) in one file is missing.";
+      "the first file's. A pixel that is missing (NaN) in one file is missing. " +
+      (combination == Combination::product
+           ? "The units are multiplied (BUNIT 'nJy s'), and where a further file has one the "
+             "calibration goes: MAGZERO, PHOTZP, PHOTFLAM, GAIN, SATURATE. Files with variances "
+             "(EXTNAME VARIANCE, ..._VARIANCE) are an error."
+           : "Units and zero points (MAGZERO) must agree. Variances of the first file (EXTNAME "
+             "VARIANCE, ..._VARIANCE) become those of the result; a file without is exact.");
   operation.most_inputs = 0;
   operation.least_inputs = 2;
   if (combination == Combination::sum || combination == Combination::mean) {
@@ -118,7 +191,15 @@ int scale_file(const OperationCall& call) {
   const HeaderChange edit = [&](FitsHeader& header, int, int, int planes) {
     if (has_unit) change_unit(header, planes, factors.front(), parameters.text("unit"));
   };
-  change_planes(call, change, edit);
+  VarianceChange variance;
+  variance.change = [&](const PlaneTask& task) {
+    const double factor = plane_value(call, "factor", task);
+    return scaled(task.plane, factor * factor, 0);
+  };
+  variance.edit = [&](FitsHeader& header, int, int, int) {
+    if (has_unit) header.set("BUNIT", squared_unit(parameters.text("unit")));
+  };
+  change_planes(call, change, edit, {}, variance);
   return 0;
 }
 
@@ -131,8 +212,8 @@ std::vector<Operation> arithmetic_operations() {
   scale.summary = "Multiply by a number and add one";
   scale.description =
       "v' = factor v + offset. Without --unit the light changes and the unit stays; with --unit "
-      "the "
-      "light stays and BUNIT, MAGZERO, PHOTZP and PHOTFLAM follow.";
+      "the light stays and BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and SATURATE follow. Variances "
+      "(EXTNAME VARIANCE, ..._VARIANCE) are multiplied by factor^2.";
   scale.parameters = {
       {"factor", ParameterType::numbers, "", Interval::any(), std::vector<double>{1},
        "one for all planes, or one for each"},

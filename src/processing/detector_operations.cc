@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -35,9 +34,8 @@ struct PlaneNoise {
   bool is_gaussian = false;
   double sigma = 0;
   Detector detector;
-  double gain = 1;                   ///< electrons per output unit
-  std::optional<double> zero_point;  ///< of the output
-  double flux_factor = 1;  ///< input units (times arcsec^2 of a brightness) in one of output
+  double gain = 1;         ///< electrons per output unit
+  double unit_factor = 1;  ///< output units in one of input (times arcsec^2 of a brightness)
 };
 
 class NoiseOperation {
@@ -189,12 +187,6 @@ double NoiseOperation::sky_rate(const PlaneTask& task, double rate) const {
 }
 
 PlaneNoise NoiseOperation::ccd(const PlaneTask& task) const {
-  if (task.info.unit.starts_with("mag")) {
-    throw InputError(
-        fmt::format("{}the pixels of {} are magnitudes ({}), which do not add up; a "
-                    "detector needs a flux or surface brightness",
-                    kContext, task.label, task.info.unit));
-  }
   PlaneNoise noise;
   Detector& detector = noise.detector;
   detector.electron_rate = electron_rate(task);
@@ -220,10 +212,8 @@ PlaneNoise NoiseOperation::ccd(const PlaneTask& task) const {
     noise.gain = number("gain");
     bias = number("bias");
   }
-  noise.zero_point = task.info.zero_point;
   if (output_unit_ != "same") {
-    noise.flux_factor = calibrated_area(task) * noise.gain / electrons;
-    if (noise.zero_point) *noise.zero_point -= kPogson * std::log10(noise.flux_factor);
+    noise.unit_factor = electrons / (calibrated_area(task) * noise.gain);
   }
   detector.per_electron = 1 / noise.gain;
   const double background = call_.parameters.boolean("keep_sky") ? 0 : background_counts;
@@ -232,6 +222,7 @@ PlaneNoise NoiseOperation::ccd(const PlaneTask& task) const {
 }
 
 PlanePtr NoiseOperation::change(const PlaneTask& task) {
+  refuse_magnitudes(call_.operation, task.label, task.info.unit);
   const PlaneNoise noise = is_gaussian_ ? gaussian(task) : ccd(task);
   planes_.push_back(noise);
   const auto seed = static_cast<std::uint64_t>(call_.parameters.integer("seed"));
@@ -260,26 +251,6 @@ void set_common(FitsHeader& header, const std::string& key, const std::vector<do
   }
 }
 
-/// New values for the cards of planes that are there, KEYn and KEY; KEY goes where planes differ.
-void replace_existing(FitsHeader& header, const std::string& key, const std::vector<double>& values,
-                      const std::string& comment) {
-  const int planes = static_cast<int>(values.size());
-  const bool agree =
-      std::all_of(values.begin(), values.end(), [&](double v) { return v == values.front(); });
-  if (header.has(key) && !agree) {
-    header.remove(key);
-    for (int i = 0; i < planes; ++i) {
-      header.set({fmt::format("{}{}", key, i + 1), values[static_cast<std::size_t>(i)], comment});
-    }
-    return;
-  }
-  if (header.has(key)) header.set({key, values.front(), comment});
-  for (int i = 0; i < planes; ++i) {
-    const std::string numbered = fmt::format("{}{}", key, i + 1);
-    if (header.has(numbered)) header.set({numbered, values[static_cast<std::size_t>(i)], comment});
-  }
-}
-
 void NoiseOperation::edit(FitsHeader& header, int planes) {
   const auto first = planes_.begin() + static_cast<std::ptrdiff_t>(next_edited_);
   const std::vector<PlaneNoise> noises(first, first + planes);
@@ -293,21 +264,13 @@ void NoiseOperation::edit(FitsHeader& header, int planes) {
   };
   if (output_unit_ != "same") {
     const std::string unit = output_unit_ == "ADU" ? "adu" : "electron";
-    if (noises.front().zero_point) {
-      const auto zero_points = values([](const PlaneNoise& noise) { return *noise.zero_point; });
-      for (const char* key : {"MAGZERO", "PHOTZP"}) {
-        replace_existing(header, key, zero_points, fmt::format("AB magnitude of 1 {}", unit));
+    change_unit(header, values([](const PlaneNoise& noise) { return noise.unit_factor; }), unit);
+    for (const char* key : {"MAGZERO", "PHOTZP"}) {
+      for (int i = 0; i <= planes; ++i) {
+        const std::string own = i == 0 ? key : fmt::format("{}{}", key, i);
+        const auto zero_point = header.number(own);
+        if (zero_point) header.set({own, *zero_point, fmt::format("AB magnitude of 1 {}", unit)});
       }
-    }
-    std::vector<double> flux_densities;
-    for (int i = 0; i < planes; ++i) {
-      const auto own = header.number(fmt::format("PHOTFLAM{}", i + 1));
-      const auto density = own ? own : header.number("PHOTFLAM");
-      if (!density) break;
-      flux_densities.push_back(*density * noises[static_cast<std::size_t>(i)].flux_factor);
-    }
-    if (flux_densities.size() == noises.size()) {
-      replace_existing(header, "PHOTFLAM", flux_densities, "[erg/s/cm2/Angstrom] of 1 unit");
     }
     header.set({"BUNIT", unit, "unit of the pixels"});
   }
@@ -326,35 +289,6 @@ void NoiseOperation::edit(FitsHeader& header, int planes) {
   }
 }
 
-/// Every factor of a unit with twice its power: "MJy/sr" becomes "MJy2/sr2", "cm-2" "cm-4".
-std::string squared(std::string_view unit) {
-  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
-  std::string result;
-  const auto take = [&](std::size_t count) {
-    result += unit.substr(0, count);
-    unit.remove_prefix(count);
-  };
-  while (!unit.empty()) {
-    auto size = static_cast<std::size_t>(std::find_if_not(unit.begin(), unit.end(), is_letter) -
-                                         unit.begin());
-    if (unit.starts_with("10**") || unit.starts_with("10^")) size = 2;
-    if (size == 0) {
-      take(1);
-      continue;
-    }
-    take(size);
-    if (unit.starts_with("**")) take(2);
-    if (unit.starts_with("^")) take(1);
-    if (unit.starts_with("+")) take(1);
-    std::int32_t power = 1;
-    const auto [end, error] = std::from_chars(unit.data(), unit.data() + unit.size(), power);
-    if (error == std::errc::result_out_of_range) continue;
-    result += fmt::format("{}", 2 * std::int64_t{power});
-    unit.remove_prefix(static_cast<std::size_t>(end - unit.data()));
-  }
-  return result;
-}
-
 std::vector<ExtraImage> NoiseOperation::variance(const FitsHeader& header,
                                                  const std::vector<PlaneTask>& tasks) {
   ExtraImage image;
@@ -363,14 +297,11 @@ std::vector<ExtraImage> NoiseOperation::variance(const FitsHeader& header,
     const PlaneNoise& noise = planes_[static_cast<std::size_t>(task.index)];
     image.planes.push_back(is_gaussian_ ? gaussian_variance(task.plane, noise.sigma)
                                         : observed_variance(task.plane, noise.detector));
-    // Cards about values say nothing of their squares.
-    for (const char* key : {"MAGZERO", "PHOTZP", "PHOTFLAM", "GAIN", "SATURATE"}) {
-      image.header.remove(key);
-      image.header.remove(fmt::format("{}{}", key, task.info.plane + 1));
-    }
   }
+  // Cards about values say nothing of their squares.
+  drop_calibration(image.header, static_cast<int>(tasks.size()));
   const std::string unit = header.text("BUNIT").value_or("");
-  if (!unit.empty()) image.header.set({"BUNIT", squared(unit), "variance of the pixels"});
+  if (!unit.empty()) image.header.set({"BUNIT", squared_unit(unit), "variance of the pixels"});
   const std::string name = header.text("EXTNAME").value_or("");
   const std::string extension = name.empty() ? "VARIANCE" : name + "_VARIANCE";
   image.header.set({"EXTNAME", extension, "variance of the image before"});

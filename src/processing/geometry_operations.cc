@@ -8,6 +8,7 @@
 
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
+#include "gamer/processing/arithmetic.h"
 #include "gamer/processing/geometry.h"
 #include "gamer/processing/resample.h"
 #include "gamer/processing/rotate.h"
@@ -27,7 +28,9 @@ constexpr double kLargestScale = 1e6;  // arcsec
 constexpr const char* kWcsText =
     "All world coordinates of the header follow (CRPIXi; CDi_j, PCi_j, CDELTi, CROTAi; SIP "
     "polynomials; LTVi, LTMi_j), further axes stay, and so do the other cards. Distortions in "
-    "tables (CPDISi, CQDISi, D2IMDISi) cannot follow: an error. Tables in other HDUs are copied as "
+    "tables (CPDISi, CQDISi, D2IMDISi) cannot follow: an error. Variances (EXTNAME VARIANCE, "
+    "..._VARIANCE) follow where pixels move or are joined; where they are interpolated they are an "
+    "error. Tables in other HDUs are copied as "
     "they are, with any pixel positions in them.";
 
 constexpr const char* kMissingText =
@@ -41,10 +44,13 @@ InputError error_of(const OperationCall& call, const std::string& message) {
 /// What an operation does with an image of some size: where its pixels go.
 using MapOf = std::function<PixelMap(const FitsHeader& header, int width, int height)>;
 
-int change_geometry(const OperationCall& call, const PlaneChange& change, const MapOf& map_of) {
-  change_planes(call, change, [&](FitsHeader& header, int width, int height, int) {
+/// `change_variance` makes the planes of variances; without it they are refused.
+int change_geometry(const OperationCall& call, const PlaneChange& change, const MapOf& map_of,
+                    const PlaneChange& change_variance = {}) {
+  const HeaderChange edit = [&](FitsHeader& header, int width, int height, int) {
     map_pixels(header, map_of(header, width, height), call.inputs.front());
-  });
+  };
+  change_planes(call, change, edit, {}, {change_variance, edit});
   return 0;
 }
 
@@ -105,15 +111,19 @@ Parameter values_parameter() {
 
 // ---- rotate ------------------------------------------------------------------------------------
 
+constexpr double kQuarterTurn = 90;  // deg
+
 int rotate_file(const OperationCall& call) {
   const Rotation rotation = {call.parameters.number("angle"),
                              kernel_of(call.parameters.text("kernel")),
                              call.parameters.text("canvas") == "full", fill_of(call)};
+  const PlaneChange turn = [&](const PlaneTask& task) { return rotate(task.plane, rotation); };
   return change_geometry(
-      call, [&](const PlaneTask& task) { return rotate(task.plane, rotation); },
+      call, turn,
       [&](const FitsHeader&, int width, int height) {
         return rotation_map(width, height, rotation);
-      });
+      },
+      std::fmod(rotation.angle, kQuarterTurn) == 0 ? turn : PlaneChange());
 }
 
 Operation rotate_operation() {
@@ -160,9 +170,11 @@ Operation rotate_operation() {
 int flip_file(const OperationCall& call) {
   const std::string& name = call.parameters.text("axis");
   const FlipAxis axis = name == "x" ? FlipAxis::x : name == "y" ? FlipAxis::y : FlipAxis::both;
+  const PlaneChange mirror = [&](const PlaneTask& task) { return flip(task.plane, axis); };
   return change_geometry(
-      call, [&](const PlaneTask& task) { return flip(task.plane, axis); },
-      [&](const FitsHeader&, int width, int height) { return flip_map(width, height, axis); });
+      call, mirror,
+      [&](const FitsHeader&, int width, int height) { return flip_map(width, height, axis); },
+      mirror);
 }
 
 Operation flip_operation() {
@@ -218,21 +230,19 @@ Area box_of(const OperationCall& call) {
 
 int crop_file(const OperationCall& call) {
   const Area box = box_of(call);
+  const PlaneChange cut = [&](const PlaneTask& task) {
+    const Plane& plane = *task.plane;
+    if (box.x < 0 || box.y < 0 || box.x + box.width > plane.width() ||
+        box.y + box.height > plane.height()) {
+      throw error_of(call, fmt::format("the box {},{},{},{} reaches outside {}, which has {} x {} "
+                                       "pixels",
+                                       box.x + 1, box.x + box.width, box.y + 1, box.y + box.height,
+                                       task.label, plane.width(), plane.height()));
+    }
+    return crop(task.plane, box);
+  };
   return change_geometry(
-      call,
-      [&](const PlaneTask& task) {
-        const Plane& plane = *task.plane;
-        if (box.x < 0 || box.y < 0 || box.x + box.width > plane.width() ||
-            box.y + box.height > plane.height()) {
-          throw error_of(call,
-                         fmt::format("the box {},{},{},{} reaches outside {}, which has {} x {} "
-                                     "pixels",
-                                     box.x + 1, box.x + box.width, box.y + 1, box.y + box.height,
-                                     task.label, plane.width(), plane.height()));
-        }
-        return crop(task.plane, box);
-      },
-      [&](const FitsHeader&, int, int) { return crop_map(box); });
+      call, cut, [&](const FitsHeader&, int, int) { return crop_map(box); }, cut);
 }
 
 Operation crop_operation() {
@@ -291,18 +301,20 @@ Margins margins_of(const OperationCall& call, int width, int height) {
 
 int pad_file(const OperationCall& call) {
   const double fill = fill_of(call);
+  const auto padded = [&](const PlaneTask& task, double value) {
+    const int width = task.plane->width(), height = task.plane->height();
+    const Margins margins = margins_of(call, width, height);
+    checked_side(call, static_cast<double>(width) + margins.left + margins.right);
+    checked_side(call, static_cast<double>(height) + margins.bottom + margins.top);
+    return pad(task.plane, margins, value);
+  };
   return change_geometry(
-      call,
-      [&](const PlaneTask& task) {
-        const int width = task.plane->width(), height = task.plane->height();
-        const Margins margins = margins_of(call, width, height);
-        checked_side(call, static_cast<double>(width) + margins.left + margins.right);
-        checked_side(call, static_cast<double>(height) + margins.bottom + margins.top);
-        return pad(task.plane, margins, fill);
-      },
+      call, [&](const PlaneTask& task) { return padded(task, fill); },
       [&](const FitsHeader&, int width, int height) {
         return pad_map(margins_of(call, width, height));
-      });
+      },
+      // A value that is given has no variance.
+      [&](const PlaneTask& task) { return padded(task, std::isnan(fill) ? fill : 0); });
 }
 
 Operation pad_operation() {
@@ -339,19 +351,29 @@ Operation pad_operation() {
 int bin_file(const OperationCall& call) {
   const std::vector<int> n = whole_numbers(call, "factor");
   const bool trim = call.parameters.boolean("trim");
+  const auto checked = [&](const PlaneTask& task) {
+    const int width = task.plane->width(), height = task.plane->height();
+    const std::string what =
+        fmt::format("--factor {},{}: {} has {} x {} pixels", n[0], n[1], task.label, width, height);
+    if (n[0] > width || n[1] > height) throw error_of(call, what);
+    if (!trim && (width % n[0] != 0 || height % n[1] != 0)) {
+      throw error_of(call, what + ", no multiple of it; --trim leaves the rest out");
+    }
+    return task.plane;
+  };
   return change_geometry(
       call,
       [&](const PlaneTask& task) {
-        const int width = task.plane->width(), height = task.plane->height();
-        const std::string what = fmt::format("--factor {},{}: {} has {} x {} pixels", n[0], n[1],
-                                             task.label, width, height);
-        if (n[0] > width || n[1] > height) throw error_of(call, what);
-        if (!trim && (width % n[0] != 0 || height % n[1] != 0)) {
-          throw error_of(call, what + ", no multiple of it; --trim leaves the rest out");
-        }
-        return bin(task.plane, n[0], n[1], values_of(call, task.info.unit));
+        refuse_magnitudes(call.operation, task.label, task.info.unit);
+        return bin(checked(task), n[0], n[1], values_of(call, task.info.unit));
       },
-      [&](const FitsHeader&, int, int) { return bin_map(n[0], n[1]); });
+      [&](const FitsHeader&, int, int) { return bin_map(n[0], n[1]); },
+      [&](const PlaneTask& task) {
+        const PlanePtr sum = bin(checked(task), n[0], n[1], PixelValues::flux);
+        if (values_of(call, task.info.unit) == PixelValues::flux) return sum;
+        const double count = static_cast<double>(n[0]) * n[1];
+        return scaled(sum, 1 / (count * count), 0);
+      });
 }
 
 Operation bin_operation() {
@@ -360,7 +382,8 @@ Operation bin_operation() {
   operation.group = kGroup;
   operation.summary = "Join blocks of pixels";
   operation.description = fmt::format(
-      "Blocks of nx x ny pixels become one: the sum of a flux, the mean of a brightness. {} {}",
+      "Blocks of nx x ny pixels become one: the sum of a flux, the mean of a brightness. The "
+      "variance of a sum is the sum of the variances, of a mean their sum / (nx ny)^2. {} {}",
       kMissingText, kWcsText);
   operation.parameters = {
       {"factor",
@@ -417,6 +440,7 @@ int resample_file(const OperationCall& call) {
   return change_geometry(
       call,
       [&](const PlaneTask& task) {
+        refuse_magnitudes(call.operation, task.label, task.info.unit);
         const ResampleGrid grid =
             grid_of(call, task.header, task.plane->width(), task.plane->height());
         return resample(task.plane, grid, kernel, values_of(call, task.info.unit));

@@ -4,8 +4,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
+#include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "gamer/core/error.h"
 #include "gamer/core/units.h"
@@ -22,6 +27,157 @@ auto plane_value(const std::string& key, int plane, int planes, Get get) {
   return value;
 }
 
+/// How a card follows pixels that become f times as large and mean the same light.
+struct CalibrationCard {
+  std::string_view key;
+  bool is_magnitude;  ///< grows by 2.5 log10 f; else
+  double power;       ///< is multiplied by f^power
+
+  double scaled(double value, double factor) const {
+    constexpr double kMagnitudesPerFactor = 2.5;
+    if (is_magnitude) return value + kMagnitudesPerFactor * std::log10(factor);
+    return value * std::pow(factor, power);
+  }
+};
+
+constexpr std::array<CalibrationCard, 5> kCalibration = {{{"MAGZERO", true, 0},
+                                                          {"PHOTZP", true, 0},
+                                                          {"PHOTFLAM", false, -1},
+                                                          {"GAIN", false, -1},
+                                                          {"SATURATE", false, 1}}};
+
+std::string numbered(std::string_view key, std::size_t number) {
+  return fmt::format("{}{}", key, number);
+}
+
+/// A card that speaks of all planes becomes one for each.
+void spread_card(FitsHeader& header, std::string_view key, std::size_t planes) {
+  const std::optional<Card> common = header.card(key);
+  if (!common) return;
+  for (std::size_t plane = 1; plane <= planes; ++plane) {
+    const std::string own = numbered(key, plane);
+    if (!header.has(own)) header.set({own, common->value, common->comment});
+  }
+  header.remove(key);
+}
+
+char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
+
+std::string in_small_letters(std::string_view text) {
+  std::string result(text);
+  std::transform(result.begin(), result.end(), result.begin(), lower);
+  return result;
+}
+
+struct UnitFactor {
+  std::string name;
+  double power = 1;
+};
+
+/// The factors of a unit, with their powers: "erg/(s cm2)", "Jy beam^-1", "nJy.arcsec**(-2)".
+/// Numbers are left out; after a slash stands one factor, or a group in parentheses.
+class UnitParser {
+ public:
+  explicit UnitParser(std::string_view text) : text_(text) {}
+
+  std::vector<UnitFactor> factors() {
+    std::vector<UnitFactor> result;
+    std::vector<double> signs = {1};  // of the groups that are open
+    double sign = 1;
+    while (at_ < text_.size()) {
+      const char c = text_[at_];
+      if (c == '/') {
+        sign = -1;
+      } else if (c == '(') {
+        signs.push_back(signs.back() * sign);
+        sign = 1;
+      } else if (c == ')') {
+        if (signs.size() > 1) signs.pop_back();
+        sign = 1;
+      } else if (is_letter(c)) {
+        const std::size_t first = at_;
+        while (at_ < text_.size() && is_letter(text_[at_])) ++at_;
+        const std::string name(text_.substr(first, at_ - first));
+        result.push_back({name, power() * sign * signs.back()});
+        sign = 1;
+        continue;
+      } else if (is_digit(c)) {
+        while (at_ < text_.size() && (is_digit(text_[at_]) || text_[at_] == '.')) ++at_;
+        power();
+        continue;
+      }
+      ++at_;
+    }
+    return result;
+  }
+
+ private:
+  static bool is_digit(char c) { return c >= '0' && c <= '9'; }
+  static bool is_letter(char c) {
+    // Other bytes are letters of UTF-8, as in the micro sign.
+    return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_' || (c & '\x80') != 0;
+  }
+
+  /// The power that stands next, 1 where there is none.
+  double power() {
+    std::string_view rest = text_.substr(at_);
+    if (rest.starts_with("**")) {
+      rest.remove_prefix(2);
+    } else if (rest.starts_with("^")) {
+      rest.remove_prefix(1);
+    }
+    const bool is_marked = rest.size() < text_.size() - at_;
+    const bool has_parenthesis = is_marked && rest.starts_with("(");
+    if (has_parenthesis) rest.remove_prefix(1);
+    if (rest.starts_with("+")) rest.remove_prefix(1);
+    double value = 0;
+    // No exponents of their own: a letter e begins the next name.
+    const auto [end, error] =
+        std::from_chars(rest.data(), rest.data() + rest.size(), value, std::chars_format::fixed);
+    if (error != std::errc()) return 1;
+    rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
+    if (has_parenthesis && rest.starts_with(")")) rest.remove_prefix(1);
+    at_ = text_.size() - rest.size();
+    return value;
+  }
+
+  std::string_view text_;
+  std::size_t at_ = 0;
+};
+
+bool is_variance_name(std::string name) {
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return name == "VARIANCE" || name.ends_with("_VARIANCE");
+}
+
+/// Angstrom, of a plane on a third axis that is linear in wavelength.
+std::optional<double> axis_wavelength(const FitsHeader& header, int plane) {
+  constexpr std::array<std::string_view, 4> kTypes = {"WAVE", "AWAV", "WAVELENGTH", "LAMBDA"};
+  const std::string type = header.text("CTYPE3").value_or("");
+  const auto value = header.number("CRVAL3");
+  if (std::find(kTypes.begin(), kTypes.end(), type) == kTypes.end() || !value) return std::nullopt;
+  constexpr std::array<std::pair<std::string_view, double>, 9> kUnits = {{{"m", 1e10},
+                                                                          {"cm", 1e8},
+                                                                          {"mm", 1e7},
+                                                                          {"um", 1e4},
+                                                                          {"micron", 1e4},
+                                                                          {"nm", 10},
+                                                                          {"pm", 1e-2},
+                                                                          {"angstrom", 1},
+                                                                          {"a", 1}}};
+  const std::string unit = in_small_letters(header.text("CUNIT3").value_or("m"));
+  const auto known = std::find_if(kUnits.begin(), kUnits.end(),
+                                  [&](const auto& entry) { return entry.first == unit; });
+  if (known == kUnits.end()) return std::nullopt;
+  const double step = header.number("CD3_3").value_or(header.number("CDELT3").value_or(1) *
+                                                      header.number("PC3_3").value_or(1));
+  const double pixel = plane + 1 - header.number("CRPIX3").value_or(0);
+  const double wavelength = (*value + pixel * step) * known->second;
+  if (!(wavelength > 0 && std::isfinite(wavelength))) return std::nullopt;
+  return wavelength;
+}
+
 }  // namespace
 
 PlaneInfo plane_info(const FitsHeader& header, int plane, int planes) {
@@ -31,11 +187,14 @@ PlaneInfo plane_info(const FitsHeader& header, int plane, int planes) {
   info.plane = plane;
   info.planes = planes;
   info.wavelength = plane_value("WAVELEN", plane, planes, number);
+  if (!info.wavelength) info.wavelength = axis_wavelength(header, plane);
   info.zero_point = plane_value("MAGZERO", plane, planes, number);
   info.unit = header.text("BUNIT").value_or("");
+  const std::optional<std::string> name = header.text("EXTNAME");
+  if (is_variance_name(name.value_or(""))) info.role = PlaneRole::variance;
   if (const auto band = plane_value("BAND", plane, planes, text)) {
     info.label = *band;
-  } else if (const auto name = header.text("EXTNAME"); name && planes == 1) {
+  } else if (name && planes == 1) {
     info.label = *name;
   } else if (info.wavelength) {
     info.label = fmt::format("{:.6g}A", *info.wavelength);
@@ -44,32 +203,107 @@ PlaneInfo plane_info(const FitsHeader& header, int plane, int planes) {
 }
 
 std::span<const std::string_view> plane_keys() {
-  static constexpr std::array<std::string_view, 8> kKeys = {
-      "WAVELEN", "BAND", "PHOTPLAM", "MAGZERO", "PHOTZP", "PHOTFLAM", "FILTER", "EXPTIME"};
+  static constexpr std::array<std::string_view, 11> kKeys = {
+      "WAVELEN", "BAND",    "PHOTPLAM", "MAGZERO", "PHOTZP",  "PHOTFLAM",
+      "FILTER",  "EXPTIME", "GAIN",     "RDNOISE", "SATURATE"};
   return kKeys;
 }
 
+void change_unit(FitsHeader& header, std::span<const double> factors, const std::string& unit) {
+  if (unit.empty()) {
+    header.remove("BUNIT");
+  } else {
+    header.set("BUNIT", unit);
+  }
+  const bool is_one = std::all_of(factors.begin(), factors.end(),
+                                  [&](double factor) { return factor == factors.front(); });
+  for (const CalibrationCard& card : kCalibration) {
+    const auto change = [&](const std::string& key, double factor) {
+      if (const auto old = header.number(key)) header.set(key, card.scaled(*old, factor));
+    };
+    if (is_one) {
+      change(std::string(card.key), factors.front());
+    } else {
+      spread_card(header, card.key, factors.size());
+    }
+    for (std::size_t i = 0; i < factors.size(); ++i) change(numbered(card.key, i + 1), factors[i]);
+  }
+}
+
 void change_unit(FitsHeader& header, int planes, double factor, const std::string& unit) {
-  header.set("BUNIT", unit);
-  constexpr double kMagnitudesPerFactor = 2.5;
-  for (int plane = 0; plane <= planes; ++plane) {
-    const auto change = [&](const char* name, auto new_value) {
-      const std::string key = plane == 0 ? name : fmt::format("{}{}", name, plane);
-      if (const auto old = header.number(key)) header.set(key, new_value(*old));
-    };
-    const auto shifted = [factor](double zero) {
-      return zero + kMagnitudesPerFactor * std::log10(factor);
-    };
-    change("MAGZERO", shifted);
-    change("PHOTZP", shifted);
-    change("PHOTFLAM", [factor](double flux) { return flux / factor; });
+  change_unit(header, std::vector<double>(static_cast<std::size_t>(planes), factor), unit);
+}
+
+void drop_calibration(FitsHeader& header, int planes) {
+  header.remove("BUNIT");
+  for (const CalibrationCard& card : kCalibration) {
+    header.remove(card.key);
+    for (int plane = 1; plane <= planes; ++plane) {
+      header.remove(numbered(card.key, static_cast<std::size_t>(plane)));
+    }
   }
 }
 
 bool is_brightness(const std::string& unit) {
-  constexpr std::array<const char*, 5> kSolidAngles = {"arcsec", "arcmin", "sr", "deg", "mas"};
-  return std::any_of(kSolidAngles.begin(), kSolidAngles.end(),
-                     [&](const char* name) { return unit.find(name) != std::string::npos; });
+  constexpr std::array<std::string_view, 8> kAngles = {"arcsec", "arcmin", "deg",       "mas",
+                                                       "uas",    "rad",    "arcsecond", "degree"};
+  constexpr std::array<std::string_view, 2> kAreas = {"sr", "beam"};
+  constexpr std::array<std::string_view, 3> kTemperatures = {"K", "mK", "uK"};
+  const auto is_in = [](const auto& names, std::string_view name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  const std::vector<UnitFactor> factors = UnitParser(unit).factors();
+  return std::any_of(factors.begin(), factors.end(), [&](const UnitFactor& factor) {
+    const std::string name = in_small_letters(factor.name);
+    return (is_in(kAngles, name) && factor.power <= -2) ||
+           (is_in(kAreas, name) && factor.power <= -1) ||
+           (is_in(kTemperatures, factor.name) && factor.power > 0);
+  });
+}
+
+bool is_magnitude(const std::string& unit) {
+  const std::vector<UnitFactor> factors = UnitParser(unit).factors();
+  return std::any_of(factors.begin(), factors.end(), [](const UnitFactor& factor) {
+    const std::string name = in_small_letters(factor.name);
+    return factor.power > 0 && (name.ends_with("mag") || name.starts_with("mag_"));
+  });
+}
+
+void refuse_magnitudes(const std::string& operation, const std::string& label,
+                       const std::string& unit) {
+  if (!is_magnitude(unit)) return;
+  throw InputError(
+      fmt::format("gutil {}: the pixels of {} are magnitudes ({}), which do not add up; a flux or "
+                  "surface brightness is needed",
+                  operation, label, unit));
+}
+
+std::string squared_unit(std::string_view unit) {
+  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  std::string result;
+  const auto take = [&](std::size_t count) {
+    result += unit.substr(0, count);
+    unit.remove_prefix(count);
+  };
+  while (!unit.empty()) {
+    auto size = static_cast<std::size_t>(std::find_if_not(unit.begin(), unit.end(), is_letter) -
+                                         unit.begin());
+    if (unit.starts_with("10**") || unit.starts_with("10^")) size = 2;
+    if (size == 0) {
+      take(1);
+      continue;
+    }
+    take(size);
+    if (unit.starts_with("**")) take(2);
+    if (unit.starts_with("^")) take(1);
+    if (unit.starts_with("+")) take(1);
+    std::int32_t power = 1;
+    const auto [end, error] = std::from_chars(unit.data(), unit.data() + unit.size(), power);
+    if (error == std::errc::result_out_of_range) continue;
+    result += fmt::format("{}", 2 * std::int64_t{power});
+    unit.remove_prefix(static_cast<std::size_t>(end - unit.data()));
+  }
+  return result;
 }
 
 double pixel_scale(const FitsHeader& header, const std::string& label) {

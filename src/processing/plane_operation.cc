@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -39,6 +40,28 @@ std::string hdu_label(const FitsInput& input, const FitsHdu& hdu) {
   return fmt::format("{}[{}]", input.name(), name);
 }
 
+PlaneInfo plane_info(const FitsInput& input, const FitsHdu& hdu, int plane) {
+  PlaneInfo info = plane_info(hdu.header, plane, hdu.planes);
+  if (info.role == PlaneRole::light) return info;
+  const bool has_light =
+      std::any_of(input.hdus().begin(), input.hdus().end(), [](const FitsHdu& other) {
+        return other.is_image() &&
+               plane_info(other.header, 0, other.planes).role == PlaneRole::light;
+      });
+  if (!has_light) info.role = PlaneRole::light;
+  return info;
+}
+
+InputError variance_error(const OperationCall& call, const PlaneTask& task) {
+  const FitsInput input(call.inputs.front());
+  const auto image = std::find_if(input.hdus().begin(), input.hdus().end(), [&](const auto& hdu) {
+    return hdu.is_image() && plane_info(input, hdu, 0).role == PlaneRole::light;
+  });
+  return InputError(fmt::format(
+      "gutil {}: {} holds variances, which do not follow; take the image alone: \"{}[{}]\"",
+      call.operation, task.label, input.name(), image->number));
+}
+
 void visit_planes(const FitsInput& input, int threads,
                   const std::function<void(const PlaneTask& task)>& use) {
   const int count = plane_count(input);
@@ -46,28 +69,51 @@ void visit_planes(const FitsInput& input, int threads,
   for (std::size_t i = 0; i < input.hdus().size(); ++i) {
     const FitsHdu& hdu = input.hdus()[i];
     for (int plane = 0; plane < hdu.planes; ++plane, ++index) {
-      use({input.plane(i, plane), plane_info(hdu.header, plane, hdu.planes), hdu.header,
-           hdu_label(input, hdu), index, count, threads});
+      use({input.plane(i, plane), plane_info(input, hdu, plane), hdu.header, hdu_label(input, hdu),
+           index, count, threads});
     }
   }
 }
 
 void change_planes(const OperationCall& call, const PlaneChange& change, const HeaderChange& edit,
-                   const ExtraImages& extra) {
+                   const ExtraImages& extra, const VarianceChange& variance) {
   const FitsInput input(call.inputs.front());
   plane_count(input);
   FitsOutput output({call.output, call.overwrite});
-  std::vector<std::vector<PlanePtr>> planes(input.hdus().size());
-  std::size_t hdu_index = 0;
-  // All of them first: what is wrong with a later plane is said before work begins.
   std::vector<std::vector<PlaneTask>> tasks(input.hdus().size());
+  std::size_t hdu_index = 0;
+  int light_count = 0;
   visit_planes(input, call.threads, [&](const PlaneTask& task) {
-    while (planes[hdu_index].size() == static_cast<std::size_t>(input.hdus()[hdu_index].planes)) {
+    while (tasks[hdu_index].size() == static_cast<std::size_t>(input.hdus()[hdu_index].planes)) {
       ++hdu_index;
     }
-    planes[hdu_index].push_back(change(task));
     tasks[hdu_index].push_back(task);
+    if (task.info.role == PlaneRole::light) ++light_count;
   });
+  // All of them first: what is wrong with a later plane is said before work begins.
+  std::vector<std::vector<PlanePtr>> planes(input.hdus().size());
+  const auto is_variance = [&](std::size_t hdu) {
+    return tasks[hdu].front().info.role == PlaneRole::variance;
+  };
+  int first = 0, next = 0;  // of the last image of light, and after it
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    if (tasks[i].empty()) continue;
+    const int size = static_cast<int>(tasks[i].size());
+    if (is_variance(i) && !variance.change) throw variance_error(call, tasks[i].front());
+    if (is_variance(i) && next - first != size) {
+      throw InputError(fmt::format("gutil {}: {} holds {} planes of variances, the image before {}",
+                                   call.operation, tasks[i].front().label, size, next - first));
+    }
+    if (!is_variance(i)) {
+      first = next;
+      next += size;
+    }
+    for (PlaneTask& task : tasks[i]) {
+      task.index = first + task.info.plane;
+      task.count = light_count;
+      planes[i].push_back(is_variance(i) ? variance.change(task) : change(task));
+    }
+  }
   for (std::size_t i = 0; i < input.hdus().size(); ++i) {
     const FitsHdu& hdu = input.hdus()[i];
     if (!hdu.is_image()) {
@@ -75,11 +121,12 @@ void change_planes(const OperationCall& call, const PlaneChange& change, const H
       continue;
     }
     FitsHeader header = hdu.header;
-    if (edit) edit(header, hdu.width, hdu.height, hdu.planes);
+    const HeaderChange& edit_it = is_variance(i) ? variance.edit : edit;
+    if (edit_it) edit_it(header, hdu.width, hdu.height, hdu.planes);
     header.set({"HISTORY", {}, call.history});
     const int bitpix = output_bitpix(call, hdu);
     output.write(header, planes[i], bitpix, call.threads);
-    if (extra) {
+    if (extra && !is_variance(i)) {
       for (const ExtraImage& image : extra(header, tasks[i])) {
         output.write(image.header, image.planes, bitpix, call.threads);
       }

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "gamer/core/error.h"
 #include "gamer/image/fits_stream.h"
 #include "gamer/image/plane.h"
 #include "gamer/processing/operation.h"
@@ -18,7 +19,7 @@ struct PlaneTask {
   PlaneInfo info;
   const FitsHeader& header;  ///< of its HDU
   std::string label;         ///< file, and HDU where there are several, for messages
-  int index = 0;             ///< among all planes of the file, from 0
+  int index = 0;             ///< among all planes of the file, from 0; see change_planes()
   int count = 1;             ///< planes of the file
   int threads = 1;
 };
@@ -37,11 +38,24 @@ struct ExtraImage {
 using ExtraImages = std::function<std::vector<ExtraImage>(const FitsHeader& header,
                                                           const std::vector<PlaneTask>& tasks)>;
 
+/// What an operation does with images that hold the variance of others. Without `change` it
+/// refuses them: what becomes of them is no plane of variances.
+struct VarianceChange {
+  PlaneChange change = {};
+  HeaderChange edit = {};
+};
+
+/// The InputError of an operation that cannot change the variance `task`.
+InputError variance_error(const OperationCall& call, const PlaneTask& task);
+
 /// An operation of one input and one output: images go through `change` plane by plane and their
-/// header through `edit`, HISTORY is added, every other HDU is copied. Throws InputError where the
-/// file holds no image.
+/// header through `edit`, HISTORY is added, every other HDU is copied. Images of role variance go
+/// through `variance` instead; their tasks have the index of the plane whose variance they are (of
+/// the image before), and all tasks the count of the others. Throws InputError where the file holds
+/// no image.
 void change_planes(const OperationCall& call, const PlaneChange& change,
-                   const HeaderChange& edit = {}, const ExtraImages& extra = {});
+                   const HeaderChange& edit = {}, const ExtraImages& extra = {},
+                   const VarianceChange& variance = {});
 
 /// BITPIX of what an HDU becomes: as asked for, else its own; of integers the floating-point type
 /// that holds them.
@@ -49,6 +63,10 @@ int output_bitpix(const OperationCall& call, const FitsHdu& hdu);
 
 /// What messages call an HDU: the file, and the HDU's name or number where there are several.
 std::string hdu_label(const FitsInput& input, const FitsHdu& hdu);
+
+/// What the header of an image HDU says about a plane. Where a file holds variances alone, as
+/// "a.fits[VARIANCE]" does, they are taken as any image.
+PlaneInfo plane_info(const FitsInput& input, const FitsHdu& hdu, int plane);
 
 /// Calls `use` for every plane of a file, in order.
 void visit_planes(const FitsInput& input, int threads,

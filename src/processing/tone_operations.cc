@@ -33,8 +33,6 @@ std::string option_of(std::string name) {
   return "--" + name;
 }
 
-bool is_magnitude(const std::string& unit) { return unit.find("mag") != std::string::npos; }
-
 // ---- One tone for each plane or for the file ---------------------------------------------------
 
 const Parameter& per_parameter() {
@@ -74,6 +72,9 @@ struct ToneChange {
   std::function<void(FitsHeader& header, std::span<const Tone> tones)> edit;
   /// Says, for each plane, what is wrong with the options.
   std::function<void(const PlaneTask& task)> check = {};
+  /// Of planes of variances; without it they are refused.
+  std::function<PlanePtr(const PlanePtr& plane, const Tone& tone)> apply_to_variance = {};
+  std::function<void(FitsHeader& header)> edit_variance = {};
 };
 
 template <class Tone>
@@ -102,28 +103,51 @@ std::vector<Tone> measure_tones(const OperationCall& call, std::span<const Plane
 /// Drives an operation whose tone is measured in its planes.
 template <class Tone>
 int change_tones(const OperationCall& call, const ToneChange<Tone>& change) {
-  std::vector<PlaneTask> tasks;
-  std::vector<std::shared_ptr<PlanePtr>> made;
+  struct Late {
+    PlaneTask task;
+    std::shared_ptr<PlanePtr> made;
+  };
+  std::vector<Late> images, variances;
   std::vector<Tone> tones;
   std::size_t edited = 0;
-  const PlaneChange late = [&](const PlaneTask& task) {
-    if (change.check) change.check(task);
-    tasks.push_back(task);
-    made.push_back(std::make_shared<PlanePtr>());
-    return std::make_shared<LatePlane>(task.plane, made.back());
+  const auto late = [](std::vector<Late>& planes, const PlaneTask& task) {
+    planes.push_back({task, std::make_shared<PlanePtr>()});
+    return std::make_shared<LatePlane>(task.plane, planes.back().made);
   };
-  const HeaderChange edit = [&](FitsHeader& header, int, int, int planes) {
-    if (tones.empty()) {
-      tones = measure_tones(call, tasks, change);
-      for (std::size_t i = 0; i < tasks.size(); ++i) {
-        *made[i] = change.apply(tasks[i].plane, tones[i]);
-      }
+  const auto measure = [&] {
+    if (!tones.empty()) return;
+    std::vector<PlaneTask> tasks;
+    for (const Late& image : images) tasks.push_back(image.task);
+    tones = measure_tones(call, std::span<const PlaneTask>(tasks), change);
+    const auto tone_of = [&](const Late& plane) {
+      return tones[static_cast<std::size_t>(plane.task.index)];
+    };
+    for (const Late& image : images) *image.made = change.apply(image.task.plane, tone_of(image));
+    for (const Late& variance : variances) {
+      *variance.made = change.apply_to_variance(variance.task.plane, tone_of(variance));
     }
-    const auto count = static_cast<std::size_t>(planes);
-    change.edit(header, std::span<const Tone>(tones).subspan(edited, count));
-    edited += count;
   };
-  change_planes(call, late, edit);
+  VarianceChange variance;
+  if (change.apply_to_variance) {
+    variance.change = [&](const PlaneTask& task) { return late(variances, task); };
+    variance.edit = [&](FitsHeader& header, int, int, int) {
+      measure();
+      change.edit_variance(header);
+    };
+  }
+  change_planes(
+      call,
+      [&](const PlaneTask& task) {
+        if (change.check) change.check(task);
+        return late(images, task);
+      },
+      [&](FitsHeader& header, int, int, int planes) {
+        measure();
+        const auto count = static_cast<std::size_t>(planes);
+        change.edit(header, std::span<const Tone>(tones).subspan(edited, count));
+        edited += count;
+      },
+      {}, variance);
   return 0;
 }
 
@@ -131,59 +155,6 @@ std::vector<PlanePtr> planes_of(std::span<const PlaneTask> group) {
   std::vector<PlanePtr> planes;
   for (const PlaneTask& task : group) planes.push_back(task.plane);
   return planes;
-}
-
-// ---- Calibration -------------------------------------------------------------------------------
-
-constexpr std::array<const char*, 3> kCalibration = {"MAGZERO", "PHOTZP", "PHOTFLAM"};
-
-/// Of pixels that are no linear measure of light any more.
-void remove_calibration(FitsHeader& header, std::size_t planes) {
-  header.remove("BUNIT");
-  for (const char* key : kCalibration) {
-    header.remove(key);
-    for (std::size_t plane = 1; plane <= planes; ++plane) {
-      header.remove(fmt::format("{}{}", key, plane));
-    }
-  }
-}
-
-/// A card that speaks of all planes becomes one for each.
-void spread_calibration(FitsHeader& header, std::size_t planes) {
-  for (const char* key : kCalibration) {
-    const std::optional<Card> common = header.card(key);
-    if (!common) continue;
-    for (std::size_t plane = 1; plane <= planes; ++plane) {
-      const std::string own = fmt::format("{}{}", key, plane);
-      if (!header.has(own)) header.set({own, common->value, common->comment});
-    }
-    header.remove(key);
-  }
-}
-
-/// The pixels were multiplied and mean the same light, in units without a name.
-void rescale_calibration(FitsHeader& header, std::span<const LinearTone> tones) {
-  const bool is_one = std::all_of(tones.begin(), tones.end(), [&](const LinearTone& tone) {
-    return tone.factor == tones.front().factor;
-  });
-  if (is_one) {
-    change_unit(header, static_cast<int>(tones.size()), tones.front().factor, "");
-    header.remove("BUNIT");
-    return;
-  }
-  spread_calibration(header, tones.size());
-  for (std::size_t i = 0; i < tones.size(); ++i) {
-    constexpr double kMagnitudesPerFactor = 2.5;
-    const double factor = tones[i].factor, magnitudes = kMagnitudesPerFactor * std::log10(factor);
-    const auto change = [&](const char* name, auto new_value) {
-      const std::string key = fmt::format("{}{}", name, i + 1);
-      if (const auto old = header.number(key)) header.set(key, new_value(*old));
-    };
-    change("MAGZERO", [=](double zero) { return zero + magnitudes; });
-    change("PHOTZP", [=](double zero) { return zero + magnitudes; });
-    change("PHOTFLAM", [=](double flux) { return flux / factor; });
-  }
-  header.remove("BUNIT");
 }
 
 // ---- normalise ---------------------------------------------------------------------------------
@@ -246,11 +217,6 @@ int normalise(const OperationCall& call) {
       }
       group = group.subspan(static_cast<std::size_t>(reference) - 1, 1);
     }
-    if (is_magnitude(group.front().info.unit)) {
-      throw InputError(
-          fmt::format("its pixels are magnitudes ({}), no light that can be multiplied",
-                      group.front().info.unit));
-    }
     const int threads = group.front().threads;
     if (is_to_magnitude) {
       if (group.size() > 1) {
@@ -269,12 +235,23 @@ int normalise(const OperationCall& call) {
     return tone_to_mean(planes, value, threads);
   };
   const auto edit = [&](FitsHeader& header, std::span<const LinearTone> tones) {
-    if (!is_to_magnitude) rescale_calibration(header, tones);
+    if (is_to_magnitude) return;
+    std::vector<double> factors;
+    for (const LinearTone& tone : tones) factors.push_back(tone.factor);
+    change_unit(header, factors, "");
   };
   const auto check = [&](const PlaneTask& task) {
+    refuse_magnitudes(call.operation, task.label, task.info.unit);
     if (is_to_magnitude) plane_value(call, "magnitude", task);
   };
-  return change_tones<LinearTone>(call, {measure, linear_tone, edit, check});
+  const auto scale_variance = [](const PlanePtr& plane, const LinearTone& tone) {
+    return linear_tone(plane, {0, tone.factor * tone.factor});
+  };
+  const auto edit_variance = [&](FitsHeader& header) {
+    if (!is_to_magnitude) header.remove("BUNIT");
+  };
+  return change_tones<LinearTone>(
+      call, {measure, linear_tone, edit, check, scale_variance, edit_variance});
 }
 
 Operation normalise_operation() {
@@ -290,9 +267,10 @@ Operation normalise_operation() {
       "--per file all planes are measured together, or the one that --reference names. --magnitude "
       "m makes the sum 10^(-0.4 (m - MAGZERO)); pixels per solid angle count with their area. "
       "Missing pixels (NaN) are left out. --magnitude changes the light: BUNIT and MAGZERO stay. "
-      "The others change the unit: BUNIT goes, MAGZERO and PHOTZP grow by 2.5 log10 f, PHOTFLAM is "
-      "divided by f, so that magnitudes stay right; of a percentile range, those of light above "
-      "the low percentile.";
+      "The others change the unit: BUNIT goes, MAGZERO and PHOTZP grow by 2.5 log10 f, PHOTFLAM "
+      "and GAIN are divided by f, SATURATE is multiplied by it, so that magnitudes stay right; of "
+      "a percentile range, those of light above the low percentile. Variances (EXTNAME VARIANCE, "
+      "..._VARIANCE) are not measured, and multiplied by f^2.";
   const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   operation.parameters = {
       {"total", ParameterType::number, "", positive, {}, "sum of the pixels"},
@@ -336,7 +314,7 @@ int correct_gamma(const OperationCall& call) {
     return gamma_tone(plane, maximum, gamma);
   };
   const auto edit = [](FitsHeader& header, std::span<const double> maxima) {
-    remove_calibration(header, maxima.size());
+    drop_calibration(header, static_cast<int>(maxima.size()));
   };
   return change_tones<double>(call, {measure, apply, edit});
 }
@@ -351,7 +329,7 @@ Operation gamma_operation() {
       "--maximum (Groeneboom & Dahle 2014). A gamma below 1 lifts what is faint; displays want "
       "1/2.2 = "
       "0.4545. What is below 0 keeps its sign: -(-v/max)^gamma. The pixels are no linear measure "
-      "of light any more: BUNIT, MAGZERO, PHOTZP and PHOTFLAM go.";
+      "of light any more: BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and SATURATE go.";
   const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   operation.parameters = {
       {"gamma", ParameterType::number, "", positive, {}, "the exponent", {}, true},
@@ -414,7 +392,7 @@ int stretch_file(const OperationCall& call) {
     return stretched(plane, own);
   };
   const auto edit = [](FitsHeader& header, std::span<const Limits> tones) {
-    remove_calibration(header, tones.size());
+    drop_calibration(header, static_cast<int>(tones.size()));
   };
   return change_tones<Limits>(call, {measure, apply, edit});
 }
@@ -429,7 +407,7 @@ Operation stretch_operation() {
       "ln(1 + a x)/ln(1 + a); asinh v' = asinh(x/a)/asinh(1/a). Limits are percentiles of the "
       "pixels, of the file or of each plane (--per plane), or fixed values. x is clipped to "
       "[0, 1], or with --no-clip v'(-x) = -v'(x). Missing pixels stay missing. The pixels are no "
-      "linear measure of light any more: BUNIT, MAGZERO, PHOTZP and PHOTFLAM go.";
+      "linear measure of light any more: BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and SATURATE go.";
   operation.parameters = {
       {"function",
        ParameterType::choice,
@@ -475,6 +453,7 @@ std::vector<Source> read_sources(const OperationCall& call) {
   for (const std::string& name : call.inputs) {
     const FitsInput input(name);
     visit_planes(input, call.threads, [&](const PlaneTask& task) {
+      if (task.info.role == PlaneRole::variance) return;
       const std::string plane =
           task.info.planes > 1 ? fmt::format(" (plane {})", task.info.plane + 1) : "";
       sources.push_back({task.plane, task.info, task.label + plane});
@@ -713,7 +692,8 @@ Operation rgb_operation() {
   operation.summary = "Colour picture (PNG, BMP)";
   operation.description =
       "Red, green and blue are three files of one plane each, the three planes of a file, or those "
-      "that --planes names, counted from 1 over all files; one plane alone is grey. Where all have "
+      "that --planes names, counted from 1 over all files; one plane alone is grey; variances "
+      "(EXTNAME VARIANCE, ..._VARIANCE) are left out. Where all have "
       "a wavelength (WAVELEN) the longest is red, otherwise, or with --order given, the first. The "
       "picture's top row is the image's last. Pixels that are missing in a channel are black.\n"
       "lupton (Lupton et al. 2004): c' = scale (c - minimum), I = (r' + g' + b')/3, c' becomes c' "

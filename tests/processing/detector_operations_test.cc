@@ -434,7 +434,7 @@ TEST_F(NoiseOperation, SaysWhatIsWrong) {
   write_small({{"BUNIT", std::string("mag/arcsec2"), ""}});
   EXPECT_EQ(error("--exposure 1 --electrons-per-unit 3"),
             "gutil noise: the pixels of in.fits are magnitudes (mag/arcsec2), which do not add "
-            "up; a detector needs a flux or surface brightness");
+            "up; a flux or surface brightness is needed");
   write_small({}, 0);
   EXPECT_EQ(error("--snr 5"),
             "gutil noise: --snr needs light: plane 1 of in.fits has none; --sigma needs none");
