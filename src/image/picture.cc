@@ -56,6 +56,11 @@ std::vector<std::vector<double>> channel_weights(int planes,
   return weights;
 }
 
+/// What is not finite becomes 0.
+void drop_missing(double* values, int count) {
+  for (int i = 0; i < count; ++i) values[i] = std::isfinite(values[i]) ? values[i] : 0;
+}
+
 /// Writes one channel of a row: `row_of(plane)` points to the plane's values in it.
 template <class RowOf>
 void mix_row(const std::vector<double>& weights, int width, RowOf row_of, double* to) {
@@ -66,24 +71,31 @@ void mix_row(const std::vector<double>& weights, int width, RowOf row_of, double
     const double* from = row_of(plane);
     for (int x = 0; x < width; ++x) to[x] += weight * from[x];
   }
-  std::replace_if(
-      to, to + width, [](double value) { return !std::isfinite(value); }, 0.0);
+  drop_missing(to, width);
 }
 
 class MixedPlane final : public Plane {
  public:
   MixedPlane(std::vector<PlanePtr> sources, std::vector<double> weights)
-      : Plane(sources.front()->width(), sources.front()->height()),
-        sources_(std::move(sources)),
-        weights_(std::move(weights)) {}
+      : Plane(sources.front()->width(), sources.front()->height()) {
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+      if (weights[i] == 0) continue;
+      sources_.push_back(std::move(sources[i]));
+      weights_.push_back(weights[i]);
+    }
+  }
 
   Tile tile() const override { return sources_.front()->tile(); }
 
   void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
+    if (sources_.size() == 1 && weights_[0] == 1) {
+      sources_[0]->read(area, out, stride);
+      for (int row = 0; row < area.height; ++row) drop_missing(out + row * stride, area.width);
+      return;
+    }
     const std::size_t count = static_cast<std::size_t>(area.width) * area.height;
     std::vector<std::vector<double>> values(sources_.size());
     for (std::size_t plane = 0; plane < sources_.size(); ++plane) {
-      if (weights_[plane] == 0) continue;
       values[plane].resize(count);
       sources_[plane]->read(area, values[plane].data(), area.width);
     }
@@ -177,7 +189,7 @@ double sum_light(const Plane& channel, int threads, double black, double least) 
     const std::size_t count = static_cast<std::size_t>(area.width) * area.height;
     for (std::size_t i = 0; i < count; ++i) {
       const double value = std::max(values[i] - black, 0.0);
-      if (value > least) light += value;
+      light += value > least ? value : 0;
     }
   });
   return light;

@@ -66,6 +66,11 @@ bool start_png(png_structp png, png_infop info, std::FILE* file, int width, int 
   png_set_IHDR(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), bits,
                PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
                PNG_FILTER_TYPE_DEFAULT);
+  // Beyond it files are a few per cent smaller and take several times longer.
+  constexpr int kCompression = 3;
+  png_set_compression_level(png, kCompression);
+  // To choose among all filters takes as long as to compress.
+  png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
   png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
   png_set_text(png, info, texts, text_count);
   png_write_info(png, info);

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <utility>
 #include <vector>
+
+#include "processing/tone_kernel.h"
 
 namespace gamer {
 namespace {
@@ -33,37 +36,56 @@ class PicturePlane final : public Plane {
   void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
     const int first = area.x / 3, last = (area.x + area.width + 2) / 3;
     const Area source = {first, height() - area.y - area.height, last - first, area.height};
-    const std::size_t count = static_cast<std::size_t>(source.width) * source.height;
-    std::vector<std::vector<double>> values(channels_.size());
+    const auto row_pixels = static_cast<std::size_t>(source.width);
+    const std::size_t count = row_pixels * static_cast<std::size_t>(source.height);
+    const auto values = std::make_unique_for_overwrite<double[]>(channels_.size() * count);
     for (std::size_t c = 0; c < channels_.size(); ++c) {
-      values[c].resize(count);
-      channels_[c]->read(source, values[c].data(), source.width);
+      channels_[c]->read(source, values.get() + c * count, source.width);
     }
-    std::vector<double> row(static_cast<std::size_t>(source.width) * 3);
+    std::vector<double> rows(3 * row_pixels);
+    const ColourOf::Channels rgb = {rows.data(), rows.data() + row_pixels,
+                                    rows.data() + 2 * row_pixels};
     for (int y = 0; y < area.height; ++y) {
-      const std::size_t start = static_cast<std::size_t>(area.height - 1 - y) * source.width;
-      double* to = row.data();
-      for (int x = 0; x < source.width; ++x) {
-        Rgb rgb;
-        for (std::size_t c = 0; c < 3; ++c) {
-          rgb[c] = values[channels_.size() == 1 ? 0 : c][start + x];
-        }
-        for (const double value : colour(rgb)) *to++ = value;
+      const std::size_t start = static_cast<std::size_t>(area.height - 1 - y) * row_pixels;
+      for (std::size_t c = 0; c < rgb.size(); ++c) {
+        const std::size_t channel = channels_.size() == 1 ? 0 : c;
+        std::copy_n(values.get() + channel * count + start, row_pixels, rgb[c]);
       }
-      std::copy_n(row.begin() + (area.x - 3 * first), area.width, out + y * stride);
+      colour_row(rgb, row_pixels);
+      double* const to = out + y * stride;
+      const int skipped = area.x - 3 * first;
+      if (skipped == 0 && area.width % 3 == 0) {
+        for (std::size_t x = 0; x < row_pixels; ++x) {
+          for (std::size_t c = 0; c < rgb.size(); ++c) to[3 * x + c] = rgb[c][x];
+        }
+      } else {
+        for (int i = 0; i < area.width; ++i) to[i] = rgb[(skipped + i) % 3][(skipped + i) / 3];
+      }
     }
   }
 
  private:
-  Rgb colour(const Rgb& rgb) const {
-    if (!std::all_of(rgb.begin(), rgb.end(), [](double v) { return std::isfinite(v); })) return {};
-    Rgb result = colour_(rgb);
-    for (double& value : result) {
-      constexpr int kByte = 255, kByteIn16Bits = 257;
-      value = down_to_bytes_ ? kByteIn16Bits * std::floor(kByte * std::clamp(value, 0.0, 1.0))
-                             : to_16_bits(value);
+  /// Replaces values by the picture's numbers.
+  void colour_row(const ColourOf::Channels& rgb, std::size_t count) const {
+    // 0, or NaN where a channel is not finite.
+    std::vector<double> missing(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      missing[i] = (rgb[0][i] - rgb[0][i]) + (rgb[1][i] - rgb[1][i]) + (rgb[2][i] - rgb[2][i]);
     }
-    return result;
+    colour_(rgb, count);
+    constexpr int kByte = 255, kByteIn16Bits = 257, kMost16Bits = 65535;
+    const int steps = down_to_bytes_ ? kByte : kMost16Bits;
+    const double up_from = down_to_bytes_ ? 1 : 0.5;
+    const int factor = down_to_bytes_ ? kByteIn16Bits : 1;
+    for (double* const values : rgb) {
+      for (std::size_t i = 0; i < count; ++i) {
+        const double value = values[i] + missing[i];
+        // NaN is not above 0.
+        const double scaled = steps * (value > 0 ? std::min(value, 1.0) : 0.0);
+        const int whole = static_cast<int>(scaled);
+        values[i] = factor * (whole + (scaled - whole >= up_from ? 1 : 0));
+      }
+    }
   }
 
   std::vector<PlanePtr> channels_;
@@ -80,6 +102,36 @@ Rgb LuptonTone::operator()(const Rgb& rgb) const {
   for (double& value : result) value = std::max(value, 0.0);
   return result;
 }
+
+ColourOf::ColourOf(const LuptonTone& tone)
+    : change_([tone](const Channels& rgb, std::size_t count) {
+        const ToneKernel curve{ToneCurve::asinh,
+                               tone.q / tone.stretch,
+                               0,
+                               1,
+                               kFraction / std::asinh(kFraction * tone.q),
+                               false};
+        std::vector<double> intensities(count), stretched(count);
+        for (std::size_t c = 0; c < rgb.size(); ++c) {
+          const double minimum = tone.minimum[c], scale = tone.scale[c];
+          for (std::size_t i = 0; i < count; ++i) rgb[c][i] = scale * (rgb[c][i] - minimum);
+        }
+        for (std::size_t i = 0; i < count; ++i) {
+          const double intensity = (rgb[0][i] + rgb[1][i] + rgb[2][i]) / 3;
+          intensities[i] = stretched[i] = intensity > 0 ? intensity : 0;
+        }
+        apply_tone(curve, stretched.data(), count);
+        for (std::size_t i = 0; i < count; ++i) {
+          const bool is_light = intensities[i] > 0;
+          const double factor = stretched[i] / (is_light ? intensities[i] : 1.0);
+          const double red = rgb[0][i] * factor, green = rgb[1][i] * factor,
+                       blue = rgb[2][i] * factor;
+          const double largest = std::max(std::max(std::max(red, green), blue), 1.0);
+          rgb[0][i] = is_light ? std::max(red / largest, 0.0) : 0.0;
+          rgb[1][i] = is_light ? std::max(green / largest, 0.0) : 0.0;
+          rgb[2][i] = is_light ? std::max(blue / largest, 0.0) : 0.0;
+        }
+      }) {}
 
 LuptonTone choose_lupton(std::span<const PlanePtr> channels, const LuptonChoice& choice,
                          int threads) {

@@ -38,6 +38,37 @@ TEST(LuptonTone, KnownBytes) {
   EXPECT_NEAR(tone({0.2, 0.1, 0.05})[0], 0.2 * 1.481106 * 0.8 / std::asinh(0.8), 1e-6);
 }
 
+/// The colour of one pixel, as whole rows get it.
+Rgb colour_in_row(const ColourOf& colour, Rgb rgb) {
+  colour({&rgb[0], &rgb[1], &rgb[2]}, 1);
+  return rgb;
+}
+
+TEST(ColourOf, IsTheTone) {
+  LuptonTone tone;
+  tone.minimum = {0.01, 0.02, 0.03};
+  tone.scale = {1, 0.5, 2};
+  tone.stretch = 0.5;
+  std::mt19937_64 random(3);
+  std::array<std::vector<double>, 3> rows;
+  for (int i = 0; i < 1001; ++i) {
+    for (auto& row : rows) row.push_back(std::pow(10, 6 * unit_random(random) - 4) - 0.05);
+  }
+  const auto values = rows;
+  ColourOf{tone}({rows[0].data(), rows[1].data(), rows[2].data()}, 1001);
+  int bright = 0, black = 0;
+  for (std::size_t i = 0; i < 1001; ++i) {
+    const Rgb colour = tone({values[0][i], values[1][i], values[2][i]});
+    for (std::size_t c = 0; c < 3; ++c) ASSERT_NEAR(rows[c][i], colour[c], 1e-15) << i;
+    bright += *std::max_element(colour.begin(), colour.end()) == 1 ? 1 : 0;
+    black += colour == Rgb{} ? 1 : 0;
+  }
+  EXPECT_GT(bright, 50);
+  EXPECT_GT(black, 5);
+  const ColourOf turned = [](const Rgb& rgb) { return Rgb{rgb[1], rgb[2], rgb[0]}; };
+  EXPECT_EQ(colour_in_row(turned, {1, 2, 3}), (Rgb{2, 3, 1}));
+}
+
 TEST(LuptonTone, BytesOfAstropy) {
   struct Case {
     Rgb rgb;
@@ -59,6 +90,7 @@ TEST(LuptonTone, BytesOfAstropy) {
     // Astropy's saturated 255 is x * 255 / x, cut off.
     std::replace(expected.begin(), expected.end(), 254, 255);
     EXPECT_EQ(bytes_of(tone(known.rgb)), expected);
+    EXPECT_EQ(bytes_of(colour_in_row(tone, known.rgb)), expected);
   }
 }
 

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <functional>
 #include <optional>
 #include <span>
+#include <type_traits>
+#include <utility>
 
 #include "gamer/image/picture.h"
 #include "gamer/image/plane.h"
@@ -67,7 +70,28 @@ struct PlainTone {
   Rgb operator()(const Rgb& rgb) const;
 };
 
-using ColourOf = std::function<Rgb(const Rgb& rgb)>;
+/// A function from a pixel's values to its colour, for many pixels at a time.
+class ColourOf {
+ public:
+  /// The same function, many pixels at a time, to the last bit or two.
+  ColourOf(const LuptonTone& tone);
+  template <class Function>
+  requires std::is_invocable_r_v<Rgb, const Function&, const Rgb&> ColourOf(Function function)
+      : change_([f = std::move(function)](const Channels& channels, std::size_t count) {
+          for (std::size_t i = 0; i < count; ++i) {
+            const Rgb colour = f(Rgb{channels[0][i], channels[1][i], channels[2][i]});
+            for (std::size_t c = 0; c < channels.size(); ++c) channels[c][i] = colour[c];
+          }
+        }) {}
+
+  /// Where the values of each channel stand.
+  using Channels = std::array<double*, 3>;
+  /// Replaces the values of `count` pixels by their colours.
+  void operator()(const Channels& channels, std::size_t count) const { change_(channels, count); }
+
+ private:
+  std::function<void(const Channels& channels, std::size_t count)> change_;
+};
 
 /// How 8 bits come of a value v in [0, 1].
 enum class ByteRounding {
