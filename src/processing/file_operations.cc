@@ -9,6 +9,8 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "gamer/core/error.h"
@@ -46,6 +48,11 @@ void take_plane_cards(const FitsHdu& hdu, int plane, StackedPlane& out) {
     header.remove(key);
     for (int i = 1; i <= hdu.planes; ++i) header.remove(fmt::format("{}{}", key, i));
   }
+  const bool has_wavelength = std::any_of(out.cards.begin(), out.cards.end(),
+                                          [](const Card& card) { return card.key == "WAVELEN"; });
+  if (out.info.wavelength && !has_wavelength) {
+    out.cards.push_back({"WAVELEN", *out.info.wavelength, "[Angstrom] wavelength"});
+  }
   out.header = std::move(header);
 }
 
@@ -57,9 +64,11 @@ std::vector<StackedPlane> read_planes(const OperationCall& call,
     for (std::size_t i = 0; i < input.hdus().size(); ++i) {
       const FitsHdu& hdu = input.hdus()[i];
       for (int plane = 0; plane < hdu.planes; ++plane) {
+        const PlaneInfo info = plane_info(input, hdu, plane);
+        if (info.role == PlaneRole::variance) continue;
         StackedPlane& next = planes.emplace_back();
         next.plane = input.plane(i, plane);
-        next.info = plane_info(hdu.header, plane, hdu.planes);
+        next.info = info;
         next.bitpix = output_bitpix(call, hdu);
         next.file = hdu_label(input, hdu);
         take_plane_cards(hdu, plane, next);
@@ -88,9 +97,11 @@ std::vector<StackedPlane> chosen_planes(const OperationCall& call,
   if (call.parameters.text("order") == "wavelength") {
     for (const StackedPlane& plane : planes) {
       if (plane.info.wavelength) continue;
-      throw InputError(fmt::format(
-          "gutil stack: {} has no WAVELEN card to order its planes by; see gutil header",
-          plane.file));
+      throw InputError(
+          fmt::format("gutil stack: {} has no WAVELEN card and no axis of wavelengths to order its "
+                      "planes by; see "
+                      "gutil header",
+                      plane.file));
     }
     std::stable_sort(planes.begin(), planes.end(), [](const auto& a, const auto& b) {
       return *a.info.wavelength < *b.info.wavelength;
@@ -137,7 +148,7 @@ std::string file_label(const PlaneInfo& info, std::size_t number, std::set<std::
 /// Header of an HDU with that plane alone.
 FitsHeader single_header(const OperationCall& call, const StackedPlane& plane) {
   FitsHeader header = plane.header;
-  header.remove_third_axis();
+  header.remove_further_axes();
   for (Card card : plane.cards) {
     // What the renderer writes has a number always.
     if (card.key == "WAVELEN") card.key += "1";
@@ -229,54 +240,105 @@ int stack_files(const OperationCall& call) {
 
 // ---- header ------------------------------------------------------------------------------------
 
+std::string in_capitals(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return text;
+}
+
 /// Places in hdus() of the HDUs that --hdu names.
-std::vector<std::size_t> chosen_hdus(const FitsInput& input, const std::string& wanted) {
+std::vector<std::size_t> chosen_hdus(const FitsInput& input, const std::string& text) {
+  const std::string wanted = in_capitals(text);
   std::vector<std::size_t> chosen;
   std::vector<std::string> names = {"first", "all"};
   for (std::size_t i = 0; i < input.hdus().size(); ++i) {
     const FitsHdu& hdu = input.hdus()[i];
-    const bool is_meant = wanted == "all" || wanted == fmt::format("{}", hdu.number) ||
-                          (!hdu.name.empty() && wanted == hdu.name) ||
-                          (wanted == "first" && hdu.is_image() && chosen.empty());
+    const bool is_meant = wanted == "ALL" || wanted == fmt::format("{}", hdu.number) ||
+                          (!hdu.name.empty() && wanted == in_capitals(hdu.name)) ||
+                          (wanted == "FIRST" && hdu.is_image() && chosen.empty());
     if (is_meant) chosen.push_back(i);
     names.push_back(fmt::format("{}", hdu.number));
     if (!hdu.name.empty()) names.push_back(hdu.name);
   }
-  if (chosen.empty() && wanted == "first" && !input.hdus().empty()) chosen.push_back(0);
+  if (chosen.empty() && wanted == "FIRST" && !input.hdus().empty()) chosen.push_back(0);
   if (chosen.empty()) {
     throw InputError(fmt::format("gutil header: {} has no HDU {}; there are {}", input.name(),
-                                 in_quotes(wanted), fmt::join(names, ", ")));
+                                 in_quotes(text), fmt::join(names, ", ")));
   }
   return chosen;
 }
 
-/// "KEY=value / comment"; numbers, T and F as FITS reads them, all else a string.
+std::string trim(const std::string& word) {
+  const std::size_t first = word.find_first_not_of(' ');
+  if (first == std::string::npos) return std::string();
+  return word.substr(first, word.find_last_not_of(' ') - first + 1);
+}
+
+/// Throws InputError, beginning with `option`, for a key that no card of a FITS file can have.
+void check_key(const std::string& option, const std::string& key) {
+  constexpr std::size_t kStandardLength = 8;
+  constexpr std::string_view kStandard = "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_";
+  constexpr std::string_view kLongKey = "HIERARCH ";
+  std::string name = in_capitals(key);
+  if (name.starts_with(kLongKey)) name = trim(name.substr(kLongKey.size()));
+  const bool is_reserved = name == "CONTINUE" || name == "HIERARCH";
+  const bool is_odd =
+      name.size() <= kStandardLength && name.find_first_not_of(kStandard) != std::string::npos;
+  if (!is_reserved && !is_odd) return;
+  throw InputError(
+      fmt::format("gutil header: {}: {} cannot name a card; up to 8 letters, digits, - and _ can",
+                  option, in_quotes(key)));
+}
+
+/// A value in quotes, in which two quotes are one, and what follows it; nothing where the text is
+/// no such value.
+std::optional<std::pair<std::string, std::string>> parse_quoted(const std::string& text) {
+  if (!text.starts_with('\'')) return std::nullopt;
+  std::string value;
+  for (std::size_t i = 1; i < text.size(); ++i) {
+    if (text[i] == '\'') {
+      if (i + 1 == text.size() || text[i + 1] != '\'') {
+        const std::string rest = trim(text.substr(i + 1));
+        if (!rest.empty() && !rest.starts_with('/')) return std::nullopt;
+        return std::pair(value, rest.empty() ? "" : trim(rest.substr(1)));
+      }
+      ++i;
+    }
+    value += text[i];
+  }
+  return std::nullopt;
+}
+
+/// "KEY=value / comment"; numbers, T and F as FITS reads them, all else a string. All of COMMENT
+/// and HISTORY is text.
 Card parse_setting(const std::string& text) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) {
     throw InputError(fmt::format(
         "gutil header: --set {}: expected KEY=value or KEY=value / comment", in_quotes(text)));
   }
-  const auto trim = [](std::string word) {
-    const std::size_t first = word.find_first_not_of(' ');
-    if (first == std::string::npos) return std::string();
-    return word.substr(first, word.find_last_not_of(' ') - first + 1);
-  };
   Card card;
   card.key = trim(text.substr(0, equals));
-  std::string value = text.substr(equals + 1);
+  check_key("--set " + in_quotes(text), card.key);
+  std::string value = trim(text.substr(equals + 1));
+  if (const std::string key = in_capitals(card.key); key == "COMMENT" || key == "HISTORY") {
+    card.comment = value;
+    return card;
+  }
+  if (const auto quoted = parse_quoted(value)) {
+    card.value = quoted->first;
+    card.comment = quoted->second;
+    return card;
+  }
   if (const std::size_t slash = value.find(" / "); slash != std::string::npos) {
     card.comment = trim(value.substr(slash + 3));
-    value.resize(slash);
+    value = trim(value.substr(0, slash));
   }
-  value = trim(value);
   const char *first = value.data(), *last = first + value.size();
   long long whole = 0;
   double real = 0;
-  if (value.size() >= 2 && value.starts_with('\'') && value.ends_with('\'')) {
-    card.value = value.substr(1, value.size() - 2);
-  } else if (const auto end = std::from_chars(first, last, whole);
-             end.ec == std::errc() && end.ptr == last) {
+  if (const auto end = std::from_chars(first, last, whole);
+      end.ec == std::errc() && end.ptr == last) {
     card.value = whole;
   } else if (const auto finish = std::from_chars(first, last, real);
              finish.ec == std::errc() && finish.ptr == last) {
@@ -285,10 +347,6 @@ Card parse_setting(const std::string& text) {
     card.value = value == "T";
   } else {
     card.value = value;
-  }
-  if (card.key == "COMMENT" || card.key == "HISTORY") {
-    card.comment = value;
-    card.value = {};
   }
   return card;
 }
@@ -313,6 +371,7 @@ void edit_header(const OperationCall& call, const FitsInput& input,
       throw InputError(
           fmt::format("gutil header: --copy {}: {} has no such card", key, source->name()));
     }
+    check_key("--copy " + key, key);
     header.set(*card);
   }
   header.set({"HISTORY", {}, call.history});
@@ -379,6 +438,13 @@ int run_header(const OperationCall& call) {
   const ParameterSet& parameters = call.parameters;
   const bool edits = !parameters.texts("set").empty() || !parameters.texts("delete").empty() ||
                      !parameters.texts("copy").empty();
+  if (parameters.has("from") && parameters.texts("copy").empty()) {
+    throw InputError("gutil header: --from goes with --copy, which names the cards");
+  }
+  if (edits && !parameters.texts("get").empty()) {
+    throw InputError(
+        "gutil header: --get prints and --set, --delete and --copy write a file; give one of them");
+  }
   return edits ? edit_file(call) : show_header(call);
 }
 
@@ -393,8 +459,9 @@ std::vector<Operation> file_operations() {
       "All planes of all files, in order, become a cube, one extension each, or one file each "
       "(out_<label>.fits). The header is the first file's; WAVELEN, BAND, MAGZERO and other cards "
       "of "
-      "one plane go with it, as KEYn in a cube, whose third axis is the wavelength. Tables are the "
-      "first file's.";
+      "one plane go with it, as KEYn in a cube, whose third axis is the wavelength (of WAVELEN, or "
+      "of an input's third axis where CTYPE3 is WAVE, AWAV, WAVELENGTH or LAMBDA). Tables are the "
+      "first file's. Variances (EXTNAME VARIANCE, ..._VARIANCE) are left out.";
   stack.most_inputs = 0;
   stack.parameters = {
       {"layout",
@@ -444,7 +511,8 @@ std::vector<Operation> file_operations() {
        "",
        {},
        none,
-       "KEY=value or KEY=value / comment (repeatable); 'text' in quotes is never a number"},
+       "KEY=value or KEY=value / comment (repeatable); 'text' in quotes is never a number, and '' "
+       "in it is one quote"},
       {"delete", ParameterType::texts, "", {}, none, "card to delete (repeatable)"},
       {"copy", ParameterType::texts, "", {}, none, "card to copy (repeatable)"},
       {"from", ParameterType::text, "", {}, {}, "file that --copy copies from"},
