@@ -712,7 +712,7 @@ class FitsOutput::File {
     }
   }
 
-  void finish() {
+  void complete() {
     const int hdus = file_->hdu_count();
     for (int hdu = 1; hdu <= hdus; ++hdu) {
       file_->move_to(hdu);
@@ -720,6 +720,11 @@ class FitsOutput::File {
       write_checksum(*file_, sum == data_sums_.end() ? std::nullopt : std::optional(sum->second));
     }
     file_->close();
+    file_.reset();
+  }
+
+  void finish() {
+    if (file_) complete();
     if (temporary_) {
       temporary_->move_to_final(options_.overwrite);
       return;
@@ -825,6 +830,8 @@ void FitsOutput::write_cube(const FitsHeader& header, const std::vector<PlanePtr
                             const std::vector<double>& wavelengths, int bitpix, int threads) {
   file_->write_cube(header, planes, wavelengths, bitpix, threads);
 }
+
+void FitsOutput::complete() { file_->complete(); }
 
 void FitsOutput::finish() { file_->finish(); }
 

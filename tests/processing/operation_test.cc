@@ -73,7 +73,7 @@ TEST(Operation, ReadsACommandLine) {
   EXPECT_EQ(call.bitpix, -64);
   EXPECT_TRUE(call.overwrite);
   EXPECT_EQ(call.parameters.numbers("factor"), (std::vector<double>{-3, 100}));
-  EXPECT_TRUE(call.history.starts_with("gutil scale --factor -3,100 in.fits (gamer "))
+  EXPECT_TRUE(call.history.starts_with("gutil scale --factor -3,100 --bitpix -64 in.fits (gamer "))
       << call.history;
 }
 

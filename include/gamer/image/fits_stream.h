@@ -84,7 +84,9 @@ class FitsOutput {
   /// gamer/image/fits.h.
   void write_cube(const FitsHeader& header, const std::vector<PlanePtr>& planes,
                   const std::vector<double>& wavelengths, int bitpix, int threads);
-  /// Checksums, then the final name. Throws RunError.
+  /// Checksums; all is on disk then but the final name. Throws RunError.
+  void complete();
+  /// complete() where that was not called, then the final name. Throws RunError.
   void finish();
 
  private:
