@@ -257,6 +257,9 @@ void NoiseOperation::edit(FitsHeader& header, int planes) {
   next_edited_ += static_cast<std::size_t>(planes);
   for (const char* key : {"DATAMIN", "DATAMAX"}) header.remove(key);
   if (is_gaussian_) return;
+  // Of this detector alone.
+  header.remove("SATURATE");
+  for (int i = 1; i <= planes; ++i) header.remove(fmt::format("SATURATE{}", i));
   const auto values = [&](auto get) {
     std::vector<double> result;
     for (const PlaneNoise& noise : noises) result.push_back(get(noise));

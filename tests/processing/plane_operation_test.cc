@@ -202,6 +202,13 @@ TEST_F(Units, MagnitudesDoNotAddUp) {
   }
 }
 
+TEST_F(Units, ADetectorWithoutFullWellHasNoSaturation) {
+  write("in.fits", {{{even(1), even(2)}, {{"SATURATE", 4.0, ""}, {"SATURATE2", 3.0, ""}}}});
+  run({"noise", "--exposure", "10", "--electrons-per-unit", "2", "in.fits", "out.fits"});
+  EXPECT_FALSE(file().hdus()[0].header.has("SATURATE"));
+  EXPECT_FALSE(file().hdus()[0].header.has("SATURATE2"));
+}
+
 TEST_F(Units, StretchedPixelsHaveNoGain) {
   write("in.fits", {{{{0, 1, 2, 3, 4, 5, 6, 7}, {1, 2, 3, 4, 5, 6, 7, 8}},
                      {{"GAIN", 3.0, ""}, {"SATURATE2", 4.0, ""}, {"MAGZERO", 31.4, ""}}}});
