@@ -33,11 +33,6 @@ const std::vector<std::string> kModels = {"gaussian", "moffat", "airy", "kolmogo
 constexpr double kLeastFwhm = 0.1, kLargestFwhm = 1000;
 constexpr double kAngstrom = 1e-10;  // m
 
-std::string option_name(std::string name) {
-  std::replace(name.begin(), name.end(), '_', '-');
-  return "--" + name;
-}
-
 /// What the options of both operations say about a model.
 class PsfOptions {
  public:

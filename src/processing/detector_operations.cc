@@ -24,11 +24,6 @@ constexpr double kPogson = 2.5;
 /// Counts of a second, which gamer writes, need no zero point.
 constexpr const char* kElectronRate = "electron/s";
 
-std::string option_name(std::string name) {
-  std::replace(name.begin(), name.end(), '_', '-');
-  return "--" + name;
-}
-
 /// What becomes of one plane.
 struct PlaneNoise {
   bool is_gaussian = false;

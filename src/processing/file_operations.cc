@@ -234,6 +234,7 @@ int stack_files(const OperationCall& call) {
                           call.threads);
     copy_tables(inputs.front(), *outputs.back());
   }
+  for (const auto& output : outputs) output->complete();
   for (const auto& output : outputs) output->finish();
   return 0;
 }

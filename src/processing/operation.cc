@@ -45,6 +45,13 @@ ParameterTable common_parameters(Operation::Result result) {
   return table;
 }
 
+/// "axis_ratio" is "axis-ratio".
+std::string dashed(std::string_view parameter) {
+  std::string name(parameter);
+  std::replace(name.begin(), name.end(), '_', '-');
+  return name;
+}
+
 std::string context_of(const Operation& operation) {
   return fmt::format("gutil {}: ", operation.name);
 }
@@ -113,7 +120,7 @@ ConfigNode value_node(const Parameter& parameter, const std::vector<std::string>
 /// The same table with the names that users type.
 ParameterTable option_table(const ParameterTable& table) {
   ParameterTable options = table;
-  for (Parameter& parameter : options) parameter.name = option_name(parameter.name);
+  for (Parameter& parameter : options) parameter.name = dashed(parameter.name);
   return options;
 }
 
@@ -140,7 +147,7 @@ CommandLine read_command_line(const Operation& operation, const ParameterTable& 
   std::map<std::string, std::int64_t> flags;
   std::vector<std::string> names;
   for (const Parameter& parameter : table) {
-    names.push_back("--" + option_name(parameter.name));
+    names.push_back(option_name(parameter.name));
     // -j is what everybody types.
     const std::string name = parameter.name == "threads" ? "-j,--threads" : names.back();
     if (parameter.type == ParameterType::boolean) {
@@ -173,7 +180,7 @@ CommandLine read_command_line(const Operation& operation, const ParameterTable& 
     const auto parameter = std::ranges::find(table, name, &Parameter::name);
     if (values.size() > 1 && parameter->type != ParameterType::texts) {
       throw InputError(
-          fmt::format("{}--{} is given {} times", context, option_name(name), values.size()));
+          fmt::format("{}{} is given {} times", context, option_name(name), values.size()));
     }
     if (!values.empty()) line.values[name] = values;
   }
@@ -188,7 +195,7 @@ ConfigNode config_of(const ParameterTable& table, const CommandLine& line, bool 
   for (const Parameter& parameter : table) {
     const auto found = line.values.find(parameter.name);
     if (found == line.values.end()) continue;
-    const std::string key = as_options ? option_name(parameter.name) : parameter.name;
+    const std::string key = as_options ? dashed(parameter.name) : parameter.name;
     config.table().emplace_back(key, value_node(parameter, found->second));
   }
   return config;
@@ -232,7 +239,7 @@ std::string history_of(const Operation& operation, const OperationCall& call) {
     const ParameterValue& value = call.parameters.value(parameter.name);
     const bool is_named = call.parameters.is_given(parameter.name) || parameter.name == "seed";
     if (!is_named) continue;
-    const std::string name = " --" + option_name(parameter.name);
+    const std::string name = " " + option_name(parameter.name);
     if (std::holds_alternative<bool>(value)) {
       text += name;
     } else if (const auto* numbers = std::get_if<std::vector<double>>(&value)) {
@@ -258,11 +265,7 @@ std::string joined_names(const Operation& operation) {
 
 }  // namespace
 
-std::string option_name(std::string_view parameter) {
-  std::string name(parameter);
-  std::replace(name.begin(), name.end(), '_', '-');
-  return name;
-}
+std::string option_name(std::string_view parameter) { return "--" + dashed(parameter); }
 
 std::span<const Operation> operations() {
   static const std::vector<Operation> all = [] {
@@ -301,7 +304,7 @@ OperationCall parse_call(const Operation& operation, std::span<const std::string
   ParameterSet::read(options, config_of(table, line, true), context_of(operation) + "--", "");
   for (const Parameter& parameter : table) {
     if (!parameter.required || line.values.contains(parameter.name)) continue;
-    throw InputError(fmt::format("{}needs --{}: {}", context_of(operation),
+    throw InputError(fmt::format("{}needs {}: {}", context_of(operation),
                                  option_name(parameter.name), parameter.description));
   }
   const ParameterSet all = ParameterSet::read(table, config_of(table, line, false), "", "");

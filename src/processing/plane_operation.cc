@@ -125,7 +125,7 @@ void change_planes(const OperationCall& call, const PlaneChange& change, const H
     if (edit_it) edit_it(header, hdu.width, hdu.height, hdu.planes);
     header.set({"HISTORY", {}, call.history});
     const int bitpix = output_bitpix(call, hdu);
-    output.write(header, planes[i], bitpix, call.threads);
+    output.write(header, planes[i], bitpix, call.threads, hdu.further_axes);
     if (extra && !is_variance(i)) {
       for (const ExtraImage& image : extra(header, tasks[i])) {
         output.write(image.header, image.planes, bitpix, call.threads);
@@ -139,12 +139,10 @@ double plane_value(const OperationCall& call, std::string_view name, const Plane
   const std::vector<double>& values = call.parameters.numbers(name);
   if (values.size() == 1) return values.front();
   if (values.size() != static_cast<std::size_t>(task.count)) {
-    std::string option(name);
-    for (char& c : option) c = c == '_' ? '-' : c;
-    throw InputError(
-        fmt::format("gutil {}: --{} has {} values for {} plane{}; give one, or one for "
-                    "each",
-                    call.operation, option, values.size(), task.count, task.count == 1 ? "" : "s"));
+    throw InputError(fmt::format(
+        "gutil {}: {} has {} values for {} plane{}; give one, or one for "
+        "each",
+        call.operation, option_name(name), values.size(), task.count, task.count == 1 ? "" : "s"));
   }
   return values[static_cast<std::size_t>(task.index)];
 }

@@ -28,11 +28,6 @@ namespace {
 constexpr const char* kGroup = "Brightness and colour";
 constexpr double kPercent = 0.01;
 
-std::string option_of(std::string name) {
-  std::replace(name.begin(), name.end(), '_', '-');
-  return "--" + name;
-}
-
 // ---- One tone for each plane or for the file ---------------------------------------------------
 
 const Parameter& per_parameter() {
@@ -165,7 +160,7 @@ constexpr std::array<const char*, 5> kTargets = {"total", "peak", "mean", "perce
 std::string only_target(const OperationCall& call) {
   std::vector<std::string> given, all;
   for (const char* name : kTargets) {
-    all.push_back(option_of(name));
+    all.push_back(option_name(name));
     if (call.parameters.has(name)) given.emplace_back(name);
   }
   if (given.size() == 1) return given.front();
@@ -173,7 +168,7 @@ std::string only_target(const OperationCall& call) {
     throw InputError(fmt::format("gutil normalise: to what? give one of {}", fmt::join(all, ", ")));
   }
   throw InputError(fmt::format("gutil normalise: {} and {} exclude each other; give one",
-                               option_of(given[0]), option_of(given[1])));
+                               option_name(given[0]), option_name(given[1])));
 }
 
 /// The factor that gives the plane's total the magnitude.
@@ -376,8 +371,8 @@ int stretch_file(const OperationCall& call) {
   const std::string limits = parameters.has("limits") ? "limits" : "percentiles";
   const std::vector<double>& ends = parameters.numbers(limits);
   if (!(ends[0] < ends[1])) {
-    throw InputError(fmt::format("gutil stretch: {} {}: low must be below high", option_of(limits),
-                                 fmt::join(ends, ",")));
+    throw InputError(fmt::format("gutil stretch: {} {}: low must be below high",
+                                 option_name(limits), fmt::join(ends, ",")));
   }
   const auto measure = [&](std::span<const PlaneTask> group) {
     if (limits == "limits") return Limits{ends[0], ends[1]};
@@ -536,7 +531,7 @@ void check_method_options(const OperationCall& call) {
   for (const auto& [name, known] : methods) {
     if (!call.parameters.is_given(name)) continue;
     if (std::find(known.begin(), known.end(), method) == known.end()) {
-      throw InputError(fmt::format("gutil rgb: {} goes with --method {}, not {}", option_of(name),
+      throw InputError(fmt::format("gutil rgb: {} goes with --method {}, not {}", option_name(name),
                                    fmt::join(known, " or "), method));
     }
   }
@@ -549,7 +544,7 @@ std::optional<Rgb> channel_values(const OperationCall& call, const std::string& 
   if (values.size() == 1) return Rgb{values[0], values[0], values[0]};
   if (values.size() == 3) return Rgb{values[0], values[1], values[2]};
   throw InputError(fmt::format("gutil rgb: {} has {} values; give one, or one for each channel",
-                               option_of(name), values.size()));
+                               option_name(name), values.size()));
 }
 
 /// The same with 0 where a pixel is missing: those have no weight in what is chosen.

@@ -53,7 +53,7 @@ std::span<const Operation> operations();
 /// By name or alias. Throws InputError with near names.
 const Operation& find_operation(std::string_view name);
 
-/// A parameter's name as users type it behind "--": "axis_ratio" is "axis-ratio".
+/// A parameter's name as users type it: "axis_ratio" is "--axis-ratio".
 std::string option_name(std::string_view parameter);
 
 /// Reads a command line: options, then files. Throws InputError: unknown or repeated option, a
