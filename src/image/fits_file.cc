@@ -22,7 +22,7 @@ FitsFile FitsFile::create(const std::filesystem::path& path, std::string label) 
 
 FitsFile FitsFile::open(const std::filesystem::path& path, std::string label, bool written) {
   FitsFile file(std::move(label), written);
-  if (!written) check_compressed_headers(path, file.label_);
+  if (!written) check_headers(path, file.label_);
   int status = 0;
   errno = 0;
   fits_open_diskfile(&file.handle_, std::filesystem::absolute(path).c_str(), READONLY, &status);
@@ -35,7 +35,7 @@ FitsFile FitsFile::open(const std::filesystem::path& path, std::string label, bo
 
 FitsFile FitsFile::open_extended(const std::string& name) {
   FitsFile file(name, false);
-  check_compressed_headers(name.substr(0, name.find('[')), name);
+  check_headers(name.substr(0, name.find('[')), name);
   int status = 0;
   errno = 0;
   fits_open_file(&file.handle_, name.c_str(), READONLY, &status);

@@ -49,13 +49,23 @@ long long number_of(std::string_view key, std::string_view stem) {
   return error == std::errc() && end == digits.data() + digits.size() ? number : 0;
 }
 
+/// Whether a card's value is a string of printing ASCII.
+bool is_string(std::string_view record) {
+  const bool is_text =
+      std::all_of(record.begin(), record.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  if (!is_text || record.substr(kKeyword, 2) != "= ") return false;
+  const std::string_view value = trim(record.substr(kValue));
+  return value.starts_with('\'') && value.find('\'', 1) != std::string_view::npos;
+}
+
 struct Header {
   bool is_compressed = false;
   double bits = 0, parameters = 0, groups = 1;
   std::vector<double> axes;
   std::optional<long long> compressed_axes;
   std::vector<bool> has_axis = std::vector<bool>(kMostAxes + 1);
-  std::string bad;  ///< the first key of a compressed image whose value cannot be
+  std::string bad;         ///< the first key of a compressed image whose value cannot be
+  std::string bad_column;  ///< the first of a column
 
   void read(std::string_view record) {
     const std::string_view key = trim(record.substr(0, kKeyword));
@@ -73,6 +83,10 @@ struct Header {
     if (key == "ZBITPIX") {
       constexpr std::array<long long, 6> kTypes = {8, 16, 32, 64, -32, -64};
       check(record, value && std::find(kTypes.begin(), kTypes.end(), *value) != kTypes.end());
+    }
+    for (const std::string_view stem : {"TTYPE", "TFORM"}) {
+      if (number_of(key, stem) == 0 || !bad_column.empty() || is_string(record)) continue;
+      bad_column = key;
     }
     for (const std::string_view stem : {"ZNAXIS", "ZTILE"}) {
       const long long axis = number_of(key, stem);
@@ -109,7 +123,7 @@ struct CloseGzip {
 
 }  // namespace
 
-void check_compressed_headers(const std::filesystem::path& path, const std::string& label) {
+void check_headers(const std::filesystem::path& path, const std::string& label) {
   // Reads plain files as they are.
   const std::unique_ptr<gzFile_s, CloseGzip> file(gzopen(path.c_str(), "rb"));
   if (!file) return;
@@ -128,6 +142,10 @@ void check_compressed_headers(const std::filesystem::path& path, const std::stri
     if (header.is_compressed && (!header.bad.empty() || !header.has_all_axes())) {
       throw InputError(fmt::format("{}: HDU {}: a compressed image cannot have such {}", label, hdu,
                                    header.bad.empty() ? "ZNAXISn" : header.bad));
+    }
+    if (!header.bad_column.empty()) {
+      throw InputError(
+          fmt::format("{}: HDU {}: a table cannot have such {}", label, hdu, header.bad_column));
     }
     const double bytes = header.data_blocks() * kBlock;
     constexpr double kFarthest = 0x1p62;

@@ -36,6 +36,11 @@ Image render_shipped(const std::string& name, int size, const std::vector<std::s
   const fs::path folder = fs::path(GAMER_TEST_SOURCE_DIR) / "scenes";
   ConfigNode root = parse_toml(contents(folder / (name + ".par")), name + ".par");
   set_from_text(root, "image.size=" + std::to_string(size));
+  // The tolerance of rays; calibrated pixels would be cut into cells by it.
+  const ConfigNode* camera_keys = root.find("camera");
+  if (camera_keys == nullptr || camera_keys->find("supersample") == nullptr) {
+    set_from_text(root, "camera.supersample=1");
+  }
   for (const std::string& setting : settings) set_from_text(root, setting);
   const RenderParameters parameters = RenderParameters::read(root);
   const Camera camera(parameters);

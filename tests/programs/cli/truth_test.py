@@ -297,7 +297,7 @@ WRONG_INPUTS = {
                                       "t.txt"),
     "table in the image's file": case("gamer: --truth-table out.fits: ", "the image's file",
                                       "--truth-table", "out.fits"),
-    "table that is there": case("gamer: --truth-table t.ecsv: ", "--overwrite", "--truth-table",
+    "table that is there": case("output 't.ecsv': ", "--overwrite", "--truth-table",
                                 "t.ecsv", files={"t.ecsv": "mine"}),
     "images that are there": case("output 'out_truth.fits': ", "--overwrite", "--truth",
                                   files={"out_truth.fits": "mine"}, segmentation=True),
