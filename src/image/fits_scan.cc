@@ -130,9 +130,10 @@ void check_headers(const std::filesystem::path& path, const std::string& label) 
   std::array<char, kBlock> block{};
   for (int hdu = 0;; ++hdu) {
     Header header;
-    bool is_at_end = false;
-    while (!is_at_end) {
-      if (gzread(file.get(), block.data(), kBlock) != static_cast<int>(kBlock)) return;
+    bool is_at_end = false, is_cut_off = false;
+    while (!is_at_end && !is_cut_off) {
+      is_cut_off = gzread(file.get(), block.data(), kBlock) != static_cast<int>(kBlock);
+      if (is_cut_off) break;
       for (std::size_t i = 0; i < kBlock && !is_at_end; i += kRecord) {
         const std::string_view record(block.data() + i, kRecord);
         is_at_end = trim(record.substr(0, kKeyword)) == "END";
@@ -147,6 +148,7 @@ void check_headers(const std::filesystem::path& path, const std::string& label) 
       throw InputError(
           fmt::format("{}: HDU {}: a table cannot have such {}", label, hdu, header.bad_column));
     }
+    if (is_cut_off) return;
     const double bytes = header.data_blocks() * kBlock;
     constexpr double kFarthest = 0x1p62;
     if (!(bytes >= 0 && bytes < kFarthest)) return;
