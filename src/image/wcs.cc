@@ -41,6 +41,17 @@ std::string_view trim(std::string_view text) {
   return text.substr(first, text.find_last_not_of(' ') - first + 1);
 }
 
+bool is_printing(std::string_view record) {
+  return std::all_of(record.begin(), record.end(), [](char c) { return c >= ' ' && c <= '~'; });
+}
+
+/// Whether the card's value is a string without an end.
+bool has_open_string(std::string_view record) {
+  const std::string_view value =
+      trim(record.substr(std::min(record.size(), kKeywordWidth + std::size_t{2})));
+  return value.starts_with('\'') && value.find('\'', 1) == std::string_view::npos;
+}
+
 std::string_view keyword(std::string_view record) { return trim(record.substr(0, kKeywordWidth)); }
 
 // ---- Records -----------------------------------------------------------------------------------
@@ -220,9 +231,7 @@ class Converter {
     std::string text;
     for (const std::string& record : records) {
       // Others lead WCSLIB beyond the end (7.12).
-      const bool is_text =
-          std::all_of(record.begin(), record.end(), [](char c) { return c >= ' ' && c <= '~'; });
-      if (!is_text) {
+      if (!is_printing(record) || has_open_string(record)) {
         throw InputError({label, 0, 0},
                          fmt::format("cannot read the card {}", in_quotes(trim(record))));
       }
