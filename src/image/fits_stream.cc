@@ -28,6 +28,7 @@
 #include "image/fits_file.h"
 #include "image/image_suffix.h"
 #include "image/memory.h"
+#include "image/standard_stream.h"
 #include "image/temporary_file.h"
 #include "image/wavelength_axis.h"
 
@@ -36,29 +37,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kStream = "-";
-constexpr std::size_t kCopyBlock = std::size_t{1} << 20;
 /// Pixels that are converted at a time: 64 KiB of floats.
 constexpr std::size_t kPiece = std::size_t{1} << 14;
 
 using CFile = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
-
-/// Copies all bytes; `what` names the stream for messages.
-void copy_bytes(std::FILE* from, std::FILE* to, const std::string& what) {
-  std::vector<char> block(kCopyBlock);
-  std::size_t count = 0;
-  while ((count = std::fread(block.data(), 1, block.size(), from)) > 0) {
-    if (std::fwrite(block.data(), 1, count, to) != count) {
-      throw RunError(fmt::format("{}: cannot write: {}", what, std::strerror(errno)));
-    }
-  }
-  if (std::ferror(from) != 0) {
-    throw RunError(fmt::format("{}: cannot read: {}", what, std::strerror(errno)));
-  }
-  if (std::fflush(to) != 0) {
-    throw RunError(fmt::format("{}: cannot write: {}", what, std::strerror(errno)));
-  }
-}
 
 bool is_compressed(FitsFile& file) {
   int status = 0;
@@ -144,7 +126,8 @@ bool has_good_data_sum(FitsFile& file) {
 /// Of a gzip stream that is cut off CFITSIO (4.2) asks for more without end.
 void check_gzip_tiles(FitsFile& file, int hdu, int column, LONGLONG rows, double tile_pixels) {
   constexpr int kGzipWindow = 15 + 16;
-  std::vector<unsigned char> stream, block(kCopyBlock);
+  constexpr std::size_t kInflateBlock = std::size_t{1} << 20;
+  std::vector<unsigned char> stream, block(kInflateBlock);
   for (LONGLONG row = 1; row <= rows; ++row) {
     LONGLONG length = 0, offset = 0;
     file.call(fits_read_descriptll, column, row, &length, &offset);
@@ -379,7 +362,8 @@ std::string now() {
 
 class FitsInput::File {
  public:
-  explicit File(const std::string& name) : name_(name == kStream ? "standard input" : name) {
+  explicit File(const std::string& name)
+      : name_(name == standard_stream ? "standard input" : name) {
     file_.emplace(open(name));
     int first = 1, last = file_->hdu_count();
     if (is_extended_) {
@@ -423,7 +407,7 @@ class FitsInput::File {
 
  private:
   FitsFile open(const std::string& name) {
-    if (name == kStream) return open_stream(stdin);
+    if (name == standard_stream) return open_stream(stdin);
     if (exists(name)) {
       if (std::error_code error; fs::is_directory(name, error)) {
         throw InputError(fmt::format("{}: is a folder", name));
@@ -600,11 +584,10 @@ PlanePtr FitsInput::plane(std::size_t hdu, int plane) const {
 class FitsOutput::File {
  public:
   explicit File(const FitsOutputOptions& options)
-      : options_(options), label_(options.name == kStream ? "standard output" : options.name) {
-    if (options.name == kStream) {
-      if (isatty(STDOUT_FILENO) != 0) {
-        throw InputError("standard output is a terminal; send it to a file or another program");
-      }
+      : options_(options),
+        label_(options.name == standard_stream ? "standard output" : options.name) {
+    if (options.name == standard_stream) {
+      check_standard_output();
       spool_.emplace();
       // CFITSIO makes its files itself.
       unlink(spool_->path().c_str());

@@ -21,6 +21,7 @@
 #include "gamer/image/picture.h"
 #include "image/image_suffix.h"
 #include "image/picture_size.h"
+#include "image/standard_stream.h"
 #include "image/temporary_file.h"
 #include "image/write_file.h"
 
@@ -29,8 +30,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kStream = "-";
-constexpr std::size_t kCopyBlock = std::size_t{1} << 20;
 /// A BMP file says its size in 32 bits.
 constexpr std::uint64_t kLargestBmp = 0xFFFFFFFF;
 /// libpng takes no longer sides (PNG_USER_WIDTH_MAX).
@@ -127,18 +126,6 @@ std::string bmp_header(int width, int height) {
   return header;
 }
 
-/// A file without a name, removed when it is closed.
-std::FILE* open_spool() {
-  std::error_code error;
-  fs::path folder = fs::temp_directory_path(error);
-  if (error) folder = "/tmp";
-  std::string name = (folder / "gutil.XXXXXX").string();
-  const int descriptor = mkstemp(name.data());
-  if (descriptor < 0) return nullptr;
-  unlink(name.c_str());
-  return fdopen(descriptor, "w+b");
-}
-
 }  // namespace
 
 std::uint64_t bmp_bytes(int width, int height) {
@@ -147,7 +134,7 @@ std::uint64_t bmp_bytes(int width, int height) {
 }
 
 std::optional<PictureFormat> picture_format(const std::string& name) {
-  if (name == kStream) return PictureFormat::png;
+  if (name == standard_stream) return PictureFormat::png;
   const auto suffix = image_suffix(name);
   if (suffix == ImageSuffix::png) return PictureFormat::png;
   if (suffix == ImageSuffix::bmp) return PictureFormat::bmp;
@@ -166,10 +153,8 @@ void check_picture_file(const PictureFileOptions& options, int width, int height
     fail(fmt::format("{} x {} pixels are too many for a PNG file ({} a side)", width, height,
                      kLongestPngSide));
   }
-  if (options.name == kStream) {
-    if (isatty(STDOUT_FILENO) != 0) {
-      throw InputError("standard output is a terminal; send it to a file or another program");
-    }
+  if (options.name == standard_stream) {
+    check_standard_output();
     return;
   }
   if (picture_format(options.name) != options.format) {
@@ -185,10 +170,13 @@ void check_picture_file(const PictureFileOptions& options, int width, int height
 /// Where the bytes go, and what it is called in messages.
 struct PictureFile::Destination {
   explicit Destination(const PictureFileOptions& options)
-      : label(options.name == kStream ? "standard output" : options.name),
-        temporary(options.name == kStream ? nullptr
-                                          : std::make_unique<TemporaryFile>(options.name)),
-        file(temporary ? std::fopen(temporary->path().c_str(), "wb") : open_spool(), &std::fclose) {
+      : label(options.name == standard_stream ? "standard output" : options.name) {
+    if (options.name == standard_stream) {
+      spool = std::make_unique<SpoolFile>();
+    } else {
+      temporary = std::make_unique<TemporaryFile>(options.name);
+    }
+    file.reset(std::fopen((spool ? spool->path() : temporary->path()).c_str(), "w+b"));
     if (!file) fail();
   }
 
@@ -206,16 +194,13 @@ struct PictureFile::Destination {
     }
     if (std::fflush(file.get()) != 0) fail();
     std::rewind(file.get());
-    std::vector<char> block(kCopyBlock);
-    for (std::size_t count; (count = std::fread(block.data(), 1, block.size(), file.get())) > 0;) {
-      if (std::fwrite(block.data(), 1, count, stdout) != count) fail();
-    }
-    if (std::ferror(file.get()) != 0 || std::fflush(stdout) != 0) fail();
+    copy_bytes(file.get(), stdout, label);
   }
 
   std::string label;
   std::unique_ptr<TemporaryFile> temporary;
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file;
+  std::unique_ptr<SpoolFile> spool;  ///< where the bytes go to standard output
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file{nullptr, &std::fclose};
 };
 
 class PictureFile::Encoder {

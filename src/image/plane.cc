@@ -144,6 +144,15 @@ void for_each_band(const Plane& plane, int threads,
   }
 }
 
+void for_each_block(const Area& area, int side, const std::function<void(const Area& block)>& use) {
+  for (int y = 0; y < area.height; y += side) {
+    for (int x = 0; x < area.width; x += side) {
+      use({area.x + x, area.y + y, std::min(side, area.width - x),
+           std::min(side, area.height - y)});
+    }
+  }
+}
+
 Image evaluate(const Plane& plane, int threads) {
   Image image(plane.width(), plane.height(), 1);
   for_each_band(plane, threads, [&](const Area& area, const double* values) {

@@ -142,10 +142,8 @@ class PsfOptions {
   /// That of the planes to convolve, where they have one; images of a PSF have North upwards.
   static std::optional<CelestialWcs> celestial_wcs(const PlaneTask& task) {
     if (!task.plane) return std::nullopt;
-    std::string records;
-    for (const std::string& record : task.header.records()) records += record;
     try {
-      return CelestialWcs::from_header(records, task.label);
+      return gamer::celestial_wcs(task.header, task.label);
     } catch (const InputError&) {
       return std::nullopt;
     }

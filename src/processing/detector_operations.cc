@@ -20,7 +20,6 @@ namespace gamer {
 namespace {
 
 constexpr const char* kContext = "gutil noise: ";
-constexpr double kPogson = 2.5;
 /// Counts of a second, which gamer writes, need no zero point.
 constexpr const char* kElectronRate = "electron/s";
 
@@ -154,7 +153,7 @@ double NoiseOperation::electron_rate(const PlaneTask& task) const {
         fmt::format("{}--zero-point needs MAGZERO, and {} has none; give --electrons-per-unit",
                     kContext, task.label));
   }
-  return calibrated_area(task) * std::pow(10, -(*zero_point - value("zero_point", task)) / kPogson);
+  return calibrated_area(task) * flux_ratio(*zero_point - value("zero_point", task));
 }
 
 /// electrons/s of a pixel.
@@ -165,7 +164,7 @@ double NoiseOperation::sky_rate(const PlaneTask& task, double rate) const {
   if (has("zero_point")) {
     zero_point = value("zero_point", task);
   } else if (task.info.zero_point) {
-    zero_point = *task.info.zero_point + kPogson * std::log10(rate / calibrated_area(task));
+    zero_point = *task.info.zero_point - magnitudes_of(rate / calibrated_area(task));
   } else {
     throw InputError(fmt::format(
         "{}--sky needs --zero-point (AB magnitude of 1 electron/s), as {} has no MAGZERO; "
@@ -174,7 +173,7 @@ double NoiseOperation::sky_rate(const PlaneTask& task, double rate) const {
   }
   try {
     const double scale = pixel_scale(task.header, task.label);
-    return scale * scale * std::pow(10, -(value("sky", task) - zero_point) / kPogson);
+    return scale * scale * flux_ratio(value("sky", task) - zero_point);
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}--sky needs the size of pixels: {}; give --sky-rate", kContext,
                                  error.what()));

@@ -30,7 +30,6 @@ namespace {
 constexpr const char* kGroup = "Measurement";
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kMagnitude = 2.5;        ///< per decade of flux
 constexpr double kLeastAxisRatio = 1e-6;  ///< of apertures; its square is far from underflow
 
 const Interval kPositive = Interval::open(0, std::numeric_limits<double>::infinity());
@@ -211,12 +210,6 @@ Operation stats_operation() {
 
 // photometry
 
-std::string header_records(const FitsHeader& header) {
-  std::string records;
-  for (const std::string& record : header.records()) records += record;
-  return records;
-}
-
 /// Where and how to measure one plane.
 class Photometry {
  public:
@@ -225,7 +218,7 @@ class Photometry {
     in_arcsec_ = parameters_.text("unit") == "arcsec";
     const bool needs_sky = in_arcsec_ || parameters_.has("position");
     try {
-      wcs_ = CelestialWcs::from_header(header_records(task.header), task.label);
+      wcs_ = celestial_wcs(task.header, task.label);
     } catch (const InputError& error) {
       if (needs_sky) {
         throw wrong(call, fmt::format("--{} needs celestial coordinates: {}",
@@ -422,7 +415,7 @@ class Photometry {
   /// AB magnitude of factor * value; NaN without a zero point or light.
   double magnitude(double factor, double value) const {
     if (!task_.info.zero_point || !(value > 0)) return kNone;
-    return *task_.info.zero_point - kMagnitude * std::log10(factor * value);
+    return *task_.info.zero_point + magnitudes_of(factor * value);
   }
 
   const OperationCall& call_;

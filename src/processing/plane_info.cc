@@ -14,7 +14,6 @@
 
 #include "gamer/core/error.h"
 #include "gamer/core/units.h"
-#include "gamer/image/wcs.h"
 
 namespace gamer {
 namespace {
@@ -27,6 +26,9 @@ auto plane_value(const std::string& key, int plane, int planes, Get get) {
   return value;
 }
 
+/// Magnitudes of a factor of 10 in flux.
+constexpr double kPogson = 2.5;
+
 /// How a card follows pixels that become f times as large and mean the same light.
 struct CalibrationCard {
   std::string_view key;
@@ -34,8 +36,7 @@ struct CalibrationCard {
   double power;       ///< is multiplied by f^power
 
   double scaled(double value, double factor) const {
-    constexpr double kMagnitudesPerFactor = 2.5;
-    if (is_magnitude) return value + kMagnitudesPerFactor * std::log10(factor);
+    if (is_magnitude) return value - magnitudes_of(factor);
     return value * std::pow(factor, power);
   }
 };
@@ -306,10 +307,18 @@ std::string squared_unit(std::string_view unit) {
   return result;
 }
 
-double pixel_scale(const FitsHeader& header, const std::string& label) {
+CelestialWcs celestial_wcs(const FitsHeader& header, const std::string& label) {
   std::string records;
   for (const std::string& record : header.records()) records += record;
-  const CelestialWcs wcs = CelestialWcs::from_header(records, label);
+  return CelestialWcs::from_header(records, label);
+}
+
+double flux_ratio(double magnitudes) { return std::pow(10, -magnitudes / kPogson); }
+
+double magnitudes_of(double flux_ratio) { return -kPogson * std::log10(flux_ratio); }
+
+double pixel_scale(const FitsHeader& header, const std::string& label) {
+  const CelestialWcs wcs = celestial_wcs(header, label);
   const double x = header.number("CRPIX1").value_or(0), y = header.number("CRPIX2").value_or(0);
   const auto at = [&](double dx, double dy) {
     const auto sky = wcs.sky({x + dx, y + dy});

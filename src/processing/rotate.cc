@@ -90,13 +90,9 @@ class RotatedPlane final : public Plane {
   using Plane::read;
   void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
     std::vector<double> values;
-    for (int y = 0; y < area.height; y += kSide) {
-      for (int x = 0; x < area.width; x += kSide) {
-        const Area block = {area.x + x, area.y + y, std::min(kSide, area.width - x),
-                            std::min(kSide, area.height - y)};
-        read_block(block, out + y * stride + x, stride, values);
-      }
-    }
+    for_each_block(area, kSide, [&](const Area& block) {
+      read_block(block, out + (block.y - area.y) * stride + block.x - area.x, stride, values);
+    });
   }
 
  private:

@@ -176,8 +176,7 @@ LinearTone tone_to_magnitude(double magnitude, const PlaneTask& task) {
   if (!task.info.zero_point) {
     throw InputError("has no MAGZERO card, which --magnitude needs; --total sets the sum instead");
   }
-  constexpr double kFactorPerMagnitude = -0.4;
-  double total = std::pow(10, kFactorPerMagnitude * (magnitude - *task.info.zero_point));
+  double total = flux_ratio(magnitude - *task.info.zero_point);
   if (is_brightness(task.info.unit)) {
     const double scale = pixel_scale(task.header, task.label);
     total /= scale * scale;

@@ -78,6 +78,10 @@ PlanePtr changed(PlanePtr source, PixelChange change);
 void for_each_band(const Plane& plane, int threads,
                    const std::function<void(const Area& area, const double* values)>& take);
 
+/// Calls `use(block)` for squares of at most `side` pixels that cover the area: for planes whose
+/// sources would be read too widely for a whole one.
+void for_each_block(const Area& area, int side, const std::function<void(const Area& block)>& use);
+
 /// All of it in memory: an Image of one plane.
 Image evaluate(const Plane& plane, int threads = 1);
 

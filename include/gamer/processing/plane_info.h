@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "gamer/image/fits_header.h"
+#include "gamer/image/wcs.h"
 
 namespace gamer {
 
@@ -59,6 +60,13 @@ void refuse_magnitudes(const std::string& operation, const std::string& label,
 
 /// Every factor of a unit with twice its power: "MJy/sr" becomes "MJy2/sr2", "cm-2" "cm-4".
 std::string squared_unit(std::string_view unit);
+
+/// The celestial coordinates of the header. Throws InputError with `label`.
+CelestialWcs celestial_wcs(const FitsHeader& header, const std::string& label);
+
+/// The ratio of fluxes of a difference of magnitudes, 10^(-m/2.5), and the inverse.
+double flux_ratio(double magnitudes);
+double magnitudes_of(double flux_ratio);
 
 /// The square root of a pixel's solid angle at the reference pixel, arcsec. Throws InputError with
 /// `label` where the header has no celestial coordinates.

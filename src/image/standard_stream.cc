@@ -1,0 +1,36 @@
+#include "image/standard_stream.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <vector>
+
+#include "gamer/core/error.h"
+
+namespace gamer {
+
+void check_standard_output() {
+  if (isatty(STDOUT_FILENO) == 0) return;
+  throw InputError("standard output is a terminal; send it to a file or another program");
+}
+
+void copy_bytes(std::FILE* from, std::FILE* to, const std::string& what) {
+  constexpr std::size_t kBlock = std::size_t{1} << 20;
+  std::vector<char> block(kBlock);
+  std::size_t count = 0;
+  while ((count = std::fread(block.data(), 1, block.size(), from)) > 0) {
+    if (std::fwrite(block.data(), 1, count, to) != count) {
+      throw RunError(fmt::format("{}: cannot write: {}", what, std::strerror(errno)));
+    }
+  }
+  if (std::ferror(from) != 0) {
+    throw RunError(fmt::format("{}: cannot read: {}", what, std::strerror(errno)));
+  }
+  if (std::fflush(to) != 0) {
+    throw RunError(fmt::format("{}: cannot write: {}", what, std::strerror(errno)));
+  }
+}
+
+}  // namespace gamer

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstdio>
+#include <string>
+
+namespace gamer {
+
+/// The name that stands for standard input or output.
+inline constexpr const char* standard_stream = "-";
+
+/// Throws InputError where standard output is a terminal, which shows no files.
+void check_standard_output();
+
+/// Copies all bytes that are left, and flushes; `what` names the stream for messages. Throws
+/// RunError.
+void copy_bytes(std::FILE* from, std::FILE* to, const std::string& what);
+
+}  // namespace gamer
