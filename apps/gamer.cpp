@@ -246,7 +246,9 @@ void render(const Options& options, const gamer::RenderJob& job, gamer::Executor
   gamer::Progress progress(renderer.height(),
                            is_silent ? Style::none : gamer::Progress::style_for(stderr), stderr);
   executor.run(
-      renderer.height(), gamer::block_rows(renderer.height(), executor.workers()), values_per_row,
+      gamer::even_blocks(renderer.height(),
+                         gamer::block_rows(renderer.height(), executor.workers())),
+      values_per_row,
       [&](gamer::RowRange rows, std::span<double> values) { renderer.render_rows(rows, values); },
       [&](gamer::RowRange rows, std::span<const double> values) {
         writer->write_rows(rows.first, rows.size(), values);

@@ -425,23 +425,18 @@ int MpiJob::end(int code, const std::string& message,
 /// Rank 0's part of a run: hands out, computes with its own threads, receives and consumes.
 class Lead {
  public:
-  Lead(MpiJob& job, int threads, int rows, int block, std::size_t values_per_row,
+  Lead(MpiJob& job, int threads, std::span<const RowRange> blocks, std::size_t values_per_row,
        const Executor::Compute& compute, const Executor::Consume& consume)
       : job_(job),
         values_per_row_(values_per_row),
         consume_(consume),
-        handout_(rows, block),
+        handout_(blocks),
         busy_(static_cast<std::size_t>(job.size()), true),
         incoming_(transfers),
         pool_(
             threads, values_per_row, compute, [this] { return handout_.next(); },
             [this] { handout_.stop(); }) {
     busy_.front() = false;
-    const auto largest = static_cast<std::size_t>(std::min(block, rows)) * values_per_row;
-    for (Incoming& incoming : incoming_) {
-      incoming.values.resize(largest);
-      incoming.requests.reserve(largest / values_per_message + 1);
-    }
   }
 
   void run() {
@@ -470,10 +465,6 @@ class Lead {
     RowRange range;
     std::vector<double> values;
     std::vector<MPI_Request> requests;
-
-    std::span<double> used(std::size_t values_per_row) {
-      return std::span(values).first(static_cast<std::size_t>(range.size()) * values_per_row);
-    }
   };
 
   // The pool is asked first: what it threw is known once it has finished.
@@ -526,8 +517,9 @@ class Lead {
       if (!arrived) break;
       MPI_Recv(&incoming.range, sizeof incoming.range, MPI_BYTE, status.MPI_SOURCE, tag_rows,
                job_.communicator(), MPI_STATUS_IGNORE);
+      incoming.values.resize(static_cast<std::size_t>(incoming.range.size()) * values_per_row_);
       incoming.requests.clear();
-      for_pieces(incoming.used(values_per_row_), [&](double* data, int count) {
+      for_pieces(std::span<double>(incoming.values), [&](double* data, int count) {
         MPI_Irecv(data, count, MPI_DOUBLE, status.MPI_SOURCE, tag_values, job_.communicator(),
                   &incoming.requests.emplace_back());
       });
@@ -542,7 +534,7 @@ class Lead {
     for (Incoming& incoming : incoming_) {
       if (!incoming.active || !test_all(incoming.requests)) continue;
       incoming.active = false;
-      consume(incoming.range, incoming.used(values_per_row_));
+      consume(incoming.range, incoming.values);
       active = true;
     }
     return active;
@@ -695,11 +687,11 @@ class RankExecutor : public Executor {
     }
   }
 
-  void run(int rows, int block, std::size_t values_per_row, const Compute& compute,
+  void run(std::span<const RowRange> blocks, std::size_t values_per_row, const Compute& compute,
            const Consume& consume) override {
-    check_rows(rows, block);
+    check_blocks(blocks);
     if (job_.rank() == 0) {
-      Lead(job_, threads_, rows, block, values_per_row, compute, consume).run();
+      Lead(job_, threads_, blocks, values_per_row, compute, consume).run();
     } else {
       Follow(job_, threads_, values_per_row, compute).run();
     }

@@ -1,21 +1,22 @@
 #pragma once
 
+#include <cstddef>
 #include <mutex>
 #include <optional>
+#include <span>
 
 #include "gamer/parallel/executor.h"
 
 namespace gamer {
 
-/// Throws std::invalid_argument when rows < 0 or block < 1.
-void check_rows(int rows, int block);
+/// Throws std::invalid_argument when a block is empty or begins before row 0.
+void check_blocks(std::span<const RowRange> blocks);
 
-/// Hands out the blocks of rows [0, rows) in ascending order, each once. Safe to use from several
-/// threads.
+/// Hands out blocks of rows in their order, each once. Safe to use from several threads.
 class RowHandout {
  public:
-  /// Throws as check_rows().
-  RowHandout(int rows, int block);
+  /// The blocks must outlive it. Throws as check_blocks().
+  explicit RowHandout(std::span<const RowRange> blocks);
 
   /// The next block, or none when all are out or the handout was stopped.
   std::optional<RowRange> next();
@@ -23,9 +24,7 @@ class RowHandout {
 
  private:
   std::mutex mutex_;
-  int next_ = 0;
-  int rows_;
-  int block_;
+  std::span<const RowRange> left_;
 };
 
 }  // namespace gamer

@@ -28,16 +28,16 @@ ThreadExecutor::ThreadExecutor(int threads) : threads_(threads) {
     throw std::invalid_argument(fmt::format("cannot compute in {} threads", threads));
 }
 
-void ThreadExecutor::run(int rows, int block, std::size_t values_per_row, const Compute& compute,
-                         const Consume& consume) {
-  RowHandout handout(rows, block);
+void ThreadExecutor::run(std::span<const RowRange> blocks, std::size_t values_per_row,
+                         const Compute& compute, const Consume& consume) {
+  RowHandout handout(blocks);
   if (threads_ == 1) {
     run_here(handout, values_per_row, compute, consume);
     return;
   }
-  const int blocks = rows / block + (rows % block == 0 ? 0 : 1);
+  const auto useful = std::clamp(blocks.size(), std::size_t{1}, static_cast<std::size_t>(threads_));
   WorkerPool pool(
-      std::clamp(blocks, 1, threads_), values_per_row, compute, [&] { return handout.next(); },
+      static_cast<int>(useful), values_per_row, compute, [&] { return handout.next(); },
       [&] { handout.stop(); });
   while (const std::optional<FinishedBlock> finished = pool.take()) {
     consume(finished->range, finished->values);

@@ -242,7 +242,7 @@ DataTable truth_table(const RenderJob& job, Executor& executor) {
     }
   };
   executor.run(
-      static_cast<int>(scene.objects), 1, per_object,
+      even_blocks(static_cast<int>(scene.objects), 1), per_object,
       [&](RowRange rows, std::span<double> values) {
         for (int row = rows.first; row < rows.last; ++row) {
           describe(

@@ -7,17 +7,25 @@
 #include <cmath>
 #include <cstddef>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "gamer/parallel/executor.h"
 
 namespace gamer {
 
-/// Computes known values and checks that each row arrives once with them, in the blocks asked for.
+/// Computes known values and checks that each block arrives once with them.
 class RowCheck {
  public:
-  RowCheck(int rows, int block, std::size_t width)
-      : rows_(rows), block_(block), width_(width), seen_(static_cast<std::size_t>(rows), 0) {}
+  RowCheck(std::vector<RowRange> blocks, std::size_t width)
+      : blocks_(std::move(blocks)), width_(width), seen_(blocks_.size(), 0) {}
+
+  const std::vector<RowRange>& blocks() const { return blocks_; }
+  int rows() const {
+    int sum = 0;
+    for (const RowRange& block : blocks_) sum += block.size();
+    return sum;
+  }
 
   static double value(int row, std::size_t column) {
     return std::sin(1.0 + row) + static_cast<double>(column);
@@ -35,11 +43,10 @@ class RowCheck {
 
   Executor::Consume consume() {
     return [this](RowRange range, std::span<const double> values) {
-      EXPECT_EQ(range.first % block_, 0);
-      EXPECT_EQ(range.last, range.first + std::min(block_, rows_ - range.first));
+      const auto found = std::find(blocks_.begin(), blocks_.end(), range);
+      ASSERT_NE(found, blocks_.end());
+      ++seen_[static_cast<std::size_t>(found - blocks_.begin())];
       ASSERT_EQ(values.size(), static_cast<std::size_t>(range.size()) * width_);
-      for (int row = range.first; row < range.last; ++row)
-        ++seen_.at(static_cast<std::size_t>(row));
       for (std::size_t i = 0; i < values.size(); ++i) {
         const int row = range.first + static_cast<int>(i / width_);
         if (values[i] != value(row, i % width_)) ++wrong_;
@@ -49,15 +56,14 @@ class RowCheck {
 
   void expect_all_consumed() const {
     EXPECT_EQ(wrong_, 0);
-    EXPECT_EQ(std::count(seen_.begin(), seen_.end(), 1), rows_);
+    EXPECT_EQ(std::count(seen_.begin(), seen_.end(), 1), std::ssize(blocks_));
   }
 
   /// Rows computed by this rank.
   int computed() const { return computed_; }
 
  private:
-  int rows_;
-  int block_;
+  std::vector<RowRange> blocks_;
   std::size_t width_;
   std::vector<int> seen_;
   int wrong_ = 0;

@@ -26,8 +26,8 @@ TEST_P(EveryRowOnce, ArrivesWithItsValues) {
   ThreadExecutor executor(threads);
   EXPECT_EQ(executor.workers(), threads);
   for (const std::size_t width : {0u, 1u, 7u}) {
-    RowCheck check(rows, block, width);
-    executor.run(rows, block, width, check.compute(), check.consume());
+    RowCheck check(even_blocks(rows, block), width);
+    executor.run(check.blocks(), width, check.compute(), check.consume());
     check.expect_all_consumed();
     EXPECT_EQ(check.computed(), rows);
   }
@@ -38,26 +38,43 @@ INSTANTIATE_TEST_SUITE_P(RowsBlocksThreads, EveryRowOnce,
                                           testing::Values(1, 2, 3, 16, 1000),
                                           testing::Values(1, 2, 3, 8)));
 
+TEST(EvenBlocks, CoverTheRowsOnce) {
+  EXPECT_EQ(even_blocks(0, 3), std::vector<RowRange>());
+  EXPECT_EQ(even_blocks(7, 3), (std::vector<RowRange>{{0, 3}, {3, 6}, {6, 7}}));
+  EXPECT_EQ(even_blocks(2, 1000), (std::vector<RowRange>{{0, 2}}));
+  EXPECT_THROW(even_blocks(-1, 1), std::invalid_argument);
+  EXPECT_THROW(even_blocks(1, 0), std::invalid_argument);
+}
+
+TEST(ThreadExecutor, BlocksMayDifferAndLeaveRowsOut) {
+  for (const int threads : {1, 2, 5}) {
+    RowCheck check({{10, 17}, {0, 2}, {5, 6}, {100, 103}}, 3);
+    ThreadExecutor(threads).run(check.blocks(), 3, check.compute(), check.consume());
+    check.expect_all_consumed();
+    EXPECT_EQ(check.computed(), check.rows());
+  }
+}
+
 TEST(ThreadExecutor, OneThreadIsTheCallers) {
   const auto caller = std::this_thread::get_id();
   ThreadExecutor(1).run(
-      4, 1, 1, [&](RowRange, auto) { EXPECT_EQ(std::this_thread::get_id(), caller); },
+      even_blocks(4, 1), 1, [&](RowRange, auto) { EXPECT_EQ(std::this_thread::get_id(), caller); },
       [&](RowRange, auto) { EXPECT_EQ(std::this_thread::get_id(), caller); });
 }
 
 TEST(ThreadExecutor, ConsumesInTheCallersThreadWhileOthersCompute) {
   const auto caller = std::this_thread::get_id();
   ThreadExecutor(3).run(
-      12, 1, 1, [&](RowRange, auto) { EXPECT_NE(std::this_thread::get_id(), caller); },
+      even_blocks(12, 1), 1, [&](RowRange, auto) { EXPECT_NE(std::this_thread::get_id(), caller); },
       [&](RowRange, auto) { EXPECT_EQ(std::this_thread::get_id(), caller); });
 }
 
-TEST(ThreadExecutor, HandsBlocksOutInOrder) {
-  std::vector<int> first_rows;
+TEST(ThreadExecutor, HandsBlocksOutInTheOrderGiven) {
+  const std::vector<RowRange> blocks = {{4, 8}, {8, 9}, {0, 4}};
+  std::vector<RowRange> computed;
   ThreadExecutor(1).run(
-      10, 4, 1, [&](RowRange range, auto) { first_rows.push_back(range.first); },
-      [](RowRange, auto) {});
-  EXPECT_EQ(first_rows, (std::vector{0, 4, 8}));
+      blocks, 1, [&](RowRange range, auto) { computed.push_back(range); }, [](RowRange, auto) {});
+  EXPECT_EQ(computed, blocks);
 }
 
 TEST(ThreadExecutor, SlowBlockDoesNotHoldOthersUp) {
@@ -66,7 +83,7 @@ TEST(ThreadExecutor, SlowBlockDoesNotHoldOthersUp) {
   std::atomic<int> consumed = 0;
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
   ThreadExecutor(2).run(
-      rows, 1, 1,
+      even_blocks(rows, 1), 1,
       [&](RowRange range, auto) {
         while (range.first == 0 && consumed < rows - 1) {
           ASSERT_LT(std::chrono::steady_clock::now(), deadline);
@@ -83,7 +100,7 @@ TEST(ThreadExecutor, SlowConsumerBoundsWaitingResults) {
   int consumed = 0;
   int most_ahead = 0;
   ThreadExecutor(threads).run(
-      40, 1, 1, [&](RowRange, auto) { ++computed; },
+      even_blocks(40, 1), 1, [&](RowRange, auto) { ++computed; },
       [&](RowRange, auto) {
         std::this_thread::sleep_for(milliseconds(2));
         ++consumed;
@@ -100,7 +117,7 @@ TEST_P(Failing, ComputeEndsTheRunWithItsException) {
   ThreadExecutor executor(GetParam());
   try {
     executor.run(
-        10000, 1, 1,
+        even_blocks(10000, 1), 1,
         [&](RowRange range, auto) {
           ++computed;
           if (range.first == 5) throw InputError("row 5 is wrong");
@@ -112,8 +129,8 @@ TEST_P(Failing, ComputeEndsTheRunWithItsException) {
     EXPECT_STREQ(error.what(), "row 5 is wrong");
   }
   EXPECT_LT(computed, 5000);
-  RowCheck check(10, 3, 2);
-  executor.run(10, 3, 2, check.compute(), check.consume());
+  RowCheck check(even_blocks(10, 3), 2);
+  executor.run(check.blocks(), 2, check.compute(), check.consume());
   check.expect_all_consumed();
 }
 
@@ -122,7 +139,7 @@ TEST_P(Failing, ConsumeEndsTheRunWithItsException) {
   int consumed = 0;
   EXPECT_THROW(ThreadExecutor(GetParam())
                    .run(
-                       10000, 1, 1, [&](RowRange, auto) { ++computed; },
+                       even_blocks(10000, 1), 1, [&](RowRange, auto) { ++computed; },
                        [&](RowRange, auto) {
                          if (++consumed == 3) throw RunError("disk full");
                        }),
@@ -132,10 +149,11 @@ TEST_P(Failing, ConsumeEndsTheRunWithItsException) {
 }
 
 TEST_P(Failing, UnknownExceptionsPass) {
-  EXPECT_THROW(ThreadExecutor(GetParam())
-                   .run(
-                       10, 1, 1, [](RowRange, auto) { throw 7; }, [](RowRange, auto) {}),
-               int);
+  EXPECT_THROW(
+      ThreadExecutor(GetParam())
+          .run(
+              even_blocks(10, 1), 1, [](RowRange, auto) { throw 7; }, [](RowRange, auto) {}),
+      int);
 }
 
 INSTANTIATE_TEST_SUITE_P(Threads, Failing, testing::Values(1, 2, 5));
@@ -145,8 +163,10 @@ TEST(ThreadExecutor, RejectsWrongNumbers) {
   for (const int threads : {1, 2}) {
     ThreadExecutor executor(threads);
     const auto nothing = [](RowRange, auto) {};
-    EXPECT_THROW(executor.run(-1, 1, 1, nothing, nothing), std::invalid_argument);
-    EXPECT_THROW(executor.run(1, 0, 1, nothing, nothing), std::invalid_argument);
+    for (const RowRange wrong : {RowRange{-1, 1}, RowRange{2, 2}, RowRange{3, 2}}) {
+      const std::vector<RowRange> blocks = {{0, 1}, wrong};
+      EXPECT_THROW(executor.run(blocks, 1, nothing, nothing), std::invalid_argument);
+    }
   }
 }
 

@@ -13,8 +13,8 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <utility>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "gamer/core/error.h"
@@ -62,8 +62,8 @@ TEST(Ranks, EveryRowArrivesOnceWithItsValues) {
     for (const int rows : {0, 1, 3, 16, 101}) {
       for (const int block : {1, 3, 16, 1000}) {
         for (const std::size_t width : {0u, 1u, 37u}) {
-          RowCheck check(rows, block, width);
-          executor->run(rows, block, width, check.compute(), check.consume());
+          RowCheck check(even_blocks(rows, block), width);
+          executor->run(check.blocks(), width, check.compute(), check.consume());
           if (ranks->rank() == 0) check.expect_all_consumed();
           EXPECT_EQ(sum_over_ranks(check.computed()), rows);
         }
@@ -72,19 +72,28 @@ TEST(Ranks, EveryRowArrivesOnceWithItsValues) {
   }
 }
 
+TEST(Ranks, BlocksMayDifferAndLeaveRowsOut) {
+  for (const std::size_t width : {3u, 50'000u}) {
+    RowCheck check({{1000, 1040}, {90, 97}, {0, 2}, {5, 6}, {100, 103}, {200, 230}}, width);
+    ranks->executor(2)->run(check.blocks(), width, check.compute(), check.consume());
+    if (ranks->rank() == 0) check.expect_all_consumed();
+    EXPECT_EQ(sum_over_ranks(check.computed()), check.rows());
+  }
+}
+
 TEST(Ranks, ResultsOfSeveralMessages) {
   // 2.5 messages of 2^20 values a block.
   constexpr std::size_t width = (std::size_t{5} << 19) / 2;
-  RowCheck check(8, 2, width);
-  ranks->executor(1)->run(8, 2, width, check.compute(), check.consume());
+  RowCheck check(even_blocks(8, 2), width);
+  ranks->executor(1)->run(check.blocks(), width, check.compute(), check.consume());
   if (ranks->rank() == 0) check.expect_all_consumed();
 }
 
 TEST(Ranks, EveryRankComputes) {
-  RowCheck check(40, 1, 3);
+  RowCheck check(even_blocks(40, 1), 3);
   const auto compute = check.compute();
   ranks->executor(1)->run(
-      40, 1, 3,
+      check.blocks(), 3,
       [&](RowRange range, std::span<double> values) {
         std::this_thread::sleep_for(milliseconds(5));
         compute(range, values);
@@ -100,7 +109,7 @@ TEST(Ranks, SlowBlockDoesNotHoldOthersUp) {
   constexpr milliseconds short_time(10);
   const auto start = Clock::now();
   ranks->executor(1)->run(
-      rows, 1, 1,
+      even_blocks(rows, 1), 1,
       [&](RowRange range, auto) {
         std::this_thread::sleep_for(range.first == 0 ? (rows - 1) * short_time : short_time);
       },
@@ -128,7 +137,7 @@ TEST(Ranks, WaitingBurnsNoCore) {
   const double before = cpu_seconds();
   const auto start = Clock::now();
   ranks->executor(1)->run(
-      2 * ranks->size(), 1, 1,
+      even_blocks(2 * ranks->size(), 1), 1,
       [](RowRange, auto) { std::this_thread::sleep_for(milliseconds(300)); }, nothing);
   if (ranks->rank() == 0) std::this_thread::sleep_for(milliseconds(300));
   ranks->broadcast("");
@@ -138,10 +147,10 @@ TEST(Ranks, WaitingBurnsNoCore) {
 
 TEST(Ranks, SlowConsumerHoldsWorkersBack) {
   constexpr int rows = 60;
-  RowCheck check(rows, 1, 1);
+  RowCheck check(even_blocks(rows, 1), 1);
   int consumed = 0;
   int computed_here_at_third = 0;
-  ranks->executor(1)->run(rows, 1, 1, check.compute(), [&](RowRange, auto) {
+  ranks->executor(1)->run(check.blocks(), 1, check.compute(), [&](RowRange, auto) {
     std::this_thread::sleep_for(milliseconds(5));
     if (++consumed == 3) computed_here_at_third = check.computed();
   });
@@ -154,7 +163,7 @@ TEST(Ranks, SlowConsumerHoldsWorkersBack) {
 /// What run() threw: "" for nothing, "input: ...", "run: ...", "stopped: code".
 std::string outcome(const Executor::Compute& compute, const Executor::Consume& consume) {
   try {
-    ranks->executor(2)->run(100000, 1, 4, compute, consume);
+    ranks->executor(2)->run(even_blocks(100000, 1), 4, compute, consume);
     return "";
   } catch (const InputError& error) {
     return std::string("input: ") + error.what();
@@ -223,7 +232,7 @@ TEST(Ranks, ConsumeOfTheLastBlockFails) {
   constexpr int rows = 12;
   int consumed = 0;
   const auto run = [&] {
-    ranks->executor(1)->run(rows, 1, 1, nothing, [&](RowRange, auto) {
+    ranks->executor(1)->run(even_blocks(rows, 1), 1, nothing, [&](RowRange, auto) {
       if (++consumed == rows) throw RunError("disk full");
     });
   };
@@ -235,15 +244,15 @@ TEST(Ranks, ConsumeOfTheLastBlockFails) {
 }
 
 TEST(Ranks, RunsAgainAfterFailures) {
-  RowCheck check(50, 3, 11);
-  ranks->executor(2)->run(50, 3, 11, check.compute(), check.consume());
+  RowCheck check(even_blocks(50, 3), 11);
+  ranks->executor(2)->run(check.blocks(), 11, check.compute(), check.consume());
   if (ranks->rank() == 0) check.expect_all_consumed();
 }
 
 TEST(Ranks, RejectsWrongNumbers) {
   EXPECT_THROW(ranks->executor(0), std::invalid_argument);
-  EXPECT_THROW(ranks->executor(1)->run(-1, 1, 1, nothing, nothing), std::invalid_argument);
-  EXPECT_THROW(ranks->executor(1)->run(1, 0, 1, nothing, nothing), std::invalid_argument);
+  const std::vector<RowRange> wrong = {{2, 2}};
+  EXPECT_THROW(ranks->executor(1)->run(wrong, 1, nothing, nothing), std::invalid_argument);
 }
 
 /// Runs `body` and returns its exit code and message as a program's main would.
@@ -283,7 +292,8 @@ int check_end(const std::function<void()>& body, const Expected& expected) {
 
 void run_slowly() {
   ranks->executor(1)->run(
-      100000, 1, 1, [](RowRange, auto) { std::this_thread::sleep_for(milliseconds(1)); }, nothing);
+      even_blocks(100000, 1), 1,
+      [](RowRange, auto) { std::this_thread::sleep_for(milliseconds(1)); }, nothing);
 }
 
 /// Rank `leaver` throws `error`, the others call `call`.
@@ -337,7 +347,7 @@ std::map<std::string, std::function<int()>> scenarios() {
          return check_end(
              [=] {
                ranks->executor(1)->run(
-                   100000, 1, 1,
+                   even_blocks(100000, 1), 1,
                    [=](RowRange, auto) {
                      std::this_thread::sleep_for(milliseconds(1));
                      if (ranks->rank() == last) throw input;

@@ -24,8 +24,8 @@ TEST(RanksAlone, ExecutorComputesInThreads) {
   for (const int threads : {1, 3}) {
     const auto executor = ranks.executor(threads);
     EXPECT_EQ(executor->workers(), threads);
-    RowCheck check(17, 4, 5);
-    executor->run(17, 4, 5, check.compute(), check.consume());
+    RowCheck check(even_blocks(17, 4), 5);
+    executor->run(check.blocks(), 5, check.compute(), check.consume());
     check.expect_all_consumed();
   }
 }

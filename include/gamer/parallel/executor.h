@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <functional>
 #include <span>
+#include <vector>
 
 namespace gamer {
 
@@ -11,7 +12,12 @@ struct RowRange {
   int first = 0;
   int last = 0;
   int size() const { return last - first; }
+  bool operator==(const RowRange&) const = default;
 };
+
+/// Rows [0, rows) in blocks of `block` rows, the last perhaps shorter. Throws std::invalid_argument
+/// when rows < 0 or block < 1.
+std::vector<RowRange> even_blocks(int rows, int block);
 
 /// Hands blocks of rows to workers and takes the results in. It knows nothing of what a row holds.
 class Executor {
@@ -25,17 +31,17 @@ class Executor {
 
   virtual ~Executor() = default;
 
-  /// Computes rows [0, rows) in blocks of `block` rows (the last may be shorter), handed out in
-  /// ascending order to whoever is free. Every rank calls it with the same numbers; it may be
-  /// called again and again. Results wait for `consume` in a bounded queue: when it is slow,
-  /// workers wait.
+  /// Computes these blocks of rows, handed out in the order given to whoever is free. They may
+  /// differ in size and leave rows out; none is empty and no row stands in two. Every rank calls it
+  /// with the same blocks; it may be called again and again. Results wait for `consume` in a
+  /// bounded queue: when it is slow, workers wait.
   ///
   /// What compute or consume throws (on any rank) ends the run on every rank, as soon as the blocks
   /// being computed are done; run() then throws it on rank 0 (when it came from another rank, as
   /// InputError or RunError with its message) and on the others throws Stopped. Throws
-  /// std::invalid_argument when rows < 0 or block < 1.
-  virtual void run(int rows, int block, std::size_t values_per_row, const Compute& compute,
-                   const Consume& consume) = 0;
+  /// std::invalid_argument when a block is empty or begins before row 0.
+  virtual void run(std::span<const RowRange> blocks, std::size_t values_per_row,
+                   const Compute& compute, const Consume& consume) = 0;
 
   /// Workers in all ranks together.
   virtual int workers() const = 0;
@@ -53,7 +59,7 @@ class ThreadExecutor : public Executor {
  public:
   /// Throws std::invalid_argument when threads < 1.
   explicit ThreadExecutor(int threads);
-  void run(int rows, int block, std::size_t values_per_row, const Compute& compute,
+  void run(std::span<const RowRange> blocks, std::size_t values_per_row, const Compute& compute,
            const Consume& consume) override;
   int workers() const override { return threads_; }
 

@@ -77,10 +77,14 @@ struct RayLight {
   void prepare(const Medium& medium, std::span<const std::span<const Hit>> hits);
 };
 
-/// How the cost of rendering is counted.
+/// How the cost of rendering is counted; seconds are sums over threads.
 struct RenderCounts {
   std::uint64_t rays = 0;
-  std::uint64_t nodes = 0;  ///< sample points
+  std::uint64_t nodes = 0;              ///< sample points
+  std::uint64_t noise_evaluations = 0;  ///< of one octave at one point
+  double noise_seconds = 0;
+  double envelope_seconds = 0;
+  double transfer_seconds = 0;
 };
 
 /// Everything that emits or absorbs in a scene.
