@@ -73,10 +73,12 @@ TEST(Ranks, EveryRowArrivesOnceWithItsValues) {
 }
 
 TEST(Ranks, BlocksMayDifferAndLeaveRowsOut) {
+  const bool first = ranks->rank() == 0;
   for (const std::size_t width : {3u, 50'000u}) {
     RowCheck check({{1000, 1040}, {90, 97}, {0, 2}, {5, 6}, {100, 103}, {200, 230}}, width);
-    ranks->executor(2)->run(check.blocks(), width, check.compute(), check.consume());
-    if (ranks->rank() == 0) check.expect_all_consumed();
+    ranks->executor(2)->run(first ? check.blocks() : std::vector<RowRange>(), width,
+                            check.compute(), check.consume());
+    if (first) check.expect_all_consumed();
     EXPECT_EQ(sum_over_ranks(check.computed()), check.rows());
   }
 }

@@ -32,9 +32,9 @@ class Executor {
   virtual ~Executor() = default;
 
   /// Computes these blocks of rows, handed out in the order given to whoever is free. They may
-  /// differ in size and leave rows out; none is empty and no row stands in two. Every rank calls it
-  /// with the same blocks; it may be called again and again. Results wait for `consume` in a
-  /// bounded queue: when it is slow, workers wait.
+  /// differ in size and leave rows out; none is empty and no row stands in two. Every rank calls
+  /// it; the blocks are those that rank 0 gives, others may give none. It may be called again and
+  /// again. Results wait for `consume` in a bounded queue: when it is slow, workers wait.
   ///
   /// What compute or consume throws (on any rank) ends the run on every rank, as soon as the blocks
   /// being computed are done; run() then throws it on rank 0 (when it came from another rank, as
