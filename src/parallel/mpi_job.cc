@@ -19,8 +19,11 @@
 #include <span>
 #include <stdexcept>
 #include <thread>
+#include <tuple>
+#include <utility>
 #include <vector>
 
+#include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 #include "parallel/row_handout.h"
 #include "parallel/worker_pool.h"
@@ -38,6 +41,7 @@ enum Tag : int { tag_order = 1, tag_notice, tag_rows, tag_values };
 
 enum class OrderKind : int {
   broadcast,    // `first` = length of the text
+  gather,       // answer with a notice that holds a text
   common_bits,  //
   run,          //
   block,        // compute rows [first, second)
@@ -54,6 +58,7 @@ struct Order {
 };
 
 enum class NoticeKind : int {
+  text,     // what gather() collects
   request,  // asks for one block
   failure,  // compute threw `text`
   done,     // last notice of a run
@@ -205,6 +210,7 @@ class MpiJob : public Job {
   int rank() const override { return rank_; }
   int size() const override { return size_; }
   std::string broadcast(const std::string& text) override;
+  std::vector<std::string> gather(const std::string& text) override;
   std::int64_t common_bits(std::int64_t bits) override;
   std::unique_ptr<Executor> executor(int threads) override;
   int end(int code, const std::string& message,
@@ -367,6 +373,30 @@ std::string MpiJob::broadcast(const std::string& text) {
   return result;
 }
 
+std::vector<std::string> MpiJob::gather(const std::string& text) {
+  if (rank_ > 0) {
+    join(OrderKind::gather);
+    send_notice(NoticeKind::text, {0, text});
+    return {};
+  }
+  open({OrderKind::gather});
+  std::vector<std::string> texts(static_cast<std::size_t>(size_));
+  texts.front() = text;
+  Pause pause;
+  for (int missing = size_ - 1; missing > 0;) {
+    std::optional<Notice> notice = poll_notice();
+    if (early_leave_) std::rethrow_exception(early_leave());
+    if (!notice) {
+      std::this_thread::sleep_for(pause.next());
+      continue;
+    }
+    texts[static_cast<std::size_t>(notice->rank)] = std::move(notice->text);
+    --missing;
+    pause.reset();
+  }
+  return texts;
+}
+
 std::int64_t MpiJob::reduce_bits(std::int64_t bits) const {
   std::int64_t result = 0;
   MPI_Request request = MPI_REQUEST_NULL;
@@ -439,7 +469,8 @@ class Lead {
     busy_.front() = false;
   }
 
-  void run() {
+  /// Returns the seconds in compute, of all threads, and in consume.
+  std::pair<double, double> run() {
     job_.open({OrderKind::run});
     Pause pause;
     while (!finished()) {
@@ -457,6 +488,7 @@ class Lead {
     const int code = failure_ ? describe(failure_, 0).code : 0;
     job_.send_order_to_all({OrderKind::outcome, code});
     if (failure_) std::rethrow_exception(failure_);
+    return {pool_.compute_seconds(), consume_seconds_};
   }
 
  private:
@@ -481,6 +513,8 @@ class Lead {
       active = true;
       const auto rank = static_cast<std::size_t>(notice->rank);
       switch (notice->head.kind) {
+        case NoticeKind::text:
+          throw std::logic_error("ranks do not make the same calls");
         case NoticeKind::request:
           answer(notice->rank);
           break;
@@ -542,11 +576,13 @@ class Lead {
 
   void consume(RowRange range, std::span<const double> values) {
     if (failure_) return;
+    const Clock clock;
     try {
       consume_(range, values);
     } catch (...) {
       fail(std::current_exception());
     }
+    consume_seconds_ += clock.seconds();
   }
 
   void fail(const std::exception_ptr& exception) {
@@ -563,6 +599,7 @@ class Lead {
   std::vector<bool> busy_;  // by rank
   std::vector<Incoming> incoming_;
   std::exception_ptr failure_;
+  double consume_seconds_ = 0;
   WorkerPool pool_;
 };
 
@@ -576,7 +613,8 @@ class Follow {
             threads, values_per_row, compute, [this] { return queue_.pop(); },
             [this] { queue_.close_and_drop(); }) {}
 
-  void run() {
+  /// Returns the seconds in compute, of all threads.
+  double run() {
     job_.join(OrderKind::run);
     Pause pause;
     while (!outcome_) {
@@ -589,6 +627,7 @@ class Follow {
       if (active) pause.reset();
     }
     if (*outcome_ != 0) throw Stopped{*outcome_};
+    return pool_.compute_seconds();
   }
 
  private:
@@ -690,11 +729,16 @@ class RankExecutor : public Executor {
   void run(std::span<const RowRange> blocks, std::size_t values_per_row, const Compute& compute,
            const Consume& consume) override {
     check_blocks(blocks);
+    const Clock clock;
+    double computing = 0, consuming = 0;
     if (job_.rank() == 0) {
-      Lead(job_, threads_, blocks, values_per_row, compute, consume).run();
+      std::tie(computing, consuming) =
+          Lead(job_, threads_, blocks, values_per_row, compute, consume).run();
     } else {
-      Follow(job_, threads_, values_per_row, compute).run();
+      computing = Follow(job_, threads_, values_per_row, compute).run();
     }
+    const double wall = clock.seconds();
+    add_times({wall, computing, threads_ * wall - computing, consuming});
   }
 
   int workers() const override { return job_.size() * threads_; }

@@ -16,6 +16,10 @@ std::string Ranks::broadcast(const std::string& text) const {
   return job_ ? job_->broadcast(text) : text;
 }
 
+std::vector<std::string> Ranks::gather(const std::string& text) const {
+  return job_ ? job_->gather(text) : std::vector<std::string>{text};
+}
+
 std::int64_t Ranks::common_bits(std::int64_t bits) const {
   return job_ ? job_->common_bits(bits) : bits;
 }

@@ -5,6 +5,7 @@
 #include <system_error>
 #include <utility>
 
+#include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 
 namespace gamer {
@@ -35,8 +36,11 @@ void WorkerPool::work() {
     while (const std::optional<RowRange> range = source_()) {
       FinishedBlock block{*range, {}};
       block.values.resize(static_cast<std::size_t>(range->size()) * values_per_row_);
+      const Clock clock;
       compute_(*range, block.values);
+      const double seconds = clock.seconds();
       std::unique_lock lock(mutex_);
+      compute_seconds_ += seconds;
       room_.wait(lock, [this] { return results_.size() < capacity_ || stopped_; });
       if (stopped_) break;
       results_.push_back(std::move(block));
@@ -81,6 +85,11 @@ std::optional<FinishedBlock> WorkerPool::take_for(std::chrono::microseconds time
 bool WorkerPool::finished() const {
   const std::lock_guard lock(mutex_);
   return running_ == 0 && results_.empty();
+}
+
+double WorkerPool::compute_seconds() const {
+  const std::lock_guard lock(mutex_);
+  return compute_seconds_;
 }
 
 std::exception_ptr WorkerPool::failure() const {

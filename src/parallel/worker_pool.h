@@ -45,6 +45,8 @@ class WorkerPool {
 
   /// All threads have ended and all results are taken.
   bool finished() const;
+  /// In compute so far, sum over the threads.
+  double compute_seconds() const;
   /// What compute threw first, or null.
   std::exception_ptr failure() const;
 
@@ -67,6 +69,7 @@ class WorkerPool {
   std::condition_variable room_;
   std::deque<FinishedBlock> results_;
   std::exception_ptr failure_;
+  double compute_seconds_ = 0;
   int running_ = 0;
   bool stopped_ = false;
   std::vector<std::jthread> threads_;

@@ -110,6 +110,31 @@ TEST(ThreadExecutor, SlowConsumerBoundsWaitingResults) {
   EXPECT_GE(most_ahead, threads);
 }
 
+TEST(ThreadExecutor, TellsWhereTheTimeWent) {
+  for (const int threads : {1, 3}) {
+    ThreadExecutor executor(threads);
+    const auto start = std::chrono::steady_clock::now();
+    for (int i = 0; i < 2; ++i) {
+      // The first block takes one thread alone longer than all the rest.
+      executor.run(
+          even_blocks(5, 1), 1,
+          [](RowRange range, auto) {
+            std::this_thread::sleep_for(milliseconds(range.first == 0 ? 60 : 5));
+          },
+          [](RowRange, auto) { std::this_thread::sleep_for(milliseconds(2)); });
+    }
+    const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
+    const RunTimes& times = executor.times();
+    EXPECT_LE(times.wall, wall.count());
+    EXPECT_GE(times.compute, 2 * 0.08);
+    EXPECT_GE(times.consume, 2 * 0.01);
+    const double in_workers = times.compute + times.waiting + (threads == 1 ? times.consume : 0);
+    EXPECT_NEAR(in_workers, threads * times.wall, 1e-9);
+    // Two threads wait for most of the first block's time.
+    if (threads == 3) EXPECT_GE(times.waiting, 2 * 0.08);
+  }
+}
+
 class Failing : public testing::TestWithParam<int> {};
 
 TEST_P(Failing, ComputeEndsTheRunWithItsException) {

@@ -48,6 +48,17 @@ TEST(Ranks, Broadcast) {
   }
 }
 
+TEST(Ranks, Gather) {
+  for (const std::size_t length : {0u, 1u, 3'000'000u}) {
+    const auto text = [&](int rank) { return std::string(length, static_cast<char>('a' + rank)); };
+    std::vector<std::string> expected;
+    for (int rank = 0; ranks->rank() == 0 && rank < ranks->size(); ++rank) {
+      expected.push_back(text(rank));
+    }
+    EXPECT_TRUE(ranks->gather(text(ranks->rank())) == expected) << length;
+  }
+}
+
 TEST(Ranks, CommonBits) {
   const std::int64_t own = 0b1000 | (std::int64_t{1} << (40 + ranks->rank()));
   const std::int64_t expected = ranks->size() == 1 ? own : 0b1000;
@@ -145,6 +156,25 @@ TEST(Ranks, WaitingBurnsNoCore) {
   ranks->broadcast("");
   const std::chrono::duration<double> time = Clock::now() - start;
   EXPECT_LT(cpu_seconds() - before, 0.1 * time.count());
+}
+
+TEST(Ranks, TellWhereTheTimeWent) {
+  // The first block takes as long as six others.
+  const auto executor = ranks->executor(1);
+  executor->run(
+      even_blocks(7, 1), 1,
+      [](RowRange range, auto) {
+        std::this_thread::sleep_for(milliseconds(range.first == 0 ? 300 : 50));
+      },
+      [](RowRange, auto) { std::this_thread::sleep_for(milliseconds(5)); });
+  const RunTimes& times = executor->times();
+  const auto in_milliseconds = [](double seconds) { return static_cast<int>(1000 * seconds); };
+  const int worked = in_milliseconds(times.compute);
+  EXPECT_GE(sum_over_ranks(worked), 600);
+  EXPECT_GE(in_milliseconds(times.consume), ranks->rank() == 0 ? 35 : 0);
+  EXPECT_NEAR(worked + in_milliseconds(times.waiting) +
+                  (ranks->size() == 1 ? in_milliseconds(times.consume) : 0),
+              in_milliseconds(times.wall), 3);
 }
 
 TEST(Ranks, SlowConsumerHoldsWorkersBack) {
@@ -307,6 +337,7 @@ std::function<void()> leave(int leaver, const Error& error, const std::function<
   };
 }
 
+void call_gather() { ranks->gather("text"); }
 void call_broadcast() { ranks->broadcast("text"); }
 void call_common_bits() { ranks->common_bits(1); }
 /// The first calls may succeed: rank 0 has not heard of the leaver yet.
@@ -327,11 +358,16 @@ std::map<std::string, std::function<int()>> scenarios() {
   return {
       {"first-leaves-broadcast",
        [=] { return check_end(leave(0, input, call_broadcast), all_two); }},
+      {"first-leaves-gather", [=] { return check_end(leave(0, input, call_gather), all_two); }},
       {"first-leaves-bits", [=] { return check_end(leave(0, input, call_common_bits), all_two); }},
       {"first-leaves-run", [=] { return check_end(leave(0, input, run_slowly), all_two); }},
       {"last-leaves-broadcast",
        [=] {
          return check_end(leave(last, input, [] { call_repeatedly(call_broadcast); }), all_two);
+       }},
+      {"last-leaves-gather",
+       [=] {
+         return check_end(leave(last, input, [] { call_repeatedly(call_gather); }), all_two);
        }},
       {"last-leaves-bits",
        [=] {

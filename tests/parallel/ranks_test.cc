@@ -16,6 +16,7 @@ TEST(RanksAlone, IsRankZeroOfOne) {
   EXPECT_EQ(ranks.rank(), 0);
   EXPECT_EQ(ranks.size(), 1);
   EXPECT_EQ(ranks.broadcast("a text"), "a text");
+  EXPECT_EQ(ranks.gather("a text"), std::vector<std::string>{"a text"});
   EXPECT_EQ(ranks.common_bits(0b1010), 0b1010);
 }
 

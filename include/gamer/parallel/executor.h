@@ -19,6 +19,14 @@ struct RowRange {
 /// when rows < 0 or block < 1.
 std::vector<RowRange> even_blocks(int rows, int block);
 
+/// Where the time of a rank's runs went, seconds.
+struct RunTimes {
+  double wall = 0;
+  double compute = 0;  ///< in compute, sum over the rank's threads
+  double waiting = 0;  ///< of these threads: for blocks, for room, for others to end
+  double consume = 0;  ///< in consume, on rank 0
+};
+
 /// Hands blocks of rows to workers and takes the results in. It knows nothing of what a row holds.
 class Executor {
  public:
@@ -45,6 +53,15 @@ class Executor {
 
   /// Workers in all ranks together.
   virtual int workers() const = 0;
+
+  /// Of all runs on this rank that came to their end.
+  const RunTimes& times() const { return times_; }
+
+ protected:
+  void add_times(const RunTimes& of_run);
+
+ private:
+  RunTimes times_;
 };
 
 /// Thrown on ranks other than 0 when the job ended elsewhere: nothing to report, exit code `code`

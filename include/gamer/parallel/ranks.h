@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "gamer/parallel/executor.h"
 
@@ -33,6 +34,8 @@ class Ranks {
 
   /// Rank 0's text on every rank.
   std::string broadcast(const std::string& text) const;
+  /// Every rank's text, by rank, on rank 0; nothing elsewhere.
+  std::vector<std::string> gather(const std::string& text) const;
   /// The bits that are set on every rank.
   std::int64_t common_bits(std::int64_t bits) const;
 
