@@ -6,11 +6,13 @@
 #include <cstdio>
 #include <exception>
 #include <memory>
+#include <mutex>
 #include <new>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 #include "gamer/core/resources.h"
 #include "gamer/core/simd.h"
@@ -22,6 +24,8 @@
 #include "gamer/render/listing.h"
 #include "gamer/render/progress.h"
 #include "gamer/render/renderer.h"
+#include "gamer/render/report.h"
+#include "gamer/render/schedule.h"
 #include "gamer/render/truth.h"
 
 namespace {
@@ -95,7 +99,8 @@ Options parse_options(int argc, char** argv) {
       ->type_name("PATH");
   app.add_flag("--overwrite", request.overwrite, "replace an existing output");
   CLI::Option* quiet_option = app.add_flag("-q,--quiet", options.quiet, "say nothing but errors");
-  app.add_flag("-v,--verbose", options.verbose, "say more")->excludes(quiet_option);
+  app.add_flag("-v,--verbose", options.verbose, "say more, and where the time went")
+      ->excludes(quiet_option);
   app.add_flag("--version", options.version, "print versions");
 
   try {
@@ -178,7 +183,8 @@ std::string objects_text(const gamer::Scene& scene) {
 }
 
 /// On rank 0: answers, or reads and checks everything. Empty when there is nothing to render.
-std::optional<Work> prepare(const Options& options, int workers) {
+std::optional<Work> prepare(const Options& options, int ranks, int threads) {
+  const int workers = ranks * threads;
   if (options.only_tells()) {
     tell(options);
     return std::nullopt;
@@ -202,7 +208,7 @@ std::optional<Work> prepare(const Options& options, int workers) {
       planes += work.truth_header.planes();
     }
   }
-  gamer::check_row_memory(work.header, planes, workers);
+  gamer::check_row_memory(work.header, planes, ranks, threads);
   if (options.dry_run) {
     fmt::print("would write {}: {}, {}\n", files_text(work.header, output), size_text(work.header),
                objects_text(*work.job.scene));
@@ -227,9 +233,9 @@ std::unique_ptr<gamer::ImageWriter> make_writer(const gamer::RenderJob& job, con
       work.header.width);
 }
 
-/// Renders and writes; every rank's part.
+/// Renders and writes; every rank's part. Puts where its time went into `report`.
 void render(const Options& options, const gamer::RenderJob& job, gamer::Executor& executor,
-            Work* work) {
+            Work* work, gamer::RankReport& report) {
   std::optional<gamer::DataTable> truth;
   if (options.truth) truth = gamer::truth_table(job, executor);
   const gamer::TruthImages images = options.truth ? job.parameters.truth : gamer::TruthImages();
@@ -245,17 +251,24 @@ void render(const Options& options, const gamer::RenderJob& job, gamer::Executor
   const bool is_silent = options.quiet || work == nullptr;
   gamer::Progress progress(renderer.height(),
                            is_silent ? Style::none : gamer::Progress::style_for(stderr), stderr);
-  executor.run(
-      gamer::even_blocks(renderer.height(),
-                         gamer::block_rows(renderer.height(), executor.workers())),
-      values_per_row,
-      [&](gamer::RowRange rows, std::span<double> values) { renderer.render_rows(rows, values); },
-      [&](gamer::RowRange rows, std::span<const double> values) {
-        writer->write_rows(rows.first, rows.size(), values);
-        progress.add(rows.size());
-      });
+  std::mutex mutex;
+  const auto compute = [&](gamer::RowRange rows, std::span<double> values) {
+    gamer::RenderCounts counts;
+    renderer.render_rows(rows, values, counts);
+    const std::lock_guard lock(mutex);
+    report.counts += counts;
+  };
+  const auto consume = [&](gamer::RowRange rows, std::span<const double> values) {
+    writer->write_rows(rows.first, rows.size(), values);
+    progress.add(rows.size());
+  };
+  executor.run(gamer::render_blocks(renderer, executor.workers()), values_per_row, compute,
+               consume);
+  report.runs = executor.times();
   if (work == nullptr) return;
+  const gamer::Clock clock;
   writer->finish();
+  report.writing = report.runs.consume + clock.seconds();
   if (truth && !options.truth_table.empty()) {
     gamer::write_truth_table(options.truth_table, *truth);
   }
@@ -265,15 +278,27 @@ void render(const Options& options, const gamer::RenderJob& job, gamer::Executor
   }
 }
 
+/// Every rank's part.
+void say_where_the_time_went(const gamer::Ranks& ranks, const gamer::RankReport& own,
+                             const gamer::Camera& camera) {
+  std::vector<gamer::RankReport> reports;
+  for (const std::string& packed : ranks.gather(gamer::pack_report(own))) {
+    reports.push_back(gamer::unpack_report(packed));
+  }
+  const double pixels = static_cast<double>(camera.width()) * camera.height();
+  fmt::print(stderr, "{}", gamer::report_text(reports, pixels));
+}
+
 /// Every rank's part of the run.
 void run(const gamer::Ranks& ranks, int argc, char** argv) {
+  const gamer::Clock clock;
   const Options options = parse_options(argc, argv);
   gamer::use_simd_targets(ranks.common_bits(gamer::supported_simd_targets()));
   const int threads = options.threads.value_or(ranks.size() == 1 ? gamer::available_cores() : 1);
   const std::unique_ptr<gamer::Executor> executor = ranks.executor(threads);
 
   std::optional<Work> work;
-  if (ranks.rank() == 0) work = prepare(options, executor->workers());
+  if (ranks.rank() == 0) work = prepare(options, ranks.size(), threads);
   // An empty record: there is nothing to render.
   const std::string packed =
       ranks.broadcast(work ? gamer::pack_record(work->job.record) : std::string());
@@ -281,7 +306,13 @@ void run(const gamer::Ranks& ranks, int argc, char** argv) {
 
   const gamer::RenderJob job =
       work ? std::move(work->job) : gamer::job_from_record(gamer::unpack_record(packed));
-  render(options, job, *executor, work ? &*work : nullptr);
+  gamer::RankReport report;
+  report.threads = threads;
+  render(options, job, *executor, work ? &*work : nullptr, report);
+  if (!options.verbose) return;
+  report.wall = clock.seconds();
+  report.peak_memory = gamer::peak_memory();
+  say_where_the_time_went(ranks, report, job.camera);
 }
 
 /// The one place where errors are reported.

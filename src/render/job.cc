@@ -12,6 +12,7 @@
 #include "gamer/core/version.h"
 #include "gamer/image/fits.h"
 #include "gamer/render/renderer.h"
+#include "gamer/render/schedule.h"
 #include "gamer/render/truth.h"
 #include "gamer/scene/catalogue.h"
 #include "gamer/sed/photometry.h"
@@ -354,17 +355,15 @@ OutputOptions truth_output(const RenderParameters& parameters) {
   return options;
 }
 
-void check_row_memory(const ImageHeader& header, int planes, int workers) {
-  const std::uint64_t needed = static_cast<std::uint64_t>(workers) *
-                               static_cast<std::uint64_t>(block_rows(header.height, workers)) *
-                               static_cast<std::uint64_t>(planes) *
-                               static_cast<std::uint64_t>(header.width) * sizeof(double);
+void check_row_memory(const ImageHeader& header, int planes, int ranks, int threads) {
+  const std::uint64_t needed = row_memory(header.width, planes, ranks, threads);
   const std::uint64_t available = available_memory();
   if (needed <= available) return;
-  throw InputError(fmt::format(
-      "the rows of an image of {} x {} pixels and {} planes in {} workers need {} of "
-      "memory; there are {}",
-      header.width, header.height, planes, workers, bytes_text(needed), bytes_text(available)));
+  throw InputError(
+      fmt::format("the rows of an image of {} x {} pixels and {} planes in {} thread{} need {} of "
+                  "memory; there are {}",
+                  header.width, header.height, planes, threads, threads == 1 ? "" : "s",
+                  bytes_text(needed), bytes_text(available)));
 }
 
 }  // namespace gamer

@@ -46,6 +46,16 @@ void RayNodes::clear() {
   covers.clear();
 }
 
+RenderCounts& RenderCounts::operator+=(const RenderCounts& more) {
+  rays += more.rays;
+  nodes += more.nodes;
+  noise_evaluations += more.noise_evaluations;
+  noise_seconds += more.noise_seconds;
+  envelope_seconds += more.envelope_seconds;
+  transfer_seconds += more.transfer_seconds;
+  return *this;
+}
+
 void RayLight::prepare(const Medium& medium, std::span<const std::span<const Hit>> hits) {
   begin.clear();
   std::size_t size = 0;

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <tuple>
 
+#include "gamer/render/schedule.h"
 #include "gamer/sed/photometry.h"
 
 namespace gamer {
@@ -47,9 +48,6 @@ constexpr int pixels_at_once = 64;
 
 // Halvings of a pixel at most.
 constexpr int deepest_cell = 24;
-
-constexpr int blocks_per_worker = 8;
-constexpr int largest_block = 16;
 
 /// Probes of at most this many galaxies choose the spectral nodes.
 constexpr std::size_t most_probes = 6;
@@ -244,6 +242,21 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
     }
     finish(y, row, values.subspan(static_cast<std::size_t>(y - rows.first) * row_size, row_size));
   }
+}
+
+void Renderer::count_pixel(int x, int y, RenderCounts& counts) const {
+  const auto rays = outline(camera_, x, x + 1, y, y + 1);
+  if (rays.empty()) return;
+  std::vector<int> candidates;
+  medium_.candidates(bundle_of(rays), all_galaxies_, candidates);
+  if (candidates.empty()) return;
+  std::vector<Sample> samples;
+  place_samples(x, y, candidates, samples);
+  const auto width = static_cast<std::size_t>(camera_.width());
+  Row row;
+  row.sums.assign(outputs_.size() * width, 0.0);
+  if (owner_) row.owners.assign(width, {});
+  add_light(samples, candidates, row, counts);
 }
 
 void Renderer::sample_light(const std::function<void(double x, double y, double area,
@@ -487,7 +500,7 @@ Image render_image(const Renderer& renderer, Executor& executor) {
   const int width = renderer.width(), planes = renderer.planes();
   Image image(width, renderer.height(), planes);
   executor.run(
-      even_blocks(renderer.height(), block_rows(renderer.height(), executor.workers())),
+      render_blocks(renderer, executor.workers()),
       static_cast<std::size_t>(width) * static_cast<std::size_t>(planes),
       [&](RowRange rows, std::span<double> values) { renderer.render_rows(rows, values); },
       [&](RowRange rows, std::span<const double> values) {
@@ -499,10 +512,6 @@ Image render_image(const Renderer& renderer, Executor& executor) {
         }
       });
   return image;
-}
-
-int block_rows(int height, int workers) {
-  return std::clamp(height / (blocks_per_worker * std::max(workers, 1)), 1, largest_block);
 }
 
 }  // namespace gamer

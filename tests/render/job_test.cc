@@ -132,13 +132,13 @@ TEST(Job, MemoryOfRows) {
   header.width = 1000000;
   header.height = 1000;
   header.labels.assign(100, "plane");
-  EXPECT_NO_THROW(check_row_memory({}, 1, 1));
-  // 10^6 workers hold a row of 800 MB each.
+  EXPECT_NO_THROW(check_row_memory({}, 1, 1, 1));
+  // 2 * 1000 + 3 blocks of a row of 800 MB each.
   try {
-    check_row_memory(header, header.planes(), 1000000);
+    check_row_memory(header, header.planes(), 1000, 1000);
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("727.6 TiB of memory"), std::string::npos)
+    EXPECT_NE(std::string(error.what()).find("1.5 TiB of memory"), std::string::npos)
         << error.what();
   }
 }

@@ -65,8 +65,7 @@ ImageHeader make_truth_header(const RenderJob& job);
 /// Their file: truth.output, or beside the image with _truth before the suffix; one extension each.
 OutputOptions truth_output(const RenderParameters& parameters);
 
-/// Rank 0 may hold a block of rows per worker, in double precision. Throws InputError when these
-/// need more memory than there is.
-void check_row_memory(const ImageHeader& header, int planes, int workers);
+/// Throws InputError when the rows that rank 0 holds (row_memory()) need more memory than there is.
+void check_row_memory(const ImageHeader& header, int planes, int ranks, int threads);
 
 }  // namespace gamer

@@ -85,6 +85,8 @@ struct RenderCounts {
   double noise_seconds = 0;
   double envelope_seconds = 0;
   double transfer_seconds = 0;
+
+  RenderCounts& operator+=(const RenderCounts& more);
 };
 
 /// Everything that emits or absorbs in a scene.

@@ -57,6 +57,10 @@ class Renderer {
   void render_rows(RowRange rows, std::span<double> values) const;
   /// The same, and adds what it took.
   void render_rows(RowRange rows, std::span<double> values, RenderCounts& counts) const;
+  /// Rows are rendered fastest in groups of so many, counted from row 0.
+  static constexpr int tile_rows = 16;
+  /// Renders one pixel and adds what it took.
+  void count_pixel(int x, int y, RenderCounts& counts) const;
 
   /// Every ray of the whole image: its pixel coordinates (from 0), the area for which it stands
   /// (pixels), and the light there in each output that is an image, in the scene's unit of
@@ -96,8 +100,5 @@ class Renderer {
 
 /// The whole image in memory, on rank 0 (elsewhere an empty one).
 Image render_image(const Renderer& renderer, Executor& executor);
-
-/// Rows that a block should have so that `workers` stay busy to the end.
-int block_rows(int height, int workers);
 
 }  // namespace gamer

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "gamer/parallel/executor.h"
+#include "gamer/render/renderer.h"
+
+namespace gamer {
+
+/// What counted work costs, in units of about a microsecond of one core. It follows from the job
+/// alone, not from the machine.
+double estimated_cost(const RenderCounts& counts);
+
+/// Estimates what each row of the image costs, from pixels on a grid: at most one in 64, and 4096.
+std::vector<double> estimate_row_costs(const Renderer& renderer);
+
+/// The most rows of a block: as many as hold 8 MiB of values, at least one.
+int most_block_rows(int width, int planes);
+
+/// Rows [0, costs.size()) in blocks for that many workers, the dearest first. A block costs at most
+/// about a 1/(4 workers) of what is left, so that blocks shrink towards the end and all workers end
+/// at about the same time even where costs are misjudged; but not less than what its messages are
+/// worth, and never more than about a second. Blocks of several rows begin where the tiles of the
+/// renderer do. Throws std::invalid_argument when workers < 1 or most_rows < 1.
+std::vector<RowRange> cost_blocks(std::span<const double> costs, int workers, int most_rows);
+
+/// The blocks in which so many workers should render the image; the same on every rank.
+std::vector<RowRange> render_blocks(const Renderer& renderer, int workers);
+
+/// The most that one of so many ranks with so many threads each holds of rows, bytes.
+std::uint64_t row_memory(int width, int planes, int ranks, int threads);
+
+}  // namespace gamer

@@ -1,0 +1,130 @@
+#include "gamer/render/schedule.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <stdexcept>
+
+namespace gamer {
+namespace {
+
+// Microseconds on a core of 2024 with AVX-512, docs/performance.md; only their ratios matter.
+constexpr double ray_cost = 0.05;
+constexpr double node_cost = 0.03;
+constexpr double noise_cost = 0.003;
+/// Of a pixel that no galaxy touches: cleared, finished, sent and written.
+constexpr double empty_pixel_cost = 0.01;
+
+// The grid of pixels that are looked at.
+constexpr int most_probed_rows = 64;
+constexpr int most_probed_columns = 64;
+constexpr int rows_per_probe = 4;
+constexpr int columns_per_probe = 16;
+
+constexpr std::size_t most_block_bytes = std::size_t{8} << 20;
+/// Shares of what is left, for each worker.
+constexpr double shares_per_worker = 4;
+/// A block's messages and its way through rank 0 take some 20 us of rank 0's time.
+constexpr double least_block_cost = 500;
+/// About a second: what is lost when a job is interrupted.
+constexpr double most_block_cost = 1e6;
+
+}  // namespace
+
+double estimated_cost(const RenderCounts& counts) {
+  return ray_cost * static_cast<double>(counts.rays) +
+         node_cost * static_cast<double>(counts.nodes) +
+         noise_cost * static_cast<double>(counts.noise_evaluations);
+}
+
+std::vector<double> estimate_row_costs(const Renderer& renderer) {
+  const int width = renderer.width(), height = renderer.height();
+  const int probes = std::clamp(height / rows_per_probe, 1, most_probed_rows);
+  const int columns = std::clamp(width / columns_per_probe, 1, most_probed_columns);
+  std::vector<double> probed;
+  for (int probe = 0; probe < probes; ++probe) {
+    const int y = static_cast<int>((probe + 0.5) * height / probes);
+    // Multiples of the golden ratio: columns of different rows do not align.
+    const double shift = std::fmod(probe * std::numbers::phi, 1.0);
+    RenderCounts counts;
+    for (int k = 0; k < columns; ++k) {
+      renderer.count_pixel(static_cast<int>((k + shift) * width / columns), y, counts);
+    }
+    probed.push_back(estimated_cost(counts));
+  }
+  std::vector<double> costs;
+  costs.reserve(static_cast<std::size_t>(height));
+  for (int y = 0; y < height; ++y) {
+    // Linear between the probed rows.
+    const double at = std::clamp((y + 0.5) * probes / height - 0.5, 0.0, probes - 1.0);
+    const auto low = static_cast<std::size_t>(at);
+    const std::size_t high = std::min(low + 1, probed.size() - 1);
+    const double share = at - static_cast<double>(low);
+    const double pixels = (1 - share) * probed[low] + share * probed[high];
+    costs.push_back(width * (pixels / columns + empty_pixel_cost));
+  }
+  return costs;
+}
+
+int most_block_rows(int width, int planes) {
+  const std::size_t row =
+      static_cast<std::size_t>(width) * static_cast<std::size_t>(planes) * sizeof(double);
+  return static_cast<int>(
+      std::max<std::size_t>(1, most_block_bytes / std::max<std::size_t>(row, 1)));
+}
+
+std::vector<RowRange> cost_blocks(std::span<const double> costs, int workers, int most_rows) {
+  if (workers < 1 || most_rows < 1) {
+    throw std::invalid_argument(
+        fmt::format("no blocks of {} rows for {} workers", most_rows, workers));
+  }
+  std::vector<double> sums(costs.size() + 1, 0.0);
+  std::partial_sum(costs.begin(), costs.end(), sums.begin() + 1);
+  const auto cost_of = [&](int first, int last) {
+    return sums[static_cast<std::size_t>(last)] - sums[static_cast<std::size_t>(first)];
+  };
+  const int rows = static_cast<int>(costs.size());
+  std::vector<RowRange> blocks;
+  for (int first = 0; first < rows;) {
+    const double most = std::clamp(cost_of(first, rows) / (shares_per_worker * workers),
+                                   least_block_cost, most_block_cost);
+    const auto fits = [&](int last) {
+      return last <= rows && last - first <= most_rows && cost_of(first, last) <= most;
+    };
+    int step = Renderer::tile_rows;
+    while (step > 1 && (first % step != 0 || !fits(std::min(first + step, rows)))) step /= 2;
+    int last = std::min(first + step, rows);
+    while (step == Renderer::tile_rows && last < rows && fits(std::min(last + step, rows))) {
+      last = std::min(last + step, rows);
+    }
+    blocks.push_back({first, last});
+    first = last;
+  }
+  std::stable_sort(blocks.begin(), blocks.end(), [&](const RowRange& a, const RowRange& b) {
+    return cost_of(a.first, a.last) > cost_of(b.first, b.last);
+  });
+  return blocks;
+}
+
+std::vector<RowRange> render_blocks(const Renderer& renderer, int workers) {
+  const int most_rows = most_block_rows(renderer.width(), renderer.planes());
+  if (workers == 1) {
+    return even_blocks(renderer.height(), std::min(most_rows, Renderer::tile_rows));
+  }
+  return cost_blocks(estimate_row_costs(renderer), workers, most_rows);
+}
+
+std::uint64_t row_memory(int width, int planes, int ranks, int threads) {
+  // One thread alone has one block. Else each computes one while another waits, one is taken, and
+  // two are on their way between ranks.
+  std::uint64_t blocks = 1;
+  if (ranks * threads > 1) blocks += 2 * static_cast<std::uint64_t>(threads);
+  if (ranks > 1) blocks += 2;
+  return blocks * static_cast<std::uint64_t>(most_block_rows(width, planes)) *
+         static_cast<std::uint64_t>(planes) * static_cast<std::uint64_t>(width) * sizeof(double);
+}
+
+}  // namespace gamer
