@@ -382,17 +382,24 @@ std::vector<std::string> MpiJob::gather(const std::string& text) {
   open({OrderKind::gather});
   std::vector<std::string> texts(static_cast<std::size_t>(size_));
   texts.front() = text;
+  std::vector<bool> is_here(texts.size(), false);
   Pause pause;
   for (int missing = size_ - 1; missing > 0;) {
     std::optional<Notice> notice = poll_notice();
-    if (early_leave_) std::rethrow_exception(early_leave());
     if (!notice) {
       std::this_thread::sleep_for(pause.next());
       continue;
     }
-    texts[static_cast<std::size_t>(notice->rank)] = std::move(notice->text);
-    --missing;
     pause.reset();
+    const auto rank = static_cast<std::size_t>(notice->rank);
+    if (notice->head.kind == NoticeKind::left) {
+      // After its text it may.
+      if (!is_here[rank]) std::rethrow_exception(early_leave());
+      continue;
+    }
+    texts[rank] = std::move(notice->text);
+    is_here[rank] = true;
+    --missing;
   }
   return texts;
 }

@@ -369,6 +369,17 @@ std::map<std::string, std::function<int()>> scenarios() {
        [=] {
          return check_end(leave(last, input, [] { call_repeatedly(call_gather); }), all_two);
        }},
+      {"gather-is-last",
+       [=] {
+         // Ranks leave as soon as their text is sent, while rank 0 still waits for that of the
+         // last.
+         return check_end(
+             [=] {
+               if (ranks->rank() == last) std::this_thread::sleep_for(milliseconds(100));
+               call_gather();
+             },
+             {0, 0, std::nullopt});
+       }},
       {"last-leaves-bits",
        [=] {
          return check_end(leave(last, run, [] { call_repeatedly(call_common_bits); }), all_one);
