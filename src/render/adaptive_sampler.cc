@@ -110,12 +110,15 @@ HWY_INLINE V Largest(const Five& a) {
   return hn::Max(hn::Max(hn::Max(a.v0, a.v1), hn::Max(a.v2, a.v3)), a.v4);
 }
 
-/// Boole's rule, in units of the spacing.
+/// Boole's rule, in units of the spacing; summed as IntegratePanels does it behind dust, so that a
+/// panel's light does not depend on those beside it.
 HWY_INLINE V Boole(const Five& a) {
   const D d;
-  return hn::MulAdd(hn::Set(d, 14.0f / 45), hn::Add(a.v0, a.v4),
-                    hn::MulAdd(hn::Set(d, 64.0f / 45), hn::Add(a.v1, a.v3),
-                               hn::Mul(hn::Set(d, 24.0f / 45), a.v2)));
+  const auto outer = hn::Set(d, 14.0f / 45), inner = hn::Set(d, 64.0f / 45);
+  return hn::MulAdd(outer, a.v4,
+                    hn::MulAdd(inner, a.v3,
+                               hn::MulAdd(hn::Set(d, 24.0f / 45), a.v2,
+                                          hn::MulAdd(inner, a.v1, hn::Mul(outer, a.v0)))));
 }
 
 HWY_INLINE V FourthDifference(const Five& a) {

@@ -167,20 +167,6 @@ void Medium::rank_galaxies() {
   }
 }
 
-void Medium::candidates(const RayBundle& bundle, std::span<const int> among,
-                        std::vector<int>& out) const {
-  const double secant = std::hypot(1.0, bundle.tangent);
-  for (const int g : among) {
-    const PlacedGalaxy& galaxy = placed(g);
-    const glm::dvec3 offset = galaxy.centre - bundle.axis.origin;
-    const double along = glm::dot(offset, bundle.axis.direction);
-    const double across2 = std::max(glm::dot(offset, offset) - along * along, 0.0);
-    const double reach = (galaxy.bounding_radius + bundle.radius) * secant;
-    const double limit = reach + std::max(along, 0.0) * bundle.tangent;
-    if (along > -reach && across2 <= limit * limit) out.push_back(g);
-  }
-}
-
 void Medium::hits(const Ray& ray, std::span<const int> candidates, std::vector<Hit>& out) const {
   const auto old_size = static_cast<std::ptrdiff_t>(out.size());
   for (int g : candidates) {

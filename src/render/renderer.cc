@@ -18,18 +18,22 @@ namespace gamer {
 /// A ray of a pixel.
 struct Renderer::Sample {
   int pixel;
+  int row;  ///< of Sums
   double x, y;
   double weight;  ///< of the pixel's area
   double size;    ///< of the cell for which it stands, pixels; 0 where sub-pixels are asked for
 };
 
-/// A row in the making.
-struct Renderer::Row {
-  std::vector<double> sums;  ///< [output][x], linear
-  /// [x]: light of each object in all planes; empty where no owner is asked for.
+struct Renderer::Sums {
+  std::span<double> values;
+  /// [row * width + x]: light of each object in all planes; empty where no owner is asked for.
   std::vector<std::map<std::size_t, double>> owners;
+};
 
-  std::vector<Ray> rays;
+/// Arrays of one call.
+struct Renderer::Work {
+  std::vector<Sample> samples;
+  std::vector<int> near_pixel, near_ray;
   std::vector<Hit> hits;
   std::vector<std::size_t> hit_ends;
   std::vector<std::span<const Hit>> hits_of_ray;
@@ -43,41 +47,15 @@ namespace {
 // their nodes hold to stay in the second-level cache.
 constexpr std::size_t rays_at_once = 256;
 
-// Pixels for which galaxies are looked for together.
-constexpr int pixels_at_once = 64;
+// Galaxies are looked for in tiles of so many pixels on a side, counted from the image's corner,
+// and their rays worked on together.
+constexpr int tile_size = 16;
 
 // Halvings of a pixel at most.
 constexpr int deepest_cell = 24;
 
 /// Probes of at most this many galaxies choose the spectral nodes.
 constexpr std::size_t most_probes = 6;
-
-/// Holds all rays: those given and any between them.
-RayBundle bundle_of(std::span<const Ray> rays) {
-  RayBundle bundle;
-  bundle.axis = rays[rays.size() / 2];
-  for (const Ray& ray : rays) {
-    bundle.radius = std::max(bundle.radius, glm::length(ray.origin - bundle.axis.origin));
-    const double cosine = glm::dot(ray.direction, bundle.axis.direction);
-    const double sine = glm::length(glm::cross(ray.direction, bundle.axis.direction));
-    bundle.tangent = std::max(bundle.tangent, cosine > 0 ? sine / cosine : HUGE_VAL);
-  }
-  return bundle;
-}
-
-/// Rays of the pixels [begin, end) x [first, last), edges included; fewer than all, with a margin
-/// of a pixel for what curves between them.
-std::vector<Ray> outline(const Camera& camera, int begin, int end, int first, int last) {
-  constexpr int steps = 8;
-  std::vector<Ray> rays;
-  for (const double y : {first - 1.5, 0.5 * (first + last - 1), last + 0.5}) {
-    for (int k = 0; k <= steps; ++k) {
-      const double x = begin - 1.5 + (end - begin + 2) * static_cast<double>(k) / steps;
-      if (const std::optional<Ray> ray = camera.ray(x, y)) rays.push_back(*ray);
-    }
-  }
-  return rays;
-}
 
 std::shared_ptr<const SpectralBasis> make_basis(const RenderParameters& parameters,
                                                 const Scene& scene, const Spectrum& spectrum) {
@@ -139,13 +117,13 @@ Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
       medium_(scene_, make_basis(parameters, *scene_, spectrum),
               Accuracy::from_tolerance(parameters.tolerance), truth.dust_free),
       sampler_(make_sampler(medium_, parameters)),
+      index_(*scene_, camera_),
       outputs_(output_planes(*scene_, spectrum, truth)) {
   if (!supersample_ && scene_->unit == PixelUnit::relative) supersample_ = 1;
   for (const SpectralPlane& plane : spectrum.planes) {
     unit_factors_.push_back(value_of_nanojansky(plane, scene_->unit, parameters));
   }
   for (const PlacedGalaxy& placed : scene_->galaxies) {
-    all_galaxies_.push_back(static_cast<int>(all_galaxies_.size()));
     // Along the shortest semi-axis.
     const auto& axis = placed.galaxy->axis();
     pixel_in_ball_.push_back(camera_.pixel_size(placed.centre) /
@@ -165,7 +143,7 @@ Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
   }
   for (const PlacedStar& star : scene_->stars) stars_.push_back(&star);
   std::stable_sort(stars_.begin(), stars_.end(), [](const PlacedStar* a, const PlacedStar* b) {
-    return std::tie(a->pixel.x, a->pixel.y, a->flux) < std::tie(b->pixel.x, b->pixel.y, b->flux);
+    return std::tie(a->pixel.y, a->pixel.x, a->flux) < std::tie(b->pixel.y, b->pixel.x, b->flux);
   });
 }
 
@@ -211,36 +189,32 @@ void Renderer::render_rows(RowRange rows, std::span<double> values) const {
 
 void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts& counts) const {
   const int width = camera_.width();
-  const std::size_t row_size = outputs_.size() * static_cast<std::size_t>(width);
-  std::vector<int> in_rows, candidates;
-  // Galaxies are looked for in all rows, in each row's parts, and ray by ray.
-  if (const auto rays = outline(camera_, 0, width, rows.first, rows.last); !rays.empty()) {
-    medium_.candidates(bundle_of(rays), all_galaxies_, in_rows);
+  std::fill(values.begin(), values.end(), 0.0);
+  Sums sums{values, {}};
+  if (owner_) {
+    sums.owners.resize(static_cast<std::size_t>(rows.size()) * static_cast<std::size_t>(width));
   }
-  Row row;
-  std::vector<Sample> samples;
-  for (int y = rows.first; y < rows.last; ++y) {
-    row.sums.assign(row_size, 0.0);
-    if (owner_) row.owners.assign(static_cast<std::size_t>(width), {});
-    for (int begin = 0; begin < width; begin += pixels_at_once) {
-      const int end = std::min(begin + pixels_at_once, width);
-      candidates.clear();
-      if (!in_rows.empty()) {
-        if (const auto rays = outline(camera_, begin, end, y, y + 1); !rays.empty()) {
-          medium_.candidates(bundle_of(rays), in_rows, candidates);
+  Work work;
+  GalaxyIndex::Found near;
+  for (int bottom = rows.first - rows.first % tile_size; bottom < rows.last; bottom += tile_size) {
+    for (int left = 0; left < width; left += tile_size) {
+      const int right = std::min(left + tile_size, width), top = bottom + tile_size;
+      const auto rays = index_.pixels(left, right, bottom, std::min(top, camera_.height()));
+      if (!rays) continue;
+      index_.find(*rays, near);
+      if (near.empty()) continue;
+      for (int y = std::max(bottom, rows.first); y < std::min(top, rows.last); ++y) {
+        for (int x = left; x < right; ++x) {
+          place_samples(x, y, y - rows.first, near, work);
+          work_off(rays_at_once, near, work, sums, counts);
         }
       }
-      samples.clear();
-      for (int x = begin; x < end && !candidates.empty(); ++x) {
-        place_samples(x, y, candidates, samples);
-        while (samples.size() >= rays_at_once) {
-          add_light(std::span(samples).first(rays_at_once), candidates, row, counts);
-          samples.erase(samples.begin(), samples.begin() + rays_at_once);
-        }
-      }
-      if (!samples.empty()) add_light(samples, candidates, row, counts);
+      work_off(1, near, work, sums, counts);
     }
-    finish(y, row, values.subspan(static_cast<std::size_t>(y - rows.first) * row_size, row_size));
+  }
+  add_stars(rows, sums);
+  for (int y = rows.first; y < rows.last; ++y) {
+    finish(y, static_cast<std::size_t>(y - rows.first), sums);
   }
 }
 
@@ -263,34 +237,39 @@ void Renderer::sample_light(const std::function<void(double x, double y, double 
                                                      std::span<const double> values)>& take) const {
   const auto width = static_cast<std::size_t>(camera_.width());
   RenderCounts counts;
-  Row row;
-  std::vector<Sample> samples;
-  std::vector<double> values(outputs_.size());
+  Work work;
+  GalaxyIndex::Found near;
+  std::vector<double> sums(outputs_.size() * width), values(outputs_.size());
   for (int y = 0; y < camera_.height(); ++y) {
-    samples.clear();
-    for (int x = 0; x < camera_.width(); ++x) place_samples(x, y, all_galaxies_, samples);
+    const auto rays = index_.pixels(0, camera_.width(), y, y + 1);
+    if (!rays) continue;
+    index_.find(*rays, near);
+    for (int x = 0; x < camera_.width(); ++x) place_samples(x, y, 0, near, work);
     // Each ray as a pixel of its own.
-    for (std::size_t begin = 0; begin < samples.size(); begin += width) {
-      const std::size_t count = std::min(width, samples.size() - begin);
-      std::vector<Sample> part(samples.begin() + static_cast<std::ptrdiff_t>(begin),
-                               samples.begin() + static_cast<std::ptrdiff_t>(begin + count));
-      for (std::size_t i = 0; i < count; ++i) part[i].pixel = static_cast<int>(i);
-      row.sums.assign(outputs_.size() * width, 0.0);
-      if (owner_) row.owners.assign(width, {});
-      add_light(part, all_galaxies_, row, counts);
-      for (std::size_t i = 0; i < count; ++i) {
-        for (std::size_t o = 0; o < values.size(); ++o) values[o] = row.sums[o * width + i];
+    for (std::size_t begin = 0; begin < work.samples.size(); begin += width) {
+      const std::span<Sample> part =
+          std::span(work.samples).subspan(begin, std::min(width, work.samples.size() - begin));
+      for (std::size_t i = 0; i < part.size(); ++i) part[i].pixel = static_cast<int>(i);
+      std::fill(sums.begin(), sums.end(), 0.0);
+      Sums target{sums, {}};
+      if (owner_) target.owners.resize(width);
+      add_light(part, near, work, target, counts);
+      for (std::size_t i = 0; i < part.size(); ++i) {
+        for (std::size_t o = 0; o < values.size(); ++o) values[o] = sums[o * width + i];
         take(part[i].x, part[i].y, part[i].weight, values);
       }
     }
+    work.samples.clear();
   }
 }
 
 double Renderer::optical_depth(double x, double y) const {
   const std::optional<Ray> ray = camera_.ray(x, y);
   if (!ray) return 0;
+  GalaxyIndex::Found near;
+  index_.find(index_.around(*ray, 0), near);
   std::vector<Hit> hits;
-  medium_.hits(*ray, all_galaxies_, hits);
+  medium_.hits(*ray, near.galaxies, hits);
   const std::span<const Hit> own(hits);
   RayLight light;
   RenderCounts counts;
@@ -298,21 +277,18 @@ double Renderer::optical_depth(double x, double y) const {
   return medium_.depth(0, light.depth.data());
 }
 
-double Renderer::relative_size(double x, double y, double size,
-                               std::span<const int> candidates) const {
-  const std::optional<Ray> ray = camera_.ray(x, y);
-  if (!ray) return 0;
+double Renderer::relative_size(const Ray& ray, double size, std::span<const int> galaxies) const {
   double largest = 0;
-  for (const int g : candidates) {
+  for (const int g : galaxies) {
     const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
     const double pixel = size * camera_.pixel_size(placed.centre);
-    const glm::dvec3 offset = ray->origin - placed.centre;
-    const double along = glm::dot(offset, ray->direction);
+    const glm::dvec3 offset = ray.origin - placed.centre;
+    const double along = glm::dot(offset, ray.direction);
     const double across2 = glm::dot(offset, offset) - along * along;
     const double reach = placed.bounding_radius + pixel;
     if (across2 > reach * reach) continue;
     const glm::dvec3 origin = placed.to_ball * offset;
-    glm::dvec3 direction = placed.to_ball * ray->direction;
+    glm::dvec3 direction = placed.to_ball * ray.direction;
     direction /= glm::length(direction);
     const glm::dvec3 nearest = origin - glm::dot(origin, direction) * direction;
     const double length = size * pixel_in_ball_[static_cast<std::size_t>(g)];
@@ -326,87 +302,118 @@ double Renderer::relative_size(double x, double y, double size,
   return largest;
 }
 
-void Renderer::place_samples(int x, int y, std::span<const int> candidates,
-                             std::vector<Sample>& out) const {
+void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& near,
+                             Work& work) const {
   if (supersample_) {
     const int sub = *supersample_;
     const double weight = 1.0 / (sub * sub);
     const auto offset = [&](int i) { return (i + 0.5) / sub - 0.5; };
     for (int j = 0; j < sub; ++j) {
-      for (int i = 0; i < sub; ++i) out.push_back({x, x + offset(i), y + offset(j), weight, 0});
+      for (int i = 0; i < sub; ++i) {
+        work.samples.push_back({x, row, x + offset(i), y + offset(j), weight, 0});
+      }
     }
     return;
   }
-  const double size = relative_size(x, y, 1, candidates);
-  if (size <= medium_.accuracy().ray_size) {
-    out.push_back({x, static_cast<double>(x), static_cast<double>(y), 1, 1});
+  const Sample whole{x, row, static_cast<double>(x), static_cast<double>(y), 1, 1};
+  const std::optional<Ray> ray = camera_.ray(x, y);
+  if (!ray) return;
+  // Cells look at the same galaxies.
+  constexpr double reach = 2;
+  GalaxyIndex::find(index_.around(*ray, reach), near, work.near_pixel);
+  if (relative_size(*ray, 1, work.near_pixel) <= medium_.accuracy().ray_size) {
+    work.samples.push_back(whole);
   } else {
-    refine(x, y, 1, x, candidates, out);
+    refine(whole, work);
   }
 }
 
-void Renderer::refine(double x, double y, double size, int pixel, std::span<const int> candidates,
-                      std::vector<Sample>& out) const {
+void Renderer::refine(const Sample& cell, Work& work) const {
   constexpr double gauss = 0.5 * std::numbers::inv_sqrt3;
-  const bool is_small = size <= std::ldexp(1.0, -deepest_cell) ||
-                        relative_size(x, y, size, candidates) <= medium_.accuracy().cell_size;
+  bool is_small = cell.size <= std::ldexp(1.0, -deepest_cell);
+  if (!is_small) {
+    const std::optional<Ray> ray = camera_.ray(cell.x, cell.y);
+    is_small =
+        !ray || relative_size(*ray, cell.size, work.near_pixel) <= medium_.accuracy().cell_size;
+  }
   for (const int j : {-1, 1}) {
     for (const int i : {-1, 1}) {
+      Sample part = cell;
       if (is_small) {
-        out.push_back(
-            {pixel, x + i * gauss * size, y + j * gauss * size, 0.25 * size * size, size});
+        part.x += i * gauss * cell.size;
+        part.y += j * gauss * cell.size;
+        part.weight = 0.25 * cell.size * cell.size;
+        work.samples.push_back(part);
       } else {
-        refine(x + 0.25 * i * size, y + 0.25 * j * size, 0.5 * size, pixel, candidates, out);
+        part.x += 0.25 * i * cell.size;
+        part.y += 0.25 * j * cell.size;
+        part.size = 0.5 * cell.size;
+        refine(part, work);
       }
     }
   }
 }
 
-void Renderer::add_light(std::span<const Sample> samples, std::span<const int> candidates, Row& row,
-                         RenderCounts& counts) const {
-  row.hits.clear();
-  row.hit_ends.clear();
+void Renderer::work_off(std::size_t least, const GalaxyIndex::Found& near, Work& work, Sums& sums,
+                        RenderCounts& counts) const {
+  std::size_t done = 0;
+  while (work.samples.size() - done >= least) {
+    const std::size_t count = std::min(work.samples.size() - done, rays_at_once);
+    add_light(std::span(work.samples).subspan(done, count), near, work, sums, counts);
+    done += count;
+  }
+  work.samples.erase(work.samples.begin(),
+                     work.samples.begin() + static_cast<std::ptrdiff_t>(done));
+}
+
+void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Found& near,
+                         Work& work, Sums& sums, RenderCounts& counts) const {
+  work.hits.clear();
+  work.hit_ends.clear();
   for (const Sample& sample : samples) {
     if (const std::optional<Ray> ray = camera_.ray(sample.x, sample.y)) {
-      const std::size_t first = row.hits.size();
-      medium_.hits(*ray, candidates, row.hits);
-      for (std::size_t h = first; h < row.hits.size() && sample.size > 0; ++h) {
-        row.hits[h].footprint =
-            sample.size * pixel_in_ball_[static_cast<std::size_t>(row.hits[h].galaxy)];
+      const std::size_t first = work.hits.size();
+      GalaxyIndex::find(index_.around(*ray, 0), near, work.near_ray);
+      medium_.hits(*ray, work.near_ray, work.hits);
+      for (std::size_t h = first; h < work.hits.size() && sample.size > 0; ++h) {
+        work.hits[h].footprint =
+            sample.size * pixel_in_ball_[static_cast<std::size_t>(work.hits[h].galaxy)];
       }
     }
-    row.hit_ends.push_back(row.hits.size());
+    work.hit_ends.push_back(work.hits.size());
   }
-  if (row.hits.empty()) return;
-  row.hits_of_ray.clear();
+  if (work.hits.empty()) return;
+  work.hits_of_ray.clear();
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    const std::size_t start = i == 0 ? 0 : row.hit_ends[i - 1];
-    row.hits_of_ray.emplace_back(row.hits.data() + start, row.hit_ends[i] - start);
+    const std::size_t start = i == 0 ? 0 : work.hit_ends[i - 1];
+    work.hits_of_ray.emplace_back(work.hits.data() + start, work.hit_ends[i] - start);
   }
-  sampler_->integrate(row.hits_of_ray, row.light, counts);
+  sampler_->integrate(work.hits_of_ray, work.light, counts);
 
   const auto width = static_cast<std::size_t>(camera_.width());
   const std::size_t spectral = medium_.basis().planes(), nodes = medium_.nodes();
-  row.planes.resize(spectral);
+  work.planes.resize(spectral);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const auto x = static_cast<std::size_t>(samples[i].pixel);
+    const auto row = static_cast<std::size_t>(samples[i].row);
     const double weight = samples[i].weight;
-    const double* light = row.light.light.data() + row.light.begin[i];
-    // Adds row.planes to the outputs from `first` on.
+    const double* light = work.light.light.data() + work.light.begin[i];
+    double* const pixel = sums.values.data() + row * outputs_.size() * width + x;
+    // Adds work.planes to the outputs from `first` on.
     const auto add = [&](std::size_t first) {
       for (std::size_t p = 0; p < spectral; ++p) {
-        row.sums[(first + p) * width + x] += weight * row.planes[p];
+        pixel[(first + p) * width] += weight * work.planes[p];
       }
     };
-    for (const Hit& hit : row.hits_of_ray[i]) {
+    for (const Hit& hit : work.hits_of_ray[i]) {
       const std::size_t object = scene_->galaxies[static_cast<std::size_t>(hit.galaxy)].object;
       for (std::size_t c = 0; c < medium_.light_components(hit.galaxy); ++c, light += nodes) {
-        std::fill(row.planes.begin(), row.planes.end(), 0.0);
-        medium_.add_planes(hit.galaxy, c, light, false, row.planes);
+        std::fill(work.planes.begin(), work.planes.end(), 0.0);
+        medium_.add_planes(hit.galaxy, c, light, false, work.planes);
         add(0);
         if (owner_) {
           for (std::size_t p = 0; p < spectral; ++p) {
-            row.owners[x][object] += weight * row.planes[p] * unit_factors_[p];
+            sums.owners[row * width + x][object] += weight * work.planes[p] * unit_factors_[p];
           }
         }
         if (!parts_.empty()) {
@@ -415,74 +422,86 @@ void Renderer::add_light(std::span<const Sample> samples, std::span<const int> c
           add(first + (is_whole ? 0 : c * spectral));
         }
         if (dust_free_) {
-          std::fill(row.planes.begin(), row.planes.end(), 0.0);
-          medium_.add_planes(hit.galaxy, c, light, true, row.planes);
+          std::fill(work.planes.begin(), work.planes.end(), 0.0);
+          medium_.add_planes(hit.galaxy, c, light, true, work.planes);
           add(*dust_free_);
         }
       }
     }
     for (std::size_t p = 0; p < spectral && optical_depth_; ++p) {
-      row.sums[(*optical_depth_ + p) * width + x] +=
-          weight * medium_.depth(p, row.light.depth.data() + i * nodes);
+      pixel[(*optical_depth_ + p) * width] +=
+          weight * medium_.depth(p, work.light.depth.data() + i * nodes);
     }
   }
 }
 
-void Renderer::finish(int y, Row& row, std::span<double> out) const {
+void Renderer::add_stars(RowRange rows, Sums& sums) const {
   using Kind = OutputPlane::Kind;
   const auto width = static_cast<std::size_t>(camera_.width());
   const std::size_t spectral = medium_.basis().planes();
-  const bool is_sky_view = camera_.projection() == Projection::sky;
   // Point sources: shared among the four nearest pixels so that their centroid is where they are.
-  for (const PlacedStar* placed : stars_) {
-    const PlacedStar& star = *placed;
-    const double share_y = 1 - std::abs(star.pixel.y - y);
-    if (!(share_y > 0)) continue;
-    const double left = std::floor(star.pixel.x);
-    for (const double x : {left, left + 1}) {
-      const double share = share_y * (1 - std::abs(star.pixel.x - x));
-      if (!(share > 0) || x < 0 || x >= static_cast<double>(width)) continue;
-      const double area = camera_.solid_angle(x, y) / star.area_scale;
-      if (!(area > 0)) continue;
-      const auto column = static_cast<std::size_t>(x);
-      for (std::size_t o = 0; o < outputs_.size(); ++o) {
-        const Kind kind = outputs_[o].kind;
-        const bool is_own = kind == Kind::object && outputs_[o].object == star.object;
-        if (kind != Kind::image && kind != Kind::dust_free && !is_own) continue;
-        row.sums[o * width + column] += share * star.flux[outputs_[o].plane] / area;
-      }
-      for (std::size_t p = 0; p < spectral && owner_; ++p) {
-        row.owners[column][star.object] += share * star.flux[p] / area * unit_factors_[p];
+  const auto begin =
+      std::partition_point(stars_.begin(), stars_.end(),
+                           [&](const PlacedStar* star) { return star->pixel.y <= rows.first - 1; });
+  for (auto placed = begin; placed != stars_.end() && (*placed)->pixel.y < rows.last; ++placed) {
+    const PlacedStar& star = **placed;
+    const double left = std::floor(star.pixel.x), below = std::floor(star.pixel.y);
+    for (const double y : {below, below + 1}) {
+      const double share_y = 1 - std::abs(star.pixel.y - y);
+      if (!(share_y > 0) || y < rows.first || y >= rows.last) continue;
+      const auto row = static_cast<std::size_t>(y) - static_cast<std::size_t>(rows.first);
+      for (const double x : {left, left + 1}) {
+        const double share = share_y * (1 - std::abs(star.pixel.x - x));
+        if (!(share > 0) || x < 0 || x >= static_cast<double>(width)) continue;
+        const double area = camera_.solid_angle(x, y) / star.area_scale;
+        if (!(area > 0)) continue;
+        const auto column = static_cast<std::size_t>(x);
+        for (std::size_t o = 0; o < outputs_.size(); ++o) {
+          const Kind kind = outputs_[o].kind;
+          const bool is_own = kind == Kind::object && outputs_[o].object == star.object;
+          if (kind != Kind::image && kind != Kind::dust_free && !is_own) continue;
+          sums.values[(row * outputs_.size() + o) * width + column] +=
+              share * star.flux[outputs_[o].plane] / area;
+        }
+        for (std::size_t p = 0; p < spectral && owner_; ++p) {
+          sums.owners[row * width + column][star.object] +=
+              share * star.flux[p] / area * unit_factors_[p];
+        }
       }
     }
   }
+}
+
+void Renderer::finish(int y, std::size_t row, Sums& sums) const {
+  const auto width = static_cast<std::size_t>(camera_.width());
+  const bool is_sky_view = camera_.projection() == Projection::sky;
   for (std::size_t x = 0; x < width; ++x) {
     const auto px = static_cast<double>(x);
+    double* const pixel = sums.values.data() + row * outputs_.size() * width + x;
     const bool shows_sky = !is_sky_view || camera_.ray(px, y).has_value();
     bool has_light = false;
     for (std::size_t o = 0; o < outputs_.size(); ++o) {
-      has_light = has_light || row.sums[o * width + x] != 0;
+      has_light = has_light || pixel[o * width] != 0;
     }
     const double area = counts_flux(scene_->unit) && has_light ? camera_.solid_angle(px, y) : 1;
     std::pair<std::size_t, double> owner{0, 0.0};
     double whole = 0;
     if (owner_) {
-      for (const auto& [object, light] : row.owners[x]) {
+      for (const auto& [object, light] : sums.owners[row * width + x]) {
         whole += light;
         if (light > owner.second) owner = {object + 1, light};
       }
     }
     for (std::size_t o = 0; o < outputs_.size(); ++o) {
-      double& value = out[o * width + x];
-      const double sum = row.sums[o * width + x];
+      double& value = pixel[o * width];
+      const double sum = value;
       switch (outputs_[o].kind) {
-        case Kind::optical_depth:
-          value = sum;
+        case OutputPlane::Kind::optical_depth:
           break;
-        case Kind::owner:
+        case OutputPlane::Kind::owner:
           value = static_cast<double>(owner.first);
           break;
-        case Kind::share:
+        case OutputPlane::Kind::share:
           value = whole > 0 ? owner.second / whole : 0;
           break;
         default:

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <optional>
 #include <tuple>
+#include <unordered_map>
 #include <utility>
 
 #include "gamer/core/random.h"
@@ -226,7 +227,9 @@ class SceneReader {
   /// The flux (nJy) of the row's magnitude over that of a unit source, whose flux in the reference
   /// band is `rest` unredshifted at 10 pc, and `observed` as it is.
   double flux_scale(const Position& position, double rest, double observed) const;
-  double brightness(const PlacedGalaxy& placed, const Position& position) const;
+  double brightness(const PlacedGalaxy& placed, const Position& position);
+  /// Galaxy::luminosity() of each component.
+  const std::vector<double>& luminosities(const Galaxy& galaxy);
   /// Angle of a scene unit at the row's distance, which an orthographic view does not show, rad.
   double angle_of_unit(const Position& position) const;
   void check_band(const Sed& sed, const Bandpass& band, double redshift, const std::string& what,
@@ -243,6 +246,7 @@ class SceneReader {
   bool is_sky_;
   std::shared_ptr<const Bandpass> reference_;
   std::map<std::pair<const Galaxy*, double>, bool> checked_;
+  std::unordered_map<const Galaxy*, std::vector<double>> luminosities_;
   Scene scene_;
 };
 
@@ -429,7 +433,15 @@ double SceneReader::angle_of_unit(const Position& position) const {
   return *unit * stretch * stretch / *position.luminosity_distance;
 }
 
-double SceneReader::brightness(const PlacedGalaxy& placed, const Position& position) const {
+const std::vector<double>& SceneReader::luminosities(const Galaxy& galaxy) {
+  std::vector<double>& known = luminosities_[&galaxy];
+  for (std::size_t c = known.size(); c < galaxy.components().size(); ++c) {
+    known.push_back(galaxy.luminosity(c));
+  }
+  return known;
+}
+
+double SceneReader::brightness(const PlacedGalaxy& placed, const Position& position) {
   const double stretch = 1 + position.redshift;
   if (scene_.unit == PixelUnit::relative) return 1 / std::pow(stretch, 4);
   double rest = 0, observed = 0;
@@ -446,7 +458,7 @@ double SceneReader::brightness(const PlacedGalaxy& placed, const Position& posit
     check_band(*sed, *reference_, is_absolute ? 0 : position.redshift,
                fmt::format("reference_band '{}'", reference_->name()),
                row_.where(is_absolute ? column::magnitude : column::apparent_magnitude));
-    const double light = placed.galaxy->luminosity(c);
+    const double light = luminosities(*placed.galaxy)[c];
     if (is_absolute) {
       rest += light * band_flux(*sed, *reference_, 0);
     } else {

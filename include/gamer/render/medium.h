@@ -25,14 +25,6 @@ struct Hit {
   double footprint = 0;  ///< width across the ray for which it stands, galaxy radii
 };
 
-/// A bundle of rays for finding the galaxies that they may meet: origins within `radius` of
-/// axis.origin, directions within the angle whose tangent is `tangent` of axis.direction.
-struct RayBundle {
-  Ray axis;
-  double radius = 0;
-  double tangent = 0;
-};
-
 /// The galaxies that fill a stretch of a ray together, in an order that does not depend on the
 /// scene's rows. Their components have *slots*: light slots, then dust slots, each numbered through
 /// the galaxies.
@@ -103,8 +95,6 @@ class Medium {
   const Accuracy& accuracy() const { return accuracy_; }
   double radius(int galaxy) const { return placed(galaxy).radius; }
 
-  /// Indices of the galaxies, among `among`, whose bounding spheres the bundle may touch.
-  void candidates(const RayBundle& bundle, std::span<const int> among, std::vector<int>& out) const;
   /// Appends the ray's hits among `candidates`, nearest first.
   void hits(const Ray& ray, std::span<const int> candidates, std::vector<Hit>& out) const;
   /// Appends the wishes of the hit galaxy's components, in the ray's t.

@@ -9,6 +9,7 @@
 
 #include "gamer/image/image.h"
 #include "gamer/parallel/executor.h"
+#include "gamer/render/galaxy_index.h"
 #include "gamer/render/medium.h"
 #include "gamer/render/sampler.h"
 #include "gamer/scene/camera.h"
@@ -72,27 +73,34 @@ class Renderer {
 
  private:
   struct Sample;
-  struct Row;
+  struct Work;
+  /// Where light is added up: values[row * planes * width + plane * width + x], linear.
+  struct Sums;
   /// Rays of a pixel, cells where it is large for what it shows.
-  void place_samples(int x, int y, std::span<const int> candidates, std::vector<Sample>& out) const;
-  void refine(double x, double y, double size, int pixel, std::span<const int> candidates,
-              std::vector<Sample>& out) const;
-  /// The size of a cell around (x, y) over the length on which the brightness changes there.
-  double relative_size(double x, double y, double size, std::span<const int> candidates) const;
-  void add_light(std::span<const Sample> samples, std::span<const int> candidates, Row& row,
-                 RenderCounts& counts) const;
-  void finish(int y, Row& row, std::span<double> out) const;
+  void place_samples(int x, int y, int row, const GalaxyIndex::Found& near, Work& work) const;
+  void refine(const Sample& cell, Work& work) const;
+  /// The size of a cell around a ray over the length on which the brightness changes there, as the
+  /// galaxies near the pixel have it.
+  double relative_size(const Ray& ray, double size, std::span<const int> galaxies) const;
+  /// Works samples off while there are at least so many.
+  void work_off(std::size_t least, const GalaxyIndex::Found& near, Work& work, Sums& sums,
+                RenderCounts& counts) const;
+  void add_light(std::span<const Sample> samples, const GalaxyIndex::Found& near, Work& work,
+                 Sums& sums, RenderCounts& counts) const;
+  void add_stars(RowRange rows, Sums& sums) const;
+  /// Makes a row's sums what the image shows.
+  void finish(int y, std::size_t row, Sums& sums) const;
 
   Camera camera_;
   std::optional<int> supersample_;  ///< chosen by the tolerance where not given
   std::shared_ptr<const Scene> scene_;
   Medium medium_;
   std::unique_ptr<Sampler> sampler_;
+  GalaxyIndex index_;
   std::vector<OutputPlane> outputs_;
-  std::vector<int> all_galaxies_;
   std::vector<double> pixel_in_ball_;     ///< of each galaxy: the longest side there, galaxy radii
   std::vector<double> unit_factors_;      ///< [spectral plane]
-  std::vector<const PlacedStar*> stars_;  ///< in an order that does not depend on the rows
+  std::vector<const PlacedStar*> stars_;  ///< from the lowest in the image to the highest
   /// The first output of a kind; none where it was not asked for.
   std::optional<std::size_t> dust_free_, optical_depth_, owner_;
   std::vector<std::size_t> parts_;  ///< of each object, its first output; empty without parts

@@ -54,6 +54,8 @@ class Camera {
   int width() const { return width_; }
   int height() const { return height_; }
   Projection projection() const { return projection_; }
+  /// Where the camera stands; of an orthographic view the middle of the plane where rays begin.
+  const glm::dvec3& origin() const { return position_; }
 
   /// Unit vectors of the view in the scene: to the right, up, and from the target to the camera. In
   /// a sky view, at the place of its first pixel that shows sky: West, North, and to the observer.

@@ -1,0 +1,227 @@
+#include "gamer/render/galaxy_index.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <numeric>
+
+namespace gamer {
+
+namespace {
+
+// Galaxies that are looked at one by one.
+constexpr int most_in_leaf = 8;
+
+// Pixels between the places at which the rays of a region are taken.
+constexpr double spacing = 4.5;
+
+// Steps that follow each other differ by less where the projection has no seam.
+constexpr double smooth_ratio = 2;
+
+// Steps by which the sky may go on beyond the last place before its edge: towards the limb of an
+// orthographic projection of the sky they grow as a root.
+constexpr double beyond_edge = 2.5;
+
+// Of a ball's radius and place, beyond rounding.
+constexpr double slack = 1e-12;
+
+bool overlap(const GalaxyIndex::Ball& a, const GalaxyIndex::Ball& b) {
+  const glm::dvec3 way = a.centre - b.centre;
+  const double reach = a.radius + b.radius;
+  return glm::dot(way, way) <= reach * reach;
+}
+
+/// The rays of a grid of places in the image.
+class Grid {
+ public:
+  Grid(const Camera& camera, double left, double right, double bottom, double top, double step) {
+    const auto count = [&](double length) { return static_cast<int>(std::ceil(length / step)); };
+    const int columns = count(right - left), rows = count(top - bottom);
+    const auto at = [](double begin, double end, int i, int steps) {
+      return begin + (end - begin) * i / steps;
+    };
+    const bool is_orthographic = camera.projection() == Projection::orthographic;
+    std::vector<Line> upward(static_cast<std::size_t>(columns) + 1);
+    for (int j = 0; j <= rows; ++j) {
+      Line across;
+      for (int i = 0; i <= columns; ++i) {
+        const auto ray = camera.ray(at(left, right, i, columns), at(bottom, top, j, rows));
+        std::optional<glm::dvec3> here;
+        if (ray) here = is_orthographic ? ray->origin : ray->direction;
+        if (here) points_.push_back(*here);
+        add(here, across);
+        add(here, upward[static_cast<std::size_t>(i)]);
+      }
+    }
+  }
+
+  bool empty() const { return points_.empty(); }
+  /// Whether the sky is seen everywhere, without seams.
+  bool is_smooth() const { return is_smooth_; }
+
+  /// Holds the points and what lies between them.
+  GalaxyIndex::Ball ball() const {
+    GalaxyIndex::Ball ball;
+    for (const glm::dvec3& point : points_) ball.centre += point;
+    ball.centre /= static_cast<double>(points_.size());
+    for (const glm::dvec3& point : points_) {
+      ball.radius = std::max(ball.radius, glm::distance(point, ball.centre));
+    }
+    ball.radius += (is_smooth_ ? 0.5 : beyond_edge) * longest_;
+    return ball;
+  }
+
+ private:
+  /// The last place along a row or a column, and the step to it.
+  struct Line {
+    std::optional<glm::dvec3> place;
+    std::optional<double> step;
+  };
+
+  void add(const std::optional<glm::dvec3>& here, Line& line) {
+    std::optional<double> step;
+    if (here && line.place) step = glm::distance(*here, *line.place);
+    if (!here) is_smooth_ = false;
+    if (step) longest_ = std::max(longest_, *step);
+    if (step && line.step) {
+      const auto [shorter, longer] = std::minmax(*step, *line.step);
+      if (longer > smooth_ratio * shorter) is_smooth_ = false;
+    }
+    line = {here, step};
+  }
+
+  std::vector<glm::dvec3> points_;
+  bool is_smooth_ = true;
+  double longest_ = 0;
+};
+
+}  // namespace
+
+void GalaxyIndex::Found::clear() {
+  galaxies.clear();
+  for (auto* values : {&x, &y, &z, &radius}) values->clear();
+}
+
+GalaxyIndex::GalaxyIndex(const Scene& scene, const Camera& camera) : camera_(camera) {
+  const std::size_t count = scene.galaxies.size();
+  balls_.reserve(count);
+  for (const PlacedGalaxy& galaxy : scene.galaxies) balls_.push_back(ball_of(galaxy));
+  order_.resize(count);
+  std::iota(order_.begin(), order_.end(), 0);
+  if (count == 0) return;
+  build(0, static_cast<int>(count));
+  std::vector<Ball> sorted;
+  sorted.reserve(count);
+  for (const int galaxy : order_) sorted.push_back(balls_[static_cast<std::size_t>(galaxy)]);
+  balls_ = std::move(sorted);
+}
+
+GalaxyIndex::Ball GalaxyIndex::ball_of(const PlacedGalaxy& galaxy) const {
+  Ball ball;
+  double room = 1;
+  if (camera_.projection() == Projection::orthographic) {
+    room = glm::distance(galaxy.centre, camera_.origin());
+    const glm::dvec3& back = camera_.back();
+    ball.centre = galaxy.centre - glm::dot(galaxy.centre - camera_.origin(), back) * back;
+    ball.radius = galaxy.bounding_radius;
+  } else {
+    ball.centre = -camera_.towards(galaxy.centre);
+    const double sine = galaxy.bounding_radius / camera_.distance(galaxy.centre);
+    // From within it is everywhere.
+    ball.radius = sine < 1 ? 2 * std::sin(0.5 * std::asin(sine)) : 2;
+  }
+  ball.radius = ball.radius * (1 + slack) + slack * room;
+  return ball;
+}
+
+void GalaxyIndex::build(int first, int count) {
+  const auto ball = [&](int i) -> const Ball& {
+    return balls_[static_cast<std::size_t>(order_[static_cast<std::size_t>(i)])];
+  };
+  glm::dvec3 low = ball(first).centre, high = low;
+  for (int i = first; i < first + count; ++i) {
+    low = glm::min(low, ball(i).centre);
+    high = glm::max(high, ball(i).centre);
+  }
+  Node node{{0.5 * (low + high), 0}, first, count, 0};
+  for (int i = first; i < first + count; ++i) {
+    const double reach = glm::distance(ball(i).centre, node.ball.centre) + ball(i).radius;
+    node.ball.radius = std::max(node.ball.radius, reach * (1 + slack));
+  }
+  const std::size_t place = nodes_.size();
+  nodes_.push_back(node);
+  if (count > most_in_leaf) {
+    const glm::dvec3 sides = high - low;
+    int axis = 0;
+    for (int k = 1; k < 3; ++k) axis = sides[k] > sides[axis] ? k : axis;
+    const int half = count / 2;
+    const auto begin = order_.begin() + first;
+    std::nth_element(begin, begin + half, begin + count, [&](int a, int b) {
+      return balls_[static_cast<std::size_t>(a)].centre[axis] <
+             balls_[static_cast<std::size_t>(b)].centre[axis];
+    });
+    nodes_[place].count = 0;
+    build(first, half);
+    build(first + half, count - half);
+  }
+  nodes_[place].behind = static_cast<int>(nodes_.size());
+}
+
+std::optional<GalaxyIndex::Ball> GalaxyIndex::pixels(int left, int right, int bottom,
+                                                     int top) const {
+  // With a margin of a pixel beyond the edges.
+  const auto grid_of = [&](double step) {
+    return Grid(camera_, left - 1.5, right + 0.5, bottom - 1.5, top + 0.5, step);
+  };
+  if (const Grid grid = grid_of(spacing); grid.is_smooth()) return grid.ball();
+  // Centres and corners of the pixels.
+  const Grid grid = grid_of(0.5);
+  if (grid.empty()) return std::nullopt;
+  return grid.ball();
+}
+
+GalaxyIndex::Ball GalaxyIndex::around(const Ray& ray, double pixels) const {
+  const bool is_orthographic = camera_.projection() == Projection::orthographic;
+  const double pixel = camera_.pixel_size(camera_.origin() + ray.direction);
+  return {is_orthographic ? ray.origin : ray.direction, pixels * pixel};
+}
+
+void GalaxyIndex::find(const Ball& rays, Found& out) const {
+  out.clear();
+  for (std::size_t n = 0; n < nodes_.size();) {
+    const Node& node = nodes_[n];
+    if (!overlap(node.ball, rays)) {
+      n = static_cast<std::size_t>(node.behind);
+      continue;
+    }
+    for (int i = node.first; i < node.first + node.count; ++i) {
+      const Ball& ball = balls_[static_cast<std::size_t>(i)];
+      if (!overlap(ball, rays)) continue;
+      out.galaxies.push_back(order_[static_cast<std::size_t>(i)]);
+      out.x.push_back(ball.centre.x);
+      out.y.push_back(ball.centre.y);
+      out.z.push_back(ball.centre.z);
+      out.radius.push_back(ball.radius);
+    }
+    ++n;
+  }
+}
+
+void GalaxyIndex::find(const Ball& rays, const Found& among, std::vector<int>& out) {
+  // Without branches: most are not met.
+  const std::size_t count = among.galaxies.size();
+  out.resize(count);
+  std::size_t size = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double dx = among.x[i] - rays.centre.x;
+    const double dy = among.y[i] - rays.centre.y;
+    const double dz = among.z[i] - rays.centre.z;
+    const double reach = among.radius[i] + rays.radius;
+    out[size] = among.galaxies[i];
+    size += dx * dx + dy * dy + dz * dz <= reach * reach ? 1 : 0;
+  }
+  out.resize(size);
+}
+
+}  // namespace gamer

@@ -1,0 +1,76 @@
+// Many galaxies, some of them dusty, over each other.
+
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include <random>
+
+#include "render/render_text.h"
+
+namespace gamer {
+namespace {
+
+constexpr int side = 24;
+
+/// Small galaxies with and without dust, and a few stars.
+TextScene crowd(int galaxies) {
+  TextScene text;
+  text.galaxies["clear"] =
+      "[[component]]\nclass = \"bulge\"\nsed = \"flat\"\neffective_radius = 0.2\naxis = [1, 1, "
+      "0.7]\n";
+  text.galaxies["dusty"] =
+      "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nz0 = 0.05\nrh = 0.2\nnoise = { octaves = 1 "
+      "}\n"
+      "[[component]]\nclass = \"dust\"\nz0 = 0.03\nrh = 0.3\noptical_depth = 3\n"
+      "noise = { octaves = 1 }\n";
+  text.parameters = fmt::format(
+      "[image]\nsize = {}\n[camera]\nprojection = \"sky\"\ncenter = [10, 20]\npixel_scale = 0.2\n"
+      "[spectrum]\nwavelengths = [5000, 7000]\n[sampling]\ntolerance = 1e-2\n",
+      side);
+  text.scene = "galaxy px py redshift size_arcsec apparent_magnitude inclination pa\n";
+  std::mt19937 engine(3);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  for (int i = 0; i < galaxies; ++i) {
+    text.scene +=
+        fmt::format("{} {:.3f} {:.3f} {:.4f} {:.3f} {:.2f} {:.1f} {:.1f}\n",
+                    i % 3 == 0 ? "dusty" : "clear", 1 + side * uniform(engine),
+                    1 + side * uniform(engine), 0.1 + 0.5 * uniform(engine), 0.3 + uniform(engine),
+                    20 + 3 * uniform(engine), 90 * uniform(engine), 180 * uniform(engine));
+  }
+  for (int i = 0; i < 20; ++i) {
+    text.scene += fmt::format("star {:.3f} {:.3f} - - 22 - -\n", 1 + side * uniform(engine),
+                              1 + side * uniform(engine));
+  }
+  return text;
+}
+
+TEST(Crowded, RowsAreTheSameInBlocksOfAnySize) {
+  const TextScene text = crowd(30);
+  const RenderParameters parameters =
+      RenderParameters::read(parse_toml(text.parameters, "render.par"));
+  const Camera camera(parameters);
+  Resources resources = text_resources(text);
+  resources.add({"bandpasses/sdss_r", "bandpasses/sdss_r.band",
+                 "# wavelength: Angstrom\n# response: photons\n5500 0\n6200 1\n6900 0\n"});
+  const Spectrum spectrum = load_spectrum(parameters, resources);
+  const auto scene = std::make_shared<Scene>(
+      read_scene(text.scene, "scene.lst", parameters, spectrum, camera, resources));
+  const Renderer renderer(parameters, camera, scene, spectrum);
+  const auto row = static_cast<std::size_t>(side) * static_cast<std::size_t>(renderer.planes());
+  std::vector<double> whole(row * side);
+  renderer.render_rows({0, side}, whole);
+  for (const int size : {1, 5}) {
+    std::vector<double> rows(whole.size());
+    for (int first = 0; first < side; first += size) {
+      const int last = std::min(first + size, side);
+      renderer.render_rows({first, last},
+                           std::span(rows).subspan(static_cast<std::size_t>(first) * row,
+                                                   static_cast<std::size_t>(last - first) * row));
+    }
+    EXPECT_EQ(rows, whole) << "blocks of " << size;
+  }
+}
+
+}  // namespace
+}  // namespace gamer
