@@ -219,18 +219,18 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
 }
 
 void Renderer::count_pixel(int x, int y, RenderCounts& counts) const {
-  const auto rays = outline(camera_, x, x + 1, y, y + 1);
-  if (rays.empty()) return;
-  std::vector<int> candidates;
-  medium_.candidates(bundle_of(rays), all_galaxies_, candidates);
-  if (candidates.empty()) return;
-  std::vector<Sample> samples;
-  place_samples(x, y, candidates, samples);
+  const auto rays = index_.pixels(x, x + 1, y, y + 1);
+  if (!rays) return;
+  GalaxyIndex::Found near;
+  index_.find(*rays, near);
+  if (near.empty()) return;
+  Work work;
+  place_samples(x, y, 0, near, work);
   const auto width = static_cast<std::size_t>(camera_.width());
-  Row row;
-  row.sums.assign(outputs_.size() * width, 0.0);
-  if (owner_) row.owners.assign(width, {});
-  add_light(samples, candidates, row, counts);
+  std::vector<double> values(outputs_.size() * width);
+  Sums sums{values, {}};
+  if (owner_) sums.owners.resize(width);
+  work_off(1, near, work, sums, counts);
 }
 
 void Renderer::sample_light(const std::function<void(double x, double y, double area,
