@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <memory>
 #include <optional>
 #include <set>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 #include "gamer/core/error.h"
@@ -19,6 +22,7 @@
 #include "image/fits_file.h"
 #include "image/image_suffix.h"
 #include "image/memory.h"
+#include "image/pixel_sum.h"
 #include "image/temporary_file.h"
 #include "image/wavelength_axis.h"
 
@@ -102,6 +106,10 @@ class FitsLayout {
       LONGLONG sizes[] = {header_.width, header_.height, count};
       file.call(fits_create_imgll, options_.bitpix, count > 1 ? 3 : 2, sizes);
       write_image_header(file, plane, count);
+      if (!compressed) {
+        reserve_checksum(file);
+        file.reserve_data();
+      }
       fill(plane, count);
       if (count > 1 && is_tabulated(header_.wavelengths)) {
         write_coordinate_table(file, header_.wavelengths, common_);
@@ -194,6 +202,7 @@ class FitsWriter final : public ImageWriter {
         width_(header.width),
         height_(header.height),
         planes_(header.planes()),
+        sums_(static_cast<std::size_t>(header.planes())),
         written_(static_cast<std::size_t>(header.height)) {
     const auto is_per_plane = [this](std::size_t size) {
       return size == 0 || size == static_cast<std::size_t>(planes_);
@@ -216,20 +225,16 @@ class FitsWriter final : public ImageWriter {
         values.size() != static_cast<std::size_t>(count) * planes_ * width) {
       throw std::invalid_argument("FITS writer: rows outside the image");
     }
-    std::vector<double> rows(width * count);
+    const auto begin = written_.begin() + first;
+    has_rewritten_ = has_rewritten_ || std::find(begin, begin + count, true) != begin + count;
     for (int plane = 0; plane < planes_; ++plane) {
-      for (int row = 0; row < count; ++row) {
-        const double* from =
-            values.data() + (static_cast<std::size_t>(row) * planes_ + plane) * width;
-        std::copy_n(from, width, rows.data() + width * row);
+      if (options_.bitpix == FLOAT_IMG) {
+        write_plane(plane, first, count, values, floats_);
+      } else {
+        write_plane(plane, first, count, values, doubles_);
       }
-      const FitsLayout::Place place = layout_.place(plane);
-      FitsFile& file = outputs_[place.file]->file;
-      file.move_to(place.hdu);
-      file.call(fits_write_img_dbl, 1L, place.element + static_cast<LONGLONG>(first) * width_,
-                static_cast<LONGLONG>(rows.size()), rows.data());
     }
-    std::fill_n(written_.begin() + first, count, true);
+    std::fill_n(begin, count, true);
   }
 
   void finish() override {
@@ -243,7 +248,7 @@ class FitsWriter final : public ImageWriter {
       const int hdus = output->file.hdu_count();
       for (int hdu = 1; hdu <= hdus; ++hdu) {
         output->file.move_to(hdu);
-        write_checksum(output->file);
+        write_checksum(output->file, data_sum(output.get(), hdu));
       }
       output->file.close();
     }
@@ -259,6 +264,53 @@ class FitsWriter final : public ImageWriter {
     TemporaryFile temporary;
     FitsFile file;
   };
+
+  /// Of one plane of the rows. Rows of nothing but zeros are left out, since a file is zero where
+  /// nothing was written; so that a mostly empty image costs little.
+  template <class Value>
+  void write_plane(int plane, int first, int count, std::span<const double> values,
+                   std::vector<Value>& row) {
+    using Bits =
+        std::conditional_t<sizeof(Value) == sizeof(std::uint32_t), std::uint32_t, std::uint64_t>;
+    const auto width = static_cast<std::size_t>(width_);
+    const FitsLayout::Place place = layout_.place(plane);
+    FitsFile& file = outputs_[place.file]->file;
+    row.resize(width);
+    bool is_there = false;
+    for (int y = 0; y < count; ++y) {
+      const double* from = values.data() + (static_cast<std::size_t>(y) * planes_ + plane) * width;
+      Bits any = 0;
+      for (std::size_t x = 0; x < width; ++x) {
+        row[x] = static_cast<Value>(from[x]);
+        any |= std::bit_cast<Bits>(row[x]);
+      }
+      if (any == 0 && !written_[first + y]) continue;
+      sums_[plane].add(row.data(), width);
+      if (!is_there) file.move_to(place.hdu);
+      is_there = true;
+      const LONGLONG to = place.element + static_cast<LONGLONG>(first + y) * width_;
+      if constexpr (sizeof(Value) == sizeof(float)) {
+        file.call(fits_write_img_flt, 1L, to, LONGLONG{width_}, row.data());
+      } else {
+        file.call(fits_write_img_dbl, 1L, to, LONGLONG{width_}, row.data());
+      }
+    }
+  }
+
+  /// The checksum of an HDU's pixels, where it is known.
+  std::optional<std::uint32_t> data_sum(const Output* output, int hdu) const {
+    PixelSum sum;
+    bool is_image = false;
+    for (int plane = 0; plane < planes_; ++plane) {
+      const FitsLayout::Place place = layout_.place(plane);
+      if (outputs_[place.file].get() != output || place.hdu != hdu) continue;
+      is_image = true;
+      sum.add(sums_[plane]);
+    }
+    const bool is_compressed = image_suffix(options_.path) == ImageSuffix::fits_compressed;
+    if (!is_image || is_compressed || has_rewritten_) return std::nullopt;
+    return sum.value();
+  }
 
   /// Replaces the plain files by compressed ones. Done when all rows are there, so that the bytes
   /// do not depend on the order in which they came. Rows are written by us, since CFITSIO's
@@ -290,6 +342,10 @@ class FitsWriter final : public ImageWriter {
   FitsLayout layout_;
   int width_, height_, planes_;
   std::vector<std::unique_ptr<Output>> outputs_;
+  std::vector<PixelSum> sums_;   ///< of each plane
+  bool has_rewritten_ = false;   ///< rows came twice: the sums are wrong
+  std::vector<float> floats_;    ///< a row
+  std::vector<double> doubles_;  ///< a row
   std::vector<bool> written_;
 };
 

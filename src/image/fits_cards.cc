@@ -85,6 +85,10 @@ std::vector<std::string> read_text_column(FitsFile& file, int column, LONGLONG c
   return texts;
 }
 
+constexpr const char* kNoChecksum = "0000000000000000";
+constexpr const char* kChecksumComment = "checksum of this HDU";
+constexpr const char* kDataSumComment = "checksum of the data";
+
 /// Ones' complement sum of 32 bits.
 std::uint64_t folded(std::uint64_t sum) {
   constexpr std::uint64_t kWord = 0xFFFFFFFF;
@@ -163,23 +167,26 @@ std::vector<Card> read_cards(FitsFile& file) {
   return cards;
 }
 
+void reserve_checksum(FitsFile& file) {
+  file.call(fits_update_key_str, "CHECKSUM", kNoChecksum, kChecksumComment);
+  file.call(fits_update_key_str, "DATASUM", "0", kDataSumComment);
+}
+
 void write_checksum(FitsFile& file, std::optional<std::uint32_t> data_sum) {
-  constexpr const char* kComment = "checksum of this HDU";
   if (!data_sum) {
     unsigned long sum = 0, unused = 0;
     file.call(fits_get_chksum, &sum, &unused);
     data_sum = static_cast<std::uint32_t>(sum);
   }
-  file.call(fits_update_key_str, "CHECKSUM", "0000000000000000", kComment);
-  file.call(fits_update_key_str, "DATASUM", fmt::format("{}", *data_sum).c_str(),
-            "checksum of the data");
+  file.call(fits_update_key_str, "CHECKSUM", kNoChecksum, kChecksumComment);
+  file.call(fits_update_key_str, "DATASUM", fmt::format("{}", *data_sum).c_str(), kDataSumComment);
   // Brings the header into its final form.
   file.call(fits_flush_buffer, 0);
   const std::uint64_t sum = folded(header_sum(file) + *data_sum);
   constexpr int kComplement = 1;
   char text[FLEN_VALUE] = {};
   fits_encode_chksum(static_cast<unsigned long>(sum), kComplement, text);
-  file.call(fits_modify_key_str, "CHECKSUM", text, kComment);
+  file.call(fits_modify_key_str, "CHECKSUM", text, kChecksumComment);
 }
 
 std::vector<std::string> read_text_cells(FitsFile& file, int column, LONGLONG first,

@@ -29,6 +29,8 @@ std::vector<Card> read_cards(FitsFile& file);
 /// equal bytes. `data_sum` is that of the HDU's data where the caller knows it: otherwise they are
 /// read again.
 void write_checksum(FitsFile& file, std::optional<std::uint32_t> data_sum = std::nullopt);
+/// Makes room for them, where the header must not grow later.
+void reserve_checksum(FitsFile& file);
 
 /// Cells of a column of texts, as they stand there but without blanks at the end; rows from 1.
 std::vector<std::string> read_text_cells(FitsFile& file, int column, LONGLONG first,

@@ -1,6 +1,7 @@
 #include "image/fits_file.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <cstring>
 #include <utility>
@@ -68,6 +69,20 @@ int FitsFile::hdu_count() {
   int count = 0;
   call(fits_get_num_hdus, &count);
   return count;
+}
+
+void FitsFile::reserve_data() {
+  LONGLONG begin = 0, data = 0, end = 0;
+  // Fixes where the data begin.
+  call(fits_set_hdustruc);
+  call(fits_flush_buffer, 0);
+  call(fits_get_hduaddrll, &begin, &data, &end);
+  FITSfile& file = *handle_->Fptr;
+  if (end <= file.filesize) return;
+  errno = 0;
+  if (truncate(file.filename, end) != 0) fail(WRITE_ERROR);
+  file.filesize = end;
+  file.logfilesize = end;
 }
 
 void FitsFile::close() {

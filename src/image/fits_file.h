@@ -37,6 +37,9 @@ class FitsFile {
   /// Moves to an HDU, counted from 1.
   void move_to(int hdu);
   int hdu_count();
+  /// Reserves the room of the current HDU, which is the last and whose header is complete: zeros
+  /// that take no place on disk. CFITSIO would write them before the first pixel of a later row.
+  void reserve_data();
   /// Flushes and closes; the destructor does so too, but cannot report an error.
   void close();
 

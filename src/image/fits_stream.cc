@@ -28,6 +28,7 @@
 #include "image/fits_file.h"
 #include "image/image_suffix.h"
 #include "image/memory.h"
+#include "image/pixel_sum.h"
 #include "image/standard_stream.h"
 #include "image/temporary_file.h"
 #include "image/wavelength_axis.h"
@@ -286,36 +287,6 @@ FitsHdu read_hdu(FitsFile& file, int number) {
   hdu.header = FitsHeader(std::move(records));
   return hdu;
 }
-
-/// The FITS checksum of pixels: the ones' complement sum of their big-endian 32-bit words, which
-/// does not depend on the order in which they come.
-class PixelSum {
- public:
-  void add(const float* values, std::size_t count) {
-    std::uint64_t sum = 0;
-    for (std::size_t i = 0; i < count; ++i) sum += std::bit_cast<std::uint32_t>(values[i]);
-    add(sum);
-  }
-  void add(const double* values, std::size_t count) {
-    std::uint64_t high = 0, low = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const auto bits = std::bit_cast<std::uint64_t>(values[i]);
-      high += bits >> 32;
-      low += bits & kWord;
-    }
-    add(high);
-    add(low);
-  }
-  std::uint32_t value() const { return static_cast<std::uint32_t>(sum_); }
-
- private:
-  static constexpr std::uint64_t kWord = 0xFFFFFFFF;
-  void add(std::uint64_t sum) {
-    sum_ += (sum & kWord) + (sum >> 32);
-    while (sum_ >> 32 != 0) sum_ = (sum_ & kWord) + (sum_ >> 32);
-  }
-  std::uint64_t sum_ = 0;
-};
 
 /// Planes keep their numbers, by which the header speaks of them.
 void check_section(const std::string& name) {

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <chrono>
 #include <condition_variable>
 #include <cstdlib>
@@ -49,6 +50,12 @@ enum class OrderKind : int {
   abandon,      // compute no further block
   outcome,      // the run is over; `first` = exit code, 0 when all went well
   leave,        // the job is over; `first` = exit code
+};
+
+/// What a rank says before it sends a block's values.
+struct BlockHead {
+  RowRange range;
+  bool has_values;  ///< else all are +0 and not sent
 };
 
 struct Order {
@@ -132,6 +139,19 @@ void for_pieces(std::span<Value> values, const Transfer& transfer) {
     const auto piece = values.subspan(start, std::min(values_per_message, values.size() - start));
     transfer(piece.data(), static_cast<int>(piece.size()));
   }
+}
+
+/// Whether all are +0. An image of galaxies is mostly empty.
+bool is_zero(std::span<const double> values) {
+  constexpr std::size_t chunk = 512;
+  for (std::size_t start = 0; start < values.size(); start += chunk) {
+    std::uint64_t any = 0;
+    for (const double value : values.subspan(start, std::min(chunk, values.size() - start))) {
+      any |= std::bit_cast<std::uint64_t>(value);
+    }
+    if (any != 0) return false;
+  }
+  return true;
 }
 
 struct Failure {
@@ -556,14 +576,20 @@ class Lead {
       MPI_Status status;
       MPI_Iprobe(MPI_ANY_SOURCE, tag_rows, job_.communicator(), &arrived, &status);
       if (!arrived) break;
-      MPI_Recv(&incoming.range, sizeof incoming.range, MPI_BYTE, status.MPI_SOURCE, tag_rows,
-               job_.communicator(), MPI_STATUS_IGNORE);
-      incoming.values.resize(static_cast<std::size_t>(incoming.range.size()) * values_per_row_);
+      BlockHead head{};
+      MPI_Recv(&head, sizeof head, MPI_BYTE, status.MPI_SOURCE, tag_rows, job_.communicator(),
+               MPI_STATUS_IGNORE);
+      incoming.range = head.range;
+      incoming.values.resize(static_cast<std::size_t>(head.range.size()) * values_per_row_);
       incoming.requests.clear();
-      for_pieces(std::span<double>(incoming.values), [&](double* data, int count) {
-        MPI_Irecv(data, count, MPI_DOUBLE, status.MPI_SOURCE, tag_values, job_.communicator(),
-                  &incoming.requests.emplace_back());
-      });
+      if (head.has_values) {
+        for_pieces(std::span<double>(incoming.values), [&](double* data, int count) {
+          MPI_Irecv(data, count, MPI_DOUBLE, status.MPI_SOURCE, tag_values, job_.communicator(),
+                    &incoming.requests.emplace_back());
+        });
+      } else {
+        std::fill(incoming.values.begin(), incoming.values.end(), 0.0);
+      }
       incoming.active = true;
       active = true;
     }
@@ -639,7 +665,8 @@ class Follow {
 
  private:
   struct Outgoing {
-    FinishedBlock block;
+    BlockHead head;
+    std::vector<double> values;
     std::vector<MPI_Request> requests;
   };
 
@@ -703,10 +730,13 @@ class Follow {
     std::optional<FinishedBlock> block = pool_.take_for(timeout);
     if (!block) return false;
     --held_;
-    Outgoing& outgoing = outgoing_.emplace_back(Outgoing{std::move(*block), {}});
-    MPI_Issend(&outgoing.block.range, sizeof outgoing.block.range, MPI_BYTE, 0, tag_rows,
-               job_.communicator(), &outgoing.requests.emplace_back());
-    for_pieces(std::span<const double>(outgoing.block.values), [&](const double* data, int count) {
+    const bool has_values = !is_zero(block->values);
+    if (!has_values) block->values.clear();
+    Outgoing& outgoing =
+        outgoing_.emplace_back(Outgoing{{block->range, has_values}, std::move(block->values), {}});
+    MPI_Issend(&outgoing.head, sizeof outgoing.head, MPI_BYTE, 0, tag_rows, job_.communicator(),
+               &outgoing.requests.emplace_back());
+    for_pieces(std::span<const double>(outgoing.values), [&](const double* data, int count) {
       MPI_Issend(data, count, MPI_DOUBLE, 0, tag_values, job_.communicator(),
                  &outgoing.requests.emplace_back());
     });

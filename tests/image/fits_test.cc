@@ -162,6 +162,58 @@ TEST(FitsWriter, KeepsInfinityAndNan) {
   EXPECT_EQ(image.at(2, 0), static_cast<double>(1e-45F));
 }
 
+TEST(FitsWriter, RowsOfZerosTakeNoRoomOnDisk) {
+  for (const ImageLayout layout : {ImageLayout::cube, ImageLayout::extensions}) {
+    for (const int bitpix : {-32, -64}) {
+      TemporaryFolder folder;
+      constexpr int width = 5000, height = 400;
+      const ImageHeader header = test_header(width, height, kThree);
+      const OutputOptions options{folder / "a.fits", bitpix, layout, false};
+      auto writer = make_fits_writer(options, header);
+      const auto zeros = [](int rows) {
+        return std::vector<double>(static_cast<std::size_t>(rows) * width * 3);
+      };
+      std::vector<double> one_pixel = zeros(10);
+      one_pixel[7 * width + 123] = 1.5;  // row 2, second plane
+      one_pixel[9 * width] = -0.0;       // row 3, first plane
+      writer->write_rows(390, 10, zeros(10));
+      writer->write_rows(100, 10, one_pixel);
+      writer->write_rows(0, 100, zeros(100));
+      writer->write_rows(110, 280, zeros(280));
+      writer->finish();
+      expect_fitsverify_clean(options.path);
+      struct stat status {};
+      ASSERT_EQ(stat(options.path.c_str(), &status), 0);
+      EXPECT_GT(status.st_size, 3 * width * height * -bitpix / 8);
+      EXPECT_LT(status.st_blocks * 512, status.st_size / 10);
+      const Image image = read_fits(options.path).image;
+      EXPECT_EQ(image.at(123, 102, 1), 1.5);
+      EXPECT_TRUE(std::signbit(image.at(0, 103, 0)));
+      double sum = 0;
+      for (int plane = 0; plane < 3; ++plane) {
+        for (int y = 0; y < height; ++y) {
+          for (int x = 0; x < width; ++x) sum += std::abs(image.at(x, y, plane));
+        }
+      }
+      EXPECT_EQ(sum, 1.5);
+    }
+  }
+}
+
+TEST(FitsWriter, RowsMayComeAgain) {
+  TemporaryFolder folder;
+  const ImageHeader header = test_header(50, 3, kThree);
+  const OutputOptions options{folder / "a.fits", -32, ImageLayout::cube, false};
+  auto writer = make_fits_writer(options, header);
+  writer->write_rows(0, 3, test_rows(header, 0, 3));
+  writer->write_rows(1, 1, std::vector<double>(150));
+  writer->finish();
+  expect_fitsverify_clean(options.path);
+  const Image image = read_fits(options.path).image;
+  EXPECT_EQ(image.at(7, 1, 2), 0);
+  EXPECT_EQ(image.at(7, 2, 2), static_cast<float>(test_value(7, 2, 2)));
+}
+
 // ---- Complete or absent ------------------------------------------------------------------------
 
 TEST(FitsWriter, NothingBeforeFinishAndNothingLeftWithoutIt) {

@@ -94,6 +94,28 @@ TEST(Ranks, BlocksMayDifferAndLeaveRowsOut) {
   }
 }
 
+TEST(Ranks, BlocksOfZerosArriveToo) {
+  constexpr std::size_t width = 3000;
+  const auto value = [](int row) { return row % 3 == 0 ? 1e-300 : row % 3 == 1 ? 0.0 : -0.0; };
+  int right = 0;
+  ranks->executor(1)->run(
+      even_blocks(60, 1), width,
+      [&](RowRange rows, std::span<double> values) {
+        std::this_thread::sleep_for(milliseconds(1));
+        values.back() = value(rows.first);
+      },
+      [&](RowRange rows, std::span<const double> values) {
+        ASSERT_EQ(values.size(), width);
+        const bool are_zero =
+            std::all_of(values.begin(), values.end() - 1, [](double v) { return v == 0; });
+        right += are_zero && values.back() == value(rows.first) &&
+                         std::signbit(values.back()) == std::signbit(value(rows.first))
+                     ? 1
+                     : 0;
+      });
+  EXPECT_EQ(right, ranks->rank() == 0 ? 60 : 0);
+}
+
 TEST(Ranks, ResultsOfSeveralMessages) {
   // 2.5 messages of 2^20 values a block.
   constexpr std::size_t width = (std::size_t{5} << 19) / 2;
