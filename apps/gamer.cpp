@@ -3,13 +3,18 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <new>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "gamer/core/clock.h"
@@ -21,10 +26,12 @@
 #include "gamer/image/image_writer.h"
 #include "gamer/parallel/ranks.h"
 #include "gamer/render/job.h"
+#include "gamer/render/journal.h"
 #include "gamer/render/listing.h"
 #include "gamer/render/progress.h"
 #include "gamer/render/renderer.h"
 #include "gamer/render/report.h"
+#include "gamer/render/resume.h"
 #include "gamer/render/schedule.h"
 #include "gamer/render/truth.h"
 
@@ -43,12 +50,15 @@ struct Options {
   bool sample_config = false;
   bool print_config = false;
   bool dry_run = false;
-  bool truth = false;       ///< table TRUTH and the images of [truth]
-  std::string truth_table;  ///< the table's own file, instead of the image's
+  bool resume = false;
+  double journal_interval = 10;  ///< seconds
+  bool truth = false;            ///< table TRUTH and the images of [truth]
+  std::string truth_table;       ///< the table's own file, instead of the image's
   bool quiet = false;
   bool verbose = false;
   bool version = false;
   std::string help;  ///< what --help prints; empty when it was not asked for
+  std::string resume_command;
 
   /// Whether the program answers without a job.
   bool only_tells() const {
@@ -57,6 +67,25 @@ struct Options {
 };
 
 constexpr int most_threads = 4096;
+
+/// The word as a shell reads it.
+std::string shell_word(const std::string& word) {
+  constexpr const char* plain =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+=.,/:@%^";
+  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+std::string resume_command(int argc, char** argv) {
+  std::string command = shell_word(argv[0]) + " --resume";
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word != "--resume" && word != "--overwrite") command += " " + shell_word(word);
+  }
+  return command;
+}
 
 /// Throws InputError.
 Options parse_options(int argc, char** argv) {
@@ -98,6 +127,13 @@ Options parse_options(int argc, char** argv) {
                  "write that table to this file (.fits, .ecsv) instead of into the image's")
       ->type_name("PATH");
   app.add_flag("--overwrite", request.overwrite, "replace an existing output");
+  app.add_flag("--resume", options.resume,
+               "go on with a job that was interrupted, from OUTPUT.journal; without one start it, "
+               "and leave a complete output as it is");
+  app.add_option("--journal", options.journal_interval,
+                 "keep finished rows in OUTPUT.journal once the job is so old, and force them to "
+                 "disk as often; inf: never (default: 10)")
+      ->type_name("SECONDS");
   CLI::Option* quiet_option = app.add_flag("-q,--quiet", options.quiet, "say nothing but errors");
   app.add_flag("-v,--verbose", options.verbose, "say more, and where the time went")
       ->excludes(quiet_option);
@@ -118,6 +154,10 @@ Options parse_options(int argc, char** argv) {
   if (list_option->count() > 0) options.listed_kind = kind;
   if (from_header_option->count() > 0) request.from_header = from_header;
 
+  if (!(options.journal_interval >= 0)) {
+    throw InputError("gamer: --journal: the seconds must be 0 or more, or inf");
+  }
+  options.resume_command = resume_command(argc, argv);
   if (!options.truth_table.empty()) options.truth = true;
   if (options.markdown && !options.listed_kind) {
     throw InputError("gamer: --markdown goes with --list-parameters");
@@ -165,11 +205,18 @@ std::string size_text(const gamer::ImageHeader& header) {
                      header.planes() == 1 ? "" : "s");
 }
 
+std::string resume_hint(const Options& options, const gamer::Journal& journal) {
+  return fmt::format("; finished rows are kept in {}; go on with: {}", journal.path().string(),
+                     options.resume_command);
+}
+
 /// What rank 0 holds.
 struct Work {
   gamer::RenderJob job;
   gamer::ImageHeader header;
-  gamer::ImageHeader truth_header;  ///< without planes where no truth images are asked for
+  gamer::ImageHeader truth_header;          ///< without planes where no truth images are asked for
+  std::string date;                         ///< DATE of the files
+  std::unique_ptr<gamer::Journal> journal;  ///< null when none is kept
 };
 
 std::string objects_text(const gamer::Scene& scene) {
@@ -182,8 +229,65 @@ std::string objects_text(const gamer::Scene& scene) {
   return text;
 }
 
+/// All files that the job makes.
+std::vector<std::filesystem::path> result_files(const Options& options, const Work& work) {
+  const gamer::RenderParameters& parameters = work.job.parameters;
+  std::vector<std::filesystem::path> files = gamer::output_files(parameters.output, work.header);
+  if (work.truth_header.planes() > 0) {
+    const auto more = gamer::output_files(gamer::truth_output(parameters), work.truth_header);
+    files.insert(files.end(), more.begin(), more.end());
+  }
+  if (!options.truth_table.empty()) files.emplace_back(options.truth_table);
+  return files;
+}
+
+bool is_there(const std::filesystem::path& file) {
+  std::error_code error;
+  return std::filesystem::exists(std::filesystem::symlink_status(file, error));
+}
+
+/// The journal of an earlier run of this job; null when there is none.
+std::unique_ptr<gamer::Journal> find_journal(const Options& options) {
+  gamer::Resources resources =
+      gamer::open_resources(options.request, gamer::default_data_folders());
+  const gamer::RenderParameters parameters = gamer::load_parameters(options.request, resources);
+  return gamer::Journal::open(gamer::journal_path(parameters.output), options.journal_interval);
+}
+
+/// Where the truth goes, which is no parameter.
+std::string truth_text(const Options& options) {
+  if (!options.truth) return "";
+  return options.truth_table.empty() ? "in the image" : "in " + options.truth_table;
+}
+
+/// Makes the job the one that the journal belongs to.
+void go_on(const Options& options, std::unique_ptr<gamer::Journal> journal, Work& work) {
+  gamer::check_same_job(journal->head(), gamer::make_journal_head(work.job, truth_text(options)),
+                        journal->path().string());
+  work.job.record = journal->head().record;
+  work.date = journal->head().date;
+  // What stands there after the journal's end is this job's.
+  if (journal->head().overwrite || journal->has_end()) {
+    work.job.parameters.output.overwrite = true;
+  }
+  if (!options.dry_run) journal->remove_files();
+  work.journal = std::move(journal);
+}
+
+/// Of a job that begins: its journal, in place of an older one.
+void begin_journal(const Options& options, Work& work) {
+  const std::filesystem::path path = gamer::journal_path(work.job.parameters.output);
+  gamer::Journal::discard(path);
+  const gamer::JournalHead head = gamer::make_journal_head(work.job, truth_text(options));
+  work.date = head.date;
+  if (std::isinf(options.journal_interval)) return;
+  work.journal = std::make_unique<gamer::Journal>(path, head, options.journal_interval);
+}
+
 /// On rank 0: answers, or reads and checks everything. Empty when there is nothing to render.
-std::optional<Work> prepare(const Options& options, int ranks, int threads) {
+/// `earlier` is the journal to go on with.
+std::optional<Work> prepare(const Options& options, int ranks, int threads,
+                            std::unique_ptr<gamer::Journal> earlier) {
   const int workers = ranks * threads;
   if (options.only_tells()) {
     tell(options);
@@ -195,18 +299,36 @@ std::optional<Work> prepare(const Options& options, int ranks, int threads) {
     fmt::print("{}", gamer::load_parameters(options.request, resources).toml());
     return std::nullopt;
   }
-  Work work{gamer::load_job(options.request, resources), {}, {}};
+  Work work{gamer::load_job(options.request, resources), {}, {}, {}, {}};
+  if (earlier) go_on(options, std::move(earlier), work);
   work.header = gamer::make_image_header(work.job);
-  const gamer::OutputOptions& output = work.job.parameters.output;
-  gamer::check_output(output, work.header);
   int planes = work.header.planes();
-  if (options.truth) {
-    gamer::check_truth_table(options.truth_table, output);
-    if (work.job.parameters.truth.any()) {
-      work.truth_header = gamer::make_truth_header(work.job);
-      gamer::check_output(gamer::truth_output(work.job.parameters), work.truth_header);
-      planes += work.truth_header.planes();
+  if (options.truth && work.job.parameters.truth.any()) {
+    work.truth_header = gamer::make_truth_header(work.job);
+    planes += work.truth_header.planes();
+  }
+  const gamer::OutputOptions& output = work.job.parameters.output;
+  const std::filesystem::path journal = gamer::journal_path(output);
+  if (options.resume && !work.journal && !output.overwrite) {
+    const auto files = result_files(options, work);
+    if (std::all_of(files.begin(), files.end(), is_there)) {
+      gamer::check_same_job(files.front(), work.job.record);
+      if (!options.quiet) {
+        fmt::print("{}: complete already\n", files_text(work.header, output));
+      }
+      return std::nullopt;
     }
+  }
+  if (!work.journal && !output.overwrite && is_there(journal)) {
+    throw InputError(
+        fmt::format("output '{}': '{}' holds finished rows of a job that was interrupted; --resume "
+                    "goes on with it, --overwrite starts anew",
+                    output.path.string(), journal.string()));
+  }
+  gamer::check_output(output, work.header);
+  if (options.truth) gamer::check_truth_table(options.truth_table, output);
+  if (work.truth_header.planes() > 0) {
+    gamer::check_output(gamer::truth_output(work.job.parameters), work.truth_header);
   }
   gamer::check_row_memory(work.header, planes, ranks, threads);
   if (options.dry_run) {
@@ -217,6 +339,10 @@ std::optional<Work> prepare(const Options& options, int ranks, int threads) {
   if (options.verbose) {
     fmt::print(stderr, "gamer: {}, {} worker{}, SIMD {}\n", objects_text(*work.job.scene), workers,
                workers == 1 ? "" : "s", gamer::simd_target_name(gamer::current_simd_target()));
+  }
+  if (!work.journal) begin_journal(options, work);
+  for (gamer::ImageHeader* header : {&work.header, &work.truth_header}) {
+    header->cards.push_back({"DATE", work.date, "time of writing (UTC)"});
   }
   return work;
 }
@@ -233,8 +359,30 @@ std::unique_ptr<gamer::ImageWriter> make_writer(const gamer::RenderJob& job, con
       work.header.width);
 }
 
+/// From then on a signal says how to go on.
+void announce(const Options& options, gamer::Journal& journal) {
+  const std::string hint = resume_hint(options, journal);
+  if (journal.is_begun()) {
+    gamer::say_when_stopped("gamer", hint);
+  } else {
+    journal.when_begun([hint] { gamer::say_when_stopped("gamer", hint); });
+  }
+}
+
+/// Gives the files their names. From the journal's end on, files that stand there are the job's.
+void finish(const Options& options, gamer::ImageWriter& writer,
+            const std::optional<gamer::DataTable>& truth, Work& work) {
+  const auto files = result_files(options, work);
+  if (work.journal && std::none_of(files.begin(), files.end(), is_there)) work.journal->add_end();
+  writer.finish();
+  if (truth && !options.truth_table.empty()) {
+    gamer::write_truth_table(options.truth_table, *truth, work.date);
+  }
+  if (work.journal) work.journal->remove();
+}
+
 /// Renders and writes; every rank's part. Puts where its time went into `report`.
-void render(const Options& options, const gamer::RenderJob& job, gamer::Executor& executor,
+void render(const Options& options, const gamer::RenderJob& job, gamer::JournaledExecutor& executor,
             Work* work, gamer::RankReport& report) {
   std::optional<gamer::DataTable> truth;
   if (options.truth) truth = gamer::truth_table(job, executor);
@@ -244,6 +392,8 @@ void render(const Options& options, const gamer::RenderJob& job, gamer::Executor
   if (work != nullptr) {
     if (truth && options.truth_table.empty()) work->header.data_tables = {*truth};
     writer = make_writer(job, *work);
+    // What is left when the process is killed.
+    if (work->journal) work->journal->add_files(gamer::files_in_the_making());
   }
   const auto values_per_row =
       static_cast<std::size_t>(renderer.width()) * static_cast<std::size_t>(renderer.planes());
@@ -260,21 +410,41 @@ void render(const Options& options, const gamer::RenderJob& job, gamer::Executor
   };
   const auto consume = [&](gamer::RowRange rows, std::span<const double> values) {
     writer->write_rows(rows.first, rows.size(), values);
-    progress.add(rows.size());
+    if (executor.is_replaying()) {
+      progress.skip(rows.size());
+    } else {
+      progress.add(rows.size());
+    }
   };
+  executor.keep_single(gamer::is_single_precision(job.parameters.output));
   executor.run(gamer::render_blocks(renderer, executor.workers()), values_per_row, compute,
                consume);
   report.runs = executor.times();
   if (work == nullptr) return;
   const gamer::Clock clock;
-  writer->finish();
+  finish(options, *writer, truth, *work);
   report.writing = report.runs.consume + clock.seconds();
-  if (truth && !options.truth_table.empty()) {
-    gamer::write_truth_table(options.truth_table, *truth);
-  }
   if (!options.quiet) {
-    fmt::print("{}: {}, {:.1f} s\n", files_text(work->header, job.parameters.output),
-               size_text(work->header), progress.seconds());
+    const std::string earlier =
+        progress.skipped() > 0 ? fmt::format(", {} rows from the journal", progress.skipped()) : "";
+    fmt::print("{}: {}, {:.1f} s{}\n", files_text(work->header, job.parameters.output),
+               size_text(work->header), progress.seconds(), earlier);
+  }
+}
+
+/// Rank 0's part; errors while running say how to go on.
+void render_or_say_how_to_go_on(const Options& options, gamer::JournaledExecutor& executor,
+                                Work& work, gamer::RankReport& report) {
+  const auto fail = [&](const std::string& message) {
+    const bool is_kept = work.journal && work.journal->is_begun();
+    throw gamer::RunError(message + (is_kept ? resume_hint(options, *work.journal) : ""));
+  };
+  try {
+    render(options, work.job, executor, &work, report);
+  } catch (const gamer::RunError& error) {
+    fail(error.what());
+  } catch (const std::bad_alloc&) {
+    fail("gamer: out of memory");
   }
 }
 
@@ -293,44 +463,66 @@ void say_where_the_time_went(const gamer::Ranks& ranks, const gamer::RankReport&
 void run(const gamer::Ranks& ranks, int argc, char** argv) {
   const gamer::Clock clock;
   const Options options = parse_options(argc, argv);
-  gamer::use_simd_targets(ranks.common_bits(gamer::supported_simd_targets()));
+  std::unique_ptr<gamer::Journal> earlier;
+  std::int64_t simd_targets = gamer::supported_simd_targets();
+  if (ranks.rank() == 0 && options.resume && !options.only_tells() && !options.print_config) {
+    earlier = find_journal(options);
+    if (earlier) simd_targets = gamer::journal_simd_targets(*earlier);
+  }
+  simd_targets = ranks.common_bits(simd_targets);
+  if (simd_targets == 0) {
+    throw InputError("gamer: a rank's machine has not the instructions of the journal's rows");
+  }
+  gamer::use_simd_targets(simd_targets);
   const int threads = options.threads.value_or(ranks.size() == 1 ? gamer::available_cores() : 1);
   const std::unique_ptr<gamer::Executor> executor = ranks.executor(threads);
 
   std::optional<Work> work;
-  if (ranks.rank() == 0) work = prepare(options, ranks.size(), threads);
+  if (ranks.rank() == 0) work = prepare(options, ranks.size(), threads, std::move(earlier));
   // An empty record: there is nothing to render.
   const std::string packed =
       ranks.broadcast(work ? gamer::pack_record(work->job.record) : std::string());
   if (packed.empty()) return;
 
-  const gamer::RenderJob job =
-      work ? std::move(work->job) : gamer::job_from_record(gamer::unpack_record(packed));
+  std::optional<gamer::RenderJob> received;
+  if (!work) received = gamer::job_from_record(gamer::unpack_record(packed));
+  gamer::Journal* journal = work ? work->journal.get() : nullptr;
+  gamer::JournaledExecutor journaled(*executor, journal);
+  if (journal != nullptr) announce(options, *journal);
   gamer::RankReport report;
   report.threads = threads;
-  render(options, job, *executor, work ? &*work : nullptr, report);
+  if (work) {
+    render_or_say_how_to_go_on(options, journaled, *work, report);
+  } else {
+    render(options, *received, journaled, nullptr, report);
+  }
   if (!options.verbose) return;
   report.wall = clock.seconds();
   report.peak_memory = gamer::peak_memory();
-  say_where_the_time_went(ranks, report, job.camera);
+  say_where_the_time_went(ranks, report, work ? work->job.camera : received->camera);
 }
 
 /// The one place where errors are reported.
 int run_and_report(gamer::Ranks& ranks, int argc, char** argv) {
   const auto report = [](const std::string& message) { fmt::print(stderr, "{}\n", message); };
+  const auto end = [&](int code, const std::string& message) {
+    // Launchers end the other ranks when one of them ends with an error, which is told by now.
+    gamer::say_nothing_when_stopped();
+    return ranks.end(code, message, report);
+  };
   try {
     run(ranks, argc, argv);
-    return ranks.end(done);
+    return end(done, {});
   } catch (const gamer::Stopped& stopped) {
-    return ranks.end(stopped.code);
+    return end(stopped.code, {});
   } catch (const InputError& error) {
-    return ranks.end(wrong_input, error.what(), report);
+    return end(wrong_input, error.what());
   } catch (const gamer::RunError& error) {
-    return ranks.end(failed, error.what(), report);
+    return end(failed, error.what());
   } catch (const std::bad_alloc&) {
-    return ranks.end(failed, "gamer: out of memory", report);
+    return end(failed, "gamer: out of memory");
   } catch (const std::exception& error) {
-    return ranks.end(failed, fmt::format("gamer: {}", error.what()), report);
+    return end(failed, fmt::format("gamer: {}", error.what()));
   }
 }
 
@@ -340,6 +532,7 @@ int main(int argc, char** argv) {
   gamer::clean_up_on_signals();
   try {
     gamer::Ranks ranks(&argc, &argv);
+    if (ranks.rank() == 0) gamer::say_when_stopped("gamer", "");
     return run_and_report(ranks, argc, argv);
   } catch (const std::exception& error) {
     fmt::print(stderr, "gamer: {}\n", error.what());

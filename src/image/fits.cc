@@ -1,11 +1,16 @@
 #include "gamer/image/fits.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
+#include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
 #include <iterator>
 #include <memory>
 #include <optional>
@@ -33,10 +38,7 @@ namespace {
 
 /// DATE, ORIGIN and CREATOR of this run, or as the caller gives them.
 std::vector<Card> common_cards(const std::vector<Card>& given) {
-  char date[FLEN_VALUE] = {};
-  int not_utc = 0, status = 0;
-  fits_get_system_time(date, &not_utc, &status);
-  std::vector<Card> cards = {{"DATE", std::string(date), "time of writing (UTC)"},
+  std::vector<Card> cards = {{"DATE", fits_date(), "time of writing (UTC)"},
                              {"ORIGIN", std::string("gamer"), ""},
                              {"CREATOR", fmt::format("gamer {}", version()), "program, version"}};
   for (Card& card : cards) {
@@ -212,8 +214,10 @@ class FitsWriter final : public ImageWriter {
       throw std::invalid_argument(
           "FITS writer: wavelengths, units or cards of planes and labels differ in number");
     }
+    const bool is_compressed = image_suffix(options.path) == ImageSuffix::fits_compressed;
     for (const auto& path : output_files(options, header)) {
-      outputs_.push_back(std::make_unique<Output>(path));
+      outputs_.push_back(std::make_unique<Output>(std::make_unique<TemporaryFile>(path)));
+      if (is_compressed) packed_.push_back(std::make_unique<TemporaryFile>(path));
       layout_.make(outputs_.back()->file, static_cast<int>(outputs_.size()) - 1, false,
                    [](int, int) {});
     }
@@ -243,7 +247,7 @@ class FitsWriter final : public ImageWriter {
       throw RunError(fmt::format("{}: row {} was never written", options_.path.string(),
                                  missing - written_.begin()));
     }
-    if (image_suffix(options_.path) == ImageSuffix::fits_compressed) compress();
+    if (!packed_.empty()) compress();
     for (auto& output : outputs_) {
       const int hdus = output->file.hdu_count();
       for (int hdu = 1; hdu <= hdus; ++hdu) {
@@ -252,16 +256,17 @@ class FitsWriter final : public ImageWriter {
       }
       output->file.close();
     }
-    for (auto& output : outputs_) output->temporary.move_to_final(options_.overwrite);
+    for (auto& output : outputs_) output->temporary->move_to_final(options_.overwrite);
   }
 
  private:
   /// One file in the making.
   struct Output {
-    explicit Output(const std::filesystem::path& path)
-        : temporary(path), file(FitsFile::create(temporary.path(), path.string())) {}
+    explicit Output(std::unique_ptr<TemporaryFile> name)
+        : temporary(std::move(name)),
+          file(FitsFile::create(temporary->path(), temporary->final_path().string())) {}
 
-    TemporaryFile temporary;
+    std::unique_ptr<TemporaryFile> temporary;
     FitsFile file;
   };
 
@@ -318,7 +323,7 @@ class FitsWriter final : public ImageWriter {
   void compress() {
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
       FitsFile& plain = outputs_[i]->file;
-      auto packed = std::make_unique<Output>(outputs_[i]->temporary.final_path());
+      auto packed = std::make_unique<Output>(std::move(packed_[i]));
       std::vector<double> row(static_cast<std::size_t>(width_));
       const auto fill = [&](int first_plane, int count) {
         LONGLONG to = 1;
@@ -346,6 +351,8 @@ class FitsWriter final : public ImageWriter {
   bool has_rewritten_ = false;   ///< rows came twice: the sums are wrong
   std::vector<float> floats_;    ///< a row
   std::vector<double> doubles_;  ///< a row
+  /// Of compressed files; all names are known from the start, see files_in_the_making().
+  std::vector<std::unique_ptr<TemporaryFile>> packed_;
   std::vector<bool> written_;
 };
 
@@ -356,10 +363,19 @@ std::unique_ptr<ImageWriter> make_fits_writer(const OutputOptions& options,
   return std::make_unique<FitsWriter>(options, header);
 }
 
-void write_fits_table(const std::filesystem::path& path, const DataTable& table) {
+std::string fits_date() {
+  std::time_t seconds = std::time(nullptr);
+  if (const char* text = std::getenv("SOURCE_DATE_EPOCH")) {
+    std::from_chars(text, text + std::strlen(text), seconds);
+  }
+  return fmt::format("{:%Y-%m-%dT%H:%M:%S}", fmt::gmtime(seconds));
+}
+
+void write_fits_table(const std::filesystem::path& path, const DataTable& table,
+                      const std::vector<Card>& cards) {
   TemporaryFile temporary(path);
   FitsFile file = FitsFile::create(temporary.path(), path.string());
-  const std::vector<Card> common = common_cards({});
+  const std::vector<Card> common = common_cards(cards);
   file.call(fits_create_img, BYTE_IMG, 0, nullptr);
   write_cards(file, common);
   write_data_table(file, table, common);

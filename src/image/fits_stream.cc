@@ -23,6 +23,7 @@
 
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
+#include "gamer/image/fits.h"
 #include "gamer/image/new_file.h"
 #include "image/fits_cards.h"
 #include "image/fits_file.h"
@@ -320,13 +321,6 @@ void check_begins_as_fits(const fs::path& path, const std::string& name) {
   throw InputError(fmt::format("{}: is no FITS file", name));
 }
 
-std::string now() {
-  char date[FLEN_VALUE] = {};
-  int not_utc = 0, status = 0;
-  fits_get_system_time(date, &not_utc, &status);
-  return date;
-}
-
 }  // namespace
 
 // ---- Input -------------------------------------------------------------------------------------
@@ -601,7 +595,7 @@ class FitsOutput::File {
 
   void write_empty(FitsHeader header) {
     file_->call(fits_create_img, BYTE_IMG, 0, nullptr);
-    header.set({"DATE", now(), "time of writing (UTC)"});
+    header.set({"DATE", fits_date(), "time of writing (UTC)"});
     write_records(header);
   }
 
@@ -623,7 +617,7 @@ class FitsOutput::File {
     }
     file_->call(fits_create_imgll, bitpix, static_cast<int>(sizes.size()), sizes.data());
     FitsHeader dated = header;
-    dated.set({"DATE", now(), "time of writing (UTC)"});
+    dated.set({"DATE", fits_date(), "time of writing (UTC)"});
     write_records(dated);
     LONGLONG first = 1;
     PixelSum sum;
@@ -662,7 +656,7 @@ class FitsOutput::File {
     }
     write(header, planes, bitpix, threads, {});
     if (planes.size() > 1 && is_tabulated(wavelengths)) {
-      write_coordinate_table(*file_, wavelengths, {{"DATE", now(), "time of writing (UTC)"}});
+      write_coordinate_table(*file_, wavelengths, {{"DATE", fits_date(), "time of writing (UTC)"}});
     }
   }
 

@@ -11,9 +11,11 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <list>
 #include <mutex>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "gamer/core/error.h"
 #include "gamer/image/clean_up.h"
@@ -56,8 +58,24 @@ void forget(const std::filesystem::path& path) {
   }
 }
 
+constexpr std::array<std::pair<int, const char*>, 3> ending_signals = {
+    {{SIGINT, "SIGINT"}, {SIGTERM, "SIGTERM"}, {SIGHUP, "SIGHUP"}}};
+
+/// What to say, by signal. Those that were replaced are kept: a handler may be reading them.
+using Messages = std::array<std::string, ending_signals.size()>;
+std::atomic<const Messages*> messages{nullptr};
+
 /// Only what is allowed in a signal handler.
 extern "C" void remove_and_end(int signal) {
+  static std::atomic_flag is_ending;
+  // Another signal, in another thread.
+  if (is_ending.test_and_set()) return;
+  const Messages* texts = messages;
+  for (std::size_t i = 0; texts != nullptr && i < texts->size(); ++i) {
+    if (ending_signals[i].first != signal) continue;
+    const std::string& text = (*texts)[i];
+    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text.data(), text.size());
+  }
   for (const Entry* entry = entries; entry != nullptr; entry = entry->next) {
     if (entry->is_used) unlink(entry->path.data());
   }
@@ -124,7 +142,32 @@ SpoolFile::~SpoolFile() {
 
 void clean_up_on_signals() {
   std::signal(SIGPIPE, SIG_IGN);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, remove_and_end);
+  std::signal(SIGXFSZ, SIG_IGN);
+  for (const auto& [signal, name] : ending_signals) std::signal(signal, remove_and_end);
+}
+
+void say_when_stopped(const std::string& program, const std::string& rest) {
+  static auto& all = *new std::list<Messages>;
+  // A progress bar may stand in the line.
+  const char* start = isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "";
+  Messages texts;
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    texts[i] =
+        fmt::format("{}{}: stopped by {}{}\n", start, program, ending_signals[i].second, rest);
+  }
+  const std::lock_guard lock(entries_mutex);
+  messages = &all.emplace_back(std::move(texts));
+}
+
+void say_nothing_when_stopped() { messages = nullptr; }
+
+std::vector<std::filesystem::path> files_in_the_making() {
+  const std::lock_guard lock(entries_mutex);
+  std::vector<std::filesystem::path> files;
+  for (const Entry* entry = entries; entry != nullptr; entry = entry->next) {
+    if (entry->is_used) files.emplace_back(entry->path.data());
+  }
+  return files;
 }
 
 }  // namespace gamer

@@ -22,7 +22,7 @@ namespace gamer {
 namespace {
 
 // Names in the record.
-const std::string parameters_name = "render.par";
+const std::string parameters_name = recorded_parameters;
 const std::string scene_name = "scene.lst";
 
 const std::filesystem::path& source_of(const JobRequest& request,

@@ -59,9 +59,14 @@ void Progress::add(int rows) {
   if (is_due || (is_bar && done_ == rows_)) show();
 }
 
+void Progress::skip(int rows) {
+  done_ += rows;
+  skipped_ += rows;
+}
+
 std::string Progress::text() const {
   const double elapsed = seconds();
-  const double rate = elapsed > 0 ? done_ / elapsed : 0;
+  const double rate = elapsed > 0 ? (done_ - skipped_) / elapsed : 0;
   const int percent = static_cast<int>(100.0 * done_ / rows_);
   std::string result = fmt::format("{:3} %  {:.1f} rows/s", percent, rate);
   if (rate > 0) result += fmt::format("  {} left", clock_text((rows_ - done_) / rate));

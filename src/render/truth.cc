@@ -151,11 +151,12 @@ void check_truth_table(const std::filesystem::path& path, const OutputOptions& i
   check_new_file(path, image.overwrite);
 }
 
-void write_truth_table(const std::filesystem::path& path, const DataTable& table) {
+void write_truth_table(const std::filesystem::path& path, const DataTable& table,
+                       const std::string& date) {
   if (path.extension() == ".ecsv") {
     write_ecsv(path, table);
   } else {
-    write_fits_table(path, table);
+    write_fits_table(path, table, {{"DATE", date, "time of writing (UTC)"}});
   }
 }
 

@@ -8,7 +8,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <limits>
 #include <random>
 #include <string>
@@ -16,6 +19,7 @@
 
 #include "gamer/core/error.h"
 #include "gamer/core/version.h"
+#include "gamer/image/clean_up.h"
 #include "gamer/image/wcs.h"
 #include "image/fits_cards.h"
 #include "image/image_test_util.h"
@@ -135,6 +139,34 @@ TEST(FitsWriter, OrderOfRowsDoesNotChangeTheBytes) {
     EXPECT_EQ(file_bytes(first.path), file_bytes(second.path));
     EXPECT_EQ(card_value<std::string>(read_fits(first.path).cards, "DATE"), "2020-02-02T02:02:02");
   }
+}
+
+TEST(FitsDate, IsNowOrTheSourcesDate) {
+  const char* variable = "SOURCE_DATE_EPOCH";
+  ASSERT_EQ(setenv(variable, "1000000000", 1), 0);
+  EXPECT_EQ(fits_date(), "2001-09-09T01:46:40");
+  ASSERT_EQ(setenv(variable, "today", 1), 0);
+  EXPECT_GT(fits_date(), "2024");
+  ASSERT_EQ(unsetenv(variable), 0);
+  EXPECT_GT(fits_date(), "2024");
+}
+
+TEST(FitsWriter, NamesAllFilesInTheMakingFromTheStart) {
+  TemporaryFolder folder;
+  const auto in_folder = [&] {
+    const auto files = files_in_the_making();
+    return std::count_if(files.begin(), files.end(), [&](const std::filesystem::path& file) {
+      return file.parent_path() == folder.path();
+    });
+  };
+  const ImageHeader header = test_header(5, 4, kThree);
+  const auto plain = make_fits_writer({folder / "a.fits", -32, ImageLayout::files, false}, header);
+  EXPECT_EQ(in_folder(), 3);
+  // A plain file and the compressed one.
+  auto compressed = make_fits_writer({folder / "a.fits.fz", -32, ImageLayout::cube, false}, header);
+  EXPECT_EQ(in_folder(), 5);
+  compressed.reset();
+  EXPECT_EQ(in_folder(), 3);
 }
 
 TEST(FitsWriter, TakesBlocksOfRows) {

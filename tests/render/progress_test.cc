@@ -11,13 +11,15 @@ namespace gamer {
 namespace {
 
 /// What a run of ten blocks of ten rows, `seconds` each, prints.
-std::string output_of(Progress::Style style, double seconds, int blocks = 10) {
+std::string output_of(Progress::Style style, double seconds, int blocks = 10, int skipped = 0) {
   char* text = nullptr;
   std::size_t size = 0;
   std::FILE* stream = open_memstream(&text, &size);
   {
     double now = 1000;
     Progress progress(100, style, stream, [&] { return now; });
+    progress.skip(skipped);
+    EXPECT_EQ(progress.skipped(), skipped);
     for (int i = 0; i < blocks; ++i) {
       now += seconds;
       progress.add(10);
@@ -35,6 +37,10 @@ TEST(Progress, LinesComeOnceAMinute) {
             "gamer:  60 %  0.4 rows/s  1:40 left\n"
             "gamer:  90 %  0.4 rows/s  0:25 left\n");
   EXPECT_EQ(output_of(Progress::Style::lines, 1), "");
+}
+
+TEST(Progress, RowsThatWereDoneBeforeDoNotCountForTheRate) {
+  EXPECT_EQ(output_of(Progress::Style::lines, 100, 1, 80), "gamer:  90 %  0.1 rows/s  1:40 left\n");
 }
 
 TEST(Progress, LongTimesHaveHours) {

@@ -34,8 +34,10 @@ struct DataTable {
 /// (CREATOR) are decoded, see gamer/image/fits.h. Throws InputError.
 DataTable read_data_table(const std::filesystem::path& path, const std::string& hdu = {});
 
-/// A FITS file of an empty primary HDU and the table, complete or absent. Throws RunError.
-void write_fits_table(const std::filesystem::path& path, const DataTable& table);
+/// A FITS file of an empty primary HDU and the table, complete or absent. DATE, ORIGIN and CREATOR
+/// are those of `cards` where it has them. Throws RunError.
+void write_fits_table(const std::filesystem::path& path, const DataTable& table,
+                      const std::vector<Card>& cards = {});
 
 /// An ECSV file (Enhanced Character-Separated Values 1.0, astropy), complete or absent, replacing
 /// what is there. Words are separated by blanks, NaN is "nan", control characters in texts become

@@ -44,6 +44,10 @@ namespace gamer {
 std::unique_ptr<ImageWriter> make_fits_writer(const OutputOptions& options,
                                               const ImageHeader& header);
 
+/// Now, or the time that the environment variable SOURCE_DATE_EPOCH gives in seconds since 1970, as
+/// DATE has it (UTC).
+std::string fits_date();
+
 /// A FITS file read back whole: the image (planes of a cube, or of the image extensions one after
 /// another) and its text tables.
 struct FitsImage {

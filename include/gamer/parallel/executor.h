@@ -55,7 +55,7 @@ class Executor {
   virtual int workers() const = 0;
 
   /// Of all runs on this rank that came to their end.
-  const RunTimes& times() const { return times_; }
+  virtual const RunTimes& times() const { return times_; }
 
  protected:
   void add_times(const RunTimes& of_run);

@@ -25,6 +25,9 @@ class Progress {
 
   /// So many more rows are done.
   void add(int rows);
+  /// So many were done before; they do not count for the rate.
+  void skip(int rows);
+  int skipped() const { return skipped_; }
   double seconds() const { return clock_() - start_; }
 
  private:
@@ -33,6 +36,7 @@ class Progress {
 
   int rows_;
   int done_ = 0;
+  int skipped_ = 0;
   Style style_;
   std::FILE* stream_;
   std::function<double()> clock_;

@@ -13,6 +13,9 @@ namespace gamer {
 /// file as a table.
 using Record = std::vector<Resources::Text>;
 
+/// Name of the text with the resolved parameters.
+inline constexpr const char* recorded_parameters = "render.par";
+
 std::string pack_record(const Record& record);
 /// Throws RunError when `packed` is none of pack_record().
 Record unpack_record(std::string_view packed);

@@ -29,8 +29,9 @@ GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parame
 /// Checks before rendering that the table can be written: into the image's file where `path` is
 /// empty, else to `path`, .fits or .ecsv. Throws InputError.
 void check_truth_table(const std::filesystem::path& path, const OutputOptions& image);
-/// Writes it to `path`. Throws RunError.
-void write_truth_table(const std::filesystem::path& path, const DataTable& table);
+/// Writes it to `path`; the DATE of a FITS file is `date`. Throws RunError.
+void write_truth_table(const std::filesystem::path& path, const DataTable& table,
+                       const std::string& date);
 
 /// Makes magnitudes those of the galaxies as seen (photometry.attenuated): raises the brightness of
 /// each by what its dust takes in the reference band, at rest for absolute magnitudes.

@@ -26,7 +26,7 @@ class Tells(unittest.TestCase):
         text = self.tell("--help")
         for option in ("-o,--output", "-s,--set", "-j,--threads", "--preview", "--list-components",
                        "--list-parameters", "--markdown", "--sample-config", "--print-config",
-                       "--dry-run", "--from-header", "--overwrite", "-q,--quiet", "-v,--verbose",
+                       "--dry-run", "--from-header", "--overwrite", "--resume", "--journal", "-q,--quiet", "-v,--verbose",
                        "--version", "-h,--help"):
             self.assertIn(option, text)
 

@@ -1,0 +1,485 @@
+#include "gamer/render/journal.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <limits>
+#include <string_view>
+#include <thread>
+#include <utility>
+
+#include "gamer/core/error.h"
+#include "image/temporary_file.h"
+
+namespace gamer {
+namespace {
+
+constexpr std::string_view magic = "gamer journal 1\n";
+/// Of all versions.
+constexpr std::string_view magic_start = "gamer journal ";
+constexpr std::size_t most_pending = std::size_t{32} << 20;
+/// A process that was killed may take so long to be gone.
+constexpr int lock_tries = 20;
+constexpr std::chrono::milliseconds lock_pause{100};
+/// Fewer zeros cost less as values than as a run.
+constexpr std::size_t shortest_run = 8;
+
+enum class Kind : std::uint64_t { head = 1, rows = 2, single_rows = 3, files = 4, end = 5 };
+
+using Checksum = std::uint32_t;
+
+Checksum checksum(std::span<const std::byte> bytes, Checksum before = 0) {
+  // zlib's lengths have 32 bits.
+  constexpr std::size_t most = std::size_t{1} << 30;
+  uLong sum = before;
+  for (; !bytes.empty(); bytes = bytes.subspan(std::min(bytes.size(), most))) {
+    sum = crc32(sum, reinterpret_cast<const Bytef*>(bytes.data()),
+                static_cast<uInt>(std::min(bytes.size(), most)));
+  }
+  return static_cast<Checksum>(sum);
+}
+
+template <class Value>
+std::span<const std::byte> bytes_of(const Value& value) {
+  return std::as_bytes(std::span(&value, 1));
+}
+
+std::span<const std::byte> bytes_of(std::string_view text) {
+  return std::as_bytes(std::span(text));
+}
+
+void append(std::span<const std::byte> bytes, std::vector<std::byte>& out) {
+  out.insert(out.end(), bytes.begin(), bytes.end());
+}
+
+// A negative zero is a value.
+bool is_zero(float value) { return std::bit_cast<std::uint32_t>(value) == 0; }
+bool is_zero(double value) { return std::bit_cast<std::uint64_t>(value) == 0; }
+
+struct Piece {
+  std::uint64_t zeros;
+  std::uint64_t values;  ///< that follow
+};
+
+/// Pieces of zeros and values, without the long runs of zeros.
+template <class Value>
+void pack_values(std::span<const Value> values, std::vector<std::byte>& out) {
+  const auto zeros_from = [&](std::size_t from) {
+    std::size_t end = from;
+    while (end < values.size() && is_zero(values[end])) ++end;
+    return end - from;
+  };
+  for (std::size_t at = 0; at < values.size();) {
+    const std::size_t zeros = zeros_from(at);
+    const std::size_t first = at + zeros;
+    at = first;
+    while (at < values.size()) {
+      const std::size_t run = zeros_from(at);
+      if (run >= shortest_run || at + run == values.size()) break;
+      at += run + 1;
+    }
+    append(bytes_of(Piece{zeros, at - first}), out);
+    append(std::as_bytes(values.subspan(first, at - first)), out);
+  }
+}
+
+/// False when `packed` does not hold just these.
+template <class Value>
+bool unpack_values(std::span<const std::byte> packed, std::span<double> values) {
+  while (!packed.empty()) {
+    Piece piece{};
+    if (packed.size() < sizeof piece) return false;
+    std::memcpy(&piece, packed.data(), sizeof piece);
+    packed = packed.subspan(sizeof piece);
+    if (piece.zeros > values.size() || piece.values > values.size() - piece.zeros ||
+        piece.values > packed.size() / sizeof(Value)) {
+      return false;
+    }
+    std::fill_n(values.begin(), piece.zeros, 0.0);
+    values = values.subspan(piece.zeros);
+    for (std::size_t i = 0; i < piece.values; ++i) {
+      Value value{};
+      std::memcpy(&value, packed.data() + i * sizeof value, sizeof value);
+      values[i] = value;
+    }
+    values = values.subspan(piece.values);
+    packed = packed.subspan(piece.values * sizeof(Value));
+  }
+  return values.empty();
+}
+
+std::string pack_head(const JournalHead& head) {
+  Record facts = {{"program", "", head.program},
+                  {"simd", "", head.simd},
+                  {"date", "", head.date},
+                  {"truth", "", head.truth},
+                  {"overwrite", "", head.overwrite ? "yes" : ""}};
+  return pack_record(facts) + pack_record(head.record);
+}
+
+/// Throws RunError.
+JournalHead unpack_head(std::string_view packed) {
+  Record record = unpack_record(packed);
+  JournalHead head;
+  constexpr std::size_t facts = 5;
+  if (record.size() < facts) throw RunError("a fact is missing");
+  head.program = record[0].content;
+  head.simd = record[1].content;
+  head.date = record[2].content;
+  head.truth = record[3].content;
+  head.overwrite = !record[4].content.empty();
+  head.record.assign(record.begin() + facts, record.end());
+  return head;
+}
+
+InputError no_journal(const std::filesystem::path& path) {
+  return InputError({path.string(), 0, 0},
+                    "no journal of gamer's, or a damaged one; remove it or choose another output");
+}
+
+RunError read_failure(const std::filesystem::path& path, int error) {
+  return RunError(fmt::format("{}: cannot read: {}", path.string(), std::strerror(error)));
+}
+
+RunError write_failure(const std::filesystem::path& path, int error) {
+  return RunError(fmt::format("{}: cannot write: {}", path.string(), std::strerror(error)));
+}
+
+/// At most `bytes.size()`, fewer at the end of the file. Throws RunError.
+std::size_t read_at(int descriptor, std::uint64_t offset, std::span<std::byte> bytes,
+                    const std::filesystem::path& path) {
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t count = pread(descriptor, bytes.data() + done, bytes.size() - done,
+                                static_cast<off_t>(offset + done));
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) throw read_failure(path, errno);
+    if (count == 0) break;
+    done += static_cast<std::size_t>(count);
+  }
+  return done;
+}
+
+/// Checks how the file begins.
+void check_magic(int descriptor, const std::filesystem::path& path) {
+  std::string start(magic.size(), '\0');
+  start.resize(read_at(descriptor, 0, std::as_writable_bytes(std::span(start)), path));
+  if (start == magic) return;
+  if (!start.starts_with(magic_start)) throw no_journal(path);
+  throw InputError({path.string(), 0, 0},
+                   "a journal of another version of gamer; finish the job with that one, or remove "
+                   "the file to start anew");
+}
+
+/// The opened and locked file; -1 when there is none.
+int open_locked(const std::filesystem::path& path) {
+  // Not to wait for the writer of a pipe.
+  const int descriptor = ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+  if (descriptor < 0) {
+    if (errno == ENOENT) return -1;
+    throw InputError({path.string(), 0, 0}, std::strerror(errno));
+  }
+  struct stat status {};
+  if (fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) {
+    close(descriptor);
+    throw no_journal(path);
+  }
+  for (int tries = 0;; ++tries) {
+    // Not every file system has locks.
+    if (flock(descriptor, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return descriptor;
+    if (tries == lock_tries) {
+      close(descriptor);
+      throw InputError({path.string(), 0, 0}, "another process is working on this job");
+    }
+    std::this_thread::sleep_for(lock_pause);
+  }
+}
+
+/// What a crash of the machine would otherwise undo: the names in the file's folder.
+void sync_folder(const std::filesystem::path& path) {
+  const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  fsync(descriptor);
+  close(descriptor);
+}
+
+}  // namespace
+
+struct Journal::Entry {
+  Kind kind = Kind::end;
+  std::uint64_t section = 0;
+  std::uint64_t first = 0;
+  std::uint64_t last = 0;
+  std::uint64_t values = 0;
+  std::uint64_t bytes = 0;
+};
+
+/// Where the rows of an entry stand.
+struct Journal::Block {
+  Entry entry;
+  std::uint64_t offset;
+};
+
+Journal::Journal(std::filesystem::path path, double interval, Clock clock)
+    : path_(std::move(path)), interval_(interval), clock_(std::move(clock)) {
+  if (!clock_) {
+    clock_ = [] {
+      using std::chrono::steady_clock;
+      return std::chrono::duration<double>(steady_clock::now().time_since_epoch()).count();
+    };
+  }
+  start_ = synced_ = clock_();
+}
+
+Journal::Journal(std::filesystem::path path, const JournalHead& head, double interval, Clock clock)
+    : Journal(std::move(path), interval, std::move(clock)) {
+  append(bytes_of(magic), pending_);
+  add_text({Kind::head}, pack_head(head));
+}
+
+std::unique_ptr<Journal> Journal::open(const std::filesystem::path& path, double interval,
+                                       Clock clock) {
+  const int descriptor = open_locked(path);
+  if (descriptor < 0) return nullptr;
+  std::unique_ptr<Journal> journal(new Journal(path, interval, std::move(clock)));
+  journal->descriptor_ = descriptor;
+  journal->read_entries();
+  return journal;
+}
+
+void Journal::discard(const std::filesystem::path& path) {
+  const std::unique_ptr<Journal> journal(new Journal(path, 0, {}));
+  journal->descriptor_ = open_locked(path);
+  if (!journal->is_begun()) return;
+  check_magic(journal->descriptor_, path);
+  try {
+    journal->read_entries();
+  } catch (const InputError&) {
+    // A damaged one goes too.
+  }
+  journal->remove_files();
+  journal->remove();
+}
+
+Journal::~Journal() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+void Journal::add_rows(int section, RowRange rows, std::span<const double> values, bool single) {
+  const Entry entry{single ? Kind::single_rows : Kind::rows, static_cast<std::uint64_t>(section),
+                    static_cast<std::uint64_t>(rows.first), static_cast<std::uint64_t>(rows.last),
+                    values.size()};
+  entry_.assign(sizeof entry, std::byte{0});
+  if (single) {
+    floats_.resize(values.size());
+    std::transform(values.begin(), values.end(), floats_.begin(),
+                   [](double value) { return static_cast<float>(value); });
+    pack_values<float>(floats_, entry_);
+  } else {
+    pack_values<double>(values, entry_);
+  }
+  add(entry);
+  if (is_begun()) {
+    sync_when_due();
+  } else if (clock_() - start_ >= interval_ || pending_.size() > most_pending) {
+    begin();
+  }
+}
+
+void Journal::add_files(const std::vector<std::filesystem::path>& files) {
+  std::string names;
+  for (const std::filesystem::path& file : files) names += file.string() + '\0';
+  add_text({Kind::files}, names);
+}
+
+void Journal::add_end() {
+  add_text({Kind::end}, {});
+  if (is_begun() && fdatasync(descriptor_) != 0) throw write_failure(path_, errno);
+}
+
+void Journal::remove() {
+  if (!is_begun()) return;
+  // The files that the job made must have their names first.
+  sync_folder(path_);
+  if (unlink(path_.c_str()) != 0) {
+    throw RunError(fmt::format("{}: cannot remove: {}", path_.string(), std::strerror(errno)));
+  }
+  close(std::exchange(descriptor_, -1));
+}
+
+void Journal::add_text(const Entry& entry, std::string_view text) {
+  entry_.assign(sizeof entry, std::byte{0});
+  append(bytes_of(text), entry_);
+  add(entry);
+}
+
+void Journal::add(Entry entry) {
+  entry.bytes = entry_.size() - sizeof entry;
+  std::memcpy(entry_.data(), &entry, sizeof entry);
+  append(bytes_of(checksum(entry_)), entry_);
+  if (is_begun()) {
+    write(entry_);
+  } else {
+    append(entry_, pending_);
+  }
+}
+
+void Journal::begin() {
+  // Under another name until the head is on disk: a journal is never there without its head.
+  TemporaryFile temporary(path_);
+  descriptor_ = ::open(temporary.path().c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) throw write_failure(path_, errno);
+  try {
+    flock(descriptor_, LOCK_EX | LOCK_NB);
+    write(pending_);
+    if (when_begun_) when_begun_();
+    temporary.move_to_final(false);
+  } catch (const RunError&) {
+    close(std::exchange(descriptor_, -1));
+    throw;
+  }
+  sync_folder(path_);
+  pending_ = {};
+  synced_ = clock_();
+}
+
+void Journal::write(std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t count = ::write(descriptor_, bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) throw write_failure(path_, errno);
+    bytes = bytes.subspan(static_cast<std::size_t>(count));
+  }
+}
+
+void Journal::sync_when_due() {
+  const double now = clock_();
+  if (now - synced_ < interval_) return;
+  if (fdatasync(descriptor_) != 0) throw write_failure(path_, errno);
+  synced_ = clock_();
+}
+
+bool Journal::is_sound(const Entry& entry, std::uint64_t payload) {
+  constexpr std::uint64_t at_once = std::uint64_t{1} << 20;
+  Checksum sum = checksum(bytes_of(entry));
+  for (std::uint64_t done = 0; done < entry.bytes; done += entry_.size()) {
+    entry_.resize(std::min(at_once, entry.bytes - done));
+    if (read_at(descriptor_, payload + done, entry_, path_) < entry_.size()) return false;
+    sum = checksum(entry_, sum);
+  }
+  Checksum expected = 0;
+  const auto bytes = std::as_writable_bytes(std::span(&expected, 1));
+  if (read_at(descriptor_, payload + entry.bytes, bytes, path_) < bytes.size()) return false;
+  if (sum != expected) return false;
+  constexpr std::uint64_t most_rows = std::numeric_limits<int>::max();
+  return entry.first <= entry.last && entry.last <= most_rows;
+}
+
+std::string Journal::read_text(const Entry& entry, std::uint64_t payload) const {
+  std::string text(entry.bytes, '\0');
+  text.resize(read_at(descriptor_, payload, std::as_writable_bytes(std::span(text)), path_));
+  return text;
+}
+
+void Journal::read_entries() {
+  check_magic(descriptor_, path_);
+  struct stat status {};
+  if (fstat(descriptor_, &status) != 0) throw read_failure(path_, errno);
+  const auto size = static_cast<std::uint64_t>(status.st_size);
+  std::uint64_t at = magic.size();
+  bool has_head = false;
+  while (size - at >= sizeof(Entry) + sizeof(Checksum)) {
+    Entry entry;
+    read_at(descriptor_, at, std::as_writable_bytes(std::span(&entry, 1)), path_);
+    const std::uint64_t payload = at + sizeof entry;
+    if (entry.bytes > size - payload - sizeof(Checksum) || !is_sound(entry, payload)) break;
+    if (has_head == (entry.kind == Kind::head)) break;
+    at = payload + entry.bytes + sizeof(Checksum);
+    switch (entry.kind) {
+      case Kind::head:
+        try {
+          head_ = unpack_head(read_text(entry, payload));
+        } catch (const RunError&) {
+          throw no_journal(path_);
+        }
+        has_head = true;
+        break;
+      case Kind::rows:
+      case Kind::single_rows:
+        blocks_.push_back({entry, payload});
+        break;
+      case Kind::files: {
+        const std::string names = read_text(entry, payload);
+        for (std::size_t from = 0; from < names.size();) {
+          files_.emplace_back(names.c_str() + from);
+          from += files_.back().native().size() + 1;
+        }
+        break;
+      }
+      case Kind::end:
+        has_end_ = true;
+        break;
+    }
+  }
+  if (!has_head) throw no_journal(path_);
+  if (ftruncate(descriptor_, static_cast<off_t>(at)) != 0 || lseek(descriptor_, 0, SEEK_END) < 0) {
+    throw write_failure(path_, errno);
+  }
+}
+
+void Journal::remove_files() const {
+  for (const std::filesystem::path& file : files_) unlink(file.c_str());
+}
+
+std::vector<RowRange> Journal::finished(int section) const {
+  std::vector<RowRange> ranges;
+  for (const Block& block : blocks_) {
+    if (block.entry.section != static_cast<std::uint64_t>(section)) continue;
+    ranges.push_back({static_cast<int>(block.entry.first), static_cast<int>(block.entry.last)});
+  }
+  std::ranges::sort(ranges, {}, &RowRange::first);
+  std::vector<RowRange> joined;
+  for (const RowRange& range : ranges) {
+    if (!joined.empty() && range.first <= joined.back().last) {
+      joined.back().last = std::max(joined.back().last, range.last);
+    } else {
+      joined.push_back(range);
+    }
+  }
+  return joined;
+}
+
+void Journal::replay(int section, std::size_t values_per_row,
+                     const Executor::Consume& consume) const {
+  std::vector<std::byte> packed;
+  std::vector<double> values;
+  for (const Block& block : blocks_) {
+    const Entry& entry = block.entry;
+    if (entry.section != static_cast<std::uint64_t>(section)) continue;
+    const RowRange rows{static_cast<int>(entry.first), static_cast<int>(entry.last)};
+    packed.resize(entry.bytes);
+    values.resize(static_cast<std::size_t>(rows.size()) * values_per_row);
+    const bool is_whole = values.size() == entry.values &&
+                          read_at(descriptor_, block.offset, packed, path_) == packed.size() &&
+                          (entry.kind == Kind::single_rows ? unpack_values<float>(packed, values)
+                                                           : unpack_values<double>(packed, values));
+    if (!is_whole) {
+      throw RunError(fmt::format("{}: rows {} to {} are damaged; --overwrite starts anew",
+                                 path_.string(), rows.first, rows.last - 1));
+    }
+    consume(rows, values);
+  }
+}
+
+}  // namespace gamer

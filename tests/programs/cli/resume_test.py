@@ -1,0 +1,472 @@
+"""A job that is interrupted goes on where it was, and makes the same files, byte by byte.
+
+resume_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
+"""
+
+import contextlib
+import os
+import pathlib
+import random
+import resource
+import signal
+import subprocess
+import time
+import unittest
+
+from gamer_program import (ENVIRONMENT, FILES, GALAXY, LAUNCHER, PROGRAM, RANKS, Folder, main,
+                           read_primary)
+
+# DATE is the only thing in a file that is not the job's.
+ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
+
+WIDTH, HEIGHT = 48, 72
+ARGUMENTS = ("render.par", "scene.lst", "-s", f"image.size=[{WIDTH}, {HEIGHT}]")
+KILLS = 20
+# "Within seconds", on a busy machine.
+PATIENCE = 10
+
+
+def children(process):
+    with contextlib.suppress(OSError):
+        return [int(word) for word in
+                pathlib.Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+    return []
+
+
+def rank_of(process):
+    with contextlib.suppress(OSError):
+        for word in pathlib.Path(f"/proc/{process}/environ").read_bytes().split(b"\0"):
+            if word.startswith(b"OMPI_COMM_WORLD_RANK="):
+                return int(word.split(b"=")[1])
+    return None
+
+
+class Job:
+    """The program at work in a folder."""
+
+    def __init__(self, folder, *arguments, ranks=1, limit=None):
+        command = [str(PROGRAM), *arguments]
+        if ranks > 1:
+            command = [LAUNCHER, "--quiet", "--oversubscribe", "-n", str(ranks)] + command
+        self.folder, self.ranks = folder, ranks
+        self.process = subprocess.Popen(command, cwd=folder.path, env=ENVIRONMENT, text=True,
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                        preexec_fn=limit)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        for process in self.processes():
+            with contextlib.suppress(OSError):
+                os.kill(process, signal.SIGKILL)
+        self.process.kill()
+        self.process.communicate()
+
+    def processes(self):
+        """Of the ranks, as far as they have started."""
+        if self.ranks == 1:
+            return [self.process.pid]
+        found = {rank_of(child): child for child in children(self.process.pid)}
+        return [found[rank] for rank in sorted(found.keys() - {None})]
+
+    def wait_for_journal(self, bytes_in_it=0, name="out.fits"):
+        """Until so much is in the journal, or the job has ended."""
+        journal = self.folder.path / f"{name}.journal"
+        while self.process.poll() is None:
+            with contextlib.suppress(OSError):
+                if journal.stat().st_size > bytes_in_it:
+                    return
+            time.sleep(0.002)
+
+    def end(self):
+        """Exit code, what it said, and how long it took to end."""
+        start = time.monotonic()
+        try:
+            said = self.process.communicate(timeout=PATIENCE)
+        except subprocess.TimeoutExpired:
+            # Open MPI's launcher sometimes waits for itself once its ranks are gone (4.1.4, in
+            # pmix_rte_finalize).
+            if self.ranks == 1 or any(map(is_running, self.processes())):
+                raise
+            self.process.kill()
+            said = self.process.communicate()
+        return self.process.returncode, *said, time.monotonic() - start
+
+    def wait_for_ranks_to_end(self, ranks):
+        end = time.monotonic() + PATIENCE
+        while any(map(is_running, ranks)):
+            assert time.monotonic() < end, "a rank is still there"
+            time.sleep(0.002)
+
+
+def is_running(process):
+    with contextlib.suppress(OSError):
+        # Where nobody waits for orphans they stay as zombies.
+        return pathlib.Path(f"/proc/{process}/stat").read_text().rsplit(") ", 1)[1][0] != "Z"
+    return False
+
+
+def resume_command(*arguments):
+    quoted = [f"'{word}'" if " " in word else word for word in arguments if word != "--resume"]
+    return " ".join([str(PROGRAM), "--resume", *quoted])
+
+
+class Resume(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        """Rays enough for half a second of one core, which leaves time to interrupt."""
+        def core_seconds():
+            return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+
+        with Folder() as folder:
+            for rays in (1, 2, 3, 4, 6, 8, 11, 16):
+                cls.arguments = (*ARGUMENTS, "-s", f"camera.supersample={rays}")
+                (folder.path / "out.fits").unlink(missing_ok=True)
+                start = core_seconds()
+                result = folder.run(*cls.arguments, "-j", "1")
+                assert result.returncode == 0, result.stderr
+                if core_seconds() - start > 0.5:
+                    break
+            cls.expected = folder.content()
+        _, data = read_primary(cls.expected["out.fits"])
+        # What the journal holds besides texts: all but zeros.
+        cls.pixel_bytes = sum(4 for at in range(0, len(data), 4) if any(data[at:at + 4]))
+
+    def wait_for(self, job, share, name="out.fits"):
+        """Until this share of the image is in the journal."""
+        job.wait_for_journal(share * self.pixel_bytes, name)
+
+    def start(self, folder, *more, ranks=1, limit=None):
+        # Every row is forced to disk, which makes time to interrupt.
+        return Job(folder, *self.arguments, "-j", "1", "--journal", "0", *more, ranks=ranks,
+                   limit=limit)
+
+    def check_resumed(self, folder, *more, ranks=1, expected=None, arguments=None):
+        arguments = arguments or self.arguments
+        result = folder.run(*arguments, "--resume", *more, ranks=ranks)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.check_complete(folder, expected)
+        return result.stdout
+
+    def check_complete(self, folder, expected=None):
+        content, expected = folder.content(), expected or self.expected
+        self.assertEqual(sorted(content), sorted(expected))
+        for name in expected:
+            self.assertTrue(content[name] == expected[name], f"{name} differs")
+
+    def interrupt(self, folder, *more, share=0.4, with_signal=signal.SIGKILL, ranks=1):
+        """Leaves a folder with a journal."""
+        with self.start(folder, *more, ranks=ranks) as job:
+            self.wait_for(job, share)
+            os.kill(job.processes()[0], with_signal)
+            code = job.end()[0]
+            self.assertNotEqual(code, 0)
+        self.assertIn("out.fits.journal", folder.content())
+
+    @unittest.skipUnless(LAUNCHER, "built without MPI")
+    def test_kill_of_one_of_three_ranks(self):
+        seed = random.randrange(1 << 32)
+        moments = random.Random(seed)
+        begun = 0
+        with Folder() as folder:
+            for i in range(KILLS):
+                share, rank = moments.uniform(-0.25, 1), moments.randrange(RANKS[-1])
+                what = f"seed {seed}, kill {i}: rank {rank} at {share:.2f}"
+                print(what, flush=True)
+                with self.subTest(what), self.start(folder, ranks=RANKS[-1]) as job:
+                    # A negative share is a moment before the first row.
+                    if share < 0:
+                        while len(job.processes()) < RANKS[-1] and job.process.poll() is None:
+                            time.sleep(0.002)
+                        time.sleep(-share)
+                    else:
+                        self.wait_for(job, share)
+                    ranks = job.processes()
+                    if rank < len(ranks):
+                        os.kill(ranks[rank], signal.SIGKILL)
+                    # The launcher itself takes another second.
+                    job.wait_for_ranks_to_end(ranks)
+                    begun += "out.fits.journal" in folder.content()
+                    self.check_resumed(folder, "-j", "2", ranks=RANKS[i % 2])
+                for name in folder.content().keys() - FILES.keys():
+                    (folder.path / name).unlink()
+        # Most kills left work to go on with.
+        self.assertGreaterEqual(begun, KILLS // 3)
+
+    def test_kill_again_and_again(self):
+        with Folder() as folder:
+            for share in (0.2, 0.4, 0.6, 0.8):
+                self.interrupt(folder, *(["--resume"] if share > 0.2 else []), share=share)
+            size = (folder.path / "out.fits.journal").stat().st_size
+            self.assertGreater(size, 0.8 * self.pixel_bytes)
+            self.assertRegex(self.check_resumed(folder), r"^out.fits: 48 x 72 pixels, 3 planes, [0-9.]+ s, "
+                             r"[0-9]+ rows from the journal\n$")
+
+    def test_a_torn_journal(self):
+        with Folder() as folder:
+            self.interrupt(folder)
+            journal = folder.path / "out.fits.journal"
+            journal.write_bytes(journal.read_bytes()[:-7])
+            self.check_resumed(folder)
+
+    def test_signals(self):
+        for stop in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+            with self.subTest(stop), Folder() as folder:
+                with self.start(folder) as job:
+                    self.wait_for(job, 0.3)
+                    job.process.send_signal(stop)
+                    code, out, err, seconds = job.end()
+                self.assertEqual((code, out), (-stop, ""))
+                self.assertLess(seconds, 1)
+                command = resume_command(*self.arguments, "-j", "1", "--journal", "0")
+                self.assertEqual(err, f"gamer: stopped by {stop.name}; finished rows are kept in "
+                                      f"out.fits.journal; go on with: {command}\n")
+                self.assertEqual(folder.content().keys() - FILES.keys(), {"out.fits.journal"})
+                resumed = subprocess.run(command, shell=True, cwd=folder.path, env=ENVIRONMENT,
+                                         capture_output=True, text=True, timeout=120)
+                self.assertEqual((resumed.returncode, resumed.stderr), (0, ""))
+                self.check_complete(folder)
+
+    @unittest.skipUnless(LAUNCHER, "built without MPI")
+    def test_signals_under_mpirun(self):
+        # The launcher, a rank other than 0 alone, all ranks.
+        for name in ("launcher", "rank", "all"):
+            with self.subTest(name), Folder() as folder:
+                out = "to be stopped"
+                while out:
+                    (folder.path / "out.fits").unlink(missing_ok=True)
+                    with self.start(folder, ranks=RANKS[-1]) as job:
+                        self.wait_for(job, 0.1)
+                        ranks = job.processes()
+                        targets = {"launcher": [job.process.pid], "rank": ranks[2:], "all": ranks}
+                        for process in targets[name]:
+                            with contextlib.suppress(OSError):
+                                os.kill(process, signal.SIGTERM)
+                        # It may have been done already, or while the launcher forwards the signal.
+                        code, out, err, seconds = job.end()
+                self.assertNotEqual(code, 0)
+                self.assertLess(seconds, 5)
+                self.assertEqual(err.count("gamer: stopped by SIGTERM; finished rows are kept in "
+                                           "out.fits.journal; go on with: "), 1, err)
+                self.assertEqual(folder.content().keys() - FILES.keys(), {"out.fits.journal"})
+                self.check_resumed(folder, ranks=2)
+
+    def test_a_signal_before_the_journal(self):
+        with Folder() as folder:
+            with Job(folder, *self.arguments, "-j", "1") as job:
+                while not list(folder.path.glob(".out.fits.*")) and job.process.poll() is None:
+                    time.sleep(0.002)
+                job.process.terminate()
+                code, _, err, _ = job.end()
+            self.assertEqual((code, err), (-signal.SIGTERM, "gamer: stopped by SIGTERM\n"))
+            self.assertEqual(folder.content().keys(), FILES.keys())
+            self.check_resumed(folder)
+
+    def check_refused(self, folder, *more, begin, also=()):
+        before = folder.content()
+        result = folder.run(*self.arguments, *more)
+        self.assertEqual((result.returncode, result.stdout), (2, ""), result.stderr)
+        self.assertTrue(result.stderr.startswith(begin), result.stderr)
+        self.assertEqual(result.stderr.count("\n"), 1)
+        for text in also:
+            self.assertIn(text, result.stderr)
+        self.assertEqual(folder.content(), before)
+
+    def test_what_has_changed_is_named(self):
+        with Folder() as folder:
+            self.interrupt(folder)
+            changed = "out.fits.journal: the job has changed since it began: "
+            self.check_refused(folder, "--resume", "-s", "sampling.tolerance=0.02", "-s",
+                               "noise.seed=3", begin=changed,
+                               also=["noise.seed was 1, is 3", "sampling.tolerance was 0.01, is 0.02",
+                                     "--overwrite"])
+            self.check_refused(folder, "--resume", "--truth", begin=changed,
+                               also=["--truth was not asked for, is in the image"])
+            self.check_refused(folder, begin="output 'out.fits': 'out.fits.journal' holds finished "
+                                             "rows", also=["--resume", "--overwrite"])
+            for name, old, new in (("spiral.toml", "optical_depth = 0.5", "optical_depth = 0.6"),
+                                   ("scene.lst", "50 30 1", "50 31 1")):
+                folder.write(name, FILES[name].replace(old, new))
+                self.check_refused(folder, "--resume", begin=changed, also=[old, new])
+                folder.write(name, FILES[name])
+            folder.write("E.sed", (pathlib.Path(ENVIRONMENT["GAMER_DATA"]) / "seds/E.sed")
+                         .read_text() + "# mine\n")
+            self.check_refused(folder, "--resume", begin=changed, also=["seds/"])
+            (folder.path / "E.sed").unlink()
+            self.check_resumed(folder)
+
+    def test_overwrite_starts_anew(self):
+        with Folder() as folder:
+            self.interrupt(folder)
+            result = folder.run(*self.arguments, "--overwrite", "-s", "noise.seed=3")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertNotIn("from the journal", result.stdout)
+            self.assertNotIn("out.fits.journal", folder.content())
+            # An output that may be replaced stays until the new one is there.
+            old = folder.content()["out.fits"]
+            self.interrupt(folder, "--overwrite")
+            self.assertTrue(folder.content()["out.fits"] == old)
+            self.check_resumed(folder)
+
+    def test_resume_without_a_journal(self):
+        with Folder() as folder:
+            self.check_resumed(folder)
+            before = (folder.path / "out.fits").stat()
+            self.assertEqual(self.check_resumed(folder), "out.fits: complete already\n")
+            self.assertEqual((folder.path / "out.fits").stat().st_mtime_ns, before.st_mtime_ns)
+            self.check_refused(folder, "--resume", "-s", "noise.seed=3", begin="out.fits: the job "
+                               "has changed since it began: noise.seed was 1, is 3")
+            folder.write("out.fits", "precious")
+            self.check_refused(folder, "--resume", begin="out.fits: ")
+
+    def test_a_file_that_is_no_journal(self):
+        with Folder() as folder:
+            folder.write("out.fits.journal", "precious")
+            for option in ("--resume", "--overwrite"):
+                self.check_refused(folder, option, begin="out.fits.journal: no journal")
+
+    def test_one_process_at_a_time(self):
+        with Folder() as folder:
+            with self.start(folder) as job:
+                job.wait_for_journal()
+                job.process.send_signal(signal.SIGSTOP)
+                for option in ("--resume", "--overwrite"):
+                    result = folder.run(*self.arguments, option)
+                    self.assertEqual((result.returncode, result.stderr),
+                                     (2, "out.fits.journal: another process is working on this "
+                                         "job\n"))
+                job.process.send_signal(signal.SIGCONT)
+                self.assertEqual(job.end()[0], 0)
+            self.check_complete(folder)
+
+    def test_all_kinds_of_output(self):
+        galaxy = GALAXY.replace('sed = "Sbc"', 'sed = "Sbc"\nintensity = 1')
+        truth = ("--truth", "--truth-table", "t.fits", "-s", "truth.dust_free=true", "-s",
+                 "truth.segmentation=true")
+        for name, more in {"files": ("-s", "image.layout=files"),
+                           "compressed": ("-o", "x.fits.fz"), "picture": ("-o", "x.png"),
+                           "double": ("-s", "image.bitpix=-64"), "truth": truth}.items():
+            with self.subTest(name), Folder(**{"spiral.toml": galaxy}) as folder:
+                arguments = (*self.arguments, *more)
+                result = folder.run(*arguments, "-q")
+                self.assertEqual(result.returncode, 0, result.stderr)
+                expected = folder.content()
+                for made in expected.keys() - FILES.keys():
+                    (folder.path / made).unlink()
+                output = next((word for word in more if word.startswith("x.")), "out.fits")
+                with self.start(folder, *more) as job:
+                    self.wait_for(job, 0.5, output)
+                    job.process.kill()
+                    self.assertEqual(job.end()[0], -signal.SIGKILL)
+                self.assertRegex(self.check_resumed(folder, expected=expected,
+                                                    arguments=arguments), "from the journal")
+
+    def check_failure(self, folder, job, reason, journal="out.fits.journal"):
+        """Ends with one message, which says why and how to go on."""
+        code, out, err, _ = job.end()
+        self.assertEqual((code, out), (1, ""), err)
+        self.assertEqual(err.count("\n"), 1, err)
+        self.assertIn(reason, err)
+        self.assertIn(f"; finished rows are kept in {journal}; go on with: ", err)
+        self.assertIn(journal, folder.content())
+        return err
+
+    def test_a_full_disk(self):
+        def limit():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (self.pixel_bytes,) * 2)
+
+        with Folder() as folder:
+            # The journal of a picture, in double precision, is the first that becomes so large.
+            with self.start(folder, "-o", "x.png", limit=limit) as job:
+                err = self.check_failure(folder, job, "File too large", "x.png.journal")
+            self.assertTrue(err.startswith("x.png.journal: cannot write: "), err)
+            self.assertEqual(folder.content().keys() - FILES.keys(), {"x.png.journal"})
+            result = folder.run(*self.arguments, "-o", "x.png", "--resume")
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            self.assertEqual(folder.content().keys() - FILES.keys(), {"x.png"})
+
+    def test_a_full_file_system(self):
+        with Folder() as folder:
+            place = folder.path / "small"
+            place.mkdir()
+            mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(place)]
+            try:
+                if subprocess.run(mount, capture_output=True).returncode != 0:
+                    self.skipTest("may not mount")
+            except FileNotFoundError:
+                self.skipTest("no mount")
+            try:
+                filler = place / "filler"
+                with self.start(folder, "-o", "small/out.fits", ranks=RANKS[-1]) as job:
+                    self.wait_for(job, 0.3, "small/out.fits")
+                    with contextlib.suppress(OSError), filler.open("wb", buffering=0) as file:
+                        while True:
+                            file.write(bytes(4096))
+                    code, _, err, _ = job.end()
+                self.assertEqual(code, 1)
+                self.assertEqual(err.count("\n"), 1, err)
+                self.assertIn("No space left on device", err)
+                self.assertIn("finished rows are kept in small/out.fits.journal", err)
+                filler.unlink()
+                result = folder.run(*self.arguments, "-o", "small/out.fits", "--resume")
+                self.assertEqual((result.returncode, result.stderr), (0, ""))
+                self.assertIn("from the journal", result.stdout)
+            finally:
+                subprocess.run(["umount", str(place)], check=True)
+
+    def test_a_folder_that_becomes_read_only(self):
+        def limit():
+            # Root may write everywhere.
+            if os.getuid() == 0:
+                os.setgroups([])
+                os.setgid(65534)
+                os.setuid(65534)
+
+        with Folder() as folder:
+            if os.getuid() == 0:
+                os.chown(folder.path, 65534, 65534)
+            with self.start(folder, limit=limit) as job:
+                self.wait_for(job, 0.3)
+                folder.path.chmod(0o555)
+                self.check_failure(folder, job, "Permission denied")
+            folder.path.chmod(0o755)
+            # All rows are there, and the journal of a job that only lacks its files' names.
+            journal = (folder.path / "out.fits.journal").read_bytes()
+            self.assertIn(f"{HEIGHT} rows from the journal", self.check_resumed(folder))
+            # Killed before the journal was removed.
+            folder.write("out.fits.journal", journal)
+            self.check_resumed(folder)
+
+    def test_a_folder_that_vanishes(self):
+        with Folder() as folder:
+            place = folder.path / "there"
+            place.mkdir()
+            with self.start(folder, "-o", "there/out.fits") as job:
+                self.wait_for(job, 0.3, "there/out.fits")
+                place.rename(folder.path / "elsewhere")
+                code, _, err, _ = job.end()
+            self.assertEqual(code, 1)
+            self.assertEqual(err.count("\n"), 1, err)
+            self.assertIn("No such file or directory", err)
+            (folder.path / "elsewhere").rename(place)
+            result = folder.run(*self.arguments, "-o", "there/out.fits", "--resume")
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+
+    def test_short_jobs_have_no_journal(self):
+        with Folder() as folder:
+            with Job(folder, *self.arguments) as job:
+                while job.process.poll() is None:
+                    self.assertNotIn("out.fits.journal", folder.content())
+                    time.sleep(0.01)
+                self.assertEqual(job.end()[0], 0)
+            self.check_complete(folder)
+
+    def test_wrong_intervals(self):
+        with Folder() as folder:
+            for seconds in ("-1", "nan"):
+                self.check_refused(folder, "--journal", seconds, begin="gamer: --journal")
+
+
+if __name__ == "__main__":
+    main()
