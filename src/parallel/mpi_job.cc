@@ -48,6 +48,7 @@ enum class OrderKind : int {
   block,        // compute rows [first, second)
   no_block,     // answer to a request: all rows are handed out
   abandon,      // compute no further block
+  alive,        // rank 0 is at work
   outcome,      // the run is over; `first` = exit code, 0 when all went well
   leave,        // the job is over; `first` = exit code
 };
@@ -67,6 +68,7 @@ struct Order {
 enum class NoticeKind : int {
   text,     // what gather() collects
   request,  // asks for one block
+  alive,    // the rank is at work
   failure,  // compute threw `text`
   done,     // last notice of a run
   left,     // last notice of all: this rank is in end()
@@ -102,6 +104,30 @@ constexpr microseconds longest_pause{500};
 // Blocks that a rank holds besides those being computed, so that its threads find the next one
 // while the answer to the request is on its way. More would keep them from ranks that are free.
 int prefetched_blocks(int threads) { return 1 + threads / 4; }
+
+// Of a rank's patience: how often each says that it is at work, and how much more there is for rank
+// 0 and for ranks that are still preparing.
+constexpr double alive_share = 1.0 / 12;
+constexpr double long_patience = 10;
+
+/// Time in which a rank has been looking for messages. What lies between two looks counts little:
+/// it was suspended, or writing, and the messages have not gone.
+class WatchTime {
+ public:
+  double look() {
+    constexpr double most = 0.5;  // seconds
+    const double now = clock_.seconds();
+    seconds_ += std::min(now - last_, most);
+    last_ = now;
+    return seconds_;
+  }
+  double seconds() const { return seconds_; }
+
+ private:
+  Clock clock_;
+  double last_ = 0;
+  double seconds_ = 0;
+};
 
 class Pause {
  public:
@@ -229,6 +255,7 @@ class MpiJob : public Job {
 
   int rank() const override { return rank_; }
   int size() const override { return size_; }
+  void give_up_after(double seconds) override { patience_ = seconds; }
   std::string broadcast(const std::string& text) override;
   std::vector<std::string> gather(const std::string& text) override;
   std::int64_t common_bits(std::int64_t bits) override;
@@ -237,6 +264,7 @@ class MpiJob : public Job {
           const std::function<void(const std::string&)>& report) override;
 
   MPI_Comm communicator() const { return communicator_; }
+  double patience() const { return patience_; }
 
   // Rank 0.
   void send_order(int rank, const Order& order) const;
@@ -246,6 +274,8 @@ class MpiJob : public Job {
   std::exception_ptr early_leave() const { return make_exception(*early_leave_); }
   /// Opens a collective call: throws when a rank has left, else orders the others to take part.
   void open(const Order& order);
+  /// Throws RunError; end() will kill all.
+  [[noreturn]] void lose(int rank);
 
   // The other ranks.
   std::optional<Order> poll_order();
@@ -266,8 +296,10 @@ class MpiJob : public Job {
   int rank_ = 0;
   int size_ = 1;
   bool ended_ = false;
+  double patience_ = 60;  // seconds
 
   // Rank 0.
+  bool has_lost_ = false;  // a rank
   int left_count_ = 0;
   std::optional<Failure> early_leave_;  // of the first rank that left, as rank 0 throws it
   std::optional<Failure> unreported_;   // of the first rank that left with a failure
@@ -331,6 +363,12 @@ void MpiJob::open(const Order& order) {
   }
   if (early_leave_) std::rethrow_exception(early_leave());
   send_order_to_all(order);
+}
+
+void MpiJob::lose(int rank) {
+  has_lost_ = true;
+  throw RunError(fmt::format("rank {} has said nothing for {:.0f} s; it is gone or stands still",
+                             rank, patience_));
 }
 
 std::optional<Order> MpiJob::poll_order() {
@@ -411,6 +449,8 @@ std::vector<std::string> MpiJob::gather(const std::string& text) {
       continue;
     }
     pause.reset();
+    // Sent before the rank saw the end of a run.
+    if (notice->head.kind == NoticeKind::alive) continue;
     const auto rank = static_cast<std::size_t>(notice->rank);
     if (notice->head.kind == NoticeKind::left) {
       // After its text it may.
@@ -445,6 +485,11 @@ int MpiJob::end(int code, const std::string& message,
                 const std::function<void(const std::string&)>& report) {
   if (ended_) return code;
   ended_ = true;
+  if (has_lost_) {
+    // It would never come to its end().
+    if (report && !message.empty()) report(message);
+    abort();
+  }
   if (rank_ == 0) {
     send_order_to_all({OrderKind::leave, code});
     for (Pause pause; left_count_ < size_ - 1;) {
@@ -489,6 +534,7 @@ class Lead {
         consume_(consume),
         handout_(blocks),
         busy_(static_cast<std::size_t>(job.size()), true),
+        heard_(static_cast<std::size_t>(job.size())),
         incoming_(transfers),
         pool_(
             threads, values_per_row, compute, [this] { return handout_.next(); },
@@ -505,6 +551,7 @@ class Lead {
       active |= accept_rows();
       active |= finish_transfers();
       if (!failure_ && pool_.failure()) fail(pool_.failure());
+      watch();
       const microseconds timeout = active ? microseconds::zero() : pause.next();
       if (const auto block = pool_.take_for(timeout)) {
         consume(block->range, block->values);
@@ -539,7 +586,10 @@ class Lead {
     while (const std::optional<Notice> notice = job_.poll_notice()) {
       active = true;
       const auto rank = static_cast<std::size_t>(notice->rank);
+      heard_[rank] = time_.seconds();
       switch (notice->head.kind) {
+        case NoticeKind::alive:
+          break;
         case NoticeKind::text:
           throw std::logic_error("ranks do not make the same calls");
         case NoticeKind::request:
@@ -558,6 +608,18 @@ class Lead {
       }
     }
     return active;
+  }
+
+  void watch() {
+    const double now = time_.look();
+    if (now < next_watch_) return;
+    next_watch_ = now + alive_share * job_.patience();
+    job_.send_order_to_all({OrderKind::alive});
+    for (std::size_t rank = 1; rank < busy_.size(); ++rank) {
+      const double since = heard_[rank].value_or(0);
+      const double patience = (heard_[rank] ? 1 : long_patience) * job_.patience();
+      if (busy_[rank] && now - since > patience) job_.lose(static_cast<int>(rank));
+    }
   }
 
   void answer(int rank) {
@@ -629,7 +691,10 @@ class Lead {
   const std::size_t values_per_row_;
   const Executor::Consume& consume_;
   RowHandout handout_;
-  std::vector<bool> busy_;  // by rank
+  std::vector<bool> busy_;                    // by rank
+  std::vector<std::optional<double>> heard_;  // when, by rank
+  WatchTime time_;
+  double next_watch_ = 0;
   std::vector<Incoming> incoming_;
   std::exception_ptr failure_;
   double consume_seconds_ = 0;
@@ -656,6 +721,7 @@ class Follow {
           outgoing_.remove_if([](Outgoing& outgoing) { return test_all(outgoing.requests); }) > 0;
       active |= ask();
       report_end();
+      watch();
       active |= send_finished(active ? microseconds::zero() : pause.next());
       if (active) pause.reset();
     }
@@ -670,12 +736,21 @@ class Follow {
     std::vector<MPI_Request> requests;
   };
 
+  void watch() {
+    const double now = time_.look();
+    if (now - heard_ > long_patience * job_.patience()) job_.abort();
+    if (now < next_word_) return;
+    next_word_ = now + alive_share * job_.patience();
+    job_.send_notice(NoticeKind::alive);
+  }
+
   bool obey() {
     bool active = false;
     while (!outcome_) {
       const std::optional<Order> order = job_.poll_order();
       if (!order) break;
       active = true;
+      heard_ = time_.seconds();
       switch (order->kind) {
         case OrderKind::block:
           queue_.push({static_cast<int>(order->first), static_cast<int>(order->second)});
@@ -687,6 +762,8 @@ class Follow {
         case OrderKind::abandon:
           exhausted_ = true;
           pool_.stop();
+          break;
+        case OrderKind::alive:
           break;
         case OrderKind::outcome:
           outcome_ = static_cast<int>(order->first);
@@ -749,6 +826,9 @@ class Follow {
   bool exhausted_ = false;
   bool failed_ = false;
   bool done_ = false;
+  WatchTime time_;
+  double heard_ = 0;
+  double next_word_ = 0;
   std::optional<int> outcome_;
   std::list<Outgoing> outgoing_;
   BlockQueue queue_;

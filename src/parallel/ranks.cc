@@ -12,6 +12,10 @@ int Ranks::rank() const { return job_ ? job_->rank() : 0; }
 
 int Ranks::size() const { return job_ ? job_->size() : 1; }
 
+void Ranks::give_up_after(double seconds) const {
+  if (job_) job_->give_up_after(seconds);
+}
+
 std::string Ranks::broadcast(const std::string& text) const {
   return job_ ? job_->broadcast(text) : text;
 }

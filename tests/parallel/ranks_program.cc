@@ -2,7 +2,9 @@
 // is as expected on all ranks.
 
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
@@ -359,6 +361,33 @@ std::function<void()> leave(int leaver, const Error& error, const std::function<
   };
 }
 
+/// A run in which rank `still` stops for good.
+int run_and_stand_still(int still, double patience) {
+  ranks->give_up_after(patience);
+  const auto [code, message] = guarded([&] {
+    ranks->executor(1)->run(
+        even_blocks(100000, 1), 1,
+        [&](RowRange, auto) {
+          std::this_thread::sleep_for(milliseconds(1));
+          if (ranks->rank() == still) raise(SIGSTOP);
+        },
+        nothing);
+  });
+  return ranks->end(code, message,
+                    [](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); });
+}
+
+/// Another process stops and continues this one.
+void stand_still_later(milliseconds later, milliseconds duration) {
+  const pid_t parent = getpid();
+  if (fork() != 0) return;
+  std::this_thread::sleep_for(later);
+  kill(parent, SIGSTOP);
+  std::this_thread::sleep_for(duration);
+  kill(parent, SIGCONT);
+  _exit(0);
+}
+
 void call_gather() { ranks->gather("text"); }
 void call_broadcast() { ranks->broadcast("text"); }
 void call_common_bits() { ranks->common_bits(1); }
@@ -426,6 +455,20 @@ std::map<std::string, std::function<int()>> scenarios() {
                    nothing);
              },
              all_two);
+       }},
+      {"first-stands-still", [=] { return run_and_stand_still(0, 0.2); }},
+      {"last-stands-still", [=] { return run_and_stand_still(last, 1); }},
+      {"all-stand-still-a-while",
+       [=] {
+         ranks->give_up_after(0.6);
+         stand_still_later(milliseconds(300), milliseconds(1500));
+         return check_end(
+             [] {
+               ranks->executor(1)->run(
+                   even_blocks(600, 1), 1,
+                   [](RowRange, auto) { std::this_thread::sleep_for(milliseconds(5)); }, nothing);
+             },
+             {0, 0, std::nullopt});
        }},
       {"destructor-after-throw",
        [=] {

@@ -32,6 +32,13 @@ class Ranks {
   int rank() const;
   int size() const;
 
+  /// Launchers end a job when one of its processes is killed, but not all do. In an executor's run
+  /// a rank that says nothing for so many seconds (at first 60; ten times as many before its first
+  /// word, and for rank 0, which may be waiting for a disk) is given up: rank 0 throws RunError,
+  /// and end() then kills all. Time in which the job was suspended does not count. The same on
+  /// every rank.
+  void give_up_after(double seconds) const;
+
   /// Rank 0's text on every rank.
   std::string broadcast(const std::string& text) const;
   /// Every rank's text, by rank, on rank 0; nothing elsewhere.
