@@ -18,18 +18,17 @@ class PerlinKernel {
   using VU = hn::Vec<DU>;
 
  public:
-  explicit PerlinKernel(D d) : gradients_(d) {}
+  static constexpr float scale = 1 / Gradient<D>::scale;
 
-  HWY_INLINE V operator()(D d, V x, V y, V z, const LatticeSeeds<VU>& seed) const {
+  static HWY_INLINE V Evaluate(D d, V x, V y, V z, const LatticeSeeds<VU>& seed) {
     const DU du;
-    const hn::RebindToSigned<D> di;
-    const V cx = hn::Floor(x);
-    const V cy = hn::Floor(y);
-    const V cz = hn::Floor(z);
-    const V x0 = hn::Sub(x, cx);
-    const V y0 = hn::Sub(y, cy);
-    const V z0 = hn::Sub(z, cz);
+    const Cell<D> cx(d, x);
+    const Cell<D> cy(d, y);
+    const Cell<D> cz(d, z);
     const V one = hn::Set(d, 1.0f);
+    const V x0 = cx.fraction;
+    const V y0 = cy.fraction;
+    const V z0 = cz.fraction;
     const V x1 = hn::Sub(x0, one);
     const V y1 = hn::Sub(y0, one);
     const V z1 = hn::Sub(z0, one);
@@ -37,28 +36,24 @@ class PerlinKernel {
     const VU px = hn::Set(du, lattice_px);
     const VU py = hn::Set(du, lattice_py);
     const VU pz = hn::Set(du, lattice_pz);
-    const VU a0 = hn::Add(hn::Mul(hn::BitCast(du, hn::ConvertTo(di, cx)), px), seed.x);
+    const VU a0 = hn::Add(hn::Mul(cx.index, px), seed.x);
     const VU a1 = hn::Add(a0, px);
-    const VU b0 = hn::Add(hn::Mul(hn::BitCast(du, hn::ConvertTo(di, cy)), py), seed.y);
+    const VU b0 = hn::Add(hn::Mul(cy.index, py), seed.y);
     const VU b1 = hn::Add(b0, py);
-    const VU c0 = hn::Add(hn::Mul(hn::BitCast(du, hn::ConvertTo(di, cz)), pz), seed.z);
+    const VU c0 = hn::Add(hn::Mul(cz.index, pz), seed.z);
     const VU c1 = hn::Add(c0, pz);
-    const VU ab00 = hn::Xor(a0, b0);
-    const VU ab10 = hn::Xor(a1, b0);
-    const VU ab01 = hn::Xor(a0, b1);
-    const VU ab11 = hn::Xor(a1, b1);
 
     const V sx = Fade(d, x0);
     const V sy = Fade(d, y0);
     const V sz = Fade(d, z0);
 
-    const auto corner = [&](VU ab, VU cc, V dx, V dy, V dz) HWY_ATTR {
-      return gradients_.Dot(d, GradientIndex(du, hn::Xor(ab, cc)), dx, dy, dz);
+    const auto edge = [&](VU b, VU c, V dy, V dz) HWY_ATTR {
+      const Gradient<D> g0(d, hn::Xor3(a0, b, c), hn::Add(a0, b));
+      const Gradient<D> g1(d, hn::Xor3(a1, b, c), hn::Add(a1, b));
+      return Mix(g0.Dot(x0, dy, dz), g1.Dot(x1, dy, dz), sx);
     };
-    const V low = Mix(Mix(corner(ab00, c0, x0, y0, z0), corner(ab10, c0, x1, y0, z0), sx),
-                      Mix(corner(ab01, c0, x0, y1, z0), corner(ab11, c0, x1, y1, z0), sx), sy);
-    const V high = Mix(Mix(corner(ab00, c1, x0, y0, z1), corner(ab10, c1, x1, y0, z1), sx),
-                       Mix(corner(ab01, c1, x0, y1, z1), corner(ab11, c1, x1, y1, z1), sx), sy);
+    const V low = Mix(edge(b0, c0, y0, z0), edge(b1, c0, y1, z0), sy);
+    const V high = Mix(edge(b0, c1, y0, z1), edge(b1, c1, y1, z1), sy);
     return Mix(low, high, sz);
   }
 
@@ -69,8 +64,6 @@ class PerlinKernel {
     return hn::Mul(hn::Mul(hn::Mul(f, f), f), p);
   }
   static HWY_INLINE V Mix(V a, V b, V s) { return hn::MulAdd(s, hn::Sub(b, a), a); }
-
-  Gradients<D> gradients_;
 };
 
 void SumPerlin(const Points& points, const Octave* octaves, std::size_t count, float* out) {

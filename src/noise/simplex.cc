@@ -20,20 +20,21 @@ class SimplexKernel {
   using VU = hn::Vec<DU>;
 
  public:
-  explicit SimplexKernel(D d) : gradients_(d) {}
+  static constexpr float scale = static_cast<float>(simplex_scale) / Gradient<D>::scale;
 
-  HWY_INLINE V operator()(D d, V x, V y, V z, const LatticeSeeds<VU>& seed) const {
+  static HWY_INLINE V Evaluate(D d, V x, V y, V z, const LatticeSeeds<VU>& seed) {
     const DU du;
-    const hn::RebindToSigned<D> di;
-    const V skew = hn::Mul(hn::Add(hn::Add(x, y), z), hn::Set(d, 1.0f / 3.0f));
-    const V ci = hn::Floor(hn::Add(x, skew));
-    const V cj = hn::Floor(hn::Add(y, skew));
-    const V ck = hn::Floor(hn::Add(z, skew));
+    const V third = hn::Set(d, 1.0f / 3.0f);
     const V sixth = hn::Set(d, 1.0f / 6.0f);
-    const V unskew = hn::Mul(hn::Add(hn::Add(ci, cj), ck), sixth);
-    const V x0 = hn::Add(hn::Sub(x, ci), unskew);
-    const V y0 = hn::Add(hn::Sub(y, cj), unskew);
-    const V z0 = hn::Add(hn::Sub(z, ck), unskew);
+    // Products and sums on their own, not fused: then all targets round alike what is largest here.
+    const V skew = hn::Mul(hn::Add(hn::Add(x, y), z), third);
+    const Cell<D> ci(d, hn::Add(x, skew));
+    const Cell<D> cj(d, hn::Add(y, skew));
+    const Cell<D> ck(d, hn::Add(z, skew));
+    const V unskew = hn::Mul(hn::Add(hn::Add(ci.floor, cj.floor), ck.floor), sixth);
+    const V x0 = hn::Add(hn::Sub(x, ci.floor), unskew);
+    const V y0 = hn::Add(hn::Sub(y, cj.floor), unskew);
+    const V z0 = hn::Add(hn::Sub(z, ck.floor), unskew);
 
     // The second corner steps along the largest coordinate, the third also along the middle one.
     const auto xy = hn::Ge(x0, y0);
@@ -49,43 +50,37 @@ class SimplexKernel {
     const VU px = hn::Set(du, lattice_px);
     const VU py = hn::Set(du, lattice_py);
     const VU pz = hn::Set(du, lattice_pz);
-    const VU a = hn::Add(hn::Mul(hn::BitCast(du, hn::ConvertTo(di, ci)), px), seed.x);
-    const VU b = hn::Add(hn::Mul(hn::BitCast(du, hn::ConvertTo(di, cj)), py), seed.y);
-    const VU c = hn::Add(hn::Mul(hn::BitCast(du, hn::ConvertTo(di, ck)), pz), seed.z);
+    const VU a = hn::Add(hn::Mul(ci.index, px), seed.x);
+    const VU b = hn::Add(hn::Mul(cj.index, py), seed.y);
+    const VU c = hn::Add(hn::Mul(ck.index, pz), seed.z);
     const auto step = [&](auto mask, VU base, VU p) HWY_ATTR {
       return hn::Add(base, hn::IfThenElseZero(hn::RebindMask(du, mask), p));
     };
-    const auto hash = [&](VU ha, VU hb, VU hc)
-                          HWY_ATTR { return GradientIndex(du, hn::Xor(hn::Xor(ha, hb), hc)); };
 
     const V one = hn::Set(d, 1.0f);
-    const V third = hn::Set(d, 1.0f / 3.0f);
-    const auto offset = [&](auto mask, V base, V back) HWY_ATTR {
-      return hn::Add(hn::Sub(base, hn::IfThenElseZero(mask, one)), back);
-    };
-    V total = Corner(d, hash(a, b, c), x0, y0, z0);
-    total =
-        hn::Add(total, Corner(d, hash(step(i1, a, px), step(j1, b, py), step(k1, c, pz)),
-                              offset(i1, x0, sixth), offset(j1, y0, sixth), offset(k1, z0, sixth)));
-    total =
-        hn::Add(total, Corner(d, hash(step(i2, a, px), step(j2, b, py), step(k2, c, pz)),
-                              offset(i2, x0, third), offset(j2, y0, third), offset(k2, z0, third)));
     const V half = hn::Set(d, 0.5f);
-    total = hn::Add(total, Corner(d, hash(hn::Add(a, px), hn::Add(b, py), hn::Add(c, pz)),
-                                  hn::Sub(x0, half), hn::Sub(y0, half), hn::Sub(z0, half)));
-    return hn::Mul(total, hn::Set(d, static_cast<float>(simplex_scale)));
+    const auto offset = [&](auto mask, V base, V back) HWY_ATTR {
+      return hn::Sub(hn::Add(base, back), hn::IfThenElseZero(mask, one));
+    };
+    V total = Corner(d, a, b, c, x0, y0, z0, hn::Zero(d));
+    total = Corner(d, step(i1, a, px), step(j1, b, py), step(k1, c, pz), offset(i1, x0, sixth),
+                   offset(j1, y0, sixth), offset(k1, z0, sixth), total);
+    total = Corner(d, step(i2, a, px), step(j2, b, py), step(k2, c, pz), offset(i2, x0, third),
+                   offset(j2, y0, third), offset(k2, z0, third), total);
+    return Corner(d, hn::Add(a, px), hn::Add(b, py), hn::Add(c, pz), hn::Sub(x0, half),
+                  hn::Sub(y0, half), hn::Sub(z0, half), total);
   }
 
  private:
-  HWY_INLINE V Corner(D d, VU bits, V x, V y, V z) const {
+  /// `total` plus what the lattice point at distance (x, y, z) contributes.
+  static HWY_INLINE V Corner(D d, VU a, VU b, VU c, V x, V y, V z, V total) {
+    const Gradient<D> gradient(d, hn::Xor3(a, b, c), hn::Add(a, b));
     V t = hn::NegMulAdd(x, x, hn::Set(d, 0.5f));
     t = hn::NegMulAdd(y, y, t);
     t = hn::Max(hn::NegMulAdd(z, z, t), hn::Zero(d));
     t = hn::Mul(t, t);
-    return hn::Mul(hn::Mul(t, t), gradients_.Dot(d, bits, x, y, z));
+    return hn::MulAdd(hn::Mul(t, t), gradient.Dot(x, y, z), total);
   }
-
-  Gradients<D> gradients_;
 };
 
 void SumSimplex(const Points& points, const Octave* octaves, std::size_t count, float* out) {

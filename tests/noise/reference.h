@@ -20,16 +20,26 @@ inline constexpr int gradient_count = 12;
 
 /// Which of the gradients lattice point (i, j, k) has under a seed.
 inline int gradient_index(std::int64_t i, std::int64_t j, std::int64_t k, std::uint32_t seed) {
-  const auto coordinate = [](std::int64_t n, std::uint64_t prime, std::uint64_t addend) {
-    return (static_cast<std::uint64_t>(n) * prime + addend) & 0xffffffffu;
+  constexpr std::uint64_t word = std::uint64_t{1} << 32;
+  constexpr std::uint64_t half = 65536;
+  const auto mix = [](std::uint64_t w) {
+    w = (w ^ w / half) * 2146121005u % word;
+    w = (w ^ w / 32768) * 2221713035u % word;
+    return w ^ w / half;
   };
-  const std::uint64_t s = seed;
-  std::uint64_t h = coordinate(i, 2654435761u, s ^ 2654435769u) ^
-                    coordinate(j, 2246822519u, (s ^ 2135587861u) * 668265263u) ^
-                    coordinate(k, 3266489917u, (s ^ 4087136352u) * 374761393u);
-  h ^= h >> 13;
-  const std::uint64_t top = ((h * (h + 739982445u)) >> 16) & 0xffffu;
-  return static_cast<int>(top * gradient_count / 65536);
+  const std::uint64_t seed_x = mix((seed + 2654435769u) % word);
+  const std::uint64_t seed_y = mix((seed_x + 2654435769u) % word);
+  const std::uint64_t seed_z = mix((seed_y + 2654435769u) % word);
+  const auto coordinate = [](std::int64_t n, std::uint64_t prime, std::uint64_t addend) {
+    return (static_cast<std::uint64_t>(n) * prime + addend) % word;
+  };
+  const std::uint64_t a = coordinate(i, 2654435761u, seed_x);
+  const std::uint64_t b = coordinate(j, 2246822519u, seed_y);
+  const std::uint64_t c = coordinate(k, 3266489917u, seed_z);
+  const std::uint64_t combined = a ^ b ^ c;
+  const std::uint64_t sum = (a + b) % word;
+  const std::uint64_t product = (combined % half) * (sum % half) + (combined / half) * (sum / half);
+  return static_cast<int>(product % half * gradient_count / half);
 }
 
 /// Perlin's 12 gradients, in the order of his 2002 code.

@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -170,7 +172,7 @@ struct LineSpectrum {
 
 LineSpectrum spectrum_along(const Noise& noise, Vector direction) {
   constexpr int size = 128;
-  constexpr int lines = 4000;
+  constexpr int lines = 16000;
   constexpr double spacing = 0.125;
   constexpr int frequencies = 33;  // up to 2 cycles per cell
   const double length = std::sqrt(reference::dot(direction, direction));
@@ -180,8 +182,8 @@ LineSpectrum spectrum_along(const Noise& noise, Vector direction) {
   for (int f = 0; f < frequencies; ++f) {
     for (int i = 0; i < size; ++i) {
       const double hann = 0.5 - 0.5 * std::cos(2 * pi * (i + 0.5) / size);
-      cosines[f * size + i] = hann * std::cos(2 * pi * f * i / size);
-      sines[f * size + i] = hann * std::sin(2 * pi * f * i / size);
+      cosines[i * frequencies + f] = hann * std::cos(2 * pi * f * i / size);
+      sines[i * frequencies + f] = hann * std::sin(2 * pi * f * i / size);
     }
   }
   Random random(9);
@@ -193,16 +195,16 @@ LineSpectrum spectrum_along(const Noise& noise, Vector direction) {
         positions[i][axis] = start[axis] + direction[axis] / length * spacing * i;
       }
     }
-    const std::vector<float> v = evaluate(noise, positions, 4);
-    for (int f = 0; f < frequencies; ++f) {
-      double c = 0;
-      double s = 0;
-      for (int i = 0; i < size; ++i) {
-        c += v[i] * cosines[f * size + i];
-        s += v[i] * sines[f * size + i];
+    const std::vector<float> v = evaluate(noise, positions, 4 + line % 4);
+    double c[frequencies] = {};
+    double s[frequencies] = {};
+    for (int i = 0; i < size; ++i) {
+      for (int f = 0; f < frequencies; ++f) {
+        c[f] += v[i] * cosines[i * frequencies + f];
+        s[f] += v[i] * sines[i * frequencies + f];
       }
-      power[f] += c * c + s * s;
     }
+    for (int f = 0; f < frequencies; ++f) power[f] += c[f] * c[f] + s[f] * s[f];
   }
   LineSpectrum result;
   double total = 0;
@@ -311,6 +313,61 @@ TEST(LatticeHash, NeighboursAreIndependent) {
     }
   }
   deviations.check();
+}
+
+/// Chi-square of the alternating sum, modulo their number, of the gradients at the corners of
+/// parallelograms (two edges) or parallelepipeds (three), as pair_deviation(): corners that are
+/// independent in pairs may still fix the last of them.
+double corner_deviation(std::span<const std::array<int, 3>> edges, std::uint32_t seed) {
+  constexpr int n = reference::gradient_count;
+  constexpr int side = 48;
+  constexpr double expected = double{side} * side * side / n;
+  std::vector<int> counts(n);
+  for (int i = -18; i < side - 18; ++i) {
+    for (int j = -15; j < side - 15; ++j) {
+      for (int k = -9; k < side - 9; ++k) {
+        int sum = 0;
+        for (int corner = 0; corner < 1 << edges.size(); ++corner) {
+          int p[3] = {i, j, k};
+          bool odd = false;
+          for (std::size_t e = 0; e < edges.size(); ++e) {
+            if ((corner >> e & 1) == 0) continue;
+            odd = !odd;
+            for (int axis = 0; axis < 3; ++axis) p[axis] += edges[e][axis];
+          }
+          const int index = reference::gradient_index(p[0], p[1], p[2], seed);
+          sum += odd ? n - index : index;
+        }
+        ++counts[sum % n];
+      }
+    }
+  }
+  double chi_square = 0;
+  for (const int count : counts) chi_square += (count - expected) * (count - expected) / expected;
+  return (chi_square - (n - 1)) / std::sqrt(2.0 * (n - 1));
+}
+
+TEST(LatticeHash, CornersTogetherAreIndependent) {
+  for (const int distance : {1, 2, 3, 5, 6, 16, 64}) {
+    const std::array<int, 3> x = {distance, 0, 0};
+    const std::array<int, 3> y = {0, distance, 0};
+    const std::array<int, 3> z = {0, 0, distance};
+    const std::array<int, 3> diagonal = {distance, distance, 0};
+    double sum = 0;
+    int count = 0;
+    for (const std::uint32_t seed : {0u, 1u, 0x12345678u, 0xdeadbeefu}) {
+      for (const std::vector<std::array<int, 3>>& edges :
+           {std::vector{x, y}, std::vector{x, z}, std::vector{y, z}, std::vector{diagonal, z},
+            std::vector{x, y, z}}) {
+        const double z_score = corner_deviation(edges, seed);
+        EXPECT_LT(z_score, 5.5) << distance << ", seed " << seed;
+        sum += z_score;
+        ++count;
+      }
+    }
+    // The mean of 20, each with variance 1.
+    EXPECT_LT(sum / count, 4 / std::sqrt(count)) << distance;
+  }
 }
 
 TEST(LatticeHash, HasNoMirrorImages) {
