@@ -39,6 +39,31 @@ void Logarithmic(const float* HWY_RESTRICT r, std::size_t size, float inverse_sc
   }
 }
 
+/// y = B exp(-A/r): r dtheta/dr = -2N (A/r) y/(1 + y^2).
+void RingermacherMeadShear(const float* HWY_RESTRICT r, std::size_t size, float a, float b,
+                           float factor, float* HWY_RESTRICT out) {
+  const hn::ScalableTag<float> d;
+  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
+    const auto radius = hn::Max(hn::Load(d, r + i), hn::Set(d, 1e-30f));
+    // Beyond 80 nothing is left of the exponential; infinities are kept out.
+    const auto ratio = hn::Min(hn::Div(hn::Set(d, a), radius), hn::Set(d, 80.0f));
+    const auto y = hn::Mul(Exp(d, hn::Neg(ratio)), hn::Set(d, b));
+    const auto slope = hn::Div(y, hn::MulAdd(y, y, hn::Set(d, 1.0f)));
+    hn::Store(hn::Mul(hn::Mul(ratio, slope), hn::Set(d, factor)), d, out + i);
+  }
+}
+
+void LogarithmicShear(const float* HWY_RESTRICT r, std::size_t size, float inverse_scale,
+                      float core_square, float factor, float* HWY_RESTRICT out) {
+  const hn::ScalableTag<float> d;
+  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
+    const auto u = hn::Mul(hn::Load(d, r + i), hn::Set(d, inverse_scale));
+    const auto square = hn::Mul(u, u);
+    const auto share = hn::Div(square, hn::Add(square, hn::Set(d, core_square)));
+    hn::Store(hn::Mul(share, hn::Set(d, factor)), d, out + i);
+  }
+}
+
 // NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
@@ -49,6 +74,8 @@ namespace gamer {
 
 HWY_EXPORT(RingermacherMead);
 HWY_EXPORT(Logarithmic);
+HWY_EXPORT(RingermacherMeadShear);
+HWY_EXPORT(LogarithmicShear);
 
 namespace {
 
@@ -196,6 +223,25 @@ void ArmPattern::winding(const float* r, std::size_t size, float* theta) const {
       (r, size, static_cast<float>(1 / scale_),
        static_cast<float>(logarithmic_core * logarithmic_core),
        static_cast<float>(0.5 * handedness_ / std::tan(pitch_)), theta);
+      return;
+  }
+}
+
+void ArmPattern::shear(const float* r, std::size_t size, float* out) const {
+  switch (model_) {
+    case Model::none:
+      std::fill(out, out + padded(size), 0.0f);
+      return;
+    case Model::ringermacher_mead:
+      HWY_DYNAMIC_DISPATCH(RingermacherMeadShear)
+      (r, size, static_cast<float>(scale_), static_cast<float>(winding_b_),
+       static_cast<float>(-2 * handedness_ * winding_n_), out);
+      return;
+    case Model::logarithmic:
+      HWY_DYNAMIC_DISPATCH(LogarithmicShear)
+      (r, size, static_cast<float>(1 / scale_),
+       static_cast<float>(logarithmic_core * logarithmic_core),
+       static_cast<float>(handedness_ / std::tan(pitch_)), out);
       return;
   }
 }

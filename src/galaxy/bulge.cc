@@ -72,8 +72,8 @@ constexpr double largest_root = 60;
 // The cusp within this many R_e holds 0.4 % of the light, which four rays get right to a tenth.
 constexpr double finest_cell = 0.01;
 
-// Steps around the centre grow as sinh(k * this): each about twice the one before.
-constexpr double grading = 0.7;
+// Nodes across the ray's closest approach: k nodes away they stand at sinh(k / this) of it.
+constexpr double nodes_per_width = 1.6;
 
 }  // namespace
 
@@ -128,7 +128,7 @@ double Bulge::envelope_integral() const {
          radial;
 }
 
-void Bulge::mark(const BallRay& ray, const Accuracy& /*accuracy*/, Marks& marks) const {
+void Bulge::plan(const BallRay& ray, const Accuracy& /*accuracy*/, RayPlan& out) const {
   // Closest approach in the bulge's own metric.
   double od = 0, dd = 0, oo = 0;
   for (int i = 0; i < 3; ++i) {
@@ -138,18 +138,11 @@ void Bulge::mark(const BallRay& ray, const Accuracy& /*accuracy*/, Marks& marks)
     dd += direction * direction;
     oo += o * o;
   }
-  const double centre = -od / dd;
   const double softening = softening_radius * effective_radius();
   const double impact2 = std::max(oo - od * od / dd, 0.0) + softening * softening;
-  const double unit = std::sqrt(impact2 / dd);
-  if (centre > ray.begin && centre < ray.end) marks.edges.push_back(centre);
-  for (int side = -1; side <= 1; side += 2) {
-    for (int k = 1;; ++k) {
-      const double t = centre + side * unit * std::sinh(grading * k);
-      if (side > 0 ? t >= ray.end : t <= ray.begin) break;
-      if (t > ray.begin && t < ray.end) marks.edges.push_back(t);
-    }
-  }
+  const double width = std::sqrt(impact2 / dd);
+  out.extend(ray.begin, ray.end);
+  out.focuses.push_back({-od / dd, width, nodes_per_width / width});
 }
 
 double Bulge::column_scale(const double nearest[3], const double /*direction*/[3],

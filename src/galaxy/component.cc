@@ -62,15 +62,6 @@ ParameterTable light() {
 
 }  // namespace component_parameters
 
-double Component::seen_texture(double footprint) const {
-  // Smooth dust takes more light than clumps of the same mean.
-  if (absorbs()) return 1;
-  constexpr double all = 0.2;
-  constexpr double none = 0.5;
-  const double x = std::clamp((none - footprint * texture_frequency()) / (none - all), 0.0, 1.0);
-  return x * x * (3 - 2 * x);
-}
-
 std::span<const ComponentKind> component_kinds() {
   static const std::array<ComponentKind, 4> kinds = {bulge_kind(), disk_kind(), stars_kind(),
                                                      dust_kind()};
@@ -178,7 +169,8 @@ void ComponentReader::read_noise(Component& component, const ComponentKind& kind
       parameters.seed = hash_words({parameters.seed, settings.seed});
     }
   }
-  component.texture_ = std::make_unique<Texture>(parameters, values.number("twirl"));
+  component.texture_ =
+      std::make_unique<Texture>(parameters, values.number("twirl"), 2 * values.number("z0"));
 }
 
 std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int index,

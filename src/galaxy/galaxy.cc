@@ -10,6 +10,7 @@
 
 #include "core/math-inl.h"
 #include "galaxy/taper-inl.h"
+#include "gamer/core/clock.h"
 #include "gamer/core/near.h"
 
 #ifndef GAMER_GALAXY_GALAXY_KERNEL
@@ -27,6 +28,7 @@ struct alignas(batch_alignment) CompactedPoints {
   float z[compacted_capacity];
   float winding[compacted_capacity];
   float fade[compacted_capacity];
+  float footprint[compacted_capacity];  ///< in the texture's coordinates; only where wanted
   std::int32_t index[compacted_capacity];
   std::size_t size = 0;
 };
@@ -59,8 +61,9 @@ void Share(const Points& points, bool needs_phi, SampleBatch& batch) {
   }
 }
 
+/// `footprints` may be null.
 void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float threshold, float twirl,
-             bool has_winding, CompactedPoints& out) {
+             bool has_winding, const float* footprints, CompactedPoints& out) {
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
   const std::size_t lanes = hn::Lanes(d);
@@ -81,12 +84,22 @@ void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float thr
       hn::CompressStore(hn::Load(d, batch.winding.data() + i), mask, d, out.winding + size);
     }
     hn::CompressStore(fade, mask, d, out.fade + size);
+    if (footprints != nullptr) {
+      auto footprint = hn::Load(d, footprints + i);
+      if (has_winding && twirl != 0) {
+        const auto half = hn::Mul(hn::Abs(hn::Load(d, batch.shear.data() + i)),
+                                  hn::Set(d, 0.5f * (twirl < 0 ? -twirl : twirl)));
+        const auto root = hn::Sqrt(hn::MulAdd(half, half, hn::Set(d, 1.0f)));
+        footprint = hn::Mul(footprint, hn::Add(half, root));
+      }
+      hn::CompressStore(footprint, mask, d, out.footprint + size);
+    }
     size += hn::CompressStore(index, hn::RebindMask(di, mask), di, out.index + size);
   }
   out.size = size;
   // Whole vectors are worked on: the padding must hold harmless numbers.
   for (std::size_t i = size; i < padded(size); ++i) {
-    out.x[i] = out.y[i] = out.z[i] = out.winding[i] = 0;
+    out.x[i] = out.y[i] = out.z[i] = out.winding[i] = out.footprint[i] = 0;
   }
   if (!has_winding || twirl == 0) return;
   for (std::size_t i = 0; i < size; i += lanes) {
@@ -294,35 +307,39 @@ void Galaxy::normalise_textures() {
 double Galaxy::normalise(std::size_t c, std::size_t cloud_size) {
   Component& component = *components_[c];
   const std::vector<WeightedBatch> cloud = component.cloud(cloud_size);
-  const std::vector<BatchArray> factors = followed_phi(c, cloud);
+  FractalNoise::Factors factors;
+  if (followed_[c] >= 0) {
+    const FractalNoise& followed =
+        std::as_const(*components_[static_cast<std::size_t>(followed_[c])]).texture()->noise;
+    factors.values = followed_phi(c, cloud);
+    factors.seen = [&followed](double footprint) { return followed.seen_share(footprint); };
+  }
   if (component.texture() != nullptr) {
-    component.texture()->noise.normalise(cloud, factors);
+    component.texture()->noise.normalise(cloud, followed_[c] >= 0 ? &factors : nullptr);
     return component.texture()->noise.mean_error();
   }
-  const CloudMean mean = mean_over(cloud, factors);
+  const CloudMean mean = mean_over(cloud, factors.values);
   follow_scale_[c] = 1 / mean.mean;
   return mean.error / mean.mean;
 }
 
 std::vector<BatchArray> Galaxy::followed_phi(std::size_t c,
-                                             std::span<const WeightedBatch> cloud) const {
-  std::vector<BatchArray> result;
-  if (followed_[c] < 0) return result;
+                                             std::span<const WeightedBatch> points) const {
   const Texture& followed = *components_[static_cast<std::size_t>(followed_[c])]->texture();
   // The cloud is turned by this component's twirl; the followed noise has its own.
   const Texture* own = components_[c]->texture();
   const double twirl = followed.twirl - (own != nullptr ? own->twirl : 0.0);
-  result.resize(cloud.size());
+  std::vector<BatchArray> result(points.size());
   BatchArray all;
   std::fill_n(all.data(), batch_capacity, 1.0f);
-  for (std::size_t b = 0; b < cloud.size(); ++b) {
+  for (std::size_t b = 0; b < points.size(); ++b) {
     SampleBatch batch{};
-    batch.size = cloud[b].size;
-    HWY_DYNAMIC_DISPATCH(Share)(cloud[b].points(), false, batch);
+    batch.size = points[b].size;
+    HWY_DYNAMIC_DISPATCH(Share)(points[b].points(), false, batch);
     arms_.winding(batch.r.data(), batch.size, batch.winding.data());
     CompactedPoints turned;
     HWY_DYNAMIC_DISPATCH(Compact)
-    (batch, all.data(), 0.5f, static_cast<float>(twirl), true, turned);
+    (batch, all.data(), 0.5f, static_cast<float>(twirl), true, nullptr, turned);
     followed.noise.evaluate({turned.x, turned.y, turned.z, turned.size}, result[b].data());
   }
   return result;
@@ -367,47 +384,53 @@ void Galaxy::resolve_fractions() {
 }
 
 void Galaxy::phi(std::size_t c, const SampleBatch& batch, const BatchArray& need, float threshold,
-                 const BatchArray* footprints, BatchArray& out) const {
+                 const BatchArray* footprints, std::span<const double> deviations,
+                 std::span<BatchArray> out, EvaluationCounts& counts) const {
   const Texture& texture = *std::as_const(*components_[c]).texture();
-  const float* wanted = need.data();
-  BatchArray seen, limited;
-  if (footprints != nullptr) {
-    float last = -1, last_seen = 1;
-    for (std::size_t i = 0; i < batch.size; ++i) {
-      const float footprint = (*footprints)[i];
-      if (footprint != last) {
-        last = footprint;
-        last_seen = static_cast<float>(components_[c]->seen_texture(double{footprint}));
-      }
-      seen[i] = last_seen;
-      limited[i] = last_seen > 0 ? need[i] : 0.0f;
-    }
-    std::fill(limited.data() + batch.size, limited.data() + padded(batch.size), 0.0f);
-    wanted = limited.data();
-  }
   CompactedPoints points;
   HWY_DYNAMIC_DISPATCH(Compact)
-  (batch, wanted, threshold, static_cast<float>(texture.twirl), needs_winding_, points);
-  std::fill_n(out.data(), padded(batch.size), 1.0f);
+  (batch, need.data(), threshold, static_cast<float>(texture.twirl), needs_winding_,
+   footprints != nullptr ? footprints->data() : nullptr, points);
+  for (BatchArray& values : out) std::fill_n(values.data(), padded(batch.size), 1.0f);
   if (points.size == 0) return;
+  const Points turned{points.x, points.y, points.z, points.size};
+  const Clock clock;
   BatchArray values;
-  texture.noise.evaluate({points.x, points.y, points.z, points.size}, values.data());
-  for (std::size_t i = 0; i < points.size; ++i) {
-    const auto at = static_cast<std::size_t>(points.index[i]);
-    const float share = footprints != nullptr ? points.fade[i] * seen[at] : points.fade[i];
-    out[at] = 1 + share * (values[i] - 1);
+  SeenNoise seen;
+  if (footprints != nullptr) {
+    texture.noise.see(turned, points.footprint, seen, counts.noise_evaluations);
+  } else {
+    texture.noise.evaluate(turned, values.data());
+    counts.noise_evaluations +=
+        points.size * static_cast<std::size_t>(texture.noise.parameters().octaves);
   }
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    if (footprints != nullptr && out.size() == 1) {
+      texture.noise.expect(points.size, seen, values.data());
+    } else if (footprints != nullptr) {
+      texture.noise.expect(points.size, seen, deviations[k], values.data());
+    }
+    for (std::size_t i = 0; i < points.size; ++i) {
+      out[k][static_cast<std::size_t>(points.index[i])] = 1 + points.fade[i] * (values[i] - 1);
+    }
+  }
+  counts.noise_seconds += clock.seconds();
 }
 
-void Galaxy::evaluate(const Points& points, float threshold, std::span<BatchArray> densities,
-                      const BatchArray* footprints) const {
+void Galaxy::evaluate(const Points& points, float threshold, const BatchArray* footprints,
+                      std::span<const double> deviations, std::span<BatchArray> densities,
+                      EvaluationCounts& counts) const {
+  const Clock clock;
+  const double earlier_noise = counts.noise_seconds;
+  const std::size_t count = components_.size();
   SampleBatch batch;
   batch.size = points.size;
   HWY_DYNAMIC_DISPATCH(Share)(points, needs_phi_, batch);
-  if (needs_winding_) arms_.winding(batch.r.data(), batch.size, batch.winding.data());
-  for (std::size_t c = 0; c < components_.size(); ++c) {
-    components_[c]->envelope(batch, densities[c].data());
+  if (needs_winding_) {
+    arms_.winding(batch.r.data(), batch.size, batch.winding.data());
+    if (footprints != nullptr) arms_.shear(batch.r.data(), batch.size, batch.shear.data());
   }
+  for (std::size_t c = 0; c < count; ++c) components_[c]->envelope(batch, densities[c].data());
   // The noise of followed components is wanted wherever they or a follower matter.
   std::vector<BatchArray> followed_phi(followed_components_.size());
   const auto phi_of_followed = [&](std::size_t c) -> const BatchArray* {
@@ -416,42 +439,48 @@ void Galaxy::evaluate(const Points& points, float threshold, std::span<BatchArra
     }
     return nullptr;
   };
-  BatchArray need, own;
+  BatchArray need;
   for (std::size_t k = 0; k < followed_components_.size(); ++k) {
     const std::size_t c = followed_components_[k];
     std::memcpy(need.data(), densities[c].data(), padded(batch.size) * sizeof(float));
-    for (std::size_t f = 0; f < components_.size(); ++f) {
+    for (std::size_t f = 0; f < count; ++f) {
       if (followed_[f] == static_cast<int>(c)) {
         HWY_DYNAMIC_DISPATCH(Largest)(batch.size, densities[f].data(), need.data());
       }
     }
     // Whichever of them needs the noise most decides.
     double scale = components_[c]->threshold_scale();
-    for (std::size_t f = 0; f < components_.size(); ++f) {
+    for (std::size_t f = 0; f < count; ++f) {
       if (followed_[f] == static_cast<int>(c)) {
         scale = std::min(scale, components_[f]->threshold_scale());
       }
     }
-    phi(c, batch, need, threshold * static_cast<float>(scale), footprints, followed_phi[k]);
+    phi(c, batch, need, threshold * static_cast<float>(scale), footprints, {},
+        std::span(&followed_phi[k], 1), counts);
   }
-  for (std::size_t c = 0; c < components_.size(); ++c) {
+  std::vector<BatchArray> own(std::max<std::size_t>(deviations.size(), 1));
+  for (std::size_t c = 0; c < count; ++c) {
     const Component& component = *components_[c];
-    const float* own_phi = nullptr;
-    if (component.texture() != nullptr) {
-      if (const BatchArray* known = phi_of_followed(c)) {
-        own_phi = known->data();
-      } else {
-        phi(c, batch, densities[c], threshold * static_cast<float>(component.threshold_scale()),
-            footprints, own);
-        own_phi = own.data();
-      }
+    const std::size_t variants = component.absorbs() ? own.size() : 1;
+    const BatchArray* known = phi_of_followed(c);
+    if (component.texture() != nullptr && known == nullptr) {
+      phi(c, batch, densities[c], threshold * static_cast<float>(component.threshold_scale()),
+          footprints, deviations, std::span(own).first(variants), counts);
     }
     const BatchArray* followed =
         followed_[c] >= 0 ? phi_of_followed(static_cast<std::size_t>(followed_[c])) : nullptr;
-    HWY_DYNAMIC_DISPATCH(Scale)
-    (batch.size, static_cast<float>(component.amplitude() * follow_scale_[c]), densities[c].data(),
-     own_phi, followed != nullptr ? followed->data() : nullptr, densities[c].data());
+    // The first last: it takes the envelope's place.
+    for (std::size_t k = variants; k-- > 0;) {
+      const BatchArray* phi = component.texture() == nullptr ? nullptr
+                              : known != nullptr             ? known
+                                                             : &own[k];
+      HWY_DYNAMIC_DISPATCH(Scale)
+      (batch.size, static_cast<float>(component.amplitude() * follow_scale_[c]),
+       densities[c].data(), phi != nullptr ? phi->data() : nullptr,
+       followed != nullptr ? followed->data() : nullptr, densities[k * count + c].data());
+    }
   }
+  counts.envelope_seconds += clock.seconds() - (counts.noise_seconds - earlier_noise);
 }
 
 }  // namespace gamer

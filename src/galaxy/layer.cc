@@ -124,14 +124,17 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr double degree = pi / 180;
 
-// First steps of a ray: in scale heights, in scale lengths, and in periods of the noise's effective
-// frequency. The adaptive sampler refines from there; coarser ones could step over structure.
-constexpr double step_heights = 2.5;
-constexpr double step_lengths = 1.0;
-constexpr double step_periods = 1.0;
+// Nodes are even within so many scale heights or lengths of the layer's brightest place.
+constexpr double layer_width = 1.5;
 
-// Envelopes are followed down to this share of the threshold.
-constexpr double tail = 1e-3;
+// Nodes around the ray's closest approach to the axis, which counts as at least this far in scale
+// lengths or radii of the hole.
+constexpr double nodes_per_width = 1.2;
+constexpr double cusp_width = 0.15;
+constexpr double hole_width = 0.5;
+
+// Nodes per period of the texture's sharpest features.
+constexpr double nodes_per_period = 0.5;
 
 // Integrals over the layer end at this many scale lengths: (1 + x) e^-x of the light is beyond.
 constexpr double reach = 30;
@@ -359,6 +362,11 @@ double Layer::texture_frequency() const {
                                : frequency;
 }
 
+bool Layer::hides_texture(double footprint) const {
+  if (texture() == nullptr) return false;
+  return texture()->noise.hides(footprint * stretch_of(texture()->twirl * steepest_winding_));
+}
+
 double Layer::column_scale(const double nearest[3], const double direction[3], double reach) const {
   const double distance = std::hypot(nearest[0], nearest[1], nearest[2]);
   if (distance - reach > seen_lengths * std::max(shape_.rh, shape_.z0)) return HUGE_VAL;
@@ -380,50 +388,49 @@ double Layer::column_scale(const double nearest[3], const double direction[3], d
   return scale;
 }
 
-void Layer::mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) const {
+void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const {
   const auto& o = ray.origin;
   const auto& d = ray.direction;
   const double dd = d[0] * d[0] + d[1] * d[1];
   const double od = o[0] * d[0] + o[1] * d[1];
   const double oo = o[0] * o[0] + o[1] * o[1];
-  double begin = 0, end = 0;
-  // Where sech^2(z/z0) exp(-r/rh) can exceed `least`; false for nowhere.
-  const auto span = [&](double least) {
-    begin = ray.begin;
-    end = ray.end;
-    if (!cut_slab(o[2], d[2], shape_.z0 * std::acosh(1 / std::sqrt(least)), begin, end)) {
-      return false;
-    }
-    const double r_limit = -shape_.rh * std::log(least);
-    if (dd == 0) return oo < r_limit * r_limit;
+  // Where sech^2(z/z0) exp(-r/rh) can exceed the least that counts.
+  double begin = ray.begin, end = ray.end;
+  const double least = accuracy.envelope_threshold * peak_;
+  if (!cut_slab(o[2], d[2], shape_.z0 * std::acosh(1 / std::sqrt(least)), begin, end)) return;
+  const double r_limit = -shape_.rh * std::log(least);
+  if (dd > 0) {
     const double root2 = od * od - dd * (oo - r_limit * r_limit);
-    if (root2 <= 0) return false;
+    if (root2 <= 0) return;
     begin = std::max(begin, (-od - std::sqrt(root2)) / dd);
     end = std::min(end, (-od + std::sqrt(root2)) / dd);
-    return begin < end;
-  };
-  const double threshold = accuracy.texture_threshold * threshold_scale();
-  // A panel from the threshold to the ball's surface would not resolve the exponential.
-  if (!span(threshold * tail)) return;
-  marks.edges.push_back(begin);
-  marks.edges.push_back(end);
-  if (dd > 0) {
-    const double axis = -od / dd;
-    if (axis > begin && axis < end) marks.edges.push_back(axis);
+    if (end <= begin) return;
+  } else if (oo >= r_limit * r_limit) {
+    return;
   }
-  if (d[2] != 0) {
+  out.extend(begin, end);
+  // The envelope is largest near the plane, shifted towards the axis along grazing rays: where
+  // d/dt of 2 ln cosh(z/z0) and of r/rh balance.
+  const double across = std::abs(d[2]) / shape_.z0;
+  const double along = std::sqrt(dd) / shape_.rh;
+  const double axis = dd > 0 ? -od / dd : 0.5 * (begin + end);
+  double centre = axis;
+  if (across > 0) {
     const double plane = -o[2] / d[2];
-    if (plane > begin && plane < end) marks.edges.push_back(plane);
+    const double shift = 0.5 * along / (across * across);
+    centre = dd > 0 ? plane + std::clamp(axis - plane, -shift, shift) : plane;
   }
-  if (!span(threshold)) return;
-  marks.edges.push_back(begin);
-  marks.edges.push_back(end);
-  // 1/step adds up: each structure along its own direction.
-  const double rate = std::abs(d[2]) / (step_heights * shape_.z0) +
-                      std::sqrt(dd) / (step_lengths * shape_.rh) +
-                      (seen_texture(ray.footprint) > 0 ? texture_frequency() : 0.0) *
-                          std::sqrt(dd + d[2] * d[2]) / step_periods;
-  marks.stretches.push_back({begin, end, accuracy.first_step / rate});
+  centre = std::clamp(centre, begin, end);
+  const double speed = std::sqrt(dd + d[2] * d[2]);
+  const double texture = nodes_per_period * texture_frequency() * speed;
+  out.focuses.push_back({centre, layer_width / (across + 0.5 * along), across + along + texture});
+  // The cusp of exp(-r/rh) at the axis, and a hole.
+  if (dd > 0 && axis > begin && axis < end) {
+    const double impact = std::sqrt(std::max(oo - od * od / dd, 0.0));
+    const double finest = shape_.inner > 0 ? hole_width * shape_.inner : cusp_width * shape_.rh;
+    const double width = std::hypot(impact, finest) / std::sqrt(dd);
+    out.focuses.push_back({axis, width, nodes_per_width / width});
+  }
 }
 
 }  // namespace gamer

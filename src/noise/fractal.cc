@@ -11,52 +11,42 @@
 #include "gamer/core/error.h"
 #include "gamer/core/random.h"
 
-#ifndef GAMER_NOISE_FRACTAL_SHAPE
-#define GAMER_NOISE_FRACTAL_SHAPE
-namespace gamer {
-namespace {
-
-/// v = shift + slope S, then the power; see FractalNoise.
-struct Shape {
-  float slope;
-  float shift;
-  float floor;
-  float exponent;
-  float scale;
-  int whole_exponent;  ///< |exponent| where it is a small whole number, else -1
-  bool inverse;
-};
-
-}  // namespace
-}  // namespace gamer
-#endif
-
 HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// Relative error below max(1, |alpha|) (2e-7 + 2e-8/|v|), the second term from the rounding of v.
-void ApplyShape(const Shape& shape, std::size_t size, float* HWY_RESTRICT values) {
+/// Adds what a footprint sees of one octave.
+void AddOctave(std::size_t size, const float* HWY_RESTRICT value,
+               const float* HWY_RESTRICT footprint, const OctaveInput& in, SeenNoise& out) {
   const hn::ScalableTag<float> d;
-  const auto slope = hn::Set(d, shape.slope);
-  const auto shift = hn::Set(d, shape.shift);
-  const auto scale = hn::Set(d, shape.scale);
   const auto one = hn::Set(d, 1.0f);
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    const auto v = hn::MulAdd(hn::Load(d, values + i), slope, shift);
-    auto base =
-        shape.inverse ? hn::Max(hn::Abs(v), hn::Set(d, shape.floor)) : hn::Max(v, hn::Zero(d));
-    auto phi = one;
-    if (shape.whole_exponent >= 0) {
-      for (int n = shape.whole_exponent; n > 0; n >>= 1) {
-        if (n & 1) phi = hn::Mul(phi, base);
-        base = hn::Mul(base, base);
-      }
-      if (shape.exponent < 0) phi = hn::Div(one, phi);
-    } else {
-      phi = Pow(d, base, hn::Set(d, shape.exponent));
-    }
-    hn::Store(hn::Mul(phi, scale), d, values + i);
+    auto u = hn::NegMulAdd(hn::Load(d, footprint + i), hn::Set(d, in.fade_slope),
+                           hn::Set(d, in.fade_shift));
+    u = hn::Min(hn::Max(u, hn::Zero(d)), one);
+    const auto seen = hn::Mul(hn::Mul(u, u), hn::NegMulAdd(hn::Set(d, 2.0f), u, hn::Set(d, 3.0f)));
+    auto sum = hn::Load(d, out.sum.data() + i);
+    sum = hn::MulAdd(hn::Load(d, value + i), hn::Mul(seen, hn::Set(d, in.weight)), sum);
+    sum = hn::MulAdd(hn::Sub(one, seen), hn::Set(d, in.weighted_mean), sum);
+    hn::Store(sum, d, out.sum.data() + i);
+    const auto rest = hn::NegMulAdd(seen, seen, one);
+    hn::Store(hn::MulAdd(rest, hn::Set(d, in.share), hn::Load(d, out.hidden.data() + i)), d,
+              out.hidden.data() + i);
+    hn::Store(hn::MulAdd(rest, hn::Set(d, in.coherent_share), hn::Load(d, out.coherent.data() + i)),
+              d, out.coherent.data() + i);
+  }
+}
+
+/// sum + step * coherent, and what is left hidden.
+void Deviate(std::size_t size, const SeenNoise& seen, float step, float* HWY_RESTRICT sum,
+             float* HWY_RESTRICT hidden) {
+  const hn::ScalableTag<float> d;
+  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
+    const auto coherent = hn::Load(d, seen.coherent.data() + i);
+    const auto root = hn::Sqrt(coherent);
+    hn::Store(hn::MulAdd(root, hn::Set(d, step), hn::Load(d, seen.sum.data() + i)), d, sum + i);
+    const auto rest = hn::Sub(hn::Load(d, seen.hidden.data() + i), coherent);
+    hn::Store(hn::Max(rest, hn::Zero(d)), d, hidden + i);
   }
 }
 
@@ -68,7 +58,8 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace gamer {
 
-HWY_EXPORT(ApplyShape);
+HWY_EXPORT(AddOctave);
+HWY_EXPORT(Deviate);
 
 namespace {
 
@@ -76,8 +67,15 @@ namespace {
 // larger ones would cost precision.
 constexpr double largest_offset = 16.0;
 
-// Whole powers up to here are multiplied out; beyond, e^(alpha ln v) is as fast.
-constexpr double largest_whole_exponent = 20.0;
+// An octave of frequency f has most of its power at 0.4 to 0.9 f. Over a square of side w that of
+// wave number k keeps (sinc(pi k w))^2: half of its amplitude at k w = 0.6.
+constexpr double fade_begin = 0.15;
+constexpr double fade_end = 0.9;
+
+// Octaves' own statistics and the corrections of hidden noise are taken over about so many points
+// of the cloud, the latter at so many footprints.
+constexpr std::size_t octave_points = std::size_t{1} << 16;
+constexpr int correction_footprints = 32;
 
 // 2^63, above every 64-bit integer.
 constexpr double largest_seed = 0x1p63;
@@ -144,7 +142,11 @@ void FractalParameters::apply(const ParameterSet& values, const std::string& con
   }
 }
 
-FractalNoise::FractalNoise(const FractalParameters& parameters) : parameters_(parameters) {
+FractalNoise::FractalNoise(const FractalParameters& parameters, double thickness)
+    : parameters_(parameters),
+      shape_({parameters.exponent, parameters.inverse, parameters.offset, parameters.contrast,
+              parameters.floor}) {
+  correction_.fill(1.0f);
   double variance = 0;
   for (int k = 1; k <= parameters.octaves; ++k) {
     const double frequency = parameters.k0 + parameters.frequency_scale * k;
@@ -159,6 +161,10 @@ FractalNoise::FractalNoise(const FractalParameters& parameters) : parameters_(pa
     }
     octave.seed = static_cast<std::uint32_t>(hash_words({parameters.seed, index, 3}));
     octaves_.push_back(octave);
+    octave_mean_.push_back(0.0);
+    octave_variance_.push_back(weight * weight * parameters.kind->variance());
+    // The mean of a noise of correlation length 1/(2 f) through the layer.
+    coherence_.push_back(1 / (1 + 2 * frequency * thickness));
     variance += weight * weight;
   }
   independent_sigma_ = std::sqrt(variance * parameters.kind->variance());
@@ -169,24 +175,79 @@ void FractalNoise::sum(const Points& points, float* out) const {
   parameters_.kind->sum(points, octaves_, out);
 }
 
-void FractalNoise::shape(std::size_t size, float* values) const {
-  const double exponent = parameters_.inverse ? -parameters_.exponent : parameters_.exponent;
-  const bool whole =
-      std::abs(exponent) <= largest_whole_exponent && exponent == std::trunc(exponent);
-  Shape shape{};
-  shape.slope = static_cast<float>(parameters_.contrast / sigma_);
-  shape.shift = static_cast<float>(parameters_.offset - parameters_.contrast * mu_ / sigma_);
-  shape.floor = static_cast<float>(parameters_.floor);
-  shape.exponent = static_cast<float>(exponent);
-  shape.scale = static_cast<float>(1 / phi_mean_);
-  shape.whole_exponent = whole ? static_cast<int>(std::abs(exponent)) : -1;
-  shape.inverse = parameters_.inverse;
-  HWY_DYNAMIC_DISPATCH(ApplyShape)(shape, size, values);
-}
-
 void FractalNoise::evaluate(const Points& points, float* out) const {
   sum(points, out);
-  shape(points.size, out);
+  shape_.apply(standard(), 1 / phi_mean_, points.size, out);
+}
+
+bool FractalNoise::hides(double footprint) const {
+  return footprint * double{octaves_.back().frequency} > fade_begin;
+}
+
+OctaveInput FractalNoise::octave_input(std::size_t k) const {
+  double total = 0;
+  for (const double variance : octave_variance_) total += variance;
+  const double share = octave_variance_[k] / total;
+  OctaveInput in{};
+  in.weight = octaves_[k].weight;
+  in.weighted_mean = static_cast<float>(octave_mean_[k]);
+  in.share = static_cast<float>(share);
+  in.coherent_share = static_cast<float>(share * coherence_[k]);
+  in.fade_slope = static_cast<float>(double{octaves_[k].frequency} / (fade_end - fade_begin));
+  in.fade_shift = static_cast<float>(fade_end / (fade_end - fade_begin));
+  return in;
+}
+
+double FractalNoise::seen_share(double footprint) const {
+  double total = 0, seen = 0;
+  for (std::size_t k = 0; k < octaves_.size(); ++k) {
+    const double frequency = double{octaves_[k].frequency};
+    const double u =
+        std::clamp((fade_end - footprint * frequency) / (fade_end - fade_begin), 0.0, 1.0);
+    const double share = u * u * (3 - 2 * u);
+    total += octave_variance_[k];
+    seen += octave_variance_[k] * share * share;
+  }
+  return seen / total;
+}
+
+void FractalNoise::see(const Points& points, const float* footprint, SeenNoise& out,
+                       std::uint64_t& evaluations) const {
+  const auto [least, most] = std::minmax_element(footprint, footprint + points.size);
+  std::fill_n(out.hidden.data(), padded(points.size), 0.0f);
+  std::fill_n(out.coherent.data(), padded(points.size), 0.0f);
+  if (!hides(double{*most})) {
+    sum(points, out.sum.data());
+    evaluations += points.size * octaves_.size();
+    return;
+  }
+  std::fill_n(out.sum.data(), padded(points.size), 0.0f);
+  BatchArray value;
+  for (std::size_t k = 0; k < octaves_.size(); ++k) {
+    Octave octave = octaves_[k];
+    if (double{*least} * double{octave.frequency} < fade_end) {
+      octave.weight = 1;
+      parameters_.kind->sum(points, std::span(&octave, 1), value.data());
+      evaluations += points.size;
+    } else {
+      std::fill_n(value.data(), padded(points.size), 0.0f);
+    }
+    HWY_DYNAMIC_DISPATCH(AddOctave)(points.size, value.data(), footprint, octave_input(k), out);
+  }
+}
+
+void FractalNoise::expect(std::size_t size, const SeenNoise& seen, float* out) const {
+  std::copy_n(seen.sum.data(), padded(size), out);
+  shape_.apply_expected(standard(), 1 / phi_mean_, size, seen.hidden.data(), correction_.data(),
+                        out);
+}
+
+void FractalNoise::expect(std::size_t size, const SeenNoise& seen, double deviation,
+                          float* out) const {
+  BatchArray hidden;
+  HWY_DYNAMIC_DISPATCH(Deviate)
+  (size, seen, static_cast<float>(deviation * sigma_), out, hidden.data());
+  shape_.apply_expected(standard(), 1 / phi_mean_, size, hidden.data(), correction_.data(), out);
 }
 
 CloudMean mean_over(std::span<const WeightedBatch> cloud, std::span<const BatchArray> values) {
@@ -210,8 +271,22 @@ CloudMean mean_over(std::span<const WeightedBatch> cloud, std::span<const BatchA
   return result;
 }
 
-void FractalNoise::normalise(std::span<const WeightedBatch> cloud,
-                             std::span<const BatchArray> factors) {
+namespace {
+
+/// By factors of which a share is seen.
+void multiply(std::span<const WeightedBatch> cloud, std::size_t stride,
+              std::span<const BatchArray> factors, double seen, std::vector<BatchArray>& values) {
+  for (std::size_t b = 0; b < values.size(); ++b) {
+    const BatchArray& own = factors[b * stride];
+    for (std::size_t i = 0; i < cloud[b * stride].size; ++i) {
+      values[b][i] *= static_cast<float>(1 + seen * (double{own[i]} - 1));
+    }
+  }
+}
+
+}  // namespace
+
+void FractalNoise::normalise(std::span<const WeightedBatch> cloud, const Factors* factors) {
   std::vector<BatchArray> values(cloud.size());
   for (std::size_t b = 0; b < cloud.size(); ++b) sum(cloud[b].points(), values[b].data());
   const CloudMean raw = mean_over(cloud, values);
@@ -223,12 +298,10 @@ void FractalNoise::normalise(std::span<const WeightedBatch> cloud,
   if (sigma_ < smallest_variation * independent_sigma_) {
     throw InputError("the noise hardly varies over the whole component; raise its frequencies");
   }
-  phi_mean_ = 1;
   for (std::size_t b = 0; b < cloud.size(); ++b) {
-    shape(cloud[b].size, values[b].data());
-    if (factors.empty()) continue;
-    for (std::size_t i = 0; i < cloud[b].size; ++i) values[b][i] *= factors[b][i];
+    shape_.apply(standard(), 1, cloud[b].size, values[b].data());
   }
+  if (factors != nullptr) multiply(cloud, 1, factors->values, 1, values);
   const CloudMean light = mean_over(cloud, values);
   // A noise that is dark everywhere (a very negative offset) has no mean to divide by.
   if (!(light.mean > 0) || !std::isfinite(light.square_mean)) {
@@ -239,6 +312,75 @@ void FractalNoise::normalise(std::span<const WeightedBatch> cloud,
   phi_mean_ = light.mean;
   phi_rms_ = std::sqrt(light.square_mean) / light.mean;
   mean_error_ = light.error / light.mean;
+  take_corrections(cloud, factors);
+}
+
+void FractalNoise::take_corrections(std::span<const WeightedBatch> cloud, const Factors* factors) {
+  std::size_t all = 0;
+  for (const WeightedBatch& batch : cloud) all += batch.size;
+  // Batches follow each other along the cloud's cells: every stride-th is a fair sample.
+  const std::size_t stride = std::max<std::size_t>(all / octave_points, 1);
+  std::vector<WeightedBatch> points;
+  for (std::size_t b = 0; b < cloud.size(); b += stride) points.push_back(cloud[b]);
+  std::vector<std::vector<BatchArray>> octave(octaves_.size());
+  std::vector<BatchArray> values(points.size());
+  double means = 0;
+  for (std::size_t k = 0; k < octaves_.size(); ++k) {
+    Octave own = octaves_[k];
+    own.weight = 1;
+    octave[k].resize(points.size());
+    for (std::size_t b = 0; b < points.size(); ++b) {
+      parameters_.kind->sum(points[b].points(), std::span(&own, 1), octave[k][b].data());
+    }
+    const CloudMean mean = mean_over(points, octave[k]);
+    const double weight = double{octaves_[k].weight};
+    octave_mean_[k] = weight * mean.mean;
+    octave_variance_[k] = weight * weight * (mean.square_mean - mean.mean * mean.mean);
+    means += octave_mean_[k];
+  }
+  // Together they are the mean of S over all points.
+  octave_mean_.front() += mu_ - means;
+
+  // Of each footprint, from where the finest octave begins to fade to where the coarsest is gone.
+  std::vector<double> hidden, correction;
+  const double finest = fade_begin / double{octaves_.back().frequency};
+  const double coarsest = fade_end / double{octaves_.front().frequency};
+  SeenNoise seen;
+  BatchArray footprint;
+  double sampled = 0;
+  correction_.fill(1.0f);
+  for (int n = 0; n <= correction_footprints; ++n) {
+    const double width =
+        finest * std::pow(coarsest / finest, static_cast<double>(n) / correction_footprints);
+    std::fill_n(footprint.data(), batch_capacity, static_cast<float>(width));
+    for (std::size_t b = 0; b < points.size(); ++b) {
+      for (BatchArray* start : {&seen.sum, &seen.hidden, &seen.coherent}) {
+        std::fill_n(start->data(), padded(points[b].size), 0.0f);
+      }
+      for (std::size_t k = 0; k < octaves_.size(); ++k) {
+        HWY_DYNAMIC_DISPATCH(AddOctave)
+        (points[b].size, octave[k][b].data(), footprint.data(), octave_input(k), seen);
+      }
+      expect(points[b].size, seen, values[b].data());
+    }
+    if (factors != nullptr) multiply(cloud, stride, factors->values, factors->seen(width), values);
+    const double mean = mean_over(points, values).mean;
+    const double h = seen.hidden[0];
+    // The points' own error fades with what they see.
+    if (n == 0) sampled = mean;
+    hidden.push_back(h);
+    correction.push_back(mean / std::pow(sampled, 1 - h));
+  }
+  for (int level = 1; level < NoiseShape::levels; ++level) {
+    const double h = std::pow(static_cast<double>(level) / (NoiseShape::levels - 1), 2);
+    const auto above = std::lower_bound(hidden.begin(), hidden.end(), h) - hidden.begin();
+    const auto i = static_cast<std::size_t>(
+        std::clamp<std::ptrdiff_t>(above, 1, static_cast<std::ptrdiff_t>(hidden.size()) - 1));
+    const double width = hidden[i] - hidden[i - 1];
+    const double share = width > 0 ? std::clamp((h - hidden[i - 1]) / width, 0.0, 1.0) : 1.0;
+    correction_[static_cast<std::size_t>(level)] =
+        static_cast<float>(correction[i - 1] + share * (correction[i] - correction[i - 1]));
+  }
 }
 
 double FractalNoise::effective_frequency() const {

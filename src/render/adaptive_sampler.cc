@@ -1,357 +1,110 @@
-#include "gamer/render/sampler.h"
-
-#undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "render/adaptive_sampler.cc"
-#include "hwy/foreach_target.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <map>
 
-#include "core/math-inl.h"
+#include "gamer/core/clock.h"
+#include "gamer/render/sampler.h"
+#include "render/node_map.h"
+#include "render/ray_integral.h"
 
-#ifndef GAMER_RENDER_PANELS
-#define GAMER_RENDER_PANELS
 namespace gamer {
-namespace {
-
-constexpr int panel_nodes = 5;
-
-/// A run of panels, and what fills them; arrays over panels are padded.
-struct PanelRun {
-  const std::int32_t* node[panel_nodes];  ///< of each panel
-  const float* spacing;                   ///< a quarter of the panel's length
-  const std::int32_t* cover;
-  const float* const* light;  ///< [slot][node]
-  const float* const* dust;
-  std::size_t light_slots;
-  std::size_t dust_slots;
-  /// Nodes of the run's slots, gathered: (slots * panel_nodes) vectors.
-  float* gathered;
-};
-
-/// What steers the refinement: one plane of a run.
-struct SteeringPlane {
-  const float* flux;        ///< [slot * covers + cover]
-  const float* extinction;  ///< [slot * covers + cover]
-  float* light;             ///< int j exp(-tau) ds from the panel's near end
-  float* light_error;
-  float* depth;  ///< int kappa ds
-  float* depth_error;
-  float* transmission;  ///< exp(-depth)
-};
-
-/// What a run of panels becomes at each spectral node.
-struct PanelResults {
-  const float* extinction;  ///< [(slot * nodes + j) * covers + cover]
-  std::size_t nodes;
-  std::size_t stride;   ///< panels between the arrays below
-  float* depth;         ///< [j * stride + panel]
-  float* transmission;  ///< [j * stride + panel]
-  float* light;         ///< [(slot * nodes + j) * stride + panel]
-};
-
-}  // namespace
-}  // namespace gamer
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
-
-using D = hn::ScalableTag<float>;
-using V = hn::Vec<D>;
-
-/// Values at a panel's nodes.
-struct Five {
-  V v0, v1, v2, v3, v4;
-};
-
-HWY_INLINE Five Gather(const float* values, const PanelRun& run, std::size_t i) {
-  const D d;
-  const hn::RebindToSigned<D> di;
-  const auto at = [&](int n) HWY_ATTR {
-    return hn::GatherIndex(d, values, hn::LoadU(di, run.node[n] + i));
-  };
-  return {at(0), at(1), at(2), at(3), at(4)};
-}
-
-HWY_INLINE void Keep(const Five& f, float* to) {
-  const D d;
-  const std::size_t lanes = hn::Lanes(d);
-  hn::StoreU(f.v0, d, to);
-  hn::StoreU(f.v1, d, to + lanes);
-  hn::StoreU(f.v2, d, to + 2 * lanes);
-  hn::StoreU(f.v3, d, to + 3 * lanes);
-  hn::StoreU(f.v4, d, to + 4 * lanes);
-}
-
-HWY_INLINE Five Kept(const float* from) {
-  const D d;
-  const std::size_t lanes = hn::Lanes(d);
-  return {hn::LoadU(d, from), hn::LoadU(d, from + lanes), hn::LoadU(d, from + 2 * lanes),
-          hn::LoadU(d, from + 3 * lanes), hn::LoadU(d, from + 4 * lanes)};
-}
-
-HWY_INLINE Five Zeroes() {
-  const D d;
-  const V zero = hn::Zero(d);
-  return {zero, zero, zero, zero, zero};
-}
-
-/// sum + factor * a.
-HWY_INLINE Five AddScaled(const Five& sum, V factor, const Five& a) {
-  return {hn::MulAdd(factor, a.v0, sum.v0), hn::MulAdd(factor, a.v1, sum.v1),
-          hn::MulAdd(factor, a.v2, sum.v2), hn::MulAdd(factor, a.v3, sum.v3),
-          hn::MulAdd(factor, a.v4, sum.v4)};
-}
-
-HWY_INLINE V Largest(const Five& a) {
-  return hn::Max(hn::Max(hn::Max(a.v0, a.v1), hn::Max(a.v2, a.v3)), a.v4);
-}
-
-/// Boole's rule, in units of the spacing; summed as IntegratePanels does it behind dust, so that a
-/// panel's light does not depend on those beside it.
-HWY_INLINE V Boole(const Five& a) {
-  const D d;
-  const auto outer = hn::Set(d, 14.0f / 45), inner = hn::Set(d, 64.0f / 45);
-  return hn::MulAdd(outer, a.v4,
-                    hn::MulAdd(inner, a.v3,
-                               hn::MulAdd(hn::Set(d, 24.0f / 45), a.v2,
-                                          hn::MulAdd(inner, a.v1, hn::Mul(outer, a.v0)))));
-}
-
-HWY_INLINE V FourthDifference(const Five& a) {
-  const D d;
-  return hn::MulAdd(hn::Set(d, 4.0f), hn::Add(a.v1, a.v3),
-                    hn::NegMulAdd(hn::Set(d, 6.0f), a.v2, hn::Neg(hn::Add(a.v0, a.v4))));
-}
-
-/// Integrals of the quartic through five values up to nodes 1, 2, 3 and 4, in units of the spacing.
-struct UpTo {
-  V v1, v2, v3, v4;
-};
-
-HWY_INLINE UpTo Integrals(const Five& k) {
-  const D d;
-  const auto row = [&](float a, float b, float c, float e, float f, float divisor) HWY_ATTR {
-    return hn::MulAdd(hn::Set(d, a / divisor), k.v0,
-                      hn::MulAdd(hn::Set(d, b / divisor), k.v1,
-                                 hn::MulAdd(hn::Set(d, c / divisor), k.v2,
-                                            hn::MulAdd(hn::Set(d, e / divisor), k.v3,
-                                                       hn::Mul(hn::Set(d, f / divisor), k.v4)))));
-  };
-  return {row(251, 646, -264, 106, -19, 720), row(29, 124, 24, 4, -1, 90),
-          row(27, 102, 72, 42, -3, 80), Boole(k)};
-}
-
-/// exp(-tau), tau at least 0.
-HWY_INLINE V Fade(V tau) {
-  const D d;
-  return Exp(d, hn::Neg(hn::Max(tau, hn::Zero(d))));
-}
-
-HWY_INLINE void GatherSlots(const PanelRun& run, std::size_t i) {
-  const D d;
-  const std::size_t size = panel_nodes * hn::Lanes(d);
-  float* to = run.gathered;
-  for (std::size_t slot = 0; slot < run.light_slots; ++slot, to += size) {
-    Keep(Gather(run.light[slot], run, i), to);
-  }
-  for (std::size_t slot = 0; slot < run.dust_slots; ++slot, to += size) {
-    Keep(Gather(run.dust[slot], run, i), to);
-  }
-}
-
-/// Boole's rule over five equally spaced nodes, with optical depths up to each node from the
-/// quartic through all five; the error estimate is the difference to two Simpson rules, that is
-/// h/45 times the fourth difference.
-void SteerPanels(const PanelRun& run, const SteeringPlane* planes, std::size_t plane_count,
-                 std::size_t covers, std::size_t size) {
-  const D d;
-  const hn::RebindToSigned<D> di;
-  const std::size_t five = panel_nodes * hn::Lanes(d);
-  const auto zero = hn::Zero(d);
-  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    GatherSlots(run, i);
-    const auto h = hn::LoadU(d, run.spacing + i);
-    const auto cover = hn::LoadU(di, run.cover + i);
-    const auto error_scale = hn::Mul(h, hn::Set(d, 1.0f / 45));
-    for (std::size_t p = 0; p < plane_count; ++p) {
-      const SteeringPlane& plane = planes[p];
-      const float* from = run.gathered;
-      Five f = Zeroes(), k = Zeroes();
-      for (std::size_t slot = 0; slot < run.light_slots; ++slot, from += five) {
-        f = AddScaled(f, hn::GatherIndex(d, plane.flux + slot * covers, cover), Kept(from));
-      }
-      for (std::size_t slot = 0; slot < run.dust_slots; ++slot, from += five) {
-        k = AddScaled(k, hn::GatherIndex(d, plane.extinction + slot * covers, cover), Kept(from));
-      }
-      const auto dusty = Largest(k);
-      auto depth = zero;
-      auto depth_error = zero;
-      auto transmission = hn::Set(d, 1.0f);
-      if (!hn::AllFalse(d, hn::Gt(dusty, zero))) {
-        const UpTo tau = Integrals(k);
-        f.v1 = hn::Mul(f.v1, Fade(hn::Mul(h, tau.v1)));
-        f.v2 = hn::Mul(f.v2, Fade(hn::Mul(h, tau.v2)));
-        f.v3 = hn::Mul(f.v3, Fade(hn::Mul(h, tau.v3)));
-        depth = hn::Mul(h, tau.v4);
-        transmission = Fade(depth);
-        f.v4 = hn::Mul(f.v4, transmission);
-        depth_error = hn::Mul(error_scale, hn::Abs(FourthDifference(k)));
-      }
-      hn::StoreU(hn::Mul(h, Boole(f)), d, plane.light + i);
-      hn::StoreU(hn::Mul(error_scale, hn::Abs(FourthDifference(f))), d, plane.light_error + i);
-      hn::StoreU(depth, d, plane.depth + i);
-      hn::StoreU(depth_error, d, plane.depth_error + i);
-      hn::StoreU(transmission, d, plane.transmission + i);
-    }
-  }
-}
-
-/// The same rule for every light slot and spectral node.
-void IntegratePanels(const PanelRun& run, const PanelResults& out, std::size_t covers,
-                     std::size_t size) {
-  const D d;
-  const hn::RebindToSigned<D> di;
-  const std::size_t five = panel_nodes * hn::Lanes(d);
-  const auto zero = hn::Zero(d);
-  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    GatherSlots(run, i);
-    const auto h = hn::LoadU(d, run.spacing + i);
-    const auto cover = hn::LoadU(di, run.cover + i);
-    float* dust = run.gathered + run.light_slots * five;
-    auto dusty = zero;
-    for (std::size_t slot = 0; slot < run.dust_slots; ++slot) {
-      // Depths up to the nodes replace the opacities.
-      const Five k = Kept(dust + slot * five);
-      dusty = hn::Max(dusty, Largest(k));
-      const UpTo tau = Integrals(k);
-      Keep({zero, hn::Mul(h, tau.v1), hn::Mul(h, tau.v2), hn::Mul(h, tau.v3), hn::Mul(h, tau.v4)},
-           dust + slot * five);
-    }
-    const bool is_clear = hn::AllFalse(d, hn::Gt(dusty, zero));
-    for (std::size_t slot = 0; slot < run.light_slots && is_clear; ++slot) {
-      const auto light = hn::Mul(h, Boole(Kept(run.gathered + slot * five)));
-      for (std::size_t j = 0; j < out.nodes; ++j) {
-        hn::StoreU(light, d, out.light + (slot * out.nodes + j) * out.stride + i);
-      }
-    }
-    for (std::size_t j = 0; j < out.nodes; ++j) {
-      if (is_clear) {
-        hn::StoreU(zero, d, out.depth + j * out.stride + i);
-        hn::StoreU(hn::Set(d, 1.0f), d, out.transmission + j * out.stride + i);
-        continue;
-      }
-      Five tau = Zeroes();
-      for (std::size_t slot = 0; slot < run.dust_slots; ++slot) {
-        const auto relative =
-            hn::GatherIndex(d, out.extinction + (slot * out.nodes + j) * covers, cover);
-        tau = AddScaled(tau, relative, Kept(dust + slot * five));
-      }
-      const auto e1 = hn::Mul(hn::Set(d, 64.0f / 45), Fade(tau.v1));
-      const auto e2 = hn::Mul(hn::Set(d, 24.0f / 45), Fade(tau.v2));
-      const auto e3 = hn::Mul(hn::Set(d, 64.0f / 45), Fade(tau.v3));
-      const auto transmission = Fade(tau.v4);
-      const auto e4 = hn::Mul(hn::Set(d, 14.0f / 45), transmission);
-      hn::StoreU(tau.v4, d, out.depth + j * out.stride + i);
-      hn::StoreU(transmission, d, out.transmission + j * out.stride + i);
-      for (std::size_t slot = 0; slot < run.light_slots; ++slot) {
-        const Five f = Kept(run.gathered + slot * five);
-        const auto sum = hn::MulAdd(
-            e4, f.v4,
-            hn::MulAdd(
-                e3, f.v3,
-                hn::MulAdd(e2, f.v2, hn::MulAdd(e1, f.v1, hn::Mul(hn::Set(d, 14.0f / 45), f.v0)))));
-        hn::StoreU(hn::Mul(h, sum), d, out.light + (slot * out.nodes + j) * out.stride + i);
-      }
-    }
-  }
-}
-
-// NOLINTNEXTLINE(google-readability-namespace-comments)
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
-namespace gamer {
-
-HWY_EXPORT(SteerPanels);
-HWY_EXPORT(IntegratePanels);
 
 namespace {
 
-// Halvings of a first panel at most: beyond, single precision has nothing left to refine.
-constexpr int deepest_level = 20;
+// Nodes of a run at least, so that every second one still makes a cubic, and at most.
+constexpr std::int32_t fewest_nodes = 9;
+constexpr std::int32_t most_nodes = (1 << 13) + 1;
 
-// Panels whose results for all slots and spectral nodes are kept at a time.
-constexpr std::size_t panels_at_once = 256;
+constexpr std::int32_t no_run = -1;
 
-// Vectors have at most this many floats.
-constexpr std::size_t most_lanes = 64;
+/// The stretch of a ray that a galaxy fills, and how.
+struct Part {
+  Hit hit;
+  double begin, end;
+  bool has_variants;
+  std::vector<Focus> focuses;
+};
 
-constexpr std::int32_t no_panel = -1;
+/// A stretch of a ray that overlapping galaxies fill.
+struct Run {
+  std::int32_t ray;
+  std::int32_t cover;
+  std::int32_t next;  ///< behind it on the ray
+  double origin;      ///< of the map's s, along the ray
+  bool open;          ///< whether it begins inside a galaxy
+  bool has_variants;  ///< see Medium::deviations
+  bool can_refine;
+  bool refine;
+};
 
-/// The panels of a set of rays, as arrays; every array is padded to whole vectors.
-struct Panels {
-  std::vector<std::int32_t> node[panel_nodes];
-  std::vector<float> spacing;
-  std::vector<std::int32_t> cover;
-  std::vector<double> begin, end;
-  std::vector<std::int32_t> next;  ///< the panel behind it on its ray
-  std::vector<std::uint8_t> level;
-  /// Per steering plane.
-  std::vector<std::vector<float>> light, light_error, depth, depth_error, transmission;
+/// Nodes of runs, all at the same level of refinement, and what fills them.
+struct Level {
+  std::vector<std::int32_t> run, first, count, cover;
+  std::vector<std::uint8_t> open;
+  std::vector<float> step;  ///< between nodes, in the map's u
+  std::vector<float> s, weight;
+  RayNodes nodes;
+  std::size_t variants = 1;
 
-  std::size_t size() const { return begin.size(); }
-
-  void clear(std::size_t planes) {
-    for (auto& n : node) n.clear();
-    spacing.clear();
-    cover.clear();
-    begin.clear();
-    end.clear();
-    next.clear();
-    level.clear();
-    for (auto* results : {&light, &light_error, &depth, &depth_error, &transmission}) {
-      results->resize(planes);
-    }
+  void clear() {
+    variants = 1;
+    for (auto* values : {&run, &first, &count, &cover}) values->clear();
+    open.clear();
+    step.clear();
+    s.clear();
+    weight.clear();
+    nodes.clear();
   }
-
-  std::int32_t add(double from, double to, std::int32_t cover_index,
-                   std::uint8_t depth_of_refinement) {
-    cover.push_back(cover_index);
-    begin.push_back(from);
-    end.push_back(to);
-    spacing.push_back(static_cast<float>((to - from) / (panel_nodes - 1)));
-    next.push_back(no_panel);
-    level.push_back(depth_of_refinement);
-    for (auto& n : node) n.push_back(0);
-    return static_cast<std::int32_t>(size() - 1);
+  /// Adds a run, whose nodes are to be filled in.
+  void add(std::int32_t index, const Run& own, std::int32_t nodes_of_run, double distance) {
+    run.push_back(index);
+    first.push_back(static_cast<std::int32_t>(s.size()));
+    count.push_back(nodes_of_run);
+    cover.push_back(own.cover);
+    open.push_back(own.open ? 1 : 0);
+    step.push_back(static_cast<float>(distance));
+    s.resize(s.size() + static_cast<std::size_t>(nodes_of_run));
+    weight.resize(s.size());
+    nodes.runs.push_back({own.ray, own.cover, first.back(), nodes_of_run});
+    if (own.has_variants) variants = Medium::deviations.size();
   }
 };
 
 /// Arrays of one thread, kept between calls.
 struct Workspace {
-  RayNodes nodes;
-  Panels panels, kept;
-  Marks marks;
-  std::vector<double> edges;
-  std::vector<std::int32_t> first_panel;  ///< of each ray
-  std::vector<std::int32_t> leaves;
-  std::vector<std::int32_t> still_active, active;
-  std::vector<std::uint8_t> refine;
-  /// Of each leaf: the transmission in front of it and the light up to its end.
-  std::vector<double> in_front;
-  /// Of the covers: [plane][slot][cover] and [slot][spectral node][cover].
-  std::vector<float> steering_flux, steering_extinction, extinction;
-  std::vector<const float*> light_slots, dust_slots;
-  std::vector<float> gathered;
-  std::vector<float> depth, transmission, light;  ///< PanelResults
-  std::vector<double> transmitted;                ///< of each spectral node
-  std::vector<std::size_t> places;                ///< Medium::places() of a cover
+  std::vector<Part> parts;
+  std::size_t part_count = 0;
+  std::vector<std::size_t> part_order;
+  std::vector<Hit> run_hits;
+  std::vector<Focus> focuses;
+  RayPlan plan;
+  std::vector<Cover> covers;
+  std::map<std::vector<int>, std::int32_t> cover_of;
+  std::vector<int> last_galaxies, galaxies;
+  std::int32_t last_cover = 0;
+
+  std::vector<Run> runs;
+  std::vector<std::int32_t> first_run;  ///< of each ray
+  NodeMap map;
+  Level level, fresh, merged;
+
+  /// Of the covers.
+  std::vector<float> flux, extinction;
+  std::vector<std::size_t> steering_node;
+  std::size_t light_slots = 0, dust_slots = 0;
+  std::vector<const float*> light, dust;
+
+  /// What integrate_runs() gives for a level.
+  std::vector<float> level_light, level_depth, coarse_light, coarse_depth;
+  /// The same for every run: [(run * light slots + slot) * nodes + j], [run * nodes + j] with what
+  /// comes through, and the steering planes' flux, its change and that of the depth: [run * planes
+  /// + s].
+  std::vector<float> run_light, run_depth, run_transmission;
+  std::vector<double> steered, change, depth_change;
+  std::vector<std::int32_t> active, still_active;
+  std::vector<double> transmitted;
+  std::vector<std::size_t> places;
 };
 
 Workspace& workspace() {
@@ -367,319 +120,332 @@ class AdaptiveSampler : public Sampler {
                  RenderCounts& counts) const override;
 
  private:
-  void cut_ray(std::span<const Hit> hits, std::int32_t ray, Workspace& ws) const;
-  /// Index of the cover at t, a new one where it is not known; none where nothing covers it.
-  std::int32_t find_cover(std::span<const Hit> hits, double t, RayNodes& nodes) const;
+  void find_runs(std::span<const Hit> hits, std::int32_t ray, Workspace& ws) const;
+  std::int32_t find_cover(Workspace& ws) const;
   /// Tabulates what the covers' slots do.
   void describe_covers(Workspace& ws) const;
-  PanelRun run_of(std::size_t first, std::size_t size, Workspace& ws) const;
-  void steer(std::size_t first, Workspace& ws) const;
-  /// Marks the panels of a ray that must be halved; false when none.
+  void begin_level(Workspace& ws) const;
+  /// The same runs with twice the nodes, where they are to be refined.
+  void refine_level(std::span<const std::span<const Hit>> hits, Workspace& ws,
+                    RenderCounts& counts) const;
+  void evaluate(std::span<const std::span<const Hit>> hits, Level& level, Workspace& ws,
+                RenderCounts& counts) const;
+  void integrate_level(Workspace& ws) const;
+  /// Adds a variant's results of the level's i-th run to those of the run.
+  void take_results(std::size_t i, std::size_t variant, float weight, std::size_t stride,
+                    Workspace& ws) const;
+  /// Marks the runs of a ray that need more nodes; false when none.
   bool judge(std::span<const Hit> hits, std::int32_t ray, Workspace& ws) const;
-  void halve(std::int32_t ray, Workspace& ws) const;
-  /// Drops the panels that were halved and sorts the others along the rays.
-  void keep_leaves(Workspace& ws) const;
   void sum_up(std::span<const std::span<const Hit>> hits, Workspace& ws, RayLight& out) const;
 
   const Medium& medium_;
 };
 
-std::int32_t AdaptiveSampler::find_cover(std::span<const Hit> hits, double t,
-                                         RayNodes& nodes) const {
-  Cover cover = medium_.cover(hits, t);
-  if (cover.galaxies.empty()) return -1;
-  for (std::size_t c = nodes.covers.size(); c-- > 0;) {
-    if (nodes.covers[c].galaxies == cover.galaxies) return static_cast<std::int32_t>(c);
-  }
-  nodes.covers.push_back(std::move(cover));
-  return static_cast<std::int32_t>(nodes.covers.size() - 1);
+std::int32_t AdaptiveSampler::find_cover(Workspace& ws) const {
+  ws.galaxies.clear();
+  for (const Hit& hit : ws.run_hits) ws.galaxies.push_back(hit.galaxy);
+  if (!ws.covers.empty() && ws.galaxies == ws.last_galaxies) return ws.last_cover;
+  ws.last_galaxies = ws.galaxies;
+  std::sort(ws.galaxies.begin(), ws.galaxies.end());
+  const auto [place, is_new] =
+      ws.cover_of.try_emplace(ws.galaxies, static_cast<std::int32_t>(ws.covers.size()));
+  if (is_new) ws.covers.push_back(medium_.cover(ws.run_hits));
+  return ws.last_cover = place->second;
 }
 
-void AdaptiveSampler::cut_ray(std::span<const Hit> hits, std::int32_t ray, Workspace& ws) const {
-  ws.marks.clear();
-  ws.edges.clear();
+void AdaptiveSampler::find_runs(std::span<const Hit> hits, std::int32_t ray, Workspace& ws) const {
+  ws.part_count = 0;
+  ws.part_order.clear();
   for (const Hit& hit : hits) {
-    medium_.mark(hit, ws.marks);
-    ws.edges.push_back(hit.begin);
-    ws.edges.push_back(hit.end);
+    medium_.plan(hit, ws.plan);
+    if (!(ws.plan.begin < ws.plan.end)) continue;
+    if (ws.parts.size() == ws.part_count) ws.parts.emplace_back();
+    Part& part = ws.parts[ws.part_count];
+    part.hit = hit;
+    part.begin = hit.centre + ws.plan.begin;
+    part.end = hit.centre + ws.plan.end;
+    part.has_variants = medium_.has_variants(hit);
+    std::swap(part.focuses, ws.plan.focuses);
+    ws.part_order.push_back(ws.part_count++);
   }
-  // A camera inside a galaxy sees nothing behind it.
-  for (double edge : ws.marks.edges) {
-    if (edge > 0) ws.edges.push_back(edge);
-  }
-  std::sort(ws.edges.begin(), ws.edges.end());
-  std::int32_t last_panel = no_panel;
-  std::int32_t last_node = -1;
-  double last_end = 0;
-  for (std::size_t e = 0; e + 1 < ws.edges.size(); ++e) {
-    const double begin = ws.edges[e], end = ws.edges[e + 1];
-    const double length = end - begin;
-    if (!(length > 0)) continue;
-    const double middle = 0.5 * (begin + end);
-    const std::int32_t cover = find_cover(hits, middle, ws.nodes);
-    if (cover < 0) continue;
-    double count = 1;
-    for (const auto& stretch : ws.marks.stretches) {
-      if (stretch.begin < middle && middle < stretch.end) {
-        count = std::max(count, std::ceil(length / stretch.step));
+  // Hits come nearest first, but what there is in a galaxy may begin later.
+  std::stable_sort(ws.part_order.begin(), ws.part_order.end(), [&](std::size_t a, std::size_t b) {
+    return ws.parts[a].begin < ws.parts[b].begin;
+  });
+  std::int32_t last = no_run;
+  for (std::size_t i = 0; i < ws.part_order.size();) {
+    const double begin = ws.parts[ws.part_order[i]].begin;
+    double end = begin;
+    bool has_variants = false;
+    std::size_t behind = i;
+    ws.run_hits.clear();
+    while (behind < ws.part_order.size() &&
+           (behind == i || ws.parts[ws.part_order[behind]].begin < end)) {
+      const Part& part = ws.parts[ws.part_order[behind++]];
+      end = std::max(end, part.end);
+      has_variants = has_variants || part.has_variants;
+      ws.run_hits.push_back(part.hit);
+    }
+    // Alone, a galaxy's own centre keeps the most digits where it is densest.
+    const double origin = behind == i + 1 ? ws.run_hits.front().centre : 0.5 * (begin + end);
+    ws.focuses.clear();
+    for (std::size_t k = i; k < behind; ++k) {
+      const Part& part = ws.parts[ws.part_order[k]];
+      for (const Focus& focus : part.focuses) {
+        ws.focuses.push_back({focus.centre + part.hit.centre - origin, focus.width, focus.rate});
       }
     }
-    for (double k = 0; k < count; ++k) {
-      const double from = begin + length * k / count;
-      const double to = k + 1 < count ? begin + length * (k + 1) / count : end;
-      const std::int32_t panel = ws.panels.add(from, to, cover, 0);
-      const auto p = static_cast<std::size_t>(panel);
-      if (last_panel == no_panel) {
-        ws.first_panel[static_cast<std::size_t>(ray)] = panel;
-      } else {
-        ws.panels.next[static_cast<std::size_t>(last_panel)] = panel;
-      }
-      const bool joined = last_panel != no_panel && last_end == from &&
-                          ws.panels.cover[static_cast<std::size_t>(last_panel)] == cover;
-      ws.panels.node[0][p] = joined ? last_node : ws.nodes.add(ray, cover, from);
-      for (int n = 1; n < panel_nodes; ++n) {
-        ws.panels.node[n][p] = ws.nodes.add(ray, cover, from + (to - from) * n / (panel_nodes - 1));
-      }
-      last_node = ws.panels.node[panel_nodes - 1][p];
-      last_panel = panel;
-      last_end = to;
+    ws.map.add(begin - origin, end - origin, ws.focuses);
+    const auto run = static_cast<std::int32_t>(ws.runs.size());
+    ws.runs.push_back(
+        {ray, find_cover(ws), no_run, origin, !(begin > 0), has_variants, true, false});
+    if (last == no_run) {
+      ws.first_run[static_cast<std::size_t>(ray)] = run;
+    } else {
+      ws.runs[static_cast<std::size_t>(last)].next = run;
     }
+    last = run;
+    i = behind;
   }
 }
 
 void AdaptiveSampler::describe_covers(Workspace& ws) const {
-  const std::vector<Cover>& covers = ws.nodes.covers;
-  std::size_t light_slots = 0, dust_slots = 0;
-  for (const Cover& cover : covers) {
-    light_slots = std::max(light_slots, static_cast<std::size_t>(cover.light_slots));
-    dust_slots = std::max(dust_slots, static_cast<std::size_t>(cover.dust_slots));
+  ws.light_slots = ws.dust_slots = 0;
+  for (const Cover& cover : ws.covers) {
+    ws.light_slots = std::max(ws.light_slots, static_cast<std::size_t>(cover.light_slots));
+    ws.dust_slots = std::max(ws.dust_slots, static_cast<std::size_t>(cover.dust_slots));
   }
   const std::size_t planes = medium_.steering().size(), nodes = medium_.nodes();
-  ws.steering_flux.assign(planes * light_slots * covers.size(), 0.0f);
-  ws.steering_extinction.assign(planes * dust_slots * covers.size(), 0.0f);
-  ws.extinction.assign(dust_slots * nodes * covers.size(), 0.0f);
-  for (std::size_t c = 0; c < covers.size(); ++c) {
-    for (int slot = 0; slot < covers[c].light_slots; ++slot) {
+  const std::size_t covers = ws.covers.size();
+  ws.flux.assign(planes * ws.light_slots * covers, 0.0f);
+  ws.extinction.assign(ws.dust_slots * nodes * covers, 0.0f);
+  for (std::size_t c = 0; c < covers; ++c) {
+    for (int slot = 0; slot < ws.covers[c].light_slots; ++slot) {
       for (std::size_t s = 0; s < planes; ++s) {
-        ws.steering_flux[(s * light_slots + static_cast<std::size_t>(slot)) * covers.size() + c] =
-            medium_.steering_flux(covers[c], slot, s);
+        ws.flux[(s * ws.light_slots + static_cast<std::size_t>(slot)) * covers + c] =
+            medium_.steering_flux(ws.covers[c], slot, s);
       }
     }
-    for (int slot = 0; slot < covers[c].dust_slots; ++slot) {
-      const auto d = static_cast<std::size_t>(slot);
+    for (int slot = 0; slot < ws.covers[c].dust_slots; ++slot) {
       for (std::size_t j = 0; j < nodes; ++j) {
-        ws.extinction[(d * nodes + j) * covers.size() + c] = medium_.extinction(covers[c], slot, j);
-      }
-      for (std::size_t s = 0; s < planes; ++s) {
-        ws.steering_extinction[(s * dust_slots + d) * covers.size() + c] =
-            medium_.extinction(covers[c], slot, medium_.basis().main_node(medium_.steering()[s]));
+        ws.extinction[(static_cast<std::size_t>(slot) * nodes + j) * covers + c] =
+            medium_.extinction(ws.covers[c], slot, j);
       }
     }
   }
-  ws.light_slots.resize(light_slots);
-  ws.dust_slots.resize(dust_slots);
-  ws.gathered.resize((light_slots + dust_slots) * panel_nodes * most_lanes);
+  ws.steering_node.clear();
+  for (const std::size_t plane : medium_.steering()) {
+    ws.steering_node.push_back(medium_.basis().main_node(plane));
+  }
 }
 
-PanelRun AdaptiveSampler::run_of(std::size_t first, std::size_t size, Workspace& ws) const {
-  Panels& panels = ws.panels;
-  // Whole vectors: the padding repeats node 0 of cover 0.
-  const std::size_t room = std::max(first + padded(size), panels.size());
-  for (auto& n : panels.node) n.resize(room, 0);
-  panels.spacing.resize(room, 0.0f);
-  panels.cover.resize(room, 0);
-  PanelRun run{};
-  for (int n = 0; n < panel_nodes; ++n) run.node[n] = panels.node[n].data() + first;
-  run.spacing = panels.spacing.data() + first;
-  run.cover = panels.cover.data() + first;
-  for (std::size_t slot = 0; slot < ws.light_slots.size(); ++slot) {
-    ws.light_slots[slot] = ws.nodes.light[slot].data();
+void AdaptiveSampler::begin_level(Workspace& ws) const {
+  ws.map.measure();
+  Level& level = ws.level;
+  level.clear();
+  for (std::size_t r = 0; r < ws.runs.size(); ++r) {
+    const double length = ws.map.length(r);
+    const double pairs = std::clamp(std::ceil(0.5 * length / medium_.accuracy().first_step),
+                                    0.5 * (fewest_nodes - 1), 0.5 * (most_nodes - 1));
+    const auto count = 2 * static_cast<std::int32_t>(pairs) + 1;
+    level.add(static_cast<std::int32_t>(r), ws.runs[r], count, length / (count - 1));
   }
-  for (std::size_t slot = 0; slot < ws.dust_slots.size(); ++slot) {
-    ws.dust_slots[slot] = ws.nodes.dust[slot].data();
-  }
-  run.light = ws.light_slots.data();
-  run.dust = ws.dust_slots.data();
-  run.light_slots = ws.light_slots.size();
-  run.dust_slots = ws.dust_slots.size();
-  run.gathered = ws.gathered.data();
-  return run;
+  ws.map.place(
+      {level.run, level.first, level.count, level.step, 0.0f, level.s.data(), level.weight.data()});
 }
 
-void AdaptiveSampler::steer(std::size_t first, Workspace& ws) const {
-  Panels& panels = ws.panels;
-  const std::size_t size = panels.size() - first;
-  if (size == 0) return;
-  const std::size_t covers = ws.nodes.covers.size(), planes = medium_.steering().size();
-  std::vector<SteeringPlane> steering(planes);
-  for (std::size_t s = 0; s < planes; ++s) {
-    for (auto* results : {&panels.light, &panels.light_error, &panels.depth, &panels.depth_error,
-                          &panels.transmission}) {
-      (*results)[s].resize(first + padded(size));
+void AdaptiveSampler::evaluate(std::span<const std::span<const Hit>> hits, Level& level,
+                               Workspace& ws, RenderCounts& counts) const {
+  level.nodes.t.resize(level.s.size());
+  for (std::size_t i = 0; i < level.run.size(); ++i) {
+    const double origin = ws.runs[static_cast<std::size_t>(level.run[i])].origin;
+    const auto first = static_cast<std::size_t>(level.first[i]);
+    const auto count = static_cast<std::size_t>(level.count[i]);
+    for (std::size_t n = first; n < first + count; ++n) {
+      level.nodes.t[n] = origin + double{level.s[n]};
     }
-    steering[s] = {ws.steering_flux.data() + s * ws.light_slots.size() * covers,
-                   ws.steering_extinction.data() + s * ws.dust_slots.size() * covers,
-                   panels.light[s].data() + first,
-                   panels.light_error[s].data() + first,
-                   panels.depth[s].data() + first,
-                   panels.depth_error[s].data() + first,
-                   panels.transmission[s].data() + first};
   }
-  const PanelRun run = run_of(first, size, ws);
-  HWY_DYNAMIC_DISPATCH(SteerPanels)(run, steering.data(), planes, covers, size);
-  for (auto& n : panels.node) n.resize(panels.size());
-  panels.spacing.resize(panels.size());
-  panels.cover.resize(panels.size());
+  medium_.evaluate(hits, ws.covers, level.variants, level.nodes, counts);
+  counts.nodes += level.nodes.size();
+}
+
+void AdaptiveSampler::refine_level(std::span<const std::span<const Hit>> hits, Workspace& ws,
+                                   RenderCounts& counts) const {
+  const Level& old = ws.level;
+  Level& fresh = ws.fresh;
+  Level& merged = ws.merged;
+  fresh.clear();
+  merged.clear();
+  std::vector<std::size_t> sources;
+  for (std::size_t i = 0; i < old.run.size(); ++i) {
+    Run& run = ws.runs[static_cast<std::size_t>(old.run[i])];
+    run.can_refine = run.refine && 4 * old.count[i] - 3 <= most_nodes;
+    if (!run.refine) continue;
+    sources.push_back(i);
+    fresh.add(old.run[i], run, old.count[i] - 1, double{old.step[i]});
+    merged.add(old.run[i], run, 2 * old.count[i] - 1, 0.5 * double{old.step[i]});
+  }
+  ws.map.place(
+      {fresh.run, fresh.first, fresh.count, fresh.step, 0.5f, fresh.s.data(), fresh.weight.data()});
+  evaluate(hits, fresh, ws, counts);
+  merged.nodes.t.resize(merged.s.size());
+  const auto interleave = [&](const auto& even, const auto& odd, auto& out) {
+    for (std::size_t k = 0; k < sources.size(); ++k) {
+      const auto* from = even.data() + old.first[sources[k]];
+      const auto* between = odd.data() + fresh.first[k];
+      auto* to = out.data() + merged.first[k];
+      for (std::int32_t n = 0; n < fresh.count[k]; ++n) {
+        to[2 * n] = from[n];
+        to[2 * n + 1] = between[n];
+      }
+      to[2 * fresh.count[k]] = from[fresh.count[k]];
+    }
+  };
+  interleave(old.s, fresh.s, merged.s);
+  interleave(old.weight, fresh.weight, merged.weight);
+  for (float& weight : merged.weight) weight *= 0.5f;
+  merged.nodes.light.resize(ws.light_slots);
+  merged.nodes.dust.resize(merged.variants * ws.dust_slots);
+  for (std::size_t slot = 0; slot < ws.light_slots; ++slot) {
+    merged.nodes.light[slot].resize(merged.s.size());
+    interleave(old.nodes.light[slot], fresh.nodes.light[slot], merged.nodes.light[slot]);
+  }
+  for (std::size_t slot = 0; slot < merged.nodes.dust.size(); ++slot) {
+    merged.nodes.dust[slot].resize(merged.s.size());
+    interleave(old.nodes.dust[slot], fresh.nodes.dust[slot], merged.nodes.dust[slot]);
+  }
+  std::swap(ws.level, ws.merged);
+}
+
+void AdaptiveSampler::integrate_level(Workspace& ws) const {
+  const Level& level = ws.level;
+  const std::size_t nodes = medium_.nodes(), planes = ws.steering_node.size();
+  const std::size_t covers = ws.covers.size();
+  // Room for whole vectors of any target.
+  const std::size_t stride = padded(level.run.size()) + batch_padding;
+  ws.level_light.resize(ws.light_slots * nodes * stride);
+  ws.level_depth.resize(nodes * stride);
+  ws.coarse_light.resize(planes * stride);
+  ws.coarse_depth.resize(planes * stride);
+  ws.light.clear();
+  for (std::size_t slot = 0; slot < ws.light_slots; ++slot) {
+    ws.light.push_back(level.nodes.light[slot].data());
+  }
+  for (std::size_t v = 0; v < level.variants; ++v) {
+    ws.dust.clear();
+    for (std::size_t slot = 0; slot < ws.dust_slots; ++slot) {
+      ws.dust.push_back(level.nodes.dust[v * ws.dust_slots + slot].data());
+    }
+    integrate_runs(
+        {level.run.size(), level.first.data(), level.count.data(), level.cover.data(),
+         level.open.data(), level.weight.data(), ws.light.data(), ws.dust.data(), ws.light_slots,
+         ws.dust_slots},
+        {covers, nodes, ws.extinction.data(), planes, ws.steering_node.data(), ws.flux.data()},
+        {stride, ws.level_light.data(), ws.level_depth.data(), ws.coarse_light.data(),
+         ws.coarse_depth.data()});
+    for (std::size_t i = 0; i < level.run.size(); ++i) {
+      const auto run = static_cast<std::size_t>(level.run[i]);
+      if (ws.runs[run].has_variants) {
+        take_results(i, v, static_cast<float>(Medium::variant_weights[v]), stride, ws);
+      } else if (v == 0) {
+        take_results(i, v, 1.0f, stride, ws);
+      }
+    }
+  }
+  for (std::size_t i = 0; i < level.run.size(); ++i) {
+    const auto run = static_cast<std::size_t>(level.run[i]);
+    const auto cover = static_cast<std::size_t>(level.cover[i]);
+    for (std::size_t s = 0; s < planes; ++s) {
+      const std::size_t j = ws.steering_node[s];
+      double light = 0;
+      for (std::size_t slot = 0; slot < ws.light_slots; ++slot) {
+        light += double{ws.flux[(s * ws.light_slots + slot) * covers + cover]} *
+                 double{ws.run_light[(run * ws.light_slots + slot) * nodes + j]};
+      }
+      ws.steered[run * planes + s] = light;
+      ws.change[run * planes + s] = std::abs(light - ws.change[run * planes + s]);
+      ws.depth_change[run * planes + s] =
+          std::abs(double{ws.run_depth[run * nodes + j]} - ws.depth_change[run * planes + s]);
+    }
+  }
+}
+
+void AdaptiveSampler::take_results(std::size_t i, std::size_t variant, float weight,
+                                   std::size_t stride, Workspace& ws) const {
+  const auto run = static_cast<std::size_t>(ws.level.run[i]);
+  const std::size_t nodes = medium_.nodes(), planes = ws.steering_node.size();
+  const auto take = [&](auto& to, std::size_t size, const std::vector<float>& from) {
+    for (std::size_t k = 0; k < size; ++k) {
+      const float own = weight * from[k * stride + i];
+      to[run * size + k] = variant == 0 ? own : to[run * size + k] + own;
+    }
+  };
+  take(ws.run_light, ws.light_slots * nodes, ws.level_light);
+  take(ws.run_depth, nodes, ws.level_depth);
+  for (std::size_t j = 0; j < nodes; ++j) {
+    const float depth = ws.level_depth[j * stride + i];
+    const float own = depth != 0 ? weight * std::exp(-depth) : weight;
+    float& to = ws.run_transmission[run * nodes + j];
+    to = variant == 0 ? own : to + own;
+  }
+  // Of every second node, until integrate_level() makes changes of them.
+  take(ws.change, planes, ws.coarse_light);
+  take(ws.depth_change, planes, ws.coarse_depth);
 }
 
 bool AdaptiveSampler::judge(std::span<const Hit> hits, std::int32_t ray, Workspace& ws) const {
-  const Panels& panels = ws.panels;
-  ws.leaves.clear();
-  for (std::int32_t p = ws.first_panel[static_cast<std::size_t>(ray)]; p != no_panel;
-       p = panels.next[static_cast<std::size_t>(p)]) {
-    ws.leaves.push_back(p);
-  }
-  const std::size_t count = ws.leaves.size();
-  ws.refine.assign(count, 0);
-  ws.in_front.resize(2 * count);
+  const std::size_t planes = ws.steering_node.size(), nodes = medium_.nodes();
+  const Accuracy& accuracy = medium_.accuracy();
   bool any = false;
-  for (std::size_t w = 0; w < medium_.steering().size(); ++w) {
-    const float* light = panels.light[w].data();
-    const float* transmission = panels.transmission[w].data();
-    double intensity = 0, transmitted = 1;
-    for (std::size_t k = 0; k < count; ++k) {
-      const auto p = static_cast<std::size_t>(ws.leaves[k]);
-      ws.in_front[2 * k] = transmitted;
-      intensity += transmitted * double{light[p]};
-      ws.in_front[2 * k + 1] = intensity;
-      transmitted *= double{transmission[p]};
+  for (std::size_t s = 0; s < planes; ++s) {
+    double intensity = 0, transmitted = 1, count = 0;
+    for (std::int32_t r = ws.first_run[static_cast<std::size_t>(ray)]; r != no_run;
+         r = ws.runs[static_cast<std::size_t>(r)].next) {
+      const auto run = static_cast<std::size_t>(r);
+      intensity += transmitted * ws.steered[run * planes + s];
+      transmitted *= double{ws.run_transmission[run * nodes + ws.steering_node[s]]};
+      ++count;
     }
     double typical = 0;
     for (const Hit& hit : hits) {
-      typical = std::max(typical, medium_.typical_brightness(hit.galaxy, w));
+      typical = std::max(typical, medium_.typical_brightness(hit.galaxy, s));
     }
-    const double allowed = medium_.accuracy().panel_error *
-                           std::max(intensity, medium_.accuracy().faint_share * typical) /
-                           std::sqrt(static_cast<double>(count));
-    for (std::size_t k = 0; k < count; ++k) {
-      const auto p = static_cast<std::size_t>(ws.leaves[k]);
+    const double allowed =
+        accuracy.ray_error * std::max(intensity, accuracy.faint_share * typical) / std::sqrt(count);
+    double in_front = 0;
+    transmitted = 1;
+    for (std::int32_t r = ws.first_run[static_cast<std::size_t>(ray)]; r != no_run;
+         r = ws.runs[static_cast<std::size_t>(r)].next) {
+      const auto run = static_cast<std::size_t>(r);
+      in_front += transmitted * ws.steered[run * planes + s];
       // An error of depth dims all the light behind.
-      const double error = ws.in_front[2 * k] * double{panels.light_error[w][p]} +
-                           (intensity - ws.in_front[2 * k + 1]) * double{panels.depth_error[w][p]};
-      if (error > allowed && panels.level[p] < deepest_level) {
-        ws.refine[k] = 1;
-        any = true;
-      }
+      const double change = transmitted * ws.change[run * planes + s] +
+                            (intensity - in_front) * ws.depth_change[run * planes + s];
+      transmitted *= double{ws.run_transmission[run * nodes + ws.steering_node[s]]};
+      if (change > allowed && ws.runs[run].can_refine) ws.runs[run].refine = any = true;
     }
   }
   return any;
 }
 
-void AdaptiveSampler::halve(std::int32_t ray, Workspace& ws) const {
-  Panels& panels = ws.panels;
-  std::int32_t before = no_panel;
-  for (std::size_t k = 0; k < ws.leaves.size(); ++k) {
-    const std::int32_t parent = ws.leaves[k];
-    if (!ws.refine[k]) {
-      before = parent;
-      continue;
-    }
-    const auto p = static_cast<std::size_t>(parent);
-    const double begin = panels.begin[p], end = panels.end[p];
-    const double middle = 0.5 * (begin + end);
-    std::int32_t old[panel_nodes];
-    for (int n = 0; n < panel_nodes; ++n) old[n] = panels.node[n][p];
-    const std::int32_t behind = panels.next[p];
-    const auto level = static_cast<std::uint8_t>(panels.level[p] + 1);
-    const std::int32_t cover = panels.cover[p];
-    std::int32_t child[2];
-    for (int side = 0; side < 2; ++side) {
-      const double from = side == 0 ? begin : middle;
-      const double to = side == 0 ? middle : end;
-      child[side] = panels.add(from, to, cover, level);
-      const auto c = static_cast<std::size_t>(child[side]);
-      panels.node[0][c] = old[2 * side];
-      panels.node[1][c] = ws.nodes.add(ray, cover, from + 0.25 * (to - from));
-      panels.node[2][c] = old[2 * side + 1];
-      panels.node[3][c] = ws.nodes.add(ray, cover, from + 0.75 * (to - from));
-      panels.node[4][c] = old[2 * side + 2];
-    }
-    if (before == no_panel) {
-      ws.first_panel[static_cast<std::size_t>(ray)] = child[0];
-    } else {
-      panels.next[static_cast<std::size_t>(before)] = child[0];
-    }
-    panels.next[static_cast<std::size_t>(child[0])] = child[1];
-    panels.next[static_cast<std::size_t>(child[1])] = behind;
-    before = child[1];
-  }
-}
-
-void AdaptiveSampler::keep_leaves(Workspace& ws) const {
-  Panels& kept = ws.kept;
-  kept.clear(medium_.steering().size());
-  for (std::int32_t& first : ws.first_panel) {
-    std::int32_t before = no_panel;
-    for (std::int32_t old = first; old != no_panel;) {
-      const auto o = static_cast<std::size_t>(old);
-      const std::int32_t panel =
-          kept.add(ws.panels.begin[o], ws.panels.end[o], ws.panels.cover[o], ws.panels.level[o]);
-      const auto p = static_cast<std::size_t>(panel);
-      for (int n = 0; n < panel_nodes; ++n) kept.node[n][p] = ws.panels.node[n][o];
-      if (before == no_panel) {
-        first = panel;
-      } else {
-        kept.next[static_cast<std::size_t>(before)] = panel;
-      }
-      before = panel;
-      old = ws.panels.next[o];
-    }
-  }
-  std::swap(ws.panels, kept);
-}
-
 void AdaptiveSampler::sum_up(std::span<const std::span<const Hit>> hits, Workspace& ws,
                              RayLight& out) const {
-  const std::size_t nodes = medium_.nodes(), covers = ws.nodes.covers.size();
-  const std::size_t light_slots = ws.light_slots.size();
-  ws.depth.resize(nodes * panels_at_once);
-  ws.transmission.resize(nodes * panels_at_once);
-  ws.light.resize(light_slots * nodes * panels_at_once);
-  const PanelResults results{ws.extinction.data(),   nodes,
-                             panels_at_once,         ws.depth.data(),
-                             ws.transmission.data(), ws.light.data()};
-  const std::size_t count = ws.panels.size();
-  // The leaves stand in the order of the rays and along them.
-  std::size_t done = 0, chunk = 0;
+  const std::size_t nodes = medium_.nodes();
   for (std::size_t ray = 0; ray < hits.size(); ++ray) {
     ws.transmitted.assign(nodes, 1.0);
     double* depth = out.depth.data() + ray * nodes;
-    std::int32_t described = -1;
-    for (std::int32_t p = ws.first_panel[ray]; p != no_panel;
-         p = ws.panels.next[static_cast<std::size_t>(p)]) {
-      if (static_cast<std::size_t>(p) >= done) {
-        chunk = done;
-        const std::size_t size = std::min(panels_at_once, count - chunk);
-        const PanelRun run = run_of(chunk, size, ws);
-        HWY_DYNAMIC_DISPATCH(IntegratePanels)(run, results, covers, size);
-        done = chunk + size;
-      }
-      const std::size_t k = static_cast<std::size_t>(p) - chunk;
-      const std::int32_t c = ws.panels.cover[static_cast<std::size_t>(p)];
-      if (c != described) {
-        described = c;
-        medium_.places(hits[ray], ws.nodes.covers[static_cast<std::size_t>(c)], ws.places);
-      }
+    for (std::int32_t r = ws.first_run[ray]; r != no_run;
+         r = ws.runs[static_cast<std::size_t>(r)].next) {
+      const auto run = static_cast<std::size_t>(r);
+      medium_.places(hits[ray], ws.covers[static_cast<std::size_t>(ws.runs[run].cover)], ws.places);
       for (std::size_t slot = 0; slot < ws.places.size(); ++slot) {
         double* sum = out.light.data() + out.begin[ray] + ws.places[slot];
-        const float* light = ws.light.data() + slot * nodes * panels_at_once + k;
-        for (std::size_t j = 0; j < nodes; ++j) {
-          sum[j] += ws.transmitted[j] * double{light[j * panels_at_once]};
-        }
+        const float* light = ws.run_light.data() + (run * ws.light_slots + slot) * nodes;
+        for (std::size_t j = 0; j < nodes; ++j) sum[j] += ws.transmitted[j] * double{light[j]};
       }
       for (std::size_t j = 0; j < nodes; ++j) {
-        ws.transmitted[j] *= double{ws.transmission[j * panels_at_once + k]};
-        depth[j] += double{ws.depth[j * panels_at_once + k]};
+        depth[j] += double{ws.run_depth[run * nodes + j]};
+        ws.transmitted[j] *= double{ws.run_transmission[run * nodes + j]};
       }
     }
   }
@@ -687,36 +453,46 @@ void AdaptiveSampler::sum_up(std::span<const std::span<const Hit>> hits, Workspa
 
 void AdaptiveSampler::integrate(std::span<const std::span<const Hit>> hits, RayLight& out,
                                 RenderCounts& counts) const {
+  const Clock clock;
+  const double evaluating = counts.noise_seconds + counts.envelope_seconds;
   Workspace& ws = workspace();
-  ws.nodes.clear();
-  ws.panels.clear(medium_.steering().size());
-  ws.first_panel.assign(hits.size(), no_panel);
+  ws.runs.clear();
+  ws.map.clear();
+  ws.covers.clear();
+  ws.cover_of.clear();
+  ws.first_run.assign(hits.size(), no_run);
   ws.active.clear();
   for (std::size_t i = 0; i < hits.size(); ++i) {
-    if (hits[i].empty()) continue;
-    cut_ray(hits[i], static_cast<std::int32_t>(i), ws);
-    if (ws.first_panel[i] != no_panel) ws.active.push_back(static_cast<std::int32_t>(i));
-  }
-  describe_covers(ws);
-  std::size_t new_nodes = 0, new_panels = 0;
-  while (!ws.active.empty()) {
-    medium_.evaluate(hits, new_nodes, ws.nodes);
-    steer(new_panels, ws);
-    new_nodes = ws.nodes.size();
-    new_panels = ws.panels.size();
-    ws.still_active.clear();
-    for (const std::int32_t ray : ws.active) {
-      if (!judge(hits[static_cast<std::size_t>(ray)], ray, ws)) continue;
-      halve(ray, ws);
-      ws.still_active.push_back(ray);
-    }
-    std::swap(ws.active, ws.still_active);
+    find_runs(hits[i], static_cast<std::int32_t>(i), ws);
+    if (ws.first_run[i] != no_run) ws.active.push_back(static_cast<std::int32_t>(i));
   }
   out.prepare(medium_, hits);
-  keep_leaves(ws);
-  sum_up(hits, ws, out);
   counts.rays += hits.size();
-  counts.nodes += ws.nodes.size();
+  if (ws.active.empty()) return;
+  describe_covers(ws);
+  const std::size_t planes = ws.steering_node.size(), nodes = medium_.nodes();
+  ws.run_light.resize(ws.runs.size() * ws.light_slots * nodes);
+  ws.run_depth.resize(ws.runs.size() * nodes);
+  ws.run_transmission.resize(ws.runs.size() * nodes);
+  for (auto* values : {&ws.steered, &ws.change, &ws.depth_change}) {
+    values->resize(ws.runs.size() * planes);
+  }
+  begin_level(ws);
+  evaluate(hits, ws.level, ws, counts);
+  while (true) {
+    integrate_level(ws);
+    for (Run& run : ws.runs) run.refine = false;
+    ws.still_active.clear();
+    for (const std::int32_t ray : ws.active) {
+      if (judge(hits[static_cast<std::size_t>(ray)], ray, ws)) ws.still_active.push_back(ray);
+    }
+    std::swap(ws.active, ws.still_active);
+    if (ws.active.empty()) break;
+    refine_level(hits, ws, counts);
+  }
+  sum_up(hits, ws, out);
+  counts.transfer_seconds +=
+      clock.seconds() - (counts.noise_seconds + counts.envelope_seconds - evaluating);
 }
 
 }  // namespace
@@ -726,4 +502,3 @@ std::unique_ptr<Sampler> make_adaptive_sampler(const Medium& medium) {
 }
 
 }  // namespace gamer
-#endif

@@ -16,34 +16,19 @@ namespace {
 // Steering planes when there are more.
 constexpr std::size_t most_steering_planes = 3;
 
-/// Arrays of one thread, kept between batches.
-struct Scratch {
-  BatchArray x, y, z, footprint;
-  std::vector<BatchArray> densities;
-  /// Per galaxy of each cover: its nodes and their hits.
-  std::vector<std::vector<std::int32_t>> members;
-  std::vector<std::vector<const Hit*>> member_hits;
-  std::vector<std::size_t> first_group;  ///< of each cover
-};
-
-Scratch& scratch() {
-  thread_local Scratch instance;
-  return instance;
-}
-
 }  // namespace
 
-void RayNodes::clear_nodes() {
-  ray.clear();
-  cover.clear();
-  t.clear();
-  for (auto& slot : light) slot.clear();
-  for (auto& slot : dust) slot.clear();
-}
+/// Arrays of one thread, kept between calls.
+struct Medium::Scratch {
+  BatchArray x, y, z, footprint;
+  std::vector<BatchArray> densities;
+  std::vector<std::vector<Stretch>> members;  ///< of each galaxy of each cover
+  std::vector<std::size_t> first_group;       ///< of each cover
+};
 
-void RayNodes::clear() {
-  clear_nodes();
-  covers.clear();
+Medium::Scratch& Medium::scratch() {
+  thread_local Scratch instance;
+  return instance;
 }
 
 RenderCounts& RenderCounts::operator+=(const RenderCounts& more) {
@@ -196,28 +181,30 @@ void Medium::hits(const Ray& ray, std::span<const int> candidates, std::vector<H
   });
 }
 
-void Medium::mark(const Hit& hit, Marks& marks) const {
-  const std::size_t old_edges = marks.edges.size();
-  const std::size_t old_stretches = marks.stretches.size();
+void Medium::plan(const Hit& hit, RayPlan& out) const {
   const BallRay ray{{hit.nearest[0], hit.nearest[1], hit.nearest[2]},
                     {hit.direction[0], hit.direction[1], hit.direction[2]},
                     hit.begin - hit.centre,
                     hit.end - hit.centre,
                     hit.footprint};
+  out.clear();
   for (const auto& component : placed(hit.galaxy).galaxy->components()) {
-    component->mark(ray, accuracy_, marks);
-  }
-  for (std::size_t i = old_edges; i < marks.edges.size(); ++i) marks.edges[i] += hit.centre;
-  for (std::size_t i = old_stretches; i < marks.stretches.size(); ++i) {
-    marks.stretches[i].begin += hit.centre;
-    marks.stretches[i].end += hit.centre;
+    component->plan(ray, accuracy_, out);
   }
 }
 
-Cover Medium::cover(std::span<const Hit> hits, double t) const {
+bool Medium::has_variants(const Hit& hit) const {
+  if (!(hit.footprint > 0)) return false;
+  const auto components = placed(hit.galaxy).galaxy->components();
+  const std::vector<int>& dust = spectra(hit.galaxy).dust;
+  return std::any_of(dust.begin(), dust.end(), [&](int c) {
+    return components[static_cast<std::size_t>(c)]->hides_texture(hit.footprint);
+  });
+}
+
+Cover Medium::cover(std::span<const Hit> hits) const {
   Cover result;
   for (const Hit& hit : hits) {
-    if (!(hit.begin < t && t < hit.end)) continue;
     result.galaxies.push_back(hit.galaxy);
     result.light_slots += static_cast<int>(spectra(hit.galaxy).light.size());
     result.dust_slots += static_cast<int>(spectra(hit.galaxy).dust.size());
@@ -281,78 +268,112 @@ double Medium::depth(std::size_t plane, const double* depth) const {
   return std::inner_product(interpolation_[plane].begin(), interpolation_[plane].end(), depth, 0.0);
 }
 
-void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray, std::size_t first,
-                      RayNodes& nodes) const {
+void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray,
+                      std::span<const Cover> covers, std::size_t variants, RayNodes& nodes,
+                      RenderCounts& counts) const {
   Scratch& s = scratch();
   std::size_t light_slots = 0, dust_slots = 0, groups = 0;
   s.first_group.clear();
-  for (const Cover& cover : nodes.covers) {
+  for (const Cover& cover : covers) {
     s.first_group.push_back(groups);
     groups += cover.galaxies.size();
     light_slots = std::max(light_slots, static_cast<std::size_t>(cover.light_slots));
     dust_slots = std::max(dust_slots, static_cast<std::size_t>(cover.dust_slots));
   }
   nodes.light.resize(std::max(nodes.light.size(), light_slots));
-  nodes.dust.resize(std::max(nodes.dust.size(), dust_slots));
+  nodes.dust.resize(variants * dust_slots);
   for (auto* slots : {&nodes.light, &nodes.dust}) {
-    for (auto& slot : *slots) slot.resize(nodes.size(), 0.0f);
+    for (auto& slot : *slots) slot.assign(nodes.size(), 0.0f);
   }
   s.members.resize(std::max(s.members.size(), groups));
-  s.member_hits.resize(s.members.size());
-  for (std::size_t group = 0; group < groups; ++group) {
-    s.members[group].clear();
-    s.member_hits[group].clear();
-  }
-  for (std::size_t n = first; n < nodes.size(); ++n) {
-    const auto c = static_cast<std::size_t>(nodes.cover[n]);
-    const std::span<const Hit> hits = hits_of_ray[static_cast<std::size_t>(nodes.ray[n])];
-    const std::vector<int>& galaxies = nodes.covers[c].galaxies;
-    for (std::size_t k = 0; k < galaxies.size(); ++k) {
-      const auto hit = std::find_if(hits.begin(), hits.end(),
-                                    [&](const Hit& h) { return h.galaxy == galaxies[k]; });
-      s.members[s.first_group[c] + k].push_back(static_cast<std::int32_t>(n));
-      s.member_hits[s.first_group[c] + k].push_back(&*hit);
+  for (std::size_t group = 0; group < groups; ++group) s.members[group].clear();
+  for (const RayNodes::Run& run : nodes.runs) {
+    const std::vector<int>& galaxies = covers[static_cast<std::size_t>(run.cover)].galaxies;
+    const auto begin = nodes.t.begin() + run.first;
+    for (const Hit& hit : hits_of_ray[static_cast<std::size_t>(run.ray)]) {
+      const auto k = std::find(galaxies.begin(), galaxies.end(), hit.galaxy) - galaxies.begin();
+      if (k == static_cast<std::ptrdiff_t>(galaxies.size())) continue;
+      const auto first = std::lower_bound(begin, begin + run.count, hit.begin);
+      const auto last = std::upper_bound(first, begin + run.count, hit.end);
+      if (first == last) continue;
+      s.members[s.first_group[static_cast<std::size_t>(run.cover)] + static_cast<std::size_t>(k)]
+          .push_back({&hit, static_cast<std::int32_t>(first - nodes.t.begin()),
+                      static_cast<std::int32_t>(last - first)});
     }
   }
-  for (std::size_t c = 0; c < nodes.covers.size(); ++c) {
+  for (std::size_t c = 0; c < covers.size(); ++c) {
     std::size_t first_light = 0, first_dust = 0;
-    for (std::size_t k = 0; k < nodes.covers[c].galaxies.size(); ++k) {
-      const int g = nodes.covers[c].galaxies[k];
-      const Spectra& own = spectra(g);
-      const PlacedGalaxy& galaxy = placed(g);
-      const auto scale = static_cast<float>(1 / galaxy.radius);
-      s.densities.resize(std::max(s.densities.size(), galaxy.galaxy->components().size()));
-      const auto& members = s.members[s.first_group[c] + k];
-      const auto& hits = s.member_hits[s.first_group[c] + k];
-      for (std::size_t start = 0; start < members.size(); start += batch_capacity) {
-        const std::size_t size = std::min(batch_capacity, members.size() - start);
-        bool has_footprints = false;
-        for (std::size_t i = 0; i < size; ++i) {
-          const Hit& hit = *hits[start + i];
-          const double t = nodes.t[static_cast<std::size_t>(members[start + i])] - hit.centre;
-          s.x[i] = static_cast<float>(hit.nearest[0] + t * hit.direction[0]);
-          s.y[i] = static_cast<float>(hit.nearest[1] + t * hit.direction[1]);
-          s.z[i] = static_cast<float>(hit.nearest[2] + t * hit.direction[2]);
-          s.footprint[i] = static_cast<float>(hit.footprint);
-          has_footprints = has_footprints || hit.footprint > 0;
-        }
-        for (std::size_t i = size; i < padded(size); ++i) s.x[i] = s.y[i] = s.z[i] = 0;
-        galaxy.galaxy->evaluate({s.x.data(), s.y.data(), s.z.data(), size},
-                                static_cast<float>(accuracy_.texture_threshold), s.densities,
-                                has_footprints ? &s.footprint : nullptr);
-        const auto deposit = [&](const std::vector<int>& group, std::size_t first_slot,
-                                 std::vector<std::vector<float>>& slots) {
-          for (std::size_t m = 0; m < group.size(); ++m) {
-            const float* from = s.densities[static_cast<std::size_t>(group[m])].data();
-            float* to = slots[first_slot + m].data();
-            for (std::size_t i = 0; i < size; ++i) to[members[start + i]] = scale * from[i];
-          }
-        };
-        deposit(own.light, first_light, nodes.light);
-        deposit(own.dust, first_dust, nodes.dust);
+    for (std::size_t k = 0; k < covers[c].galaxies.size(); ++k) {
+      const int g = covers[c].galaxies[k];
+      fill(g, s.members[s.first_group[c] + k], first_light, first_dust, variants, nodes, counts);
+      first_light += spectra(g).light.size();
+      first_dust += spectra(g).dust.size();
+    }
+  }
+}
+
+void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t first_light,
+                  std::size_t first_dust, std::size_t variants, RayNodes& nodes,
+                  RenderCounts& counts) const {
+  Scratch& s = scratch();
+  const Spectra& own = spectra(galaxy);
+  const Galaxy& type = *placed(galaxy).galaxy;
+  const auto scale = static_cast<float>(1 / placed(galaxy).radius);
+  const auto threshold = static_cast<float>(accuracy_.texture_threshold);
+  const std::size_t components = type.components().size();
+  s.densities.resize(std::max(s.densities.size(), variants * components));
+  const std::size_t dust_slots = nodes.dust.size() / variants;
+  // Stretches are cut where a batch is full: `done` nodes of the first are in earlier batches.
+  std::int32_t done = 0;
+  for (std::size_t next = 0; next < stretches.size();) {
+    const std::size_t first_stretch = next;
+    const std::int32_t first_done = done;
+    std::size_t size = 0;
+    bool has_footprints = false;
+    while (next < stretches.size() && size < batch_capacity) {
+      const Stretch& stretch = stretches[next];
+      const Hit& hit = *stretch.hit;
+      const auto room = static_cast<std::int32_t>(batch_capacity - size);
+      const std::int32_t count = std::min(stretch.count - done, room);
+      const double* at = nodes.t.data() + stretch.first + done;
+      for (std::int32_t i = 0; i < count; ++i, ++size) {
+        const double t = at[i] - hit.centre;
+        s.x[size] = static_cast<float>(hit.nearest[0] + t * hit.direction[0]);
+        s.y[size] = static_cast<float>(hit.nearest[1] + t * hit.direction[1]);
+        s.z[size] = static_cast<float>(hit.nearest[2] + t * hit.direction[2]);
+        s.footprint[size] = static_cast<float>(hit.footprint);
       }
-      first_light += own.light.size();
-      first_dust += own.dust.size();
+      has_footprints = has_footprints || hit.footprint > 0;
+      done += count;
+      if (done < stretch.count) break;
+      ++next;
+      done = 0;
+    }
+    for (std::size_t i = size; i < padded(size); ++i) {
+      s.x[i] = s.y[i] = s.z[i] = s.footprint[i] = 0;
+    }
+    type.evaluate({s.x.data(), s.y.data(), s.z.data(), size}, threshold,
+                  has_footprints ? &s.footprint : nullptr,
+                  std::span(deviations).first(variants > 1 ? variants : 0), s.densities, counts);
+    const auto deposit = [&](const std::vector<int>& group, std::size_t variant,
+                             std::size_t first_slot, std::vector<std::vector<float>>& slots) {
+      for (std::size_t m = 0; m < group.size(); ++m) {
+        const float* from =
+            s.densities[variant * components + static_cast<std::size_t>(group[m])].data();
+        float* to = slots[first_slot + m].data();
+        std::int32_t skip = first_done;
+        for (std::size_t k = first_stretch, i = 0; i < size; ++k, skip = 0) {
+          float* own_nodes = to + stretches[k].first + skip;
+          const auto count =
+              std::min(static_cast<std::size_t>(stretches[k].count - skip), size - i);
+          for (std::size_t n = 0; n < count; ++n) own_nodes[n] = scale * from[i + n];
+          i += count;
+        }
+      }
+    };
+    deposit(own.light, 0, first_light, nodes.light);
+    for (std::size_t v = 0; v < variants; ++v) {
+      deposit(own.dust, v, v * dust_slots + first_dust, nodes.dust);
     }
   }
 }

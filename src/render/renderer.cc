@@ -20,8 +20,9 @@ struct Renderer::Sample {
   int pixel;
   int row;  ///< of Sums
   double x, y;
-  double weight;  ///< of the pixel's area
-  double size;    ///< of the cell for which it stands, pixels; 0 where sub-pixels are asked for
+  double weight;     ///< of the pixel's area
+  double size;       ///< of the cell or sub-pixel for which it stands, pixels
+  double footprint;  ///< of the pixel or sub-pixel
 };
 
 struct Renderer::Sums {
@@ -310,12 +311,13 @@ void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& ne
     const auto offset = [&](int i) { return (i + 0.5) / sub - 0.5; };
     for (int j = 0; j < sub; ++j) {
       for (int i = 0; i < sub; ++i) {
-        work.samples.push_back({x, row, x + offset(i), y + offset(j), weight, 0});
+        work.samples.push_back(
+            {x, row, x + offset(i), y + offset(j), weight, 1.0 / sub, 1.0 / sub});
       }
     }
     return;
   }
-  const Sample whole{x, row, static_cast<double>(x), static_cast<double>(y), 1, 1};
+  const Sample whole{x, row, static_cast<double>(x), static_cast<double>(y), 1, 1, 1};
   const std::optional<Ray> ray = camera_.ray(x, y);
   if (!ray) return;
   // Cells look at the same galaxies.
@@ -375,9 +377,9 @@ void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Fou
       const std::size_t first = work.hits.size();
       GalaxyIndex::find(index_.around(*ray, 0), near, work.near_ray);
       medium_.hits(*ray, work.near_ray, work.hits);
-      for (std::size_t h = first; h < work.hits.size() && sample.size > 0; ++h) {
+      for (std::size_t h = first; h < work.hits.size(); ++h) {
         work.hits[h].footprint =
-            sample.size * pixel_in_ball_[static_cast<std::size_t>(work.hits[h].galaxy)];
+            sample.footprint * pixel_in_ball_[static_cast<std::size_t>(work.hits[h].galaxy)];
       }
     }
     work.hit_ends.push_back(work.hits.size());

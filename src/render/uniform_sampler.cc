@@ -22,45 +22,56 @@ class UniformSampler : public Sampler {
 
  private:
   /// Adds the nodes of one cover.
-  void add(std::span<const Hit> hits, const RayNodes& nodes, std::span<const double> widths,
-           std::vector<double>& transmission, double* light, double* depth) const {
+  void add(std::span<const Hit> hits, const Cover& cover, const RayNodes& nodes,
+           std::span<const double> widths, std::vector<double>& transmission, double* light,
+           double* depth) const {
     const std::size_t steps = medium_.nodes();
-    const Cover& cover = nodes.covers.front();
     std::vector<std::size_t> places;
     medium_.places(hits, cover, places);
-    for (std::size_t n = 0; n < nodes.size(); ++n) {
+    const std::size_t variants = transmission.size() / steps;
+    const auto dust_slots = static_cast<std::size_t>(cover.dust_slots);
+    for (std::size_t n = 0; n < nodes.size() * variants; ++n) {
+      const std::size_t v = n / nodes.size(), node = n % nodes.size();
+      const double weight = widths[node] * (variants > 1 ? Medium::variant_weights[v] : 1.0);
       for (std::size_t j = 0; j < steps; ++j) {
         double opacity = 0;
-        for (int slot = 0; slot < cover.dust_slots; ++slot) {
-          opacity += double{medium_.extinction(cover, slot, j)} *
-                     double{nodes.dust[static_cast<std::size_t>(slot)][n]};
+        for (std::size_t slot = 0; slot < dust_slots; ++slot) {
+          opacity += double{medium_.extinction(cover, static_cast<int>(slot), j)} *
+                     double{nodes.dust[v * dust_slots + slot][node]};
         }
-        const double attenuation = std::exp(-0.5 * widths[n] * opacity);
+        const double attenuation = std::exp(-0.5 * widths[node] * opacity);
+        double& passed = transmission[v * steps + j];
         for (std::size_t slot = 0; slot < places.size(); ++slot) {
           light[places[slot] + j] +=
-              transmission[j] * attenuation * double{nodes.light[slot][n]} * widths[n];
+              passed * attenuation * double{nodes.light[slot][node]} * weight;
         }
-        transmission[j] *= attenuation * attenuation;
-        depth[j] += widths[n] * opacity;
+        passed *= attenuation * attenuation;
+        depth[j] += weight * opacity;
       }
     }
   }
 
   void integrate_ray(std::span<const std::span<const Hit>> hits, std::size_t i, RayLight& out,
                      RenderCounts& counts) const {
-    std::vector<double> transmission(medium_.nodes(), 1.0);
+    const bool varies = std::any_of(hits[i].begin(), hits[i].end(),
+                                    [&](const Hit& hit) { return medium_.has_variants(hit); });
+    const std::size_t variants = varies ? Medium::deviations.size() : 1;
+    std::vector<double> transmission(variants * medium_.nodes(), 1.0);
     RayNodes nodes;
     std::vector<double> widths;
+    Cover cover;
     const auto flush = [&] {
-      medium_.evaluate(hits, 0, nodes);
-      add(hits[i], nodes, widths, transmission, out.light.data() + out.begin[i],
+      nodes.runs = {{static_cast<std::int32_t>(i), 0, 0, static_cast<std::int32_t>(nodes.size())}};
+      medium_.evaluate(hits, std::span(&cover, 1), variants, nodes, counts);
+      add(hits[i], cover, nodes, widths, transmission, out.light.data() + out.begin[i],
           out.depth.data() + i * medium_.nodes());
       counts.nodes += nodes.size();
-      nodes.clear_nodes();
+      nodes.clear();
       widths.clear();
     };
     // Where the set of galaxies along the ray changes.
     std::vector<double> edges;
+    std::vector<Hit> here;
     for (const Hit& hit : hits[i]) {
       edges.push_back(hit.begin);
       edges.push_back(hit.end);
@@ -69,16 +80,20 @@ class UniformSampler : public Sampler {
     for (std::size_t e = 0; e + 1 < edges.size(); ++e) {
       const double begin = edges[e], end = edges[e + 1];
       if (!(end > begin)) continue;
-      nodes.covers = {medium_.cover(hits[i], 0.5 * (begin + end))};
+      here.clear();
+      for (const Hit& hit : hits[i]) {
+        if (hit.begin < end && begin < hit.end) here.push_back(hit);
+      }
+      cover = medium_.cover(here);
       double step = HUGE_VAL;
-      for (const int galaxy : nodes.covers.front().galaxies) {
+      for (const int galaxy : cover.galaxies) {
         step = std::min(step, step_ * medium_.radius(galaxy));
       }
       if (!(step < HUGE_VAL)) continue;
       const double count = std::ceil((end - begin) / step);
       const double width = (end - begin) / count;
       for (double k = 0; k < count; ++k) {
-        nodes.add(static_cast<std::int32_t>(i), 0, begin + (k + 0.5) * width);
+        nodes.t.push_back(begin + (k + 0.5) * width);
         widths.push_back(width);
         if (nodes.size() == piece_size) flush();
       }

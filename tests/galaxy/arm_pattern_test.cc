@@ -239,5 +239,24 @@ TEST(ArmPattern, Errors) {
             "are possible");
 }
 
+TEST(ArmPatternTest, ShearIsTheSlopeOfTheWinding) {
+  for (const ArmPattern& arms :
+       {ringermacher_mead(0.5, 4), ringermacher_mead(1.2, 7, 0.3), logarithmic(12, 0.1)}) {
+    for_each_simd_target([&arms] {
+      BatchArray r{}, shear{};
+      for (std::size_t i = 0; i < batch_capacity; ++i) {
+        r[i] = static_cast<float>(0.01 + 0.99 * static_cast<double>(i) / batch_capacity);
+      }
+      arms.shear(r.data(), batch_capacity, shear.data());
+      for (std::size_t i = 0; i < batch_capacity; ++i) {
+        const double radius = double{r[i]}, h = 1e-5 * radius;
+        const double slope =
+            radius * (arms.winding(radius + h) - arms.winding(radius - h)) / (2 * h);
+        EXPECT_NEAR(shear[i], slope, 1e-5 * std::abs(slope) + 1e-6);
+      }
+    });
+  }
+}
+
 }  // namespace
 }  // namespace gamer

@@ -32,7 +32,9 @@ inline std::vector<std::vector<float>> evaluate(const Galaxy& galaxy,
       y[i] = static_cast<float>(positions[first + i][1]);
       z[i] = static_cast<float>(positions[first + i][2]);
     }
-    galaxy.evaluate({x.data(), y.data(), z.data(), size}, threshold, densities);
+    EvaluationCounts counts;
+    galaxy.evaluate({x.data(), y.data(), z.data(), size}, threshold, nullptr, {}, densities,
+                    counts);
     for (std::size_t c = 0; c < components; ++c) {
       result[c].insert(result[c].end(), densities[c].data(), densities[c].data() + size);
     }

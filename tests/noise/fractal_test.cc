@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -191,7 +192,8 @@ TEST(FractalNoise, NormaliseTakesWeightedStatistics) {
   const std::vector<Vector> positions = positions_in_cube(20000, 1, 42);
   const auto weight = [](const Vector& p) { return std::exp(2 * p[0]) + (p[1] > 0 ? 1 : 0); };
   const std::vector<WeightedBatch> cloud = cloud_of(positions, weight);
-  std::vector<BatchArray> factors(cloud.size());
+  FractalNoise::Factors given{std::vector<BatchArray>(cloud.size()), [](double) { return 1.0; }};
+  std::vector<BatchArray>& factors = given.values;
   std::vector<double> factor_list;
   for (std::size_t b = 0; b < cloud.size(); ++b) {
     for (std::size_t i = 0; i < cloud[b].size; ++i) {
@@ -205,8 +207,7 @@ TEST(FractalNoise, NormaliseTakesWeightedStatistics) {
     p.offset = 0.4;
     FractalNoise noise(p);
     const std::vector<double> raw = raw_sum(noise, positions);
-    noise.normalise(
-        cloud, with_factors ? std::span<const BatchArray>(factors) : std::span<const BatchArray>());
+    noise.normalise(cloud, with_factors ? &given : nullptr);
     const std::vector<double> phi = phi_of(noise, positions);
     double w = 0, s = 0, ss = 0, light = 0, squares = 0, errors = 0;
     for (std::size_t i = 0; i < positions.size(); ++i) {
@@ -224,6 +225,116 @@ TEST(FractalNoise, NormaliseTakesWeightedStatistics) {
     EXPECT_NEAR(light / w, 1, 1e-6);
     EXPECT_NEAR(noise.rms() / std::sqrt(squares / w), 1, 1e-5);
     EXPECT_NEAR(noise.mean_error() / (std::sqrt(errors) / w), 1, 1e-5);
+  }
+}
+
+/// Phi of points seen by rays of a footprint, and the hidden variance.
+std::vector<double> expected_of(const FractalNoise& noise, std::span<const WeightedBatch> cloud,
+                                double width, double* hidden = nullptr) {
+  std::vector<double> result;
+  BatchArray footprint, out;
+  std::fill_n(footprint.data(), batch_capacity, static_cast<float>(width));
+  SeenNoise seen;
+  std::uint64_t evaluations = 0;
+  for (const WeightedBatch& batch : cloud) {
+    noise.see(batch.points(), footprint.data(), seen, evaluations);
+    noise.expect(batch.size, seen, out.data());
+    result.insert(result.end(), out.data(), out.data() + batch.size);
+    if (hidden != nullptr) *hidden = double{seen.hidden[0]};
+  }
+  return result;
+}
+
+TEST(SeenNoise, KeepsItsMeanAndLosesItsContrast) {
+  const std::vector<WeightedBatch> cloud = cloud_of(positions_in_cube(40000, 1, 7), even);
+  for (const bool inverse : {false, true}) {
+    FractalParameters p = parameters_of(simplex_noise());
+    p.octaves = 6;
+    p.k0 = 2;
+    p.frequency_scale = 5;
+    p.exponent = inverse ? 1.5 : 3;
+    p.inverse = inverse;
+    p.offset = inverse ? 0 : 1;
+    FractalNoise noise(p);
+    noise.normalise(cloud);
+    double last_square = HUGE_VAL, last_hidden = -1;
+    for (const double width : {0.0, 0.01, 0.03, 0.06, 0.12, 0.3}) {
+      double hidden = 0;
+      const std::vector<double> phi = expected_of(noise, cloud, width, &hidden);
+      double mean = 0, square = 0;
+      for (const double value : phi) {
+        mean += value / static_cast<double>(phi.size());
+        square += value * value / static_cast<double>(phi.size());
+      }
+      EXPECT_NEAR(mean, 1, 4e-3) << "inverse " << inverse << " width " << width;
+      EXPECT_LE(square, last_square + 2e-4);
+      EXPECT_GE(hidden, last_hidden);
+      EXPECT_NEAR(hidden, 1 - noise.seen_share(width), 1e-5);
+      last_square = square;
+      last_hidden = hidden;
+    }
+    EXPECT_NEAR(last_hidden, 1, 1e-6);
+    EXPECT_NEAR(last_square, 1, 1e-4);
+  }
+}
+
+TEST(SeenNoise, NarrowRaysSeeAll) {
+  const std::vector<Vector> positions = positions_in_cube(1000, 1, 3);
+  const std::vector<WeightedBatch> cloud = cloud_of(positions, even);
+  FractalNoise noise(parameters_of(simplex_noise()));
+  noise.normalise(cloud);
+  EXPECT_EQ(expected_of(noise, cloud, 0), phi_of(noise, positions));
+  EXPECT_EQ(expected_of(noise, cloud, 1e-4), phi_of(noise, positions));
+}
+
+TEST(SeenNoise, DeviationsAverageToWhatIsExpected) {
+  // The three-point Gauss-Hermite rule over what is coherent gives the expectation over all.
+  const std::vector<WeightedBatch> cloud = cloud_of(positions_in_cube(4000, 1, 5), even);
+  FractalParameters p = parameters_of(simplex_noise());
+  p.exponent = 2;
+  p.offset = 2;
+  FractalNoise noise(p, 0.02);
+  noise.normalise(cloud);
+  BatchArray footprint, out;
+  std::fill_n(footprint.data(), batch_capacity, 0.08f);
+  SeenNoise seen;
+  std::uint64_t evaluations = 0;
+  double expected = 0, averaged = 0;
+  for (const WeightedBatch& batch : cloud) {
+    noise.see(batch.points(), footprint.data(), seen, evaluations);
+    noise.expect(batch.size, seen, out.data());
+    for (std::size_t i = 0; i < batch.size; ++i) expected += double{out[i]};
+    for (const auto& [deviation, weight] :
+         {std::pair(0.0, 2.0 / 3), std::pair(std::sqrt(3.0), 1.0 / 6),
+          std::pair(-std::sqrt(3.0), 1.0 / 6)}) {
+      noise.expect(batch.size, seen, deviation, out.data());
+      for (std::size_t i = 0; i < batch.size; ++i) averaged += weight * double{out[i]};
+    }
+  }
+  EXPECT_NEAR(averaged / expected, 1, 5e-3);
+}
+
+TEST(NoiseShape, ExpectedValuesAreThoseOfTheNormalDistribution) {
+  // E[max(v + h g, 0)^2] = (v^2 + h^2) Q + v h q, Q and q the normal distribution and density.
+  const NoiseShape shape({2, false, 0.5, 1, 0.1});
+  std::array<float, NoiseShape::levels> correction;
+  correction.fill(1);
+  BatchArray values, hidden;
+  for (const double h : {0.25, 0.4, 0.5, 0.77, 1.0}) {
+    for (std::size_t i = 0; i < batch_capacity; ++i) {
+      values[i] = static_cast<float>(-2.5 + 5.0 * static_cast<double>(i) / batch_capacity);
+      hidden[i] = static_cast<float>(h * h);
+    }
+    const BatchArray s = values;
+    shape.apply_expected({1, 0}, 1, batch_capacity, hidden.data(), correction.data(),
+                         values.data());
+    for (std::size_t i = 0; i < batch_capacity; ++i) {
+      const double v = 0.5 + double{s[i]};
+      const double x = v / h;
+      const double exact = (v * v + h * h) * 0.5 * std::erfc(-x / std::sqrt(2.0)) +
+                           v * h * std::exp(-0.5 * x * x) / std::sqrt(2 * std::numbers::pi);
+      EXPECT_NEAR(values[i], exact, 1e-2 * (exact + 0.1 * h * h)) << "h " << h << " v " << v;
+    }
   }
 }
 

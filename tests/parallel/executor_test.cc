@@ -131,7 +131,9 @@ TEST(ThreadExecutor, TellsWhereTheTimeWent) {
     const double in_workers = times.compute + times.waiting + (threads == 1 ? times.consume : 0);
     EXPECT_NEAR(in_workers, threads * times.wall, 1e-9);
     // Two threads wait for most of the first block's time.
-    if (threads == 3) EXPECT_GE(times.waiting, 2 * 0.08);
+    if (threads == 3) {
+      EXPECT_GE(times.waiting, 2 * 0.08);
+    }
   }
 }
 

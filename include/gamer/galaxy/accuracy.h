@@ -9,17 +9,20 @@ namespace gamer {
 /// from_tolerance() together keep the rms relative error over the pixels above 1 % of an image's
 /// peak below the tolerance (tests/render/tolerance_test.cc measures it).
 struct Accuracy {
-  /// Share of a ray's intensity that the error estimates of its panels may reach, added in
-  /// quadrature. Controls the quadrature's error.
-  double panel_error;
+  /// Share of a ray's intensity by which it may change when every second node is left out. Controls
+  /// the quadrature's error, which is smaller: that of all nodes.
+  double ray_error;
+  /// Distance of a ray's first nodes, in units of the structure that they must not step over.
+  /// Controls the features that no node finds: too rare to show in the error estimates.
+  double first_step;
+  /// Layers are followed to where their envelope is this share of its largest value. Controls the
+  /// light lost beyond.
+  double envelope_threshold;
   /// A texture counts as its mean where its component's envelope, relative to its largest value
   /// and times sqrt(<Phi^2>), is below this. Controls the texture lost at a disk's faint edges.
   double texture_threshold;
-  /// Length of the first panels relative to the structure that they must not step over. Controls
-  /// the features that no sample finds: too rare to show in the error estimates.
-  double first_step;
   /// Rays fainter than this share of the face-on centre of the brightest galaxy on them need not
-  /// meet panel_error relatively, only in units of that share.
+  /// meet ray_error relatively, only in units of that share.
   double faint_share;
   /// A pixel is one ray where it is smaller than this share of the length over which the brightness
   /// changes there; larger ones are cut into cells of cell_size of that length, of four rays each.
@@ -28,15 +31,16 @@ struct Accuracy {
   double cell_size;
 
   /// Densities are single precision: smaller tolerances count as this one.
-  static constexpr double finest_tolerance = 1e-6;
+  static constexpr double finest_tolerance = 3e-6;
 
   /// The features missed fall with a high power of the first step, hence the small one here; the
   /// error of the midpoint rule with the second power of the size, that of Gauss' with the fourth.
   static Accuracy from_tolerance(double tolerance) {
     const double t = std::max(tolerance, finest_tolerance);
-    return {.panel_error = 0.12 * t,
-            .texture_threshold = 0.008 * t,
-            .first_step = 1.2 * std::pow(t / 1e-3, 0.2),
+    return {.ray_error = 0.6 * t,
+            .first_step = 0.8 * std::pow(t / 1e-3, 0.15),
+            .envelope_threshold = 0.003 * t,
+            .texture_threshold = 0.03 * t,
             .faint_share = 0.01,
             .ray_size = 0.06 * std::sqrt(t / 1e-3),
             .cell_size = 0.5 * std::pow(t / 1e-3, 0.25)};

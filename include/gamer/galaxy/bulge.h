@@ -20,7 +20,7 @@ class Bulge : public Component {
   void envelope(const SampleBatch& batch, float* out) const override;
   double envelope_integral() const override;
   std::vector<WeightedBatch> cloud(std::size_t /*size*/) const override { return {}; }
-  void mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) const override;
+  void plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const override;
   double column_scale(const double nearest[3], const double direction[3],
                       double reach) const override;
   double face_on_column() const override;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -29,19 +31,28 @@ struct BallRay {
   double footprint = 0;  ///< width across the ray for which it stands, galaxy radii
 };
 
-/// How a component wants a ray cut: `edges` are places where steps should end (a centre, a plane);
-/// within each stretch no step should be longer than `step`.
-struct Marks {
-  struct Stretch {
-    double begin;
-    double end;
-    double step;
-  };
-  std::vector<double> edges;
-  std::vector<Stretch> stretches;
+/// Where along a ray a component is, and how densely it must be sampled there:
+/// rate / sqrt(1 + ((t - centre)/width)^2) nodes per unit of t.
+struct Focus {
+  double centre;
+  double width;
+  double rate;
+};
+
+/// What a ray needs: the stretch in which there is something, and its focuses.
+struct RayPlan {
+  double begin;
+  double end;  ///< empty where end <= begin
+  std::vector<Focus> focuses;
+
   void clear() {
-    edges.clear();
-    stretches.clear();
+    begin = HUGE_VAL;
+    end = -HUGE_VAL;
+    focuses.clear();
+  }
+  void extend(double from, double to) {
+    begin = std::min(begin, from);
+    end = std::max(end, to);
   }
 };
 
@@ -49,8 +60,9 @@ struct Marks {
 /// that its features are wound in the sense of the arms (at twirl = 1 along them), and how
 /// it is normalised: <Phi> = 1 over the component's own envelope.
 struct Texture {
-  Texture(const FractalParameters& parameters, double twirl_factor)
-      : noise(parameters), twirl(twirl_factor) {}
+  /// `thickness` (galaxy radii) of the component.
+  Texture(const FractalParameters& parameters, double twirl_factor, double thickness)
+      : noise(parameters, thickness), twirl(twirl_factor) {}
   FractalNoise noise;
   double twirl;
 };
@@ -80,8 +92,8 @@ class Component {
   /// About `size` points spread over the envelope where the texture sees them, that is turned back
   /// by the twirl, for the statistics of the noise; empty for kinds without noise.
   virtual std::vector<WeightedBatch> cloud(std::size_t size) const = 0;
-  /// Cuts `ray` for the given accuracy.
-  virtual void mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) const = 0;
+  /// Adds what the component needs on `ray` for the given accuracy.
+  virtual void plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const = 0;
   /// A length (galaxy radii, across the ray) over which the integral of the density along rays that
   /// pass within `reach` of this one changes by about itself; infinite where there is nothing to
   /// speak of. `nearest` is the ray's point closest to the centre, `direction` of length 1.
@@ -98,10 +110,8 @@ class Component {
   }
   /// Of the texture's sharpest features, wound by the twirl, cycles per galaxy radius; 0 for none.
   virtual double texture_frequency() const { return 0; }
-  /// How much of the texture a ray of that footprint (galaxy radii) sees. Of light all below a
-  /// fifth of a period, from half a period on none, since its mean is 1 and it averages out; of
-  /// dust all.
-  double seen_texture(double footprint) const;
+  /// Whether a ray of that footprint (galaxy radii) may see less than all of the texture.
+  virtual bool hides_texture(double /*footprint*/) const { return false; }
   virtual bool needs_phi() const { return false; }
   virtual bool needs_winding() const { return false; }
 

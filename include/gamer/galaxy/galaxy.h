@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -10,6 +11,13 @@
 #include "gamer/galaxy/component.h"
 
 namespace gamer {
+
+/// What evaluations cost; times are summed over threads.
+struct EvaluationCounts {
+  std::uint64_t noise_evaluations = 0;  ///< base noises: points times octaves
+  double noise_seconds = 0;             ///< sums of octaves
+  double envelope_seconds = 0;          ///< the rest
+};
 
 /// A galaxy type with its noise realised for one seed: components in the ball frame (the ball of
 /// radius 1 after undoing `axis`; disk plane z = 0). Immutable; evaluated from many threads.
@@ -30,10 +38,14 @@ class Galaxy {
   /// Evaluates at most batch_capacity points of the ball frame: densities[c][i] = amplitude *
   /// envelope * Phi of component c (emissivity at 5500 Angstrom, or opacity at V, per galaxy
   /// radius). Where a component's envelope is below `threshold` threshold_scale() its Phi counts as
-  /// 1 and is not computed; Phi fades in up to 4 times that. `footprints` (galaxy radii) of the
-  /// points' rays fade out the textures that they do not resolve; null for none.
-  void evaluate(const Points& points, float threshold, std::span<BatchArray> densities,
-                const BatchArray* footprints = nullptr) const;
+  /// 1 and is not computed; Phi fades in up to 4 times that. Of the points' rays `footprints`
+  /// (galaxy radii) are given, or null for none: textures that they do not resolve count by what is
+  /// expected of them (FractalNoise). With as many arrays as `deviations` times components,
+  /// densities[d * components + c] is that of an absorbing component where the coherent part of
+  /// what is hidden is deviations[d] standard deviations.
+  void evaluate(const Points& points, float threshold, const BatchArray* footprints,
+                std::span<const double> deviations, std::span<BatchArray> densities,
+                EvaluationCounts& counts) const;
 
   /// Dust-free light at 5500 Angstrom of component c: the integral of its emissivity over the
   /// galaxy, galaxy radii^3.
@@ -45,11 +57,14 @@ class Galaxy {
   /// Normalises component c's texture, or follow_scale_ where it has none, over a cloud of that
   /// size; the relative standard error of the mean.
   double normalise(std::size_t c, std::size_t cloud_size);
-  /// Phi of the component that c follows, at c's cloud; empty where it follows none.
-  std::vector<BatchArray> followed_phi(std::size_t c, std::span<const WeightedBatch> cloud) const;
+  /// Phi of the component that c follows, at points of c's cloud.
+  std::vector<BatchArray> followed_phi(std::size_t c, std::span<const WeightedBatch> points) const;
   void resolve_fractions();
+  /// Fills out.size() arrays with Phi of component c, by as many deviations; 1 where it is not
+  /// needed.
   void phi(std::size_t c, const SampleBatch& batch, const BatchArray& need, float threshold,
-           const BatchArray* footprints, BatchArray& out) const;
+           const BatchArray* footprints, std::span<const double> deviations,
+           std::span<BatchArray> out, EvaluationCounts& counts) const;
 
   std::string name_;
   std::string description_;

@@ -24,10 +24,11 @@ class Layer : public Component {
   void envelope(const SampleBatch& batch, float* out) const override;
   double envelope_integral() const override;
   std::vector<WeightedBatch> cloud(std::size_t size) const override;
-  void mark(const BallRay& ray, const Accuracy& accuracy, Marks& marks) const override;
+  void plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const override;
   double column_scale(const double nearest[3], const double direction[3],
                       double reach) const override;
   double texture_frequency() const override;
+  bool hides_texture(double footprint) const override;
   double face_on_column() const override { return 2 * shape_.z0 * peak_; }
   double peak() const override { return peak_; }
   bool needs_phi() const override { return follows_arms(); }

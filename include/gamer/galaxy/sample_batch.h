@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "gamer/core/batch.h"
@@ -15,12 +16,19 @@ struct SampleBatch {
   BatchArray r;        ///< sqrt(x^2 + y^2)
   BatchArray phi;      ///< atan2(y, x); only where some component has arms
   BatchArray winding;  ///< theta(r); only where some component has arms or twirl
+  BatchArray shear;    ///< r dtheta/dr; only with footprints and where some component has twirl
   BatchArray taper;    ///< 1 inside, falling smoothly to 0 at the ball's surface
 };
 
 /// The taper falls from 1 at this radius to 0 at the ball's surface, as the quintic smoothstep
 /// 6u^5 - 15u^4 + 10u^3, which is twice continuously differentiable.
 inline constexpr double taper_start = 0.7;
+
+/// By how much a shear gamma stretches at most: gamma/2 + sqrt(1 + gamma^2/4).
+inline double stretch_of(double shear) {
+  const double half = 0.5 * std::abs(shear);
+  return half + std::sqrt(1 + half * half);
+}
 
 /// The taper at a distance from the centre.
 inline double taper_at(double radius) {

@@ -1,12 +1,15 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
 #include "gamer/core/batch.h"
 #include "gamer/core/parameter.h"
 #include "gamer/noise/noise.h"
+#include "gamer/noise/shape.h"
 
 namespace gamer {
 
@@ -48,20 +51,51 @@ struct CloudMean {
 /// `values` has one array per batch of `cloud`.
 CloudMean mean_over(std::span<const WeightedBatch> cloud, std::span<const BatchArray> values);
 
+/// How one octave counts for what is seen; see FractalNoise.
+struct OctaveInput {
+  float weight;
+  float weighted_mean;
+  float share;           ///< of the variance of S
+  float coherent_share;  ///< the same, of what is coherent through the layer
+  /// The smoothstep's argument is fade_shift - fade_slope footprint.
+  float fade_slope;
+  float fade_shift;
+};
+
+/// What a wide ray sees of the sum of octaves.
+struct SeenNoise {
+  BatchArray sum;       ///< octaves by how much of them is seen, the rest by their means
+  BatchArray hidden;    ///< variance of what is not seen, in units of that of S
+  BatchArray coherent;  ///< of its part that is the same through the layer
+};
+
 /// The fractal noise of GAMER Eqs. 3-6 (DESIGN section 4):
 ///   S(x) = sum_{k=1..omega} (k0 + f_s k)^-nu P((k0 + f_s k) x + o_k),  s = (S - mu) / sigma,
-///   v = offset + contrast s,
-///   Phi = max(v, 0)^alpha (linear) or max(|v|, floor)^-alpha (inverse), divided by its mean.
+///   Phi(offset + contrast s) of NoiseShape, divided by its mean.
 /// Every octave has its own hash seed and offset o_k, so that octaves are independent.
+///
+/// A ray of a footprint w (its width, in units of x) sees octave k by 1 where its frequency times w
+/// is below 0.15, by 0 from 0.9 on, smoothly between: about the mean over a square of side w. What
+/// it does not see counts by its expected value: E[Phi] over a normal distribution of the octaves'
+/// rest, divided by a correction that keeps <Phi> = 1 for any footprint.
 class FractalNoise {
  public:
-  explicit FractalNoise(const FractalParameters& parameters);
+  /// `thickness` (units of x) of the layer that the noise fills.
+  explicit FractalNoise(const FractalParameters& parameters, double thickness = 0);
 
+  /// What Phi will be multiplied by: at the points of a cloud, and its share that rays of a
+  /// footprint see (the rest counts as 1).
+  struct Factors {
+    std::vector<BatchArray> values;
+    std::function<double(double footprint)> seen;
+  };
   /// Takes mu, sigma and the mean of Phi over `cloud` (weighted), so that there <s> = 0, <s^2> = 1
-  /// and <Phi factor> = 1. `factors` is empty (all 1), or one array per batch by which Phi will be
-  /// multiplied. Before the call, mu = 0, sigma is that of independent octaves and the mean is 1.
-  /// Throws InputError where S hardly varies or Phi is zero or infinite over the cloud.
-  void normalise(std::span<const WeightedBatch> cloud, std::span<const BatchArray> factors = {});
+  /// and <Phi factor> = 1. `factors` may be null. Before the call, mu = 0, sigma is that of
+  /// independent octaves and the mean is 1. Throws InputError where S hardly varies or Phi is zero
+  /// or infinite over the cloud.
+  void normalise(std::span<const WeightedBatch> cloud, const Factors* factors = nullptr);
+  /// The share of the variance of S that rays of that footprint see.
+  double seen_share(double footprint) const;
   /// The standard error of <Phi factor> if the cloud's points were independent.
   double mean_error() const { return mean_error_; }
 
@@ -69,6 +103,15 @@ class FractalNoise {
   void sum(const Points& points, float* out) const;
   /// Phi.
   void evaluate(const Points& points, float* out) const;
+  /// What rays of these footprints see; counts the base noises that were evaluated.
+  void see(const Points& points, const float* footprint, SeenNoise& out,
+           std::uint64_t& evaluations) const;
+  /// Phi of it: expected over all that is hidden.
+  void expect(std::size_t size, const SeenNoise& seen, float* out) const;
+  /// The same where the coherent part of it is known to be so many standard deviations.
+  void expect(std::size_t size, const SeenNoise& seen, double deviation, float* out) const;
+  /// Whether rays of that footprint see less than all.
+  bool hides(double footprint) const;
 
   double mean() const { return mu_; }
   double sigma() const { return sigma_; }
@@ -81,10 +124,16 @@ class FractalNoise {
   const FractalParameters& parameters() const { return parameters_; }
 
  private:
-  void shape(std::size_t size, float* values) const;
+  NoiseShape::Standard standard() const { return {1 / sigma_, -mu_ / sigma_}; }
+  OctaveInput octave_input(std::size_t k) const;
+  void take_corrections(std::span<const WeightedBatch> cloud, const Factors* factors);
 
   FractalParameters parameters_;
+  NoiseShape shape_;
   std::vector<Octave> octaves_;
+  std::vector<double> coherence_;  ///< of each octave: share of its variance, through the layer
+  std::vector<double> octave_mean_, octave_variance_;
+  std::array<float, NoiseShape::levels> correction_;
   double mu_ = 0;
   double independent_sigma_ = 1;
   double sigma_ = 1;

@@ -1,12 +1,15 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
+#include <numbers>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "gamer/galaxy/accuracy.h"
+#include "gamer/galaxy/galaxy.h"
 #include "gamer/render/spectral_basis.h"
 #include "gamer/scene/camera.h"
 #include "gamer/scene/scene.h"
@@ -34,25 +37,24 @@ struct Cover {
   int dust_slots = 0;
 };
 
-/// Points on rays with what fills them there: per slot of the point's cover, the emissivity at 5500
-/// Angstrom (rest frame) or the opacity at V per scene unit of path.
+/// Points on stretches of rays (*runs*) with what fills them there: per slot of the run's cover,
+/// the emissivity at 5500 Angstrom (rest frame) or the opacity at V per scene unit of path.
 struct RayNodes {
-  std::vector<std::int32_t> ray;
-  std::vector<std::int32_t> cover;  ///< index in `covers`
+  struct Run {
+    std::int32_t ray;
+    std::int32_t cover;  ///< index in `covers`
+    std::int32_t first;  ///< of its nodes, which follow each other
+    std::int32_t count;
+  };
+  std::vector<Run> runs;
   std::vector<double> t;
-  std::vector<Cover> covers;
   std::vector<std::vector<float>> light;  ///< [slot][node]; 0 in slots that a cover lacks
-  std::vector<std::vector<float>> dust;
+  std::vector<std::vector<float>> dust;   ///< [variant * dust slots of the largest cover + slot]
 
   std::size_t size() const { return t.size(); }
-  /// Drops the nodes, keeps the covers.
-  void clear_nodes();
-  void clear();
-  std::int32_t add(std::int32_t ray_index, std::int32_t cover_index, double at) {
-    ray.push_back(ray_index);
-    cover.push_back(cover_index);
-    t.push_back(at);
-    return static_cast<std::int32_t>(t.size() - 1);
+  void clear() {
+    runs.clear();
+    t.clear();
   }
 };
 
@@ -70,12 +72,9 @@ struct RayLight {
 };
 
 /// How the cost of rendering is counted; seconds are sums over threads.
-struct RenderCounts {
+struct RenderCounts : EvaluationCounts {
   std::uint64_t rays = 0;
-  std::uint64_t nodes = 0;              ///< sample points
-  std::uint64_t noise_evaluations = 0;  ///< of one octave at one point
-  double noise_seconds = 0;
-  double envelope_seconds = 0;
+  std::uint64_t nodes = 0;  ///< sample points
   double transfer_seconds = 0;
 
   RenderCounts& operator+=(const RenderCounts& more);
@@ -97,11 +96,11 @@ class Medium {
 
   /// Appends the ray's hits among `candidates`, nearest first.
   void hits(const Ray& ray, std::span<const int> candidates, std::vector<Hit>& out) const;
-  /// Appends the wishes of the hit galaxy's components, in the ray's t.
-  void mark(const Hit& hit, Marks& marks) const;
+  /// What the hit galaxy's components need on the ray, in t - hit.centre.
+  void plan(const Hit& hit, RayPlan& out) const;
 
-  /// The cover of the hits that hold `t`; no galaxies where none does.
-  Cover cover(std::span<const Hit> hits, double t) const;
+  /// The cover of these hits.
+  Cover cover(std::span<const Hit> hits) const;
   /// Light components of a galaxy.
   std::size_t light_components(int galaxy) const { return spectra(galaxy).light.size(); }
   /// Where the light slots of a cover stand in a ray's part of RayLight::light.
@@ -109,9 +108,19 @@ class Medium {
   /// What dust slot `slot` of a cover does at spectral node j, relative to V.
   float extinction(const Cover& cover, int slot, std::size_t j) const;
 
-  /// Fills light and dust of nodes [first, size). `hits_of_ray[i]` are those of ray i.
-  void evaluate(std::span<const std::span<const Hit>> hits_of_ray, std::size_t first,
-                RayNodes& nodes) const;
+  /// Dust that a ray does not resolve takes less light than smooth dust of the same mean: such rays
+  /// are the mean over *variants*, for which the hidden noise of all dust is so many standard
+  /// deviations (the three-point Gauss-Hermite rule).
+  static constexpr std::array<double, 3> deviations = {0, std::numbers::sqrt3,
+                                                       -std::numbers::sqrt3};
+  static constexpr std::array<double, 3> variant_weights = {2.0 / 3, 1.0 / 6, 1.0 / 6};
+  /// Whether a hit needs them.
+  bool has_variants(const Hit& hit) const;
+
+  /// Fills light and dust of the nodes, with one variant (what is expected of the hidden noise) or
+  /// all. `hits_of_ray[i]` are those of ray i.
+  void evaluate(std::span<const std::span<const Hit>> hits_of_ray, std::span<const Cover> covers,
+                std::size_t variants, RayNodes& nodes, RenderCounts& counts) const;
 
   /// Planes that steer the refinement when there are many: the bluest, the reddest, one between.
   std::span<const std::size_t> steering() const { return steering_; }
@@ -141,6 +150,18 @@ class Medium {
     std::vector<float> steering_flux;        ///< [light component][steering plane]
     std::vector<double> typical_brightness;  ///< [steering plane]
   };
+  /// Nodes of a run that lie in a galaxy's ball.
+  struct Stretch {
+    const Hit* hit;
+    std::int32_t first, count;
+  };
+  struct Scratch;
+  static Scratch& scratch();
+  /// Fills the galaxy's slots, which begin at those given, at the nodes of the stretches.
+  void fill(int galaxy, std::span<const Stretch> stretches, std::size_t first_light,
+            std::size_t first_dust, std::size_t variants, RayNodes& nodes,
+            RenderCounts& counts) const;
+
   const PlacedGalaxy& placed(int galaxy) const {
     return scene_->galaxies[static_cast<std::size_t>(galaxy)];
   }

