@@ -345,6 +345,7 @@ void Renderer::refine(const Sample& cell, Work& work) const {
         part.x += i * gauss * cell.size;
         part.y += j * gauss * cell.size;
         part.weight = 0.25 * cell.size * cell.size;
+        part.footprint = 0.5 * cell.size;
         work.samples.push_back(part);
       } else {
         part.x += 0.25 * i * cell.size;
