@@ -155,8 +155,10 @@ constexpr double smallest_stretch = 1e-9;
 // Points over which the mean of a texture is taken: the first, and at most. Between them as many as
 // independent points would need for this error; the cloud's are up to four times better.
 constexpr std::size_t first_cloud = std::size_t{1} << 15;
-constexpr std::size_t largest_cloud = std::size_t{1} << 21;
+constexpr std::size_t largest_cloud = std::size_t{1} << 22;
 constexpr double cloud_error = 0.004;
+// The same for what wide rays see of it, whose mean varies less.
+constexpr std::size_t correction_cloud = std::size_t{1} << 17;
 
 }  // namespace
 
@@ -291,11 +293,9 @@ void Galaxy::normalise_textures() {
       if ((followed_[c] >= 0) != follows) continue;
       if (component.texture() == nullptr && !follows) continue;
       try {
-        std::size_t size = first_cloud;
-        const double excess = normalise(c, size) / cloud_error;
-        const double needed = static_cast<double>(size) * excess * excess;
-        size = static_cast<std::size_t>(std::min(needed, double{largest_cloud}));
-        if (size > first_cloud) normalise(c, size);
+        const double excess = normalise(c, first_cloud, false) / cloud_error;
+        const double needed = static_cast<double>(first_cloud) * std::max(excess * excess, 1.0);
+        normalise(c, static_cast<std::size_t>(std::min(needed, double{largest_cloud})), true);
       } catch (const InputError& error) {
         throw InputError(component.where(),
                          "component '" + component.name() + "': " + error.what());
@@ -304,45 +304,53 @@ void Galaxy::normalise_textures() {
   }
 }
 
-double Galaxy::normalise(std::size_t c, std::size_t cloud_size) {
+double Galaxy::normalise(std::size_t c, std::size_t cloud_size, bool is_last) {
   Component& component = *components_[c];
   const std::vector<WeightedBatch> cloud = component.cloud(cloud_size);
-  FractalNoise::Factors factors;
+  FractalNoise::Factor factor;
   if (followed_[c] >= 0) {
-    const FractalNoise& followed =
-        std::as_const(*components_[static_cast<std::size_t>(followed_[c])]).texture()->noise;
-    factors.values = followed_phi(c, cloud);
-    factors.seen = [&followed](double footprint) { return followed.seen_share(footprint); };
+    factor = [this, c](const Points& points, double footprint, float* out) {
+      followed_phi(c, points, footprint, out);
+    };
   }
   if (component.texture() != nullptr) {
-    component.texture()->noise.normalise(cloud, followed_[c] >= 0 ? &factors : nullptr);
-    return component.texture()->noise.mean_error();
+    FractalNoise& noise = component.texture()->noise;
+    noise.take_mean(cloud, factor);
+    if (is_last) noise.take_corrections(component.cloud(correction_cloud), factor);
+    return noise.mean_error();
   }
-  const CloudMean mean = mean_over(cloud, factors.values);
+  std::vector<BatchArray> factors(cloud.size());
+  for (std::size_t b = 0; b < cloud.size(); ++b) factor(cloud[b].points(), 0, factors[b].data());
+  const CloudMean mean = mean_over(cloud, factors);
   follow_scale_[c] = 1 / mean.mean;
   return mean.error / mean.mean;
 }
 
-std::vector<BatchArray> Galaxy::followed_phi(std::size_t c,
-                                             std::span<const WeightedBatch> points) const {
+void Galaxy::followed_phi(std::size_t c, const Points& points, double footprint, float* out) const {
   const Texture& followed = *components_[static_cast<std::size_t>(followed_[c])]->texture();
   // The cloud is turned by this component's twirl; the followed noise has its own.
   const Texture* own = components_[c]->texture();
   const double twirl = followed.twirl - (own != nullptr ? own->twirl : 0.0);
-  std::vector<BatchArray> result(points.size());
   BatchArray all;
   std::fill_n(all.data(), batch_capacity, 1.0f);
-  for (std::size_t b = 0; b < points.size(); ++b) {
-    SampleBatch batch{};
-    batch.size = points[b].size;
-    HWY_DYNAMIC_DISPATCH(Share)(points[b].points(), false, batch);
-    arms_.winding(batch.r.data(), batch.size, batch.winding.data());
-    CompactedPoints turned;
-    HWY_DYNAMIC_DISPATCH(Compact)
-    (batch, all.data(), 0.5f, static_cast<float>(twirl), true, nullptr, turned);
-    followed.noise.evaluate({turned.x, turned.y, turned.z, turned.size}, result[b].data());
+  SampleBatch batch{};
+  batch.size = points.size;
+  HWY_DYNAMIC_DISPATCH(Share)(points, false, batch);
+  arms_.winding(batch.r.data(), batch.size, batch.winding.data());
+  CompactedPoints turned;
+  HWY_DYNAMIC_DISPATCH(Compact)
+  (batch, all.data(), 0.5f, static_cast<float>(twirl), true, nullptr, turned);
+  const Points places{turned.x, turned.y, turned.z, turned.size};
+  if (footprint == 0) {
+    followed.noise.evaluate(places, out);
+    return;
   }
-  return result;
+  BatchArray footprints;
+  std::fill_n(footprints.data(), batch_capacity, static_cast<float>(footprint));
+  SeenNoise seen;
+  std::uint64_t evaluations = 0;
+  followed.noise.see(places, footprints.data(), seen, evaluations);
+  followed.noise.expect(points.size, seen, out);
 }
 
 double Galaxy::luminosity(std::size_t c) const {

@@ -29,6 +29,23 @@ struct LayerKernelInput {
   std::size_t offset_count;
 };
 
+/// How a cloud fills a layer: radial x azimuthal x vertical cells, counted along z first.
+struct CloudInput {
+  float radial, azimuthal, vertical;
+  const float* node_radius;  ///< of cloud_nodes + 1 equal steps of the light inside
+  float z0;
+  float twirl;
+};
+
+// r is linear in the share of the light inside between so many nodes.
+constexpr int cloud_nodes = 1024;
+
+// Of the light on one side of the plane; keeps the points of the cloud within finite heights.
+constexpr float largest_share = 1 - 1e-6f;
+
+// Clouds have fewer points, so that single precision counts them.
+constexpr std::size_t largest_cloud_size = std::size_t{1} << 23;
+
 }  // namespace
 }  // namespace gamer
 #endif
@@ -85,20 +102,69 @@ void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* 
   }
 }
 
-/// Points of the cloud: z = z0 atanh(v), and x, y turned back by the twirl.
-void PlaceCloud(const SampleBatch& batch, const BatchArray& v, float z0, float twirl,
+/// Points of the cloud from index `first` on: r, phi, and the weight that the placing gives them.
+void DrawCloud(const CloudInput& in, std::size_t first, SampleBatch& batch, BatchArray& share,
+               BatchArray& weight) {
+  const hn::ScalableTag<float> d;
+  const hn::RebindToSigned<decltype(d)> di;
+  const hn::RebindToUnsigned<decltype(d)> du;
+  constexpr float half_turn = std::numbers::pi_v<float>;
+  const auto half = hn::Set(d, 0.5f);
+  const auto one = hn::Set(d, 1.0f);
+  const auto vertical = hn::Set(d, in.vertical);
+  const auto azimuthal = hn::Set(d, in.azimuthal);
+  // Within its cell a point is shifted by multiples of irrational numbers.
+  const auto shifted = [&](auto cell, auto one_cell, std::size_t one_step, auto other_cell,
+                           std::size_t other_step) HWY_ATTR {
+    const auto step = [](std::size_t k) {
+      return static_cast<std::uint32_t>(R3Sequence::steps[k] >> 32);
+    };
+    const auto bits = [&](auto value)
+                          HWY_ATTR { return hn::BitCast(du, hn::ConvertTo(di, value)); };
+    const auto word = hn::Add(hn::Mul(bits(one_cell), hn::Set(du, step(one_step))),
+                              hn::Mul(bits(other_cell), hn::Set(du, step(other_step))));
+    const auto shift = hn::ConvertTo(d, hn::BitCast(di, hn::ShiftRight<8>(word)));
+    return hn::MulAdd(shift, hn::Set(d, 0x1p-24f), cell);
+  };
+  for (std::size_t i = 0; i < batch.size; i += hn::Lanes(d)) {
+    const auto index = hn::ConvertTo(d, hn::Iota(di, static_cast<std::int32_t>(first + i)));
+    const auto column = hn::Floor(hn::Div(hn::Add(index, half), vertical));
+    const auto c = hn::NegMulAdd(column, vertical, index);
+    const auto a = hn::Floor(hn::Div(hn::Add(column, half), azimuthal));
+    const auto b = hn::NegMulAdd(a, azimuthal, column);
+    const auto u_radial = shifted(a, b, 0, c, 1);
+    const auto u_angle = shifted(b, c, 2, a, 0);
+    const auto u_height = shifted(c, a, 1, b, 2);
+    const auto node = hn::Mul(u_radial, hn::Set(d, cloud_nodes / in.radial));
+    const auto k = hn::Min(hn::Floor(node), hn::Set(d, cloud_nodes - 1.0f));
+    const auto at = hn::Max(hn::ConvertTo(di, k), hn::Zero(di));
+    const auto inner = hn::GatherIndex(d, in.node_radius, at);
+    const auto width = hn::Sub(hn::GatherIndex(d, in.node_radius + 1, at), inner);
+    const auto r = hn::MulAdd(hn::Sub(node, k), width, inner);
+    auto v = hn::Sub(hn::Div(hn::Add(u_height, u_height), vertical), one);
+    v = hn::Min(hn::Max(v, hn::Set(d, -largest_share)), hn::Set(d, largest_share));
+    hn::Store(r, d, batch.r.data() + i);
+    hn::Store(hn::Mul(hn::Sub(hn::Div(u_angle, azimuthal), half), hn::Set(d, 2 * half_turn)), d,
+              batch.phi.data() + i);
+    hn::Store(v, d, share.data() + i);
+    hn::Store(hn::Div(hn::Mul(r, width), hn::NegMulAdd(v, v, one)), d, weight.data() + i);
+  }
+}
+
+/// z = z0 atanh(v), and x, y turned back by the twirl.
+void PlaceCloud(const SampleBatch& batch, const BatchArray& v, const CloudInput& in,
                 WeightedBatch& points, BatchArray& taper) {
   const hn::ScalableTag<float> d;
   const auto one = hn::Set(d, 1.0f);
   for (std::size_t i = 0; i < batch.size; i += hn::Lanes(d)) {
     const auto share = hn::Load(d, v.data() + i);
     const auto ratio = hn::Div(hn::Add(one, share), hn::Sub(one, share));
-    const auto z = hn::Mul(Log(d, ratio), hn::Set(d, 0.5f * z0));
+    const auto z = hn::Mul(Log(d, ratio), hn::Set(d, 0.5f * in.z0));
     const auto r = hn::Load(d, batch.r.data() + i);
     auto sine = hn::Zero(d);
     auto cosine = hn::Zero(d);
     SinCos(d,
-           hn::NegMulAdd(hn::Load(d, batch.winding.data() + i), hn::Set(d, twirl),
+           hn::NegMulAdd(hn::Load(d, batch.winding.data() + i), hn::Set(d, in.twirl),
                          hn::Load(d, batch.phi.data() + i)),
            sine, cosine);
     hn::Store(hn::Mul(r, cosine), d, points.x.data() + i);
@@ -117,6 +183,7 @@ HWY_AFTER_NAMESPACE();
 namespace gamer {
 
 HWY_EXPORT(LayerEnvelope);
+HWY_EXPORT(DrawCloud);
 HWY_EXPORT(PlaceCloud);
 
 namespace {
@@ -155,9 +222,6 @@ constexpr double rim_width = 0.6;
 // Where the layer is bright: within these multiples of the scale length and height.
 constexpr double bright_radius = 3;
 constexpr double bright_height = 3.5;
-
-// Of the light on one side of the plane; keeps the points of the cloud within finite heights.
-constexpr double largest_share = 1 - 1e-6;
 
 // The shear of the twirl is bounded by the steepest winding outside this radius.
 constexpr double twirl_core = 0.1;
@@ -297,60 +361,39 @@ std::vector<WeightedBatch> Layer::cloud(std::size_t size) const {
   const double height = std::min(bright_height * shape_.z0, 1.0);
   const double side = std::cbrt(length * circle * height / static_cast<double>(size));
   const auto cells = [side](double extent) {
-    return static_cast<std::uint64_t>(std::max(std::round(extent / side), 1.0));
+    return static_cast<std::size_t>(std::max(std::round(extent / side), 1.0));
   };
-  const std::uint64_t vertical = cells(height);
-  const std::uint64_t azimuthal = cells(circle);
-  const std::uint64_t radial = cells(length);
+  const std::size_t vertical = cells(height);
+  const std::size_t azimuthal = cells(circle);
+  const std::size_t radial = std::min(cells(length), largest_cloud_size / (azimuthal * vertical));
 
-  // r is linear in the share between nodes, so its density is 1/width there.
-  constexpr int nodes = 1024;
   const double end = std::min(1 / shape_.rh, reach);
   const double inside = 1 - (1 + end) * std::exp(-end);
-  std::vector<double> node_radius(nodes + 1, 0.0);
-  for (int k = 1; k < nodes; ++k) node_radius[k] = shape_.rh * gamma2_quantile(inside * k / nodes);
-  node_radius[nodes] = shape_.rh * end;
+  std::vector<float> node_radius(cloud_nodes + 1, 0.0f);
+  for (int k = 1; k <= cloud_nodes; ++k) {
+    const double lengths = k < cloud_nodes ? gamma2_quantile(inside * k / cloud_nodes) : end;
+    node_radius[static_cast<std::size_t>(k)] = static_cast<float>(shape_.rh * lengths);
+  }
+  const CloudInput in{static_cast<float>(radial),
+                      static_cast<float>(azimuthal),
+                      static_cast<float>(vertical),
+                      node_radius.data(),
+                      static_cast<float>(shape_.z0),
+                      texture() != nullptr ? static_cast<float>(texture()->twirl) : 0.0f};
 
   const std::size_t count = radial * azimuthal * vertical;
   std::vector<WeightedBatch> result((count + batch_capacity - 1) / batch_capacity);
-  const float twirl = texture() != nullptr ? static_cast<float>(texture()->twirl) : 0.0f;
-  const auto& steps = R3Sequence::steps;
   SampleBatch samples{};
-  BatchArray v{}, correction{};
-  std::uint64_t a = 0, b = 0, c = 0;
+  BatchArray share, weight;
   for (std::size_t first = 0; first < count; first += batch_capacity) {
     WeightedBatch& batch = result[first / batch_capacity];
     batch.size = samples.size = std::min(batch_capacity, count - first);
-    for (std::size_t i = 0; i < batch.size; ++i) {
-      // Within its cell a point is shifted by multiples of irrational numbers.
-      const double u_radial = static_cast<double>(a) + to_unit(b * steps[0] + c * steps[1]);
-      const double u_angle = static_cast<double>(b) + to_unit(c * steps[2] + a * steps[0]);
-      const double u_height = static_cast<double>(c) + to_unit(a * steps[1] + b * steps[2]);
-      const double node = u_radial / static_cast<double>(radial) * nodes;
-      const int k = std::min(static_cast<int>(node), nodes - 1);
-      const double width = node_radius[k + 1] - node_radius[k];
-      const double r = node_radius[k] + (node - k) * width;
-      const double share = std::clamp(2 * u_height / static_cast<double>(vertical) - 1,
-                                      -largest_share, largest_share);
-      samples.r[i] = static_cast<float>(r);
-      samples.phi[i] =
-          static_cast<float>(2 * pi * (u_angle / static_cast<double>(azimuthal) - 0.5));
-      v[i] = static_cast<float>(share);
-      correction[i] = static_cast<float>(r * width / (1 - share * share));
-      if (++c == vertical) {
-        c = 0;
-        if (++b == azimuthal) {
-          b = 0;
-          ++a;
-        }
-      }
-    }
+    HWY_DYNAMIC_DISPATCH(DrawCloud)(in, first, samples, share, weight);
     arms_.winding(samples.r.data(), samples.size, samples.winding.data());
-    HWY_DYNAMIC_DISPATCH(PlaceCloud)
-    (samples, v, static_cast<float>(shape_.z0), twirl, batch, samples.taper);
+    HWY_DYNAMIC_DISPATCH(PlaceCloud)(samples, share, in, batch, samples.taper);
     samples.z = batch.z;
     envelope(samples, batch.weight.data());
-    for (std::size_t i = 0; i < batch.size; ++i) batch.weight[i] *= correction[i];
+    for (std::size_t i = 0; i < batch.size; ++i) batch.weight[i] *= weight[i];
   }
   return result;
 }

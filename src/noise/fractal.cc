@@ -11,6 +11,17 @@
 #include "gamer/core/error.h"
 #include "gamer/core/random.h"
 
+#ifndef GAMER_NOISE_FRACTAL_KERNEL
+#define GAMER_NOISE_FRACTAL_KERNEL
+namespace gamer {
+namespace {
+
+constexpr std::size_t moment_count = 8;  ///< of AddMoments()
+
+}  // namespace
+}  // namespace gamer
+#endif
+
 HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
@@ -50,6 +61,55 @@ void Deviate(std::size_t size, const SeenNoise& seen, float step, float* HWY_RES
   }
 }
 
+/// out = constant + sum of factor times value over so many arrays.
+void Combine(std::size_t size, const float* const* values, const float* factors, std::size_t count,
+             float constant, float* HWY_RESTRICT out) {
+  const hn::ScalableTag<float> d;
+  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
+    auto sum = hn::Set(d, constant);
+    for (std::size_t k = 0; k < count; ++k) {
+      sum = hn::MulAdd(hn::Load(d, values[k] + i), hn::Set(d, factors[k]), sum);
+    }
+    hn::Store(sum, d, out + i);
+  }
+}
+
+/// Adds w, w x, w y, w x^2, w x y, w^2, w^2 x, w^2 x^2 to `sums`.
+void AddMoments(std::size_t size, const float* HWY_RESTRICT weight, const float* x, const float* y,
+                double* HWY_RESTRICT sums) {
+  const hn::ScalableTag<double> d;
+  const hn::Rebind<float, decltype(d)> df;
+  const auto load = [&](const float* from)
+                        HWY_ATTR { return hn::PromoteTo(d, hn::LoadU(df, from)); };
+  auto w0 = hn::Zero(d), wx = w0, wy = w0, wxx = w0, wxy = w0, ww = w0, wwx = w0, wwxx = w0;
+  const std::size_t lanes = hn::Lanes(d);
+  std::size_t i = 0;
+  for (; i + lanes <= size; i += lanes) {
+    const auto w = load(weight + i);
+    const auto own = load(x + i);
+    const auto other = load(y + i);
+    const auto light = hn::Mul(w, own);
+    w0 = hn::Add(w0, w);
+    wx = hn::Add(wx, light);
+    wy = hn::MulAdd(w, other, wy);
+    wxx = hn::MulAdd(light, own, wxx);
+    wxy = hn::MulAdd(light, other, wxy);
+    ww = hn::MulAdd(w, w, ww);
+    wwx = hn::MulAdd(w, light, wwx);
+    wwxx = hn::MulAdd(light, light, wwxx);
+  }
+  const decltype(w0) lanes_of[] = {w0, wx, wy, wxx, wxy, ww, wwx, wwxx};
+  for (std::size_t k = 0; k < moment_count; ++k) {
+    sums[k] += hn::GetLane(hn::SumOfLanes(d, lanes_of[k]));
+  }
+  for (; i < size; ++i) {
+    const double w = weight[i], own = x[i], other = y[i];
+    const double last[] = {w,     w * own,     w * other,        w * own * own, w * own * other,
+                           w * w, w * w * own, w * own * w * own};
+    for (std::size_t k = 0; k < moment_count; ++k) sums[k] += last[k];
+  }
+}
+
 // NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
@@ -60,6 +120,8 @@ namespace gamer {
 
 HWY_EXPORT(AddOctave);
 HWY_EXPORT(Deviate);
+HWY_EXPORT(Combine);
+HWY_EXPORT(AddMoments);
 
 namespace {
 
@@ -72,10 +134,8 @@ constexpr double largest_offset = 16.0;
 constexpr double fade_begin = 0.15;
 constexpr double fade_end = 0.9;
 
-// Octaves' own statistics and the corrections of hidden noise are taken over about so many points
-// of the cloud, the latter at so many footprints.
-constexpr std::size_t octave_points = std::size_t{1} << 16;
-constexpr int correction_footprints = 32;
+// Corrections of hidden noise are taken at so many levels of h = sqrt(hidden variance).
+constexpr int correction_levels = 8;
 
 // 2^63, above every 64-bit integer.
 constexpr double largest_seed = 0x1p63;
@@ -198,13 +258,17 @@ OctaveInput FractalNoise::octave_input(std::size_t k) const {
   return in;
 }
 
+double FractalNoise::seen_octave(std::size_t k, double footprint) const {
+  const double frequency = double{octaves_[k].frequency};
+  const double u =
+      std::clamp((fade_end - footprint * frequency) / (fade_end - fade_begin), 0.0, 1.0);
+  return u * u * (3 - 2 * u);
+}
+
 double FractalNoise::seen_share(double footprint) const {
   double total = 0, seen = 0;
   for (std::size_t k = 0; k < octaves_.size(); ++k) {
-    const double frequency = double{octaves_[k].frequency};
-    const double u =
-        std::clamp((fade_end - footprint * frequency) / (fade_end - fade_begin), 0.0, 1.0);
-    const double share = u * u * (3 - 2 * u);
+    const double share = seen_octave(k, footprint);
     total += octave_variance_[k];
     seen += octave_variance_[k] * share * share;
   }
@@ -250,43 +314,45 @@ void FractalNoise::expect(std::size_t size, const SeenNoise& seen, double deviat
   shape_.apply_expected(standard(), 1 / phi_mean_, size, hidden.data(), correction_.data(), out);
 }
 
-CloudMean mean_over(std::span<const WeightedBatch> cloud, std::span<const BatchArray> values) {
-  double w = 0, wv = 0, wvv = 0, ww = 0, wwv = 0, wwvv = 0;
-  for (std::size_t b = 0; b < cloud.size(); ++b) {
-    for (std::size_t i = 0; i < cloud[b].size; ++i) {
-      const double weight = cloud[b].weight[i];
-      const double value = values[b][i];
-      w += weight;
-      wv += weight * value;
-      wvv += weight * value * value;
-      ww += weight * weight;
-      wwv += weight * weight * value;
-      wwvv += weight * weight * value * value;
-    }
-  }
-  CloudMean result;
-  result.mean = wv / w;
-  result.square_mean = wvv / w;
-  result.error = std::sqrt(std::max(wwvv - result.mean * (2 * wwv - result.mean * ww), 0.0)) / w;
-  return result;
-}
-
 namespace {
 
-/// By factors of which a share is seen.
-void multiply(std::span<const WeightedBatch> cloud, std::size_t stride,
-              std::span<const BatchArray> factors, double seen, std::vector<BatchArray>& values) {
-  for (std::size_t b = 0; b < values.size(); ++b) {
-    const BatchArray& own = factors[b * stride];
-    for (std::size_t i = 0; i < cloud[b * stride].size; ++i) {
-      values[b][i] *= static_cast<float>(1 + seen * (double{own[i]} - 1));
-    }
+/// Weighted means over points: of x, y, x^2, x y; and the standard error of the mean of x if the
+/// points were independent.
+struct Moments {
+  double sums[moment_count] = {};
+
+  void add(const WeightedBatch& batch, const float* x, const float* y) {
+    HWY_DYNAMIC_DISPATCH(AddMoments)(batch.size, batch.weight.data(), x, y, sums);
   }
+  double x() const { return sums[1] / sums[0]; }
+  double y() const { return sums[2] / sums[0]; }
+  double xx() const { return sums[3] / sums[0]; }
+  double xy() const { return sums[4] / sums[0]; }
+  double error() const {
+    return std::sqrt(std::max(sums[7] - x() * (2 * sums[6] - x() * sums[5]), 0.0)) / sums[0];
+  }
+};
+
+/// By the factor as rays of a footprint see it, where there is one.
+void multiply(const WeightedBatch& batch, const FractalNoise::Factor& factor, double footprint,
+              BatchArray& values) {
+  if (!factor) return;
+  BatchArray factors;
+  factor(batch.points(), footprint, factors.data());
+  for (std::size_t i = 0; i < batch.size; ++i) values[i] *= factors[i];
 }
 
 }  // namespace
 
-void FractalNoise::normalise(std::span<const WeightedBatch> cloud, const Factors* factors) {
+CloudMean mean_over(std::span<const WeightedBatch> cloud, std::span<const BatchArray> values) {
+  Moments moments;
+  for (std::size_t b = 0; b < cloud.size(); ++b) {
+    moments.add(cloud[b], values[b].data(), values[b].data());
+  }
+  return {moments.x(), moments.xx(), moments.error()};
+}
+
+void FractalNoise::take_mean(std::span<const WeightedBatch> cloud, const Factor& factor) {
   std::vector<BatchArray> values(cloud.size());
   for (std::size_t b = 0; b < cloud.size(); ++b) sum(cloud[b].points(), values[b].data());
   const CloudMean raw = mean_over(cloud, values);
@@ -300,8 +366,8 @@ void FractalNoise::normalise(std::span<const WeightedBatch> cloud, const Factors
   }
   for (std::size_t b = 0; b < cloud.size(); ++b) {
     shape_.apply(standard(), 1, cloud[b].size, values[b].data());
+    multiply(cloud[b], factor, 0, values[b]);
   }
-  if (factors != nullptr) multiply(cloud, 1, factors->values, 1, values);
   const CloudMean light = mean_over(cloud, values);
   // A noise that is dark everywhere (a very negative offset) has no mean to divide by.
   if (!(light.mean > 0) || !std::isfinite(light.square_mean)) {
@@ -312,75 +378,96 @@ void FractalNoise::normalise(std::span<const WeightedBatch> cloud, const Factors
   phi_mean_ = light.mean;
   phi_rms_ = std::sqrt(light.square_mean) / light.mean;
   mean_error_ = light.error / light.mean;
-  take_corrections(cloud, factors);
 }
 
-void FractalNoise::take_corrections(std::span<const WeightedBatch> cloud, const Factors* factors) {
-  std::size_t all = 0;
-  for (const WeightedBatch& batch : cloud) all += batch.size;
-  // Batches follow each other along the cloud's cells: every stride-th is a fair sample.
-  const std::size_t stride = std::max<std::size_t>(all / octave_points, 1);
-  std::vector<WeightedBatch> points;
-  for (std::size_t b = 0; b < cloud.size(); b += stride) points.push_back(cloud[b]);
-  std::vector<std::vector<BatchArray>> octave(octaves_.size());
-  std::vector<BatchArray> values(points.size());
+void FractalNoise::take_corrections(std::span<const WeightedBatch> cloud, const Factor& factor) {
+  const std::size_t batches = cloud.size();
+  const std::size_t octaves = octaves_.size();
+  std::vector<BatchArray> values(batches * octaves), full(batches);
   double means = 0;
-  for (std::size_t k = 0; k < octaves_.size(); ++k) {
+  for (std::size_t k = 0; k < octaves; ++k) {
     Octave own = octaves_[k];
     own.weight = 1;
-    octave[k].resize(points.size());
-    for (std::size_t b = 0; b < points.size(); ++b) {
-      parameters_.kind->sum(points[b].points(), std::span(&own, 1), octave[k][b].data());
+    Moments moments;
+    for (std::size_t b = 0; b < batches; ++b) {
+      BatchArray& value = values[b * octaves + k];
+      parameters_.kind->sum(cloud[b].points(), std::span(&own, 1), value.data());
+      moments.add(cloud[b], value.data(), value.data());
     }
-    const CloudMean mean = mean_over(points, octave[k]);
     const double weight = double{octaves_[k].weight};
-    octave_mean_[k] = weight * mean.mean;
-    octave_variance_[k] = weight * weight * (mean.square_mean - mean.mean * mean.mean);
+    octave_mean_[k] = weight * moments.x();
+    octave_variance_[k] = weight * weight * (moments.xx() - moments.x() * moments.x());
     means += octave_mean_[k];
   }
   // Together they are the mean of S over all points.
   octave_mean_.front() += mu_ - means;
 
-  // Of each footprint, from where the finest octave begins to fade to where the coarsest is gone.
-  std::vector<double> hidden, correction;
-  const double finest = fade_begin / double{octaves_.back().frequency};
-  const double coarsest = fade_end / double{octaves_.front().frequency};
-  SeenNoise seen;
-  BatchArray footprint;
-  double sampled = 0;
-  correction_.fill(1.0f);
-  for (int n = 0; n <= correction_footprints; ++n) {
-    const double width =
-        finest * std::pow(coarsest / finest, static_cast<double>(n) / correction_footprints);
-    std::fill_n(footprint.data(), batch_capacity, static_cast<float>(width));
-    for (std::size_t b = 0; b < points.size(); ++b) {
-      for (BatchArray* start : {&seen.sum, &seen.hidden, &seen.coherent}) {
-        std::fill_n(start->data(), padded(points[b].size), 0.0f);
-      }
-      for (std::size_t k = 0; k < octaves_.size(); ++k) {
-        HWY_DYNAMIC_DISPATCH(AddOctave)
-        (points[b].size, octave[k][b].data(), footprint.data(), octave_input(k), seen);
-      }
-      expect(points[b].size, seen, values[b].data());
+  // Phi where rays of a footprint see it, times the factor.
+  std::vector<const float*> octave(octaves);
+  std::vector<float> seen(octaves);
+  BatchArray hidden;
+  const auto phi_at = [&](double width, std::size_t b, BatchArray& out) {
+    double constant = 0;
+    for (std::size_t k = 0; k < octaves; ++k) {
+      const double share = seen_octave(k, width);
+      octave[k] = values[b * octaves + k].data();
+      seen[k] = static_cast<float>(share * double{octaves_[k].weight});
+      constant += (1 - share) * octave_mean_[k];
     }
-    if (factors != nullptr) multiply(cloud, stride, factors->values, factors->seen(width), values);
-    const double mean = mean_over(points, values).mean;
-    const double h = seen.hidden[0];
-    // The points' own error fades with what they see.
-    if (n == 0) sampled = mean;
-    hidden.push_back(h);
-    correction.push_back(mean / std::pow(sampled, 1 - h));
+    const WeightedBatch& points = cloud[b];
+    HWY_DYNAMIC_DISPATCH(Combine)
+    (points.size, octave.data(), seen.data(), octaves, static_cast<float>(constant), out.data());
+    shape_.apply_expected(standard(), 1 / phi_mean_, points.size, hidden.data(), correction_.data(),
+                          out.data());
+    multiply(points, factor, width, out);
+  };
+  correction_.fill(1.0f);
+  std::fill_n(hidden.data(), batch_capacity, 0.0f);
+  for (std::size_t b = 0; b < batches; ++b) phi_at(0, b, full[b]);
+  // At equal steps of h. All of Phi, whose mean over the whole cloud is 1, is the control variate
+  // of what is seen of it.
+  std::array<double, correction_levels + 1> correction;
+  correction[0] = 1;
+  BatchArray part;
+  for (int n = 1; n <= correction_levels; ++n) {
+    const double h = static_cast<double>(n) / correction_levels;
+    const double width = footprint_that_hides(h * h);
+    std::fill_n(hidden.data(), batch_capacity, static_cast<float>(1 - seen_share(width)));
+    Moments moments;
+    for (std::size_t b = 0; b < batches; ++b) {
+      phi_at(width, b, part);
+      moments.add(cloud[b], full[b].data(), part.data());
+    }
+    const double variance = moments.xx() - moments.x() * moments.x();
+    const double covariance = moments.xy() - moments.x() * moments.y();
+    const double slope = variance > 0 ? covariance / variance : 0.0;
+    correction[static_cast<std::size_t>(n)] = moments.y() - slope * (moments.x() - 1);
   }
+  // Between them by cubics with the slopes of their neighbours (Catmull & Rom 1974).
+  const auto at = [&](int n) {
+    return correction[static_cast<std::size_t>(std::clamp(n, 0, correction_levels))];
+  };
   for (int level = 1; level < NoiseShape::levels; ++level) {
-    const double h = std::pow(static_cast<double>(level) / (NoiseShape::levels - 1), 2);
-    const auto above = std::lower_bound(hidden.begin(), hidden.end(), h) - hidden.begin();
-    const auto i = static_cast<std::size_t>(
-        std::clamp<std::ptrdiff_t>(above, 1, static_cast<std::ptrdiff_t>(hidden.size()) - 1));
-    const double width = hidden[i] - hidden[i - 1];
-    const double share = width > 0 ? std::clamp((h - hidden[i - 1]) / width, 0.0, 1.0) : 1.0;
-    correction_[static_cast<std::size_t>(level)] =
-        static_cast<float>(correction[i - 1] + share * (correction[i] - correction[i - 1]));
+    const double place = static_cast<double>(level) / (NoiseShape::levels - 1) * correction_levels;
+    const int n = std::min(static_cast<int>(place), correction_levels - 1);
+    const double u = place - n;
+    const double left = 0.5 * (at(n + 1) - at(n - 1)), right = 0.5 * (at(n + 2) - at(n));
+    const double rise = at(n + 1) - at(n);
+    correction_[static_cast<std::size_t>(level)] = static_cast<float>(
+        at(n) + u * (left + u * (3 * rise - 2 * left - right + u * (left + right - 2 * rise))));
   }
+}
+
+double FractalNoise::footprint_that_hides(double variance) const {
+  double narrow = fade_begin / double{octaves_.back().frequency};
+  double wide = fade_end / double{octaves_.front().frequency};
+  if (!(1 - seen_share(wide) > variance)) return wide;
+  constexpr int halvings = 40;
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = std::sqrt(narrow * wide);
+    (1 - seen_share(middle) < variance ? narrow : wide) = middle;
+  }
+  return wide;
 }
 
 double FractalNoise::effective_frequency() const {

@@ -192,14 +192,12 @@ TEST(FractalNoise, NormaliseTakesWeightedStatistics) {
   const std::vector<Vector> positions = positions_in_cube(20000, 1, 42);
   const auto weight = [](const Vector& p) { return std::exp(2 * p[0]) + (p[1] > 0 ? 1 : 0); };
   const std::vector<WeightedBatch> cloud = cloud_of(positions, weight);
-  FractalNoise::Factors given{std::vector<BatchArray>(cloud.size()), [](double) { return 1.0; }};
-  std::vector<BatchArray>& factors = given.values;
+  const FractalNoise::Factor given = [](const Points& points, double /*footprint*/, float* out) {
+    for (std::size_t i = 0; i < points.size; ++i) out[i] = 1.5f + points.y[i];
+  };
   std::vector<double> factor_list;
-  for (std::size_t b = 0; b < cloud.size(); ++b) {
-    for (std::size_t i = 0; i < cloud[b].size; ++i) {
-      factors[b][i] = 1.5f + cloud[b].y[i];
-      factor_list.push_back(factors[b][i]);
-    }
+  for (const WeightedBatch& batch : cloud) {
+    for (std::size_t i = 0; i < batch.size; ++i) factor_list.push_back(1.5f + batch.y[i]);
   }
   for (const bool with_factors : {false, true}) {
     FractalParameters p = parameters_of(simplex_noise());
@@ -207,7 +205,7 @@ TEST(FractalNoise, NormaliseTakesWeightedStatistics) {
     p.offset = 0.4;
     FractalNoise noise(p);
     const std::vector<double> raw = raw_sum(noise, positions);
-    noise.normalise(cloud, with_factors ? &given : nullptr);
+    noise.normalise(cloud, with_factors ? given : FractalNoise::Factor());
     const std::vector<double> phi = phi_of(noise, positions);
     double w = 0, s = 0, ss = 0, light = 0, squares = 0, errors = 0;
     for (std::size_t i = 0; i < positions.size(); ++i) {

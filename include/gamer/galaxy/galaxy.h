@@ -55,10 +55,10 @@ class Galaxy {
   void resolve(const std::string& label);
   void normalise_textures();
   /// Normalises component c's texture, or follow_scale_ where it has none, over a cloud of that
-  /// size; the relative standard error of the mean.
-  double normalise(std::size_t c, std::size_t cloud_size);
-  /// Phi of the component that c follows, at points of c's cloud.
-  std::vector<BatchArray> followed_phi(std::size_t c, std::span<const WeightedBatch> points) const;
+  /// size; the relative standard error of the mean. Only the last time is it done completely.
+  double normalise(std::size_t c, std::size_t cloud_size, bool is_last);
+  /// Phi of the component that c follows at points of c's cloud, as rays of a footprint see it.
+  void followed_phi(std::size_t c, const Points& points, double footprint, float* out) const;
   void resolve_fractions();
   /// Fills out.size() arrays with Phi of component c, by as many deviations; 1 where it is not
   /// needed.

@@ -83,17 +83,20 @@ class FractalNoise {
   /// `thickness` (units of x) of the layer that the noise fills.
   explicit FractalNoise(const FractalParameters& parameters, double thickness = 0);
 
-  /// What Phi will be multiplied by: at the points of a cloud, and its share that rays of a
-  /// footprint see (the rest counts as 1).
-  struct Factors {
-    std::vector<BatchArray> values;
-    std::function<double(double footprint)> seen;
-  };
+  /// What Phi will be multiplied by at points, as rays of a footprint see it.
+  using Factor = std::function<void(const Points& points, double footprint, float* out)>;
   /// Takes mu, sigma and the mean of Phi over `cloud` (weighted), so that there <s> = 0, <s^2> = 1
-  /// and <Phi factor> = 1. `factors` may be null. Before the call, mu = 0, sigma is that of
+  /// and <Phi factor> = 1. `factor` may be empty. Before the call, mu = 0, sigma is that of
   /// independent octaves and the mean is 1. Throws InputError where S hardly varies or Phi is zero
   /// or infinite over the cloud.
-  void normalise(std::span<const WeightedBatch> cloud, const Factors* factors = nullptr);
+  void normalise(std::span<const WeightedBatch> cloud, const Factor& factor = {}) {
+    take_mean(cloud, factor);
+    take_corrections(cloud, factor);
+  }
+  /// The same in two steps: mu, sigma and the mean; and then, over a cloud of fewer points, what
+  /// wide rays need.
+  void take_mean(std::span<const WeightedBatch> cloud, const Factor& factor);
+  void take_corrections(std::span<const WeightedBatch> cloud, const Factor& factor);
   /// The share of the variance of S that rays of that footprint see.
   double seen_share(double footprint) const;
   /// The standard error of <Phi factor> if the cloud's points were independent.
@@ -126,7 +129,10 @@ class FractalNoise {
  private:
   NoiseShape::Standard standard() const { return {1 / sigma_, -mu_ / sigma_}; }
   OctaveInput octave_input(std::size_t k) const;
-  void take_corrections(std::span<const WeightedBatch> cloud, const Factors* factors);
+  /// By how much rays of a footprint see octave k.
+  double seen_octave(std::size_t k, double footprint) const;
+  /// The footprint of rays that do not see so much of the variance of S.
+  double footprint_that_hides(double variance) const;
 
   FractalParameters parameters_;
   NoiseShape shape_;
