@@ -8,6 +8,7 @@
 #endif
 
 #include <algorithm>
+#include <type_traits>
 
 #include "hwy/highway.h"
 #include "noise/lattice.h"
@@ -52,15 +53,96 @@ struct Cell {
   }
 };
 
-/// The words of a seed, one vector each.
-template <class VU>
-struct LatticeSeeds {
-  VU x, y, z;
+/// Calls work(std::integral_constant<int, c>) for c = 0 ... count - 1.
+template <int count, class Work>
+HWY_INLINE void ForEachComponent(Work&& work) {
+  work(std::integral_constant<int, 0>());
+  if constexpr (count > 1) work(std::integral_constant<int, 1>());
+  if constexpr (count > 2) work(std::integral_constant<int, 2>());
+}
+
+/// A noise's value: one vector of lanes per component.
+template <class V, int components>
+struct Value {
+  V part[components];
 };
 
-/// A gradient of a lattice point, chosen by `combined` = a ^ b ^ c and `sum` = a + b of its words
-/// (lattice.h).
-template <class D>
+/// s(f) = 6 f^5 - 15 f^4 + 10 f^3.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V Fade(D d, V f) {
+  const V p = hn::MulAdd(f, hn::MulAdd(f, hn::Set(d, 6.0f), hn::Set(d, -15.0f)), hn::Set(d, 10.0f));
+  return hn::Mul(hn::Mul(hn::Mul(f, f), f), p);
+}
+
+template <class V>
+HWY_INLINE V Mix(V a, V b, V s) {
+  return hn::MulAdd(s, hn::Sub(b, a), a);
+}
+
+template <int components, class V>
+HWY_INLINE Value<V, components> MixAll(const Value<V, components>& a, const Value<V, components>& b,
+                                       V s) {
+  Value<V, components> value;
+  ForEachComponent<components>([&](auto n)
+                                   HWY_ATTR { value.part[n] = Mix(a.part[n], b.part[n], s); });
+  return value;
+}
+
+/// The hash of a lattice point from `combined` = a ^ b ^ c and `sum` = a + b of its words
+/// (lattice.h): one uniform number of 16 bits per component.
+template <class D, int components>
+class PointHash {
+  using VU = hn::Vec<hn::RebindToUnsigned<D>>;
+
+ public:
+  HWY_INLINE PointHash(D /*d*/, VU combined, VU sum) {
+    const hn::RebindToUnsigned<D> du;
+#if GAMER_NOISE_X86
+    const hn::RebindToSigned<D> di;
+    const hn::Repartition<std::int16_t, D> half;
+    auto unused = hn::Zero(di);
+    first_ = hn::BitCast(
+        du, hn::ReorderWidenMulAccumulate(di, hn::BitCast(half, combined), hn::BitCast(half, sum),
+                                          hn::Zero(di), unused));
+#else
+    const hn::RebindToSigned<D> di;
+    const auto low = [&](VU word) HWY_ATTR {
+      return hn::ShiftRight<16>(hn::BitCast(di, hn::ShiftLeft<16>(word)));
+    };
+    const auto high = [&](VU word) HWY_ATTR { return hn::ShiftRight<16>(hn::BitCast(di, word)); };
+    if constexpr (components == 1) {
+      // The signs of the halves do not reach the lower half.
+      first_ = hn::Add(hn::Mul(combined, sum),
+                       hn::Mul(hn::ShiftRight<16>(combined), hn::ShiftRight<16>(sum)));
+    } else {
+      first_ = hn::BitCast(
+          du, hn::Add(hn::Mul(low(combined), low(sum)), hn::Mul(high(combined), high(sum))));
+    }
+#endif
+    if constexpr (components > 1) {
+      const VU again = hn::Mul(hn::Xor(first_, combined), hn::Set(du, lattice_again));
+      others_ = hn::Xor(again, hn::ShiftRight<16>(again));
+    }
+  }
+
+  /// A word with the number of component c in its lower half or, for c = 2, in its upper half.
+  template <int c>
+  HWY_INLINE VU Word() const {
+    if constexpr (c == 0) {
+      return first_;
+    } else {
+      return others_;
+    }
+  }
+
+ private:
+  VU first_;
+  VU others_;
+};
+
+/// The gradient of a lattice point that a hash of 16 bits chooses: the lower or the upper half of a
+/// word.
+template <class D, bool upper>
 class Gradient {
   using DU = hn::RebindToUnsigned<D>;
   using V = hn::Vec<D>;
@@ -68,25 +150,22 @@ class Gradient {
 
  public:
 #if GAMER_NOISE_X86
-  HWY_INLINE Gradient(D d, VU combined, VU sum) {
+  HWY_INLINE Gradient(D d, VU word) {
     const DU du;
-    const hn::RebindToSigned<D> di;
-    const hn::Repartition<std::int16_t, D> half;
-    const hn::Repartition<std::uint16_t, D> unsigned_half;
-    auto unused = hn::Zero(di);
-    const auto product = hn::ReorderWidenMulAccumulate(
-        di, hn::BitCast(half, combined), hn::BitCast(half, sum), hn::Zero(di), unused);
-    const auto low = hn::BitCast(unsigned_half, product);
+    const hn::Repartition<std::uint16_t, D> half;
 #if GAMER_NOISE_AVX512
     // The look-up heeds the last four bits.
-    const auto index = hn::MulHigh(low, hn::Set(unsigned_half, gradient_count));
+    VU index = hn::BitCast(du, hn::MulHigh(hn::BitCast(half, word), hn::Set(half, gradient_count)));
+    if constexpr (upper) index = hn::ShiftRight<16>(index);
     x_ = Lookup(index.raw, hn::Load(d, gradient_table.x));
     y_ = Lookup(index.raw, hn::Load(d, gradient_table.y));
     z_ = Lookup(index.raw, hn::Load(d, gradient_table.z));
 #else
     // The index goes to the highest byte; the others choose zero.
-    const auto shifted = hn::MulHigh(low, hn::Set(unsigned_half, gradient_count << 8));
-    const VU index = hn::Or(hn::ShiftLeft<16>(hn::BitCast(du, shifted)), hn::Set(du, 0x00808080u));
+    VU shifted =
+        hn::BitCast(du, hn::MulHigh(hn::BitCast(half, word), hn::Set(half, gradient_count << 8)));
+    if constexpr (!upper) shifted = hn::ShiftLeft<16>(shifted);
+    const VU index = hn::Or(shifted, hn::Set(du, 0x00808080u));
     x_ = Lookup(d, index, gradient_bytes.x);
     y_ = Lookup(d, index, gradient_bytes.y);
     z_ = Lookup(d, index, gradient_bytes.z);
@@ -115,12 +194,10 @@ class Gradient {
 
   V x_, y_, z_;
 #else
-  HWY_INLINE Gradient(D /*d*/, VU combined, VU sum) {
+  HWY_INLINE Gradient(D /*d*/, VU word) {
     const DU du;
-    const VU product = hn::Add(hn::Mul(combined, sum),
-                               hn::Mul(hn::ShiftRight<16>(combined), hn::ShiftRight<16>(sum)));
-    index_ = hn::ShiftRight<16>(
-        hn::Mul(hn::And(product, hn::Set(du, 0xFFFFu)), hn::Set(du, gradient_count)));
+    const VU number = upper ? hn::ShiftRight<16>(word) : hn::And(word, hn::Set(du, 0xFFFFu));
+    index_ = hn::ShiftRight<16>(hn::Mul(number, hn::Set(du, gradient_count)));
   }
 
   static constexpr float scale = 1;
@@ -144,48 +221,292 @@ class Gradient {
 #endif
 };
 
-/// Evaluates a noise kernel over a batch: out = sum over octaves of weight * P, the kernel giving
-/// P / Kernel::scale.
-template <class Kernel>
-HWY_INLINE void SumOctaves(const Points& points, const Octave* octaves, std::size_t octave_count,
-                           float* HWY_RESTRICT out) {
+/// What gradients' components are multiplied by.
+template <class D>
+inline constexpr float gradient_scale = Gradient<D, false>::scale;
+
+/// g_c . (x, y, z) of the gradient of component c.
+template <int c, class D, int components, class V = hn::Vec<D>>
+HWY_INLINE V GradientDot(D d, const PointHash<D, components>& hash, V x, V y, V z) {
+  return Gradient<D, c == 2>(d, hash.template Word<c>()).Dot(x, y, z);
+}
+
+/// The words of a seed, one vector each.
+template <class VU>
+struct LatticeSeeds {
+  VU x, y, z;
+};
+
+/// The words of the corners of a cell of the cubic lattice: a[i], b[i][j] and c[k] are those of the
+/// corner (i, j, k). The second depends on i where points are identified by a translation.
+template <class D>
+struct CornerWords {
+  using VU = hn::Vec<hn::RebindToUnsigned<D>>;
+  VU a[2], b[2][2], c[2];
+};
+
+/// The lattice of an octave without identification.
+class OpenLattice {
+ public:
+  OpenLattice() = default;
+  explicit OpenLattice(const Octave& octave) : seed_(from_cell_origin(lattice_seed(octave.seed))) {}
+
+  template <class DU>
+  HWY_INLINE LatticeSeeds<hn::Vec<DU>> Seeds(DU du) const {
+    return {hn::Set(du, seed_.x), hn::Set(du, seed_.y), hn::Set(du, seed_.z)};
+  }
+
+  template <class D>
+  HWY_INLINE CornerWords<D> Corners(D /*d*/, const Cell<D>& x, const Cell<D>& y,
+                                    const Cell<D>& z) const {
+    const hn::RebindToUnsigned<D> du;
+    const auto seeds = Seeds(du);
+    const auto px = hn::Set(du, lattice_px);
+    const auto py = hn::Set(du, lattice_py);
+    const auto pz = hn::Set(du, lattice_pz);
+    CornerWords<D> words;
+    words.a[0] = hn::Add(hn::Mul(x.index, px), seeds.x);
+    words.a[1] = hn::Add(words.a[0], px);
+    words.b[0][0] = words.b[1][0] = hn::Add(hn::Mul(y.index, py), seeds.y);
+    words.b[0][1] = words.b[1][1] = hn::Add(words.b[0][0], py);
+    words.c[0] = hn::Add(hn::Mul(z.index, pz), seeds.z);
+    words.c[1] = hn::Add(words.c[0], pz);
+    return words;
+  }
+
+ private:
+  LatticeSeed seed_{};
+};
+
+/// The lattice of any octave: by m = floor(i / P), (i, j) becomes (i - m P, j - m Q), then j and k
+/// become their rests by the periods; for each corner on its own. Words are linear in indices, so
+/// that it is they that are reduced.
+class IdentifiedLattice {
+ public:
+  IdentifiedLattice() = default;
+  explicit IdentifiedLattice(const Octave& octave) : open_(octave), wrap_(lattice_wrap(octave)) {}
+
+  template <class D>
+  HWY_INLINE CornerWords<D> Corners(D d, const Cell<D>& x, const Cell<D>& y,
+                                    const Cell<D>& z) const {
+    CornerWords<D> words = open_.Corners(d, x, y, z);
+    const Turns<D> i(d, x.floor, wrap_.x);
+    i.Subtract(wrap_.x.word, words.a[0], words.a[1]);
+    for (int j = 0; j < 2; ++j) i.Subtract(wrap_.word_shear, words.b[0][j], words.b[1][j]);
+    if (!wrap_.cycles) return words;
+    const auto shear = hn::Set(d, wrap_.shear);
+    const auto reduced = hn::NegMulAdd(i.count, shear, y.floor);
+    const auto further = hn::Sub(reduced, hn::IfThenElseZero(i.passes, shear));
+    Turns<D>(d, reduced, wrap_.y).Subtract(wrap_.y.word, words.b[0][0], words.b[0][1]);
+    Turns<D>(d, further, wrap_.y).Subtract(wrap_.y.word, words.b[1][0], words.b[1][1]);
+    Turns<D>(d, z.floor, wrap_.z).Subtract(wrap_.z.word, words.c[0], words.c[1]);
+    return words;
+  }
+
+ private:
+  /// Whole periods in n, and whether there is one more in n + 1.
+  template <class D>
+  struct Turns {
+    using VU = hn::Vec<hn::RebindToUnsigned<D>>;
+    hn::Vec<D> count;
+    hn::Mask<D> passes;
+
+    HWY_INLINE Turns(D d, hn::Vec<D> n, const LatticeCycle& cycle) {
+      // The half keeps the quotient away from whole numbers by more than it is rounded.
+      const auto middle = hn::Add(n, hn::Set(d, 0.5f));
+      count = hn::Floor(hn::Mul(middle, hn::Set(d, cycle.inverse)));
+      passes = hn::Eq(hn::NegMulAdd(count, hn::Set(d, cycle.period), n), hn::Set(d, cycle.last));
+    }
+    /// From the words of n and n + 1, `word` for each.
+    HWY_INLINE void Subtract(std::uint32_t word, VU& first, VU& second) const {
+      const hn::RebindToSigned<D> di;
+      const hn::RebindToUnsigned<D> du;
+      const auto whole = hn::BitCast(du, hn::ConvertTo(di, count));
+      const auto one = hn::Set(du, word);
+      const auto all = hn::Mul(whole, one);
+      first = hn::Sub(first, all);
+      second = hn::Sub(second, hn::Add(all, hn::IfThenElseZero(hn::RebindMask(du, passes), one)));
+    }
+  };
+
+  OpenLattice open_;
+  LatticeWrap wrap_{};
+};
+
+/// An octave's weight for values as they are and as the kernel gives them: P / scale.
+struct OctaveScales {
+  float weight, scaled_weight, scale;
+};
+
+/// Sums octaves' weighted values.
+template <class D, int components>
+class AdditiveCombiner {
+  using V = hn::Vec<D>;
+
+ public:
+  HWY_INLINE AdditiveCombiner(D d, const Combination& /*combination*/) {
+    ForEachComponent<components>([&](auto c) HWY_ATTR { total_.part[c] = hn::Zero(d); });
+  }
+  static constexpr int state = components;
+  template <int n>
+  HWY_INLINE V& State() {
+    return total_.part[n];
+  }
+
+  HWY_INLINE void Add(D d, const Value<V, components>& value, const OctaveScales& octave) {
+    const V weight = hn::Set(d, octave.scaled_weight);
+    ForEachComponent<components>([&](auto c) HWY_ATTR {
+      total_.part[c] = hn::MulAdd(value.part[c], weight, total_.part[c]);
+    });
+  }
+
+ private:
+  Value<V, components> total_;
+};
+
+/// Any Combination. Its kind is the same for all octaves and points: a branch that is always
+/// foreseen.
+template <class D, int components>
+class AnyCombiner {
+  static_assert(components == 1);
+  using V = hn::Vec<D>;
+
+ public:
+  HWY_INLINE AnyCombiner(D d, const Combination& combination)
+      : combination_(combination),
+        total_(hn::Set(d, combination.kind == Combination::Kind::multiplicative ? 1.0f : 0.0f)),
+        ridge_(hn::Set(d, 1.0f)) {}
+  /// The total and what the next ridge is multiplied by.
+  static constexpr int state = 2;
+  template <int n>
+  HWY_INLINE V& State() {
+    return n == 0 ? total_ : ridge_;
+  }
+
+  HWY_INLINE void Add(D d, const Value<V, 1>& value, const OctaveScales& octave) {
+    const V v = value.part[0];
+    const V one = hn::Set(d, 1.0f);
+    const V w = hn::Set(d, octave.scaled_weight);
+    switch (combination_.kind) {
+      case Combination::Kind::additive:
+        total_ = hn::MulAdd(v, w, total_);
+        break;
+      case Combination::Kind::billow:
+        total_ = hn::MulAdd(hn::Abs(v), w, total_);
+        break;
+      case Combination::Kind::multiplicative: {
+        const V factor = hn::Max(hn::MulAdd(v, w, one), hn::Zero(d));
+        total_ = hn::Mul(total_, hn::Min(factor, hn::Set(d, 2.0f)));
+        break;
+      }
+      case Combination::Kind::ridged: {
+        const V crest = hn::NegMulAdd(hn::Abs(v), hn::Set(d, octave.scale),
+                                      hn::Set(d, combination_.ridge_offset));
+        const V signal = hn::Mul(hn::Mul(crest, crest), ridge_);
+        total_ = hn::MulAdd(signal, hn::Set(d, octave.weight), total_);
+        const V next = hn::Mul(signal, hn::Set(d, combination_.ridge_gain));
+        ridge_ = hn::Min(hn::Max(next, hn::Zero(d)), one);
+        break;
+      }
+    }
+  }
+
+ private:
+  Combination combination_;
+  V total_;
+  V ridge_;
+};
+
+/// Evaluates a noise kernel over a batch, the kernel giving P / Kernel::scale. `out` has an array
+/// per component.
+template <class Kernel, class Lattice, template <class, int> class Combiner, int components>
+HWY_INLINE void EvaluateOctaves(const Combination& combination, const Points& points,
+                                const Octave* octaves, std::size_t octave_count,
+                                float* const* out) {
   const hn::ScalableTag<float> d;
-  const hn::RebindToUnsigned<decltype(d)> du;
   constexpr std::size_t group_capacity = 16;
   struct {
-    float frequency, weight, offset[3];
-    LatticeSeed seed;
+    float frequency, offset[3];
+    OctaveScales scales;
+    Lattice lattice;
   } group[group_capacity];
+  using Combining = Combiner<decltype(d), components>;
+  // Between groups of octaves, the combiner's state rests in `out` and what else it needs here.
+  BatchArray carried;
+  float* rest[] = {out[0], components > 1 ? out[1] : carried.data(),
+                   components > 2 ? out[2] : nullptr};
   std::size_t first = 0;
   do {
     const std::size_t size = std::min(octave_count - first, group_capacity);
     for (std::size_t k = 0; k < size; ++k) {
       const Octave& octave = octaves[first + k];
       group[k] = {octave.frequency,
-                  octave.weight * Kernel::scale,
                   {octave.offset[0], octave.offset[1], octave.offset[2]},
-                  from_cell_origin(lattice_seed(octave.seed))};
+                  {octave.weight, octave.weight * Kernel::scale, Kernel::scale},
+                  Lattice(octave)};
     }
     for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
       const auto x = hn::Load(d, points.x + i);
       const auto y = hn::Load(d, points.y + i);
       const auto z = hn::Load(d, points.z + i);
-      auto total = first == 0 ? hn::Zero(d) : hn::Load(d, out + i);
+      Combining combiner(d, combination);
+      if (first > 0) {
+        ForEachComponent<Combining::state>([&](auto n) HWY_ATTR {
+          combiner.template State<decltype(n)::value>() = hn::Load(d, rest[n] + i);
+        });
+      }
       for (std::size_t k = 0; k < size; ++k) {
         const auto& octave = group[k];
         const auto frequency = hn::Set(d, octave.frequency);
-        const LatticeSeeds<hn::Vec<decltype(du)>> seeds{
-            hn::Set(du, octave.seed.x), hn::Set(du, octave.seed.y), hn::Set(du, octave.seed.z)};
-        const auto value =
-            Kernel::Evaluate(d, hn::MulAdd(x, frequency, hn::Set(d, octave.offset[0])),
-                             hn::MulAdd(y, frequency, hn::Set(d, octave.offset[1])),
-                             hn::MulAdd(z, frequency, hn::Set(d, octave.offset[2])), seeds);
-        total = hn::MulAdd(value, hn::Set(d, octave.weight), total);
+        const auto value = Kernel::template Evaluate<components>(
+            d, hn::MulAdd(x, frequency, hn::Set(d, octave.offset[0])),
+            hn::MulAdd(y, frequency, hn::Set(d, octave.offset[1])),
+            hn::MulAdd(z, frequency, hn::Set(d, octave.offset[2])), octave.lattice);
+        combiner.Add(d, value, octave.scales);
       }
-      hn::Store(total, d, out + i);
+      ForEachComponent<Combining::state>([&](auto n) HWY_ATTR {
+        hn::Store(combiner.template State<decltype(n)::value>(), d, rest[n] + i);
+      });
     }
     first += size;
   } while (first < octave_count);
+}
+
+/// Of octaves that all have open lattices, or any where Kernel::identifies.
+template <class Kernel, template <class, int> class Combiner, int components>
+HWY_INLINE void EvaluateOctaves(const Combination& combination, const Points& points,
+                                const OctaveList& octaves, float* const* out) {
+  if constexpr (Kernel::identifies) {
+    if (octaves.identified) {
+      EvaluateOctaves<Kernel, IdentifiedLattice, Combiner, components>(
+          combination, points, octaves.first, octaves.count, out);
+      return;
+    }
+  }
+  EvaluateOctaves<Kernel, OpenLattice, Combiner, components>(combination, points, octaves.first,
+                                                             octaves.count, out);
+}
+
+template <class Kernel>
+HWY_INLINE void SumOctaves(const Points& points, const OctaveList& octaves, float* out) {
+  EvaluateOctaves<Kernel, AdditiveCombiner, 1>({}, points, octaves, &out);
+}
+
+template <class Kernel>
+HWY_INLINE void CombineOctaves(const Combination& combination, const Points& points,
+                               const OctaveList& octaves, float* out) {
+  EvaluateOctaves<Kernel, AnyCombiner, 1>(combination, points, octaves, &out);
+}
+
+/// Two or three components.
+template <class Kernel>
+HWY_INLINE void SumOctavesVector(const Points& points, const OctaveList& octaves, float* const* out,
+                                 std::size_t components) {
+  if (components == 2) {
+    EvaluateOctaves<Kernel, AdditiveCombiner, 2>({}, points, octaves, out);
+  } else {
+    EvaluateOctaves<Kernel, AdditiveCombiner, 3>({}, points, octaves, out);
+  }
 }
 
 // NOLINTNEXTLINE(google-readability-namespace-comments)

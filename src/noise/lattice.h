@@ -1,6 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <cstdlib>
+#include <span>
+
+#include "gamer/noise/noise.h"
 
 namespace gamer {
 
@@ -17,6 +22,11 @@ namespace gamer {
 inline constexpr std::uint32_t lattice_px = 0x9E3779B1u;
 inline constexpr std::uint32_t lattice_py = 0x85EBCA77u;
 inline constexpr std::uint32_t lattice_pz = 0xC2B2AE3Du;
+
+// Further numbers of a point, for noises with vector values: with the halves of h and g taken as
+// signed and m to all its 32 bits, of w = lattice_again (m ^ h) the upper half, and its exclusive or
+// with the lower.
+inline constexpr std::uint32_t lattice_again = 0x2C1B3C6Du;
 
 /// 1.5 2^23: in cell_origin + n, |n| <= 2^22, the last bits are those of the whole number n.
 inline constexpr float cell_origin = 12582912.0f;
@@ -48,6 +58,55 @@ constexpr LatticeSeed lattice_seed(std::uint32_t seed) {
 constexpr LatticeSeed from_cell_origin(LatticeSeed seed) {
   return {seed.x - cell_origin_bits * lattice_px, seed.y - cell_origin_bits * lattice_py,
           seed.z - cell_origin_bits * lattice_pz};
+}
+
+/// Octaves, and whether any has an identified lattice.
+struct OctaveList {
+  const Octave* first;
+  std::size_t count;
+  bool identified;
+};
+
+/// Throws InputError where the noise cannot evaluate them.
+OctaveList list_octaves(const Noise& noise, std::span<const Octave> octaves);
+
+/// A period of an index, and what it subtracts from the coordinate's word.
+struct LatticeCycle {
+  float period, inverse;  ///< 0 for none
+  float last;             ///< the index before the next period; none has 2^30
+  std::uint32_t word;
+};
+
+/// An octave's identification as IdentifiedLattice applies it.
+struct LatticeWrap {
+  LatticeCycle x, y, z;
+  float shear;               ///< of j for one period of i
+  std::uint32_t word_shear;  ///< what it subtracts
+  bool cycles;               ///< whether y or z has a period
+};
+
+inline LatticeWrap lattice_wrap(const Octave& octave) {
+  std::int32_t p = octave.translation[0], q = octave.translation[1];
+  std::int32_t x = octave.period[0], y = octave.period[1], z = octave.period[2];
+  if (p == 0) {
+    if (q != 0) y = std::abs(q);
+    p = x;
+    q = 0;
+  } else if (p < 0) {
+    p = -p;
+    q = -q;
+  }
+  const auto cycle = [](std::int32_t n, std::uint32_t step) -> LatticeCycle {
+    if (n == 0) return {0, 0, 0x1p30f, 0};
+    const auto period = static_cast<float>(n);
+    return {period, 1 / period, period - 1, static_cast<std::uint32_t>(n) * step};
+  };
+  return {cycle(p, lattice_px),
+          cycle(y, lattice_py),
+          cycle(z, lattice_pz),
+          static_cast<float>(q),
+          static_cast<std::uint32_t>(q) * lattice_py,
+          y != 0 || z != 0};
 }
 
 /// The 12 gradients of Perlin 2002 in his order, without the four that his table repeats, which

@@ -4,6 +4,7 @@
 
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
+#include "noise/lattice.h"
 
 namespace gamer {
 
@@ -23,6 +24,26 @@ const Noise& find_noise(const std::string& name) {
     if (kind->name() == name) return *kind;
   }
   throw InputError("unknown noise '" + name + "'" + did_you_mean(name, noise_names()));
+}
+
+OctaveList list_octaves(const Noise& noise, std::span<const Octave> octaves) {
+  OctaveList list{octaves.data(), octaves.size(), false};
+  for (const Octave& octave : octaves) {
+    const auto [p, q] = octave.translation;
+    const auto [x, y, z] = octave.period;
+    if ((p | q | x | y | z) == 0) continue;
+    list.identified = true;
+    if (x < 0 || y < 0 || z < 0) throw InputError("a lattice's period must not be negative");
+    if ((p != 0 && x != 0) || (p == 0 && q != 0 && y != 0)) {
+      throw InputError("a lattice's translation and period of the same axis exclude each other");
+    }
+  }
+  if (list.identified && !noise.identifies()) {
+    throw InputError("noise '" + std::string(noise.name()) +
+                     "' has no cubic lattice, so its points cannot be identified by a translation "
+                     "or a period");
+  }
+  return list;
 }
 
 }  // namespace gamer

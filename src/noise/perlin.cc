@@ -13,15 +13,15 @@ namespace HWY_NAMESPACE {
 /// Absolute error against exact arithmetic below 2e-6, wherever the coordinates are.
 template <class D>
 class PerlinKernel {
-  using DU = hn::RebindToUnsigned<D>;
   using V = hn::Vec<D>;
-  using VU = hn::Vec<DU>;
+  using VU = hn::Vec<hn::RebindToUnsigned<D>>;
 
  public:
-  static constexpr float scale = 1 / Gradient<D>::scale;
+  static constexpr float scale = 1 / gradient_scale<D>;
+  static constexpr bool identifies = true;
 
-  static HWY_INLINE V Evaluate(D d, V x, V y, V z, const LatticeSeeds<VU>& seed) {
-    const DU du;
+  template <int components, class Lattice>
+  static HWY_INLINE Value<V, components> Evaluate(D d, V x, V y, V z, const Lattice& lattice) {
     const Cell<D> cx(d, x);
     const Cell<D> cy(d, y);
     const Cell<D> cz(d, z);
@@ -32,42 +32,44 @@ class PerlinKernel {
     const V x1 = hn::Sub(x0, one);
     const V y1 = hn::Sub(y0, one);
     const V z1 = hn::Sub(z0, one);
-
-    const VU px = hn::Set(du, lattice_px);
-    const VU py = hn::Set(du, lattice_py);
-    const VU pz = hn::Set(du, lattice_pz);
-    const VU a0 = hn::Add(hn::Mul(cx.index, px), seed.x);
-    const VU a1 = hn::Add(a0, px);
-    const VU b0 = hn::Add(hn::Mul(cy.index, py), seed.y);
-    const VU b1 = hn::Add(b0, py);
-    const VU c0 = hn::Add(hn::Mul(cz.index, pz), seed.z);
-    const VU c1 = hn::Add(c0, pz);
-
+    const CornerWords<D> words = lattice.Corners(d, cx, cy, cz);
     const V sx = Fade(d, x0);
     const V sy = Fade(d, y0);
     const V sz = Fade(d, z0);
 
-    const auto edge = [&](VU b, VU c, V dy, V dz) HWY_ATTR {
-      const Gradient<D> g0(d, hn::Xor3(a0, b, c), hn::Add(a0, b));
-      const Gradient<D> g1(d, hn::Xor3(a1, b, c), hn::Add(a1, b));
-      return Mix(g0.Dot(x0, dy, dz), g1.Dot(x1, dy, dz), sx);
+    const auto edge = [&](VU b0, VU b1, VU c, V dy, V dz) HWY_ATTR {
+      const VU a0 = words.a[0];
+      const VU a1 = words.a[1];
+      const PointHash<D, components> h0(d, hn::Xor3(a0, b0, c), hn::Add(a0, b0));
+      const PointHash<D, components> h1(d, hn::Xor3(a1, b1, c), hn::Add(a1, b1));
+      Value<V, components> value;
+      ForEachComponent<components>([&](auto n) HWY_ATTR {
+        constexpr int component = decltype(n)::value;
+        value.part[component] = Mix(GradientDot<component>(d, h0, x0, dy, dz),
+                                    GradientDot<component>(d, h1, x1, dy, dz), sx);
+      });
+      return value;
     };
-    const V low = Mix(edge(b0, c0, y0, z0), edge(b1, c0, y1, z0), sy);
-    const V high = Mix(edge(b0, c1, y0, z1), edge(b1, c1, y1, z1), sy);
-    return Mix(low, high, sz);
+    const auto& b = words.b;
+    const auto& c = words.c;
+    const auto low = MixAll<components>(edge(b[0][0], b[1][0], c[0], y0, z0),
+                                        edge(b[0][1], b[1][1], c[0], y1, z0), sy);
+    const auto high = MixAll<components>(edge(b[0][0], b[1][0], c[1], y0, z1),
+                                         edge(b[0][1], b[1][1], c[1], y1, z1), sy);
+    return MixAll<components>(low, high, sz);
   }
-
- private:
-  static HWY_INLINE V Fade(D d, V f) {
-    const V p =
-        hn::MulAdd(f, hn::MulAdd(f, hn::Set(d, 6.0f), hn::Set(d, -15.0f)), hn::Set(d, 10.0f));
-    return hn::Mul(hn::Mul(hn::Mul(f, f), f), p);
-  }
-  static HWY_INLINE V Mix(V a, V b, V s) { return hn::MulAdd(s, hn::Sub(b, a), a); }
 };
 
-void SumPerlin(const Points& points, const Octave* octaves, std::size_t count, float* out) {
-  SumOctaves<PerlinKernel<hn::ScalableTag<float>>>(points, octaves, count, out);
+void SumPerlin(const Points& points, const OctaveList& octaves, float* out) {
+  SumOctaves<PerlinKernel<hn::ScalableTag<float>>>(points, octaves, out);
+}
+void CombinePerlin(const Combination& combination, const Points& points, const OctaveList& octaves,
+                   float* out) {
+  CombineOctaves<PerlinKernel<hn::ScalableTag<float>>>(combination, points, octaves, out);
+}
+void SumVectorPerlin(const Points& points, const OctaveList& octaves, float* const* out,
+                     std::size_t components) {
+  SumOctavesVector<PerlinKernel<hn::ScalableTag<float>>>(points, octaves, out, components);
 }
 
 // NOLINTNEXTLINE(google-readability-namespace-comments)
@@ -79,6 +81,8 @@ HWY_AFTER_NAMESPACE();
 namespace gamer {
 
 HWY_EXPORT(SumPerlin);
+HWY_EXPORT(CombinePerlin);
+HWY_EXPORT(SumVectorPerlin);
 
 namespace {
 
@@ -90,8 +94,19 @@ class PerlinNoise : public Noise {
   }
   double variance() const override { return perlin_variance; }
   double bound() const override { return perlin_bound; }
+  bool identifies() const override { return true; }
   void sum(const Points& points, std::span<const Octave> octaves, float* out) const override {
-    HWY_DYNAMIC_DISPATCH(SumPerlin)(points, octaves.data(), octaves.size(), out);
+    HWY_DYNAMIC_DISPATCH(SumPerlin)(points, list_octaves(*this, octaves), out);
+  }
+  void combine(const Combination& combination, const Points& points,
+               std::span<const Octave> octaves, float* out) const override {
+    HWY_DYNAMIC_DISPATCH(CombinePerlin)(combination, points, list_octaves(*this, octaves), out);
+  }
+  void sum_vector(const Points& points, std::span<const Octave> octaves,
+                  std::span<float* const> out) const override {
+    if (out.size() == 1) return sum(points, octaves, out[0]);
+    HWY_DYNAMIC_DISPATCH(SumVectorPerlin)
+    (points, list_octaves(*this, octaves), out.data(), out.size());
   }
 };
 

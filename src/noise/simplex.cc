@@ -15,15 +15,17 @@ namespace HWY_NAMESPACE {
 /// order gives the same value.
 template <class D>
 class SimplexKernel {
-  using DU = hn::RebindToUnsigned<D>;
   using V = hn::Vec<D>;
-  using VU = hn::Vec<DU>;
+  using VU = hn::Vec<hn::RebindToUnsigned<D>>;
 
  public:
-  static constexpr float scale = static_cast<float>(simplex_scale) / Gradient<D>::scale;
+  static constexpr float scale = static_cast<float>(simplex_scale) / gradient_scale<D>;
+  static constexpr bool identifies = false;
 
-  static HWY_INLINE V Evaluate(D d, V x, V y, V z, const LatticeSeeds<VU>& seed) {
-    const DU du;
+  template <int components>
+  static HWY_INLINE Value<V, components> Evaluate(D d, V x, V y, V z, const OpenLattice& lattice) {
+    const hn::RebindToUnsigned<D> du;
+    const LatticeSeeds<VU> seed = lattice.Seeds(du);
     const V third = hn::Set(d, 1.0f / 3.0f);
     const V sixth = hn::Set(d, 1.0f / 6.0f);
     // Products and sums on their own, not fused: then all targets round alike what is largest here.
@@ -62,29 +64,45 @@ class SimplexKernel {
     const auto offset = [&](auto mask, V base, V back) HWY_ATTR {
       return hn::Sub(hn::Add(base, back), hn::IfThenElseZero(mask, one));
     };
-    V total = Corner(d, a, b, c, x0, y0, z0, hn::Zero(d));
-    total = Corner(d, step(i1, a, px), step(j1, b, py), step(k1, c, pz), offset(i1, x0, sixth),
-                   offset(j1, y0, sixth), offset(k1, z0, sixth), total);
-    total = Corner(d, step(i2, a, px), step(j2, b, py), step(k2, c, pz), offset(i2, x0, third),
-                   offset(j2, y0, third), offset(k2, z0, third), total);
-    return Corner(d, hn::Add(a, px), hn::Add(b, py), hn::Add(c, pz), hn::Sub(x0, half),
-                  hn::Sub(y0, half), hn::Sub(z0, half), total);
+    Value<V, components> total;
+    ForEachComponent<components>([&](auto n) HWY_ATTR { total.part[n] = hn::Zero(d); });
+    Corner<components>(d, a, b, c, x0, y0, z0, total);
+    Corner<components>(d, step(i1, a, px), step(j1, b, py), step(k1, c, pz), offset(i1, x0, sixth),
+                       offset(j1, y0, sixth), offset(k1, z0, sixth), total);
+    Corner<components>(d, step(i2, a, px), step(j2, b, py), step(k2, c, pz), offset(i2, x0, third),
+                       offset(j2, y0, third), offset(k2, z0, third), total);
+    Corner<components>(d, hn::Add(a, px), hn::Add(b, py), hn::Add(c, pz), hn::Sub(x0, half),
+                       hn::Sub(y0, half), hn::Sub(z0, half), total);
+    return total;
   }
 
  private:
-  /// `total` plus what the lattice point at distance (x, y, z) contributes.
-  static HWY_INLINE V Corner(D d, VU a, VU b, VU c, V x, V y, V z, V total) {
-    const Gradient<D> gradient(d, hn::Xor3(a, b, c), hn::Add(a, b));
+  /// Adds what the lattice point at distance (x, y, z) contributes.
+  template <int components>
+  static HWY_INLINE void Corner(D d, VU a, VU b, VU c, V x, V y, V z, Value<V, components>& total) {
+    const PointHash<D, components> hash(d, hn::Xor3(a, b, c), hn::Add(a, b));
     V t = hn::NegMulAdd(x, x, hn::Set(d, 0.5f));
     t = hn::NegMulAdd(y, y, t);
     t = hn::Max(hn::NegMulAdd(z, z, t), hn::Zero(d));
     t = hn::Mul(t, t);
-    return hn::MulAdd(hn::Mul(t, t), gradient.Dot(x, y, z), total);
+    t = hn::Mul(t, t);
+    ForEachComponent<components>([&](auto n) HWY_ATTR {
+      total.part[n] =
+          hn::MulAdd(t, GradientDot<decltype(n)::value>(d, hash, x, y, z), total.part[n]);
+    });
   }
 };
 
-void SumSimplex(const Points& points, const Octave* octaves, std::size_t count, float* out) {
-  SumOctaves<SimplexKernel<hn::ScalableTag<float>>>(points, octaves, count, out);
+void SumSimplex(const Points& points, const OctaveList& octaves, float* out) {
+  SumOctaves<SimplexKernel<hn::ScalableTag<float>>>(points, octaves, out);
+}
+void CombineSimplex(const Combination& combination, const Points& points, const OctaveList& octaves,
+                    float* out) {
+  CombineOctaves<SimplexKernel<hn::ScalableTag<float>>>(combination, points, octaves, out);
+}
+void SumVectorSimplex(const Points& points, const OctaveList& octaves, float* const* out,
+                      std::size_t components) {
+  SumOctavesVector<SimplexKernel<hn::ScalableTag<float>>>(points, octaves, out, components);
 }
 
 // NOLINTNEXTLINE(google-readability-namespace-comments)
@@ -96,6 +114,8 @@ HWY_AFTER_NAMESPACE();
 namespace gamer {
 
 HWY_EXPORT(SumSimplex);
+HWY_EXPORT(CombineSimplex);
+HWY_EXPORT(SumVectorSimplex);
 
 namespace {
 
@@ -107,8 +127,19 @@ class SimplexNoise : public Noise {
   }
   double variance() const override { return simplex_variance; }
   double bound() const override { return simplex_bound; }
+  bool identifies() const override { return false; }
   void sum(const Points& points, std::span<const Octave> octaves, float* out) const override {
-    HWY_DYNAMIC_DISPATCH(SumSimplex)(points, octaves.data(), octaves.size(), out);
+    HWY_DYNAMIC_DISPATCH(SumSimplex)(points, list_octaves(*this, octaves), out);
+  }
+  void combine(const Combination& combination, const Points& points,
+               std::span<const Octave> octaves, float* out) const override {
+    HWY_DYNAMIC_DISPATCH(CombineSimplex)(combination, points, list_octaves(*this, octaves), out);
+  }
+  void sum_vector(const Points& points, std::span<const Octave> octaves,
+                  std::span<float* const> out) const override {
+    if (out.size() == 1) return sum(points, octaves, out[0]);
+    HWY_DYNAMIC_DISPATCH(SumVectorSimplex)
+    (points, list_octaves(*this, octaves), out.data(), out.size());
   }
 };
 

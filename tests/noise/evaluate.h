@@ -41,6 +41,37 @@ inline std::vector<float> evaluate(const Noise& noise, std::span<const Vector> p
   return result;
 }
 
+/// Each component of the sum of octaves of a noise with a vector value.
+inline std::vector<std::vector<float>> evaluate_vector(const Noise& noise,
+                                                       std::span<const Vector> positions,
+                                                       std::span<const Octave> octaves,
+                                                       std::size_t components) {
+  std::vector<std::vector<float>> result(components, std::vector<float>(positions.size()));
+  for_each_batch(positions, [&](const Points& points, std::size_t first) {
+    std::vector<BatchArray> out(components);
+    std::vector<float*> arrays;
+    for (BatchArray& array : out) arrays.push_back(array.data());
+    noise.sum_vector(points, octaves, arrays);
+    for (std::size_t c = 0; c < components; ++c) {
+      std::copy_n(out[c].data(), points.size, result[c].data() + first);
+    }
+  });
+  return result;
+}
+
+/// A combination of octaves.
+inline std::vector<float> combine(const Noise& noise, const Combination& combination,
+                                  std::span<const Vector> positions,
+                                  std::span<const Octave> octaves) {
+  std::vector<float> result(positions.size());
+  for_each_batch(positions, [&](const Points& points, std::size_t first) {
+    BatchArray out;
+    noise.combine(combination, points, octaves, out.data());
+    std::copy_n(out.data(), points.size, result.data() + first);
+  });
+  return result;
+}
+
 /// The base noise with one seed.
 inline std::vector<float> evaluate(const Noise& noise, std::span<const Vector> positions,
                                    std::uint32_t seed) {

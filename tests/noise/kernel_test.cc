@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -73,16 +75,27 @@ TEST(NoiseKernels, EveryTargetEqualsTheReferenceOnFacesOfCells) {
   }
 }
 
-TEST(NoiseKernels, SumIsTheWeightedSumOfOctaves) {
-  // Frequencies, offsets and positions whose products and sums are exact in single precision.
+/// Octaves with frequencies and offsets, and positions, whose products and sums are exact in single
+/// precision: coordinates below 13.
+std::vector<Octave> some_octaves() {
   std::vector<Octave> octaves(3);
   octaves[0] = {1, 1, {0, 0, 0}, 11};
   octaves[1] = {3, -0.5f, {0.25f, -7.5f, 3}, 12};
   octaves[2] = {5, 0.125f, {2.5f, 0.75f, -1}, 13};
-  std::vector<Vector> positions = positions_in_cube(3000, 1, 2);
+  return octaves;
+}
+
+std::vector<Vector> exact_positions(std::size_t count, double half) {
+  std::vector<Vector> positions = positions_in_cube(count, half, 2);
   for (Vector& p : positions) {
     for (double& c : p) c = std::floor(c * 1024) / 1024;
   }
+  return positions;
+}
+
+TEST(NoiseKernels, SumIsTheWeightedSumOfOctaves) {
+  const std::vector<Octave> octaves = some_octaves();
+  const std::vector<Vector> positions = exact_positions(3000, 1);
   for (const Noise* noise : noise_kinds()) {
     SCOPED_TRACE(noise->name());
     const Accuracy accuracy = stated_accuracy(*noise);
@@ -92,16 +105,106 @@ TEST(NoiseKernels, SumIsTheWeightedSumOfOctaves) {
       for (std::size_t i = 0; i < positions.size(); ++i) {
         double exact = 0;
         for (const Octave& octave : octaves) {
-          Vector p = positions[i];
-          for (int axis = 0; axis < 3; ++axis) {
-            p[axis] = octave.frequency * p[axis] + octave.offset[axis];
-          }
-          exact += octave.weight * reference::evaluate(std::string(noise->name()), p, octave.seed);
+          exact += reference::evaluate(std::string(noise->name()), positions[i], octave);
         }
         worst = std::max(worst, std::abs(found[i] - exact));
       }
-      EXPECT_LT(worst, accuracy.constant + accuracy.per_cell * 10);
+      EXPECT_LT(worst, accuracy.constant + accuracy.per_cell * 13);
     });
+  }
+}
+
+TEST(NoiseKernels, ComponentsOfAVectorEqualTheReference) {
+  const std::vector<Octave> octaves = some_octaves();
+  const std::vector<Vector> positions = exact_positions(3000, 1);
+  for (const Noise* noise : noise_kinds()) {
+    SCOPED_TRACE(noise->name());
+    const Accuracy accuracy = stated_accuracy(*noise);
+    for_each_simd_target([&] {
+      const std::vector<float> scalar = evaluate(*noise, positions, octaves);
+      for (std::size_t components = 1; components <= Noise::most_components; ++components) {
+        const auto found = evaluate_vector(*noise, positions, octaves, components);
+        EXPECT_EQ(found[0], scalar);
+        double worst = 0;
+        for (std::size_t c = 0; c < components; ++c) {
+          for (std::size_t i = 0; i < positions.size(); ++i) {
+            double exact = 0;
+            for (const Octave& octave : octaves) {
+              exact += reference::evaluate(std::string(noise->name()), positions[i], octave,
+                                           static_cast<int>(c));
+            }
+            worst = std::max(worst, std::abs(double{found[c][i]} - exact));
+          }
+        }
+        EXPECT_LT(worst, accuracy.constant + accuracy.per_cell * 13);
+      }
+    });
+  }
+}
+
+/// More octaves than kernels take at once.
+std::vector<Octave> many_octaves() {
+  std::vector<Octave> octaves(19);
+  for (std::size_t k = 0; k < octaves.size(); ++k) {
+    octaves[k].frequency = static_cast<float>(k % 5 + 1);
+    octaves[k].weight = k % 3 == 0 ? 2.5f : 0.75f;
+    octaves[k].seed = static_cast<std::uint32_t>(100 + k);
+  }
+  return octaves;
+}
+
+double combined(const Combination& combination, const std::vector<double>& values,
+                const std::vector<Octave>& octaves) {
+  double sum = 0, product = 1, ridges = 0, last = 1 / double{combination.ridge_gain};
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const double weight = octaves[k].weight;
+    sum += weight * std::abs(values[k]);
+    product *= std::clamp(1 + weight * values[k], 0.0, 2.0);
+    last = std::pow(double{combination.ridge_offset} - std::abs(values[k]), 2) *
+           std::clamp(double{combination.ridge_gain} * last, 0.0, 1.0);
+    ridges += weight * last;
+  }
+  switch (combination.kind) {
+    case Combination::Kind::billow:
+      return sum;
+    case Combination::Kind::multiplicative:
+      return product;
+    case Combination::Kind::ridged:
+      return ridges;
+    default:
+      throw std::logic_error("no reference of this combination");
+  }
+}
+
+TEST(NoiseKernels, CombinationsAreThoseOfTheirFormulas) {
+  const std::vector<Octave> octaves = many_octaves();
+  const std::vector<Vector> positions = exact_positions(500, 2);
+  using enum Combination::Kind;
+  for (const Noise* noise : noise_kinds()) {
+    SCOPED_TRACE(noise->name());
+    const Accuracy accuracy = stated_accuracy(*noise);
+    std::vector<std::vector<double>> values(positions.size());
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      for (Octave octave : octaves) {
+        octave.weight = 1;
+        values[i].push_back(reference::evaluate(std::string(noise->name()), positions[i], octave));
+      }
+    }
+    for (const Combination& combination :
+         {Combination{billow}, Combination{multiplicative}, Combination{ridged, 1, 2},
+          Combination{ridged, 0.75f, 3}}) {
+      SCOPED_TRACE(static_cast<int>(combination.kind));
+      for_each_simd_target([&] {
+        const std::vector<float> found = combine(*noise, combination, positions, octaves);
+        double worst = 0;
+        for (std::size_t i = 0; i < positions.size(); ++i) {
+          const double exact = combined(combination, values[i], octaves);
+          worst = std::max(worst, std::abs(double{found[i]} - exact) / (1 + std::abs(exact)));
+        }
+        EXPECT_LT(worst, octaves.size() * (accuracy.constant + accuracy.per_cell * 10));
+      });
+    }
+    EXPECT_EQ(combine(*noise, {}, positions, octaves), evaluate(*noise, positions, octaves));
   }
 }
 

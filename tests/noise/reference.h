@@ -18,8 +18,9 @@ using Vector = std::array<double, 3>;
 
 inline constexpr int gradient_count = 12;
 
-/// Which of the gradients lattice point (i, j, k) has under a seed.
-inline int gradient_index(std::int64_t i, std::int64_t j, std::int64_t k, std::uint32_t seed) {
+/// The hash of lattice point (i, j, k) under a seed: a number of 16 bits per component.
+inline std::uint64_t point_hash(std::int64_t i, std::int64_t j, std::int64_t k, std::uint32_t seed,
+                                int component = 0) {
   constexpr std::uint64_t word = std::uint64_t{1} << 32;
   constexpr std::uint64_t half = 65536;
   const auto mix = [](std::uint64_t w) {
@@ -38,8 +39,21 @@ inline int gradient_index(std::int64_t i, std::int64_t j, std::int64_t k, std::u
   const std::uint64_t c = coordinate(k, 3266489917u, seed_z);
   const std::uint64_t combined = a ^ b ^ c;
   const std::uint64_t sum = (a + b) % word;
-  const std::uint64_t product = (combined % half) * (sum % half) + (combined / half) * (sum / half);
-  return static_cast<int>(product % half * gradient_count / half);
+  const auto as_signed = [](std::uint64_t n) {
+    return static_cast<std::int64_t>(n) - (n < half / 2 ? 0 : static_cast<std::int64_t>(half));
+  };
+  const std::int64_t product = as_signed(combined % half) * as_signed(sum % half) +
+                               as_signed(combined / half) * as_signed(sum / half);
+  const std::uint64_t m = static_cast<std::uint64_t>(product) % word;
+  if (component == 0) return m % half;
+  const std::uint64_t again = (m ^ combined) * 739982445u % word;
+  return component == 1 ? again % half ^ again / half : again / half;
+}
+
+/// Which of the gradients the point has.
+inline int gradient_index(std::int64_t i, std::int64_t j, std::int64_t k, std::uint32_t seed,
+                          int component = 0) {
+  return static_cast<int>(point_hash(i, j, k, seed, component) * gradient_count / 65536);
 }
 
 /// Perlin's 12 gradients, in the order of his 2002 code.
@@ -110,10 +124,47 @@ inline double evaluate(const std::string& kind, const Vector& p, const GradientC
   throw std::logic_error("no reference of noise '" + kind + "'");
 }
 
+/// The one of the points identified with a lattice point that stands for all: within [0, |P|[ or a
+/// period.
+inline std::array<std::int64_t, 3> identify(std::array<std::int64_t, 3> point,
+                                            const Octave& octave) {
+  const auto turns = [](std::int64_t n, std::int64_t size) {
+    return (n - (n % size + size) % size) / size;
+  };
+  const std::int64_t p = octave.translation[0];
+  const std::int64_t q = octave.translation[1];
+  if (p != 0 || q != 0) {
+    const std::int64_t leading = p != 0 ? p : q;
+    const std::int64_t sign = leading < 0 ? -1 : 1;
+    const std::int64_t count = sign * turns(p != 0 ? point[0] : point[1], sign * leading);
+    point[0] -= count * p;
+    point[1] -= count * q;
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int64_t period = octave.period[axis];
+    if (period != 0) point[axis] -= turns(point[axis], period) * period;
+  }
+  return point;
+}
+
+/// A component of octave.weight P(frequency p + offset).
+inline double evaluate(const std::string& kind, const Vector& p, const Octave& octave,
+                       int component = 0) {
+  Vector q;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    q[axis] = double{octave.frequency} * p[axis] + double{octave.offset[axis]};
+  }
+  const auto choose = [&](const std::array<std::int64_t, 3>& c, const Vector&) {
+    const auto [i, j, k] = identify(c, octave);
+    return gradient(gradient_index(i, j, k, octave.seed, component));
+  };
+  return double{octave.weight} * evaluate(kind, q, choose);
+}
+
 inline double evaluate(const std::string& kind, const Vector& p, std::uint32_t seed) {
-  return evaluate(kind, p, [seed](const std::array<std::int64_t, 3>& c, const Vector&) {
-    return gradient(gradient_index(c[0], c[1], c[2], seed));
-  });
+  Octave octave;
+  octave.seed = seed;
+  return evaluate(kind, p, octave);
 }
 
 /// The gradient that makes the value at a point largest.

@@ -315,6 +315,30 @@ TEST(LatticeHash, NeighboursAreIndependent) {
   deviations.check();
 }
 
+TEST(LatticeHash, ComponentsAreIndependent) {
+  Deviations deviations;
+  const int steps[][3] = {{0, 0, 0}, {1, 0, 0},  {0, 1, 0}, {0, 0, 1},
+                          {1, 1, 0}, {0, -1, 1}, {1, 1, 1}, {2, 0, 0}};
+  for (std::uint32_t seed = 0; seed < 20; ++seed) {
+    for (const auto& step : steps) {
+      for (int first = 0; first < 3; ++first) {
+        for (int second = 0; second < 3; ++second) {
+          if (step[0] == 0 && step[1] == 0 && step[2] == 0 && first <= second) continue;
+          if (first == 0 && second == 0) continue;
+          const double z = pair_deviation(
+              [&](int i, int j, int k) { return gradient_index(i, j, k, seed, first); },
+              [&](int i, int j, int k) {
+                return gradient_index(i + step[0], j + step[1], k + step[2], seed, second);
+              });
+          deviations.add(z, std::to_string(first) + " and " + std::to_string(second) + ", seed " +
+                                std::to_string(seed));
+        }
+      }
+    }
+  }
+  deviations.check();
+}
+
 /// Chi-square of the alternating sum, modulo their number, of the gradients at the corners of
 /// parallelograms (two edges) or parallelepipeds (three), as pair_deviation(): corners that are
 /// independent in pairs may still fix the last of them.
@@ -471,6 +495,29 @@ TEST(BaseNoise, SeedsDecorrelate) {
     for (const std::uint32_t seed : {101u, 102u, 228u, 0u, 0x80000064u}) {
       EXPECT_LT(std::abs(correlation(here, evaluate(*noise, positions, seed))), largest_correlation)
           << seed;
+    }
+  }
+}
+
+TEST(BaseNoise, ComponentsOfAVectorAreAlikeAndIndependent) {
+  const std::vector<Vector>& positions = scattered();
+  const auto count = static_cast<double>(positions.size());
+  Octave octave;
+  octave.seed = 21;
+  for (const Noise* noise : noise_kinds()) {
+    SCOPED_TRACE(noise->name());
+    const auto parts = evaluate_vector(*noise, positions, {&octave, 1}, Noise::most_components);
+    for (std::size_t c = 0; c < parts.size(); ++c) {
+      double sum = 0, squares = 0;
+      for (const float v : parts[c]) {
+        sum += double{v};
+        squares += double{v} * double{v};
+      }
+      EXPECT_NEAR(sum / count, 0, 4 * std::sqrt(noise->variance() / count)) << c;
+      EXPECT_NEAR(squares / count, noise->variance(), 0.002 * noise->variance()) << c;
+      for (std::size_t other = 0; other < c; ++other) {
+        EXPECT_LT(std::abs(correlation(parts[c], parts[other])), 4.5 / std::sqrt(count)) << c;
+      }
     }
   }
 }

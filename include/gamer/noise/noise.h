@@ -11,11 +11,34 @@
 namespace gamer {
 
 /// One octave of a sum: weight * P(frequency * x + offset), its lattice hashed with `seed`.
+///
+/// Lattice points may be identified (cubic lattices only, Noise::identifies()): then P has an exact
+/// period. By a translation (P, Q): (i, j, k) and (i + P, j + Q, k) are the same point, so that P
+/// is the same at x and x + (P, Q, 0) and, where Q is not 0, does not repeat along either axis
+/// alone: a helix. By periods, one per axis: a torus. Both are in cells of the octave; 0 is none. A
+/// translation goes with periods of the other axes only.
 struct Octave {
   float frequency = 1;
   float weight = 1;
   float offset[3] = {0, 0, 0};
   std::uint32_t seed = 0;
+  std::int32_t translation[2] = {0, 0};
+  std::int32_t period[3] = {0, 0, 0};
+};
+
+/// How octaves n_k = P(f_k x + o_k) of weights w_k, k = 1, 2, ..., become one value.
+struct Combination {
+  enum class Kind {
+    additive,        ///< sum w_k n_k
+    multiplicative,  ///< product of min(max(1 + w_k n_k, 0), 2): mean 1 [Bizard 2018]
+    billow,          ///< sum w_k |n_k|
+    /// sum w_k s_k, s_k = (offset - |n_k|)^2 min(max(gain s_(k-1), 0), 1), s_0 = 1/gain
+    /// [Musgrave, in Ebert et al., Texturing and Modeling, 1998: "ridged multifractal"]
+    ridged,
+  };
+  Kind kind = Kind::additive;
+  float ridge_offset = 1;
+  float ridge_gain = 2;
 };
 
 /// A base noise P(x) in three dimensions: mean 0, features of size 1, a function of position and
@@ -33,8 +56,21 @@ class Noise {
   /// Bound of |P|.
   virtual double bound() const = 0;
 
+  /// Whether octaves may have a translation or periods; the functions below throw InputError for
+  /// such octaves where not, and where translation and periods contradict each other.
+  virtual bool identifies() const = 0;
+
   /// out[i] = sum over octaves of weight * P(frequency * p_i + offset).
   virtual void sum(const Points& points, std::span<const Octave> octaves, float* out) const = 0;
+  /// out[i] = their combination.
+  virtual void combine(const Combination& combination, const Points& points,
+                       std::span<const Octave> octaves, float* out) const = 0;
+  /// The sum of a noise with a vector value, 1 to most_components of them: out[0] is sum(), the
+  /// others are like it and independent of it. They share the hashes and all that depends on the
+  /// position, and so cost less than a sum each.
+  virtual void sum_vector(const Points& points, std::span<const Octave> octaves,
+                          std::span<float* const> out) const = 0;
+  static constexpr std::size_t most_components = 3;
 };
 
 /// All kinds; to add one, add its maker here.
