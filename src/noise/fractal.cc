@@ -10,6 +10,7 @@
 #include "core/math-inl.h"
 #include "gamer/core/error.h"
 #include "gamer/core/random.h"
+#include "noise/lattice.h"
 
 #ifndef GAMER_NOISE_FRACTAL_KERNEL
 #define GAMER_NOISE_FRACTAL_KERNEL
@@ -26,19 +27,45 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// Adds what a footprint sees of one octave.
+/// Adds what a footprint sees of one octave, given by its values of weight 1.
 void AddOctave(std::size_t size, const float* HWY_RESTRICT value,
-               const float* HWY_RESTRICT footprint, const OctaveInput& in, SeenNoise& out) {
+               const float* HWY_RESTRICT footprint, const OctaveInput& in,
+               const Combination& combination, SeenNoise& out) {
   const hn::ScalableTag<float> d;
+  const auto zero = hn::Zero(d);
   const auto one = hn::Set(d, 1.0f);
+  const auto weight = hn::Set(d, in.weight);
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
     auto u = hn::NegMulAdd(hn::Load(d, footprint + i), hn::Set(d, in.fade_slope),
                            hn::Set(d, in.fade_shift));
-    u = hn::Min(hn::Max(u, hn::Zero(d)), one);
+    u = hn::Min(hn::Max(u, zero), one);
     const auto seen = hn::Mul(hn::Mul(u, u), hn::NegMulAdd(hn::Set(d, 2.0f), u, hn::Set(d, 3.0f)));
     auto sum = hn::Load(d, out.sum.data() + i);
-    sum = hn::MulAdd(hn::Load(d, value + i), hn::Mul(seen, hn::Set(d, in.weight)), sum);
-    sum = hn::MulAdd(hn::Sub(one, seen), hn::Set(d, in.weighted_mean), sum);
+    const auto own = hn::Load(d, value + i);
+    switch (combination.kind) {
+      case Combination::Kind::additive:
+      case Combination::Kind::billow: {
+        const bool additive = combination.kind == Combination::Kind::additive;
+        sum = hn::MulAdd(additive ? own : hn::Abs(own), hn::Mul(seen, weight), sum);
+        sum = hn::MulAdd(hn::Sub(one, seen), hn::Set(d, in.weighted_mean), sum);
+        break;
+      }
+      case Combination::Kind::multiplicative: {
+        const auto bounded = hn::Min(hn::Max(hn::Mul(own, weight), hn::Neg(one)), one);
+        sum = hn::Mul(sum, hn::MulAdd(seen, bounded, one));
+        break;
+      }
+      case Combination::Kind::ridged: {
+        const auto crest = hn::Sub(hn::Set(d, combination.ridge_offset), hn::Abs(own));
+        const auto mean = hn::Set(d, in.mean);
+        const auto height = hn::MulAdd(seen, hn::MulSub(crest, crest, mean), mean);
+        const auto signal = hn::Mul(height, hn::Load(d, out.ridge.data() + i));
+        sum = hn::MulAdd(signal, weight, sum);
+        const auto next = hn::Mul(signal, hn::Set(d, combination.ridge_gain));
+        hn::Store(hn::Min(hn::Max(next, zero), one), d, out.ridge.data() + i);
+        break;
+      }
+    }
     hn::Store(sum, d, out.sum.data() + i);
     const auto rest = hn::NegMulAdd(seen, seen, one);
     hn::Store(hn::MulAdd(rest, hn::Set(d, in.share), hn::Load(d, out.hidden.data() + i)), d,
@@ -58,6 +85,31 @@ void Deviate(std::size_t size, const SeenNoise& seen, float step, float* HWY_RES
     hn::Store(hn::MulAdd(root, hn::Set(d, step), hn::Load(d, seen.sum.data() + i)), d, sum + i);
     const auto rest = hn::Sub(hn::Load(d, seen.hidden.data() + i), coherent);
     hn::Store(hn::Max(rest, hn::Zero(d)), d, hidden + i);
+  }
+}
+
+/// The same for a product: sum exp(step r - r^2/2), r^2 the coherent part of the variance of ln S.
+void DeviateFactor(std::size_t size, const SeenNoise& seen, float deviation, float log_variance,
+                   float* HWY_RESTRICT sum) {
+  const hn::ScalableTag<float> d;
+  const auto half = hn::Set(d, -0.5f);
+  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
+    const auto variance = hn::Mul(hn::Load(d, seen.coherent.data() + i), hn::Set(d, log_variance));
+    const auto power =
+        hn::MulAdd(hn::Sqrt(variance), hn::Set(d, deviation), hn::Mul(variance, half));
+    hn::Store(hn::Mul(hn::Load(d, seen.sum.data() + i), Exp(d, power)), d, sum + i);
+  }
+}
+
+/// points + displacement.
+void Displace(const Points& points, BatchArray* displacement) {
+  const hn::ScalableTag<float> d;
+  const float* coordinates[3] = {points.x, points.y, points.z};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    float* HWY_RESTRICT own = displacement[axis].data();
+    for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
+      hn::Store(hn::Add(hn::Load(d, coordinates[axis] + i), hn::Load(d, own + i)), d, own + i);
+    }
   }
 }
 
@@ -122,6 +174,8 @@ HWY_EXPORT(AddOctave);
 HWY_EXPORT(Deviate);
 HWY_EXPORT(Combine);
 HWY_EXPORT(AddMoments);
+HWY_EXPORT(DeviateFactor);
+HWY_EXPORT(Displace);
 
 namespace {
 
@@ -144,21 +198,117 @@ constexpr double largest_seed = 0x1p63;
 // the noise.
 constexpr double smallest_variation = 1e-4;
 
+// A coordinate of single precision times more is too coarse for the noise to be smooth (noise.h).
+constexpr double largest_frequency = 1e5;
+
+// Where a component names a combination of scale-free octaves and no lacunarity.
+constexpr double usual_lacunarity = 2.0;
+
+// The warp's octaves.
+constexpr double warp_lacunarity = 2.0;
+constexpr double warp_gain = 0.5;
+
+// |P| has creases, across which it changes about twice as fast as P.
+constexpr double crease_sharpness = 2.0;
+
 // With this floor |v|^-20 stays within single precision.
 constexpr double smallest_floor = 1e-2;
+
+struct CombinationName {
+  const char* name;
+  Combination::Kind kind;
+};
+constexpr CombinationName combination_names[] = {
+    {"additive", Combination::Kind::additive},
+    {"multiplicative", Combination::Kind::multiplicative},
+    {"ridged", Combination::Kind::ridged},
+    {"billow", Combination::Kind::billow}};
+
+/// Whether octaves of that combination are a density by themselves.
+bool is_natural(Combination::Kind kind) {
+  return kind == Combination::Kind::multiplicative || kind == Combination::Kind::ridged;
+}
+
+NoiseShape::Parameters shape_of(const FractalParameters& p) {
+  if (is_natural(p.combination.kind)) return {1, false, 0, 1, p.floor, true};
+  return {p.exponent, p.inverse, p.offset, p.contrast, p.floor, false};
+}
+
+double frequency_of(const FractalParameters& p, int k) {
+  if (p.lacunarity == 0) return p.k0 + p.frequency_scale * k;
+  return (p.k0 + p.frequency_scale) * std::pow(p.lacunarity, k - 1);
+}
+
+double weight_of(const FractalParameters& p, int k) {
+  switch (p.combination.kind) {
+    case Combination::Kind::multiplicative:
+      return p.amplitude;
+    case Combination::Kind::ridged:
+      return std::pow(frequency_of(p, k) / frequency_of(p, 1), -p.spectral_index);
+    default:
+      return std::pow(frequency_of(p, k), -p.spectral_index);
+  }
+}
+
+/// Gives an octave its own lattice: offsets from hash(0), hash(1), hash(2), the seed from hash(3).
+template <typename Hash>
+void scatter(Octave& octave, Hash&& hash) {
+  for (std::uint64_t axis = 0; axis < 3; ++axis) {
+    octave.offset[axis] = static_cast<float>(largest_offset * to_unit(hash(axis)));
+  }
+  octave.seed = static_cast<std::uint32_t>(hash(3));
+}
 
 }  // namespace
 
 ParameterTable FractalParameters::table() const {
+  std::string combination_name;
+  std::vector<std::string> combinations;
+  for (const CombinationName& known : combination_names) {
+    combinations.emplace_back(known.name);
+    if (known.kind == combination.kind) combination_name = known.name;
+  }
   return {
+      {"kind",
+       ParameterType::choice,
+       "",
+       Interval::any(),
+       {},
+       "base noise P; `noise.kind` of the render parameters where not given",
+       noise_names()},
+      {"combination", ParameterType::choice, "", Interval::any(), combination_name,
+       "of octaves: additive sum w n; multiplicative product of 1 + a n in [0, 2]; ridged "
+       "multifractal of (o - |n|)^2; billow sum w |n|",
+       combinations},
       {"octaves", ParameterType::integer, "", Interval::closed(1, 32), std::int64_t{octaves},
        "omega, number of octaves; `noise.octaves` of the render parameters where neither says"},
       {"k0", ParameterType::number, "cycles per galaxy radius", Interval::closed(0, 1000), k0,
        "offset of the frequencies k0 + f_s k"},
       {"frequency_scale", ParameterType::number, "cycles per galaxy radius",
        Interval::left_open(0, 1000), frequency_scale, "f_s, spacing of the frequencies"},
+      {"lacunarity",
+       ParameterType::number,
+       "",
+       Interval::closed(0, 4),
+       {},
+       "l, ratio of the frequencies (k0 + f_s) l^(k - 1), above 1; 0: k0 + f_s k. Default: 0 where "
+       "additive or billow, else 2"},
       {"spectral_index", ParameterType::number, "", Interval::closed(-10, 10), spectral_index,
-       "nu: octave k has weight (k0 + f_s k)^-nu"},
+       "nu: octave k of frequency f has weight f^-nu"},
+      {"amplitude", ParameterType::number, "", Interval::left_open(0, 4), amplitude,
+       "a, of every octave where multiplicative"},
+      {"ridge_offset", ParameterType::number, "", Interval::left_open(0, 4),
+       double{combination.ridge_offset}, "o, height of the ridges"},
+      {"ridge_gain", ParameterType::number, "", Interval::left_open(0, 100),
+       double{combination.ridge_gain},
+       "G: a ridge of height s carries finer ones by G s, at most 1"},
+      {"warp", ParameterType::number, "galaxy radii", Interval::closed(0, 10), warp,
+       "rms displacement of the noise along each axis by a vector noise"},
+      {"warp_frequency", ParameterType::number, "cycles per galaxy radius",
+       Interval::left_open(0, 1000), warp_frequency, "of the displacement's first octave"},
+      {"warp_octaves", ParameterType::integer, "", Interval::closed(1, 16),
+       std::int64_t{warp_octaves},
+       "of the displacement: 1 varies the lacunarity, more warp the domain"},
       {"exponent", ParameterType::number, "", Interval::closed(-20, 20), exponent,
        "alpha, power of the shaped noise"},
       {"theta",
@@ -184,16 +334,68 @@ ParameterTable FractalParameters::table() const {
 }
 
 void FractalParameters::apply(const ParameterSet& values, const std::string& context) {
+  if (values.has("kind")) kind = &find_noise(values.text("kind"));
+  for (const CombinationName& known : combination_names) {
+    if (known.name == values.text("combination")) combination.kind = known.kind;
+  }
   octaves = static_cast<int>(values.integer("octaves"));
   k0 = values.number("k0");
   frequency_scale = values.number("frequency_scale");
+  if (values.has("lacunarity")) {
+    lacunarity = values.number("lacunarity");
+  } else if (is_natural(combination.kind)) {
+    lacunarity = usual_lacunarity;
+  }
   spectral_index = values.number("spectral_index");
+  amplitude = values.number("amplitude");
+  combination.ridge_offset = static_cast<float>(values.number("ridge_offset"));
+  combination.ridge_gain = static_cast<float>(values.number("ridge_gain"));
+  warp = values.number("warp");
+  warp_frequency = values.number("warp_frequency");
+  warp_octaves = static_cast<int>(values.integer("warp_octaves"));
   exponent = values.number("exponent");
   inverse = values.text("theta") == "inverse";
   offset = values.number("offset");
   contrast = values.number("contrast");
   floor = values.number("floor");
   if (values.has("seed")) seed = static_cast<std::uint64_t>(values.integer("seed"));
+
+  const auto refuse = [&](const char* key, const std::string& why) {
+    if (values.is_given(key)) throw InputError(values.where(key), context + key + why);
+  };
+  const std::string& name = values.text("combination");
+  if (is_natural(combination.kind)) {
+    for (const char* key : {"exponent", "theta", "offset", "contrast", "floor"}) {
+      refuse(key, " shapes sums of octaves; combination = \"" + name +
+                      "\" is a density as it is, so leave it out");
+    }
+  }
+  if (combination.kind != Combination::Kind::ridged) {
+    for (const char* key : {"ridge_offset", "ridge_gain"}) {
+      refuse(key, " belongs to combination = \"ridged\", not \"" + name + "\"");
+    }
+  }
+  if (combination.kind == Combination::Kind::multiplicative) {
+    refuse("spectral_index",
+           " weighs terms of a sum; combination = \"multiplicative\" has amplitude instead");
+  } else {
+    refuse("amplitude", " belongs to combination = \"multiplicative\", not \"" + name + "\"");
+  }
+  if (warp == 0) {
+    for (const char* key : {"warp_frequency", "warp_octaves"}) {
+      refuse(key, " has no meaning without warp");
+    }
+  }
+  if (lacunarity > 0 && lacunarity <= 1) {
+    throw InputError(values.where("lacunarity"),
+                     context + "lacunarity must be above 1, or 0 for linear frequencies");
+  }
+  if (frequency_of(*this, octaves) > largest_frequency) {
+    throw InputError(values.where(values.is_given("lacunarity") ? "lacunarity" : "octaves"),
+                     context + "lacunarity " + value_text(lacunarity) + " gives octave " +
+                         std::to_string(octaves) +
+                         " more than 1e5 cycles per galaxy radius; take fewer octaves");
+  }
   if (!inverse && exponent < 0) {
     throw InputError(values.where("exponent"),
                      context +
@@ -202,37 +404,118 @@ void FractalParameters::apply(const ParameterSet& values, const std::string& con
   }
 }
 
+std::vector<Octave> FractalParameters::make_octaves() const {
+  std::vector<Octave> result(static_cast<std::size_t>(octaves));
+  for (int k = 1; k <= octaves; ++k) {
+    Octave& octave = result[static_cast<std::size_t>(k - 1)];
+    octave.frequency = static_cast<float>(frequency_of(*this, k));
+    octave.weight = static_cast<float>(weight_of(*this, k));
+    scatter(octave, [&](std::uint64_t part) {
+      return hash_words({seed, static_cast<std::uint64_t>(k), part});
+    });
+  }
+  return result;
+}
+
 FractalNoise::FractalNoise(const FractalParameters& parameters, double thickness)
-    : parameters_(parameters),
-      shape_({parameters.exponent, parameters.inverse, parameters.offset, parameters.contrast,
-              parameters.floor}) {
-  correction_.fill(1.0f);
-  double variance = 0;
+    : parameters_(parameters), shape_(shape_of(parameters)) {
+  make_warp();
+  const std::vector<Octave> octaves = parameters.make_octaves();
   for (int k = 1; k <= parameters.octaves; ++k) {
-    const double frequency = parameters.k0 + parameters.frequency_scale * k;
-    const double weight = std::pow(frequency, -parameters.spectral_index);
-    const auto index = static_cast<std::uint64_t>(k);
+    add_octave(octaves[static_cast<std::size_t>(k - 1)], frequency_of(parameters, k),
+               weight_of(parameters, k), thickness);
+  }
+  assume_independence();
+}
+
+FractalNoise::FractalNoise(const FractalParameters& parameters, std::span<const Octave> octaves,
+                           double thickness)
+    : parameters_(parameters), shape_(shape_of(parameters)) {
+  parameters_.octaves = static_cast<int>(octaves.size());
+  make_warp();
+  for (const Octave& octave : octaves) {
+    add_octave(octave, double{octave.frequency}, double{octave.weight}, thickness);
+  }
+  assume_independence();
+}
+
+void FractalNoise::make_warp() {
+  if (parameters_.warp == 0) return;
+  double squares = 0, steepness = 0;
+  for (int j = 0; j < parameters_.warp_octaves; ++j) {
     Octave octave;
+    const double frequency = parameters_.warp_frequency * std::pow(warp_lacunarity, j);
+    const double weight = std::pow(warp_gain, j);
     octave.frequency = static_cast<float>(frequency);
     octave.weight = static_cast<float>(weight);
-    for (std::uint64_t axis = 0; axis < 3; ++axis) {
-      octave.offset[axis] =
-          static_cast<float>(largest_offset * to_unit(hash_words({parameters.seed, index, axis})));
-    }
-    octave.seed = static_cast<std::uint32_t>(hash_words({parameters.seed, index, 3}));
-    octaves_.push_back(octave);
-    octave_mean_.push_back(0.0);
-    octave_variance_.push_back(weight * weight * parameters.kind->variance());
-    // The mean of a noise of correlation length 1/(2 f) through the layer.
-    coherence_.push_back(1 / (1 + 2 * frequency * thickness));
-    variance += weight * weight;
+    scatter(octave, [&](std::uint64_t part) {
+      // Octaves of the noise itself count from 1.
+      return hash_words({parameters_.seed, 0, static_cast<std::uint64_t>(j), part});
+    });
+    warp_octaves_.push_back(octave);
+    squares += weight * weight;
+    steepness += std::pow(weight * frequency * simplex_steepness, 2);
   }
-  independent_sigma_ = std::sqrt(variance * parameters.kind->variance());
+  const double scale = parameters_.warp / std::sqrt(squares * simplex_variance);
+  for (Octave& octave : warp_octaves_) octave.weight *= static_cast<float>(scale);
+  // The gradient of the noise is multiplied by that of x + w v(x): the unit matrix and nine
+  // independent elements.
+  stretch_ = std::sqrt(1 + 3 * parameters_.warp * parameters_.warp * steepness / squares);
+}
+
+void FractalNoise::add_octave(const Octave& octave, double frequency, double weight,
+                              double thickness) {
+  octaves_.push_back(octave);
+  octave_mean_.push_back(0.0);
+  octave_variance_.push_back(weight * weight * parameters_.kind->variance());
+  // The mean of a noise of correlation length 1/(2 f) through the layer.
+  coherence_.push_back(1 / (1 + 2 * stretch_ * frequency * thickness));
+  const double seen = stretch_ * double{octave.frequency};
+  finest_ = std::max(finest_, seen);
+  coarsest_ = octaves_.size() == 1 ? seen : std::min(coarsest_, seen);
+  independent_variance_ += weight * weight;
+}
+
+void FractalNoise::assume_independence() {
+  independent_sigma_ = std::sqrt(independent_variance_ * parameters_.kind->variance());
   sigma_ = independent_sigma_;
+  if (parameters_.combination.kind == Combination::Kind::multiplicative) {
+    mu_ = 1;
+    for (std::size_t k = 0; k < octaves_.size(); ++k) {
+      octave_mean_[k] = 1;
+      octave_variance_[k] = std::log1p(octave_variance_[k]);
+      log_variance_ += octave_variance_[k];
+    }
+    sigma_ = std::sqrt(std::expm1(log_variance_));
+  }
+}
+
+bool FractalNoise::is_density() const { return is_natural(parameters_.combination.kind); }
+
+NoiseShape::Standard FractalNoise::standard() const {
+  if (is_density()) return {1, 0};
+  return {1 / sigma_, -mu_ / sigma_};
+}
+
+Points FractalNoise::displace(const Points& points, std::array<BatchArray, 3>& storage) const {
+  if (warp_octaves_.empty()) return points;
+  float* const arrays[] = {storage[0].data(), storage[1].data(), storage[2].data()};
+  simplex_noise().sum_vector(points, warp_octaves_, arrays);
+  HWY_DYNAMIC_DISPATCH(Displace)(points, storage.data());
+  return {storage[0].data(), storage[1].data(), storage[2].data(), points.size};
+}
+
+void FractalNoise::combine(const Points& points, float* out) const {
+  if (parameters_.combination.kind == Combination::Kind::additive) {
+    parameters_.kind->sum(points, octaves_, out);
+  } else {
+    parameters_.kind->combine(parameters_.combination, points, octaves_, out);
+  }
 }
 
 void FractalNoise::sum(const Points& points, float* out) const {
-  parameters_.kind->sum(points, octaves_, out);
+  std::array<BatchArray, 3> displaced;
+  combine(displace(points, displaced), out);
 }
 
 void FractalNoise::evaluate(const Points& points, float* out) const {
@@ -240,9 +523,7 @@ void FractalNoise::evaluate(const Points& points, float* out) const {
   shape_.apply(standard(), 1 / phi_mean_, points.size, out);
 }
 
-bool FractalNoise::hides(double footprint) const {
-  return footprint * double{octaves_.back().frequency} > fade_begin;
-}
+bool FractalNoise::hides(double footprint) const { return footprint * finest_ > fade_begin; }
 
 OctaveInput FractalNoise::octave_input(std::size_t k) const {
   double total = 0;
@@ -250,16 +531,17 @@ OctaveInput FractalNoise::octave_input(std::size_t k) const {
   const double share = octave_variance_[k] / total;
   OctaveInput in{};
   in.weight = octaves_[k].weight;
-  in.weighted_mean = static_cast<float>(octave_mean_[k]);
+  in.weighted_mean = in.mean = static_cast<float>(octave_mean_[k]);
   in.share = static_cast<float>(share);
   in.coherent_share = static_cast<float>(share * coherence_[k]);
-  in.fade_slope = static_cast<float>(double{octaves_[k].frequency} / (fade_end - fade_begin));
+  const double frequency = stretch_ * double{octaves_[k].frequency};
+  in.fade_slope = static_cast<float>(frequency / (fade_end - fade_begin));
   in.fade_shift = static_cast<float>(fade_end / (fade_end - fade_begin));
   return in;
 }
 
 double FractalNoise::seen_octave(std::size_t k, double footprint) const {
-  const double frequency = double{octaves_[k].frequency};
+  const double frequency = stretch_ * double{octaves_[k].frequency};
   const double u =
       std::clamp((fade_end - footprint * frequency) / (fade_end - fade_begin), 0.0, 1.0);
   return u * u * (3 - 2 * u);
@@ -275,28 +557,40 @@ double FractalNoise::seen_share(double footprint) const {
   return seen / total;
 }
 
+void FractalNoise::begin(std::size_t size, SeenNoise& out) const {
+  const bool product = parameters_.combination.kind == Combination::Kind::multiplicative;
+  std::fill_n(out.sum.data(), padded(size), product ? 1.0f : 0.0f);
+  std::fill_n(out.hidden.data(), padded(size), 0.0f);
+  std::fill_n(out.coherent.data(), padded(size), 0.0f);
+  if (parameters_.combination.kind == Combination::Kind::ridged) {
+    std::fill_n(out.ridge.data(), padded(size), 1.0f);
+  }
+}
+
 void FractalNoise::see(const Points& points, const float* footprint, SeenNoise& out,
                        std::uint64_t& evaluations) const {
   const auto [least, most] = std::minmax_element(footprint, footprint + points.size);
-  std::fill_n(out.hidden.data(), padded(points.size), 0.0f);
-  std::fill_n(out.coherent.data(), padded(points.size), 0.0f);
+  begin(points.size, out);
+  std::array<BatchArray, 3> storage;
+  const Points displaced = displace(points, storage);
+  evaluations += points.size * warp_octaves_.size();
   if (!hides(double{*most})) {
-    sum(points, out.sum.data());
+    combine(displaced, out.sum.data());
     evaluations += points.size * octaves_.size();
     return;
   }
-  std::fill_n(out.sum.data(), padded(points.size), 0.0f);
   BatchArray value;
   for (std::size_t k = 0; k < octaves_.size(); ++k) {
     Octave octave = octaves_[k];
-    if (double{*least} * double{octave.frequency} < fade_end) {
+    if (double{*least} * stretch_ * double{octave.frequency} < fade_end) {
       octave.weight = 1;
-      parameters_.kind->sum(points, std::span(&octave, 1), value.data());
+      parameters_.kind->sum(displaced, std::span(&octave, 1), value.data());
       evaluations += points.size;
     } else {
       std::fill_n(value.data(), padded(points.size), 0.0f);
     }
-    HWY_DYNAMIC_DISPATCH(AddOctave)(points.size, value.data(), footprint, octave_input(k), out);
+    HWY_DYNAMIC_DISPATCH(AddOctave)
+    (points.size, value.data(), footprint, octave_input(k), parameters_.combination, out);
   }
 }
 
@@ -311,6 +605,10 @@ void FractalNoise::expect(std::size_t size, const SeenNoise& seen, double deviat
   BatchArray hidden;
   HWY_DYNAMIC_DISPATCH(Deviate)
   (size, seen, static_cast<float>(deviation * sigma_), out, hidden.data());
+  if (is_density()) {
+    HWY_DYNAMIC_DISPATCH(DeviateFactor)
+    (size, seen, static_cast<float>(deviation), static_cast<float>(log_variance_), out);
+  }
   shape_.apply_expected(standard(), 1 / phi_mean_, size, hidden.data(), correction_.data(), out);
 }
 
@@ -358,6 +656,7 @@ void FractalNoise::take_mean(std::span<const WeightedBatch> cloud, const Factor&
   const CloudMean raw = mean_over(cloud, values);
   mu_ = raw.mean;
   sigma_ = std::sqrt(std::max(raw.square_mean - mu_ * mu_, 0.0));
+  log_variance_ = std::log1p(std::pow(sigma_ / mu_, 2));
   if (!std::isfinite(sigma_)) {
     throw InputError("the noise is infinite; change its spectral index or frequencies");
   }
@@ -372,41 +671,90 @@ void FractalNoise::take_mean(std::span<const WeightedBatch> cloud, const Factor&
   // A noise that is dark everywhere (a very negative offset) has no mean to divide by.
   if (!(light.mean > 0) || !std::isfinite(light.square_mean)) {
     throw InputError(
-        "the noise is zero or infinite over the whole component; change its offset, "
-        "contrast or exponent");
+        std::string("the noise is zero or infinite over the whole component; change its ") +
+        (is_density() ? "amplitude or ridges" : "offset, contrast or exponent"));
   }
   phi_mean_ = light.mean;
   phi_rms_ = std::sqrt(light.square_mean) / light.mean;
   mean_error_ = light.error / light.mean;
 }
 
+void FractalNoise::take_octave(std::size_t k, std::span<const WeightedBatch> cloud,
+                               std::span<const BatchArray> values) {
+  using Kind = Combination::Kind;
+  const Kind kind = parameters_.combination.kind;
+  const double weight = double{octaves_[k].weight};
+  const float height = parameters_.combination.ridge_offset;
+  Moments moments;
+  BatchArray term;
+  for (std::size_t b = 0; b < cloud.size(); ++b) {
+    const BatchArray& value = values[b * octaves_.size() + k];
+    if (kind == Kind::additive || kind == Kind::billow) {
+      moments.add(cloud[b], value.data(), value.data());
+      continue;
+    }
+    // What is multiplied or summed in place of the octave.
+    for (std::size_t i = 0; i < cloud[b].size; ++i) {
+      const float crest = height - std::abs(value[i]);
+      term[i] = kind == Kind::ridged ? crest * crest
+                                     : std::clamp(1 + octaves_[k].weight * value[i], 0.0f, 2.0f);
+    }
+    moments.add(cloud[b], term.data(), term.data());
+  }
+  const double variance = moments.xx() - moments.x() * moments.x();
+  if (kind == Kind::multiplicative) {
+    octave_variance_[k] = std::log1p(variance);
+    return;
+  }
+  octave_mean_[k] = kind == Kind::ridged ? moments.x() : weight * moments.x();
+  octave_variance_[k] = weight * weight * variance;
+}
+
 void FractalNoise::take_corrections(std::span<const WeightedBatch> cloud, const Factor& factor) {
   const std::size_t batches = cloud.size();
   const std::size_t octaves = octaves_.size();
+  const bool billow = parameters_.combination.kind == Combination::Kind::billow;
   std::vector<BatchArray> values(batches * octaves), full(batches);
+  for (std::size_t b = 0; b < batches; ++b) {
+    std::array<BatchArray, 3> storage;
+    const Points displaced = displace(cloud[b].points(), storage);
+    for (std::size_t k = 0; k < octaves; ++k) {
+      Octave own = octaves_[k];
+      own.weight = 1;
+      BatchArray& value = values[b * octaves + k];
+      parameters_.kind->sum(displaced, std::span(&own, 1), value.data());
+      if (billow) {
+        for (float& term : value.values) term = std::abs(term);
+      }
+    }
+  }
   double means = 0;
   for (std::size_t k = 0; k < octaves; ++k) {
-    Octave own = octaves_[k];
-    own.weight = 1;
-    Moments moments;
-    for (std::size_t b = 0; b < batches; ++b) {
-      BatchArray& value = values[b * octaves + k];
-      parameters_.kind->sum(cloud[b].points(), std::span(&own, 1), value.data());
-      moments.add(cloud[b], value.data(), value.data());
-    }
-    const double weight = double{octaves_[k].weight};
-    octave_mean_[k] = weight * moments.x();
-    octave_variance_[k] = weight * weight * (moments.xx() - moments.x() * moments.x());
+    take_octave(k, cloud, values);
     means += octave_mean_[k];
   }
   // Together they are the mean of S over all points.
-  octave_mean_.front() += mu_ - means;
+  if (!is_density()) octave_mean_.front() += mu_ - means;
 
   // Phi where rays of a footprint see it, times the factor.
   std::vector<const float*> octave(octaves);
   std::vector<float> seen(octaves);
-  BatchArray hidden;
+  BatchArray hidden, footprint;
+  SeenNoise what;
   const auto phi_at = [&](double width, std::size_t b, BatchArray& out) {
+    const WeightedBatch& points = cloud[b];
+    if (is_density()) {
+      std::fill_n(footprint.data(), padded(points.size), static_cast<float>(width));
+      begin(points.size, what);
+      for (std::size_t k = 0; k < octaves; ++k) {
+        HWY_DYNAMIC_DISPATCH(AddOctave)
+        (points.size, values[b * octaves + k].data(), footprint.data(), octave_input(k),
+         parameters_.combination, what);
+      }
+      expect(points.size, what, out.data());
+      multiply(points, factor, width, out);
+      return;
+    }
     double constant = 0;
     for (std::size_t k = 0; k < octaves; ++k) {
       const double share = seen_octave(k, width);
@@ -414,7 +762,6 @@ void FractalNoise::take_corrections(std::span<const WeightedBatch> cloud, const 
       seen[k] = static_cast<float>(share * double{octaves_[k].weight});
       constant += (1 - share) * octave_mean_[k];
     }
-    const WeightedBatch& points = cloud[b];
     HWY_DYNAMIC_DISPATCH(Combine)
     (points.size, octave.data(), seen.data(), octaves, static_cast<float>(constant), out.data());
     shape_.apply_expected(standard(), 1 / phi_mean_, points.size, hidden.data(), correction_.data(),
@@ -459,8 +806,8 @@ void FractalNoise::take_corrections(std::span<const WeightedBatch> cloud, const 
 }
 
 double FractalNoise::footprint_that_hides(double variance) const {
-  double narrow = fade_begin / double{octaves_.back().frequency};
-  double wide = fade_end / double{octaves_.front().frequency};
+  double narrow = fade_begin / finest_;
+  double wide = fade_end / coarsest_;
   if (!(1 - seen_share(wide) > variance)) return wide;
   constexpr int halvings = 40;
   for (int i = 0; i < halvings; ++i) {
@@ -477,13 +824,18 @@ double FractalNoise::effective_frequency() const {
     weights += variance;
     squares += variance * octave.frequency * octave.frequency;
   }
-  return std::sqrt(squares / weights);
+  return stretch_ * std::sqrt(squares / weights);
 }
 
 double FractalNoise::sharpness() const {
+  using Kind = Combination::Kind;
   // A power alpha narrows Gaussian peaks by sqrt(alpha); the inverse has ridges where |v| < floor.
-  const double narrowing = std::sqrt(std::max(std::abs(parameters_.exponent), 1.0));
-  return parameters_.inverse ? std::max(narrowing, 1 / std::sqrt(parameters_.floor)) : narrowing;
+  // A product is about exp(r s), r^2 the variance of its logarithm: at s = 2, as narrow as s^(2 r).
+  if (parameters_.combination.kind == Kind::ridged) return crease_sharpness;
+  if (is_density()) return std::sqrt(std::max(2 * std::sqrt(log_variance_), 1.0));
+  double narrowing = std::sqrt(std::max(std::abs(parameters_.exponent), 1.0));
+  if (parameters_.inverse) narrowing = std::max(narrowing, 1 / std::sqrt(parameters_.floor));
+  return parameters_.combination.kind == Kind::billow ? crease_sharpness * narrowing : narrowing;
 }
 
 }  // namespace gamer

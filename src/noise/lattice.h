@@ -144,6 +144,9 @@ inline constexpr double simplex_scale = 76.8857;
 /// scale^2 2 (2/3) int (1/2 - r^2)^8 r^2 d^3r: 2 lattice points per unit volume, <(g . r)^2> =
 /// 2 r^2/3.
 inline constexpr double simplex_variance = 0.154037;
+/// sqrt(<(dP/dx)^2>/<P^2>) = sqrt(20), where 3 <(dP/dx)^2> = scale^2 2 (2/3) times the integral of
+/// 3 t^8 - 16 t^7 r^2 + 64 t^6 r^4 over space, t = 1/2 - r^2.
+inline constexpr double simplex_steepness = 4.4721360;
 inline constexpr double simplex_bound = 1.00003;
 
 }  // namespace gamer

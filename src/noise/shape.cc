@@ -27,7 +27,7 @@ struct ShapeInput {
   bool inverse;
   float inverse_contrast;
   float offset;
-  const float* bases;
+  const float* bases;  ///< none where values are their own expectation
   const float* correction;
 };
 
@@ -89,6 +89,15 @@ void ApplyExpected(const ShapeInput& shape, std::size_t size, const float* HWY_R
           hn::Mul(hn::Sqrt(h), hn::Set(d, static_cast<float>(NoiseShape::levels - 1)));
       const auto row = hn::Min(hn::Floor(level), hn::Set(d, NoiseShape::levels - 2.0f));
       const auto up = hn::Sub(level, row);
+      const auto rows = hn::ConvertTo(di, row);
+      const auto first = hn::GatherIndex(d, shape.correction, rows);
+      const auto second = hn::GatherIndex(d, shape.correction + 1, rows);
+      const auto correction = hn::MulAdd(up, hn::Sub(second, first), first);
+      scale = hn::IfThenElse(some, hn::Div(scale, correction), scale);
+      if (shape.bases == nullptr) {
+        hn::Store(hn::Mul(Raise(d, base, shape), scale), d, values + i);
+        continue;
+      }
       const auto s =
           hn::Mul(hn::Sub(v, hn::Set(d, shape.offset)), hn::Set(d, shape.inverse_contrast));
       auto x = hn::MulAdd(s, hn::Set(d, static_cast<float>(steps_per_sigma)),
@@ -96,7 +105,6 @@ void ApplyExpected(const ShapeInput& shape, std::size_t size, const float* HWY_R
       x = hn::Min(hn::Max(x, zero), hn::Set(d, static_cast<float>(table_size - 1)));
       const auto column = hn::Min(hn::Floor(x), hn::Set(d, static_cast<float>(table_size - 2)));
       const auto right = hn::Sub(x, column);
-      const auto rows = hn::ConvertTo(di, row);
       const auto at = hn::Add(hn::Mul(rows, hn::Set(di, table_size)), hn::ConvertTo(di, column));
       const auto line = [&](const float* table) HWY_ATTR {
         const auto a = hn::GatherIndex(d, table, at);
@@ -105,10 +113,6 @@ void ApplyExpected(const ShapeInput& shape, std::size_t size, const float* HWY_R
       const auto low = line(shape.bases);
       const auto expected = hn::MulAdd(up, hn::Sub(line(shape.bases + table_size), low), low);
       base = hn::IfThenElse(some, expected, base);
-      const auto first = hn::GatherIndex(d, shape.correction, rows);
-      const auto second = hn::GatherIndex(d, shape.correction + 1, rows);
-      const auto correction = hn::MulAdd(up, hn::Sub(second, first), first);
-      scale = hn::IfThenElse(some, hn::Div(scale, correction), scale);
     }
     hn::Store(hn::Mul(Raise(d, base, shape), scale), d, values + i);
   }
@@ -211,7 +215,7 @@ ShapeInput make_input(const NoiseShape::Parameters& p, const NoiseShape::Standar
 }  // namespace
 
 NoiseShape::NoiseShape(const Parameters& parameters)
-    : parameters_(parameters), bases_(find_bases(parameters)) {}
+    : parameters_(parameters), bases_(parameters.expected ? nullptr : find_bases(parameters)) {}
 
 void NoiseShape::apply(const Standard& standard, double scale, std::size_t size,
                        float* values) const {
@@ -221,7 +225,7 @@ void NoiseShape::apply(const Standard& standard, double scale, std::size_t size,
 void NoiseShape::apply_expected(const Standard& standard, double scale, std::size_t size,
                                 const float* hidden, const float* correction, float* values) const {
   ShapeInput shape = make_input(parameters_, standard, scale);
-  shape.bases = bases_->data();
+  shape.bases = bases_ != nullptr ? bases_->data() : nullptr;
   shape.correction = correction;
   HWY_DYNAMIC_DISPATCH(ApplyExpected)(shape, size, hidden, values);
 }

@@ -205,15 +205,20 @@ TEST(ComponentKinds, IntervalEndsOfEveryParameter) {
       parse_galaxy(least_of(kind, key) + key + " = " + value);
     });
     if (kind.noise) {
-      check_parameter_ends(
-          kind.noise->table(), [&](const std::string& key, const std::string& value) {
-            std::string text = "[[component]]\nclass = \"" + kind.name + "\"\n";
-            if (kind.name != "dust") text += "sed = \"flat\"\n";
-            const std::string theta = key == "theta" ? "" : "theta = \"inverse\", ";
-            // Where Phi is finite whatever the value.
-            const std::string tame = key == "exponent" || key == "theta" ? "" : "exponent = 1, ";
-            parse_galaxy(text + "noise = {" + theta + tame + key + " = " + value + "}");
-          });
+      check_parameter_ends(kind.noise->table(),
+                           [&](const std::string& key, const std::string& value) {
+                             std::string text = "[[component]]\nclass = \"" + kind.name + "\"\n";
+                             if (kind.name != "dust") text += "sed = \"flat\"\n";
+                             // What the key needs beside it, and Phi is finite whatever its value.
+                             std::string beside = "theta = \"inverse\", exponent = 1, ";
+                             if (key == "exponent") beside = "theta = \"inverse\", ";
+                             if (key == "theta") beside = "";
+                             if (key == "amplitude") beside = "combination = \"multiplicative\", ";
+                             if (key == "combination") beside = "";
+                             if (key.starts_with("ridge_")) beside = "combination = \"ridged\", ";
+                             if (key.starts_with("warp_")) beside += "warp = 0.1, ";
+                             parse_galaxy(text + "noise = {" + beside + key + " = " + value + "}");
+                           });
     }
   }
 }

@@ -312,6 +312,289 @@ TEST(SeenNoise, DeviationsAverageToWhatIsExpected) {
   EXPECT_NEAR(averaged / expected, 1, 5e-3);
 }
 
+constexpr Combination::Kind all_combinations[] = {
+    Combination::Kind::additive, Combination::Kind::multiplicative, Combination::Kind::ridged,
+    Combination::Kind::billow};
+
+/// Calls work(parameters, name) for every kind and combination, without a warp and with one.
+void for_every_noise(const std::function<void(const FractalParameters&)>& work) {
+  for (const Noise* kind : noise_kinds()) {
+    for (const Combination::Kind combination : all_combinations) {
+      for (const double warp : {0.0, 0.05}) {
+        SCOPED_TRACE(std::string(kind->name()) + ", combination " +
+                     std::to_string(static_cast<int>(combination)) + ", warp " +
+                     std::to_string(warp));
+        FractalParameters p = parameters_of(*kind);
+        p.combination.kind = combination;
+        p.octaves = 5;
+        p.frequency_scale = 4;
+        p.lacunarity = 2;
+        p.exponent = 1.5;
+        p.offset = 0.5;
+        p.warp = warp;
+        p.warp_frequency = 3;
+        p.warp_octaves = 2;
+        work(p);
+      }
+    }
+  }
+}
+
+TEST(EveryNoise, HasMeanOneAtEveryFootprint) {
+  const std::vector<WeightedBatch> cloud =
+      cloud_of(positions_in_cube(20000, 1, 7), [](const Vector& p) { return std::exp(p[0]); });
+  for_every_noise([&](const FractalParameters& p) {
+    FractalNoise noise(p);
+    noise.normalise(cloud);
+    double last_square = HUGE_VAL;
+    for (const double width : {0.0, 0.003, 0.006, 0.012, 0.025, 0.05, 0.1, 0.3}) {
+      const std::vector<double> phi = expected_of(noise, cloud, width);
+      double weights = 0, sum = 0, squares = 0;
+      std::size_t i = 0;
+      for (const WeightedBatch& batch : cloud) {
+        for (std::size_t j = 0; j < batch.size; ++j, ++i) {
+          const double weight = double{batch.weight[j]};
+          weights += weight;
+          sum += weight * phi[i];
+          squares += weight * phi[i] * phi[i];
+        }
+      }
+      EXPECT_NEAR(sum / weights, 1, width == 0 ? 1e-5 : 4e-3) << "width " << width;
+      EXPECT_LE(squares / weights, last_square * (1 + 4e-3)) << "width " << width;
+      last_square = squares / weights;
+    }
+    EXPECT_NEAR(last_square, 1, 1e-4);
+  });
+}
+
+TEST(EveryNoise, TargetsAgree) {
+  const std::vector<Vector> positions = positions_in_cube(2000, 1, 8);
+  const std::vector<WeightedBatch> cloud = cloud_of(positions, even);
+  for_every_noise([&](const FractalParameters& p) {
+    FractalNoise noise(p);
+    noise.normalise(cloud);
+    std::vector<double> first;
+    for_each_simd_target([&] {
+      for (const double width : {0.0, 0.02}) {
+        const std::vector<double> phi = expected_of(noise, cloud, width);
+        if (first.size() < 2 * phi.size()) {
+          first.insert(first.end(), phi.begin(), phi.end());
+          continue;
+        }
+        const std::size_t start = width == 0 ? 0 : phi.size();
+        // A point on a face of a cell may fall on either side: where the noise jumps there, a few.
+        std::size_t others = 0;
+        for (std::size_t i = 0; i < phi.size(); ++i) {
+          if (std::abs(phi[i] - first[start + i]) > 2e-4 * (1 + first[start + i])) ++others;
+        }
+        EXPECT_LE(others, p.kind->name() == "cell" ? 4u : 0u);
+      }
+    });
+  });
+}
+
+TEST(EveryNoise, SeedsDiffer) {
+  const std::vector<Vector> positions = positions_in_cube(1 << 14, 64, 9);
+  const std::vector<WeightedBatch> cloud = cloud_of(positions, even);
+  for_every_noise([&](FractalParameters p) {
+    const auto fluctuations = [&] {
+      FractalNoise noise(p);
+      noise.normalise(cloud);
+      std::vector<double> phi = phi_of(noise, positions);
+      for (double& value : phi) value -= 1;
+      return phi;
+    };
+    const std::vector<double> here = fluctuations();
+    EXPECT_EQ(fluctuations(), here);
+    p.seed = 18;
+    const std::vector<double> other = fluctuations();
+    double product = 0;
+    for (std::size_t i = 0; i < here.size(); ++i) product += here[i] * other[i];
+    const auto count = static_cast<double>(here.size());
+    EXPECT_LT(std::abs(product) / count / std::sqrt(mean(here, 2) * mean(other, 2)),
+              4.5 / std::sqrt(count));
+  });
+}
+
+// FACTS: of one octave of Perlin noise; with 6 octaves the product's variance.
+TEST(Multiplicative, VariancesAndLogarithms) {
+  struct Row {
+    double amplitude, variance, log_mean, log_variance;
+  };
+  for (const Row& row : {Row{1, 0.0729, -0.0406, 0.0879}, Row{1.5, 0.163, -0.125, 0.411},
+                         Row{2, 0.272, -0.353, 0}}) {
+    FractalParameters p = parameters_of(perlin_noise());
+    p.combination.kind = Combination::Kind::multiplicative;
+    p.amplitude = row.amplitude;
+    p.octaves = 1;
+    const std::vector<double> factor = raw_sum(FractalNoise(p), scattered());
+    EXPECT_NEAR(mean(factor), 1, 0.0015);
+    EXPECT_NEAR(mean(factor, 2) - std::pow(mean(factor), 2), row.variance, 8e-4);
+    double clamped = 0, logs = 0, squares = 0;
+    for (const double f : factor) {
+      clamped += f == 0 ? 1 : 0;
+      // FACTS bounds the logarithm of the factors that are 0.
+      const double logarithm = std::log(std::max(f, 1e-3));
+      logs += logarithm;
+      squares += logarithm * logarithm;
+    }
+    const auto count = static_cast<double>(factor.size());
+    logs /= count;
+    EXPECT_NEAR(logs, row.log_mean, 2e-3);
+    if (row.log_variance > 0) {
+      EXPECT_NEAR(squares / count - logs * logs, row.log_variance, 0.01);
+    }
+    const double share = row.amplitude == 1 ? 0 : row.amplitude == 1.5 ? 0.0055 : 0.059;
+    double top = 0;
+    for (const double f : factor) top += f == 2 ? 1 : 0;
+    EXPECT_NEAR((clamped + top) / count, share, 8e-4);
+    p.octaves = 6;
+    p.lacunarity = 2;
+    const std::vector<double> product = raw_sum(FractalNoise(p), scattered());
+    const double single = mean(factor, 2) - std::pow(mean(factor), 2);
+    EXPECT_NEAR(mean(product), 1, 0.006);
+    EXPECT_NEAR((mean(product, 2) - std::pow(mean(product), 2)) / (std::pow(1 + single, 6) - 1), 1,
+                0.04);
+  }
+}
+
+TEST(Ridged, MomentsOfTheMultifractal) {
+  FractalParameters p = parameters_of(perlin_noise());
+  p.combination.kind = Combination::Kind::ridged;
+  p.octaves = 6;
+  p.lacunarity = 2;
+  p.spectral_index = 1;
+  const std::vector<double> values = raw_sum(FractalNoise(p), scattered());
+  EXPECT_NEAR(mean(values), 1.1705, 2e-3);
+  EXPECT_NEAR(std::sqrt(mean(values, 2) - std::pow(mean(values), 2)), 0.339, 1.5e-3);
+}
+
+TEST(Additive, SigmaOfFractionalBrownianMotion) {
+  FractalParameters p = parameters_of(perlin_noise());
+  p.octaves = 8;
+  p.lacunarity = 2;
+  p.spectral_index = 1;
+  EXPECT_NEAR(FractalNoise(p).sigma(), 0.3118, 5e-5);
+  EXPECT_NEAR(std::sqrt(mean(raw_sum(FractalNoise(p), scattered()), 2)), 0.3118, 8e-4);
+}
+
+// Power of the product falls as k^-(3 - mu), mu = log2(1 + sigma_k^2), because <F(x) F(x + r)>
+// falls as r^-mu: an octave less of the common ones for each factor of 2.
+TEST(Multiplicative, SpectralSlope) {
+  for (const auto& [amplitude, mu] : {std::pair(1.0, 0.102), {1.5, 0.218}, {2.0, 0.347}}) {
+    FractalParameters p = parameters_of(perlin_noise());
+    p.combination.kind = Combination::Kind::multiplicative;
+    p.amplitude = amplitude;
+    p.octaves = 8;
+    p.lacunarity = 2;
+    const FractalNoise noise(p);
+    const std::vector<double> here = raw_sum(noise, scattered());
+    std::vector<double> logs;
+    for (const double lag : {0.32, 0.04}) {
+      std::vector<Vector> moved = scattered();
+      for (Vector& q : moved) q[0] += lag;
+      const std::vector<double> there = raw_sum(noise, moved);
+      double product = 0;
+      for (std::size_t i = 0; i < here.size(); ++i) product += here[i] * there[i];
+      logs.push_back(std::log2(product / static_cast<double>(here.size())));
+    }
+    EXPECT_NEAR((logs[1] - logs[0]) / 3, mu, 0.006 + 0.02 * mu) << amplitude;
+  }
+}
+
+TEST(Warp, DisplacesByTheAmplitude) {
+  // Where the noise is linear, its value says by how much it was displaced.
+  FractalParameters p = parameters_of(perlin_noise());
+  p.octaves = 1;
+  p.frequency_scale = 1e-4;
+  p.spectral_index = 0;
+  const std::vector<Vector> positions = positions_in_cube(1 << 16, 512, 12);
+  std::vector<Vector> origin(positions.size(), Vector{});
+  const auto slope = [&](std::size_t axis) {
+    Vector q{};
+    q[axis] = 256;
+    const std::vector<Vector> two = {Vector{}, q};
+    const std::vector<double> v = raw_sum(FractalNoise(p), two);
+    return (v[1] - v[0]) / 256;
+  };
+  const double gradient = std::hypot(slope(0), slope(1), slope(2));
+  const std::vector<double> still = raw_sum(FractalNoise(p), positions);
+  p.warp = 20;
+  p.warp_frequency = 0.3;
+  for (const int octaves : {1, 4}) {
+    p.warp_octaves = octaves;
+    const std::vector<double> moved = raw_sum(FractalNoise(p), positions);
+    double squares = 0;
+    for (std::size_t i = 0; i < still.size(); ++i) squares += std::pow(moved[i] - still[i], 2);
+    EXPECT_NEAR(std::sqrt(squares / static_cast<double>(still.size())) / (20 * gradient), 1, 0.03);
+  }
+}
+
+// The warp shrinks lengths: the root mean square gradient grows by what hides() and the steps take.
+TEST(Warp, RaisesFrequencies) {
+  FractalParameters p = parameters_of(simplex_noise());
+  p.octaves = 1;
+  const std::vector<Vector> positions = positions_in_cube(1 << 17, 256, 13);
+  const auto steepness = [&](const FractalNoise& noise) {
+    double squares = 0;
+    constexpr double step = 1.0 / 512;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::vector<Vector> moved = positions;
+      for (Vector& q : moved) q[axis] += step;
+      const std::vector<double> a = raw_sum(noise, positions), b = raw_sum(noise, moved);
+      for (std::size_t i = 0; i < a.size(); ++i) squares += std::pow((b[i] - a[i]) / step, 2);
+    }
+    return std::sqrt(squares);
+  };
+  const FractalNoise still(p);
+  p.warp = 0.15;
+  p.warp_frequency = 0.7;
+  p.warp_octaves = 3;
+  const FractalNoise warped(p);
+  const double ratio = warped.effective_frequency() / still.effective_frequency();
+  EXPECT_GT(ratio, 1.3);
+  EXPECT_NEAR(steepness(warped) / steepness(still) / ratio, 1, 0.02);
+  EXPECT_TRUE(warped.hides(0.15 / ratio * 1.01));
+  EXPECT_FALSE(warped.hides(0.15 / ratio * 0.99));
+}
+
+TEST(FractalNoise, TakesGivenOctaves) {
+  const std::vector<Vector> positions = positions_in_cube(2000, 1, 14);
+  const std::vector<WeightedBatch> cloud = cloud_of(positions, even);
+  FractalParameters p = parameters_of(perlin_noise());
+  p.octaves = 4;
+  p.combination.kind = Combination::Kind::multiplicative;
+  p.lacunarity = 2;
+  FractalNoise own(p), given(p, p.make_octaves());
+  own.normalise(cloud);
+  given.normalise(cloud);
+  EXPECT_EQ(phi_of(given, positions), phi_of(own, positions));
+  EXPECT_EQ(expected_of(given, cloud, 0.1), expected_of(own, cloud, 0.1));
+  // On a helix, which the noise stays on however much of it is seen.
+  std::vector<Octave> octaves = p.make_octaves();
+  for (std::size_t k = 0; k < octaves.size(); ++k) {
+    octaves[k].translation[0] = 3 << k;
+    octaves[k].translation[1] = -1 << k;
+  }
+  std::vector<Vector> coarse = positions;
+  for (Vector& q : coarse) {
+    for (double& c : q) c = std::floor(c * 256) / 256;
+  }
+  std::vector<Vector> moved = coarse;
+  for (Vector& q : moved) {
+    q[0] += 3;
+    q[1] -= 1;
+  }
+  FractalNoise helix(p, octaves);
+  helix.normalise(cloud);
+  for (const double width : {0.0, 0.1, 0.3}) {
+    const std::vector<double> here = expected_of(helix, cloud_of(coarse, even), width);
+    const std::vector<double> there = expected_of(helix, cloud_of(moved, even), width);
+    for (std::size_t i = 0; i < here.size(); ++i)
+      ASSERT_NEAR(there[i], here[i], 2e-5 * (1 + here[i]));
+  }
+}
+
 TEST(NoiseShape, ExpectedValuesAreThoseOfTheNormalDistribution) {
   // E[max(v + h g, 0)^2] = (v^2 + h^2) Q + v h q, Q and q the normal distribution and density.
   const NoiseShape shape({2, false, 0.5, 1, 0.1});
@@ -505,11 +788,64 @@ TEST(FractalParameters, ReadsEveryKey) {
   EXPECT_EQ(p.seed, std::uint64_t{9223372036854775807u});
 }
 
+/// What has to stand beside a key for it to have a meaning.
+std::string beside(const std::string& key) {
+  if (key == "exponent") return "theta = \"inverse\"\n";
+  if (key == "amplitude") return "combination = \"multiplicative\"\n";
+  if (key.starts_with("ridge_")) return "combination = \"ridged\"\n";
+  if (key.starts_with("warp_")) return "warp = 0.1\n";
+  return "";
+}
+
+TEST(FractalParameters, ReadsCombinations) {
+  FractalParameters p = read({},
+                             "kind = \"perlin\"\ncombination = \"ridged\"\nridge_offset = 0.75\n"
+                             "ridge_gain = 3\nwarp = 0.25\nwarp_frequency = 2\nwarp_octaves = 4");
+  EXPECT_EQ(p.kind, &perlin_noise());
+  EXPECT_EQ(p.combination.kind, Combination::Kind::ridged);
+  EXPECT_EQ(p.combination.ridge_offset, 0.75f);
+  EXPECT_EQ(p.combination.ridge_gain, 3.0f);
+  EXPECT_EQ(p.warp, 0.25);
+  EXPECT_EQ(p.warp_frequency, 2);
+  EXPECT_EQ(p.warp_octaves, 4);
+  EXPECT_EQ(p.lacunarity, 2);
+  p = read({}, "combination = \"multiplicative\"\namplitude = 1.5\nlacunarity = 0");
+  EXPECT_EQ(p.combination.kind, Combination::Kind::multiplicative);
+  EXPECT_EQ(p.amplitude, 1.5);
+  EXPECT_EQ(p.lacunarity, 0);
+  p = read({}, "combination = \"billow\"");
+  EXPECT_EQ(p.combination.kind, Combination::Kind::billow);
+  EXPECT_EQ(p.lacunarity, 0);
+  EXPECT_EQ(p.kind, nullptr);
+}
+
+TEST(FractalParameters, ConflictsAreErrors) {
+  const auto error = [](const std::string& text) { return error_text([&] { read({}, text); }); };
+  EXPECT_EQ(
+      error("combination = \"ridged\"\ntheta = \"inverse\""),
+      "g.toml:2:9: noise: theta shapes sums of octaves; combination = \"ridged\" is a density "
+      "as it is, so leave it out");
+  EXPECT_EQ(error("ridge_gain = 3"),
+            "g.toml:1:14: noise: ridge_gain belongs to combination = \"ridged\", not \"additive\"");
+  EXPECT_EQ(error("amplitude = 3\ncombination = \"billow\""),
+            "g.toml:1:13: noise: amplitude belongs to combination = \"multiplicative\", not "
+            "\"billow\"");
+  EXPECT_EQ(error("spectral_index = 3\ncombination = \"multiplicative\""),
+            "g.toml:1:18: noise: spectral_index weighs terms of a sum; combination = "
+            "\"multiplicative\" has amplitude instead");
+  EXPECT_EQ(error("warp_octaves = 3"),
+            "g.toml:1:16: noise: warp_octaves has no meaning without warp");
+  EXPECT_EQ(error("lacunarity = 0.5"),
+            "g.toml:1:14: noise: lacunarity must be above 1, or 0 for linear frequencies");
+  EXPECT_EQ(error("lacunarity = 3\noctaves = 20"),
+            "g.toml:1:14: noise: lacunarity 3 gives octave 20 more than 1e5 cycles per galaxy "
+            "radius; take fewer octaves");
+}
+
 TEST(FractalParameters, IntervalEnds) {
   check_parameter_ends(FractalParameters().table(),
                        [](const std::string& key, const std::string& value) {
-                         const std::string theta = key == "theta" ? "" : "theta = \"inverse\"\n";
-                         read({}, theta + key + " = " + value);
+                         read({}, beside(key) + key + " = " + value);
                        });
 }
 

@@ -13,7 +13,8 @@
 
 namespace gamer {
 
-/// Parameters of a fractal sum and its shape; GAMER section 2.3 names in brackets.
+/// Parameters of a combination of octaves and its shape; names of GAMER section 2.3 where it has
+/// them.
 struct FractalParameters {
   const Noise* kind = nullptr;
   int octaves = 8;             ///< omega
@@ -26,6 +27,17 @@ struct FractalParameters {
   double contrast = 1;
   double floor = 0.1;
   std::uint64_t seed = 1;
+  Combination combination;
+  double amplitude = 1;   ///< a, weight of every octave of the multiplicative combination
+  double lacunarity = 0;  ///< l; 0: linear frequencies
+  double warp = 0;        ///< root mean square of the displacement along each axis, units of x
+  double warp_frequency = 1;
+  int warp_octaves = 1;
+
+  /// Octave k = 1 ... omega has frequency f_k = k0 + f_s k or, with a lacunarity, (k0 + f_s)
+  /// l^(k - 1); its weight is f_k^-nu, (f_k/f_1)^-nu for ridges, a for the multiplicative
+  /// combination. Each has its own hash seed and offset, so that octaves are independent.
+  std::vector<Octave> make_octaves() const;
 
   /// The declaration of `component.noise`, with these values as defaults.
   ParameterTable table() const;
@@ -55,6 +67,7 @@ CloudMean mean_over(std::span<const WeightedBatch> cloud, std::span<const BatchA
 struct OctaveInput {
   float weight;
   float weighted_mean;
+  float mean;            ///< of a ridge before its weights
   float share;           ///< of the variance of S
   float coherent_share;  ///< the same, of what is coherent through the layer
   /// The smoothstep's argument is fade_shift - fade_slope footprint.
@@ -62,26 +75,36 @@ struct OctaveInput {
   float fade_shift;
 };
 
-/// What a wide ray sees of the sum of octaves.
+/// What a wide ray sees of the combination of octaves.
 struct SeenNoise {
   BatchArray sum;       ///< octaves by how much of them is seen, the rest by their means
   BatchArray hidden;    ///< variance of what is not seen, in units of that of S
   BatchArray coherent;  ///< of its part that is the same through the layer
+  BatchArray ridge;     ///< what the next ridge is multiplied by, while octaves are added
 };
 
 /// The fractal noise of GAMER Eqs. 3-6 (DESIGN section 4):
 ///   S(x) = sum_{k=1..omega} (k0 + f_s k)^-nu P((k0 + f_s k) x + o_k),  s = (S - mu) / sigma,
-///   Phi(offset + contrast s) of NoiseShape, divided by its mean.
-/// Every octave has its own hash seed and offset o_k, so that octaves are independent.
+///   Phi(offset + contrast s) of NoiseShape, divided by its mean,
+/// or of another combination S of octaves. Multiplicative and ridged ones are densities already:
+/// Phi is S divided by its mean. With a warp, S is taken at x + w v(x), v being a vector of three
+/// independent sums of simplex noise, each of variance 1:
+///   sum_{j=1..n} 2^-j P(2^(j - 1) f_w x + o_j) / norm.
 ///
 /// A ray of a footprint w (its width, in units of x) sees octave k by 1 where its frequency times w
 /// is below 0.15, by 0 from 0.9 on, smoothly between: about the mean over a square of side w. What
 /// it does not see counts by its expected value: E[Phi] over a normal distribution of the octaves'
-/// rest, divided by a correction that keeps <Phi> = 1 for any footprint.
+/// rest where they are summed, 1 for a factor, the mean for a ridge; divided by a correction that
+/// keeps <Phi> = 1 for any footprint. A warp by which lengths shrink makes frequencies higher.
 class FractalNoise {
  public:
   /// `thickness` (units of x) of the layer that the noise fills.
   explicit FractalNoise(const FractalParameters& parameters, double thickness = 0);
+  /// Of octaves that are given, coarse ones first, in place of those of `parameters`: with
+  /// frequencies, weights and identifications of their own, for points, footprints and a cloud in
+  /// coordinates of the caller's choice.
+  FractalNoise(const FractalParameters& parameters, std::span<const Octave> octaves,
+               double thickness = 0);
 
   /// What Phi will be multiplied by at points, as rays of a footprint see it.
   using Factor = std::function<void(const Points& points, double footprint, float* out)>;
@@ -127,22 +150,43 @@ class FractalNoise {
   const FractalParameters& parameters() const { return parameters_; }
 
  private:
-  NoiseShape::Standard standard() const { return {1 / sigma_, -mu_ / sigma_}; }
+  /// Whether S is Phi but for a factor.
+  bool is_density() const;
+  NoiseShape::Standard standard() const;
+  void add_octave(const Octave& octave, double frequency, double weight, double thickness);
+  void make_warp();
+  void assume_independence();
+  /// The points displaced, in `storage` where there is a warp.
+  Points displace(const Points& points, std::array<BatchArray, 3>& storage) const;
+  /// S at displaced points.
+  void combine(const Points& points, float* out) const;
   OctaveInput octave_input(std::size_t k) const;
   /// By how much rays of a footprint see octave k.
   double seen_octave(std::size_t k, double footprint) const;
   /// The footprint of rays that do not see so much of the variance of S.
   double footprint_that_hides(double variance) const;
+  /// Takes the mean and variance of octave k over a cloud, from its values of weight 1 (their
+  /// magnitudes where billow) in batch b at b omega + k.
+  void take_octave(std::size_t k, std::span<const WeightedBatch> cloud,
+                   std::span<const BatchArray> values);
+  /// Before the first octave is added to what is seen.
+  void begin(std::size_t size, SeenNoise& out) const;
 
   FractalParameters parameters_;
   NoiseShape shape_;
   std::vector<Octave> octaves_;
   std::vector<double> coherence_;  ///< of each octave: share of its variance, through the layer
+  /// Of what a hidden octave counts, and of its variance, that of the logarithm for a factor.
   std::vector<double> octave_mean_, octave_variance_;
+  std::vector<Octave> warp_octaves_;
+  double independent_variance_ = 0;   ///< in units of the base noise's
+  double stretch_ = 1;                ///< of frequencies by the warp, root mean square
+  double finest_ = 0, coarsest_ = 0;  ///< frequencies, stretched
   std::array<float, NoiseShape::levels> correction_;
   double mu_ = 0;
   double independent_sigma_ = 1;
   double sigma_ = 1;
+  double log_variance_ = 0;  ///< ln(1 + sigma^2/mu^2)
   double phi_mean_ = 1;
   double phi_rms_ = 1;
   double mean_error_ = 0;
