@@ -24,8 +24,8 @@ inline constexpr std::uint32_t lattice_py = 0x85EBCA77u;
 inline constexpr std::uint32_t lattice_pz = 0xC2B2AE3Du;
 
 // Further numbers of a point, for noises with vector values: with the halves of h and g taken as
-// signed and m to all its 32 bits, of w = lattice_again (m ^ h) the upper half, and its exclusive or
-// with the lower.
+// signed and m to all its 32 bits, of w = lattice_again (m ^ h) the upper half, and its exclusive
+// or with the lower.
 inline constexpr std::uint32_t lattice_again = 0x2C1B3C6Du;
 
 /// 1.5 2^23: in cell_origin + n, |n| <= 2^22, the last bits are those of the whole number n.
@@ -140,6 +140,11 @@ inline constexpr GradientBytes gradient_bytes;
 
 inline constexpr double perlin_variance = 35054270.0 / 480729249.0;
 inline constexpr double perlin_bound = 1.03636;
+/// A third for one number, times (int s^2 + (1 - s)^2 df)^3.
+inline constexpr double value_variance = 181.0 / 231 * 181 / 231 * 181 / 231 / 3;
+inline constexpr double cell_variance = 1.0 / 3;
+/// Between the numbers of a cell.
+inline constexpr std::uint32_t cell_step = 0x9E3779B9u;
 inline constexpr double simplex_scale = 76.8857;
 /// scale^2 2 (2/3) int (1/2 - r^2)^8 r^2 d^3r: 2 lattice points per unit volume, <(g . r)^2> =
 /// 2 r^2/3.

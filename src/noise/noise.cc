@@ -9,7 +9,8 @@
 namespace gamer {
 
 std::span<const Noise* const> noise_kinds() {
-  static const std::array<const Noise*, 2> kinds = {&simplex_noise(), &perlin_noise()};
+  static const std::array<const Noise*, 4> kinds = {&simplex_noise(), &perlin_noise(),
+                                                    &value_noise(), &cell_noise()};
   return kinds;
 }
 

@@ -175,14 +175,16 @@ TEST(FractalNoise, HistogramIsNearlyGaussian) {
       EXPECT_NEAR(excess(values), base * fourth / (second * second), 0.01);
       EXPECT_NEAR(mean(values, 3) / std::pow(sigma, 3), 0, 0.009);
       if (spectral_index != 0) continue;
-      // Shares within 1, 2 and 3 sigma.
+      // Shares within 1, 2 and 3 sigma, with the first term of Edgeworth's series.
       double inside[3] = {};
       for (const double v : values) {
         for (int n = 1; n <= 3; ++n) inside[n - 1] += std::abs(v) < n * sigma ? 1 : 0;
       }
       const auto count = static_cast<double>(values.size());
       for (int n = 1; n <= 3; ++n) {
-        EXPECT_NEAR(inside[n - 1] / count, std::erf(n / std::numbers::sqrt2), 0.003) << n;
+        const double density = std::exp(-0.5 * n * n) / std::sqrt(2 * std::numbers::pi);
+        const double term = -excess(values) / 12 * (std::pow(n, 3) - 3 * n) * density;
+        EXPECT_NEAR(inside[n - 1] / count, std::erf(n / std::numbers::sqrt2) + term, 0.0015) << n;
       }
     }
   }
@@ -346,6 +348,10 @@ TEST(EveryNoise, HasMeanOneAtEveryFootprint) {
   for_every_noise([&](const FractalParameters& p) {
     FractalNoise noise(p);
     noise.normalise(cloud);
+    // What is hidden is not normal where one octave of flat distribution prevails, and corrections
+    // are linear between their levels.
+    const bool gradients = p.kind == &simplex_noise() || p.kind == &perlin_noise();
+    const double tolerance = gradients ? 4e-3 : 1e-2;
     double last_square = HUGE_VAL;
     for (const double width : {0.0, 0.003, 0.006, 0.012, 0.025, 0.05, 0.1, 0.3}) {
       const std::vector<double> phi = expected_of(noise, cloud, width);
@@ -359,8 +365,8 @@ TEST(EveryNoise, HasMeanOneAtEveryFootprint) {
           squares += weight * phi[i] * phi[i];
         }
       }
-      EXPECT_NEAR(sum / weights, 1, width == 0 ? 1e-5 : 4e-3) << "width " << width;
-      EXPECT_LE(squares / weights, last_square * (1 + 4e-3)) << "width " << width;
+      EXPECT_NEAR(sum / weights, 1, width == 0 ? 1e-5 : tolerance) << "width " << width;
+      EXPECT_LE(squares / weights, last_square * (1 + 2 * tolerance)) << "width " << width;
       last_square = squares / weights;
     }
     EXPECT_NEAR(last_square, 1, 1e-4);

@@ -173,6 +173,8 @@ TEST(IdentifiedLattice, HasNoSeamOnTheSpiral) {
                   stretch * (std::sin(turn) * u + std::cos(turn) * v), 0.3};
   };
   for (const Noise* noise : cubic_kinds()) {
+    // Whose own jumps would be taken for the seam's.
+    if (noise == &cell_noise()) continue;
     SCOPED_TRACE(noise->name());
     double exact_jump = 0, jump = 0, open_jump = 0;
     for (int k = 0; k < 3; ++k) {

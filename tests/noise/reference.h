@@ -18,42 +18,50 @@ using Vector = std::array<double, 3>;
 
 inline constexpr int gradient_count = 12;
 
-/// The hash of lattice point (i, j, k) under a seed: a number of 16 bits per component.
-inline std::uint64_t point_hash(std::int64_t i, std::int64_t j, std::int64_t k, std::uint32_t seed,
-                                int component = 0) {
-  constexpr std::uint64_t word = std::uint64_t{1} << 32;
-  constexpr std::uint64_t half = 65536;
-  const auto mix = [](std::uint64_t w) {
-    w = (w ^ w / half) * 2146121005u % word;
-    w = (w ^ w / 32768) * 2221713035u % word;
-    return w ^ w / half;
-  };
+inline constexpr std::uint64_t word = std::uint64_t{1} << 32;
+inline constexpr std::uint64_t half_word = 65536;
+
+inline std::uint64_t mix(std::uint64_t w) {
+  w = (w ^ w / half_word) * 2146121005u % word;
+  w = (w ^ w / 32768) * 2221713035u % word;
+  return w ^ w / half_word;
+}
+
+/// The words of the coordinates of lattice point (i, j, k) under a seed.
+inline std::array<std::uint64_t, 3> point_words(std::int64_t i, std::int64_t j, std::int64_t k,
+                                                std::uint32_t seed) {
   const std::uint64_t seed_x = mix((seed + 2654435769u) % word);
   const std::uint64_t seed_y = mix((seed_x + 2654435769u) % word);
   const std::uint64_t seed_z = mix((seed_y + 2654435769u) % word);
   const auto coordinate = [](std::int64_t n, std::uint64_t prime, std::uint64_t addend) {
     return (static_cast<std::uint64_t>(n) * prime + addend) % word;
   };
-  const std::uint64_t a = coordinate(i, 2654435761u, seed_x);
-  const std::uint64_t b = coordinate(j, 2246822519u, seed_y);
-  const std::uint64_t c = coordinate(k, 3266489917u, seed_z);
+  return {coordinate(i, 2654435761u, seed_x), coordinate(j, 2246822519u, seed_y),
+          coordinate(k, 3266489917u, seed_z)};
+}
+
+/// The hash of a lattice point: a number of 16 bits per component.
+inline std::uint64_t point_hash(std::int64_t i, std::int64_t j, std::int64_t k, std::uint32_t seed,
+                                int component = 0) {
+  const auto [a, b, c] = point_words(i, j, k, seed);
   const std::uint64_t combined = a ^ b ^ c;
   const std::uint64_t sum = (a + b) % word;
   const auto as_signed = [](std::uint64_t n) {
-    return static_cast<std::int64_t>(n) - (n < half / 2 ? 0 : static_cast<std::int64_t>(half));
+    return static_cast<std::int64_t>(n) -
+           (n < half_word / 2 ? 0 : static_cast<std::int64_t>(half_word));
   };
-  const std::int64_t product = as_signed(combined % half) * as_signed(sum % half) +
-                               as_signed(combined / half) * as_signed(sum / half);
+  const std::int64_t product = as_signed(combined % half_word) * as_signed(sum % half_word) +
+                               as_signed(combined / half_word) * as_signed(sum / half_word);
   const std::uint64_t m = static_cast<std::uint64_t>(product) % word;
-  if (component == 0) return m % half;
+  if (component == 0) return m % half_word;
   const std::uint64_t again = (m ^ combined) * 739982445u % word;
-  return component == 1 ? again % half ^ again / half : again / half;
+  return component == 1 ? again % half_word ^ again / half_word : again / half_word;
 }
 
 /// Which of the gradients the point has.
 inline int gradient_index(std::int64_t i, std::int64_t j, std::int64_t k, std::uint32_t seed,
                           int component = 0) {
-  return static_cast<int>(point_hash(i, j, k, seed, component) * gradient_count / 65536);
+  return static_cast<int>(point_hash(i, j, k, seed, component) * gradient_count / half_word);
 }
 
 /// Perlin's 12 gradients, in the order of his 2002 code.
@@ -118,6 +126,38 @@ inline double simplex(const Vector& p, const GradientChoice& choose) {
   return 76.8857 * sum;
 }
 
+/// The number of a lattice point in [-1, 1].
+using NumberChoice = std::function<double(const std::array<std::int64_t, 3>&)>;
+
+/// Value noise with any choice of numbers.
+inline double value(const Vector& p, const NumberChoice& choose) {
+  double sum = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    std::array<std::int64_t, 3> lattice{};
+    double weight = 1;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double cell = std::floor(p[axis]);
+      const double f = p[axis] - cell;
+      const double s = f * f * f * (f * (f * 6 - 15) + 10);
+      const int step = (corner >> axis) & 1;
+      lattice[axis] = static_cast<std::int64_t>(cell) + step;
+      weight *= step == 1 ? s : 1 - s;
+    }
+    sum += weight * choose(lattice);
+  }
+  return sum;
+}
+
+/// A cell's number of a component.
+inline double cell_number(const std::array<std::int64_t, 3>& cell, std::uint32_t seed,
+                          int component) {
+  const auto [a, b, c] = point_words(cell[0], cell[1], cell[2], seed);
+  std::uint64_t hash = mix(mix(mix(a) ^ b) ^ c);
+  for (; component > 0; --component) hash = mix((hash + 2654435769u) % word);
+  const double number = static_cast<double>(hash);
+  return (number < 0x1p31 ? number : number - 0x1p32) / 0x1p31;
+}
+
 inline double evaluate(const std::string& kind, const Vector& p, const GradientChoice& choose) {
   if (kind == "perlin") return perlin(p, choose);
   if (kind == "simplex") return simplex(p, choose);
@@ -153,6 +193,21 @@ inline double evaluate(const std::string& kind, const Vector& p, const Octave& o
   Vector q;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     q[axis] = double{octave.frequency} * p[axis] + double{octave.offset[axis]};
+  }
+  if (kind == "cell") {
+    std::array<std::int64_t, 3> cell{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      cell[axis] = static_cast<std::int64_t>(std::floor(q[axis]));
+    }
+    return double{octave.weight} * cell_number(identify(cell, octave), octave.seed, component);
+  }
+  if (kind == "value") {
+    return double{octave.weight} * value(q, [&](const std::array<std::int64_t, 3>& c) {
+             const auto [i, j, k] = identify(c, octave);
+             const auto hash = static_cast<double>(point_hash(i, j, k, octave.seed, component));
+             const double number = (hash + 0.5) / half_word;
+             return 2 * (number < 0.5 ? number : number - 1);
+           });
   }
   const auto choose = [&](const std::array<std::int64_t, 3>& c, const Vector&) {
     const auto [i, j, k] = identify(c, octave);
