@@ -1,0 +1,123 @@
+// What a galaxy sends does not depend on the size of the pixels that see it, and moving cameras see
+// no shimmer.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+#include "render/render_text.h"
+
+namespace gamer {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> shipped_galaxies() {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(fs::path(GAMER_TEST_SOURCE_DIR) / "galaxies")) {
+    names.push_back(entry.path().stem());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+/// Sum over the pixels of an image of so many pixels on each side, nJy.
+double flux_of(const std::string& galaxy, int size) {
+  const RenderParameters parameters =
+      RenderParameters::read(parse_toml(view_from_z(size, size, 2.2,
+                                                    "[sampling]\ntolerance = 1e-2\n[scene]\n"
+                                                    "unit = \"kpc\"\n"),
+                                        "render.par"));
+  const Camera camera(parameters);
+  Resources resources({fs::path(GAMER_TEST_SOURCE_DIR)});
+  const Spectrum spectrum = load_spectrum(parameters, resources);
+  const auto scene = std::make_shared<Scene>(
+      read_scene("galaxy x y z inclination pa apparent_magnitude\n" + galaxy + " 0 0 0 40 20 20\n",
+                 "scene.lst", parameters, spectrum, camera, resources));
+  const Renderer renderer(parameters, camera, scene, spectrum);
+  ThreadExecutor executor(1);
+  return sum_of(render_image(renderer, executor));
+}
+
+class FluxTest : public testing::TestWithParam<std::string> {};
+
+TEST_P(FluxTest, DoesNotDependOnThePixels) {
+  // Dust in clumps that wide rays do not resolve is a statistical model: see docs/method.md.
+  const double bound = GetParam() == "flocculent" ? 1e-2 : 5e-3;
+  const double fine = flux_of(GetParam(), 160);
+  for (const int size : {8, 32, 64}) {
+    const double change = flux_of(GetParam(), size) / fine - 1;
+    std::printf("%-16s %3d pixels: %+.5f\n", GetParam().c_str(), size, change);
+    EXPECT_LT(std::abs(change), bound) << size << " pixels";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(ShippedGalaxies, FluxTest, testing::ValuesIn(shipped_galaxies()),
+                         [](const auto& galaxy) { return galaxy.param; });
+
+/// Frame values at (x, y) by Lanczos' kernel of five lobes, exact but for what is near or above the
+/// Nyquist frequency.
+double interpolate(const Image& image, double x, double y) {
+  constexpr int lobes = 5;
+  const auto kernel = [](double t) {
+    const double a = std::numbers::pi * t;
+    return t == 0 ? 1.0 : std::sin(a) / a * std::sin(a / lobes) / (a / lobes);
+  };
+  double sum = 0, weights = 0;
+  const int left = static_cast<int>(std::floor(x)), below = static_cast<int>(std::floor(y));
+  for (int j = below - lobes + 1; j <= below + lobes; ++j) {
+    for (int i = left - lobes + 1; i <= left + lobes; ++i) {
+      const double weight = kernel(x - i) * kernel(y - j);
+      sum += weight * image.at(i, j, 0);
+      weights += weight;
+    }
+  }
+  return sum / weights;
+}
+
+// A zoom of 100 steps into a disk with octaves from a tenth of the first frame's pixels' frequency
+// to beyond the last one's. Where a frame holds no power above its pixels' Nyquist frequency, the
+// next follows from it by interpolation.
+TEST(ZoomTest, FramesFollowFromTheirNeighbours) {
+  constexpr int size = 40;
+  constexpr double shrink = 0.98;
+  TextScene text;
+  text.galaxies["disk"] =
+      "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nz0 = 0.01\nrh = 0.4\n"
+      "noise = { k0 = 4, frequency_scale = 12, spectral_index = 0.3, octaves = 12, "
+      "theta = \"linear\", exponent = 2, offset = 2 }\n";
+  text.scene = "galaxy x y z inclination pa\ndisk 0 0 0 30 0\n";
+  const auto frame = [&](int k) {
+    text.parameters =
+        view_from_z(size, size, 1.5 * std::pow(shrink, k), "[sampling]\ntolerance = 3e-3\n");
+    return render_text(text);
+  };
+  Image last = frame(0);
+  double worst = 0;
+  for (int k = 1; k <= 100; ++k) {
+    const Image next = frame(k);
+    constexpr double middle = 0.5 * (size - 1);
+    double squares = 0, light = 0;
+    int count = 0;
+    for (int y = 6; y < size - 6; ++y) {
+      for (int x = 6; x < size - 6; ++x, ++count) {
+        const double expected =
+            interpolate(last, middle + shrink * (x - middle), middle + shrink * (y - middle));
+        squares += std::pow(next.at(x, y, 0) - expected, 2);
+        light += next.at(x, y, 0);
+      }
+    }
+    worst = std::max(worst, std::sqrt(squares / count) / (light / count));
+    last = next;
+  }
+  std::printf("largest rms difference from the neighbour: %.4f of the brightness\n", worst);
+  EXPECT_LT(worst, 0.02);
+}
+
+}  // namespace
+}  // namespace gamer
