@@ -459,6 +459,14 @@ void say_where_the_time_went(const gamer::Ranks& ranks, const gamer::RankReport&
   fmt::print(stderr, "{}", gamer::report_text(reports, pixels));
 }
 
+/// Rank 0's record on every rank; an empty one where there is nothing to render.
+gamer::Record share_record(const gamer::Ranks& ranks, gamer::Record own) {
+  if (ranks.size() == 1) return own;
+  const bool is_source = ranks.rank() == 0;
+  std::string packed = ranks.broadcast(is_source ? gamer::pack_record(own) : std::string());
+  return is_source ? std::move(own) : gamer::unpack_record(packed);
+}
+
 /// Every rank's part of the run.
 void run(const gamer::Ranks& ranks, int argc, char** argv) {
   const gamer::Clock clock;
@@ -479,13 +487,11 @@ void run(const gamer::Ranks& ranks, int argc, char** argv) {
 
   std::optional<Work> work;
   if (ranks.rank() == 0) work = prepare(options, ranks.size(), threads, std::move(earlier));
-  // An empty record: there is nothing to render.
-  const std::string packed =
-      ranks.broadcast(work ? gamer::pack_record(work->job.record) : std::string());
-  if (packed.empty()) return;
+  const gamer::Record record = share_record(ranks, work ? work->job.record : gamer::Record());
+  if (record.empty()) return;
 
   std::optional<gamer::RenderJob> received;
-  if (!work) received = gamer::job_from_record(gamer::unpack_record(packed));
+  if (!work) received = gamer::job_from_record(record);
   gamer::Journal* journal = work ? work->journal.get() : nullptr;
   gamer::JournaledExecutor journaled(*executor, journal);
   if (journal != nullptr) announce(options, *journal);

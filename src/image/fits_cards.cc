@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
+#include <optional>
 #include <stdexcept>
 
 #include "image/card_record.h"
@@ -30,27 +32,60 @@ int record_count(FitsFile& file) {
   return count;
 }
 
-/// One line of a text, encoded, in pieces of at most kLongestPiece bytes before encoding.
-using Pieces = std::vector<std::string>;
+/// The lines of one cell of a text table, one after the other. The newline that ends a text stays
+/// with its last line, so that the last line is never empty unless the text is.
+class CellLines {
+ public:
+  explicit CellLines(std::string_view text) : rest_(text) {}
 
-/// The lines of one cell of a text table. The newline that ends a text stays with its last line, so
-/// that the last line is never empty unless the text is.
-std::vector<Pieces> cell_lines(std::string_view text) {
-  std::vector<Pieces> lines;
-  const auto add = [&lines](std::string_view line) {
-    Pieces& pieces = lines.emplace_back();
-    do {
-      pieces.push_back(percent_encode(line.substr(0, kLongestPiece)));
-      line.remove_prefix(std::min(line.size(), kLongestPiece));
-    } while (!line.empty());
-  };
-  const std::size_t inner = text.empty() ? 0 : text.size() - 1;
-  std::size_t begin = 0;
-  for (std::size_t end; (end = text.find('\n', begin)) < inner; begin = end + 1) {
-    add(text.substr(begin, end - begin));
+  /// Nothing when there are no more.
+  std::optional<std::string_view> next() {
+    if (is_done_) return std::nullopt;
+    const std::size_t inner = rest_.empty() ? 0 : rest_.size() - 1;
+    const std::size_t end = rest_.find('\n');
+    is_done_ = end >= inner;
+    if (is_done_) return rest_;
+    const std::string_view line = rest_.substr(0, end);
+    rest_.remove_prefix(end + 1);
+    return line;
   }
-  add(text.substr(begin));
-  return lines;
+
+ private:
+  std::string_view rest_;
+  bool is_done_ = false;
+};
+
+/// Calls take(number, pieces) for each line that a table has in the file: its number in column
+/// kLineColumn, and for each column at most kLongestPiece bytes, not encoded.
+template <class Take>
+void for_each_line(const TextTable& table, const Take& take) {
+  const std::size_t columns = table.columns.size();
+  std::vector<std::optional<std::string_view>> lines(columns);
+  std::vector<std::string_view> pieces(columns);
+  table.for_each_row([&](std::span<const std::string_view> row) {
+    if (row.size() != columns) {
+      throw std::invalid_argument(fmt::format("table {}: a row of {} cells for {} columns",
+                                              table.name, row.size(), columns));
+    }
+    std::vector<CellLines> cells(row.begin(), row.end());
+    for (int number = 1;; ++number) {
+      std::size_t longest = 0;
+      bool is_there = false;
+      for (std::size_t column = 0; column < columns; ++column) {
+        lines[column] = cells[column].next();
+        is_there = is_there || lines[column];
+        longest = std::max(longest, lines[column].value_or("").size());
+      }
+      if (!is_there) break;
+      for (std::size_t begin = 0; begin == 0 || begin < longest; begin += kLongestPiece) {
+        for (std::size_t column = 0; column < columns; ++column) {
+          const std::string_view line = lines[column].value_or("");
+          pieces[column] = line.substr(std::min(begin, line.size()), kLongestPiece);
+        }
+        take(begin == 0 ? number : kContinuedLine, pieces);
+      }
+    }
+  });
 }
 
 /// The inverse, from decoded lines; a shorter cell than its neighbours in the row has empty lines
@@ -210,41 +245,18 @@ std::vector<std::string> read_text_cells(FitsFile& file, int column, LONGLONG fi
 
 void write_text_table(FitsFile& file, const TextTable& table, const std::vector<Card>& common) {
   const std::size_t columns = table.columns.size();
-  std::vector<int> numbers;
-  std::vector<std::vector<std::string>> texts(columns);
-  for (const auto& row : table.rows) {
-    if (row.size() != columns) {
-      throw std::invalid_argument(fmt::format("table {}: a row of {} cells for {} columns",
-                                              table.name, row.size(), columns));
+  // Once for the widths, once for the texts, which may take more room than there is.
+  std::vector<std::size_t> widths(columns, 1);
+  for_each_line(table, [&](int, std::span<const std::string_view> pieces) {
+    for (std::size_t column = 0; column < columns; ++column) {
+      widths[column] = std::max(widths[column], percent_encode(pieces[column]).size());
     }
-    std::vector<std::vector<Pieces>> cells;
-    std::size_t line_count = 0;
-    for (const std::string& text : row) {
-      cells.push_back(cell_lines(text));
-      line_count = std::max(line_count, cells.back().size());
-    }
-    for (std::size_t line = 0; line < line_count; ++line) {
-      std::size_t piece_count = 1;
-      for (const auto& lines : cells) {
-        if (line < lines.size()) piece_count = std::max(piece_count, lines[line].size());
-      }
-      for (std::size_t piece = 0; piece < piece_count; ++piece) {
-        numbers.push_back(piece == 0 ? static_cast<int>(line) + 1 : kContinuedLine);
-        for (std::size_t column = 0; column < columns; ++column) {
-          const auto& lines = cells[column];
-          const bool has_piece = line < lines.size() && piece < lines[line].size();
-          texts[column].push_back(has_piece ? lines[line][piece] : std::string());
-        }
-      }
-    }
-  }
+  });
 
   std::vector<std::string> names = {kLineColumn}, forms = {"1J"};
   for (std::size_t column = 0; column < columns; ++column) {
-    std::size_t width = 1;
-    for (const std::string& text : texts[column]) width = std::max(width, text.size());
     names.push_back(table.columns[column]);
-    forms.push_back(fmt::format("{}A", width));
+    forms.push_back(fmt::format("{}A", widths[column]));
   }
   std::vector<char*> name_pointers, form_pointers;
   for (std::string& name : names) name_pointers.push_back(name.data());
@@ -256,15 +268,32 @@ void write_text_table(FitsFile& file, const TextTable& table, const std::vector<
   cards.insert(cards.end(), table.cards.begin(), table.cards.end());
   write_cards(file, cards);
 
-  const auto count = static_cast<LONGLONG>(numbers.size());
-  if (count == 0) return;
-  file.call(fits_write_col_int, 1, LONGLONG{1}, LONGLONG{1}, count, numbers.data());
-  for (std::size_t column = 0; column < columns; ++column) {
-    std::vector<char*> pointers;
-    for (std::string& text : texts[column]) pointers.push_back(text.data());
-    file.call(fits_write_col_str, static_cast<int>(column) + 2, LONGLONG{1}, LONGLONG{1}, count,
-              pointers.data());
-  }
+  constexpr std::size_t kBlock = 1024;
+  LONGLONG written = 0;
+  std::vector<int> numbers;
+  std::vector<std::vector<std::string>> texts(columns);
+  const auto write_block = [&] {
+    const auto count = static_cast<LONGLONG>(numbers.size());
+    if (count == 0) return;
+    file.call(fits_write_col_int, 1, written + 1, LONGLONG{1}, count, numbers.data());
+    for (std::size_t column = 0; column < columns; ++column) {
+      std::vector<char*> pointers;
+      for (std::string& text : texts[column]) pointers.push_back(text.data());
+      file.call(fits_write_col_str, static_cast<int>(column) + 2, written + 1, LONGLONG{1}, count,
+                pointers.data());
+      texts[column].clear();
+    }
+    numbers.clear();
+    written += count;
+  };
+  for_each_line(table, [&](int number, std::span<const std::string_view> pieces) {
+    numbers.push_back(number);
+    for (std::size_t column = 0; column < columns; ++column) {
+      texts[column].push_back(percent_encode(pieces[column]));
+    }
+    if (numbers.size() == kBlock) write_block();
+  });
+  write_block();
 }
 
 bool is_text_table(FitsFile& file) {

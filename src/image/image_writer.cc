@@ -52,9 +52,9 @@ std::uint64_t bytes_on_disk(ImageSuffix suffix, const OutputOptions& options,
   std::uint64_t texts = header.cards.size() * kCardBytes;
   for (const TextTable& table : header.tables) {
     texts += table.cards.size() * kCardBytes;
-    for (const auto& row : table.rows) {
-      for (const std::string& cell : row) texts += cell.size();
-    }
+    table.for_each_row([&](std::span<const std::string_view> row) {
+      for (const std::string_view cell : row) texts += cell.size();
+    });
   }
   const std::uint64_t planes = header.labels.size();
   const std::uint64_t files = options.layout == ImageLayout::files ? planes : 1;

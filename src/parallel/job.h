@@ -18,7 +18,7 @@ class Job {
   virtual int rank() const = 0;
   virtual int size() const = 0;
   virtual void give_up_after(double seconds) = 0;
-  virtual std::string broadcast(const std::string& text) = 0;
+  virtual std::string broadcast(std::string text) = 0;
   virtual std::vector<std::string> gather(const std::string& text) = 0;
   virtual std::int64_t common_bits(std::int64_t bits) = 0;
   virtual std::unique_ptr<Executor> executor(int threads) = 0;

@@ -256,7 +256,7 @@ class MpiJob : public Job {
   int rank() const override { return rank_; }
   int size() const override { return size_; }
   void give_up_after(double seconds) override { patience_ = seconds; }
-  std::string broadcast(const std::string& text) override;
+  std::string broadcast(std::string text) override;
   std::vector<std::string> gather(const std::string& text) override;
   std::int64_t common_bits(std::int64_t bits) override;
   std::unique_ptr<Executor> executor(int threads) override;
@@ -420,15 +420,14 @@ void MpiJob::transfer_text(std::string& text) const {
   }
 }
 
-std::string MpiJob::broadcast(const std::string& text) {
-  std::string result = text;
+std::string MpiJob::broadcast(std::string text) {
   if (rank_ == 0) {
     open({OrderKind::broadcast, static_cast<std::int64_t>(text.size())});
   } else {
-    result.assign(static_cast<std::size_t>(join(OrderKind::broadcast).first), '\0');
+    text.assign(static_cast<std::size_t>(join(OrderKind::broadcast).first), '\0');
   }
-  transfer_text(result);
-  return result;
+  transfer_text(text);
+  return text;
 }
 
 std::vector<std::string> MpiJob::gather(const std::string& text) {

@@ -1,5 +1,7 @@
 #include "gamer/parallel/ranks.h"
 
+#include <utility>
+
 #include "parallel/job.h"
 
 namespace gamer {
@@ -16,8 +18,8 @@ void Ranks::give_up_after(double seconds) const {
   if (job_) job_->give_up_after(seconds);
 }
 
-std::string Ranks::broadcast(const std::string& text) const {
-  return job_ ? job_->broadcast(text) : text;
+std::string Ranks::broadcast(std::string text) const {
+  return job_ ? job_->broadcast(std::move(text)) : text;
 }
 
 std::vector<std::string> Ranks::gather(const std::string& text) const {

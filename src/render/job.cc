@@ -17,6 +17,7 @@
 #include "gamer/scene/catalogue.h"
 #include "gamer/sed/photometry.h"
 #include "image/memory.h"
+#include "scene/text_rows.h"
 
 namespace gamer {
 namespace {
@@ -67,11 +68,14 @@ void set_output(const std::filesystem::path& path, RenderParameters& parameters)
   }
 }
 
-RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Resources& resources) {
+/// `list` is the scene's, where it is known.
+RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Resources& resources,
+                   const SharedText& list = {}) {
   const Camera camera = make_camera(parameters, resources);
   Spectrum spectrum = load_spectrum(parameters, resources);
   auto scene =
       std::make_shared<Scene>(read_scene(catalogue, parameters, spectrum, camera, resources));
+  if (scene->list == list) scene->list = list;
   if (parameters.attenuated) {
     apply_attenuation(parameters, camera, *load_reference_band(parameters, resources), *scene);
   }
@@ -145,16 +149,31 @@ const Resources::Text& find_text(const Record& record, const std::string& name) 
   return *found;
 }
 
-TextTable scene_table(const std::string& list) {
-  const Catalogue catalogue = Catalogue::parse(list, scene_name, CatalogueFormat::list);
+/// Of Scene::list, which has a line of names and then a row on each line.
+TextTable scene_table(const SharedText& list) {
+  const auto split = [](const TextLine& line, std::vector<LineWord>& words) {
+    split_line(line, TextRows::Separator::blanks, scene_name, most_columns, words);
+  };
   TextTable table;
   table.name = "SCENE";
-  table.rows.resize(catalogue.rows());
-  for (const Catalogue::Column& column : catalogue.columns()) {
-    table.columns.push_back(column.name);
-    const auto& words = std::get<std::vector<std::string_view>>(column.cells);
-    for (std::size_t i = 0; i < words.size(); ++i) table.rows[i].emplace_back(words[i]);
-  }
+  LineReader head(list);
+  TextLine line;
+  std::vector<LineWord> words;
+  if (head.next(line)) split(line, words);
+  for (const LineWord& word : words) table.columns.emplace_back(word.text);
+  table.made_rows = [list, split](const TextTable::TakeRow& take) {
+    LineReader lines(list);
+    TextLine row;
+    std::vector<LineWord> row_words;
+    std::vector<std::string_view> cells;
+    lines.next(row);
+    while (lines.next(row)) {
+      split(row, row_words);
+      cells.clear();
+      for (const LineWord& word : row_words) cells.push_back(word.text);
+      take(cells);
+    }
+  };
   return table;
 }
 
@@ -264,17 +283,21 @@ RenderJob load_job(const JobRequest& request, Resources& resources) {
       request.from_header.empty() &&
       (parameters.catalogue_format == CatalogueFormat::fits ||
        (parameters.catalogue_format == CatalogueFormat::automatic && is_fits(path)));
-  if (is_table) {
-    const Catalogue catalogue = Catalogue::from_table(
-        read_data_table(path, parameters.catalogue_hdu), path.generic_string());
-    return recorded(make_job(std::move(parameters), catalogue, resources), catalogue.label(),
-                    resources);
-  }
-  const Resources::Text& scene = read_file(resources, scene_name, path);
-  const Catalogue catalogue =
-      Catalogue::parse(scene.content, scene.label, parameters.catalogue_format);
-  return recorded(make_job(std::move(parameters), catalogue, resources), catalogue.label(),
-                  resources);
+  std::string label;
+  const auto make = [&](const Catalogue& catalogue) {
+    label = catalogue.label();
+    return make_job(std::move(parameters), catalogue, resources);
+  };
+  // The catalogue, which may be large, is gone when the record is made.
+  const auto make_from_text = [&] {
+    const Resources::Text& scene = read_file(resources, scene_name, path);
+    return make(Catalogue::parse(scene.content, scene.label, parameters.catalogue_format));
+  };
+  RenderJob job =
+      is_table ? make(Catalogue::from_table(
+                     read_data_table(path, parameters.catalogue_hdu), path.generic_string()))
+               : make_from_text();
+  return recorded(std::move(job), label, resources);
 }
 
 RenderJob job_from_record(const Record& record) {
@@ -284,7 +307,7 @@ RenderJob job_from_record(const Record& record) {
   const Resources::Text& list = find_text(record, scene_name);
   const Catalogue catalogue =
       Catalogue::parse(list.content, list.label, parameters.catalogue_format);
-  RenderJob job = make_job(std::move(parameters), catalogue, resources);
+  RenderJob job = make_job(std::move(parameters), catalogue, resources, list.content);
   job.record = record;
   return job;
 }

@@ -118,13 +118,15 @@ bool unpack_values(std::span<const std::byte> packed, std::span<double> values) 
   return values.empty();
 }
 
-std::string pack_head(const JournalHead& head) {
-  Record facts = {{"program", "", head.program},
+/// The head in pieces.
+void pack_head(const JournalHead& head, const std::function<void(std::string_view)>& take) {
+  const Record facts = {{"program", "", head.program},
                   {"simd", "", head.simd},
                   {"date", "", head.date},
                   {"truth", "", head.truth},
                   {"overwrite", "", head.overwrite ? "yes" : ""}};
-  return pack_record(facts) + pack_record(head.record);
+  pack_record(facts, take);
+  pack_record(head.record, take);
 }
 
 /// Throws RunError.
@@ -244,8 +246,7 @@ Journal::Journal(std::filesystem::path path, double interval, Clock clock)
 
 Journal::Journal(std::filesystem::path path, const JournalHead& head, double interval, Clock clock)
     : Journal(std::move(path), interval, std::move(clock)) {
-  append(bytes_of(magic), pending_);
-  add_text({Kind::head}, pack_head(head));
+  head_ = head;
 }
 
 std::unique_ptr<Journal> Journal::open(const std::filesystem::path& path, double interval,
@@ -342,6 +343,7 @@ void Journal::begin() {
   if (descriptor_ < 0) throw write_failure(path_, errno);
   try {
     flock(descriptor_, LOCK_EX | LOCK_NB);
+    write_head();
     write(pending_);
     if (when_begun_) when_begun_();
     temporary.move_to_final(false);
@@ -352,6 +354,20 @@ void Journal::begin() {
   sync_folder(path_);
   pending_ = {};
   synced_ = clock_();
+}
+
+void Journal::write_head() {
+  // It holds the list of the scene, which may be long: in pieces.
+  Entry entry{Kind::head};
+  pack_head(head_, [&](std::string_view piece) { entry.bytes += piece.size(); });
+  write(bytes_of(magic));
+  write(bytes_of(entry));
+  Checksum sum = checksum(bytes_of(entry));
+  pack_head(head_, [&](std::string_view piece) {
+    sum = checksum(bytes_of(piece), sum);
+    write(bytes_of(piece));
+  });
+  write(bytes_of(sum));
 }
 
 void Journal::write(std::span<const std::byte> bytes) {

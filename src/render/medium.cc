@@ -6,8 +6,11 @@
 #include <glm/geometric.hpp>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <tuple>
+#include <unordered_map>
+#include <utility>
 
 namespace gamer {
 
@@ -15,6 +18,8 @@ namespace {
 
 // Steering planes when there are more.
 constexpr std::size_t most_steering_planes = 3;
+
+std::ptrdiff_t at(std::size_t place) { return static_cast<std::ptrdiff_t>(place); }
 
 }  // namespace
 
@@ -74,62 +79,99 @@ Medium::Medium(std::shared_ptr<const Scene> scene, std::shared_ptr<const Spectra
     interpolation_.push_back(basis_->interpolation(p));
   }
 
-  // Galaxies of one type share their columns, SEDs of one redshift their weights.
-  std::map<const Galaxy*, std::vector<double>> columns_of;
-  std::map<std::pair<const Sed*, double>, std::shared_ptr<const std::vector<double>>> weights_of;
-  const std::size_t steps = basis_->size();
+  make_kinds();
+  make_shares();
+  for (std::size_t g = 0; g < scene_->galaxies.size(); ++g) add_typical_brightness(g);
+  rank_galaxies();
+}
+
+void Medium::make_kinds() {
+  std::unordered_map<const Galaxy*, std::uint32_t> known;
+  spectra_.reserve(scene_->galaxies.size());
   for (const PlacedGalaxy& placed : scene_->galaxies) {
-    std::vector<double>& columns = columns_of[placed.galaxy.get()];
-    if (columns.empty()) {
-      for (const auto& component : placed.galaxy->components()) {
-        columns.push_back(component->amplitude() * component->face_on_column() *
-                          placed.galaxy->axis()[2]);
-      }
-    }
-    Spectra spectra;
-    spectra.brightness = placed.brightness;
-    spectra.typical_brightness.assign(steering_.size(), 0.0);
+    const auto [kind, is_new] = known.try_emplace(placed.galaxy.get(), kinds_.size());
+    spectra_.push_back({placed.brightness, kind->second, 0});
+    if (!is_new) continue;
+    Kind& made = kinds_.emplace_back();
     const auto components = placed.galaxy->components();
     for (std::size_t c = 0; c < components.size(); ++c) {
       const Component& component = *components[c];
-      if (component.absorbs()) {
-        spectra.dust.push_back(static_cast<int>(c));
-        for (std::size_t j = 0; j < nodes_; ++j) {
-          spectra.extinction.push_back(
-              j < steps ? static_cast<float>(SpectralBasis::extinction(
-                              *component.extinction(), placed.redshift, basis_->node(j)))
-                        : 0.0f);
-        }
-        continue;
+      (component.absorbs() ? made.dust : made.light).push_back(static_cast<int>(c));
+      made.columns.push_back(component.amplitude() * component.face_on_column() *
+                             placed.galaxy->axis()[2]);
+    }
+  }
+}
+
+void Medium::make_shares() {
+  // Galaxies of one kind and redshift follow each other.
+  const auto key = [&](int g) { return std::pair(spectra(g).kind, placed(g).redshift); };
+  std::vector<int> order(spectra_.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
+  std::optional<std::pair<std::uint32_t, double>> last;
+  for (const int g : order) {
+    if (last != key(g)) {
+      shares_.push_back({weights_.size(), extinction_.size()});
+      add_share(placed(g));
+    }
+    last = key(g);
+    spectra_[static_cast<std::size_t>(g)].share = static_cast<std::uint32_t>(shares_.size() - 1);
+  }
+}
+
+void Medium::add_share(const PlacedGalaxy& galaxy) {
+  const auto components = galaxy.galaxy->components();
+  const std::size_t steps = basis_->size(), first = weights_.size();
+  std::map<const Sed*, std::size_t> known;
+  std::vector<double> fluxes;
+  for (const auto& component : components) {
+    if (component->absorbs()) {
+      for (std::size_t j = 0; j < nodes_; ++j) {
+        extinction_.push_back(
+            j < steps ? static_cast<float>(SpectralBasis::extinction(
+                            *component->extinction(), galaxy.redshift, basis_->node(j)))
+                      : 0.0f);
       }
-      spectra.light.push_back(static_cast<int>(c));
-      auto& weights = weights_of[{component.sed(), placed.redshift}];
-      if (weights == nullptr) {
-        weights = std::make_shared<const std::vector<double>>(
-            basis_->weights(*component.sed(), placed.redshift));
-      }
-      spectra.weights.push_back(weights);
-      for (std::size_t s = 0; s < steering_.size(); ++s) {
-        const auto first = weights->begin() + static_cast<std::ptrdiff_t>(steering_[s] * steps);
-        const double flux = placed.brightness *
-                            std::accumulate(first, first + static_cast<std::ptrdiff_t>(steps), 0.0);
-        spectra.steering_flux.push_back(static_cast<float>(flux));
-        spectra.typical_brightness[s] = std::max(spectra.typical_brightness[s], flux * columns[c]);
-      }
+      continue;
+    }
+    const std::size_t place = weights_.size() - first;
+    const auto [same, is_new] = known.try_emplace(std::as_const(*component).sed(), place);
+    const std::vector<double> weights =
+        is_new ? basis_->weights(*same->first, galaxy.redshift)
+               : std::vector<double>(weights_.begin() + at(first + same->second),
+                                     weights_.begin() + at(first + same->second) +
+                                         at(planes_times_steps()));
+    weights_.insert(weights_.end(), weights.begin(), weights.end());
+    for (const std::size_t plane : steering_) {
+      const auto begin = weights.begin() + at(plane * steps);
+      fluxes.push_back(std::accumulate(begin, begin + at(steps), 0.0));
+    }
+  }
+  weights_.insert(weights_.end(), fluxes.begin(), fluxes.end());
+}
+
+void Medium::add_typical_brightness(std::size_t g) {
+  const int galaxy = static_cast<int>(g);
+  const Kind& own = kind(galaxy);
+  const auto components = scene_->galaxies[g].galaxy->components();
+  const float* extinction = extinction_.data() + share(galaxy).extinction;
+  for (std::size_t s = 0; s < steering_.size(); ++s) {
+    double typical = 0;
+    for (std::size_t m = 0; m < own.light.size(); ++m) {
+      typical = std::max(typical, flux(galaxy, m, s) *
+                                      own.columns[static_cast<std::size_t>(own.light[m])]);
     }
     // Light mixed with dust of depth tau shows (1 - exp(-tau))/tau of itself.
-    for (std::size_t s = 0; s < steering_.size(); ++s) {
-      double depth = 0;
-      for (std::size_t d = 0; d < spectra.dust.size(); ++d) {
-        const auto c = static_cast<std::size_t>(spectra.dust[d]);
-        depth += components[c]->amplitude() * components[c]->face_on_column() *
-                 double{spectra.extinction[d * nodes_ + basis_->main_node(steering_[s])]};
-      }
-      if (depth > 0) spectra.typical_brightness[s] *= -std::expm1(-depth) / depth;
+    double depth = 0;
+    for (std::size_t d = 0; d < own.dust.size(); ++d) {
+      const auto c = static_cast<std::size_t>(own.dust[d]);
+      depth += components[c]->amplitude() * components[c]->face_on_column() *
+               double{extinction[d * nodes_ + basis_->main_node(steering_[s])]};
     }
-    spectra_.push_back(std::move(spectra));
+    if (depth > 0) typical *= -std::expm1(-depth) / depth;
+    typical_brightness_.push_back(typical);
   }
-  rank_galaxies();
 }
 
 void Medium::rank_galaxies() {
@@ -139,7 +181,7 @@ void Medium::rank_galaxies() {
     const auto key = [&](int g) {
       const PlacedGalaxy& galaxy = placed(g);
       return std::make_tuple(galaxy.centre.x, galaxy.centre.y, galaxy.centre.z, galaxy.radius,
-                             galaxy.seed, std::cref(galaxy.type), std::cref(galaxy.sed),
+                             galaxy.seed, std::cref(galaxy.type.str()), std::cref(galaxy.sed.str()),
                              galaxy.to_ball[0].x, galaxy.to_ball[1].x, galaxy.to_ball[2].x,
                              galaxy.to_ball[0].z, galaxy.to_ball[1].z, galaxy.brightness,
                              galaxy.redshift);
@@ -196,7 +238,7 @@ void Medium::plan(const Hit& hit, RayPlan& out) const {
 bool Medium::has_variants(const Hit& hit) const {
   if (!(hit.footprint > 0)) return false;
   const auto components = placed(hit.galaxy).galaxy->components();
-  const std::vector<int>& dust = spectra(hit.galaxy).dust;
+  const std::vector<int>& dust = kind(hit.galaxy).dust;
   return std::any_of(dust.begin(), dust.end(), [&](int c) {
     return components[static_cast<std::size_t>(c)]->hides_texture(hit.footprint);
   });
@@ -206,8 +248,8 @@ Cover Medium::cover(std::span<const Hit> hits) const {
   Cover result;
   for (const Hit& hit : hits) {
     result.galaxies.push_back(hit.galaxy);
-    result.light_slots += static_cast<int>(spectra(hit.galaxy).light.size());
-    result.dust_slots += static_cast<int>(spectra(hit.galaxy).dust.size());
+    result.light_slots += static_cast<int>(kind(hit.galaxy).light.size());
+    result.dust_slots += static_cast<int>(kind(hit.galaxy).dust.size());
   }
   std::sort(result.galaxies.begin(), result.galaxies.end(), [&](int a, int b) {
     return rank_[static_cast<std::size_t>(a)] < rank_[static_cast<std::size_t>(b)];
@@ -232,7 +274,7 @@ template <class Count>
 std::pair<int, std::size_t> Medium::find_slot(const Cover& cover, int slot, Count count) const {
   auto rest = static_cast<std::size_t>(slot);
   for (const int galaxy : cover.galaxies) {
-    const std::size_t slots = count(spectra(galaxy));
+    const std::size_t slots = count(kind(galaxy));
     if (rest < slots) return {galaxy, rest};
     rest -= slots;
   }
@@ -240,27 +282,27 @@ std::pair<int, std::size_t> Medium::find_slot(const Cover& cover, int slot, Coun
 }
 
 float Medium::extinction(const Cover& cover, int slot, std::size_t j) const {
-  const auto [galaxy, own] = find_slot(cover, slot, [](const Spectra& s) { return s.dust.size(); });
-  return spectra(galaxy).extinction[own * nodes_ + j];
+  const auto [galaxy, own] = find_slot(cover, slot, [](const Kind& k) { return k.dust.size(); });
+  return extinction_[share(galaxy).extinction + own * nodes_ + j];
 }
 
 float Medium::steering_flux(const Cover& cover, int slot, std::size_t s) const {
   const auto [galaxy, own] =
-      find_slot(cover, slot, [](const Spectra& spectra) { return spectra.light.size(); });
-  return spectra(galaxy).steering_flux[own * steering_.size() + s];
+      find_slot(cover, slot, [](const Kind& k) { return k.light.size(); });
+  return static_cast<float>(flux(galaxy, own, s));
 }
 
 void Medium::add_planes(int galaxy, std::size_t component, const double* light, bool dust_free,
                         std::span<double> out) const {
-  const Spectra& own = spectra(galaxy);
-  const std::vector<double>& weights = *own.weights[component];
   const std::size_t steps = basis_->size();
+  const double* weights =
+      weights_.data() + share(galaxy).weights + component * planes_times_steps();
   for (std::size_t p = 0; p < out.size(); ++p) {
     double sum = 0;
     for (std::size_t j = 0; j < steps; ++j) {
       sum += weights[p * steps + j] * light[dust_free ? nodes_ - 1 : j];
     }
-    out[p] += own.brightness * sum;
+    out[p] += spectra(galaxy).brightness * sum;
   }
 }
 
@@ -306,8 +348,8 @@ void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray,
     for (std::size_t k = 0; k < covers[c].galaxies.size(); ++k) {
       const int g = covers[c].galaxies[k];
       fill(g, s.members[s.first_group[c] + k], first_light, first_dust, variants, nodes, counts);
-      first_light += spectra(g).light.size();
-      first_dust += spectra(g).dust.size();
+      first_light += kind(g).light.size();
+      first_dust += kind(g).dust.size();
     }
   }
 }
@@ -316,7 +358,7 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
                   std::size_t first_dust, std::size_t variants, RayNodes& nodes,
                   RenderCounts& counts) const {
   Scratch& s = scratch();
-  const Spectra& own = spectra(galaxy);
+  const Kind& own = kind(galaxy);
   const Galaxy& type = *placed(galaxy).galaxy;
   const auto scale = static_cast<float>(1 / placed(galaxy).radius);
   const auto threshold = static_cast<float>(accuracy_.texture_threshold);

@@ -11,12 +11,6 @@
 namespace gamer {
 namespace {
 
-/// "<length>:<bytes>", a netstring without its comma.
-void pack(std::string_view text, std::string& out) {
-  out += fmt::format("{}:", text.size());
-  out += text;
-}
-
 std::string unpack(std::string_view& packed) {
   std::size_t length = 0;
   const auto [end, error] = std::from_chars(packed.data(), packed.data() + packed.size(), length);
@@ -33,13 +27,25 @@ const std::array<std::string, 3> table_columns = {"NAME", "LABEL", "TEXT"};
 
 }  // namespace
 
-std::string pack_record(const Record& record) {
-  std::string packed;
+void pack_record(const Record& record, const std::function<void(std::string_view)>& take) {
+  // "<length>:<bytes>", a netstring without its comma.
+  const auto pack = [&](std::string_view text) {
+    take(fmt::format("{}:", text.size()));
+    take(text);
+  };
   for (const Resources::Text& text : record) {
-    pack(text.name, packed);
-    pack(text.label, packed);
-    pack(text.content, packed);
+    pack(text.name);
+    pack(text.label);
+    pack(text.content);
   }
+}
+
+std::string pack_record(const Record& record) {
+  std::size_t size = 0;
+  pack_record(record, [&](std::string_view piece) { size += piece.size(); });
+  std::string packed;
+  packed.reserve(size);
+  pack_record(record, [&](std::string_view piece) { packed += piece; });
   return packed;
 }
 
@@ -59,9 +65,12 @@ TextTable record_table(const Record& record) {
   TextTable table;
   table.name = record_table_name;
   table.columns.assign(table_columns.begin(), table_columns.end());
-  for (const Resources::Text& text : record) {
-    table.rows.push_back({text.name, text.label, text.content});
-  }
+  table.made_rows = [record](const TextTable::TakeRow& take) {
+    for (const Resources::Text& text : record) {
+      const std::array<std::string_view, 3> cells = {text.name, text.label, text.content};
+      take(cells);
+    }
+  };
   return table;
 }
 

@@ -273,7 +273,7 @@ DataTable truth_table(const RenderJob& job, Executor& executor) {
     const PlacedGalaxy* placed = galaxies[object];
     number.push_back(static_cast<std::int64_t>(object) + 1);
     id.push_back(placed != nullptr ? placed->id : stars[object]->id);
-    type.push_back(placed != nullptr ? placed->type : "star");
+    type.push_back(placed != nullptr ? placed->type.str() : "star");
     seed.push_back(placed != nullptr ? static_cast<std::int64_t>(placed->seed) : 0);
   }
   table.columns.push_back({"object", "", "number in the segmentation, from 1", number});

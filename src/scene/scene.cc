@@ -228,6 +228,8 @@ class SceneReader {
   /// band is `rest` unredshifted at 10 pc, and `observed` as it is.
   double flux_scale(const Position& position, double rest, double observed) const;
   double brightness(const PlacedGalaxy& placed, const Position& position);
+  /// One text for all galaxies of a name.
+  const SharedText& shared(const std::string& name);
   /// Galaxy::luminosity() of each component.
   const std::vector<double>& luminosities(const Galaxy& galaxy);
   /// Angle of a scene unit at the row's distance, which an orthographic view does not show, rad.
@@ -245,9 +247,12 @@ class SceneReader {
   GalaxyLibrary library_;
   bool is_sky_;
   std::shared_ptr<const Bandpass> reference_;
-  std::map<std::pair<const Galaxy*, double>, bool> checked_;
+  /// Of each galaxy, the least and the greatest redshift at which its spectra reach all planes.
+  std::unordered_map<const Galaxy*, std::pair<double, double>> checked_;
+  std::map<std::string, SharedText, std::less<>> names_;
   std::unordered_map<const Galaxy*, std::vector<double>> luminosities_;
   Scene scene_;
+  std::string list_;
 };
 
 void SceneReader::choose_unit() {
@@ -391,7 +396,11 @@ void SceneReader::check_band(const Sed& sed, const Bandpass& band, double redshi
 }
 
 void SceneReader::check_planes(const PlacedGalaxy& placed) {
-  if (!checked_.try_emplace({placed.galaxy.get(), placed.redshift}, true).second) return;
+  // What reaches them at two redshifts reaches them at those between.
+  const auto [known, is_new] =
+      checked_.try_emplace(placed.galaxy.get(), placed.redshift, placed.redshift);
+  auto& [least, greatest] = known->second;
+  if (!is_new && placed.redshift >= least && placed.redshift <= greatest) return;
   const double stretch = 1 + placed.redshift;
   for (const auto& component : placed.galaxy->components()) {
     const Sed* sed = component->sed();
@@ -416,10 +425,12 @@ void SceneReader::check_planes(const PlacedGalaxy& placed) {
           plane.band != nullptr ? parameters_.bands_where : parameters_.wavelengths_where,
           fmt::format("{} is outside the range {:.6g} to {:.6g} A of {}{} (galaxy '{}', component "
                       "'{}')",
-                      what, range.low * stretch, range.high * stretch, whose, at, placed.type,
-                      component->name()));
+                      what, range.low * stretch, range.high * stretch, whose, at,
+                      placed.type.str(), component->name()));
     }
   }
+  least = std::min(least, placed.redshift);
+  greatest = std::max(greatest, placed.redshift);
 }
 
 double SceneReader::angle_of_unit(const Position& position) const {
@@ -468,7 +479,7 @@ double SceneReader::brightness(const PlacedGalaxy& placed, const Position& posit
   if (!(rest + observed > 0)) {
     row_.fail(column::galaxy, fmt::format("galaxy '{}' has no light in {} that a magnitude could "
                                           "give",
-                                          placed.type, reference_->name()));
+                                          placed.type.str(), reference_->name()));
   }
   const double scale = flux_scale(position, rest, observed);
   if (camera_.projection() != Projection::orthographic) {
@@ -481,18 +492,22 @@ double SceneReader::brightness(const PlacedGalaxy& placed, const Position& posit
   return scale / (angle * angle);
 }
 
+const SharedText& SceneReader::shared(const std::string& name) {
+  return names_.try_emplace(name, name).first->second;
+}
+
 void SceneReader::read_galaxy(const Position& position, double radius) {
   PlacedGalaxy placed;
-  placed.type = row_.text(column::galaxy);
+  placed.type = shared(row_.text(column::galaxy));
   placed.id = row_.text(column::id);
-  placed.sed = row_.text(column::sed);
+  placed.sed = shared(row_.text(column::sed));
   placed.object = scene_.objects;
   placed.centre = position.centre;
   placed.radius = radius;
   placed.redshift = position.redshift;
   placed.seed = static_cast<std::uint64_t>(row_.integer(column::seed));
   const glm::dmat3 axes = read_axes(row_, placed.centre, camera_);
-  placed.galaxy = library_.find(placed.type, row_.text(column::sed), placed.seed, row_);
+  placed.galaxy = library_.find(placed.type, placed.sed, placed.seed, row_);
   place(placed, axes, row_);
   check_planes(placed);
   placed.is_absolute = row_.is_given(column::magnitude);
@@ -547,7 +562,7 @@ Scene SceneReader::read() {
   std::optional<ImageField> field;
   if (is_sky_) field.emplace(camera_);
   scene_.rows = catalogue_.rows();
-  scene_.list = row_.header_line();
+  list_ = row_.header_line();
   for (std::size_t i = 0; i < catalogue_.rows(); ++i) {
     row_.select(i);
     const bool is_star = row_.text(column::galaxy) == star_type;
@@ -578,8 +593,9 @@ Scene SceneReader::read() {
       }
     }
     ++scene_.objects;
-    scene_.list += row_.line();
+    list_ += row_.line();
   }
+  scene_.list = std::move(list_);
   return std::move(scene_);
 }
 

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "gamer/core/shared_text.h"
+
 namespace gamer {
 
 /// Where the texts that a job needs come from: parameter files, galaxies, SEDs. On rank 0 they are
@@ -16,7 +18,7 @@ class Resources {
   struct Text {
     std::string name;   ///< key of the record, e.g. "galaxies/ngc4321"
     std::string label;  ///< what messages call it: a path
-    std::string content;
+    SharedText content;
   };
 
   /// Reads from disk. Named data are searched in the folder of the file that names them, then in

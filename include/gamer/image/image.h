@@ -1,7 +1,10 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "gamer/image/card.h"
@@ -52,6 +55,14 @@ struct TextTable {
   std::vector<std::string> columns;
   std::vector<std::vector<std::string>> rows;  ///< each as long as `columns`
   std::vector<Card> cards;
+
+  using TakeRow = std::function<void(std::span<const std::string_view>)>;
+  /// Where they would take much room, instead of `rows`: calls its argument with one after the
+  /// other, every time the same.
+  std::function<void(const TakeRow&)> made_rows = {};
+
+  /// Calls `take` with each row, whichever of the two there are.
+  void for_each_row(const TakeRow& take) const;
 };
 
 /// Everything about an image but its pixels.

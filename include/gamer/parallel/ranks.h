@@ -40,7 +40,7 @@ class Ranks {
   void give_up_after(double seconds) const;
 
   /// Rank 0's text on every rank.
-  std::string broadcast(const std::string& text) const;
+  std::string broadcast(std::string text) const;
   /// Every rank's text, by rank, on rank 0; nothing elsewhere.
   std::vector<std::string> gather(const std::string& text) const;
   /// The bits that are set on every rank.

@@ -92,6 +92,7 @@ class Journal {
   /// What follows the entry's numbers stands in `entry_`, after room for these.
   void add(Entry entry);
   void begin();
+  void write_head();
   void write(std::span<const std::byte> bytes);
   void sync_when_due();
   void read_entries();

@@ -102,7 +102,7 @@ class Medium {
   /// The cover of these hits.
   Cover cover(std::span<const Hit> hits) const;
   /// Light components of a galaxy.
-  std::size_t light_components(int galaxy) const { return spectra(galaxy).light.size(); }
+  std::size_t light_components(int galaxy) const { return kind(galaxy).light.size(); }
   /// Where the light slots of a cover stand in a ray's part of RayLight::light.
   void places(std::span<const Hit> hits, const Cover& cover, std::vector<std::size_t>& out) const;
   /// What dust slot `slot` of a cover does at spectral node j, relative to V.
@@ -129,7 +129,7 @@ class Medium {
   /// Face-on central brightness of a galaxy's brightest component, dimmed by the galaxy's own dust
   /// mixed with it, in the s-th steering plane.
   double typical_brightness(int galaxy, std::size_t s) const {
-    return spectra(galaxy).typical_brightness[s];
+    return typical_brightness_[static_cast<std::size_t>(galaxy) * steering_.size() + s];
   }
 
   /// Adds the surface brightness of a hit galaxy's light component in every plane: `light` has its
@@ -140,15 +140,23 @@ class Medium {
   double depth(std::size_t plane, const double* depth) const;
 
  private:
-  /// What a placed galaxy's components do.
-  struct Spectra {
+  /// What galaxies of one type and seed have in common.
+  struct Kind {
     std::vector<int> light, dust;  ///< indices of components
-    /// [light component]: weights[plane * basis nodes + j]; shared by galaxies of one redshift.
-    std::vector<std::shared_ptr<const std::vector<double>>> weights;
-    double brightness = 1;                   ///< factor of the weights
-    std::vector<float> extinction;           ///< [dust component][node]
-    std::vector<float> steering_flux;        ///< [light component][steering plane]
-    std::vector<double> typical_brightness;  ///< [steering plane]
+    std::vector<double> columns;   ///< [component] typical largest line integral, with amplitude
+  };
+  /// What those of one redshift share besides, in arrays for all galaxies, of which there may be a
+  /// million.
+  struct Share {
+    /// In weights_: [light component][plane * basis nodes + j], then the sums over the nodes
+    /// [light component][steering plane].
+    std::size_t weights;
+    std::size_t extinction;  ///< in extinction_: [dust component][node]
+  };
+  struct Spectra {
+    double brightness;  ///< factor of the weights
+    std::uint32_t kind;
+    std::uint32_t share;
   };
   /// Nodes of a run that lie in a galaxy's ball.
   struct Stretch {
@@ -166,6 +174,19 @@ class Medium {
     return scene_->galaxies[static_cast<std::size_t>(galaxy)];
   }
   const Spectra& spectra(int galaxy) const { return spectra_[static_cast<std::size_t>(galaxy)]; }
+  const Kind& kind(int galaxy) const { return kinds_[spectra(galaxy).kind]; }
+  const Share& share(int galaxy) const { return shares_[spectra(galaxy).share]; }
+  std::size_t planes_times_steps() const { return basis_->planes() * basis_->size(); }
+  /// Dust-free flux of a unit of light in a light component, in the s-th steering plane.
+  double flux(int galaxy, std::size_t component, std::size_t s) const {
+    return spectra(galaxy).brightness *
+           weights_[share(galaxy).weights + kind(galaxy).light.size() * planes_times_steps() +
+                    component * steering_.size() + s];
+  }
+  void make_kinds();
+  void make_shares();
+  void add_share(const PlacedGalaxy& galaxy);
+  void add_typical_brightness(std::size_t galaxy);
   void rank_galaxies();
   /// The galaxy of a cover's slot, and the slot counted within that galaxy.
   template <class Count>
@@ -177,7 +198,12 @@ class Medium {
   std::size_t nodes_;
   std::vector<std::size_t> steering_;
   std::vector<std::vector<double>> interpolation_;  ///< [plane][basis node]
+  std::vector<Kind> kinds_;
+  std::vector<Share> shares_;
   std::vector<Spectra> spectra_;
+  std::vector<double> weights_;
+  std::vector<float> extinction_;
+  std::vector<double> typical_brightness_;  ///< [galaxy * steering planes + s]
   /// Place of each galaxy in an order that does not depend on the scene's rows.
   std::vector<int> rank_;
 };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,6 +18,8 @@ using Record = std::vector<Resources::Text>;
 inline constexpr const char* recorded_parameters = "render.par";
 
 std::string pack_record(const Record& record);
+/// The same in pieces, without a copy of the texts.
+void pack_record(const Record& record, const std::function<void(std::string_view)>& take);
 /// Throws RunError when `packed` is none of pack_record().
 Record unpack_record(std::string_view packed);
 

@@ -11,6 +11,7 @@
 #include <glm/vec3.hpp>
 
 #include "gamer/core/resources.h"
+#include "gamer/core/shared_text.h"
 #include "gamer/galaxy/galaxy.h"
 #include "gamer/scene/camera.h"
 #include "gamer/scene/catalogue.h"
@@ -24,8 +25,8 @@ namespace gamer {
 /// to_ball * (p - centre).
 struct PlacedGalaxy {
   std::shared_ptr<const Galaxy> galaxy;
-  std::string type;  ///< name of the galaxy file
-  std::string sed;   ///< where it replaces those of the components
+  SharedText type;  ///< name of the galaxy file
+  SharedText sed;   ///< where it replaces those of the components
   std::string id;
   std::size_t object = 0;  ///< its place among the scene's objects
   glm::dvec3 centre;
@@ -63,7 +64,7 @@ struct Scene {
   std::size_t objects = 0;  ///< galaxies and stars
   std::size_t rows = 0;     ///< of the catalogue
   /// The objects as a scene list, in the order of their numbers: reads back to the same scene.
-  std::string list;
+  SharedText list;
 };
 
 /// Reads a scene. Orientation by ox oy oz and pa: the galaxy's +z points along o; before that the
