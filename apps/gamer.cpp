@@ -25,6 +25,7 @@
 #include "gamer/image/clean_up.h"
 #include "gamer/image/image_writer.h"
 #include "gamer/parallel/ranks.h"
+#include "gamer/render/estimate.h"
 #include "gamer/render/job.h"
 #include "gamer/render/journal.h"
 #include "gamer/render/listing.h"
@@ -117,7 +118,7 @@ Options parse_options(int argc, char** argv) {
   app.add_flag("--markdown", options.markdown, "with --list-parameters: Markdown tables");
   app.add_flag("--sample-config", options.sample_config, "print a complete parameter file");
   app.add_flag("--print-config", options.print_config, "print the resolved parameters");
-  app.add_flag("--dry-run", options.dry_run, "read and check everything, render nothing");
+  app.add_flag("--dry-run", options.dry_run, "read and check everything; say what time and memory the job will take");
   CLI::Option* from_header_option =
       app.add_option("--from-header", from_header, "make the image of this FITS file again");
   from_header_option->type_name("FITS");
@@ -334,6 +335,9 @@ std::optional<Work> prepare(const Options& options, int ranks, int threads,
   if (options.dry_run) {
     fmt::print("would write {}: {}, {}\n", files_text(work.header, output), size_text(work.header),
                objects_text(*work.job.scene));
+    const gamer::JobEstimate estimate = gamer::estimate_job(
+        work.job, options.truth, ranks, threads, gamer::process_seconds());
+    fmt::print("{}\n", gamer::estimate_text(estimate, ranks, threads));
     return std::nullopt;
   }
   if (options.verbose) {

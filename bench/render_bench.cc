@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "gamer/core/clock.h"
 #include "gamer/core/simd.h"
 #include "gamer/render/job.h"
 #include "gamer/render/renderer.h"
@@ -52,12 +53,23 @@ void render(benchmark::State& state, const std::string& scene,
   constexpr std::size_t pixels = std::size_t{image_size} * image_size;
   std::vector<double> values(pixels * static_cast<std::size_t>(renderer.planes()));
   RenderCounts counts;
+  const Clock clock;
   for (auto _ : state) renderer.render_rows({0, image_size}, values, counts);
+  const double seconds = clock.seconds();
   const auto rendered = static_cast<double>(state.iterations()) * pixels;
   // Printed as time per pixel: with kInvert a rate of pixels becomes seconds.
   state.counters["per_pixel"] =
       benchmark::Counter(rendered, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
   state.counters["nodes_per_pixel"] = static_cast<double>(counts.nodes) / rendered;
+  state.counters["rays_per_pixel"] = static_cast<double>(counts.rays) / rendered;
+  const auto noise = static_cast<double>(counts.noise_evaluations);
+  state.counters["noise_per_pixel"] = noise / rendered;
+  state.counters["noise_per_second"] =
+      counts.noise_seconds > 0 ? noise / counts.noise_seconds : 0;
+  // Shares of the time in render_rows(); writing and waiting are those of jobs, see jobs.py.
+  state.counters["share_noise"] = counts.noise_seconds / seconds;
+  state.counters["share_envelopes"] = counts.envelope_seconds / seconds;
+  state.counters["share_transfer"] = counts.transfer_seconds / seconds;
   use_simd_targets(0);
 }
 

@@ -181,10 +181,34 @@ std::optional<GalaxyIndex::Ball> GalaxyIndex::pixels(int left, int right, int bo
   return grid.ball();
 }
 
+bool GalaxyIndex::may_meet(int left, int right, int bottom, int top) const {
+  // Projections of the sky have seams that a coarse grid does not see; other views map lines to
+  // lines.
+  if (camera_.projection() == Projection::sky) return true;
+  constexpr double steps = 8;
+  const double step = std::max(spacing, (right - left) / steps);
+  return finds(Grid(camera_, left - 1.5, right + 0.5, bottom - 1.5, top + 0.5, step).ball());
+}
+
 GalaxyIndex::Ball GalaxyIndex::around(const Ray& ray, double pixels) const {
   const bool is_orthographic = camera_.projection() == Projection::orthographic;
   const double pixel = camera_.pixel_size(camera_.origin() + ray.direction);
   return {is_orthographic ? ray.origin : ray.direction, pixels * pixel};
+}
+
+bool GalaxyIndex::finds(const Ball& rays) const {
+  for (std::size_t n = 0; n < nodes_.size();) {
+    const Node& node = nodes_[n];
+    if (!overlap(node.ball, rays)) {
+      n = static_cast<std::size_t>(node.behind);
+      continue;
+    }
+    for (int i = node.first; i < node.first + node.count; ++i) {
+      if (overlap(balls_[static_cast<std::size_t>(i)], rays)) return true;
+    }
+    ++n;
+  }
+  return false;
 }
 
 void GalaxyIndex::find(const Ball& rays, Found& out) const {

@@ -19,7 +19,8 @@ namespace {
 // Steering planes when there are more.
 constexpr std::size_t most_steering_planes = 3;
 
-std::ptrdiff_t at(std::size_t place) { return static_cast<std::ptrdiff_t>(place); }
+// Threads seldom prepare galaxies at once.
+constexpr std::size_t mutexes = 16;
 
 }  // namespace
 
@@ -81,7 +82,6 @@ Medium::Medium(std::shared_ptr<const Scene> scene, std::shared_ptr<const Spectra
 
   make_kinds();
   make_shares();
-  for (std::size_t g = 0; g < scene_->galaxies.size(); ++g) add_typical_brightness(g);
   rank_galaxies();
 }
 
@@ -97,8 +97,9 @@ void Medium::make_kinds() {
     for (std::size_t c = 0; c < components.size(); ++c) {
       const Component& component = *components[c];
       (component.absorbs() ? made.dust : made.light).push_back(static_cast<int>(c));
-      made.columns.push_back(component.amplitude() * component.face_on_column() *
-                             placed.galaxy->axis()[2]);
+      const double column = component.amplitude() * component.face_on_column();
+      made.columns.push_back(column * placed.galaxy->axis()[2]);
+      if (component.absorbs()) made.dust_columns.push_back(column);
     }
   }
 }
@@ -109,69 +110,79 @@ void Medium::make_shares() {
   std::vector<int> order(spectra_.size());
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
+  std::size_t weights = 0, extinction = 0;
   std::optional<std::pair<std::uint32_t, double>> last;
   for (const int g : order) {
     if (last != key(g)) {
-      shares_.push_back({weights_.size(), extinction_.size()});
-      add_share(placed(g));
+      shares_.push_back({weights, extinction});
+      weights += kind(g).light.size() * (planes_times_steps() + steering_.size());
+      extinction += kind(g).dust.size() * nodes_;
     }
     last = key(g);
     spectra_[static_cast<std::size_t>(g)].share = static_cast<std::uint32_t>(shares_.size() - 1);
   }
+  // Not touched before they are needed, so that they take no memory till then.
+  weights_ = std::make_unique_for_overwrite<double[]>(weights);
+  extinction_ = std::make_unique_for_overwrite<float[]>(extinction);
+  is_ready_ = std::make_unique<std::atomic<bool>[]>(shares_.size());
+  mutexes_ = std::make_unique<std::mutex[]>(mutexes);
 }
 
-void Medium::add_share(const PlacedGalaxy& galaxy) {
+void Medium::prepare(int galaxy) const {
+  const std::size_t number = spectra(galaxy).share;
+  if (is_ready_[number].load(std::memory_order_acquire)) return;
+  const std::lock_guard lock(mutexes_[number % mutexes]);
+  if (is_ready_[number].load(std::memory_order_relaxed)) return;
+  fill_share(placed(galaxy), kind(galaxy), shares_[number]);
+  is_ready_[number].store(true, std::memory_order_release);
+}
+
+void Medium::fill_share(const PlacedGalaxy& galaxy, const Kind& kind, const Share& share) const {
   const auto components = galaxy.galaxy->components();
-  const std::size_t steps = basis_->size(), first = weights_.size();
-  std::map<const Sed*, std::size_t> known;
-  std::vector<double> fluxes;
-  for (const auto& component : components) {
-    if (component->absorbs()) {
-      for (std::size_t j = 0; j < nodes_; ++j) {
-        extinction_.push_back(
-            j < steps ? static_cast<float>(SpectralBasis::extinction(
-                            *component->extinction(), galaxy.redshift, basis_->node(j)))
-                      : 0.0f);
-      }
-      continue;
+  const std::size_t steps = basis_->size();
+  double* weights = weights_.get() + share.weights;
+  double* sum = weights + kind.light.size() * planes_times_steps();
+  std::map<const Sed*, const double*> known;
+  for (const int c : kind.light) {
+    const Sed* sed = std::as_const(*components[static_cast<std::size_t>(c)]).sed();
+    const auto [same, is_new] = known.try_emplace(sed, weights);
+    if (is_new) {
+      const std::vector<double> own = basis_->weights(*sed, galaxy.redshift);
+      std::copy(own.begin(), own.end(), weights);
+    } else {
+      std::copy_n(same->second, planes_times_steps(), weights);
     }
-    const std::size_t place = weights_.size() - first;
-    const auto [same, is_new] = known.try_emplace(std::as_const(*component).sed(), place);
-    const std::vector<double> weights =
-        is_new ? basis_->weights(*same->first, galaxy.redshift)
-               : std::vector<double>(weights_.begin() + at(first + same->second),
-                                     weights_.begin() + at(first + same->second) +
-                                         at(planes_times_steps()));
-    weights_.insert(weights_.end(), weights.begin(), weights.end());
     for (const std::size_t plane : steering_) {
-      const auto begin = weights.begin() + at(plane * steps);
-      fluxes.push_back(std::accumulate(begin, begin + at(steps), 0.0));
+      *sum++ = std::accumulate(weights + plane * steps, weights + (plane + 1) * steps, 0.0);
+    }
+    weights += planes_times_steps();
+  }
+  float* extinction = extinction_.get() + share.extinction;
+  for (const int c : kind.dust) {
+    const Component& dust = *components[static_cast<std::size_t>(c)];
+    for (std::size_t j = 0; j < nodes_; ++j) {
+      *extinction++ = j < steps ? static_cast<float>(SpectralBasis::extinction(
+                                      *dust.extinction(), galaxy.redshift, basis_->node(j)))
+                                : 0.0f;
     }
   }
-  weights_.insert(weights_.end(), fluxes.begin(), fluxes.end());
 }
 
-void Medium::add_typical_brightness(std::size_t g) {
-  const int galaxy = static_cast<int>(g);
+double Medium::typical_brightness(int galaxy, std::size_t s) const {
   const Kind& own = kind(galaxy);
-  const auto components = scene_->galaxies[g].galaxy->components();
-  const float* extinction = extinction_.data() + share(galaxy).extinction;
-  for (std::size_t s = 0; s < steering_.size(); ++s) {
-    double typical = 0;
-    for (std::size_t m = 0; m < own.light.size(); ++m) {
-      typical = std::max(typical, flux(galaxy, m, s) *
-                                      own.columns[static_cast<std::size_t>(own.light[m])]);
-    }
-    // Light mixed with dust of depth tau shows (1 - exp(-tau))/tau of itself.
-    double depth = 0;
-    for (std::size_t d = 0; d < own.dust.size(); ++d) {
-      const auto c = static_cast<std::size_t>(own.dust[d]);
-      depth += components[c]->amplitude() * components[c]->face_on_column() *
-               double{extinction[d * nodes_ + basis_->main_node(steering_[s])]};
-    }
-    if (depth > 0) typical *= -std::expm1(-depth) / depth;
-    typical_brightness_.push_back(typical);
+  double typical = 0;
+  for (std::size_t m = 0; m < own.light.size(); ++m) {
+    typical = std::max(
+        typical, flux(galaxy, m, s) * own.columns[static_cast<std::size_t>(own.light[m])]);
   }
+  // Light mixed with dust of depth tau shows (1 - exp(-tau))/tau of itself.
+  const float* extinction = extinction_.get() + share(galaxy).extinction;
+  double depth = 0;
+  for (std::size_t d = 0; d < own.dust.size(); ++d) {
+    depth += own.dust_columns[d] *
+             double{extinction[d * nodes_ + basis_->main_node(steering_[s])]};
+  }
+  return depth > 0 ? typical * (-std::expm1(-depth) / depth) : typical;
 }
 
 void Medium::rank_galaxies() {
@@ -209,6 +220,7 @@ void Medium::hits(const Ray& ray, std::span<const int> candidates, std::vector<H
     const double begin = std::max(centre - half, 0.0);
     const double end = centre + half;
     if (end <= begin) continue;
+    prepare(g);
     out.push_back({g,
                    begin,
                    end,
@@ -296,7 +308,7 @@ void Medium::add_planes(int galaxy, std::size_t component, const double* light, 
                         std::span<double> out) const {
   const std::size_t steps = basis_->size();
   const double* weights =
-      weights_.data() + share(galaxy).weights + component * planes_times_steps();
+      weights_.get() + share(galaxy).weights + component * planes_times_steps();
   for (std::size_t p = 0; p < out.size(); ++p) {
     double sum = 0;
     for (std::size_t j = 0; j < steps; ++j) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <map>
@@ -197,40 +198,63 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
   }
   Work work;
   GalaxyIndex::Found near;
-  for (int bottom = rows.first - rows.first % tile_size; bottom < rows.last; bottom += tile_size) {
-    for (int left = 0; left < width; left += tile_size) {
-      const int right = std::min(left + tile_size, width), top = bottom + tile_size;
-      const auto rays = index_.pixels(left, right, bottom, std::min(top, camera_.height()));
-      if (!rays) continue;
-      index_.find(*rays, near);
-      if (near.empty()) continue;
-      for (int y = std::max(bottom, rows.first); y < std::min(top, rows.last); ++y) {
-        for (int x = left; x < right; ++x) {
-          place_samples(x, y, y - rows.first, near, work);
-          work_off(rays_at_once, near, work, sums, counts);
-        }
+  bool is_empty = true;
+  const auto render_tile = [&](int left, int right, int bottom, int top) {
+    const auto rays = index_.pixels(left, right, bottom, std::min(top, camera_.height()));
+    if (!rays) return;
+    index_.find(*rays, near);
+    if (near.empty()) return;
+    is_empty = false;
+    for (int y = std::max(bottom, rows.first); y < std::min(top, rows.last); ++y) {
+      for (int x = left; x < right; ++x) {
+        place_samples(x, y, y - rows.first, near, work);
+        work_off(rays_at_once, near, work, sums, counts);
       }
-      work_off(1, near, work, sums, counts);
     }
+    work_off(1, near, work, sums, counts);
+  };
+  // Halves of halves, so that empty sky costs little.
+  const std::function<void(int, int, int, int)> render_tiles = [&](int left, int right, int bottom,
+                                                                   int top) {
+    const int tiles = (right - left + tile_size - 1) / tile_size;
+    if (tiles == 1) {
+      render_tile(left, right, bottom, top);
+    } else if (index_.may_meet(left, right, bottom, std::min(top, camera_.height()))) {
+      const int middle = left + tiles / 2 * tile_size;
+      render_tiles(left, middle, bottom, top);
+      render_tiles(middle, right, bottom, top);
+    }
+  };
+  for (int bottom = rows.first - rows.first % tile_size; bottom < rows.last; bottom += tile_size) {
+    render_tiles(0, width, bottom, bottom + tile_size);
   }
-  add_stars(rows, sums);
+  is_empty = !add_stars(rows, sums) && is_empty;
+  const bool stays_zero = camera_.projection() != Projection::sky &&
+                          scene_->unit != PixelUnit::magnitude;
+  if (is_empty && stays_zero) return;
   for (int y = rows.first; y < rows.last; ++y) {
     finish(y, static_cast<std::size_t>(y - rows.first), sums);
   }
 }
 
-void Renderer::count_pixel(int x, int y, RenderCounts& counts) const {
-  const auto rays = index_.pixels(x, x + 1, y, y + 1);
+void Renderer::count_pixels(int left, int right, int bottom, int top, RenderCounts& counts) const {
+  const auto rays = index_.pixels(left, right, bottom, top);
   if (!rays) return;
   GalaxyIndex::Found near;
   index_.find(*rays, near);
   if (near.empty()) return;
-  Work work;
-  place_samples(x, y, 0, near, work);
   const auto width = static_cast<std::size_t>(camera_.width());
   std::vector<double> values(outputs_.size() * width);
   Sums sums{values, {}};
   if (owner_) sums.owners.resize(width);
+  Work work;
+  for (int y = bottom; y < top; ++y) {
+    for (int x = left; x < right; ++x) {
+      // All in one row: nobody looks at them.
+      place_samples(x, y, 0, near, work);
+      work_off(rays_at_once, near, work, sums, counts);
+    }
+  }
   work_off(1, near, work, sums, counts);
 }
 
@@ -438,7 +462,7 @@ void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Fou
   }
 }
 
-void Renderer::add_stars(RowRange rows, Sums& sums) const {
+bool Renderer::add_stars(RowRange rows, Sums& sums) const {
   using Kind = OutputPlane::Kind;
   const auto width = static_cast<std::size_t>(camera_.width());
   const std::size_t spectral = medium_.basis().planes();
@@ -446,7 +470,9 @@ void Renderer::add_stars(RowRange rows, Sums& sums) const {
   const auto begin =
       std::partition_point(stars_.begin(), stars_.end(),
                            [&](const PlacedStar* star) { return star->pixel.y <= rows.first - 1; });
+  bool any = false;
   for (auto placed = begin; placed != stars_.end() && (*placed)->pixel.y < rows.last; ++placed) {
+    any = true;
     const PlacedStar& star = **placed;
     const double left = std::floor(star.pixel.x), below = std::floor(star.pixel.y);
     for (const double y : {below, below + 1}) {
@@ -473,6 +499,7 @@ void Renderer::add_stars(RowRange rows, Sums& sums) const {
       }
     }
   }
+  return any;
 }
 
 void Renderer::finish(int y, std::size_t row, Sums& sums) const {

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <numeric>
+#include <queue>
 #include <stdexcept>
 
 namespace gamer {
@@ -40,26 +42,39 @@ double estimated_cost(const RenderCounts& counts) {
          noise_cost * static_cast<double>(counts.noise_evaluations);
 }
 
-std::vector<double> estimate_row_costs(const Renderer& renderer) {
+std::vector<Probe> probe_pixels(const Renderer& renderer) {
   const int width = renderer.width(), height = renderer.height();
-  const int probes = std::clamp(height / rows_per_probe, 1, most_probed_rows);
+  const int rows = std::clamp(height / rows_per_probe, 1, most_probed_rows);
   const int columns = std::clamp(width / columns_per_probe, 1, most_probed_columns);
-  std::vector<double> probed;
-  for (int probe = 0; probe < probes; ++probe) {
-    const int y = static_cast<int>((probe + 0.5) * height / probes);
+  std::vector<Probe> probes;
+  for (int row = 0; row < rows; ++row) {
+    const int y = static_cast<int>((row + 0.5) * height / rows);
     // Multiples of the golden ratio: columns of different rows do not align.
-    const double shift = std::fmod(probe * std::numbers::phi, 1.0);
-    RenderCounts counts;
+    const double shift = std::fmod(row * std::numbers::phi, 1.0);
     for (int k = 0; k < columns; ++k) {
-      renderer.count_pixel(static_cast<int>((k + shift) * width / columns), y, counts);
+      const int x = static_cast<int>((k + shift) * width / columns);
+      RenderCounts counts;
+      renderer.count_pixels(x, x + 1, y, y + 1, counts);
+      probes.push_back({x, y, estimated_cost(counts)});
     }
-    probed.push_back(estimated_cost(counts));
   }
+  return probes;
+}
+
+std::vector<double> row_costs(std::span<const Probe> probes, int width, int height) {
+  std::vector<double> probed;
+  int columns = 0;
+  for (std::size_t i = 0; i < probes.size(); ++i) {
+    if (i == 0 || probes[i].y != probes[i - 1].y) probed.push_back(0);
+    probed.back() += probes[i].cost;
+    columns += probed.size() == 1 ? 1 : 0;
+  }
+  const auto rows = static_cast<double>(probed.size());
   std::vector<double> costs;
   costs.reserve(static_cast<std::size_t>(height));
   for (int y = 0; y < height; ++y) {
     // Linear between the probed rows.
-    const double at = std::clamp((y + 0.5) * probes / height - 0.5, 0.0, probes - 1.0);
+    const double at = std::clamp((y + 0.5) * rows / height - 0.5, 0.0, rows - 1.0);
     const auto low = static_cast<std::size_t>(at);
     const std::size_t high = std::min(low + 1, probed.size() - 1);
     const double share = at - static_cast<double>(low);
@@ -67,6 +82,10 @@ std::vector<double> estimate_row_costs(const Renderer& renderer) {
     costs.push_back(width * (pixels / columns + empty_pixel_cost));
   }
   return costs;
+}
+
+std::vector<double> estimate_row_costs(const Renderer& renderer) {
+  return row_costs(probe_pixels(renderer), renderer.width(), renderer.height());
 }
 
 int most_block_rows(int width, int planes) {
@@ -109,6 +128,21 @@ std::vector<RowRange> cost_blocks(std::span<const double> costs, int workers, in
   return blocks;
 }
 
+double time_of_blocks(std::span<const RowRange> blocks, std::span<const double> costs,
+                      int workers) {
+  std::priority_queue<double, std::vector<double>, std::greater<>> free;
+  for (int i = 0; i < workers; ++i) free.push(0);
+  double last = 0;
+  for (const RowRange& block : blocks) {
+    const double end =
+        free.top() + std::accumulate(costs.begin() + block.first, costs.begin() + block.last, 0.0);
+    free.pop();
+    free.push(end);
+    last = std::max(last, end);
+  }
+  return last;
+}
+
 std::vector<RowRange> render_blocks(const Renderer& renderer, int workers) {
   const int most_rows = most_block_rows(renderer.width(), renderer.planes());
   if (workers == 1) {
@@ -117,13 +151,14 @@ std::vector<RowRange> render_blocks(const Renderer& renderer, int workers) {
   return cost_blocks(estimate_row_costs(renderer), workers, most_rows);
 }
 
-std::uint64_t row_memory(int width, int planes, int ranks, int threads) {
+int held_blocks(int ranks, int threads) {
   // One thread alone has one block. Else each computes one while another waits, one is taken, and
   // two are on their way between ranks.
-  std::uint64_t blocks = 1;
-  if (ranks * threads > 1) blocks += 2 * static_cast<std::uint64_t>(threads);
-  if (ranks > 1) blocks += 2;
-  return blocks * static_cast<std::uint64_t>(most_block_rows(width, planes)) *
+  return 1 + (ranks * threads > 1 ? 2 * threads : 0) + (ranks > 1 ? 2 : 0);
+}
+
+std::uint64_t row_memory(int width, int planes, int ranks, int threads) {
+  return static_cast<std::uint64_t>(held_blocks(ranks, threads)) * static_cast<std::uint64_t>(most_block_rows(width, planes)) *
          static_cast<std::uint64_t>(planes) * static_cast<std::uint64_t>(width) * sizeof(double);
 }
 

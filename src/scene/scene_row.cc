@@ -190,10 +190,11 @@ double SceneRow::number(Column column) const {
     return std::get<double>(declared.default_value);
   }
   const std::optional<double> typed = typed_number(column);
-  const std::string text = word(column);
-  const double value =
-      sources_[column].factor * (typed ? *typed : parse<double>(column, text, "a number"));
-  check_interval(column, value, sources_[column].factor == 1 ? text : fmt::format("{:.6g}", value));
+  const double factor = sources_[column].factor;
+  const double value = factor * (typed ? *typed : parse<double>(column, word(column), "a number"));
+  if (!std::isfinite(value) || !declared.interval.contains(value)) {
+    check_interval(column, value, factor == 1 ? word(column) : fmt::format("{:.6g}", value));
+  }
   return value;
 }
 

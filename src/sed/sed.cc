@@ -43,7 +43,8 @@ class TableSed : public Sed {
       : Sed(std::move(name)), table_(std::move(table)), power_(power) {}
 
   double flux(double wavelength) const override {
-    return table_.interpolate(wavelength) * std::pow(wavelength / sed_reference_wavelength, power_);
+    const double value = table_.interpolate(wavelength);
+    return power_ == 0 ? value : value * std::pow(wavelength / sed_reference_wavelength, power_);
   }
   Range range() const override { return table_.range(); }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
 #include <charconv>
 #include <cmath>
@@ -21,6 +22,12 @@ struct Unit {
   double angstrom;
 };
 constexpr std::array<Unit, 3> wavelength_units = {{{"Angstrom", 1.0}, {"nm", 10.0}, {"um", 1e4}}};
+
+/// Wavelengths in the order of their bits, 64 intervals an octave.
+constexpr int dropped_bits = 46;
+std::uint64_t start_of(double wavelength) {
+  return std::bit_cast<std::uint64_t>(wavelength) >> dropped_bits;
+}
 
 std::string lower(std::string_view text) {
   std::string result(text);
@@ -136,10 +143,21 @@ std::size_t choose(const std::vector<HeadEntry>& head, const std::string& label,
 
 }  // namespace
 
+void TwoColumns::make_starts() {
+  const std::uint64_t first = start_of(wavelengths.front()), last = start_of(wavelengths.back());
+  std::size_t i = 1;
+  for (std::uint64_t start = first; start <= last; ++start) {
+    // The first row, but the first of all, that lies above the beginning of the interval.
+    const double begin = std::bit_cast<double>(start << dropped_bits);
+    while (i + 1 < wavelengths.size() && wavelengths[i] <= begin) ++i;
+    starts_.push_back(static_cast<std::uint32_t>(i));
+  }
+}
+
 double TwoColumns::interpolate(double wavelength) const {
   assert(covers(wavelength));
-  const auto above = std::upper_bound(wavelengths.begin() + 1, wavelengths.end() - 1, wavelength);
-  const auto i = static_cast<std::size_t>(above - wavelengths.begin());
+  std::size_t i = starts_[start_of(wavelength) - start_of(wavelengths.front())];
+  while (i + 1 < wavelengths.size() && wavelengths[i] <= wavelength) ++i;
   const double t = (wavelength - wavelengths[i - 1]) / (wavelengths[i] - wavelengths[i - 1]);
   return std::lerp(values[i - 1], values[i], t);
 }
@@ -219,6 +237,7 @@ TwoColumns parse_two_columns(std::string_view text, const std::string& label,
   if (std::all_of(result.values.begin(), result.values.end(), [](double v) { return v == 0; })) {
     throw InputError(result.where.front(), fmt::format("the {} is zero in all rows", format.key));
   }
+  result.make_starts();
   return result;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,6 +40,14 @@ struct TwoColumns {
   double interpolate(double wavelength) const;
   bool covers(double wavelength) const;
   Sed::Range range() const { return {wavelengths.front(), wavelengths.back()}; }
+
+ private:
+  friend TwoColumns parse_two_columns(std::string_view, const std::string&, const TwoColumnFormat&);
+  void make_starts();
+
+  /// Bands of thousands of galaxies are integrated, each at hundreds of wavelengths: for each
+  /// of 64 intervals an octave, where the search for a row begins.
+  std::vector<std::uint32_t> starts_;
 };
 
 /// Throws InputError with line and column.

@@ -6,7 +6,6 @@
 #include <bit>
 #include <cmath>
 #include <numeric>
-#include <queue>
 #include <random>
 #include <stdexcept>
 
@@ -29,20 +28,6 @@ std::vector<double> galaxy_costs(int rows) {
     costs.push_back(5 + 50'000 * std::exp(-std::pow(from_centre / 0.05, 2)));
   }
   return costs;
-}
-
-/// When the last of the workers is done, if blocks go to whoever is free.
-double time_of(std::span<const RowRange> blocks, std::span<const double> costs, int workers) {
-  std::priority_queue<double, std::vector<double>, std::greater<>> free;
-  for (int i = 0; i < workers; ++i) free.push(0);
-  double last = 0;
-  for (const RowRange& block : blocks) {
-    const double end = free.top() + cost_of(block, costs);
-    free.pop();
-    free.push(end);
-    last = std::max(last, end);
-  }
-  return last;
 }
 
 TEST(CostBlocks, CoverEveryRowOnceWithinTheirLimit) {
@@ -92,12 +77,12 @@ TEST(CostBlocks, KeepWorkersBusyToTheEnd) {
   }
   for (const int workers : {2, 8, 32}) {
     const double least = all / workers;
-    EXPECT_LT(time_of(cost_blocks(costs, workers, 64), costs, workers), 1.01 * least) << workers;
-    EXPECT_LT(time_of(cost_blocks(misjudged, workers, 64), costs, workers), 1.03 * least)
+    EXPECT_LT(time_of_blocks(cost_blocks(costs, workers, 64), costs, workers), 1.01 * least) << workers;
+    EXPECT_LT(time_of_blocks(cost_blocks(misjudged, workers, 64), costs, workers), 1.03 * least)
         << workers;
     // Blocks of 16 rows leave workers idle: the test can tell.
     if (workers == 32) {
-      EXPECT_GT(time_of(even_blocks(2000, 16), costs, workers), 1.2 * least);
+      EXPECT_GT(time_of_blocks(even_blocks(2000, 16), costs, workers), 1.2 * least);
     }
   }
 }

@@ -35,6 +35,9 @@ class GalaxyIndex {
 
   /// Holds all rays of the pixels [left, right) x [bottom, top); nothing where none shows sky.
   std::optional<Ball> pixels(int left, int right, int bottom, int top) const;
+  /// False where none of these pixels' rays meets a galaxy; quick for many pixels, true where that
+  /// is not plain.
+  bool may_meet(int left, int right, int bottom, int top) const;
   /// Holds what passes a ray within that many pixels, as Camera::pixel_size() knows them.
   Ball around(const Ray& ray, double pixels) const;
 
@@ -52,6 +55,8 @@ class GalaxyIndex {
   };
   Ball ball_of(const PlacedGalaxy& galaxy) const;
   void build(int first, int count);
+  /// Whether find() would find any.
+  bool finds(const Ball& rays) const;
 
   Camera camera_;
   std::vector<int> order_;

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <numbers>
 #include <span>
 #include <utility>
@@ -94,7 +96,8 @@ class Medium {
   const Accuracy& accuracy() const { return accuracy_; }
   double radius(int galaxy) const { return placed(galaxy).radius; }
 
-  /// Appends the ray's hits among `candidates`, nearest first.
+  /// Appends the ray's hits among `candidates`, nearest first. What is said of galaxies below holds
+  /// for those that some ray has hit.
   void hits(const Ray& ray, std::span<const int> candidates, std::vector<Hit>& out) const;
   /// What the hit galaxy's components need on the ray, in t - hit.centre.
   void plan(const Hit& hit, RayPlan& out) const;
@@ -128,9 +131,7 @@ class Medium {
   float steering_flux(const Cover& cover, int slot, std::size_t s) const;
   /// Face-on central brightness of a galaxy's brightest component, dimmed by the galaxy's own dust
   /// mixed with it, in the s-th steering plane.
-  double typical_brightness(int galaxy, std::size_t s) const {
-    return typical_brightness_[static_cast<std::size_t>(galaxy) * steering_.size() + s];
-  }
+  double typical_brightness(int galaxy, std::size_t s) const;
 
   /// Adds the surface brightness of a hit galaxy's light component in every plane: `light` has its
   /// G_j. With `dust_free`, what it would be without dust.
@@ -144,9 +145,11 @@ class Medium {
   struct Kind {
     std::vector<int> light, dust;  ///< indices of components
     std::vector<double> columns;   ///< [component] typical largest line integral, with amplitude
+    std::vector<double> dust_columns;  ///< [dust component] the same before a stretch along the axis
   };
-  /// What those of one redshift share besides, in arrays for all galaxies, of which there may be a
-  /// million.
+  /// What those of one redshift share besides. It stands in arrays for all galaxies, of which there
+  /// may be a million, and is filled when a ray first meets one of them: a rank pays for those that
+  /// its rows show.
   struct Share {
     /// In weights_: [light component][plane * basis nodes + j], then the sums over the nodes
     /// [light component][steering plane].
@@ -185,8 +188,9 @@ class Medium {
   }
   void make_kinds();
   void make_shares();
-  void add_share(const PlacedGalaxy& galaxy);
-  void add_typical_brightness(std::size_t galaxy);
+  /// Fills a galaxy's share where that has not been done.
+  void prepare(int galaxy) const;
+  void fill_share(const PlacedGalaxy& galaxy, const Kind& kind, const Share& share) const;
   void rank_galaxies();
   /// The galaxy of a cover's slot, and the slot counted within that galaxy.
   template <class Count>
@@ -201,9 +205,10 @@ class Medium {
   std::vector<Kind> kinds_;
   std::vector<Share> shares_;
   std::vector<Spectra> spectra_;
-  std::vector<double> weights_;
-  std::vector<float> extinction_;
-  std::vector<double> typical_brightness_;  ///< [galaxy * steering planes + s]
+  std::unique_ptr<double[]> weights_;
+  std::unique_ptr<float[]> extinction_;
+  std::unique_ptr<std::atomic<bool>[]> is_ready_;  ///< of each share
+  std::unique_ptr<std::mutex[]> mutexes_;          ///< of shares in the making
   /// Place of each galaxy in an order that does not depend on the scene's rows.
   std::vector<int> rank_;
 };

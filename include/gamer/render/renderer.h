@@ -60,8 +60,8 @@ class Renderer {
   void render_rows(RowRange rows, std::span<double> values, RenderCounts& counts) const;
   /// Rows are rendered fastest in groups of so many, counted from row 0.
   static constexpr int tile_rows = 16;
-  /// Renders one pixel and adds what it took.
-  void count_pixel(int x, int y, RenderCounts& counts) const;
+  /// Renders the pixels [left, right) x [bottom, top) and adds what it took.
+  void count_pixels(int left, int right, int bottom, int top, RenderCounts& counts) const;
 
   /// Every ray of the whole image: its pixel coordinates (from 0), the area for which it stands
   /// (pixels), and the light there in each output that is an image, in the scene's unit of
@@ -87,7 +87,8 @@ class Renderer {
                 RenderCounts& counts) const;
   void add_light(std::span<const Sample> samples, const GalaxyIndex::Found& near, Work& work,
                  Sums& sums, RenderCounts& counts) const;
-  void add_stars(RowRange rows, Sums& sums) const;
+  /// Whether there were any.
+  bool add_stars(RowRange rows, Sums& sums) const;
   /// Makes a row's sums what the image shows.
   void finish(int y, std::size_t row, Sums& sums) const;
 

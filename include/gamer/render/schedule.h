@@ -14,7 +14,17 @@ namespace gamer {
 /// alone, not from the machine.
 double estimated_cost(const RenderCounts& counts);
 
-/// Estimates what each row of the image costs, from pixels on a grid: at most one in 64, and 4096.
+/// A pixel of the grid of pixels that are looked at, and what it costs.
+struct Probe {
+  int x, y;
+  double cost;
+};
+/// The grid, row by row from the lowest: at most one in 64 pixels, and 4096.
+std::vector<Probe> probe_pixels(const Renderer& renderer);
+/// What each row of an image costs, from its probes.
+std::vector<double> row_costs(std::span<const Probe> probes, int width, int height);
+
+/// Estimates what each row of the image costs, from its probes.
 std::vector<double> estimate_row_costs(const Renderer& renderer);
 
 /// The most rows of a block: as many as hold 8 MiB of values, at least one.
@@ -27,9 +37,16 @@ int most_block_rows(int width, int planes);
 /// renderer do. Throws std::invalid_argument when workers < 1 or most_rows < 1.
 std::vector<RowRange> cost_blocks(std::span<const double> costs, int workers, int most_rows);
 
+/// When the last of so many workers is done, if each takes the next block when it is free. `costs`
+/// are those of the rows.
+double time_of_blocks(std::span<const RowRange> blocks, std::span<const double> costs,
+                      int workers);
+
 /// The blocks in which so many workers should render the image; the same on every rank.
 std::vector<RowRange> render_blocks(const Renderer& renderer, int workers);
 
+/// Blocks that one of so many ranks with so many threads each holds at most.
+int held_blocks(int ranks, int threads);
 /// The most that one of so many ranks with so many threads each holds of rows, bytes.
 std::uint64_t row_memory(int width, int planes, int ranks, int threads);
 

@@ -1,0 +1,132 @@
+#!/usr/bin/env python3
+"""What whole jobs take, as JSON: what gamer --verbose says, and how the time grows.
+
+    bench/jobs.py PROGRAM [--launcher mpirun] [--scenes a,b] [--size N] [--repeat 3] > jobs.json
+
+For each shipped scene (or those named) larger than 256 x 256 pixels: one thread; two threads and, with a
+launcher, two ranks, as times over that of one thread; four times the pixels. Then a field of galaxies and ten
+times as many at the same covered area. Each time is the least of --repeat. `wall` compares clocks, which needs
+a machine without other work; `cpu` compares what cores spent, which says how much work more there is: two
+threads cannot be faster than 2/(cpu ratio) times one.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import random
+import subprocess
+import sys
+import tempfile
+import time
+
+SOURCE = pathlib.Path(__file__).resolve().parent.parent
+NAMES = ("rank", "threads", "wall", "set_up", "noise", "envelopes", "transfer", "other", "waiting", "io",
+         "noise_per_second", "mebibytes")
+PER_PIXEL = ("rays", "samples", "noise_evaluations", "core_microseconds")
+
+
+def read_report(text):
+    lines = [line.removeprefix("gamer:").split() for line in text.splitlines()
+             if line.startswith("gamer:")]
+    start = next(i for i, line in enumerate(lines) if line[:1] == ["rank"])
+    ranks = [{name: word if name == "rank" else float(word) for name, word in zip(NAMES, line)}
+             for line in lines[start + 1:-1]]
+    for rank in ranks:
+        rank["noise_per_second"] *= 1e6
+    numbers = [float(word.rstrip(",")) for word in lines[-1] if word[:1].isdigit()]
+    return {"ranks": ranks, "per_pixel": dict(zip(PER_PIXEL, numbers))}
+
+
+def run(command, repeat):
+    best = None
+    for _ in range(repeat):
+        before = os.times()
+        start = time.perf_counter()
+        result = subprocess.run(command, capture_output=True, text=True,
+                                env={"GAMER_DATA": str(SOURCE), **os.environ})
+        wall = time.perf_counter() - start
+        after = os.times()
+        if result.returncode != 0:
+            sys.exit(f"{' '.join(command)}:\n{result.stderr}")
+        cpu = after.children_user - before.children_user
+        if best is None or cpu < best["cpu"]:
+            best = {"wall": best["wall"] if best else wall, "cpu": cpu, **read_report(result.stderr)}
+        best["wall"] = min(best["wall"], wall)
+    return best
+
+
+def field(folder, count, size):
+    """A field of that many galaxies, which cover the same area whatever their number."""
+    rng = random.Random(1)
+    kinds = ("elliptical", "ngc4321", "ngc1300", "ngc891")
+    radius = 0.5 * size / count ** 0.5
+    lines = ["galaxy x y z ox oy oz size"]
+    for i in range(count):
+        axis = " ".join(f"{rng.gauss(0, 1):.4f}" for _ in range(3))
+        lines.append(f"{kinds[i % len(kinds)]} {rng.uniform(-0.5, 0.5) * size:.3f} "
+                     f"{rng.uniform(-0.5, 0.5) * size:.3f} {rng.uniform(-1, 1) * size:.3f} {axis} {radius:.4f}")
+    (folder / f"field{count}.lst").write_text("\n".join(lines) + "\n")
+    (folder / "field.par").write_text(
+        f"[image]\nsize = {size}\n[camera]\nprojection = \"orthographic\"\nposition = [0, 0, {4 * size}]\n"
+        f"up = [0, 1, 0]\nwidth = {size}\n[spectrum]\nwavelengths = [4300, 5500, 7000]\n"
+        "[sampling]\ntolerance = 1e-2\n")
+    return folder / "field.par", folder / f"field{count}.lst"
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("program")
+    parser.add_argument("--launcher")
+    parser.add_argument("--scenes")
+    parser.add_argument("--size", type=int, help="instead of the scenes' own")
+    parser.add_argument("--repeat", type=int, default=3)
+    options = parser.parse_args()
+    names = options.scenes.split(",") if options.scenes else sorted(
+        path.stem for path in (SOURCE / "scenes").glob("*.lst"))
+    results = {}
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+
+        def job(parameters, scene, *more, ranks=1, threads=1):
+            command = [options.program, str(parameters), str(scene), "-o", str(folder / "out.fits"), "--overwrite",
+                       "-v", "-j", str(threads), *more]
+            if ranks > 1:
+                command = [*options.launcher.split(), "-n", str(ranks), *command]
+            return run(command, options.repeat)
+
+        def ratios(a, b):
+            return {clock: a[clock] / b[clock] for clock in ("wall", "cpu")}
+
+        for scene in names:
+            files = (SOURCE / "scenes" / f"{scene}.par", SOURCE / "scenes" / f"{scene}.lst")
+            printed = subprocess.run([options.program, "--print-config", str(files[0])], capture_output=True,
+                                     text=True, check=True).stdout
+            line = next(line for line in printed.splitlines() if line.startswith("size = "))
+            size = [int(word) for word in line[8:-1].split(",")]
+            if options.size:
+                size = [options.size * side // max(size) for side in size]
+            elif max(size) <= 256 and not options.scenes:
+                continue
+            setting = ("-s", f"image.size={size}")
+            one = job(*files, *setting)
+            result = {"size": size, "one_thread": one,
+                      "two_threads": ratios(one, job(*files, *setting, threads=2)),
+                      "four_times_the_pixels": ratios(
+                          job(*files, "-s", f"image.size={[2 * side for side in size]}"), one)}
+            if options.launcher:
+                result["two_ranks"] = ratios(one, job(*files, *setting, ranks=2))
+            results[scene] = result
+            print(scene, {key: value for key, value in result.items() if key not in ("one_thread", "size")},
+                  file=sys.stderr)
+        size = options.size or 800
+        few = job(*field(folder, 40, size))
+        many = job(*field(folder, 400, size))
+        results["ten_times_the_galaxies"] = ratios(many, few)
+        print("ten times the galaxies", results["ten_times_the_galaxies"], file=sys.stderr)
+    json.dump(results, sys.stdout, indent=1)
+    print()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,355 @@
+// What efficiency is to be expected of many ranks. Renders scenes once, strip by strip, and measures
+// what the rows cost, what preparing, writing and messages cost; then hands out the schedule's
+// blocks to so many ranks in a simulation of the protocol (src/parallel/mpi_job.cc).
+//
+//   scaling_bench [--json FILE] [--growth 1,16] [--ranks 64,256,1024,4096] [--latency US]
+//                 [--bandwidth GB/S] SCENE...        names of scenes/, SCENE:SIZE for another size
+//
+// Started by mpirun with two ranks or more it measures what a block's messages take of rank 0;
+// alone it takes 20 us. --growth G: the image has G times the pixels on a side.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <deque>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <numeric>
+#include <queue>
+#include <string>
+#include <vector>
+
+#include "gamer/core/error.h"
+#include "gamer/image/image_writer.h"
+#include "gamer/parallel/ranks.h"
+#include "gamer/render/estimate.h"
+#include "gamer/render/job.h"
+#include "gamer/render/journal.h"
+#include "gamer/render/renderer.h"
+#include "gamer/render/schedule.h"
+
+namespace gamer {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Seconds of rank 0, but `latency` and `bandwidth`, which are the network's.
+struct Costs {
+  double message = 20e-6;  ///< of a block: request, answer, head
+  double value = 0;        ///< of a pixel in a plane: journal and file
+  double latency = 5e-6;
+  double bandwidth = 5e9;  ///< bytes/s
+};
+
+struct Workload {
+  std::string name;
+  int width = 0, height = 0, planes = 0;
+  double preparing = 0;
+  std::vector<double> estimated, measured;  ///< of each row; microseconds, seconds
+};
+
+struct Outcome {
+  double wall = 0;     ///< from the first row to the last that is written
+  double largest = 0;  ///< block
+  double server = 0;   ///< seconds that rank 0 hands out, receives and writes
+  double tail = 0;     ///< mean time for which ranks wait for the last
+  std::size_t blocks = 0;
+};
+
+Workload measure_scene(const std::string& name, int size) {
+  const fs::path folder = fs::path(GAMER_BENCH_SOURCE_DIR) / "scenes";
+  JobRequest request;
+  request.parameters = folder / (name + ".par");
+  request.scene = folder / (name + ".lst");
+  if (size > 0) request.settings.push_back(fmt::format("image.size={}", size));
+  Resources resources({fs::path(GAMER_BENCH_SOURCE_DIR)});
+  const double begin = thread_seconds();
+  const RenderJob job = load_job(request, resources);
+  const Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum);
+  Workload load;
+  load.name = name;
+  load.width = renderer.width();
+  load.height = renderer.height();
+  load.planes = renderer.planes();
+  load.estimated = estimate_row_costs(renderer);
+  load.preparing = thread_seconds() - begin;
+  std::vector<double> values;
+  for (int first = 0; first < load.height; first += Renderer::tile_rows) {
+    const RowRange rows{first, std::min(first + Renderer::tile_rows, load.height)};
+    values.resize(static_cast<std::size_t>(rows.size()) * static_cast<std::size_t>(load.planes) *
+                  static_cast<std::size_t>(load.width));
+    const double start = thread_seconds();
+    renderer.render_rows(rows, values);
+    const double row = (thread_seconds() - start) / rows.size();
+    load.measured.insert(load.measured.end(), static_cast<std::size_t>(rows.size()), row);
+  }
+  return load;
+}
+
+/// The same view with `growth` times the pixels on a side.
+Workload grown(const Workload& load, int growth) {
+  Workload result = load;
+  result.width *= growth;
+  result.height *= growth;
+  for (auto* costs : {&result.estimated, &result.measured}) {
+    std::vector<double> rows;
+    for (const double cost : *costs) {
+      rows.insert(rows.end(), static_cast<std::size_t>(growth), growth * cost);
+    }
+    *costs = std::move(rows);
+  }
+  return result;
+}
+
+/// Of a value that is not zero: journal and file, on the folder for temporary files.
+double measure_writing() {
+  constexpr int width = 2048, rows = 16, blocks = 64, planes = 3;
+  const fs::path folder = fs::temp_directory_path();
+  ImageHeader header;
+  header.width = width;
+  header.height = rows * blocks;
+  header.labels = {"a", "b", "c"};
+  header.wavelengths = {4000, 5000, 6000};
+  OutputOptions output;
+  output.path = folder / "scaling_bench.fits";
+  output.overwrite = true;
+  Journal journal(folder / "scaling_bench.journal", JournalHead{}, 10);
+  const auto writer = make_image_writer(output, header);
+  const std::vector<double> values(std::size_t{width} * rows * planes, 1.1);
+  const double begin = thread_seconds();
+  for (int block = 0; block < blocks; ++block) {
+    const RowRange range{block * rows, (block + 1) * rows};
+    journal.add_rows(0, range, values, true);
+    writer->write_rows(range.first, rows, values);
+  }
+  const double seconds = thread_seconds() - begin;
+  journal.remove();
+  return seconds / (static_cast<double>(values.size()) * blocks);
+}
+
+/// Of rank 0's thread that hands out, for each block; every rank's part.
+double measure_messages(const Ranks& ranks) {
+  constexpr int blocks = 4000;
+  const auto executor = ranks.executor(1);
+  const double begin = thread_seconds();
+  executor->run(
+      even_blocks(blocks, 1), 1, [](RowRange, std::span<double> values) { values[0] = 1; },
+      [](RowRange, std::span<const double>) {});
+  return (thread_seconds() - begin) / blocks;
+}
+
+/// Every rank has one thread and holds one block besides the one that it computes; two results of
+/// each may be on their way. Rank 0 serves requests and results in the order in which they come, by
+/// a thread of its own beside the one that computes.
+Outcome simulate(const Workload& load, int ranks, const Costs& costs) {
+  const int most_rows = most_block_rows(load.width, load.planes);
+  const std::vector<RowRange> blocks = cost_blocks(load.estimated, ranks, most_rows);
+  struct Rank {
+    std::deque<std::size_t> held;
+    bool is_computing = false;
+    int on_their_way = 0;
+    bool has_finished_block = false;
+    double finished_values = 0;
+    double idle_since = 0;
+  };
+  enum class What { request, finished, result };
+  struct Happening {
+    double time;
+    What what;
+    int rank;
+    double values;
+    bool operator>(const Happening& other) const { return time > other.time; }
+  };
+  std::priority_queue<Happening, std::vector<Happening>, std::greater<>> queue;
+  std::vector<Rank> all(static_cast<std::size_t>(ranks));
+  Outcome outcome;
+  outcome.blocks = blocks.size();
+  std::size_t next = 0;
+  double server_free = 0;
+  constexpr int most_on_their_way = 2;
+  const auto seconds_of = [&](std::size_t block) {
+    const RowRange& rows = blocks[block];
+    return std::accumulate(load.measured.begin() + rows.first, load.measured.begin() + rows.last,
+                           0.0);
+  };
+  const auto values_of = [&](std::size_t block) {
+    return static_cast<double>(blocks[block].size()) * load.width * load.planes;
+  };
+  // A rank computes the first of the blocks that it holds, where it may.
+  std::vector<double> values_in_work(all.size());
+  const auto start = [&](int rank, double time) {
+    Rank& own = all[static_cast<std::size_t>(rank)];
+    if (own.is_computing || own.has_finished_block || own.held.empty()) return;
+    const std::size_t block = own.held.front();
+    own.held.pop_front();
+    own.is_computing = true;
+    const double seconds = seconds_of(block);
+    outcome.largest = std::max(outcome.largest, seconds);
+    values_in_work[static_cast<std::size_t>(rank)] = values_of(block);
+    queue.push({time + seconds, What::finished, rank, 0});
+    queue.push({time + costs.latency, What::request, rank, 0});
+  };
+  const auto send = [&](int rank, double time) {
+    Rank& own = all[static_cast<std::size_t>(rank)];
+    if (!own.has_finished_block || own.on_their_way == most_on_their_way) return;
+    own.has_finished_block = false;
+    ++own.on_their_way;
+    queue.push({time + costs.latency + own.finished_values * sizeof(double) / costs.bandwidth,
+                What::result, rank, own.finished_values});
+  };
+  for (int rank = 0; rank < ranks; ++rank) {
+    queue.push({0, What::request, rank, 0});
+    queue.push({0, What::request, rank, 0});
+  }
+  while (!queue.empty()) {
+    const Happening now = queue.top();
+    queue.pop();
+    Rank& own = all[static_cast<std::size_t>(now.rank)];
+    switch (now.what) {
+      case What::request: {
+        const double begin = std::max(now.time, server_free), service = 0.5 * costs.message;
+        server_free = begin + service;
+        outcome.server += service;
+        if (next == blocks.size()) break;
+        own.held.push_back(next++);
+        start(now.rank, server_free + costs.latency);
+        break;
+      }
+      case What::finished:
+        own.is_computing = false;
+        own.has_finished_block = true;
+        own.finished_values = values_in_work[static_cast<std::size_t>(now.rank)];
+        own.idle_since = now.time;
+        send(now.rank, now.time);
+        start(now.rank, now.time);
+        break;
+      case What::result: {
+        const double begin = std::max(now.time, server_free);
+        const double service = 0.5 * costs.message + now.values * costs.value +
+                               now.values * sizeof(double) / costs.bandwidth;
+        server_free = begin + service;
+        outcome.server += service;
+        outcome.wall = std::max(outcome.wall, server_free);
+        --own.on_their_way;
+        send(now.rank, server_free);
+        start(now.rank, server_free);
+        break;
+      }
+    }
+  }
+  for (const Rank& own : all) outcome.tail += (outcome.wall - own.idle_since) / ranks;
+  return outcome;
+}
+
+std::vector<int> numbers(const std::string& text) {
+  std::vector<int> result;
+  for (std::size_t at = 0; at < text.size();) {
+    int number = 0;
+    const auto [end, error] = std::from_chars(text.data() + at, text.data() + text.size(), number);
+    if (error != std::errc() || number < 1) throw InputError("not a list of numbers: " + text);
+    result.push_back(number);
+    at = static_cast<std::size_t>(end - text.data()) + 1;
+  }
+  return result;
+}
+
+/// What takes most of the time that is lost.
+const char* limit_of(const Workload& load, const Outcome& outcome, double least) {
+  if (outcome.server > 0.8 * outcome.wall) return "rank 0";
+  if (outcome.largest > 0.5 * outcome.wall && outcome.wall > 1.1 * least) return "a row";
+  if (load.preparing > least) return "preparing";
+  return outcome.wall > 1.1 * least ? "the end" : "-";
+}
+
+void run(const Ranks& ranks, int argc, char** argv) {
+  std::string json;
+  std::vector<int> rank_counts = {64, 256, 1024, 4096}, growths = {1, 16};
+  std::vector<std::string> scenes;
+  Costs costs;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    const auto value = [&]() -> std::string {
+      if (i + 1 == argc) throw InputError(word + " needs a value");
+      return argv[++i];
+    };
+    if (word == "--json") {
+      json = value();
+    } else if (word == "--growth") {
+      growths = numbers(value());
+    } else if (word == "--ranks") {
+      rank_counts = numbers(value());
+    } else if (word == "--latency") {
+      costs.latency = 1e-6 * std::stod(value());
+    } else if (word == "--bandwidth") {
+      costs.bandwidth = 1e9 * std::stod(value());
+    } else {
+      scenes.push_back(word);
+    }
+  }
+  if (scenes.empty()) scenes = {"deepfield_2014", "ngc4321"};
+  if (ranks.size() > 1) costs.message = measure_messages(ranks);
+  if (ranks.rank() > 0) return;
+  costs.value = measure_writing();
+  fmt::print("rank 0: {:.1f} us a block{}, {:.1f} ns a value; network: {:.0f} us, {:.0f} GB/s\n",
+             1e6 * costs.message, ranks.size() > 1 ? "" : " (not measured)", 1e9 * costs.value,
+             1e6 * costs.latency, 1e-9 * costs.bandwidth);
+  std::string lines;
+  for (const std::string& scene : scenes) {
+    const std::size_t colon = scene.find(':');
+    const int size = colon == std::string::npos ? 0 : std::stoi(scene.substr(colon + 1));
+    const Workload measured = measure_scene(scene.substr(0, colon), size);
+    for (const int growth : growths) {
+      const Workload load = grown(measured, growth);
+      const double all = std::accumulate(load.measured.begin(), load.measured.end(), 0.0);
+      fmt::print("\n{}, {} x {} pixels: {:.1f} core seconds, {:.2f} s to prepare\n", load.name,
+                 load.width, load.height, all, load.preparing);
+      fmt::print("{:>6}{:>8}{:>12}{:>14}{:>12}{:>9}{:>9}{:>9}  {}\n", "ranks", "blocks",
+                 "rendering s", "efficiency %", "with prep. %", "block s", "rank 0 %", "tail %",
+                 "limit");
+      for (const int count : rank_counts) {
+        const Outcome outcome = simulate(load, count, costs);
+        const double least = all / count;
+        // Rank 0 prepares before it tells the others of the job.
+        const double whole = outcome.wall + 2 * load.preparing;
+        const char* limit = limit_of(load, outcome, least);
+        fmt::print("{:>6}{:>8}{:>12.3f}{:>14.1f}{:>12.1f}{:>9.4f}{:>9.1f}{:>9.1f}  {}\n", count,
+                   outcome.blocks, outcome.wall, 100 * least / outcome.wall,
+                   100 * least / whole, outcome.largest, 100 * outcome.server / outcome.wall,
+                   100 * outcome.tail / outcome.wall, limit);
+        lines += fmt::format(
+            "{}\n    {{\"scene\": \"{}\", \"width\": {}, \"height\": {}, \"core_seconds\": {:.4f}, "
+            "\"preparing\": {:.4f}, \"ranks\": {}, \"blocks\": {}, \"rendering\": {:.5f}, "
+            "\"efficiency\": {:.4f}, \"efficiency_with_preparing\": {:.4f}, \"largest_block\": "
+            "{:.5f}, \"rank_0_busy\": {:.4f}, \"tail\": {:.4f}, \"limit\": \"{}\"}}",
+            lines.empty() ? "" : ",", load.name, load.width, load.height, all, load.preparing,
+            count, outcome.blocks, outcome.wall, least / outcome.wall, least / whole,
+            outcome.largest, outcome.server / outcome.wall, outcome.tail / outcome.wall, limit);
+      }
+    }
+  }
+  if (json.empty()) return;
+  std::ofstream file(json);
+  file << fmt::format(
+      "{{\n  \"message_seconds\": {}, \"value_seconds\": {}, \"latency_seconds\": {}, "
+      "\"bandwidth_bytes\": {},\n  \"runs\": [{}\n  ]\n}}\n",
+      costs.message, costs.value, costs.latency, costs.bandwidth, lines);
+}
+
+}  // namespace
+}  // namespace gamer
+
+int main(int argc, char** argv) {
+  gamer::Ranks ranks(&argc, &argv);
+  try {
+    gamer::run(ranks, argc, argv);
+    return ranks.end(0);
+  } catch (const std::exception& error) {
+    return ranks.end(1, error.what(), [](const std::string& message) {
+      fmt::print(stderr, "scaling_bench: {}\n", message);
+    });
+  }
+}

@@ -1,0 +1,83 @@
+"""--dry-run foretells what a job takes. Times are those of the cores, which other work on the machine does
+not change much; the factors are wide for what it does."""
+
+import re
+import resource
+import unittest
+
+from gamer_program import RANKS, SOURCE, Folder, main
+
+LINE = re.compile(r"about (\S+) s with (\d+) ranks? of (\d+) threads?: (\S+) s to prepare, (\S+) core "
+                  r"seconds of rendering(?:, (\S+) of the truth's table)?; memory (\S+) MiB"
+                  r"(?: on rank 0, (\S+) MiB on each other)?$")
+
+
+def estimate(folder, *arguments, ranks=1):
+    result = folder.run(*arguments, "--dry-run", ranks=ranks)
+    assert result.returncode == 0, result.stderr
+    match = LINE.match(result.stdout.splitlines()[1])
+    assert match, result.stdout
+    return [float(value) if value else None for value in match.groups()]
+
+
+def real(folder, *arguments, ranks=1):
+    """Seconds of cores, and the peak memory of each rank."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    result = folder.run(*arguments, "-v", ranks=ranks)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    assert result.returncode == 0, result.stderr
+    peaks = [float(line.split()[-1]) for line in result.stderr.splitlines()
+             if re.match(r"gamer: +\d+ ", line)]
+    return after.ru_utime - before.ru_utime, peaks
+
+
+class Estimate(unittest.TestCase):
+    SCENES = {
+        # A galaxy that fills the image, one that does not, and many.
+        "whole": ("scenes/ngc4321.par", "scenes/ngc4321.lst", "-s", "image.size=200"),
+        "small": ("scenes/ngc891.par", "scenes/ngc891.lst", "-s", "image.size=200"),
+        "field": ("scenes/deepfield_2014.par", "scenes/deepfield_2014.lst", "-s", "image.size=300"),
+    }
+
+    def test_times_and_memory(self):
+        for name, arguments in self.SCENES.items():
+            words = [str(SOURCE / word) if word.startswith("scenes") else word
+                     for word in arguments] + ["-o", "out.fits", "--overwrite", "-j", "1"]
+            with self.subTest(name), Folder() as folder:
+                wall, ranks, threads, preparing, rendering, _, memory, _ = estimate(folder, *words)
+                self.assertEqual((ranks, threads), (1, 1))
+                self.assertAlmostEqual(wall, preparing + rendering, delta=0.02 * wall + 0.1)
+                seconds, peaks = real(folder, *words)
+                print(f"{name}: estimated {preparing + rendering:.2f} s, {memory:.0f} MiB; took "
+                      f"{seconds:.2f} s, {peaks[0]:.0f} MiB")
+                self.assertLess(seconds, 1.5 * (preparing + rendering))
+                self.assertGreater(seconds, (preparing + rendering) / 1.5)
+                self.assertLess(peaks[0], 1.3 * memory)
+                self.assertGreater(peaks[0], memory / 2)
+
+    def test_ranks(self):
+        for ranks in RANKS[1:]:
+            with Folder() as folder:
+                one = estimate(folder, "render.par", "scene.lst", "-s", "image.size=200", "-j", "1")
+                many = estimate(folder, "render.par", "scene.lst", "-s", "image.size=200", "-j", "2",
+                                ranks=ranks)
+                self.assertEqual(many[1:3], [ranks, 2])
+                self.assertLess(abs(many[4] / one[4] - 1), 0.5)
+                _, peaks = real(folder, "render.par", "scene.lst", "-s", "image.size=200", "-j", "2",
+                                ranks=ranks)
+                for peak, foretold in zip(peaks, [many[6]] + [many[7]] * (ranks - 1)):
+                    self.assertLess(peak, 1.3 * foretold)
+                    self.assertGreater(peak, foretold / 2.5)
+
+    def test_truth(self):
+        with Folder() as folder:
+            plain = estimate(folder, "render.par", "scene.lst")
+            truth = estimate(folder, "render.par", "scene.lst", "--truth")
+            self.assertIsNone(plain[5])
+            seconds, _ = real(folder, "render.par", "scene.lst", "--truth", "-j", "1")
+            self.assertLess(seconds, 2 * (truth[3] + truth[4] + truth[5]))
+            self.assertGreater(seconds, (truth[3] + truth[4] + truth[5]) / 2)
+
+
+if __name__ == "__main__":
+    main()
