@@ -80,9 +80,9 @@ Record record_from_table(const TextTable& table) {
     throw InputError(fmt::format("the table {} has not the columns NAME, LABEL, TEXT", table.name));
   }
   Record record;
-  for (const std::vector<std::string>& row : table.rows) {
-    record.push_back({row[0], row[1], row[2]});
-  }
+  table.for_each_row([&](std::span<const std::string_view> row) {
+    record.push_back({std::string(row[0]), std::string(row[1]), std::string(row[2])});
+  });
   return record;
 }
 

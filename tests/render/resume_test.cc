@@ -41,7 +41,7 @@ JournalHead some_head() {
            {"scene.lst", "scene.lst", "galaxy x y z\n"}}};
 }
 
-std::string& text_of(JournalHead& head, const std::string& name) {
+SharedText& text_of(JournalHead& head, const std::string& name) {
   for (Resources::Text& text : head.record) {
     if (text.name == name) return text.content;
   }
@@ -77,7 +77,7 @@ TEST(SameJob, NamesParametersWithBothValues) {
 TEST(SameJob, NamesTextsWithTheLineThatDiffers) {
   JournalHead now = some_head();
   text_of(now, "galaxies/spiral") = "a = 1\nb = 3\n";
-  text_of(now, "scene.lst") += "spiral 0 0 0\n";
+  text_of(now, "scene.lst") = text_of(now, "scene.lst").str() + "spiral 0 0 0\n";
   EXPECT_EQ(change_text(now),
             "galaxies/spiral has changed (line 2: 'b = 2' then, 'b = 3' now); "
             "scene.lst has changed (line 2: '' then, 'spiral 0 0 0' now)");
