@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <random>
+#include <utility>
 
 #include <glm/geometric.hpp>
 
@@ -101,6 +102,30 @@ TEST_P(EveryView, MissesNoGalaxyOfALinearScan) {
   }
   EXPECT_GT(met_in_all, 100);
   EXPECT_LT(found_in_all, view.most_found * met_in_all);
+}
+
+TEST_P(EveryView, StripsThatMeetNothingHoldNoGalaxy) {
+  const View& view = GetParam();
+  const Camera camera(parameters_of(view));
+  Scene few = random_scene(view, camera);
+  few.galaxies.resize(3);
+  for (PlacedGalaxy& galaxy : few.galaxies) galaxy.bounding_radius *= 0.3;
+  const GalaxyIndex index(few, camera);
+  int empty = 0;
+  for (int y = 0; y < camera.height(); ++y) {
+    for (const auto& [left, right] : {std::pair(0, side), std::pair(0, side / 2)}) {
+      if (index.may_meet(left, right, y, y + 1)) continue;
+      ++empty;
+      for (double x = left - 0.45; x < right - 0.5; x += 0.3) {
+        const auto ray = camera.ray(x, y + 0.4);
+        for (const PlacedGalaxy& galaxy : few.galaxies) {
+          EXPECT_FALSE(ray && meets(*ray, galaxy)) << x << ' ' << y;
+        }
+      }
+    }
+  }
+  // The test can tell.
+  if (view.name == "orthographic" || view.name == "perspective") EXPECT_GT(empty, 10);
 }
 
 std::string sky(const std::string& projection, double scale, const std::string& center) {
