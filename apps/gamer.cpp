@@ -118,7 +118,8 @@ Options parse_options(int argc, char** argv) {
   app.add_flag("--markdown", options.markdown, "with --list-parameters: Markdown tables");
   app.add_flag("--sample-config", options.sample_config, "print a complete parameter file");
   app.add_flag("--print-config", options.print_config, "print the resolved parameters");
-  app.add_flag("--dry-run", options.dry_run, "read and check everything; say what time and memory the job will take");
+  app.add_flag("--dry-run", options.dry_run,
+               "read and check everything; say what time and memory the job will take");
   CLI::Option* from_header_option =
       app.add_option("--from-header", from_header, "make the image of this FITS file again");
   from_header_option->type_name("FITS");
@@ -335,8 +336,8 @@ std::optional<Work> prepare(const Options& options, int ranks, int threads,
   if (options.dry_run) {
     fmt::print("would write {}: {}, {}\n", files_text(work.header, output), size_text(work.header),
                objects_text(*work.job.scene));
-    const gamer::JobEstimate estimate = gamer::estimate_job(
-        work.job, options.truth, ranks, threads, gamer::process_seconds());
+    const gamer::JobEstimate estimate =
+        gamer::estimate_job(work.job, options.truth, ranks, threads, gamer::process_seconds());
     fmt::print("{}\n", gamer::estimate_text(estimate, ranks, threads));
     return std::nullopt;
   }

@@ -64,8 +64,7 @@ void render(benchmark::State& state, const std::string& scene,
   state.counters["rays_per_pixel"] = static_cast<double>(counts.rays) / rendered;
   const auto noise = static_cast<double>(counts.noise_evaluations);
   state.counters["noise_per_pixel"] = noise / rendered;
-  state.counters["noise_per_second"] =
-      counts.noise_seconds > 0 ? noise / counts.noise_seconds : 0;
+  state.counters["noise_per_second"] = counts.noise_seconds > 0 ? noise / counts.noise_seconds : 0;
   // Shares of the time in render_rows(); writing and waiting are those of jobs, see jobs.py.
   state.counters["share_noise"] = counts.noise_seconds / seconds;
   state.counters["share_envelopes"] = counts.envelope_seconds / seconds;

@@ -1,6 +1,6 @@
-// What efficiency is to be expected of many ranks. Renders scenes once, strip by strip, and measures
-// what the rows cost, what preparing, writing and messages cost; then hands out the schedule's
-// blocks to so many ranks in a simulation of the protocol (src/parallel/mpi_job.cc).
+// What efficiency is to be expected of many ranks. Renders scenes once, strip by strip, and
+// measures what the rows cost, what preparing, writing and messages cost; then hands out the
+// schedule's blocks to so many ranks in a simulation of the protocol (src/parallel/mpi_job.cc).
 //
 //   scaling_bench [--json FILE] [--growth 1,16] [--ranks 64,256,1024,4096] [--latency US]
 //                 [--bandwidth GB/S] SCENE...        names of scenes/, SCENE:SIZE for another size
@@ -317,8 +317,8 @@ void run(const Ranks& ranks, int argc, char** argv) {
         const double whole = outcome.wall + 2 * load.preparing;
         const char* limit = limit_of(load, outcome, least);
         fmt::print("{:>6}{:>8}{:>12.3f}{:>14.1f}{:>12.1f}{:>9.4f}{:>9.1f}{:>9.1f}  {}\n", count,
-                   outcome.blocks, outcome.wall, 100 * least / outcome.wall,
-                   100 * least / whole, outcome.largest, 100 * outcome.server / outcome.wall,
+                   outcome.blocks, outcome.wall, 100 * least / outcome.wall, 100 * least / whole,
+                   outcome.largest, 100 * outcome.server / outcome.wall,
                    100 * outcome.tail / outcome.wall, limit);
         lines += fmt::format(
             "{}\n    {{\"scene\": \"{}\", \"width\": {}, \"height\": {}, \"core_seconds\": {:.4f}, "

@@ -56,8 +56,8 @@ double seconds_per_cost(const Renderer& renderer, const std::vector<Probe>& prob
     // Evenly spread after any number of tiles.
     const double at = all * std::fmod((static_cast<double>(tile) + 0.5) * std::numbers::phi, 1.0);
     const auto found = std::lower_bound(sums.begin(), sums.end(), at);
-    const Probe& probe = probes[static_cast<std::size_t>(
-        std::min(found, sums.end() - 1) - sums.begin())];
+    const Probe& probe =
+        probes[static_cast<std::size_t>(std::min(found, sums.end() - 1) - sums.begin())];
     constexpr int side = Renderer::tile_rows;
     const int left = probe.x - probe.x % side, bottom = probe.y - probe.y % side;
     RenderCounts counts;
@@ -108,10 +108,10 @@ JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int thread
 
   const double unit = seconds_per_cost(renderer, probes);
   if (truth) estimate.truth = truth_seconds(job);
-  const auto blocks = workers == 1 ? render_blocks(renderer, 1)
-                                   : cost_blocks(costs, workers,
-                                                 most_block_rows(renderer.width(),
-                                                                 renderer.planes()));
+  const auto blocks =
+      workers == 1
+          ? render_blocks(renderer, 1)
+          : cost_blocks(costs, workers, most_block_rows(renderer.width(), renderer.planes()));
   for (double& cost : costs) cost *= unit;
   estimate.rendering = std::accumulate(costs.begin(), costs.end(), 0.0);
   const double values = static_cast<double>(renderer.width()) * renderer.height() *
@@ -146,10 +146,11 @@ std::string estimate_text(const JobEstimate& estimate, int ranks, int threads) {
   const auto count = [](int number, const char* what) {
     return fmt::format("{} {}{}", number, what, number == 1 ? "" : "s");
   };
-  std::string text = fmt::format("about {:.3g} s with {} of {}: {:.2g} s to prepare, {:.3g} core "
-                                 "seconds of rendering",
-                                 estimate.wall, count(ranks, "rank"), count(threads, "thread"),
-                                 estimate.preparing, estimate.rendering);
+  std::string text = fmt::format(
+      "about {:.3g} s with {} of {}: {:.2g} s to prepare, {:.3g} core "
+      "seconds of rendering",
+      estimate.wall, count(ranks, "rank"), count(threads, "thread"), estimate.preparing,
+      estimate.rendering);
   if (estimate.truth > 0) text += fmt::format(", {:.3g} of the truth's table", estimate.truth);
   text += fmt::format("; memory {}", bytes_text(estimate.memory));
   if (ranks > 1) {

@@ -293,10 +293,10 @@ RenderJob load_job(const JobRequest& request, Resources& resources) {
     const Resources::Text& scene = read_file(resources, scene_name, path);
     return make(Catalogue::parse(scene.content, scene.label, parameters.catalogue_format));
   };
-  RenderJob job =
-      is_table ? make(Catalogue::from_table(
-                     read_data_table(path, parameters.catalogue_hdu), path.generic_string()))
-               : make_from_text();
+  RenderJob job = is_table
+                      ? make(Catalogue::from_table(read_data_table(path, parameters.catalogue_hdu),
+                                                   path.generic_string()))
+                      : make_from_text();
   return recorded(std::move(job), label, resources);
 }
 

@@ -121,10 +121,10 @@ bool unpack_values(std::span<const std::byte> packed, std::span<double> values) 
 /// The head in pieces.
 void pack_head(const JournalHead& head, const std::function<void(std::string_view)>& take) {
   const Record facts = {{"program", "", head.program},
-                  {"simd", "", head.simd},
-                  {"date", "", head.date},
-                  {"truth", "", head.truth},
-                  {"overwrite", "", head.overwrite ? "yes" : ""}};
+                        {"simd", "", head.simd},
+                        {"date", "", head.date},
+                        {"truth", "", head.truth},
+                        {"overwrite", "", head.overwrite ? "yes" : ""}};
   pack_record(facts, take);
   pack_record(head.record, take);
 }

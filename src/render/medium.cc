@@ -172,15 +172,14 @@ double Medium::typical_brightness(int galaxy, std::size_t s) const {
   const Kind& own = kind(galaxy);
   double typical = 0;
   for (std::size_t m = 0; m < own.light.size(); ++m) {
-    typical = std::max(
-        typical, flux(galaxy, m, s) * own.columns[static_cast<std::size_t>(own.light[m])]);
+    typical =
+        std::max(typical, flux(galaxy, m, s) * own.columns[static_cast<std::size_t>(own.light[m])]);
   }
   // Light mixed with dust of depth tau shows (1 - exp(-tau))/tau of itself.
   const float* extinction = extinction_.get() + share(galaxy).extinction;
   double depth = 0;
   for (std::size_t d = 0; d < own.dust.size(); ++d) {
-    depth += own.dust_columns[d] *
-             double{extinction[d * nodes_ + basis_->main_node(steering_[s])]};
+    depth += own.dust_columns[d] * double{extinction[d * nodes_ + basis_->main_node(steering_[s])]};
   }
   return depth > 0 ? typical * (-std::expm1(-depth) / depth) : typical;
 }
@@ -299,16 +298,14 @@ float Medium::extinction(const Cover& cover, int slot, std::size_t j) const {
 }
 
 float Medium::steering_flux(const Cover& cover, int slot, std::size_t s) const {
-  const auto [galaxy, own] =
-      find_slot(cover, slot, [](const Kind& k) { return k.light.size(); });
+  const auto [galaxy, own] = find_slot(cover, slot, [](const Kind& k) { return k.light.size(); });
   return static_cast<float>(flux(galaxy, own, s));
 }
 
 void Medium::add_planes(int galaxy, std::size_t component, const double* light, bool dust_free,
                         std::span<double> out) const {
   const std::size_t steps = basis_->size();
-  const double* weights =
-      weights_.get() + share(galaxy).weights + component * planes_times_steps();
+  const double* weights = weights_.get() + share(galaxy).weights + component * planes_times_steps();
   for (std::size_t p = 0; p < out.size(); ++p) {
     double sum = 0;
     for (std::size_t j = 0; j < steps; ++j) {

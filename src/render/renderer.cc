@@ -229,8 +229,8 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
     render_tiles(0, width, bottom, bottom + tile_size);
   }
   is_empty = !add_stars(rows, sums) && is_empty;
-  const bool stays_zero = camera_.projection() != Projection::sky &&
-                          scene_->unit != PixelUnit::magnitude;
+  const bool stays_zero =
+      camera_.projection() != Projection::sky && scene_->unit != PixelUnit::magnitude;
   if (is_empty && stays_zero) return;
   for (int y = rows.first; y < rows.last; ++y) {
     finish(y, static_cast<std::size_t>(y - rows.first), sums);

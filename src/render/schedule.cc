@@ -158,7 +158,8 @@ int held_blocks(int ranks, int threads) {
 }
 
 std::uint64_t row_memory(int width, int planes, int ranks, int threads) {
-  return static_cast<std::uint64_t>(held_blocks(ranks, threads)) * static_cast<std::uint64_t>(most_block_rows(width, planes)) *
+  return static_cast<std::uint64_t>(held_blocks(ranks, threads)) *
+         static_cast<std::uint64_t>(most_block_rows(width, planes)) *
          static_cast<std::uint64_t>(planes) * static_cast<std::uint64_t>(width) * sizeof(double);
 }
 

@@ -425,8 +425,8 @@ void SceneReader::check_planes(const PlacedGalaxy& placed) {
           plane.band != nullptr ? parameters_.bands_where : parameters_.wavelengths_where,
           fmt::format("{} is outside the range {:.6g} to {:.6g} A of {}{} (galaxy '{}', component "
                       "'{}')",
-                      what, range.low * stretch, range.high * stretch, whose, at,
-                      placed.type.str(), component->name()));
+                      what, range.low * stretch, range.high * stretch, whose, at, placed.type.str(),
+                      component->name()));
     }
   }
   least = std::min(least, placed.redshift);

@@ -121,9 +121,8 @@ TEST(Job, HeaderHoldsTheSceneAndTheRecord) {
   EXPECT_EQ(header.tables[0].name, "SCENE");
   EXPECT_EQ(header.tables[0].columns, (std::vector<std::string>{"galaxy", "x", "y", "z", "id"}));
   std::vector<std::vector<std::string>> rows;
-  header.tables[0].for_each_row([&](std::span<const std::string_view> row) {
-    rows.emplace_back(row.begin(), row.end());
-  });
+  header.tables[0].for_each_row(
+      [&](std::span<const std::string_view> row) { rows.emplace_back(row.begin(), row.end()); });
   ASSERT_EQ(rows.size(), 2u);
   EXPECT_EQ(rows[1], (std::vector<std::string>{"smooth", "2", "0", "0", "b"}));
   EXPECT_EQ(header.tables[1].name, "INPUTS");

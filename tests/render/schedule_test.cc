@@ -77,7 +77,8 @@ TEST(CostBlocks, KeepWorkersBusyToTheEnd) {
   }
   for (const int workers : {2, 8, 32}) {
     const double least = all / workers;
-    EXPECT_LT(time_of_blocks(cost_blocks(costs, workers, 64), costs, workers), 1.01 * least) << workers;
+    EXPECT_LT(time_of_blocks(cost_blocks(costs, workers, 64), costs, workers), 1.01 * least)
+        << workers;
     EXPECT_LT(time_of_blocks(cost_blocks(misjudged, workers, 64), costs, workers), 1.03 * least)
         << workers;
     // Blocks of 16 rows leave workers idle: the test can tell.

@@ -9,10 +9,10 @@ namespace gamer {
 
 /// What a job will take, as a part of it foretells.
 struct JobEstimate {
-  double preparing = 0;  ///< seconds of each rank: reading, statistics of noise, placing
-  double rendering = 0;  ///< seconds of one core
-  double truth = 0;      ///< seconds of one core, for the table TRUTH
-  double wall = 0;       ///< seconds, where each thread has a core
+  double preparing = 0;            ///< seconds of each rank: reading, statistics of noise, placing
+  double rendering = 0;            ///< seconds of one core
+  double truth = 0;                ///< seconds of one core, for the table TRUTH
+  double wall = 0;                 ///< seconds, where each thread has a core
   std::uint64_t memory = 0;        ///< the most that rank 0 has resident, bytes
   std::uint64_t other_memory = 0;  ///< each other rank
 };

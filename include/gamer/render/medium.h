@@ -145,7 +145,8 @@ class Medium {
   struct Kind {
     std::vector<int> light, dust;  ///< indices of components
     std::vector<double> columns;   ///< [component] typical largest line integral, with amplitude
-    std::vector<double> dust_columns;  ///< [dust component] the same before a stretch along the axis
+    std::vector<double>
+        dust_columns;  ///< [dust component] the same before a stretch along the axis
   };
   /// What those of one redshift share besides. It stands in arrays for all galaxies, of which there
   /// may be a million, and is filled when a ray first meets one of them: a rank pays for those that

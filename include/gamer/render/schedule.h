@@ -39,8 +39,7 @@ std::vector<RowRange> cost_blocks(std::span<const double> costs, int workers, in
 
 /// When the last of so many workers is done, if each takes the next block when it is free. `costs`
 /// are those of the rows.
-double time_of_blocks(std::span<const RowRange> blocks, std::span<const double> costs,
-                      int workers);
+double time_of_blocks(std::span<const RowRange> blocks, std::span<const double> costs, int workers);
 
 /// The blocks in which so many workers should render the image; the same on every rank.
 std::vector<RowRange> render_blocks(const Renderer& renderer, int workers);
