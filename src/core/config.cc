@@ -196,7 +196,7 @@ bool is_utf8(std::string_view text) {
     if (!is_control) comment += c;
   }
   try {
-    toml::parse(comment);
+    static_cast<void>(toml::parse(comment));
     return true;
   } catch (const toml::parse_error&) {
     return false;
