@@ -24,15 +24,15 @@ case ${1:-} in
     run_tests build/ci "${@:2}"
     ;;
   --sanitize)
-    scripts/setup.sh --tests --preset asan
-    export UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1
     # Leaks are looked for by tracing the process, which some containers forbid.
-    if [[ $(build/asan/gamer --version 2>&1) == *"LeakSanitizer has encountered a fatal error"* ]]; then
+    export UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1
+    scripts/setup.sh --tests --preset asan --targets "core_tests sed_tests parallel_tests sed_corpus"
+    if [[ $(build/asan/tests/sed_tests --gtest_list_tests 2>&1) == *"LeakSanitizer has encountered"* ]]; then
       export ASAN_OPTIONS=detect_leaks=0
     fi
-    run_tests build/asan --label-exclude slow "${@:2}"
-    scripts/setup.sh --tests --preset tsan --targets "parallel_tests gamer"
-    run_tests build/tsan --label-regex threads "${@:2}"
+    run_tests build/asan --tests-regex '^(core|sed|parallel|fuzz\.sed)$' "${@:2}"
+    scripts/setup.sh --tests --preset tsan --targets parallel_tests
+    run_tests build/tsan --tests-regex '^parallel$' "${@:2}"
     ;;
   *)
     scripts/setup.sh --tests
