@@ -4,8 +4,8 @@
 #   scripts/test.sh [--werror | --sanitize] [ctest options]
 #
 # --werror builds apart, in build/ci, with warnings as errors.
-# --sanitize builds apart, in build/asan and build/tsan, with the sanitizers of addresses and
-# undefined behaviour and with that of threads, and runs the tests that are worth their time there.
+# --sanitize builds some tests apart, in build/asan and build/tsan, with the sanitizers of addresses
+# and undefined behaviour and with that of threads.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
