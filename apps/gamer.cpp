@@ -523,6 +523,7 @@ int run_and_report(gamer::Ranks& ranks, int argc, char** argv) {
   };
   try {
     run(ranks, argc, argv);
+    if (std::fflush(stdout) != 0) throw gamer::RunError("gamer: cannot print");
     return end(done, {});
   } catch (const gamer::Stopped& stopped) {
     return end(stopped.code, {});
@@ -540,6 +541,7 @@ int run_and_report(gamer::Ranks& ranks, int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  gamer::open_standard_streams();
   gamer::clean_up_on_signals();
   try {
     gamer::Ranks ranks(&argc, &argv);

@@ -61,6 +61,7 @@ int run(const std::vector<std::string>& arguments) {
 
 /// The one place where errors are reported.
 int main(int argc, char** argv) {
+  gamer::open_standard_streams();
   gamer::clean_up_on_signals();
   try {
     return run({argv + 1, argv + argc});

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "expectations.h"
 #include "fuzz_folder.h"
 #include "gamer/core/error.h"
 #include "gamer/image/data_table.h"
@@ -32,14 +33,6 @@ void read_streams(const std::string& name) {
       gamer::pixel_scale(hdu.header, name);
     } catch (const gamer::InputError&) {
     }
-  }
-}
-
-template <class Read>
-void expect_errors_only(Read read) {
-  try {
-    read();
-  } catch (const gamer::InputError&) {
   }
 }
 

@@ -10,7 +10,7 @@
 #include <initializer_list>
 #include <string>
 
-/// A folder of its own, in memory where there is such a place, and the working directory.
+/// A folder of its own, in memory where there is such a place.
 class FuzzFolder {
  public:
   FuzzFolder() {
@@ -18,7 +18,6 @@ class FuzzFolder {
     const bool has_memory = std::filesystem::is_directory("/dev/shm", error);
     std::string name = has_memory ? "/dev/shm/gamer_fuzz_XXXXXX" : "/tmp/gamer_fuzz_XXXXXX";
     path_ = mkdtemp(name.data());
-    std::filesystem::current_path(path_);
   }
   ~FuzzFolder() {
     std::error_code error;
@@ -27,6 +26,8 @@ class FuzzFolder {
   FuzzFolder(const FuzzFolder&) = delete;
   FuzzFolder& operator=(const FuzzFolder&) = delete;
 
+  /// Makes it the working directory. A fuzzer's own paths must be absolute then.
+  void enter() const { std::filesystem::current_path(path_); }
   std::string write(const std::string& name, const std::uint8_t* data, std::size_t size) const {
     std::ofstream file(path_ / name, std::ios::binary);
     file.write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));

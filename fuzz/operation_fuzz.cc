@@ -35,7 +35,8 @@ gamer::PlanePtr plane(int width, int height, double peak) {
 
 class Images {
  public:
-  Images() {
+  explicit Images(const FuzzFolder& folder) {
+    folder.enter();
     constexpr int kWidth = 17, kHeight = 14, kPsf = 5;
     gamer::SkyView view;
     view.width = kWidth;
@@ -75,7 +76,7 @@ std::vector<std::string> words_of(const std::uint8_t* data, std::size_t size) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const FuzzFolder folder;
-  static const Images images;
+  static const Images images(folder);
   const std::vector<std::string> words = words_of(data, size);
   // Nothing outside the folder, no streams.
   for (const std::string& word : words) {

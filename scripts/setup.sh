@@ -1,21 +1,26 @@
 #!/usr/bin/env bash
 # Installs what is missing, configures and builds. Quick when there is nothing to do.
 #
-#   scripts/setup.sh [--tests] [--build DIR] [CMake options of the first configuration]
+#   scripts/setup.sh [--tests] [--build DIR] [--preset NAME] [--targets "NAME..."]
+#                    [CMake options of the first configuration]
 #
 # --tests also installs what the tests need and builds them; otherwise only the program is built.
+# DIR is build/NAME where it is not given, NAME is release.
 # Exit codes: 2 when packages are missing and cannot be installed from here.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 lists=(scripts/packages.txt)
 targets=(gamer)
-build=build/release
+preset=release
+build=
 options=()
 while (($#)); do
   case $1 in
     --tests) lists+=(scripts/packages-tests.txt) targets=(all) ;;
     --build) build=$2 && shift ;;
+    --preset) preset=$2 && shift ;;
+    --targets) read -ra targets <<<"$2" && shift ;;
     *) options+=("$1") ;;
   esac
   shift
@@ -49,6 +54,8 @@ install_packages() {
   fi
 }
 
+build=${build:-build/$preset}
+
 if command -v dpkg-query >/dev/null; then
   mapfile -t missing < <(missing_packages)
   if ((${#missing[@]})); then install_packages "${missing[@]}"; fi
@@ -56,5 +63,5 @@ else
   echo "setup: not a Debian system; taking the packages of ${lists[*]} as installed"
 fi
 
-if [[ ! -f $build/build.ninja ]]; then cmake --preset release -B "$build" "${options[@]}"; fi
+if [[ ! -f $build/build.ninja ]]; then cmake --preset "$preset" -B "$build" "${options[@]}"; fi
 cmake --build "$build" --parallel "$(nproc)" --target "${targets[@]}"

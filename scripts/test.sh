@@ -1,21 +1,41 @@
 #!/usr/bin/env bash
 # Builds everything and runs the test suite.
 #
-#   scripts/test.sh [--werror] [ctest options]
+#   scripts/test.sh [--werror | --sanitize] [ctest options]
 #
 # --werror builds apart, in build/ci, with warnings as errors.
+# --sanitize builds some tests apart, in build/asan and build/tsan, with the sanitizers of addresses
+# and undefined behaviour and with that of threads.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-build=build/release
-options=()
-if [[ ${1:-} == --werror ]]; then
-  shift
-  build=build/ci
-  options=(-DGAMER_WERROR=ON)
-fi
-scripts/setup.sh --tests --build "$build" "${options[@]}"
-
 # Open MPI starts nothing as root, as in a container, unless told twice.
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
-ctest --test-dir "$build" --output-on-failure --parallel "$(nproc)" "$@"
+
+run_tests() {
+  local build=$1
+  shift
+  ctest --test-dir "$build" --output-on-failure --parallel "$(nproc)" "$@"
+}
+
+case ${1:-} in
+  --werror)
+    scripts/setup.sh --tests --build build/ci -DGAMER_WERROR=ON
+    run_tests build/ci "${@:2}"
+    ;;
+  --sanitize)
+    # Leaks are looked for by tracing the process, which some containers forbid.
+    export UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1
+    scripts/setup.sh --tests --preset asan --targets "core_tests sed_tests parallel_tests sed_corpus"
+    if [[ $(build/asan/tests/sed_tests --gtest_list_tests 2>&1) == *"LeakSanitizer has encountered"* ]]; then
+      export ASAN_OPTIONS=detect_leaks=0
+    fi
+    run_tests build/asan --tests-regex '^(core|sed|parallel|fuzz\.sed)$' "${@:2}"
+    scripts/setup.sh --tests --preset tsan --targets parallel_tests
+    run_tests build/tsan --tests-regex '^parallel$' "${@:2}"
+    ;;
+  *)
+    scripts/setup.sh --tests
+    run_tests build/release "$@"
+    ;;
+esac

@@ -187,6 +187,22 @@ ConfigNode* find_member(ConfigNode& node, std::string_view key) {
   return nullptr;
 }
 
+/// Whether TOML could hold the text, as it must in the record of a job.
+bool is_utf8(std::string_view text) {
+  constexpr char kLastControl = 0x1f, kDelete = 0x7f;
+  std::string comment = "#";
+  for (const char c : text) {
+    const bool is_control = (c >= 0 && c <= kLastControl) || c == kDelete;
+    if (!is_control) comment += c;
+  }
+  try {
+    static_cast<void>(toml::parse(comment));
+    return true;
+  } catch (const toml::parse_error&) {
+    return false;
+  }
+}
+
 ConfigNode parse_value(std::string_view text, const Places& places) {
   const SourceLocation where{places.file, 0, 0};
   if (text.empty()) throw InputError(where, "needs a value after '='");
@@ -199,6 +215,7 @@ ConfigNode parse_value(std::string_view text, const Places& places) {
     const bool is_bare_word =
         std::string_view("[{\"'").find(text.front()) == std::string_view::npos;
     if (!is_bare_word || text.find('\n') != std::string_view::npos) throw;
+    if (!is_utf8(text)) throw InputError(where, "the value is not valid UTF-8");
   }
   ConfigNode result;
   result.data = std::string(text);

@@ -154,7 +154,8 @@ class Reader {
       fail_type(node, name, "a number");
     }
     check_interval(node, name, x, fmt::format("{}", x));
-    return x;
+    // A zero has no sign: in the record -0 would be an integer.
+    return x == 0 ? 0 : x;
   }
 
   std::string choice(const ConfigNode& node, const std::string& value) const {

@@ -152,10 +152,9 @@ constexpr std::size_t most_components = 64;
 // The ball is not flattened further: single precision would not resolve it.
 constexpr double smallest_stretch = 1e-9;
 
-// Points over which the mean of a texture is taken: the first, and at most. Between them as many as
-// independent points would need for this error; the cloud's are up to four times better.
+// Points over which the mean of a texture is taken at first, and then as many as independent points
+// would need for this error, up to the settings' limit; the cloud's are up to four times better.
 constexpr std::size_t first_cloud = std::size_t{1} << 15;
-constexpr std::size_t largest_cloud = std::size_t{1} << 22;
 constexpr double cloud_error = 0.004;
 // The same for what wide rays see of it, whose mean varies less.
 constexpr std::size_t correction_cloud = std::size_t{1} << 17;
@@ -225,11 +224,11 @@ std::shared_ptr<const Galaxy> Galaxy::parse(std::string_view text, const std::st
     }
     galaxy->components_.push_back(std::move(component));
   }
-  galaxy->resolve(label);
+  galaxy->resolve(label, settings.most_cloud_points);
   return galaxy;
 }
 
-void Galaxy::resolve(const std::string& label) {
+void Galaxy::resolve(const std::string& label, std::size_t most_cloud_points) {
   std::vector<std::string> names;
   for (const auto& c : components_) {
     if (c->texture() != nullptr) names.push_back(c->name());
@@ -273,7 +272,7 @@ void Galaxy::resolve(const std::string& label) {
     needs_phi_ = needs_phi_ || components_[c]->needs_phi();
     needs_winding_ = needs_winding_ || components_[c]->needs_winding();
   }
-  normalise_textures();
+  normalise_textures(most_cloud_points);
   resolve_fractions();
   for (std::size_t c = 0; c < components_.size(); ++c) {
     const Component& component = *components_[c];
@@ -284,7 +283,7 @@ void Galaxy::resolve(const std::string& label) {
   }
 }
 
-void Galaxy::normalise_textures() {
+void Galaxy::normalise_textures(std::size_t most_cloud_points) {
   follow_scale_.assign(components_.size(), 1.0);
   // Followed ones first: the others are normalised together with what they follow.
   for (const bool follows : {false, true}) {
@@ -293,9 +292,12 @@ void Galaxy::normalise_textures() {
       if ((followed_[c] >= 0) != follows) continue;
       if (component.texture() == nullptr && !follows) continue;
       try {
-        const double excess = normalise(c, first_cloud, false) / cloud_error;
-        const double needed = static_cast<double>(first_cloud) * std::max(excess * excess, 1.0);
-        normalise(c, static_cast<std::size_t>(std::min(needed, double{largest_cloud})), true);
+        const std::size_t first = std::min(first_cloud, most_cloud_points);
+        const double excess = normalise(c, first, 0) / cloud_error;
+        const double needed = static_cast<double>(first) * std::max(1.0, excess * excess);
+        const double most = static_cast<double>(most_cloud_points);
+        normalise(c, static_cast<std::size_t>(std::min(needed, most)),
+                  std::min(correction_cloud, most_cloud_points));
       } catch (const InputError& error) {
         throw InputError(component.where(),
                          "component '" + component.name() + "': " + error.what());
@@ -304,7 +306,7 @@ void Galaxy::normalise_textures() {
   }
 }
 
-double Galaxy::normalise(std::size_t c, std::size_t cloud_size, bool is_last) {
+double Galaxy::normalise(std::size_t c, std::size_t cloud_size, std::size_t correction_size) {
   Component& component = *components_[c];
   const std::vector<WeightedBatch> cloud = component.cloud(cloud_size);
   FractalNoise::Factor factor;
@@ -316,7 +318,7 @@ double Galaxy::normalise(std::size_t c, std::size_t cloud_size, bool is_last) {
   if (component.texture() != nullptr) {
     FractalNoise& noise = component.texture()->noise;
     noise.take_mean(cloud, factor);
-    if (is_last) noise.take_corrections(component.cloud(correction_cloud), factor);
+    if (correction_size > 0) noise.take_corrections(component.cloud(correction_size), factor);
     return noise.mean_error();
   }
   std::vector<BatchArray> factors(cloud.size());

@@ -5,6 +5,7 @@
 #include "hwy/foreach_target.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -239,6 +240,16 @@ double gamma2_quantile(double u) {
   return x;
 }
 
+/// The side of the cubes of which `count` fill a box; where that is thinner, of the squares that
+/// fill its widest face, or of the pieces of its longest edge.
+double cell_side(std::array<double, 3> extents, double count) {
+  std::sort(extents.begin(), extents.end());
+  const auto [thin, middle, longest] = extents;
+  if (const double cube = std::cbrt(thin * middle * longest / count); thin >= cube) return cube;
+  const double square = std::sqrt(middle * longest / count);
+  return middle >= square ? square : longest / count;
+}
+
 /// The largest value of a layer's radial profile in the plane.
 double radial_peak(const LayerShape& shape) {
   if (shape.inner == 0) return 1;
@@ -359,7 +370,7 @@ std::vector<WeightedBatch> Layer::cloud(std::size_t size) const {
   const double length = std::min(bright_radius * shape_.rh, 1.0);
   const double circle = 2 * pi * length / bright_radius;
   const double height = std::min(bright_height * shape_.z0, 1.0);
-  const double side = std::cbrt(length * circle * height / static_cast<double>(size));
+  const double side = cell_side({length, circle, height}, static_cast<double>(size));
   const auto cells = [side](double extent) {
     return static_cast<std::size_t>(std::max(std::round(extent / side), 1.0));
   };

@@ -124,6 +124,15 @@ struct CloseGzip {
 }  // namespace
 
 void check_headers(const std::filesystem::path& path, const std::string& label) {
+  // A pipe or a device could block for ever or never end.
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (std::filesystem::is_directory(status)) {
+    throw InputError(fmt::format("{}: it is a directory", label));
+  }
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    throw InputError(fmt::format("{}: it is not a regular file", label));
+  }
   // Reads plain files as they are.
   const std::unique_ptr<gzFile_s, CloseGzip> file(gzopen(path.c_str(), "rb"));
   if (!file) return;

@@ -1,5 +1,6 @@
 #include "image/standard_stream.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -8,8 +9,16 @@
 #include <vector>
 
 #include "gamer/core/error.h"
+#include "gamer/image/clean_up.h"
 
 namespace gamer {
+
+void open_standard_streams() {
+  // The lowest number that is free is taken.
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(stream, F_GETFD) < 0 && open("/dev/null", O_RDWR) != stream) return;
+  }
+}
 
 void check_standard_output() {
   if (isatty(STDOUT_FILENO) == 0) return;

@@ -84,7 +84,10 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
 
 /// Whether a file begins as FITS does, also when it is compressed.
 bool is_fits(const std::filesystem::path& path) {
-  std::ifstream stream(path, std::ios::binary);
+  // To open a pipe could block for ever.
+  std::error_code error;
+  std::ifstream stream;
+  if (std::filesystem::is_regular_file(path, error)) stream.open(path, std::ios::binary);
   char start[9] = {};
   stream.read(start, 8);
   const std::string name = path.string();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <system_error>
 
 #include "gamer/core/near.h"
@@ -53,16 +54,16 @@ SceneRow::SceneRow(const Catalogue& catalogue, const RenderParameters& parameter
   const ColumnMap& usual = usual_columns(format);
   std::vector<std::string> names, found;
   for (const Parameter& column : columns) names.push_back(column.name);
+  std::map<std::string, std::size_t> places;
   for (const Catalogue::Column& column : catalogue.columns()) {
-    if (std::find(found.begin(), found.end(), column.name) != found.end()) {
+    if (!places.emplace(column.name, found.size()).second) {
       throw InputError(column.where, fmt::format("column '{}' stands twice", column.name));
     }
     found.push_back(column.name);
   }
   const auto place_of = [&](const std::string& name) {
-    const auto place = std::find(found.begin(), found.end(), name);
-    return place == found.end() ? std::nullopt
-                                : std::optional(static_cast<std::size_t>(place - found.begin()));
+    const auto place = places.find(name);
+    return place == places.end() ? std::nullopt : std::optional(place->second);
   };
   std::vector<bool> used(found.size(), false);
   sources_.resize(columns.size());

@@ -153,7 +153,8 @@ TEST(SetFromText, ReplacesAndCreates) {
 
 TEST(SetFromText, ABareWordIsAString) {
   ConfigNode root;
-  for (const char* word : {"out.fits", "dir/a b.fits", "1.5abc", "2026-01-02", "#3", "a=b"}) {
+  for (const char* word :
+       {"out.fits", "dir/a b.fits", "1.5abc", "2026-01-02", "#3", "a=b", "\xc3\xa9\x7f\t\x01"}) {
     set_from_text(root, std::string("image.output=") + word);
     EXPECT_EQ(value_at<std::string>(root, "image", "output"), word);
   }
@@ -186,6 +187,7 @@ TEST(SetFromText, Errors) {
   EXPECT_EQ(set_error("image.size=1\nfov = 2"), "--set image.size: takes one value only");
   EXPECT_EQ(set_error("a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a=1"),
             "--set a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a: a key has more than 16 parts");
+  EXPECT_EQ(set_error("image.output=\xff\xfe"), "--set image.output: the value is not valid UTF-8");
   EXPECT_EQ(value_at<std::int64_t>(root, "image", "size"), 10);
 }
 

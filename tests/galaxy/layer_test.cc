@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "core/each_simd_target.h"
@@ -209,6 +210,22 @@ TEST(Layer, IntegralByBruteForce) {
     }
     sum *= 2 * (1.0 / radial) * (2 * pi / azimuthal) / vertical;
     EXPECT_NEAR(layer.envelope_integral() / sum, 1, 2e-4);
+  }
+}
+
+TEST(Layer, CloudsOfThinLayersAndNeedlesHaveNoMorePoints) {
+  for (const auto& [z0, rh] : std::vector<std::pair<double, double>>{
+           {1e-9, 0.2}, {1e-4, 0.2}, {1e-3, 0.3}, {1, 1e-9}, {1, 1e-3}, {1e-9, 1e-9}, {1, 1}}) {
+    SCOPED_TRACE(testing::Message() << z0 << " " << rh);
+    LayerShape shape;
+    shape.z0 = z0;
+    shape.rh = rh;
+    std::size_t points = 0;
+    constexpr double wanted = 1 << 12;
+    for (const WeightedBatch& batch : PlainLayer(shape, ArmPattern()).cloud(1 << 12)) {
+      points += batch.size;
+    }
+    EXPECT_NEAR(static_cast<double>(points), wanted, 0.3 * wanted);
   }
 }
 

@@ -119,18 +119,18 @@ TEST(ThreadExecutor, TellsWhereTheTimeWent) {
       executor.run(
           even_blocks(5, 1), 1,
           [](RowRange range, auto) {
-            std::this_thread::sleep_for(milliseconds(range.first == 0 ? 60 : 5));
+            std::this_thread::sleep_for(milliseconds(range.first == 0 ? 120 : 5));
           },
           [](RowRange, auto) { std::this_thread::sleep_for(milliseconds(2)); });
     }
     const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
     const RunTimes& times = executor.times();
     EXPECT_LE(times.wall, wall.count());
-    EXPECT_GE(times.compute, 2 * 0.08);
+    EXPECT_GE(times.compute, 2 * 0.14);
     EXPECT_GE(times.consume, 2 * 0.01);
     const double in_workers = times.compute + times.waiting + (threads == 1 ? times.consume : 0);
     EXPECT_NEAR(in_workers, threads * times.wall, 1e-9);
-    // Two threads wait for most of the first block's time.
+    // Two threads wait for most of the first block's time, on a busy machine for a third of it.
     if (threads == 3) {
       EXPECT_GE(times.waiting, 2 * 0.08);
     }

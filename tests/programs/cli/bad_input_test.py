@@ -1,16 +1,19 @@
 """Every wrong input gives one message that begins with its place, exit code 2, and no file."""
 
 import concurrent.futures
+import os
 import resource
 import unittest
 
-from gamer_program import FILES, GALAXY, PARAMETERS, RANKS, Folder, main
+from gamer_program import FILES, GALAXY, PARAMETERS, RANKS, SCENE, Folder, main
 
 ARGUMENTS = ("render.par", "scene.lst")
 
 HEAD = "# wavelength: Angstrom\n# flux: flambda\n"
 
 EVERYWHERE = None
+
+DUST = '[[component]]\nclass = "dust"\noptical_depth = 1\nnoise = false\n'
 
 
 def parameters(text):
@@ -40,6 +43,15 @@ CASES = {
     "duplicate table": (parameters("[image]\n[image]\n"), ARGUMENTS, "render.par:2:", "duplicate"),
     "no TOML": (parameters("[image\n"), ARGUMENTS, "render.par:1:", ""),
     "binary file": (parameters(b"\x00\xff\x80"), ARGUMENTS, "render.par: ", ""),
+    "UTF-16": (parameters(PARAMETERS.encode("utf-16")), ARGUMENTS, "render.par: ", "NUL"),
+    "Latin 1": (parameters(b"# \xe9\n"), ARGUMENTS, "render.par:1:", "utf-8"),
+    "nested deeply": (parameters("a = " + 100000 * "["), ARGUMENTS, "render.par:1:", "depth"),
+    "key of many parts": (parameters(100000 * "a." + "a = 1"), ARGUMENTS, "render.par:1: ",
+                          "16 parts"),
+    "many keys": (parameters("".join(f"key{i} = 1\n" for i in range(20000))), ARGUMENTS,
+                  "render.par:1:1: ", "outside of a section"),
+    "larger than any image": (parameters("[image]\nsize = 1000000000\n"), ARGUMENTS,
+                              "render.par:2:8: ", "outside [1, 1000000]"),
     "mistyped key": (parameters("[camera]\nfov = \"wide\"\n"), ARGUMENTS, "render.par:2:7: ",
                      "must be a number"),
     "value out of range": (parameters("[camera]\nfov = 180\n"), ARGUMENTS, "render.par:2:7: ",
@@ -62,6 +74,12 @@ CASES = {
     "no wavelengths": (parameters("[spectrum]\nwavelengths = []\n"), ARGUMENTS,
                        "render.par:2:15: ", "empty"),
 
+    "binary galaxy": ({"spiral.toml": bytes(range(1, 256))}, ARGUMENTS, "spiral.toml:1:1: ", ""),
+    "empty galaxy": ({"spiral.toml": ""}, ARGUMENTS, "spiral.toml: ", "[[component]]"),
+    "too many components": ({"spiral.toml": 65 * DUST}, ARGUMENTS, "spiral.toml:1:3: ",
+                            "at most 64"),
+    "too many arms": (galaxy('"logarithmic"', '"logarithmic"\ncount = 1000000000'), ARGUMENTS,
+                      "spiral.toml:3:9: ", "outside [0, 64]"),
     "missing key": (galaxy('sed = "Sbc"\n', ""), ARGUMENTS, "spiral.toml:7:",
                     "missing key 'sed'"),
     "unknown kind": (galaxy('"bulge"', '"bulgy"'), ARGUMENTS, "spiral.toml:4:9: ",
@@ -94,13 +112,27 @@ CASES = {
     "NaN in a row": (scene("galaxy x y z\nspiral 0 nan 0\n"), ARGUMENTS, "scene.lst:2:10: ",
                      "not finite"),
 
+    "too many columns": (scene("x " * 10001), ARGUMENTS, "scene.lst:1:20001: ", "10000 columns"),
+    "long word": (scene(SCENE + 2000000 * "x"), ARGUMENTS, "scene.lst:4:1: ", "1 value for"),
+
     "missing parameter file": ({}, ("no.par", "scene.lst"), "no.par: ", "no file"),
     "missing scene": ({}, ("render.par", "no.lst"), "no.lst: ", "no file"),
     "a folder as a file": ({}, ("render.par", "."), ".: ", "directory"),
     "no FITS file": ({}, ("--from-header", "scene.lst"), "scene.lst: ", ""),
+    "a folder as a FITS file": ({}, ("--from-header", "."), ".: ", "directory"),
+    "a device as a file": ({}, ("/dev/zero", "scene.lst"), "/dev/zero: ", "not a regular file"),
+    "a device as a FITS file": ({}, ("--from-header", "/dev/zero"), "/dev/zero: ",
+                                "not a regular file"),
+    "a device as the view": (parameters('[camera]\nprojection = "sky"\nheader = "/dev/zero"\n'),
+                             ARGUMENTS, "render.par:3:10: /dev/zero: ", "not a regular file"),
     "missing FITS file": ({}, ("--from-header", "no.fits"), "no.fits: ", ""),
     "missing output folder": ({}, (*ARGUMENTS, "-o", "no/x.fits"), "output 'no/x.fits': ",
                               "folder 'no' does not exist"),
+    "output below a file": ({}, (*ARGUMENTS, "-o", "render.par/x.fits"),
+                            "output 'render.par/x.fits': ", "not a folder"),
+    "long name": ({}, (*ARGUMENTS, "-o", 300 * "x" + ".fits"), "output 'xxx", "too long"),
+    "--set that is no UTF-8": ({}, (*ARGUMENTS, "-s", b"image.output=\xff.fits"),
+                               "--set image.output: ", "UTF-8"),
     "unknown suffix": ({}, (*ARGUMENTS, "-o", "x.jpg"), "output 'x.jpg': ", ".fits"),
     "name that is no UTF-8": ({}, (*ARGUMENTS, "-o", b"\xff.fits"), "--output: ", "UTF-8"),
     "disk too small": (parameters("[image]\nsize = 1000000\nbitpix = -64\n"
@@ -120,6 +152,17 @@ CASES = {
 def limit_address_space():
     gibibyte = 1 << 30
     resource.setrlimit(resource.RLIMIT_AS, (gibibyte, gibibyte))
+
+
+NOBODY = 65534
+
+
+def become_nobody():
+    # Root may read and write everywhere.
+    if os.getuid() == 0:
+        os.setgroups([])
+        os.setgid(NOBODY)
+        os.setuid(NOBODY)
 
 
 class BadInput(unittest.TestCase):
@@ -155,6 +198,87 @@ class BadInput(unittest.TestCase):
         with Folder() as folder:
             self.assertEqual(set(folder.content()), set(FILES))
             self.assertEqual(folder.run(*ARGUMENTS).returncode, 0)
+
+    def check_message(self, result, code, begin, also=""):
+        self.assertEqual((result.returncode, result.stdout), (code, ""), result.stderr)
+        self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+        self.assertTrue(result.stderr.startswith(begin), result.stderr)
+        self.assertIn(also, result.stderr)
+
+    def test_pipes_do_not_block(self):
+        view = '[camera]\nprojection = "sky"\nheader = "pipe.fits"\n'
+        for name, begin, text, arguments in (
+                ("render.par", "render.par: ", PARAMETERS, ARGUMENTS),
+                ("scene.lst", "scene.lst: ", PARAMETERS, ARGUMENTS),
+                ("scene.fits.gz", "scene.fits.gz: ", PARAMETERS, ("render.par", "scene.fits.gz")),
+                ("spiral.toml", "scene.lst:2:1: ", PARAMETERS, ARGUMENTS),
+                ("pipe.fits", "render.par:3:10: ", view, ARGUMENTS),
+                ("pipe.fits", "pipe.fits: ", PARAMETERS, ("--from-header", "pipe.fits"))):
+            for ranks in RANKS:
+                with self.subTest(name, ranks=ranks), Folder(**parameters(text)) as folder:
+                    (folder.path / name).unlink(missing_ok=True)
+                    os.mkfifo(folder.path / name)
+                    self.check_message(folder.run(*arguments, ranks=ranks), 2, begin,
+                                       "not a regular file")
+
+    def test_files_that_may_not_be_read_or_made(self):
+        for name, mode, begin in (("render.par", 0, "render.par: cannot read"),
+                                  ("scene.lst", 0, "scene.lst: cannot read"),
+                                  ("spiral.toml", 0, "scene.lst:2:1: cannot read"),
+                                  (".", 0o555, "output out.fits: cannot write")):
+            with self.subTest(name), Folder() as folder:
+                for path in (folder.path, *folder.path.iterdir()):
+                    if os.getuid() == 0:
+                        os.chown(path, NOBODY, NOBODY)
+                (folder.path / name).chmod(mode)
+                result = folder.run(*ARGUMENTS, limit=become_nobody)
+                folder.path.chmod(0o755)
+                self.check_message(result, 2, begin)
+
+    def test_line_ends_and_byte_order_marks(self):
+        for change in (lambda text: text.replace("\n", "\r\n"), lambda text: "\ufeff" + text):
+            with Folder(**{name: change(text) for name, text in FILES.items()}) as folder:
+                result = folder.run(*ARGUMENTS)
+                self.assertEqual((result.returncode, result.stderr), (0, ""))
+
+    def test_a_disk_that_is_full_from_the_start(self):
+        def limit():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
+
+        for output in ("x.fits", "x.fits.fz", "x.png"):
+            with self.subTest(output), Folder() as folder:
+                result = folder.run(*ARGUMENTS, "-o", output, limit=limit)
+                self.check_message(result, 1, f"{output}: ", "File too large")
+                self.assertEqual(set(folder.content()), set(FILES))
+
+    def test_a_working_directory_that_is_gone(self):
+        with Folder() as folder:
+            def leave():
+                (folder.path / "gone").mkdir()
+                os.chdir(folder.path / "gone")
+                (folder.path / "gone").rmdir()
+
+            result = folder.run(*ARGUMENTS, limit=leave)
+            self.check_message(result, 2, "render.par: ", "no file")
+            result = folder.run(*(folder.path / name for name in ARGUMENTS), limit=leave)
+            self.check_message(result, 2, "output 'out.fits': ", "does not exist")
+
+    def test_closed_standard_streams_stay_out_of_the_files(self):
+        with Folder() as folder:
+            expected = folder.run(*ARGUMENTS, "-j", "1")
+            self.assertEqual(expected.returncode, 0, expected.stderr)
+            before = (folder.path / "out.fits").read_bytes()
+            result = folder.run(*ARGUMENTS, "-j", "1", "--overwrite", "--verbose",
+                                limit=lambda: os.closerange(0, 3))
+            self.assertEqual(result.returncode, 0)
+            self.assertEqual(len((folder.path / "out.fits").read_bytes()), len(before))
+
+    @unittest.skipUnless(os.path.exists("/dev/full"), "no /dev/full")
+    def test_answers_that_cannot_be_printed(self):
+        with Folder() as folder:
+            result = folder.run("--sample-config",
+                                limit=lambda: os.dup2(os.open("/dev/full", os.O_WRONLY), 1))
+            self.check_message(result, 1, "gamer: cannot ")
 
     def test_rows_larger_than_memory(self):
         many = ", ".join(str(4000 + i) for i in range(200))

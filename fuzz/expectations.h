@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "gamer/core/error.h"
+
+/// Wrong input ends in an InputError and in nothing else.
+template <class Read>
+void expect_errors_only(Read read) {
+  try {
+    read();
+  } catch (const gamer::InputError&) {
+  }
+}
+
+/// What was read keeps its promises.
+inline void expect(bool holds, const char* promise) {
+  if (holds) return;
+  std::fprintf(stderr, "not so: %s\n", promise);
+  std::abort();
+}

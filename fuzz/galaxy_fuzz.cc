@@ -1,0 +1,83 @@
+// Any text as a galaxy file. What is read has finite densities everywhere.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "expectations.h"
+#include "gamer/galaxy/galaxy.h"
+#include "gamer/noise/noise.h"
+#include "named_texts.h"
+
+namespace {
+
+// What the file says is checked the same with few points as with many.
+constexpr std::size_t kCloudPoints = 512;
+
+bool is_proper(double value) { return std::isfinite(value) && value >= 0; }
+
+/// Points from the centre outwards, some in the plane and some on the axis.
+struct SomePoints {
+  gamer::BatchArray x{}, y{}, z{};
+  SomePoints() {
+    for (std::size_t i = 0; i < gamer::batch_capacity; ++i) {
+      const double share = static_cast<double>(i) / gamer::batch_capacity;
+      const double angle = 40 * share;
+      x[i] = i % 5 == 1 ? 0.0f : static_cast<float>(share * share * std::cos(angle));
+      y[i] = i % 5 <= 1 ? 0.0f : static_cast<float>(share * share * std::sin(angle));
+      z[i] = i % 5 == 2 ? 0.0f : static_cast<float>(0.9 * share * share * share * (i % 2 ? -1 : 1));
+    }
+  }
+};
+
+void check_densities(const gamer::Galaxy& galaxy, const gamer::BatchArray* footprints) {
+  static const SomePoints some;
+  std::vector<gamer::BatchArray> densities(galaxy.components().size());
+  gamer::EvaluationCounts counts;
+  galaxy.evaluate({some.x.data(), some.y.data(), some.z.data(), gamer::batch_capacity}, 0,
+                  footprints, {}, densities, counts);
+  for (const gamer::BatchArray& density : densities) {
+    expect(std::all_of(density.data(), density.data() + gamer::batch_capacity, is_proper),
+           "densities are finite and not negative");
+  }
+}
+
+void check_plan(const gamer::Component& component) {
+  for (const double tilt : {0.0, 1e-6, 0.5, 1.0}) {
+    const double across = std::sqrt(1 - tilt * tilt);
+    const gamer::BallRay ray{{0.01 - across, 0.02, -tilt}, {across, 0, tilt}, 0, 2};
+    gamer::RayPlan plan;
+    plan.clear();
+    component.plan(ray, gamer::Accuracy::from_tolerance(1e-3), plan);
+    for (const gamer::Focus& focus : plan.focuses) {
+      expect(std::isfinite(focus.centre) && focus.width > 0 && focus.rate >= 0 &&
+                 std::isfinite(focus.rate),
+             "focuses are finite");
+    }
+  }
+}
+
+void read(std::string_view text) {
+  gamer::Resources texts = named_texts();
+  gamer::GalaxySettings settings;
+  settings.noise_kind = &gamer::simplex_noise();
+  settings.most_cloud_points = kCloudPoints;
+  const auto galaxy = gamer::Galaxy::parse(text, "x.toml", settings, texts);
+  check_densities(*galaxy, nullptr);
+  gamer::BatchArray footprints;
+  std::fill_n(footprints.data(), gamer::batch_capacity, 0.05f);
+  check_densities(*galaxy, &footprints);
+  for (const auto& component : galaxy->components()) {
+    check_plan(*component);
+    expect(is_proper(component->face_on_column()), "the column is proper");
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  expect_errors_only([&] { read({reinterpret_cast<const char*>(data), size}); });
+  return 0;
+}

@@ -1,0 +1,48 @@
+// Any text as a parameter file, then, after a NUL each, any words as --set.
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "expectations.h"
+#include "gamer/scene/camera.h"
+#include "gamer/scene/render_parameters.h"
+#include "gamer/scene/spectrum.h"
+#include "named_texts.h"
+
+namespace {
+
+/// What is written into the FITS file reads back to the same.
+void check_record(const gamer::RenderParameters& parameters) {
+  const std::string text = parameters.toml();
+  try {
+    expect(gamer::RenderParameters::read(gamer::parse_toml(text, "")).toml() == text, text.c_str());
+  } catch (const gamer::InputError& error) {
+    expect(false, error.what());
+  }
+}
+
+void read(std::string_view text) {
+  std::size_t end = text.find('\0');
+  gamer::ConfigNode root = gamer::parse_toml(text.substr(0, end), "render.par");
+  while (end != std::string_view::npos) {
+    text.remove_prefix(end + 1);
+    end = text.find('\0');
+    gamer::set_from_text(root, text.substr(0, end));
+  }
+  gamer::RenderParameters parameters = gamer::RenderParameters::read(root);
+  check_record(parameters);
+  gamer::Resources texts = named_texts();
+  gamer::load_spectrum(parameters, texts);
+  const gamer::Camera camera = gamer::make_camera(parameters, texts);
+  camera.ray(0, 0);
+  camera.solid_angle(0, camera.height() - 1);
+  check_record(parameters);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  expect_errors_only([&] { read({reinterpret_cast<const char*>(data), size}); });
+  return 0;
+}

@@ -1,0 +1,15 @@
+// Any text as a catalogue: a scene list, ECSV, SExtractor's or SkyMaker's.
+
+#include <cstdint>
+#include <string_view>
+
+#include "scene_views.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const SceneViews views;
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  expect_errors_only([&] {
+    views.read(gamer::Catalogue::parse(text, "scene.lst", gamer::CatalogueFormat::automatic));
+  });
+  return 0;
+}
