@@ -170,7 +170,7 @@ void ComponentReader::read_noise(Component& component, const ComponentKind& kind
     }
   }
   component.texture_ =
-      std::make_unique<Texture>(parameters, values.number("twirl"), 2 * values.number("z0"));
+      std::make_unique<FractalTexture>(parameters, values.number("twirl"), 2 * values.number("z0"));
 }
 
 std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int index,

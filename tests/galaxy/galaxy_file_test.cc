@@ -104,8 +104,8 @@ TEST(GalaxyFile, EveryKey) {
   EXPECT_EQ(shape.arm_width, 2);
   EXPECT_NEAR(shape.shift, 30 * degree, 1e-15);
   ASSERT_NE(galaxy->components()[1]->texture(), nullptr);
-  EXPECT_EQ(galaxy->components()[1]->texture()->twirl, 0.4);
-  const FractalParameters& noise = galaxy->components()[1]->texture()->noise.parameters();
+  EXPECT_EQ(galaxy->components()[1]->texture()->twirl(), 0.4);
+  const FractalParameters& noise = fractal(*galaxy, 1).parameters();
   EXPECT_EQ(noise.octaves, 3);
   EXPECT_EQ(noise.k0, 1);
   EXPECT_EQ(noise.frequency_scale, 2);

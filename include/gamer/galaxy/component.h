@@ -16,6 +16,7 @@
 #include "gamer/galaxy/accuracy.h"
 #include "gamer/galaxy/arm_pattern.h"
 #include "gamer/galaxy/sample_batch.h"
+#include "gamer/galaxy/texture.h"
 #include "gamer/noise/fractal.h"
 #include "gamer/sed/extinction.h"
 #include "gamer/sed/sed.h"
@@ -56,17 +57,6 @@ struct RayPlan {
   }
 };
 
-/// The noise of a component, evaluated at points turned back about the axis by twirl * theta(r), so
-/// that its features are wound in the sense of the arms (at twirl = 1 along them), and how
-/// it is normalised: <Phi> = 1 over the component's own envelope.
-struct Texture {
-  /// `thickness` (galaxy radii) of the component.
-  Texture(const FractalParameters& parameters, double twirl_factor, double thickness)
-      : noise(parameters, thickness), twirl(twirl_factor) {}
-  FractalNoise noise;
-  double twirl;
-};
-
 /// Everything that components of one galaxy are built from.
 struct GalaxySettings {
   const Noise* noise_kind = nullptr;
@@ -105,9 +95,7 @@ class Component {
   virtual double peak() const { return 1; }
   /// By what Accuracy::texture_threshold is multiplied for this component's envelope: its peak,
   /// over sqrt(<Phi^2>) where it has a texture.
-  double threshold_scale() const {
-    return peak() / (texture_ != nullptr ? texture_->noise.rms() : 1.0);
-  }
+  double threshold_scale() const { return peak() / (texture_ != nullptr ? texture_->rms() : 1.0); }
   /// Of the texture's sharpest features, wound by the twirl, cycles per galaxy radius; 0 for none.
   virtual double texture_frequency() const { return 0; }
   /// Whether a ray of that footprint (galaxy radii) may see less than all of the texture.
