@@ -147,6 +147,7 @@ struct ComponentInput {
   const ArmPattern& arms;
   double axis_z;  ///< the galaxy's stretch along z
   const GalaxySettings& settings;
+  const std::string& name;  ///< the component's
 };
 
 /// One kind of component: its declaration and its maker.
@@ -174,6 +175,7 @@ std::unique_ptr<Component> read_component(const ConfigNode& node, int index, con
 namespace component_parameters {
 ParameterTable common();  ///< class, name, active
 ParameterTable light();   ///< sed, intensity, fraction
+ParameterTable dust();    ///< optical_depth, extinction, r_v
 ParameterTable operator+(ParameterTable a, const ParameterTable& b);
 }  // namespace component_parameters
 
@@ -182,5 +184,7 @@ ComponentKind bulge_kind();
 ComponentKind disk_kind();
 ComponentKind stars_kind();
 ComponentKind dust_kind();
+ComponentKind veins_kind();
+ComponentKind veins_light_kind();
 
 }  // namespace gamer
