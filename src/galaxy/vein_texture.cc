@@ -23,10 +23,9 @@ namespace gamer {
 struct VeinTexture::Scratch {
   BatchArray x, y, z, value;
   BatchArray displacement;
-  BatchArray unseen;     ///< variance of the displacement that is not seen
-  BatchArray density;    ///< (D_h - D_l) V + D_l, then times N
-  BatchArray coherent;   ///< variance of the logarithm that is hidden and coherent
-  BatchArray amplitude;  ///< r^((spectral_index - 2)/2)
+  BatchArray unseen;    ///< variance of the displacement that is not seen
+  BatchArray density;   ///< (D_h - D_l) V + D_l, then times N
+  BatchArray coherent;  ///< variance of the logarithm that is hidden and coherent
 };
 
 namespace {
@@ -64,7 +63,7 @@ struct VeinInput {
 struct MultiplyInput {
   SeenInput seen;
   float frequency;
-  float contrast;     ///< c, or at radius 1 without what follows
+  float contrast;     ///< c
   float thickness;    ///< 2 thickness
   float blend_shift;  ///< the blend's argument is blend_shift + s/ln 2
   float inverse_sigma;
@@ -314,19 +313,9 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
   }
 }
 
-/// s -> r^power
-void PowerOfRadius(std::size_t size, const float* HWY_RESTRICT s, float power,
-                   float* HWY_RESTRICT out) {
-  const hn::ScalableTag<float> d;
-  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    hn::Store(Exp(d, hn::Mul(hn::Load(d, s + i), hn::Set(d, power))), d, out + i);
-  }
-}
-
 /// Multiplies the density by what is seen of one octave of N; footprints may be null.
 void MultiplyOctave(std::size_t size, const float* HWY_RESTRICT value, const SpiralBatch& spiral,
-                    const float* HWY_RESTRICT amplitude, const float* footprint,
-                    const MultiplyInput& in, float* HWY_RESTRICT density,
+                    const float* footprint, const MultiplyInput& in, float* HWY_RESTRICT density,
                     float* HWY_RESTRICT coherent) {
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
@@ -340,8 +329,7 @@ void MultiplyOctave(std::size_t size, const float* HWY_RESTRICT value, const Spi
       const auto blend = Smoothstep(
           d, hn::MulAdd(hn::Load(d, spiral.s.data() + i), hn::Set(d, std::numbers::log2e_v<float>),
                         hn::Set(d, in.blend_shift)));
-      contrast = hn::Mul(hn::Mul(contrast, hn::Load(d, amplitude + i)), hn::Sqrt(layers));
-      contrast = hn::Mul(hn::Min(contrast, hn::Set(d, largest_contrast)), blend);
+      contrast = hn::Mul(contrast, blend);
     }
     const auto noise = hn::Mul(hn::Load(d, value + i), hn::Set(d, in.inverse_sigma));
     auto factor = hn::MulAdd(contrast, noise, one);
@@ -424,7 +412,7 @@ namespace gamer {
 HWY_EXPORT(MapPoints);
 HWY_EXPORT(AddDisplacement);
 HWY_EXPORT(Veins);
-HWY_EXPORT(PowerOfRadius);
+
 HWY_EXPORT(MultiplyOctave);
 HWY_EXPORT(Correct);
 HWY_EXPORT(Deviate);
@@ -555,7 +543,7 @@ ParameterTable VeinParameters::table() const {
       number("spectral_index", "", Interval::closed(0, 6), spectral_index,
              "the column density's power spectrum falls as |k|^-spectral_index"),
       number("clumpiness", "", Interval::closed(0.1, 12), clumpiness,
-             "power of each octave; large values make knots"),
+             "power of the octaves below `isotropic_scale`; large values make knots"),
       number("anisotropy", "", Interval::closed(1, 10), anisotropy,
              "by how much clouds are longer than wide"),
       number("anisotropy_angle", "deg", Interval::closed(0, 180), anisotropy_angle,
@@ -660,12 +648,18 @@ VeinTexture::VeinTexture(const VeinParameters& parameters, const SpiralCoordinat
       next.octave.frequency = static_cast<float>(next.frequency);
       next.sigma = std::sqrt(parameters.small_kind->variance());
     }
+    next.contrast = parameters.noise_contrast;
+    if (!next.helical) {
+      next.contrast *=
+          std::sqrt(std::pow(next.frequency / isotropic, 2 - parameters.spectral_index) *
+                    (1 + 2 * thickness * next.frequency) / (1 + 2 * thickness * isotropic));
+      next.contrast = std::min(next.contrast, double{largest_contrast});
+    }
     place(next.octave, parameters.seed, static_cast<std::uint64_t>(k));
     octaves_.push_back(next);
   }
   if (parameters.clumpiness != 1) {
-    helical_moments_ = moments_of(helical, parameters.clumpiness);
-    small_moments_ = moments_of(*parameters.small_kind, parameters.clumpiness);
+    moments_ = moments_of(*parameters.small_kind, parameters.clumpiness);
   }
   finest_ = octaves_.back().helical ? isotropic * std::numbers::sqrt2 * octaves_.back().sharpest /
                                           octaves_.back().frequency
@@ -748,15 +742,13 @@ void VeinTexture::multiply(const Points& points, const SpiralBatch& spiral, cons
   const VeinParameters& p = parameters_;
   if (p.noise_contrast == 0) return;
   const double isotropic = 1 / p.isotropic_scale;
-  const double power = 0.5 * (p.spectral_index - 2);
-  const double at_isotropic = 1 + 2 * thickness_ * isotropic;
+
   // The largest radius and the least footprint of the batch: what they hide need not be evaluated.
   const double inverse_radius =
       *std::min_element(spiral.inverse_radius.data(), spiral.inverse_radius.data() + points.size);
   const double footprint =
       footprints != nullptr ? *std::min_element(footprints, footprints + points.size) : 0.0;
-  HWY_DYNAMIC_DISPATCH(PowerOfRadius)
-  (points.size, spiral.s.data(), static_cast<float>(power), scratch.amplitude.data());
+
   for (const NoiseOctave& own : octaves_) {
     MultiplyInput in{};
     in.seen = {static_cast<float>(own.sharpest), own.helical};
@@ -764,21 +756,14 @@ void VeinTexture::multiply(const Points& points, const SpiralBatch& spiral, cons
     in.thickness = static_cast<float>(2 * thickness_);
     in.inverse_sigma = static_cast<float>(1 / own.sigma);
     in.clumpiness = static_cast<float>(p.clumpiness);
-    double contrast =
-        p.noise_contrast * std::pow(own.frequency / isotropic, -power) / std::sqrt(at_isotropic);
+    in.contrast = static_cast<float>(own.contrast);
     double seen_cycles = footprint * own.sharpest;
     if (own.helical) {
       if (own.frequency * inverse_radius > isotropic * std::numbers::sqrt2) continue;
       in.blend_shift = static_cast<float>(0.5 - std::log2(own.frequency / isotropic));
       seen_cycles *= inverse_radius;
-    } else {
-      contrast *= std::sqrt(1 + 2 * thickness_ * own.frequency);
-      contrast = std::min(contrast, double{largest_contrast});
     }
-    in.contrast = static_cast<float>(contrast);
-    if (p.clumpiness != 1) {
-      in.moments = own.helical ? helical_moments_.data() : small_moments_.data();
-    }
+    if (!own.helical && p.clumpiness != 1) in.moments = moments_.data();
     if (seen_cycles >= fade_end) {
       std::fill_n(scratch.value.data(), padded(points.size), 0.0f);
     } else {
@@ -793,8 +778,8 @@ void VeinTexture::multiply(const Points& points, const SpiralBatch& spiral, cons
       }
     }
     HWY_DYNAMIC_DISPATCH(MultiplyOctave)
-    (points.size, scratch.value.data(), spiral, scratch.amplitude.data(), footprints, in,
-     scratch.density.data(), scratch.coherent.data());
+    (points.size, scratch.value.data(), spiral, footprints, in, scratch.density.data(),
+     scratch.coherent.data());
   }
 }
 

@@ -57,11 +57,12 @@ struct VeinParameters {
 ///        arm, falls as (1 - (u_k/length)^2)^2, and vanishes where the pattern turns into a bar.
 /// The thesis takes the maximum where this takes the smooth union.
 ///
-/// N is the product of octaves clamp(1 + c noise/sigma, 0, 2)^clumpiness over its mean, of mean 1:
-/// helical ones on the lattice of a HelicalMap, stretched along the spurs, whose cells grow with
-/// the radius, up to where these are as small as isotropic_scale, and Cartesian ones below that
-/// size. c(F) makes the column density of a layer of that thickness scale as |k|^-spectral_index:
-///   c^2 ~ F^(2 - spectral_index) (1 + 2 F thickness), c = noise_contrast at isotropic_scale.
+/// N is the product of octaves clamp(1 + c noise/sigma, 0, 2), of mean 1: helical ones on the
+/// lattice of a HelicalMap, stretched along the spurs, whose cells grow with the radius, down to
+/// where these are as small as isotropic_scale, and Cartesian ones below that size, which are
+/// raised to the power clumpiness and divided by their mean. c is the noise_contrast in the former;
+/// in the latter it makes the column density of a layer of that thickness scale as
+/// |k|^-spectral_index: c^2 ~ F^(2 - spectral_index) (1 + 2 F thickness).
 ///
 /// A ray of footprint w sees octaves as FractalNoise says; veins are widened by the variance w^2/12
 /// of the footprint and by that of the displacement that it does not see, keeping their mean.
@@ -104,6 +105,7 @@ class VeinTexture : public Texture {
     double frequency = 1;  ///< per galaxy radius; of a helical one at radius 1
     double sharpest = 1;   ///< the same across its narrowest side
     double sigma = 1;      ///< of the base noise
+    double contrast = 0;   ///< c
   };
 
  private:
@@ -122,8 +124,8 @@ class VeinTexture : public Texture {
   HelicalMap displacement_map_;
   std::vector<Octave> displacement_;
   std::vector<NoiseOctave> octaves_;
-  /// Mean and variance of the octaves' factors by contrast, where clumpiness is not 1.
-  std::vector<float> helical_moments_, small_moments_;
+  /// Mean and variance of the Cartesian octaves' factors by contrast, where clumpiness is not 1.
+  std::vector<float> moments_;
   std::vector<float> phases_;  ///< of each arm's spurs
   double finest_ = 1;          ///< highest frequency of N, cycles per galaxy radius
   double scale_ = 1;           ///< 1/mean
