@@ -49,8 +49,14 @@ void SpiralKernel(const Points& points, const SpiralKernelInput& in, SpiralBatch
     const auto y = hn::Load(d, points.y + i);
     const auto along = hn::MulAdd(x, hn::Set(d, in.cosine), hn::Mul(y, hn::Set(d, in.sine)));
     const auto across = hn::MulSub(y, hn::Set(d, in.cosine), hn::Mul(x, hn::Set(d, in.sine)));
-    const auto angle = Atan2(d, hn::Mul(across, hn::Set(d, in.orientation)), along);
-    hn::Store(hn::Mul(angle, hn::Set(d, 0.5f * std::numbers::inv_pi_v<float>)), d,
+    // Turns by octants: at the cut they are +-1/2 exactly.
+    const auto a = hn::Abs(along);
+    const auto b = hn::Abs(across);
+    auto turns = hn::Mul(Atan2(d, hn::Min(a, b), hn::Max(a, b)),
+                         hn::Set(d, 0.5f * std::numbers::inv_pi_v<float>));
+    turns = hn::IfThenElse(hn::Gt(b, a), hn::Sub(hn::Set(d, 0.25f), turns), turns);
+    turns = hn::IfThenElse(hn::Lt(along, hn::Zero(d)), hn::Sub(hn::Set(d, 0.5f), turns), turns);
+    hn::Store(hn::CopySign(turns, hn::Mul(across, hn::Set(d, in.orientation))), d,
               out.turns.data() + i);
     // Far below what any galaxy shows, and squares of it are normal numbers.
     const auto square = hn::Max(hn::MulAdd(x, x, hn::Mul(y, y)), hn::Set(d, 1e-12f));
@@ -74,14 +80,14 @@ void SpiralKernel(const Points& points, const SpiralKernelInput& in, SpiralBatch
       const auto rest = hn::Sub(one, t);
       const auto bend = hn::Mul(t, rest);
       const auto cubic = [&](int k, hn::Vec<decltype(d)>& slope) HWY_ATTR {
-        const auto a = get(k);
-        const auto rise = hn::Sub(get(k + 4), a);
+        const auto value = get(k);
+        const auto rise = hn::Sub(get(k + 4), value);
         const auto first = get(k + 1);
         const auto second = get(k + 5);
         slope = hn::Mul(hn::MulAdd(t, hn::Sub(second, first), first), hn::Set(d, in.inverse_step));
         const auto curve =
             hn::Sub(hn::Mul(hn::Sub(first, rise), rest), hn::Mul(hn::Sub(second, rise), t));
-        return hn::Add(hn::MulAdd(t, rise, a), hn::Mul(bend, curve));
+        return hn::Add(hn::MulAdd(t, rise, value), hn::Mul(bend, curve));
       };
       u = cubic(0, u_slope);
       v = cubic(2, v_slope);

@@ -45,6 +45,7 @@ struct DisplacementInput {
 
 struct VeinInput {
   float count, inverse_count, cycle;
+  float magic;                                        ///< of the grid of u
   float vein_kappa, vein_variance, vein_mean_height;  ///< the last: I0e(kappa), <A>
   float vein_square;                                  ///< <A^2> - <A>^2
   float spur_kappa, spur_variance, spur_mean_height;
@@ -83,6 +84,21 @@ constexpr float core_end = 1.2f;
 // Spurs fade where the arms' pitch is so much steeper than the reference one: in a bar.
 constexpr float bar_begin = 1.8f;
 constexpr float bar_end = 3.5f;
+
+// Offsets only keep lattice points of different octaves apart; they stay on the grid below.
+constexpr double largest_offset = 16.0;
+constexpr double offset_steps = 1024;
+
+/// What rounds to the spacing of single precision at that size, when added and taken away again.
+float GridMagic(double largest) {
+  return static_cast<float>(1.5 * std::exp2(std::ceil(std::log2(largest))));
+}
+
+/// The same for a coordinate of a lattice.
+float GridMagic(double slope, int turn) {
+  constexpr double most_radial = 5;  // |ln r| where helical octaves count
+  return GridMagic(std::abs(slope) * most_radial + 0.5 * std::abs(turn) + largest_offset);
+}
 
 // For how many standard deviations a coherent hidden factor is followed.
 constexpr float largest_deviation = 1.2f;
@@ -152,6 +168,12 @@ HWY_INLINE V SeenBy(D d, V footprint, V inverse_radius, const SeenInput& in) {
   return Smoothstep(d, hn::Sub(hn::Set(d, static_cast<float>(fade_end) * slope), cycles));
 }
 
+/// Rounded to a grid on which coordinates before and after a turn differ by exactly p or q.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V OnGrid(V x, V magic) {
+  return hn::Sub(hn::Add(x, magic), magic);
+}
+
 /// Points of a helical lattice.
 void MapPoints(const Points& points, const SpiralBatch& spiral, const HelicalMap& map,
                float* HWY_RESTRICT x, float* HWY_RESTRICT y, float* HWY_RESTRICT z) {
@@ -161,11 +183,17 @@ void MapPoints(const Points& points, const SpiralBatch& spiral, const HelicalMap
   const auto z_slope = hn::Set(d, static_cast<float>(map.mean_frequency()));
   const auto p = hn::Set(d, static_cast<float>(map.p));
   const auto q = hn::Set(d, static_cast<float>(map.q));
+  const auto x_magic = hn::Set(d, GridMagic(map.x_slope, map.p));
+  const auto y_magic = hn::Set(d, GridMagic(map.y_slope, map.q));
   for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
     const auto s = hn::Load(d, spiral.s.data() + i);
     const auto turns = hn::Load(d, spiral.turns.data() + i);
-    hn::Store(hn::NegMulAdd(p, turns, hn::Mul(x_slope, s)), d, x + i);
-    hn::Store(hn::NegMulAdd(q, turns, hn::Mul(y_slope, s)), d, y + i);
+    hn::Store(hn::Sub(OnGrid<decltype(d)>(hn::Mul(x_slope, s), x_magic),
+                      OnGrid<decltype(d)>(hn::Mul(p, turns), x_magic)),
+              d, x + i);
+    hn::Store(hn::Sub(OnGrid<decltype(d)>(hn::Mul(y_slope, s), y_magic),
+                      OnGrid<decltype(d)>(hn::Mul(q, turns), y_magic)),
+              d, y + i);
     const auto height = hn::Mul(hn::Load(d, points.z + i), z_slope);
     hn::Store(hn::Mul(height, hn::Load(d, spiral.inverse_radius.data() + i)), d, z + i);
   }
@@ -218,8 +246,10 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
     const auto turns = hn::Load(d, spiral.turns.data() + i);
     const auto gradient = hn::Load(d, spiral.u_gradient.data() + i);
     const auto ratio = hn::Load(d, spiral.ratio.data() + i);
-    const auto u = hn::NegMulAdd(turns, hn::Set(d, in.count),
-                                 hn::Add(hn::Load(d, spiral.u_radial.data() + i), shift));
+    const auto magic = hn::Set(d, in.magic);
+    const auto u =
+        hn::Sub(OnGrid<decltype(d)>(hn::Add(hn::Load(d, spiral.u_radial.data() + i), shift), magic),
+                OnGrid<decltype(d)>(hn::Mul(turns, hn::Set(d, in.count)), magic));
     // How far a footprint widens what has the gradient 1, and the rest of the displacement.
     auto spread = hn::Zero(d);
     auto rest = hn::Zero(d);
@@ -256,19 +286,22 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
       for (int b = 0; b < in.branches; ++b) {
         const auto k = hn::Sub(nearest, hn::Set(d, static_cast<float>(b)));
         const auto away = hn::Sub(u, k);
-        const auto arm_turns = hn::MulAdd(k, hn::Set(d, in.inverse_count), turns);
+
+        // Arm k is arm m after so many turns; one turn less of the azimuth is one more of these.
+        const auto around =
+            hn::Floor(hn::Mul(hn::Add(k, hn::Set(d, 0.5f)), hn::Set(d, in.inverse_count)));
+        const auto m = hn::NegMulAdd(around, hn::Set(d, in.count), k);
+        const auto arm_turns = hn::MulAdd(m, hn::Set(d, in.inverse_count), hn::Add(turns, around));
         const auto bend = hn::MulAdd(away, hn::Set(d, in.curvature), hn::Set(d, in.slope));
         const auto along = hn::MulAdd(hn::Mul(ratio, bend), away,
                                       hn::NegMulAdd(arm_turns, hn::Set(d, in.cycle), v));
-        const auto m = hn::NegMulAdd(hn::Floor(hn::Mul(k, hn::Set(d, in.inverse_count))),
-                                     hn::Set(d, in.count), k);
-        const auto safe = hn::Min(hn::Max(m, hn::Zero(d)), hn::Set(d, in.count - 1));
-        const auto phase = hn::GatherIndex(d, in.phases, hn::ConvertTo(di, safe));
+
+        const auto phase = hn::GatherIndex(d, in.phases, hn::ConvertTo(di, m));
         const auto t = hn::MulAdd(along, hn::Set(d, in.rate), phase);
         // Strength and length go smoothly from spur to spur.
         const auto spur = hn::Floor(t);
-        const auto first = SpurNumber(d, safe, spur, in.seed);
-        const auto second = SpurNumber(d, safe, hn::Add(spur, one), in.seed);
+        const auto first = SpurNumber(d, m, spur, in.seed);
+        const auto second = SpurNumber(d, m, hn::Add(spur, one), in.seed);
         const auto number =
             hn::MulAdd(Smoothstep(d, hn::Sub(t, spur)), hn::Sub(second, first), first);
         const auto vigour = hn::NegMulAdd(number, hn::Set(d, in.variation), one);
@@ -423,11 +456,8 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr double degree = pi / 180;
 
-// Offsets only keep lattice points of different octaves apart.
-constexpr double largest_offset = 16.0;
-
 // Means for wide rays are taken over about so many points, at so many footprints up to this one.
-constexpr std::size_t correction_points = std::size_t{1} << 14;
+constexpr std::size_t correction_points = std::size_t{1} << 15;
 constexpr int correction_steps = 24;
 constexpr double widest_footprint = 2.0;
 
@@ -494,7 +524,8 @@ std::vector<float> moments_of(const Noise& kind, double power) {
 void place(Octave& octave, std::uint64_t seed, std::uint64_t index) {
   for (std::uint64_t axis = 0; axis < 3; ++axis) {
     octave.offset[axis] =
-        static_cast<float>(largest_offset * to_unit(hash_words({seed, index, axis})));
+        static_cast<float>(std::floor(offset_steps * to_unit(hash_words({seed, index, axis}))) *
+                           (largest_offset / offset_steps));
   }
   octave.seed = static_cast<std::uint32_t>(hash_words({seed, index, 3}));
 }
@@ -612,6 +643,11 @@ VeinTexture::VeinTexture(const VeinParameters& parameters, const SpiralCoordinat
       1 - (1 - arms) * (1 - std::min(parameters.spur_length, 1.0) * fade_mean * spurs *
                                 parameters.spur_strength * (1 - 0.5 * parameters.spur_variation));
 
+  // Inwards of this radius there are no veins.
+  constexpr double innermost = 0.01;
+  magic_ = GridMagic(1 + coordinates.count() + std::abs(coordinates.at(innermost, 0).u) +
+                     std::abs(coordinates.at(1, 0).u));
+
   // Displacement: weights 2^-j of octaves 2^j, together of the asked rms.
   const Noise& helical = perlin_noise();
   double variance = 0;
@@ -701,6 +737,7 @@ void VeinTexture::base(std::size_t size, const SpiralBatch& spiral, const float*
   in.count = static_cast<float>(coordinates_.count());
   in.inverse_count = static_cast<float>(1.0 / coordinates_.count());
   in.cycle = static_cast<float>(coordinates_.cycle());
+  in.magic = magic_;
   const double vein_kappa = kappa_of(p.vein_width);
   in.vein_kappa = static_cast<float>(vein_kappa);
   in.vein_variance = static_cast<float>(p.vein_width * p.vein_width);
@@ -846,66 +883,92 @@ void VeinTexture::normalise(std::span<const WeightedBatch> cloud,
   scale_ = 1;
   correction_.clear();
   std::uint64_t evaluations = 0;
-  const auto values_at = [&](std::size_t stride, double footprint) {
-    std::vector<BatchArray> values;
+  const auto values_at = [&](std::span<const WeightedBatch> points, double footprint) {
+    std::vector<BatchArray> values(points.size());
     BatchArray footprints;
     std::fill_n(footprints.data(), batch_capacity, static_cast<float>(footprint));
-    for (std::size_t b = 0; b < cloud.size(); b += stride) {
-      values.emplace_back();
-      evaluate(cloud[b].points(), footprint > 0 ? footprints.data() : nullptr, {},
-               std::span(&values.back(), 1), evaluations);
-      if (factors == nullptr) continue;
-      const double seen = footprint > 0 ? factors->seen(footprint) : 1.0;
-      for (std::size_t i = 0; i < cloud[b].size; ++i) {
-        values.back()[i] *= static_cast<float>(1 + seen * (double{factors->values[b][i]} - 1));
+    for (std::size_t b = 0; b < points.size(); ++b) {
+      evaluate(points[b].points(), footprint > 0 ? footprints.data() : nullptr, {},
+               std::span(&values[b], 1), evaluations);
+    }
+    return values;
+  };
+  const auto times = [](std::vector<BatchArray> values, const std::vector<BatchArray>& own,
+                        double seen) {
+    for (std::size_t b = 0; b < own.size(); ++b) {
+      for (std::size_t i = 0; i < batch_capacity; ++i) {
+        values[b][i] *= static_cast<float>(1 + seen * (double{own[b][i]} - 1));
       }
     }
     return values;
   };
-  const CloudMean all = mean_over(cloud, values_at(1, 0));
+  std::vector<BatchArray> own;
+  if (factors != nullptr) own = factors->values;
+  const CloudMean all = mean_over(cloud, times(values_at(cloud, 0), own, 1));
   if (!(all.mean > 0) || !std::isfinite(all.square_mean)) {
     throw InputError("the veins are zero or infinite over the whole component");
   }
   rms_ = std::sqrt(all.square_mean) / all.mean;
   mean_error_ = all.error / all.mean;
 
-  // Batches follow each other along the cloud's cells: every stride-th is a fair sample.
+  // Fewer points for the rest, at a step that no row of the cloud's cells has.
   std::size_t count = 0;
   for (const WeightedBatch& batch : cloud) count += batch.size;
-  const std::size_t stride = std::max<std::size_t>(count / correction_points, 1);
+  const double step = std::max(static_cast<double>(count) / correction_points, 1.0) *
+                      (1 + 1e-3 * std::numbers::phi);
   std::vector<WeightedBatch> points;
-  for (std::size_t b = 0; b < cloud.size(); b += stride) points.push_back(cloud[b]);
-  const double sampled = mean_over(points, values_at(stride, 0)).mean;
+  std::vector<BatchArray> own_points;
+  for (double at = 0; at < static_cast<double>(count); at += step) {
+    const auto index = static_cast<std::size_t>(at);
+    const WeightedBatch& from = cloud[index / batch_capacity];
+    const std::size_t i = index % batch_capacity;
+    if (points.empty() || points.back().size == batch_capacity) {
+      points.emplace_back();
+      if (factors != nullptr) own_points.emplace_back();
+    }
+    WeightedBatch& to = points.back();
+    to.x[to.size] = from.x[i];
+    to.y[to.size] = from.y[i];
+    to.z[to.size] = from.z[i];
+    to.weight[to.size] = from.weight[i];
+    if (factors != nullptr) own_points.back()[to.size] = own[index / batch_capacity][i];
+    ++to.size;
+  }
+  const std::vector<BatchArray> here = values_at(points, 0);
+  // The points' own error fades with what they see.
+  const double sampled = mean_over(points, times(here, own_points, 1)).mean / all.mean;
   correction_start_ = std::log(fade_begin / finest_);
   correction_step_ = (std::log(widest_footprint) - correction_start_) / correction_steps;
   std::vector<float> corrections;
   for (int k = 0; k <= correction_steps; ++k) {
     const double width = std::exp(correction_start_ + k * correction_step_);
+    const double seen = factors != nullptr ? factors->seen(width) : 0.0;
+    const double mean = mean_over(points, times(values_at(points, width), own_points, seen)).mean;
     corrections.push_back(
-        static_cast<float>(mean_over(points, values_at(stride, width)).mean / sampled));
+        static_cast<float>(mean / all.mean / std::pow(sampled, seen_share(width))));
   }
-  correction_ = corrections;
-  scale_ = 1 / all.mean;
 
   // Cycles per radius from the mean square of the gradient over that of the fluctuation.
-  const double step = 0.1 / finest_;
+  const double shift = 0.1 / finest_;
   double gradients = 0, weights = 0;
-  const std::vector<BatchArray> here = values_at(stride, 0);
   for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::vector<WeightedBatch> moved = points;
+    for (WeightedBatch& batch : moved) {
+      BatchArray& coordinate = axis == 0 ? batch.x : axis == 1 ? batch.y : batch.z;
+      for (std::size_t i = 0; i < batch.size; ++i) coordinate[i] += static_cast<float>(shift);
+    }
+    const std::vector<BatchArray> there = values_at(moved, 0);
     for (std::size_t b = 0; b < points.size(); ++b) {
-      WeightedBatch moved = points[b];
-      BatchArray& coordinate = axis == 0 ? moved.x : axis == 1 ? moved.y : moved.z;
-      for (std::size_t i = 0; i < moved.size; ++i) coordinate[i] += static_cast<float>(step);
-      BatchArray there;
-      evaluate(moved.points(), nullptr, {}, std::span(&there, 1), evaluations);
-      for (std::size_t i = 0; i < moved.size; ++i) {
-        const double slope = (double{there[i]} - double{here[b][i]}) / step;
-        gradients += moved.weight[i] * slope * slope;
-        if (axis == 0) weights += moved.weight[i];
+      for (std::size_t i = 0; i < points[b].size; ++i) {
+        const double slope = (double{there[b][i]} - double{here[b][i]}) / (shift * all.mean);
+        gradients += points[b].weight[i] * slope * slope;
+        if (axis == 0) weights += points[b].weight[i];
       }
     }
   }
   frequency_ = std::sqrt(gradients / weights / std::max(rms_ * rms_ - 1, 1e-6)) / (2 * pi);
+  correction_ = corrections;
+  scale_ = 1 / all.mean;
 }
 
 }  // namespace gamer

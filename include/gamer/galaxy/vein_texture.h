@@ -126,6 +126,7 @@ class VeinTexture : public Texture {
   std::vector<NoiseOctave> octaves_;
   /// Mean and variance of the Cartesian octaves' factors by contrast, where clumpiness is not 1.
   std::vector<float> moments_;
+  float magic_ = 1;            ///< of the grid on which u is the same before and after a turn
   std::vector<float> phases_;  ///< of each arm's spurs
   double finest_ = 1;          ///< highest frequency of N, cycles per galaxy radius
   double scale_ = 1;           ///< 1/mean
