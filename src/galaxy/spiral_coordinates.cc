@@ -26,9 +26,10 @@ const double table_step = -table_start / table_steps;
 struct SpiralKernelInput {
   float cosine, sine;  ///< of the turn to the first arm
   float orientation;
-  float u_slope, v_slope;    ///< of a constant pitch
-  float u_factor, v_factor;  ///< n/2pi, n'/2pi
-  const float* table;        ///< null for a constant pitch
+  float core_square, u_start;  ///< of a constant pitch: u = u_slope ln(r^2 + core^2)/2 + u_start
+  float u_slope, v_slope;      ///< of a constant pitch
+  float u_factor, v_factor;    ///< n/2pi, n'/2pi
+  const float* table;          ///< null for a constant pitch
   float start, inverse_step;
 };
 
@@ -64,11 +65,15 @@ void SpiralKernel(const Points& points, const SpiralKernelInput& in, SpiralBatch
     const auto inverse = hn::Div(one, hn::Sqrt(square));
     hn::Store(s, d, out.s.data() + i);
     hn::Store(inverse, d, out.inverse_radius.data() + i);
-    auto u = hn::Mul(s, hn::Set(d, in.u_slope));
     auto v = hn::Mul(s, hn::Set(d, in.v_slope));
     auto u_slope = hn::Set(d, in.u_slope);
     auto v_slope = hn::Set(d, in.v_slope);
-    if (in.table != nullptr) {
+    auto u = hn::Set(d, in.u_start);
+    if (in.table == nullptr) {
+      const auto sum = hn::Add(square, hn::Set(d, in.core_square));
+      u = hn::MulAdd(hn::Mul(Log(d, sum), hn::Set(d, 0.5f)), u_slope, u);
+      u_slope = hn::Mul(u_slope, hn::Div(square, sum));
+    } else {
       auto position = hn::Mul(hn::Sub(s, hn::Set(d, in.start)), hn::Set(d, in.inverse_step));
       position =
           hn::Min(hn::Max(position, hn::Zero(d)), hn::Set(d, static_cast<float>(table_steps)));
@@ -169,6 +174,18 @@ SpiralCoordinates::SpiralCoordinates(const ArmPattern& arms, double shift) {
     const double cotangent = orientation_ * slope_of(arms, std::exp(s));
     return std::pair{cotangent, std::min(1 / std::max(cotangent, 1e-9), steepest_tangent)};
   };
+  if (arms.model() == ArmPattern::Model::logarithmic) {
+    // g = ln(r^2 + core^2)/(2 tan p) + start: what its ends say.
+    constexpr double far = 1e6;
+    const double low = orientation_ * arms.winding(0);
+    const double high = orientation_ * arms.winding(far);
+    tangent_ = std::log(10) / (orientation_ * arms.winding(10 * far) - high);
+    pitch_ = std::atan(tangent_);
+    cycle_ = count_ / tangent_;
+    core_ = far * std::exp(tangent_ * (low - high));
+    start_ = high - std::log(far) / tangent_;
+    return;
+  }
   // h by Simpson's rule, backwards from r = 1.
   nodes_.resize(4 * (table_steps + 1));
   double h = 0;
@@ -198,7 +215,12 @@ SpiralCoordinates SpiralCoordinates::logarithmic(int count, double beta) {
 }
 
 SpiralCoordinates::Law SpiralCoordinates::law(double s) const {
-  if (nodes_.empty()) return {s / tangent_, 1 / tangent_, s * tangent_, tangent_};
+  if (nodes_.empty()) {
+    const double square = std::exp(2 * s);
+    const double sum = square + core_ * core_;
+    return {start_ + 0.5 * std::log(sum) / tangent_, square / sum / tangent_, s * tangent_,
+            tangent_};
+  }
   const double position = std::clamp((s - table_start) / table_step, 0.0, double{table_steps});
   const int k = std::min(static_cast<int>(position), table_steps - 1);
   const double t = position - k;
@@ -223,8 +245,8 @@ SpiralCoordinates::Position SpiralCoordinates::at(double r, double theta) const 
 SpiralCoordinates::Place SpiralCoordinates::place(const Position& position) const {
   // u and v together give g + h, which grows with s.
   const double sum = turn * (position.u / count_ - position.v / cycle_);
-  double low = nodes_.empty() ? -100.0 : table_start;
-  double high = nodes_.empty() ? 100.0 : 0.0;
+  double low = nodes_.empty() ? -30.0 : table_start;
+  double high = nodes_.empty() ? 30.0 : 0.0;
   constexpr int halvings = 60;
   for (int i = 0; i < halvings; ++i) {
     const double middle = 0.5 * (low + high);
@@ -252,6 +274,8 @@ void SpiralCoordinates::at(const Points& points, SpiralBatch& out) const {
   in.v_factor = static_cast<float>(cycle_ / turn);
   in.u_slope = static_cast<float>(count_ / turn / tangent_);
   in.v_slope = static_cast<float>(-cycle_ / turn * tangent_);
+  in.core_square = static_cast<float>(core_ * core_);
+  in.u_start = static_cast<float>(count_ / turn * start_);
   in.table = table_.empty() ? nullptr : table_.data();
   in.start = static_cast<float>(table_start);
   in.inverse_step = static_cast<float>(1 / table_step);

@@ -141,13 +141,7 @@ HWY_INLINE V OneMinusCosTurn(D d, V x) {
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V BesselI0Exp(D d, V x) {
   constexpr float border = 3.75f;
-  V t = hn::Mul(x, hn::Set(d, 1 / border));
-  t = hn::Mul(t, t);
-  V low = hn::Set(d, 0.0045813f);
-  for (const float c : {0.0360768f, 0.2659732f, 1.2067492f, 3.0899424f, 3.5156229f, 1.0f}) {
-    low = hn::MulAdd(low, t, hn::Set(d, c));
-  }
-  low = hn::Mul(low, Exp(d, hn::Neg(x)));
+
   const V large = hn::Max(x, hn::Set(d, border));
   const V u = hn::Div(hn::Set(d, border), large);
   V high = hn::Set(d, 0.00392377f);
@@ -156,7 +150,15 @@ HWY_INLINE V BesselI0Exp(D d, V x) {
     high = hn::MulAdd(high, u, hn::Set(d, c));
   }
   high = hn::Div(high, hn::Sqrt(large));
-  return hn::IfThenElse(hn::Lt(x, hn::Set(d, border)), low, high);
+  const auto small = hn::Lt(x, hn::Set(d, border));
+  if (hn::AllFalse(d, small)) return high;
+  V t = hn::Mul(x, hn::Set(d, 1 / border));
+  t = hn::Mul(t, t);
+  V low = hn::Set(d, 0.0045813f);
+  for (const float c : {0.0360768f, 0.2659732f, 1.2067492f, 3.0899424f, 3.5156229f, 1.0f}) {
+    low = hn::MulAdd(low, t, hn::Set(d, c));
+  }
+  return hn::IfThenElse(small, hn::Mul(low, Exp(d, hn::Neg(x))), high);
 }
 
 /// By how much footprints see of an octave.
@@ -231,11 +233,11 @@ HWY_INLINE V SpurNumber(D d, V m, V j, std::uint32_t seed) {
   return hn::Mul(hn::ConvertTo(d, hn::BitCast(di, h)), hn::Set(d, 0x1p-23f));
 }
 
-/// (D_h - D_l) V + D_l; `arms`, `spurs` and `veins` may be null, and so may footprints.
+/// (D_h - D_l) V + D_l; footprints, `coherent` and what follows `in` but the density may be null.
 void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
            const float* HWY_RESTRICT displacement, const float* HWY_RESTRICT unseen,
-           const VeinInput& in, float* HWY_RESTRICT density, float* HWY_RESTRICT coherent,
-           float* arms, float* spurs, float* veins) {
+           const VeinInput& in, float* HWY_RESTRICT density, float* coherent, float* arms,
+           float* spurs, float* veins) {
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
   const auto one = hn::Set(d, 1.0f);
@@ -268,9 +270,11 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
       const auto wide = hn::Div(hn::Set(d, inverse_four_pi2), hn::Add(more, hn::Set(d, variance)));
       const auto bessel = BesselI0Exp(d, wide);
       const auto height = hn::Div(hn::Set(d, mean), bessel);
-      const auto left = hn::MulSub(hn::Mul(height, height), BesselI0Exp(d, hn::Add(wide, wide)),
-                                   hn::Set(d, mean * mean));
-      hidden = hn::Max(hn::Sub(hn::Set(d, square), left), hn::Zero(d));
+      if (coherent != nullptr) {
+        const auto left = hn::MulSub(hn::Mul(height, height), BesselI0Exp(d, hn::Add(wide, wide)),
+                                     hn::Set(d, mean * mean));
+        hidden = hn::Max(hn::Sub(hn::Set(d, square), left), hn::Zero(d));
+      }
       return hn::Mul(height, Exp(d, hn::Neg(hn::Mul(cosine, wide))));
     };
     auto arm_hidden = hn::Zero(d);
@@ -333,7 +337,7 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
                               hn::Set(d, 1 / (core_end - core_begin))));
     const auto known = hn::MulAdd(core, hn::Sub(vein, hn::Set(d, in.mean)), hn::Set(d, in.mean));
     hn::Store(hn::MulAdd(known, hn::Set(d, in.high), hn::Set(d, in.low)), d, density + i);
-    if (footprints != nullptr) {
+    if (coherent != nullptr) {
       const auto hidden = hn::MulAdd(hn::Mul(open, open), spur_hidden, arm_hidden);
       hn::Store(hn::Mul(hn::Mul(core, core), hn::Mul(hidden, hn::Set(d, in.relative))), d,
                 coherent + i);
@@ -346,10 +350,11 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
   }
 }
 
-/// Multiplies the density by what is seen of one octave of N; footprints may be null.
+/// Multiplies the density by what is seen of one octave of N; footprints and `coherent` may be
+/// null.
 void MultiplyOctave(std::size_t size, const float* HWY_RESTRICT value, const SpiralBatch& spiral,
                     const float* footprint, const MultiplyInput& in, float* HWY_RESTRICT density,
-                    float* HWY_RESTRICT coherent) {
+                    float* coherent) {
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
   const auto one = hn::Set(d, 1.0f);
@@ -384,8 +389,10 @@ void MultiplyOctave(std::size_t size, const float* HWY_RESTRICT value, const Spi
     if (footprint != nullptr) {
       const auto seen = SeenBy(d, hn::Load(d, footprint + i), inverse_radius, in.seen);
       factor = hn::MulAdd(seen, hn::Sub(factor, one), one);
-      const auto rest = hn::Mul(hn::NegMulAdd(seen, seen, one), hn::Div(variance, layers));
-      hn::Store(hn::Add(hn::Load(d, coherent + i), rest), d, coherent + i);
+      if (coherent != nullptr) {
+        const auto rest = hn::Mul(hn::NegMulAdd(seen, seen, one), hn::Div(variance, layers));
+        hn::Store(hn::Add(hn::Load(d, coherent + i), rest), d, coherent + i);
+      }
     }
     hn::Store(hn::Mul(hn::Load(d, density + i), factor), d, density + i);
   }
@@ -731,7 +738,7 @@ void VeinTexture::displace(const Points& points, const SpiralBatch& spiral, cons
 }
 
 void VeinTexture::base(std::size_t size, const SpiralBatch& spiral, const float* footprints,
-                       Scratch& scratch, Parts* parts) const {
+                       bool wants_hidden, Scratch& scratch, Parts* parts) const {
   const VeinParameters& p = parameters_;
   VeinInput in{};
   in.count = static_cast<float>(coordinates_.count());
@@ -769,13 +776,14 @@ void VeinTexture::base(std::size_t size, const SpiralBatch& spiral, const float*
   in.relative = static_cast<float>(contrast * contrast);
   HWY_DYNAMIC_DISPATCH(Veins)
   (size, spiral, footprints, scratch.displacement.data(), scratch.unseen.data(), in,
-   scratch.density.data(), scratch.coherent.data(), parts != nullptr ? parts->arms.data() : nullptr,
+   scratch.density.data(), wants_hidden ? scratch.coherent.data() : nullptr,
+   parts != nullptr ? parts->arms.data() : nullptr,
    parts != nullptr ? parts->spurs.data() : nullptr,
    parts != nullptr ? parts->veins.data() : nullptr);
 }
 
 void VeinTexture::multiply(const Points& points, const SpiralBatch& spiral, const float* footprints,
-                           Scratch& scratch, std::uint64_t& evaluations) const {
+                           bool wants_hidden, Scratch& scratch, std::uint64_t& evaluations) const {
   const VeinParameters& p = parameters_;
   if (p.noise_contrast == 0) return;
   const double isotropic = 1 / p.isotropic_scale;
@@ -816,7 +824,7 @@ void VeinTexture::multiply(const Points& points, const SpiralBatch& spiral, cons
     }
     HWY_DYNAMIC_DISPATCH(MultiplyOctave)
     (points.size, scratch.value.data(), spiral, footprints, in, scratch.density.data(),
-     scratch.coherent.data());
+     wants_hidden ? scratch.coherent.data() : nullptr);
   }
 }
 
@@ -826,10 +834,10 @@ void VeinTexture::parts(const Points& points, Parts& out) const {
   std::uint64_t evaluations = 0;
   coordinates_.at(points, spiral);
   displace(points, spiral, nullptr, scratch, evaluations);
-  base(points.size, spiral, nullptr, scratch, &out);
+  base(points.size, spiral, nullptr, false, scratch, &out);
   out.displacement = scratch.displacement;
   std::fill_n(scratch.density.data(), padded(points.size), 1.0f);
-  multiply(points, spiral, nullptr, scratch, evaluations);
+  multiply(points, spiral, nullptr, false, scratch, evaluations);
   out.noise = scratch.density;
 }
 
@@ -844,8 +852,10 @@ void VeinTexture::evaluate(const Points& points, const float* footprints,
   Scratch scratch;
   coordinates_.at(points, spiral);
   displace(points, spiral, footprints, scratch, evaluations);
-  base(points.size, spiral, footprints, scratch, nullptr);
-  multiply(points, spiral, footprints, scratch, evaluations);
+  // Only variants ask for what is hidden.
+  const bool wants_hidden = footprints != nullptr && out.size() > 1;
+  base(points.size, spiral, footprints, wants_hidden, scratch, nullptr);
+  multiply(points, spiral, footprints, wants_hidden, scratch, evaluations);
   const auto scale = static_cast<float>(scale_);
   if (footprints != nullptr && !correction_.empty()) {
     HWY_DYNAMIC_DISPATCH(Correct)
@@ -872,8 +882,10 @@ double VeinTexture::seen_share(double footprint) const {
     const double u =
         std::clamp((fade_end - footprint * own.sharpest) / (fade_end - fade_begin), 0.0, 1.0);
     const double share = u * u * (3 - 2 * u);
-    seen += share * share;
-    total += 1;
+    const double power = own.helical ? 1.0 : parameters_.clumpiness;
+    const double variance = std::pow(power * own.contrast, 2) + 1e-9;
+    seen += variance * share * share;
+    total += variance;
   }
   return seen / total;
 }

@@ -338,7 +338,7 @@ TEST(VeinTexture, KeepsItsMeanAtEveryFootprint) {
           EXPECT_NEAR(together[b][i], all[b][i], 2e-5 * all[b][i]);
         }
       }
-      EXPECT_NEAR(mean_over(cloud, all).mean, 1, 0.005) << width << " " << clumpiness;
+      EXPECT_NEAR(mean_over(cloud, all).mean, 1, clumpiness == 1 ? 0.005 : 0.015) << width << " " << clumpiness;
     }
   }
 }

@@ -29,7 +29,8 @@ struct SpiralBatch {
 /// translation T = (n, n') has no seam.
 ///
 /// theta runs in the sense in which the arms leave the centre: the azimuth, or its negative where
-/// the handedness asks for it. tan p counts as at most tan 80 deg in h.
+/// the handedness asks for it. tan p counts as at most tan 80 deg in h, and as that of the arms
+/// within the core of ArmPattern's logarithmic law.
 class SpiralCoordinates {
  public:
   /// The arms of a galaxy turned by `shift` (radians), for r in [1e-3, 1]; the reference pitch is
@@ -72,6 +73,8 @@ class SpiralCoordinates {
   double cycle_ = 1;
   double pitch_ = 0;
   double tangent_ = 1;
+  double core_ = 0;
+  double start_ = 0;
   double orientation_ = 1;
   double shift_cosine_ = 1;
   double shift_sine_ = 0;

@@ -112,10 +112,10 @@ class VeinTexture : public Texture {
   struct Scratch;
   void displace(const Points& points, const SpiralBatch& spiral, const float* footprints,
                 Scratch& scratch, std::uint64_t& evaluations) const;
-  void base(std::size_t size, const SpiralBatch& spiral, const float* footprints, Scratch& scratch,
-            Parts* parts) const;
+  void base(std::size_t size, const SpiralBatch& spiral, const float* footprints, bool wants_hidden,
+            Scratch& scratch, Parts* parts) const;
   void multiply(const Points& points, const SpiralBatch& spiral, const float* footprints,
-                Scratch& scratch, std::uint64_t& evaluations) const;
+                bool wants_hidden, Scratch& scratch, std::uint64_t& evaluations) const;
   VeinParameters parameters_;
   SpiralCoordinates coordinates_;
   double thickness_;
