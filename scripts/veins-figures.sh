@@ -27,7 +27,10 @@ panel() {
   {
     printf '[arms]\n%s\n' "${2:-$arms}"
     printf '[[component]]\nclass = "veins_light"\nname = "veins"\nsed = "flat"\n'
-    printf 'clumpiness = 1\ndensity_low = 0.6\nz0 = 0.012\nrh = 0.95\n%s\n' "$1"
+    printf 'z0 = 0.012\nrh = 0.95\n%s\n' "$1"
+    # As the dust has it, where the keys do not say.
+    [[ $1 == *clumpiness* ]] || echo 'clumpiness = 1'
+    [[ $1 == *density_low* ]] || echo 'density_low = 0.6'
   } > "$work/$name.toml"
   echo "$name $(awk -v n=$count -v c="$columns" 'BEGIN {print 1.9 * (n % c), -1.9 * int(n / c), 0, 1}')" \
     >> "$work/figure.lst"
@@ -42,7 +45,7 @@ finish() {
   y=$(awk -v r="$rows" 'BEGIN {print -0.95 * (r - 1)}')
   cat > "$work/figure.par" << PAR
 [image]
-size = [$((150 * columns)), $((150 * rows))]
+size = [$((130 * columns)), $((130 * rows))]
 [camera]
 projection = "orthographic"
 position = [$x, $y, 10]

@@ -28,7 +28,7 @@ struct VeinParameters {
   double density_low = 0.6;
   int octaves = 8;
   double noise_frequency = 1.5;
-  double noise_contrast = 0.35;
+  double noise_contrast = 0.25;
   double spectral_index = 2.9;
   double clumpiness = 1;
   double anisotropy = 2;
