@@ -60,11 +60,21 @@ ParameterTable light() {
   };
 }
 
+ParameterTable dust() {
+  return {
+      {"optical_depth", ParameterType::number, "", Interval::closed(0, 1000), 1.0,
+       "tau_V, face-on optical depth at V through the middle"},
+      {"extinction", ParameterType::text, "", Interval::any(), std::string("ccm89"),
+       "extinction curve: \"ccm89\" or a file"},
+      {"r_v", ParameterType::number, "", Interval::closed(2, 6), 3.1, "R_V of ccm89"},
+  };
+}
+
 }  // namespace component_parameters
 
 std::span<const ComponentKind> component_kinds() {
-  static const std::array<ComponentKind, 4> kinds = {bulge_kind(), disk_kind(), stars_kind(),
-                                                     dust_kind()};
+  static const std::array<ComponentKind, 6> kinds = {
+      bulge_kind(), disk_kind(), stars_kind(), dust_kind(), veins_kind(), veins_light_kind()};
   return kinds;
 }
 
@@ -170,7 +180,7 @@ void ComponentReader::read_noise(Component& component, const ComponentKind& kind
     }
   }
   component.texture_ =
-      std::make_unique<Texture>(parameters, values.number("twirl"), 2 * values.number("z0"));
+      std::make_unique<FractalTexture>(parameters, values.number("twirl"), 2 * values.number("z0"));
 }
 
 std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int index,
@@ -200,7 +210,7 @@ std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int ind
       has_noise ? std::span<const std::string>(skip) : std::span<const std::string>());
   check_lengths(values, context);
   std::unique_ptr<Component> component =
-      kind.make(ComponentInput{values, node, context, arms, axis_z, settings});
+      kind.make(ComponentInput{values, node, context, arms, axis_z, settings, name});
   component->name_ = name;
   component->active_ = values.boolean("active");
   component->where_ = node.where;

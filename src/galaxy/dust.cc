@@ -23,14 +23,7 @@ ComponentKind dust_kind() {
   kind.name = "dust";
   kind.description = "absorbing layer, textured by inverse noise (GAMER Eq. 15)";
   kind.parameters =
-      component_parameters::common() + Layer::parameters() +
-      ParameterTable{
-          {"optical_depth", ParameterType::number, "", Interval::closed(0, 1000), 1.0,
-           "tau_V, face-on optical depth at V through the middle"},
-          {"extinction", ParameterType::text, "", Interval::any(), std::string("ccm89"),
-           "extinction curve: \"ccm89\" or a file"},
-          {"r_v", ParameterType::number, "", Interval::closed(2, 6), 3.1, "R_V of ccm89"},
-      };
+      component_parameters::common() + Layer::parameters() + component_parameters::dust();
   FractalParameters noise;
   noise.octaves = 8;
   noise.k0 = 0;

@@ -316,10 +316,10 @@ double Galaxy::normalise(std::size_t c, std::size_t cloud_size, std::size_t corr
     };
   }
   if (component.texture() != nullptr) {
-    FractalNoise& noise = component.texture()->noise;
-    noise.take_mean(cloud, factor);
-    if (correction_size > 0) noise.take_corrections(component.cloud(correction_size), factor);
-    return noise.mean_error();
+    Texture& texture = *component.texture();
+    texture.take_mean(cloud, factor);
+    if (correction_size > 0) texture.take_corrections(component.cloud(correction_size), factor);
+    return texture.mean_error();
   }
   std::vector<BatchArray> factors(cloud.size());
   for (std::size_t b = 0; b < cloud.size(); ++b) factor(cloud[b].points(), 0, factors[b].data());
@@ -332,9 +332,10 @@ void Galaxy::followed_phi(std::size_t c, const Points& points, double footprint,
   const Texture& followed = *components_[static_cast<std::size_t>(followed_[c])]->texture();
   // The cloud is turned by this component's twirl; the followed noise has its own.
   const Texture* own = components_[c]->texture();
-  const double twirl = followed.twirl - (own != nullptr ? own->twirl : 0.0);
-  BatchArray all;
+  const double twirl = followed.twirl() - (own != nullptr ? own->twirl() : 0.0);
+  BatchArray all, footprints;
   std::fill_n(all.data(), batch_capacity, 1.0f);
+  std::fill_n(footprints.data(), batch_capacity, static_cast<float>(footprint));
   SampleBatch batch{};
   batch.size = points.size;
   HWY_DYNAMIC_DISPATCH(Share)(points, false, batch);
@@ -342,17 +343,12 @@ void Galaxy::followed_phi(std::size_t c, const Points& points, double footprint,
   CompactedPoints turned;
   HWY_DYNAMIC_DISPATCH(Compact)
   (batch, all.data(), 0.5f, static_cast<float>(twirl), true, nullptr, turned);
-  const Points places{turned.x, turned.y, turned.z, turned.size};
-  if (footprint == 0) {
-    followed.noise.evaluate(places, out);
-    return;
-  }
-  BatchArray footprints;
-  std::fill_n(footprints.data(), batch_capacity, static_cast<float>(footprint));
-  SeenNoise seen;
+  BatchArray phi;
   std::uint64_t evaluations = 0;
-  followed.noise.see(places, footprints.data(), seen, evaluations);
-  followed.noise.expect(points.size, seen, out);
+  followed.evaluate({turned.x, turned.y, turned.z, turned.size},
+                    footprint > 0 ? footprints.data() : nullptr, {}, std::span(&phi, 1),
+                    evaluations);
+  std::copy_n(phi.data(), padded(points.size), out);
 }
 
 double Galaxy::luminosity(std::size_t c) const {
@@ -399,29 +395,20 @@ void Galaxy::phi(std::size_t c, const SampleBatch& batch, const BatchArray& need
   const Texture& texture = *std::as_const(*components_[c]).texture();
   CompactedPoints points;
   HWY_DYNAMIC_DISPATCH(Compact)
-  (batch, need.data(), threshold, static_cast<float>(texture.twirl), needs_winding_,
+  (batch, need.data(), threshold, static_cast<float>(texture.twirl()), needs_winding_,
    footprints != nullptr ? footprints->data() : nullptr, points);
-  for (BatchArray& values : out) std::fill_n(values.data(), padded(batch.size), 1.0f);
-  if (points.size == 0) return;
-  const Points turned{points.x, points.y, points.z, points.size};
   const Clock clock;
-  BatchArray values;
-  SeenNoise seen;
-  if (footprints != nullptr) {
-    texture.noise.see(turned, points.footprint, seen, counts.noise_evaluations);
-  } else {
-    texture.noise.evaluate(turned, values.data());
-    counts.noise_evaluations +=
-        points.size * static_cast<std::size_t>(texture.noise.parameters().octaves);
+  if (points.size > 0) {
+    texture.evaluate({points.x, points.y, points.z, points.size},
+                     footprints != nullptr ? points.footprint : nullptr, deviations, out,
+                     counts.noise_evaluations);
   }
-  for (std::size_t k = 0; k < out.size(); ++k) {
-    if (footprints != nullptr && out.size() == 1) {
-      texture.noise.expect(points.size, seen, values.data());
-    } else if (footprints != nullptr) {
-      texture.noise.expect(points.size, seen, deviations[k], values.data());
-    }
+  for (BatchArray& values : out) {
+    BatchArray compacted;
+    std::copy_n(values.data(), points.size, compacted.data());
+    std::fill_n(values.data(), padded(batch.size), 1.0f);
     for (std::size_t i = 0; i < points.size; ++i) {
-      out[k][static_cast<std::size_t>(points.index[i])] = 1 + points.fade[i] * (values[i] - 1);
+      values[static_cast<std::size_t>(points.index[i])] = 1 + points.fade[i] * (compacted[i] - 1);
     }
   }
   counts.noise_seconds += clock.seconds();

@@ -390,7 +390,7 @@ std::vector<WeightedBatch> Layer::cloud(std::size_t size) const {
                       static_cast<float>(vertical),
                       node_radius.data(),
                       static_cast<float>(shape_.z0),
-                      texture() != nullptr ? static_cast<float>(texture()->twirl) : 0.0f};
+                      texture() != nullptr ? static_cast<float>(texture()->twirl()) : 0.0f};
 
   const std::size_t count = radial * azimuthal * vertical;
   std::vector<WeightedBatch> result((count + batch_capacity - 1) / batch_capacity);
@@ -411,14 +411,14 @@ std::vector<WeightedBatch> Layer::cloud(std::size_t size) const {
 
 double Layer::texture_frequency() const {
   if (texture() == nullptr) return 0;
-  const double frequency = texture()->noise.effective_frequency() * texture()->noise.sharpness();
-  return texture()->twirl != 0 ? frequency * std::hypot(1.0, texture()->twirl * steepest_winding_)
-                               : frequency;
+  const double frequency = texture()->frequency();
+  const double twirl = texture()->twirl();
+  return twirl != 0 ? frequency * std::hypot(1.0, twirl * steepest_winding_) : frequency;
 }
 
 bool Layer::hides_texture(double footprint) const {
   if (texture() == nullptr) return false;
-  return texture()->noise.hides(footprint * stretch_of(texture()->twirl * steepest_winding_));
+  return texture()->hides(footprint * stretch_of(texture()->twirl() * steepest_winding_));
 }
 
 double Layer::column_scale(const double nearest[3], const double direction[3], double reach) const {

@@ -10,6 +10,7 @@
 #include "core/math-inl.h"
 #include "gamer/core/error.h"
 #include "gamer/core/random.h"
+#include "gamer/noise/footprint.h"
 #include "noise/lattice.h"
 
 #ifndef GAMER_NOISE_FRACTAL_KERNEL
@@ -182,11 +183,6 @@ namespace {
 // Offsets stay within a few cells: they only keep lattice points of different octaves apart, and
 // larger ones would cost precision.
 constexpr double largest_offset = 16.0;
-
-// An octave of frequency f has most of its power at 0.4 to 0.9 f. Over a square of side w that of
-// wave number k keeps (sinc(pi k w))^2: half of its amplitude at k w = 0.6.
-constexpr double fade_begin = 0.15;
-constexpr double fade_end = 0.9;
 
 // Corrections of hidden noise are taken at so many levels of h = sqrt(hidden variance).
 constexpr int correction_levels = 8;

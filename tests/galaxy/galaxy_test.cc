@@ -232,7 +232,7 @@ TEST(Galaxy, TextureFadesInAboveTheThreshold) {
   const float threshold = 0.01f;
   const auto galaxy = parse_galaxy(layer_text("disk", ""));
   const auto smooth = parse_galaxy(layer_text("disk", "noise = false"));
-  const double limit = threshold / galaxy->components()[0]->texture()->noise.rms();
+  const double limit = threshold / galaxy->components()[0]->texture()->rms();
   const std::vector<Vector> positions = positions_in_disk(20000, 0.1);
   const auto full = evaluate(*galaxy, positions)[0];
   const auto faded = evaluate(*galaxy, positions, threshold)[0];
@@ -320,8 +320,8 @@ TEST(Galaxy, OctavesOfTheRenderParametersAreADefault) {
   settings.octaves = 3;
   const auto galaxy =
       parse_galaxy(layer_text("disk", "") + layer_text("dust", "noise = {octaves = 5}"), settings);
-  EXPECT_EQ(galaxy->components()[0]->texture()->noise.parameters().octaves, 3);
-  EXPECT_EQ(galaxy->components()[1]->texture()->noise.parameters().octaves, 5);
+  EXPECT_EQ(fractal(*galaxy, 0).parameters().octaves, 3);
+  EXPECT_EQ(fractal(*galaxy, 1).parameters().octaves, 5);
 }
 
 }  // namespace

@@ -29,6 +29,12 @@ inline std::string galaxy_error(const std::string& text) {
   return error_text([&] { parse_galaxy(text); });
 }
 
+/// The noise of component c, whose texture is a fractal one.
+inline const FractalNoise& fractal(const Galaxy& galaxy, std::size_t c) {
+  const Component& component = *galaxy.components()[c];
+  return dynamic_cast<const FractalTexture&>(*component.texture()).noise();
+}
+
 inline ArmPattern arms_of(const std::string& text) {
   return ArmPattern::read(parse_toml(text, "g.toml"));
 }

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <glm/matrix.hpp>
 
+#include "galaxy/galaxy_text.h"
 #include "gamer/core/random.h"
 #include "scene/scene_checks.h"
 
@@ -104,7 +105,7 @@ TEST(Scene, SharesGalaxiesOfOneTypeAndSeed) {
 }
 
 std::uint64_t texture_seed(const Scene& scene) {
-  return scene.galaxies[0].galaxy->components()[0]->texture()->noise.parameters().seed;
+  return fractal(*scene.galaxies[0].galaxy, 0).parameters().seed;
 }
 
 TEST(Scene, SeedsOfRowAndParametersMakeTheGalaxys) {
@@ -114,9 +115,8 @@ TEST(Scene, SeedsOfRowAndParametersMakeTheGalaxys) {
   const Scene scene = read_scene(row, "scene.lst", p, load_spectrum(p, data), Camera(p), data);
   const auto expected =
       Galaxy::parse(noisy_galaxy, "noisy", {p.noise, p.octaves, hash_words({3, 5}), nullptr}, data);
-  const FractalParameters& made =
-      scene.galaxies[0].galaxy->components()[0]->texture()->noise.parameters();
-  EXPECT_EQ(made.seed, expected->components()[0]->texture()->noise.parameters().seed);
+  const FractalParameters& made = fractal(*scene.galaxies[0].galaxy, 0).parameters();
+  EXPECT_EQ(made.seed, fractal(*expected, 0).parameters().seed);
   EXPECT_EQ(made.kind, p.noise);
   EXPECT_NE(texture_seed(read(row)), made.seed);
 }

@@ -17,6 +17,7 @@
 #include "gamer/galaxy/accuracy.h"
 #include "gamer/galaxy/arm_pattern.h"
 #include "gamer/galaxy/sample_batch.h"
+#include "gamer/galaxy/texture.h"
 #include "gamer/noise/fractal.h"
 #include "gamer/sed/extinction.h"
 #include "gamer/sed/sed.h"
@@ -55,17 +56,6 @@ struct RayPlan {
     begin = std::min(begin, from);
     end = std::max(end, to);
   }
-};
-
-/// The noise of a component, evaluated at points turned back about the axis by twirl * theta(r), so
-/// that its features are wound in the sense of the arms (at twirl = 1 along them), and how
-/// it is normalised: <Phi> = 1 over the component's own envelope.
-struct Texture {
-  /// `thickness` (galaxy radii) of the component.
-  Texture(const FractalParameters& parameters, double twirl_factor, double thickness)
-      : noise(parameters, thickness), twirl(twirl_factor) {}
-  FractalNoise noise;
-  double twirl;
 };
 
 /// Everything that components of one galaxy are built from.
@@ -109,9 +99,7 @@ class Component {
   virtual double peak() const { return 1; }
   /// By what Accuracy::texture_threshold is multiplied for this component's envelope: its peak,
   /// over sqrt(<Phi^2>) where it has a texture.
-  double threshold_scale() const {
-    return peak() / (texture_ != nullptr ? texture_->noise.rms() : 1.0);
-  }
+  double threshold_scale() const { return peak() / (texture_ != nullptr ? texture_->rms() : 1.0); }
   /// Of the texture's sharpest features, wound by the twirl, cycles per galaxy radius; 0 for none.
   virtual double texture_frequency() const { return 0; }
   /// Whether a ray of that footprint (galaxy radii) may see less than all of the texture.
@@ -163,6 +151,7 @@ struct ComponentInput {
   const ArmPattern& arms;
   double axis_z;  ///< the galaxy's stretch along z
   const GalaxySettings& settings;
+  const std::string& name;  ///< the component's
 };
 
 /// One kind of component: its declaration and its maker.
@@ -190,6 +179,7 @@ std::unique_ptr<Component> read_component(const ConfigNode& node, int index, con
 namespace component_parameters {
 ParameterTable common();  ///< class, name, active
 ParameterTable light();   ///< sed, intensity, fraction
+ParameterTable dust();    ///< optical_depth, extinction, r_v
 ParameterTable operator+(ParameterTable a, const ParameterTable& b);
 }  // namespace component_parameters
 
@@ -198,5 +188,7 @@ ComponentKind bulge_kind();
 ComponentKind disk_kind();
 ComponentKind stars_kind();
 ComponentKind dust_kind();
+ComponentKind veins_kind();
+ComponentKind veins_light_kind();
 
 }  // namespace gamer

@@ -33,7 +33,7 @@ class Layer : public Component {
   double peak() const override { return peak_; }
   bool needs_phi() const override { return follows_arms(); }
   bool needs_winding() const override {
-    return follows_arms() || (texture() != nullptr && texture()->twirl != 0);
+    return follows_arms() || (texture() != nullptr && texture()->twirl() != 0);
   }
 
   const LayerShape& shape() const { return shape_; }

@@ -1,0 +1,111 @@
+#pragma once
+
+#include <vector>
+
+#include "gamer/core/batch.h"
+#include "gamer/galaxy/arm_pattern.h"
+
+namespace gamer {
+
+/// Spiral coordinates of a batch of points. `turns` is theta/2pi in [-1/2, 1/2], s = ln r:
+///   u = u_radial - n turns,  v = v_radial - n' turns.
+struct SpiralBatch {
+  BatchArray s;
+  BatchArray turns;
+  BatchArray inverse_radius;
+  BatchArray u_radial;
+  BatchArray v_radial;
+  BatchArray u_gradient;  ///< |grad u|, per galaxy radius
+  BatchArray ratio;       ///< |grad v|/|grad u|: 1 where the pitch is the reference one
+};
+
+/// Coordinates along (v) and across (u) the n evenly spread arms of a spiral [Bizard 2018, section
+/// 3.4], with s = ln r and p(s) the pitch angle:
+///   u = (n/2pi) (g(s) - theta),   g' = cot p,
+///   v = -(n'/2pi) (h(s) + theta), h' = tan p,   n' = n/tan p_ref.
+/// u is a whole number on each arm, grows outwards, and is orthogonal to v for any p(s). For a
+/// constant pitch (r = beta^(theta + 2 pi i/n), tan p = ln beta) g = s cot p, h = s tan p, and (u,
+/// v) is conformal. One turn takes (u, v) to (u - n, v - n'): what is invariant under the
+/// translation T = (n, n') has no seam.
+///
+/// theta runs in the sense in which the arms leave the centre: the azimuth, or its negative where
+/// the handedness asks for it. tan p counts as at most tan 80 deg in h, and as that of the arms
+/// within the core of ArmPattern's logarithmic law.
+class SpiralCoordinates {
+ public:
+  /// The arms of a galaxy turned by `shift` (radians), for r in [1e-3, 1]; the reference pitch is
+  /// the median over [0.15, 1]. Throws std::invalid_argument where it has none or they are not
+  /// evenly spread.
+  SpiralCoordinates(const ArmPattern& arms, double shift);
+  /// The logarithmic spirals r = beta^(theta + 2 pi i/count), beta > 1, of any r.
+  static SpiralCoordinates logarithmic(int count, double beta);
+  /// Whether `arms` has evenly spread arms.
+  static bool fits(const ArmPattern& arms);
+
+  int count() const { return count_; }               ///< n
+  double cycle() const { return cycle_; }            ///< n'
+  double reference_pitch() const { return pitch_; }  ///< radians
+  double reference_tangent() const { return tangent_; }
+
+  struct Position {
+    double u, v;
+  };
+  Position at(double r, double theta) const;
+  struct Place {
+    double r, theta;
+  };
+  /// The place with that (u, v), theta of any turn.
+  Place place(const Position& position) const;
+  double u_gradient(double r) const;  ///< |grad u|
+  double v_gradient(double r) const;  ///< |grad v|
+
+  /// Of points in the galaxy's frame. u_radial and v_radial are accurate to 1e-6 (1 + |u|).
+  void at(const Points& points, SpiralBatch& out) const;
+
+ private:
+  SpiralCoordinates() = default;
+  struct Law {
+    double g, g_slope, h, h_slope;
+  };
+  Law law(double s) const;
+
+  int count_ = 1;
+  double cycle_ = 1;
+  double pitch_ = 0;
+  double tangent_ = 1;
+  double core_ = 0;
+  double start_ = 0;
+  double orientation_ = 1;
+  double shift_cosine_ = 1;
+  double shift_sine_ = 0;
+  /// Of a pitch that varies: u_radial, its slope, v_radial, its slope at even steps of s; slopes
+  /// per step. Else empty.
+  std::vector<double> nodes_;
+  std::vector<float> table_;
+};
+
+/// A linear map of (u, v) whose image of T is a pair of whole numbers, so that noise on the lattice
+/// of its coordinates closes after a turn:
+///   x = x_slope s - p turns,   y = y_slope s - q turns.
+/// The pitch counts as the reference one.
+struct HelicalMap {
+  double x_slope = 0;
+  double y_slope = 0;
+  int p = 1;
+  int q = 0;
+
+  /// The map closest to the wanted one: x across and y along a direction that is `angle` (radians)
+  /// from the arms, outwards along them; `frequency` cycles across and frequency/stretch along it
+  /// per unit of (u, v).
+  static HelicalMap along(const SpiralCoordinates& coordinates, double frequency, double stretch,
+                          double angle);
+  /// Without direction: about `frequency` cycles per unit of u.
+  static HelicalMap isotropic(const SpiralCoordinates& coordinates, double frequency);
+
+  /// r |grad x|, r |grad y|: cycles per radius.
+  double x_frequency() const;
+  double y_frequency() const;
+  double mean_frequency() const;  ///< the geometric mean
+};
+
+}  // namespace gamer

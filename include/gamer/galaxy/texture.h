@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "gamer/core/batch.h"
+#include "gamer/noise/fractal.h"
+
+namespace gamer {
+
+/// What breaks a component up: Phi(x), with <Phi> = 1 over the component's own envelope, whatever
+/// rays see of it. It is evaluated at points turned back about the axis by twirl * theta(r), so
+/// that its features are wound in the sense of the arms (at twirl = 1 along them).
+class Texture {
+ public:
+  explicit Texture(double twirl) : twirl_(twirl) {}
+  virtual ~Texture() = default;
+
+  double twirl() const { return twirl_; }
+
+  /// Makes <Phi factor> = 1 over `cloud` (weighted); `factor` may be empty. Throws InputError where
+  /// that cannot be.
+  virtual void take_mean(std::span<const WeightedBatch> cloud,
+                         const FractalNoise::Factor& factor) = 0;
+  /// Then, over a cloud of fewer points, what keeps it so for wide rays.
+  virtual void take_corrections(std::span<const WeightedBatch> cloud,
+                                const FractalNoise::Factor& factor) = 0;
+  /// The standard error of <Phi factor> if the cloud's points were independent.
+  virtual double mean_error() const = 0;
+
+  /// Fills out.size() arrays with Phi. With footprints (galaxy radii; null for none) it is what is
+  /// expected of Phi given what such rays see; out[d] where the coherent part of the rest is
+  /// deviations[d] standard deviations, or with one array and no deviations over all that is
+  /// hidden. Counts the base noises that were evaluated.
+  virtual void evaluate(const Points& points, const float* footprints,
+                        std::span<const double> deviations, std::span<BatchArray> out,
+                        std::uint64_t& evaluations) const = 0;
+
+  /// Whether rays of that footprint see less than all.
+  virtual bool hides(double footprint) const = 0;
+  /// Of the sharpest features, cycles per galaxy radius.
+  virtual double frequency() const = 0;
+  /// sqrt(<(Phi factor)^2>), at least 1.
+  virtual double rms() const = 0;
+
+ private:
+  double twirl_;
+};
+
+/// The texture of FractalNoise.
+class FractalTexture : public Texture {
+ public:
+  /// `thickness` (galaxy radii) of the component.
+  FractalTexture(const FractalParameters& parameters, double twirl, double thickness)
+      : Texture(twirl), noise_(parameters, thickness) {}
+
+  const FractalNoise& noise() const { return noise_; }
+
+  void take_mean(std::span<const WeightedBatch> cloud,
+                 const FractalNoise::Factor& factor) override {
+    noise_.take_mean(cloud, factor);
+  }
+  void take_corrections(std::span<const WeightedBatch> cloud,
+                        const FractalNoise::Factor& factor) override {
+    noise_.take_corrections(cloud, factor);
+  }
+  double mean_error() const override { return noise_.mean_error(); }
+  void evaluate(const Points& points, const float* footprints, std::span<const double> deviations,
+                std::span<BatchArray> out, std::uint64_t& evaluations) const override;
+  bool hides(double footprint) const override { return noise_.hides(footprint); }
+  double frequency() const override { return noise_.effective_frequency() * noise_.sharpness(); }
+  double rms() const override { return noise_.rms(); }
+
+ private:
+  FractalNoise noise_;
+};
+
+}  // namespace gamer

@@ -1,0 +1,38 @@
+#!/usr/bin/env bash
+# Maps the column density of M51's dust (galaxies/m51.toml) face on in three places between two arms, and
+# measures it as docs/veins.md says: veins-spectrum.sh [FOLDER] [GAMER] [GUTIL] leaves between<n>.fits
+# and spectrum<n>.json, and of the first place between.png and spectrum.png.
+set -euo pipefail
+source=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+work=${1:-build/veins}
+gamer=${2:-$source/build/release/gamer}
+gutil=${3:-$source/build/release/gutil}
+mkdir -p "$work"
+
+# The dust alone, as light: its column density instead of what it hides.
+awk -v RS= -v ORS='\n\n' '/^\[arms\]/ || /class = "veins"\n/' "$source/galaxies/m51.toml" |
+  sed -e 's/class = "veins"/class = "veins_light"\nsed = "flat"/' \
+    -e 's/^optical_depth.*/clumpiness = 1/' > "$work/m51_dust.toml"
+echo 'galaxy x y z seed
+m51_dust 0 0 0 1' > "$work/m51_dust.lst"
+n=0
+# At radius 0.45, half way between the lanes; at 0.55, and half a turn from the first.
+for place in '0.441, 0.090' '0.355, 0.420' '-0.441, -0.090'; do
+  n=$((n + 1))
+  cat > "$work/between.par" << PAR
+[image]
+size = 256
+[camera]
+projection = "orthographic"
+position = [$place, 10]
+target = [$place, 0]
+up = [0, 1, 0]
+width = 0.25
+[spectrum]
+wavelengths = [5500]
+PAR
+  "$gamer" "$work/between.par" "$work/m51_dust.lst" --output "$work/between$n.fits" --overwrite --quiet
+  "$gutil" spectrum --window hann --json "$work/between$n.fits" > "$work/spectrum$n.json"
+done
+"$gutil" spectrum --window hann --plot "$work/spectrum.png" --overwrite "$work/between1.fits" > /dev/null
+"$gamer" --from-header "$work/between1.fits" --output "$work/between.png" --overwrite --quiet

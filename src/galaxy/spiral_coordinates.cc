@@ -1,0 +1,325 @@
+#include "gamer/galaxy/spiral_coordinates.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "galaxy/spiral_coordinates.cc"
+#include "hwy/foreach_target.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "core/math-inl.h"
+
+#ifndef GAMER_GALAXY_SPIRAL_COORDINATES_KERNEL
+#define GAMER_GALAXY_SPIRAL_COORDINATES_KERNEL
+namespace gamer {
+namespace {
+
+// The table of a pitch that varies, in s = ln r.
+constexpr int table_steps = 512;
+constexpr double table_radius = 1e-3;
+const double table_start = std::log(table_radius);
+const double table_step = -table_start / table_steps;
+
+struct SpiralKernelInput {
+  float cosine, sine;  ///< of the turn to the first arm
+  float orientation;
+  float core_square, u_start;  ///< of a constant pitch: u = u_slope ln(r^2 + core^2)/2 + u_start
+  float u_slope, v_slope;      ///< of a constant pitch
+  float u_factor, v_factor;    ///< n/2pi, n'/2pi
+  const float* table;          ///< null for a constant pitch
+  float start, inverse_step;
+};
+
+}  // namespace
+}  // namespace gamer
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace gamer {
+namespace HWY_NAMESPACE {
+
+void SpiralKernel(const Points& points, const SpiralKernelInput& in, SpiralBatch& out) {
+  const hn::ScalableTag<float> d;
+  const hn::RebindToSigned<decltype(d)> di;
+  const auto one = hn::Set(d, 1.0f);
+  for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
+    const auto x = hn::Load(d, points.x + i);
+    const auto y = hn::Load(d, points.y + i);
+    const auto along = hn::MulAdd(x, hn::Set(d, in.cosine), hn::Mul(y, hn::Set(d, in.sine)));
+    const auto across = hn::MulSub(y, hn::Set(d, in.cosine), hn::Mul(x, hn::Set(d, in.sine)));
+    // Turns by octants: at the cut they are +-1/2 exactly.
+    const auto a = hn::Abs(along);
+    const auto b = hn::Abs(across);
+    auto turns = hn::Mul(Atan2(d, hn::Min(a, b), hn::Max(a, b)),
+                         hn::Set(d, 0.5f * std::numbers::inv_pi_v<float>));
+    turns = hn::IfThenElse(hn::Gt(b, a), hn::Sub(hn::Set(d, 0.25f), turns), turns);
+    turns = hn::IfThenElse(hn::Lt(along, hn::Zero(d)), hn::Sub(hn::Set(d, 0.5f), turns), turns);
+    hn::Store(hn::CopySign(turns, hn::Mul(across, hn::Set(d, in.orientation))), d,
+              out.turns.data() + i);
+    // Far below what any galaxy shows, and squares of it are normal numbers.
+    const auto square = hn::Max(hn::MulAdd(x, x, hn::Mul(y, y)), hn::Set(d, 1e-12f));
+    const auto s = hn::Mul(Log(d, square), hn::Set(d, 0.5f));
+    const auto inverse = hn::Div(one, hn::Sqrt(square));
+    hn::Store(s, d, out.s.data() + i);
+    hn::Store(inverse, d, out.inverse_radius.data() + i);
+    auto v = hn::Mul(s, hn::Set(d, in.v_slope));
+    auto u_slope = hn::Set(d, in.u_slope);
+    auto v_slope = hn::Set(d, in.v_slope);
+    auto u = hn::Set(d, in.u_start);
+    if (in.table == nullptr) {
+      const auto sum = hn::Add(square, hn::Set(d, in.core_square));
+      u = hn::MulAdd(hn::Mul(Log(d, sum), hn::Set(d, 0.5f)), u_slope, u);
+      u_slope = hn::Mul(u_slope, hn::Div(square, sum));
+    } else {
+      auto position = hn::Mul(hn::Sub(s, hn::Set(d, in.start)), hn::Set(d, in.inverse_step));
+      position =
+          hn::Min(hn::Max(position, hn::Zero(d)), hn::Set(d, static_cast<float>(table_steps)));
+      const auto node = hn::Min(hn::Floor(position), hn::Set(d, table_steps - 1.0f));
+      const auto t = hn::Sub(position, node);
+      const auto at = hn::ShiftLeft<2>(hn::ConvertTo(di, node));
+      const auto get = [&](int k) HWY_ATTR { return hn::GatherIndex(d, in.table + k, at); };
+      // The cubic with the values and slopes at both ends.
+      const auto rest = hn::Sub(one, t);
+      const auto bend = hn::Mul(t, rest);
+      const auto cubic = [&](int k, hn::Vec<decltype(d)>& slope) HWY_ATTR {
+        const auto value = get(k);
+        const auto rise = hn::Sub(get(k + 4), value);
+        const auto first = get(k + 1);
+        const auto second = get(k + 5);
+        slope = hn::Mul(hn::MulAdd(t, hn::Sub(second, first), first), hn::Set(d, in.inverse_step));
+        const auto curve =
+            hn::Sub(hn::Mul(hn::Sub(first, rise), rest), hn::Mul(hn::Sub(second, rise), t));
+        return hn::Add(hn::MulAdd(t, rise, value), hn::Mul(bend, curve));
+      };
+      u = cubic(0, u_slope);
+      v = cubic(2, v_slope);
+    }
+    hn::Store(u, d, out.u_radial.data() + i);
+    hn::Store(v, d, out.v_radial.data() + i);
+    const auto u_square = hn::MulAdd(u_slope, u_slope, hn::Set(d, in.u_factor * in.u_factor));
+    const auto v_square = hn::MulAdd(v_slope, v_slope, hn::Set(d, in.v_factor * in.v_factor));
+    hn::Store(hn::Mul(hn::Sqrt(u_square), inverse), d, out.u_gradient.data() + i);
+    hn::Store(hn::Sqrt(hn::Div(v_square, u_square)), d, out.ratio.data() + i);
+  }
+}
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace gamer
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gamer {
+
+HWY_EXPORT(SpiralKernel);
+
+namespace {
+
+constexpr double turn = 2 * std::numbers::pi;
+
+// Of h: in a bar tan p would grow without end.
+const double steepest_tangent = std::tan(80 * turn / 360);
+
+// The reference pitch is the median of so many radii from here outwards.
+constexpr double reference_radius = 0.15;
+constexpr int reference_samples = 33;
+
+// Offsets that stand this near to equal angles are evenly spread, radians.
+constexpr double offset_tolerance = 1e-6;
+
+/// |r dtheta/dr| of the arms, that is cot p, with its sign.
+double slope_of(const ArmPattern& arms, double r) {
+  constexpr double h = 1e-5;
+  return (arms.winding(r * (1 + h)) - arms.winding(r * (1 - h))) / (2 * h);
+}
+
+}  // namespace
+
+bool SpiralCoordinates::fits(const ArmPattern& arms) {
+  if (!arms.has_arms()) return false;
+  const double spacing = turn / arms.count();
+  std::vector<double> angles;
+  for (const double offset : arms.offsets()) {
+    const double away = offset - arms.offsets().front();
+    angles.push_back(away - turn * std::floor((away + offset_tolerance) / turn));
+  }
+  std::sort(angles.begin(), angles.end());
+  for (std::size_t i = 0; i < angles.size(); ++i) {
+    if (std::abs(angles[i] - spacing * static_cast<double>(i)) > offset_tolerance) return false;
+  }
+  return true;
+}
+
+SpiralCoordinates::SpiralCoordinates(const ArmPattern& arms, double shift) {
+  if (!fits(arms)) throw std::invalid_argument("spiral coordinates need evenly spread arms");
+  count_ = arms.count();
+  orientation_ = arms.winding(1) >= arms.winding(0.5) ? 1 : -1;
+  std::array<double, reference_samples> tangents{};
+  for (int k = 0; k < reference_samples; ++k) {
+    const double r = reference_radius + (1 - reference_radius) * k / (reference_samples - 1);
+    tangents[static_cast<std::size_t>(k)] =
+        std::min(1 / std::abs(slope_of(arms, r)), steepest_tangent);
+  }
+  std::sort(tangents.begin(), tangents.end());
+  tangent_ = tangents[reference_samples / 2];
+  pitch_ = std::atan(tangent_);
+  cycle_ = count_ / tangent_;
+  const double first = arms.offsets().front() + shift;
+  shift_cosine_ = std::cos(first);
+  shift_sine_ = std::sin(first);
+  const auto slopes = [&](double s) {
+    const double cotangent = orientation_ * slope_of(arms, std::exp(s));
+    return std::pair{cotangent, std::min(1 / std::max(cotangent, 1e-9), steepest_tangent)};
+  };
+  if (arms.model() == ArmPattern::Model::logarithmic) {
+    // g = ln(r^2 + core^2)/(2 tan p) + start: what its ends say.
+    constexpr double far = 1e6;
+    const double low = orientation_ * arms.winding(0);
+    const double high = orientation_ * arms.winding(far);
+    tangent_ = std::log(10) / (orientation_ * arms.winding(10 * far) - high);
+    pitch_ = std::atan(tangent_);
+    cycle_ = count_ / tangent_;
+    core_ = far * std::exp(tangent_ * (low - high));
+    start_ = high - std::log(far) / tangent_;
+    return;
+  }
+  // h by Simpson's rule, backwards from r = 1.
+  nodes_.resize(4 * (table_steps + 1));
+  double h = 0;
+  for (int k = table_steps; k >= 0; --k) {
+    const double s = table_start + k * table_step;
+    const auto [g_slope, h_slope] = slopes(s);
+    if (k < table_steps) {
+      h -= table_step / 6 *
+           (h_slope + 4 * slopes(s + 0.5 * table_step).second + slopes(s + table_step).second);
+    }
+    double* node = nodes_.data() + 4 * k;
+    node[0] = count_ / turn * orientation_ * arms.winding(std::exp(s));
+    node[1] = count_ / turn * g_slope * table_step;
+    node[2] = -cycle_ / turn * h;
+    node[3] = -cycle_ / turn * h_slope * table_step;
+  }
+  table_.assign(nodes_.begin(), nodes_.end());
+}
+
+SpiralCoordinates SpiralCoordinates::logarithmic(int count, double beta) {
+  SpiralCoordinates result;
+  result.count_ = count;
+  result.tangent_ = std::log(beta);
+  result.pitch_ = std::atan(result.tangent_);
+  result.cycle_ = count / result.tangent_;
+  return result;
+}
+
+SpiralCoordinates::Law SpiralCoordinates::law(double s) const {
+  if (nodes_.empty()) {
+    const double square = std::exp(2 * s);
+    const double sum = square + core_ * core_;
+    return {start_ + 0.5 * std::log(sum) / tangent_, square / sum / tangent_, s * tangent_,
+            tangent_};
+  }
+  const double position = std::clamp((s - table_start) / table_step, 0.0, double{table_steps});
+  const int k = std::min(static_cast<int>(position), table_steps - 1);
+  const double t = position - k;
+  const double* node = nodes_.data() + 4 * k;
+  const auto cubic = [&](int c) {
+    const double rise = node[c + 4] - node[c];
+    return node[c] + t * rise +
+           t * (1 - t) * ((node[c + 1] - rise) * (1 - t) - (node[c + 5] - rise) * t);
+  };
+  const auto slope = [&](int c) {
+    return (node[c + 1] + t * (node[c + 5] - node[c + 1])) / table_step;
+  };
+  return {turn / count_ * cubic(0), turn / count_ * slope(0), -turn / cycle_ * cubic(2),
+          -turn / cycle_ * slope(2)};
+}
+
+SpiralCoordinates::Position SpiralCoordinates::at(double r, double theta) const {
+  const Law known = law(std::log(r));
+  return {count_ / turn * (known.g - theta), -cycle_ / turn * (known.h + theta)};
+}
+
+SpiralCoordinates::Place SpiralCoordinates::place(const Position& position) const {
+  // u and v together give g + h, which grows with s.
+  const double sum = turn * (position.u / count_ - position.v / cycle_);
+  double low = nodes_.empty() ? -30.0 : table_start;
+  double high = nodes_.empty() ? 30.0 : 0.0;
+  constexpr int halvings = 60;
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    const Law known = law(middle);
+    (known.g + known.h < sum ? low : high) = middle;
+  }
+  const double s = 0.5 * (low + high);
+  return {std::exp(s), law(s).g - turn * position.u / count_};
+}
+
+double SpiralCoordinates::u_gradient(double r) const {
+  return count_ / turn * std::hypot(1.0, law(std::log(r)).g_slope) / r;
+}
+
+double SpiralCoordinates::v_gradient(double r) const {
+  return cycle_ / turn * std::hypot(1.0, law(std::log(r)).h_slope) / r;
+}
+
+void SpiralCoordinates::at(const Points& points, SpiralBatch& out) const {
+  SpiralKernelInput in{};
+  in.cosine = static_cast<float>(shift_cosine_);
+  in.sine = static_cast<float>(shift_sine_);
+  in.orientation = static_cast<float>(orientation_);
+  in.u_factor = static_cast<float>(count_ / turn);
+  in.v_factor = static_cast<float>(cycle_ / turn);
+  in.u_slope = static_cast<float>(count_ / turn / tangent_);
+  in.v_slope = static_cast<float>(-cycle_ / turn * tangent_);
+  in.core_square = static_cast<float>(core_ * core_);
+  in.u_start = static_cast<float>(count_ / turn * start_);
+  in.table = table_.empty() ? nullptr : table_.data();
+  in.start = static_cast<float>(table_start);
+  in.inverse_step = static_cast<float>(1 / table_step);
+  HWY_DYNAMIC_DISPATCH(SpiralKernel)(points, in, out);
+}
+
+HelicalMap HelicalMap::along(const SpiralCoordinates& coordinates, double frequency, double stretch,
+                             double angle) {
+  const double n = coordinates.count();
+  const double cycle = coordinates.cycle();
+  const double tangent = coordinates.reference_tangent();
+  const double wanted[2][2] = {
+      {frequency * std::cos(angle), frequency * std::sin(angle)},
+      {frequency / stretch * std::sin(angle), -frequency / stretch * std::cos(angle)}};
+  double slope[2];
+  int image[2];
+  for (int row = 0; row < 2; ++row) {
+    const double turned = wanted[row][0] * n + wanted[row][1] * cycle;
+    const double whole = std::round(turned);
+    const double share = (whole - turned) / (n * n + cycle * cycle);
+    const double m_u = wanted[row][0] + share * n;
+    const double m_v = wanted[row][1] + share * cycle;
+    // Lattices do not know the sign of their axes.
+    const double sign = whole < 0 ? -1 : 1;
+    image[row] = static_cast<int>(sign * whole);
+    slope[row] = sign * (m_u * n / tangent - m_v * cycle * tangent) / turn;
+  }
+  return {slope[0], slope[1], image[0], image[1]};
+}
+
+HelicalMap HelicalMap::isotropic(const SpiralCoordinates& coordinates, double frequency) {
+  const double around =
+      frequency * coordinates.count() * std::hypot(1.0, 1 / coordinates.reference_tangent());
+  HelicalMap map;
+  map.p = static_cast<int>(std::max(std::round(around), 1.0));
+  map.q = 0;
+  map.x_slope = 0;
+  map.y_slope = map.p / turn;
+  return map;
+}
+
+double HelicalMap::x_frequency() const { return std::hypot(x_slope, p / turn); }
+double HelicalMap::y_frequency() const { return std::hypot(y_slope, q / turn); }
+double HelicalMap::mean_frequency() const { return std::sqrt(x_frequency() * y_frequency()); }
+
+}  // namespace gamer
+#endif

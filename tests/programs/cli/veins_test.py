@@ -1,0 +1,51 @@
+"""scripts/veins-spectrum.sh: the column density of M51's dust has the spectrum and width of real dust.
+
+veins_test.py GAMER SOURCE_DIR GUTIL
+"""
+
+import json
+import os
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+import unittest
+
+GAMER, SOURCE, GUTIL = (pathlib.Path(text).resolve() for text in sys.argv[1:4])
+
+
+class ColumnDensity(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        folder = pathlib.Path(cls.temporary.name)
+        script = str(SOURCE / "scripts/veins-spectrum.sh")
+        result = subprocess.run([script, str(folder), str(GAMER), str(GUTIL)], capture_output=True,
+                                text=True, timeout=280,
+                                env={**os.environ, "GAMER_DATA": str(SOURCE)})
+        assert result.returncode == 0, result.stderr
+        cls.rows = [json.loads((folder / f"spectrum{n}.json").read_text())["fits"]["rows"][0]
+                    for n in (1, 2, 3)]
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def test_slope(self):
+        slopes = [row["slope"] for row in self.rows]
+        self.assertGreater(statistics.mean(slopes), -3.2, slopes)
+        self.assertLess(statistics.mean(slopes), -2.6, slopes)
+
+    def test_width(self):
+        widths = [row["log_sigma"] for row in self.rows]
+        self.assertGreater(statistics.mean(widths), 0.4, widths)
+        self.assertLess(statistics.mean(widths), 0.7, widths)
+
+    def test_skewness(self):
+        for row in self.rows:
+            self.assertGreater(row["skewness"], 0.5)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
