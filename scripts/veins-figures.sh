@@ -45,7 +45,7 @@ finish() {
   y=$(awk -v r="$rows" 'BEGIN {print -0.95 * (r - 1)}')
   cat > "$work/figure.par" << PAR
 [image]
-size = [$((130 * columns)), $((130 * rows))]
+size = [$((110 * columns)), $((110 * rows))]
 [camera]
 projection = "orthographic"
 position = [$x, $y, 10]
@@ -158,7 +158,7 @@ finish opacity
 # 4.2: M51 and the Milky Way.
 for name in m51 milky_way; do
   "$gamer" "scenes/$name.par" "scenes/$name.lst" --output "docs/images/$name.png" --overwrite --quiet \
-    --set image.size=256
+    --set image.size=200
 done
 
 # The column density between two arms: map, spectrum and width.

@@ -463,8 +463,8 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr double degree = pi / 180;
 
-// Means for wide rays are taken over about so many points, at so many footprints up to this one.
-constexpr std::size_t correction_points = std::size_t{1} << 15;
+// Means for wide rays are taken over at most so many points, at so many footprints up to this one.
+constexpr std::size_t correction_points = std::size_t{1} << 14;
 constexpr int correction_steps = 24;
 constexpr double widest_footprint = 2.0;
 
@@ -524,6 +524,28 @@ std::vector<float> moments_of(const Noise& kind, double power) {
     result.push_back(static_cast<float>(mean));
     result.push_back(
         static_cast<float>(squares / static_cast<double>(sample.size()) / (mean * mean) - 1));
+  }
+  return result;
+}
+
+/// About so many points of a cloud, at a step that no row of its cells has.
+std::vector<WeightedBatch> thinned(std::span<const WeightedBatch> cloud, std::size_t size) {
+  std::size_t count = 0;
+  for (const WeightedBatch& batch : cloud) count += batch.size;
+  const double step = std::max(static_cast<double>(count) / static_cast<double>(size), 1.0) *
+                      (1 + 1e-3 * std::numbers::phi);
+  std::vector<WeightedBatch> result;
+  for (double at = 0; at < static_cast<double>(count); at += step) {
+    const auto index = static_cast<std::size_t>(at);
+    const WeightedBatch& from = cloud[index / batch_capacity];
+    const std::size_t i = index % batch_capacity;
+    if (result.empty() || result.back().size == batch_capacity) result.emplace_back();
+    WeightedBatch& to = result.back();
+    to.x[to.size] = from.x[i];
+    to.y[to.size] = from.y[i];
+    to.z[to.size] = from.z[i];
+    to.weight[to.size] = from.weight[i];
+    ++to.size;
   }
   return result;
 }
@@ -890,97 +912,71 @@ double VeinTexture::seen_share(double footprint) const {
   return seen / total;
 }
 
-void VeinTexture::normalise(std::span<const WeightedBatch> cloud,
-                            const FractalNoise::Factors* factors) {
+std::vector<BatchArray> VeinTexture::phi(std::span<const WeightedBatch> cloud, double footprint,
+                                         const FractalNoise::Factor& factor) const {
+  std::vector<BatchArray> values(cloud.size());
+  BatchArray footprints, other{};
+  std::fill_n(footprints.data(), batch_capacity, static_cast<float>(footprint));
+  std::uint64_t evaluations = 0;
+  for (std::size_t b = 0; b < cloud.size(); ++b) {
+    evaluate(cloud[b].points(), footprint > 0 ? footprints.data() : nullptr, {},
+             std::span(&values[b], 1), evaluations);
+    if (!factor) continue;
+    factor(cloud[b].points(), footprint, other.data());
+    for (std::size_t i = 0; i < cloud[b].size; ++i) values[b][i] *= other[i];
+  }
+  return values;
+}
+
+void VeinTexture::take_mean(std::span<const WeightedBatch> cloud,
+                            const FractalNoise::Factor& factor) {
   scale_ = 1;
   correction_.clear();
-  std::uint64_t evaluations = 0;
-  const auto values_at = [&](std::span<const WeightedBatch> points, double footprint) {
-    std::vector<BatchArray> values(points.size());
-    BatchArray footprints;
-    std::fill_n(footprints.data(), batch_capacity, static_cast<float>(footprint));
-    for (std::size_t b = 0; b < points.size(); ++b) {
-      evaluate(points[b].points(), footprint > 0 ? footprints.data() : nullptr, {},
-               std::span(&values[b], 1), evaluations);
-    }
-    return values;
-  };
-  const auto times = [](std::vector<BatchArray> values, const std::vector<BatchArray>& own,
-                        double seen) {
-    for (std::size_t b = 0; b < own.size(); ++b) {
-      for (std::size_t i = 0; i < batch_capacity; ++i) {
-        values[b][i] *= static_cast<float>(1 + seen * (double{own[b][i]} - 1));
-      }
-    }
-    return values;
-  };
-  std::vector<BatchArray> own;
-  if (factors != nullptr) own = factors->values;
-  const CloudMean all = mean_over(cloud, times(values_at(cloud, 0), own, 1));
+  const CloudMean all = mean_over(cloud, phi(cloud, 0, factor));
   if (!(all.mean > 0) || !std::isfinite(all.square_mean)) {
     throw InputError("the veins are zero or infinite over the whole component");
   }
+  scale_ = 1 / all.mean;
   rms_ = std::sqrt(all.square_mean) / all.mean;
   mean_error_ = all.error / all.mean;
+}
 
-  // Fewer points for the rest, at a step that no row of the cloud's cells has.
-  std::size_t count = 0;
-  for (const WeightedBatch& batch : cloud) count += batch.size;
-  const double step = std::max(static_cast<double>(count) / correction_points, 1.0) *
-                      (1 + 1e-3 * std::numbers::phi);
-  std::vector<WeightedBatch> points;
-  std::vector<BatchArray> own_points;
-  for (double at = 0; at < static_cast<double>(count); at += step) {
-    const auto index = static_cast<std::size_t>(at);
-    const WeightedBatch& from = cloud[index / batch_capacity];
-    const std::size_t i = index % batch_capacity;
-    if (points.empty() || points.back().size == batch_capacity) {
-      points.emplace_back();
-      if (factors != nullptr) own_points.emplace_back();
-    }
-    WeightedBatch& to = points.back();
-    to.x[to.size] = from.x[i];
-    to.y[to.size] = from.y[i];
-    to.z[to.size] = from.z[i];
-    to.weight[to.size] = from.weight[i];
-    if (factors != nullptr) own_points.back()[to.size] = own[index / batch_capacity][i];
-    ++to.size;
-  }
-  const std::vector<BatchArray> here = values_at(points, 0);
+void VeinTexture::take_corrections(std::span<const WeightedBatch> all,
+                                   const FractalNoise::Factor& factor) {
+  correction_.clear();
+  const std::vector<WeightedBatch> cloud = thinned(all, correction_points);
   // The points' own error fades with what they see.
-  const double sampled = mean_over(points, times(here, own_points, 1)).mean / all.mean;
+  const double sampled = mean_over(cloud, phi(cloud, 0, factor)).mean;
   correction_start_ = std::log(fade_begin / finest_);
   correction_step_ = (std::log(widest_footprint) - correction_start_) / correction_steps;
   std::vector<float> corrections;
   for (int k = 0; k <= correction_steps; ++k) {
     const double width = std::exp(correction_start_ + k * correction_step_);
-    const double seen = factors != nullptr ? factors->seen(width) : 0.0;
-    const double mean = mean_over(points, times(values_at(points, width), own_points, seen)).mean;
-    corrections.push_back(
-        static_cast<float>(mean / all.mean / std::pow(sampled, seen_share(width))));
+    const double mean = mean_over(cloud, phi(cloud, width, factor)).mean;
+    corrections.push_back(static_cast<float>(mean / std::pow(sampled, seen_share(width))));
   }
 
   // Cycles per radius from the mean square of the gradient over that of the fluctuation.
   const double shift = 0.1 / finest_;
+  const std::vector<BatchArray> here = phi(cloud, 0, {});
   double gradients = 0, weights = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::vector<WeightedBatch> moved = points;
+    std::vector<WeightedBatch> moved(cloud.begin(), cloud.end());
     for (WeightedBatch& batch : moved) {
       BatchArray& coordinate = axis == 0 ? batch.x : axis == 1 ? batch.y : batch.z;
       for (std::size_t i = 0; i < batch.size; ++i) coordinate[i] += static_cast<float>(shift);
     }
-    const std::vector<BatchArray> there = values_at(moved, 0);
-    for (std::size_t b = 0; b < points.size(); ++b) {
-      for (std::size_t i = 0; i < points[b].size; ++i) {
-        const double slope = (double{there[b][i]} - double{here[b][i]}) / (shift * all.mean);
-        gradients += points[b].weight[i] * slope * slope;
-        if (axis == 0) weights += points[b].weight[i];
+    const std::vector<BatchArray> there = phi(moved, 0, {});
+    for (std::size_t b = 0; b < cloud.size(); ++b) {
+      for (std::size_t i = 0; i < cloud[b].size; ++i) {
+        const double slope = (double{there[b][i]} - double{here[b][i]}) / shift;
+        gradients += cloud[b].weight[i] * slope * slope;
+        if (axis == 0) weights += cloud[b].weight[i];
       }
     }
   }
   frequency_ = std::sqrt(gradients / weights / std::max(rms_ * rms_ - 1, 1e-6)) / (2 * pi);
   correction_ = corrections;
-  scale_ = 1 / all.mean;
 }
 
 }  // namespace gamer

@@ -271,9 +271,10 @@ TEST(GalaxyFile, ErrorsOfComponents) {
             "g.toml:1:1: missing key 'class' in [[component]]");
   EXPECT_EQ(galaxy_error("[[component]]\nclass = 3"),
             "g.toml:2:9: class must be a string, not an integer");
-  EXPECT_EQ(galaxy_error("[[component]]\nclass = \"bulg\""),
-            "g.toml:2:9: unknown class 'bulg'; known are 'bulge', 'disk', 'stars', 'dust', 'veins', "
-            "'veins_light'; did you mean 'bulge'?");
+  EXPECT_EQ(
+      galaxy_error("[[component]]\nclass = \"bulg\""),
+      "g.toml:2:9: unknown class 'bulg'; known are 'bulge', 'disk', 'stars', 'dust', 'veins', "
+      "'veins_light'; did you mean 'bulge'?");
   EXPECT_EQ(galaxy_error("[[component]]\nclass = \"disk\""),
             "g.toml:1:1: component 'disk1': missing key 'sed' in a [[component]] of class 'disk'");
   EXPECT_EQ(galaxy_error(flat_disk + "name = \"arms\"\nz0 = -3"),

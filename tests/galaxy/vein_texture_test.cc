@@ -321,7 +321,8 @@ TEST(VeinTexture, KeepsItsMeanAtEveryFootprint) {
     VeinParameters p = rich();
     p.clumpiness = clumpiness;
     VeinTexture veins = texture(p);
-    veins.normalise(cloud, nullptr);
+    veins.take_mean(cloud, {});
+    veins.take_corrections(cloud, {});
     for (const double width : {0.0, 0.002, 0.005, 0.013, 0.03, 0.08, 0.2, 0.5, 1.5}) {
       BatchArray footprints;
       std::fill_n(footprints.data(), batch_capacity, static_cast<float>(width));
@@ -338,7 +339,8 @@ TEST(VeinTexture, KeepsItsMeanAtEveryFootprint) {
           EXPECT_NEAR(together[b][i], all[b][i], 2e-5 * all[b][i]);
         }
       }
-      EXPECT_NEAR(mean_over(cloud, all).mean, 1, clumpiness == 1 ? 0.005 : 0.015) << width << " " << clumpiness;
+      EXPECT_NEAR(mean_over(cloud, all).mean, 1, clumpiness == 1 ? 0.005 : 0.015)
+          << width << " " << clumpiness;
     }
   }
 }
@@ -349,7 +351,8 @@ TEST(VeinTexture, WidensVeinsAsTheMeanOverTheFootprint) {
   VeinParameters p = plain();
   p.octaves = 4;
   VeinTexture veins = texture(p);
-  veins.normalise(cloud, nullptr);
+  veins.take_mean(cloud, {});
+  veins.take_corrections(cloud, {});
   constexpr double width = 0.06;
   constexpr int side = 12;
   double worst = 0, squares = 0;

@@ -77,12 +77,12 @@ class VeinTexture : public Texture {
   const SpiralCoordinates& coordinates() const { return coordinates_; }
   const VeinParameters& parameters() const { return parameters_; }
 
-  void normalise(std::span<const WeightedBatch> cloud,
-                 const FractalNoise::Factors* factors) override;
+  void take_mean(std::span<const WeightedBatch> cloud, const FractalNoise::Factor& factor) override;
+  void take_corrections(std::span<const WeightedBatch> cloud,
+                        const FractalNoise::Factor& factor) override;
   double mean_error() const override { return mean_error_; }
   void evaluate(const Points& points, const float* footprints, std::span<const double> deviations,
                 std::span<BatchArray> out, std::uint64_t& evaluations) const override;
-  double seen_share(double footprint) const override;
   bool hides(double footprint) const override;
   double frequency() const override { return frequency_; }
   double rms() const override { return rms_; }
@@ -110,6 +110,11 @@ class VeinTexture : public Texture {
 
  private:
   struct Scratch;
+  /// Phi factor over a cloud.
+  std::vector<BatchArray> phi(std::span<const WeightedBatch> cloud, double footprint,
+                              const FractalNoise::Factor& factor) const;
+  /// The share of the variance of N that rays of that footprint see.
+  double seen_share(double footprint) const;
   void displace(const Points& points, const SpiralBatch& spiral, const float* footprints,
                 Scratch& scratch, std::uint64_t& evaluations) const;
   void base(std::size_t size, const SpiralBatch& spiral, const float* footprints, bool wants_hidden,
