@@ -10,7 +10,7 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// Absolute error against exact arithmetic below 1e-7, wherever the coordinates are.
+/// Absolute error against exact arithmetic below 2e-7, wherever the coordinates are.
 template <class D>
 class CellKernel {
   using V = hn::Vec<D>;

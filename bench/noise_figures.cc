@@ -1,0 +1,175 @@
+// The figures of docs/noise.md: slices through noises as grey tiles, a PNG file per figure, in the
+// directory that the argument names.
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <iostream>
+#include <numbers>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gamer/image/picture.h"
+#include "gamer/noise/fractal.h"
+
+namespace gamer {
+namespace {
+
+constexpr int side = 96;    // pixels of a tile
+constexpr int greys = 127;  // steps: files stay small
+constexpr int gap = 4;
+
+/// The value of a tile at (x, y) in [0, 1[, for a row of points at a time.
+using Tile = std::function<void(const Points& points, float* out)>;
+
+struct Cell {
+  Tile tile;
+  double black, white;  ///< the values that are black and white
+};
+
+/// Tiles in rows of `columns`.
+void draw(const std::filesystem::path& path, std::size_t columns, const std::vector<Cell>& cells) {
+  const std::size_t rows = (cells.size() + columns - 1) / columns;
+  Picture picture;
+  picture.width = static_cast<int>(columns) * (side + gap) - gap;
+  picture.height = static_cast<int>(rows) * (side + gap) - gap;
+  picture.rgb.assign(static_cast<std::size_t>(picture.width * picture.height) * 3, 0xFFFF);
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    const int left = static_cast<int>(c % columns) * (side + gap);
+    const int top = static_cast<int>(c / columns) * (side + gap);
+    for (int row = 0; row < side; ++row) {
+      BatchArray x, y, z, out;
+      for (std::size_t i = 0; i < side; ++i) {
+        x[i] = (static_cast<float>(i) + 0.5f) / side;
+        y[i] = 1 - (static_cast<float>(row) + 0.5f) / side;
+        z[i] = 0.37f;
+      }
+      cells[c].tile({x.data(), y.data(), z.data(), side}, out.data());
+      for (int i = 0; i < side; ++i) {
+        const double value = double{out[static_cast<std::size_t>(i)]};
+        const double share =
+            std::clamp((value - cells[c].black) / (cells[c].white - cells[c].black), 0.0, 1.0);
+        const auto pixel = static_cast<std::size_t>((top + row) * picture.width + left + i);
+        std::fill_n(picture.rgb.begin() + static_cast<std::ptrdiff_t>(3 * pixel), 3,
+                    to_16_bits(std::round(greys * share) / greys));
+      }
+    }
+  }
+  // 8 bits are enough, and leave small files.
+  PictureFile file({path.string(), PictureFormat::png, 8, true, ""}, picture.width, picture.height);
+  for (int row = 0; row < picture.height; ++row) {
+    const auto length = static_cast<std::size_t>(3 * picture.width);
+    file.write_row(std::span(picture.rgb).subspan(static_cast<std::size_t>(row) * length, length));
+  }
+  file.finish();
+}
+
+/// The sum or density S of a noise as pixels see it, from mean - 2.5 sigma to mean + 2.5 sigma, a
+/// product from 0.
+Cell slice(const FractalParameters& parameters) {
+  using Kind = Combination::Kind;
+  FractalNoise noise(parameters);
+  std::vector<WeightedBatch> cloud(256);
+  for (std::size_t b = 0; b < cloud.size(); ++b) {
+    cloud[b].size = batch_capacity;
+    for (std::size_t i = 0; i < batch_capacity; ++i) {
+      cloud[b].x[i] = (static_cast<float>(i) + 0.5f) / batch_capacity;
+      cloud[b].y[i] = (static_cast<float>(b) + 0.5f) / batch_capacity;
+      cloud[b].z[i] = 0.37f;
+      cloud[b].weight[i] = 1;
+    }
+  }
+  noise.normalise(cloud);
+  const bool density = parameters.combination.kind == Kind::multiplicative;
+  const double reach = 2.5 * noise.sigma();
+  return {[noise](const Points& points, float* out) {
+            BatchArray footprint;
+            std::fill_n(footprint.data(), batch_capacity, 1.0f / side);
+            SeenNoise seen;
+            std::uint64_t evaluations = 0;
+            noise.see(points, footprint.data(), seen, evaluations);
+            std::copy_n(seen.sum.data(), points.size, out);
+          },
+          density ? 0 : noise.mean() - reach, noise.mean() + reach};
+}
+
+FractalParameters octaves(const Noise& kind, int count, double frequency) {
+  FractalParameters p;
+  p.kind = &kind;
+  p.octaves = count;
+  p.frequency_scale = frequency;
+  p.lacunarity = 2;
+  p.seed = 4;
+  return p;
+}
+
+FractalParameters combined(Combination::Kind kind, double amplitude = 1) {
+  FractalParameters p = octaves(perlin_noise(), 6, 4);
+  p.combination.kind = kind;
+  p.amplitude = amplitude;
+  return p;
+}
+
+FractalParameters warped(int count, double warp, int warp_octaves) {
+  FractalParameters p = octaves(simplex_noise(), count, 5);
+  p.warp = warp;
+  p.warp_frequency = 2;
+  p.warp_octaves = warp_octaves;
+  return p;
+}
+
+/// Perlin noise in (ln r, angle) about the tile's centre: 12 cells around it.
+Cell polar(bool identified) {
+  std::vector<Octave> list(5);
+  for (std::size_t k = 0; k < list.size(); ++k) {
+    list[k].frequency = static_cast<float>(1 << k);
+    list[k].weight = 1 / list[k].frequency;
+    list[k].seed = static_cast<std::uint32_t>(k + 1);
+    // One turn of the angle is 12 cells along it and 3 across: a spiral.
+    if (identified) {
+      list[k].translation[0] = 12 << k;
+      list[k].translation[1] = 3 << k;
+    }
+  }
+  return {[list](const Points& points, float* out) {
+            BatchArray u, v;
+            for (std::size_t i = 0; i < points.size; ++i) {
+              const double x = double{points.x[i]} - 0.5, y = double{points.y[i]} - 0.5;
+              const double turn = std::atan2(y, x) / (2 * std::numbers::pi);
+              const double radius = 12 / (2 * std::numbers::pi) * std::log(std::hypot(x, y));
+              u[i] = static_cast<float>(12 * turn);
+              v[i] = static_cast<float>(radius + 3 * turn);
+            }
+            perlin_noise().sum({u.data(), v.data(), points.z, points.size}, list, out);
+          },
+          -0.75, 0.75};
+}
+
+void draw_all(const std::filesystem::path& directory) {
+  using enum Combination::Kind;
+  std::vector<Cell> kinds;
+  for (const int count : {1, 6}) {
+    for (const Noise* kind : noise_kinds()) kinds.push_back(slice(octaves(*kind, count, 6)));
+  }
+  draw(directory / "noise_kinds.png", noise_kinds().size(), kinds);
+  draw(directory / "noise_combinations.png", 5,
+       {slice(combined(additive)), slice(combined(multiplicative)),
+        slice(combined(multiplicative, 2)), slice(combined(ridged)), slice(combined(billow))});
+  draw(directory / "noise_warp.png", 3,
+       {slice(warped(1, 0, 1)), slice(warped(1, 0.04, 1)), slice(warped(1, 0.05, 4)),
+        slice(warped(6, 0, 1)), slice(warped(6, 0.04, 1)), slice(warped(6, 0.05, 4))});
+  draw(directory / "noise_helix.png", 2, {polar(false), polar(true)});
+}
+
+}  // namespace
+}  // namespace gamer
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::cerr << "usage: noise_figures DIRECTORY\n";
+    return 2;
+  }
+  gamer::draw_all(argv[1]);
+}
