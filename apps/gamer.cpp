@@ -8,11 +8,13 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <mutex>
 #include <new>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -24,8 +26,10 @@
 #include "gamer/core/version.h"
 #include "gamer/image/clean_up.h"
 #include "gamer/image/image_writer.h"
+#include "gamer/image/picture.h"
 #include "gamer/parallel/ranks.h"
 #include "gamer/render/estimate.h"
+#include "gamer/render/frames.h"
 #include "gamer/render/job.h"
 #include "gamer/render/journal.h"
 #include "gamer/render/listing.h"
@@ -35,6 +39,7 @@
 #include "gamer/render/resume.h"
 #include "gamer/render/schedule.h"
 #include "gamer/render/truth.h"
+#include "gamer/scene/animation.h"
 
 namespace {
 
@@ -203,7 +208,13 @@ std::string files_text(const gamer::ImageHeader& header, const gamer::OutputOpti
 }
 
 std::string size_text(const gamer::ImageHeader& header) {
-  return fmt::format("{} x {} pixels, {} plane{}", header.width, header.height, header.planes(),
+  std::string size = fmt::format("{} x {}", header.width, header.height);
+  if (!header.faces.empty()) {
+    size = fmt::format("{} x {} x {}", header.faces.size(), header.width, header.width);
+  } else if (header.healpix) {
+    size = fmt::format("12 x {0} x {0}", header.healpix->nside);
+  }
+  return fmt::format("{} pixels, {} plane{}", size, header.planes(),
                      header.planes() == 1 ? "" : "s");
 }
 
@@ -231,16 +242,22 @@ std::string objects_text(const gamer::Scene& scene) {
   return text;
 }
 
-/// All files that the job makes.
-std::vector<std::filesystem::path> result_files(const Options& options, const Work& work) {
-  const gamer::RenderParameters& parameters = work.job.parameters;
-  std::vector<std::filesystem::path> files = gamer::output_files(parameters.output, work.header);
-  if (work.truth_header.planes() > 0) {
-    const auto more = gamer::output_files(gamer::truth_output(parameters), work.truth_header);
+/// All files that a job with these parameters makes.
+std::vector<std::filesystem::path> result_files(const Options& options,
+                                                const gamer::RenderParameters& parameters,
+                                                const gamer::ImageHeader& header,
+                                                const gamer::ImageHeader& truth_header) {
+  std::vector<std::filesystem::path> files = gamer::output_files(parameters.output, header);
+  if (truth_header.planes() > 0) {
+    const auto more = gamer::output_files(gamer::truth_output(parameters), truth_header);
     files.insert(files.end(), more.begin(), more.end());
   }
   if (!options.truth_table.empty()) files.emplace_back(options.truth_table);
   return files;
+}
+
+std::vector<std::filesystem::path> result_files(const Options& options, const Work& work) {
+  return result_files(options, work.job.parameters, work.header, work.truth_header);
 }
 
 bool is_there(const std::filesystem::path& file) {
@@ -286,22 +303,12 @@ void begin_journal(const Options& options, Work& work) {
   work.journal = std::make_unique<gamer::Journal>(path, head, options.journal_interval);
 }
 
-/// On rank 0: answers, or reads and checks everything. Empty when there is nothing to render.
-/// `earlier` is the journal to go on with.
-std::optional<Work> prepare(const Options& options, int ranks, int threads,
-                            std::unique_ptr<gamer::Journal> earlier) {
+/// On rank 0: checks everything of a job. Empty when there is nothing to render. `earlier` is the
+/// journal to go on with.
+std::optional<Work> prepare_job(const Options& options, gamer::RenderJob job, int ranks,
+                                int threads, std::unique_ptr<gamer::Journal> earlier) {
   const int workers = ranks * threads;
-  if (options.only_tells()) {
-    tell(options);
-    return std::nullopt;
-  }
-  gamer::Resources resources =
-      gamer::open_resources(options.request, gamer::default_data_folders());
-  if (options.print_config) {
-    fmt::print("{}", gamer::load_parameters(options.request, resources).toml());
-    return std::nullopt;
-  }
-  Work work{gamer::load_job(options.request, resources), {}, {}, {}, {}};
+  Work work{std::move(job), {}, {}, {}, {}};
   if (earlier) go_on(options, std::move(earlier), work);
   work.header = gamer::make_image_header(work.job);
   int planes = work.header.planes();
@@ -350,6 +357,23 @@ std::optional<Work> prepare(const Options& options, int ranks, int threads,
     header->cards.push_back({"DATE", work.date, "time of writing (UTC)"});
   }
   return work;
+}
+
+/// On rank 0: answers, or reads and checks everything. Empty when there is nothing to render.
+std::optional<Work> prepare(const Options& options, int ranks, int threads,
+                            std::unique_ptr<gamer::Journal> earlier) {
+  if (options.only_tells()) {
+    tell(options);
+    return std::nullopt;
+  }
+  gamer::Resources resources =
+      gamer::open_resources(options.request, gamer::default_data_folders());
+  if (options.print_config) {
+    fmt::print("{}", gamer::load_parameters(options.request, resources).toml());
+    return std::nullopt;
+  }
+  return prepare_job(options, gamer::load_job(options.request, resources), ranks, threads,
+                     std::move(earlier));
 }
 
 /// The image's writer, and that of the truth images where there are.
@@ -472,6 +496,187 @@ gamer::Record share_record(const gamer::Ranks& ranks, gamer::Record own) {
   return is_source ? std::move(own) : gamer::unpack_record(packed);
 }
 
+// ---- Animations --------------------------------------------------------------------------------
+
+/// What every rank needs of an animation.
+struct Film {
+  gamer::Record record;     ///< of all frames, with [animation]
+  std::vector<int> frames;  ///< to be rendered, from 0
+};
+
+constexpr const char* film_frames = "frames";
+
+std::string pack_film(Film film) {
+  film.record.push_back({film_frames, "", fmt::format("{}", fmt::join(film.frames, " "))});
+  return gamer::pack_record(film.record);
+}
+
+Film unpack_film(const std::string& packed) {
+  Film film{gamer::unpack_record(packed), {}};
+  std::istringstream numbers(film.record.back().content.str());
+  for (int frame = 0; numbers >> frame;) film.frames.push_back(frame);
+  film.record.pop_back();
+  return film;
+}
+
+gamer::RenderParameters film_parameters(const gamer::Record& record) {
+  const auto text =
+      std::ranges::find(record, gamer::recorded_parameters, &gamer::Resources::Text::name);
+  return gamer::RenderParameters::read(gamer::parse_toml(text->content, text->label));
+}
+
+/// On rank 0: an animation, once everything is checked; empty for a single image. `is_done` when
+/// there is nothing to render.
+std::optional<Film> prepare_film(const Options& options, int ranks, int threads, bool& is_done) {
+  if (options.only_tells() || options.print_config) return std::nullopt;
+  gamer::Resources resources =
+      gamer::open_resources(options.request, gamer::default_data_folders());
+  if (gamer::load_parameters(options.request, resources).frames == 0) return std::nullopt;
+  const gamer::RenderJob job = gamer::load_job(options.request, resources);
+  const gamer::CameraPath path(job.parameters);
+  const gamer::ImageHeader header = gamer::make_image_header(job);
+  gamer::ImageHeader truth_header;
+  if (options.truth) {
+    gamer::check_truth_table(options.truth_table, job.parameters.output);
+    if (!options.truth_table.empty()) {
+      throw InputError(
+          "gamer: --truth-table: an animation has a table for each frame; --truth "
+          "puts them into the frames' files");
+    }
+    if (job.parameters.truth.any()) truth_header = gamer::make_truth_header(job);
+  }
+  gamer::check_row_memory(header, header.planes() + truth_header.planes(), ranks, threads);
+  Film film{job.record, {}};
+  std::vector<std::filesystem::path> old_files;
+  for (int frame = 0; frame < path.frames(); ++frame) {
+    gamer::RenderParameters own = gamer::frame_parameters(job.parameters, path, frame);
+    own.output.overwrite = options.request.overwrite || options.resume;
+    gamer::check_output(own.output, header);
+    const auto files = result_files(options, own, header, truth_header);
+    const std::filesystem::path journal = gamer::journal_path(own.output);
+    if (options.resume) {
+      if (std::all_of(files.begin(), files.end(), is_there)) {
+        gamer::check_same_frame(files.front(), film.record, own);
+        if (!is_there(journal)) continue;
+      }
+    } else if (!options.request.overwrite && is_there(journal)) {
+      throw InputError(
+          fmt::format("output '{}': '{}' holds finished rows of a job that was "
+                      "interrupted; --resume goes on with it, --overwrite starts anew",
+                      own.output.path.string(), journal.string()));
+    } else {
+      std::copy_if(files.begin(), files.end(), std::back_inserter(old_files), is_there);
+    }
+    film.frames.push_back(frame);
+  }
+  const std::string names = fmt::format(
+      "{} to {}", gamer::frame_path(job.parameters.output.path, 0, path.frames()).string(),
+      gamer::frame_path(job.parameters.output.path, path.frames() - 1, path.frames())
+          .filename()
+          .string());
+  is_done = true;
+  if (options.dry_run) {
+    fmt::print("would write {}: {} of {} frames, {}, {}\n", names, film.frames.size(),
+               path.frames(), size_text(header), objects_text(*job.scene));
+  } else if (film.frames.empty()) {
+    if (!options.quiet) fmt::print("{}: complete already\n", names);
+  } else {
+    is_done = false;
+    // So that a frame that is there is a frame of this animation.
+    for (const std::filesystem::path& file : old_files) std::filesystem::remove(file);
+  }
+  return film;
+}
+
+/// Renders a frame where this process is all that there is, or rank 0's part with all ranks.
+void render_frame(const Options& options, const Film& film, gamer::RenderParameters parameters,
+                  int ranks, int threads, gamer::Executor& executor, gamer::RankReport& report) {
+  parameters.output.overwrite = options.request.overwrite;
+  std::unique_ptr<gamer::Journal> earlier;
+  if (options.resume) {
+    const std::filesystem::path path = gamer::journal_path(parameters.output);
+    earlier = gamer::Journal::open(path, options.journal_interval);
+    const std::string simd = gamer::simd_target_name(gamer::current_simd_target());
+    // Its rows' last digits would differ: the frame begins again.
+    if (earlier && earlier->head().simd != simd) earlier.reset();
+  }
+  std::optional<Work> work = prepare_job(options, gamer::frame_job(film.record, parameters), ranks,
+                                         threads, std::move(earlier));
+  if (!work) return;
+  gamer::JournaledExecutor journaled(executor, work->journal.get());
+  render_or_say_how_to_go_on(options, journaled, *work, report);
+}
+
+/// Every rank's part.
+void run_film(const gamer::Ranks& ranks, const Options& options, Film film, int threads,
+              gamer::Executor& executor, gamer::RankReport& report) {
+  const bool is_root = ranks.rank() == 0;
+  gamer::RenderParameters parameters = film_parameters(film.record);
+  const gamer::CameraPath path(parameters);
+  if (is_root) {
+    gamer::say_when_stopped("gamer",
+                            "; finished frames are kept; go on with: " + options.resume_command);
+  }
+  if (gamer::picture_format(parameters.output.path.string()) && !parameters.output.tone) {
+    const auto tone = gamer::frame_tone(
+        film.record, gamer::frame_parameters(parameters, path, parameters.tone_frame - 1),
+        executor);
+    const std::vector<double> own(tone.begin(), tone.end());
+    const std::string text = ranks.broadcast(gamer::value_text(own));
+    gamer::ConfigNode root = gamer::parse_toml("tone = " + text, "image.tone");
+    std::vector<double> numbers;
+    for (const gamer::ConfigNode& node : root.find("tone")->array()) {
+      const auto* whole = std::get_if<std::int64_t>(&node.data);
+      numbers.push_back(whole ? static_cast<double>(*whole) : std::get<double>(node.data));
+    }
+    parameters.set("image", "tone", numbers);
+  }
+  const auto frame = [&](std::size_t i) {
+    return gamer::frame_parameters(parameters, path, film.frames[i]);
+  };
+  const auto count = static_cast<int>(film.frames.size());
+  const int apart = gamer::frames_apart(count, ranks.size());
+  if (apart > 0) {
+    Options alone = options;
+    alone.quiet = true;
+    alone.verbose = false;
+    using Style = gamer::Progress::Style;
+    const bool is_silent = options.quiet || !is_root;
+    gamer::Progress progress(apart, is_silent ? Style::none : gamer::Progress::style_for(stderr),
+                             stderr);
+    progress.count("frames");
+    const std::unique_ptr<gamer::Executor> frames = ranks.executor(1);
+    frames->run(
+        gamer::even_blocks(apart, 1), 1,
+        [&](gamer::RowRange block, std::span<double> values) {
+          gamer::ThreadExecutor local(threads);
+          render_frame(alone, film, frame(static_cast<std::size_t>(block.first)), 1, threads, local,
+                       report);
+          values[0] = 1;
+        },
+        [&](gamer::RowRange block, std::span<const double>) {
+          progress.add(block.size());
+          if (options.quiet) return;
+          const auto i = static_cast<std::size_t>(block.first);
+          fmt::print(
+              "{}\n",
+              gamer::frame_path(parameters.output.path, film.frames[i], path.frames()).string());
+        });
+    report.runs = frames->times();
+  }
+  for (int i = apart; i < count; ++i) {
+    if (is_root) {
+      render_frame(options, film, frame(static_cast<std::size_t>(i)), ranks.size(), threads,
+                   executor, report);
+    } else {
+      const gamer::RenderJob job =
+          gamer::frame_job(film.record, frame(static_cast<std::size_t>(i)));
+      gamer::JournaledExecutor journaled(executor, nullptr);
+      render(options, job, journaled, nullptr, report);
+    }
+  }
+}
+
 /// Every rank's part of the run.
 void run(const gamer::Ranks& ranks, int argc, char** argv) {
   const gamer::Clock clock;
@@ -490,6 +695,21 @@ void run(const gamer::Ranks& ranks, int argc, char** argv) {
   const int threads = options.threads.value_or(ranks.size() == 1 ? gamer::available_cores() : 1);
   const std::unique_ptr<gamer::Executor> executor = ranks.executor(threads);
 
+  gamer::RankReport report;
+  report.threads = threads;
+  std::optional<Film> film;
+  bool is_done = false;
+  if (ranks.rank() == 0) film = prepare_film(options, ranks.size(), threads, is_done);
+  if (is_done) film->frames.clear();
+  const std::string packed_film = ranks.broadcast(film ? pack_film(std::move(*film)) : "");
+  if (!packed_film.empty()) {
+    film = unpack_film(packed_film);
+    if (!film->frames.empty()) {
+      run_film(ranks, options, std::move(*film), threads, *executor, report);
+    }
+    return;
+  }
+
   std::optional<Work> work;
   if (ranks.rank() == 0) work = prepare(options, ranks.size(), threads, std::move(earlier));
   const gamer::Record record = share_record(ranks, work ? work->job.record : gamer::Record());
@@ -500,8 +720,6 @@ void run(const gamer::Ranks& ranks, int argc, char** argv) {
   gamer::Journal* journal = work ? work->journal.get() : nullptr;
   gamer::JournaledExecutor journaled(*executor, journal);
   if (journal != nullptr) announce(options, *journal);
-  gamer::RankReport report;
-  report.threads = threads;
   if (work) {
     render_or_say_how_to_go_on(options, journaled, *work, report);
   } else {

@@ -12,6 +12,7 @@ for list in scenes/*.lst; do
   settings=(--set image.size=256)
   case $name in
     ngc4321) settings=(--set image.size=512) ;;
+    milky_way_inside) settings=(--set "image.size=[512, 256]") ;;
     field) settings=(--set "image.size=[440, 264]" --set camera.pixel_scale=0.0818) ;;
   esac
   build/release/gamer "scenes/$name.par" "$list" --output "docs/images/$name.png" --overwrite \

@@ -36,26 +36,6 @@ namespace {
 
 // ---- Header ------------------------------------------------------------------------------------
 
-/// DATE, ORIGIN and CREATOR of this run, or as the caller gives them.
-std::vector<Card> common_cards(const std::vector<Card>& given) {
-  std::vector<Card> cards = {{"DATE", fits_date(), "time of writing (UTC)"},
-                             {"ORIGIN", std::string("gamer"), ""},
-                             {"CREATOR", fmt::format("gamer {}", version()), "program, version"}};
-  for (Card& card : cards) {
-    const auto found = std::find_if(given.begin(), given.end(),
-                                    [&](const Card& other) { return other.key == card.key; });
-    if (found != given.end()) card = *found;
-  }
-  return cards;
-}
-
-std::vector<Card> without_common_cards(const std::vector<Card>& cards) {
-  std::vector<Card> rest;
-  std::copy_if(cards.begin(), cards.end(), std::back_inserter(rest),
-               [](const Card& card) { return !is_common_card(card.key); });
-  return rest;
-}
-
 /// All of one FITS file but its pixels: which HDUs there are, and their headers.
 class FitsLayout {
  public:
@@ -66,33 +46,41 @@ class FitsLayout {
 
   const ImageHeader& header() const { return header_; }
 
-  /// Where a plane's first pixel stands.
+  /// Where the first pixel of a plane's row stands.
   struct Place {
     std::size_t file = 0;
     int hdu = 1;
     LONGLONG element = 1;
   };
-  Place place(int plane) const {
+  Place place(int plane, int row) const {
+    const int face = row / face_height();
+    const LONGLONG first = static_cast<LONGLONG>(row % face_height()) * header_.width + 1;
+    // Behind the empty primary HDU.
+    const int own = header_.faces.empty() ? 1 : face + 2;
     switch (options_.layout) {
       case ImageLayout::cube:
-        return {0, 1, static_cast<LONGLONG>(plane) * header_.width * header_.height + 1};
+        return {0, own, static_cast<LONGLONG>(plane) * header_.width * face_height() + first};
       case ImageLayout::extensions:
-        return {0, plane + 2, 1};
+        return {0, face * header_.planes() + plane + 2, first};
       case ImageLayout::files:
-        return {static_cast<std::size_t>(plane), 1, 1};
+        return {static_cast<std::size_t>(plane), own, first};
     }
     throw std::invalid_argument("unknown image layout");
   }
 
-  /// Makes the HDUs of file number `index`. `fill(first, count)` is called when the current HDU is
-  /// the new one of these planes, before further HDUs follow it.
+  /// At least one.
+  int faces() const { return std::max(1, static_cast<int>(header_.faces.size())); }
+  int face_height() const { return header_.height / faces(); }
+
+  /// Makes the HDUs of file number `index`. `fill(face, first, count)` is called when the current
+  /// HDU is the new one of these planes, before further HDUs follow it.
   template <class Fill>
   void make(FitsFile& file, int index, bool compressed, Fill fill) const {
     const bool extensions = options_.layout == ImageLayout::extensions;
-    if (extensions || compressed) {
+    if (has_head() || compressed) {
       file.call(fits_create_img, BYTE_IMG, 0, nullptr);
       std::vector<Card> cards = common_;
-      if (extensions) cards.insert(cards.end(), header_.cards.begin(), header_.cards.end());
+      if (has_head()) cards.insert(cards.end(), header_.cards.begin(), header_.cards.end());
       write_cards(file, cards);
     }
     if (compressed) {
@@ -103,26 +91,32 @@ class FitsLayout {
     const bool cube = options_.layout == ImageLayout::cube;
     const int first = cube || extensions ? 0 : index;
     const int last = cube || extensions ? header_.planes() : index + 1;
-    for (int plane = first; plane < last;) {
-      const int count = cube ? last - first : 1;
-      LONGLONG sizes[] = {header_.width, header_.height, count};
-      file.call(fits_create_imgll, options_.bitpix, count > 1 ? 3 : 2, sizes);
-      write_image_header(file, plane, count);
-      if (!compressed) {
-        reserve_checksum(file);
-        file.reserve_data();
+    const int step = cube ? last - first : 1;
+    for (int face = 0; face < faces(); ++face) {
+      for (int plane = first; plane < last; plane += step) {
+        LONGLONG sizes[] = {header_.width, face_height(), step};
+        file.call(fits_create_imgll, options_.bitpix, step > 1 ? 3 : 2, sizes);
+        write_image_header(file, face, plane, step);
+        if (!compressed) {
+          reserve_checksum(file);
+          file.reserve_data();
+        }
+        fill(face, plane, step);
       }
-      fill(plane, count);
-      if (count > 1 && is_tabulated(header_.wavelengths)) {
-        write_coordinate_table(file, header_.wavelengths, common_);
-      }
-      plane += count;
+    }
+    if (step > 1 && is_tabulated(header_.wavelengths)) {
+      write_coordinate_table(file, header_.wavelengths, common_);
     }
     for (const TextTable& table : header_.tables) write_text_table(file, table, common_);
     for (const DataTable& table : header_.data_tables) write_data_table(file, table, common_);
   }
 
  private:
+  /// Whether the header's cards stand in an empty primary HDU.
+  bool has_head() const {
+    return options_.layout == ImageLayout::extensions || !header_.faces.empty();
+  }
+
   /// Of the HDU with the planes [first, first + count).
   const std::string& unit_of(int first, int count) const {
     const auto unit = [this](int plane) -> const std::string& {
@@ -138,11 +132,12 @@ class FitsLayout {
   }
 
   /// Axes 1 and 2.
-  void write_plane_axes(FitsFile& file) const {
+  void write_plane_axes(FitsFile& file, const ImageFace* face) const {
     if (header_.wcs_records.empty()) {
       std::vector<Card> cards;
-      append_axis(cards, 1, header_.x);
-      append_axis(cards, 2, header_.y);
+      append_axis(cards, 1, face != nullptr ? face->x : header_.x);
+      append_axis(cards, 2, face != nullptr ? face->y : header_.y);
+      if (face != nullptr) cards.insert(cards.end(), face->cards.begin(), face->cards.end());
       write_cards(file, cards);
       return;
     }
@@ -151,21 +146,18 @@ class FitsLayout {
     }
   }
 
-  void append_plane_cards(std::vector<Card>& cards, int first, int count) const {
-    for (int i = 0; i < count && !header_.plane_cards.empty(); ++i) {
-      for (Card card : header_.plane_cards[first + i]) {
-        const bool is_text_line = std::holds_alternative<std::monostate>(card.value);
-        if (count > 1 && !is_text_line) card.key += fmt::format("{}", i + 1);
-        cards.push_back(std::move(card));
-      }
-    }
+  /// EXTNAME of the HDU with the planes from `first` on; empty for none.
+  std::string name_of(const ImageFace* face, int first) const {
+    if (options_.layout == ImageLayout::cube) return face != nullptr ? face->label : "";
+    return face != nullptr ? face->label + "_" + header_.labels[first] : header_.labels[first];
   }
 
   /// The header of the HDU with the planes [first, first + count).
-  void write_image_header(FitsFile& file, int first, int count) const {
+  void write_image_header(FitsFile& file, int face_number, int first, int count) const {
+    const ImageFace* face = header_.faces.empty() ? nullptr : &header_.faces[face_number];
     std::vector<Card> cards;
-    if (options_.layout != ImageLayout::cube) {
-      cards.push_back({"EXTNAME", header_.labels[first], ""});
+    if (const std::string name = name_of(face, first); !name.empty()) {
+      cards.push_back({"EXTNAME", name, ""});
     }
     cards.insert(cards.end(), common_.begin(), common_.end());
     const std::string& unit = unit_of(first, count);
@@ -173,17 +165,12 @@ class FitsLayout {
     // Counted by name: a compressed image is a table, of two axes.
     cards.push_back({"WCSAXES", count > 1 ? 3LL : 2LL, "number of world axes"});
     write_cards(file, cards);
-    write_plane_axes(file);
+    write_plane_axes(file, face);
 
     cards.clear();
     if (count > 1) append_third_axis(cards, header_.wavelengths, header_.wcs_records);
-    const bool has_wavelengths = !header_.wavelengths.empty();
-    for (int i = 0; has_wavelengths && i < count; ++i) {
-      cards.push_back({fmt::format("WAVELEN{}", i + 1), header_.wavelengths[first + i],
-                       fmt::format("[Angstrom] of plane {}", i + 1)});
-    }
-    append_plane_cards(cards, first, count);
-    if (options_.layout != ImageLayout::extensions) {
+    append_plane_cards(cards, header_, first, count);
+    if (!has_head()) {
       cards.insert(cards.end(), header_.cards.begin(), header_.cards.end());
     }
     write_cards(file, cards);
@@ -204,7 +191,8 @@ class FitsWriter final : public ImageWriter {
         width_(header.width),
         height_(header.height),
         planes_(header.planes()),
-        sums_(static_cast<std::size_t>(header.planes())),
+        sums_(static_cast<std::size_t>(header.planes()) *
+              static_cast<std::size_t>(layout_.faces())),
         written_(static_cast<std::size_t>(header.height)) {
     const auto is_per_plane = [this](std::size_t size) {
       return size == 0 || size == static_cast<std::size_t>(planes_);
@@ -219,7 +207,7 @@ class FitsWriter final : public ImageWriter {
       outputs_.push_back(std::make_unique<Output>(std::make_unique<TemporaryFile>(path)));
       if (is_compressed) packed_.push_back(std::make_unique<TemporaryFile>(path));
       layout_.make(outputs_.back()->file, static_cast<int>(outputs_.size()) - 1, false,
-                   [](int, int) {});
+                   [](int, int, int) {});
     }
   }
 
@@ -278,10 +266,9 @@ class FitsWriter final : public ImageWriter {
     using Bits =
         std::conditional_t<sizeof(Value) == sizeof(std::uint32_t), std::uint32_t, std::uint64_t>;
     const auto width = static_cast<std::size_t>(width_);
-    const FitsLayout::Place place = layout_.place(plane);
-    FitsFile& file = outputs_[place.file]->file;
+    FitsFile& file = outputs_[layout_.place(plane, first).file]->file;
     row.resize(width);
-    bool is_there = false;
+    int current = 0;
     for (int y = 0; y < count; ++y) {
       const double* from = values.data() + (static_cast<std::size_t>(y) * planes_ + plane) * width;
       Bits any = 0;
@@ -290,27 +277,31 @@ class FitsWriter final : public ImageWriter {
         any |= std::bit_cast<Bits>(row[x]);
       }
       if (any == 0 && !written_[first + y]) continue;
-      sums_[plane].add(row.data(), width);
-      if (!is_there) file.move_to(place.hdu);
-      is_there = true;
-      const LONGLONG to = place.element + static_cast<LONGLONG>(first + y) * width_;
+      const FitsLayout::Place place = layout_.place(plane, first + y);
+      sum_of(plane, (first + y) / layout_.face_height()).add(row.data(), width);
+      if (place.hdu != current) file.move_to(place.hdu);
+      current = place.hdu;
       if constexpr (sizeof(Value) == sizeof(float)) {
-        file.call(fits_write_img_flt, 1L, to, LONGLONG{width_}, row.data());
+        file.call(fits_write_img_flt, 1L, place.element, LONGLONG{width_}, row.data());
       } else {
-        file.call(fits_write_img_dbl, 1L, to, LONGLONG{width_}, row.data());
+        file.call(fits_write_img_dbl, 1L, place.element, LONGLONG{width_}, row.data());
       }
     }
   }
 
+  PixelSum& sum_of(int plane, int face) { return sums_[plane * layout_.faces() + face]; }
+
   /// The checksum of an HDU's pixels, where it is known.
-  std::optional<std::uint32_t> data_sum(const Output* output, int hdu) const {
+  std::optional<std::uint32_t> data_sum(const Output* output, int hdu) {
     PixelSum sum;
     bool is_image = false;
     for (int plane = 0; plane < planes_; ++plane) {
-      const FitsLayout::Place place = layout_.place(plane);
-      if (outputs_[place.file].get() != output || place.hdu != hdu) continue;
-      is_image = true;
-      sum.add(sums_[plane]);
+      for (int face = 0; face < layout_.faces(); ++face) {
+        const FitsLayout::Place place = layout_.place(plane, face * layout_.face_height());
+        if (outputs_[place.file].get() != output || place.hdu != hdu) continue;
+        is_image = true;
+        sum.add(sum_of(plane, face));
+      }
     }
     const bool is_compressed = image_suffix(options_.path) == ImageSuffix::fits_compressed;
     if (!is_image || is_compressed || has_rewritten_) return std::nullopt;
@@ -325,14 +316,14 @@ class FitsWriter final : public ImageWriter {
       FitsFile& plain = outputs_[i]->file;
       auto packed = std::make_unique<Output>(std::move(packed_[i]));
       std::vector<double> row(static_cast<std::size_t>(width_));
-      const auto fill = [&](int first_plane, int count) {
+      const auto fill = [&](int face, int first_plane, int count) {
+        const int first_row = face * layout_.face_height();
         LONGLONG to = 1;
         for (int plane = first_plane; plane < first_plane + count; ++plane) {
-          const FitsLayout::Place place = layout_.place(plane);
-          plain.move_to(place.hdu);
-          for (int y = 0; y < height_; ++y, to += width_) {
+          plain.move_to(layout_.place(plane, first_row).hdu);
+          for (int y = 0; y < layout_.face_height(); ++y, to += width_) {
             constexpr double kKeepAll = 0;
-            plain.call(fits_read_img_dbl, 1L, place.element + static_cast<LONGLONG>(y) * width_,
+            plain.call(fits_read_img_dbl, 1L, layout_.place(plane, first_row + y).element,
                        LONGLONG{width_}, kKeepAll, row.data(), nullptr);
             packed->file.call(fits_write_img_dbl, 1L, to, LONGLONG{width_}, row.data());
           }
@@ -347,7 +338,7 @@ class FitsWriter final : public ImageWriter {
   FitsLayout layout_;
   int width_, height_, planes_;
   std::vector<std::unique_ptr<Output>> outputs_;
-  std::vector<PixelSum> sums_;   ///< of each plane
+  std::vector<PixelSum> sums_;   ///< [plane][face]
   bool has_rewritten_ = false;   ///< rows came twice: the sums are wrong
   std::vector<float> floats_;    ///< a row
   std::vector<double> doubles_;  ///< a row

@@ -5,8 +5,12 @@
 #include <algorithm>
 #include <functional>
 #include <optional>
+#include <iterator>
 #include <stdexcept>
+#include <utility>
 
+#include "gamer/core/version.h"
+#include "gamer/image/fits.h"
 #include "image/card_record.h"
 
 namespace gamer {
@@ -155,6 +159,40 @@ std::uint64_t header_sum(FitsFile& file) {
 }
 
 }  // namespace
+
+std::vector<Card> common_cards(const std::vector<Card>& given) {
+  std::vector<Card> cards = {{"DATE", fits_date(), "time of writing (UTC)"},
+                             {"ORIGIN", std::string("gamer"), ""},
+                             {"CREATOR", fmt::format("gamer {}", version()), "program, version"}};
+  for (Card& card : cards) {
+    const auto found = std::find_if(given.begin(), given.end(),
+                                    [&](const Card& other) { return other.key == card.key; });
+    if (found != given.end()) card = *found;
+  }
+  return cards;
+}
+
+std::vector<Card> without_common_cards(const std::vector<Card>& cards) {
+  std::vector<Card> rest;
+  std::copy_if(cards.begin(), cards.end(), std::back_inserter(rest),
+               [](const Card& card) { return !is_common_card(card.key); });
+  return rest;
+}
+
+void append_plane_cards(std::vector<Card>& cards, const ImageHeader& header, int first, int count) {
+  const bool has_wavelengths = !header.wavelengths.empty();
+  for (int i = 0; has_wavelengths && i < count; ++i) {
+    cards.push_back({fmt::format("WAVELEN{}", i + 1), header.wavelengths[first + i],
+                     fmt::format("[Angstrom] of plane {}", i + 1)});
+  }
+  for (int i = 0; i < count && !header.plane_cards.empty(); ++i) {
+    for (Card card : header.plane_cards[first + i]) {
+      const bool is_text_line = std::holds_alternative<std::monostate>(card.value);
+      if (count > 1 && !is_text_line) card.key += fmt::format("{}", i + 1);
+      cards.push_back(std::move(card));
+    }
+  }
+}
 
 void write_card(FitsFile& file, const Card& card) {
   try {

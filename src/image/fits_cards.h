@@ -12,6 +12,15 @@
 
 namespace gamer {
 
+/// DATE, ORIGIN and CREATOR of this run, or as the caller gives them; and the others of the
+/// caller's.
+std::vector<Card> common_cards(const std::vector<Card>& given);
+std::vector<Card> without_common_cards(const std::vector<Card>& cards);
+
+/// Appends WAVELENn and the cards of the planes [first, first + count) of one HDU, numbered where
+/// they are several.
+void append_plane_cards(std::vector<Card>& cards, const ImageHeader& header, int first, int count);
+
 /// Appends a card to the current header, see card_records().
 void write_card(FitsFile& file, const Card& card);
 

@@ -11,6 +11,7 @@
 
 #include "gamer/core/error.h"
 #include "gamer/image/fits.h"
+#include "gamer/image/healpix_writer.h"
 #include "gamer/image/new_file.h"
 #include "gamer/image/picture.h"
 #include "image/image_suffix.h"
@@ -47,8 +48,12 @@ std::uint64_t pixels(const ImageHeader& header) {
 
 std::uint64_t bytes_on_disk(ImageSuffix suffix, const OutputOptions& options,
                             const ImageHeader& header) {
-  if (suffix == ImageSuffix::bmp) return bmp_bytes(header.width, header.height);
-  if (suffix == ImageSuffix::png) return pixels(header) * 3 * sizeof(std::uint16_t);
+  const auto [width, height] = picture_extent(header);
+  if (suffix == ImageSuffix::bmp) return bmp_bytes(width, height);
+  if (suffix == ImageSuffix::png) {
+    return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * 3 *
+           sizeof(std::uint16_t);
+  }
   std::uint64_t texts = header.cards.size() * kCardBytes;
   for (const TextTable& table : header.tables) {
     texts += table.cards.size() * kCardBytes;
@@ -126,6 +131,7 @@ void check_output(const OutputOptions& options, const ImageHeader& header) {
     }
     fail(fmt::format("unknown kind of file; the name must end in one of {}", allowed));
   }
+  if (header.healpix && *suffix != ImageSuffix::fits) fail("a HEALPix map is a .fits file");
   if (is_fits(*suffix) && options.bitpix != -32 && options.bitpix != -64) {
     fail(fmt::format("bitpix = {} is not one of -32, -64", options.bitpix));
   }
@@ -152,18 +158,29 @@ void check_output(const OutputOptions& options, const ImageHeader& header) {
   }
 
   const std::uint64_t bytes = bytes_on_disk(*suffix, options, header);
+  const auto [width, height] = picture_extent(header);
   if (*suffix == ImageSuffix::bmp && bytes > kLargestBmp) {
-    fail(fmt::format("{} x {} pixels are too many for a BMP file (4 GiB); use .png", header.width,
-                     header.height));
+    fail(
+        fmt::format("{} x {} pixels are too many for a BMP file (4 GiB); use .png", width, height));
   }
   if (!is_fits(*suffix)) {
     const std::uint64_t needed =
-        picture_memory(header.width, header.height, static_cast<int>(header.labels.size()));
+        picture_memory(width, height, static_cast<int>(header.labels.size()));
     if (const std::uint64_t available = available_memory(); needed > available) {
       fail(
           fmt::format("a picture of {} x {} pixels needs {} of memory, {} is available; "
                       "FITS files are written row by row and need little",
-                      header.width, header.height, bytes_text(needed), bytes_text(available)));
+                      width, height, bytes_text(needed), bytes_text(available)));
+    }
+  }
+  if (header.healpix) {
+    const std::uint64_t needed = healpix_memory(options, header);
+    if (const std::uint64_t available = available_memory(); needed > available) {
+      fail(
+          fmt::format("a HEALPix map of nside = {} and {} plane{} needs {} of memory, {} is "
+                      "available",
+                      header.healpix->nside, header.planes(), header.planes() == 1 ? "" : "s",
+                      bytes_text(needed), bytes_text(available)));
     }
   }
   std::error_code error;
@@ -227,6 +244,7 @@ std::unique_ptr<ImageWriter> make_split_writer(std::unique_ptr<ImageWriter> firs
 std::unique_ptr<ImageWriter> make_image_writer(const OutputOptions& options,
                                                const ImageHeader& header) {
   check_output(options, header);
+  if (header.healpix) return make_healpix_writer(options, header);
   return is_fits(*image_suffix(options.path)) ? make_fits_writer(options, header)
                                               : make_picture_writer(options, header);
 }

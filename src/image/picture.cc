@@ -272,22 +272,31 @@ class PictureWriter final : public ImageWriter {
   PictureWriter(const OutputOptions& options, const ImageHeader& header)
       : options_(options),
         planes_(header.planes()),
+        width_(header.width),
+        faces_(header.faces),
         weights_(channel_weights(planes_, header.wavelengths)),
-        channels_(header.width, header.height, static_cast<int>(weights_.size())),
-        written_(static_cast<std::size_t>(header.height)) {}
+        channels_(picture_extent(header).first, picture_extent(header).second,
+                  static_cast<int>(weights_.size())),
+        written_(static_cast<std::size_t>(header.height)) {
+    if (faces_.empty()) faces_.resize(1);
+  }
 
   void write_rows(int first, int count, std::span<const double> values) override {
-    const int width = channels_.width();
-    if (first < 0 || count < 0 || first > channels_.height() - count ||
+    const int width = width_, height = static_cast<int>(written_.size());
+    const int face_height = height / static_cast<int>(faces_.size());
+    if (first < 0 || count < 0 || first > height - count ||
         values.size() != static_cast<std::size_t>(count) * planes_ * width) {
       throw std::invalid_argument("picture: rows outside the image");
     }
     for (int row = 0; row < count; ++row) {
       const double* planes = values.data() + static_cast<std::size_t>(row) * planes_ * width;
+      const ImageFace& face = faces_[(first + row) / face_height];
+      const int x = face.column * width;
+      const int y = face.row * face_height + (first + row) % face_height;
       for (std::size_t channel = 0; channel < weights_.size(); ++channel) {
         mix_row(
             weights_[channel], width, [&](std::size_t plane) { return planes + plane * width; },
-            &channels_.at(0, first + row, static_cast<int>(channel)));
+            &channels_.at(x, y, static_cast<int>(channel)));
       }
     }
     std::fill_n(written_.begin() + first, count, true);
@@ -299,7 +308,8 @@ class PictureWriter final : public ImageWriter {
       throw RunError(fmt::format("{}: row {} was never written", options_.path.string(),
                                  missing - written_.begin()));
     }
-    const PictureTone tone = automatic_tone(views(channels_), 1);
+    const PictureTone tone = options_.tone ? PictureTone::of_numbers(*options_.tone)
+                                           : automatic_tone(views(channels_), 1);
     PictureFileOptions options;
     options.name = options_.path.string();
     options.format = picture_format(options.name).value_or(PictureFormat::png);
@@ -312,13 +322,25 @@ class PictureWriter final : public ImageWriter {
 
  private:
   OutputOptions options_;
-  int planes_;
+  int planes_, width_;
+  std::vector<ImageFace> faces_;
   std::vector<std::vector<double>> weights_;
   Image channels_;
   std::vector<bool> written_;
 };
 
 }  // namespace
+
+std::pair<int, int> picture_extent(const ImageHeader& header) {
+  if (header.faces.empty()) return {header.width, header.height};
+  const int height = header.height / static_cast<int>(header.faces.size());
+  int columns = 0, rows = 0;
+  for (const ImageFace& face : header.faces) {
+    columns = std::max(columns, face.column + 1);
+    rows = std::max(rows, face.row + 1);
+  }
+  return {columns * header.width, rows * height};
+}
 
 std::uint64_t picture_memory(int width, int height, int planes) {
   const std::uint64_t channels = planes == 1 ? 1 : 3;
@@ -406,6 +428,19 @@ PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
 std::uint16_t to_16_bits(double value) {
   if (std::isnan(value)) return 0;
   return static_cast<std::uint16_t>(std::lround(65535 * std::clamp(value, 0.0, 1.0)));
+}
+
+std::array<double, 8> PictureTone::numbers() const {
+  return {black[0], black[1], black[2], factor[0], factor[1], factor[2], slope, scale};
+}
+
+PictureTone PictureTone::of_numbers(const std::array<double, 8>& numbers) {
+  const auto& n = numbers;
+  return {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, n[6], n[7]};
+}
+
+PictureTone choose_tone(const Image& image, const std::vector<double>& wavelengths) {
+  return automatic_tone(picture_channels(views(image), wavelengths), 1);
 }
 
 Picture make_picture(const Image& image, const std::vector<double>& wavelengths) {

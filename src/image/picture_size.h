@@ -1,11 +1,17 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
+
+#include "gamer/image/image.h"
 
 namespace gamer {
 
 /// Size of a BMP file, bytes.
 std::uint64_t bmp_bytes(int width, int height);
+
+/// Width and height of an image's picture: of all its faces, or its own.
+std::pair<int, int> picture_extent(const ImageHeader& header);
 
 /// Memory that a picture's writer takes, bytes, from the first row to the finished file.
 std::uint64_t picture_memory(int width, int height, int planes);

@@ -23,6 +23,15 @@ constexpr double smooth_ratio = 2;
 // orthographic projection of the sky they grow as a root.
 constexpr double beyond_edge = 2.5;
 
+// Of the grid's cells, in steps, on the sphere.
+constexpr double half_diagonal = 0.75;
+
+// Chords of the sphere between neighbouring places up to which what lies between is in the ball.
+constexpr double longest_chord = 0.5;
+
+// The upper edge of a face belongs to the next one.
+constexpr double face_end = 1e-9;
+
 // Of a ball's radius and place, beyond rounding.
 constexpr double slack = 1e-12;
 
@@ -30,6 +39,13 @@ bool overlap(const GalaxyIndex::Ball& a, const GalaxyIndex::Ball& b) {
   const glm::dvec3 way = a.centre - b.centre;
   const double reach = a.radius + b.radius;
   return glm::dot(way, way) <= reach * reach;
+}
+
+/// A ball that holds both.
+GalaxyIndex::Ball around_both(const GalaxyIndex::Ball& a, const GalaxyIndex::Ball& b) {
+  const glm::dvec3 centre = 0.5 * (a.centre + b.centre);
+  return {centre, std::max(glm::distance(a.centre, centre) + a.radius,
+                           glm::distance(b.centre, centre) + b.radius)};
 }
 
 /// The rays of a grid of places in the image.
@@ -42,6 +58,7 @@ class Grid {
       return begin + (end - begin) * i / steps;
     };
     const bool is_orthographic = camera.projection() == Projection::orthographic;
+    is_sphere_ = is_sphere(camera.projection());
     std::vector<Line> upward(static_cast<std::size_t>(columns) + 1);
     for (int j = 0; j <= rows; ++j) {
       Line across;
@@ -58,7 +75,7 @@ class Grid {
 
   bool empty() const { return points_.empty(); }
   /// Whether the sky is seen everywhere, without seams.
-  bool is_smooth() const { return is_smooth_; }
+  bool is_smooth() const { return is_smooth_ && (!is_sphere_ || longest_ <= longest_chord); }
 
   /// Holds the points and what lies between them.
   GalaxyIndex::Ball ball() const {
@@ -68,7 +85,7 @@ class Grid {
     for (const glm::dvec3& point : points_) {
       ball.radius = std::max(ball.radius, glm::distance(point, ball.centre));
     }
-    ball.radius += (is_smooth_ ? 0.5 : beyond_edge) * longest_;
+    ball.radius += (!is_smooth() ? beyond_edge : is_sphere_ ? half_diagonal : 0.5) * longest_;
     return ball;
   }
 
@@ -92,7 +109,7 @@ class Grid {
   }
 
   std::vector<glm::dvec3> points_;
-  bool is_smooth_ = true;
+  bool is_smooth_ = true, is_sphere_ = false;
   double longest_ = 0;
 };
 
@@ -170,10 +187,26 @@ void GalaxyIndex::build(int first, int count) {
 
 std::optional<GalaxyIndex::Ball> GalaxyIndex::pixels(int left, int right, int bottom,
                                                      int top) const {
-  // With a margin of a pixel beyond the edges.
-  const auto grid_of = [&](double step) {
-    return Grid(camera_, left - 1.5, right + 0.5, bottom - 1.5, top + 0.5, step);
-  };
+  const int rows = camera_.face_rows();
+  if (rows >= camera_.height()) {
+    // With a margin of a pixel beyond the edges.
+    return rays(left - 1.5, right + 0.5, bottom - 1.5, top + 0.5);
+  }
+  // Of each face apart: what stands above it shows another part of the sky.
+  std::optional<Ball> all;
+  for (int first = bottom - bottom % rows; first < top; first += rows) {
+    const std::optional<Ball> part = rays(
+        std::max(left - 1.5, -0.5), std::min(right + 0.5, camera_.width() - 0.5),
+        std::max(bottom - 1.5, first - 0.5), std::min(top + 0.5, first + rows - 0.5 - face_end));
+    if (!part) continue;
+    all = all ? around_both(*all, *part) : *part;
+  }
+  return all;
+}
+
+std::optional<GalaxyIndex::Ball> GalaxyIndex::rays(double left, double right, double bottom,
+                                                   double top) const {
+  const auto grid_of = [&](double step) { return Grid(camera_, left, right, bottom, top, step); };
   if (const Grid grid = grid_of(spacing); grid.is_smooth()) return grid.ball();
   // Centres and corners of the pixels.
   const Grid grid = grid_of(0.5);

@@ -11,6 +11,7 @@
 #include "gamer/core/units.h"
 #include "gamer/core/version.h"
 #include "gamer/image/fits.h"
+#include "gamer/render/frames.h"
 #include "gamer/render/renderer.h"
 #include "gamer/render/schedule.h"
 #include "gamer/render/truth.h"
@@ -24,7 +25,7 @@ namespace {
 
 // Names in the record.
 const std::string parameters_name = recorded_parameters;
-const std::string scene_name = "scene.lst";
+const std::string scene_name = recorded_scene;
 
 const std::filesystem::path& source_of(const JobRequest& request,
                                        const std::filesystem::path& file) {
@@ -41,6 +42,8 @@ const Resources::Text& read_file(Resources& resources, const std::string& name,
   }
 }
 
+}  // namespace
+
 void make_preview(RenderParameters& parameters) {
   const auto reduced = [](int size) {
     return static_cast<double>((size + preview_reduction - 1) / preview_reduction);
@@ -52,11 +55,19 @@ void make_preview(RenderParameters& parameters) {
       parameters.set("camera", "pixel_scale",
                      parameters.sky.pixel_scale * parameters.width / width);
     }
-    parameters.set("image", "size", std::vector<double>{width, reduced(parameters.height)});
+    if (parameters.projection == Projection::healpix) {
+      parameters.set("camera", "nside", static_cast<std::int64_t>(width));
+    } else {
+      const bool is_cube = parameters.projection == Projection::cubemap;
+      const double height = is_cube ? width : reduced(parameters.height);
+      parameters.set("image", "size", std::vector<double>{width, height});
+    }
   }
   parameters.set("camera", "supersample", std::int64_t{1});
   parameters.set("sampling", "tolerance", std::max(parameters.tolerance, preview_tolerance));
 }
+
+namespace {
 
 void set_output(const std::filesystem::path& path, RenderParameters& parameters) {
   parameters.set("image", "output", path.string());
@@ -303,6 +314,14 @@ RenderJob load_job(const JobRequest& request, Resources& resources) {
   return recorded(std::move(job), label, resources);
 }
 
+RenderJob frame_job(const Record& animation, RenderParameters parameters) {
+  Resources resources = Resources::from_record(animation);
+  const Resources::Text list = find_text(animation, scene_name);
+  const Catalogue catalogue =
+      Catalogue::parse(list.content, list.label, parameters.catalogue_format);
+  return recorded(make_job(std::move(parameters), catalogue, resources), list.label, resources);
+}
+
 RenderJob job_from_record(const Record& record) {
   Resources resources = Resources::from_record(record);
   const Resources::Text& text = find_text(record, parameters_name);
@@ -322,6 +341,8 @@ ImageHeader make_image_header(const RenderJob& job) {
   header.unit = unit_text(job.scene->unit);
   if (job.camera.wcs()) {
     header.wcs_records = job.camera.wcs()->records();
+  } else if (is_sphere(job.parameters.projection)) {
+    set_sphere_axes(job.parameters, header);
   } else {
     header.x = job.camera.x_axis();
     header.y = job.camera.y_axis();

@@ -247,11 +247,12 @@ void Medium::plan(const Hit& hit, RayPlan& out) const {
 }
 
 bool Medium::has_variants(const Hit& hit) const {
-  if (!(hit.footprint > 0)) return false;
+  const double largest = hit.footprint_at(hit.end);
+  if (!(largest > 0)) return false;
   const auto components = placed(hit.galaxy).galaxy->components();
   const std::vector<int>& dust = kind(hit.galaxy).dust;
   return std::any_of(dust.begin(), dust.end(), [&](int c) {
-    return components[static_cast<std::size_t>(c)]->hides_texture(hit.footprint);
+    return components[static_cast<std::size_t>(c)]->hides_texture(largest);
   });
 }
 
@@ -392,9 +393,9 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
         s.x[size] = static_cast<float>(hit.nearest[0] + t * hit.direction[0]);
         s.y[size] = static_cast<float>(hit.nearest[1] + t * hit.direction[1]);
         s.z[size] = static_cast<float>(hit.nearest[2] + t * hit.direction[2]);
-        s.footprint[size] = static_cast<float>(hit.footprint);
+        s.footprint[size] = static_cast<float>(hit.footprint_at(at[i]));
       }
-      has_footprints = has_footprints || hit.footprint > 0;
+      has_footprints = has_footprints || hit.footprint_at(hit.end) > 0;
       done += count;
       if (done < stretch.count) break;
       ++next;

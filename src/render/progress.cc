@@ -68,7 +68,7 @@ std::string Progress::text() const {
   const double elapsed = seconds();
   const double rate = elapsed > 0 ? (done_ - skipped_) / elapsed : 0;
   const int percent = static_cast<int>(100.0 * done_ / rows_);
-  std::string result = fmt::format("{:3} %  {:.1f} rows/s", percent, rate);
+  std::string result = fmt::format("{:3} %  {:.1f} {}/s", percent, rate, unit_);
   if (rate > 0) result += fmt::format("  {} left", clock_text((rows_ - done_) / rate));
   return result;
 }

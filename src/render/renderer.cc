@@ -128,8 +128,10 @@ Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
   for (const PlacedGalaxy& placed : scene_->galaxies) {
     // Along the shortest semi-axis.
     const auto& axis = placed.galaxy->axis();
-    pixel_in_ball_.push_back(camera_.pixel_size(placed.centre) /
-                             (placed.radius * *std::min_element(axis.begin(), axis.end())));
+    const double shortest = placed.radius * *std::min_element(axis.begin(), axis.end());
+    pixel_in_ball_.push_back(camera_.pixel_size(placed.centre) / shortest);
+    pixel_angle_in_ball_.push_back(camera_.pixel_size(camera_.origin() - camera_.back()) /
+                                   shortest);
   }
   for (std::size_t o = 0; o < outputs_.size(); ++o) {
     using Kind = OutputPlane::Kind;
@@ -304,6 +306,7 @@ double Renderer::optical_depth(double x, double y) const {
 
 double Renderer::relative_size(const Ray& ray, double size, std::span<const int> galaxies) const {
   double largest = 0;
+  const bool is_parallel = camera_.projection() == Projection::orthographic;
   for (const int g : galaxies) {
     const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
     const double pixel = size * camera_.pixel_size(placed.centre);
@@ -315,7 +318,9 @@ double Renderer::relative_size(const Ray& ray, double size, std::span<const int>
     const glm::dvec3 origin = placed.to_ball * offset;
     glm::dvec3 direction = placed.to_ball * ray.direction;
     direction /= glm::length(direction);
-    const glm::dvec3 nearest = origin - glm::dot(origin, direction) * direction;
+    // What lies behind the camera is not seen.
+    const double way = glm::dot(origin, direction);
+    const glm::dvec3 nearest = is_parallel || way < 0 ? origin - way * direction : origin;
     const double length = size * pixel_in_ball_[static_cast<std::size_t>(g)];
     // Half a diagonal.
     const double around = length * std::numbers::sqrt2 / 2;
@@ -397,14 +402,20 @@ void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Fou
                          Work& work, Sums& sums, RenderCounts& counts) const {
   work.hits.clear();
   work.hit_ends.clear();
+  const bool is_parallel = camera_.projection() == Projection::orthographic;
   for (const Sample& sample : samples) {
     if (const std::optional<Ray> ray = camera_.ray(sample.x, sample.y)) {
       const std::size_t first = work.hits.size();
       GalaxyIndex::find(index_.around(*ray, 0), near, work.near_ray);
       medium_.hits(*ray, work.near_ray, work.hits);
       for (std::size_t h = first; h < work.hits.size(); ++h) {
-        work.hits[h].footprint =
-            sample.footprint * pixel_in_ball_[static_cast<std::size_t>(work.hits[h].galaxy)];
+        Hit& hit = work.hits[h];
+        const auto g = static_cast<std::size_t>(hit.galaxy);
+        if (hit.begin > 0 || is_parallel) {
+          hit.footprint = sample.footprint * pixel_in_ball_[g];
+        } else {
+          hit.footprint_growth = sample.footprint * pixel_angle_in_ball_[g];
+        }
       }
     }
     work.hit_ends.push_back(work.hits.size());
@@ -475,13 +486,17 @@ bool Renderer::add_stars(RowRange rows, Sums& sums) const {
     any = true;
     const PlacedStar& star = **placed;
     const double left = std::floor(star.pixel.x), below = std::floor(star.pixel.y);
-    for (const double y : {below, below + 1}) {
-      const double share_y = 1 - std::abs(star.pixel.y - y);
-      if (!(share_y > 0) || y < rows.first || y >= rows.last) continue;
-      const auto row = static_cast<std::size_t>(y) - static_cast<std::size_t>(rows.first);
-      for (const double x : {left, left + 1}) {
-        const double share = share_y * (1 - std::abs(star.pixel.x - x));
-        if (!(share > 0) || x < 0 || x >= static_cast<double>(width)) continue;
+    for (const double near_y : {below, below + 1}) {
+      const double share_y = 1 - std::abs(star.pixel.y - near_y);
+      if (!(share_y > 0)) continue;
+      for (const double near_x : {left, left + 1}) {
+        const double share = share_y * (1 - std::abs(star.pixel.x - near_x));
+        if (!(share > 0)) continue;
+        const glm::ivec2 place =
+            camera_.neighbour(star.pixel, static_cast<int>(near_x), static_cast<int>(near_y));
+        const double x = place.x, y = place.y;
+        if (y < rows.first || y >= rows.last || x < 0 || x >= static_cast<double>(width)) continue;
+        const auto row = static_cast<std::size_t>(y) - static_cast<std::size_t>(rows.first);
         const double area = camera_.solid_angle(x, y) / star.area_scale;
         if (!(area > 0)) continue;
         const auto column = static_cast<std::size_t>(x);
@@ -504,11 +519,11 @@ bool Renderer::add_stars(RowRange rows, Sums& sums) const {
 
 void Renderer::finish(int y, std::size_t row, Sums& sums) const {
   const auto width = static_cast<std::size_t>(camera_.width());
-  const bool is_sky_view = camera_.projection() == Projection::sky;
+  const bool has_edge = camera_.has_edge();
   for (std::size_t x = 0; x < width; ++x) {
     const auto px = static_cast<double>(x);
     double* const pixel = sums.values.data() + row * outputs_.size() * width + x;
-    const bool shows_sky = !is_sky_view || camera_.ray(px, y).has_value();
+    const bool shows_sky = !has_edge || camera_.ray(px, y).has_value();
     bool has_light = false;
     for (std::size_t o = 0; o < outputs_.size(); ++o) {
       has_light = has_light || pixel[o * width] != 0;

@@ -65,7 +65,8 @@ Camera::Camera(const RenderParameters& parameters)
       height_(parameters.height),
       projection_(parameters.projection),
       position_(parameters.position),
-      unit_(parameters.unit) {
+      unit_(parameters.unit),
+      sphere_(make_sphere_projection(parameters)) {
   if (projection_ == Projection::sky) {
     if (!parameters.sky_header.empty()) {
       throw InputError(parameters.sky_header_where, "the header of this sky view is not read");
@@ -78,7 +79,7 @@ Camera::Camera(const RenderParameters& parameters)
   const double across = projection_ == Projection::perspective
                             ? 2 * std::tan(glm::radians(parameters.fov) / 2)
                             : parameters.camera_width;
-  pixel_ = across / width_;
+  pixel_ = sphere_ ? sphere_->pixel_angle() : across / width_;
   right_ = glm::normalize(glm::cross(glm::normalize(parameters.up), back_));
   up_ = glm::cross(back_, right_);
 }
@@ -132,6 +133,11 @@ std::optional<Ray> Camera::ray(double x, double y) const {
     if (!sky) return std::nullopt;
     return Ray{position_, direction_of(*sky)};
   }
+  if (sphere_) {
+    const std::optional<glm::dvec3> way = sphere_->direction(x, y);
+    if (!way) return std::nullopt;
+    return Ray{position_, way->x * right_ + way->y * up_ - way->z * back_};
+  }
   const glm::dvec3 offset =
       pixel_ * (x - middle(width_)) * right_ + pixel_ * (y - middle(height_)) * up_;
   if (projection_ == Projection::perspective) return Ray{position_, glm::normalize(offset - back_)};
@@ -146,6 +152,11 @@ std::optional<glm::dvec2> Camera::pixel(const glm::dvec3& point) const {
   }
   const glm::dvec3 way = point - position_;
   const double along = -glm::dot(way, back_);
+  if (sphere_) {
+    const double length = glm::length(way);
+    if (!(length > 0)) return std::nullopt;
+    return sphere_->pixel(glm::dvec3(glm::dot(way, right_), glm::dot(way, up_), along) / length);
+  }
   if (!(along > 0)) return std::nullopt;
   const double unit = projection_ == Projection::perspective ? pixel_ * along : pixel_;
   return glm::dvec2(middle(width_) + glm::dot(way, right_) / unit,
@@ -153,6 +164,7 @@ std::optional<glm::dvec2> Camera::pixel(const glm::dvec3& point) const {
 }
 
 double Camera::solid_angle(double x, double y) const {
+  if (sphere_) return sphere_->solid_angle(x, y);
   if (projection_ == Projection::orthographic) return pixel_ * pixel_;
   if (projection_ == Projection::perspective) {
     const double u = pixel_ * (x - middle(width_)), v = pixel_ * (y - middle(height_));
@@ -174,6 +186,14 @@ double Camera::solid_angle(double x, double y) const {
 
 double Camera::pixel_size(const glm::dvec3& point) const {
   return projection_ == Projection::orthographic ? pixel_ : pixel_ * distance(point);
+}
+
+bool Camera::has_edge() const {
+  return projection_ == Projection::sky || projection_ == Projection::fisheye;
+}
+
+glm::ivec2 Camera::neighbour(const glm::dvec2& at, int x, int y) const {
+  return sphere_ ? sphere_->neighbour(at, x, y) : glm::ivec2(x, y);
 }
 
 glm::dvec3 Camera::up_at(const glm::dvec3& point) const {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <stdexcept>
+#include <tuple>
 
 #include "gamer/core/near.h"
 #include "gamer/scene/scene_columns.h"
@@ -17,8 +18,10 @@ using Type = ParameterType;
 
 constexpr double largest_image_side = 1e6;
 constexpr double largest_supersample = 16;
+constexpr double most_frames = 999999;
 constexpr double largest_octaves = 32;
 constexpr double most_band_samples = 64;
+constexpr double largest_nside = 65536;
 constexpr double largest_h0 = 1e4;
 // Galaxy radii: 2e6 steps across a galaxy.
 constexpr double smallest_step = 1e-6;
@@ -115,7 +118,14 @@ std::vector<ParameterSection> make_sections() {
          "`_<label>`)",
          {"cube", "extensions", "files"}},
         {"unit", Type::choice, "", Interval::any(), std::string("auto"),
-         "of the pixels; auto: nJy where the scene has magnitudes, else relative", unit_names()}}},
+         "of the pixels; auto: nJy where the scene has magnitudes, else relative", unit_names()},
+        {"tone",
+         Type::numbers,
+         "",
+         Interval::any(),
+         {},
+         "eight numbers that set the colours of a picture: black and factor of red, green, blue, "
+         "slope, scale; by default chosen from the picture itself"}}},
       {"camera",
        "The view.",
        {{"projection",
@@ -124,17 +134,35 @@ std::vector<ParameterSection> make_sections() {
          Interval::any(),
          std::string("perspective"),
          "kind of camera",
-         {"perspective", "orthographic", "sky"}},
+         {"perspective", "orthographic", "sky", "fisheye", "equirectangular", "cubemap",
+          "healpix"}},
         {"position", Type::vector3, "scene units", Interval::any(), std::vector<double>{0, -3, 0},
          "where the camera is"},
         {"target", Type::vector3, "scene units", Interval::any(), std::vector<double>{0, 0, 0},
          "what the middle of the image shows"},
         {"up", Type::vector3, "scene units", Interval::any(), std::vector<double>{0, 0, 1},
          "the direction that is up in the image"},
-        {"fov", Type::number, "deg", Interval::open(0, 180), 45.0,
-         "full angle across the image's width (perspective)"},
+        {"fov", Type::number, "deg", Interval::left_open(0, 360), 45.0,
+         "full angle across the image's width (perspective: below 180; fisheye: 180 by default)"},
         {"width", Type::number, "scene units", positive(), 2.5,
          "full width across the image (orthographic)"},
+        {"nside", Type::integer, "", Interval::closed(1, largest_nside), std::int64_t{128},
+         "pixels on a side of each of the twelve base pixels, a power of 2 (healpix)"},
+        {"ordering",
+         Type::choice,
+         "",
+         Interval::any(),
+         std::string("ring"),
+         "order of the map's pixels in the file (healpix)",
+         {"ring", "nested"}},
+        {"frame",
+         Type::choice,
+         "",
+         Interval::any(),
+         std::string("galactic"),
+         "what longitudes and latitudes are called in the file; (0, 0) is the target, up the North "
+         "pole (fisheye, equirectangular, cubemap, healpix)",
+         {"galactic", "equatorial", "ecliptic"}},
         {"center", Type::vector2, "deg", Interval::any(), std::vector<double>{0, 0},
          "right ascension and declination of the image's middle (sky)"},
         {"pixel_scale", Type::number, "arcsec", positive(), 0.2, "size of a pixel there (sky)"},
@@ -233,6 +261,51 @@ std::vector<ParameterSection> make_sections() {
          "of positions and sizes",
          {"arbitrary", "pc", "kpc", "Mpc"}}}},
       {"catalogue", "How a catalogue is read as a scene.", catalogue_table()},
+      {"animation",
+       "A film: numbered images of a moving camera.",
+       {{"frames",
+         Type::integer,
+         "",
+         Interval::closed(1, most_frames),
+         {},
+         "number of images; the first shows the first key frame, the last the last"},
+        {"times",
+         Type::numbers,
+         "",
+         Interval::any(),
+         {},
+         "of the key frames, ascending, in any unit; by default 0, 1, 2..."},
+        {"position",
+         Type::numbers,
+         "scene units",
+         Interval::any(),
+         {},
+         "camera.position in each key frame, one after another: x, y, z, x, y, z..."},
+        {"target",
+         Type::numbers,
+         "scene units",
+         Interval::any(),
+         {},
+         "camera.target in each key frame"},
+        {"up",
+         Type::numbers,
+         "scene units",
+         Interval::any(),
+         {},
+         "camera.up in each key frame; without it camera.up holds all the time"},
+        {"fov",
+         Type::numbers,
+         "deg",
+         Interval::left_open(0, 360),
+         {},
+         "camera.fov in each key frame"},
+        {"width", Type::numbers, "scene units", positive(), {}, "camera.width in each key frame"},
+        {"tone_frame",
+         Type::integer,
+         "",
+         Interval::closed(1, most_frames),
+         {},
+         "the frame that image.tone of pictures is chosen from, for all frames; by default 1"}}},
       {"truth",
        "Images of what the scene is made of, written beside the image with --truth.",
        {{"parts",
@@ -264,12 +337,20 @@ struct ConditionalKey {
   std::vector<std::string_view> values;
 };
 
+const std::vector<std::string_view> sphere_kinds = {"fisheye", "equirectangular", "cubemap",
+                                                    "healpix"};
+const std::vector<std::string_view> with_target = {"perspective",     "orthographic", "fisheye",
+                                                   "equirectangular", "cubemap",      "healpix"};
+
 const std::vector<ConditionalKey> conditional_keys = {
-    {"camera", "position", "projection", {"perspective", "orthographic"}},
-    {"camera", "target", "projection", {"perspective", "orthographic"}},
-    {"camera", "up", "projection", {"perspective", "orthographic"}},
-    {"camera", "fov", "projection", {"perspective"}},
+    {"camera", "position", "projection", with_target},
+    {"camera", "target", "projection", with_target},
+    {"camera", "up", "projection", with_target},
+    {"camera", "fov", "projection", {"perspective", "fisheye"}},
     {"camera", "width", "projection", {"orthographic"}},
+    {"camera", "nside", "projection", {"healpix"}},
+    {"camera", "ordering", "projection", {"healpix"}},
+    {"camera", "frame", "projection", sphere_kinds},
     {"camera", "center", "projection", {"sky"}},
     {"camera", "pixel_scale", "projection", {"sky"}},
     {"camera", "rotation", "projection", {"sky"}},
@@ -341,6 +422,54 @@ void check_view(const ParameterSet& camera) {
   }
 }
 
+Projection find_projection(const std::string& kind) {
+  constexpr std::pair<std::string_view, Projection> kinds[] = {
+      {"perspective", Projection::perspective},
+      {"orthographic", Projection::orthographic},
+      {"sky", Projection::sky},
+      {"fisheye", Projection::fisheye},
+      {"cubemap", Projection::cubemap},
+      {"equirectangular", Projection::equirectangular},
+      {"healpix", Projection::healpix}};
+  return std::ranges::find(kinds, kind, &std::pair<std::string_view, Projection>::first)->second;
+}
+
+// Of a fisheye whose fov is not given, deg.
+constexpr double dome = 180;
+// Of a map of the sphere whose size is not given, pixels.
+const std::vector<double> map_size = {1024, 512};
+
+/// The size of an image as it is rendered.
+std::pair<int, int> resolve_size(const ParameterSet& image, const ParameterSet& camera,
+                                 Projection projection) {
+  const auto width = static_cast<int>(image.numbers("size")[0]);
+  const auto height = static_cast<int>(image.numbers("size")[1]);
+  if (projection == Projection::healpix) {
+    const std::int64_t nside = camera.integer("nside");
+    if ((nside & (nside - 1)) != 0) {
+      throw InputError(camera.where("nside"), fmt::format("nside = {} is not a power of 2", nside));
+    }
+    const std::string& layout = image.text("layout");
+    if (layout != "cube") {
+      throw InputError(image.where("layout"),
+                       fmt::format("layout = \"{}\": a HEALPix map is one table with a column per "
+                                   "plane; leave layout out",
+                                   layout));
+    }
+    return {static_cast<int>(nside), 12 * static_cast<int>(nside)};
+  }
+  if (projection == Projection::cubemap) {
+    if (width != height) {
+      throw InputError(image.where("size"),
+                       fmt::format("size = {} x {}: the sides of a cube are squares; give one "
+                                   "number",
+                                   width, height));
+    }
+    return {width, 6 * height};
+  }
+  return {width, height};
+}
+
 void check_planes(const ParameterSet& spectrum) {
   std::vector<double> sorted = spectrum.numbers("wavelengths");
   const SourceLocation where = spectrum.where("wavelengths");
@@ -407,6 +536,7 @@ RenderParameters RenderParameters::read(const ConfigNode& root) {
                       set.text(condition.selector)));
     }
   }
+  result.set_view_defaults();
   const ParameterSet& camera = result.section("camera");
   if (camera.is_given("header")) {
     for (const std::string_view key : header_keys) {
@@ -419,9 +549,29 @@ RenderParameters RenderParameters::read(const ConfigNode& root) {
   return result;
 }
 
+void RenderParameters::set_view_defaults() {
+  ParameterSet& image = sections_[index_of("image")];
+  ParameterSet& camera = sections_[index_of("camera")];
+  const std::string& kind = camera.text("projection");
+  if (kind == "fisheye" && !camera.is_given("fov")) camera.set("fov", dome);
+  if (kind == "equirectangular" && !image.is_given("size")) image.set("size", map_size);
+  if (kind == "healpix" && image.is_given("size")) {
+    throw InputError(image.where("size"),
+                     "image.size belongs to other projections; camera.nside sets the size of a "
+                     "HEALPix map");
+  }
+}
+
 void RenderParameters::set(std::string_view section_name, std::string_view key,
                            const ParameterValue& value) {
   sections_[index_of(section_name)].set(key, value);
+  resolve();
+}
+
+void RenderParameters::set(const std::vector<Setting>& settings) {
+  for (const Setting& setting : settings) {
+    sections_[index_of(setting.section)].set(setting.key, setting.value);
+  }
   resolve();
 }
 
@@ -435,6 +585,8 @@ bool RenderParameters::applies(std::string_view section_name, std::string_view k
       std::find(std::begin(header_keys), std::end(header_keys), key) != std::end(header_keys)) {
     return false;
   }
+  if (section_name == "image" && key == "size") return projection != Projection::healpix;
+  if (section_name == "animation") return frames > 0;
   if (section_name == "spectrum" && key == "wavelengths") return !wavelengths.empty();
   const ConditionalKey* condition = find_condition(section_name, key);
   return condition == nullptr || is_selected(*condition, set);
@@ -443,20 +595,22 @@ bool RenderParameters::applies(std::string_view section_name, std::string_view k
 std::string RenderParameters::toml() const {
   std::string result;
   for (const ParameterSection& declared : render_parameter_sections()) {
-    result += fmt::format("{}[{}]\n", result.empty() ? "" : "\n", declared.name);
+    std::string keys;
     const ParameterSet& values = section(declared.name);
     for (const Parameter& parameter : declared.table) {
       if (!values.has(parameter.name) || !applies(declared.name, parameter.name)) continue;
-      result += fmt::format("{} = {}\n", parameter.name, value_text(values.value(parameter.name)));
+      keys += fmt::format("{} = {}\n", parameter.name, value_text(values.value(parameter.name)));
     }
+    if (keys.empty()) continue;
+    result += fmt::format("{}[{}]\n{}", result.empty() ? "" : "\n", declared.name, keys);
   }
   return result;
 }
 
 void RenderParameters::resolve() {
   const ParameterSet& image = section("image");
-  width = static_cast<int>(image.numbers("size")[0]);
-  height = static_cast<int>(image.numbers("size")[1]);
+  projection = find_projection(section("camera").text("projection"));
+  std::tie(width, height) = resolve_size(image, section("camera"), projection);
   output.path = image.text("output");
   output.bitpix = static_cast<int>(image.integer("bitpix"));
   if (output.bitpix != -32 && output.bitpix != -64) {
@@ -468,19 +622,37 @@ void RenderParameters::resolve() {
                   : layout == "extensions" ? ImageLayout::extensions
                                            : ImageLayout::files;
 
+  output.tone.reset();
+  if (image.has("tone")) {
+    const std::vector<double>& numbers = image.numbers("tone");
+    output.tone.emplace();
+    if (numbers.size() != output.tone->size()) {
+      throw InputError(image.where("tone"), fmt::format("tone has {} numbers, not {}",
+                                                        numbers.size(), output.tone->size()));
+    }
+    std::ranges::copy(numbers, output.tone->begin());
+  }
+
   pixel_unit = find_unit(image.text("unit"));
   pixel_unit_where = image.where("unit");
 
   const ParameterSet& camera = section("camera");
-  const std::string& kind = camera.text("projection");
-  projection = kind == "perspective"    ? Projection::perspective
-               : kind == "orthographic" ? Projection::orthographic
-                                        : Projection::sky;
   if (projection != Projection::sky) check_view(camera);
   position = vector(camera.numbers("position"));
   target = vector(camera.numbers("target"));
   up = vector(camera.numbers("up"));
   fov = camera.number("fov");
+  if (projection == Projection::perspective && !(fov < 180)) {
+    throw InputError(camera.where("fov"),
+                     fmt::format("fov = {} is outside ]0, 180[ (deg) of a perspective view; "
+                                 "projection = \"fisheye\" shows more",
+                                 fov));
+  }
+  const std::string& frame_name = camera.text("frame");
+  frame = frame_name == "galactic"     ? SphereFrame::galactic
+          : frame_name == "equatorial" ? SphereFrame::equatorial
+                                       : SphereFrame::ecliptic;
+  is_nested = camera.text("ordering") == "nested";
   camera_width = camera.number("width");
   const std::vector<double>& center = camera.numbers("center");
   if (std::abs(center[1]) > 90) {
@@ -555,6 +727,24 @@ void RenderParameters::resolve() {
   for (const Parameter& column : scene_columns()) {
     if (catalogue.has(column.name)) {
       catalogue_columns[column.name] = catalogue.text(column.name);
+    }
+  }
+
+  const ParameterSet& animation = section("animation");
+  frames = animation.has("frames") ? static_cast<int>(animation.integer("frames")) : 0;
+  tone_frame = 1;
+  if (animation.has("tone_frame")) {
+    tone_frame = static_cast<int>(animation.integer("tone_frame"));
+    if (tone_frame > frames) {
+      throw InputError(
+          animation.where("tone_frame"),
+          fmt::format("tone_frame = {} is beyond the last frame, {}", tone_frame, frames));
+    }
+  }
+  for (const Parameter& parameter : animation.table()) {
+    if (frames == 0 && animation.is_given(parameter.name) && animation.has(parameter.name)) {
+      throw InputError(animation.where(parameter.name),
+                       fmt::format("animation.{} needs animation.frames", parameter.name));
     }
   }
 

@@ -232,6 +232,12 @@ class SceneReader {
   const SharedText& shared(const std::string& name);
   /// Galaxy::luminosity() of each component.
   const std::vector<double>& luminosities(const Galaxy& galaxy);
+  /// From the camera, scene units. From within a galaxy its flux says nothing, and its brightness
+  /// does not depend on the distance: any will do at its very centre.
+  double distance_of(const glm::dvec3& centre) const {
+    const double distance = camera_.distance(centre);
+    return distance > 0 ? distance : 1;
+  }
   /// Angle of a scene unit at the row's distance, which an orthographic view does not show, rad.
   double angle_of_unit(const Position& position) const;
   void check_band(const Sed& sed, const Bandpass& band, double redshift, const std::string& what,
@@ -321,11 +327,11 @@ SceneReader::Position SceneReader::read_position(const ImageField* field) const 
   }
   if (field == nullptr) {
     position.centre = {row_.number(column::x), row_.number(column::y), row_.number(column::z)};
-    // In a perspective view the scene itself says how far things are.
+    // Where the camera has a place the scene itself says how far things are.
     if (const std::optional<double> unit = parameters_.megaparsec();
-        unit && camera_.projection() == Projection::perspective) {
+        unit && has_place(camera_.projection())) {
       const double stretch = 1 + position.redshift;
-      position.luminosity_distance = camera_.distance(position.centre) * *unit * stretch * stretch;
+      position.luminosity_distance = distance_of(position.centre) * *unit * stretch * stretch;
     }
     return position;
   }
@@ -376,7 +382,7 @@ double SceneReader::flux_scale(const Position& position, double rest, double obs
     row_.fail(magnitude,
               is_sky_ ? "magnitude without a distance; give redshift or distance, or "
                         "apparent_magnitude"
-              : camera_.projection() == Projection::perspective
+              : has_place(camera_.projection())
                   ? "magnitude without a distance: scene.unit is arbitrary"
                   : "magnitude without a distance: an orthographic view has none; give redshift "
                     "or distance, or apparent_magnitude");
@@ -484,7 +490,7 @@ double SceneReader::brightness(const PlacedGalaxy& placed, const Position& posit
   const double scale = flux_scale(position, rest, observed);
   if (camera_.projection() != Projection::orthographic) {
     const double angle =
-        placed.radius / (is_sky_ ? position.comoving_distance : camera_.distance(placed.centre));
+        placed.radius / (is_sky_ ? position.comoving_distance : distance_of(placed.centre));
     return scale / (angle * angle);
   }
   if (counts_flux(scene_.unit)) return scale / (placed.radius * placed.radius);
@@ -582,7 +588,11 @@ Scene SceneReader::read() {
       radius = row_.number(column::size);
     }
     if (is_star) {
-      if (!read_star(position)) continue;
+      if (!read_star(position)) {
+        // Another frame may show it.
+        if (parameters_.frames > 0) list_ += row_.line();
+        continue;
+      }
     } else {
       read_galaxy(position, radius);
       const PlacedGalaxy& placed = scene_.galaxies.back();

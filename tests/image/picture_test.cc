@@ -456,6 +456,37 @@ TEST(PictureWriter, SameAsMakePictureInAnyOrder) {
   EXPECT_EQ(folder.file_count(), 2U);
 }
 
+// Two faces side by side, the first to the right; what no face covers is black. A tone that is
+// given is taken: value 1 is white.
+TEST(PictureWriter, FacesStandWhereTheySay) {
+  TemporaryFolder folder;
+  ImageHeader header;
+  header.width = 2;
+  header.height = 4;
+  header.labels = {"a"};
+  header.faces = {{"RIGHT", {}, {}, {}, 1, 0}, {"LEFT", {}, {}, {}, 0, 1}};
+  OutputOptions options;
+  options.path = folder / "faces.png";
+  PictureTone tone;
+  tone.slope = 1;
+  tone.scale = 1 / std::asinh(1.0);
+  options.tone = tone.numbers();
+  const auto writer = make_picture_writer(options, header);
+  writer->write_rows(2, 2, std::vector<double>{0, 0, 0, 1});
+  writer->write_rows(0, 2, std::vector<double>{1, 0, 0, 0});
+  writer->finish();
+  const ReadPng png = read_png(options.path);
+  ASSERT_EQ(png.width, 4);
+  ASSERT_EQ(png.height, 4);
+  for (int row = 0; row < 4; ++row) {
+    for (int x = 0; x < 4; ++x) {
+      // The left face's upper right pixel, the right face's lower left one.
+      const bool is_white = (row == 0 && x == 1) || (row == 3 && x == 2);
+      EXPECT_EQ(png.at(x, row, 0), is_white ? 65535 : 0) << row << ' ' << x;
+    }
+  }
+}
+
 TEST(PictureWriter, MissingRowOrAppearedFileIsAnError) {
   TemporaryFolder folder;
   const ImageHeader header = test_header(4, 2, kWavelengths);

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <functional>
 #include <span>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -65,6 +66,23 @@ struct TextTable {
   void for_each_row(const TakeRow& take) const;
 };
 
+/// One of the parts of an image that stand one above the other, each in an HDU of its own.
+struct ImageFace {
+  std::string label;  ///< "FRONT"; EXTNAME, before the plane's label where planes are extensions
+  LinearAxis x, y;
+  std::vector<Card> cards;
+  /// Where it stands in a picture of all, in faces from the lower left.
+  int column = 0, row = 0;
+};
+
+/// Of an image that is a HEALPix map: `nside` columns, and `nside` rows for each of the twelve base
+/// pixels in their order.
+struct HealpixHeader {
+  int nside = 1;
+  bool is_nested = false;  ///< ORDERING of the file: NESTED or RING
+  char frame = 'G';        ///< COORDSYS
+};
+
 /// Everything about an image but its pixels.
 struct ImageHeader {
   int width = 0;
@@ -73,6 +91,9 @@ struct ImageHeader {
   LinearAxis x, y;
   /// 80-character records of a celestial WCS (CelestialWcs::records()), instead of x and y.
   std::vector<std::string> wcs_records;
+  /// Empty, or the parts of the image from its bottom, of one height, instead of x and y.
+  std::vector<ImageFace> faces;
+  std::optional<HealpixHeader> healpix;
   /// One per plane, Angstrom; the third axis of a cube.
   std::vector<double> wavelengths;
   /// One per plane: EXTNAME and file name suffix, e.g. "5500A".

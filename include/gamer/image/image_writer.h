@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,6 +20,8 @@ struct OutputOptions {
   int bitpix = -32;            ///< -32 or -64
   ImageLayout layout = ImageLayout::cube;
   bool overwrite = false;
+  /// Of a picture: PictureTone::numbers(); chosen from the picture itself where not given.
+  std::optional<std::array<double, 8>> tone = {};
 };
 
 /// Takes rows in any order and leaves a complete file, or none: it writes beside the final name and

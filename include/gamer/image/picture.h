@@ -74,6 +74,10 @@ struct PictureTone {
   double scale = 0;
 
   std::array<double, 3> colour(const std::array<double, 3>& rgb) const;
+
+  /// Black, factor, slope, scale.
+  std::array<double, 8> numbers() const;
+  static PictureTone of_numbers(const std::array<double, 8>& numbers);
 };
 
 /// Chooses what `black` and `factor` leave open. One channel or three, all finite, in three passes
@@ -127,6 +131,9 @@ class PictureFile {
   std::unique_ptr<Destination> destination_;
   std::unique_ptr<Encoder> encoder_;
 };
+
+/// What make_picture() chooses of an image.
+PictureTone choose_tone(const Image& image, const std::vector<double>& wavelengths);
 
 /// 16-bit PNG, 24-bit BMP; complete or absent, replacing what is there. Throw RunError.
 void write_png(const std::filesystem::path& path, const Picture& picture);

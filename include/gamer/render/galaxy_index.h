@@ -54,6 +54,8 @@ class GalaxyIndex {
     int behind;  ///< the node that follows where this one is passed over
   };
   Ball ball_of(const PlacedGalaxy& galaxy) const;
+  /// Holds all rays of an area of the image that is no more than a face.
+  std::optional<Ball> rays(double left, double right, double bottom, double top) const;
   void build(int first, int count);
   /// Whether find() would find any.
   bool finds(const Ball& rays) const;

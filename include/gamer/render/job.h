@@ -41,6 +41,9 @@ struct RenderJob {
   Record record;  ///< with the resolved parameters
 };
 
+/// What JobRequest::preview changes.
+void make_preview(RenderParameters& parameters);
+
 /// Where a job's texts come from: the disk, or the FITS file that is to be made again. Throws
 /// InputError.
 Resources open_resources(const JobRequest& request,

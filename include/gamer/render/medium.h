@@ -28,6 +28,11 @@ struct Hit {
   double nearest[3];
   double direction[3];
   double footprint = 0;  ///< width across the ray for which it stands, galaxy radii
+  /// By which that grows from the ray's origin on, galaxy radii per scene unit: of a camera within
+  /// the galaxy, to which near parts show details that far ones do not.
+  double footprint_growth = 0;
+
+  double footprint_at(double t) const { return footprint + footprint_growth * t; }
 };
 
 /// The galaxies that fill a stretch of a ray together, in an order that does not depend on the

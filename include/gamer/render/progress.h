@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <functional>
 #include <string>
+#include <utility>
 
 namespace gamer {
 
@@ -19,6 +20,8 @@ class Progress {
 
   /// `clock` gives seconds; by default a steady clock.
   Progress(int rows, Style style, std::FILE* stream, std::function<double()> clock = {});
+  /// Counts something else than rows: "frames".
+  void count(std::string unit) { unit_ = std::move(unit); }
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -34,6 +37,7 @@ class Progress {
   std::string text() const;
   void show();
 
+  std::string unit_ = "rows";
   int rows_;
   int done_ = 0;
   int skipped_ = 0;

@@ -17,6 +17,9 @@ using Record = std::vector<Resources::Text>;
 /// Name of the text with the resolved parameters.
 inline constexpr const char* recorded_parameters = "render.par";
 
+/// Name of the text with the scene's list.
+inline constexpr const char* recorded_scene = "scene.lst";
+
 std::string pack_record(const Record& record);
 /// The same in pieces, without a copy of the texts.
 void pack_record(const Record& record, const std::function<void(std::string_view)>& take);

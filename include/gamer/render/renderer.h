@@ -100,6 +100,8 @@ class Renderer {
   GalaxyIndex index_;
   std::vector<OutputPlane> outputs_;
   std::vector<double> pixel_in_ball_;     ///< of each galaxy: the longest side there, galaxy radii
+  /// Of a galaxy that holds the camera: the same for each scene unit from the camera.
+  std::vector<double> pixel_angle_in_ball_;
   std::vector<double> unit_factors_;      ///< [spectral plane]
   std::vector<const PlacedStar*> stars_;  ///< from the lowest in the image to the highest
   /// The first output of a kind; none where it was not asked for.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "gamer/image/image.h"
 #include "gamer/image/wcs.h"
 #include "gamer/scene/render_parameters.h"
+#include "gamer/scene/sphere_projection.h"
 
 namespace gamer {
 
@@ -49,6 +51,13 @@ class Camera {
   double solid_angle(double x, double y) const;
   /// About the longest side of the image's pixels at a point of the scene, scene units.
   double pixel_size(const glm::dvec3& point) const;
+  /// Whether there may be pixels that show no sky.
+  bool has_edge() const;
+  /// Rows of each of the faces that stand one above the other; all rows but in views of the sphere.
+  int face_rows() const { return sphere_ ? sphere_->face_rows() : height_; }
+  /// The pixel nearest to (x, y), a neighbour of the place `at`, that shows what joins it: beyond
+  /// the seams of a view of the sphere another; (x, y) itself in other views.
+  glm::ivec2 neighbour(const glm::dvec2& at, int x, int y) const;
   /// The shortest side of a sky view's pixels over the longest.
   double pixel_aspect() const { return shortest_ / pixel_; }
   int width() const { return width_; }
@@ -72,9 +81,9 @@ class Camera {
   /// Of a sky view.
   const std::optional<CelestialWcs>& wcs() const { return wcs_; }
 
-  /// World coordinates of the other views: perspective: offsets from the view's centre in the plane
-  /// at unit distance, expressed in degrees (180/pi times the tangent; linear), type "XTAN"/"YTAN",
-  /// unit deg; orthographic: offsets in scene units, type "X"/"Y".
+  /// World coordinates of perspective and orthographic views: perspective: offsets from the view's
+  /// centre in the plane at unit distance, expressed in degrees (180/pi times the tangent; linear),
+  /// type "XTAN"/"YTAN", unit deg; orthographic: offsets in scene units, type "X"/"Y".
   LinearAxis x_axis() const;
   LinearAxis y_axis() const;
 
@@ -88,6 +97,7 @@ class Camera {
   glm::dvec3 position_, right_, up_, back_;
   std::string unit_;
   std::optional<CelestialWcs> wcs_;
+  std::shared_ptr<const SphereProjection> sphere_;  ///< of a view of the sphere
 };
 
 /// The camera of the parameters. Where camera.header names a FITS file, its header is read (beside

@@ -28,7 +28,26 @@ struct ParameterSection {
 };
 std::span<const ParameterSection> render_parameter_sections();
 
-enum class Projection { perspective, orthographic, sky };
+enum class Projection {
+  perspective,
+  orthographic,
+  sky,
+  // Of the sphere around the camera, see SphereProjection.
+  fisheye,
+  equirectangular,
+  cubemap,
+  healpix
+};
+/// Whether the camera stands at a place in a scene of lengths.
+constexpr bool has_place(Projection projection) {
+  return projection != Projection::orthographic && projection != Projection::sky;
+}
+/// Whether the view is one of the sphere around the camera.
+constexpr bool is_sphere(Projection projection) {
+  return has_place(projection) && projection != Projection::perspective;
+}
+/// How the longitudes and latitudes of a view of the sphere are called.
+enum class SphereFrame { galactic, equatorial, ecliptic };
 enum class SamplerKind { uniform, adaptive };
 
 /// What the pixels of an image count.
@@ -61,8 +80,8 @@ class RenderParameters {
  public:
   RenderParameters();  ///< all defaults
   /// Reads a parameter file's tree (after --set). Throws InputError: unknown sections and keys,
-  /// types, intervals; keys that conflict (camera.fov given for an orthographic view, camera.width
-  /// for a perspective one, sampling.step for the adaptive sampler); a camera whose target is its
+  /// types, intervals; keys that conflict (camera.fov given for an orthographic view, image.size
+  /// for a HEALPix map, sampling.step for the adaptive sampler); a camera whose target is its
   /// position or whose up is parallel to the view; wavelengths or bands empty or repeated; a unit
   /// that lacks what it needs.
   static RenderParameters read(const ConfigNode& root);
@@ -70,11 +89,19 @@ class RenderParameters {
   std::string toml() const;
   /// Replaces one value; the errors of read(), without a location.
   void set(std::string_view section, std::string_view key, const ParameterValue& value);
+  /// Replaces several values at once.
+  struct Setting {
+    std::string section, key;
+    ParameterValue value;
+  };
+  void set(const std::vector<Setting>& settings);
   /// Whether a key has a meaning with these values: camera.fov has none for an orthographic view.
   bool applies(std::string_view section, std::string_view key) const;
   /// [section] of the resolved parameters.
   const ParameterSet& section(std::string_view name) const;
 
+  /// Pixels as they are rendered: a cubemap's six sides, or the twelve base pixels of a HEALPix
+  /// map, stand one above the other.
   int width = 512;
   int height = 512;
   OutputOptions output;
@@ -86,10 +113,12 @@ class RenderParameters {
   glm::dvec3 position{0, -3, 0};
   glm::dvec3 target{0, 0, 0};
   glm::dvec3 up{0, 0, 1};
-  double fov = 45;            ///< deg, across the width
+  double fov = 45;            ///< deg, across the width (perspective, fisheye)
   double camera_width = 2.5;  ///< scene units, across the width
-  SkyView sky;                ///< without the size; of a sky view without a header
-  std::string sky_header;     ///< path of the FITS file that gives size and WCS; empty for none
+  SphereFrame frame = SphereFrame::galactic;
+  bool is_nested = false;  ///< a HEALPix map
+  SkyView sky;             ///< without the size; of a sky view without a header
+  std::string sky_header;  ///< path of the FITS file that gives size and WCS; empty for none
   SourceLocation sky_header_where;
   std::optional<int> supersample;  ///< only where the file gives it
 
@@ -123,10 +152,14 @@ class RenderParameters {
   std::string catalogue_hdu;
   ColumnMap catalogue_columns;
 
+  int frames = 0;      ///< of [animation]; 0 for a single image
+  int tone_frame = 1;  ///< whose picture sets the tone of all, from 1
+
   TruthImages truth;
   std::filesystem::path truth_path;  ///< of the truth images; empty: beside the image
 
  private:
+  void set_view_defaults();
   void resolve();
   std::vector<ParameterSet> sections_;
 };

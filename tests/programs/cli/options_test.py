@@ -44,7 +44,7 @@ class Tells(unittest.TestCase):
         self.assertIn("spectral_index", dust)
         self.assertNotIn("fraction", dust)
         markdown = self.tell("--list-parameters", "camera", "--markdown")
-        self.assertIn("| `fov` | number, deg, ]0, 180[ | `45` |", markdown)
+        self.assertIn("| `fov` | number, deg, ]0, 360] | `45` |", markdown)
 
     def test_sample_config_is_the_defaults(self):
         sample = self.tell("--sample-config")

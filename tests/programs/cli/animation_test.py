@@ -1,0 +1,177 @@
+"""Films: each frame is the image that it would be alone, for any ranks, also after an interruption.
+
+animation_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
+"""
+
+import contextlib
+import os
+import signal
+import subprocess
+import time
+import unittest
+
+from gamer_program import ENVIRONMENT, LAUNCHER, PROGRAM, RANKS, Folder, main
+
+# DATE is the only thing in a file that is not the job's.
+ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
+
+FRAMES = 5
+FILM = f"""[image]
+size = [24, 18]
+output = "film.fits"
+[spectrum]
+wavelengths = [4400, 5500, 8000]
+[sampling]
+tolerance = 0.01
+[camera]
+fov = 60
+[animation]
+frames = {FRAMES}
+times = [0, 1, 3]
+position = [0, -3, 0.5, 2, -1, 1, 0.4, 0, 0.1]
+fov = [50, 40, 90]
+"""
+
+NAMES = [f"film_{number:04}.fits" for number in range(1, FRAMES + 1)]
+ARGUMENTS = ("film.par", "scene.lst", "-q")
+
+
+class FilmFolder(Folder):
+    def __init__(self, film=FILM):
+        super().__init__(**{"film.par": film})
+
+    def film(self, *arguments, ranks=1):
+        done = self.run(*ARGUMENTS, *arguments, ranks=ranks)
+        assert done.returncode == 0, done.stderr
+        return {name: content for name, content in self.content().items()
+                if name.startswith("film_")}
+
+
+def whole_film():
+    with FilmFolder() as folder:
+        return folder.film()
+
+
+class Film(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.expected = whole_film()
+
+    def test_frames_are_the_same_for_any_ranks(self):
+        self.assertEqual(sorted(self.expected), NAMES)
+        self.assertEqual(len(set(self.expected.values())), FRAMES)
+        for ranks in RANKS:
+            with self.subTest(ranks=ranks), FilmFolder() as folder:
+                self.assertEqual(folder.film(ranks=ranks), self.expected)
+                self.assertEqual(sorted(folder.content()),
+                                 sorted([*NAMES, "film.par", "render.par", "scene.lst",
+                                         "spiral.toml"]))
+
+    def test_a_frame_is_made_again_from_its_header(self):
+        with FilmFolder() as folder:
+            folder.film()
+            done = folder.run("--from-header", NAMES[2], "-q", "--overwrite")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(folder.content()[NAMES[2]], self.expected[NAMES[2]])
+
+    def test_a_frame_is_the_image_of_its_own_camera(self):
+        with FilmFolder() as folder:
+            alone = FILM[:FILM.index("[camera]")].replace("film.fits", NAMES[0])
+            folder.write("alone.par", alone + "[camera]\nposition = [0, -3, 0.5]\nfov = 50\n")
+            done = folder.run("alone.par", "scene.lst", "-q")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            pixels = 24 * 18 * 3 * 4
+            at = folder.content()[NAMES[0]].index(b"END" + b" " * 77)
+            at = (at // 2880 + 1) * 2880
+            self.assertEqual(folder.content()[NAMES[0]][at:at + pixels],
+                             self.expected[NAMES[0]][at:at + pixels])
+
+    def test_complete_frames_are_kept(self):
+        for ranks in RANKS:
+            with self.subTest(ranks=ranks), FilmFolder() as folder:
+                folder.film()
+                for name in (NAMES[0], NAMES[3]):
+                    (folder.path / name).unlink()
+                kept = (folder.path / NAMES[1]).stat().st_mtime_ns
+                self.assertEqual(folder.film("--resume", ranks=ranks), self.expected)
+                self.assertEqual((folder.path / NAMES[1]).stat().st_mtime_ns, kept)
+
+    def test_a_film_that_is_killed_goes_on(self):
+        size = ["-s", "image.size=[96, 72]", "-s", "sampling.tolerance=1e-3"]
+        with FilmFolder() as folder:
+            expected = folder.film(*size)
+        for ranks in RANKS:
+            with self.subTest(ranks=ranks), FilmFolder() as folder:
+                command = [str(PROGRAM), *ARGUMENTS, *size, "--journal", "0"]
+                if ranks > 1:
+                    command = [LAUNCHER, "--quiet", "--oversubscribe", "-n", str(ranks), *command]
+                kills = 0
+                while True:
+                    process = subprocess.Popen(command, cwd=folder.path, env=ENVIRONMENT,
+                                               stdout=subprocess.DEVNULL,
+                                               stderr=subprocess.DEVNULL, start_new_session=True)
+                    try:
+                        process.wait(timeout=0.25 * (kills + 1))
+                        break
+                    except subprocess.TimeoutExpired:
+                        with contextlib.suppress(OSError):
+                            os.killpg(process.pid, signal.SIGKILL)
+                        process.wait()
+                        time.sleep(0.3)
+                    kills += 1
+                    if "--resume" not in command:
+                        command.append("--resume")
+                self.assertEqual(process.returncode, 0)
+                found = {name: content for name, content in folder.content().items()
+                         if name.startswith("film_")}
+                self.assertEqual(found, expected)
+                self.assertGreater(kills, 0)
+                self.assertEqual([name for name in folder.content() if name.endswith(".journal")], [])
+
+    def test_pictures_have_one_tone(self):
+        with FilmFolder() as folder:
+            folder.film("-o", "film.png", "-j", "2")
+            pictures = folder.content()
+        for ranks in RANKS[1:]:
+            with FilmFolder() as folder:
+                folder.film("-o", "film.png", ranks=ranks)
+                for number in range(1, FRAMES + 1):
+                    name = f"film_{number:04}.png"
+                    self.assertEqual(folder.content()[name], pictures[name])
+
+    def test_bad_input_says_what_is_wrong(self):
+        cases = {
+            ("-s", "animation.frames=0"): b"frames = 0 is outside",
+            ("-s", "animation.fov=[1, 2]"): b"fov has 2 key frames, but times has 3",
+            ("-s", "animation.up=[0, 0]"): b"up has 2 numbers; each key frame has three",
+            ("-s", "animation.times=[0, 2, 1]"): b"times[2] = 1 is not after times[1] = 2",
+            ("--truth", "--truth-table", "t.fits"): b"an animation has a table for each frame",
+        }
+        for arguments, message in cases.items():
+            for ranks in RANKS:
+                with self.subTest(arguments, ranks=ranks), FilmFolder() as folder:
+                    done = folder.run(*ARGUMENTS, *arguments, ranks=ranks)
+                    self.assertIn(message, done.stderr.encode() if isinstance(done.stderr, str)
+                                  else done.stderr)
+                    self.assertEqual(done.returncode, 2)
+
+    def test_existing_frames_are_kept_unless_overwritten(self):
+        with FilmFolder() as folder:
+            folder.film()
+            done = folder.run(*ARGUMENTS)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(NAMES[0], str(done.stderr))
+            changed = folder.run(*ARGUMENTS, "--resume", "-s", "noise.seed=7")
+            self.assertEqual(changed.returncode, 2)
+            self.assertIn("noise.seed was 1, is 7", str(changed.stderr))
+            self.assertEqual(folder.film("--overwrite"), self.expected)
+
+    def test_a_dry_run_tells_the_frames(self):
+        with FilmFolder() as folder:
+            done = folder.run("film.par", "scene.lst", "--dry-run")
+            self.assertIn("film_0001.fits to film_0005.fits: 5 of 5 frames", str(done.stdout))
+            self.assertEqual(done.returncode, 0)
+
+
+if __name__ == "__main__":
+    main()
