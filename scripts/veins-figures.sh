@@ -158,7 +158,7 @@ finish opacity
 # 4.2: M51 and the Milky Way.
 for name in m51 milky_way; do
   "$gamer" "scenes/$name.par" "scenes/$name.lst" --output "docs/images/$name.png" --overwrite --quiet \
-    --set image.size=200
+    --set image.size=256
 done
 
 # The column density between two arms: map, spectrum and width.

@@ -17,7 +17,7 @@ echo 'galaxy x y z seed
 m51_dust 0 0 0 1' > "$work/m51_dust.lst"
 n=0
 # At radius 0.45, half way between the lanes; at 0.55, and half a turn from the first.
-for place in '0.441, 0.090' '0.355, 0.420' '-0.441, -0.090'; do
+for place in '0.433, 0.121' '0.344, 0.429' '-0.433, -0.121'; do
   n=$((n + 1))
   cat > "$work/between.par" << PAR
 [image]

@@ -624,7 +624,7 @@ ParameterTable VeinParameters::table() const {
   };
 }
 
-void VeinParameters::apply(const ParameterSet& values, const std::string& context) {
+void VeinParameters::apply(const ParameterSet& values) {
   vein_width = values.number("vein_width");
   spur_number = values.number("spur_number");
   spur_width = values.number("spur_width");
@@ -648,10 +648,6 @@ void VeinParameters::apply(const ParameterSet& values, const std::string& contex
   isotropic_scale = values.number("isotropic_scale");
   if (values.has("seed")) seed = static_cast<std::uint64_t>(values.integer("seed"));
   pattern_seed = static_cast<std::uint64_t>(values.integer("pattern_seed"));
-  if (density_low > density_high) {
-    throw InputError(values.where("density_low"),
-                     context + "density_low is larger than density_high");
-  }
 }
 
 VeinTexture::VeinTexture(const VeinParameters& parameters, const SpiralCoordinates& coordinates,

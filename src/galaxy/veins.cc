@@ -41,7 +41,7 @@ std::unique_ptr<Texture> make_texture(const ComponentInput& input, VeinParameter
   for (char c : input.name) {
     parameters.seed = hash_words({parameters.seed, static_cast<unsigned char>(c)});
   }
-  parameters.apply(input.values, input.context);
+  parameters.apply(input.values);
   if (!input.values.is_given("octaves") && settings.octaves) parameters.octaves = *settings.octaves;
   // The file's seeds choose the noise of this component; the row's seed still varies it.
   if (input.values.has("seed")) {

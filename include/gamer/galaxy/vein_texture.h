@@ -40,8 +40,8 @@ struct VeinParameters {
 
   /// Their declaration, with these values as defaults.
   ParameterTable table() const;
-  /// Takes the values of table() and checks what goes together. Throws InputError.
-  void apply(const ParameterSet& values, const std::string& context);
+  /// Takes the values of table().
+  void apply(const ParameterSet& values);
 };
 
 /// Dust in veins along the arms of a spiral and in spurs that leave them [Bizard 2018, sections 3.4
