@@ -88,7 +88,7 @@ class GalaxyLibrary {
     known = make(type, sed, row_seed, row);
     const auto components = known->components();
     const bool is_smooth = std::all_of(components.begin(), components.end(), [](const auto& c) {
-      return std::as_const(*c).texture() == nullptr;
+      return !c->depends_on_seed();
     });
     smooth_[{type, sed}] = is_smooth;
     if (is_smooth) galaxies_[{type, sed, 0}] = known;
