@@ -53,9 +53,10 @@ void RayLight::prepare(const Medium& medium, std::span<const std::span<const Hit
 }
 
 Medium::Medium(std::shared_ptr<const Scene> scene, std::shared_ptr<const SpectralBasis> basis,
-               const Accuracy& accuracy, bool dust_free)
+               const Accuracy& accuracy, bool dust_free, std::shared_ptr<const StarFields> fields)
     : scene_(std::move(scene)),
       basis_(std::move(basis)),
+      star_fields_(std::move(fields)),
       accuracy_(accuracy),
       nodes_(basis_->size() + (dust_free ? 1 : 0)) {
   // Spectra are sums of the same few components, so that errors in other planes lie between those
@@ -79,6 +80,8 @@ Medium::Medium(std::shared_ptr<const Scene> scene, std::shared_ptr<const Spectra
   std::map<std::pair<const Sed*, double>, std::shared_ptr<const std::vector<double>>> weights_of;
   const std::size_t steps = basis_->size();
   for (const PlacedGalaxy& placed : scene_->galaxies) {
+    const auto g = static_cast<int>(spectra_.size());
+    std::size_t emitters = 0;
     std::vector<double>& columns = columns_of[placed.galaxy.get()];
     if (columns.empty()) {
       for (const auto& component : placed.galaxy->components()) {
@@ -102,20 +105,37 @@ Medium::Medium(std::shared_ptr<const Scene> scene, std::shared_ptr<const Spectra
         }
         continue;
       }
-      spectra.light.push_back(static_cast<int>(c));
-      auto& weights = weights_of[{component.sed(), placed.redshift}];
-      if (weights == nullptr) {
-        weights = std::make_shared<const std::vector<double>>(
-            basis_->weights(*component.sed(), placed.redshift));
+      const auto add_light = [&](const Sed* sed, const StarFields::Field* field,
+                                 const StarFields::Part* part) {
+        spectra.light.push_back(static_cast<int>(c));
+        spectra.emitter.push_back(emitters);
+        spectra.fields.push_back(field);
+        spectra.field_parts.push_back(part);
+        auto& weights = weights_of[{sed, placed.redshift}];
+        if (weights == nullptr) {
+          weights =
+              std::make_shared<const std::vector<double>>(basis_->weights(*sed, placed.redshift));
+        }
+        spectra.weights.push_back(weights);
+        for (std::size_t s = 0; s < steering_.size(); ++s) {
+          const auto first = weights->begin() + static_cast<std::ptrdiff_t>(steering_[s] * steps);
+          const double flux = placed.brightness * std::accumulate(
+                                  first, first + static_cast<std::ptrdiff_t>(steps), 0.0);
+          spectra.steering_flux.push_back(static_cast<float>(flux));
+          spectra.typical_brightness[s] =
+              std::max(spectra.typical_brightness[s], flux * columns[c]);
+        }
+      };
+      const StarFields::Field* field =
+          star_fields_ != nullptr ? star_fields_->find(g, c) : nullptr;
+      if (field == nullptr) {
+        add_light(component.sed(), nullptr, nullptr);
+      } else {
+        for (const StarFields::Part& part : field->parts) {
+          add_light(part.sed.get(), part.share.empty() ? nullptr : field, &part);
+        }
       }
-      spectra.weights.push_back(weights);
-      for (std::size_t s = 0; s < steering_.size(); ++s) {
-        const auto first = weights->begin() + static_cast<std::ptrdiff_t>(steering_[s] * steps);
-        const double flux = placed.brightness *
-                            std::accumulate(first, first + static_cast<std::ptrdiff_t>(steps), 0.0);
-        spectra.steering_flux.push_back(static_cast<float>(flux));
-        spectra.typical_brightness[s] = std::max(spectra.typical_brightness[s], flux * columns[c]);
-      }
+      ++emitters;
     }
     // Light mixed with dust of depth tau shows (1 - exp(-tau))/tau of itself.
     for (std::size_t s = 0; s < steering_.size(); ++s) {
@@ -372,6 +392,22 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
       }
     };
     deposit(own.light, 0, first_light, nodes.light);
+    for (std::size_t m = 0; m < own.light.size(); ++m) {
+      if (own.fields[m] == nullptr) continue;
+      const StarFields::Field& field = *own.fields[m];
+      float* to = nodes.light[first_light + m].data();
+      std::int32_t skip = first_done;
+      for (std::size_t k = first_stretch, i = 0; i < size; ++k, skip = 0) {
+        const auto begin = static_cast<std::size_t>(stretches[k].first + skip);
+        const auto count = std::min(static_cast<std::size_t>(stretches[k].count - skip), size - i);
+        for (std::size_t n = begin; n < begin + count; ++n) {
+          const auto distance =
+              star_fields_->is_parallel() ? 1.0f : static_cast<float>(nodes.t[n]);
+          to[n] *= field.share(*own.field_parts[m], std::log2(distance));
+        }
+        i += count;
+      }
+    }
     for (std::size_t v = 0; v < variants; ++v) {
       deposit(own.dust, v, v * dust_slots + first_dust, nodes.dust);
     }

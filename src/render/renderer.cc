@@ -55,6 +55,23 @@ constexpr int tile_size = 16;
 // Halvings of a pixel at most.
 constexpr int deepest_cell = 24;
 
+// Stars of star fields are looked for in stretches of rows so long.
+constexpr int star_tile = 32;
+
+/// Calls take(x, y, share) for the four pixels nearest to a point source, among which its light is
+/// shared so that the centroid is where it is.
+template <class Take>
+void share_out(const glm::dvec2& pixel, const Take& take) {
+  const double left = std::floor(pixel.x), below = std::floor(pixel.y);
+  for (const double y : {below, below + 1}) {
+    const double share_y = 1 - std::abs(pixel.y - y);
+    for (const double x : {left, left + 1}) {
+      const double share = share_y * (1 - std::abs(pixel.x - x));
+      if (share > 0) take(static_cast<int>(x), static_cast<int>(y), share);
+    }
+  }
+}
+
 /// Probes of at most this many galaxies choose the spectral nodes.
 constexpr std::size_t most_probes = 6;
 
@@ -115,10 +132,13 @@ Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
     : camera_(camera),
       supersample_(parameters.supersample),
       scene_(std::move(scene)),
+      star_fields_(
+          std::make_shared<const StarFields>(*scene_, camera_, parameters.stars_per_pixel)),
       medium_(scene_, make_basis(parameters, *scene_, spectrum),
-              Accuracy::from_tolerance(parameters.tolerance), truth.dust_free),
+              Accuracy::from_tolerance(parameters.tolerance), truth.dust_free, star_fields_),
       sampler_(make_sampler(medium_, parameters)),
       index_(*scene_, camera_),
+      painter_(scene_, camera_, medium_, index_, star_fields_),
       outputs_(output_planes(*scene_, spectrum, truth)) {
   if (!supersample_ && scene_->unit == PixelUnit::relative) supersample_ = 1;
   for (const SpectralPlane& plane : spectrum.planes) {
@@ -213,6 +233,7 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
       work_off(1, near, work, sums, counts);
     }
   }
+  add_field_stars(rows, sums, counts);
   add_stars(rows, sums);
   for (int y = rows.first; y < rows.last; ++y) {
     finish(y, static_cast<std::size_t>(y - rows.first), sums);
@@ -421,7 +442,7 @@ void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Fou
         if (!parts_.empty()) {
           const std::size_t first = parts_[object];
           const bool is_whole = outputs_[first].kind == OutputPlane::Kind::object;
-          add(first + (is_whole ? 0 : c * spectral));
+          add(first + (is_whole ? 0 : medium_.emitter(hit.galaxy, c) * spectral));
         }
         if (dust_free_) {
           std::fill(work.planes.begin(), work.planes.end(), 0.0);
@@ -471,6 +492,47 @@ void Renderer::add_stars(RowRange rows, Sums& sums) const {
         }
       }
     }
+  }
+}
+
+void Renderer::add_field_stars(RowRange rows, Sums& sums, RenderCounts& counts) const {
+  if (star_fields_->empty()) return;
+  const auto width = static_cast<std::size_t>(camera_.width());
+  const std::size_t spectral = medium_.basis().planes();
+  for (int left = 0; left < camera_.width(); left += star_tile) {
+    const StarPainter::Tile tile{left, std::min(left + star_tile, camera_.width()), rows.first,
+                                 rows.last};
+    painter_.paint(
+        tile, 1,
+        [&](const StarPainter::Seen& star) {
+          const std::size_t object =
+              scene_->galaxies[static_cast<std::size_t>(star.galaxy)].object;
+          share_out(star.pixel, [&](int x, int y, double share) {
+            if (x < tile.left || x >= tile.right || y < tile.bottom || y >= tile.top) return;
+            const double area = camera_.solid_angle(x, y);
+            if (!(area > 0)) return;
+            const auto row = static_cast<std::size_t>(y - rows.first);
+            const auto column = static_cast<std::size_t>(x);
+            double* const pixel = sums.values.data() + row * outputs_.size() * width + column;
+            const auto add = [&](std::size_t first, std::span<const double> flux) {
+              for (std::size_t p = 0; p < spectral; ++p) {
+                pixel[(first + p) * width] += share * flux[p] / area;
+              }
+            };
+            add(0, star.flux);
+            if (dust_free_) add(*dust_free_, star.dust_free);
+            if (!parts_.empty()) {
+              const std::size_t first = parts_[object];
+              const bool is_whole = outputs_[first].kind == OutputPlane::Kind::object;
+              add(first + (is_whole ? 0 : star.emitter * spectral), star.flux);
+            }
+            for (std::size_t p = 0; p < spectral && owner_; ++p) {
+              sums.owners[row * width + column][object] +=
+                  share * star.flux[p] / area * unit_factors_[p];
+            }
+          });
+        },
+        counts);
   }
 }
 

@@ -19,6 +19,7 @@ constexpr double largest_image_side = 1e6;
 constexpr double largest_supersample = 16;
 constexpr double largest_octaves = 32;
 constexpr double most_band_samples = 64;
+constexpr double most_stars_per_pixel = 1e6;
 constexpr double largest_h0 = 1e4;
 // Galaxy radii: 2e6 steps across a galaxy.
 constexpr double smallest_step = 1e-6;
@@ -222,7 +223,10 @@ std::vector<ParameterSection> make_sections() {
          "uniform sampler: step along the ray"},
         {"tolerance", Type::number, "", Interval::open(0, 1), 1e-3,
          "rms relative error over pixels above 1 % of the peak (adaptive sampler), and what is too "
-         "faint to be textured"}}},
+         "faint to be textured"},
+        {"stars_per_pixel", Type::number, "", Interval::closed(0, most_stars_per_pixel), 4.0,
+         "stars of a star field that shine by themselves, expected in the pixel with the most; the "
+         "others are smooth light"}}},
       {"scene",
        "The scene list.",
        {{"unit",
@@ -542,6 +546,7 @@ void RenderParameters::resolve() {
   sampler = sampling.text("sampler") == "uniform" ? SamplerKind::uniform : SamplerKind::adaptive;
   step = sampling.number("step");
   tolerance = sampling.number("tolerance");
+  stars_per_pixel = sampling.number("stars_per_pixel");
 
   const std::string& scene_unit = section("scene").text("unit");
   unit = scene_unit == "arbitrary" ? "" : scene_unit;

@@ -38,6 +38,9 @@ class GalaxyIndex {
   /// Holds what passes a ray within that many pixels, as Camera::pixel_size() knows them.
   Ball around(const Ray& ray, double pixels) const;
 
+  /// Holds all rays that meet a ball of the scene.
+  Ball ball_of(const glm::dvec3& centre, double radius) const;
+
   /// Replaces `out` by the galaxies that a ray in the ball may meet, and some near them.
   void find(const Ball& rays, Found& out) const;
   /// The same among galaxies found before.
@@ -50,7 +53,6 @@ class GalaxyIndex {
     int count;
     int behind;  ///< the node that follows where this one is passed over
   };
-  Ball ball_of(const PlacedGalaxy& galaxy) const;
   void build(int first, int count);
 
   Camera camera_;
@@ -58,5 +60,7 @@ class GalaxyIndex {
   std::vector<Ball> balls_;  ///< in that order
   std::vector<Node> nodes_;  ///< a parent before its children
 };
+
+bool overlap(const GalaxyIndex::Ball& a, const GalaxyIndex::Ball& b);
 
 }  // namespace gamer

@@ -11,6 +11,7 @@
 #include "gamer/galaxy/accuracy.h"
 #include "gamer/galaxy/galaxy.h"
 #include "gamer/render/spectral_basis.h"
+#include "gamer/render/star_fields.h"
 #include "gamer/scene/camera.h"
 #include "gamer/scene/scene.h"
 
@@ -83,9 +84,11 @@ struct RenderCounts : EvaluationCounts {
 /// Everything that emits or absorbs in a scene.
 class Medium {
  public:
-  /// With `dust_free` there is one more spectral node, the last, at which nothing absorbs.
+  /// With `dust_free` there is one more spectral node, the last, at which nothing absorbs. Of the
+  /// stars of `fields` those count that do not shine by themselves; without, all.
   Medium(std::shared_ptr<const Scene> scene, std::shared_ptr<const SpectralBasis> basis,
-         const Accuracy& accuracy, bool dust_free = false);
+         const Accuracy& accuracy, bool dust_free = false,
+         std::shared_ptr<const StarFields> fields = nullptr);
 
   int planes() const { return static_cast<int>(basis_->planes()); }
   const SpectralBasis& basis() const { return *basis_; }
@@ -101,8 +104,12 @@ class Medium {
 
   /// The cover of these hits.
   Cover cover(std::span<const Hit> hits) const;
-  /// Light components of a galaxy.
+  /// Light components of a galaxy; a star field may be several, with spectra of their own.
   std::size_t light_components(int galaxy) const { return spectra(galaxy).light.size(); }
+  /// The number of its component, among those that emit, to which light component `own` belongs.
+  std::size_t emitter(int galaxy, std::size_t own) const { return spectra(galaxy).emitter[own]; }
+  /// The place of a galaxy in an order that does not depend on the scene's rows.
+  int rank(int galaxy) const { return rank_[static_cast<std::size_t>(galaxy)]; }
   /// Where the light slots of a cover stand in a ray's part of RayLight::light.
   void places(std::span<const Hit> hits, const Cover& cover, std::vector<std::size_t>& out) const;
   /// What dust slot `slot` of a cover does at spectral node j, relative to V.
@@ -143,6 +150,9 @@ class Medium {
   /// What a placed galaxy's components do.
   struct Spectra {
     std::vector<int> light, dust;  ///< indices of components
+    std::vector<std::size_t> emitter;                ///< of each of `light`
+    std::vector<const StarFields::Field*> fields;    ///< of each of `light`; null for others
+    std::vector<const StarFields::Part*> field_parts;
     /// [light component]: weights[plane * basis nodes + j]; shared by galaxies of one redshift.
     std::vector<std::shared_ptr<const std::vector<double>>> weights;
     double brightness = 1;                   ///< factor of the weights
@@ -173,6 +183,7 @@ class Medium {
 
   std::shared_ptr<const Scene> scene_;
   std::shared_ptr<const SpectralBasis> basis_;
+  std::shared_ptr<const StarFields> star_fields_;
   Accuracy accuracy_;
   std::size_t nodes_;
   std::vector<std::size_t> steering_;

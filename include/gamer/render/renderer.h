@@ -12,6 +12,7 @@
 #include "gamer/render/galaxy_index.h"
 #include "gamer/render/medium.h"
 #include "gamer/render/sampler.h"
+#include "gamer/render/star_painter.h"
 #include "gamer/scene/camera.h"
 #include "gamer/scene/render_parameters.h"
 #include "gamer/scene/scene.h"
@@ -88,15 +89,18 @@ class Renderer {
   void add_light(std::span<const Sample> samples, const GalaxyIndex::Found& near, Work& work,
                  Sums& sums, RenderCounts& counts) const;
   void add_stars(RowRange rows, Sums& sums) const;
+  void add_field_stars(RowRange rows, Sums& sums, RenderCounts& counts) const;
   /// Makes a row's sums what the image shows.
   void finish(int y, std::size_t row, Sums& sums) const;
 
   Camera camera_;
   std::optional<int> supersample_;  ///< chosen by the tolerance where not given
   std::shared_ptr<const Scene> scene_;
+  std::shared_ptr<const StarFields> star_fields_;
   Medium medium_;
   std::unique_ptr<Sampler> sampler_;
   GalaxyIndex index_;
+  StarPainter painter_;
   std::vector<OutputPlane> outputs_;
   std::vector<double> pixel_in_ball_;     ///< of each galaxy: the longest side there, galaxy radii
   std::vector<double> unit_factors_;      ///< [spectral plane]

@@ -92,6 +92,7 @@ class RenderParameters {
   std::string sky_header;     ///< path of the FITS file that gives size and WCS; empty for none
   SourceLocation sky_header_where;
   std::optional<int> supersample;  ///< only where the file gives it
+  double stars_per_pixel = 0;
 
   std::vector<double> wavelengths;  ///< Angstrom
   SourceLocation wavelengths_where;
