@@ -123,11 +123,11 @@ ParameterTable StellarPopulation::parameters() {
        "of the brightest (powerlaw)"},
       {"luminosity_slope", ParameterType::number, "", Interval::closed(-10, 10), 1.7,
        "dN/dL ~ L^-slope (powerlaw)"},
-      {"temperature", ParameterType::number, "K", Interval::closed(coldest, hottest), 5200.0,
+      {"temperature", ParameterType::number, "K", Interval::closed(coldest, hottest), 5000.0,
        "of stars of luminosity 1; not where the file has temperatures"},
-      {"temperature_slope", ParameterType::number, "", Interval::closed(-2, 2), 0.08,
+      {"temperature_slope", ParameterType::number, "", Interval::closed(-2, 2), 0.05,
        "T ~ L^slope; not where the file has temperatures"},
-      {"temperature_scatter", ParameterType::number, "dex", Interval::closed(0, 0.5), 0.12,
+      {"temperature_scatter", ParameterType::number, "dex", Interval::closed(0, 0.5), 0.17,
        "standard deviation of log10 T at one luminosity"},
   };
 }

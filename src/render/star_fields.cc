@@ -23,8 +23,8 @@ constexpr int most_octaves = 24;
 
 // The smooth light has spectra for distances at most so many octaves apart, and for so many at most:
 // what is nearer is too little to matter.
-constexpr double octaves_per_part = 2;
-constexpr int most_parts = 4;
+constexpr double octaves_per_part = 0.75;
+constexpr int most_parts = 6;
 
 /// How many stars per unit solid angle (of an orthographic view: area) and dq a ray meets.
 struct Column {

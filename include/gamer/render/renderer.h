@@ -90,6 +90,12 @@ class Renderer {
                  Sums& sums, RenderCounts& counts) const;
   void add_stars(RowRange rows, Sums& sums) const;
   void add_field_stars(RowRange rows, Sums& sums, RenderCounts& counts) const;
+  /// Calls take(x, y, share) for the pixels among which the light of a star is shared, `flux` its
+  /// light in each plane in units of brightness times the pixels' area.
+  void share_out(const glm::dvec2& pixel, std::span<const double> flux, double area_scale,
+                 const std::function<void(int x, int y, double share)>& take) const;
+  /// Pixels within which a star touches others.
+  double star_reach() const { return white_point_ ? largest_star_ + 1 : 1; }
   /// Makes a row's sums what the image shows.
   void finish(int y, std::size_t row, Sums& sums) const;
 
@@ -104,6 +110,8 @@ class Renderer {
   std::vector<OutputPlane> outputs_;
   std::vector<double> pixel_in_ball_;     ///< of each galaxy: the longest side there, galaxy radii
   std::vector<double> unit_factors_;      ///< [spectral plane]
+  std::optional<double> white_point_;     ///< see RenderParameters
+  double largest_star_;                   ///< pixels
   std::vector<const PlacedStar*> stars_;  ///< from the lowest in the image to the highest
   /// The first output of a kind; none where it was not asked for.
   std::optional<std::size_t> dust_free_, optical_depth_, owner_;
