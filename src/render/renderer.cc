@@ -126,6 +126,7 @@ Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
       index_(*scene_, camera_),
       painter_(scene_, camera_, medium_, index_, star_fields_),
       outputs_(output_planes(*scene_, spectrum, truth)),
+      antialiased_stars_(parameters.antialiased_stars),
       white_point_(parameters.white_point),
       largest_star_(parameters.largest_star) {
   if (!supersample_ && scene_->unit == PixelUnit::relative) supersample_ = 1;
@@ -479,6 +480,10 @@ void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, 
       }
       return;
     }
+  }
+  if (!antialiased_stars_) {
+    take(static_cast<int>(std::round(pixel.x)), static_cast<int>(std::round(pixel.y)), 1);
+    return;
   }
   // A point: shared among the four nearest pixels so that its centroid is where it is.
   const double left = std::floor(pixel.x), below = std::floor(pixel.y);

@@ -243,6 +243,9 @@ std::vector<ParameterSection> make_sections() {
         {"temperature_high", Type::number, "K", star_temperatures(), 9000.0, "the hottest"},
         {"seed", Type::integer, "", Interval::closed(0, largest_seed), std::int64_t{1},
          "another number makes another sky"},
+        {"antialiased", Type::boolean, "", Interval::any(), true,
+         "points are shared among the four nearest pixels, so that they stand where they are; false "
+         "puts each into one"},
         {"white_point",
          Type::number,
          "",
@@ -599,6 +602,7 @@ void RenderParameters::resolve() {
                  static_cast<std::uint64_t>(stars.integer("seed")),
                  stars.where("number")};
   if (field_stars.number > 0) check_field_stars(stars, projection);
+  antialiased_stars = stars.boolean("antialiased");
   white_point.reset();
   if (stars.has("white_point")) white_point = stars.number("white_point");
   largest_star = stars.number("largest_radius");

@@ -152,7 +152,7 @@ TEST(StarField, NumbersFollowTheDensity) {
     };
     const std::vector<FoundStar> stars = stars_of(*galaxy);
     EXPECT_NEAR((static_cast<double>(stars.size()) - number) / std::sqrt(number), 0,
-                noise == "noise = false" ? 3 : 12);
+                noise == "noise = false" ? 3.5 : 12);
     for (const FoundStar& star : stars) found[cell_of(star.place)] += 1;
     // The same integral by points of a sequence.
     constexpr std::uint64_t points = 2'000'000;

@@ -6,8 +6,12 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <filesystem>
 #include <map>
+#include <numbers>
+#include <optional>
 #include <vector>
 
 #include "render/render_text.h"
@@ -87,15 +91,23 @@ struct Painted {
   std::optional<GalaxyIndex> index;
 };
 
-// Points and smooth light together are the field's light, whichever stars are points.
+// Points and smooth light together are the field's light, whichever stars are points: to the Poisson
+// error of the points, sqrt(sum of flux^2).
 TEST(StarPainter, LightIsThatOfAllStars) {
   for (const std::string& camera : {outside, inside, parallel}) {
-    const std::string text = field(3e6, smooth_noise);
-    const std::vector<double> smooth = sums(text, view(camera, 64, 0));
-    for (const double stars : {0.3, 3.0, 1e6}) {
-      const std::vector<double> found = sums(text, view(camera, 64, stars));
-      // Inside, the nearest stars are a few with much of the light.
-      const double error = camera == inside ? 0.02 : 0.005;
+    const std::string text = field(1e6, smooth_noise);
+    const auto painted = [&](double stars) {
+      return Painted({{{"g", text}}, "galaxy x y z\ng 0 0 0\n", view(camera, 32, stars)}).stars();
+    };
+    const std::vector<double> smooth = sums(text, view(camera, 32, 0));
+    double whole = 0;
+    for (const Found& star : painted(1e6)) whole += star.flux[0];
+    for (const double stars : {3.0, 1e6}) {
+      double square = 0;
+      for (const Found& star : painted(stars)) square += star.flux[0] * star.flux[0];
+      const double error = 3 * std::sqrt(square) / whole + 1e-3;
+      EXPECT_LT(error, 0.06);
+      const std::vector<double> found = sums(text, view(camera, 32, stars));
       EXPECT_NEAR(found[0] / smooth[0], 1, error) << camera << stars;
       EXPECT_NEAR(found[1] / smooth[1], 1, error) << camera << stars;
       // Colours agree better: all stars count.
@@ -106,7 +118,7 @@ TEST(StarPainter, LightIsThatOfAllStars) {
 
 // The same sum at any resolution, times the area of a pixel, and by the square of the distance.
 TEST(StarPainter, LightDoesNotDependOnResolutionAndDistance) {
-  const std::string text = field(3e6, smooth_noise);
+  const std::string text = field(1e6, smooth_noise);
   const auto flux = [&](double distance, int size) {
     const std::string camera =
         fmt::format("position = [0, {0}, {0}]\nfov = {1}\n", distance / std::sqrt(2.0),
@@ -115,7 +127,9 @@ TEST(StarPainter, LightDoesNotDependOnResolutionAndDistance) {
     return sum[0] / size / size;  // of a field of constant width, hence of distance^2 flux
   };
   const double reference = flux(6, 64);
-  for (const int size : {16, 32, 128}) EXPECT_NEAR(flux(6, size) / reference, 1, 0.004) << size;
+  // Which stars are points changes with the resolution, and with it whose chance counts: the light
+  // of 10^4 points in the coarsest image is uncertain by a percent.
+  for (const int size : {16, 32, 128}) EXPECT_NEAR(flux(6, size) / reference, 1, 0.01) << size;
   for (const double distance : {12.0, 50.0}) {
     EXPECT_NEAR(flux(distance, 64) / reference, 1, 0.02) << distance;
   }
@@ -174,10 +188,10 @@ TEST(StarPainter, FluxesFollowTheLaw) {
 
 // The same stars in any tile, in the same order.
 TEST(StarPainter, TilesHaveTheStarsOfTheImage) {
-  const Painted painted({{{"g", field(1e6, "noise = {octaves = 2}")}},
+  const Painted painted({{{"g", field(2e5, "noise = {octaves = 2}")}},
                          "galaxy x y z\ng 0 0 0\n", view(outside, 96, 2)});
   const std::vector<Found> whole = painted.stars();
-  EXPECT_GT(whole.size(), 1000u);
+  EXPECT_GT(whole.size(), 500u);
   for (const StarPainter::Tile tile :
        {StarPainter::Tile{0, 32, 0, 16}, {32, 64, 40, 56}, {60, 61, 50, 51}, {0, 96, 64, 65}}) {
     std::vector<glm::dvec2> expected, found;
@@ -193,10 +207,10 @@ TEST(StarPainter, TilesHaveTheStarsOfTheImage) {
 }
 
 TEST(StarPainter, RowsAreTheSameInBlocksOfAnySize) {
-  constexpr int side = 48;
+  constexpr int side = 24;
   for (const std::string& more : {std::string(), std::string("[stars]\nwhite_point = 1e-4\n")}) {
     const TextScene text{
-        {{"g", field(1e5, "noise = {octaves = 2}") +
+        {{"g", field(2e4, "noise = {octaves = 2}") +
                    "[[component]]\nclass = \"dust\"\nz0 = 0.02\nnoise = {octaves = 2}\n"}},
         "galaxy x y z size seed\ng 0 0 0 1 1\ng 0.3 0.5 0.1 0.6 2\n",
         view(inside, side, 2, more)};
@@ -220,7 +234,7 @@ TEST(StarPainter, RowsAreTheSameInBlocksOfAnySize) {
       return rows;
     };
     const std::vector<double> whole = render(text.scene, side);
-    for (const int size : {1, 5, 16}) EXPECT_EQ(render(text.scene, size), whole) << size;
+    for (const int size : {1, 7}) EXPECT_EQ(render(text.scene, size), whole) << size;
     // Nor does the order of the scene's rows count.
     EXPECT_EQ(render("galaxy x y z size seed\ng 0.3 0.5 0.1 0.6 2\ng 0 0 0 1 1\n", 7), whole);
   }
@@ -264,7 +278,7 @@ TEST(StarPainter, DustDimsStarsBehindIt) {
     worst = std::max(worst,
                      std::abs(std::log(free[i].flux[0] / dimmed[i].flux[0]) - depth));
   }
-  EXPECT_LT(worst, 0.004);
+  EXPECT_LT(worst, 0.008);
 }
 
 // Segmentation and parts count a field's stars with their galaxy.
@@ -301,10 +315,18 @@ TEST(StarPainter, PartsAddUp) {
 // Beyond the white point a star is a disc of that brightness; its flux and place stay.
 TEST(StarPainter, BrightStarsGrow) {
   const auto image_of = [](const std::string& stars) {
-    return render_text({{},
-                        "galaxy px py apparent_magnitude\nstar 30.3 32.6 20\n",
-                        "[image]\nsize = 64\n[camera]\nprojection = \"sky\"\npixel_scale = 0.2\n"
-                        "[spectrum]\nwavelengths = [6200]\n" + stars});
+    const RenderParameters parameters = RenderParameters::read(parse_toml(
+        "[image]\nsize = 64\n[camera]\nprojection = \"sky\"\npixel_scale = 0.2\n[spectrum]\n"
+        "wavelengths = [6200]\n" + stars, "render.par"));
+    const Camera camera(parameters);
+    Resources resources({std::filesystem::path(GAMER_TEST_SOURCE_DIR)});
+    const Spectrum spectrum = load_spectrum(parameters, resources);
+    const auto scene = std::make_shared<Scene>(
+        read_scene("galaxy px py apparent_magnitude\nstar 30.3 32.6 20\n", "scene.lst", parameters,
+                   spectrum, camera, resources));
+    const Renderer renderer(parameters, camera, scene, spectrum);
+    ThreadExecutor executor(1);
+    return render_image(renderer, executor);
   };
   const auto moments = [](const Image& image) {
     double sum = 0, x = 0, y = 0, most = 0;

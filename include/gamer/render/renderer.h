@@ -110,6 +110,7 @@ class Renderer {
   std::vector<OutputPlane> outputs_;
   std::vector<double> pixel_in_ball_;     ///< of each galaxy: the longest side there, galaxy radii
   std::vector<double> unit_factors_;      ///< [spectral plane]
+  bool antialiased_stars_;
   std::optional<double> white_point_;     ///< see RenderParameters
   double largest_star_;                   ///< pixels
   std::vector<const PlacedStar*> stars_;  ///< from the lowest in the image to the highest

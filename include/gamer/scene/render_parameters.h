@@ -105,6 +105,7 @@ class RenderParameters {
   std::optional<int> supersample;  ///< only where the file gives it
   double stars_per_pixel = 0;
   FieldStarParameters field_stars;
+  bool antialiased_stars = true;
   /// Stars whose pixel would exceed it (in the image's unit) are discs; none: all are points.
   std::optional<double> white_point;
   double largest_star = 8;  ///< radius, pixels
