@@ -127,7 +127,7 @@ ParameterTable StellarPopulation::parameters() {
        "of stars of luminosity 1; not where the file has temperatures"},
       {"temperature_slope", ParameterType::number, "", Interval::closed(-2, 2), 0.05,
        "T ~ L^slope; not where the file has temperatures"},
-      {"temperature_scatter", ParameterType::number, "dex", Interval::closed(0, 0.5), 0.17,
+      {"temperature_scatter", ParameterType::number, "dex", Interval::closed(0, 0.5), 0.13,
        "standard deviation of log10 T at one luminosity"},
   };
 }
