@@ -131,7 +131,7 @@ GalaxyIndex::Ball GalaxyIndex::ball_of(const glm::dvec3& centre, double radius) 
     ball.centre = -camera_.towards(centre);
     const double sine = radius / camera_.distance(centre);
     // From within it is everywhere.
-    ball.radius = sine < 1 ? 2 * std::sin(0.5 * std::asin(sine)) : 2;
+    ball.radius = sine < 1 ? sine * std::sqrt(2 / (1 + std::sqrt(1 - sine * sine))) : 2;
   }
   ball.radius = ball.radius * (1 + slack) + slack * room;
   return ball;

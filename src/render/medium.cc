@@ -1,6 +1,7 @@
 #include "gamer/render/medium.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
@@ -332,6 +333,41 @@ void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray,
   }
 }
 
+void Medium::dim_fields(const Spectra& own, std::span<const Stretch> stretches,
+                        std::size_t first_stretch, std::int32_t first_done, std::size_t size,
+                        std::size_t first_light, RayNodes& nodes) const {
+  const StarFields::Field* known = nullptr;
+  // Places in the field's tables, of the nodes of the batch.
+  std::array<std::size_t, batch_capacity> index;
+  BatchArray between;
+  for (std::size_t m = 0; m < own.light.size(); ++m) {
+    const StarFields::Field* field = own.fields[m];
+    if (field == nullptr) continue;
+    const std::vector<float>& share = own.field_parts[m]->share;
+    float* const to = nodes.light[first_light + m].data();
+    std::int32_t skip = first_done;
+    for (std::size_t k = first_stretch, i = 0; i < size; ++k, skip = 0) {
+      const auto begin = static_cast<std::size_t>(stretches[k].first + skip);
+      const std::size_t end =
+          begin + std::min(static_cast<std::size_t>(stretches[k].count - skip), size - i);
+      for (std::size_t n = begin; n < end; ++n, ++i) {
+        if (field != known) {
+          const auto last = static_cast<float>(share.size() - 1);
+          const float distance =
+              star_fields_->is_parallel() ? 1.0f : static_cast<float>(nodes.t[n]);
+          const float x = std::clamp(
+              (std::log2(distance) - field->first_log) * field->per_octave, 0.0f, last);
+          index[i] = std::min(static_cast<std::size_t>(x), share.size() - 2);
+          between[i] = x - static_cast<float>(index[i]);
+        }
+        const float low = share[index[i]];
+        to[n] *= low + between[i] * (share[index[i] + 1] - low);
+      }
+    }
+    known = field;
+  }
+}
+
 void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t first_light,
                   std::size_t first_dust, std::size_t variants, RayNodes& nodes,
                   RenderCounts& counts) const {
@@ -392,22 +428,7 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
       }
     };
     deposit(own.light, 0, first_light, nodes.light);
-    for (std::size_t m = 0; m < own.light.size(); ++m) {
-      if (own.fields[m] == nullptr) continue;
-      const StarFields::Field& field = *own.fields[m];
-      float* to = nodes.light[first_light + m].data();
-      std::int32_t skip = first_done;
-      for (std::size_t k = first_stretch, i = 0; i < size; ++k, skip = 0) {
-        const auto begin = static_cast<std::size_t>(stretches[k].first + skip);
-        const auto count = std::min(static_cast<std::size_t>(stretches[k].count - skip), size - i);
-        for (std::size_t n = begin; n < begin + count; ++n) {
-          const auto distance =
-              star_fields_->is_parallel() ? 1.0f : static_cast<float>(nodes.t[n]);
-          to[n] *= field.share(*own.field_parts[m], std::log2(distance));
-        }
-        i += count;
-      }
-    }
+    dim_fields(own, stretches, first_stretch, first_done, size, first_light, nodes);
     for (std::size_t v = 0; v < variants; ++v) {
       deposit(own.dust, v, v * dust_slots + first_dust, nodes.dust);
     }

@@ -25,6 +25,8 @@ constexpr int most_octaves = 24;
 // what is nearer is too little to matter.
 constexpr double octaves_per_part = 0.75;
 constexpr int most_parts = 6;
+// One spectrum does where the smooth share of the light changes by less across the galaxy.
+constexpr double even_change = 0.05;
 
 /// How many stars per unit solid angle (of an orthographic view: area) and dq a ray meets.
 struct Column {
@@ -83,15 +85,6 @@ double stars_above(const Column& column, const StellarPopulation& population, do
 double StarFields::Field::weight(double q) const {
   const double u = std::clamp(std::log(q / limit) / fade_width, 0.0, 1.0);
   return u * u * (3 - 2 * u);
-}
-
-float StarFields::Field::share(const Part& part, float log2_distance) const {
-  if (part.share.empty()) return 1;
-  const auto last = static_cast<float>(part.share.size() - 1);
-  const float x = std::clamp((log2_distance - first_log) * per_octave, 0.0f, last);
-  const auto i = std::min(static_cast<std::size_t>(x), part.share.size() - 2);
-  const float between = x - static_cast<float>(i);
-  return part.share[i] + between * (part.share[i + 1] - part.share[i]);
 }
 
 StarFields::StarFields(const Scene& scene, const Camera& camera, double stars_per_pixel)
@@ -176,9 +169,10 @@ void StarFields::set_parts(double nearest, double farthest, Field& field) const 
   };
   const double last = std::log2(farthest);
   const double octaves = std::min(last - std::log2(std::max(nearest, 1e-300)), double{most_octaves});
+  const double change = rest_at(farthest, nullptr) - rest_at(std::exp2(last - octaves), nullptr);
+  const bool is_even = is_parallel_ || change < even_change;
   const int parts =
-      is_parallel_ ? 1
-                   : std::min(static_cast<int>(std::ceil(octaves / octaves_per_part)) + 1, most_parts);
+      is_even ? 1 : std::min(static_cast<int>(std::ceil(octaves / octaves_per_part)) + 1, most_parts);
   const double spacing = parts > 1 ? std::min(octaves / (parts - 1), octaves_per_part) : 1;
   const int values = static_cast<int>(std::ceil(octaves * values_per_octave)) + 2;
   field.first_log = static_cast<float>(last - static_cast<double>(values - 1) / values_per_octave);
@@ -189,7 +183,7 @@ void StarFields::set_parts(double nearest, double farthest, Field& field) const 
     rest.push_back(rest_at(std::exp2(log), nullptr));
   }
   for (int b = 0; b < parts; ++b) {
-    const double own = last - b * spacing;
+    const double own = is_even ? last - 0.5 * octaves : last - b * spacing;
     Part part;
     if (field.stars->has_one_sed()) {
       part.sed = std::shared_ptr<const Sed>(std::shared_ptr<const Sed>(), field.stars->sed());

@@ -227,7 +227,7 @@ std::vector<ParameterSection> make_sections() {
         {"tolerance", Type::number, "", Interval::open(0, 1), 1e-3,
          "rms relative error over pixels above 1 % of the peak (adaptive sampler), and what is too "
          "faint to be textured"},
-        {"stars_per_pixel", Type::number, "", Interval::closed(0, most_stars_per_pixel), 4.0,
+        {"stars_per_pixel", Type::number, "", Interval::closed(0, most_stars_per_pixel), 1.0,
          "stars of a star field that shine by themselves, expected in the pixel with the most; the "
          "others are smooth light"}}},
       {"stars",

@@ -41,8 +41,6 @@ class StarFields {
 
     /// w(q).
     double weight(double q) const;
-    /// Share of `part` at a distance.
-    float share(const Part& part, float log2_distance) const;
   };
 
   /// Without the camera, or with 0, all stars are smooth light.
