@@ -114,12 +114,12 @@ void render_field(benchmark::State& state, const std::string& components, bool i
   if (components.find("field") != std::string::npos) galaxy += layer("starfield", "number = 1e11");
   if (components.find("dust") != std::string::npos) galaxy += layer("dust", "");
   Resources resources = Resources::from_record({{"galaxies/g", "g.toml", galaxy}});
-  const RenderParameters parameters = RenderParameters::read(parse_toml(
-      std::string("[image]\nsize = 256\n[camera]\n") +
-          (is_inside ? "position = [0, -0.35, 0.01]\nfov = 60\n"
-                     : "position = [0, -2, 2]\nfov = 35\n") +
-          "[spectrum]\nwavelengths = [4300, 5750, 7400]\n",
-      "field"));
+  const RenderParameters parameters =
+      RenderParameters::read(parse_toml(std::string("[image]\nsize = 256\n[camera]\n") +
+                                            (is_inside ? "position = [0, -0.35, 0.01]\nfov = 60\n"
+                                                       : "position = [0, -2, 2]\nfov = 35\n") +
+                                            "[spectrum]\nwavelengths = [4300, 5750, 7400]\n",
+                                        "field"));
   const Camera camera(parameters);
   const Spectrum spectrum = load_spectrum(parameters, resources);
   const auto scene = std::make_shared<const Scene>(
@@ -127,9 +127,9 @@ void render_field(benchmark::State& state, const std::string& components, bool i
   const Renderer renderer(parameters, camera, scene, spectrum);
   std::vector<double> values(std::size_t{256} * 256 * 3);
   for (auto _ : state) renderer.render_rows({0, 256}, values);
-  state.counters["per_pixel"] = benchmark::Counter(
-      static_cast<double>(state.iterations()) * 256 * 256,
-      benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  state.counters["per_pixel"] =
+      benchmark::Counter(static_cast<double>(state.iterations()) * 256 * 256,
+                         benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
 void add(const std::string& name, const std::string& scene,

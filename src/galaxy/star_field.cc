@@ -37,7 +37,8 @@ double StarField::bound(const Cell& cell) const {
   if (distance >= 1) return 0;
   const LayerShape& own = shape();
   const double e = std::exp(-2 * z / own.z0);
-  double value = 4 * e / ((1 + e) * (1 + e)) * std::exp(-std::sqrt(r2) / own.rh) * taper_at(distance);
+  double value =
+      4 * e / ((1 + e) * (1 + e)) * std::exp(-std::sqrt(r2) / own.rh) * taper_at(distance);
   if (own.inner > 0) {
     const double far_x = std::abs(cell.centre[0]) + cell.half;
     const double far_y = std::abs(cell.centre[1]) + cell.half;
@@ -94,8 +95,8 @@ ComponentKind starfield_kind() {
                       Interval::any(),
                       {},
                       "name of the disk component whose noise also modulates this one"},
-                     {"number", ParameterType::number, "", Interval::closed(1, largest_number), 1e11,
-                      "of stars in the galaxy, with those that are never seen alone"}} +
+                     {"number", ParameterType::number, "", Interval::closed(1, largest_number),
+                      1e11, "of stars in the galaxy, with those that are never seen alone"}} +
       StellarPopulation::parameters();
   FractalParameters noise;
   noise.octaves = 4;
@@ -110,8 +111,7 @@ ComponentKind starfield_kind() {
     return std::make_unique<StarField>(
         Layer::read_shape(input.values), input.arms,
         StellarPopulation(input.values, input.context, input.resources),
-        input.values.number("number"),
-        input.settings.seed);
+        input.values.number("number"), input.settings.seed);
   };
   return kind;
 }

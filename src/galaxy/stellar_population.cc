@@ -35,7 +35,8 @@ const double class_width = std::log(2);
 double power_integral(double p, double low, double high) {
   const double width = std::log(high / low);
   // (high^p - low^p)/p, also near p = 0.
-  return std::pow(low, p) * width * (std::abs(p * width) < 1e-9 ? 1 : std::expm1(p * width) / (p * width));
+  return std::pow(low, p) * width *
+         (std::abs(p * width) < 1e-9 ? 1 : std::expm1(p * width) / (p * width));
 }
 
 struct Row {
@@ -178,7 +179,8 @@ void StellarPopulation::read_table(const ParameterSet& values, const std::string
   }
   const Resources::Text* text = nullptr;
   try {
-    text = &resources.find("luminosities", values.text("luminosity_function"), named.file, suffixes);
+    text =
+        &resources.find("luminosities", values.text("luminosity_function"), named.file, suffixes);
   } catch (const InputError& error) {
     throw InputError(named, context + error.what());
   }
@@ -250,7 +252,8 @@ double StellarPopulation::luminosity(std::size_t k, double u) const {
 double StellarPopulation::mean_temperature(double luminosity) const {
   if (log_temperatures_.empty()) return temperature_ * std::pow(luminosity, temperature_slope_);
   const double x = std::log(luminosity);
-  const auto above = std::upper_bound(log_luminosities_.begin() + 1, log_luminosities_.end() - 1, x);
+  const auto above =
+      std::upper_bound(log_luminosities_.begin() + 1, log_luminosities_.end() - 1, x);
   const auto i = static_cast<std::size_t>(above - log_luminosities_.begin());
   const double share =
       (x - log_luminosities_[i - 1]) / (log_luminosities_[i] - log_luminosities_[i - 1]);

@@ -120,15 +120,15 @@ Medium::Medium(std::shared_ptr<const Scene> scene, std::shared_ptr<const Spectra
         spectra.weights.push_back(weights);
         for (std::size_t s = 0; s < steering_.size(); ++s) {
           const auto first = weights->begin() + static_cast<std::ptrdiff_t>(steering_[s] * steps);
-          const double flux = placed.brightness * std::accumulate(
-                                  first, first + static_cast<std::ptrdiff_t>(steps), 0.0);
+          const double flux =
+              placed.brightness *
+              std::accumulate(first, first + static_cast<std::ptrdiff_t>(steps), 0.0);
           spectra.steering_flux.push_back(static_cast<float>(flux));
           spectra.typical_brightness[s] =
               std::max(spectra.typical_brightness[s], flux * columns[c]);
         }
       };
-      const StarFields::Field* field =
-          star_fields_ != nullptr ? star_fields_->find(g, c) : nullptr;
+      const StarFields::Field* field = star_fields_ != nullptr ? star_fields_->find(g, c) : nullptr;
       if (field == nullptr) {
         add_light(component.sed(), nullptr, nullptr);
       } else {
@@ -355,8 +355,8 @@ void Medium::dim_fields(const Spectra& own, std::span<const Stretch> stretches,
           const auto last = static_cast<float>(share.size() - 1);
           const float distance =
               star_fields_->is_parallel() ? 1.0f : static_cast<float>(nodes.t[n]);
-          const float x = std::clamp(
-              (std::log2(distance) - field->first_log) * field->per_octave, 0.0f, last);
+          const float x =
+              std::clamp((std::log2(distance) - field->first_log) * field->per_octave, 0.0f, last);
           index[i] = std::min(static_cast<std::size_t>(x), share.size() - 2);
           between[i] = x - static_cast<float>(index[i]);
         }

@@ -504,8 +504,8 @@ void Renderer::add_stars(RowRange rows, Sums& sums) const {
   const auto begin = std::partition_point(
       stars_.begin(), stars_.end(),
       [&](const PlacedStar* star) { return star->pixel.y <= rows.first - reach; });
-  for (auto placed = begin;
-       placed != stars_.end() && (*placed)->pixel.y < rows.last - 1 + reach; ++placed) {
+  for (auto placed = begin; placed != stars_.end() && (*placed)->pixel.y < rows.last - 1 + reach;
+       ++placed) {
     const PlacedStar& star = **placed;
     share_out(star.pixel, star.flux, star.area_scale, [&](int x, int y, double share) {
       if (y < rows.first || y >= rows.last || x < 0 || x >= camera_.width()) return;
@@ -539,8 +539,7 @@ void Renderer::add_field_stars(RowRange rows, Sums& sums, RenderCounts& counts) 
     painter_.paint(
         tile, star_reach(),
         [&](const StarPainter::Seen& star) {
-          const std::size_t object =
-              scene_->galaxies[static_cast<std::size_t>(star.galaxy)].object;
+          const std::size_t object = scene_->galaxies[static_cast<std::size_t>(star.galaxy)].object;
           share_out(star.pixel, star.flux, 1, [&](int x, int y, double share) {
             if (x < tile.left || x >= tile.right || y < tile.bottom || y >= tile.top) return;
             const double area = camera_.solid_angle(x, y);

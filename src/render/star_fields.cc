@@ -21,8 +21,8 @@ constexpr int count_samples = 200;
 constexpr int values_per_octave = 16;
 constexpr int most_octaves = 24;
 
-// The smooth light has spectra for distances at most so many octaves apart, and for so many at most:
-// what is nearer is too little to matter.
+// The smooth light has spectra for distances at most so many octaves apart, and for so many at
+// most: what is nearer is too little to matter.
 constexpr double octaves_per_part = 0.75;
 constexpr int most_parts = 6;
 // One spectrum does where the smooth share of the light changes by less across the galaxy.
@@ -118,9 +118,8 @@ void StarFields::set_limit(const Scene& scene, const Camera& camera, double star
   const double r = std::max(shape.rh, shape.inner);
   std::vector<Column> columns;
   double nearest = HUGE_VAL, farthest = 0;
-  for (const glm::dvec3& target :
-       {glm::dvec3(0), glm::dvec3(r, 0, 0), glm::dvec3(-r, 0, 0), glm::dvec3(0, r, 0),
-        glm::dvec3(0, -r, 0)}) {
+  for (const glm::dvec3& target : {glm::dvec3(0), glm::dvec3(r, 0, 0), glm::dvec3(-r, 0, 0),
+                                   glm::dvec3(0, r, 0), glm::dvec3(0, -r, 0)}) {
     Column column = column_towards(placed, *field.stars, camera, target);
     // A pixel's angle, or area.
     const glm::dvec3 point = placed.centre + glm::inverse(placed.to_ball) * target;
@@ -168,11 +167,13 @@ void StarFields::set_parts(double nearest, double farthest, Field& field) const 
         spectrum);
   };
   const double last = std::log2(farthest);
-  const double octaves = std::min(last - std::log2(std::max(nearest, 1e-300)), double{most_octaves});
+  const double octaves =
+      std::min(last - std::log2(std::max(nearest, 1e-300)), double{most_octaves});
   const double change = rest_at(farthest, nullptr) - rest_at(std::exp2(last - octaves), nullptr);
   const bool is_even = is_parallel_ || change < even_change;
   const int parts =
-      is_even ? 1 : std::min(static_cast<int>(std::ceil(octaves / octaves_per_part)) + 1, most_parts);
+      is_even ? 1
+              : std::min(static_cast<int>(std::ceil(octaves / octaves_per_part)) + 1, most_parts);
   const double spacing = parts > 1 ? std::min(octaves / (parts - 1), octaves_per_part) : 1;
   const int values = static_cast<int>(std::ceil(octaves * values_per_octave)) + 2;
   field.first_log = static_cast<float>(last - static_cast<double>(values - 1) / values_per_octave);
@@ -204,9 +205,9 @@ void StarFields::set_parts(double nearest, double farthest, Field& field) const 
 
 const StarFields::Field* StarFields::find(int galaxy, std::size_t component) const {
   const auto key = [](const Field& field) { return std::pair(field.galaxy, field.component); };
-  const auto at = std::lower_bound(
-      fields_.begin(), fields_.end(), std::pair(galaxy, component),
-      [&](const Field& field, const auto& wanted) { return key(field) < wanted; });
+  const auto at =
+      std::lower_bound(fields_.begin(), fields_.end(), std::pair(galaxy, component),
+                       [&](const Field& field, const auto& wanted) { return key(field) < wanted; });
   return at == fields_.end() || key(*at) != std::pair(galaxy, component) ? nullptr : &*at;
 }
 

@@ -315,8 +315,7 @@ void StarPainter::find_depths(std::span<const int> dusty, Batch& batch,
                                       {batch.x.data(), batch.y.data(), batch.z.data(), size},
                                       threshold, batch.density, counts);
     // Per scene unit of path.
-    const double scale =
-        placed.galaxy->components()[line.component]->amplitude() / placed.radius;
+    const double scale = placed.galaxy->components()[line.component]->amplitude() / placed.radius;
     for (std::size_t i = 0; i < size; ++i) {
       column[places[i].line] += scale * places[i].weight * double{batch.density[i]};
     }

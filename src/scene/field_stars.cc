@@ -45,9 +45,8 @@ void visit_field_stars(const FieldStarParameters& parameters,
     for (int cell = 0; cell < cells; ++cell) {
       const double west = 360.0 * cell / cells, width = 360.0 / cells;
       if (!holds(direction_of({west + 0.5 * width, 0.5 * (south + north)}), radius)) continue;
-      const std::uint64_t key =
-          hash_words({parameters.seed, static_cast<std::uint64_t>(band),
-                      static_cast<std::uint64_t>(cell)});
+      const std::uint64_t key = hash_words(
+          {parameters.seed, static_cast<std::uint64_t>(band), static_cast<std::uint64_t>(cell)});
       double count = parameters.number * square_degrees;
       poisson_variates(key, 0, std::span(&count, 1), std::span(&count, 1));
       for (std::uint64_t i = 0; i < static_cast<std::uint64_t>(count); ++i) {

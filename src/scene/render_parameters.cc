@@ -244,7 +244,8 @@ std::vector<ParameterSection> make_sections() {
         {"seed", Type::integer, "", Interval::closed(0, largest_seed), std::int64_t{1},
          "another number makes another sky"},
         {"antialiased", Type::boolean, "", Interval::any(), true,
-         "points are shared among the four nearest pixels, so that they stand where they are; false "
+         "points are shared among the four nearest pixels, so that they stand where they are; "
+         "false "
          "puts each into one"},
         {"white_point",
          Type::number,

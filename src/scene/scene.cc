@@ -88,9 +88,8 @@ class GalaxyLibrary {
     if (known != nullptr) return known;
     known = make(type, sed, row_seed, row);
     const auto components = known->components();
-    const bool is_smooth = std::all_of(components.begin(), components.end(), [](const auto& c) {
-      return !c->depends_on_seed();
-    });
+    const bool is_smooth = std::all_of(components.begin(), components.end(),
+                                       [](const auto& c) { return !c->depends_on_seed(); });
     smooth_[{type, sed}] = is_smooth;
     if (is_smooth) galaxies_[{type, sed, 0}] = known;
     return galaxies_[{type, sed, seed}];

@@ -265,7 +265,8 @@ TEST(GalaxyFile, ErrorsOfComponents) {
   EXPECT_EQ(galaxy_error("[[component]]\nclass = 3"),
             "g.toml:2:9: class must be a string, not an integer");
   EXPECT_EQ(galaxy_error("[[component]]\nclass = \"bulg\""),
-            "g.toml:2:9: unknown class 'bulg'; known are 'bulge', 'disk', 'stars', 'dust', 'starfield'; did you "
+            "g.toml:2:9: unknown class 'bulg'; known are 'bulge', 'disk', 'stars', 'dust', "
+            "'starfield'; did you "
             "mean 'bulge'?");
   EXPECT_EQ(galaxy_error("[[component]]\nclass = \"disk\""),
             "g.toml:1:1: component 'disk1': missing key 'sed' in a [[component]] of class 'disk'");

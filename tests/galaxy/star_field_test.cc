@@ -113,7 +113,8 @@ TEST(StarField, LuminositiesFollowTheLaw) {
   for (const std::string slope : {"1", "1.7", "2.4"}) {
     const auto galaxy = parse_galaxy(
         field_text("number = 200000\nluminosity_low = 0.1\nluminosity_high = 1000\nnoise = false\n"
-                   "luminosity_slope = " + slope));
+                   "luminosity_slope = " +
+                   slope));
     const StellarPopulation& population = field_of(*galaxy).population();
     constexpr int bins = 40;
     std::vector<double> found(bins), expected;
@@ -137,16 +138,17 @@ TEST(StarField, NumbersFollowTheDensity) {
   for (const std::string noise : {"noise = false", "noise = {octaves = 3}",
                                   "noise = {octaves = 2, theta = \"linear\", exponent = 3}"}) {
     const double number = 300000;
-    const auto galaxy =
-        parse_galaxy(spiral + field_text(shape + "number = 300000\nluminosity_low = 1\n"
-                                                 "luminosity_high = 10\n" + noise));
+    const auto galaxy = parse_galaxy(spiral + field_text(shape +
+                                                         "number = 300000\nluminosity_low = 1\n"
+                                                         "luminosity_high = 10\n" +
+                                                         noise));
     constexpr int radial = 12, azimuthal = 12, vertical = 4;
     std::vector<double> found(radial * azimuthal * vertical), expected(found.size());
     const auto cell_of = [&](const Vector& p) {
       const double r = std::hypot(p[0], p[1]), phi = std::atan2(p[1], p[0]);
       const int i = std::min(static_cast<int>(r * radial), radial - 1);
-      const int j =
-          std::min(static_cast<int>((phi / (2 * std::numbers::pi) + 0.5) * azimuthal), azimuthal - 1);
+      const int j = std::min(static_cast<int>((phi / (2 * std::numbers::pi) + 0.5) * azimuthal),
+                             azimuthal - 1);
       const int k = p[2] < -0.04 ? 0 : p[2] < 0 ? 1 : p[2] < 0.04 ? 2 : 3;
       return static_cast<std::size_t>((i * azimuthal + j) * vertical + k);
     };
@@ -185,9 +187,9 @@ TEST(StarField, NumbersFollowTheDensity) {
 // No trace of cells: places within the cells of any level are even, and as many stars are near a
 // cell's wall as anywhere.
 TEST(StarField, CellsLeaveNoTrace) {
-  const auto galaxy = parse_galaxy(field_text(
-      "number = 300000\nz0 = 0.3\nrh = 1\nluminosity_low = 1\nluminosity_high = 10\n"
-      "noise = false"));
+  const auto galaxy = parse_galaxy(
+      field_text("number = 300000\nz0 = 0.3\nrh = 1\nluminosity_low = 1\nluminosity_high = 10\n"
+                 "noise = false"));
   const std::vector<FoundStar> stars = stars_of(*galaxy);
   // In the smallest cells the density is even enough.
   for (const double side : {1.0 / 32, 1.0 / 64}) {
@@ -230,13 +232,15 @@ TEST(StarField, StarsAreThoseOfTheirSeedAndName) {
   const auto first = set_of(*parse_galaxy(field_text(text)));
   EXPECT_EQ(set_of(*parse_galaxy(field_text(text))), first);
   const auto shares = [&](const std::set<Vector>& other) {
-    return std::any_of(other.begin(), other.end(), [&](const Vector& p) { return first.contains(p); });
+    return std::any_of(other.begin(), other.end(),
+                       [&](const Vector& p) { return first.contains(p); });
   };
   EXPECT_FALSE(shares(set_of(*parse_galaxy(field_text(text), settings_with(2)))));
-  EXPECT_FALSE(shares(set_of(
-      *parse_galaxy("[[component]]\nclass = \"starfield\"\nname = \"g\"\n" + text))));
+  EXPECT_FALSE(
+      shares(set_of(*parse_galaxy("[[component]]\nclass = \"starfield\"\nname = \"g\"\n" + text))));
   // Another component changes nothing.
-  const auto two = parse_galaxy("[[component]]\nclass = \"disk\"\nsed = \"flat\"\n" + field_text(text));
+  const auto two =
+      parse_galaxy("[[component]]\nclass = \"disk\"\nsed = \"flat\"\n" + field_text(text));
   std::set<Vector> places;
   for (const FoundStar& star : stars_of(*two, 1)) places.insert(star.place);
   EXPECT_EQ(places, first);
@@ -307,7 +311,8 @@ TEST(StarField, LargestPhiIsRarelyExceeded) {
     const auto textured = evaluate(*galaxy, places)[0];
     const auto plain = evaluate(*smooth, places)[0];
     const double largest = field_of(*galaxy).largest_phi();
-    const double scale = smooth->components()[0]->amplitude() / galaxy->components()[0]->amplitude();
+    const double scale =
+        smooth->components()[0]->amplitude() / galaxy->components()[0]->amplitude();
     double all = 0, beyond = 0;
     for (std::size_t i = 0; i < places.size(); ++i) {
       if (!(plain[i] > 0)) continue;
@@ -327,8 +332,8 @@ TEST(StarField, TablesOfLuminosities) {
   };
   const auto galaxy = parse("# L  dN/dlnL\n1 8\n2 4\n8, 1  # steep\n", "number = 50000");
   // dN/dlnL = 8/L all over: a power law of slope 2.
-  const auto same = parse_galaxy(field_text(
-      "luminosity_low = 1\nluminosity_high = 10\nluminosity_slope = 2\nnoise = false"));
+  const auto same = parse_galaxy(
+      field_text("luminosity_low = 1\nluminosity_high = 10\nluminosity_slope = 2\nnoise = false"));
   const double part = 1 - field_of(*same).population().number_above(8);
   for (const double l : {1.1, 2.0, 3.0, 7.0}) {
     EXPECT_NEAR(field_of(*galaxy).population().number_above(l),
@@ -354,7 +359,8 @@ TEST(StarField, TablesOfLuminosities) {
   EXPECT_EQ(error("1 2\n2 0\n"), "lf.lf:2:3: '0' is no number in [1e-12, 1e30]");
   EXPECT_EQ(error("1\n2 3\n"), "lf.lf:1:1: a row needs L and dN/dlnL");
   EXPECT_EQ(error("1 1 5000\n2 3\n"), "lf.lf:2:1: some rows have a temperature and some have none");
-  EXPECT_EQ(error("1 1 5000\n2 3 400\n"), "lf.lf:2:5: temperature 400 is outside [1000, 100000] (K)");
+  EXPECT_EQ(error("1 1 5000\n2 3 400\n"),
+            "lf.lf:2:5: temperature 400 is outside [1000, 100000] (K)");
   EXPECT_EQ(error("1 1 5000 3\n"), "lf.lf:1:10: a fourth column; known are L, dN/dlnL and T");
   EXPECT_EQ(error("1 1\n2 3\n", "luminosity_low = 0.1"),
             "g.toml:6:18: component 'f': 'luminosity_low' belongs to luminosity_function = "

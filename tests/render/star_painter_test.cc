@@ -79,9 +79,7 @@ struct Painted {
         counts);
     return result;
   }
-  std::vector<Found> stars() const {
-    return stars({0, camera.width(), 0, camera.height()});
-  }
+  std::vector<Found> stars() const { return stars({0, camera.width(), 0, camera.height()}); }
   RenderParameters parameters;
   Camera camera;
   std::shared_ptr<Scene> scene;
@@ -91,8 +89,8 @@ struct Painted {
   std::optional<GalaxyIndex> index;
 };
 
-// Points and smooth light together are the field's light, whichever stars are points: to the Poisson
-// error of the points, sqrt(sum of flux^2).
+// Points and smooth light together are the field's light, whichever stars are points: to the
+// Poisson error of the points, sqrt(sum of flux^2).
 TEST(StarPainter, LightIsThatOfAllStars) {
   for (const std::string& camera : {outside, inside, parallel}) {
     const std::string text = field(1e6, smooth_noise);
@@ -140,10 +138,9 @@ TEST(StarPainter, MovingCameraChangesNoStar) {
   const std::string galaxy = field(3000, smooth_noise);
   const auto stars = [&](double x) {
     // All stars, in full.
-    const Painted painted(
-        {{{"g", galaxy}},
-         "galaxy x y z\ng 0 0 0\n",
-         view(fmt::format("position = [{}, -3, 1]\nfov = 60\n", x), 256, 1e5)});
+    const Painted painted({{{"g", galaxy}},
+                           "galaxy x y z\ng 0 0 0\n",
+                           view(fmt::format("position = [{}, -3, 1]\nfov = 60\n", x), 256, 1e5)});
     // A star's ratio of planes is its colour; its luminosity is flux times distance^2, which two
     // planes and the sum over the field show.
     std::multimap<double, double> colours;
@@ -171,33 +168,36 @@ TEST(StarPainter, MovingCameraChangesNoStar) {
 
 TEST(StarPainter, FluxesFollowTheLaw) {
   // Seen from so far that all distances are equal.
-  const Painted painted({{{"g", field(100000, smooth_noise)}},
-                         "galaxy x y z\ng 0 0 0\n",
-                         view("projection = \"orthographic\"\nposition = [0, 0, 5]\nup = [0, 1, 0]\n"
-                              "width = 2.1\n", 64, 1e6)});
+  const Painted painted(
+      {{{"g", field(100000, smooth_noise)}},
+       "galaxy x y z\ng 0 0 0\n",
+       view("projection = \"orthographic\"\nposition = [0, 0, 5]\nup = [0, 1, 0]\n"
+            "width = 2.1\n",
+            64, 1e6)});
   const std::vector<Found> stars = painted.stars();
   EXPECT_NEAR((static_cast<double>(stars.size()) - 1e5) / std::sqrt(1e5), 0, 3);
   const StarFields::Field& own = painted.fields->fields()[0];
   // In the light at 5500 Angstrom between the two planes, mean one: compare the total.
   double sum = 0;
   for (const Found& star : stars) sum += star.flux[0];
-  const double expected = painted.scene->galaxies[0].galaxy->luminosity(0) *
-                          own.stars->sed()->flux(4300);
-  EXPECT_NEAR(sum / (expected * painted.scene->galaxies[0].brightness * 4300 * 4300) , 1, 0.02);
+  const double expected =
+      painted.scene->galaxies[0].galaxy->luminosity(0) * own.stars->sed()->flux(4300);
+  EXPECT_NEAR(sum / (expected * painted.scene->galaxies[0].brightness * 4300 * 4300), 1, 0.02);
 }
 
 // The same stars in any tile, in the same order.
 TEST(StarPainter, TilesHaveTheStarsOfTheImage) {
   const Painted painted({{{"g", field(2e5, "noise = {octaves = 2}")}},
-                         "galaxy x y z\ng 0 0 0\n", view(outside, 96, 2)});
+                         "galaxy x y z\ng 0 0 0\n",
+                         view(outside, 96, 2)});
   const std::vector<Found> whole = painted.stars();
   EXPECT_GT(whole.size(), 500u);
   for (const StarPainter::Tile tile :
        {StarPainter::Tile{0, 32, 0, 16}, {32, 64, 40, 56}, {60, 61, 50, 51}, {0, 96, 64, 65}}) {
     std::vector<glm::dvec2> expected, found;
     for (const Found& star : whole) {
-      if (star.pixel.x > tile.left - 1 && star.pixel.x < tile.right && star.pixel.y > tile.bottom - 1 &&
-          star.pixel.y < tile.top) {
+      if (star.pixel.x > tile.left - 1 && star.pixel.x < tile.right &&
+          star.pixel.y > tile.bottom - 1 && star.pixel.y < tile.top) {
         expected.push_back(star.pixel);
       }
     }
@@ -227,9 +227,9 @@ TEST(StarPainter, RowsAreTheSameInBlocksOfAnySize) {
       std::vector<double> rows(row * side);
       for (int first = 0; first < side; first += size) {
         const int last = std::min(first + size, side);
-        renderer.render_rows(
-            {first, last}, std::span(rows).subspan(static_cast<std::size_t>(first) * row,
-                                                   static_cast<std::size_t>(last - first) * row));
+        renderer.render_rows({first, last},
+                             std::span(rows).subspan(static_cast<std::size_t>(first) * row,
+                                                     static_cast<std::size_t>(last - first) * row));
       }
       return rows;
     };
@@ -274,9 +274,9 @@ TEST(StarPainter, DustDimsStarsBehindIt) {
     const double r = std::hypot(x, y);
     // Well inside the taper.
     if (r > 0.6 || std::abs(z) > 0.3) continue;
-    const double depth = 0.5 * std::exp(-r / 0.3) * (1 - std::tanh(z / 0.05)) * curve->relative(node);
-    worst = std::max(worst,
-                     std::abs(std::log(free[i].flux[0] / dimmed[i].flux[0]) - depth));
+    const double depth =
+        0.5 * std::exp(-r / 0.3) * (1 - std::tanh(z / 0.05)) * curve->relative(node);
+    worst = std::max(worst, std::abs(std::log(free[i].flux[0] / dimmed[i].flux[0]) - depth));
   }
   EXPECT_LT(worst, 0.008);
 }
@@ -317,13 +317,15 @@ TEST(StarPainter, BrightStarsGrow) {
   const auto image_of = [](const std::string& stars) {
     const RenderParameters parameters = RenderParameters::read(parse_toml(
         "[image]\nsize = 64\n[camera]\nprojection = \"sky\"\npixel_scale = 0.2\n[spectrum]\n"
-        "wavelengths = [6200]\n" + stars, "render.par"));
+        "wavelengths = [6200]\n" +
+            stars,
+        "render.par"));
     const Camera camera(parameters);
     Resources resources({std::filesystem::path(GAMER_TEST_SOURCE_DIR)});
     const Spectrum spectrum = load_spectrum(parameters, resources);
-    const auto scene = std::make_shared<Scene>(
-        read_scene("galaxy px py apparent_magnitude\nstar 30.3 32.6 20\n", "scene.lst", parameters,
-                   spectrum, camera, resources));
+    const auto scene =
+        std::make_shared<Scene>(read_scene("galaxy px py apparent_magnitude\nstar 30.3 32.6 20\n",
+                                           "scene.lst", parameters, spectrum, camera, resources));
     const Renderer renderer(parameters, camera, scene, spectrum);
     ThreadExecutor executor(1);
     return render_image(renderer, executor);

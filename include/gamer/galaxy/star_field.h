@@ -11,13 +11,14 @@ namespace gamer {
 /// A layer whose light is that of stars. Their number density is
 ///   n = number envelope Phi / int envelope dV,
 /// their luminosities and colours those of a StellarPopulation; the component's light is their sum,
-/// its spectrum their mean. A star is a function of (seed, class of luminosity, cell of space): none
-/// is stored, and each has its place, luminosity and temperature for ever.
+/// its spectrum their mean. A star is a function of (seed, class of luminosity, cell of space):
+/// none is stored, and each has its place, luminosity and temperature for ever.
 ///
 /// For each class the cube [-1, 1]^3 is halved along all axes until a cell's bound of the density
 /// promises few stars. A leaf gets candidates: a Poisson number, for the bound, evenly spread. A
-/// candidate is a star where envelope Phi exceeds an even random share of the bound (thinning: Lewis
-/// & Shedler 1979), so that stars follow the density within cells too and cells leave no trace.
+/// candidate is a star where envelope Phi exceeds an even random share of the bound (thinning:
+/// Lewis & Shedler 1979), so that stars follow the density within cells too and cells leave no
+/// trace.
 class StarField : public Layer {
  public:
   StarField(const LayerShape& shape, const ArmPattern& arms, StellarPopulation population,
@@ -64,7 +65,8 @@ class StarField : public Layer {
   /// which keep(cell) is false are passed over with all in them.
   template <class Keep, class Take>
   void walk(std::size_t k, const Keep& keep, const Take& take) const {
-    descend({{0, 0, 0}, 1, 0, hash_words({key(), k})}, density() * population_.at(k).number * largest_phi_, keep, take);
+    descend({{0, 0, 0}, 1, 0, hash_words({key(), k})},
+            density() * population_.at(k).number * largest_phi_, keep, take);
   }
   /// What a candidate of class k is if it is a star.
   double luminosity(std::size_t k, const Candidate& candidate) const;
@@ -124,7 +126,8 @@ void StarField::fill(const Cell& cell, double expected, double bound, const Take
   };
   for (int i = 0; i < count; ++i) {
     Candidate candidate;
-    candidate.key = mix64(cell.key + (count_word + 1 + static_cast<std::uint64_t>(i)) * golden_gamma);
+    candidate.key =
+        mix64(cell.key + (count_word + 1 + static_cast<std::uint64_t>(i)) * golden_gamma);
     const std::uint64_t a = mix64(candidate.key + golden_gamma);
     const std::uint64_t b = mix64(candidate.key + 2 * golden_gamma);
     candidate.position[0] = cell.centre[0] + spread(a >> 32);

@@ -51,7 +51,8 @@ class StellarPopulation {
 
   /// Temperatures of the grid (K) that the population needs.
   const std::vector<double>& grid() const { return grid_; }
-  /// Where a temperature lies on it: T counts as (1 - share) of grid()[first] and share of the next.
+  /// Where a temperature lies on it: T counts as (1 - share) of grid()[first] and share of the
+  /// next.
   struct GridPlace {
     std::size_t first;
     double share;

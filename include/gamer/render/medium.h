@@ -149,9 +149,9 @@ class Medium {
  private:
   /// What a placed galaxy's components do.
   struct Spectra {
-    std::vector<int> light, dust;  ///< indices of components
-    std::vector<std::size_t> emitter;                ///< of each of `light`
-    std::vector<const StarFields::Field*> fields;    ///< of each of `light`; null for others
+    std::vector<int> light, dust;                  ///< indices of components
+    std::vector<std::size_t> emitter;              ///< of each of `light`
+    std::vector<const StarFields::Field*> fields;  ///< of each of `light`; null for others
     std::vector<const StarFields::Part*> field_parts;
     /// [light component]: weights[plane * basis nodes + j]; shared by galaxies of one redshift.
     std::vector<std::shared_ptr<const std::vector<double>>> weights;

@@ -108,8 +108,8 @@ class Renderer {
   GalaxyIndex index_;
   StarPainter painter_;
   std::vector<OutputPlane> outputs_;
-  std::vector<double> pixel_in_ball_;     ///< of each galaxy: the longest side there, galaxy radii
-  std::vector<double> unit_factors_;      ///< [spectral plane]
+  std::vector<double> pixel_in_ball_;  ///< of each galaxy: the longest side there, galaxy radii
+  std::vector<double> unit_factors_;   ///< [spectral plane]
   bool antialiased_stars_;
   std::optional<double> white_point_;     ///< see RenderParameters
   double largest_star_;                   ///< pixels

@@ -15,9 +15,9 @@ namespace gamer {
 /// is.
 ///
 /// A star of luminosity L at the distance d from the camera (1 in an orthographic view) has q =
-/// L/d^2. It shines by itself with the weight w(q): 0 up to a limit q0 of its field, 1 from 4 q0 on,
-/// between them the smoothstep in ln q. The rest, 1 - w, is part of the field's smooth light, whose
-/// share of the emissivity at a distance d is the mean of 1 - w(L/d^2) over the light of the
+/// L/d^2. It shines by itself with the weight w(q): 0 up to a limit q0 of its field, 1 from 4 q0
+/// on, between them the smoothstep in ln q. The rest, 1 - w, is part of the field's smooth light,
+/// whose share of the emissivity at a distance d is the mean of 1 - w(L/d^2) over the light of the
 /// population and whose spectrum is the mean of that light: points and smooth light together are,
 /// in expectation, the field's emissivity everywhere. Nothing depends on pixels or rays but q0, for
 /// which `stars_per_pixel` stars above it are expected in the pixel that sees most of them.
