@@ -1,6 +1,7 @@
 // Microseconds per pixel of the shipped scenes on one core: each scene; and M100 for each SIMD
 // target, for 1, 3 and 30 wavelengths or bands, and for tolerances of both samplers. Then a sky
-// view of 100 galaxies, alone and among 10^5 rows of a list, with what it takes to place them.
+// view of 100 galaxies, alone and among 10^5 rows of a list, with what it takes to place them. Then
+// a disk alone, a field of 10^11 stars in its place, and both, from outside and from within.
 
 #include <benchmark/benchmark.h>
 
@@ -113,6 +114,35 @@ void render_crowd(benchmark::State& state, int others) {
   }
 }
 
+/// A disk, a star field, or both, in dust or not, at 256 x 256 pixels.
+void render_field(benchmark::State& state, const std::string& components, bool is_inside) {
+  const auto layer = [](const std::string& kind, const std::string& more) {
+    return "[[component]]\nclass = \"" + kind +
+           "\"\nz0 = 0.03\nrh = 0.2\narm_width = 2\ntwirl = 0.5\n" + more + "\n";
+  };
+  std::string galaxy = "[arms]\nmodel = \"logarithmic\"\n";
+  if (components.find("disk") != std::string::npos) galaxy += layer("disk", "sed = \"flat\"");
+  if (components.find("field") != std::string::npos) galaxy += layer("starfield", "number = 1e11");
+  if (components.find("dust") != std::string::npos) galaxy += layer("dust", "");
+  Resources resources = Resources::from_record({{"galaxies/g", "g.toml", galaxy}});
+  const RenderParameters parameters =
+      RenderParameters::read(parse_toml(std::string("[image]\nsize = 256\n[camera]\n") +
+                                            (is_inside ? "position = [0, -0.35, 0.01]\nfov = 60\n"
+                                                       : "position = [0, -2, 2]\nfov = 35\n") +
+                                            "[spectrum]\nwavelengths = [4300, 5750, 7400]\n",
+                                        "field"));
+  const Camera camera(parameters);
+  const Spectrum spectrum = load_spectrum(parameters, resources);
+  const auto scene = std::make_shared<const Scene>(
+      read_scene("galaxy x y z\ng 0 0 0\n", "field", parameters, spectrum, camera, resources));
+  const Renderer renderer(parameters, camera, scene, spectrum);
+  std::vector<double> values(std::size_t{256} * 256 * 3);
+  for (auto _ : state) renderer.render_rows({0, 256}, values);
+  state.counters["per_pixel"] =
+      benchmark::Counter(static_cast<double>(state.iterations()) * 256 * 256,
+                         benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+
 void add(const std::string& name, const std::string& scene,
          const std::vector<std::string>& settings = {}, std::int64_t target = 0) {
   benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& state) {
@@ -144,6 +174,15 @@ int main(int argc, char** argv) {
     benchmark::RegisterBenchmark(("crowd/100 of " + std::to_string(100 + others)).c_str(),
                                  [=](benchmark::State& state) { render_crowd(state, others); })
         ->Unit(benchmark::kMillisecond);
+  }
+  for (const bool is_inside : {false, true}) {
+    for (const std::string components :
+         {"disk", "field", "disk+field", "disk+dust", "field+dust", "disk+field+dust"}) {
+      benchmark::RegisterBenchmark(
+          ((is_inside ? "stars/inside/" : "stars/outside/") + components).c_str(),
+          [=](benchmark::State& state) { render_field(state, components, is_inside); })
+          ->Unit(benchmark::kMillisecond);
+    }
   }
   for (const char* tolerance : {"1e-2", "1e-3", "1e-4"}) {
     add(std::string("adaptive/") + tolerance, "ngc4321",

@@ -73,8 +73,9 @@ ParameterTable dust() {
 }  // namespace component_parameters
 
 std::span<const ComponentKind> component_kinds() {
-  static const std::array<ComponentKind, 6> kinds = {
-      bulge_kind(), disk_kind(), stars_kind(), dust_kind(), veins_kind(), veins_light_kind()};
+  static const std::array<ComponentKind, 7> kinds = {
+      bulge_kind(), disk_kind(),        stars_kind(),    dust_kind(),
+      veins_kind(), veins_light_kind(), starfield_kind()};
   return kinds;
 }
 
@@ -141,11 +142,13 @@ void ComponentReader::read_light(Component& component, const ParameterSet& value
   }
   component.amplitude_ = values.has("intensity") ? values.number("intensity") : 1.0;
   if (values.has("fraction")) component.fraction_ = values.number("fraction");
-  component.spectrum_where_ = values.where("sed");
+  component.spectrum_where_ = values.is_given("sed") ? values.where("sed") : component.where_;
   if (settings.sed != nullptr) {
     component.sed_ = settings.sed;
     return;
   }
+  // Stars without have their own.
+  if (!values.has("sed")) return;
   try {
     component.sed_ = find_sed(values.text("sed"), values.where("sed").file, resources);
   } catch (const InputError& error) {
@@ -210,7 +213,7 @@ std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int ind
       has_noise ? std::span<const std::string>(skip) : std::span<const std::string>());
   check_lengths(values, context);
   std::unique_ptr<Component> component =
-      kind.make(ComponentInput{values, node, context, arms, axis_z, settings, name});
+      kind.make(ComponentInput{values, node, context, arms, axis_z, settings, name, resources});
   component->name_ = name;
   component->active_ = values.boolean("active");
   component->where_ = node.where;

@@ -7,11 +7,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numbers>
 
 #include "core/math-inl.h"
 #include "galaxy/taper-inl.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/near.h"
+#include "gamer/core/random.h"
+#include "gamer/galaxy/star_field.h"
 
 #ifndef GAMER_GALAXY_GALAXY_KERNEL
 #define GAMER_GALAXY_GALAXY_KERNEL
@@ -159,6 +162,14 @@ constexpr double cloud_error = 0.004;
 // The same for what wide rays see of it, whose mean varies less.
 constexpr std::size_t correction_cloud = std::size_t{1} << 17;
 
+// Places at which the largest Phi of a star field is looked for, and by what it may exceed the
+// largest found: the light of what is beyond is below 1e-4 of the field's (tests).
+constexpr std::size_t peak_places = std::size_t{1} << 14;
+constexpr double peak_margin = 1.25;
+// Within so many scale lengths and heights.
+constexpr double bright_lengths = 4;
+constexpr double bright_heights = 2;
+
 }  // namespace
 
 ParameterTable Galaxy::table() {
@@ -274,6 +285,7 @@ void Galaxy::resolve(const std::string& label, std::size_t most_cloud_points) {
   }
   normalise_textures(most_cloud_points);
   resolve_fractions();
+  measure_star_fields();
   for (std::size_t c = 0; c < components_.size(); ++c) {
     const Component& component = *components_[c];
     if (!std::isfinite(static_cast<float>(component.amplitude() * follow_scale_[c]))) {
@@ -478,6 +490,66 @@ void Galaxy::evaluate(const Points& points, float threshold, const BatchArray* f
     }
   }
   counts.envelope_seconds += clock.seconds() - (counts.noise_seconds - earlier_noise);
+}
+
+void Galaxy::evaluate_component(std::size_t c, const Points& points, float threshold,
+                                BatchArray& density, EvaluationCounts& counts) const {
+  const Component& component = *components_[c];
+  SampleBatch batch;
+  batch.size = points.size;
+  HWY_DYNAMIC_DISPATCH(Share)(points, needs_phi_, batch);
+  if (needs_winding_) arms_.winding(batch.r.data(), batch.size, batch.winding.data());
+  component.envelope(batch, density.data());
+  const BatchArray envelope = density;
+  const auto limit = threshold * static_cast<float>(component.threshold_scale());
+  BatchArray own, followed;
+  const bool follows = followed_[c] >= 0, is_textured = component.texture() != nullptr;
+  if (is_textured) phi(c, batch, envelope, limit, nullptr, {}, std::span(&own, 1), counts);
+  if (follows) {
+    phi(static_cast<std::size_t>(followed_[c]), batch, envelope, limit, nullptr, {},
+        std::span(&followed, 1), counts);
+  }
+  HWY_DYNAMIC_DISPATCH(Scale)
+  (batch.size, static_cast<float>(follow_scale_[c]), envelope.data(),
+   is_textured ? own.data() : nullptr, follows ? followed.data() : nullptr, density.data());
+}
+
+void Galaxy::measure_star_fields() {
+  for (std::size_t c = 0; c < components_.size(); ++c) {
+    auto* field = dynamic_cast<StarField*>(components_[c].get());
+    if (field == nullptr) continue;
+    if (std::as_const(*field).texture() == nullptr && followed_[c] < 0) {
+      field->set_largest_phi(1);
+      continue;
+    }
+    // Even in r and z beside a plain layer of the same shape, so that the edges are seen too.
+    const LayerShape& shape = field->shape();
+    float largest = 0;
+    BatchArray x, y, z, density, envelope;
+    EvaluationCounts counts;
+    SampleBatch batch;
+    for (std::size_t first = 0; first < peak_places; first += batch_capacity) {
+      for (std::size_t i = 0; i < batch_capacity; ++i) {
+        double u[3];
+        R3Sequence().point(first + i, u);
+        const double r = std::min(1.0, bright_lengths * shape.rh) * std::sqrt(u[0]);
+        const double angle = 2 * std::numbers::pi * u[1];
+        x[i] = static_cast<float>(r * std::cos(angle));
+        y[i] = static_cast<float>(r * std::sin(angle));
+        z[i] = static_cast<float>(bright_heights * shape.z0 * (2 * u[2] - 1));
+      }
+      const Points points{x.data(), y.data(), z.data(), batch_capacity};
+      evaluate_component(c, points, 0, density, counts);
+      batch.size = points.size;
+      HWY_DYNAMIC_DISPATCH(Share)(points, needs_phi_, batch);
+      if (needs_winding_) arms_.winding(batch.r.data(), batch.size, batch.winding.data());
+      field->envelope(batch, envelope.data());
+      for (std::size_t i = 0; i < batch_capacity; ++i) {
+        if (envelope[i] > 0) largest = std::max(largest, density[i] / envelope[i]);
+      }
+    }
+    field->set_largest_phi(peak_margin * double{largest});
+  }
 }
 
 }  // namespace gamer

@@ -35,12 +35,6 @@ constexpr double face_end = 1e-9;
 // Of a ball's radius and place, beyond rounding.
 constexpr double slack = 1e-12;
 
-bool overlap(const GalaxyIndex::Ball& a, const GalaxyIndex::Ball& b) {
-  const glm::dvec3 way = a.centre - b.centre;
-  const double reach = a.radius + b.radius;
-  return glm::dot(way, way) <= reach * reach;
-}
-
 /// A ball that holds both.
 GalaxyIndex::Ball around_both(const GalaxyIndex::Ball& a, const GalaxyIndex::Ball& b) {
   const glm::dvec3 centre = 0.5 * (a.centre + b.centre);
@@ -115,6 +109,12 @@ class Grid {
 
 }  // namespace
 
+bool overlap(const GalaxyIndex::Ball& a, const GalaxyIndex::Ball& b) {
+  const glm::dvec3 way = a.centre - b.centre;
+  const double reach = a.radius + b.radius;
+  return glm::dot(way, way) <= reach * reach;
+}
+
 void GalaxyIndex::Found::clear() {
   galaxies.clear();
   for (auto* values : {&x, &y, &z, &radius}) values->clear();
@@ -123,7 +123,9 @@ void GalaxyIndex::Found::clear() {
 GalaxyIndex::GalaxyIndex(const Scene& scene, const Camera& camera) : camera_(camera) {
   const std::size_t count = scene.galaxies.size();
   balls_.reserve(count);
-  for (const PlacedGalaxy& galaxy : scene.galaxies) balls_.push_back(ball_of(galaxy));
+  for (const PlacedGalaxy& galaxy : scene.galaxies) {
+    balls_.push_back(ball_of(galaxy.centre, galaxy.bounding_radius));
+  }
   order_.resize(count);
   std::iota(order_.begin(), order_.end(), 0);
   if (count == 0) return;
@@ -134,19 +136,19 @@ GalaxyIndex::GalaxyIndex(const Scene& scene, const Camera& camera) : camera_(cam
   balls_ = std::move(sorted);
 }
 
-GalaxyIndex::Ball GalaxyIndex::ball_of(const PlacedGalaxy& galaxy) const {
+GalaxyIndex::Ball GalaxyIndex::ball_of(const glm::dvec3& centre, double radius) const {
   Ball ball;
   double room = 1;
   if (camera_.projection() == Projection::orthographic) {
-    room = glm::distance(galaxy.centre, camera_.origin());
+    room = glm::distance(centre, camera_.origin());
     const glm::dvec3& back = camera_.back();
-    ball.centre = galaxy.centre - glm::dot(galaxy.centre - camera_.origin(), back) * back;
-    ball.radius = galaxy.bounding_radius;
+    ball.centre = centre - glm::dot(centre - camera_.origin(), back) * back;
+    ball.radius = radius;
   } else {
-    ball.centre = -camera_.towards(galaxy.centre);
-    const double sine = galaxy.bounding_radius / camera_.distance(galaxy.centre);
+    ball.centre = -camera_.towards(centre);
+    const double sine = radius / camera_.distance(centre);
     // From within it is everywhere.
-    ball.radius = sine < 1 ? 2 * std::sin(0.5 * std::asin(sine)) : 2;
+    ball.radius = sine < 1 ? sine * std::sqrt(2 / (1 + std::sqrt(1 - sine * sine))) : 2;
   }
   ball.radius = ball.radius * (1 + slack) + slack * room;
   return ball;

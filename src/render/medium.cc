@@ -1,6 +1,7 @@
 #include "gamer/render/medium.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
@@ -59,9 +60,10 @@ void RayLight::prepare(const Medium& medium, std::span<const std::span<const Hit
 }
 
 Medium::Medium(std::shared_ptr<const Scene> scene, std::shared_ptr<const SpectralBasis> basis,
-               const Accuracy& accuracy, bool dust_free)
+               const Accuracy& accuracy, bool dust_free, std::shared_ptr<const StarFields> fields)
     : scene_(std::move(scene)),
       basis_(std::move(basis)),
+      star_fields_(std::move(fields)),
       accuracy_(accuracy),
       nodes_(basis_->size() + (dust_free ? 1 : 0)) {
   // Spectra are sums of the same few components, so that errors in other planes lie between those
@@ -89,17 +91,49 @@ void Medium::make_kinds() {
   std::unordered_map<const Galaxy*, std::uint32_t> known;
   spectra_.reserve(scene_->galaxies.size());
   for (const PlacedGalaxy& placed : scene_->galaxies) {
-    const auto [kind, is_new] = known.try_emplace(placed.galaxy.get(), kinds_.size());
-    spectra_.push_back({placed.brightness, kind->second, 0});
-    if (!is_new) continue;
-    Kind& made = kinds_.emplace_back();
+    const auto g = static_cast<int>(spectra_.size());
     const auto components = placed.galaxy->components();
+    const auto field_of = [&](std::size_t c) {
+      return star_fields_ != nullptr ? star_fields_->find(g, c) : nullptr;
+    };
+    bool has_stars = false;
+    for (std::size_t c = 0; c < components.size(); ++c) {
+      has_stars = has_stars || field_of(c) != nullptr;
+    }
+    if (has_stars) {
+      spectra_.push_back({placed.brightness, static_cast<std::uint32_t>(kinds_.size()), 0});
+    } else {
+      const auto [kind, is_new] = known.try_emplace(placed.galaxy.get(), kinds_.size());
+      spectra_.push_back({placed.brightness, kind->second, 0});
+      if (!is_new) continue;
+    }
+    Kind& made = kinds_.emplace_back();
+    std::size_t emitters = 0;
+    const auto add_light = [&](std::size_t c, const Sed* sed, const StarFields::Field* field,
+                               const StarFields::Part* part) {
+      made.light.push_back(static_cast<int>(c));
+      made.emitter.push_back(emitters);
+      made.seds.push_back(sed);
+      made.fields.push_back(field);
+      made.field_parts.push_back(part);
+    };
     for (std::size_t c = 0; c < components.size(); ++c) {
       const Component& component = *components[c];
-      (component.absorbs() ? made.dust : made.light).push_back(static_cast<int>(c));
       const double column = component.amplitude() * component.face_on_column();
       made.columns.push_back(column * placed.galaxy->axis()[2]);
-      if (component.absorbs()) made.dust_columns.push_back(column);
+      if (component.absorbs()) {
+        made.dust.push_back(static_cast<int>(c));
+        made.dust_columns.push_back(column);
+        continue;
+      }
+      if (const StarFields::Field* field = field_of(c)) {
+        for (const StarFields::Part& part : field->parts) {
+          add_light(c, part.sed.get(), part.share.empty() ? nullptr : field, &part);
+        }
+      } else {
+        add_light(c, component.sed(), nullptr, nullptr);
+      }
+      ++emitters;
     }
   }
 }
@@ -143,8 +177,7 @@ void Medium::fill_share(const PlacedGalaxy& galaxy, const Kind& kind, const Shar
   double* weights = weights_.get() + share.weights;
   double* sum = weights + kind.light.size() * planes_times_steps();
   std::map<const Sed*, const double*> known;
-  for (const int c : kind.light) {
-    const Sed* sed = std::as_const(*components[static_cast<std::size_t>(c)]).sed();
+  for (const Sed* sed : kind.seds) {
     const auto [same, is_new] = known.try_emplace(sed, weights);
     if (is_new) {
       const std::vector<double> own = basis_->weights(*sed, galaxy.redshift);
@@ -364,6 +397,41 @@ void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray,
   }
 }
 
+void Medium::dim_fields(const Kind& own, std::span<const Stretch> stretches,
+                        std::size_t first_stretch, std::int32_t first_done, std::size_t size,
+                        std::size_t first_light, RayNodes& nodes) const {
+  const StarFields::Field* known = nullptr;
+  // Places in the field's tables, of the nodes of the batch.
+  std::array<std::size_t, batch_capacity> index;
+  BatchArray between;
+  for (std::size_t m = 0; m < own.light.size(); ++m) {
+    const StarFields::Field* field = own.fields[m];
+    if (field == nullptr) continue;
+    const std::vector<float>& share = own.field_parts[m]->share;
+    float* const to = nodes.light[first_light + m].data();
+    std::int32_t skip = first_done;
+    for (std::size_t k = first_stretch, i = 0; i < size; ++k, skip = 0) {
+      const auto begin = static_cast<std::size_t>(stretches[k].first + skip);
+      const std::size_t end =
+          begin + std::min(static_cast<std::size_t>(stretches[k].count - skip), size - i);
+      for (std::size_t n = begin; n < end; ++n, ++i) {
+        if (field != known) {
+          const auto last = static_cast<float>(share.size() - 1);
+          const float distance =
+              star_fields_->is_parallel() ? 1.0f : static_cast<float>(nodes.t[n]);
+          const float x =
+              std::clamp((std::log2(distance) - field->first_log) * field->per_octave, 0.0f, last);
+          index[i] = std::min(static_cast<std::size_t>(x), share.size() - 2);
+          between[i] = x - static_cast<float>(index[i]);
+        }
+        const float low = share[index[i]];
+        to[n] *= low + between[i] * (share[index[i] + 1] - low);
+      }
+    }
+    known = field;
+  }
+}
+
 void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t first_light,
                   std::size_t first_dust, std::size_t variants, RayNodes& nodes,
                   RenderCounts& counts) const {
@@ -424,6 +492,7 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
       }
     };
     deposit(own.light, 0, first_light, nodes.light);
+    dim_fields(own, stretches, first_stretch, first_done, size, first_light, nodes);
     for (std::size_t v = 0; v < variants; ++v) {
       deposit(own.dust, v, v * dust_slots + first_dust, nodes.dust);
     }

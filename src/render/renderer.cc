@@ -56,6 +56,9 @@ constexpr int tile_size = 16;
 // Halvings of a pixel at most.
 constexpr int deepest_cell = 24;
 
+// Stars of star fields are looked for in stretches of rows so long.
+constexpr int star_tile = 32, wide_star_tile = 256;
+
 /// Probes of at most this many galaxies choose the spectral nodes.
 constexpr std::size_t most_probes = 6;
 
@@ -116,11 +119,17 @@ Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
     : camera_(camera),
       supersample_(parameters.supersample),
       scene_(std::move(scene)),
+      star_fields_(
+          std::make_shared<const StarFields>(*scene_, camera_, parameters.stars_per_pixel)),
       medium_(scene_, make_basis(parameters, *scene_, spectrum),
-              Accuracy::from_tolerance(parameters.tolerance), truth.dust_free),
+              Accuracy::from_tolerance(parameters.tolerance), truth.dust_free, star_fields_),
       sampler_(make_sampler(medium_, parameters)),
       index_(*scene_, camera_),
-      outputs_(output_planes(*scene_, spectrum, truth)) {
+      painter_(scene_, camera_, medium_, index_, star_fields_),
+      outputs_(output_planes(*scene_, spectrum, truth)),
+      antialiased_stars_(parameters.antialiased_stars),
+      white_point_(parameters.white_point),
+      largest_star_(parameters.largest_star) {
   if (!supersample_ && scene_->unit == PixelUnit::relative) supersample_ = 1;
   for (const SpectralPlane& plane : spectrum.planes) {
     unit_factors_.push_back(value_of_nanojansky(plane, scene_->unit, parameters));
@@ -230,7 +239,8 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
   for (int bottom = rows.first - rows.first % tile_size; bottom < rows.last; bottom += tile_size) {
     render_tiles(0, width, bottom, bottom + tile_size);
   }
-  is_empty = !add_stars(rows, sums) && is_empty;
+  add_field_stars(rows, sums, counts);
+  is_empty = !add_stars(rows, sums) && star_fields_->empty() && is_empty;
   const bool stays_zero =
       camera_.projection() != Projection::sky && scene_->unit != PixelUnit::magnitude;
   if (is_empty && stays_zero) return;
@@ -457,7 +467,7 @@ void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Fou
         if (!parts_.empty()) {
           const std::size_t first = parts_[object];
           const bool is_whole = outputs_[first].kind == OutputPlane::Kind::object;
-          add(first + (is_whole ? 0 : c * spectral));
+          add(first + (is_whole ? 0 : medium_.emitter(hit.galaxy, c) * spectral));
         }
         if (dust_free_) {
           std::fill(work.planes.begin(), work.planes.end(), 0.0);
@@ -473,48 +483,131 @@ void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Fou
   }
 }
 
+void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, double area_scale,
+                         const std::function<void(int x, int y, double share)>& take) const {
+  if (white_point_) {
+    const double x = std::round(pixel.x), y = std::round(pixel.y);
+    const double area = camera_.solid_angle(x, y);
+    double value = 0;
+    for (std::size_t p = 0; p < flux.size() && area > 0; ++p) {
+      const double brightness = flux[p] * area_scale / area * unit_factors_[p];
+      value = std::max(value, counts_flux(scene_->unit) ? brightness * area : brightness);
+    }
+    if (value > *white_point_) {
+      // A disc of that brightness, its edge a pixel wide.
+      const double radius =
+          std::min(std::sqrt(value / (std::numbers::pi * *white_point_)), largest_star_);
+      const auto cover = [&](double i, double j) {
+        return std::clamp(radius + 0.5 - std::hypot(i - pixel.x, j - pixel.y), 0.0, 1.0);
+      };
+      const double reach = std::ceil(radius + 1);
+      double sum = 0;
+      for (const bool is_second : {false, true}) {
+        for (double j = y - reach; j <= y + reach; ++j) {
+          for (double i = x - reach; i <= x + reach; ++i) {
+            const double own = cover(i, j);
+            if (!is_second) {
+              sum += own;
+            } else if (own > 0) {
+              take(static_cast<int>(i), static_cast<int>(j), own / sum);
+            }
+          }
+        }
+      }
+      return;
+    }
+  }
+  if (!antialiased_stars_) {
+    take(static_cast<int>(std::round(pixel.x)), static_cast<int>(std::round(pixel.y)), 1);
+    return;
+  }
+  // A point: shared among the four nearest pixels so that its centroid is where it is.
+  const double left = std::floor(pixel.x), below = std::floor(pixel.y);
+  for (const double y : {below, below + 1}) {
+    const double share_y = 1 - std::abs(pixel.y - y);
+    for (const double x : {left, left + 1}) {
+      const double share = share_y * (1 - std::abs(pixel.x - x));
+      if (!(share > 0)) continue;
+      const glm::ivec2 place = camera_.neighbour(pixel, static_cast<int>(x), static_cast<int>(y));
+      take(place.x, place.y, share);
+    }
+  }
+}
+
 bool Renderer::add_stars(RowRange rows, Sums& sums) const {
   using Kind = OutputPlane::Kind;
   const auto width = static_cast<std::size_t>(camera_.width());
   const std::size_t spectral = medium_.basis().planes();
-  // Point sources: shared among the four nearest pixels so that their centroid is where they are.
-  const auto begin =
-      std::partition_point(stars_.begin(), stars_.end(),
-                           [&](const PlacedStar* star) { return star->pixel.y <= rows.first - 1; });
+  const double reach = star_reach();
   bool any = false;
-  for (auto placed = begin; placed != stars_.end() && (*placed)->pixel.y < rows.last; ++placed) {
+  const auto begin = std::partition_point(
+      stars_.begin(), stars_.end(),
+      [&](const PlacedStar* star) { return star->pixel.y <= rows.first - reach; });
+  for (auto placed = begin; placed != stars_.end() && (*placed)->pixel.y < rows.last - 1 + reach;
+       ++placed) {
     any = true;
     const PlacedStar& star = **placed;
-    const double left = std::floor(star.pixel.x), below = std::floor(star.pixel.y);
-    for (const double near_y : {below, below + 1}) {
-      const double share_y = 1 - std::abs(star.pixel.y - near_y);
-      if (!(share_y > 0)) continue;
-      for (const double near_x : {left, left + 1}) {
-        const double share = share_y * (1 - std::abs(star.pixel.x - near_x));
-        if (!(share > 0)) continue;
-        const glm::ivec2 place =
-            camera_.neighbour(star.pixel, static_cast<int>(near_x), static_cast<int>(near_y));
-        const double x = place.x, y = place.y;
-        if (y < rows.first || y >= rows.last || x < 0 || x >= static_cast<double>(width)) continue;
-        const auto row = static_cast<std::size_t>(y) - static_cast<std::size_t>(rows.first);
-        const double area = camera_.solid_angle(x, y) / star.area_scale;
-        if (!(area > 0)) continue;
-        const auto column = static_cast<std::size_t>(x);
-        for (std::size_t o = 0; o < outputs_.size(); ++o) {
-          const Kind kind = outputs_[o].kind;
-          const bool is_own = kind == Kind::object && outputs_[o].object == star.object;
-          if (kind != Kind::image && kind != Kind::dust_free && !is_own) continue;
-          sums.values[(row * outputs_.size() + o) * width + column] +=
-              share * star.flux[outputs_[o].plane] / area;
-        }
-        for (std::size_t p = 0; p < spectral && owner_; ++p) {
-          sums.owners[row * width + column][star.object] +=
-              share * star.flux[p] / area * unit_factors_[p];
-        }
+    share_out(star.pixel, star.flux, star.area_scale, [&](int x, int y, double share) {
+      if (y < rows.first || y >= rows.last || x < 0 || x >= camera_.width()) return;
+      const double area = camera_.solid_angle(x, y) / star.area_scale;
+      if (!(area > 0)) return;
+      const auto row = static_cast<std::size_t>(y - rows.first);
+      const auto column = static_cast<std::size_t>(x);
+      for (std::size_t o = 0; o < outputs_.size(); ++o) {
+        const Kind kind = outputs_[o].kind;
+        const bool is_own = kind == Kind::object && outputs_[o].object == star.object;
+        if (kind != Kind::image && kind != Kind::dust_free && !is_own) continue;
+        sums.values[(row * outputs_.size() + o) * width + column] +=
+            share * star.flux[outputs_[o].plane] / area;
       }
-    }
+      for (std::size_t p = 0; p < spectral && owner_; ++p) {
+        sums.owners[row * width + column][star.object] +=
+            share * star.flux[p] / area * unit_factors_[p];
+      }
+    });
   }
   return any;
+}
+
+void Renderer::add_field_stars(RowRange rows, Sums& sums, RenderCounts& counts) const {
+  if (star_fields_->empty()) return;
+  const auto width = static_cast<std::size_t>(camera_.width());
+  const std::size_t spectral = medium_.basis().planes();
+  const int step = white_point_ ? wide_star_tile : star_tile;
+  for (int left = 0; left < camera_.width(); left += step) {
+    const StarPainter::Tile tile{left, std::min(left + step, camera_.width()), rows.first,
+                                 rows.last};
+    painter_.paint(
+        tile, star_reach(),
+        [&](const StarPainter::Seen& star) {
+          const std::size_t object = scene_->galaxies[static_cast<std::size_t>(star.galaxy)].object;
+          share_out(star.pixel, star.flux, 1, [&](int x, int y, double share) {
+            if (x < tile.left || x >= tile.right || y < tile.bottom || y >= tile.top) return;
+            const double area = camera_.solid_angle(x, y);
+            if (!(area > 0)) return;
+            const auto row = static_cast<std::size_t>(y - rows.first);
+            const auto column = static_cast<std::size_t>(x);
+            double* const pixel = sums.values.data() + row * outputs_.size() * width + column;
+            const auto add = [&](std::size_t first, std::span<const double> flux) {
+              for (std::size_t p = 0; p < spectral; ++p) {
+                pixel[(first + p) * width] += share * flux[p] / area;
+              }
+            };
+            add(0, star.flux);
+            if (dust_free_) add(*dust_free_, star.dust_free);
+            if (!parts_.empty()) {
+              const std::size_t first = parts_[object];
+              const bool is_whole = outputs_[first].kind == OutputPlane::Kind::object;
+              add(first + (is_whole ? 0 : star.emitter * spectral), star.flux);
+            }
+            for (std::size_t p = 0; p < spectral && owner_; ++p) {
+              sums.owners[row * width + column][object] +=
+                  share * star.flux[p] / area * unit_factors_[p];
+            }
+          });
+        },
+        counts);
+  }
 }
 
 void Renderer::finish(int y, std::size_t row, Sums& sums) const {

@@ -37,6 +37,8 @@ RenderParameters stamp_view(const PlacedGalaxy& galaxy, const RenderParameters& 
   view.up = camera.up_at(galaxy.centre);
   view.camera_width = 2 * galaxy.bounding_radius;
   view.supersample.reset();
+  // Stars count with the smooth light.
+  view.stars_per_pixel = 0;
   return view;
 }
 

@@ -22,6 +22,9 @@ constexpr double most_frames = 999999;
 constexpr double largest_octaves = 32;
 constexpr double most_band_samples = 64;
 constexpr double largest_nside = 65536;
+constexpr double most_stars_per_pixel = 1e6;
+constexpr double most_field_stars = 1e8;
+constexpr double largest_star_radius = 64;
 constexpr double largest_h0 = 1e4;
 // Galaxy radii: 2e6 steps across a galaxy.
 constexpr double smallest_step = 1e-6;
@@ -30,6 +33,7 @@ constexpr double largest_seed = 0x1p63;
 // Below this sine of the angle between them, two directions count as parallel.
 constexpr double smallest_sine = 1e-9;
 
+Interval star_temperatures() { return Interval::closed(1000, 1e5); }
 Interval positive() { return Interval::open(0, HUGE_VAL); }
 
 struct UnitName {
@@ -250,7 +254,36 @@ std::vector<ParameterSection> make_sections() {
          "uniform sampler: step along the ray"},
         {"tolerance", Type::number, "", Interval::open(0, 1), 1e-3,
          "rms relative error over pixels above 1 % of the peak (adaptive sampler), and what is too "
-         "faint to be textured"}}},
+         "faint to be textured"},
+        {"stars_per_pixel", Type::number, "", Interval::closed(0, most_stars_per_pixel), 1.0,
+         "stars of a star field that shine by themselves, expected in the pixel with the most; the "
+         "others are smooth light"}}},
+      {"stars",
+       "Field stars all over the sky, besides the scene's, and how stars are drawn.",
+       {{"number", Type::number, "1/deg^2", Interval::closed(0, most_field_stars), 0.0,
+         "of field stars between the magnitudes (sky views)"},
+        {"bright", Type::number, "mag", Interval::any(), 14.0,
+         "of the brightest field stars, AB in photometry.reference_band"},
+        {"faint", Type::number, "mag", Interval::any(), 24.0, "of the faintest"},
+        {"slope", Type::number, "dex/mag", Interval::closed(-2, 2), 0.2, "dN/dm ~ 10^(slope m)"},
+        {"temperature_low", Type::number, "K", star_temperatures(), 3000.0,
+         "blackbodies, evenly spread in ln T"},
+        {"temperature_high", Type::number, "K", star_temperatures(), 9000.0, "the hottest"},
+        {"seed", Type::integer, "", Interval::closed(0, largest_seed), std::int64_t{1},
+         "another number makes another sky"},
+        {"antialiased", Type::boolean, "", Interval::any(), true,
+         "points are shared among the four nearest pixels, so that they stand where they are; "
+         "false "
+         "puts each into one"},
+        {"white_point",
+         Type::number,
+         "",
+         positive(),
+         {},
+         "for pictures: a star whose pixel would be brighter than this (in the image's unit) is a "
+         "disc of this brightness; without it all stars are points"},
+        {"largest_radius", Type::number, "pixels", Interval::closed(1, largest_star_radius), 8.0,
+         "of such discs; beyond it they are brighter"}}},
       {"scene",
        "The scene list.",
        {{"unit",
@@ -468,6 +501,22 @@ std::pair<int, int> resolve_size(const ParameterSet& image, const ParameterSet& 
     return {width, 6 * height};
   }
   return {width, height};
+}
+
+void check_field_stars(const ParameterSet& stars, Projection projection) {
+  if (projection != Projection::sky) {
+    throw InputError(stars.where("number"),
+                     "stars.number belongs to camera.projection = \"sky\": the other views have no "
+                     "sky behind the scene");
+  }
+  const auto check_order = [&](const char* low, const char* high) {
+    if (stars.number(low) < stars.number(high)) return;
+    throw InputError(place_of(stars, {high, low}),
+                     fmt::format("stars.{} = {} is not above stars.{} = {}", high,
+                                 stars.number(high), low, stars.number(low)));
+  };
+  check_order("bright", "faint");
+  check_order("temperature_low", "temperature_high");
 }
 
 void check_planes(const ParameterSet& spectrum) {
@@ -714,6 +763,22 @@ void RenderParameters::resolve() {
   sampler = sampling.text("sampler") == "uniform" ? SamplerKind::uniform : SamplerKind::adaptive;
   step = sampling.number("step");
   tolerance = sampling.number("tolerance");
+  stars_per_pixel = sampling.number("stars_per_pixel");
+
+  const ParameterSet& stars = section("stars");
+  field_stars = {stars.number("number"),
+                 stars.number("bright"),
+                 stars.number("faint"),
+                 stars.number("slope"),
+                 stars.number("temperature_low"),
+                 stars.number("temperature_high"),
+                 static_cast<std::uint64_t>(stars.integer("seed")),
+                 stars.where("number")};
+  if (field_stars.number > 0) check_field_stars(stars, projection);
+  antialiased_stars = stars.boolean("antialiased");
+  white_point.reset();
+  if (stars.has("white_point")) white_point = stars.number("white_point");
+  largest_star = stars.number("largest_radius");
 
   const std::string& scene_unit = section("scene").text("unit");
   unit = scene_unit == "arbitrary" ? "" : scene_unit;

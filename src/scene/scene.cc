@@ -17,6 +17,7 @@
 #include "gamer/core/units.h"
 #include "gamer/scene/orientation.h"
 #include "gamer/sed/igm.h"
+#include "scene/field_stars.h"
 #include "scene/scene_row.h"
 
 namespace gamer {
@@ -30,8 +31,8 @@ constexpr double nominal_distance = 1000;
 constexpr double ten_parsec = 1e-5;  // Mpc
 constexpr double kiloparsec = 1e-3;  // Mpc
 
-// Pixels around the image within which a point source still touches it.
-constexpr double star_margin = 1;
+// Stars in an image at most: they are kept in memory.
+constexpr std::size_t most_stars = 20'000'000;
 
 /// The orientation of the selected row, as the galaxy's axes in the scene.
 glm::dmat3 read_axes(const SceneRow& row, const glm::dvec3& centre, const Camera& camera) {
@@ -87,9 +88,8 @@ class GalaxyLibrary {
     if (known != nullptr) return known;
     known = make(type, sed, row_seed, row);
     const auto components = known->components();
-    const bool is_smooth = std::all_of(components.begin(), components.end(), [](const auto& c) {
-      return std::as_const(*c).texture() == nullptr;
-    });
+    const bool is_smooth = std::all_of(components.begin(), components.end(),
+                                       [](const auto& c) { return !c->depends_on_seed(); });
     smooth_[{type, sed}] = is_smooth;
     if (is_smooth) galaxies_[{type, sed, 0}] = known;
     return galaxies_[{type, sed, seed}];
@@ -224,6 +224,10 @@ class SceneReader {
   void read_galaxy(const Position& position, double radius);
   /// False for a star that does not touch the image.
   bool read_star(const Position& position);
+  /// The stars of [stars], which follow the rows' objects.
+  void add_field_stars(const ImageField& field);
+  /// Where a star stands in the image, if it touches it.
+  std::optional<glm::dvec2> star_pixel(const glm::dvec3& direction) const;
   /// The flux (nJy) of the row's magnitude over that of a unit source, whose flux in the reference
   /// band is `rest` unredshifted at 10 pc, and `observed` as it is.
   double flux_scale(const Position& position, double rest, double observed) const;
@@ -529,11 +533,8 @@ bool SceneReader::read_star(const Position& position) {
   star.id = row_.text(column::id);
   star.object = scene_.objects;
   star.direction = position.centre;
-  const std::optional<glm::dvec2> pixel = camera_.pixel(position.centre);
-  if (!pixel || !(pixel->x > -star_margin && pixel->x < camera_.width() - 1 + star_margin &&
-                  pixel->y > -star_margin && pixel->y < camera_.height() - 1 + star_margin)) {
-    return false;
-  }
+  const std::optional<glm::dvec2> pixel = star_pixel(position.centre);
+  if (!pixel) return false;
   star.pixel = *pixel;
   const std::string name = row_.text(column::sed);
   const auto sed = library_.find_sed_of(name.empty() ? star_sed : name, row_);
@@ -557,6 +558,56 @@ bool SceneReader::read_star(const Position& position) {
   }
   scene_.stars.push_back(std::move(star));
   return true;
+}
+
+std::optional<glm::dvec2> SceneReader::star_pixel(const glm::dvec3& direction) const {
+  // Pixels around the image within which a star still touches it.
+  const double margin = parameters_.white_point ? parameters_.largest_star + 1 : 1;
+  const std::optional<glm::dvec2> pixel = camera_.pixel(direction);
+  const bool touches = pixel && pixel->x > -margin && pixel->x < camera_.width() - 1 + margin &&
+                       pixel->y > -margin && pixel->y < camera_.height() - 1 + margin;
+  return touches ? pixel : std::nullopt;
+}
+
+void SceneReader::add_field_stars(const ImageField& field) {
+  const FieldStarParameters& own = parameters_.field_stars;
+  if (!(own.number > 0)) return;
+  if (scene_.unit == PixelUnit::relative) {
+    throw InputError(own.number_where,
+                     fmt::format("field stars need magnitudes: {} has no column 'magnitude' or "
+                                 "'apparent_magnitude', so that the image is relative",
+                                 catalogue_.label()));
+  }
+  // Of a star of magnitude 0 of each temperature.
+  std::map<double, std::vector<double>> fluxes;
+  for (int i = 0; i < field_temperatures; ++i) {
+    const double temperature = field_temperature(own, i);
+    const auto sed = blackbody_sed(temperature);
+    const double scale = nanojansky(0) / band_flux(*sed, *reference_, 0);
+    for (const SpectralPlane& plane : spectrum_.planes) {
+      fluxes[temperature].push_back(scale * plane.flux(*sed, 0, Igm::none));
+    }
+  }
+  std::size_t number = 0;
+  visit_field_stars(
+      own,
+      [&](const glm::dvec3& direction, double radius) { return field.holds(direction, radius); },
+      [&](const FieldStar& found) {
+        const std::optional<glm::dvec2> pixel = star_pixel(found.direction);
+        if (!pixel) return;
+        if (scene_.stars.size() == most_stars) {
+          throw InputError(own.number_where,
+                           fmt::format("more than {} stars would be in the image", most_stars));
+        }
+        PlacedStar star;
+        star.id = fmt::format("field{}", ++number);
+        star.object = scene_.objects++;
+        star.direction = found.direction;
+        star.pixel = *pixel;
+        star.flux = fluxes.at(found.temperature);
+        for (double& flux : star.flux) flux *= std::pow(10, -0.4 * found.magnitude);
+        scene_.stars.push_back(std::move(star));
+      });
 }
 
 Scene SceneReader::read() {
@@ -606,6 +657,7 @@ Scene SceneReader::read() {
     list_ += row_.line();
   }
   scene_.list = std::move(list_);
+  if (field) add_field_stars(*field);
   return std::move(scene_);
 }
 

@@ -220,6 +220,10 @@ std::shared_ptr<const Sed> find_sed(const std::string& name, const std::string& 
   return parse_sed(text->content, text->label, name);
 }
 
+std::shared_ptr<const Sed> blackbody_sed(double temperature) {
+  return std::make_shared<BlackbodySed>(fmt::format("blackbody({} K)", temperature), temperature);
+}
+
 std::vector<std::string> analytic_sed_names() {
   std::vector<std::string> result;
   for (const Analytic& kind : analytic_seds()) {

@@ -104,6 +104,8 @@ class Component {
   virtual double texture_frequency() const { return 0; }
   /// Whether a ray of that footprint (galaxy radii) may see less than all of the texture.
   virtual bool hides_texture(double /*footprint*/) const { return false; }
+  /// Whether a galaxy's seed changes it.
+  virtual bool depends_on_seed() const { return texture_ != nullptr; }
   virtual bool needs_phi() const { return false; }
   virtual bool needs_winding() const { return false; }
 
@@ -152,6 +154,7 @@ struct ComponentInput {
   double axis_z;  ///< the galaxy's stretch along z
   const GalaxySettings& settings;
   const std::string& name;  ///< the component's
+  Resources& resources;
 };
 
 /// One kind of component: its declaration and its maker.
@@ -190,5 +193,6 @@ ComponentKind stars_kind();
 ComponentKind dust_kind();
 ComponentKind veins_kind();
 ComponentKind veins_light_kind();
+ComponentKind starfield_kind();
 
 }  // namespace gamer

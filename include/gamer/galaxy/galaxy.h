@@ -47,6 +47,11 @@ class Galaxy {
                 std::span<const double> deviations, std::span<BatchArray> densities,
                 EvaluationCounts& counts) const;
 
+  /// Envelope * Phi of component c alone (evaluate() is `amplitude` times it), at no more than
+  /// batch_capacity points, for rays that see all of its texture.
+  void evaluate_component(std::size_t c, const Points& points, float threshold, BatchArray& density,
+                          EvaluationCounts& counts) const;
+
   /// Dust-free light at 5500 Angstrom of component c: the integral of its emissivity over the
   /// galaxy, galaxy radii^3.
   double luminosity(std::size_t c) const;
@@ -61,6 +66,8 @@ class Galaxy {
   /// Phi of the component that c follows at points of c's cloud, as rays of a footprint see it.
   void followed_phi(std::size_t c, const Points& points, double footprint, float* out) const;
   void resolve_fractions();
+  /// Tells star fields the largest of their Phi.
+  void measure_star_fields();
   /// Fills out.size() arrays with Phi of component c, by as many deviations; 1 where it is not
   /// needed.
   void phi(std::size_t c, const SampleBatch& batch, const BatchArray& need, float threshold,

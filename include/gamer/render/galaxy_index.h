@@ -41,6 +41,9 @@ class GalaxyIndex {
   /// Holds what passes a ray within that many pixels, as Camera::pixel_size() knows them.
   Ball around(const Ray& ray, double pixels) const;
 
+  /// Holds all rays that meet a ball of the scene.
+  Ball ball_of(const glm::dvec3& centre, double radius) const;
+
   /// Replaces `out` by the galaxies that a ray in the ball may meet, and some near them.
   void find(const Ball& rays, Found& out) const;
   /// The same among galaxies found before.
@@ -53,7 +56,6 @@ class GalaxyIndex {
     int count;
     int behind;  ///< the node that follows where this one is passed over
   };
-  Ball ball_of(const PlacedGalaxy& galaxy) const;
   /// Holds all rays of an area of the image that is no more than a face.
   std::optional<Ball> rays(double left, double right, double bottom, double top) const;
   void build(int first, int count);
@@ -65,5 +67,7 @@ class GalaxyIndex {
   std::vector<Ball> balls_;  ///< in that order
   std::vector<Node> nodes_;  ///< a parent before its children
 };
+
+bool overlap(const GalaxyIndex::Ball& a, const GalaxyIndex::Ball& b);
 
 }  // namespace gamer

@@ -13,6 +13,7 @@
 #include "gamer/galaxy/accuracy.h"
 #include "gamer/galaxy/galaxy.h"
 #include "gamer/render/spectral_basis.h"
+#include "gamer/render/star_fields.h"
 #include "gamer/scene/camera.h"
 #include "gamer/scene/scene.h"
 
@@ -90,9 +91,11 @@ struct RenderCounts : EvaluationCounts {
 /// Everything that emits or absorbs in a scene.
 class Medium {
  public:
-  /// With `dust_free` there is one more spectral node, the last, at which nothing absorbs.
+  /// With `dust_free` there is one more spectral node, the last, at which nothing absorbs. Of the
+  /// stars of `fields` those count that do not shine by themselves; without, all.
   Medium(std::shared_ptr<const Scene> scene, std::shared_ptr<const SpectralBasis> basis,
-         const Accuracy& accuracy, bool dust_free = false);
+         const Accuracy& accuracy, bool dust_free = false,
+         std::shared_ptr<const StarFields> fields = nullptr);
 
   int planes() const { return static_cast<int>(basis_->planes()); }
   const SpectralBasis& basis() const { return *basis_; }
@@ -109,8 +112,12 @@ class Medium {
 
   /// The cover of these hits.
   Cover cover(std::span<const Hit> hits) const;
-  /// Light components of a galaxy.
+  /// Light components of a galaxy; a star field may be several, with spectra of their own.
   std::size_t light_components(int galaxy) const { return kind(galaxy).light.size(); }
+  /// The number of its component, among those that emit, to which light component `own` belongs.
+  std::size_t emitter(int galaxy, std::size_t own) const { return kind(galaxy).emitter[own]; }
+  /// The place of a galaxy in an order that does not depend on the scene's rows.
+  int rank(int galaxy) const { return rank_[static_cast<std::size_t>(galaxy)]; }
   /// Where the light slots of a cover stand in a ray's part of RayLight::light.
   void places(std::span<const Hit> hits, const Cover& cover, std::vector<std::size_t>& out) const;
   /// What dust slot `slot` of a cover does at spectral node j, relative to V.
@@ -146,10 +153,16 @@ class Medium {
   double depth(std::size_t plane, const double* depth) const;
 
  private:
-  /// What galaxies of one type and seed have in common.
+  /// What galaxies of one type and seed have in common; those with stars of their own have one
+  /// each.
   struct Kind {
-    std::vector<int> light, dust;  ///< indices of components
-    std::vector<double> columns;   ///< [component] typical largest line integral, with amplitude
+    std::vector<int> light, dust;      ///< indices of components
+    std::vector<std::size_t> emitter;  ///< of each of `light`
+    std::vector<const Sed*> seds;      ///< of each of `light`
+    /// Of each of `light`; null for others than stars of which some shine by themselves.
+    std::vector<const StarFields::Field*> fields;
+    std::vector<const StarFields::Part*> field_parts;
+    std::vector<double> columns;  ///< [component] typical largest line integral, with amplitude
     std::vector<double>
         dust_columns;  ///< [dust component] the same before a stretch along the axis
   };
@@ -179,6 +192,11 @@ class Medium {
             std::size_t first_dust, std::size_t variants, RayNodes& nodes,
             RenderCounts& counts) const;
 
+  /// Leaves in the star fields' slots what is smooth light at each node.
+  void dim_fields(const Kind& own, std::span<const Stretch> stretches, std::size_t first_stretch,
+                  std::int32_t first_done, std::size_t size, std::size_t first_light,
+                  RayNodes& nodes) const;
+
   const PlacedGalaxy& placed(int galaxy) const {
     return scene_->galaxies[static_cast<std::size_t>(galaxy)];
   }
@@ -204,6 +222,7 @@ class Medium {
 
   std::shared_ptr<const Scene> scene_;
   std::shared_ptr<const SpectralBasis> basis_;
+  std::shared_ptr<const StarFields> star_fields_;
   Accuracy accuracy_;
   std::size_t nodes_;
   std::vector<std::size_t> steering_;

@@ -12,6 +12,7 @@
 #include "gamer/render/galaxy_index.h"
 #include "gamer/render/medium.h"
 #include "gamer/render/sampler.h"
+#include "gamer/render/star_painter.h"
 #include "gamer/scene/camera.h"
 #include "gamer/scene/render_parameters.h"
 #include "gamer/scene/scene.h"
@@ -89,20 +90,32 @@ class Renderer {
                  Sums& sums, RenderCounts& counts) const;
   /// Whether there were any.
   bool add_stars(RowRange rows, Sums& sums) const;
+  void add_field_stars(RowRange rows, Sums& sums, RenderCounts& counts) const;
+  /// Calls take(x, y, share) for the pixels among which the light of a star is shared, `flux` its
+  /// light in each plane in units of brightness times the pixels' area.
+  void share_out(const glm::dvec2& pixel, std::span<const double> flux, double area_scale,
+                 const std::function<void(int x, int y, double share)>& take) const;
+  /// Pixels within which a star touches others.
+  double star_reach() const { return white_point_ ? largest_star_ + 1 : 1; }
   /// Makes a row's sums what the image shows.
   void finish(int y, std::size_t row, Sums& sums) const;
 
   Camera camera_;
   std::optional<int> supersample_;  ///< chosen by the tolerance where not given
   std::shared_ptr<const Scene> scene_;
+  std::shared_ptr<const StarFields> star_fields_;
   Medium medium_;
   std::unique_ptr<Sampler> sampler_;
   GalaxyIndex index_;
+  StarPainter painter_;
   std::vector<OutputPlane> outputs_;
   std::vector<double> pixel_in_ball_;     ///< of each galaxy: the longest side there, galaxy radii
   /// Of a galaxy that holds the camera: the same for each scene unit from the camera.
   std::vector<double> pixel_angle_in_ball_;
-  std::vector<double> unit_factors_;      ///< [spectral plane]
+  std::vector<double> unit_factors_;   ///< [spectral plane]
+  bool antialiased_stars_;
+  std::optional<double> white_point_;     ///< see RenderParameters
+  double largest_star_;                   ///< pixels
   std::vector<const PlacedStar*> stars_;  ///< from the lowest in the image to the highest
   /// The first output of a kind; none where it was not asked for.
   std::optional<std::size_t> dust_free_, optical_depth_, owner_;

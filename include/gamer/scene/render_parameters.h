@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -75,6 +76,16 @@ struct TruthImages {
   bool any() const { return parts != Parts::none || dust_free || optical_depth || segmentation; }
 };
 
+/// The stars of the sky's own field; [stars].
+struct FieldStarParameters {
+  double number = 0;  ///< per square degree, between the magnitudes
+  double bright = 14, faint = 24;
+  double slope = 0.2;                     ///< dN/dm ~ 10^(slope m)
+  double coldest = 3000, hottest = 9000;  ///< K
+  std::uint64_t seed = 1;
+  SourceLocation number_where;
+};
+
 /// The render parameters, resolved: every key has its value.
 class RenderParameters {
  public:
@@ -121,6 +132,12 @@ class RenderParameters {
   std::string sky_header;  ///< path of the FITS file that gives size and WCS; empty for none
   SourceLocation sky_header_where;
   std::optional<int> supersample;  ///< only where the file gives it
+  double stars_per_pixel = 0;
+  FieldStarParameters field_stars;
+  bool antialiased_stars = true;
+  /// Stars whose pixel would exceed it (in the image's unit) are discs; none: all are points.
+  std::optional<double> white_point;
+  double largest_star = 8;  ///< radius, pixels
 
   std::vector<double> wavelengths;  ///< Angstrom
   SourceLocation wavelengths_where;

@@ -63,7 +63,8 @@ struct Scene {
   PixelUnit unit = PixelUnit::relative;
   std::size_t objects = 0;  ///< galaxies and stars
   std::size_t rows = 0;     ///< of the catalogue
-  /// The objects as a scene list, in the order of their numbers: reads back to the same scene.
+  /// The objects of rows as a scene list, in the order of their numbers, behind which field stars
+  /// ([stars]) have theirs: reads back to the same scene with the same parameters.
   SharedText list;
 };
 

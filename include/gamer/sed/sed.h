@@ -62,6 +62,9 @@ std::shared_ptr<const Sed> parse_sed(std::string_view text, const std::string& l
 std::shared_ptr<const Sed> find_sed(const std::string& name, const std::string& beside,
                                     Resources& resources);
 
+/// Planck's law, as blackbody(T K) above; `temperature` in ]0, 1e7] K.
+std::shared_ptr<const Sed> blackbody_sed(double temperature);
+
 /// Names of the analytic SEDs with their arguments, for lists.
 std::vector<std::string> analytic_sed_names();
 

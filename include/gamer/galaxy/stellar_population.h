@@ -1,0 +1,92 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gamer/core/parameter.h"
+#include "gamer/core/resources.h"
+#include "gamer/sed/sed.h"
+
+namespace gamer {
+
+/// The stars of a population: how many of which luminosity, and their colours.
+///
+/// L is the luminosity at 5500 Angstrom (f_lambda), in units of the user's, that of the Sun say.
+///   dN/dL ~ L^-slope on [low, high], or dN/dlnL of a table, a power law between its rows.
+///   T = temperature L^temperature_slope 10^(scatter g), or the table's (a power law between its
+///   rows) in place of the first two factors; T is kept within [1000, 100000] K.
+/// g is the sum of three even numbers, scaled to mean 0 and variance 1: almost normal, never
+/// beyond 3. A star shines as a blackbody; spectra between those of a grid of temperatures 2 %
+/// apart are mixtures of the two neighbours, so that a population's is a sum over the grid.
+///
+/// *Classes* split the luminosities by factors of at most 2.
+class StellarPopulation {
+ public:
+  /// Stars of luminosities [low, high], dN/dlnL ~ L^index.
+  struct Class {
+    double low, high;
+    double index;
+    double number;  ///< share of all stars
+    double light;   ///< share of all light
+  };
+
+  /// Values of parameters(). A file that they name has rows of two or three columns: luminosity
+  /// (ascending), dN/dlnL in any unit, and temperature, K; '#' opens comments. Throws InputError.
+  StellarPopulation(const ParameterSet& values, const std::string& context, Resources& resources);
+  /// Declarations of `luminosity_function` ... `temperature_scatter`.
+  static ParameterTable parameters();
+
+  std::size_t size() const { return classes_.size(); }
+  const Class& at(std::size_t k) const { return classes_[k]; }
+  double mean_luminosity() const { return mean_luminosity_; }
+  /// Share of the stars that are brighter.
+  double number_above(double luminosity) const;
+  /// The luminosity below which a share u of the stars of class k are.
+  double luminosity(std::size_t k, double u) const;
+  /// Of a star of that luminosity, u1 to u3 even in [0, 1[: K.
+  double temperature(double luminosity, double u1, double u2, double u3) const;
+
+  /// Temperatures of the grid (K) that the population needs.
+  const std::vector<double>& grid() const { return grid_; }
+  /// Where a temperature lies on it: T counts as (1 - share) of grid()[first] and share of the
+  /// next.
+  struct GridPlace {
+    std::size_t first;
+    double share;
+  };
+  GridPlace place(double temperature) const;
+
+  /// The mean of `share` over the light, and over the light of each grid temperature if `spectrum`
+  /// is not null: its sum is the mean.
+  double light(const std::function<double(double luminosity)>& share,
+               std::vector<double>* spectrum = nullptr) const;
+  /// The spectrum of light with such parts of the grid's temperatures; of all the light where all
+  /// are 0.
+  std::shared_ptr<const Sed> sed(const std::vector<double>& spectrum) const;
+  std::shared_ptr<const Sed> sed() const;
+
+ private:
+  /// A few stars that stand for a part of a class.
+  struct Node {
+    double luminosity;
+    double light;
+  };
+  void read_table(const ParameterSet& values, const std::string& context, Resources& resources);
+  void add_segment(double low, double high, double index, double number_at_low);
+  double mean_temperature(double luminosity) const;
+  void make_grid();
+
+  std::vector<Class> classes_;
+  std::vector<Node> nodes_;
+  double mean_luminosity_ = 1;
+  double temperature_ = 5800;
+  double temperature_slope_ = 0;
+  double scatter_ = 0;
+  std::vector<double> log_luminosities_, log_temperatures_;  ///< of a table
+  std::vector<double> grid_;
+};
+
+}  // namespace gamer

@@ -1,0 +1,324 @@
+#include "gamer/galaxy/stellar_population.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <string_view>
+
+#include "gamer/core/near.h"
+
+namespace gamer {
+namespace {
+
+constexpr double coldest = 1000, hottest = 1e5;  // K
+constexpr const char* power_law = "powerlaw";
+// Of a table's numbers, and of its luminosities.
+constexpr double smallest_entry = 1e-12, largest_entry = 1e30, largest_luminosity = 1e12;
+
+// Between temperatures of the grid: the spectrum of a mixture of neighbours differs from a
+// blackbody's by less than 1e-3 above 3000 Angstrom for 3000 K and more.
+const double grid_step = std::log(1.02);
+
+constexpr int nodes_per_class = 8;
+/// Midpoints over the deviate's [-3, 3]; a multiple of 3, so that their weights sum to 1.
+constexpr int deviates = 24;
+constexpr double largest_deviate = 3;
+
+// Classes are so many times wider in luminosity at most.
+const double class_width = std::log(2);
+
+/// The integral of L^p dlnL over [low, high].
+double power_integral(double p, double low, double high) {
+  const double width = std::log(high / low);
+  // (high^p - low^p)/p, also near p = 0.
+  return std::pow(low, p) * width *
+         (std::abs(p * width) < 1e-9 ? 1 : std::expm1(p * width) / (p * width));
+}
+
+struct Row {
+  double luminosity, number;
+  std::optional<double> temperature;
+};
+
+std::vector<Row> read_rows(const Resources::Text& text) {
+  std::vector<Row> rows;
+  std::size_t begin = 0;
+  for (int line = 1; begin < text.content.size(); ++line) {
+    const std::size_t end = std::min(text.content.find('\n', begin), text.content.size());
+    std::string_view rest = std::string_view(text.content).substr(begin, end - begin);
+    const char* const start = rest.data();
+    begin = end + 1;
+    rest = rest.substr(0, rest.find('#'));
+    const auto fail = [&](const char* at, const std::string& message) {
+      throw InputError({text.label, line, static_cast<int>(at - start) + 1}, message);
+    };
+    std::vector<double> numbers;
+    while (true) {
+      const std::size_t first = rest.find_first_not_of(" \t\r,");
+      if (first == std::string_view::npos) break;
+      rest.remove_prefix(first);
+      const std::string_view word = rest.substr(0, rest.find_first_of(" \t\r,"));
+      double value = 0;
+      const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+      if (error != std::errc() || stop != word.data() + word.size() || !(value >= smallest_entry) ||
+          !(value <= largest_entry)) {
+        fail(word.data(), fmt::format("{} is no number in [1e-12, 1e30]", in_quotes(word)));
+      }
+      numbers.push_back(value);
+      if (numbers.size() == 3 && !(value >= coldest && value <= hottest)) {
+        fail(word.data(), fmt::format("temperature {} is outside [1000, 100000] (K)", value));
+      }
+      if (numbers.size() == 4) fail(word.data(), "a fourth column; known are L, dN/dlnL and T");
+      rest.remove_prefix(word.size());
+    }
+    if (numbers.empty()) continue;
+    if (numbers.size() < 2) fail(start, "a row needs L and dN/dlnL");
+    Row row{numbers[0], numbers[1], {}};
+    if (numbers.size() == 3) row.temperature = numbers[2];
+    if (!rows.empty() && rows.front().temperature.has_value() != row.temperature.has_value()) {
+      fail(start, "some rows have a temperature and some have none");
+    }
+    if (!rows.empty() && !(row.luminosity > rows.back().luminosity)) {
+      fail(start, fmt::format("luminosities must ascend; {} follows {}", row.luminosity,
+                              rows.back().luminosity));
+    }
+    if (row.luminosity > largest_luminosity) {
+      fail(start, fmt::format("luminosity {} is above 1e12", row.luminosity));
+    }
+    rows.push_back(row);
+  }
+  if (rows.size() < 2) throw InputError({text.label, 0, 0}, "fewer than two rows of L and dN/dlnL");
+  return rows;
+}
+
+/// Blackbodies in given parts.
+class MixedSed : public Sed {
+ public:
+  MixedSed(std::vector<std::shared_ptr<const Sed>> parts, std::vector<double> shares)
+      : Sed("stars"), parts_(std::move(parts)), shares_(std::move(shares)) {}
+  double flux(double wavelength) const override {
+    double sum = 0;
+    for (std::size_t i = 0; i < parts_.size(); ++i) sum += shares_[i] * parts_[i]->flux(wavelength);
+    return sum;
+  }
+  Range range() const override { return parts_.front()->range(); }
+
+ private:
+  std::vector<std::shared_ptr<const Sed>> parts_;
+  std::vector<double> shares_;
+};
+
+}  // namespace
+
+ParameterTable StellarPopulation::parameters() {
+  return {
+      {"luminosity_function", ParameterType::text, "", Interval::any(), std::string(power_law),
+       "`powerlaw`, or a file in `luminosities/` with columns L, dN/dlnL and, if it has three, T"},
+      {"luminosity_low", ParameterType::number, "", Interval::closed(1e-12, 1), 1e-3,
+       "of the faintest stars, at 5500 Angstrom; 1 may be the Sun's (powerlaw)"},
+      {"luminosity_high", ParameterType::number, "", Interval::closed(10, 1e12), 1e5,
+       "of the brightest (powerlaw)"},
+      {"luminosity_slope", ParameterType::number, "", Interval::closed(-10, 10), 1.7,
+       "dN/dL ~ L^-slope (powerlaw)"},
+      {"temperature", ParameterType::number, "K", Interval::closed(coldest, hottest), 5000.0,
+       "of stars of luminosity 1; not where the file has temperatures"},
+      {"temperature_slope", ParameterType::number, "", Interval::closed(-2, 2), 0.05,
+       "T ~ L^slope; not where the file has temperatures"},
+      {"temperature_scatter", ParameterType::number, "dex", Interval::closed(0, 0.5), 0.13,
+       "standard deviation of log10 T at one luminosity"},
+  };
+}
+
+StellarPopulation::StellarPopulation(const ParameterSet& values, const std::string& context,
+                                     Resources& resources) {
+  temperature_ = values.number("temperature");
+  temperature_slope_ = values.number("temperature_slope");
+  scatter_ = values.number("temperature_scatter");
+  if (values.text("luminosity_function") == power_law) {
+    add_segment(values.number("luminosity_low"), values.number("luminosity_high"),
+                1 - values.number("luminosity_slope"), 1);
+  } else {
+    read_table(values, context, resources);
+  }
+  // From numbers to shares.
+  double number = 0, light = 0;
+  for (const Class& own : classes_) {
+    number += own.number;
+    light += own.light;
+  }
+  mean_luminosity_ = light / number;
+  for (Class& own : classes_) {
+    own.number /= number;
+    own.light /= light;
+    const double width = std::log(own.high / own.low);
+    const double whole = power_integral(own.index + 1, own.low, own.high);
+    for (int i = 0; i < nodes_per_class; ++i) {
+      const double from = own.low * std::exp(width * i / nodes_per_class);
+      const double to = own.low * std::exp(width * (i + 1) / nodes_per_class);
+      nodes_.push_back(
+          {std::sqrt(from * to), own.light * power_integral(own.index + 1, from, to) / whole});
+    }
+  }
+  make_grid();
+}
+
+void StellarPopulation::read_table(const ParameterSet& values, const std::string& context,
+                                   Resources& resources) {
+  static const std::vector<std::string> suffixes = {".lf", ".txt", ".dat"};
+  const SourceLocation named = values.where("luminosity_function");
+  const auto refuse = [&](const char* key, const std::string& reason) {
+    if (!values.is_given(key)) return;
+    throw InputError(values.where(key), fmt::format("{}'{}' {}", context, key, reason));
+  };
+  for (const char* key : {"luminosity_low", "luminosity_high", "luminosity_slope"}) {
+    refuse(key, "belongs to luminosity_function = \"powerlaw\"");
+  }
+  const Resources::Text* text = nullptr;
+  try {
+    text =
+        &resources.find("luminosities", values.text("luminosity_function"), named.file, suffixes);
+  } catch (const InputError& error) {
+    throw InputError(named, context + error.what());
+  }
+  const std::vector<Row> rows = read_rows(*text);
+  for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
+    const Row &a = rows[i], &b = rows[i + 1];
+    add_segment(a.luminosity, b.luminosity,
+                std::log(b.number / a.number) / std::log(b.luminosity / a.luminosity), a.number);
+  }
+  if (!rows.front().temperature) return;
+  for (const char* key : {"temperature", "temperature_slope"}) {
+    refuse(key, "has no meaning: the luminosity function's file gives temperatures");
+  }
+  for (const Row& row : rows) {
+    log_luminosities_.push_back(std::log(row.luminosity));
+    log_temperatures_.push_back(std::log(*row.temperature));
+  }
+}
+
+void StellarPopulation::add_segment(double low, double high, double index, double number_at_low) {
+  const double width = std::log(high / low);
+  const int count = static_cast<int>(std::ceil(width / class_width * (1 - 1e-12)));
+  const double scale = number_at_low / std::pow(low, index);
+  for (int i = 0; i < count; ++i) {
+    const double from = low * std::exp(width * i / count);
+    const double to = i + 1 == count ? high : low * std::exp(width * (i + 1) / count);
+    classes_.push_back({from, to, index, scale * power_integral(index, from, to),
+                        scale * power_integral(index + 1, from, to)});
+  }
+}
+
+void StellarPopulation::make_grid() {
+  double low = hottest, high = coldest;
+  const double factor = std::pow(10, scatter_ * largest_deviate);
+  for (const Node& node : nodes_) {
+    const double temperature = mean_temperature(node.luminosity);
+    low = std::min(low, temperature / factor);
+    high = std::max(high, temperature * factor);
+  }
+  // The ends of the classes are a little beyond their nodes.
+  const double margin = std::exp(class_width);
+  low = std::clamp(low / margin, coldest, hottest);
+  high = std::clamp(high * margin, coldest, hottest);
+  const int count = static_cast<int>(std::ceil(std::log(high / low) / grid_step)) + 1;
+  for (int i = 0; i <= count; ++i) grid_.push_back(low * std::exp(grid_step * i));
+}
+
+double StellarPopulation::number_above(double luminosity) const {
+  double sum = 0;
+  for (const Class& own : classes_) {
+    if (luminosity <= own.low) {
+      sum += own.number;
+    } else if (luminosity < own.high) {
+      sum += own.number * power_integral(own.index, luminosity, own.high) /
+             power_integral(own.index, own.low, own.high);
+    }
+  }
+  return sum;
+}
+
+double StellarPopulation::luminosity(std::size_t k, double u) const {
+  const Class& own = classes_[k];
+  const double width = std::log(own.high / own.low);
+  const double a = own.index * width;
+  const double part = std::abs(a) < 1e-9 ? u : std::log1p(u * std::expm1(a)) / a;
+  return own.low * std::exp(width * part);
+}
+
+double StellarPopulation::mean_temperature(double luminosity) const {
+  if (log_temperatures_.empty()) return temperature_ * std::pow(luminosity, temperature_slope_);
+  const double x = std::log(luminosity);
+  const auto above =
+      std::upper_bound(log_luminosities_.begin() + 1, log_luminosities_.end() - 1, x);
+  const auto i = static_cast<std::size_t>(above - log_luminosities_.begin());
+  const double share =
+      (x - log_luminosities_[i - 1]) / (log_luminosities_[i] - log_luminosities_[i - 1]);
+  return std::exp((1 - share) * log_temperatures_[i - 1] + share * log_temperatures_[i]);
+}
+
+double StellarPopulation::temperature(double luminosity, double u1, double u2, double u3) const {
+  const double deviate = 2 * (u1 + u2 + u3) - largest_deviate;
+  return std::clamp(mean_temperature(luminosity) * std::pow(10, scatter_ * deviate), coldest,
+                    hottest);
+}
+
+StellarPopulation::GridPlace StellarPopulation::place(double temperature) const {
+  const double last = static_cast<double>(grid_.size() - 1);
+  const double x = std::clamp(std::log(temperature / grid_.front()) / grid_step, 0.0, last);
+  const auto first = std::min(static_cast<std::size_t>(x), grid_.size() - 2);
+  return {first, x - static_cast<double>(first)};
+}
+
+double StellarPopulation::light(const std::function<double(double luminosity)>& share,
+                                std::vector<double>* spectrum) const {
+  // Of the sum of three even numbers: a quadratic B-spline.
+  static const std::vector<double> weights = [] {
+    std::vector<double> result;
+    for (int i = 0; i < deviates; ++i) {
+      const double x = 3 * std::abs((i + 0.5) / deviates - 0.5);
+      const double density = x < 0.5 ? 0.75 - x * x : 0.5 * (1.5 - x) * (1.5 - x);
+      result.push_back(3 * density / deviates);
+    }
+    return result;
+  }();
+  if (spectrum != nullptr) spectrum->assign(grid_.size(), 0.0);
+  double sum = 0;
+  for (const Node& node : nodes_) {
+    const double own = node.light * share(node.luminosity);
+    sum += own;
+    if (spectrum == nullptr || own == 0) continue;
+    for (int i = 0; i < deviates; ++i) {
+      const double u = (i + 0.5) / deviates;
+      const GridPlace at = place(temperature(node.luminosity, u, u, u));
+      const auto part = own * weights[static_cast<std::size_t>(i)];
+      (*spectrum)[at.first] += (1 - at.share) * part;
+      (*spectrum)[at.first + 1] += at.share * part;
+    }
+  }
+  return sum;
+}
+
+std::shared_ptr<const Sed> StellarPopulation::sed(const std::vector<double>& spectrum) const {
+  const double sum = std::accumulate(spectrum.begin(), spectrum.end(), 0.0);
+  if (!(sum > 0)) return sed();
+  std::vector<std::shared_ptr<const Sed>> parts;
+  std::vector<double> shares;
+  for (std::size_t i = 0; i < spectrum.size(); ++i) {
+    if (spectrum[i] == 0) continue;
+    parts.push_back(blackbody_sed(grid_[i]));
+    shares.push_back(spectrum[i] / sum);
+  }
+  return std::make_shared<MixedSed>(std::move(parts), std::move(shares));
+}
+
+std::shared_ptr<const Sed> StellarPopulation::sed() const {
+  std::vector<double> spectrum;
+  light([](double) { return 1.0; }, &spectrum);
+  return sed(spectrum);
+}
+
+}  // namespace gamer

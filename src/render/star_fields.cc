@@ -1,0 +1,214 @@
+#include "gamer/render/star_fields.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <limits>
+#include <utility>
+
+namespace gamer {
+namespace {
+
+// Stars fade in over this factor of q above the limit.
+const double fade_width = std::log(4);
+
+// Samples along a ray on which stars are counted, and where it goes: to the galaxy's centre, and to
+// four places as far from it as the field is dense.
+constexpr int count_samples = 200;
+
+// Of the tables over log2 of the distance.
+constexpr int values_per_octave = 16;
+constexpr int most_octaves = 24;
+
+// The smooth light has spectra for distances at most so many octaves apart, and for so many at
+// most: what is nearer is too little to matter.
+constexpr double octaves_per_part = 0.75;
+constexpr int most_parts = 6;
+// One spectrum does where the smooth share of the light changes by less across the galaxy.
+constexpr double even_change = 0.05;
+
+/// How many stars per unit solid angle (of an orthographic view: area) and dq a ray meets.
+struct Column {
+  std::vector<double> stars;     ///< per steradian (scene unit^2), of each sample
+  std::vector<double> distance;  ///< 1 in an orthographic view
+};
+
+/// The field's density in the plane without its arms, 1 at most about.
+double plain_density(const StarField& field, const glm::dvec3& place) {
+  StarField::Cell cell{{place.x, place.y, place.z}, 0, 0, 0};
+  return field.bound(cell);
+}
+
+Column column_towards(const PlacedGalaxy& placed, const StarField& field, const Camera& camera,
+                      const glm::dvec3& target) {
+  const bool is_parallel = camera.projection() == Projection::orthographic;
+  const glm::dvec3 point = placed.centre + glm::inverse(placed.to_ball) * target;
+  const glm::dvec3 direction = -camera.towards(point);
+  const glm::dvec3 origin = is_parallel ? point : camera.origin();
+  const glm::dvec3 o = placed.to_ball * (origin - placed.centre);
+  const glm::dvec3 d = placed.to_ball * direction;
+  const double dd = glm::dot(d, d), od = glm::dot(o, d);
+  const double room = od * od - dd * (glm::dot(o, o) - 1);
+  Column column;
+  if (!(room > 0)) return column;
+  double begin = (-od - std::sqrt(room)) / dd;
+  const double end = (-od + std::sqrt(room)) / dd;
+  if (!is_parallel) begin = std::max(begin, 0.0);
+  if (!(end > begin)) return column;
+  // Stars per scene unit^3 where the density is 1.
+  const double density = field.density() * std::abs(glm::determinant(placed.to_ball));
+  const double step = (end - begin) / count_samples;
+  for (int i = 0; i < count_samples; ++i) {
+    const double t = begin + (i + 0.5) * step;
+    const double distance = is_parallel ? 1 : t;
+    column.stars.push_back(density * plain_density(field, o + t * d) * step * distance * distance);
+    column.distance.push_back(distance);
+  }
+  return column;
+}
+
+/// Expected stars above q.
+double stars_above(const Column& column, const StellarPopulation& population, double q) {
+  double sum = 0;
+  for (std::size_t i = 0; i < column.stars.size(); ++i) {
+    const double distance = column.distance[i];
+    if (column.stars[i] > 0) {
+      sum += column.stars[i] * population.number_above(q * distance * distance);
+    }
+  }
+  return sum;
+}
+
+}  // namespace
+
+double StarFields::Field::weight(double q) const {
+  const double u = std::clamp(std::log(q / limit) / fade_width, 0.0, 1.0);
+  return u * u * (3 - 2 * u);
+}
+
+StarFields::StarFields(const Scene& scene, const Camera& camera, double stars_per_pixel)
+    : is_parallel_(camera.projection() == Projection::orthographic) {
+  for (std::size_t g = 0; g < scene.galaxies.size(); ++g) {
+    const PlacedGalaxy& placed = scene.galaxies[g];
+    const auto components = placed.galaxy->components();
+    for (std::size_t c = 0; c < components.size(); ++c) {
+      const auto* stars = dynamic_cast<const StarField*>(components[c].get());
+      if (stars == nullptr) continue;
+      Field field{static_cast<int>(g), c, stars, std::numeric_limits<double>::infinity(), {}};
+      if (stars_per_pixel > 0) set_limit(scene, camera, stars_per_pixel, field);
+      if (std::isinf(field.limit)) {
+        field.parts = {{std::shared_ptr<const Sed>(placed.galaxy, stars->sed()), {}}};
+      } else if (is_parallel_) {
+        set_parts(1, 1, field);
+      } else {
+        const double distance = camera.distance(placed.centre);
+        set_parts(distance - placed.bounding_radius, distance + placed.bounding_radius, field);
+      }
+      fields_.push_back(std::move(field));
+    }
+  }
+}
+
+void StarFields::set_limit(const Scene& scene, const Camera& camera, double stars_per_pixel,
+                           Field& field) {
+  const PlacedGalaxy& placed = scene.galaxies[static_cast<std::size_t>(field.galaxy)];
+  const StellarPopulation& population = field.stars->population();
+  const LayerShape& shape = field.stars->shape();
+  const double r = std::max(shape.rh, shape.inner);
+  std::vector<Column> columns;
+  double nearest = HUGE_VAL, farthest = 0;
+  for (const glm::dvec3& target : {glm::dvec3(0), glm::dvec3(r, 0, 0), glm::dvec3(-r, 0, 0),
+                                   glm::dvec3(0, r, 0), glm::dvec3(0, -r, 0)}) {
+    Column column = column_towards(placed, *field.stars, camera, target);
+    // A pixel's angle, or area.
+    const glm::dvec3 point = placed.centre + glm::inverse(placed.to_ball) * target;
+    double pixel = camera.pixel_size(point);
+    if (!is_parallel_) {
+      const double distance = camera.distance(point);
+      if (!(distance > 0)) continue;
+      pixel /= distance;
+    }
+    for (double& stars : column.stars) stars *= pixel * pixel;
+    for (const double distance : column.distance) {
+      nearest = std::min(nearest, distance);
+      farthest = std::max(farthest, distance);
+    }
+    columns.push_back(std::move(column));
+  }
+  if (!(farthest > 0)) return;
+  const auto expected = [&](double q) {
+    double most = 0;
+    for (const Column& column : columns) {
+      most = std::max(most, stars_above(column, population, q));
+    }
+    return most;
+  };
+  // Bisection in ln q, between where all stars are counted and where none is.
+  double low = std::log(population.at(0).low / (farthest * farthest));
+  double high = std::log(population.at(population.size() - 1).high / (nearest * nearest));
+  if (expected(std::exp(low)) <= stars_per_pixel) {
+    field.limit = std::exp(low - fade_width);
+    return;
+  }
+  constexpr int halvings = 40;
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (expected(std::exp(middle)) > stars_per_pixel ? low : high) = middle;
+  }
+  field.limit = std::exp(high);
+}
+
+void StarFields::set_parts(double nearest, double farthest, Field& field) const {
+  const StellarPopulation& population = field.stars->population();
+  const auto rest_at = [&](double distance, std::vector<double>* spectrum) {
+    return population.light(
+        [&](double luminosity) { return 1 - field.weight(luminosity / (distance * distance)); },
+        spectrum);
+  };
+  const double last = std::log2(farthest);
+  const double octaves =
+      std::min(last - std::log2(std::max(nearest, 1e-300)), double{most_octaves});
+  const double change = rest_at(farthest, nullptr) - rest_at(std::exp2(last - octaves), nullptr);
+  const bool is_even = is_parallel_ || change < even_change;
+  const int parts =
+      is_even ? 1
+              : std::min(static_cast<int>(std::ceil(octaves / octaves_per_part)) + 1, most_parts);
+  const double spacing = parts > 1 ? std::min(octaves / (parts - 1), octaves_per_part) : 1;
+  const int values = static_cast<int>(std::ceil(octaves * values_per_octave)) + 2;
+  field.first_log = static_cast<float>(last - static_cast<double>(values - 1) / values_per_octave);
+  field.per_octave = values_per_octave;
+  std::vector<double> rest;
+  for (int i = 0; i < values; ++i) {
+    const double log = last - static_cast<double>(values - 1 - i) / values_per_octave;
+    rest.push_back(rest_at(std::exp2(log), nullptr));
+  }
+  for (int b = 0; b < parts; ++b) {
+    const double own = is_even ? last - 0.5 * octaves : last - b * spacing;
+    Part part;
+    if (field.stars->has_one_sed()) {
+      part.sed = std::shared_ptr<const Sed>(std::shared_ptr<const Sed>(), field.stars->sed());
+    } else {
+      std::vector<double> spectrum;
+      rest_at(std::exp2(own), &spectrum);
+      part.sed = population.sed(spectrum);
+    }
+    for (int i = 0; i < values; ++i) {
+      const double log = last - static_cast<double>(values - 1 - i) / values_per_octave;
+      double blend = std::max(1 - std::abs(log - own) / spacing, 0.0);
+      if (parts == 1 || (b == parts - 1 && log < own)) blend = 1;
+      part.share.push_back(static_cast<float>(blend * rest[static_cast<std::size_t>(i)]));
+    }
+    field.parts.push_back(std::move(part));
+  }
+}
+
+const StarFields::Field* StarFields::find(int galaxy, std::size_t component) const {
+  const auto key = [](const Field& field) { return std::pair(field.galaxy, field.component); };
+  const auto at =
+      std::lower_bound(fields_.begin(), fields_.end(), std::pair(galaxy, component),
+                       [&](const Field& field, const auto& wanted) { return key(field) < wanted; });
+  return at == fields_.end() || key(*at) != std::pair(galaxy, component) ? nullptr : &*at;
+}
+
+}  // namespace gamer

@@ -1,0 +1,353 @@
+#include "gamer/render/star_painter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <numeric>
+#include <optional>
+
+#include "render/node_map.h"
+
+namespace gamer {
+namespace {
+
+/// The space of a galaxy's ball, for cells.
+struct BallSpace {
+  explicit BallSpace(const PlacedGalaxy& placed)
+      : centre(placed.centre), from_ball(glm::inverse(placed.to_ball)) {
+    // Of a cube of half side 1.
+    radius = std::sqrt(3.0) * placed.bounding_radius;
+  }
+  glm::dvec3 scene(const double place[3]) const {
+    return centre + from_ball * glm::dvec3(place[0], place[1], place[2]);
+  }
+  glm::dvec3 centre;
+  glm::dmat3 from_ball;
+  double radius;
+};
+
+}  // namespace
+
+/// Candidates that are looked at together, and then the stars among them.
+struct StarPainter::Batch {
+  struct Entry {
+    glm::dvec3 place;  ///< in the scene
+    glm::dvec2 pixel;
+    double threshold;
+    double luminosity;
+    double light;  ///< w(q) L/d^2
+    StarField::Candidate candidate;
+  };
+  std::vector<Entry> entries;
+  BatchArray x, y, z, density;
+
+  // Of the lines of sight to the entries.
+  struct Line {
+    std::size_t entry;
+    int galaxy;
+    std::size_t component, slot;
+    Hit hit;
+  };
+  std::vector<Line> lines;
+  std::vector<Hit> hits;
+  NodeMap map;
+  RayPlan plan;
+  std::vector<std::int32_t> runs, first, count;
+  std::vector<float> step, s, weight;
+  std::vector<double> depth;  ///< [entry * basis nodes + j]
+  std::vector<double> flux, dust_free, mixed;
+};
+
+StarPainter::StarPainter(std::shared_ptr<const Scene> scene, const Camera& camera,
+                         const Medium& medium, const GalaxyIndex& index,
+                         std::shared_ptr<const StarFields> fields)
+    : scene_(std::move(scene)),
+      camera_(camera),
+      medium_(medium),
+      index_(index),
+      fields_(std::move(fields)) {
+  for (const StarFields::Field& field : fields_->fields()) {
+    const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(field.galaxy)];
+    const auto components = placed.galaxy->components();
+    Look look{};
+    for (std::size_t c = 0; c < field.component; ++c) {
+      look.emitter += components[c]->absorbs() ? 0 : 1;
+    }
+    look.unit = placed.brightness * placed.radius * placed.radius *
+                field.stars->unit_luminosity(placed.galaxy->luminosity(field.component));
+    if (!std::isinf(field.limit)) {
+      if (field.stars->has_one_sed()) {
+        look.weights.push_back(medium_.basis().weights(*field.stars->sed(), placed.redshift));
+      } else {
+        for (const double temperature : field.stars->population().grid()) {
+          look.weights.push_back(
+              medium_.basis().weights(*blackbody_sed(temperature), placed.redshift));
+        }
+      }
+    }
+    looks_.push_back(std::move(look));
+  }
+  order_.resize(looks_.size());
+  std::iota(order_.begin(), order_.end(), std::size_t{0});
+  std::stable_sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
+    return medium_.rank(fields_->fields()[a].galaxy) < medium_.rank(fields_->fields()[b].galaxy);
+  });
+}
+
+void StarPainter::paint(const Tile& tile, double margin,
+                        const std::function<void(const Seen&)>& take, RenderCounts& counts) const {
+  const int more = static_cast<int>(std::ceil(margin));
+  const std::optional<GalaxyIndex::Ball> rays =
+      index_.pixels(tile.left - more, tile.right + more, tile.bottom - more, tile.top + more);
+  if (!rays) return;
+  GalaxyIndex::Found near;
+  index_.find(*rays, near);
+  if (near.empty()) return;
+  std::vector<int> dusty;
+  for (const int g : near.galaxies) {
+    const auto components = scene_->galaxies[static_cast<std::size_t>(g)].galaxy->components();
+    if (std::any_of(components.begin(), components.end(),
+                    [](const auto& component) { return component->absorbs(); })) {
+      dusty.push_back(g);
+    }
+  }
+  Batch batch;
+  for (const std::size_t number : order_) {
+    const StarFields::Field& field = fields_->fields()[number];
+    if (std::isinf(field.limit) || std::find(near.galaxies.begin(), near.galaxies.end(),
+                                             field.galaxy) == near.galaxies.end()) {
+      continue;
+    }
+    paint_field(number, tile, margin, *rays, dusty, batch, take, counts);
+  }
+}
+
+void StarPainter::paint_field(std::size_t number, const Tile& tile, double margin,
+                              const GalaxyIndex::Ball& rays, std::span<const int> dusty,
+                              Batch& batch, const std::function<void(const Seen&)>& take,
+                              RenderCounts& counts) const {
+  const StarFields::Field& field = fields_->fields()[number];
+  const StarField& stars = *field.stars;
+  const BallSpace space(scene_->galaxies[static_cast<std::size_t>(field.galaxy)]);
+  const bool is_parallel = fields_->is_parallel();
+  const auto is_near = [&](const glm::dvec2& pixel) {
+    return pixel.x > tile.left - margin && pixel.x < tile.right - 1 + margin &&
+           pixel.y > tile.bottom - margin && pixel.y < tile.top - 1 + margin;
+  };
+  // The brightest first: their cells are the largest.
+  for (std::size_t k = stars.population().size(); k-- > 0;) {
+    const double brightest = stars.population().at(k).high;
+    const double farthest2 = is_parallel ? HUGE_VAL : brightest / field.limit;
+    if (is_parallel && brightest < field.limit) break;
+    const auto keep = [&](const StarField::Cell& cell) {
+      const glm::dvec3 place = space.scene(cell.centre);
+      const double radius = cell.half * space.radius;
+      if (!is_parallel) {
+        const double nearest = glm::distance(place, camera_.origin()) - radius;
+        if (nearest > 0 && nearest * nearest > farthest2) return false;
+      }
+      return overlap(index_.ball_of(place, radius), rays);
+    };
+    const auto offer = [&](const StarField::Candidate& candidate) {
+      const glm::dvec3 place = space.scene(candidate.position);
+      const glm::dvec3 way = place - camera_.origin();
+      const double distance2 = is_parallel ? 1 : glm::dot(way, way);
+      if (distance2 > farthest2) return;
+      if (!is_parallel) {
+        const glm::dvec3 away = way / std::sqrt(distance2) - rays.centre;
+        if (glm::dot(away, away) > rays.radius * rays.radius) return;
+      }
+      const double luminosity = stars.luminosity(k, candidate);
+      const double q = luminosity / distance2;
+      if (!(q > field.limit)) return;
+      const std::optional<glm::dvec2> pixel = camera_.pixel(place);
+      if (!pixel || !is_near(*pixel)) return;
+      batch.entries.push_back(
+          {place, *pixel, candidate.threshold, luminosity, field.weight(q) * q, candidate});
+      if (batch.entries.size() == batch_capacity) {
+        flush(number, k, dusty, batch, take, counts);
+      }
+    };
+    stars.walk(k, keep, offer);
+  }
+  flush(number, 0, dusty, batch, take, counts);
+}
+
+void StarPainter::flush(std::size_t number, std::size_t /*star_class*/, std::span<const int> dusty,
+                        Batch& batch, const std::function<void(const Seen&)>& take,
+                        RenderCounts& counts) const {
+  const StarFields::Field& field = fields_->fields()[number];
+  const Galaxy& galaxy = *scene_->galaxies[static_cast<std::size_t>(field.galaxy)].galaxy;
+  const std::size_t size = batch.entries.size();
+  if (size == 0) return;
+  for (std::size_t i = 0; i < padded(size); ++i) {
+    const double* place = i < size ? batch.entries[i].candidate.position : nullptr;
+    batch.x[i] = place != nullptr ? static_cast<float>(place[0]) : 0;
+    batch.y[i] = place != nullptr ? static_cast<float>(place[1]) : 0;
+    batch.z[i] = place != nullptr ? static_cast<float>(place[2]) : 0;
+  }
+  galaxy.evaluate_component(field.component, {batch.x.data(), batch.y.data(), batch.z.data(), size},
+                            0, batch.density, counts);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    if (double{batch.density[i]} > batch.entries[i].threshold) {
+      batch.entries[kept++] = batch.entries[i];
+    }
+  }
+  batch.entries.resize(kept);
+  find_depths(dusty, batch, counts);
+
+  const Look& look = looks_[number];
+  const SpectralBasis& basis = medium_.basis();
+  const std::size_t steps = basis.size(), planes = basis.planes();
+  batch.flux.resize(planes);
+  batch.dust_free.resize(planes);
+  batch.mixed.resize(planes * steps);
+  for (std::size_t i = 0; i < kept; ++i) {
+    const Batch::Entry& entry = batch.entries[i];
+    const double* weights = look.weights.front().data();
+    if (!field.stars->has_one_sed()) {
+      const auto at = field.stars->population().place(
+          field.stars->temperature(entry.luminosity, entry.candidate));
+      const std::vector<double>&cold = look.weights[at.first], &hot = look.weights[at.first + 1];
+      for (std::size_t n = 0; n < batch.mixed.size(); ++n) {
+        batch.mixed[n] = (1 - at.share) * cold[n] + at.share * hot[n];
+      }
+      weights = batch.mixed.data();
+    }
+    const double scale = look.unit * entry.light;
+    for (std::size_t p = 0; p < planes; ++p) {
+      double seen = 0, free = 0;
+      for (std::size_t j = 0; j < steps; ++j) {
+        const double own = weights[p * steps + j];
+        free += own;
+        seen += own * std::exp(-batch.depth[i * steps + j]);
+      }
+      batch.flux[p] = scale * seen;
+      batch.dust_free[p] = scale * free;
+    }
+    take({field.galaxy, look.emitter, entry.pixel, batch.flux, batch.dust_free});
+  }
+  batch.entries.clear();
+}
+
+void StarPainter::find_depths(std::span<const int> dusty, Batch& batch,
+                              RenderCounts& counts) const {
+  const std::size_t steps = medium_.basis().size();
+  batch.depth.assign(batch.entries.size() * steps, 0.0);
+  if (dusty.empty()) return;
+  batch.lines.clear();
+  batch.map.clear();
+  for (std::size_t i = 0; i < batch.entries.size(); ++i) {
+    const Batch::Entry& entry = batch.entries[i];
+    const std::optional<Ray> ray = camera_.ray(entry.pixel.x, entry.pixel.y);
+    if (!ray) continue;
+    const double end = glm::dot(entry.place - ray->origin, ray->direction);
+    batch.hits.clear();
+    medium_.hits(*ray, dusty, batch.hits);
+    for (const Hit& hit : batch.hits) {
+      if (!(hit.begin < end)) continue;
+      const auto components =
+          scene_->galaxies[static_cast<std::size_t>(hit.galaxy)].galaxy->components();
+      std::size_t slot = 0;
+      for (std::size_t c = 0; c < components.size(); ++c) {
+        if (!components[c]->absorbs()) continue;
+        const std::size_t own = slot++;
+        batch.plan.clear();
+        components[c]->plan({{hit.nearest[0], hit.nearest[1], hit.nearest[2]},
+                             {hit.direction[0], hit.direction[1], hit.direction[2]},
+                             hit.begin - hit.centre,
+                             std::min(hit.end, end) - hit.centre,
+                             0},
+                            medium_.accuracy(), batch.plan);
+        if (!(batch.plan.begin < batch.plan.end)) continue;
+        batch.map.add(batch.plan.begin, batch.plan.end, batch.plan.focuses);
+        batch.lines.push_back({i, hit.galaxy, c, own, hit});
+      }
+    }
+  }
+  if (batch.lines.empty()) return;
+  batch.map.measure();
+  const std::size_t runs = batch.lines.size();
+  batch.runs.resize(runs);
+  batch.first.resize(runs);
+  batch.count.resize(runs);
+  batch.step.resize(runs);
+  std::int32_t nodes = 0;
+  // Simpson's rule over the map's u, in which densities are smooth; the end cuts them off anywhere.
+  constexpr double fewest_pairs = 3, most_pairs = 4096;
+  for (std::size_t r = 0; r < runs; ++r) {
+    const double length = batch.map.length(r);
+    const double pairs = std::clamp(std::ceil(0.5 * length / medium_.accuracy().first_step),
+                                    fewest_pairs, most_pairs);
+    batch.runs[r] = static_cast<std::int32_t>(r);
+    batch.first[r] = nodes;
+    batch.count[r] = 2 * static_cast<std::int32_t>(pairs) + 1;
+    batch.step[r] = static_cast<float>(length / (2 * pairs));
+    nodes += batch.count[r];
+  }
+  // Room for whole vectors of any target.
+  batch.s.resize(static_cast<std::size_t>(nodes) + batch_padding);
+  batch.weight.resize(batch.s.size());
+  batch.map.place({batch.runs, batch.first, batch.count, batch.step, 0.0f, batch.s.data(),
+                   batch.weight.data()});
+
+  // Lines of one component together, in full batches.
+  std::vector<double> column(runs, 0.0);
+  std::vector<std::size_t> order(runs);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    const Batch::Line &one = batch.lines[a], &other = batch.lines[b];
+    return std::pair(one.galaxy, one.component) < std::pair(other.galaxy, other.component);
+  });
+  const auto threshold = static_cast<float>(medium_.accuracy().texture_threshold);
+  struct Place {
+    std::size_t line;
+    double weight;
+  };
+  std::vector<Place> places;
+  const auto evaluate = [&](const Batch::Line& line) {
+    const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(line.galaxy)];
+    const std::size_t size = places.size();
+    for (std::size_t i = size; i < padded(size); ++i) batch.x[i] = batch.y[i] = batch.z[i] = 0;
+    placed.galaxy->evaluate_component(line.component,
+                                      {batch.x.data(), batch.y.data(), batch.z.data(), size},
+                                      threshold, batch.density, counts);
+    // Per scene unit of path.
+    const double scale = placed.galaxy->components()[line.component]->amplitude() / placed.radius;
+    for (std::size_t i = 0; i < size; ++i) {
+      column[places[i].line] += scale * places[i].weight * double{batch.density[i]};
+    }
+    places.clear();
+  };
+  for (std::size_t o = 0; o < runs; ++o) {
+    const std::size_t r = order[o];
+    const Batch::Line& line = batch.lines[r];
+    for (std::int32_t k = 0; k < batch.count[r]; ++k) {
+      const auto n = static_cast<std::size_t>(batch.first[r] + k);
+      const double t = double{batch.s[n]};
+      const std::size_t i = places.size();
+      batch.x[i] = static_cast<float>(line.hit.nearest[0] + t * line.hit.direction[0]);
+      batch.y[i] = static_cast<float>(line.hit.nearest[1] + t * line.hit.direction[1]);
+      batch.z[i] = static_cast<float>(line.hit.nearest[2] + t * line.hit.direction[2]);
+      const bool is_end = k == 0 || k == batch.count[r] - 1;
+      places.push_back({r, double{batch.weight[n]} * (is_end ? 1 : k % 2 == 1 ? 4 : 2) / 3});
+      if (places.size() == batch_capacity) evaluate(line);
+    }
+    const bool is_last = o + 1 == runs || batch.lines[order[o + 1]].galaxy != line.galaxy ||
+                         batch.lines[order[o + 1]].component != line.component;
+    if (is_last && !places.empty()) evaluate(line);
+  }
+  counts.nodes += static_cast<std::uint64_t>(nodes);
+  for (std::size_t r = 0; r < runs; ++r) {
+    const Batch::Line& line = batch.lines[r];
+    const Cover cover = medium_.cover(std::span(&line.hit, 1));
+    for (std::size_t j = 0; j < steps; ++j) {
+      batch.depth[line.entry * steps + j] +=
+          column[r] * double{medium_.extinction(cover, static_cast<int>(line.slot), j)};
+    }
+  }
+}
+
+}  // namespace gamer

@@ -1,0 +1,64 @@
+#include "scene/field_stars.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/trigonometric.hpp>
+#include <numbers>
+
+#include "gamer/core/random.h"
+#include "gamer/core/random_variate.h"
+#include "gamer/scene/camera.h"
+
+namespace gamer {
+namespace {
+
+constexpr int bands = 720;
+constexpr double height = 180.0 / bands;  // deg
+
+/// The magnitude below which a share u of the stars are.
+double magnitude_at(const FieldStarParameters& parameters, double u) {
+  const double range = parameters.faint - parameters.bright;
+  const double a = std::numbers::ln10 * parameters.slope * range;
+  const double part = std::abs(a) < 1e-9 ? u : std::log1p(u * std::expm1(a)) / a;
+  return parameters.bright + range * part;
+}
+
+}  // namespace
+
+double field_temperature(const FieldStarParameters& parameters, int i) {
+  const double share = static_cast<double>(i) / (field_temperatures - 1);
+  return parameters.coldest * std::pow(parameters.hottest / parameters.coldest, share);
+}
+
+void visit_field_stars(const FieldStarParameters& parameters,
+                       const std::function<bool(const glm::dvec3& direction, double radius)>& holds,
+                       const std::function<void(const FieldStar& star)>& take) {
+  if (!(parameters.number > 0)) return;
+  // Of half a cell's diagonal.
+  const double radius = glm::radians(height) * 0.5 * std::numbers::sqrt2;
+  for (int band = 0; band < bands; ++band) {
+    const double south = -90 + band * height, north = south + height;
+    const double widest = std::max(std::cos(glm::radians(south)), std::cos(glm::radians(north)));
+    const int cells = std::max(static_cast<int>(std::ceil(360 * widest / height)), 1);
+    const double low = std::sin(glm::radians(south)), high = std::sin(glm::radians(north));
+    const double square_degrees = 360.0 / cells * glm::degrees(high - low);
+    for (int cell = 0; cell < cells; ++cell) {
+      const double west = 360.0 * cell / cells, width = 360.0 / cells;
+      if (!holds(direction_of({west + 0.5 * width, 0.5 * (south + north)}), radius)) continue;
+      const std::uint64_t key = hash_words(
+          {parameters.seed, static_cast<std::uint64_t>(band), static_cast<std::uint64_t>(cell)});
+      double count = parameters.number * square_degrees;
+      poisson_variates(key, 0, std::span(&count, 1), std::span(&count, 1));
+      for (std::uint64_t i = 0; i < static_cast<std::uint64_t>(count); ++i) {
+        const std::uint64_t own = mix64(key + (i + 1) * golden_gamma);
+        const auto u = [&](std::uint64_t k) { return to_unit(mix64(own + k * golden_gamma)); };
+        const double sine = low + (high - low) * u(1);
+        const auto temperature = static_cast<int>(u(4) * field_temperatures);
+        take({direction_of({west + width * u(2), glm::degrees(std::asin(sine))}),
+              magnitude_at(parameters, u(3)), field_temperature(parameters, temperature)});
+      }
+    }
+  }
+}
+
+}  // namespace gamer

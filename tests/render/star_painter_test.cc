@@ -1,0 +1,356 @@
+// Star fields in images: their light, from anywhere and at any resolution.
+
+#include "gamer/render/star_painter.h"
+
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include "render/render_text.h"
+
+namespace gamer {
+namespace {
+
+/// Stars of luminosities within a factor of 30, so that many carry the light.
+std::string field(double number, const std::string& more = "") {
+  return fmt::format(
+      "[[component]]\nclass = \"starfield\"\nz0 = 0.04\nrh = 0.2\nnumber = {}\n"
+      "luminosity_low = 1\nluminosity_high = 30\nluminosity_slope = 1.5\n"
+      "temperature_slope = 0.2\n{}\n",
+      number, more);
+}
+
+const std::string smooth_noise = "noise = false";
+
+std::string view(const std::string& camera, int size, double stars_per_pixel,
+                 const std::string& more = "") {
+  return fmt::format(
+      "[image]\nsize = {}\n[camera]\n{}\n[spectrum]\nwavelengths = [4300, 7400]\n[sampling]\n"
+      "stars_per_pixel = {}\n{}",
+      size, camera, stars_per_pixel, more);
+}
+
+const std::string outside = "position = [0, -2, 2]\nfov = 50\n";
+const std::string inside = "position = [0, -0.3, 0.02]\nfov = 80\n";
+const std::string parallel = "projection = \"orthographic\"\nposition = [0, -2, 2]\nwidth = 2\n";
+
+std::vector<double> sums(const std::string& galaxy, const std::string& parameters) {
+  const Image image = render_text({{{"g", galaxy}}, "galaxy x y z\ng 0 0 0\n", parameters});
+  return {sum_of(image, 0), sum_of(image, 1)};
+}
+
+/// The stars of an image, as the painter gives them.
+struct Found {
+  glm::dvec2 pixel;
+  std::vector<double> flux;
+};
+
+struct Painted {
+  explicit Painted(const TextScene& text)
+      : parameters(RenderParameters::read(parse_toml(text.parameters, "render.par"))),
+        camera(parameters) {
+    Resources resources = text_resources(text);
+    const Spectrum spectrum = load_spectrum(parameters, resources);
+    scene = std::make_shared<Scene>(
+        read_scene(text.scene, "scene.lst", parameters, spectrum, camera, resources));
+    fields = std::make_shared<StarFields>(*scene, camera, parameters.stars_per_pixel);
+    basis = std::make_shared<SpectralBasis>(spectrum, std::vector<SpectralBasis::Probe>(),
+                                            std::optional<int>(1), 1e-3);
+    medium.emplace(scene, basis, Accuracy::from_tolerance(parameters.tolerance), false, fields);
+    index.emplace(*scene, camera);
+  }
+  std::vector<Found> stars(const StarPainter::Tile& tile) const {
+    const StarPainter painter(scene, camera, *medium, *index, fields);
+    std::vector<Found> result;
+    RenderCounts counts;
+    painter.paint(
+        tile, 1,
+        [&](const StarPainter::Seen& star) {
+          result.push_back({star.pixel, {star.flux.begin(), star.flux.end()}});
+        },
+        counts);
+    return result;
+  }
+  std::vector<Found> stars() const { return stars({0, camera.width(), 0, camera.height()}); }
+  RenderParameters parameters;
+  Camera camera;
+  std::shared_ptr<Scene> scene;
+  std::shared_ptr<const StarFields> fields;
+  std::shared_ptr<const SpectralBasis> basis;
+  std::optional<Medium> medium;
+  std::optional<GalaxyIndex> index;
+};
+
+// Points and smooth light together are the field's light, whichever stars are points: to the
+// Poisson error of the points, sqrt(sum of flux^2).
+TEST(StarPainter, LightIsThatOfAllStars) {
+  for (const std::string& camera : {outside, inside, parallel}) {
+    const std::string text = field(1e6, smooth_noise);
+    const auto painted = [&](double stars) {
+      return Painted({{{"g", text}}, "galaxy x y z\ng 0 0 0\n", view(camera, 32, stars)}).stars();
+    };
+    const std::vector<double> smooth = sums(text, view(camera, 32, 0));
+    double whole = 0;
+    for (const Found& star : painted(1e6)) whole += star.flux[0];
+    for (const double stars : {3.0, 1e6}) {
+      double square = 0;
+      for (const Found& star : painted(stars)) square += star.flux[0] * star.flux[0];
+      const double error = 3 * std::sqrt(square) / whole + 1e-3;
+      EXPECT_LT(error, 0.06);
+      const std::vector<double> found = sums(text, view(camera, 32, stars));
+      EXPECT_NEAR(found[0] / smooth[0], 1, error) << camera << stars;
+      EXPECT_NEAR(found[1] / smooth[1], 1, error) << camera << stars;
+      // Colours agree better: all stars count.
+      EXPECT_NEAR(found[0] / found[1] / (smooth[0] / smooth[1]), 1, error) << camera << stars;
+    }
+  }
+}
+
+// The same sum at any resolution, times the area of a pixel, and by the square of the distance.
+TEST(StarPainter, LightDoesNotDependOnResolutionAndDistance) {
+  const std::string text = field(1e6, smooth_noise);
+  const auto flux = [&](double distance, int size) {
+    const std::string camera =
+        fmt::format("position = [0, {0}, {0}]\nfov = {1}\n", distance / std::sqrt(2.0),
+                    2 * std::atan(1.2 / distance) * 180 / std::numbers::pi);
+    const std::vector<double> sum = sums(text, view(camera, size, 2));
+    return sum[0] / size / size;  // of a field of constant width, hence of distance^2 flux
+  };
+  const double reference = flux(6, 64);
+  // Which stars are points changes with the resolution, and with it whose chance counts: the light
+  // of 10^4 points in the coarsest image is uncertain by a percent.
+  for (const int size : {16, 32, 128}) EXPECT_NEAR(flux(6, size) / reference, 1, 0.01) << size;
+  for (const double distance : {12.0, 50.0}) {
+    EXPECT_NEAR(flux(distance, 64) / reference, 1, 0.02) << distance;
+  }
+}
+
+// A star keeps its flux times distance^2 in every plane wherever the camera is.
+TEST(StarPainter, MovingCameraChangesNoStar) {
+  const std::string galaxy = field(3000, smooth_noise);
+  const auto stars = [&](double x) {
+    // All stars, in full.
+    const Painted painted({{{"g", galaxy}},
+                           "galaxy x y z\ng 0 0 0\n",
+                           view(fmt::format("position = [{}, -3, 1]\nfov = 60\n", x), 256, 1e5)});
+    // A star's ratio of planes is its colour; its luminosity is flux times distance^2, which two
+    // planes and the sum over the field show.
+    std::multimap<double, double> colours;
+    for (const Found& star : painted.stars()) {
+      colours.emplace(star.flux[0] / star.flux[1], star.flux[1]);
+    }
+    return colours;
+  };
+  const auto here = stars(0), there = stars(0.4);
+  ASSERT_GT(here.size(), 2800u);
+  ASSERT_EQ(here.size(), there.size());
+  auto b = there.begin();
+  double least = 1e9, most = 0;
+  for (const auto& [colour, flux] : here) {
+    EXPECT_NEAR(b->first, colour, 1e-9 * colour);
+    const double ratio = b->second / flux;
+    least = std::min(least, ratio);
+    most = std::max(most, ratio);
+    ++b;
+  }
+  // Distances change by at most 0.4 of 2.16, and not to be told from each other's.
+  EXPECT_GT(least, std::pow(2.16 / 2.56, 2));
+  EXPECT_LT(most, std::pow(2.56 / 2.16, 2));
+}
+
+TEST(StarPainter, FluxesFollowTheLaw) {
+  // Seen from so far that all distances are equal.
+  const Painted painted(
+      {{{"g", field(100000, smooth_noise)}},
+       "galaxy x y z\ng 0 0 0\n",
+       view("projection = \"orthographic\"\nposition = [0, 0, 5]\nup = [0, 1, 0]\n"
+            "width = 2.1\n",
+            64, 1e6)});
+  const std::vector<Found> stars = painted.stars();
+  EXPECT_NEAR((static_cast<double>(stars.size()) - 1e5) / std::sqrt(1e5), 0, 3);
+  const StarFields::Field& own = painted.fields->fields()[0];
+  // In the light at 5500 Angstrom between the two planes, mean one: compare the total.
+  double sum = 0;
+  for (const Found& star : stars) sum += star.flux[0];
+  const double expected =
+      painted.scene->galaxies[0].galaxy->luminosity(0) * own.stars->sed()->flux(4300);
+  EXPECT_NEAR(sum / (expected * painted.scene->galaxies[0].brightness * 4300 * 4300), 1, 0.02);
+}
+
+// The same stars in any tile, in the same order.
+TEST(StarPainter, TilesHaveTheStarsOfTheImage) {
+  const Painted painted({{{"g", field(2e5, "noise = {octaves = 2}")}},
+                         "galaxy x y z\ng 0 0 0\n",
+                         view(outside, 96, 2)});
+  const std::vector<Found> whole = painted.stars();
+  EXPECT_GT(whole.size(), 500u);
+  for (const StarPainter::Tile tile :
+       {StarPainter::Tile{0, 32, 0, 16}, {32, 64, 40, 56}, {60, 61, 50, 51}, {0, 96, 64, 65}}) {
+    std::vector<glm::dvec2> expected, found;
+    for (const Found& star : whole) {
+      if (star.pixel.x > tile.left - 1 && star.pixel.x < tile.right &&
+          star.pixel.y > tile.bottom - 1 && star.pixel.y < tile.top) {
+        expected.push_back(star.pixel);
+      }
+    }
+    for (const Found& star : painted.stars(tile)) found.push_back(star.pixel);
+    EXPECT_EQ(found, expected);
+  }
+}
+
+TEST(StarPainter, RowsAreTheSameInBlocksOfAnySize) {
+  constexpr int side = 24;
+  for (const std::string& more : {std::string(), std::string("[stars]\nwhite_point = 1e-4\n")}) {
+    const TextScene text{
+        {{"g", field(2e4, "noise = {octaves = 2}") +
+                   "[[component]]\nclass = \"dust\"\nz0 = 0.02\nnoise = {octaves = 2}\n"}},
+        "galaxy x y z size seed\ng 0 0 0 1 1\ng 0.3 0.5 0.1 0.6 2\n",
+        view(inside, side, 2, more)};
+    const RenderParameters parameters =
+        RenderParameters::read(parse_toml(text.parameters, "render.par"));
+    const Camera camera(parameters);
+    Resources resources = text_resources(text);
+    const Spectrum spectrum = load_spectrum(parameters, resources);
+    const auto render = [&](const std::string& list, int size) {
+      const auto scene = std::make_shared<Scene>(
+          read_scene(list, "scene.lst", parameters, spectrum, camera, resources));
+      const Renderer renderer(parameters, camera, scene, spectrum);
+      const auto row = static_cast<std::size_t>(side) * static_cast<std::size_t>(renderer.planes());
+      std::vector<double> rows(row * side);
+      for (int first = 0; first < side; first += size) {
+        const int last = std::min(first + size, side);
+        renderer.render_rows({first, last},
+                             std::span(rows).subspan(static_cast<std::size_t>(first) * row,
+                                                     static_cast<std::size_t>(last - first) * row));
+      }
+      return rows;
+    };
+    const std::vector<double> whole = render(text.scene, side);
+    for (const int size : {1, 7}) EXPECT_EQ(render(text.scene, size), whole) << size;
+    // Nor does the order of the scene's rows count.
+    EXPECT_EQ(render("galaxy x y z size seed\ng 0.3 0.5 0.1 0.6 2\ng 0 0 0 1 1\n", 7), whole);
+  }
+}
+
+// A star behind dust: by the depth of an exponential layer up to it, against all of it behind.
+TEST(StarPainter, DustDimsStarsBehindIt) {
+  const std::string dust =
+      "[[component]]\nclass = \"dust\"\nz0 = 0.05\nrh = 0.3\noptical_depth = 1\nnoise = false\n";
+  const std::string own = field(2000, "z0 = 0.2\n" + smooth_noise);
+  const std::string stars = own.substr(0, own.find("z0 = 0.04")) + own.substr(own.find("rh"));
+  const std::string camera =
+      "projection = \"orthographic\"\nposition = [0, 0, 5]\nup = [0, 1, 0]\nwidth = 2\n";
+  const std::string list = "galaxy x y z\ng 0 0 0\n";
+  const Painted clear({{{"g", stars}}, list, view(camera, 64, 1e6)});
+  const Painted dusty({{{"g", stars + dust}}, list, view(camera, 64, 1e6)});
+  const std::vector<Found> free = clear.stars(), dimmed = dusty.stars();
+  ASSERT_EQ(free.size(), dimmed.size());
+  // The stars' heights, in the same order.
+  const StarField& field = *clear.fields->fields()[0].stars;
+  std::map<std::pair<double, double>, double> height;
+  for (std::size_t k = 0; k < field.population().size(); ++k) {
+    field.walk(
+        k, [](const StarField::Cell&) { return true; },
+        [&](const StarField::Candidate& c) {
+          const auto pixel = clear.camera.pixel({c.position[0], c.position[1], c.position[2]});
+          height[{pixel->x, pixel->y}] = c.position[2];
+        });
+  }
+  Resources none({});
+  const auto curve = find_extinction("ccm89", 3.1, "", none);
+  const double node = dusty.basis->node(dusty.basis->main_node(0));
+  double worst = 0;
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const double z = height.at({free[i].pixel.x, free[i].pixel.y});
+    const double x = (free[i].pixel.x - 31.5) / 32, y = (free[i].pixel.y - 31.5) / 32;
+    const double r = std::hypot(x, y);
+    // Well inside the taper.
+    if (r > 0.6 || std::abs(z) > 0.3) continue;
+    const double depth =
+        0.5 * std::exp(-r / 0.3) * (1 - std::tanh(z / 0.05)) * curve->relative(node);
+    worst = std::max(worst, std::abs(std::log(free[i].flux[0] / dimmed[i].flux[0]) - depth));
+  }
+  EXPECT_LT(worst, 0.008);
+}
+
+// Segmentation and parts count a field's stars with their galaxy.
+TEST(StarPainter, PartsAddUp) {
+  const std::string galaxy = field(1e5, smooth_noise) +
+                             "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = false\n"
+                             "[[component]]\nclass = \"dust\"\nnoise = false\n";
+  const TextScene text{{{"g", galaxy}}, "galaxy x y z\ng 0 0 0\n", view(outside, 32, 3)};
+  const RenderParameters parameters =
+      RenderParameters::read(parse_toml(text.parameters, "render.par"));
+  const Camera camera(parameters);
+  Resources resources = text_resources(text);
+  const Spectrum spectrum = load_spectrum(parameters, resources);
+  const auto scene = std::make_shared<Scene>(
+      read_scene(text.scene, "scene.lst", parameters, spectrum, camera, resources));
+  TruthImages truth;
+  truth.parts = TruthImages::Parts::components;
+  truth.dust_free = true;
+  const Renderer renderer(parameters, camera, scene, spectrum, truth);
+  ThreadExecutor executor(1);
+  const Image image = render_image(renderer, executor);
+  // Two planes each: the image, dust-free, the field's, the disk's.
+  ASSERT_EQ(image.planes(), 8);
+  for (int y = 0; y < 32; ++y) {
+    for (int x = 0; x < 32; ++x) {
+      EXPECT_NEAR(image.at(x, y, 4) + image.at(x, y, 6), image.at(x, y, 0),
+                  1e-6 * image.at(x, y, 0));
+      EXPECT_LE(image.at(x, y, 0), image.at(x, y, 2) * (1 + 1e-6));
+    }
+  }
+  EXPECT_GT(sum_of(image, 4), 0.3 * sum_of(image, 0));
+}
+
+// Beyond the white point a star is a disc of that brightness; its flux and place stay.
+TEST(StarPainter, BrightStarsGrow) {
+  const auto image_of = [](const std::string& stars) {
+    const RenderParameters parameters = RenderParameters::read(parse_toml(
+        "[image]\nsize = 64\n[camera]\nprojection = \"sky\"\npixel_scale = 0.2\n[spectrum]\n"
+        "wavelengths = [6200]\n" +
+            stars,
+        "render.par"));
+    const Camera camera(parameters);
+    Resources resources({std::filesystem::path(GAMER_TEST_SOURCE_DIR)});
+    const Spectrum spectrum = load_spectrum(parameters, resources);
+    const auto scene =
+        std::make_shared<Scene>(read_scene("galaxy px py apparent_magnitude\nstar 30.3 32.6 20\n",
+                                           "scene.lst", parameters, spectrum, camera, resources));
+    const Renderer renderer(parameters, camera, scene, spectrum);
+    ThreadExecutor executor(1);
+    return render_image(renderer, executor);
+  };
+  const auto moments = [](const Image& image) {
+    double sum = 0, x = 0, y = 0, most = 0;
+    for (int j = 0; j < 64; ++j) {
+      for (int i = 0; i < 64; ++i) {
+        const double value = image.at(i, j, 0);
+        sum += value;
+        x += value * (i + 1);
+        y += value * (j + 1);
+        most = std::max(most, value);
+      }
+    }
+    return std::array{sum, x / sum, y / sum, most};
+  };
+  const auto point = moments(image_of(""));
+  const auto disc = moments(image_of("[stars]\nwhite_point = 500\n"));
+  EXPECT_NEAR(point[0], 36307.8, 500);
+  EXPECT_NEAR(disc[0] / point[0], 1, 1e-9);
+  EXPECT_NEAR(disc[1], 30.3, 0.03);
+  EXPECT_NEAR(disc[2], 32.6, 0.03);
+  EXPECT_NEAR(disc[3] / 500, 1, 0.15);
+}
+
+}  // namespace
+}  // namespace gamer
