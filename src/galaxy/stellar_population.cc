@@ -46,10 +46,11 @@ struct Row {
 
 std::vector<Row> read_rows(const Resources::Text& text) {
   std::vector<Row> rows;
+  const std::string_view content = text.content;
   std::size_t begin = 0;
-  for (int line = 1; begin < text.content.size(); ++line) {
-    const std::size_t end = std::min(text.content.find('\n', begin), text.content.size());
-    std::string_view rest = std::string_view(text.content).substr(begin, end - begin);
+  for (int line = 1; begin < content.size(); ++line) {
+    const std::size_t end = std::min(content.find('\n', begin), content.size());
+    std::string_view rest = content.substr(begin, end - begin);
     const char* const start = rest.data();
     begin = end + 1;
     rest = rest.substr(0, rest.find('#'));
