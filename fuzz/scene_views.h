@@ -58,7 +58,7 @@ class SceneViews {
       const auto list = gamer::Catalogue::parse(scene.list, "list", gamer::CatalogueFormat::list);
       const gamer::Scene again =
           gamer::read_scene(list, parameters, view.spectrum, view.camera, texts);
-      expect(again.objects == scene.objects && again.list == scene.list, scene.list.c_str());
+      expect(again.objects == scene.objects && again.list == scene.list, scene.list.str().c_str());
     } catch (const gamer::InputError& error) {
       expect(false, error.what());
     }

@@ -129,7 +129,9 @@ TEST_P(EveryView, StripsThatMeetNothingHoldNoGalaxy) {
     }
   }
   // The test can tell.
-  if (view.name == "orthographic" || view.name == "perspective") EXPECT_GT(empty, 10);
+  if (view.name == "orthographic" || view.name == "perspective") {
+    EXPECT_GT(empty, 10);
+  }
 }
 
 std::string sky(const std::string& projection, double scale, const std::string& center) {
