@@ -552,6 +552,7 @@ std::optional<Film> prepare_film(const Options& options, int ranks, int threads,
     gamer::RenderParameters own = gamer::frame_parameters(job.parameters, path, frame);
     own.output.overwrite = options.request.overwrite || options.resume;
     gamer::check_output(own.output, header);
+    if (truth_header.planes() > 0) gamer::check_output(gamer::truth_output(own), truth_header);
     const auto files = result_files(options, own, header, truth_header);
     const std::filesystem::path journal = gamer::journal_path(own.output);
     if (options.resume) {
@@ -564,7 +565,7 @@ std::optional<Film> prepare_film(const Options& options, int ranks, int threads,
           fmt::format("output '{}': '{}' holds finished rows of a job that was "
                       "interrupted; --resume goes on with it, --overwrite starts anew",
                       own.output.path.string(), journal.string()));
-    } else {
+    } else if (options.request.overwrite) {
       std::copy_if(files.begin(), files.end(), std::back_inserter(old_files), is_there);
     }
     film.frames.push_back(frame);
@@ -598,7 +599,11 @@ void render_frame(const Options& options, const Film& film, gamer::RenderParamet
     earlier = gamer::Journal::open(path, options.journal_interval);
     const std::string simd = gamer::simd_target_name(gamer::current_simd_target());
     // Its rows' last digits would differ: the frame begins again.
-    if (earlier && earlier->head().simd != simd) earlier.reset();
+    if (earlier && earlier->head().simd != simd) {
+      earlier.reset();
+      gamer::Journal::discard(path);
+      parameters.output.overwrite = true;
+    }
   }
   std::optional<Work> work = prepare_job(options, gamer::frame_job(film.record, parameters), ranks,
                                          threads, std::move(earlier));

@@ -31,11 +31,12 @@ constexpr double largest_deviate = 3;
 // Classes are so many times wider in luminosity at most.
 const double class_width = std::log(2);
 
-/// The integral of L^p dlnL over [low, high].
-double power_integral(double p, double low, double high) {
+/// The integral of (L/unit)^p dlnL over [low, high], with a unit near both: powers of the
+/// luminosities themselves could leave the range of numbers.
+double power_integral(double p, double unit, double low, double high) {
   const double width = std::log(high / low);
-  // (high^p - low^p)/p, also near p = 0.
-  return std::pow(low, p) * width *
+  // ((high/unit)^p - (low/unit)^p)/p, also near p = 0.
+  return std::pow(low / unit, p) * width *
          (std::abs(p * width) < 1e-9 ? 1 : std::expm1(p * width) / (p * width));
 }
 
@@ -156,12 +157,12 @@ StellarPopulation::StellarPopulation(const ParameterSet& values, const std::stri
     own.number /= number;
     own.light /= light;
     const double width = std::log(own.high / own.low);
-    const double whole = power_integral(own.index + 1, own.low, own.high);
+    const double whole = power_integral(own.index + 1, own.low, own.low, own.high);
     for (int i = 0; i < nodes_per_class; ++i) {
       const double from = own.low * std::exp(width * i / nodes_per_class);
       const double to = own.low * std::exp(width * (i + 1) / nodes_per_class);
-      nodes_.push_back(
-          {std::sqrt(from * to), own.light * power_integral(own.index + 1, from, to) / whole});
+      nodes_.push_back({std::sqrt(from * to),
+                        own.light * power_integral(own.index + 1, own.low, from, to) / whole});
     }
   }
   make_grid();
@@ -204,12 +205,11 @@ void StellarPopulation::read_table(const ParameterSet& values, const std::string
 void StellarPopulation::add_segment(double low, double high, double index, double number_at_low) {
   const double width = std::log(high / low);
   const int count = static_cast<int>(std::ceil(width / class_width * (1 - 1e-12)));
-  const double scale = number_at_low / std::pow(low, index);
   for (int i = 0; i < count; ++i) {
     const double from = low * std::exp(width * i / count);
     const double to = i + 1 == count ? high : low * std::exp(width * (i + 1) / count);
-    classes_.push_back({from, to, index, scale * power_integral(index, from, to),
-                        scale * power_integral(index + 1, from, to)});
+    classes_.push_back({from, to, index, number_at_low * power_integral(index, low, from, to),
+                        number_at_low * low * power_integral(index + 1, low, from, to)});
   }
 }
 
@@ -235,8 +235,8 @@ double StellarPopulation::number_above(double luminosity) const {
     if (luminosity <= own.low) {
       sum += own.number;
     } else if (luminosity < own.high) {
-      sum += own.number * power_integral(own.index, luminosity, own.high) /
-             power_integral(own.index, own.low, own.high);
+      sum += own.number * power_integral(own.index, own.low, luminosity, own.high) /
+             power_integral(own.index, own.low, own.low, own.high);
     }
   }
   return sum;
@@ -318,7 +318,10 @@ std::shared_ptr<const Sed> StellarPopulation::sed(const std::vector<double>& spe
 
 std::shared_ptr<const Sed> StellarPopulation::sed() const {
   std::vector<double> spectrum;
-  light([](double) { return 1.0; }, &spectrum);
+  const double whole = light([](double) { return 1.0; }, &spectrum);
+  if (!(whole > 0) || !std::isfinite(whole)) {
+    throw InputError("the luminosity function's numbers lie too far apart to be added up");
+  }
   return sed(spectrum);
 }
 

@@ -1,10 +1,35 @@
 #include "gamer/galaxy/texture.h"
 
+#include <algorithm>
+#include <vector>
+
 namespace gamer {
 
-void FractalTexture::evaluate(const Points& points, const float* footprints,
-                              std::span<const double> deviations, std::span<BatchArray> out,
-                              std::uint64_t& evaluations) const {
+void Texture::evaluate(const Points& points, const float* footprints,
+                       std::span<const double> deviations, std::span<BatchArray> out,
+                       std::uint64_t& evaluations) const {
+  if (points.size == 0) return;
+  if (footprints != nullptr) {
+    const auto [least, most] = std::minmax_element(footprints, footprints + points.size);
+    if (hides(double{*most})) {
+      evaluate_alike(points, footprints, deviations, out, evaluations);
+      if (hides(double{*least})) return;
+      std::vector<BatchArray> plain(out.size());
+      evaluate_alike(points, nullptr, {}, plain, evaluations);
+      for (std::size_t k = 0; k < out.size(); ++k) {
+        for (std::size_t i = 0; i < points.size; ++i) {
+          if (!hides(double{footprints[i]})) out[k][i] = plain[k][i];
+        }
+      }
+      return;
+    }
+  }
+  evaluate_alike(points, nullptr, {}, out, evaluations);
+}
+
+void FractalTexture::evaluate_alike(const Points& points, const float* footprints,
+                                    std::span<const double> deviations, std::span<BatchArray> out,
+                                    std::uint64_t& evaluations) const {
   if (footprints == nullptr) {
     noise_.evaluate(points, out[0].data());
     for (BatchArray& other : out.subspan(1)) other = out[0];

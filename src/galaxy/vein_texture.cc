@@ -859,13 +859,9 @@ void VeinTexture::parts(const Points& points, Parts& out) const {
   out.noise = scratch.density;
 }
 
-void VeinTexture::evaluate(const Points& points, const float* footprints,
-                           std::span<const double> deviations, std::span<BatchArray> out,
-                           std::uint64_t& evaluations) const {
-  if (footprints != nullptr &&
-      !hides(double{*std::max_element(footprints, footprints + points.size)})) {
-    footprints = nullptr;
-  }
+void VeinTexture::evaluate_alike(const Points& points, const float* footprints,
+                                 std::span<const double> deviations, std::span<BatchArray> out,
+                                 std::uint64_t& evaluations) const {
   SpiralBatch spiral;
   Scratch scratch;
   coordinates_.at(points, spiral);

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <functional>
-#include <optional>
 #include <iterator>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 

@@ -217,9 +217,8 @@ std::optional<GalaxyIndex::Ball> GalaxyIndex::rays(double left, double right, do
 }
 
 bool GalaxyIndex::may_meet(int left, int right, int bottom, int top) const {
-  // Projections of the sky have seams that a coarse grid does not see; other views map lines to
-  // lines.
-  if (camera_.projection() == Projection::sky) return true;
+  // A coarse grid may miss what there is within an edge, and the seams of projections of the sky.
+  if (camera_.has_edge() || camera_.projection() == Projection::sky) return true;
   constexpr double steps = 8;
   const double step = std::max(spacing, (right - left) / steps);
   return finds(Grid(camera_, left - 1.5, right + 0.5, bottom - 1.5, top + 0.5, step).ball());

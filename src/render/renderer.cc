@@ -241,8 +241,7 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
   }
   add_field_stars(rows, sums, counts);
   is_empty = !add_stars(rows, sums) && star_fields_->empty() && is_empty;
-  const bool stays_zero =
-      camera_.projection() != Projection::sky && scene_->unit != PixelUnit::magnitude;
+  const bool stays_zero = !camera_.has_edge() && scene_->unit != PixelUnit::magnitude;
   if (is_empty && stays_zero) return;
   for (int y = rows.first; y < rows.last; ++y) {
     finish(y, static_cast<std::size_t>(y - rows.first), sums);
@@ -384,7 +383,7 @@ void Renderer::refine(const Sample& cell, Work& work) const {
         part.x += i * gauss * cell.size;
         part.y += j * gauss * cell.size;
         part.weight = 0.25 * cell.size * cell.size;
-        part.footprint = 0.5 * cell.size;
+        part.footprint = std::min(cell.size, cell.footprint);
         work.samples.push_back(part);
       } else {
         part.x += 0.25 * i * cell.size;
@@ -493,10 +492,12 @@ void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, 
       const double brightness = flux[p] * area_scale / area * unit_factors_[p];
       value = std::max(value, counts_flux(scene_->unit) ? brightness * area : brightness);
     }
-    if (value > *white_point_) {
+    const double white_point =
+        scene_->unit == PixelUnit::magnitude ? nanojansky(*white_point_) : *white_point_;
+    if (value > white_point) {
       // A disc of that brightness, its edge a pixel wide.
       const double radius =
-          std::min(std::sqrt(value / (std::numbers::pi * *white_point_)), largest_star_);
+          std::min(std::sqrt(value / (std::numbers::pi * white_point)), largest_star_);
       const auto cover = [&](double i, double j) {
         return std::clamp(radius + 0.5 - std::hypot(i - pixel.x, j - pixel.y), 0.0, 1.0);
       };

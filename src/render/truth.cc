@@ -24,6 +24,9 @@ constexpr int stamp_size = 64;
 // Parts on a side into which a ray's light is spread to count it by radius.
 constexpr int spread = 5;
 
+// Of the angle between a view's up and the line of sight.
+constexpr double least_sine = 1e-6;
+
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// A view of one galaxy from where the camera sees it, parallel rays, just as wide as it is.
@@ -35,6 +38,10 @@ RenderParameters stamp_view(const PlacedGalaxy& galaxy, const RenderParameters& 
   view.position = galaxy.centre + 2 * galaxy.bounding_radius * camera.towards(galaxy.centre);
   view.target = galaxy.centre;
   view.up = camera.up_at(galaxy.centre);
+  // At the pole of a view of the sphere up is along the line of sight.
+  if (glm::length(glm::cross(view.up, camera.towards(galaxy.centre))) < least_sine) {
+    view.up = camera.right();
+  }
   view.camera_width = 2 * galaxy.bounding_radius;
   view.supersample.reset();
   // Stars count with the smooth light.

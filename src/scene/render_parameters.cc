@@ -636,6 +636,11 @@ bool RenderParameters::applies(std::string_view section_name, std::string_view k
   }
   if (section_name == "image" && key == "size") return projection != Projection::healpix;
   if (section_name == "animation") return frames > 0;
+  // How points are drawn applies to all stars, the other keys to the field's.
+  if (section_name == "stars" && key != "antialiased" && key != "white_point" &&
+      key != "largest_radius") {
+    return set.number("number") > 0;
+  }
   if (section_name == "spectrum" && key == "wavelengths") return !wavelengths.empty();
   const ConditionalKey* condition = find_condition(section_name, key);
   return condition == nullptr || is_selected(*condition, set);

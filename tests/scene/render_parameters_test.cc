@@ -93,6 +93,12 @@ seed = 9223372036854775807
 sampler = "uniform"
 step = 0.005
 tolerance = 0.01
+stars_per_pixel = 2
+
+[stars]
+antialiased = false
+white_point = 12.5
+largest_radius = 3
 
 [scene]
 unit = "kpc"
@@ -278,7 +284,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"[camera]\nposition = [0, inf, 0]",
                  "render.par:2:16: position[1] = inf is not finite"},
         BadInput{"[camera]\nprojection = \"orthographic\"\nfov = 30",
-                 "render.par:3:7: camera.fov belongs to projection = \"perspective\" or \"fisheye\", but "
+                 "render.par:3:7: camera.fov belongs to projection = \"perspective\" or "
+                 "\"fisheye\", but "
                  "projection is \"orthographic\""},
         BadInput{"[camera]\nwidth = 3",
                  "render.par:2:9: camera.width belongs to projection = \"orthographic\", but "
@@ -344,7 +351,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"[spectrum]\nwavelengths = [0]",
                  "render.par:2:16: wavelengths[0] = 0 is outside ]0, inf[ (Angstrom)"},
         BadInput{"[noise]\nkind = \"simplx\"",
-                 "render.par:2:8: kind = 'simplx' is none of \"simplex\", \"perlin\"; did you "
+                 "render.par:2:8: kind = 'simplx' is none of \"simplex\", \"perlin\", \"value\", "
+                 "\"cell\"; did you "
                  "mean 'simplex'?"}));
 
 }  // namespace

@@ -60,8 +60,8 @@ class Galaxy {
   void resolve(const std::string& label, std::size_t most_cloud_points);
   void normalise_textures(std::size_t most_cloud_points);
   /// Normalises component c's texture, or follow_scale_ where it has none, over a cloud of that
-  /// size; the relative standard error of the mean. With a `correction_size` also what wide rays see
-  /// of it, over a cloud of that size.
+  /// size; the relative standard error of the mean. With a `correction_size` also what wide rays
+  /// see of it, over a cloud of that size.
   double normalise(std::size_t c, std::size_t cloud_size, std::size_t correction_size);
   /// Phi of the component that c follows at points of c's cloud, as rays of a footprint see it.
   void followed_phi(std::size_t c, const Points& points, double footprint, float* out) const;

@@ -31,10 +31,10 @@ class Texture {
   /// Fills out.size() arrays with Phi. With footprints (galaxy radii; null for none) it is what is
   /// expected of Phi given what such rays see; out[d] where the coherent part of the rest is
   /// deviations[d] standard deviations, or with one array and no deviations over all that is
-  /// hidden. Counts the base noises that were evaluated.
-  virtual void evaluate(const Points& points, const float* footprints,
-                        std::span<const double> deviations, std::span<BatchArray> out,
-                        std::uint64_t& evaluations) const = 0;
+  /// hidden. A point's value does not depend on the others of the batch. Counts the base noises
+  /// that were evaluated.
+  void evaluate(const Points& points, const float* footprints, std::span<const double> deviations,
+                std::span<BatchArray> out, std::uint64_t& evaluations) const;
 
   /// Whether rays of that footprint see less than all.
   virtual bool hides(double footprint) const = 0;
@@ -42,6 +42,13 @@ class Texture {
   virtual double frequency() const = 0;
   /// sqrt(<(Phi factor)^2>), at least 1.
   virtual double rms() const = 0;
+
+ protected:
+  /// The same, of all points alike: where there are footprints some hide something, and points of
+  /// which they do not may differ by rounding from what they are without.
+  virtual void evaluate_alike(const Points& points, const float* footprints,
+                              std::span<const double> deviations, std::span<BatchArray> out,
+                              std::uint64_t& evaluations) const = 0;
 
  private:
   double twirl_;
@@ -65,13 +72,15 @@ class FractalTexture : public Texture {
     noise_.take_corrections(cloud, factor);
   }
   double mean_error() const override { return noise_.mean_error(); }
-  void evaluate(const Points& points, const float* footprints, std::span<const double> deviations,
-                std::span<BatchArray> out, std::uint64_t& evaluations) const override;
   bool hides(double footprint) const override { return noise_.hides(footprint); }
   double frequency() const override { return noise_.effective_frequency() * noise_.sharpness(); }
   double rms() const override { return noise_.rms(); }
 
  private:
+  void evaluate_alike(const Points& points, const float* footprints,
+                      std::span<const double> deviations, std::span<BatchArray> out,
+                      std::uint64_t& evaluations) const override;
+
   FractalNoise noise_;
 };
 

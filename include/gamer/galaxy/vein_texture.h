@@ -81,8 +81,6 @@ class VeinTexture : public Texture {
   void take_corrections(std::span<const WeightedBatch> cloud,
                         const FractalNoise::Factor& factor) override;
   double mean_error() const override { return mean_error_; }
-  void evaluate(const Points& points, const float* footprints, std::span<const double> deviations,
-                std::span<BatchArray> out, std::uint64_t& evaluations) const override;
   bool hides(double footprint) const override;
   double frequency() const override { return frequency_; }
   double rms() const override { return rms_; }
@@ -109,6 +107,9 @@ class VeinTexture : public Texture {
   };
 
  private:
+  void evaluate_alike(const Points& points, const float* footprints,
+                      std::span<const double> deviations, std::span<BatchArray> out,
+                      std::uint64_t& evaluations) const override;
   struct Scratch;
   /// Phi factor over a cloud.
   std::vector<BatchArray> phi(std::span<const WeightedBatch> cloud, double footprint,

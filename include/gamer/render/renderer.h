@@ -109,10 +109,10 @@ class Renderer {
   GalaxyIndex index_;
   StarPainter painter_;
   std::vector<OutputPlane> outputs_;
-  std::vector<double> pixel_in_ball_;     ///< of each galaxy: the longest side there, galaxy radii
+  std::vector<double> pixel_in_ball_;  ///< of each galaxy: the longest side there, galaxy radii
   /// Of a galaxy that holds the camera: the same for each scene unit from the camera.
   std::vector<double> pixel_angle_in_ball_;
-  std::vector<double> unit_factors_;   ///< [spectral plane]
+  std::vector<double> unit_factors_;  ///< [spectral plane]
   bool antialiased_stars_;
   std::optional<double> white_point_;     ///< see RenderParameters
   double largest_star_;                   ///< pixels
