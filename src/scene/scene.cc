@@ -33,6 +33,8 @@ constexpr double kiloparsec = 1e-3;  // Mpc
 
 // Stars in an image at most: they are kept in memory.
 constexpr std::size_t most_stars = 20'000'000;
+// Their number is known beforehand to better than this factor.
+constexpr double surely = 2;
 
 /// The orientation of the selected row, as the galaxy's axes in the scene.
 glm::dmat3 read_axes(const SceneRow& row, const glm::dvec3& centre, const Camera& camera) {
@@ -578,6 +580,16 @@ void SceneReader::add_field_stars(const ImageField& field) {
                                  "'apparent_magnitude', so that the image is relative",
                                  catalogue_.label()));
   }
+  const auto refuse = [&] {
+    throw InputError(own.number_where,
+                     fmt::format("more than {} stars would be in the image", most_stars));
+  };
+  // Before they are made one by one; other pixels are about as large as the middle one.
+  const double square_degrees =
+      static_cast<double>(camera_.width()) * camera_.height() *
+      camera_.solid_angle(0.5 * (camera_.width() - 1), 0.5 * (camera_.height() - 1)) *
+      std::pow(180 / std::numbers::pi, 2);
+  if (own.number * square_degrees > surely * static_cast<double>(most_stars)) refuse();
   // Of a star of magnitude 0 of each temperature.
   std::map<double, std::vector<double>> fluxes;
   for (int i = 0; i < field_temperatures; ++i) {
@@ -595,10 +607,7 @@ void SceneReader::add_field_stars(const ImageField& field) {
       [&](const FieldStar& found) {
         const std::optional<glm::dvec2> pixel = star_pixel(found.direction);
         if (!pixel) return;
-        if (scene_.stars.size() == most_stars) {
-          throw InputError(own.number_where,
-                           fmt::format("more than {} stars would be in the image", most_stars));
-        }
+        if (scene_.stars.size() == most_stars) refuse();
         PlacedStar star;
         star.id = fmt::format("field{}", ++number);
         star.object = scene_.objects++;
