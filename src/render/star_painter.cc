@@ -166,17 +166,16 @@ void StarPainter::paint_field(std::size_t number, const Tile& tile, double margi
       batch.entries.push_back(
           {place, *pixel, candidate.threshold, luminosity, field.weight(q) * q, candidate});
       if (batch.entries.size() == batch_capacity) {
-        flush(number, k, dusty, batch, take, counts);
+        flush(number, dusty, batch, take, counts);
       }
     };
     stars.walk(k, keep, offer);
   }
-  flush(number, 0, dusty, batch, take, counts);
+  flush(number, dusty, batch, take, counts);
 }
 
-void StarPainter::flush(std::size_t number, std::size_t /*star_class*/, std::span<const int> dusty,
-                        Batch& batch, const std::function<void(const Seen&)>& take,
-                        RenderCounts& counts) const {
+void StarPainter::flush(std::size_t number, std::span<const int> dusty, Batch& batch,
+                        const std::function<void(const Seen&)>& take, RenderCounts& counts) const {
   const StarFields::Field& field = fields_->fields()[number];
   const Galaxy& galaxy = *scene_->galaxies[static_cast<std::size_t>(field.galaxy)].galaxy;
   const std::size_t size = batch.entries.size();

@@ -52,9 +52,9 @@ class StarPainter {
   void paint_field(std::size_t number, const Tile& tile, double margin,
                    const GalaxyIndex::Ball& rays, std::span<const int> dusty, Batch& batch,
                    const std::function<void(const Seen&)>& take, RenderCounts& counts) const;
-  void flush(std::size_t number, std::size_t star_class, std::span<const int> dusty, Batch& batch,
+  void flush(std::size_t number, std::span<const int> dusty, Batch& batch,
              const std::function<void(const Seen&)>& take, RenderCounts& counts) const;
-  /// Optical depths at V of each dust component up to the batch's stars.
+  /// Optical depths at the spectral nodes, of all dust up to the batch's stars.
   void find_depths(std::span<const int> dusty, Batch& batch, RenderCounts& counts) const;
 
   std::shared_ptr<const Scene> scene_;
