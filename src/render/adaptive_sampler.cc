@@ -41,7 +41,7 @@ struct Run {
 /// Nodes of runs, all at the same level of refinement, and what fills them.
 struct Level {
   std::vector<std::int32_t> run, first, count, cover;
-  std::vector<std::uint8_t> open;
+  std::vector<std::uint8_t> open, has_variants;
   std::vector<float> step;  ///< between nodes, in the map's u
   std::vector<float> s, weight;
   RayNodes nodes;
@@ -51,6 +51,7 @@ struct Level {
     variants = 1;
     for (auto* values : {&run, &first, &count, &cover}) values->clear();
     open.clear();
+    has_variants.clear();
     step.clear();
     s.clear();
     weight.clear();
@@ -63,6 +64,7 @@ struct Level {
     count.push_back(nodes_of_run);
     cover.push_back(own.cover);
     open.push_back(own.open ? 1 : 0);
+    has_variants.push_back(own.has_variants ? 1 : 0);
     step.push_back(static_cast<float>(distance));
     s.resize(s.size() + static_cast<std::size_t>(nodes_of_run));
     weight.resize(s.size());
@@ -89,19 +91,18 @@ struct Workspace {
   NodeMap map;
   Level level, fresh, merged;
 
-  /// Of the covers.
-  std::vector<float> flux, extinction;
+  /// Of the covers: slots, what dust does, [(slot * nodes + j) * covers + cover], and the steering
+  /// planes' dust-free flux of light, [(cover * planes + s) * light slots + slot].
+  std::vector<std::int32_t> cover_light_slots, cover_dust_slots;
+  std::vector<float> extinction, flux;
   std::vector<std::size_t> steering_node;
   std::size_t light_slots = 0, dust_slots = 0;
   std::vector<const float*> light, dust;
 
-  /// What integrate_runs() gives for a level.
-  std::vector<float> level_light, level_depth, coarse_light, coarse_depth;
-  /// The same for every run: [(run * light slots + slot) * nodes + j], [run * nodes + j] with what
-  /// comes through, and the steering planes' flux, its change and that of the depth: [run * planes
-  /// + s].
+  /// Of every run, at its level: what integrate_runs() gives; the steering planes' flux and depth,
+  /// and by how much each differs from what half of the nodes gave, [run * planes + s].
   std::vector<float> run_light, run_depth, run_transmission;
-  std::vector<double> steered, change, depth_change;
+  std::vector<double> steered, steered_depth, change, depth_change;
   std::vector<std::int32_t> active, still_active;
   std::vector<double> transmitted;
   std::vector<std::size_t> places;
@@ -130,10 +131,8 @@ class AdaptiveSampler : public Sampler {
                     RenderCounts& counts) const;
   void evaluate(std::span<const std::span<const Hit>> hits, Level& level, Workspace& ws,
                 RenderCounts& counts) const;
-  void integrate_level(Workspace& ws) const;
-  /// Adds a variant's results of the level's i-th run to those of the run.
-  void take_results(std::size_t i, std::size_t variant, float weight, std::size_t stride,
-                    Workspace& ws) const;
+  /// By every `stride`-th node; changes are those from the integrals that were there before.
+  void integrate_level(std::int32_t stride, Workspace& ws) const;
   /// Marks the runs of a ray that need more nodes; false when none.
   bool judge(std::span<const Hit> hits, std::int32_t ray, Workspace& ws) const;
   void sum_up(std::span<const std::span<const Hit>> hits, Workspace& ws, RayLight& out) const;
@@ -211,19 +210,23 @@ void AdaptiveSampler::find_runs(std::span<const Hit> hits, std::int32_t ray, Wor
 
 void AdaptiveSampler::describe_covers(Workspace& ws) const {
   ws.light_slots = ws.dust_slots = 0;
+  ws.cover_light_slots.clear();
+  ws.cover_dust_slots.clear();
   for (const Cover& cover : ws.covers) {
     ws.light_slots = std::max(ws.light_slots, static_cast<std::size_t>(cover.light_slots));
     ws.dust_slots = std::max(ws.dust_slots, static_cast<std::size_t>(cover.dust_slots));
+    ws.cover_light_slots.push_back(cover.light_slots);
+    ws.cover_dust_slots.push_back(cover.dust_slots);
   }
   const std::size_t planes = medium_.steering().size(), nodes = medium_.nodes();
   const std::size_t covers = ws.covers.size();
-  ws.flux.assign(planes * ws.light_slots * covers, 0.0f);
+  ws.flux.assign(covers * planes * ws.light_slots, 0.0f);
   ws.extinction.assign(ws.dust_slots * nodes * covers, 0.0f);
   for (std::size_t c = 0; c < covers; ++c) {
-    for (int slot = 0; slot < ws.covers[c].light_slots; ++slot) {
-      for (std::size_t s = 0; s < planes; ++s) {
-        ws.flux[(s * ws.light_slots + static_cast<std::size_t>(slot)) * covers + c] =
-            medium_.steering_flux(ws.covers[c], slot, s);
+    for (std::size_t s = 0; s < planes; ++s) {
+      float* flux = ws.flux.data() + (c * planes + s) * ws.light_slots;
+      for (int slot = 0; slot < ws.covers[c].light_slots; ++slot) {
+        *flux++ = medium_.steering_flux(ws.covers[c], slot, s);
       }
     }
     for (int slot = 0; slot < ws.covers[c].dust_slots; ++slot) {
@@ -317,80 +320,43 @@ void AdaptiveSampler::refine_level(std::span<const std::span<const Hit>> hits, W
   std::swap(ws.level, ws.merged);
 }
 
-void AdaptiveSampler::integrate_level(Workspace& ws) const {
+void AdaptiveSampler::integrate_level(std::int32_t stride, Workspace& ws) const {
   const Level& level = ws.level;
   const std::size_t nodes = medium_.nodes(), planes = ws.steering_node.size();
-  const std::size_t covers = ws.covers.size();
-  // Room for whole vectors of any target.
-  const std::size_t stride = padded(level.run.size()) + batch_padding;
-  ws.level_light.resize(ws.light_slots * nodes * stride);
-  ws.level_depth.resize(nodes * stride);
-  ws.coarse_light.resize(planes * stride);
-  ws.coarse_depth.resize(planes * stride);
   ws.light.clear();
   for (std::size_t slot = 0; slot < ws.light_slots; ++slot) {
     ws.light.push_back(level.nodes.light[slot].data());
   }
-  for (std::size_t v = 0; v < level.variants; ++v) {
-    ws.dust.clear();
-    for (std::size_t slot = 0; slot < ws.dust_slots; ++slot) {
-      ws.dust.push_back(level.nodes.dust[v * ws.dust_slots + slot].data());
-    }
-    integrate_runs(
-        {level.run.size(), level.first.data(), level.count.data(), level.cover.data(),
-         level.open.data(), level.weight.data(), ws.light.data(), ws.dust.data(), ws.light_slots,
-         ws.dust_slots},
-        {covers, nodes, ws.extinction.data(), planes, ws.steering_node.data(), ws.flux.data()},
-        {stride, ws.level_light.data(), ws.level_depth.data(), ws.coarse_light.data(),
-         ws.coarse_depth.data()});
-    for (std::size_t i = 0; i < level.run.size(); ++i) {
-      const auto run = static_cast<std::size_t>(level.run[i]);
-      if (ws.runs[run].has_variants) {
-        take_results(i, v, static_cast<float>(Medium::variant_weights[v]), stride, ws);
-      } else if (v == 0) {
-        take_results(i, v, 1.0f, stride, ws);
-      }
-    }
-  }
+  ws.dust.clear();
+  for (const auto& dust : level.nodes.dust) ws.dust.push_back(dust.data());
+  integrate_runs({level.run.size(), level.first.data(), level.count.data(), level.cover.data(),
+                  level.open.data(), level.has_variants.data(), level.weight.data(),
+                  ws.light.data(), ws.dust.data(), ws.dust_slots,
+                  std::span(Medium::variant_weights).first(level.variants)},
+                 {ws.covers.size(), nodes, ws.cover_light_slots.data(), ws.cover_dust_slots.data(),
+                  ws.extinction.data()},
+                 stride,
+                 {level.run.data(), ws.light_slots, ws.run_light.data(), ws.run_depth.data(),
+                  ws.run_transmission.data()});
   for (std::size_t i = 0; i < level.run.size(); ++i) {
     const auto run = static_cast<std::size_t>(level.run[i]);
     const auto cover = static_cast<std::size_t>(level.cover[i]);
+    const auto slots = static_cast<std::size_t>(ws.cover_light_slots[cover]);
     for (std::size_t s = 0; s < planes; ++s) {
-      const std::size_t j = ws.steering_node[s];
+      const std::size_t j = ws.steering_node[s], place = run * planes + s;
+      const float* flux = ws.flux.data() + (cover * planes + s) * ws.light_slots;
       double light = 0;
-      for (std::size_t slot = 0; slot < ws.light_slots; ++slot) {
-        light += double{ws.flux[(s * ws.light_slots + slot) * covers + cover]} *
+      for (std::size_t slot = 0; slot < slots; ++slot) {
+        light += double{flux[slot]} *
                  double{ws.run_light[(run * ws.light_slots + slot) * nodes + j]};
       }
-      ws.steered[run * planes + s] = light;
-      ws.change[run * planes + s] = std::abs(light - ws.change[run * planes + s]);
-      ws.depth_change[run * planes + s] =
-          std::abs(double{ws.run_depth[run * nodes + j]} - ws.depth_change[run * planes + s]);
+      const double depth = double{ws.run_depth[run * nodes + j]};
+      ws.change[place] = std::abs(light - ws.steered[place]);
+      ws.depth_change[place] = std::abs(depth - ws.steered_depth[place]);
+      ws.steered[place] = light;
+      ws.steered_depth[place] = depth;
     }
   }
-}
-
-void AdaptiveSampler::take_results(std::size_t i, std::size_t variant, float weight,
-                                   std::size_t stride, Workspace& ws) const {
-  const auto run = static_cast<std::size_t>(ws.level.run[i]);
-  const std::size_t nodes = medium_.nodes(), planes = ws.steering_node.size();
-  const auto take = [&](auto& to, std::size_t size, const std::vector<float>& from) {
-    for (std::size_t k = 0; k < size; ++k) {
-      const float own = weight * from[k * stride + i];
-      to[run * size + k] = variant == 0 ? own : to[run * size + k] + own;
-    }
-  };
-  take(ws.run_light, ws.light_slots * nodes, ws.level_light);
-  take(ws.run_depth, nodes, ws.level_depth);
-  for (std::size_t j = 0; j < nodes; ++j) {
-    const float depth = ws.level_depth[j * stride + i];
-    const float own = depth != 0 ? weight * std::exp(-depth) : weight;
-    float& to = ws.run_transmission[run * nodes + j];
-    to = variant == 0 ? own : to + own;
-  }
-  // Of every second node, until integrate_level() makes changes of them.
-  take(ws.change, planes, ws.coarse_light);
-  take(ws.depth_change, planes, ws.coarse_depth);
 }
 
 bool AdaptiveSampler::judge(std::span<const Hit> hits, std::int32_t ray, Workspace& ws) const {
@@ -474,13 +440,14 @@ void AdaptiveSampler::integrate(std::span<const std::span<const Hit>> hits, RayL
   ws.run_light.resize(ws.runs.size() * ws.light_slots * nodes);
   ws.run_depth.resize(ws.runs.size() * nodes);
   ws.run_transmission.resize(ws.runs.size() * nodes);
-  for (auto* values : {&ws.steered, &ws.change, &ws.depth_change}) {
+  for (auto* values : {&ws.steered, &ws.steered_depth, &ws.change, &ws.depth_change}) {
     values->resize(ws.runs.size() * planes);
   }
   begin_level(ws);
   evaluate(hits, ws.level, ws, counts);
+  integrate_level(2, ws);
   while (true) {
-    integrate_level(ws);
+    integrate_level(1, ws);
     for (Run& run : ws.runs) run.refine = false;
     ws.still_active.clear();
     for (const std::int32_t ray : ws.active) {

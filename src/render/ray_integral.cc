@@ -6,8 +6,26 @@
 
 #include <algorithm>
 #include <memory>
+#include <numeric>
+#include <tuple>
+#include <vector>
 
 #include "core/math-inl.h"
+
+#ifndef GAMER_RENDER_RAY_INTEGRAL
+#define GAMER_RENDER_RAY_INTEGRAL
+namespace gamer {
+namespace {
+
+/// Arrays of one thread, kept between calls.
+struct IntegralMemory {
+  std::vector<std::uint32_t> order;
+  std::vector<float> lanes;
+};
+
+}  // namespace
+}  // namespace gamer
+#endif
 
 HWY_BEFORE_NAMESPACE();
 namespace gamer {
@@ -21,321 +39,318 @@ class RunLanes {
   using VI = hn::Vec<DI>;
 
  public:
-  RunLanes(const RunNodes& runs, std::size_t from, std::int32_t stride)
-      : runs_(runs), stride_(stride) {
+  static constexpr std::size_t most = HWY_MAX_BYTES / sizeof(float);
+
+  /// Of the runs with these numbers; lanes beyond them repeat the last.
+  RunLanes(const RunNodes& runs, const RunCovers& covers, std::span<const std::uint32_t> numbers,
+           std::int32_t stride)
+      : runs_(runs), numbers_(numbers), stride_(stride) {
     const D d;
     const DI di;
-    HWY_ALIGN std::int32_t first[HWY_MAX_BYTES / sizeof(float)];
-    HWY_ALIGN std::int32_t count[HWY_MAX_BYTES / sizeof(float)];
-    HWY_ALIGN std::int32_t cover[HWY_MAX_BYTES / sizeof(float)];
-    HWY_ALIGN float open[HWY_MAX_BYTES / sizeof(float)];
-    longest_ = 0;
-    any_open_ = false;
+    HWY_ALIGN std::int32_t first[most], count[most], cover[most];
+    HWY_ALIGN float open[most], variants[most];
     for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) {
-      // Lanes beyond the last run repeat it.
-      const std::size_t run = std::min(from + lane, runs.runs - 1);
+      const std::size_t run = numbers[std::min(lane, numbers.size() - 1)];
       first[lane] = runs.first[run];
       count[lane] = (runs.count[run] + stride - 1) / stride;
       cover[lane] = runs.cover[run];
       open[lane] = runs.open[run] != 0 ? 1.0f : 0.0f;
+      variants[lane] = runs.variants[run] != 0 ? 1.0f : 0.0f;
       longest_ = std::max(longest_, count[lane]);
       any_open_ = any_open_ || runs.open[run] != 0;
+      any_variants_ = any_variants_ || runs.variants[run] != 0;
+      light_slots_ = std::max(light_slots_, covers.light_slots[cover[lane]]);
+      dust_slots_ = std::max(dust_slots_, covers.dust_slots[cover[lane]]);
     }
     first_ = hn::Load(di, first);
     count_ = hn::Load(di, count);
     cover_ = hn::Load(di, cover);
     open_ = hn::Gt(hn::Load(d, open), hn::Zero(d));
+    with_variants_ = hn::Gt(hn::Load(d, variants), hn::Zero(d));
   }
 
+  std::size_t size() const { return numbers_.size(); }
+  std::size_t number(std::size_t lane) const { return numbers_[lane]; }
   std::int32_t longest() const { return longest_; }
   bool any_open() const { return any_open_; }
+  bool any_variants() const { return any_variants_; }
+  std::size_t light_slots() const { return static_cast<std::size_t>(light_slots_); }
+  std::size_t dust_slots() const { return static_cast<std::size_t>(dust_slots_); }
   hn::Mask<D> open() const { return open_; }
   VI cover() const { return cover_; }
-  hn::Mask<D> has(std::int32_t k) const {
+  HWY_INLINE hn::Mask<D> has(std::int32_t k) const {
     return hn::RebindMask(D(), hn::Lt(hn::Set(DI(), k), count_));
   }
   /// Index of node k; of the last one beyond it.
-  VI at(std::int32_t k) const {
+  HWY_INLINE VI at(std::int32_t k) const {
     const DI di;
     const VI own = hn::Min(hn::Set(di, k), hn::Sub(count_, hn::Set(di, 1)));
     return hn::Add(stride_ == 1 ? own : hn::ShiftLeft<1>(own), first_);
   }
   /// Zero beyond a run's last node.
-  V weight(std::int32_t k) const {
+  HWY_INLINE V weight(std::int32_t k) const {
     const D d;
     const V value = hn::GatherIndex(d, runs_.weight, at(k));
     return hn::IfThenElseZero(has(k), hn::Mul(value, hn::Set(d, static_cast<float>(stride_))));
   }
+  /// By which what comes through a variant's dust counts.
+  V variant_weight(std::size_t variant) const {
+    const D d;
+    const V alone = hn::Set(d, variant == 0 ? 1.0f : 0.0f);
+    const auto weight = static_cast<float>(runs_.variant_weights[variant]);
+    return hn::IfThenElse(with_variants_, hn::Set(d, weight), alone);
+  }
 
  private:
   const RunNodes& runs_;
+  std::span<const std::uint32_t> numbers_;
   std::int32_t stride_;
-  std::int32_t longest_;
-  bool any_open_;
-  hn::Mask<D> open_;
+  std::int32_t longest_ = 0, light_slots_ = 0, dust_slots_ = 0;
+  bool any_open_ = false, any_variants_ = false;
+  hn::Mask<D> open_, with_variants_;
   VI first_, count_, cover_;
 };
 
-/// Optical depths up to one node after the other, in `channels` spectral nodes.
+/// The optical depth of one dust slot up to one node after the other, where its extinction is 1.
 template <class D>
 class DepthMarch {
   using V = hn::Vec<D>;
+  using VI = hn::Vec<hn::RebindToSigned<D>>;
 
  public:
-  /// extinction(slot, channel) of the lanes' covers; `memory` holds
-  /// size(dust_slots, channels) vectors.
-  template <class Extinction>
-  DepthMarch(const RunNodes& runs, const RunLanes<D>& lanes, std::size_t channels,
-             const Extinction& extinction, float* memory)
-      : runs_(runs), lanes_(lanes), channels_(channels), extinction_(memory) {
+  static constexpr std::size_t size = 5;  ///< vectors of memory
+
+  DepthMarch(const float* opacity, float* memory) : opacity_(opacity), memory_(memory) {}
+
+  /// Before node 0.
+  void begin(const RunLanes<D>& lanes) {
     const D d;
-    const std::size_t n = hn::Lanes(d);
-    window_ = extinction_ + runs.dust_slots * channels * n;
-    depth_ = window_ + 4 * channels * n;
-    for (std::size_t slot = 0; slot < runs.dust_slots; ++slot) {
-      for (std::size_t c = 0; c < channels; ++c) {
-        hn::Store(extinction(slot, c), d, extinction_ + (slot * channels + c) * n);
+    const auto at_node = [&](std::int32_t k) HWY_ATTR {
+      return hn::Mul(lanes.weight(k), hn::GatherIndex(d, opacity_, lanes.at(k)));
+    };
+    const V first = at_node(0);
+    V before = hn::Zero(d);
+    if (lanes.any_open()) {
+      // The cubic through the first four nodes continues to a node before them.
+      constexpr float continuation[] = {4, -6, 4, -1};
+      for (std::int32_t k = 0; k < 4; ++k) {
+        before = hn::MulAdd(hn::Set(d, continuation[k]), at_node(k), before);
+      }
+      before = hn::IfThenElseZero(lanes.open(), before);
+    }
+    const V slope = hn::Mul(hn::Set(d, 1.0f / 24), hn::Sub(before, at_node(1)));
+    store(before, before_part);
+    store(first, own_part);
+    store(first, sum_part);
+    store(hn::MulAdd(hn::Set(d, 0.5f), first, slope), start_part);
+    store(hn::Zero(d), depth_part);
+  }
+
+  /// Moves on to node 0, 1, ..., which the lanes of `has` have; `at` and `weight` are those of the
+  /// node behind it.
+  HWY_INLINE void advance(hn::Mask<D> has, VI at, V weight) {
+    const D d;
+    const V own = load(own_part), sum = load(sum_part);
+    const V behind = hn::Mul(weight, hn::GatherIndex(d, opacity_, at));
+    V depth = hn::NegMulAdd(hn::Set(d, 0.5f), own, sum);
+    depth = hn::MulAdd(hn::Set(d, 1.0f / 24), hn::Sub(load(before_part), behind), depth);
+    // Interpolation may overshoot.
+    depth = hn::Max(hn::Sub(depth, load(start_part)), hn::Zero(d));
+    store(hn::IfThenElse(has, depth, load(depth_part)), depth_part);
+    store(own, before_part);
+    store(behind, own_part);
+    store(hn::Add(sum, behind), sum_part);
+  }
+
+  HWY_INLINE V depth() const { return load(depth_part); }
+
+ private:
+  enum Part { before_part, own_part, sum_part, start_part, depth_part };
+  HWY_INLINE V load(Part part) const {
+    const D d;
+    return hn::Load(d, memory_ + part * hn::Lanes(d));
+  }
+  HWY_INLINE void store(V value, Part part) {
+    const D d;
+    hn::Store(value, d, memory_ + part * hn::Lanes(d));
+  }
+
+  const float* opacity_;
+  float* memory_;
+};
+
+/// All dust of a vector of runs, in all its variants.
+template <class D>
+class Absorption {
+  using V = hn::Vec<D>;
+
+ public:
+  Absorption(const RunNodes& runs, const RunCovers& covers, const RunLanes<D>& lanes, float* memory)
+      : runs_(runs),
+        lanes_(lanes),
+        nodes_(covers.nodes),
+        slots_(lanes.dust_slots()),
+        variants_(lanes.any_variants() ? runs.variant_weights.size() : 1),
+        extinction_(memory),
+        marches_(memory + slots_ * nodes_ * hn::Lanes(D())) {
+    const D d;
+    for (std::size_t i = 0; i < slots_ * nodes_; ++i) {
+      hn::Store(hn::GatherIndex(d, covers.extinction + i * covers.covers, lanes.cover()), d,
+                extinction_ + i * hn::Lanes(d));
+    }
+    for (std::size_t v = 0; v < variants_; ++v) {
+      for (std::size_t slot = 0; slot < slots_; ++slot) march(v, slot).begin(lanes);
+    }
+  }
+
+  static std::size_t size(std::size_t slots, std::size_t nodes, std::size_t variants) {
+    return slots * (nodes + variants * DepthMarch<D>::size);
+  }
+
+  /// Moves on to node k; false where there is no dust before it.
+  HWY_INLINE bool advance(std::int32_t k, hn::Vec<hn::RebindToSigned<D>> at_next, V next_weight) {
+    const D d;
+    const auto has = lanes_.has(k);
+    V largest = hn::Zero(d);
+    for (std::size_t v = 0; v < variants_; ++v) {
+      for (std::size_t slot = 0; slot < slots_; ++slot) {
+        auto own = march(v, slot);
+        own.advance(has, at_next, next_weight);
+        largest = hn::Max(largest, own.depth());
       }
     }
-    std::fill_n(window_, 5 * channels * n, 0.0f);
-    if (!lanes.any_open()) return;
-    // The cubic through the first four nodes continues to a node before them.
-    constexpr float continuation[] = {4, -6, 4, -1};
-    for (std::int32_t k = 0; k < 4; ++k) {
-      load(k);
-      for (std::size_t c = 0; c < channels; ++c) {
-        float* before = window_ + (4 * c + 1) * n;
-        hn::Store(hn::MulAdd(hn::Set(d, continuation[k]), newest(c), hn::Load(d, before)), d,
-                  before);
-      }
-    }
-    for (std::size_t c = 0; c < channels; ++c) {
-      float* window = window_ + 4 * c * n;
-      // Slot 1 holds the sum; it becomes node -1 in slot 3.
-      const V before = hn::IfThenElseZero(lanes.open(), hn::Load(d, window + n));
-      hn::Store(hn::Zero(d), d, window + n);
-      hn::Store(before, d, window + 3 * n);
-    }
+    return !hn::AllFalse(d, hn::Gt(largest, hn::Zero(d)));
   }
 
-  static std::size_t size(std::size_t dust_slots, std::size_t channels) {
-    return dust_slots * channels + 5 * channels;
-  }
-
-  /// Takes node k in; false where there is no dust within its reach.
-  HWY_INLINE void take(std::int32_t k) {
+  /// Of a variant at spectral node j.
+  HWY_INLINE V depth(std::size_t variant, std::size_t j) const {
     const D d;
-    const std::size_t n = hn::Lanes(d);
-    for (std::size_t c = 0; c < channels_; ++c) {
-      float* window = window_ + 4 * c * n;
-      for (std::size_t i = 0; i < 3; ++i) {
-        hn::Store(hn::Load(d, window + (i + 1) * n), d, window + i * n);
-      }
+    V sum = hn::Zero(d);
+    for (std::size_t slot = 0; slot < slots_; ++slot) {
+      const V relative = hn::Load(d, extinction_ + (slot * nodes_ + j) * hn::Lanes(d));
+      sum = hn::MulAdd(relative, march(variant, slot).depth(), sum);
     }
-    load_last(k);
+    return sum;
   }
-
-  /// Moves the depths on to node k - 1, where node k was taken in last.
-  HWY_INLINE void advance(std::int32_t k) {
-    const D d;
-    const std::size_t n = hn::Lanes(d);
-    if (k < 2) return;
-    const auto own = lanes_.has(k - 1);
-    const V inner = hn::Set(d, 13.0f / 24), outer = hn::Set(d, 1.0f / 24);
-    for (std::size_t c = 0; c < channels_; ++c) {
-      const float* window = window_ + 4 * c * n;
-      const V near = hn::Add(hn::Load(d, window + n), hn::Load(d, window + 2 * n));
-      const V far = hn::Add(hn::Load(d, window), hn::Load(d, window + 3 * n));
-      const V more = hn::NegMulAdd(outer, far, hn::Mul(inner, near));
-      float* depth = depth_ + c * n;
-      hn::Store(hn::Add(hn::Load(d, depth), hn::IfThenElseZero(own, more)), d, depth);
+  /// Mean over the variants of `of`(variant).
+  template <class Quantity>
+  HWY_INLINE V mean(const Quantity& of) const {
+    V sum = hn::Mul(lanes_.variant_weight(0), of(0));
+    for (std::size_t v = 1; v < variants_; ++v) {
+      sum = hn::MulAdd(lanes_.variant_weight(v), of(v), sum);
     }
+    return sum;
   }
-
-  V depth(std::size_t channel) const {
-    const D d;
-    return hn::Load(d, depth_ + channel * hn::Lanes(d));
+  HWY_INLINE V transmission(std::size_t j) const {
+    return mean([&](std::size_t v) HWY_ATTR { return Exp(D(), hn::Neg(depth(v, j))); });
   }
 
  private:
-  V newest(std::size_t c) const {
-    const D d;
-    return hn::Load(d, window_ + (4 * c + 3) * hn::Lanes(d));
-  }
-  /// Opacity times weight at node k, into the windows' last places.
-  HWY_INLINE void load(std::int32_t k) { load_last(k); }
-  HWY_INLINE void load_last(std::int32_t k) {
-    const D d;
-    const std::size_t n = hn::Lanes(d);
-    for (std::size_t c = 0; c < channels_; ++c) {
-      hn::Store(hn::Zero(d), d, window_ + (4 * c + 3) * n);
-    }
-    if (k >= lanes_.longest()) return;
-    const auto at = lanes_.at(k);
-    const V weight = lanes_.weight(k);
-    for (std::size_t slot = 0; slot < runs_.dust_slots; ++slot) {
-      const V opacity = hn::Mul(weight, hn::GatherIndex(d, runs_.dust[slot], at));
-      for (std::size_t c = 0; c < channels_; ++c) {
-        float* last = window_ + (4 * c + 3) * n;
-        const V relative = hn::Load(d, extinction_ + (slot * channels_ + c) * n);
-        hn::Store(hn::MulAdd(relative, opacity, hn::Load(d, last)), d, last);
-      }
-    }
+  HWY_INLINE DepthMarch<D> march(std::size_t variant, std::size_t slot) const {
+    const std::size_t place = (variant * slots_ + slot) * DepthMarch<D>::size;
+    return {runs_.dust[variant * runs_.dust_stride + slot], marches_ + place * hn::Lanes(D())};
   }
 
   const RunNodes& runs_;
   const RunLanes<D>& lanes_;
-  std::size_t channels_;
-  float* extinction_;  ///< [slot * channels + channel]
-  float* window_;      ///< [channel][4]: opacity times weight at four nodes
-  float* depth_;       ///< [channel]
+  std::size_t nodes_, slots_, variants_;
+  float* extinction_;  ///< [slot * nodes + j]
+  float* marches_;     ///< [variant * slots + slot]
 };
 
-/// exp(-tau), tau at least 0: interpolation may overshoot.
-template <class D, class V = hn::Vec<D>>
-HWY_INLINE V Fade(D d, V tau) {
-  return Exp(d, hn::Neg(hn::Max(tau, hn::Zero(d))));
-}
-
-/// The weights of light at node k: those of the cubic Gregory rule where a run begins open.
+/// The factor of a node's weight for light: that of the cubic Gregory rule where a run begins open.
 template <class D>
-HWY_INLINE hn::Vec<D> LightWeight(const RunLanes<D>& lanes, std::int32_t k) {
+HWY_INLINE hn::Vec<D> LightWeight(const RunLanes<D>& lanes, std::int32_t k, hn::Vec<D> weight) {
   const D d;
   constexpr float gregory[] = {8.0f / 24, 31.0f / 24, 20.0f / 24, 25.0f / 24};
-  const auto weight = lanes.weight(k);
   if (k >= 4 || !lanes.any_open()) return weight;
   return hn::IfThenElse(lanes.open(), hn::Mul(weight, hn::Set(d, gregory[k])), weight);
 }
 
-/// All light slots and spectral nodes.
 template <class D>
-void IntegrateFinely(const RunNodes& runs, const RunSpectra& spectra, const RunIntegrals& out,
-                     std::size_t from, float* memory) {
+void IntegrateLanes(const RunNodes& runs, const RunCovers& covers, const RunLanes<D>& lanes,
+                    const RunIntegrals& out, float* memory) {
   const D d;
   const std::size_t n = hn::Lanes(d);
-  const std::size_t nodes = spectra.nodes;
-  const RunLanes<D> lanes(runs, from, 1);
-  float* light = memory;  // [slot * nodes + j]
-  std::fill_n(light, runs.light_slots * nodes * n, 0.0f);
-  if (runs.dust_slots == 0) {
-    for (std::int32_t k = 0; k < lanes.longest(); ++k) {
-      const auto at = lanes.at(k);
-      const auto weight = LightWeight<D>(lanes, k);
-      for (std::size_t slot = 0; slot < runs.light_slots; ++slot) {
-        float* sum = light + slot * nodes * n;
-        hn::Store(hn::MulAdd(weight, hn::GatherIndex(d, runs.light[slot], at), hn::Load(d, sum)), d,
-                  sum);
+  const std::size_t nodes = covers.nodes, slots = lanes.light_slots();
+  float* light = memory;                       // [slot * nodes + j]
+  float* through = light + slots * nodes * n;  // [j]: weight times transmission
+  Absorption<D> absorption(runs, covers, lanes, through + nodes * n);
+  std::fill_n(light, slots * nodes * n, 0.0f);
+  // As transmission() has it, to the last bit.
+  const auto clear = absorption.mean([&](std::size_t) HWY_ATTR { return hn::Set(d, 1.0f); });
+  // Without dust, all spectral nodes see the same.
+  const std::size_t channels = lanes.dust_slots() == 0 ? 1 : nodes;
+  auto at = lanes.at(0);
+  auto weight = lanes.weight(0);
+  for (std::int32_t k = 0; k < lanes.longest(); ++k) {
+    const auto next_at = lanes.at(k + 1);
+    const auto next_weight = lanes.weight(k + 1);
+    const bool is_dimmed = absorption.advance(k, next_at, next_weight);
+    const auto own = LightWeight<D>(lanes, k, weight);
+    for (std::size_t j = 0; j < channels; ++j) {
+      const auto share = is_dimmed ? absorption.transmission(j) : clear;
+      hn::Store(hn::Mul(own, share), d, through + j * n);
+    }
+    for (std::size_t slot = 0; slot < slots; ++slot) {
+      const auto emission = hn::GatherIndex(d, runs.light[slot], at);
+      for (std::size_t j = 0; j < channels; ++j) {
+        float* sum = light + (slot * nodes + j) * n;
+        hn::Store(hn::MulAdd(emission, hn::Load(d, through + j * n), hn::Load(d, sum)), d, sum);
       }
     }
-    for (std::size_t slot = 0; slot < runs.light_slots; ++slot) {
-      const auto sum = hn::Load(d, light + slot * nodes * n);
-      for (std::size_t j = 0; j < nodes; ++j) hn::Store(sum, d, light + (slot * nodes + j) * n);
-    }
-  } else {
-    float* faded = light + runs.light_slots * nodes * n;  // [j]: weight times transmission
-    DepthMarch<D> march(
-        runs, lanes, nodes,
-        [&](std::size_t slot, std::size_t j) HWY_ATTR {
-          return hn::GatherIndex(d, spectra.extinction + (slot * nodes + j) * spectra.covers,
-                                 lanes.cover());
-        },
-        faded + nodes * n);
-    march.take(0);
-    for (std::int32_t k = 1; k <= lanes.longest(); ++k) {
-      march.take(k);
-      march.advance(k);
-      const auto at = lanes.at(k - 1);
-      const auto weight = LightWeight<D>(lanes, k - 1);
-      for (std::size_t j = 0; j < nodes; ++j) {
-        hn::Store(hn::Mul(weight, Fade(d, march.depth(j))), d, faded + j * n);
-      }
-      for (std::size_t slot = 0; slot < runs.light_slots; ++slot) {
-        const auto emission = hn::GatherIndex(d, runs.light[slot], at);
-        for (std::size_t j = 0; j < nodes; ++j) {
-          float* sum = light + (slot * nodes + j) * n;
-          hn::Store(hn::MulAdd(emission, hn::Load(d, faded + j * n), hn::Load(d, sum)), d, sum);
-        }
-      }
-    }
+    at = next_at;
+    weight = next_weight;
+  }
+  const auto place = [&](std::size_t lane) {
+    return static_cast<std::size_t>(out.run[lanes.number(lane)]);
+  };
+  for (std::size_t slot = 0; slot < slots; ++slot) {
     for (std::size_t j = 0; j < nodes; ++j) {
-      hn::StoreU(march.depth(j), d, out.depth + j * out.stride + from);
-    }
-  }
-  for (std::size_t i = 0; i < runs.light_slots * nodes; ++i) {
-    hn::StoreU(hn::Load(d, light + i * n), d, out.light + i * out.stride + from);
-  }
-  for (std::size_t j = 0; j < nodes && runs.dust_slots == 0; ++j) {
-    hn::StoreU(hn::Zero(d), d, out.depth + j * out.stride + from);
-  }
-}
-
-/// The steering planes' flux by every second node.
-template <class D>
-void IntegrateCoarsely(const RunNodes& runs, const RunSpectra& spectra, const RunIntegrals& out,
-                       std::size_t from, float* memory) {
-  const D d;
-  const std::size_t n = hn::Lanes(d);
-  const std::size_t planes = spectra.steering;
-  const RunLanes<D> lanes(runs, from, 2);
-  float* flux = memory;                                 // [s * slots + slot]
-  float* light = flux + planes * runs.light_slots * n;  // [s]
-  std::fill_n(light, planes * n, 0.0f);
-  for (std::size_t i = 0; i < planes * runs.light_slots; ++i) {
-    hn::Store(hn::GatherIndex(d, spectra.flux + i * spectra.covers, lanes.cover()), d,
-              flux + i * n);
-  }
-  DepthMarch<D> march(
-      runs, lanes, planes,
-      [&](std::size_t slot, std::size_t s) HWY_ATTR {
-        const std::size_t j = spectra.steering_node[s];
-        return hn::GatherIndex(d, spectra.extinction + (slot * spectra.nodes + j) * spectra.covers,
-                               lanes.cover());
-      },
-      light + 2 * planes * n);
-  float* emission = light + planes * n;  // [s]
-  march.take(0);
-  for (std::int32_t k = 1; k <= lanes.longest(); ++k) {
-    march.take(k);
-    march.advance(k);
-    const auto at = lanes.at(k - 1);
-    const auto weight = LightWeight<D>(lanes, k - 1);
-    std::fill_n(emission, planes * n, 0.0f);
-    for (std::size_t slot = 0; slot < runs.light_slots; ++slot) {
-      const auto value = hn::GatherIndex(d, runs.light[slot], at);
-      for (std::size_t s = 0; s < planes; ++s) {
-        const auto own = hn::Load(d, flux + (s * runs.light_slots + slot) * n);
-        hn::Store(hn::MulAdd(own, value, hn::Load(d, emission + s * n)), d, emission + s * n);
+      const float* own = light + (slot * nodes + (j < channels ? j : 0)) * n;
+      for (std::size_t lane = 0; lane < lanes.size(); ++lane) {
+        out.light[(place(lane) * out.light_slots + slot) * nodes + j] = own[lane];
       }
     }
-    for (std::size_t s = 0; s < planes; ++s) {
-      auto faded = weight;
-      if (runs.dust_slots > 0) faded = hn::Mul(weight, Fade(d, march.depth(s)));
-      hn::Store(hn::MulAdd(faded, hn::Load(d, emission + s * n), hn::Load(d, light + s * n)), d,
-                light + s * n);
-    }
   }
-  for (std::size_t s = 0; s < planes; ++s) {
-    hn::StoreU(hn::Load(d, light + s * n), d, out.coarse_light + s * out.stride + from);
-    hn::StoreU(march.depth(s), d, out.coarse_depth + s * out.stride + from);
+  HWY_ALIGN float depth[RunLanes<D>::most] = {}, transmission[RunLanes<D>::most] = {};
+  for (std::size_t j = 0; j < nodes; ++j) {
+    const auto depth_of = [&](std::size_t v) HWY_ATTR { return absorption.depth(v, j); };
+    hn::Store(absorption.mean(depth_of), d, depth);
+    hn::Store(absorption.transmission(j), d, transmission);
+    for (std::size_t lane = 0; lane < lanes.size(); ++lane) {
+      out.depth[place(lane) * nodes + j] = depth[lane];
+      out.transmission[place(lane) * nodes + j] = transmission[lane];
+    }
   }
 }
 
-void IntegrateRuns(const RunNodes& runs, const RunSpectra& spectra, const RunIntegrals& out,
-                   std::vector<float>& memory) {
+void IntegrateRuns(const RunNodes& runs, const RunCovers& covers, std::int32_t stride,
+                   const RunIntegrals& out, IntegralMemory& memory) {
   using D = hn::ScalableTag<float>;
-  const D d;
-  const std::size_t fine = runs.light_slots * spectra.nodes + spectra.nodes +
-                           DepthMarch<D>::size(runs.dust_slots, spectra.nodes);
-  const std::size_t coarse = spectra.steering * (runs.light_slots + 2) +
-                             DepthMarch<D>::size(runs.dust_slots, spectra.steering);
-  const std::size_t align = HWY_MAX_BYTES / sizeof(float);
-  memory.resize(std::max(fine, coarse) * hn::Lanes(d) + align);
-  void* start = memory.data();
-  std::size_t room = memory.size() * sizeof(float);
+  const std::size_t lanes = hn::Lanes(D());
+  // Runs that are much alike share a vector.
+  const auto likeness = [&](std::uint32_t run) {
+    const std::int32_t cover = runs.cover[run];
+    return std::make_tuple(runs.variants[run], covers.dust_slots[cover], covers.light_slots[cover],
+                           runs.count[run], run);
+  };
+  memory.order.resize(runs.runs);
+  std::iota(memory.order.begin(), memory.order.end(), 0u);
+  std::sort(memory.order.begin(), memory.order.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return likeness(a) < likeness(b); });
+  const std::size_t dust_slots = runs.dust_stride;
+  const std::size_t variants = runs.variant_weights.size();
+  const std::size_t size = out.light_slots * covers.nodes + covers.nodes +
+                           Absorption<D>::size(dust_slots, covers.nodes, variants);
+  memory.lanes.resize(size * lanes + RunLanes<D>::most);
+  void* start = memory.lanes.data();
+  std::size_t room = memory.lanes.size() * sizeof(float);
   auto* aligned = static_cast<float*>(std::align(HWY_MAX_BYTES, sizeof(float), start, room));
-  for (std::size_t from = 0; from < runs.runs; from += hn::Lanes(d)) {
-    IntegrateFinely<D>(runs, spectra, out, from, aligned);
-    IntegrateCoarsely<D>(runs, spectra, out, from, aligned);
+  const std::span<const std::uint32_t> order(memory.order);
+  for (std::size_t from = 0; from < runs.runs; from += lanes) {
+    const auto numbers = order.subspan(from, std::min(lanes, runs.runs - from));
+    IntegrateLanes<D>(runs, covers, RunLanes<D>(runs, covers, numbers, stride), out, aligned);
   }
 }
 
@@ -349,10 +364,11 @@ namespace gamer {
 
 HWY_EXPORT(IntegrateRuns);
 
-void integrate_runs(const RunNodes& runs, const RunSpectra& spectra, const RunIntegrals& out) {
+void integrate_runs(const RunNodes& runs, const RunCovers& covers, std::int32_t stride,
+                    const RunIntegrals& out) {
   if (runs.runs == 0) return;
-  thread_local std::vector<float> memory;
-  HWY_DYNAMIC_DISPATCH(IntegrateRuns)(runs, spectra, out, memory);
+  thread_local IntegralMemory memory;
+  HWY_DYNAMIC_DISPATCH(IntegrateRuns)(runs, covers, stride, out, memory);
 }
 
 }  // namespace gamer

@@ -2,7 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
+#include <span>
 
 namespace gamer {
 
@@ -10,38 +10,42 @@ namespace gamer {
 struct RunNodes {
   std::size_t runs;
   const std::int32_t* first;  ///< of each run's nodes
-  const std::int32_t* count;  ///< odd, at least 5
+  const std::int32_t* count;  ///< odd, at least 9
   const std::int32_t* cover;
-  const std::uint8_t* open;   ///< whether the run begins where light and dust do not vanish
-  const float* weight;        ///< of each node, ds
-  const float* const* light;  ///< [slot][node]
-  const float* const* dust;
-  std::size_t light_slots;
-  std::size_t dust_slots;
+  const std::uint8_t* open;      ///< whether the run begins where light and dust do not vanish
+  const std::uint8_t* variants;  ///< whether the run is the mean over variants of its dust
+  const float* weight;           ///< of each node, ds
+  const float* const* light;     ///< [slot][node]
+  const float* const* dust;      ///< [variant * dust_stride + slot][node]
+  std::size_t dust_stride;
+  std::span<const double> variant_weights;
 };
 
 /// What slots do, for each cover.
-struct RunSpectra {
+struct RunCovers {
   std::size_t covers;
-  std::size_t nodes;        ///< spectral
+  std::size_t nodes;                ///< spectral
+  const std::int32_t* light_slots;  ///< of each cover
+  const std::int32_t* dust_slots;
   const float* extinction;  ///< [(dust slot * nodes + j) * covers + cover]
-  std::size_t steering;     ///< steering planes
-  const std::size_t* steering_node;
-  const float* flux;  ///< [(s * light slots + light slot) * covers + cover]
 };
 
-/// Integrals over runs; arrays over runs have the given stride.
+/// Integrals over runs; what belongs to the i-th stands at run[i].
 struct RunIntegrals {
-  std::size_t stride;
-  float* light;         ///< [(slot * nodes + j) * stride + run]: int e exp(-tau_j) ds
-  float* depth;         ///< [j * stride + run]
-  float* coarse_light;  ///< [s * stride + run]: a steering plane's flux by every second node
-  float* coarse_depth;  ///< [s * stride + run]
+  const std::int32_t* run;
+  std::size_t light_slots;  ///< at least those of each cover
+  float* light;             ///< [(run * light_slots + slot) * nodes + j]: int e exp(-tau_j) ds
+  float* depth;             ///< [run * nodes + j]
+  float* transmission;      ///< [run * nodes + j]: exp(-depth), or its mean over variants
 };
 
 /// The trapezoidal rule in the map's u, with the weights of the cubic Gregory rule at an open
-/// beginning; optical depths up to the nodes by the cubic through the four nearest. Runs are worked
+/// beginning, by every `stride`-th node (1 or 2); optical depths up to the nodes by the cubic
+/// through the four nearest: between nodes k - 1 and k, of opacities times weights f,
+///   13/24 (f_(k-1) + f_k) - 1/24 (f_(k-2) + f_(k+1)),
+/// which adds up to differences of sum_(i<=k) f_i - f_k/2 + (f_(k-1) - f_(k+1))/24. Runs are worked
 /// on in SIMD lanes; each one's result depends on it alone.
-void integrate_runs(const RunNodes& runs, const RunSpectra& spectra, const RunIntegrals& out);
+void integrate_runs(const RunNodes& runs, const RunCovers& covers, std::int32_t stride,
+                    const RunIntegrals& out);
 
 }  // namespace gamer

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
+#include <vector>
 
 #include "core/each_simd_target.h"
 
@@ -14,12 +16,13 @@ namespace {
 class RunsTest : public testing::Test {
  protected:
   /// `from` in scale heights: where the run begins.
-  void add(double from, int nodes, bool is_open) {
+  void add(double from, int nodes, bool is_open, bool has_variants = false) {
     const double step = (10 - from) / (nodes - 1);
     first_.push_back(static_cast<std::int32_t>(weight_.size()));
     count_.push_back(nodes);
     cover_.push_back(0);
     open_.push_back(is_open ? 1 : 0);
+    variants_.push_back(has_variants ? 1 : 0);
     for (int k = 0; k < nodes; ++k) {
       const double s = from + k * step;
       weight_.push_back(static_cast<float>(step));
@@ -27,73 +30,106 @@ class RunsTest : public testing::Test {
     }
   }
 
-  void integrate() {
-    const std::size_t stride = first_.size() + 64;
-    light_.assign(2 * stride, 0);
-    depth_.assign(2 * stride, 0);
-    coarse_light_.assign(stride, 0);
-    coarse_depth_.assign(stride, 0);
-    const float* density = density_.data();
-    const std::size_t steering_node = 1;
-    const float flux = 2;
-    integrate_runs(
-        {first_.size(), first_.data(), count_.data(), cover_.data(), open_.data(), weight_.data(),
-         &density, &density, 1, 1},
-        {1, 2, extinction_, 1, &steering_node, &flux},
-        {stride, light_.data(), depth_.data(), coarse_light_.data(), coarse_depth_.data()});
-    stride_ = stride;
+  void clear() {
+    for (auto* v : {&first_, &count_, &cover_}) v->clear();
+    open_.clear();
+    variants_.clear();
+    weight_.clear();
+    density_.clear();
+  }
+
+  void integrate(std::int32_t stride = 1) {
+    std::vector<std::int32_t> run(first_.size());
+    std::iota(run.begin(), run.end(), 0);
+    light_.assign(2 * run.size(), 0);
+    depth_.assign(2 * run.size(), 0);
+    transmission_.assign(2 * run.size(), 0);
+    std::vector<float> twice;
+    for (const float density : density_) twice.push_back(2 * density);
+    const float* light = density_.data();
+    const float* dust[] = {density_.data(), twice.data()};
+    const std::int32_t slots = 1;
+    integrate_runs({first_.size(), first_.data(), count_.data(), cover_.data(), open_.data(),
+                    variants_.data(), weight_.data(), &light, dust, 1, variant_weights_},
+                   {1, 2, &slots, &slots, extinction_}, stride,
+                   {run.data(), 1, light_.data(), depth_.data(), transmission_.data()});
   }
 
   /// Of run i at spectral node j.
-  double light(std::size_t i, std::size_t j) const { return double{light_[j * stride_ + i]}; }
-  double depth(std::size_t i, std::size_t j) const { return double{depth_[j * stride_ + i]}; }
+  double light(std::size_t i, std::size_t j) const { return double{light_[2 * i + j]}; }
+  double depth(std::size_t i, std::size_t j) const { return double{depth_[2 * i + j]}; }
+  double transmission(std::size_t i, std::size_t j) const {
+    return double{transmission_[2 * i + j]};
+  }
 
   static constexpr float extinction_[2] = {0.5f, 3};
   std::vector<std::int32_t> first_, count_, cover_;
-  std::vector<std::uint8_t> open_;
-  std::vector<float> weight_, density_, light_, depth_, coarse_light_, coarse_depth_;
-  std::size_t stride_ = 0;
+  static constexpr double variant_weights_[2] = {0.75, 0.25};
+  std::vector<std::uint8_t> open_, variants_;
+  std::vector<float> weight_, density_, light_, depth_, transmission_;
 };
 
 TEST_F(RunsTest, LightMixedWithDust) {
   // int e exp(-a int e) ds = (1 - exp(-a D))/a, D the integral of e.
   for_each_simd_target([this] {
-    for (auto* v : {&first_, &count_, &cover_}) v->clear();
-    open_.clear();
-    weight_.clear();
-    density_.clear();
+    clear();
     for (int i = 0; i < 19; ++i) add(-10, 41 + 10 * (i % 5), false);
     for (int i = 0; i < 5; ++i) add(0.3, 41 + 10 * i, true);
+    for (const std::int32_t stride : {1, 2}) {
+      integrate(stride);
+      const double light_error = stride == 1 ? 1.2e-3 : 1e-2;
+      const double depth_error = stride == 1 ? 1.4e-4 : 8e-3;
+      for (std::size_t i = 0; i < first_.size(); ++i) {
+        const double whole = i < 19 ? 2 : 1 - std::tanh(0.3);
+        for (std::size_t j = 0; j < 2; ++j) {
+          const double a = double{extinction_[j]};
+          EXPECT_NEAR(depth(i, j), a * whole, depth_error * a) << i;
+          EXPECT_NEAR(light(i, j), (1 - std::exp(-a * whole)) / a, light_error) << i;
+          EXPECT_NEAR(transmission(i, j), std::exp(-depth(i, j)), 1e-6) << i;
+        }
+      }
+    }
+  });
+}
+
+TEST_F(RunsTest, VariantsOfDust) {
+  // The second variant's dust is twice the first's.
+  for_each_simd_target([this] {
+    clear();
+    for (int i = 0; i < 37; ++i) add(-10, 81, false, i % 2 == 0);
     integrate();
     for (std::size_t i = 0; i < first_.size(); ++i) {
-      const double whole = i < 19 ? 2 : 1 - std::tanh(0.3);
+      const double second = i % 2 == 0 ? variant_weights_[1] : 0;
       for (std::size_t j = 0; j < 2; ++j) {
         const double a = double{extinction_[j]};
-        EXPECT_NEAR(depth(i, j), a * whole, 1.4e-4 * a) << i;
-        EXPECT_NEAR(light(i, j), (1 - std::exp(-a * whole)) / a, 1.2e-3) << i;
+        const auto mean = [&](auto of) { return (1 - second) * of(a) + second * of(2 * a); };
+        EXPECT_NEAR(depth(i, j), mean([](double x) { return 2 * x; }), 3e-6 * a) << i;
+        EXPECT_NEAR(transmission(i, j), mean([](double x) { return std::exp(-2 * x); }), 3e-6) << i;
+        EXPECT_NEAR(light(i, j), mean([](double x) { return (1 - std::exp(-2 * x)) / x; }), 8e-5)
+            << i;
       }
-      const double a = double{extinction_[1]};
-      EXPECT_NEAR(coarse_light_[i], 2 * (1 - std::exp(-a * whole)) / a, 2e-2) << i;
-      EXPECT_NEAR(coarse_depth_[i], a * whole, 2.5e-2) << i;
     }
   });
 }
 
 TEST_F(RunsTest, ARunDependsOnItselfAlone) {
-  for (int i = 0; i < 40; ++i) add(-10, 21 + 2 * (i % 7), i % 3 == 0);
-  integrate();
-  const std::vector<float> together = light_;
-  const std::size_t stride = stride_;
-  for (int i = 0; i < 7; ++i) {
-    for (auto* v : {&first_, &count_, &cover_}) v->clear();
-    open_.clear();
-    weight_.clear();
-    density_.clear();
-    add(-10, 21 + 2 * (i % 7), i % 3 == 0);
+  for_each_simd_target([this] {
+    clear();
+    const auto add_one = [&](int i) { add(-10, 21 + 2 * (i % 7), i % 3 == 0, i % 4 == 1); };
+    for (int i = 0; i < 40; ++i) add_one(i);
     integrate();
-    EXPECT_EQ(light_[0], together[static_cast<std::size_t>(i)]);
-    EXPECT_EQ(light_[stride_], together[stride + static_cast<std::size_t>(i)]);
-  }
+    const std::vector<float> light = light_, depth = depth_, transmission = transmission_;
+    for (std::size_t i = 0; i < 40; ++i) {
+      clear();
+      add_one(static_cast<int>(i));
+      integrate();
+      for (std::size_t j = 0; j < 2; ++j) {
+        EXPECT_EQ(light_[j], light[2 * i + j]);
+        EXPECT_EQ(depth_[j], depth[2 * i + j]);
+        EXPECT_EQ(transmission_[j], transmission[2 * i + j]);
+      }
+    }
+  });
 }
 
 }  // namespace
