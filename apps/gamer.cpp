@@ -21,6 +21,7 @@
 
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
+#include "gamer/core/parallel_for.h"
 #include "gamer/core/resources.h"
 #include "gamer/core/simd.h"
 #include "gamer/core/version.h"
@@ -698,6 +699,7 @@ void run(const gamer::Ranks& ranks, int argc, char** argv) {
   }
   gamer::use_simd_targets(simd_targets);
   const int threads = options.threads.value_or(ranks.size() == 1 ? gamer::available_cores() : 1);
+  gamer::use_threads(threads);
   const std::unique_ptr<gamer::Executor> executor = ranks.executor(threads);
 
   gamer::RankReport report;

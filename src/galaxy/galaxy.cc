@@ -13,6 +13,7 @@
 #include "galaxy/taper-inl.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/near.h"
+#include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
 #include "gamer/galaxy/star_field.h"
 
@@ -156,7 +157,9 @@ constexpr std::size_t most_components = 64;
 constexpr double smallest_stretch = 1e-9;
 
 // Points over which the mean of a texture is taken at first, and then as many as independent points
-// would need for this error, up to the settings' limit; the cloud's are up to four times better.
+// would need for this error, up to the settings' limit; the cloud's are up to four times better. A
+// component with a share f of the light is allowed f^(-1/2) times as much: together the errors are
+// this share of the galaxy's light.
 constexpr std::size_t first_cloud = std::size_t{1} << 15;
 constexpr double cloud_error = 0.004;
 // The same for what wide rays see of it, whose mean varies less.
@@ -271,6 +274,10 @@ void Galaxy::resolve(const std::string& label, std::size_t most_cloud_points) {
     throw InputError({label, 0, 0}, "no component of the galaxy is active");
   }
   followed_.assign(components_.size(), -1);
+  follow_scale_.assign(components_.size(), 1.0);
+  for (const auto& component : components_) {
+    integrals_.push_back(component->envelope_integral() * axis_[0] * axis_[1] * axis_[2]);
+  }
   for (std::size_t c = 0; c < components_.size(); ++c) {
     if (!components_[c]->follows().empty()) {
       followed_[c] = position(components_[c]->follows());
@@ -283,8 +290,8 @@ void Galaxy::resolve(const std::string& label, std::size_t most_cloud_points) {
     needs_phi_ = needs_phi_ || components_[c]->needs_phi();
     needs_winding_ = needs_winding_ || components_[c]->needs_winding();
   }
-  normalise_textures(most_cloud_points);
   resolve_fractions();
+  normalise_textures(most_cloud_points);
   measure_star_fields();
   for (std::size_t c = 0; c < components_.size(); ++c) {
     const Component& component = *components_[c];
@@ -296,7 +303,10 @@ void Galaxy::resolve(const std::string& label, std::size_t most_cloud_points) {
 }
 
 void Galaxy::normalise_textures(std::size_t most_cloud_points) {
-  follow_scale_.assign(components_.size(), 1.0);
+  double light = 0;
+  for (std::size_t c = 0; c < components_.size(); ++c) {
+    if (!components_[c]->absorbs()) light += luminosity(c);
+  }
   // Followed ones first: the others are normalised together with what they follow.
   for (const bool follows : {false, true}) {
     for (std::size_t c = 0; c < components_.size(); ++c) {
@@ -305,7 +315,8 @@ void Galaxy::normalise_textures(std::size_t most_cloud_points) {
       if (component.texture() == nullptr && !follows) continue;
       try {
         const std::size_t first = std::min(first_cloud, most_cloud_points);
-        const double excess = normalise(c, first, 0) / cloud_error;
+        const double share = component.absorbs() || light == 0 ? 1 : luminosity(c) / light;
+        const double excess = normalise(c, first, 0) * std::sqrt(share) / cloud_error;
         const double needed = static_cast<double>(first) * std::max(1.0, excess * excess);
         const double most = static_cast<double>(most_cloud_points);
         normalise(c, static_cast<std::size_t>(std::min(needed, most)),
@@ -334,7 +345,8 @@ double Galaxy::normalise(std::size_t c, std::size_t cloud_size, std::size_t corr
     return texture.mean_error();
   }
   std::vector<BatchArray> factors(cloud.size());
-  for (std::size_t b = 0; b < cloud.size(); ++b) factor(cloud[b].points(), 0, factors[b].data());
+  parallel_for(cloud.size(),
+               [&](std::size_t b) { factor(cloud[b].points(), 0, factors[b].data()); });
   const CloudMean mean = mean_over(cloud, factors);
   follow_scale_[c] = 1 / mean.mean;
   return mean.error / mean.mean;
@@ -364,8 +376,7 @@ void Galaxy::followed_phi(std::size_t c, const Points& points, double footprint,
 }
 
 double Galaxy::luminosity(std::size_t c) const {
-  const Component& component = *components_[c];
-  return component.amplitude() * component.envelope_integral() * axis_[0] * axis_[1] * axis_[2];
+  return std::as_const(*components_[c]).amplitude() * integrals_[c];
 }
 
 void Galaxy::resolve_fractions() {

@@ -11,6 +11,7 @@
 
 #include "core/math-inl.h"
 #include "galaxy/taper-inl.h"
+#include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
 
 #ifndef GAMER_GALAXY_LAYER_KERNEL
@@ -347,15 +348,17 @@ double Layer::envelope_integral() const {
   constexpr int radial = 1000;
   constexpr int vertical = 200;
   const double end = std::min(1.0, reach * shape_.rh);
+  std::array<double, vertical> height2;
+  for (int j = 0; j < vertical; ++j) {
+    height2[static_cast<std::size_t>(j)] =
+        std::pow(shape_.z0 * std::atanh((j + 0.5) / vertical), 2);
+  }
   double sum = 0;
   for (int i = 0; i < radial; ++i) {
     const double t = (i + 0.5) / radial;
     const double r = end * t * t;
     double column = 0;
-    for (int j = 0; j < vertical; ++j) {
-      const double z = shape_.z0 * std::atanh((j + 0.5) / vertical);
-      column += taper_at(std::hypot(r, z));
-    }
+    for (const double z2 : height2) column += taper_at(std::sqrt(r * r + z2));
     const double hole = shape_.inner > 0 ? -std::expm1(-std::pow(r / shape_.inner, 4)) : 1.0;
     sum += 2 * end * t * r * std::exp(-r / shape_.rh) * hole * column / vertical;
   }
@@ -394,10 +397,11 @@ std::vector<WeightedBatch> Layer::cloud(std::size_t size) const {
 
   const std::size_t count = radial * azimuthal * vertical;
   std::vector<WeightedBatch> result((count + batch_capacity - 1) / batch_capacity);
-  SampleBatch samples{};
-  BatchArray share, weight;
-  for (std::size_t first = 0; first < count; first += batch_capacity) {
-    WeightedBatch& batch = result[first / batch_capacity];
+  parallel_for(result.size(), [&](std::size_t b) {
+    SampleBatch samples{};
+    BatchArray share, weight;
+    const std::size_t first = b * batch_capacity;
+    WeightedBatch& batch = result[b];
     batch.size = samples.size = std::min(batch_capacity, count - first);
     HWY_DYNAMIC_DISPATCH(DrawCloud)(in, first, samples, share, weight);
     arms_.winding(samples.r.data(), samples.size, samples.winding.data());
@@ -405,7 +409,7 @@ std::vector<WeightedBatch> Layer::cloud(std::size_t size) const {
     samples.z = batch.z;
     envelope(samples, batch.weight.data());
     for (std::size_t i = 0; i < batch.size; ++i) batch.weight[i] *= weight[i];
-  }
+  });
   return result;
 }
 

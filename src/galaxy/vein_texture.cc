@@ -12,6 +12,7 @@
 
 #include "core/math-inl.h"
 #include "gamer/core/error.h"
+#include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
 #include "gamer/noise/footprint.h"
 
@@ -907,16 +908,16 @@ double VeinTexture::seen_share(double footprint) const {
 std::vector<BatchArray> VeinTexture::phi(std::span<const WeightedBatch> cloud, double footprint,
                                          const FractalNoise::Factor& factor) const {
   std::vector<BatchArray> values(cloud.size());
-  BatchArray footprints, other{};
-  std::fill_n(footprints.data(), batch_capacity, static_cast<float>(footprint));
-  std::uint64_t evaluations = 0;
-  for (std::size_t b = 0; b < cloud.size(); ++b) {
+  parallel_for(cloud.size(), [&](std::size_t b) {
+    BatchArray footprints, other;
+    std::fill_n(footprints.data(), batch_capacity, static_cast<float>(footprint));
+    std::uint64_t evaluations = 0;
     evaluate(cloud[b].points(), footprint > 0 ? footprints.data() : nullptr, {},
              std::span(&values[b], 1), evaluations);
-    if (!factor) continue;
+    if (!factor) return;
     factor(cloud[b].points(), footprint, other.data());
     for (std::size_t i = 0; i < cloud[b].size; ++i) values[b][i] *= other[i];
-  }
+  });
   return values;
 }
 

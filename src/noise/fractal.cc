@@ -9,6 +9,7 @@
 
 #include "core/math-inl.h"
 #include "gamer/core/error.h"
+#include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
 #include "gamer/noise/footprint.h"
 #include "noise/lattice.h"
@@ -618,6 +619,10 @@ struct Moments {
   void add(const WeightedBatch& batch, const float* x, const float* y) {
     HWY_DYNAMIC_DISPATCH(AddMoments)(batch.size, batch.weight.data(), x, y, sums);
   }
+  Moments& operator+=(const Moments& more) {
+    for (std::size_t k = 0; k < moment_count; ++k) sums[k] += more.sums[k];
+    return *this;
+  }
   double x() const { return sums[1] / sums[0]; }
   double y() const { return sums[2] / sums[0]; }
   double xx() const { return sums[3] / sums[0]; }
@@ -648,7 +653,8 @@ CloudMean mean_over(std::span<const WeightedBatch> cloud, std::span<const BatchA
 
 void FractalNoise::take_mean(std::span<const WeightedBatch> cloud, const Factor& factor) {
   std::vector<BatchArray> values(cloud.size());
-  for (std::size_t b = 0; b < cloud.size(); ++b) sum(cloud[b].points(), values[b].data());
+  parallel_for(cloud.size(),
+               [&](std::size_t b) { sum(cloud[b].points(), values[b].data()); });
   const CloudMean raw = mean_over(cloud, values);
   mu_ = raw.mean;
   sigma_ = std::sqrt(std::max(raw.square_mean - mu_ * mu_, 0.0));
@@ -659,10 +665,10 @@ void FractalNoise::take_mean(std::span<const WeightedBatch> cloud, const Factor&
   if (sigma_ < smallest_variation * independent_sigma_) {
     throw InputError("the noise hardly varies over the whole component; raise its frequencies");
   }
-  for (std::size_t b = 0; b < cloud.size(); ++b) {
+  parallel_for(cloud.size(), [&](std::size_t b) {
     shape_.apply(standard(), 1, cloud[b].size, values[b].data());
     multiply(cloud[b], factor, 0, values[b]);
-  }
+  });
   const CloudMean light = mean_over(cloud, values);
   // A noise that is dark everywhere (a very negative offset) has no mean to divide by.
   if (!(light.mean > 0) || !std::isfinite(light.square_mean)) {
@@ -711,7 +717,7 @@ void FractalNoise::take_corrections(std::span<const WeightedBatch> cloud, const 
   const std::size_t octaves = octaves_.size();
   const bool billow = parameters_.combination.kind == Combination::Kind::billow;
   std::vector<BatchArray> values(batches * octaves), full(batches);
-  for (std::size_t b = 0; b < batches; ++b) {
+  parallel_for(batches, [&](std::size_t b) {
     std::array<BatchArray, 3> storage;
     const Points displaced = displace(cloud[b].points(), storage);
     for (std::size_t k = 0; k < octaves; ++k) {
@@ -723,7 +729,7 @@ void FractalNoise::take_corrections(std::span<const WeightedBatch> cloud, const 
         for (float& term : value.values) term = std::abs(term);
       }
     }
-  }
+  });
   double means = 0;
   for (std::size_t k = 0; k < octaves; ++k) {
     take_octave(k, cloud, values);
@@ -733,13 +739,11 @@ void FractalNoise::take_corrections(std::span<const WeightedBatch> cloud, const 
   if (!is_density()) octave_mean_.front() += mu_ - means;
 
   // Phi where rays of a footprint see it, times the factor.
-  std::vector<const float*> octave(octaves);
-  std::vector<float> seen(octaves);
-  BatchArray hidden, footprint;
-  SeenNoise what;
   const auto phi_at = [&](double width, std::size_t b, BatchArray& out) {
     const WeightedBatch& points = cloud[b];
     if (is_density()) {
+      BatchArray footprint;
+      SeenNoise what;
       std::fill_n(footprint.data(), padded(points.size), static_cast<float>(width));
       begin(points.size, what);
       for (std::size_t k = 0; k < octaves; ++k) {
@@ -751,6 +755,11 @@ void FractalNoise::take_corrections(std::span<const WeightedBatch> cloud, const 
       multiply(points, factor, width, out);
       return;
     }
+    std::vector<const float*> octave(octaves);
+    std::vector<float> seen(octaves);
+    BatchArray hidden;
+    std::fill_n(hidden.data(), batch_capacity,
+                width > 0 ? static_cast<float>(1 - seen_share(width)) : 0.0f);
     double constant = 0;
     for (std::size_t k = 0; k < octaves; ++k) {
       const double share = seen_octave(k, width);
@@ -765,22 +774,23 @@ void FractalNoise::take_corrections(std::span<const WeightedBatch> cloud, const 
     multiply(points, factor, width, out);
   };
   correction_.fill(1.0f);
-  std::fill_n(hidden.data(), batch_capacity, 0.0f);
-  for (std::size_t b = 0; b < batches; ++b) phi_at(0, b, full[b]);
+  parallel_for(batches, [&](std::size_t b) { phi_at(0, b, full[b]); });
   // At equal steps of h. All of Phi, whose mean over the whole cloud is 1, is the control variate
   // of what is seen of it.
   std::array<double, correction_levels + 1> correction;
   correction[0] = 1;
-  BatchArray part;
+  std::vector<Moments> parts(batches);
   for (int n = 1; n <= correction_levels; ++n) {
     const double h = static_cast<double>(n) / correction_levels;
     const double width = footprint_that_hides(h * h);
-    std::fill_n(hidden.data(), batch_capacity, static_cast<float>(1 - seen_share(width)));
-    Moments moments;
-    for (std::size_t b = 0; b < batches; ++b) {
+    parallel_for(batches, [&](std::size_t b) {
+      BatchArray part;
       phi_at(width, b, part);
-      moments.add(cloud[b], full[b].data(), part.data());
-    }
+      parts[b] = {};
+      parts[b].add(cloud[b], full[b].data(), part.data());
+    });
+    Moments moments;
+    for (const Moments& part : parts) moments += part;
     const double variance = moments.xx() - moments.x() * moments.x();
     const double covariance = moments.xy() - moments.x() * moments.y();
     const double slope = variance > 0 ? covariance / variance : 0.0;

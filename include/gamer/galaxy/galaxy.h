@@ -79,6 +79,7 @@ class Galaxy {
   std::vector<double> axis_ = {1, 1, 1};
   ArmPattern arms_;
   std::vector<std::unique_ptr<Component>> components_;
+  std::vector<double> integrals_;  ///< of each component's envelope over the galaxy
   /// Index of the component whose noise also modulates component c, or -1.
   std::vector<int> followed_;
   std::vector<std::size_t> followed_components_;

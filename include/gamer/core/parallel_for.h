@@ -1,0 +1,17 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+namespace gamer {
+
+/// Threads of this process that parallel_for() may work in; 1 until it is called. Where images are
+/// rendered an Executor has threads of its own.
+void use_threads(int threads);
+
+/// Calls work(i) for every i in [0, count), in any order and from several threads at a time;
+/// returns when all are done. What work throws first ends the loop and is thrown on. Results must
+/// not depend on the threads: what is summed is kept by index and summed afterwards.
+void parallel_for(std::size_t count, const std::function<void(std::size_t i)>& work);
+
+}  // namespace gamer
