@@ -3,20 +3,13 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <exception>
-#include <filesystem>
-#include <iterator>
-#include <limits>
 #include <memory>
-#include <mutex>
 #include <new>
 #include <optional>
-#include <sstream>
 #include <string>
-#include <system_error>
+#include <utility>
 #include <vector>
 
 #include "gamer/core/clock.h"
@@ -26,21 +19,16 @@
 #include "gamer/core/simd.h"
 #include "gamer/core/version.h"
 #include "gamer/image/clean_up.h"
-#include "gamer/image/image_writer.h"
-#include "gamer/image/picture.h"
 #include "gamer/parallel/ranks.h"
 #include "gamer/render/estimate.h"
-#include "gamer/render/frames.h"
+#include "gamer/render/film.h"
 #include "gamer/render/job.h"
 #include "gamer/render/journal.h"
 #include "gamer/render/listing.h"
 #include "gamer/render/progress.h"
-#include "gamer/render/renderer.h"
 #include "gamer/render/report.h"
 #include "gamer/render/resume.h"
-#include "gamer/render/schedule.h"
-#include "gamer/render/truth.h"
-#include "gamer/scene/animation.h"
+#include "gamer/render/work.h"
 
 namespace {
 
@@ -56,20 +44,18 @@ struct Options {
   bool markdown = false;
   bool sample_config = false;
   bool print_config = false;
-  bool dry_run = false;
-  bool resume = false;
-  double journal_interval = 10;  ///< seconds
-  bool truth = false;            ///< table TRUTH and the images of [truth]
-  std::string truth_table;       ///< the table's own file, instead of the image's
+  gamer::WorkOptions work;
   bool quiet = false;
   bool verbose = false;
   bool version = false;
   std::string help;  ///< what --help prints; empty when it was not asked for
-  std::string resume_command;
 
   /// Whether the program answers without a job.
   bool only_tells() const {
     return !help.empty() || version || lists_components || listed_kind || sample_config;
+  }
+  gamer::Progress::Style progress() const {
+    return quiet ? gamer::Progress::Style::none : gamer::Progress::style_for(stderr);
   }
 };
 
@@ -98,7 +84,7 @@ std::string resume_command(int argc, char** argv) {
 Options parse_options(int argc, char** argv) {
   Options options;
   gamer::JobRequest& request = options.request;
-  std::string parameters, scene, output, from_header, kind;
+  std::string parameters, scene, output, from_header, kind, truth_table;
   int threads = 0;
 
   CLI::App app{"Renders a scene of synthetic galaxies to a FITS image or a picture.", "gamer"};
@@ -124,21 +110,21 @@ Options parse_options(int argc, char** argv) {
   app.add_flag("--markdown", options.markdown, "with --list-parameters: Markdown tables");
   app.add_flag("--sample-config", options.sample_config, "print a complete parameter file");
   app.add_flag("--print-config", options.print_config, "print the resolved parameters");
-  app.add_flag("--dry-run", options.dry_run,
+  app.add_flag("--dry-run", options.work.dry_run,
                "read and check everything; say what time and memory the job will take");
   CLI::Option* from_header_option =
       app.add_option("--from-header", from_header, "make the image of this FITS file again");
   from_header_option->type_name("FITS");
-  app.add_flag("--truth", options.truth,
+  app.add_flag("--truth", options.work.truth,
                "also write table TRUTH, what every object is, and the images of [truth]");
-  app.add_option("--truth-table", options.truth_table,
+  app.add_option("--truth-table", truth_table,
                  "write that table to this file (.fits, .ecsv) instead of into the image's")
       ->type_name("PATH");
   app.add_flag("--overwrite", request.overwrite, "replace an existing output");
-  app.add_flag("--resume", options.resume,
+  app.add_flag("--resume", options.work.resume,
                "go on with a job that was interrupted, from OUTPUT.journal; without one start it, "
                "and leave a complete output as it is");
-  app.add_option("--journal", options.journal_interval,
+  app.add_option("--journal", options.work.journal_interval,
                  "keep finished rows in OUTPUT.journal once the job is so old, and force them to "
                  "disk as often; inf: never (default: 10)")
       ->type_name("SECONDS");
@@ -162,11 +148,19 @@ Options parse_options(int argc, char** argv) {
   if (list_option->count() > 0) options.listed_kind = kind;
   if (from_header_option->count() > 0) request.from_header = from_header;
 
-  if (!(options.journal_interval >= 0)) {
+  if (!(options.work.journal_interval >= 0)) {
     throw InputError("gamer: --journal: the seconds must be 0 or more, or inf");
   }
-  options.resume_command = resume_command(argc, argv);
-  if (!options.truth_table.empty()) options.truth = true;
+  options.work.overwrite = request.overwrite;
+  options.work.resume_command = resume_command(argc, argv);
+  if (!truth_table.empty()) {
+    options.work.truth = true;
+    options.work.truth_table = truth_table;
+  }
+  if (options.work.resume && options.work.overwrite) {
+    throw InputError(
+        "gamer: --resume goes on with what is there, --overwrite starts anew; give one of them");
+  }
   if (options.markdown && !options.listed_kind) {
     throw InputError("gamer: --markdown goes with --list-parameters");
   }
@@ -201,486 +195,148 @@ void tell(const Options& options) {
   if (options.sample_config) fmt::print("{}", gamer::sample_parameters());
 }
 
-std::string files_text(const gamer::ImageHeader& header, const gamer::OutputOptions& output) {
-  const auto files = gamer::output_files(output, header);
-  const std::string more =
-      files.size() > 1 ? fmt::format(" and {} more", files.size() - 1) : std::string();
-  return files.front().string() + more;
-}
-
-std::string size_text(const gamer::ImageHeader& header) {
-  std::string size = fmt::format("{} x {}", header.width, header.height);
-  if (!header.faces.empty()) {
-    size = fmt::format("{} x {} x {}", header.faces.size(), header.width, header.width);
-  } else if (header.healpix) {
-    size = fmt::format("12 x {0} x {0}", header.healpix->nside);
-  }
-  return fmt::format("{} pixels, {} plane{}", size, header.planes(),
-                     header.planes() == 1 ? "" : "s");
-}
-
-std::string resume_hint(const Options& options, const gamer::Journal& journal) {
-  return fmt::format("; finished rows are kept in {}; go on with: {}", journal.path().string(),
-                     options.resume_command);
-}
-
-/// What rank 0 holds.
-struct Work {
-  gamer::RenderJob job;
-  gamer::ImageHeader header;
-  gamer::ImageHeader truth_header;          ///< without planes where no truth images are asked for
-  std::string date;                         ///< DATE of the files
-  std::unique_ptr<gamer::Journal> journal;  ///< null when none is kept
-};
-
-std::string objects_text(const gamer::Scene& scene) {
-  const std::size_t galaxies = scene.galaxies.size(), stars = scene.stars.size();
-  std::string text = fmt::format("{} galax{}", galaxies, galaxies == 1 ? "y" : "ies");
-  if (stars > 0) text += fmt::format(", {} star{}", stars, stars == 1 ? "" : "s");
-  if (scene.objects < scene.rows) {
-    text += fmt::format(" of {} rows; the others do not touch the image", scene.rows);
-  }
-  return text;
-}
-
-/// All files that a job with these parameters makes.
-std::vector<std::filesystem::path> result_files(const Options& options,
-                                                const gamer::RenderParameters& parameters,
-                                                const gamer::ImageHeader& header,
-                                                const gamer::ImageHeader& truth_header) {
-  std::vector<std::filesystem::path> files = gamer::output_files(parameters.output, header);
-  if (truth_header.planes() > 0) {
-    const auto more = gamer::output_files(gamer::truth_output(parameters), truth_header);
-    files.insert(files.end(), more.begin(), more.end());
-  }
-  if (!options.truth_table.empty()) files.emplace_back(options.truth_table);
-  return files;
-}
-
-std::vector<std::filesystem::path> result_files(const Options& options, const Work& work) {
-  return result_files(options, work.job.parameters, work.header, work.truth_header);
-}
-
-bool is_there(const std::filesystem::path& file) {
-  std::error_code error;
-  return std::filesystem::exists(std::filesystem::symlink_status(file, error));
-}
-
 /// The journal of an earlier run of this job; null when there is none.
 std::unique_ptr<gamer::Journal> find_journal(const Options& options) {
   gamer::Resources resources =
       gamer::open_resources(options.request, gamer::default_data_folders());
   const gamer::RenderParameters parameters = gamer::load_parameters(options.request, resources);
-  return gamer::Journal::open(gamer::journal_path(parameters.output), options.journal_interval);
+  return gamer::Journal::open(gamer::journal_path(parameters.output),
+                              options.work.journal_interval);
 }
 
-/// Where the truth goes, which is no parameter.
-std::string truth_text(const Options& options) {
-  if (!options.truth) return "";
-  return options.truth_table.empty() ? "in the image" : "in " + options.truth_table;
+/// What rank 0 has to do: an image, or a film, or nothing any more.
+struct Task {
+  std::unique_ptr<gamer::Work> work;
+  std::unique_ptr<gamer::Film> film;
+};
+
+void tell_size_of_work(const gamer::RenderJob& job, int workers) {
+  fmt::print(stderr, "gamer: {}, {} worker{}, SIMD {}\n", gamer::objects_text(*job.scene), workers,
+             workers == 1 ? "" : "s", gamer::simd_target_name(gamer::current_simd_target()));
 }
 
-/// Makes the job the one that the journal belongs to.
-void go_on(const Options& options, std::unique_ptr<gamer::Journal> journal, Work& work) {
-  gamer::check_same_job(journal->head(), gamer::make_journal_head(work.job, truth_text(options)),
-                        journal->path().string());
-  work.job.record = journal->head().record;
-  work.date = journal->head().date;
-  // What stands there after the journal's end is this job's.
-  if (journal->head().overwrite || journal->has_end()) {
-    work.job.parameters.output.overwrite = true;
-  }
-  if (!options.dry_run) journal->remove_files();
-  work.journal = std::move(journal);
+void tell_estimate(const gamer::JobEstimate& estimate, int ranks, int threads,
+                   const std::string& hindrance) {
+  fmt::print("{}\n", gamer::estimate_text(estimate, ranks, threads));
+  if (!hindrance.empty()) fmt::print("{}\n", hindrance);
 }
 
-/// Of a job that begins: its journal, in place of an older one.
-void begin_journal(const Options& options, Work& work) {
-  const std::filesystem::path path = gamer::journal_path(work.job.parameters.output);
-  gamer::Journal::discard(path);
-  const gamer::JournalHead head = gamer::make_journal_head(work.job, truth_text(options));
-  work.date = head.date;
-  if (std::isinf(options.journal_interval)) return;
-  work.journal = std::make_unique<gamer::Journal>(path, head, options.journal_interval);
+Task prepare_image(const Options& options, gamer::RenderJob job, int ranks, int threads,
+                   std::unique_ptr<gamer::Journal> earlier) {
+  auto work = std::make_unique<gamer::Work>(std::move(job), options.work, ranks, threads,
+                                            std::move(earlier));
+  if (work->is_complete()) {
+    if (!options.quiet) fmt::print("{}\n", work->text());
+    return {};
+  }
+  if (options.work.dry_run) {
+    fmt::print("would write {}, {}\n", work->plan(), gamer::objects_text(*work->job().scene));
+    tell_estimate(gamer::estimate_job(work->job(), options.work.truth, ranks, threads,
+                                      gamer::process_seconds()),
+                  ranks, threads, work->hindrance());
+    return {};
+  }
+  if (options.verbose) tell_size_of_work(work->job(), ranks * threads);
+  work->begin();
+  return {std::move(work), nullptr};
 }
 
-/// On rank 0: checks everything of a job. Empty when there is nothing to render. `earlier` is the
-/// journal to go on with.
-std::optional<Work> prepare_job(const Options& options, gamer::RenderJob job, int ranks,
-                                int threads, std::unique_ptr<gamer::Journal> earlier) {
-  const int workers = ranks * threads;
-  Work work{std::move(job), {}, {}, {}, {}};
-  if (earlier) go_on(options, std::move(earlier), work);
-  work.header = gamer::make_image_header(work.job);
-  int planes = work.header.planes();
-  if (options.truth && work.job.parameters.truth.any()) {
-    work.truth_header = gamer::make_truth_header(work.job);
-    planes += work.truth_header.planes();
+Task prepare_film(const Options& options, const gamer::RenderJob& job, int ranks, int threads) {
+  auto film = std::make_unique<gamer::Film>(job, options.work, ranks, threads);
+  if (const auto later = film->later_files(); !later.empty()) {
+    const std::string files =
+        later.size() == 1 ? "is a frame" : fmt::format("and {} more are frames", later.size() - 1);
+    fmt::print(stderr,
+               "gamer: {} {} of a longer film and stay as they are: this one ends with "
+               "frame {}\n",
+               later.front().string(), files, film->frames());
   }
-  const gamer::OutputOptions& output = work.job.parameters.output;
-  const std::filesystem::path journal = gamer::journal_path(output);
-  if (options.resume && !work.journal && !output.overwrite) {
-    const auto files = result_files(options, work);
-    if (std::all_of(files.begin(), files.end(), is_there)) {
-      gamer::check_same_job(files.front(), work.job.record);
-      if (!options.quiet) {
-        fmt::print("{}: complete already\n", files_text(work.header, output));
-      }
-      return std::nullopt;
-    }
+  if (film->left().empty()) {
+    if (!options.quiet) fmt::print("{}: complete already\n", film->names());
+    return {};
   }
-  if (!work.journal && !output.overwrite && is_there(journal)) {
-    throw InputError(
-        fmt::format("output '{}': '{}' holds finished rows of a job that was interrupted; --resume "
-                    "goes on with it, --overwrite starts anew",
-                    output.path.string(), journal.string()));
+  if (options.work.dry_run) {
+    fmt::print("would write {}: {} of {} frames, {}, {}\n", film->names(), film->left().size(),
+               film->frames(), film->size(), gamer::objects_text(*job.scene));
+    tell_estimate(film->estimate(ranks, threads, gamer::process_seconds()), ranks, threads,
+                  film->hindrance());
+    return {};
   }
-  gamer::check_output(output, work.header);
-  if (options.truth) gamer::check_truth_table(options.truth_table, output);
-  if (work.truth_header.planes() > 0) {
-    gamer::check_output(gamer::truth_output(work.job.parameters), work.truth_header);
-  }
-  gamer::check_row_memory(work.header, planes, ranks, threads);
-  if (options.dry_run) {
-    fmt::print("would write {}: {}, {}\n", files_text(work.header, output), size_text(work.header),
-               objects_text(*work.job.scene));
-    const gamer::JobEstimate estimate =
-        gamer::estimate_job(work.job, options.truth, ranks, threads, gamer::process_seconds());
-    fmt::print("{}\n", gamer::estimate_text(estimate, ranks, threads));
-    return std::nullopt;
-  }
-  if (options.verbose) {
-    fmt::print(stderr, "gamer: {}, {} worker{}, SIMD {}\n", objects_text(*work.job.scene), workers,
-               workers == 1 ? "" : "s", gamer::simd_target_name(gamer::current_simd_target()));
-  }
-  if (!work.journal) begin_journal(options, work);
-  for (gamer::ImageHeader* header : {&work.header, &work.truth_header}) {
-    header->cards.push_back({"DATE", work.date, "time of writing (UTC)"});
-  }
-  return work;
+  if (options.verbose) tell_size_of_work(job, ranks * threads);
+  return {nullptr, std::move(film)};
 }
 
-/// On rank 0: answers, or reads and checks everything. Empty when there is nothing to render.
-std::optional<Work> prepare(const Options& options, int ranks, int threads,
-                            std::unique_ptr<gamer::Journal> earlier) {
+/// On rank 0: answers, or reads and checks everything.
+Task prepare(const Options& options, int ranks, int threads,
+             std::unique_ptr<gamer::Journal> earlier) {
   if (options.only_tells()) {
     tell(options);
-    return std::nullopt;
+    return {};
   }
   gamer::Resources resources =
       gamer::open_resources(options.request, gamer::default_data_folders());
   if (options.print_config) {
     fmt::print("{}", gamer::load_parameters(options.request, resources).toml());
-    return std::nullopt;
+    return {};
   }
-  return prepare_job(options, gamer::load_job(options.request, resources), ranks, threads,
-                     std::move(earlier));
-}
-
-/// The image's writer, and that of the truth images where there are.
-std::unique_ptr<gamer::ImageWriter> make_writer(const gamer::RenderJob& job, const Work& work) {
-  auto image = gamer::make_image_writer(job.parameters.output, work.header);
-  const int extra = work.truth_header.planes();
-  if (extra == 0) return image;
-  const int own = work.header.planes();
-  return gamer::make_split_writer(
-      std::move(image), own,
-      gamer::make_image_writer(gamer::truth_output(job.parameters), work.truth_header), own + extra,
-      work.header.width);
+  gamer::RenderJob job = gamer::load_job(options.request, resources);
+  if (job.parameters.frames > 0) return prepare_film(options, job, ranks, threads);
+  return prepare_image(options, std::move(job), ranks, threads, std::move(earlier));
 }
 
 /// From then on a signal says how to go on.
-void announce(const Options& options, gamer::Journal& journal) {
-  const std::string hint = resume_hint(options, journal);
-  if (journal.is_begun()) {
+void announce(const gamer::Work& work) {
+  if (work.journal() == nullptr) return;
+  const std::string hint = work.resume_hint();
+  if (work.journal()->is_begun()) {
     gamer::say_when_stopped("gamer", hint);
   } else {
-    journal.when_begun([hint] { gamer::say_when_stopped("gamer", hint); });
+    work.journal()->when_begun([hint] { gamer::say_when_stopped("gamer", hint); });
   }
 }
 
-/// Gives the files their names. From the journal's end on, files that stand there are the job's.
-void finish(const Options& options, gamer::ImageWriter& writer,
-            const std::optional<gamer::DataTable>& truth, Work& work) {
-  const auto files = result_files(options, work);
-  if (work.journal && std::none_of(files.begin(), files.end(), is_there)) work.journal->add_end();
-  writer.finish();
-  if (truth && !options.truth_table.empty()) {
-    gamer::write_truth_table(options.truth_table, *truth, work.date);
-  }
-  if (work.journal) work.journal->remove();
-}
-
-/// Renders and writes; every rank's part. Puts where its time went into `report`.
-void render(const Options& options, const gamer::RenderJob& job, gamer::JournaledExecutor& executor,
-            Work* work, gamer::RankReport& report) {
-  std::optional<gamer::DataTable> truth;
-  if (options.truth) truth = gamer::truth_table(job, executor);
-  const gamer::TruthImages images = options.truth ? job.parameters.truth : gamer::TruthImages();
-  const gamer::Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum, images);
-  std::unique_ptr<gamer::ImageWriter> writer;
-  if (work != nullptr) {
-    if (truth && options.truth_table.empty()) work->header.data_tables = {*truth};
-    writer = make_writer(job, *work);
-    // What is left when the process is killed.
-    if (work->journal) work->journal->add_files(gamer::files_in_the_making());
-  }
-  const auto values_per_row =
-      static_cast<std::size_t>(renderer.width()) * static_cast<std::size_t>(renderer.planes());
-  using Style = gamer::Progress::Style;
-  const bool is_silent = options.quiet || work == nullptr;
-  gamer::Progress progress(renderer.height(),
-                           is_silent ? Style::none : gamer::Progress::style_for(stderr), stderr);
-  std::mutex mutex;
-  const auto compute = [&](gamer::RowRange rows, std::span<double> values) {
-    gamer::RenderCounts counts;
-    renderer.render_rows(rows, values, counts);
-    const std::lock_guard lock(mutex);
-    report.counts += counts;
-  };
-  const auto consume = [&](gamer::RowRange rows, std::span<const double> values) {
-    writer->write_rows(rows.first, rows.size(), values);
-    if (executor.is_replaying()) {
-      progress.skip(rows.size());
-    } else {
-      progress.add(rows.size());
-    }
-  };
-  executor.keep_single(gamer::is_single_precision(job.parameters.output));
-  executor.run(gamer::render_blocks(renderer, executor.workers()), values_per_row, compute,
-               consume);
-  report.runs = executor.times();
-  if (work == nullptr) return;
-  const gamer::Clock clock;
-  finish(options, *writer, truth, *work);
-  report.writing = report.runs.consume + clock.seconds();
-  if (!options.quiet) {
-    const std::string earlier =
-        progress.skipped() > 0 ? fmt::format(", {} rows from the journal", progress.skipped()) : "";
-    fmt::print("{}: {}, {:.1f} s{}\n", files_text(work->header, job.parameters.output),
-               size_text(work->header), progress.seconds(), earlier);
-  }
-}
-
-/// Rank 0's part; errors while running say how to go on.
-void render_or_say_how_to_go_on(const Options& options, gamer::JournaledExecutor& executor,
-                                Work& work, gamer::RankReport& report) {
-  const auto fail = [&](const std::string& message) {
-    const bool is_kept = work.journal && work.journal->is_begun();
-    throw gamer::RunError(message + (is_kept ? resume_hint(options, *work.journal) : ""));
-  };
-  try {
-    render(options, work.job, executor, &work, report);
-  } catch (const gamer::RunError& error) {
-    fail(error.what());
-  } catch (const std::bad_alloc&) {
-    fail("gamer: out of memory");
-  }
-}
-
-/// Every rank's part.
+/// Every rank's part. `pixels` are those of all images.
 void say_where_the_time_went(const gamer::Ranks& ranks, const gamer::RankReport& own,
-                             const gamer::Camera& camera) {
+                             double pixels) {
   std::vector<gamer::RankReport> reports;
   for (const std::string& packed : ranks.gather(gamer::pack_report(own))) {
     reports.push_back(gamer::unpack_report(packed));
   }
-  const double pixels = static_cast<double>(camera.width()) * camera.height();
   fmt::print(stderr, "{}", gamer::report_text(reports, pixels));
 }
 
-/// Rank 0's record on every rank; an empty one where there is nothing to render.
-gamer::Record share_record(const gamer::Ranks& ranks, gamer::Record own) {
-  if (ranks.size() == 1) return own;
-  const bool is_source = ranks.rank() == 0;
-  std::string packed = ranks.broadcast(is_source ? gamer::pack_record(own) : std::string());
-  return is_source ? std::move(own) : gamer::unpack_record(packed);
-}
-
-// ---- Animations --------------------------------------------------------------------------------
-
-/// What every rank needs of an animation.
-struct Film {
-  gamer::Record record;     ///< of all frames, with [animation]
-  std::vector<int> frames;  ///< to be rendered, from 0
-};
-
-constexpr const char* film_frames = "frames";
-
-std::string pack_film(Film film) {
-  film.record.push_back({film_frames, "", fmt::format("{}", fmt::join(film.frames, " "))});
-  return gamer::pack_record(film.record);
-}
-
-Film unpack_film(const std::string& packed) {
-  Film film{gamer::unpack_record(packed), {}};
-  std::istringstream numbers(film.record.back().content.str());
-  for (int frame = 0; numbers >> frame;) film.frames.push_back(frame);
-  film.record.pop_back();
-  return film;
-}
-
-gamer::RenderParameters film_parameters(const gamer::Record& record) {
-  const auto text =
-      std::ranges::find(record, gamer::recorded_parameters, &gamer::Resources::Text::name);
-  return gamer::RenderParameters::read(gamer::parse_toml(text->content, text->label));
-}
-
-/// On rank 0: an animation, once everything is checked; empty for a single image. `is_done` when
-/// there is nothing to render.
-std::optional<Film> prepare_film(const Options& options, int ranks, int threads, bool& is_done) {
-  if (options.only_tells() || options.print_config) return std::nullopt;
-  gamer::Resources resources =
-      gamer::open_resources(options.request, gamer::default_data_folders());
-  if (gamer::load_parameters(options.request, resources).frames == 0) return std::nullopt;
-  const gamer::RenderJob job = gamer::load_job(options.request, resources);
-  const gamer::CameraPath path(job.parameters);
-  const gamer::ImageHeader header = gamer::make_image_header(job);
-  gamer::ImageHeader truth_header;
-  if (options.truth) {
-    gamer::check_truth_table(options.truth_table, job.parameters.output);
-    if (!options.truth_table.empty()) {
-      throw InputError(
-          "gamer: --truth-table: an animation has a table for each frame; --truth "
-          "puts them into the frames' files");
-    }
-    if (job.parameters.truth.any()) truth_header = gamer::make_truth_header(job);
-  }
-  gamer::check_row_memory(header, header.planes() + truth_header.planes(), ranks, threads);
-  Film film{job.record, {}};
-  std::vector<std::filesystem::path> old_files;
-  for (int frame = 0; frame < path.frames(); ++frame) {
-    gamer::RenderParameters own = gamer::frame_parameters(job.parameters, path, frame);
-    own.output.overwrite = options.request.overwrite || options.resume;
-    gamer::check_output(own.output, header);
-    if (truth_header.planes() > 0) gamer::check_output(gamer::truth_output(own), truth_header);
-    const auto files = result_files(options, own, header, truth_header);
-    const std::filesystem::path journal = gamer::journal_path(own.output);
-    if (options.resume) {
-      if (std::all_of(files.begin(), files.end(), is_there)) {
-        gamer::check_same_frame(files.front(), film.record, own);
-        if (!is_there(journal)) continue;
-      }
-    } else if (!options.request.overwrite && is_there(journal)) {
-      throw InputError(
-          fmt::format("output '{}': '{}' holds finished rows of a job that was "
-                      "interrupted; --resume goes on with it, --overwrite starts anew",
-                      own.output.path.string(), journal.string()));
-    } else if (options.request.overwrite) {
-      std::copy_if(files.begin(), files.end(), std::back_inserter(old_files), is_there);
-    }
-    film.frames.push_back(frame);
-  }
-  const std::string names = fmt::format(
-      "{} to {}", gamer::frame_path(job.parameters.output.path, 0, path.frames()).string(),
-      gamer::frame_path(job.parameters.output.path, path.frames() - 1, path.frames())
-          .filename()
-          .string());
-  is_done = true;
-  if (options.dry_run) {
-    fmt::print("would write {}: {} of {} frames, {}, {}\n", names, film.frames.size(),
-               path.frames(), size_text(header), objects_text(*job.scene));
-  } else if (film.frames.empty()) {
-    if (!options.quiet) fmt::print("{}: complete already\n", names);
-  } else {
-    is_done = false;
-    // So that a frame that is there is a frame of this animation.
-    for (const std::filesystem::path& file : old_files) std::filesystem::remove(file);
-  }
-  return film;
-}
-
-/// Renders a frame where this process is all that there is, or rank 0's part with all ranks.
-void render_frame(const Options& options, const Film& film, gamer::RenderParameters parameters,
-                  int ranks, int threads, gamer::Executor& executor, gamer::RankReport& report) {
-  parameters.output.overwrite = options.request.overwrite;
-  std::unique_ptr<gamer::Journal> earlier;
-  if (options.resume) {
-    const std::filesystem::path path = gamer::journal_path(parameters.output);
-    earlier = gamer::Journal::open(path, options.journal_interval);
-    const std::string simd = gamer::simd_target_name(gamer::current_simd_target());
-    // Its rows' last digits would differ: the frame begins again.
-    if (earlier && earlier->head().simd != simd) {
-      earlier.reset();
-      gamer::Journal::discard(path);
-      parameters.output.overwrite = true;
-    }
-  }
-  std::optional<Work> work = prepare_job(options, gamer::frame_job(film.record, parameters), ranks,
-                                         threads, std::move(earlier));
-  if (!work) return;
-  gamer::JournaledExecutor journaled(executor, work->journal.get());
-  render_or_say_how_to_go_on(options, journaled, *work, report);
-}
-
-/// Every rank's part.
-void run_film(const gamer::Ranks& ranks, const Options& options, Film film, int threads,
-              gamer::Executor& executor, gamer::RankReport& report) {
-  const bool is_root = ranks.rank() == 0;
-  gamer::RenderParameters parameters = film_parameters(film.record);
-  const gamer::CameraPath path(parameters);
-  if (is_root) {
-    gamer::say_when_stopped("gamer",
-                            "; finished frames are kept; go on with: " + options.resume_command);
-  }
-  if (gamer::picture_format(parameters.output.path.string()) && !parameters.output.tone) {
-    const auto tone = gamer::frame_tone(
-        film.record, gamer::frame_parameters(parameters, path, parameters.tone_frame - 1),
-        executor);
-    const std::vector<double> own(tone.begin(), tone.end());
-    const std::string text = ranks.broadcast(gamer::value_text(own));
-    gamer::ConfigNode root = gamer::parse_toml("tone = " + text, "image.tone");
-    std::vector<double> numbers;
-    for (const gamer::ConfigNode& node : root.find("tone")->array()) {
-      const auto* whole = std::get_if<std::int64_t>(&node.data);
-      numbers.push_back(whole ? static_cast<double>(*whole) : std::get<double>(node.data));
-    }
-    parameters.set("image", "tone", numbers);
-  }
-  const auto frame = [&](std::size_t i) {
-    return gamer::frame_parameters(parameters, path, film.frames[i]);
+/// Every rank's part; returns the pixels of the image.
+double render_image(const gamer::Ranks& ranks, const Options& options, gamer::Work* work,
+                    std::string packed, gamer::Executor& executor, gamer::RankReport& report) {
+  const auto pixels = [](const gamer::Camera& camera) {
+    return static_cast<double>(camera.width()) * camera.height();
   };
-  const auto count = static_cast<int>(film.frames.size());
-  const int apart = gamer::frames_apart(count, ranks.size());
-  if (apart > 0) {
-    Options alone = options;
-    alone.quiet = true;
-    alone.verbose = false;
-    using Style = gamer::Progress::Style;
-    const bool is_silent = options.quiet || !is_root;
-    gamer::Progress progress(apart, is_silent ? Style::none : gamer::Progress::style_for(stderr),
-                             stderr);
-    progress.count("frames");
-    const std::unique_ptr<gamer::Executor> frames = ranks.executor(1);
-    frames->run(
-        gamer::even_blocks(apart, 1), 1,
-        [&](gamer::RowRange block, std::span<double> values) {
-          gamer::ThreadExecutor local(threads);
-          render_frame(alone, film, frame(static_cast<std::size_t>(block.first)), 1, threads, local,
-                       report);
-          values[0] = 1;
-        },
-        [&](gamer::RowRange block, std::span<const double>) {
-          progress.add(block.size());
-          if (options.quiet) return;
-          const auto i = static_cast<std::size_t>(block.first);
-          fmt::print(
-              "{}\n",
-              gamer::frame_path(parameters.output.path, film.frames[i], path.frames()).string());
-        });
-    report.runs = frames->times();
+  if (ranks.rank() != 0) {
+    const gamer::RenderJob job =
+        gamer::job_from_record(gamer::unpack_record(std::exchange(packed, {})));
+    gamer::help_render(job, options.work, executor, report);
+    return pixels(job.camera);
   }
-  for (int i = apart; i < count; ++i) {
-    if (is_root) {
-      render_frame(options, film, frame(static_cast<std::size_t>(i)), ranks.size(), threads,
-                   executor, report);
-    } else {
-      const gamer::RenderJob job =
-          gamer::frame_job(film.record, frame(static_cast<std::size_t>(i)));
-      gamer::JournaledExecutor journaled(executor, nullptr);
-      render(options, job, journaled, nullptr, report);
-    }
-  }
+  packed.clear();
+  packed.shrink_to_fit();
+  announce(*work);
+  work->render(executor, options.progress(), report);
+  if (!options.quiet) fmt::print("{}\n", work->text());
+  return pixels(work->job().camera);
+}
+
+/// Every rank's part; returns the pixels of all frames.
+double render_film(const gamer::Ranks& ranks, const Options& options,
+                   std::unique_ptr<gamer::Film> film, std::string packed, int threads,
+                   gamer::Executor& executor, gamer::RankReport& report) {
+  if (film == nullptr) film = gamer::Film::unpack(packed, options.work);
+  packed.clear();
+  packed.shrink_to_fit();
+  gamer::Film::Messages messages;
+  messages.progress = options.progress();
+  if (!options.quiet) messages.say = [](const std::string& line) { fmt::print("{}\n", line); };
+  film->render(ranks, threads, executor, messages, report);
+  return film->pixels();
 }
 
 /// Every rank's part of the run.
@@ -689,7 +345,7 @@ void run(const gamer::Ranks& ranks, int argc, char** argv) {
   const Options options = parse_options(argc, argv);
   std::unique_ptr<gamer::Journal> earlier;
   std::int64_t simd_targets = gamer::supported_simd_targets();
-  if (ranks.rank() == 0 && options.resume && !options.only_tells() && !options.print_config) {
+  if (ranks.rank() == 0 && options.work.resume && !options.only_tells() && !options.print_config) {
     earlier = find_journal(options);
     if (earlier) simd_targets = gamer::journal_simd_targets(*earlier);
   }
@@ -704,38 +360,25 @@ void run(const gamer::Ranks& ranks, int argc, char** argv) {
 
   gamer::RankReport report;
   report.threads = threads;
-  std::optional<Film> film;
-  bool is_done = false;
-  if (ranks.rank() == 0) film = prepare_film(options, ranks.size(), threads, is_done);
-  if (is_done) film->frames.clear();
-  const std::string packed_film = ranks.broadcast(film ? pack_film(std::move(*film)) : "");
-  if (!packed_film.empty()) {
-    film = unpack_film(packed_film);
-    if (!film->frames.empty()) {
-      run_film(ranks, options, std::move(*film), threads, *executor, report);
-    }
-    return;
-  }
-
-  std::optional<Work> work;
-  if (ranks.rank() == 0) work = prepare(options, ranks.size(), threads, std::move(earlier));
-  const gamer::Record record = share_record(ranks, work ? work->job.record : gamer::Record());
-  if (record.empty()) return;
-
-  std::optional<gamer::RenderJob> received;
-  if (!work) received = gamer::job_from_record(record);
-  gamer::Journal* journal = work ? work->journal.get() : nullptr;
-  gamer::JournaledExecutor journaled(*executor, journal);
-  if (journal != nullptr) announce(options, *journal);
-  if (work) {
-    render_or_say_how_to_go_on(options, journaled, *work, report);
+  Task task;
+  if (ranks.rank() == 0) task = prepare(options, ranks.size(), threads, std::move(earlier));
+  std::string film = ranks.broadcast(task.film ? task.film->pack() : "");
+  // Alone the record need not travel.
+  const bool travels = task.work && ranks.size() > 1;
+  std::string image = ranks.broadcast(travels ? gamer::pack_record(task.work->job().record) : "");
+  double pixels = 0;
+  if (!film.empty()) {
+    pixels = render_film(ranks, options, std::move(task.film), std::move(film), threads, *executor,
+                         report);
+  } else if (task.work || !image.empty()) {
+    pixels = render_image(ranks, options, task.work.get(), std::move(image), *executor, report);
   } else {
-    render(options, *received, journaled, nullptr, report);
+    return;
   }
   if (!options.verbose) return;
   report.wall = clock.seconds();
   report.peak_memory = gamer::peak_memory();
-  say_where_the_time_went(ranks, report, work ? work->job.camera : received->camera);
+  say_where_the_time_went(ranks, report, pixels);
 }
 
 /// The one place where errors are reported.

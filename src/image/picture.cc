@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "gamer/core/error.h"
+#include "gamer/image/png_table.h"
 #include "image/image_suffix.h"
 #include "image/picture_size.h"
 
@@ -279,6 +280,8 @@ class PictureWriter final : public ImageWriter {
                   static_cast<int>(weights_.size())),
         written_(static_cast<std::size_t>(header.height)) {
     if (faces_.empty()) faces_.resize(1);
+    if (picture_format(options.path.string()) == PictureFormat::bmp) return;
+    for (const TextTable& table : header.tables) tables_.push_back(pack_png_table(table));
   }
 
   void write_rows(int first, int count, std::span<const double> values) override {
@@ -314,6 +317,7 @@ class PictureWriter final : public ImageWriter {
     options.name = options_.path.string();
     options.format = picture_format(options.name).value_or(PictureFormat::png);
     options.overwrite = options_.overwrite;
+    options.tables = std::move(tables_);
     PictureFile file(options, channels_.width(), channels_.height());
     for_each_picture_row(channels_, tone,
                          [&](std::span<const std::uint16_t> row) { file.write_row(row); });
@@ -327,6 +331,7 @@ class PictureWriter final : public ImageWriter {
   std::vector<std::vector<double>> weights_;
   Image channels_;
   std::vector<bool> written_;
+  std::vector<std::vector<unsigned char>> tables_;  ///< of a PNG
 };
 
 }  // namespace

@@ -19,6 +19,7 @@
 #include "gamer/core/version.h"
 #include "gamer/image/new_file.h"
 #include "gamer/image/picture.h"
+#include "gamer/image/png_table.h"
 #include "image/image_suffix.h"
 #include "image/picture_size.h"
 #include "image/standard_stream.h"
@@ -59,7 +60,8 @@ void on_png_warning(png_structp, png_const_charp) {}
 // False after an error. libpng leaves by longjmp, so nothing in these needs a destructor.
 
 bool start_png(png_structp png, png_infop info, std::FILE* file, int width, int height, int bits,
-               png_const_textp texts, int text_count) {
+               png_const_textp texts, int text_count,
+               const std::vector<std::vector<unsigned char>>& tables) {
   if (setjmp(png_jmpbuf(png))) return false;
   png_init_io(png, file);
   png_set_IHDR(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), bits,
@@ -73,6 +75,10 @@ bool start_png(png_structp png, png_infop info, std::FILE* file, int width, int 
   png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
   png_set_text(png, info, texts, text_count);
   png_write_info(png, info);
+  for (std::size_t i = 0; i < tables.size(); ++i) {
+    png_write_chunk(png, reinterpret_cast<png_const_bytep>(png_table_chunk), tables[i].data(),
+                    tables[i].size());
+  }
   if constexpr (std::endian::native == std::endian::little) {
     if (bits == 16) png_set_swap(png);
   }
@@ -229,8 +235,9 @@ class PngEncoder final : public PictureFile::Encoder {
     texts[0].text = software.data();
     texts[1].key = comment_key;
     texts[1].text = comment.data();
-    const bool good = info_ != nullptr && start_png(png_, info_, file, width, height, bits_,
-                                                    texts.data(), comment.empty() ? 1 : 2);
+    const bool good =
+        info_ != nullptr && start_png(png_, info_, file, width, height, bits_, texts.data(),
+                                      comment.empty() ? 1 : 2, options.tables);
     if (good) return;
     png_destroy_write_struct(&png_, &info_);
     fail();
@@ -303,7 +310,7 @@ class BmpEncoder final : public PictureFile::Encoder {
 };
 
 void write_picture(const fs::path& path, PictureFormat format, const Picture& picture) {
-  PictureFile file({path.string(), format, 16, true, {}}, picture.width, picture.height);
+  PictureFile file({path.string(), format, 16, true, {}, {}}, picture.width, picture.height);
   const std::size_t length = static_cast<std::size_t>(picture.width) * 3;
   for (std::size_t row = 0; row < static_cast<std::size_t>(picture.height); ++row) {
     file.write_row(std::span(picture.rgb).subspan(row * length, length));

@@ -23,7 +23,6 @@
 namespace gamer {
 namespace {
 
-constexpr double most_seconds = 2;
 constexpr std::size_t most_tiles = 256;
 constexpr std::size_t most_measured = 16;
 constexpr double microsecond = 1e-6;
@@ -45,7 +44,8 @@ std::uint64_t resident_memory() {
 }
 
 /// Seconds per unit of cost, in tiles around probes.
-double seconds_per_cost(const Renderer& renderer, const std::vector<Probe>& probes) {
+double seconds_per_cost(const Renderer& renderer, const std::vector<Probe>& probes,
+                        double most_seconds) {
   std::vector<double> sums(probes.size());
   std::transform_inclusive_scan(probes.begin(), probes.end(), sums.begin(), std::plus<>(),
                                 [](const Probe& probe) { return probe.cost; });
@@ -72,7 +72,7 @@ double seconds_per_cost(const Renderer& renderer, const std::vector<Probe>& prob
   return cost > 0 ? seconds / cost : microsecond;
 }
 
-double truth_seconds(const RenderJob& job) {
+double truth_seconds(const RenderJob& job, double most_seconds) {
   const std::vector<PlacedGalaxy>& galaxies = job.scene->galaxies;
   const std::size_t count = std::min(galaxies.size(), most_measured);
   if (count == 0) return 0;
@@ -94,8 +94,8 @@ double process_seconds() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
 
 double thread_seconds() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
 
-JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int threads,
-                         double preparing) {
+JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int threads, double preparing,
+                         double most_seconds) {
   JobEstimate estimate;
   const int workers = ranks * threads;
   const double begin = process_seconds();
@@ -106,8 +106,8 @@ JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int thread
   estimate.preparing = preparing + process_seconds() - begin;
   const std::uint64_t before = resident_memory();
 
-  const double unit = seconds_per_cost(renderer, probes);
-  if (truth) estimate.truth = truth_seconds(job);
+  const double unit = seconds_per_cost(renderer, probes, most_seconds);
+  if (truth) estimate.truth = truth_seconds(job, most_seconds);
   const auto blocks =
       workers == 1
           ? render_blocks(renderer, 1)

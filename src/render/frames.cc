@@ -5,18 +5,12 @@
 #include <string>
 #include <utility>
 
-#include "gamer/image/fits.h"
 #include "gamer/image/picture.h"
 #include "gamer/render/resume.h"
-#include "image/image_suffix.h"
+#include "render/make_job.h"
 
 namespace gamer {
 namespace {
-
-Resources::Text* find(Record& record, const std::string& name) {
-  const auto found = std::ranges::find(record, name, &Resources::Text::name);
-  return found == record.end() ? nullptr : &*found;
-}
 
 std::set<std::string_view> lines_of(std::string_view text) {
   std::set<std::string_view> lines;
@@ -30,29 +24,55 @@ std::set<std::string_view> lines_of(std::string_view text) {
 
 }  // namespace
 
-void check_same_frame(const std::filesystem::path& image, const Record& animation,
-                      const RenderParameters& parameters) {
-  const auto suffix = image_suffix(image);
-  if (suffix != ImageSuffix::fits && suffix != ImageSuffix::fits_compressed) return;
-  Record then = record_from_table(read_fits_table(image, record_table_name));
-  Record now = animation;
-  if (Resources::Text* text = find(now, recorded_parameters)) text->content = parameters.toml();
-  // A frame's list leaves out the stars that it does not show.
-  Resources::Text* all = find(now, recorded_scene);
-  const Resources::Text* own = find(then, recorded_scene);
-  if (all != nullptr && own != nullptr &&
-      std::ranges::includes(lines_of(all->content), lines_of(own->content))) {
-    all->content = own->content;
+FrameJobs::FrameJobs(const Record& animation)
+    : record_(animation),
+      parameters_(recorded_render_parameters(animation)),
+      resources_(Resources::from_record(animation)),
+      list_(text_of(animation, recorded_scene)),
+      catalogue_(Catalogue::parse(list_.content, list_.label, parameters_.catalogue_format)),
+      library_(parameters_, list_.label, resources_) {}
+
+FrameJobs::FrameJobs(const RenderJob& animation) : FrameJobs(animation.record) {
+  for (const PlacedGalaxy& placed : animation.scene->galaxies) {
+    library_.add(placed.type, placed.sed, placed.seed, placed.galaxy);
   }
-  check_same_job(image, now);
+}
+
+RenderJob FrameJobs::make(RenderParameters parameters) {
+  return recorded(make_job(std::move(parameters), catalogue_, resources_, library_, list_.content),
+                  list_.label, resources_);
+}
+
+std::optional<std::array<double, 8>> check_same_frame(const std::filesystem::path& image,
+                                                      const Record& animation,
+                                                      RenderParameters parameters) {
+  if (!keeps_record(image)) return std::nullopt;
+  const Record then = read_record(image);
+  const RenderParameters own = recorded_render_parameters(then);
+  if (own.output.tone && !parameters.output.tone) {
+    const auto& numbers = *own.output.tone;
+    parameters.set("image", "tone", std::vector<double>(numbers.begin(), numbers.end()));
+  }
+  Record now = animation;
+  if (Resources::Text* text = find_text(now, recorded_parameters)) {
+    text->content = parameters.toml();
+  }
+  // A frame's list leaves out the stars that it does not show.
+  Resources::Text* all = find_text(now, recorded_scene);
+  const Resources::Text* shown = find_text(then, recorded_scene);
+  if (all != nullptr && shown != nullptr &&
+      std::ranges::includes(lines_of(all->content), lines_of(shown->content))) {
+    all->content = shown->content;
+  }
+  check_same_job(image, then, now);
+  return own.output.tone;
 }
 
 int frames_apart(int frames, int ranks) { return ranks > 1 ? frames - frames % ranks : 0; }
 
-std::array<double, 8> frame_tone(const Record& animation, RenderParameters parameters,
-                                 Executor& executor) {
+std::array<double, 8> frame_tone(FrameJobs& jobs, RenderParameters parameters, Executor& executor) {
   make_preview(parameters);
-  const RenderJob job = frame_job(animation, std::move(parameters));
+  const RenderJob job = jobs.make(std::move(parameters));
   const Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum);
   const Image image = render_image(renderer, executor);
   std::vector<double> wavelengths;

@@ -10,14 +10,15 @@
 
 #include "gamer/core/units.h"
 #include "gamer/core/version.h"
-#include "gamer/image/fits.h"
-#include "gamer/render/frames.h"
+#include "gamer/image/picture.h"
 #include "gamer/render/renderer.h"
 #include "gamer/render/schedule.h"
 #include "gamer/render/truth.h"
 #include "gamer/scene/catalogue.h"
+#include "gamer/scene/galaxy_library.h"
 #include "gamer/sed/photometry.h"
 #include "image/memory.h"
+#include "render/make_job.h"
 #include "scene/text_rows.h"
 
 namespace gamer {
@@ -77,20 +78,6 @@ void set_output(const std::filesystem::path& path, RenderParameters& parameters)
   } catch (const InputError&) {
     throw InputError({"--output", 0, 0}, "the name of the file is not valid UTF-8");
   }
-}
-
-/// `list` is the scene's, where it is known.
-RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Resources& resources,
-                   const SharedText& list = {}) {
-  const Camera camera = make_camera(parameters, resources);
-  Spectrum spectrum = load_spectrum(parameters, resources);
-  auto scene =
-      std::make_shared<Scene>(read_scene(catalogue, parameters, spectrum, camera, resources));
-  if (scene->list == list) scene->list = list;
-  if (parameters.attenuated) {
-    apply_attenuation(parameters, camera, *load_reference_band(parameters, resources), *scene);
-  }
-  return {std::move(parameters), camera, std::move(spectrum), std::move(scene), {}};
 }
 
 /// Whether a file begins as FITS does, also when it is compressed.
@@ -154,13 +141,6 @@ std::vector<Card> make_cards(const RenderParameters& parameters, const Scene& sc
     }
   }
   return cards;
-}
-
-const Resources::Text& find_text(const Record& record, const std::string& name) {
-  const auto found = std::find_if(record.begin(), record.end(),
-                                  [&](const Resources::Text& text) { return text.name == name; });
-  if (found == record.end()) throw InputError(fmt::format("the record holds no '{}'", name));
-  return *found;
 }
 
 /// Of Scene::list, which has a line of names and then a row on each line.
@@ -247,35 +227,43 @@ void append_common_card(ImageHeader& header, const std::string& key) {
 
 /// The keys of the catalogue's columns do not go with the list that the record holds.
 void forget_columns(RenderParameters& parameters) {
+  std::vector<RenderParameters::Setting> settings = {{"catalogue", "hdu", std::monostate()},
+                                                     {"catalogue", "format", std::string("list")}};
   for (const Parameter& column : scene_columns()) {
-    parameters.set("catalogue", column.name, std::monostate());
+    settings.push_back({"catalogue", column.name, std::monostate()});
   }
-  parameters.set("catalogue", "hdu", std::monostate());
-  parameters.set("catalogue", "format", std::string("list"));
-}
-
-/// `label` is the catalogue's: what its rows name is looked up beside it.
-RenderJob recorded(RenderJob job, const std::string& label, Resources& resources) {
-  forget_columns(job.parameters);
-  resources.add({scene_name, label, job.scene->list});
-  job.record = resources.record();
-  for (Resources::Text& text : job.record) {
-    if (text.name == parameters_name) text.content = job.parameters.toml();
-  }
-  return job;
+  parameters.set(settings);
 }
 
 }  // namespace
 
+RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Resources& resources,
+                   GalaxyLibrary& library, const SharedText& list) {
+  const Camera camera = make_camera(parameters, resources);
+  Spectrum spectrum = load_spectrum(parameters, resources);
+  auto scene = std::make_shared<Scene>(
+      read_scene(catalogue, parameters, spectrum, camera, resources, library));
+  if (scene->list == list) scene->list = list;
+  if (parameters.attenuated) {
+    apply_attenuation(parameters, camera, *load_reference_band(parameters, resources), *scene);
+  }
+  return {std::move(parameters), camera, std::move(spectrum), std::move(scene), {}};
+}
+
+RenderJob recorded(RenderJob job, const std::string& label, Resources& resources) {
+  forget_columns(job.parameters);
+  resources.add({scene_name, label, job.scene->list});
+  job.record = resources.record();
+  if (Resources::Text* text = find_text(job.record, parameters_name)) {
+    text->content = job.parameters.toml();
+  }
+  return job;
+}
+
 Resources open_resources(const JobRequest& request,
                          const std::vector<std::filesystem::path>& folders) {
   if (request.from_header.empty()) return Resources(folders);
-  const TextTable table = read_fits_table(request.from_header, record_table_name);
-  try {
-    return Resources::from_record(record_from_table(table));
-  } catch (const InputError& error) {
-    throw InputError({request.from_header.generic_string(), 0, 0}, error.what());
-  }
+  return Resources::from_record(read_record(request.from_header));
 }
 
 RenderParameters load_parameters(const JobRequest& request, Resources& resources) {
@@ -300,7 +288,8 @@ RenderJob load_job(const JobRequest& request, Resources& resources) {
   std::string label;
   const auto make = [&](const Catalogue& catalogue) {
     label = catalogue.label();
-    return make_job(std::move(parameters), catalogue, resources);
+    GalaxyLibrary library(parameters, label, resources);
+    return make_job(std::move(parameters), catalogue, resources, library);
   };
   // The catalogue, which may be large, is gone when the record is made.
   const auto make_from_text = [&] {
@@ -314,22 +303,19 @@ RenderJob load_job(const JobRequest& request, Resources& resources) {
   return recorded(std::move(job), label, resources);
 }
 
-RenderJob frame_job(const Record& animation, RenderParameters parameters) {
-  Resources resources = Resources::from_record(animation);
-  const Resources::Text list = find_text(animation, scene_name);
-  const Catalogue catalogue =
-      Catalogue::parse(list.content, list.label, parameters.catalogue_format);
-  return recorded(make_job(std::move(parameters), catalogue, resources), list.label, resources);
+RenderParameters recorded_render_parameters(const Record& record) {
+  const Resources::Text& text = text_of(record, parameters_name);
+  return RenderParameters::read(parse_toml(text.content, text.label));
 }
 
 RenderJob job_from_record(const Record& record) {
   Resources resources = Resources::from_record(record);
-  const Resources::Text& text = find_text(record, parameters_name);
-  RenderParameters parameters = RenderParameters::read(parse_toml(text.content, text.label));
-  const Resources::Text& list = find_text(record, scene_name);
+  RenderParameters parameters = recorded_render_parameters(record);
+  const Resources::Text& list = text_of(record, scene_name);
   const Catalogue catalogue =
       Catalogue::parse(list.content, list.label, parameters.catalogue_format);
-  RenderJob job = make_job(std::move(parameters), catalogue, resources, list.content);
+  GalaxyLibrary library(parameters, list.label, resources);
+  RenderJob job = make_job(std::move(parameters), catalogue, resources, library, list.content);
   job.record = record;
   return job;
 }
@@ -357,7 +343,11 @@ ImageHeader make_image_header(const RenderJob& job) {
   if (header.planes() > 1 && job.parameters.output.layout == ImageLayout::cube) {
     for (const char* key : {"MAGZERO", "PHOTZP"}) append_common_card(header, key);
   }
-  header.tables = {scene_table(job.scene->list), record_table(job.record)};
+  header.tables = {record_table(job.record)};
+  // A picture needs no more than to be made again.
+  if (!picture_format(job.parameters.output.path.string())) {
+    header.tables.insert(header.tables.begin(), scene_table(job.scene->list));
+  }
   return header;
 }
 

@@ -7,6 +7,9 @@
 #include <charconv>
 
 #include "gamer/core/error.h"
+#include "gamer/image/fits.h"
+#include "gamer/image/png_table.h"
+#include "image/image_suffix.h"
 
 namespace gamer {
 namespace {
@@ -26,6 +29,22 @@ std::string unpack(std::string_view& packed) {
 const std::array<std::string, 3> table_columns = {"NAME", "LABEL", "TEXT"};
 
 }  // namespace
+
+const Resources::Text* find_text(const Record& record, std::string_view name) {
+  const auto found = std::ranges::find(record, name, &Resources::Text::name);
+  return found == record.end() ? nullptr : &*found;
+}
+
+Resources::Text* find_text(Record& record, std::string_view name) {
+  const auto found = std::ranges::find(record, name, &Resources::Text::name);
+  return found == record.end() ? nullptr : &*found;
+}
+
+const Resources::Text& text_of(const Record& record, std::string_view name) {
+  const Resources::Text* text = find_text(record, name);
+  if (text == nullptr) throw InputError(fmt::format("the record holds no '{}'", name));
+  return *text;
+}
 
 void pack_record(const Record& record, const std::function<void(std::string_view)>& take) {
   // "<length>:<bytes>", a netstring without its comma.
@@ -84,6 +103,22 @@ Record record_from_table(const TextTable& table) {
     record.push_back({std::string(row[0]), std::string(row[1]), std::string(row[2])});
   });
   return record;
+}
+
+bool keeps_record(const std::filesystem::path& image) {
+  const std::optional<ImageSuffix> suffix = image_suffix(image);
+  return suffix && suffix != ImageSuffix::bmp;
+}
+
+Record read_record(const std::filesystem::path& image) {
+  const TextTable table = image_suffix(image) == ImageSuffix::png
+                              ? read_png_table(image, record_table_name)
+                              : read_fits_table(image, record_table_name);
+  try {
+    return record_from_table(table);
+  } catch (const InputError& error) {
+    throw InputError({image.generic_string(), 0, 0}, error.what());
+  }
 }
 
 }  // namespace gamer

@@ -157,9 +157,10 @@ void check_same_job(const JournalHead& then, const JournalHead& now, const std::
 }
 
 void check_same_job(const std::filesystem::path& image, const Record& now) {
-  const std::optional<ImageSuffix> suffix = image_suffix(image);
-  if (suffix != ImageSuffix::fits && suffix != ImageSuffix::fits_compressed) return;
-  const Record then = record_from_table(read_fits_table(image, record_table_name));
+  if (keeps_record(image)) check_same_job(image, read_record(image), now);
+}
+
+void check_same_job(const std::filesystem::path& image, const Record& then, const Record& now) {
   fail_where_different(record_differences(then, now), image.string());
 }
 

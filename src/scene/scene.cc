@@ -9,12 +9,11 @@
 #include <map>
 #include <numbers>
 #include <optional>
-#include <tuple>
 #include <unordered_map>
 #include <utility>
 
-#include "gamer/core/random.h"
 #include "gamer/core/units.h"
+#include "gamer/scene/galaxy_library.h"
 #include "gamer/scene/orientation.h"
 #include "gamer/sed/igm.h"
 #include "scene/field_stars.h"
@@ -74,74 +73,6 @@ void place(PlacedGalaxy& placed, const glm::dmat3& axes, const SceneRow& row) {
   placed.bounding_radius = placed.radius * *std::max_element(stretch.begin(), stretch.end());
 }
 
-/// Makes each galaxy once per type, SED and seed.
-class GalaxyLibrary {
- public:
-  GalaxyLibrary(const RenderParameters& parameters, const std::string& label, Resources& resources)
-      : parameters_(parameters), label_(label), resources_(resources) {}
-
-  std::shared_ptr<const Galaxy> find(const std::string& type, const std::string& sed,
-                                     std::uint64_t row_seed, const SceneRow& row) {
-    // Without noise all seeds are the same.
-    std::uint64_t seed = row_seed;
-    const auto known_type = smooth_.find({type, sed});
-    if (known_type != smooth_.end() && known_type->second) seed = 0;
-    std::shared_ptr<const Galaxy>& known = galaxies_[{type, sed, seed}];
-    if (known != nullptr) return known;
-    known = make(type, sed, row_seed, row);
-    const auto components = known->components();
-    const bool is_smooth = std::all_of(components.begin(), components.end(),
-                                       [](const auto& c) { return !c->depends_on_seed(); });
-    smooth_[{type, sed}] = is_smooth;
-    if (is_smooth) galaxies_[{type, sed, 0}] = known;
-    return galaxies_[{type, sed, seed}];
-  }
-
-  /// An SED that a row names.
-  std::shared_ptr<const Sed> find_sed_of(const std::string& name, const SceneRow& row) {
-    std::shared_ptr<const Sed>& known = seds_[name];
-    if (known == nullptr) {
-      try {
-        known = find_sed(name, label_, resources_);
-      } catch (const InputError& error) {
-        throw InputError(row.where(column::sed), error.what());
-      }
-    }
-    return known;
-  }
-
- private:
-  std::shared_ptr<const Galaxy> make(const std::string& type, const std::string& sed,
-                                     std::uint64_t row_seed, const SceneRow& row) {
-    static const std::vector<std::string> suffixes = {".toml"};
-    GalaxySettings settings;
-    settings.noise_kind = parameters_.noise;
-    settings.octaves = parameters_.octaves;
-    settings.seed = hash_words({parameters_.seed, row_seed});
-    if (!sed.empty()) settings.sed = find_sed_of(sed, row);
-    Resources::Text made;
-    const Resources::Text* text = &made;
-    try {
-      if (const std::optional<std::string> content = made_galaxy(type)) {
-        made = {"", type, *content};
-      } else {
-        text = &resources_.find("galaxies", type, label_, suffixes);
-      }
-    } catch (const InputError& error) {
-      throw InputError(row.where(column::galaxy), error.what());
-    }
-    return Galaxy::parse(text->content, text->label, settings, resources_);
-  }
-
-  const RenderParameters& parameters_;
-  const std::string& label_;
-  Resources& resources_;
-  std::map<std::tuple<std::string, std::string, std::uint64_t>, std::shared_ptr<const Galaxy>>
-      galaxies_;
-  std::map<std::pair<std::string, std::string>, bool> smooth_;
-  std::map<std::string, std::shared_ptr<const Sed>> seds_;
-};
-
 /// Whether places on the sky show in an image.
 class ImageField {
  public:
@@ -198,14 +129,15 @@ class ImageField {
 class SceneReader {
  public:
   SceneReader(const Catalogue& catalogue, const RenderParameters& parameters,
-              const Spectrum& spectrum, const Camera& camera, Resources& resources)
+              const Spectrum& spectrum, const Camera& camera, Resources& resources,
+              GalaxyLibrary& library)
       : catalogue_(catalogue),
         parameters_(parameters),
         spectrum_(spectrum),
         camera_(camera),
         resources_(resources),
         row_(catalogue, parameters),
-        library_(parameters, catalogue.label(), resources),
+        library_(library),
         is_sky_(camera.projection() == Projection::sky) {}
 
   Scene read();
@@ -236,8 +168,6 @@ class SceneReader {
   double brightness(const PlacedGalaxy& placed, const Position& position);
   /// One text for all galaxies of a name.
   const SharedText& shared(const std::string& name);
-  /// Galaxy::luminosity() of each component.
-  const std::vector<double>& luminosities(const Galaxy& galaxy);
   /// From the camera, scene units. From within a galaxy its flux says nothing, and its brightness
   /// does not depend on the distance: any will do at its very centre.
   double distance_of(const glm::dvec3& centre) const {
@@ -256,13 +186,12 @@ class SceneReader {
   const Camera& camera_;
   Resources& resources_;
   SceneRow row_;
-  GalaxyLibrary library_;
+  GalaxyLibrary& library_;
   bool is_sky_;
   std::shared_ptr<const Bandpass> reference_;
   /// Of each galaxy, the least and the greatest redshift at which its spectra reach all planes.
   std::unordered_map<const Galaxy*, std::pair<double, double>> checked_;
   std::map<std::string, SharedText, std::less<>> names_;
-  std::unordered_map<const Galaxy*, std::vector<double>> luminosities_;
   Scene scene_;
   std::string list_;
 };
@@ -456,14 +385,6 @@ double SceneReader::angle_of_unit(const Position& position) const {
   return *unit * stretch * stretch / *position.luminosity_distance;
 }
 
-const std::vector<double>& SceneReader::luminosities(const Galaxy& galaxy) {
-  std::vector<double>& known = luminosities_[&galaxy];
-  for (std::size_t c = known.size(); c < galaxy.components().size(); ++c) {
-    known.push_back(galaxy.luminosity(c));
-  }
-  return known;
-}
-
 double SceneReader::brightness(const PlacedGalaxy& placed, const Position& position) {
   const double stretch = 1 + position.redshift;
   if (scene_.unit == PixelUnit::relative) return 1 / std::pow(stretch, 4);
@@ -481,7 +402,7 @@ double SceneReader::brightness(const PlacedGalaxy& placed, const Position& posit
     check_band(*sed, *reference_, is_absolute ? 0 : position.redshift,
                fmt::format("reference_band '{}'", reference_->name()),
                row_.where(is_absolute ? column::magnitude : column::apparent_magnitude));
-    const double light = luminosities(*placed.galaxy)[c];
+    const double light = library_.luminosities(*placed.galaxy)[c];
     if (is_absolute) {
       rest += light * band_flux(*sed, *reference_, 0);
     } else {
@@ -673,8 +594,15 @@ Scene SceneReader::read() {
 }  // namespace
 
 Scene read_scene(const Catalogue& catalogue, const RenderParameters& parameters,
+                 const Spectrum& spectrum, const Camera& camera, Resources& resources,
+                 GalaxyLibrary& library) {
+  return SceneReader(catalogue, parameters, spectrum, camera, resources, library).read();
+}
+
+Scene read_scene(const Catalogue& catalogue, const RenderParameters& parameters,
                  const Spectrum& spectrum, const Camera& camera, Resources& resources) {
-  return SceneReader(catalogue, parameters, spectrum, camera, resources).read();
+  GalaxyLibrary library(parameters, catalogue.label(), resources);
+  return read_scene(catalogue, parameters, spectrum, camera, resources, library);
 }
 
 Scene read_scene(std::string_view text, const std::string& label,

@@ -100,6 +100,8 @@ struct PictureFileOptions {
   int bits = 16;  ///< of a PNG's channel: 8 or 16; a BMP file has 8
   bool overwrite = false;
   std::string comment;  ///< a PNG's text "Comment" where not empty
+  /// Of a PNG, pack_png_table().
+  std::vector<std::vector<unsigned char>> tables;
 };
 
 /// Throws InputError: unknown suffix, other bits, a folder that is not there, a file that exists
@@ -140,7 +142,7 @@ void write_png(const std::filesystem::path& path, const Picture& picture);
 void write_bmp(const std::filesystem::path& path, const Picture& picture);
 
 /// Collects the image's channels, then makes and writes the picture (.png or .bmp), one whatever
-/// the layout.
+/// the layout. A PNG keeps the header's tables.
 std::unique_ptr<ImageWriter> make_picture_writer(const OutputOptions& options,
                                                  const ImageHeader& header);
 

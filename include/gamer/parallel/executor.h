@@ -25,6 +25,18 @@ struct RunTimes {
   double compute = 0;  ///< in compute, sum over the rank's threads
   double waiting = 0;  ///< of these threads: for blocks, for room, for others to end
   double consume = 0;  ///< in consume, on rank 0
+
+  RunTimes& operator+=(const RunTimes& other) {
+    wall += other.wall;
+    compute += other.compute;
+    waiting += other.waiting;
+    consume += other.consume;
+    return *this;
+  }
+  RunTimes operator-(const RunTimes& other) const {
+    return {wall - other.wall, compute - other.compute, waiting - other.waiting,
+            consume - other.consume};
+  }
 };
 
 /// Hands blocks of rows to workers and takes the results in. It knows nothing of what a row holds.

@@ -18,12 +18,12 @@ struct JobEstimate {
 };
 
 /// Of a job that has been read, in `preparing` seconds. Renders tiles of 16 x 16 pixels for up to
-/// two seconds, at places chosen with a probability proportional to what they are thought to cost
-/// (probe_pixels()), and with `truth` measures a few galaxies; times are those of the thread, not
-/// of the clock. Rank 0 hands out and writes while its threads render; the file system's own time
-/// is not in it.
-JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int threads,
-                         double preparing);
+/// `most_seconds`, at places chosen with a probability proportional to what they are thought to
+/// cost (probe_pixels()), and with `truth` measures a few galaxies for as long; times are those of
+/// the thread, not of the clock. Rank 0 hands out and writes while its threads render; the file
+/// system's own time is not in it.
+JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int threads, double preparing,
+                         double most_seconds = 2);
 
 /// One line.
 std::string estimate_text(const JobEstimate& estimate, int ranks, int threads);

@@ -55,6 +55,9 @@ RenderParameters load_parameters(const JobRequest& request, Resources& resources
 /// Reads everything. Throws InputError.
 RenderJob load_job(const JobRequest& request, Resources& resources);
 
+/// The resolved parameters of a record. Throws InputError.
+RenderParameters recorded_render_parameters(const Record& record);
+
 /// The same job from its record, on any machine.
 RenderJob job_from_record(const Record& record);
 

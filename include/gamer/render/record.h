@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -20,6 +21,12 @@ inline constexpr const char* recorded_parameters = "render.par";
 /// Name of the text with the scene's list.
 inline constexpr const char* recorded_scene = "scene.lst";
 
+/// The text of that name; null where there is none.
+const Resources::Text* find_text(const Record& record, std::string_view name);
+Resources::Text* find_text(Record& record, std::string_view name);
+/// Throws InputError where there is none.
+const Resources::Text& text_of(const Record& record, std::string_view name);
+
 std::string pack_record(const Record& record);
 /// The same in pieces, without a copy of the texts.
 void pack_record(const Record& record, const std::function<void(std::string_view)>& take);
@@ -33,5 +40,10 @@ inline constexpr const char* record_table_name = "INPUTS";
 TextTable record_table(const Record& record);
 /// Throws InputError.
 Record record_from_table(const TextTable& table);
+
+/// Whether images of that name keep the record of their job: FITS files and PNG pictures do.
+bool keeps_record(const std::filesystem::path& image);
+/// The record in an image's file. Throws InputError.
+Record read_record(const std::filesystem::path& image);
 
 }  // namespace gamer

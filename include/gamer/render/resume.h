@@ -22,8 +22,10 @@ JournalHead make_journal_head(const RenderJob& job, std::string truth);
 /// Throws InputError "<label>: ..." that names all that differs: the program or, where that is the
 /// same, parameters with both values, other texts with the first line that differs, the truth.
 void check_same_job(const JournalHead& then, const JournalHead& now, const std::string& label);
-/// The same for an image that is there already: whether it is this job's. Pictures do not tell.
+/// The same for an image that is there already: whether it is this job's. BMP pictures do not tell.
 void check_same_job(const std::filesystem::path& image, const Record& now);
+/// With the record of that image, which has been read.
+void check_same_job(const std::filesystem::path& image, const Record& then, const Record& now);
 
 /// The mask of instruction sets that makes the same rows again. Throws InputError when this machine
 /// has not the journal's.

@@ -21,6 +21,8 @@
 
 namespace gamer {
 
+class GalaxyLibrary;
+
 /// One galaxy of a scene: its type and where it stands. A scene point p is, in the ball frame,
 /// to_ball * (p - centre).
 struct PlacedGalaxy {
@@ -89,6 +91,10 @@ struct Scene {
 /// outside the range of an SED or extinction curve at the galaxy's redshift.
 Scene read_scene(const Catalogue& catalogue, const RenderParameters& parameters,
                  const Spectrum& spectrum, const Camera& camera, Resources& resources);
+/// With galaxies of a library, which gets those that it lacks; it is the same scene.
+Scene read_scene(const Catalogue& catalogue, const RenderParameters& parameters,
+                 const Spectrum& spectrum, const Camera& camera, Resources& resources,
+                 GalaxyLibrary& library);
 /// Of a text, in the format of the parameters.
 Scene read_scene(std::string_view text, const std::string& label,
                  const RenderParameters& parameters, const Spectrum& spectrum, const Camera& camera,

@@ -1,0 +1,80 @@
+#include "gamer/scene/galaxy_library.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "gamer/core/random.h"
+#include "gamer/scene/catalogue.h"
+#include "scene/scene_row.h"
+
+namespace gamer {
+
+GalaxyLibrary::GalaxyLibrary(const RenderParameters& parameters, std::string label,
+                             Resources& resources)
+    : seed_(parameters.seed), label_(std::move(label)), resources_(resources) {
+  settings_.noise_kind = parameters.noise;
+  settings_.octaves = parameters.octaves;
+}
+
+std::shared_ptr<const Galaxy> GalaxyLibrary::find(const std::string& type, const std::string& sed,
+                                                  std::uint64_t seed, const SceneRow& row) {
+  const auto known_type = smooth_.find({type, sed});
+  const bool is_smooth = known_type != smooth_.end() && known_type->second;
+  const auto known = galaxies_.find({type, sed, is_smooth ? 0 : seed});
+  if (known != galaxies_.end()) return known->second;
+  std::shared_ptr<const Galaxy> galaxy = make(type, sed, seed, row);
+  add(type, sed, seed, galaxy);
+  return galaxy;
+}
+
+void GalaxyLibrary::add(const std::string& type, const std::string& sed, std::uint64_t seed,
+                        std::shared_ptr<const Galaxy> galaxy) {
+  const auto components = galaxy->components();
+  const bool is_smooth = std::all_of(components.begin(), components.end(),
+                                     [](const auto& c) { return !c->depends_on_seed(); });
+  smooth_[{type, sed}] = is_smooth;
+  galaxies_.try_emplace({type, sed, is_smooth ? 0 : seed}, std::move(galaxy));
+}
+
+std::shared_ptr<const Sed> GalaxyLibrary::find_sed_of(const std::string& name,
+                                                      const SceneRow& row) {
+  std::shared_ptr<const Sed>& known = seds_[name];
+  if (known == nullptr) {
+    try {
+      known = find_sed(name, label_, resources_);
+    } catch (const InputError& error) {
+      throw InputError(row.where(column::sed), error.what());
+    }
+  }
+  return known;
+}
+
+const std::vector<double>& GalaxyLibrary::luminosities(const Galaxy& galaxy) {
+  std::vector<double>& known = luminosities_[&galaxy];
+  for (std::size_t c = known.size(); c < galaxy.components().size(); ++c) {
+    known.push_back(galaxy.luminosity(c));
+  }
+  return known;
+}
+
+std::shared_ptr<const Galaxy> GalaxyLibrary::make(const std::string& type, const std::string& sed,
+                                                  std::uint64_t row_seed, const SceneRow& row) {
+  static const std::vector<std::string> suffixes = {".toml"};
+  GalaxySettings settings = settings_;
+  settings.seed = hash_words({seed_, row_seed});
+  if (!sed.empty()) settings.sed = find_sed_of(sed, row);
+  Resources::Text made;
+  const Resources::Text* text = &made;
+  try {
+    if (const std::optional<std::string> content = made_galaxy(type)) {
+      made = {"", type, *content};
+    } else {
+      text = &resources_.find("galaxies", type, label_, suffixes);
+    }
+  } catch (const InputError& error) {
+    throw InputError(row.where(column::galaxy), error.what());
+  }
+  return Galaxy::parse(text->content, text->label, settings, resources_);
+}
+
+}  // namespace gamer
