@@ -167,12 +167,36 @@ class Reader {
     return value;
   }
 
+  /// Of a list of lists of numbers the message shows the list that would be right.
+  void check_flat(const ConfigNode& node) const {
+    std::vector<double> numbers;
+    for (const ConfigNode& row : node.array()) {
+      if (!row.is_array()) return;
+      for (const ConfigNode& element : row.array()) {
+        if (const auto* whole = std::get_if<std::int64_t>(&element.data)) {
+          numbers.push_back(static_cast<double>(*whole));
+        } else if (const auto* value = std::get_if<double>(&element.data)) {
+          numbers.push_back(*value);
+        } else {
+          return;
+        }
+      }
+    }
+    if (numbers.empty()) return;
+    constexpr std::size_t shown = 6;
+    const bool is_long = numbers.size() > shown;
+    numbers.resize(std::min(numbers.size(), shown));
+    fail(node, fmt::format("{} must be one list of numbers, not a list of lists: write [{}{}]",
+                           parameter_.name, fmt::join(numbers, ", "), is_long ? ", ..." : ""));
+  }
+
   std::vector<double> list(const ConfigNode& node, std::size_t count) const {
     const auto& elements = node.array();
     if (elements.size() != count) {
       fail(node, fmt::format("{} must be {}, not a list of {}", parameter_.name,
                              expected(parameter_.type), elements.size()));
     }
+    check_flat(node);
     std::vector<double> result;
     for (std::size_t i = 0; i < elements.size(); ++i) {
       const std::string name = fmt::format("{}[{}]", parameter_.name, i);

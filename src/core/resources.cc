@@ -84,6 +84,7 @@ std::string noun(const std::string& kind) {
   if (kind == "galaxies") return "galaxy";
   if (kind == "seds") return "SED";
   if (kind == "bandpasses") return "bandpass";
+  if (kind == "luminosities") return "luminosity function";
   return kind;
 }
 
@@ -148,8 +149,17 @@ const Resources::Text& Resources::find(const std::string& kind, const std::strin
   std::set<std::string> known(in_folders.begin(), in_folders.end());
   if (disk_) collect_names(folder, suffixes, known);
   const std::vector<std::string> candidates(known.begin(), known.end());
-  throw InputError(
-      fmt::format("unknown {} {}{}", noun(kind), in_quotes(name), did_you_mean(name, candidates)));
+  std::string hint = did_you_mean(name, candidates);
+  if (hint.empty() && disk_) {
+    std::vector<std::string> places = {in_quotes(folder.empty() ? "." : folder.generic_string())};
+    for (const fs::path& data : folders_) {
+      std::string place = in_quotes((data / kind).lexically_normal().generic_string());
+      if (std::ranges::find(places, place) == places.end()) places.push_back(std::move(place));
+    }
+    hint = fmt::format("; there is no {} in {}", fmt::join(file_names(name, suffixes), ", "),
+                       fmt::join(places, ", "));
+  }
+  throw InputError(fmt::format("unknown {} {}{}", noun(kind), in_quotes(name), hint));
 }
 
 const Resources::Text& Resources::read(const std::string& name, const fs::path& path) {

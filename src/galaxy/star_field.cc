@@ -1,12 +1,28 @@
 #include "gamer/galaxy/star_field.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+
+#include "gamer/core/error.h"
 
 namespace gamer {
 namespace {
 
 constexpr double largest_number = 1e15;
+
+/// With a spectrum of its own stars have no temperature.
+void check_spectrum(const ParameterSet& values, const std::string& context) {
+  if (!values.is_given("sed")) return;
+  for (const char* key : {"temperature", "temperature_slope", "temperature_scatter"}) {
+    if (!values.is_given(key)) continue;
+    throw InputError(values.where(key),
+                     fmt::format("{}'sed' and '{}' exclude each other: sed is the spectrum of all "
+                                 "stars, instead of blackbodies",
+                                 context, key));
+  }
+}
 
 }  // namespace
 
@@ -108,6 +124,7 @@ ComponentKind starfield_kind() {
   noise.floor = 0.3;
   kind.noise = noise;
   kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
+    check_spectrum(input.values, input.context);
     return std::make_unique<StarField>(
         Layer::read_shape(input.values), input.arms,
         StellarPopulation(input.values, input.context, input.resources),

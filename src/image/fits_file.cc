@@ -3,13 +3,31 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstring>
+#include <fstream>
+#include <string_view>
 #include <utility>
 
 #include "gamer/core/error.h"
 #include "image/fits_scan.h"
 
 namespace gamer {
+namespace {
+
+/// Whether a file that could not be opened begins unlike FITS, plain or compressed.
+bool is_other_file(const std::filesystem::path& path) {
+  constexpr std::string_view signatures[] = {"SIMPLE", "\x1f\x8b", "\x1f\x9d", "PK", "BZ"};
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return false;
+  char start[6] = {};
+  file.read(start, sizeof start);
+  const std::string_view text(start, static_cast<std::size_t>(file.gcount()));
+  return std::ranges::none_of(
+      signatures, [&](std::string_view signature) { return text.starts_with(signature); });
+}
+
+}  // namespace
 
 FitsFile FitsFile::create(const std::filesystem::path& path, std::string label) {
   FitsFile file(std::move(label), true);
@@ -29,6 +47,10 @@ FitsFile FitsFile::open(const std::filesystem::path& path, std::string label, bo
   fits_open_diskfile(&file.handle_, std::filesystem::absolute(path).c_str(), READONLY, &status);
   if (status != 0) {
     file.handle_ = nullptr;
+    if (is_other_file(path)) {
+      fits_clear_errmsg();
+      file.fail("is no FITS file");
+    }
     file.fail(status);
   }
   return file;

@@ -90,12 +90,19 @@ std::vector<int> whole_numbers(const OperationCall& call, const char* name) {
   return result;
 }
 
-/// flux or brightness: as --values says, else as BUNIT does.
-PixelValues values_of(const OperationCall& call, const std::string& unit) {
+/// Whether the pixels are gamer's relative ones, a brightness without a unit.
+bool is_relative(const PlaneTask& task) {
+  return task.info.unit.empty() && !task.info.zero_point &&
+         task.header.text("CREATOR").value_or("").starts_with("gamer ");
+}
+
+/// flux or brightness: as --values says, else as the header does.
+PixelValues values_of(const OperationCall& call, const PlaneTask& task) {
   if (call.parameters.has("values")) {
     return call.parameters.text("values") == "flux" ? PixelValues::flux : PixelValues::brightness;
   }
-  return is_brightness(unit) ? PixelValues::brightness : PixelValues::flux;
+  return is_brightness(task.info.unit) || is_relative(task) ? PixelValues::brightness
+                                                            : PixelValues::flux;
 }
 
 Parameter values_parameter() {
@@ -105,7 +112,7 @@ Parameter values_parameter() {
           {},
           {},
           "flux adds up, brightness averages (default: as BUNIT says; per solid angle is "
-          "brightness)",
+          "brightness, and so are gamer's relative images, which have none)",
           {"flux", "brightness"}};
 }
 
@@ -365,12 +372,12 @@ int bin_file(const OperationCall& call) {
       call,
       [&](const PlaneTask& task) {
         refuse_magnitudes(call.operation, task.label, task.info.unit);
-        return bin(checked(task), n[0], n[1], values_of(call, task.info.unit));
+        return bin(checked(task), n[0], n[1], values_of(call, task));
       },
       [&](const FitsHeader&, int, int) { return bin_map(n[0], n[1]); },
       [&](const PlaneTask& task) {
         const PlanePtr sum = bin(checked(task), n[0], n[1], PixelValues::flux);
-        if (values_of(call, task.info.unit) == PixelValues::flux) return sum;
+        if (values_of(call, task) == PixelValues::flux) return sum;
         const double count = static_cast<double>(n[0]) * n[1];
         return scaled(sum, 1 / (count * count), 0);
       });
@@ -443,7 +450,7 @@ int resample_file(const OperationCall& call) {
         refuse_magnitudes(call.operation, task.label, task.info.unit);
         const ResampleGrid grid =
             grid_of(call, task.header, task.plane->width(), task.plane->height());
-        return resample(task.plane, grid, kernel, values_of(call, task.info.unit));
+        return resample(task.plane, grid, kernel, values_of(call, task));
       },
       [&](const FitsHeader& header, int width, int height) {
         return resample_map(grid_of(call, header, width, height));

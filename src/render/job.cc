@@ -70,6 +70,31 @@ void make_preview(RenderParameters& parameters) {
 
 namespace {
 
+/// Whether a file is read as one of parameters.
+bool holds_parameters(const std::filesystem::path& path) {
+  try {
+    Resources files(std::vector<std::filesystem::path>{});
+    return !parse_toml(files.read("", path).content, "").table().empty();
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+ConfigNode read_parameter_file(const JobRequest& request, Resources& resources) {
+  try {
+    const Resources::Text& text =
+        read_file(resources, parameters_name, source_of(request, request.parameters));
+    return parse_toml(text.content, text.label);
+  } catch (const InputError& error) {
+    if (request.from_header.empty() && holds_parameters(request.scene)) {
+      throw InputError(fmt::format("{}; the parameter file stands before the scene: gamer {} {}",
+                                   error.what(), request.scene.generic_string(),
+                                   request.parameters.generic_string()));
+    }
+    throw;
+  }
+}
+
 void set_output(const std::filesystem::path& path, RenderParameters& parameters) {
   parameters.set("image", "output", path.string());
   try {
@@ -267,9 +292,7 @@ Resources open_resources(const JobRequest& request,
 }
 
 RenderParameters load_parameters(const JobRequest& request, Resources& resources) {
-  const Resources::Text& text =
-      read_file(resources, parameters_name, source_of(request, request.parameters));
-  ConfigNode root = parse_toml(text.content, text.label);
+  ConfigNode root = read_parameter_file(request, resources);
   for (const std::string& setting : request.settings) set_from_text(root, setting);
   RenderParameters parameters = RenderParameters::read(root);
   if (request.output) set_output(*request.output, parameters);
