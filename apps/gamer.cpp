@@ -113,8 +113,8 @@ Options parse_options(int argc, char** argv) {
   app.add_flag("--dry-run", options.work.dry_run,
                "read and check everything; say what time and memory the job will take");
   CLI::Option* from_header_option =
-      app.add_option("--from-header", from_header, "make the image of this FITS file again");
-  from_header_option->type_name("FITS");
+      app.add_option("--from-header", from_header, "make the image of this FITS file or PNG picture again");
+  from_header_option->type_name("IMAGE");
   app.add_flag("--truth", options.work.truth,
                "also write table TRUTH, what every object is, and the images of [truth]");
   app.add_option("--truth-table", truth_table,
@@ -243,7 +243,7 @@ Task prepare_image(const Options& options, gamer::RenderJob job, int ranks, int 
 
 Task prepare_film(const Options& options, const gamer::RenderJob& job, int ranks, int threads) {
   auto film = std::make_unique<gamer::Film>(job, options.work, ranks, threads);
-  if (const auto later = film->later_files(); !later.empty()) {
+  if (const auto later = film->later_files(); !later.empty() && !options.quiet) {
     const std::string files =
         later.size() == 1 ? "is a frame" : fmt::format("and {} more are frames", later.size() - 1);
     fmt::print(stderr,

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <map>
 #include <stdexcept>
 #include <tuple>
 
@@ -411,16 +410,6 @@ bool is_selected(const ConditionalKey& condition, const ParameterSet& set) {
          condition.values.end();
 }
 
-/// Whether a key stands in the file, but the one that decides about it is from the command line.
-bool is_overridden(const ParameterSet& set, std::string_view key, const ParameterSet& selector_set,
-                   std::string_view selector) {
-  const auto is_from_command_line = [](const SourceLocation& where) {
-    return where.file.starts_with("--set ");
-  };
-  return is_from_command_line(selector_set.where(selector)) &&
-         !is_from_command_line(set.where(key));
-}
-
 std::size_t index_of(std::string_view section) {
   const std::span<const ParameterSection> declared = render_parameter_sections();
   for (std::size_t i = 0; i < declared.size(); ++i) {
@@ -586,30 +575,15 @@ RenderParameters RenderParameters::read(const ConfigNode& root) {
     result.sections_[index] =
         ParameterSet::read(declared[index].table, node, "", fmt::format("in [{}]", name));
   }
-  // What --set makes meaningless in the file is as if it were not there.
-  std::map<std::string_view, std::vector<std::string>> left_out;
   for (const ConditionalKey& condition : conditional_keys) {
     const ParameterSet& set = result.section(condition.section);
-    if (!set.is_given(condition.key) || is_selected(condition, set)) continue;
-    if (is_overridden(set, condition.key, set, condition.selector)) {
-      left_out[condition.section].emplace_back(condition.key);
-      continue;
+    if (set.is_given(condition.key) && !is_selected(condition, set)) {
+      throw InputError(
+          set.where(condition.key),
+          fmt::format("{0}.{1} belongs to {2} = \"{3}\", but {2} is \"{4}\"", condition.section,
+                      condition.key, condition.selector, fmt::join(condition.values, "\" or \""),
+                      set.text(condition.selector)));
     }
-    throw InputError(
-        set.where(condition.key),
-        fmt::format("{0}.{1} belongs to {2} = \"{3}\", but {2} is \"{4}\"", condition.section,
-                    condition.key, condition.selector, fmt::join(condition.values, "\" or \""),
-                    set.text(condition.selector)));
-  }
-  if (const ParameterSet& image = result.section("image"), &view = result.section("camera");
-      image.is_given("size") && view.text("projection") == "healpix" &&
-      is_overridden(image, "size", view, "projection")) {
-    left_out["image"].emplace_back("size");
-  }
-  for (const auto& [name, keys] : left_out) {
-    const std::size_t index = index_of(name);
-    result.sections_[index] = ParameterSet::read(declared[index].table, *root.find(name), "",
-                                                 fmt::format("in [{}]", name), keys);
   }
   result.set_view_defaults();
   const ParameterSet& camera = result.section("camera");
@@ -630,14 +604,21 @@ void RenderParameters::set_view_defaults() {
   const std::string& kind = camera.text("projection");
   if (kind == "fisheye" && !camera.is_given("fov")) camera.set("fov", dome);
   if (kind == "equirectangular" && !image.is_given("size")) image.set("size", map_size);
-  if (kind == "healpix" && image.is_given("size")) {
-    throw InputError(image.where("size"),
-                     fmt::format("image.size belongs to other projections: the size of a HEALPix "
-                                 "map is camera.nside ({}); leave image.size out",
-                                 camera.is_given("nside")
-                                     ? fmt::format("given as {}", camera.integer("nside"))
-                                     : fmt::format("by default {}", camera.integer("nside"))));
+  if (kind != "healpix" || !image.is_given("size")) return;
+  const auto is_from_command_line = [](const SourceLocation& where) {
+    return where.file.starts_with("--set ");
+  };
+  // Nothing on the command line could take the size out of a file made for another view.
+  if (is_from_command_line(camera.where("projection")) &&
+      !is_from_command_line(image.where("size"))) {
+    return;
   }
+  throw InputError(image.where("size"),
+                   fmt::format("image.size belongs to other projections; camera.nside sets the "
+                               "size of a HEALPix map, {}: leave image.size out",
+                               camera.is_given("nside")
+                                   ? fmt::format("here {}", camera.integer("nside"))
+                                   : fmt::format("by default {}", camera.integer("nside"))));
 }
 
 void RenderParameters::set(std::string_view section_name, std::string_view key,

@@ -145,6 +145,14 @@ TEST(ParameterSet, NotFinite) {
 TEST(ParameterSet, WrongTypes) {
   EXPECT_EQ(read_error("wavelengths = \"blue\""),
             "a.par:1:15: wavelengths must be a list of numbers, not a string");
+  EXPECT_EQ(read_error("wavelengths = [[4000, 1], [5000.5]]"),
+            "a.par:1:15: wavelengths must be one list of numbers, not a list of lists: write "
+            "[4000, 1, 5000.5]");
+  EXPECT_EQ(read_error("wavelengths = [[1, 2, 3, 4], [5, 6, 7]]"),
+            "a.par:1:15: wavelengths must be one list of numbers, not a list of lists: write "
+            "[1, 2, 3, 4, 5, 6, ...]");
+  EXPECT_EQ(read_error("wavelengths = [[\"a\"]]"),
+            "a.par:1:16: wavelengths[0] must be a number, not a list");
   EXPECT_EQ(read_error("wavelengths = 5500"),
             "a.par:1:15: wavelengths must be a list of numbers, not an integer");
   EXPECT_EQ(read_error("wavelengths = [1, \"a\"]"),

@@ -141,7 +141,14 @@ TEST_F(ResourcesTest, UnknownNames) {
             "unknown galaxy 'ngc4231'; did you mean 'ngc4321'?");
   EXPECT_EQ(error_text([&] { resources.find("galaxies", "ngc4323", path("mine/s.lst"), toml); }),
             "unknown galaxy 'ngc4323'; did you mean 'ngc4321' or 'ngc4322'?");
-  EXPECT_EQ(error_text([&] { resources.find("seds", "blue", "", sed); }), "unknown SED 'blue'");
+  EXPECT_EQ(error_text([&] { resources.find("seds", "blue", "", sed); }),
+            "unknown SED 'blue'; there is no blue.sed, blue.txt in '.', '" + path("data/seds") +
+                "', '" + path("absent/seds") + "'");
+  EXPECT_EQ(
+      error_text([&] { resources.find("luminosities", "blue.lf", path("mine/a.toml"), sed); }),
+      "unknown luminosity function 'blue.lf'; there is no blue.lf.sed, blue.lf.txt in '" +
+          path("mine") + "', '" + path("data/luminosities") + "', '" + path("absent/luminosities") +
+          "'");
   EXPECT_EQ(error_text([&] { resources.find("galaxies", "my/m", "mine/s.lst", toml); }),
             "there is no file 'mine/my/m' for galaxy 'my/m'");
   EXPECT_EQ(error_text([&] { resources.find("galaxies", "", "", toml); }),

@@ -13,6 +13,7 @@
 #include <tuple>
 #include <vector>
 
+#include "core/error_text.h"
 #include "galaxy/evaluate.h"
 #include "galaxy/galaxy_text.h"
 
@@ -368,6 +369,19 @@ TEST(StarField, TablesOfLuminosities) {
   EXPECT_EQ(error("1 1 5000\n2 3 4000\n", "temperature = 5000"),
             "g.toml:6:15: component 'f': 'temperature' has no meaning: the luminosity function's "
             "file gives temperatures");
+}
+
+TEST(StarField, HasNoTemperatureBesidesItsSpectrum) {
+  EXPECT_NO_THROW(parse_galaxy(field_text("sed = \"flat\"")));
+  EXPECT_NO_THROW(parse_galaxy(field_text("temperature = 4000")));
+  for (const std::string key : {"temperature", "temperature_slope", "temperature_scatter"}) {
+    const std::string value = key == "temperature" ? "4000" : "0.1";
+    const std::string text =
+        error_text([&] { parse_galaxy(field_text("sed = \"flat\"\n" + key + " = " + value)); });
+    EXPECT_NE(text.find("component 'f': 'sed' and '" + key + "' exclude each other"),
+              std::string::npos)
+        << text;
+  }
 }
 
 }  // namespace

@@ -355,5 +355,29 @@ INSTANTIATE_TEST_SUITE_P(
                  "\"cell\"; did you "
                  "mean 'simplex'?"}));
 
+TEST(RenderParameters, AHealpixMapHasNoSizeButItsNside) {
+  const auto with = [](const std::string& file, const std::vector<std::string>& settings) {
+    ConfigNode root = parse_toml(file, "render.par");
+    for (const std::string& setting : settings) set_from_text(root, setting);
+    return RenderParameters::read(root);
+  };
+  const std::string sized = "[image]\nsize = 8\n", healpix = "[camera]\nprojection = \"healpix\"\n";
+  EXPECT_EQ(
+      message_of([&] { with(sized + healpix, {}); }),
+      "render.par:2:8: image.size belongs to other projections; camera.nside sets the size of "
+      "a HEALPix map, by default 128: leave image.size out");
+  EXPECT_EQ(message_of([&] {
+              with(healpix, {"camera.nside=4", "image.size=8"});
+            }),
+            "--set image.size: image.size belongs to other projections; camera.nside sets the size "
+            "of a HEALPix map, here 4: leave image.size out");
+  // A file made for another view serves for a map too.
+  const RenderParameters map = with(sized, {"camera.projection=healpix", "camera.nside=4"});
+  EXPECT_EQ(map.width, 4);
+  EXPECT_EQ(map.height, 48);
+  EXPECT_EQ(map.toml().find("size"), std::string::npos);
+  EXPECT_EQ(parameters_of(map.toml()).toml(), map.toml());
+}
+
 }  // namespace
 }  // namespace gamer

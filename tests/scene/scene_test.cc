@@ -8,6 +8,7 @@
 
 #include "galaxy/galaxy_text.h"
 #include "gamer/core/random.h"
+#include "gamer/scene/galaxy_library.h"
 #include "scene/scene_checks.h"
 
 namespace gamer {
@@ -43,6 +44,31 @@ Scene read(const std::string& list, const std::string& parameters = "") {
   const RenderParameters p = parameters_of(parameters);
   Resources data = resources();
   return read_scene(list, "scene.lst", p, load_spectrum(p, data), Camera(p), data);
+}
+
+TEST(GalaxyLibrary, OutlivesAScene) {
+  const RenderParameters p = parameters_of("");
+  Resources data = resources();
+  const Spectrum spectrum = load_spectrum(p, data);
+  const auto read_from = [&](const char* list, GalaxyLibrary& library) {
+    return read_scene(Catalogue::parse(list, "scene.lst", CatalogueFormat::automatic), p, spectrum,
+                      Camera(p), data, library);
+  };
+  GalaxyLibrary library(p, "scene.lst", data), other(p, "scene.lst", data);
+  const Scene first = read_from("galaxy x y z seed\nnoisy 0 0 0 1\nsmooth 0 0 0 1\n", library);
+  const Scene second =
+      read_from("galaxy x y z seed\nnoisy 1 0 0 1\nnoisy 1 0 0 2\nsmooth 0 0 0 5\n", library);
+  EXPECT_EQ(second.galaxies[0].galaxy, first.galaxies[0].galaxy);
+  EXPECT_NE(second.galaxies[1].galaxy, first.galaxies[0].galaxy);
+  EXPECT_EQ(second.galaxies[2].galaxy, first.galaxies[1].galaxy);
+  for (const PlacedGalaxy& placed : first.galaxies) {
+    other.add(placed.type, placed.sed, placed.seed, placed.galaxy);
+  }
+  const Scene third = read_from("galaxy x y z seed\nnoisy 1 0 0 1\nsmooth 0 0 0 7\n", other);
+  EXPECT_EQ(third.galaxies[0].galaxy, first.galaxies[0].galaxy);
+  EXPECT_EQ(third.galaxies[1].galaxy, first.galaxies[1].galaxy);
+  EXPECT_EQ(message_of([&] { read_from("galaxy x y z\nnoisi 0 0 0\n", other); }),
+            "scene.lst:2:1: unknown galaxy 'noisi'; did you mean 'noisy'?");
 }
 
 TEST(Scene, DefaultsOfARow) {

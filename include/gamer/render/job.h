@@ -17,11 +17,11 @@
 
 namespace gamer {
 
-/// What a user asks for: two files, or a FITS image to be made again, and what to change in them.
+/// What a user asks for: two files, or an image to be made again, and what to change in them.
 struct JobRequest {
   std::filesystem::path parameters;             ///< *.par
   std::filesystem::path scene;                  ///< *.lst
-  std::filesystem::path from_header;            ///< a FITS file, instead of the two
+  std::filesystem::path from_header;            ///< an image with a record, instead of the two
   std::vector<std::string> settings;            ///< "section.key=value"
   std::optional<std::filesystem::path> output;  ///< instead of image.output
   bool overwrite = false;
@@ -44,7 +44,7 @@ struct RenderJob {
 /// What JobRequest::preview changes.
 void make_preview(RenderParameters& parameters);
 
-/// Where a job's texts come from: the disk, or the FITS file that is to be made again. Throws
+/// Where a job's texts come from: the disk, or the image that is to be made again. Throws
 /// InputError.
 Resources open_resources(const JobRequest& request,
                          const std::vector<std::filesystem::path>& folders);

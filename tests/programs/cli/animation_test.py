@@ -139,6 +139,70 @@ class Film(unittest.TestCase):
                     name = f"film_{number:04}.png"
                     self.assertEqual(folder.content()[name], pictures[name])
 
+    def test_pictures_tell_what_has_changed(self):
+        for ranks in RANKS:
+            with self.subTest(ranks=ranks), FilmFolder() as folder:
+                pictures = folder.film("-o", "film.png")
+                (folder.path / "film_0002.png").unlink()
+                command = (*ARGUMENTS, "-o", "film.png", "--resume")
+                changed = folder.run(*command, "-s", "noise.seed=7", "-s", "camera.up=[0, 0.1, 1]",
+                                     ranks=ranks)
+                self.assertEqual(changed.returncode, 2)
+                self.assertRegex(changed.stderr, r"^film_0001.png: .*camera.up was \[0, 0, 1\], is "
+                                                 r"\[0, 0.1, 1\]; noise.seed was 1, is 7; "
+                                                 r"--overwrite starts anew\n$")
+                other_tone = folder.run(*command, "-s", "animation.tone_frame=4", ranks=ranks)
+                self.assertEqual(other_tone.returncode, 2)
+                self.assertRegex(other_tone.stderr, r"^film_0005.png: .*image.tone was \[.*\], is \[.*\] "
+                                                    r"\(of frame 4, animation.tone_frame\)")
+                self.assertEqual(folder.film("-o", "film.png", "--resume", ranks=ranks), pictures)
+
+    def test_a_picture_is_made_again_from_its_record(self):
+        with FilmFolder() as folder:
+            pictures = folder.film("-o", "film.png")
+            done = folder.run("--from-header", "film_0003.png", "-q", "--overwrite")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(folder.content()["film_0003.png"], pictures["film_0003.png"])
+
+    def test_a_shorter_film_tells_what_it_leaves(self):
+        with FilmFolder() as folder:
+            folder.film()
+            folder.write("film_4000.txt", "")
+            folder.write("film_04.fits", "")
+            before = folder.content()
+            shorter = ("film.par", "scene.lst", "-s", "animation.frames=3", "--overwrite")
+            for arguments in ((*shorter, "--dry-run"), shorter):
+                done = folder.run(*arguments)
+                self.assertEqual((done.returncode, done.stderr),
+                                 (0, "gamer: film_0004.fits and 1 more are frames of a longer film and "
+                                     "stay as they are: this one ends with frame 3\n"))
+            after = folder.content()
+            self.assertEqual(sorted(after), sorted(before))
+            changed = [name for name in after if after[name] != before[name]]
+            # The first frame is the same in both.
+            self.assertEqual(sorted(changed), NAMES[1:3])
+            self.assertEqual(folder.run(*ARGUMENTS, "--overwrite").stderr, "")
+
+    def test_verbose_tells_where_the_time_went(self):
+        for ranks in RANKS:
+            with self.subTest(ranks=ranks), FilmFolder() as folder:
+                done = folder.run("film.par", "scene.lst", "-v", "-j", "2", ranks=ranks)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                lines = done.stderr.splitlines()
+                self.assertEqual(lines[0].split(", SIMD")[0],
+                                 f"gamer: 2 galaxies, {2 * ranks} workers")
+                rows = [line.split()[1:] for line in lines
+                        if line.startswith("gamer:  ") and "threads" not in line]
+                self.assertEqual([row[0] for row in rows],
+                                 [str(rank) for rank in range(ranks)] + (["all"] if ranks > 1 else []))
+                for row in rows:
+                    shares = [float(word) for word in row[3:9]]
+                    self.assertGreaterEqual(min(shares), 0)
+                    self.assertLess(sum(shares), 100.5)
+                    self.assertGreater(sum(shares), 99.5 - float(row[9]))
+                # Of all frames; a relative image has one ray per pixel, but where there is nothing.
+                self.assertRegex(lines[-1], r"^gamer: per pixel (1\.00|0\.[3-9]\d) rays, ")
+
     def test_bad_input_says_what_is_wrong(self):
         cases = {
             ("-s", "animation.frames=0"): b"frames = 0 is outside",
@@ -169,8 +233,24 @@ class Film(unittest.TestCase):
     def test_a_dry_run_tells_the_frames(self):
         with FilmFolder() as folder:
             done = folder.run("film.par", "scene.lst", "--dry-run")
-            self.assertIn("film_0001.fits to film_0005.fits: 5 of 5 frames", str(done.stdout))
+            first, estimate = done.stdout.splitlines()
+            self.assertTrue(first.startswith(
+                "would write film_0001.fits to film_0005.fits: 5 of 5 frames, 24 x 18 pixels"), first)
+            self.assertRegex(estimate, r"^about \S+ s with 1 rank of ")
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            before = folder.film()
+            done = folder.run("film.par", "scene.lst", "--dry-run")
             self.assertEqual(done.returncode, 0)
+            self.assertEqual(done.stdout.splitlines()[2], f"output '{NAMES[0]}': '{NAMES[0]}' exists "
+                                                          "already; --overwrite replaces it")
+            (folder.path / NAMES[3]).unlink()
+            done = folder.run("film.par", "scene.lst", "--dry-run", "--resume")
+            self.assertIn("1 of 5 frames", done.stdout)
+            self.assertEqual(len(done.stdout.splitlines()), 2)
+            folder.write(NAMES[3], before[NAMES[3]])
+            done = folder.run("film.par", "scene.lst", "--dry-run", "--overwrite")
+            self.assertEqual(len(done.stdout.splitlines()), 2)
+            self.assertEqual({name: folder.content()[name] for name in NAMES}, before)
 
 
 if __name__ == "__main__":

@@ -90,6 +90,17 @@ CASES = {
                                "outside [0, 1000]"),
     "conflicting radii": (galaxy("effective_radius", "radius = 0.1\neffective_radius"), ARGUMENTS,
                           "spiral.toml:", "effective_radius"),
+    "key frames in lists": (
+        parameters("[animation]\nframes = 2\nposition = [[0, -3], [0.5, 0, -2, 0.5]]\n"), ARGUMENTS,
+        "render.par:3:12: position must be one list of numbers",
+        "write [0, -3, 0.5, 0, -2, 0.5]"),
+    "two spectra of stars": (
+        {"spiral.toml": '[[component]]\nclass = "starfield"\nsed = "E"\ntemperature = 4000\n'},
+        ARGUMENTS, "spiral.toml:4:15: ", "'sed' and 'temperature' exclude each other"),
+    "unknown luminosity function": (
+        {"spiral.toml": '[[component]]\nclass = "starfield"\nluminosity_function = "no"\n'},
+        ARGUMENTS, "spiral.toml:3:23: ",
+        "unknown luminosity function 'no'; there is no no.lf, no.txt, no.dat in '.', 'luminosities', '"),
     "unknown SED": (galaxy('"Sbc"', '"Sbd"'), ARGUMENTS, "spiral.toml:10:7: ",
                     "did you mean 'Sbc'"),
     "SED without units": (sed("900 1\n5500 1\n25000 1\n"), ARGUMENTS, EVERYWHERE,
@@ -118,7 +129,16 @@ CASES = {
     "missing parameter file": ({}, ("no.par", "scene.lst"), "no.par: ", "no file"),
     "missing scene": ({}, ("render.par", "no.lst"), "no.lst: ", "no file"),
     "a folder as a file": ({}, ("render.par", "."), ".: ", "directory"),
-    "no FITS file": ({}, ("--from-header", "scene.lst"), "scene.lst: ", ""),
+    "no FITS file": ({}, ("--from-header", "scene.lst"), "scene.lst: ", "is no FITS file"),
+    "an empty FITS file": ({"x.fits": ""}, ("--from-header", "x.fits"), "x.fits: ",
+                           "is no FITS file"),
+    "no PNG file": ({"x.png": "text"}, ("--from-header", "x.png"), "x.png: ", "not a PNG file"),
+    "files the wrong way round": ({}, ("scene.lst", "render.par"), "scene.lst:1:",
+                                  "the parameter file stands before the scene: gamer render.par "
+                                  "scene.lst"),
+    "table and parameters the wrong way round": (
+        {"scene.fits": b"SIMPLE\0"}, ("scene.fits", "render.par"), "scene.fits: ",
+        "gamer render.par scene.fits"),
     "a folder as a FITS file": ({}, ("--from-header", "."), ".: ", "directory"),
     "a device as a file": ({}, ("/dev/zero", "scene.lst"), "/dev/zero: ", "not a regular file"),
     "a device as a FITS file": ({}, ("--from-header", "/dev/zero"), "/dev/zero: ",
@@ -145,6 +165,8 @@ CASES = {
     "unknown option": ({}, ("--frobnicate",), "gamer: ", "--frobnicate"),
     "bad number of threads": ({}, (*ARGUMENTS, "-j", "0"), "gamer: --threads", ""),
     "unknown list": ({}, ("--list-parameters", "dsk"), "--list-parameters: ", "'disk'?"),
+    "resume and overwrite": ({}, (*ARGUMENTS, "--resume", "--overwrite"), "gamer: --resume ",
+                             "give one of them"),
     "header and files": ({}, ("--from-header", "x.fits", *ARGUMENTS), "gamer: ", "--from-header"),
 }
 

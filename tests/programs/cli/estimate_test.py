@@ -69,6 +69,35 @@ class Estimate(unittest.TestCase):
                     self.assertLess(peak, 1.3 * foretold)
                     self.assertGreater(peak, foretold / 2.5)
 
+    def test_film(self):
+        film = ("[image]\nsize = [200, 150]\noutput = \"film.fits\"\n[spectrum]\nwavelengths = [4400]\n"
+                "[animation]\nframes = 6\nposition = [0, -3, 0.5, 0.4, 0, 0.5]\n")
+        with Folder(**{"render.par": film}) as folder:
+            words = ("render.par", "scene.lst", "-j", "1")
+            wall, ranks, threads, preparing, rendering, _, memory, _ = estimate(folder, *words)
+            self.assertEqual((ranks, threads), (1, 1))
+            self.assertAlmostEqual(wall, preparing + rendering, delta=0.02 * wall + 0.1)
+            seconds, peaks = real(folder, *words)
+            print(f"film: estimated {preparing + rendering:.2f} s, {memory:.0f} MiB; took "
+                  f"{seconds:.2f} s, {peaks[0]:.0f} MiB")
+            self.assertLess(seconds, 1.5 * (preparing + rendering))
+            self.assertGreater(seconds, (preparing + rendering) / 1.5)
+            self.assertLess(peaks[0], 1.3 * memory)
+            self.assertGreater(peaks[0], memory / 2)
+
+    def test_what_exists_is_told(self):
+        with Folder() as folder:
+            self.assertEqual(folder.run("render.par", "scene.lst", "-q").returncode, 0)
+            before = folder.content()
+            result = folder.run("render.par", "scene.lst", "--dry-run")
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            self.assertRegex(result.stdout.splitlines()[1], LINE)
+            self.assertEqual(result.stdout.splitlines()[2],
+                             "output 'out.fits': 'out.fits' exists already; --overwrite replaces it")
+            self.assertEqual(folder.content(), before)
+            result = folder.run("render.par", "scene.lst", "--dry-run", "--overwrite")
+            self.assertEqual(len(result.stdout.splitlines()), 2)
+
     def test_truth(self):
         with Folder() as folder:
             plain = estimate(folder, "render.par", "scene.lst")

@@ -213,6 +213,30 @@ class Files(Case):
         shown = self.gutil("header", "--get", "OBJECT", "--get", "MAGZERO1", "set.fits").stdout
         self.assertEqual(shown, b"M100\n31.4\n")
 
+    def test_relative_images_are_a_brightness(self):
+        for layout in ("cube", "extensions"):
+            made = self.folder.run("render.par", "scene.lst", "-o", "relative.fits", "--overwrite", "-s",
+                                   "image.unit=nJy", "-s", f"image.layout={layout}")
+            self.assertEqual(made.returncode, 0, made.stderr)
+            self.gutil("bin", "--factor", "2", "relative.fits", "binned.fits", "--overwrite")
+            self.assertAlmostEqual(self.data("binned.fits").sum() / self.data("relative.fits").sum(),
+                                   1, delta=1e-6)
+            self.folder.write("plain.par", f"[image]\nsize = 32\nlayout = '{layout}'\n")
+            self.folder.write("plain.lst", "galaxy x y z\nspiral 0 0 0\n")
+            made = self.folder.run("plain.par", "plain.lst", "-o", "relative.fits", "--overwrite")
+            self.assertEqual(made.returncode, 0, made.stderr)
+            mean = self.data("relative.fits").mean()
+            for arguments, factor in (((), 1), (("--values", "flux"), 4)):
+                self.gutil("bin", "--factor", "2", *arguments, "relative.fits", "binned.fits",
+                           "--overwrite")
+                self.assertAlmostEqual(self.data("binned.fits").mean() / (factor * mean), 1,
+                                       delta=1e-6)
+            self.gutil("resample", "--factor", "0.5", "--kernel", "area", "relative.fits", "binned.fits",
+                       "--overwrite")
+            self.assertAlmostEqual(self.data("binned.fits").mean() / mean, 1, delta=1e-6)
+        for name in ("relative.fits", "binned.fits", "plain.par", "plain.lst"):
+            self.path(name).unlink()
+
     def test_header_alone_still_renders(self):
         self.gutil("scale", "--factor", "2", "in.fits", "twice.fits", "--overwrite")
         result = self.folder.run("--from-header", "twice.fits", "-o", "rendered.fits", "--overwrite")
