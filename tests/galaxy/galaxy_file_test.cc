@@ -188,7 +188,7 @@ std::string least_of(const ComponentKind& kind, const std::string& key) {
   text += "[[component]]\n";
   if (key != "class") text += "class = \"" + kind.name + "\"\n";
   for (const Parameter& parameter : kind.parameters) {
-    if (parameter.name == "sed" && key != "sed") text += "sed = \"flat\"\n";
+    if (parameter.name == "sed" && parameter.required && key != "sed") text += "sed = \"flat\"\n";
     if (parameter.name == "effective_radius" && key != "effective_radius" && key != "radius") {
       text += "effective_radius = 0.1\n";
     }
