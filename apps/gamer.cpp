@@ -112,8 +112,8 @@ Options parse_options(int argc, char** argv) {
   app.add_flag("--print-config", options.print_config, "print the resolved parameters");
   app.add_flag("--dry-run", options.work.dry_run,
                "read and check everything; say what time and memory the job will take");
-  CLI::Option* from_header_option =
-      app.add_option("--from-header", from_header, "make the image of this FITS file or PNG picture again");
+  CLI::Option* from_header_option = app.add_option(
+      "--from-header", from_header, "make the image of this FITS file or PNG picture again");
   from_header_option->type_name("IMAGE");
   app.add_flag("--truth", options.work.truth,
                "also write table TRUTH, what every object is, and the images of [truth]");
@@ -245,11 +245,11 @@ Task prepare_film(const Options& options, const gamer::RenderJob& job, int ranks
   auto film = std::make_unique<gamer::Film>(job, options.work, ranks, threads);
   if (const auto later = film->later_files(); !later.empty() && !options.quiet) {
     const std::string files =
-        later.size() == 1 ? "is a frame" : fmt::format("and {} more are frames", later.size() - 1);
-    fmt::print(stderr,
-               "gamer: {} {} of a longer film and stay as they are: this one ends with "
-               "frame {}\n",
-               later.front().string(), files, film->frames());
+        later.size() == 1
+            ? "is a frame of a longer film and stays"
+            : fmt::format("and {} more are frames of a longer film and stay", later.size() - 1);
+    fmt::print(stderr, "gamer: {} {}: this one ends with frame {}\n", later.front().string(), files,
+               film->frames());
   }
   if (film->left().empty()) {
     if (!options.quiet) fmt::print("{}: complete already\n", film->names());

@@ -174,8 +174,8 @@ class Film(unittest.TestCase):
             for arguments in ((*shorter, "--dry-run"), shorter):
                 done = folder.run(*arguments)
                 self.assertEqual((done.returncode, done.stderr),
-                                 (0, "gamer: film_0004.fits and 1 more are frames of a longer film and "
-                                     "stay as they are: this one ends with frame 3\n"))
+                                 (0, "gamer: film_0004.fits and 1 more are frames of a longer film "
+                                     "and stay: this one ends with frame 3\n"))
             after = folder.content()
             self.assertEqual(sorted(after), sorted(before))
             changed = [name for name in after if after[name] != before[name]]
