@@ -48,13 +48,13 @@ struct StarPainter::Batch {
     int galaxy;
     std::size_t component, slot;
     Hit hit;
-    double most, least;      ///< extinction at the nodes of the basis
-    std::int32_t intervals;  ///< between the ends
-    double fine, coarse;     ///< column by all nodes, and by every second one
+    double most, least;            ///< extinction at the nodes of the basis
+    std::int32_t intervals;        ///< between the ends
+    double fine, coarse, coarser;  ///< column by all nodes, every second, every fourth
   };
   struct Place {
     std::size_t run;
-    double weight, coarse_weight;
+    double weight, coarse_weight, coarser_weight;
   };
   std::vector<Line> lines;
   std::vector<Hit> hits;
@@ -272,7 +272,7 @@ void StarPainter::find_depths(std::span<const int> dusty, Batch& batch,
                             medium_.accuracy(), batch.plan);
         if (!(batch.plan.begin < batch.plan.end)) continue;
         batch.map.add(batch.plan.begin, batch.plan.end, batch.plan.focuses);
-        batch.lines.push_back({i, hit.galaxy, c, own, hit, 0, 0, 0, 0, 0});
+        batch.lines.push_back({i, hit.galaxy, c, own, hit, 0, 0, 0, 0, 0, 0});
       }
     }
   }
@@ -293,12 +293,12 @@ void StarPainter::measure_columns(Batch& batch, RenderCounts& counts) const {
   const Accuracy& accuracy = medium_.accuracy();
   // The trapezoidal rule over the map's u, in which densities are smooth, and over every second
   // node of it; together Simpson's. The end cuts densities off anywhere.
-  constexpr double fewest_pairs = 3, most_intervals = 8192;
+  constexpr double fewest_quarters = 2, most_intervals = 8192;
   for (std::size_t r = 0; r < batch.lines.size(); ++r) {
     Batch::Line& line = batch.lines[r];
-    const double pairs = std::clamp(std::ceil(0.5 * batch.map.length(r) / accuracy.first_step),
-                                    fewest_pairs, 0.5 * most_intervals);
-    line.intervals = static_cast<std::int32_t>(2 * pairs);
+    const double quarters = std::clamp(std::ceil(0.25 * batch.map.length(r) / accuracy.first_step),
+                                       fewest_quarters, 0.25 * most_intervals);
+    line.intervals = static_cast<std::int32_t>(4 * quarters);
     const Cover cover = medium_.cover(std::span(&line.hit, 1));
     line.most = 0;
     line.least = HUGE_VAL;
@@ -317,14 +317,17 @@ void StarPainter::measure_columns(Batch& batch, RenderCounts& counts) const {
   });
   add_nodes(batch, true, counts);
   while (true) {
-    // What is seen of a star may change by ray_error of itself when every second node is left out;
-    // where dust leaves less than faint_share of its light, by ray_error of that share.
+    // What is seen of a star may change by ray_error of itself when every second node is left out,
+    // and by the fourfold, as for what is smooth, with the next ones; where dust leaves less than
+    // faint_share of its light, by ray_error of that share.
     std::erase_if(batch.runs, [&](std::int32_t r) {
       const Batch::Line& line = batch.lines[static_cast<std::size_t>(r)];
       const double left = std::exp(-line.least * line.fine);
-      const double change = line.most * std::abs(line.fine - line.coarse) *
-                            std::min(left / accuracy.faint_share, 1.0);
-      return change <= accuracy.ray_error || 2 * line.intervals > most_intervals;
+      const double change =
+          std::max(std::abs(line.fine - line.coarse), 0.25 * std::abs(line.coarse - line.coarser));
+      return line.most * change * std::min(left / accuracy.faint_share, 1.0) <=
+                 accuracy.ray_error ||
+             2 * line.intervals > most_intervals;
     });
     if (batch.runs.empty()) return;
     add_nodes(batch, false, counts);
@@ -369,8 +372,9 @@ void StarPainter::add_nodes(Batch& batch, bool is_first, RenderCounts& counts) c
       const double light = scale * double{batch.density[i]};
       batch.between[place.run] += place.weight * light;
       if (is_first) {
-        batch.lines[static_cast<std::size_t>(batch.runs[place.run])].coarse +=
-            place.coarse_weight * light;
+        Batch::Line& own = batch.lines[static_cast<std::size_t>(batch.runs[place.run])];
+        own.coarse += place.coarse_weight * light;
+        own.coarser += place.coarser_weight * light;
       }
     }
     batch.places.clear();
@@ -386,7 +390,7 @@ void StarPainter::add_nodes(Batch& batch, bool is_first, RenderCounts& counts) c
       batch.z[place] = static_cast<float>(line.hit.nearest[2] + t * line.hit.direction[2]);
       const bool is_end = is_first && (k == 0 || k == batch.count[i] - 1);
       const double weight = double{batch.weight[n]} * (is_end ? 0.5 : 1.0);
-      batch.places.push_back({i, weight, k % 2 == 0 ? 2 * weight : 0.0});
+      batch.places.push_back({i, weight, k % 2 == 0 ? 2 * weight : 0, k % 4 == 0 ? 4 * weight : 0});
       if (batch.places.size() == batch_capacity) evaluate(line);
     }
     const Batch::Line* next =
@@ -401,6 +405,7 @@ void StarPainter::add_nodes(Batch& batch, bool is_first, RenderCounts& counts) c
       line.fine = batch.between[i];
       continue;
     }
+    line.coarser = line.coarse;
     line.coarse = line.fine;
     line.fine = 0.5 * (line.fine + batch.between[i]);
     line.intervals *= 2;

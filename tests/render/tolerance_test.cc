@@ -86,9 +86,7 @@ TEST_P(ToleranceTest, IsKept) {
         render_shipped(GetParam(), size, {std::string("sampling.tolerance=") + tolerance}), exact);
     RecordProperty(tolerance, std::to_string(error));
     std::printf("%-16s tolerance %s: rms error %.2e\n", GetParam().c_str(), tolerance, error);
-    // From inside a galaxy rays pass close by knots that few nodes find.
-    const double slack = GetParam() == "milky_way_inside" ? 1.5 : 1.0;
-    EXPECT_LT(error, slack * std::stod(tolerance));
+    EXPECT_LT(error, std::stod(tolerance));
   }
 }
 
