@@ -1,22 +1,24 @@
 #!/usr/bin/env bash
 # Makes the pictures of the README anew: docs/images/<scene>.png of every shipped scene, of the survey's
-# as it is observed.
+# as it is observed; scripts/views-pictures.sh makes those of the Milky Way from inside.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 scripts/setup.sh
-mkdir -p docs/images
+work=build/pictures
+mkdir -p docs/images "$work"
 for list in scenes/*.lst; do
   name=$(basename "$list" .lst)
-  [[ $name == survey ]] && continue
+  [[ $name == survey || $name == milky_way_inside ]] && continue
   settings=(--set image.size=256)
   case $name in
     ngc4321) settings=(--set image.size=512) ;;
-    milky_way_inside) settings=(--set "image.size=[512, 256]") ;;
+    m51 | milky_way | shader_galaxy) settings=(--set image.size=384) ;;
     field) settings=(--set "image.size=[440, 264]" --set camera.pixel_scale=0.0818) ;;
   esac
-  build/release/gamer "scenes/$name.par" "$list" --output "docs/images/$name.png" --overwrite \
+  build/release/gamer "scenes/$name.par" "$list" --output "$work/$name.fits" --overwrite \
     "${settings[@]}" --quiet
+  build/release/gutil rgb --method auto --bits 8 "$work/$name.fits" "docs/images/$name.png" --overwrite
 done
 scripts/survey.sh build/survey > /dev/null
 cp build/survey/observed.png docs/images/survey.png

@@ -76,36 +76,13 @@ draw antialiased "$view" biased image.size=100 camera.width=0.12
 draw aliased "$view" biased image.size=100 camera.width=0.12 stars.antialiased=false
 
 # From within 1e11 stars and dust, and the same as smooth light.
-cat > "$work/milky.toml" <<END
-[arms]
-model = "logarithmic"
-pitch_angle = 18
-count = 2
-[[component]]
-class = "starfield"
-z0 = 0.03
-rh = 0.2
-arm_width = 2
-twirl = 0.5
-number = 1e11
-[[component]]
-class = "dust"
-z0 = 0.012
-rh = 0.3
-arm_width = 5
-shift = 15
-twirl = 0.5
-optical_depth = 2
-END
-printf 'galaxy x y z\n./milky 0 0 0\n' > "$work/milky.lst"
-inside=('image.size=[330, 150]' 'camera.projection="perspective"' 'camera.position=[0, -0.35, 0.01]'
-  'camera.up=[0, 0, 1]' camera.fov=80 sampling.stars_per_pixel=2)
-sed -i '/^width/d' "$work/view.par"
-draw inside "$view" milky "${inside[@]}"
-draw smooth "$view" milky "${inside[@]}" sampling.stars_per_pixel=0
+cp scenes/milky_way_inside.lst "$work"
+inside=('image.size=[330, 150]' 'camera.projection="perspective"' camera.fov=80 sampling.tolerance=0.01)
+draw inside scenes/milky_way_inside.par milky_way_inside "${inside[@]}" sampling.stars_per_pixel=2
+draw smooth scenes/milky_way_inside.par milky_way_inside "${inside[@]}" sampling.stars_per_pixel=0
 
 # The shader galaxy in its five steps.
-parts=(1 1 2 3 4)
+parts=(1 1 3 4 5)
 for step in 1 2 3 4 5; do
   awk -v last="${parts[step - 1]}" '/^\[\[component\]\]/ { ++n } n <= last' galaxies/shader_galaxy.toml \
     > "$work/shader_galaxy.toml"

@@ -157,8 +157,9 @@ finish opacity
 
 # 4.2: M51 and the Milky Way.
 for name in m51 milky_way; do
-  "$gamer" "scenes/$name.par" "scenes/$name.lst" --output "docs/images/$name.png" --overwrite --quiet \
-    --set image.size=256
+  "$gamer" "scenes/$name.par" "scenes/$name.lst" --output "$work/$name.fits" --overwrite --quiet \
+    --set image.size=384
+  "$gutil" rgb --method auto --bits 8 "$work/$name.fits" "docs/images/$name.png" --overwrite
 done
 
 # The column density between two arms: map, spectrum and width.

@@ -1,30 +1,23 @@
 #!/usr/bin/env bash
-# Makes the pictures of docs/views.md anew: docs/images/view_<projection>.png.
+# Makes the pictures of docs/views.md anew: docs/images/view_<projection>.png, of scenes/milky_way_inside.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
+gamer=${GAMER:-build/release/gamer}
+gutil=${GUTIL:-build/release/gutil}
+scene=scenes/milky_way_inside
 mkdir -p docs/images
 folder=$(mktemp -d)
 trap 'rm -r "$folder"' EXIT
-cat > "$folder/inside.par" <<'END'
-[camera]
-position = [0.45, 0.2, 0.02]
-target = [0, 0, 0]
-up = [0, 0, 1]
-[spectrum]
-wavelengths = [4400, 5500, 6600]
-[sampling]
-tolerance = 0.01
-END
-cat > "$folder/inside.lst" <<'END'
-galaxy  x y z
-ngc4321 0 0 0
-ngc1300 2 1 1.5
-END
+# view <projection> <size> [output]: a cube's six sides are a picture only where gamer draws it.
 view() {
-  build/release/gamer "$folder/inside.par" "$folder/inside.lst" --quiet --overwrite \
-    --output "docs/images/view_$1.png" --set "camera.projection=$1" --set "image.size=$2"
+  "$gamer" $scene.par $scene.lst --quiet --overwrite --output "${3:-$folder/$1.fits}" \
+    --set "camera.projection=$1" --set "image.size=$2" --set sampling.tolerance=0.01
 }
-view equirectangular '[280, 140]'
-view fisheye 200
-view cubemap 70
+for view in 'equirectangular [512,256]' 'fisheye 256'; do
+  read -r projection size <<< "$view"
+  view "$projection" "$size"
+  "$gutil" rgb --method auto --bits 8 "$folder/$projection.fits" \
+    "docs/images/view_$projection.png" --overwrite
+done
+view cubemap 80 docs/images/view_cubemap.png

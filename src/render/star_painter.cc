@@ -48,6 +48,13 @@ struct StarPainter::Batch {
     int galaxy;
     std::size_t component, slot;
     Hit hit;
+    double most, least;            ///< extinction at the nodes of the basis
+    std::int32_t intervals;        ///< between the ends
+    double fine, coarse, coarser;  ///< column by all nodes, every second, every fourth
+  };
+  struct Place {
+    std::size_t run;
+    double weight, coarse_weight, coarser_weight;
   };
   std::vector<Line> lines;
   std::vector<Hit> hits;
@@ -55,7 +62,9 @@ struct StarPainter::Batch {
   RayPlan plan;
   std::vector<std::int32_t> runs, first, count;
   std::vector<float> step, s, weight;
-  std::vector<double> depth;  ///< [entry * basis nodes + j]
+  std::vector<Place> places;
+  std::vector<double> between;  ///< of each run, by the nodes that are added
+  std::vector<double> depth;    ///< [entry * basis nodes + j]
   std::vector<double> flux, dust_free, mixed;
 };
 
@@ -237,6 +246,7 @@ void StarPainter::find_depths(std::span<const int> dusty, Batch& batch,
   batch.depth.assign(batch.entries.size() * steps, 0.0);
   if (dusty.empty()) return;
   batch.lines.clear();
+  batch.runs.clear();
   batch.map.clear();
   for (std::size_t i = 0; i < batch.entries.size(); ++i) {
     const Batch::Entry& entry = batch.entries[i];
@@ -262,53 +272,95 @@ void StarPainter::find_depths(std::span<const int> dusty, Batch& batch,
                             medium_.accuracy(), batch.plan);
         if (!(batch.plan.begin < batch.plan.end)) continue;
         batch.map.add(batch.plan.begin, batch.plan.end, batch.plan.focuses);
-        batch.lines.push_back({i, hit.galaxy, c, own, hit});
+        batch.lines.push_back({i, hit.galaxy, c, own, hit, 0, 0, 0, 0, 0, 0});
       }
     }
   }
   if (batch.lines.empty()) return;
   batch.map.measure();
-  const std::size_t runs = batch.lines.size();
-  batch.runs.resize(runs);
+  measure_columns(batch, counts);
+  for (const Batch::Line& line : batch.lines) {
+    const Cover cover = medium_.cover(std::span(&line.hit, 1));
+    for (std::size_t j = 0; j < steps; ++j) {
+      batch.depth[line.entry * steps + j] +=
+          (4 * line.fine - line.coarse) / 3 *
+          double{medium_.extinction(cover, static_cast<int>(line.slot), j)};
+    }
+  }
+}
+
+void StarPainter::measure_columns(Batch& batch, RenderCounts& counts) const {
+  const Accuracy& accuracy = medium_.accuracy();
+  // The trapezoidal rule over the map's u, in which densities are smooth, and over every second
+  // node of it; together Simpson's. The end cuts densities off anywhere.
+  constexpr double fewest_quarters = 2, most_intervals = 8192;
+  for (std::size_t r = 0; r < batch.lines.size(); ++r) {
+    Batch::Line& line = batch.lines[r];
+    const double quarters = std::clamp(std::ceil(0.25 * batch.map.length(r) / accuracy.first_step),
+                                       fewest_quarters, 0.25 * most_intervals);
+    line.intervals = static_cast<std::int32_t>(4 * quarters);
+    const Cover cover = medium_.cover(std::span(&line.hit, 1));
+    line.most = 0;
+    line.least = HUGE_VAL;
+    for (std::size_t j = 0; j < medium_.basis().size(); ++j) {
+      const double own = medium_.extinction(cover, static_cast<int>(line.slot), j);
+      line.most = std::max(line.most, own);
+      line.least = std::min(line.least, own);
+    }
+    batch.runs.push_back(static_cast<std::int32_t>(r));
+  }
+  // Lines of one component together, in full batches.
+  std::stable_sort(batch.runs.begin(), batch.runs.end(), [&](std::int32_t a, std::int32_t b) {
+    const Batch::Line &one = batch.lines[static_cast<std::size_t>(a)],
+                      &other = batch.lines[static_cast<std::size_t>(b)];
+    return std::pair(one.galaxy, one.component) < std::pair(other.galaxy, other.component);
+  });
+  add_nodes(batch, true, counts);
+  while (true) {
+    // What is seen of a star may change by ray_error of itself when every second node is left out,
+    // and by the fourfold, as for what is smooth, with the next ones; where dust leaves less than
+    // faint_share of its light, by ray_error of that share.
+    std::erase_if(batch.runs, [&](std::int32_t r) {
+      const Batch::Line& line = batch.lines[static_cast<std::size_t>(r)];
+      const double left = std::exp(-line.least * line.fine);
+      const double change =
+          std::max(std::abs(line.fine - line.coarse), 0.25 * std::abs(line.coarse - line.coarser));
+      return line.most * change * std::min(left / accuracy.faint_share, 1.0) <=
+                 accuracy.ray_error ||
+             2 * line.intervals > most_intervals;
+    });
+    if (batch.runs.empty()) return;
+    add_nodes(batch, false, counts);
+  }
+}
+
+void StarPainter::add_nodes(Batch& batch, bool is_first, RenderCounts& counts) const {
+  const std::size_t runs = batch.runs.size();
   batch.first.resize(runs);
   batch.count.resize(runs);
   batch.step.resize(runs);
   std::int32_t nodes = 0;
-  // Simpson's rule over the map's u, in which densities are smooth; the end cuts them off anywhere.
-  constexpr double fewest_pairs = 3, most_pairs = 4096;
-  for (std::size_t r = 0; r < runs; ++r) {
-    const double length = batch.map.length(r);
-    const double pairs = std::clamp(std::ceil(0.5 * length / medium_.accuracy().first_step),
-                                    fewest_pairs, most_pairs);
-    batch.runs[r] = static_cast<std::int32_t>(r);
-    batch.first[r] = nodes;
-    batch.count[r] = 2 * static_cast<std::int32_t>(pairs) + 1;
-    batch.step[r] = static_cast<float>(length / (2 * pairs));
-    nodes += batch.count[r];
+  for (std::size_t i = 0; i < runs; ++i) {
+    const auto r = static_cast<std::size_t>(batch.runs[i]);
+    Batch::Line& line = batch.lines[r];
+    batch.first[i] = nodes;
+    batch.count[i] = line.intervals + (is_first ? 1 : 0);
+    batch.step[i] = static_cast<float>(batch.map.length(r) / line.intervals);
+    nodes += batch.count[i];
   }
   // Room for whole vectors of any target.
   batch.s.resize(static_cast<std::size_t>(nodes) + batch_padding);
   batch.weight.resize(batch.s.size());
-  batch.map.place({batch.runs, batch.first, batch.count, batch.step, 0.0f, batch.s.data(),
-                   batch.weight.data()});
+  batch.map.place({batch.runs, batch.first, batch.count, batch.step, is_first ? 0.0f : 0.5f,
+                   batch.s.data(), batch.weight.data()});
+  counts.nodes += static_cast<std::uint64_t>(nodes);
 
-  // Lines of one component together, in full batches.
-  std::vector<double> column(runs, 0.0);
-  std::vector<std::size_t> order(runs);
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    const Batch::Line &one = batch.lines[a], &other = batch.lines[b];
-    return std::pair(one.galaxy, one.component) < std::pair(other.galaxy, other.component);
-  });
   const auto threshold = static_cast<float>(medium_.accuracy().texture_threshold);
-  struct Place {
-    std::size_t line;
-    double weight;
-  };
-  std::vector<Place> places;
+  batch.between.assign(runs, 0.0);
+  batch.places.clear();
   const auto evaluate = [&](const Batch::Line& line) {
     const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(line.galaxy)];
-    const std::size_t size = places.size();
+    const std::size_t size = batch.places.size();
     for (std::size_t i = size; i < padded(size); ++i) batch.x[i] = batch.y[i] = batch.z[i] = 0;
     placed.galaxy->evaluate_component(line.component,
                                       {batch.x.data(), batch.y.data(), batch.z.data(), size},
@@ -316,36 +368,47 @@ void StarPainter::find_depths(std::span<const int> dusty, Batch& batch,
     // Per scene unit of path.
     const double scale = placed.galaxy->components()[line.component]->amplitude() / placed.radius;
     for (std::size_t i = 0; i < size; ++i) {
-      column[places[i].line] += scale * places[i].weight * double{batch.density[i]};
+      const Batch::Place& place = batch.places[i];
+      const double light = scale * double{batch.density[i]};
+      batch.between[place.run] += place.weight * light;
+      if (is_first) {
+        Batch::Line& own = batch.lines[static_cast<std::size_t>(batch.runs[place.run])];
+        own.coarse += place.coarse_weight * light;
+        own.coarser += place.coarser_weight * light;
+      }
     }
-    places.clear();
+    batch.places.clear();
   };
-  for (std::size_t o = 0; o < runs; ++o) {
-    const std::size_t r = order[o];
-    const Batch::Line& line = batch.lines[r];
-    for (std::int32_t k = 0; k < batch.count[r]; ++k) {
-      const auto n = static_cast<std::size_t>(batch.first[r] + k);
+  for (std::size_t i = 0; i < runs; ++i) {
+    const Batch::Line& line = batch.lines[static_cast<std::size_t>(batch.runs[i])];
+    for (std::int32_t k = 0; k < batch.count[i]; ++k) {
+      const auto n = static_cast<std::size_t>(batch.first[i] + k);
       const double t = double{batch.s[n]};
-      const std::size_t i = places.size();
-      batch.x[i] = static_cast<float>(line.hit.nearest[0] + t * line.hit.direction[0]);
-      batch.y[i] = static_cast<float>(line.hit.nearest[1] + t * line.hit.direction[1]);
-      batch.z[i] = static_cast<float>(line.hit.nearest[2] + t * line.hit.direction[2]);
-      const bool is_end = k == 0 || k == batch.count[r] - 1;
-      places.push_back({r, double{batch.weight[n]} * (is_end ? 1 : k % 2 == 1 ? 4 : 2) / 3});
-      if (places.size() == batch_capacity) evaluate(line);
+      const std::size_t place = batch.places.size();
+      batch.x[place] = static_cast<float>(line.hit.nearest[0] + t * line.hit.direction[0]);
+      batch.y[place] = static_cast<float>(line.hit.nearest[1] + t * line.hit.direction[1]);
+      batch.z[place] = static_cast<float>(line.hit.nearest[2] + t * line.hit.direction[2]);
+      const bool is_end = is_first && (k == 0 || k == batch.count[i] - 1);
+      const double weight = double{batch.weight[n]} * (is_end ? 0.5 : 1.0);
+      batch.places.push_back({i, weight, k % 2 == 0 ? 2 * weight : 0, k % 4 == 0 ? 4 * weight : 0});
+      if (batch.places.size() == batch_capacity) evaluate(line);
     }
-    const bool is_last = o + 1 == runs || batch.lines[order[o + 1]].galaxy != line.galaxy ||
-                         batch.lines[order[o + 1]].component != line.component;
-    if (is_last && !places.empty()) evaluate(line);
+    const Batch::Line* next =
+        i + 1 < runs ? &batch.lines[static_cast<std::size_t>(batch.runs[i + 1])] : nullptr;
+    const bool is_last =
+        next == nullptr || next->galaxy != line.galaxy || next->component != line.component;
+    if (is_last && !batch.places.empty()) evaluate(line);
   }
-  counts.nodes += static_cast<std::uint64_t>(nodes);
-  for (std::size_t r = 0; r < runs; ++r) {
-    const Batch::Line& line = batch.lines[r];
-    const Cover cover = medium_.cover(std::span(&line.hit, 1));
-    for (std::size_t j = 0; j < steps; ++j) {
-      batch.depth[line.entry * steps + j] +=
-          column[r] * double{medium_.extinction(cover, static_cast<int>(line.slot), j)};
+  for (std::size_t i = 0; i < runs; ++i) {
+    Batch::Line& line = batch.lines[static_cast<std::size_t>(batch.runs[i])];
+    if (is_first) {
+      line.fine = batch.between[i];
+      continue;
     }
+    line.coarser = line.coarse;
+    line.coarse = line.fine;
+    line.fine = 0.5 * (line.fine + batch.between[i]);
+    line.intervals *= 2;
   }
 }
 

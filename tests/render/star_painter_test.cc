@@ -278,7 +278,40 @@ TEST(StarPainter, DustDimsStarsBehindIt) {
         0.5 * std::exp(-r / 0.3) * (1 - std::tanh(z / 0.05)) * curve->relative(node);
     worst = std::max(worst, std::abs(std::log(free[i].flux[0] / dimmed[i].flux[0]) - depth));
   }
-  EXPECT_LT(worst, 0.008);
+  EXPECT_LT(worst, 7e-4);
+}
+
+// Rough dust, within which the camera is: stars that keep 1 % of their light and more are dimmed to
+// the tolerance.
+TEST(StarPainter, TexturedDustDimsToTheTolerance) {
+  const std::string stars = field(2000, smooth_noise);
+  const std::string dust =
+      "[[component]]\nclass = \"dust\"\nz0 = 0.02\nrh = 0.4\noptical_depth = 3\n"
+      "noise = {combination = \"multiplicative\", amplitude = 2, k0 = 4, octaves = 7}\n";
+  const auto fluxes = [&](const std::string& galaxy, const std::string& tolerance) {
+    return Painted({{{"g", galaxy}},
+                    "galaxy x y z\ng 0 0 0\n",
+                    view(inside, 32, 1e6, "tolerance = " + tolerance + "\n")})
+        .stars();
+  };
+  const std::vector<Found> free = fluxes(stars, "1e-2"), exact = fluxes(stars + dust, "1e-5");
+  ASSERT_GT(free.size(), 500u);
+  ASSERT_EQ(free.size(), exact.size());
+  for (const char* tolerance : {"1e-2", "1e-3"}) {
+    const std::vector<Found> dimmed = fluxes(stars + dust, tolerance);
+    ASSERT_EQ(free.size(), dimmed.size());
+    double sum = 0;
+    int count = 0;
+    for (std::size_t i = 0; i < free.size(); ++i) {
+      if (exact[i].flux[0] < 0.01 * free[i].flux[0]) continue;
+      sum += std::pow(dimmed[i].flux[0] / exact[i].flux[0] - 1, 2);
+      ++count;
+    }
+    ASSERT_GT(count, 200);
+    const double error = std::sqrt(sum / count);
+    std::printf("tolerance %s: rms error %.2e\n", tolerance, error);
+    EXPECT_LT(error, std::stod(tolerance));
+  }
 }
 
 // Segmentation and parts count a field's stars with their galaxy.

@@ -56,6 +56,10 @@ class StarPainter {
              const std::function<void(const Seen&)>& take, RenderCounts& counts) const;
   /// Optical depths at the spectral nodes, of all dust up to the batch's stars.
   void find_depths(std::span<const int> dusty, Batch& batch, RenderCounts& counts) const;
+  /// Columns of the batch's lines, each halved until the accuracy is met.
+  void measure_columns(Batch& batch, RenderCounts& counts) const;
+  /// The first nodes of the batch's runs, or those half way between.
+  void add_nodes(Batch& batch, bool is_first, RenderCounts& counts) const;
 
   std::shared_ptr<const Scene> scene_;
   Camera camera_;
