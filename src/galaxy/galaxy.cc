@@ -74,6 +74,9 @@ void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float thr
   const auto limit = hn::Set(d, threshold);
   const auto fade_scale = hn::Set(d, 1 / (threshold * (fade_factor - 1)));
   std::size_t size = 0;
+  // Through a register: to compress into memory is slow. What is stored beyond is overwritten.
+  const auto keep = [&](auto values, auto mask, float* to)
+                        HWY_ATTR { hn::StoreU(hn::Compress(values, mask), d, to + size); };
   for (std::size_t i = 0; i < batch.size; i += lanes) {
     const auto value = hn::Load(d, need + i);
     const auto index = hn::Iota(di, static_cast<std::int32_t>(i));
@@ -81,13 +84,11 @@ void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float thr
     const auto mask = hn::And(hn::Gt(value, limit), hn::RebindMask(d, inside));
     if (hn::AllFalse(d, mask)) continue;
     const auto fade = hn::Min(hn::Mul(hn::Sub(value, limit), fade_scale), hn::Set(d, 1.0f));
-    hn::CompressStore(hn::Load(d, batch.x.data() + i), mask, d, out.x + size);
-    hn::CompressStore(hn::Load(d, batch.y.data() + i), mask, d, out.y + size);
-    hn::CompressStore(hn::Load(d, batch.z.data() + i), mask, d, out.z + size);
-    if (has_winding) {
-      hn::CompressStore(hn::Load(d, batch.winding.data() + i), mask, d, out.winding + size);
-    }
-    hn::CompressStore(fade, mask, d, out.fade + size);
+    keep(hn::Load(d, batch.x.data() + i), mask, out.x);
+    keep(hn::Load(d, batch.y.data() + i), mask, out.y);
+    keep(hn::Load(d, batch.z.data() + i), mask, out.z);
+    if (has_winding) keep(hn::Load(d, batch.winding.data() + i), mask, out.winding);
+    keep(fade, mask, out.fade);
     if (footprints != nullptr) {
       auto footprint = hn::Load(d, footprints + i);
       if (has_winding && twirl != 0) {
@@ -96,9 +97,10 @@ void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float thr
         const auto root = hn::Sqrt(hn::MulAdd(half, half, hn::Set(d, 1.0f)));
         footprint = hn::Mul(footprint, hn::Add(half, root));
       }
-      hn::CompressStore(footprint, mask, d, out.footprint + size);
+      keep(footprint, mask, out.footprint);
     }
-    size += hn::CompressStore(index, hn::RebindMask(di, mask), di, out.index + size);
+    hn::StoreU(hn::Compress(index, hn::RebindMask(di, mask)), di, out.index + size);
+    size += hn::CountTrue(d, mask);
   }
   out.size = size;
   // Whole vectors are worked on: the padding must hold harmless numbers.

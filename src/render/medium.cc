@@ -149,7 +149,7 @@ void Medium::make_shares() {
   for (const int g : order) {
     if (last != key(g)) {
       shares_.push_back({weights, extinction});
-      weights += kind(g).light.size() * (planes_times_steps() + steering_.size());
+      weights += kind(g).light.size() * (planes_times_steps() + steering_.size()) + steering_.size();
       extinction += kind(g).dust.size() * nodes_;
     }
     last = key(g);
@@ -199,22 +199,29 @@ void Medium::fill_share(const PlacedGalaxy& galaxy, const Kind& kind, const Shar
                                 : 0.0f;
     }
   }
+  // Behind the sums: the brightest component, of a galaxy of brightness 1.
+  const double* sums = weights_.get() + share.weights + kind.light.size() * planes_times_steps();
+  for (std::size_t s = 0; s < steering_.size(); ++s) {
+    double typical = 0;
+    for (std::size_t m = 0; m < kind.light.size(); ++m) {
+      typical = std::max(typical, sums[m * steering_.size() + s] *
+                                      kind.columns[static_cast<std::size_t>(kind.light[m])]);
+    }
+    // Light mixed with dust of depth tau shows (1 - exp(-tau))/tau of itself.
+    double depth = 0;
+    for (std::size_t d = 0; d < kind.dust.size(); ++d) {
+      const std::size_t place = share.extinction + d * nodes_ + basis_->main_node(steering_[s]);
+      depth += kind.dust_columns[d] * double{extinction_[place]};
+    }
+    *sum++ = depth > 0 ? typical * (-std::expm1(-depth) / depth) : typical;
+  }
 }
 
 double Medium::typical_brightness(int galaxy, std::size_t s) const {
-  const Kind& own = kind(galaxy);
-  double typical = 0;
-  for (std::size_t m = 0; m < own.light.size(); ++m) {
-    typical =
-        std::max(typical, flux(galaxy, m, s) * own.columns[static_cast<std::size_t>(own.light[m])]);
-  }
-  // Light mixed with dust of depth tau shows (1 - exp(-tau))/tau of itself.
-  const float* extinction = extinction_.get() + share(galaxy).extinction;
-  double depth = 0;
-  for (std::size_t d = 0; d < own.dust.size(); ++d) {
-    depth += own.dust_columns[d] * double{extinction[d * nodes_ + basis_->main_node(steering_[s])]};
-  }
-  return depth > 0 ? typical * (-std::expm1(-depth) / depth) : typical;
+  const std::size_t components = kind(galaxy).light.size();
+  return spectra(galaxy).brightness *
+         weights_[share(galaxy).weights + components * (planes_times_steps() + steering_.size()) +
+                  s];
 }
 
 void Medium::rank_galaxies() {
@@ -456,13 +463,21 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
       const auto room = static_cast<std::int32_t>(batch_capacity - size);
       const std::int32_t count = std::min(stretch.count - done, room);
       const double* at = nodes.t.data() + stretch.first + done;
-      for (std::int32_t i = 0; i < count; ++i, ++size) {
-        const double t = at[i] - hit.centre;
-        s.x[size] = static_cast<float>(hit.nearest[0] + t * hit.direction[0]);
-        s.y[size] = static_cast<float>(hit.nearest[1] + t * hit.direction[1]);
-        s.z[size] = static_cast<float>(hit.nearest[2] + t * hit.direction[2]);
-        s.footprint[size] = static_cast<float>(hit.footprint_at(at[i]));
+      const auto along = [&](std::size_t axis, BatchArray& out) {
+        const double start = hit.nearest[axis], slope = hit.direction[axis], centre = hit.centre;
+        float* to = out.data() + size;
+        for (std::int32_t i = 0; i < count; ++i) {
+          to[i] = static_cast<float>(start + (at[i] - centre) * slope);
+        }
+      };
+      along(0, s.x);
+      along(1, s.y);
+      along(2, s.z);
+      for (std::int32_t i = 0; i < count; ++i) {
+        s.footprint[size + static_cast<std::size_t>(i)] =
+            static_cast<float>(hit.footprint + hit.footprint_growth * at[i]);
       }
+      size += static_cast<std::size_t>(count);
       has_footprints = has_footprints || hit.footprint_at(hit.end) > 0;
       done += count;
       if (done < stretch.count) break;

@@ -6,8 +6,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <numeric>
-#include <tuple>
 #include <vector>
 
 #include "core/math-inl.h"
@@ -19,6 +17,7 @@ namespace {
 
 /// Arrays of one thread, kept between calls.
 struct IntegralMemory {
+  std::vector<std::uint64_t> keys;
   std::vector<std::uint32_t> order;
   std::vector<float> lanes;
 };
@@ -330,15 +329,23 @@ void IntegrateRuns(const RunNodes& runs, const RunCovers& covers, std::int32_t s
   using D = hn::ScalableTag<float>;
   const std::size_t lanes = hn::Lanes(D());
   // Runs that are much alike share a vector.
-  const auto likeness = [&](std::uint32_t run) {
+  memory.keys.clear();
+  for (std::size_t run = 0; run < runs.runs; ++run) {
     const std::int32_t cover = runs.cover[run];
-    return std::make_tuple(runs.variants[run], covers.dust_slots[cover], covers.light_slots[cover],
-                           runs.count[run], run);
-  };
-  memory.order.resize(runs.runs);
-  std::iota(memory.order.begin(), memory.order.end(), 0u);
-  std::sort(memory.order.begin(), memory.order.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return likeness(a) < likeness(b); });
+    const auto part = [](auto value, std::uint64_t most) {
+      return std::min(static_cast<std::uint64_t>(value), most);
+    };
+    std::uint64_t key = part(runs.variants[run], 1);
+    key = key << 8 | part(covers.dust_slots[cover], 0xff);
+    key = key << 8 | part(covers.light_slots[cover], 0xff);
+    key = key << 15 | part(runs.count[run], 0x7fff);
+    memory.keys.push_back(key << 32 | run);
+  }
+  std::sort(memory.keys.begin(), memory.keys.end());
+  memory.order.clear();
+  for (const std::uint64_t key : memory.keys) {
+    memory.order.push_back(static_cast<std::uint32_t>(key));
+  }
   const std::size_t dust_slots = runs.dust_stride;
   const std::size_t variants = runs.variant_weights.size();
   const std::size_t size = out.light_slots * covers.nodes + covers.nodes +

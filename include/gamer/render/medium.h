@@ -171,7 +171,7 @@ class Medium {
   /// its rows show.
   struct Share {
     /// In weights_: [light component][plane * basis nodes + j], then the sums over the nodes
-    /// [light component][steering plane].
+    /// [light component][steering plane], then typical brightnesses [steering plane].
     std::size_t weights;
     std::size_t extinction;  ///< in extinction_: [dust component][node]
   };
