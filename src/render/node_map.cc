@@ -26,8 +26,8 @@ struct MapArrays {
   const float* product;
 };
 
-// From the predicted place the error of u falls below 1e-4 in so many steps of Newton's method.
-constexpr int newton_steps = 2;
+// After so many steps from node to node, and Newton's last, the error of u is below 1e-4.
+constexpr int corrections = 2;
 
 }  // namespace
 }  // namespace gamer
@@ -58,20 +58,19 @@ class Map {
   V begin() const { return begin_; }
   V end() const { return end_; }
 
-  /// u(s) - u(begin) and rho(s).
-  HWY_INLINE void operator()(D d, V s, V& u, V& rho) const {
+  /// u(s) - u(begin), rho(s) and its derivative.
+  HWY_INLINE void operator()(D d, V s, V& u, V& rho, V& slope) const {
     u = hn::Neg(start_);
     rho = hn::Zero(d);
-    for_focuses(d, s, [&](V x, V root, V rate, V product) HWY_ATTR {
+    slope = hn::Zero(d);
+    for_focuses(d, s, [&](V x, V inverse_width, V rate, V product) HWY_ATTR {
+      const V root2 = hn::MulAdd(x, x, hn::Set(d, 1.0f));
+      const V root = hn::Sqrt(root2);
       u = hn::MulAdd(product, Asinh(d, x, root), u);
-      rho = hn::Add(rho, hn::Div(rate, root));
+      const V own = hn::Div(rate, root);
+      rho = hn::Add(rho, own);
+      slope = hn::NegMulAdd(hn::Mul(own, x), hn::Div(inverse_width, root2), slope);
     });
-  }
-  HWY_INLINE V density(D d, V s) const {
-    V rho = hn::Zero(d);
-    for_focuses(d, s,
-                [&](V, V root, V rate, V) HWY_ATTR { rho = hn::Add(rho, hn::Div(rate, root)); });
-    return rho;
   }
 
  private:
@@ -84,16 +83,16 @@ class Map {
       // Runs with fewer focuses repeat their first, without weight.
       const VI at = hn::Add(first_, hn::IfThenElseZero(has, index));
       const auto own = hn::RebindMask(d, has);
-      const V x = hn::Mul(hn::Sub(s, hn::GatherIndex(d, arrays_.centre, at)),
-                          hn::GatherIndex(d, arrays_.inverse_width, at));
-      const V root = hn::Sqrt(hn::MulAdd(x, x, hn::Set(d, 1.0f)));
-      use(x, root, hn::IfThenElseZero(own, hn::GatherIndex(d, arrays_.rate, at)),
+      const V inverse_width = hn::GatherIndex(d, arrays_.inverse_width, at);
+      const V x = hn::Mul(hn::Sub(s, hn::GatherIndex(d, arrays_.centre, at)), inverse_width);
+      use(x, inverse_width, hn::IfThenElseZero(own, hn::GatherIndex(d, arrays_.rate, at)),
           hn::IfThenElseZero(own, hn::GatherIndex(d, arrays_.product, at)));
     }
   }
   HWY_INLINE V sum(D d, V s) const {
     V u = hn::Zero(d);
-    for_focuses(d, s, [&](V x, V root, V, V product) HWY_ATTR {
+    for_focuses(d, s, [&](V x, V, V, V product) HWY_ATTR {
+      const V root = hn::Sqrt(hn::MulAdd(x, x, hn::Set(d, 1.0f)));
       u = hn::MulAdd(product, Asinh(d, x, root), u);
     });
     return u;
@@ -120,7 +119,8 @@ void MeasureRuns(const MapArrays& arrays, std::size_t size, float* length) {
     const Map<decltype(d)> map(d, arrays, run);
     auto u = hn::Zero(d);
     auto rho = hn::Zero(d);
-    map(d, map.end(), u, rho);
+    auto slope = hn::Zero(d);
+    map(d, map.end(), u, rho, slope);
     hn::Store(u, d, lengths);
     std::copy_n(lengths, std::min(lanes, size - i), length + i);
   }
@@ -148,22 +148,27 @@ void PlaceNodes(const MapArrays& arrays, const NodeMap::Places& out) {
     const Map<decltype(d)> map(d, arrays, hn::Load(di, run));
     const auto step = hn::Load(d, step_of);
     auto s = map.begin();
-    auto rho = map.density(d, s);
     auto u = hn::Zero(d);
+    auto rho = hn::Zero(d);
+    auto slope = hn::Zero(d);
+    map(d, s, u, rho, slope);
+    u = hn::Zero(d);
     for (std::int32_t k = 0; k < longest; ++k) {
       const auto target = hn::Mul(hn::Set(d, static_cast<float>(k) + out.shift), step);
-      const auto missing = hn::Sub(target, u);
-      const auto middle = hn::MulAdd(half, hn::Div(missing, rho), s);
-      s = hn::Add(s, hn::Div(missing, map.density(d, middle)));
-      for (int n = 0; n < newton_steps; ++n) {
-        s = hn::Min(hn::Max(s, map.begin()), map.end());
-        map(d, s, u, rho);
-        s = hn::Add(s, hn::Div(hn::Sub(target, u), rho));
+      for (int n = 0; n < corrections; ++n) {
+        // Of second order: u + rho ds + rho' ds^2/2.
+        const auto straight = hn::Div(hn::Sub(target, u), rho);
+        const auto bend = hn::Mul(hn::Mul(half, straight), hn::Div(slope, rho));
+        const auto moved = hn::NegMulAdd(straight, hn::Min(bend, half), hn::Add(s, straight));
+        s = hn::Min(hn::Max(moved, map.begin()), map.end());
+        map(d, s, u, rho, slope);
       }
-      s = hn::Min(hn::Max(s, map.begin()), map.end());
+      const auto last = hn::Div(hn::Sub(target, u), rho);
+      const auto moved = hn::Min(hn::Max(hn::Add(s, last), map.begin()), map.end());
+      rho = hn::MulAdd(slope, hn::Sub(moved, s), rho);
+      s = moved;
       // The next node starts from the place's own u.
       u = target;
-      rho = map.density(d, s);
       hn::Store(s, d, s_of);
       hn::Store(hn::Div(step, rho), d, weight_of);
       for (std::size_t lane = 0; lane < used; ++lane) {
