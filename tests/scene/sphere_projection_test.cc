@@ -129,7 +129,7 @@ TEST_P(EveryProjection, NeighboursAreNear) {
                                  place.y < projection->height();
           ASSERT_TRUE(is_inside || (GetParam().sphere < 4 * pi)) << x << ' ' << y;
           if (there) {
-            ASSERT_LT(distance(*here, *there), 2.1 * projection->pixel_angle())
+            ASSERT_LT(distance(*here, *there), 2.5 * projection->pixel_angle())
                 << x << ' ' << y << " to " << place.x << ' ' << place.y;
           }
         }
