@@ -154,10 +154,14 @@ Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
       parts_[output.object] = o;
     }
   }
-  for (const PlacedStar& star : scene_->stars) stars_.push_back(&star);
-  std::stable_sort(stars_.begin(), stars_.end(), [](const PlacedStar* a, const PlacedStar* b) {
-    return std::tie(a->pixel.y, a->pixel.x, a->flux) < std::tie(b->pixel.y, b->pixel.x, b->flux);
-  });
+  for (const PlacedStar& star : scene_->stars) {
+    (camera_.is_near_seam(star.pixel, star_reach()) ? seam_stars_ : stars_).push_back(&star);
+  }
+  for (auto* stars : {&stars_, &seam_stars_}) {
+    std::stable_sort(stars->begin(), stars->end(), [](const PlacedStar* a, const PlacedStar* b) {
+      return std::tie(a->pixel.y, a->pixel.x, a->flux) < std::tie(b->pixel.y, b->pixel.x, b->flux);
+    });
+  }
 }
 
 std::vector<OutputPlane> output_planes(const Scene& scene, const Spectrum& spectrum,
@@ -343,6 +347,7 @@ double Renderer::relative_size(const Ray& ray, double size, std::span<const int>
 
 void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& near,
                              Work& work) const {
+  const std::size_t first = work.samples.size();
   if (supersample_) {
     const int sub = *supersample_;
     const double weight = 1.0 / (sub * sub);
@@ -353,6 +358,7 @@ void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& ne
             {x, row, x + offset(i), y + offset(j), weight, 1.0 / sub, 1.0 / sub});
       }
     }
+    weigh(first, work);
     return;
   }
   const Sample whole{x, row, static_cast<double>(x), static_cast<double>(y), 1, 1, 1};
@@ -365,7 +371,21 @@ void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& ne
     work.samples.push_back(whole);
   } else {
     refine(whole, work);
+    weigh(first, work);
   }
+}
+
+void Renderer::weigh(std::size_t first, Work& work) const {
+  const std::span<Sample> samples = std::span(work.samples).subspan(first);
+  if (!camera_.weighs_parts() || samples.size() == 1) return;
+  // So that what is even stays so, also where a part of the pixel shows no sky.
+  double sum = 0;
+  for (Sample& sample : samples) {
+    sample.weight *= camera_.density(sample.x, sample.y);
+    sum += sample.weight;
+  }
+  if (!(sum > 0)) return;
+  for (Sample& sample : samples) sample.weight /= sum;
 }
 
 void Renderer::refine(const Sample& cell, Work& work) const {
@@ -486,7 +506,8 @@ void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, 
                          const std::function<void(int x, int y, double share)>& take) const {
   if (white_point_) {
     const double x = std::round(pixel.x), y = std::round(pixel.y);
-    const double area = camera_.solid_angle(x, y);
+    const glm::ivec2 own_pixel = camera_.neighbour(pixel, static_cast<int>(x), static_cast<int>(y));
+    const double area = camera_.solid_angle(own_pixel.x, own_pixel.y);
     double value = 0;
     for (std::size_t p = 0; p < flux.size() && area > 0; ++p) {
       const double brightness = flux[p] * area_scale / area * unit_factors_[p];
@@ -510,7 +531,9 @@ void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, 
             if (!is_second) {
               sum += own;
             } else if (own > 0) {
-              take(static_cast<int>(i), static_cast<int>(j), own / sum);
+              const glm::ivec2 place =
+                  camera_.neighbour(pixel, static_cast<int>(i), static_cast<int>(j));
+              take(place.x, place.y, own / sum);
             }
           }
         }
@@ -519,7 +542,9 @@ void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, 
     }
   }
   if (!antialiased_stars_) {
-    take(static_cast<int>(std::round(pixel.x)), static_cast<int>(std::round(pixel.y)), 1);
+    const glm::ivec2 place = camera_.neighbour(pixel, static_cast<int>(std::round(pixel.x)),
+                                               static_cast<int>(std::round(pixel.y)));
+    take(place.x, place.y, 1);
     return;
   }
   // A point: shared among the four nearest pixels so that its centroid is where it is.
@@ -536,38 +561,42 @@ void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, 
 }
 
 bool Renderer::add_stars(RowRange rows, Sums& sums) const {
-  using Kind = OutputPlane::Kind;
-  const auto width = static_cast<std::size_t>(camera_.width());
-  const std::size_t spectral = medium_.basis().planes();
   const double reach = star_reach();
-  bool any = false;
+  bool any = !seam_stars_.empty();
   const auto begin = std::partition_point(
       stars_.begin(), stars_.end(),
       [&](const PlacedStar* star) { return star->pixel.y <= rows.first - reach; });
   for (auto placed = begin; placed != stars_.end() && (*placed)->pixel.y < rows.last - 1 + reach;
        ++placed) {
     any = true;
-    const PlacedStar& star = **placed;
-    share_out(star.pixel, star.flux, star.area_scale, [&](int x, int y, double share) {
-      if (y < rows.first || y >= rows.last || x < 0 || x >= camera_.width()) return;
-      const double area = camera_.solid_angle(x, y) / star.area_scale;
-      if (!(area > 0)) return;
-      const auto row = static_cast<std::size_t>(y - rows.first);
-      const auto column = static_cast<std::size_t>(x);
-      for (std::size_t o = 0; o < outputs_.size(); ++o) {
-        const Kind kind = outputs_[o].kind;
-        const bool is_own = kind == Kind::object && outputs_[o].object == star.object;
-        if (kind != Kind::image && kind != Kind::dust_free && !is_own) continue;
-        sums.values[(row * outputs_.size() + o) * width + column] +=
-            share * star.flux[outputs_[o].plane] / area;
-      }
-      for (std::size_t p = 0; p < spectral && owner_; ++p) {
-        sums.owners[row * width + column][star.object] +=
-            share * star.flux[p] / area * unit_factors_[p];
-      }
-    });
+    add_star(**placed, rows, sums);
   }
+  for (const PlacedStar* star : seam_stars_) add_star(*star, rows, sums);
   return any;
+}
+
+void Renderer::add_star(const PlacedStar& star, RowRange rows, Sums& sums) const {
+  using Kind = OutputPlane::Kind;
+  const auto width = static_cast<std::size_t>(camera_.width());
+  const std::size_t spectral = medium_.basis().planes();
+  share_out(star.pixel, star.flux, star.area_scale, [&](int x, int y, double share) {
+    if (y < rows.first || y >= rows.last || x < 0 || x >= camera_.width()) return;
+    const double area = camera_.solid_angle(x, y) / star.area_scale;
+    if (!(area > 0)) return;
+    const auto row = static_cast<std::size_t>(y - rows.first);
+    const auto column = static_cast<std::size_t>(x);
+    for (std::size_t o = 0; o < outputs_.size(); ++o) {
+      const Kind kind = outputs_[o].kind;
+      const bool is_own = kind == Kind::object && outputs_[o].object == star.object;
+      if (kind != Kind::image && kind != Kind::dust_free && !is_own) continue;
+      sums.values[(row * outputs_.size() + o) * width + column] +=
+          share * star.flux[outputs_[o].plane] / area;
+    }
+    for (std::size_t p = 0; p < spectral && owner_; ++p) {
+      sums.owners[row * width + column][star.object] +=
+          share * star.flux[p] / area * unit_factors_[p];
+    }
+  });
 }
 
 void Renderer::add_field_stars(RowRange rows, Sums& sums, RenderCounts& counts) const {

@@ -107,9 +107,19 @@ StarPainter::StarPainter(std::shared_ptr<const Scene> scene, const Camera& camer
 void StarPainter::paint(const Tile& tile, double margin,
                         const std::function<void(const Seen&)>& take, RenderCounts& counts) const {
   const int more = static_cast<int>(std::ceil(margin));
-  const std::optional<GalaxyIndex::Ball> rays =
+  std::optional<GalaxyIndex::Ball> rays =
       index_.pixels(tile.left - more, tile.right + more, tile.bottom - more, tile.top + more);
   if (!rays) return;
+  bool is_at_seam = tile.bottom / camera_.face_rows() != (tile.top - 1) / camera_.face_rows();
+  for (const int x : {tile.left, tile.right - 1}) {
+    for (const int y : {tile.bottom, tile.top - 1}) {
+      is_at_seam = is_at_seam || camera_.is_near_seam({x, y}, more);
+    }
+  }
+  if (is_at_seam) {
+    // Stars beyond it: so far along both sides of pixels.
+    rays->radius += 2 * (more + 1) * camera_.pixel_size(camera_.origin() - camera_.back());
+  }
   GalaxyIndex::Found near;
   index_.find(*rays, near);
   if (near.empty()) return;
@@ -144,6 +154,19 @@ void StarPainter::paint_field(std::size_t number, const Tile& tile, double margi
     return pixel.x > tile.left - margin && pixel.x < tile.right - 1 + margin &&
            pixel.y > tile.bottom - margin && pixel.y < tile.top - 1 + margin;
   };
+  const auto touches_over_seam = [&](const glm::dvec2& pixel) {
+    if (!camera_.is_near_seam(pixel, margin)) return false;
+    for (int y = static_cast<int>(std::ceil(pixel.y - margin)); y <= pixel.y + margin; ++y) {
+      for (int x = static_cast<int>(std::ceil(pixel.x - margin)); x <= pixel.x + margin; ++x) {
+        const glm::ivec2 place = camera_.neighbour(pixel, x, y);
+        if (place.x >= tile.left && place.x < tile.right && place.y >= tile.bottom &&
+            place.y < tile.top) {
+          return true;
+        }
+      }
+    }
+    return false;
+  };
   // The brightest first: their cells are the largest.
   for (std::size_t k = stars.population().size(); k-- > 0;) {
     const double brightest = stars.population().at(k).high;
@@ -171,7 +194,7 @@ void StarPainter::paint_field(std::size_t number, const Tile& tile, double margi
       const double q = luminosity / distance2;
       if (!(q > field.limit)) return;
       const std::optional<glm::dvec2> pixel = camera_.pixel(place);
-      if (!pixel || !is_near(*pixel)) return;
+      if (!pixel || !(is_near(*pixel) || touches_over_seam(*pixel))) return;
       batch.entries.push_back(
           {place, *pixel, candidate.threshold, luminosity, field.weight(q) * q, candidate});
       if (batch.entries.size() == batch_capacity) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 #include <numbers>
@@ -67,9 +68,38 @@ class Fisheye final : public SphereProjection {
     return step_ * step_ * sum;
   }
 
+  double density(double x, double y) const override {
+    const double u = step_ * (x - middle(width())), v = step_ * (y - middle(height()));
+    const double angle = std::hypot(u, v);
+    return angle > limit_ * (1 + slack) ? 0 : step_ * step_ * std::max(sine_ratio(angle), 0.0);
+  }
+
   double pixel_angle() const override { return step_; }
 
+  glm::ivec2 neighbour(const glm::dvec2&, int x, int y) const override {
+    const glm::dvec2 centre(middle(width()), middle(height()));
+    const glm::dvec2 way = glm::dvec2(x, y) - centre;
+    const double length = glm::length(way), rim = limit_ / step_;
+    glm::dvec2 place(x, y);
+    if (is_whole() && length > rim) {
+      // Through the point behind, and to the nearest pixel whose middle is in the circle.
+      double left = 2 * rim - length;
+      do {
+        place = glm::round(centre - std::max(left, 0.0) / length * way);
+        left -= 0.5;
+      } while (left > 0 && glm::distance(place, centre) > rim);
+    }
+    return {static_cast<int>(place.x), static_cast<int>(place.y)};
+  }
+
+  bool is_near_seam(const glm::dvec2& at, double reach) const override {
+    const double length = glm::distance(at, glm::dvec2(middle(width()), middle(height())));
+    return is_whole() && length + std::numbers::sqrt2 * reach > limit_ / step_;
+  }
+
  private:
+  /// Whether the circle is the whole sphere, its rim the point behind.
+  bool is_whole() const { return limit_ > pi * (1 - slack); }
   static double sine_ratio(double angle) { return angle > 0 ? std::sin(angle) / angle : 1; }
 
   double limit_;  ///< angle from forward
@@ -97,11 +127,19 @@ class Equirectangular final : public SphereProjection {
     return across_ * 2 * std::cos(along_ * (y - middle(height()))) * std::sin(along_ / 2);
   }
 
+  double density(double, double y) const override {
+    return across_ * along_ * std::cos(along_ * (y - middle(height())));
+  }
+
   double pixel_angle() const override { return std::max(across_, along_); }
 
-  glm::ivec2 neighbour(const glm::dvec2& at, int x, int y) const override {
-    const glm::ivec2 inside = SphereProjection::neighbour(at, x, y);
-    return {(x % width() + width()) % width(), inside.y};
+  glm::ivec2 neighbour(const glm::dvec2&, int x, int y) const override {
+    // Over a pole half a turn away.
+    if (y < 0 || y >= height()) {
+      x += width() / 2;
+      y = y < 0 ? -1 - y : 2 * height() - 1 - y;
+    }
+    return {(x % width() + width()) % width(), std::clamp(y, 0, height() - 1)};
   }
 
  private:
@@ -135,10 +173,89 @@ int face_of(double y, int face_rows, int faces) {
   return std::clamp(static_cast<int>(std::floor((y + 0.5) / face_rows)), 0, faces - 1);
 }
 
-class Cubemap final : public SphereProjection {
+/// Square faces that join along their edges, pixel by pixel.
+class Faces : public SphereProjection {
  public:
-  explicit Cubemap(int size)
-      : SphereProjection(size, side_count * size), size_(size), step_(2.0 / size) {}
+  int face_rows() const final { return width(); }
+
+  glm::ivec2 neighbour(const glm::dvec2& at, int x, int y) const final {
+    const int size = width();
+    int face = face_of(at.y, size, height() / size);
+    y -= face * size;
+    // Around a corner it goes over two edges.
+    constexpr int most_edges = 3;
+    for (int i = 0; i < most_edges; ++i) {
+      const int edge = x < 0       ? left_edge
+                       : x >= size ? right_edge
+                       : y < 0     ? lower_edge
+                       : y >= size ? upper_edge
+                                   : no_edge;
+      if (edge == no_edge) break;
+      const Seam& seam = seams_[static_cast<std::size_t>(face * edge_count + edge)];
+      const int beyond = edge == left_edge    ? -1 - x
+                         : edge == right_edge ? x - size
+                         : edge == lower_edge ? -1 - y
+                                              : y - size;
+      const int along = edge == left_edge || edge == right_edge ? y : x;
+      const int depth = std::min(beyond, size - 1);
+      const int place = seam.is_reversed ? size - 1 - along : along;
+      const int from_edge =
+          seam.edge == left_edge || seam.edge == lower_edge ? depth : size - 1 - depth;
+      const bool is_side = seam.edge == left_edge || seam.edge == right_edge;
+      x = is_side ? from_edge : place;
+      y = is_side ? place : from_edge;
+      face = seam.face;
+    }
+    return {std::clamp(x, 0, size - 1), face * size + std::clamp(y, 0, size - 1)};
+  }
+
+ protected:
+  Faces(int size, int faces) : SphereProjection(size, faces * size) {}
+
+  /// Finds what joins where, from the directions.
+  void join() {
+    // Of the side: a place on each edge, not in its middle, and a step across.
+    constexpr double place = 0.3, step = 1e-3, end = 1e-9;
+    const int size = width();
+    const auto direction_at = [&](int face, const glm::dvec2& local) {
+      return *direction(size * local.x - 0.5, size * (face + local.y) - 0.5);
+    };
+    for (int face = 0; face < height() / size; ++face) {
+      for (int edge = 0; edge < edge_count; ++edge) {
+        const bool is_side = edge == left_edge || edge == right_edge;
+        const double across = edge == left_edge || edge == lower_edge ? end : 1 - end;
+        const double inside = edge == left_edge || edge == lower_edge ? step : 1 - step;
+        const glm::dvec3 at =
+            direction_at(face, is_side ? glm::dvec2(across, place) : glm::dvec2(place, across));
+        const glm::dvec3 before =
+            direction_at(face, is_side ? glm::dvec2(inside, place) : glm::dvec2(place, inside));
+        const glm::dvec2 beyond =
+            (*pixel(glm::normalize(2 * glm::dot(at, before) * at - before)) + 0.5) /
+            static_cast<double>(size);
+        const int other = face_of(size * beyond.y - 0.5, size, height() / size);
+        const glm::dvec2 local(beyond.x, beyond.y - other);
+        const double distances[edge_count] = {local.x, 1 - local.x, local.y, 1 - local.y};
+        const auto nearest = static_cast<int>(
+            std::min_element(std::begin(distances), std::end(distances)) - std::begin(distances));
+        const double along = nearest == left_edge || nearest == right_edge ? local.y : local.x;
+        seams_.push_back({other, nearest, along > 0.5});
+      }
+    }
+  }
+
+ private:
+  enum Edge : int { left_edge, right_edge, lower_edge, upper_edge, no_edge };
+  static constexpr int edge_count = 4;
+  struct Seam {
+    int face, edge;
+    bool is_reversed;
+  };
+  std::vector<Seam> seams_;  ///< [face * edge_count + edge]
+};
+
+class Cubemap final : public Faces {
+ public:
+  explicit Cubemap(int size) : Faces(size, side_count), size_(size), step_(2.0 / size) { join(); }
 
   std::optional<glm::dvec3> direction(double x, double y) const override {
     const int face = face_of(y, size_, side_count);
@@ -172,8 +289,13 @@ class Cubemap final : public SphereProjection {
     return corner(right, above) - corner(left, above) - corner(right, below) + corner(left, below);
   }
 
+  double density(double x, double y) const override {
+    const int face = face_of(y, size_, side_count);
+    const double u = step_ * (x - middle(size_)), v = step_ * (y - face * size_ - middle(size_));
+    return step_ * step_ / std::pow(1 + u * u + v * v, 1.5);
+  }
+
   double pixel_angle() const override { return step_; }
-  int face_rows() const override { return size_; }
 
  private:
   int size_;
@@ -182,12 +304,13 @@ class Cubemap final : public SphereProjection {
 
 constexpr int base_pixels = 12;
 
-class Healpix final : public SphereProjection {
+class Healpix final : public Faces {
  public:
-  explicit Healpix(int nside) : SphereProjection(nside, base_pixels * nside), nside_(nside) {
+  explicit Healpix(int nside) : Faces(nside, base_pixels), nside_(nside) {
     if (nside < 1 || !std::has_single_bit(static_cast<unsigned>(nside))) {
       throw std::invalid_argument(fmt::format("HEALPix: nside = {} is not a power of 2", nside));
     }
+    join();
   }
 
   std::optional<glm::dvec3> direction(double x, double y) const override {
@@ -248,12 +371,12 @@ class Healpix final : public SphereProjection {
   double solid_angle(double, double) const override {
     return 4 * pi / (static_cast<double>(base_pixels) * nside_ * nside_);
   }
+  double density(double x, double y) const override { return solid_angle(x, y); }
+  bool is_equal_area() const override { return true; }
 
   /// Of the rhombus at the equator, of half diagonals pi/4 and 2/3, it is 1.03/nside; the longest
   /// sides, of the pixels at the poles, are 1.2/nside.
   double pixel_angle() const override { return 1.2 / nside_; }
-
-  int face_rows() const override { return nside_; }
 
  private:
   int nside_;
@@ -278,10 +401,10 @@ const FrameName& name_of(SphereFrame frame) {
 
 }  // namespace
 
-glm::ivec2 SphereProjection::neighbour(const glm::dvec2& at, int x, int y) const {
+bool SphereProjection::is_near_seam(const glm::dvec2& at, double reach) const {
   const int rows = face_rows();
-  const int first = face_of(at.y, rows, height_ / rows) * rows;
-  return {std::clamp(x, 0, width_ - 1), std::clamp(y, first, first + rows - 1)};
+  const double y = at.y - face_of(at.y, rows, height_ / rows) * rows;
+  return std::min(at.x, y) < reach || at.x > width_ - 1 - reach || y > rows - 1 - reach;
 }
 
 std::unique_ptr<SphereProjection> make_fisheye(int width, int height, double fov) {

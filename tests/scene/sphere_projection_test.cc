@@ -123,18 +123,87 @@ TEST_P(EveryProjection, NeighboursAreNear) {
         for (const int i : {0, 1}) {
           const glm::ivec2 place = projection->neighbour(
               {x, y}, static_cast<int>(std::floor(x)) + i, static_cast<int>(std::floor(y)) + j);
-          ASSERT_GE(std::min(place.x, place.y), 0);
-          ASSERT_LT(place.x, projection->width());
-          ASSERT_LT(place.y, projection->height());
           const auto there = projection->direction(place.x, place.y);
+          // Beyond the edge of a dome there is nothing.
+          const bool is_inside = place.x >= 0 && place.x < projection->width() && place.y >= 0 &&
+                                 place.y < projection->height();
+          ASSERT_TRUE(is_inside || (GetParam().sphere < 4 * pi)) << x << ' ' << y;
           if (there) {
-            ASSERT_LT(distance(*here, *there), 2 * projection->pixel_angle())
+            ASSERT_LT(distance(*here, *there), 2.5 * projection->pixel_angle())
                 << x << ' ' << y << " to " << place.x << ' ' << place.y;
           }
         }
       }
     }
   }
+}
+
+// What is some pixels beyond a seam is as far away on the sphere, and on the other side of it; a
+// place near no seam has none.
+TEST_P(EveryProjection, SeamsJoin) {
+  const auto projection = GetParam().make();
+  constexpr int far = 3;
+  const double pixel = projection->pixel_angle();
+  int beyond = 0;
+  for_pixels(*projection, [&](int x, int y) {
+    const auto here = projection->direction(x, y);
+    if (!here) return;
+    bool has_other = false;
+    for (int j = -far; j <= far; ++j) {
+      for (int i = -far; i <= far; ++i) {
+        const glm::ivec2 place = projection->neighbour({x, y}, x + i, y + j);
+        if (place == glm::ivec2(x + i, y + j)) continue;
+        has_other = true;
+        ++beyond;
+        const auto there = projection->direction(place.x, place.y);
+        ASSERT_TRUE(there.has_value()) << x << ' ' << y << ": " << i << ' ' << j;
+        // From pixel to pixel along two sides, and a diagonal where three faces meet.
+        ASSERT_LT(distance(*here, *there), (std::abs(i) + std::abs(j) + 1) * pixel)
+            << x << ' ' << y << ": " << i << ' ' << j;
+      }
+    }
+    if (has_other) {
+      ASSERT_TRUE(projection->is_near_seam({x, y}, far + 0.5)) << x << ' ' << y;
+    }
+  });
+  EXPECT_EQ(beyond > 0, GetParam().sphere > 3.99 * pi);
+}
+
+// Edges of faces are joined pixel by pixel: the neighbour's neighbour is the pixel itself, and the
+// directions of both pixels' common corners agree.
+TEST(SphereProjection, NeighboursAreMutual) {
+  for (const auto& projection : {make_cubemap(8), make_healpix(8)}) {
+    const int rows = projection->face_rows();
+    for (int y = 0; y < projection->height(); ++y) {
+      for (int x = 0; x < rows; ++x) {
+        for (const glm::ivec2 step : {glm::ivec2(-1, 0), {1, 0}, {0, -1}, {0, 1}}) {
+          const glm::ivec2 there = projection->neighbour({x, y}, x + step.x, y + step.y);
+          int back = 0;
+          for (const glm::ivec2 other : {glm::ivec2(-1, 0), {1, 0}, {0, -1}, {0, 1}}) {
+            back += projection->neighbour(there, there.x + other.x, there.y + other.y) ==
+                            glm::ivec2(x, y)
+                        ? 1
+                        : 0;
+          }
+          ASSERT_EQ(back, 1) << x << ' ' << y;
+          ASSERT_LT(
+              distance(*projection->direction(x, y), *projection->direction(there.x, there.y)),
+              1.25 * projection->pixel_angle());
+        }
+      }
+    }
+  }
+}
+
+TEST_P(EveryProjection, DensitiesAreThoseOfSmallSquares) {
+  const auto projection = GetParam().make();
+  for_pixels(*projection, [&](int x, int y) {
+    constexpr double side = 1e-3;
+    const double small = patch(*projection, x + 0.2, y - 0.3, side);
+    if (small > 0) {
+      ASSERT_NEAR(projection->density(x + 0.2, y - 0.3) * side * side / small, 1, 1e-5);
+    }
+  });
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -80,6 +80,8 @@ class Renderer {
   /// Rays of a pixel, cells where it is large for what it shows.
   void place_samples(int x, int y, int row, const GalaxyIndex::Found& near, Work& work) const;
   void refine(const Sample& cell, Work& work) const;
+  /// Makes the weights of a pixel's samples, from `first` on, shares of its solid angle.
+  void weigh(std::size_t first, Work& work) const;
   /// The size of a cell around a ray over the length on which the brightness changes there, as the
   /// galaxies near the pixel have it.
   double relative_size(const Ray& ray, double size, std::span<const int> galaxies) const;
@@ -95,6 +97,7 @@ class Renderer {
   /// light in each plane in units of brightness times the pixels' area.
   void share_out(const glm::dvec2& pixel, std::span<const double> flux, double area_scale,
                  const std::function<void(int x, int y, double share)>& take) const;
+  void add_star(const PlacedStar& star, RowRange rows, Sums& sums) const;
   /// Pixels within which a star touches others.
   double star_reach() const { return white_point_ ? largest_star_ + 1 : 1; }
   /// Makes a row's sums what the image shows.
@@ -114,9 +117,10 @@ class Renderer {
   std::vector<double> pixel_angle_in_ball_;
   std::vector<double> unit_factors_;  ///< [spectral plane]
   bool antialiased_stars_;
-  std::optional<double> white_point_;     ///< see RenderParameters
-  double largest_star_;                   ///< pixels
-  std::vector<const PlacedStar*> stars_;  ///< from the lowest in the image to the highest
+  std::optional<double> white_point_;          ///< see RenderParameters
+  double largest_star_;                        ///< pixels
+  std::vector<const PlacedStar*> stars_;       ///< from the lowest in the image to the highest
+  std::vector<const PlacedStar*> seam_stars_;  ///< that may touch rows anywhere; not in `stars_`
   /// The first output of a kind; none where it was not asked for.
   std::optional<std::size_t> dust_free_, optical_depth_, owner_;
   std::vector<std::size_t> parts_;  ///< of each object, its first output; empty without parts

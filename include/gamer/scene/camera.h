@@ -49,15 +49,24 @@ class Camera {
   /// Of the pixel centred on (x, y): sr; of an orthographic view, which has no angles, the area in
   /// scene units^2. 0 where it shows no sky.
   double solid_angle(double x, double y) const;
+  /// Whether parts of a pixel of one size count for its light as their solid angles have it, for
+  /// which density() stands, sr per pixel^2: in views of the sphere. In other views they count
+  /// alike.
+  bool weighs_parts() const { return sphere_ && !sphere_->is_equal_area(); }
+  double density(double x, double y) const { return sphere_ ? sphere_->density(x, y) : 1; }
   /// About the longest side of the image's pixels at a point of the scene, scene units.
   double pixel_size(const glm::dvec3& point) const;
   /// Whether there may be pixels that show no sky.
   bool has_edge() const;
   /// Rows of each of the faces that stand one above the other; all rows but in views of the sphere.
   int face_rows() const { return sphere_ ? sphere_->face_rows() : height_; }
-  /// The pixel nearest to (x, y), a neighbour of the place `at`, that shows what joins it: beyond
-  /// the seams of a view of the sphere another; (x, y) itself in other views.
+  /// The pixel that stands for (x, y), some pixels from the place `at`: beyond the seams of a view
+  /// of the sphere another; (x, y) itself in other views.
   glm::ivec2 neighbour(const glm::dvec2& at, int x, int y) const;
+  /// Whether it is another for some (x, y) less than `reach` pixels from `at`.
+  bool is_near_seam(const glm::dvec2& at, double reach) const {
+    return sphere_ && sphere_->is_near_seam(at, reach);
+  }
   /// The shortest side of a sky view's pixels over the longest.
   double pixel_aspect() const { return shortest_ / pixel_; }
   int width() const { return width_; }

@@ -30,13 +30,19 @@ class SphereProjection {
   virtual std::optional<glm::dvec2> pixel(const glm::dvec3& direction) const = 0;
   /// Of the pixel centred on (x, y), sr: its integral, not its middle times its sides.
   virtual double solid_angle(double x, double y) const = 0;
+  /// The same at a point, sr per pixel^2.
+  virtual double density(double x, double y) const = 0;
+  /// Whether all pixels, and parts of pixels of one size, have one solid angle.
+  virtual bool is_equal_area() const { return false; }
   /// About the longest side of any pixel, rad.
   virtual double pixel_angle() const = 0;
   /// Rows of a face; all rows where there is one face.
   virtual int face_rows() const { return height_; }
-  /// The pixel that is nearest to (x, y), a neighbour of the place `at`, and shows what joins it:
-  /// beyond a seam or an edge it is another.
-  virtual glm::ivec2 neighbour(const glm::dvec2& at, int x, int y) const;
+  /// The pixel that stands for (x, y), some pixels from the place `at`: beyond a seam of the face
+  /// of `at` the one that joins there; beyond the edge of what is shown (x, y) itself.
+  virtual glm::ivec2 neighbour(const glm::dvec2& at, int x, int y) const = 0;
+  /// True where neighbour() is another pixel for some (x, y) less than `reach` pixels from `at`.
+  virtual bool is_near_seam(const glm::dvec2& at, double reach) const;
 
   int width() const { return width_; }
   int height() const { return height_; }
