@@ -73,6 +73,24 @@ struct Level {
   }
 };
 
+/// An integral over a run and how it changed when the nodes were doubled.
+struct Steered {
+  double value = 0;
+  double change = 0;
+  double earlier_change = 0;
+
+  void refine(double better) {
+    earlier_change = change;
+    change = std::abs(better - value);
+    value = better;
+  }
+  /// Twice the nodes at best square an error relative to `scale`: a change smaller than that is
+  /// chance.
+  double error(double scale) const {
+    return scale > 0 ? std::max(change, earlier_change * earlier_change / scale) : change;
+  }
+};
+
 /// Arrays of one thread, kept between calls.
 struct Workspace {
   std::vector<Part> parts;
@@ -99,10 +117,10 @@ struct Workspace {
   std::size_t light_slots = 0, dust_slots = 0;
   std::vector<const float*> light, dust;
 
-  /// Of every run, at its level: what integrate_runs() gives; the steering planes' flux and depth,
-  /// and by how much each differs from what half of the nodes gave, [run * planes + s].
+  /// Of every run, at its level, what integrate_runs() gives, and what it gives for the steering
+  /// planes' flux and depth, [run * planes + s].
   std::vector<float> run_light, run_depth, run_transmission;
-  std::vector<double> steered, steered_depth, change, depth_change;
+  std::vector<Steered> steered_light, steered_depth;
   std::vector<std::int32_t> active, still_active;
   std::vector<double> transmitted;
   std::vector<std::size_t> places;
@@ -131,7 +149,7 @@ class AdaptiveSampler : public Sampler {
                     RenderCounts& counts) const;
   void evaluate(std::span<const std::span<const Hit>> hits, Level& level, Workspace& ws,
                 RenderCounts& counts) const;
-  /// By every `stride`-th node; changes are those from the integrals that were there before.
+  /// By every `stride`-th node.
   void integrate_level(std::int32_t stride, Workspace& ws) const;
   /// Marks the runs of a ray that need more nodes; false when none.
   bool judge(std::span<const Hit> hits, std::int32_t ray, Workspace& ws) const;
@@ -343,18 +361,15 @@ void AdaptiveSampler::integrate_level(std::int32_t stride, Workspace& ws) const 
     const auto cover = static_cast<std::size_t>(level.cover[i]);
     const auto slots = static_cast<std::size_t>(ws.cover_light_slots[cover]);
     for (std::size_t s = 0; s < planes; ++s) {
-      const std::size_t j = ws.steering_node[s], place = run * planes + s;
+      const std::size_t j = ws.steering_node[s];
       const float* flux = ws.flux.data() + (cover * planes + s) * ws.light_slots;
       double light = 0;
       for (std::size_t slot = 0; slot < slots; ++slot) {
         light += double{flux[slot]} *
                  double{ws.run_light[(run * ws.light_slots + slot) * nodes + j]};
       }
-      const double depth = double{ws.run_depth[run * nodes + j]};
-      ws.change[place] = std::abs(light - ws.steered[place]);
-      ws.depth_change[place] = std::abs(depth - ws.steered_depth[place]);
-      ws.steered[place] = light;
-      ws.steered_depth[place] = depth;
+      ws.steered_light[run * planes + s].refine(light);
+      ws.steered_depth[run * planes + s].refine(double{ws.run_depth[run * nodes + j]});
     }
   }
 }
@@ -368,7 +383,7 @@ bool AdaptiveSampler::judge(std::span<const Hit> hits, std::int32_t ray, Workspa
     for (std::int32_t r = ws.first_run[static_cast<std::size_t>(ray)]; r != no_run;
          r = ws.runs[static_cast<std::size_t>(r)].next) {
       const auto run = static_cast<std::size_t>(r);
-      intensity += transmitted * ws.steered[run * planes + s];
+      intensity += transmitted * ws.steered_light[run * planes + s].value;
       transmitted *= double{ws.run_transmission[run * nodes + ws.steering_node[s]]};
       ++count;
     }
@@ -376,19 +391,20 @@ bool AdaptiveSampler::judge(std::span<const Hit> hits, std::int32_t ray, Workspa
     for (const Hit& hit : hits) {
       typical = std::max(typical, medium_.typical_brightness(hit.galaxy, s));
     }
-    const double allowed =
-        accuracy.ray_error * std::max(intensity, accuracy.faint_share * typical) / std::sqrt(count);
+    const double scale = std::max(intensity, accuracy.faint_share * typical);
+    const double allowed = accuracy.ray_error * scale / std::sqrt(count);
     double in_front = 0;
     transmitted = 1;
     for (std::int32_t r = ws.first_run[static_cast<std::size_t>(ray)]; r != no_run;
          r = ws.runs[static_cast<std::size_t>(r)].next) {
       const auto run = static_cast<std::size_t>(r);
-      in_front += transmitted * ws.steered[run * planes + s];
+      const Steered& light = ws.steered_light[run * planes + s];
+      const Steered& depth = ws.steered_depth[run * planes + s];
+      in_front += transmitted * light.value;
       // An error of depth dims all the light behind.
-      const double change = transmitted * ws.change[run * planes + s] +
-                            (intensity - in_front) * ws.depth_change[run * planes + s];
+      const double error = transmitted * light.error(scale) + (intensity - in_front) * depth.error(1);
       transmitted *= double{ws.run_transmission[run * nodes + ws.steering_node[s]]};
-      if (change > allowed && ws.runs[run].can_refine) ws.runs[run].refine = any = true;
+      if (error > allowed && ws.runs[run].can_refine) ws.runs[run].refine = any = true;
     }
   }
   return any;
@@ -440,12 +456,11 @@ void AdaptiveSampler::integrate(std::span<const std::span<const Hit>> hits, RayL
   ws.run_light.resize(ws.runs.size() * ws.light_slots * nodes);
   ws.run_depth.resize(ws.runs.size() * nodes);
   ws.run_transmission.resize(ws.runs.size() * nodes);
-  for (auto* values : {&ws.steered, &ws.steered_depth, &ws.change, &ws.depth_change}) {
-    values->resize(ws.runs.size() * planes);
-  }
+  ws.steered_light.assign(ws.runs.size() * planes, {});
+  ws.steered_depth.assign(ws.runs.size() * planes, {});
   begin_level(ws);
   evaluate(hits, ws.level, ws, counts);
-  integrate_level(2, ws);
+  for (const std::int32_t stride : {4, 2}) integrate_level(stride, ws);
   while (true) {
     integrate_level(1, ws);
     for (Run& run : ws.runs) run.refine = false;

@@ -30,7 +30,7 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// A vector of runs, every node of them or every second one.
+/// A vector of runs, all of their nodes or every second or fourth one.
 template <class D>
 class RunLanes {
   using DI = hn::RebindToSigned<D>;
@@ -84,7 +84,7 @@ class RunLanes {
   HWY_INLINE VI at(std::int32_t k) const {
     const DI di;
     const VI own = hn::Min(hn::Set(di, k), hn::Sub(count_, hn::Set(di, 1)));
-    return hn::Add(stride_ == 1 ? own : hn::ShiftLeft<1>(own), first_);
+    return hn::Add(stride_ == 1 ? own : hn::Mul(own, hn::Set(di, stride_)), first_);
   }
   /// Zero beyond a run's last node.
   HWY_INLINE V weight(std::int32_t k) const {

@@ -40,7 +40,7 @@ struct RunIntegrals {
 };
 
 /// The trapezoidal rule in the map's u, with the weights of the cubic Gregory rule at an open
-/// beginning, by every `stride`-th node (1 or 2); optical depths up to the nodes by the cubic
+/// beginning, by every `stride`-th node; optical depths up to the nodes by the cubic
 /// through the four nearest: between nodes k - 1 and k, of opacities times weights f,
 ///   13/24 (f_(k-1) + f_k) - 1/24 (f_(k-2) + f_(k+1)),
 /// which adds up to differences of sum_(i<=k) f_i - f_k/2 + (f_(k-1) - f_(k+1))/24. Runs are worked
