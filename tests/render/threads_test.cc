@@ -2,12 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "gamer/core/parallel_for.h"
+#include "gamer/galaxy/galaxy.h"
 #include "gamer/noise/noise.h"
+#include "gamer/scene/galaxy_library.h"
 #include "render/render_text.h"
 
 namespace gamer {
@@ -26,7 +29,7 @@ const char* const all_classes =
     "[[component]]\nclass = \"veins_light\"\nsed = \"flat\"\noctaves = 2\nfraction = 0.1\n"
     "[[component]]\nclass = \"starfield\"\nnumber = 1e4\nfraction = 0.2\nnoise = {octaves = 2}\n";
 
-std::vector<float> render(int threads) {
+std::vector<double> render(int threads) {
   const TextScene text{
       {{"g", all_classes}},
       "galaxy x y z seed\ng 0 0 0 1\ng 0.5 0.2 0.1 2\n",
@@ -54,7 +57,7 @@ std::vector<float> render(int threads) {
   const Renderer renderer(parameters, camera, scene, spectrum);
   ThreadExecutor executor(threads);
   const Image image = render_image(renderer, executor);
-  std::vector<float> values;
+  std::vector<double> values;
   for (int plane = 0; plane < image.planes(); ++plane) {
     for (int y = 0; y < image.height(); ++y) {
       for (int x = 0; x < image.width(); ++x) values.push_back(image.at(x, y, plane));
@@ -64,7 +67,7 @@ std::vector<float> render(int threads) {
 }
 
 TEST(Threads, TwoMakeTheImageOfOne) {
-  const std::vector<float> expected = render(1);
+  const std::vector<double> expected = render(1);
   EXPECT_GT(expected.at(8 * 4 + 4), 0);
   EXPECT_EQ(render(2), expected);
 }
