@@ -1,4 +1,5 @@
-// Any text as a galaxy file. What is read has finite densities everywhere.
+// Any text as a galaxy file and, after a NUL, as a table of luminosities. What is read has finite
+// densities everywhere, and stars that shine.
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +9,7 @@
 
 #include "expectations.h"
 #include "gamer/galaxy/galaxy.h"
+#include "gamer/galaxy/star_field.h"
 #include "gamer/noise/noise.h"
 #include "named_texts.h"
 
@@ -59,18 +61,41 @@ void check_plan(const gamer::Component& component) {
   }
 }
 
+void check_stars(const gamer::StarField& field) {
+  for (std::size_t k = 0; k < field.population().size(); ++k) {
+    const gamer::StellarPopulation::Class& stars = field.population().at(k);
+    expect(is_proper(stars.number) && is_proper(stars.light) && stars.low <= stars.high,
+           "classes are proper");
+    // Some of the many: only so many cells are opened.
+    int cells = 100;
+    field.walk(
+        k, [&](const gamer::StarField::Cell&) { return --cells > 0; },
+        [&](const gamer::StarField::Candidate& candidate) {
+          const double luminosity = field.luminosity(k, candidate);
+          const double temperature = field.temperature(luminosity, candidate);
+          expect(luminosity > 0 && std::isfinite(luminosity), "a luminosity is proper");
+          expect(temperature > 0 && std::isfinite(temperature), "a temperature is proper");
+        });
+  }
+}
+
 void read(std::string_view text) {
-  gamer::Resources texts = named_texts();
+  const std::size_t end = text.find('\0');
+  gamer::Resources texts =
+      end == std::string_view::npos ? named_texts() : named_texts(text.substr(end + 1));
   gamer::GalaxySettings settings;
   settings.noise_kind = &gamer::simplex_noise();
   settings.most_cloud_points = kCloudPoints;
-  const auto galaxy = gamer::Galaxy::parse(text, "x.toml", settings, texts);
+  const auto galaxy = gamer::Galaxy::parse(text.substr(0, end), "x.toml", settings, texts);
   check_densities(*galaxy, nullptr);
   gamer::BatchArray footprints;
   std::fill_n(footprints.data(), gamer::batch_capacity, 0.05f);
   check_densities(*galaxy, &footprints);
   for (const auto& component : galaxy->components()) {
     check_plan(*component);
+    if (const auto* field = dynamic_cast<const gamer::StarField*>(component.get())) {
+      check_stars(*field);
+    }
     expect(is_proper(component->face_on_column()), "the column is proper");
   }
 }

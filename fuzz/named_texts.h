@@ -1,11 +1,15 @@
 #pragma once
 
+#include <string>
+#include <string_view>
+
 #include "gamer/core/resources.h"
 
 /// What the texts under test may name: SEDs "E", "Sbc", "Scd", "Im", bandpasses "sdss_r", "sdss_g",
-/// galaxies "ngc4321" (two bulges and dust, whose light is soon integrated) and "dust", and a
-/// header "camera.header". There is nothing else: the disk is not read.
-inline gamer::Resources named_texts() {
+/// galaxies "ngc4321" (two bulges and dust, whose light is soon integrated) and "dust", a
+/// luminosity function "table" and a header "camera.header". There is nothing else: the disk is not
+/// read.
+inline gamer::Resources named_texts(std::string_view luminosities = "0.01 1 4000\n10 2 6000\n") {
   const char* sed = "# wavelength: Angstrom\n# flux: flambda\n900 1\n5500 1.5\n25000 0.5\n";
   const char* band =
       "# wavelength: Angstrom\n# response: photons\n5400 0\n5500 1\n6900 1\n7000 0\n";
@@ -31,6 +35,7 @@ inline gamer::Resources named_texts() {
       {"bandpasses/sdss_g", "bandpasses/sdss_g.band", band},
       {"galaxies/ngc4321", "galaxies/ngc4321.toml", galaxy},
       {"galaxies/dust", "galaxies/dust.toml", dust},
+      {"luminosities/table", "luminosities/table.lf", std::string(luminosities)},
       {"camera.header", "survey_r.fits", header},
   });
 }

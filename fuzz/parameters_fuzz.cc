@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "expectations.h"
+#include "gamer/scene/animation.h"
 #include "gamer/scene/camera.h"
 #include "gamer/scene/render_parameters.h"
 #include "gamer/scene/spectrum.h"
@@ -22,6 +23,18 @@ void check_record(const gamer::RenderParameters& parameters) {
   }
 }
 
+/// A path that was accepted has views everywhere.
+void check_frames(const gamer::RenderParameters& parameters) {
+  const gamer::CameraPath path(parameters);
+  for (const int frame : {0, path.frames() / 2, path.frames() - 1}) {
+    try {
+      check_record(gamer::frame_parameters(parameters, path, frame));
+    } catch (const gamer::InputError& error) {
+      expect(false, error.what());
+    }
+  }
+}
+
 void read(std::string_view text) {
   std::size_t end = text.find('\0');
   gamer::ConfigNode root = gamer::parse_toml(text.substr(0, end), "render.par");
@@ -32,6 +45,7 @@ void read(std::string_view text) {
   }
   gamer::RenderParameters parameters = gamer::RenderParameters::read(root);
   check_record(parameters);
+  if (parameters.frames > 0) check_frames(parameters);
   gamer::Resources texts = named_texts();
   gamer::load_spectrum(parameters, texts);
   const gamer::Camera camera = gamer::make_camera(parameters, texts);

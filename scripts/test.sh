@@ -4,8 +4,8 @@
 #   scripts/test.sh [--werror | --sanitize] [ctest options]
 #
 # --werror builds apart, in build/ci, with warnings as errors.
-# --sanitize builds some tests apart, in build/asan and build/tsan, with the sanitizers of addresses
-# and undefined behaviour and with that of threads.
+# --sanitize builds the tests of most layers apart, in build/asan, with the sanitizers of addresses and
+# undefined behaviour, and what runs in threads in build/tsan, with that of threads.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -26,13 +26,15 @@ case ${1:-} in
   --sanitize)
     # Leaks are looked for by tracing the process, which some containers forbid.
     export UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1
-    scripts/setup.sh --tests --preset asan --targets "core_tests sed_tests parallel_tests sed_corpus"
+    layers="core noise sed image parallel galaxy scene"
+    corpora="sed galaxy scene parameters catalogue png_table"
+    scripts/setup.sh --tests --preset asan --targets "${layers// /_tests }_tests ${corpora// /_corpus }_corpus"
     if [[ $(build/asan/tests/sed_tests --gtest_list_tests 2>&1) == *"LeakSanitizer has encountered"* ]]; then
       export ASAN_OPTIONS=detect_leaks=0
     fi
-    run_tests build/asan --tests-regex '^(core|sed|parallel|fuzz\.sed)$' "${@:2}"
-    scripts/setup.sh --tests --preset tsan --targets parallel_tests
-    run_tests build/tsan --tests-regex '^parallel$' "${@:2}"
+    run_tests build/asan --tests-regex "^(${layers// /|}|fuzz\.(${corpora// /|}))$" "${@:2}"
+    scripts/setup.sh --tests --preset tsan --targets threads_tests
+    run_tests build/tsan --tests-regex '^threads$' "${@:2}"
     ;;
   *)
     scripts/setup.sh --tests

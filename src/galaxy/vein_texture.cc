@@ -5,6 +5,7 @@
 #include "hwy/foreach_target.h"
 
 #include <algorithm>
+#include <boost/math/special_functions/bessel.hpp>
 #include <cmath>
 #include <map>
 #include <mutex>
@@ -475,7 +476,8 @@ constexpr double largest_seed = 0x1p63;
 double kappa_of(double width) { return 1 / (4 * pi * pi * width * width); }
 
 /// e^-x I0(x), the mean of exp(x (cos - 1)).
-double mean_height(double kappa) { return std::cyl_bessel_i(0.0, kappa) * std::exp(-kappa); }
+// (The standard library's Bessel function writes a global variable, lgamma()'s sign.)
+double mean_height(double kappa) { return boost::math::cyl_bessel_i(0, kappa) * std::exp(-kappa); }
 
 double square_of(double kappa) {
   const double mean = mean_height(kappa);

@@ -29,10 +29,19 @@ std::vector<glm::dvec3> vectors(const std::vector<double>& numbers) {
 
 std::vector<double> numbers_of(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
-/// The turn that brings x, y, z to right, up, back of a view.
+/// Of length 1, however long or short v is; not finite where it has no direction.
+glm::dvec3 direction_of(const glm::dvec3& v) {
+  return glm::normalize(v / std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}));
+}
+
+bool is_finite(const glm::dvec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+/// The turn that brings x, y, z to right, up, back of a view. Both have length 1.
 glm::dquat turn_of(const glm::dvec3& view, const glm::dvec3& up) {
-  const glm::dvec3 back = -glm::normalize(view);
-  const glm::dvec3 right = glm::normalize(glm::cross(glm::normalize(up), back));
+  const glm::dvec3 back = -view;
+  const glm::dvec3 right = glm::normalize(glm::cross(up, back));
   return glm::quat_cast(glm::dmat3(right, glm::cross(back, right), back));
 }
 
@@ -150,26 +159,45 @@ CameraPath::CameraPath(const RenderParameters& parameters)
     std::vector<glm::dquat> turns;
     for (std::size_t i = 0; i < ups.size(); ++i) {
       const View view = at(times_[i]);
-      const glm::dvec3 way = view.target - view.position;
-      if (!(glm::length(glm::cross(way, ups[i])) > 0)) {
+      const glm::dvec3 way = direction_of(view.target - view.position);
+      const glm::dvec3 up = direction_of(ups[i]);
+      if (!(glm::length(glm::cross(way, up)) > 0)) {
         throw InputError(animation.where("up"),
                          fmt::format("up of key frame {} is none or parallel to the view", i + 1));
       }
-      const glm::dquat turn = turn_of(way, ups[i]);
+      const glm::dquat turn = turn_of(way, up);
       turns.push_back(!turns.empty() && glm::dot(turns.back(), turn) < 0 ? -turn : turn);
     }
     turn_.emplace(times_, std::move(turns));
   }
-  check_views(animation);
+  check_views(animation, parameters.projection);
 }
 
-void CameraPath::check_views(const ParameterSet& animation) const {
+void CameraPath::check_views(const ParameterSet& animation, Projection projection) const {
+  // As RenderParameters has it.
+  const bool may_be_most = projection != Projection::perspective;
+  const double most_fov = may_be_most ? 360 : 180;
   const double least = std::sin(nearest_pole * std::acos(-1.0) / 180);
   for (int frame = 0; frame < frames_; ++frame) {
     const View view = at(time(frame));
     const glm::dvec3 way = view.target - view.position;
     const double distance = glm::length(way);
-    if (!(distance > 0) || !std::isfinite(distance)) {
+    if (!is_finite(view.position) || !is_finite(view.target) || !is_finite(view.up) ||
+        !std::isfinite(distance) || !(view.fov > 0) || !(view.width > 0) ||
+        !std::isfinite(view.fov) || !std::isfinite(view.width)) {
+      throw InputError(animation.where(animation.has("times") ? "times" : "frames"),
+                       fmt::format("in frame {} the camera leaves the range of numbers: the key "
+                                   "frames lie too far apart, or their times too near",
+                                   frame + 1));
+    }
+    if (log_fov_ && !(view.fov < most_fov || (view.fov == most_fov && may_be_most))) {
+      throw InputError(
+          animation.where("fov"),
+          fmt::format("in frame {} fov is {:.6g}, outside ]0, {}{} (deg): the path through the key "
+                      "frames swings beyond them; more of them hold it",
+                      frame + 1, view.fov, most_fov, may_be_most ? ']' : '['));
+    }
+    if (!(distance > 0)) {
       throw InputError(animation.where("frames"),
                        fmt::format("in frame {} the camera stands on its target: the view has no "
                                    "direction",

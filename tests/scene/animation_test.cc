@@ -132,6 +132,20 @@ TEST(CameraPath, UpKeysAreMet) {
   EXPECT_LT(distance(view.up, {0, 1, 0}), 1e-14);
 }
 
+// Of any length.
+TEST(CameraPath, UpKeysAreDirections) {
+  const auto ups = [](const char* numbers) {
+    return path_of(std::string("[animation]\nframes = 2\nposition = [0, -3, 0, 0, -3, 1]\nup = ") +
+                   numbers)
+        .at(1)
+        .up;
+  };
+  const glm::dvec3 expected = ups("[0, 0, 1, 1, 0, 1]");
+  EXPECT_NEAR(glm::length(expected), 1, 1e-15);
+  EXPECT_LT(glm::distance(ups("[0, 0, 1e200, 1e200, 0, 1e200]"), expected), 1e-15);
+  EXPECT_LT(glm::distance(ups("[0, 0, 1e-200, 1e-200, 0, 1e-200]"), expected), 1e-15);
+}
+
 TEST(FrameParameters, AreThoseOfASingleImage) {
   const RenderParameters film = parameters_of(
       "[image]\noutput = \"a/film.fits.fz\"\n[camera]\nup = [0, 1, 1]\n"
@@ -182,6 +196,17 @@ INSTANTIATE_TEST_SUITE_P(
         BadAnimation{"[animation]\nframes = 3\nposition = [-1, 0, 3, 1, 0, 3]",
                      "2:10: in frame 2 the view is parallel to camera.up, about which the image "
                      "would spin; give animation.up, the direction that is up in each key frame"},
+        BadAnimation{"[animation]\nframes = 7\nfov = [100, 178, 178, 100]",
+                     "3:7: in frame 4 fov is 191.303, outside ]0, 180[ (deg): the path through the "
+                     "key frames swings beyond them; more of them hold it"},
+        BadAnimation{"[animation]\nframes = 3\nfov = [10, 20]\ntimes = [-1e308, 1e308]",
+                     "4:9: in frame 1 the camera leaves the range of numbers: the key frames lie "
+                     "too far apart, or their times too near"},
+        BadAnimation{"[animation]\nframes = 3\nposition = [0, 0, 1e308, 0, 0, -1e308]",
+                     "2:10: in frame 1 the camera leaves the range of numbers: the key frames lie "
+                     "too far apart, or their times too near"},
+        BadAnimation{"[animation]\nframes = 3\nup = [0, 0, 1, 0, 0, 0]",
+                     "3:6: up of key frame 2 is none or parallel to the view"},
         BadAnimation{"[camera]\nprojection = \"sky\"\n[animation]\nframes = 3",
                      "4:10: frames: an animation moves a camera with a target; a sky view has "
                      "none"},

@@ -45,8 +45,8 @@ class CameraPath {
   };
 
   /// Throws InputError: a projection without target, lists of different length, times that do not
-  /// ascend, fov or width that the projection has not, a view without direction or (level horizon)
-  /// too near to up in any frame.
+  /// ascend, fov or width that the projection has not; in any frame a view without direction, too
+  /// near to up (level horizon), beyond the projection's fov or the range of numbers.
   explicit CameraPath(const RenderParameters& parameters);
 
   int frames() const { return frames_; }
@@ -55,7 +55,7 @@ class CameraPath {
   View at(double time) const;
 
  private:
-  void check_views(const ParameterSet& animation) const;
+  void check_views(const ParameterSet& animation, Projection projection) const;
 
   int frames_;
   std::vector<double> times_;
