@@ -86,11 +86,7 @@ TEST_P(ToleranceTest, IsKept) {
         render_shipped(GetParam(), size, {std::string("sampling.tolerance=") + tolerance}), exact);
     RecordProperty(tolerance, std::to_string(error));
     std::printf("%-16s tolerance %s: rms error %.2e\n", GetParam().c_str(), tolerance, error);
-    // From inside a galaxy a ray in thousands misses a cloud near the camera; at the finest
-    // tolerance that one counts.
-    const bool is_inside = GetParam() == "milky_way_inside";
-    const double slack = is_inside && std::stod(tolerance) < 1e-3 ? 3.0 : 1.0;
-    EXPECT_LT(error, slack * std::stod(tolerance));
+    EXPECT_LT(error, std::stod(tolerance));
   }
 }
 
