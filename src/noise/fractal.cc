@@ -739,12 +739,27 @@ void FractalNoise::take_corrections(std::span<const WeightedBatch> cloud, const 
   if (!is_density()) octave_mean_.front() += mu_ - means;
 
   // Phi where rays of a footprint see it, times the factor.
-  const auto phi_at = [&](double width, std::size_t b, BatchArray& out) {
+  struct Seen {
+    double width;
+    float hidden;
+    std::vector<float> weights;
+    double constant;
+  };
+  const auto seen_by = [&](double width) {
+    Seen seen{width, width > 0 ? static_cast<float>(1 - seen_share(width)) : 0.0f, {}, 0};
+    for (std::size_t k = 0; k < octaves; ++k) {
+      const double share = seen_octave(k, width);
+      seen.weights.push_back(static_cast<float>(share * double{octaves_[k].weight}));
+      seen.constant += (1 - share) * octave_mean_[k];
+    }
+    return seen;
+  };
+  const auto phi_at = [&](const Seen& seen, std::size_t b, BatchArray& out) {
     const WeightedBatch& points = cloud[b];
     if (is_density()) {
       BatchArray footprint;
       SeenNoise what;
-      std::fill_n(footprint.data(), padded(points.size), static_cast<float>(width));
+      std::fill_n(footprint.data(), padded(points.size), static_cast<float>(seen.width));
       begin(points.size, what);
       for (std::size_t k = 0; k < octaves; ++k) {
         HWY_DYNAMIC_DISPATCH(AddOctave)
@@ -752,29 +767,23 @@ void FractalNoise::take_corrections(std::span<const WeightedBatch> cloud, const 
          parameters_.combination, what);
       }
       expect(points.size, what, out.data());
-      multiply(points, factor, width, out);
+      multiply(points, factor, seen.width, out);
       return;
     }
     std::vector<const float*> octave(octaves);
-    std::vector<float> seen(octaves);
     BatchArray hidden;
-    std::fill_n(hidden.data(), batch_capacity,
-                width > 0 ? static_cast<float>(1 - seen_share(width)) : 0.0f);
-    double constant = 0;
-    for (std::size_t k = 0; k < octaves; ++k) {
-      const double share = seen_octave(k, width);
-      octave[k] = values[b * octaves + k].data();
-      seen[k] = static_cast<float>(share * double{octaves_[k].weight});
-      constant += (1 - share) * octave_mean_[k];
-    }
+    std::fill_n(hidden.data(), batch_capacity, seen.hidden);
+    for (std::size_t k = 0; k < octaves; ++k) octave[k] = values[b * octaves + k].data();
     HWY_DYNAMIC_DISPATCH(Combine)
-    (points.size, octave.data(), seen.data(), octaves, static_cast<float>(constant), out.data());
+    (points.size, octave.data(), seen.weights.data(), octaves, static_cast<float>(seen.constant),
+     out.data());
     shape_.apply_expected(standard(), 1 / phi_mean_, points.size, hidden.data(), correction_.data(),
                           out.data());
-    multiply(points, factor, width, out);
+    multiply(points, factor, seen.width, out);
   };
   correction_.fill(1.0f);
-  parallel_for(batches, [&](std::size_t b) { phi_at(0, b, full[b]); });
+  const Seen all = seen_by(0);
+  parallel_for(batches, [&](std::size_t b) { phi_at(all, b, full[b]); });
   // At equal steps of h. All of Phi, whose mean over the whole cloud is 1, is the control variate
   // of what is seen of it.
   std::array<double, correction_levels + 1> correction;
@@ -783,9 +792,10 @@ void FractalNoise::take_corrections(std::span<const WeightedBatch> cloud, const 
   for (int n = 1; n <= correction_levels; ++n) {
     const double h = static_cast<double>(n) / correction_levels;
     const double width = footprint_that_hides(h * h);
+    const Seen seen = seen_by(width);
     parallel_for(batches, [&](std::size_t b) {
       BatchArray part;
-      phi_at(width, b, part);
+      phi_at(seen, b, part);
       parts[b] = {};
       parts[b].add(cloud[b], full[b].data(), part.data());
     });

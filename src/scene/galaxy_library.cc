@@ -49,14 +49,6 @@ std::shared_ptr<const Sed> GalaxyLibrary::find_sed_of(const std::string& name,
   return known;
 }
 
-const std::vector<double>& GalaxyLibrary::luminosities(const Galaxy& galaxy) {
-  std::vector<double>& known = luminosities_[&galaxy];
-  for (std::size_t c = known.size(); c < galaxy.components().size(); ++c) {
-    known.push_back(galaxy.luminosity(c));
-  }
-  return known;
-}
-
 std::shared_ptr<const Galaxy> GalaxyLibrary::make(const std::string& type, const std::string& sed,
                                                   std::uint64_t row_seed, const SceneRow& row) {
   static const std::vector<std::string> suffixes = {".toml"};

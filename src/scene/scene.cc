@@ -402,7 +402,7 @@ double SceneReader::brightness(const PlacedGalaxy& placed, const Position& posit
     check_band(*sed, *reference_, is_absolute ? 0 : position.redshift,
                fmt::format("reference_band '{}'", reference_->name()),
                row_.where(is_absolute ? column::magnitude : column::apparent_magnitude));
-    const double light = library_.luminosities(*placed.galaxy)[c];
+    const double light = placed.galaxy->luminosity(c);
     if (is_absolute) {
       rest += light * band_flux(*sed, *reference_, 0);
     } else {

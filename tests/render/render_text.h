@@ -26,8 +26,7 @@ inline Resources text_resources(const TextScene& text) {
   return Resources::from_record(record);
 }
 
-/// Renders on the calling thread, through the same steps as the program.
-inline Image render_text(const TextScene& text, RenderCounts* counts = nullptr) {
+inline Renderer text_renderer(const TextScene& text) {
   const RenderParameters parameters =
       RenderParameters::read(parse_toml(text.parameters, "render.par"));
   const Camera camera(parameters);
@@ -35,7 +34,12 @@ inline Image render_text(const TextScene& text, RenderCounts* counts = nullptr) 
   const Spectrum spectrum = load_spectrum(parameters, resources);
   const auto scene = std::make_shared<Scene>(
       read_scene(text.scene, "scene.lst", parameters, spectrum, camera, resources));
-  const Renderer renderer(parameters, camera, scene, spectrum);
+  return Renderer(parameters, camera, scene, spectrum);
+}
+
+/// Renders on the calling thread, through the same steps as the program.
+inline Image render_text(const TextScene& text, RenderCounts* counts = nullptr) {
+  const Renderer renderer = text_renderer(text);
   if (counts != nullptr) {
     const int width = renderer.width(), height = renderer.height(), planes = renderer.planes();
     std::vector<double> values(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *

@@ -165,14 +165,8 @@ TEST(SphereViews, StarFieldsAreWholeInEveryView) {
                                "position = [0.1, 0.05, 0.02]\ntarget = [1, 1, 0.3]\n"
                                "[sampling]\nstars_per_pixel = 1e6\n[stars]\n" +
                                drawn};
-      const RenderParameters parameters =
-          RenderParameters::read(parse_toml(text.parameters, "render.par"));
-      const Camera camera(parameters);
-      Resources resources = text_resources(text);
-      const Spectrum spectrum = load_spectrum(parameters, resources);
-      const auto scene = std::make_shared<Scene>(
-          read_scene(text.scene, "scene.lst", parameters, spectrum, camera, resources));
-      const Renderer renderer(parameters, camera, scene, spectrum);
+      const Renderer renderer = text_renderer(text);
+      const Camera camera(RenderParameters::read(parse_toml(text.parameters, "render.par")));
       const auto width = static_cast<std::size_t>(renderer.width());
       const auto render = [&](int block) {
         std::vector<double> rows(width * static_cast<std::size_t>(renderer.height()));
@@ -203,17 +197,12 @@ TEST(SphereViews, StarFieldsAreWholeInEveryView) {
 // Rows do not depend on the tiles and faces that they are rendered with.
 TEST(SphereViews, RowsAreTheSameAlone) {
   for (const View& view : views) {
-    const RenderParameters parameters = RenderParameters::read(
-        parse_toml(std::string(view.camera) + "position = [0.2, 0.1, 0]\ntarget = [0, 1, 0]\n"
-                                              "[sampling]\ntolerance = 1e-2\n",
-                   "render.par"));
-    const Camera camera(parameters);
-    const TextScene text{{{"bulge", bulge}}, "galaxy x y z\nbulge 0 0 0\nbulge 2 -3 1\n", ""};
-    Resources resources = text_resources(text);
-    const Spectrum spectrum = load_spectrum(parameters, resources);
-    const auto scene = std::make_shared<Scene>(
-        read_scene(text.scene, "scene.lst", parameters, spectrum, camera, resources));
-    const Renderer renderer(parameters, camera, scene, spectrum);
+    const TextScene text{{{"bulge", bulge}},
+                         "galaxy x y z\nbulge 0 0 0\nbulge 2 -3 1\n",
+                         std::string(view.camera) +
+                             "position = [0.2, 0.1, 0]\ntarget = [0, 1, 0]\n"
+                             "[sampling]\ntolerance = 1e-2\n"};
+    const Renderer renderer = text_renderer(text);
     const auto width = static_cast<std::size_t>(renderer.width());
     std::vector<double> all(width * static_cast<std::size_t>(renderer.height())), row(width);
     renderer.render_rows({0, renderer.height()}, all);

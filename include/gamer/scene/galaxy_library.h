@@ -5,7 +5,6 @@
 #include <memory>
 #include <string>
 #include <tuple>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -30,8 +29,6 @@ class GalaxyLibrary {
                                      std::uint64_t seed, const SceneRow& row);
   /// An SED that a row names.
   std::shared_ptr<const Sed> find_sed_of(const std::string& name, const SceneRow& row);
-  /// Galaxy::luminosity() of each component of one of its galaxies.
-  const std::vector<double>& luminosities(const Galaxy& galaxy);
 
   /// Takes in a galaxy that was made by another library with the same parameters and texts.
   void add(const std::string& type, const std::string& sed, std::uint64_t seed,
@@ -50,7 +47,6 @@ class GalaxyLibrary {
   /// Whether all seeds are the same: without noise.
   std::map<std::pair<std::string, std::string>, bool> smooth_;
   std::map<std::string, std::shared_ptr<const Sed>> seds_;
-  std::unordered_map<const Galaxy*, std::vector<double>> luminosities_;
 };
 
 }  // namespace gamer
