@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "gamer/core/random.h"
+#include "gamer/galaxy/dust_variants.h"
 #include "gamer/galaxy/galaxy.h"
 
 namespace gamer {
@@ -21,7 +22,8 @@ constexpr double z0 = 0.012;
 constexpr std::size_t batches = 200;
 
 struct PointBatch {
-  BatchArray x, y, z, footprint;
+  BatchArray x, y, z;
+  RayBatch rays;
 };
 
 /// Points along rays through a face-on disk, 32 each, with footprints of a picture of 512 pixels.
@@ -35,7 +37,8 @@ std::vector<PointBatch> points() {
       result[b].x[i] = static_cast<float>(r * std::cos(phi));
       result[b].y[i] = static_cast<float>(r * std::sin(phi));
       result[b].z[i] = static_cast<float>(2.5 * z0 * (static_cast<double>(i % 32) / 16 - 1));
-      result[b].footprint[i] = 0.0037F;
+      result[b].rays.footprint[i] = 0.0037F;
+      result[b].rays.obliquity[i] = 0;
     }
   }
   return result;
@@ -62,7 +65,7 @@ void evaluate(benchmark::State& state, const std::string& component, bool footpr
   for (auto _ : state) {
     for (const PointBatch& p : places) {
       type->evaluate({p.x.data(), p.y.data(), p.z.data(), batch_capacity}, threshold,
-                     footprints ? &p.footprint : nullptr, deviations, densities, counts);
+                     footprints ? &p.rays : nullptr, deviations, densities, counts);
     }
   }
   const auto all = static_cast<double>(state.iterations() * batches * batch_capacity);
@@ -72,7 +75,6 @@ void evaluate(benchmark::State& state, const std::string& component, bool footpr
 }
 
 void add_all() {
-  static const std::array<double, 3> deviations = {0, std::numbers::sqrt3, -std::numbers::sqrt3};
   const std::array<std::array<std::string, 2>, 3> components = {
       {{"dust, 8 octaves", "class = \"dust\"\n"},
        {"veins, 6 octaves and 2 of displacement", "class = \"veins\"\noctaves = 6\n"},
@@ -87,7 +89,7 @@ void add_all() {
     };
     add("all seen", false, {});
     add("footprints", true, {});
-    add("variants", true, deviations);
+    add("variants", true, dust_deviations);
   }
 }
 

@@ -34,12 +34,12 @@ struct SomePoints {
   }
 };
 
-void check_densities(const gamer::Galaxy& galaxy, const gamer::BatchArray* footprints) {
+void check_densities(const gamer::Galaxy& galaxy, const gamer::RayBatch* rays) {
   static const SomePoints some;
   std::vector<gamer::BatchArray> densities(galaxy.components().size());
   gamer::EvaluationCounts counts;
-  galaxy.evaluate({some.x.data(), some.y.data(), some.z.data(), gamer::batch_capacity}, 0,
-                  footprints, {}, densities, counts);
+  galaxy.evaluate({some.x.data(), some.y.data(), some.z.data(), gamer::batch_capacity}, 0, rays, {},
+                  densities, counts);
   for (const gamer::BatchArray& density : densities) {
     expect(std::all_of(density.data(), density.data() + gamer::batch_capacity, is_proper),
            "densities are finite and not negative");
@@ -88,9 +88,9 @@ void read(std::string_view text) {
   settings.most_cloud_points = kCloudPoints;
   const auto galaxy = gamer::Galaxy::parse(text.substr(0, end), "x.toml", settings, texts);
   check_densities(*galaxy, nullptr);
-  gamer::BatchArray footprints;
-  std::fill_n(footprints.data(), gamer::batch_capacity, 0.05f);
-  check_densities(*galaxy, &footprints);
+  gamer::RayBatch rays{};
+  std::fill_n(rays.footprint.data(), gamer::batch_capacity, 0.05f);
+  check_densities(*galaxy, &rays);
   for (const auto& component : galaxy->components()) {
     check_plan(*component);
     if (const auto* field = dynamic_cast<const gamer::StarField*>(component.get())) {

@@ -246,13 +246,16 @@ void ArmPattern::shear(const float* r, std::size_t size, float* out) const {
   }
 }
 
+double ArmPattern::shear(double r) const {
+  constexpr double step = 1e-4;
+  return (winding(r * (1 + step)) - winding(r * (1 - step))) / (2 * step);
+}
+
 double ArmPattern::steepest_winding(double r_min) const {
   constexpr int samples = 200;
   double steepest = 0;
   for (int i = 0; i < samples; ++i) {
-    const double r = r_min + (1 - r_min) * i / (samples - 1);
-    const double h = 1e-4 * r;
-    steepest = std::max(steepest, std::abs(r * (winding(r + h) - winding(r - h)) / (2 * h)));
+    steepest = std::max(steepest, std::abs(shear(r_min + (1 - r_min) * i / (samples - 1))));
   }
   return steepest;
 }

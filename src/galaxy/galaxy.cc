@@ -15,6 +15,8 @@
 #include "gamer/core/near.h"
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
+#include "gamer/galaxy/accuracy.h"
+#include "gamer/galaxy/dust_variants.h"
 #include "gamer/galaxy/star_field.h"
 
 #ifndef GAMER_GALAXY_GALAXY_KERNEL
@@ -33,12 +35,16 @@ struct alignas(batch_alignment) CompactedPoints {
   float winding[compacted_capacity];
   float fade[compacted_capacity];
   float footprint[compacted_capacity];  ///< in the texture's coordinates; only where wanted
+  float coherence[compacted_capacity];  ///< only where wanted
   std::int32_t index[compacted_capacity];
   std::size_t size = 0;
 };
 
 // Phi fades in between the threshold and this many times it.
 constexpr float fade_factor = 4;
+
+// Narrower rays see all of every texture.
+constexpr float smallest_footprint = 1e-10f;
 
 }  // namespace
 }  // namespace gamer
@@ -65,9 +71,10 @@ void Share(const Points& points, bool needs_phi, SampleBatch& batch) {
   }
 }
 
-/// `footprints` may be null.
+/// `footprints` and `coherence` may be null.
 void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float threshold, float twirl,
-             bool has_winding, const float* footprints, CompactedPoints& out) {
+             bool has_winding, const float* footprints, const float* coherence,
+             CompactedPoints& out) {
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
   const std::size_t lanes = hn::Lanes(d);
@@ -99,6 +106,7 @@ void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float thr
       }
       keep(footprint, mask, out.footprint);
     }
+    if (coherence != nullptr) keep(hn::Load(d, coherence + i), mask, out.coherence);
     hn::StoreU(hn::Compress(index, hn::RebindMask(di, mask)), di, out.index + size);
     size += hn::CountTrue(d, mask);
   }
@@ -119,7 +127,7 @@ void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float thr
   }
 }
 
-// `out` may be `envelope`.
+// `out` may be one of the others.
 void Scale(std::size_t size, float amplitude, const float* envelope, const float* phi,
            const float* followed_phi, float* out) {
   const hn::ScalableTag<float> d;
@@ -128,6 +136,21 @@ void Scale(std::size_t size, float amplitude, const float* envelope, const float
     if (phi != nullptr) value = hn::Mul(value, hn::Load(d, phi + i));
     if (followed_phi != nullptr) value = hn::Mul(value, hn::Load(d, followed_phi + i));
     hn::Store(value, d, out + i);
+  }
+}
+
+void Logarithm(std::size_t size, const float* HWY_RESTRICT values, float* HWY_RESTRICT out) {
+  const hn::ScalableTag<float> d;
+  const auto least = hn::Set(d, smallest_footprint);
+  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
+    hn::Store(Log(d, hn::Max(hn::Load(d, values + i), least)), d, out + i);
+  }
+}
+
+void Divide(std::size_t size, const float* HWY_RESTRICT divisor, float* HWY_RESTRICT values) {
+  const hn::ScalableTag<float> d;
+  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
+    hn::Store(hn::Div(hn::Load(d, values + i), hn::Load(d, divisor + i)), d, values + i);
   }
 }
 
@@ -149,6 +172,8 @@ namespace gamer {
 HWY_EXPORT(Share);
 HWY_EXPORT(Compact);
 HWY_EXPORT(Scale);
+HWY_EXPORT(Logarithm);
+HWY_EXPORT(Divide);
 HWY_EXPORT(Largest);
 
 namespace {
@@ -164,8 +189,26 @@ constexpr double smallest_stretch = 1e-9;
 // this share of the galaxy's light.
 constexpr std::size_t first_cloud = std::size_t{1} << 15;
 constexpr double cloud_error = 0.004;
-// The same for what wide rays see of it, whose mean varies less.
-constexpr std::size_t correction_cloud = std::size_t{1} << 17;
+// The same for what wide rays see of it relative to the whole.
+constexpr std::size_t first_seen_cloud = std::size_t{1} << 13;
+constexpr std::size_t largest_seen_cloud = std::size_t{1} << 18;
+constexpr double seen_error = 0.004;
+// They are of footprints up to the widest, each so many times the one before.
+constexpr double widest_footprint = 0.5;
+constexpr double footprint_ratio = 2;
+// What dust lets through is measured along so many rays, of so many points where they are face on,
+// at footprints of that ratio up to the largest; one is that of galaxies in large pixels at a
+// tolerance of 1e-2.
+constexpr std::size_t coherence_rays = std::size_t{1} << 10;
+constexpr double coherence_heights = 10;
+constexpr double coherence_ratio = std::numbers::sqrt3;
+constexpr double usual_tolerance = 1e-2;
+const double largest_coherence_footprint =
+    3 * Accuracy::from_tolerance(usual_tolerance).widest_footprint();
+constexpr double least_coherence = 0.05;
+constexpr double largest_coherence = 4;
+constexpr double first_factor = 1.3;
+constexpr int secants = 2;
 
 // Places at which the largest Phi of a star field is looked for, and by what it may exceed the
 // largest found: the light of what is beyond is below 1e-4 of the field's (tests).
@@ -277,6 +320,8 @@ void Galaxy::resolve(const std::string& label, std::size_t most_cloud_points) {
   }
   followed_.assign(components_.size(), -1);
   follow_scale_.assign(components_.size(), 1.0);
+  seen_means_.assign(components_.size(), {});
+  dust_.assign(components_.size(), {});
   for (const auto& component : components_) {
     integrals_.push_back(component->envelope_integral() * axis_[0] * axis_[1] * axis_[2]);
   }
@@ -304,6 +349,52 @@ void Galaxy::resolve(const std::string& label, std::size_t most_cloud_points) {
   }
 }
 
+namespace {
+
+/// Measures over a cloud of `first` points, then of as many as a standard error needs.
+void refine(std::size_t first, std::size_t most, double error,
+            const std::function<double(std::size_t size)>& measure) {
+  const double excess = measure(first) / error;
+  if (!(excess > 1)) return;
+  const double needed = static_cast<double>(first) * excess * excess;
+  measure(static_cast<std::size_t>(std::min(needed, static_cast<double>(most))));
+}
+
+/// The footprints of rays of a width in coordinates turned back by a twirl.
+void stretch(std::size_t size, const BatchArray& shear, double twirl, double width,
+             BatchArray& out) {
+  for (std::size_t i = 0; i < size; ++i) {
+    out[i] = static_cast<float>(width * stretch_of(twirl * double{shear[i]}));
+  }
+}
+
+/// Sums over weighted points of what is seen (y) and of all (x).
+struct SeenMoments {
+  double w = 0, ww = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+
+  void add(double weight, double all, double seen) {
+    w += weight;
+    ww += weight * weight;
+    x += weight * all;
+    y += weight * seen;
+    xx += weight * all * all;
+    xy += weight * all * seen;
+    yy += weight * seen * seen;
+  }
+  SeenMoments& operator+=(const SeenMoments& more) {
+    w += more.w;
+    ww += more.ww;
+    x += more.x;
+    y += more.y;
+    xx += more.xx;
+    xy += more.xy;
+    yy += more.yy;
+    return *this;
+  }
+};
+
+}  // namespace
+
 void Galaxy::normalise_textures(std::size_t most_cloud_points) {
   double light = 0;
   for (std::size_t c = 0; c < components_.size(); ++c) {
@@ -318,11 +409,17 @@ void Galaxy::normalise_textures(std::size_t most_cloud_points) {
       try {
         const std::size_t first = std::min(first_cloud, most_cloud_points);
         const double share = component.absorbs() || light == 0 ? 1 : luminosity(c) / light;
-        const double excess = normalise(c, first, 0) * std::sqrt(share) / cloud_error;
-        const double needed = static_cast<double>(first) * std::max(1.0, excess * excess);
-        const double most = static_cast<double>(most_cloud_points);
-        normalise(c, static_cast<std::size_t>(std::min(needed, most)),
-                  std::min(correction_cloud, most_cloud_points));
+        refine(first, most_cloud_points, cloud_error / std::sqrt(share),
+               [&](std::size_t size) { return normalise(c, size); });
+        if (component.absorbs()) {
+          for (std::size_t o = 0; o < obliquities.size(); ++o) {
+            measure_dust(c, o, std::min(coherence_rays, most_cloud_points));
+          }
+          continue;
+        }
+        refine(std::min(first_seen_cloud, most_cloud_points),
+               std::min(largest_seen_cloud, most_cloud_points), seen_error / std::sqrt(share),
+               [&](std::size_t size) { return measure_seen(c, size); });
       } catch (const InputError& error) {
         throw InputError(component.where(),
                          "component '" + component.name() + "': " + error.what());
@@ -331,48 +428,270 @@ void Galaxy::normalise_textures(std::size_t most_cloud_points) {
   }
 }
 
-double Galaxy::normalise(std::size_t c, std::size_t cloud_size, std::size_t correction_size) {
+double Galaxy::normalise(std::size_t c, std::size_t cloud_size) {
   Component& component = *components_[c];
   const std::vector<WeightedBatch> cloud = component.cloud(cloud_size);
   FractalNoise::Factor factor;
   if (followed_[c] >= 0) {
-    factor = [this, c](const Points& points, double footprint, float* out) {
-      followed_phi(c, points, footprint, out);
-    };
+    factor = [this, c](const Points& points, float* out) { followed_phi(c, points, 0, {}, out); };
   }
   if (component.texture() != nullptr) {
-    Texture& texture = *component.texture();
-    texture.take_mean(cloud, factor);
-    if (correction_size > 0) texture.take_corrections(component.cloud(correction_size), factor);
-    return texture.mean_error();
+    component.texture()->normalise(cloud, factor);
+    return component.texture()->mean_error();
   }
   std::vector<BatchArray> factors(cloud.size());
-  parallel_for(cloud.size(),
-               [&](std::size_t b) { factor(cloud[b].points(), 0, factors[b].data()); });
+  parallel_for(cloud.size(), [&](std::size_t b) { factor(cloud[b].points(), factors[b].data()); });
   const CloudMean mean = mean_over(cloud, factors);
   follow_scale_[c] = 1 / mean.mean;
   return mean.error / mean.mean;
 }
 
-void Galaxy::followed_phi(std::size_t c, const Points& points, double footprint, float* out) const {
+bool Galaxy::hides(std::size_t c, double footprint) const {
+  return components_[c]->hides_texture(footprint) ||
+         (followed_[c] >= 0 &&
+          components_[static_cast<std::size_t>(followed_[c])]->hides_texture(footprint));
+}
+
+double Galaxy::log_narrowest(std::size_t c) const {
+  double narrow = std::log(double{smallest_footprint}), wide = std::log(widest_footprint);
+  // Single precision's rounding counts as narrow.
+  constexpr double margin = 1e-5;
+  while (wide - narrow > margin) {
+    const double middle = 0.5 * (narrow + wide);
+    (hides(c, std::exp(middle)) ? wide : narrow) = middle;
+  }
+  return wide + margin;
+}
+
+std::vector<double> Galaxy::seen_widths(std::size_t c, double widest, double ratio) const {
+  std::vector<double> widths;
+  for (double width = widest; hides(c, width); width /= ratio) widths.push_back(width);
+  std::reverse(widths.begin(), widths.end());
+  return widths;
+}
+
+void Galaxy::cloud_phi(std::size_t c, const Points& points, double width, const BatchArray& shear,
+                       BatchArray& out) const {
+  BatchArray other;
+  if (const Texture* texture = components_[c]->texture(); texture != nullptr) {
+    std::uint64_t evaluations = 0;
+    if (width > 0) stretch(points.size, shear, texture->twirl(), width, other);
+    texture->evaluate(points, width > 0 ? other.data() : nullptr, nullptr, {}, std::span(&out, 1),
+                      evaluations);
+  } else {
+    std::fill_n(out.data(), batch_capacity, static_cast<float>(follow_scale_[c]));
+  }
+  if (followed_[c] < 0) return;
+  followed_phi(c, points, width, shear, other.data());
+  for (std::size_t i = 0; i < points.size; ++i) out[i] *= other[i];
+}
+
+double Galaxy::measure_seen(std::size_t c, std::size_t cloud_size) {
+  const std::vector<double> widths = seen_widths(c, widest_footprint, footprint_ratio);
+  if (widths.empty()) return 0;
+  const std::vector<WeightedBatch> cloud = components_[c]->cloud(cloud_size);
+  std::vector<SeenMoments> parts(cloud.size() * widths.size());
+  parallel_for(cloud.size(), [&](std::size_t b) {
+    const WeightedBatch& batch = cloud[b];
+    BatchArray all, seen, shear;
+    take_shear(batch.points(), shear);
+    cloud_phi(c, batch.points(), 0, shear, all);
+    for (std::size_t k = 0; k < widths.size(); ++k) {
+      cloud_phi(c, batch.points(), widths[k], shear, seen);
+      SeenMoments& sums = parts[b * widths.size() + k];
+      for (std::size_t i = 0; i < batch.size; ++i) {
+        sums.add(double{batch.weight[i]}, double{all[i]}, double{seen[i]});
+      }
+    }
+  });
+  // All of Phi, whose mean over the component is 1, is the control variate of what is seen of it.
+  std::vector<double> means = {1};
+  double largest_error = 0;
+  for (std::size_t k = 0; k < widths.size(); ++k) {
+    SeenMoments sums;
+    for (std::size_t b = 0; b < cloud.size(); ++b) sums += parts[b * widths.size() + k];
+    const double x = sums.x / sums.w, y = sums.y / sums.w;
+    const double variance = sums.xx / sums.w - x * x;
+    const double covariance = sums.xy / sums.w - x * y;
+    const double slope = variance > 0 ? covariance / variance : 0.0;
+    means.push_back(y - slope * (x - 1));
+    const double rest = std::max(sums.yy / sums.w - y * y - slope * covariance, 0.0);
+    largest_error = std::max(largest_error, std::sqrt(rest * sums.ww) / sums.w / means.back());
+  }
+  seen_means_[c] = {widths.front() / footprint_ratio, footprint_ratio, means};
+  return largest_error;
+}
+
+void Galaxy::measure_dust(std::size_t c, std::size_t o, std::size_t rays) {
+  const std::vector<double> widths = seen_widths(c, largest_coherence_footprint, coherence_ratio);
+  if (widths.empty()) return;
+  const Component& dust = *components_[c];
+  const double path = obliquities[o];
+  const auto heights = static_cast<std::size_t>(std::round(coherence_heights * std::sqrt(path)));
+  ColumnCloud cloud = dust.columns(rays, heights);
+  const std::size_t batches = cloud.columns.size();
+  // Light is weighted by the light where the ray meets the plane, the dust by area.
+  std::vector<BatchArray> brightness(batches);
+  parallel_for(batches, [&](std::size_t b) {
+    WeightedBatch& at = cloud.columns[b];
+    SampleBatch batch{};
+    batch.size = at.size;
+    std::fill_n(at.z.data(), batch_capacity, 0.0f);
+    HWY_DYNAMIC_DISPATCH(Share)(at.points(), needs_phi_, batch);
+    if (needs_winding_) arms_.winding(batch.r.data(), batch.size, batch.winding.data());
+    BatchArray envelope;
+    BatchArray& light = brightness[b];
+    std::fill_n(light.data(), batch_capacity, 0.0f);
+    for (const auto& component : components_) {
+      if (component->absorbs()) continue;
+      component->envelope(batch, envelope.data());
+      const auto column = static_cast<float>(std::as_const(*component).amplitude() *
+                                             component->face_on_column() / component->peak());
+      for (std::size_t i = 0; i < at.size; ++i) light[i] += column * envelope[i];
+    }
+  });
+  // Depths along the rays, by variants.
+  const auto slope = static_cast<float>(std::sqrt(path * path - 1));
+  BatchArray to_x, to_y;  // Directions in the plane, every one.
+  for (std::size_t i = 0; i < batch_capacity; ++i) {
+    const double angle = 2 * std::numbers::pi * std::numbers::phi * static_cast<double>(i);
+    to_x[i] = static_cast<float>(std::cos(angle));
+    to_y[i] = static_cast<float>(std::sin(angle));
+  }
+  const double scale = dust.amplitude() * axis_[2] * path;
+  const auto depths = [&](double width, double coherence, std::span<const double> deviations) {
+    const std::size_t variants = std::max<std::size_t>(deviations.size(), 1);
+    std::vector<BatchArray> result(batches * variants);
+    parallel_for(batches, [&](std::size_t b) {
+      const WeightedBatch& at = cloud.columns[b];
+      const std::span<BatchArray> own = std::span(result).subspan(b * variants, variants);
+      for (BatchArray& depth : own) std::fill_n(depth.data(), batch_capacity, 0.0f);
+      std::vector<BatchArray> densities(variants);
+      BatchArray x, y, z, footprints, coherences;
+      std::fill_n(footprints.data(), batch_capacity, static_cast<float>(width));
+      std::fill_n(coherences.data(), batch_capacity, static_cast<float>(coherence));
+      EvaluationCounts counts;
+      for (std::size_t k = 0; k < heights; ++k) {
+        const float away = slope * cloud.heights[k];
+        for (std::size_t i = 0; i < padded(at.size); ++i) {
+          x[i] = at.x[i] + away * to_x[i];
+          y[i] = at.y[i] + away * to_y[i];
+        }
+        std::fill_n(z.data(), batch_capacity, cloud.heights[k]);
+        component_densities(c, {x.data(), y.data(), z.data(), at.size}, 0,
+                            width > 0 ? &footprints : nullptr, &coherences, deviations, densities,
+                            counts);
+        const auto step = static_cast<float>(scale) * cloud.steps[k];
+        for (std::size_t v = 0; v < variants; ++v) {
+          for (std::size_t i = 0; i < at.size; ++i) own[v][i] += step * densities[v][i];
+        }
+      }
+    });
+    return result;
+  };
+  const auto mean = [&](const std::vector<BatchArray>& values, bool by_light, auto&& term) {
+    const std::size_t variants = values.size() / batches;
+    double sum = 0, weights = 0;
+    for (std::size_t b = 0; b < batches; ++b) {
+      const WeightedBatch& at = cloud.columns[b];
+      for (std::size_t v = 0; v < variants; ++v) {
+        const double share = variants > 1 ? dust_variant_weights[v] : 1.0;
+        for (std::size_t i = 0; i < at.size; ++i) {
+          const double weight =
+              share * double{at.weight[i]} * (by_light ? double{brightness[b][i]} : 1.0);
+          weights += weight;
+          sum += weight * term(double{values[b * variants + v][i]});
+        }
+      }
+    }
+    return sum / weights;
+  };
+  const auto amount = [&](const std::vector<BatchArray>& values) {
+    return mean(values, false, [](double depth) { return depth; });
+  };
+  // What comes through dust `factor` times as dense.
+  const auto light = [&](const std::vector<BatchArray>& values, double factor) {
+    return mean(values, true, [&](double depth) { return std::exp(-factor * depth); });
+  };
+  const std::vector<BatchArray> all = depths(0, 1, {});
+  const double whole = amount(all), wanted = light(all, 1);
+  std::vector<double> coherences, amounts;
+  double guess = 1;
+  for (std::size_t k = widths.size(); k-- > 0;) {
+    const auto excess = [&](double coherence) {
+      const std::vector<BatchArray> seen = depths(widths[k], coherence, dust_deviations);
+      return light(seen, whole / amount(seen)) - wanted;
+    };
+    // Secants, from what the wider rays have; light grows with the variance.
+    double last = guess, last_excess = excess(last);
+    guess = last_excess > 0 ? last / first_factor : last * first_factor;
+    for (int step = 0; step < secants; ++step) {
+      guess = std::clamp(guess, least_coherence, largest_coherence);
+      const double own = excess(guess);
+      if (!((own - last_excess) * (guess - last) > 0)) break;
+      const double next = guess - own * (guess - last) / (own - last_excess);
+      last = guess;
+      last_excess = own;
+      guess = next;
+    }
+    guess = std::clamp(guess, least_coherence, largest_coherence);
+    coherences.push_back(guess);
+    amounts.push_back(amount(depths(widths[k], guess, dust_deviations)) / whole);
+  }
+  std::reverse(coherences.begin(), coherences.end());
+  std::reverse(amounts.begin(), amounts.end());
+  dust_[c].log_narrow = static_cast<float>(log_narrowest(c));
+  dust_[c].coherence[o] = {widths.front(), coherence_ratio, coherences};
+  dust_[c].amount[o] = {widths.front(), coherence_ratio, amounts};
+}
+
+void Galaxy::look_up(const ByObliquity& tables, std::size_t size, const BatchArray& log_footprints,
+                     const BatchArray& obliquity, BatchArray& out) {
+  std::array<BatchArray, obliquities.size()> nodes;
+  for (std::size_t o = 0; o < nodes.size(); ++o) {
+    tables[o].at(size, log_footprints.data(), nodes[o].data());
+  }
+  out = nodes[0];
+  for (std::size_t o = 1; o < nodes.size(); ++o) {
+    const auto low = static_cast<float>(std::log(obliquities[o - 1]));
+    const auto width = static_cast<float>(std::log(obliquities[o] / obliquities[o - 1]));
+    for (std::size_t i = 0; i < padded(size); ++i) {
+      const float share = std::clamp((obliquity[i] - low) / width, 0.0f, 1.0f);
+      out[i] += share * (nodes[o][i] - nodes[o - 1][i]);
+    }
+  }
+}
+
+void Galaxy::take_shear(const Points& points, BatchArray& out) const {
+  std::fill_n(out.data(), batch_capacity, 0.0f);
+  if (!needs_winding_) return;
+  BatchArray r;
+  for (std::size_t i = 0; i < padded(points.size); ++i) {
+    r[i] = std::sqrt(points.x[i] * points.x[i] + points.y[i] * points.y[i]);
+  }
+  arms_.shear(r.data(), points.size, out.data());
+}
+
+void Galaxy::followed_phi(std::size_t c, const Points& points, double width,
+                          const BatchArray& shear, float* out) const {
   const Texture& followed = *components_[static_cast<std::size_t>(followed_[c])]->texture();
   // The cloud is turned by this component's twirl; the followed noise has its own.
   const Texture* own = components_[c]->texture();
   const double twirl = followed.twirl() - (own != nullptr ? own->twirl() : 0.0);
   BatchArray all, footprints;
   std::fill_n(all.data(), batch_capacity, 1.0f);
-  std::fill_n(footprints.data(), batch_capacity, static_cast<float>(footprint));
   SampleBatch batch{};
   batch.size = points.size;
   HWY_DYNAMIC_DISPATCH(Share)(points, false, batch);
   arms_.winding(batch.r.data(), batch.size, batch.winding.data());
   CompactedPoints turned;
   HWY_DYNAMIC_DISPATCH(Compact)
-  (batch, all.data(), 0.5f, static_cast<float>(twirl), true, nullptr, turned);
+  (batch, all.data(), 0.5f, static_cast<float>(twirl), true, nullptr, nullptr, turned);
+  if (width > 0) stretch(points.size, shear, followed.twirl(), width, footprints);
   BatchArray phi;
   std::uint64_t evaluations = 0;
   followed.evaluate({turned.x, turned.y, turned.z, turned.size},
-                    footprint > 0 ? footprints.data() : nullptr, {}, std::span(&phi, 1),
+                    width > 0 ? footprints.data() : nullptr, nullptr, {}, std::span(&phi, 1),
                     evaluations);
   std::copy_n(phi.data(), padded(points.size), out);
 }
@@ -415,17 +734,20 @@ void Galaxy::resolve_fractions() {
 }
 
 void Galaxy::phi(std::size_t c, const SampleBatch& batch, const BatchArray& need, float threshold,
-                 const BatchArray* footprints, std::span<const double> deviations,
-                 std::span<BatchArray> out, EvaluationCounts& counts) const {
+                 const BatchArray* footprints, const BatchArray* coherence,
+                 std::span<const double> deviations, std::span<BatchArray> out,
+                 EvaluationCounts& counts) const {
   const Texture& texture = *std::as_const(*components_[c]).texture();
   CompactedPoints points;
   HWY_DYNAMIC_DISPATCH(Compact)
   (batch, need.data(), threshold, static_cast<float>(texture.twirl()), needs_winding_,
-   footprints != nullptr ? footprints->data() : nullptr, points);
+   footprints != nullptr ? footprints->data() : nullptr,
+   coherence != nullptr ? coherence->data() : nullptr, points);
   const Clock clock;
   if (points.size > 0) {
     texture.evaluate({points.x, points.y, points.z, points.size},
-                     footprints != nullptr ? points.footprint : nullptr, deviations, out,
+                     footprints != nullptr ? points.footprint : nullptr,
+                     coherence != nullptr ? points.coherence : nullptr, deviations, out,
                      counts.noise_evaluations);
   }
   for (BatchArray& values : out) {
@@ -439,11 +761,12 @@ void Galaxy::phi(std::size_t c, const SampleBatch& batch, const BatchArray& need
   counts.noise_seconds += clock.seconds();
 }
 
-void Galaxy::evaluate(const Points& points, float threshold, const BatchArray* footprints,
+void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* rays,
                       std::span<const double> deviations, std::span<BatchArray> densities,
                       EvaluationCounts& counts) const {
   const Clock clock;
   const double earlier_noise = counts.noise_seconds;
+  const BatchArray* footprints = rays != nullptr ? &rays->footprint : nullptr;
   const std::size_t count = components_.size();
   SampleBatch batch;
   batch.size = points.size;
@@ -477,8 +800,12 @@ void Galaxy::evaluate(const Points& points, float threshold, const BatchArray* f
         scale = std::min(scale, components_[f]->threshold_scale());
       }
     }
-    phi(c, batch, need, threshold * static_cast<float>(scale), footprints, {},
+    phi(c, batch, need, threshold * static_cast<float>(scale), footprints, nullptr, {},
         std::span(&followed_phi[k], 1), counts);
+  }
+  BatchArray log_footprints, coherence, amount;
+  if (footprints != nullptr) {
+    HWY_DYNAMIC_DISPATCH(Logarithm)(batch.size, footprints->data(), log_footprints.data());
   }
   std::vector<BatchArray> own(std::max<std::size_t>(deviations.size(), 1));
   for (std::size_t c = 0; c < count; ++c) {
@@ -486,8 +813,13 @@ void Galaxy::evaluate(const Points& points, float threshold, const BatchArray* f
     const std::size_t variants = component.absorbs() ? own.size() : 1;
     const BatchArray* known = phi_of_followed(c);
     if (component.texture() != nullptr && known == nullptr) {
+      const bool varies = variants > 1 && footprints != nullptr;
+      if (varies) {
+        look_up(dust_[c].coherence, batch.size, log_footprints, rays->obliquity, coherence);
+      }
       phi(c, batch, densities[c], threshold * static_cast<float>(component.threshold_scale()),
-          footprints, deviations, std::span(own).first(variants), counts);
+          footprints, varies ? &coherence : nullptr, deviations, std::span(own).first(variants),
+          counts);
     }
     const BatchArray* followed =
         followed_[c] >= 0 ? phi_of_followed(static_cast<std::size_t>(followed_[c])) : nullptr;
@@ -501,30 +833,57 @@ void Galaxy::evaluate(const Points& points, float threshold, const BatchArray* f
        densities[c].data(), phi != nullptr ? phi->data() : nullptr,
        followed != nullptr ? followed->data() : nullptr, densities[k * count + c].data());
     }
+    if (footprints == nullptr || (component.absorbs() && variants == 1)) continue;
+    if (component.absorbs()) {
+      look_up(dust_[c].amount, batch.size, log_footprints, rays->obliquity, amount);
+      // There the result must not depend on whether other rays have variants.
+      for (std::size_t i = 0; i < padded(batch.size); ++i) {
+        if (log_footprints[i] <= dust_[c].log_narrow) amount[i] = 1;
+      }
+    } else {
+      seen_means_[c].at(batch.size, log_footprints.data(), amount.data());
+    }
+    for (std::size_t k = 0; k < variants; ++k) {
+      HWY_DYNAMIC_DISPATCH(Divide)
+      (batch.size, amount.data(), densities[k * count + c].data());
+    }
   }
   counts.envelope_seconds += clock.seconds() - (counts.noise_seconds - earlier_noise);
 }
 
 void Galaxy::evaluate_component(std::size_t c, const Points& points, float threshold,
                                 BatchArray& density, EvaluationCounts& counts) const {
+  component_densities(c, points, threshold, nullptr, nullptr, {}, std::span(&density, 1), counts);
+}
+
+void Galaxy::component_densities(std::size_t c, const Points& points, float threshold,
+                                 const BatchArray* footprints, const BatchArray* coherence,
+                                 std::span<const double> deviations,
+                                 std::span<BatchArray> densities, EvaluationCounts& counts) const {
   const Component& component = *components_[c];
   SampleBatch batch;
   batch.size = points.size;
   HWY_DYNAMIC_DISPATCH(Share)(points, needs_phi_, batch);
-  if (needs_winding_) arms_.winding(batch.r.data(), batch.size, batch.winding.data());
-  component.envelope(batch, density.data());
-  const BatchArray envelope = density;
+  if (needs_winding_) {
+    arms_.winding(batch.r.data(), batch.size, batch.winding.data());
+    if (footprints != nullptr) arms_.shear(batch.r.data(), batch.size, batch.shear.data());
+  }
+  BatchArray envelope, followed;
+  component.envelope(batch, envelope.data());
   const auto limit = threshold * static_cast<float>(component.threshold_scale());
-  BatchArray own, followed;
   const bool follows = followed_[c] >= 0, is_textured = component.texture() != nullptr;
-  if (is_textured) phi(c, batch, envelope, limit, nullptr, {}, std::span(&own, 1), counts);
+  if (is_textured) {
+    phi(c, batch, envelope, limit, footprints, coherence, deviations, densities, counts);
+  }
   if (follows) {
-    phi(static_cast<std::size_t>(followed_[c]), batch, envelope, limit, nullptr, {},
+    phi(static_cast<std::size_t>(followed_[c]), batch, envelope, limit, footprints, nullptr, {},
         std::span(&followed, 1), counts);
   }
-  HWY_DYNAMIC_DISPATCH(Scale)
-  (batch.size, static_cast<float>(follow_scale_[c]), envelope.data(),
-   is_textured ? own.data() : nullptr, follows ? followed.data() : nullptr, density.data());
+  for (BatchArray& density : densities) {
+    HWY_DYNAMIC_DISPATCH(Scale)
+    (batch.size, static_cast<float>(follow_scale_[c]), envelope.data(),
+     is_textured ? density.data() : nullptr, follows ? followed.data() : nullptr, density.data());
+  }
 }
 
 void Galaxy::measure_star_fields() {

@@ -212,11 +212,16 @@ constexpr double reach = 30;
 constexpr double seen_lengths = 9;
 constexpr double seen_heights = 5;
 
-// Columns change within so many scale lengths or heights, and periods of a texture; but what is
-// finer than finest_texture galaxy radii averages out over the layer.
+// Columns change within so many scale lengths or heights, and periods of a texture.
 constexpr double column_lengths = 2;
-constexpr double finest_texture = 1.0 / 24;
 constexpr double texture_periods = 0.35;
+
+// Near the axis exp(-r/rh) has a cusp of so many scale lengths. The profile of arms changes within
+// so many of the lengths over which it falls by e, but finer than finest_arm galaxy radii is where
+// there is little light.
+constexpr double cusp_lengths = 0.5;
+constexpr double arm_lengths = 1;
+constexpr double finest_arm = 1.0 / 96;
 
 // A hole's rim is this share of its radius wide.
 constexpr double rim_width = 0.6;
@@ -273,6 +278,16 @@ bool cut_slab(double o, double d, double limit, double& begin, double& end) {
   begin = std::max(begin, std::min(t1, t2));
   end = std::min(end, std::max(t1, t2));
   return begin < end;
+}
+
+/// The distance from the axis at which a ray meets the plane or, where it does so outside the ball,
+/// at which it passes the axis.
+double plane_radius(const double nearest[3], const double direction[3]) {
+  const double along = nearest[2] / direction[2];
+  const double x = nearest[0] - along * direction[0], y = nearest[1] - along * direction[1];
+  if (const double r = std::hypot(x, y); r < 1) return r;
+  return std::abs(nearest[0] * direction[1] - nearest[1] * direction[0]) /
+         std::hypot(direction[0], direction[1]);
 }
 
 }  // namespace
@@ -365,51 +380,91 @@ double Layer::envelope_integral() const {
   return 2 * pi * 2 * shape_.z0 * sum / radial * mean_arm_modifier();
 }
 
+/// Cells that hold equal shares of r exp(-r/rh), of the angle and of sech^2.
+struct Layer::Cells {
+  CloudInput input;
+  std::vector<float> node_radius;
+  std::size_t count;
+};
+
+Layer::Cells Layer::cells(std::size_t radial, std::size_t azimuthal, std::size_t vertical) const {
+  const double end = std::min(1 / shape_.rh, reach);
+  const double inside = 1 - (1 + end) * std::exp(-end);
+  Cells result{{}, std::vector<float>(cloud_nodes + 1, 0.0f), radial * azimuthal * vertical};
+  for (int k = 1; k <= cloud_nodes; ++k) {
+    const double lengths = k < cloud_nodes ? gamma2_quantile(inside * k / cloud_nodes) : end;
+    result.node_radius[static_cast<std::size_t>(k)] = static_cast<float>(shape_.rh * lengths);
+  }
+  result.input = {static_cast<float>(radial),
+                  static_cast<float>(azimuthal),
+                  static_cast<float>(vertical),
+                  result.node_radius.data(),
+                  static_cast<float>(shape_.z0),
+                  texture() != nullptr ? static_cast<float>(texture()->twirl()) : 0.0f};
+  return result;
+}
+
 std::vector<WeightedBatch> Layer::cloud(std::size_t size) const {
-  // One point in each of radial x azimuthal x vertical cells, which hold equal shares of
-  // r exp(-r/rh), of the angle and of sech^2 (the rest of the envelope is the points' weight) and
-  // whose sides are about equal where the layer is bright: the mean of a noise of any frequency
-  // then converges faster than over points of equal weight (tests: <Phi> = 1 to 1 %).
+  // One point in each cell (the rest of the envelope is the points' weight), whose sides are about
+  // equal where the layer is bright: the mean of a noise of any frequency then converges faster
+  // than over points of equal weight (tests: <Phi> = 1 to 1 %).
   const double length = std::min(bright_radius * shape_.rh, 1.0);
   const double circle = 2 * pi * length / bright_radius;
   const double height = std::min(bright_height * shape_.z0, 1.0);
   const double side = cell_side({length, circle, height}, static_cast<double>(size));
-  const auto cells = [side](double extent) {
+  const auto count = [side](double extent) {
     return static_cast<std::size_t>(std::max(std::round(extent / side), 1.0));
   };
-  const std::size_t vertical = cells(height);
-  const std::size_t azimuthal = cells(circle);
-  const std::size_t radial = std::min(cells(length), largest_cloud_size / (azimuthal * vertical));
-
-  const double end = std::min(1 / shape_.rh, reach);
-  const double inside = 1 - (1 + end) * std::exp(-end);
-  std::vector<float> node_radius(cloud_nodes + 1, 0.0f);
-  for (int k = 1; k <= cloud_nodes; ++k) {
-    const double lengths = k < cloud_nodes ? gamma2_quantile(inside * k / cloud_nodes) : end;
-    node_radius[static_cast<std::size_t>(k)] = static_cast<float>(shape_.rh * lengths);
-  }
-  const CloudInput in{static_cast<float>(radial),
-                      static_cast<float>(azimuthal),
-                      static_cast<float>(vertical),
-                      node_radius.data(),
-                      static_cast<float>(shape_.z0),
-                      texture() != nullptr ? static_cast<float>(texture()->twirl()) : 0.0f};
-
-  const std::size_t count = radial * azimuthal * vertical;
-  std::vector<WeightedBatch> result((count + batch_capacity - 1) / batch_capacity);
+  const std::size_t vertical = count(height);
+  const std::size_t azimuthal = count(circle);
+  const std::size_t radial = std::min(count(length), largest_cloud_size / (azimuthal * vertical));
+  const Cells own = cells(radial, azimuthal, vertical);
+  std::vector<WeightedBatch> result((own.count + batch_capacity - 1) / batch_capacity);
   parallel_for(result.size(), [&](std::size_t b) {
     SampleBatch samples{};
     BatchArray share, weight;
     const std::size_t first = b * batch_capacity;
     WeightedBatch& batch = result[b];
-    batch.size = samples.size = std::min(batch_capacity, count - first);
-    HWY_DYNAMIC_DISPATCH(DrawCloud)(in, first, samples, share, weight);
+    batch.size = samples.size = std::min(batch_capacity, own.count - first);
+    HWY_DYNAMIC_DISPATCH(DrawCloud)(own.input, first, samples, share, weight);
     arms_.winding(samples.r.data(), samples.size, samples.winding.data());
-    HWY_DYNAMIC_DISPATCH(PlaceCloud)(samples, share, in, batch, samples.taper);
+    HWY_DYNAMIC_DISPATCH(PlaceCloud)(samples, share, own.input, batch, samples.taper);
     samples.z = batch.z;
     envelope(samples, batch.weight.data());
     for (std::size_t i = 0; i < batch.size; ++i) batch.weight[i] *= weight[i];
   });
+  return result;
+}
+
+ColumnCloud Layer::columns(std::size_t size, std::size_t heights) const {
+  ColumnCloud result;
+  // Of equal shares of sech^2.
+  for (std::size_t k = 0; k < heights; ++k) {
+    const double share = (2 * static_cast<double>(k) + 1) / static_cast<double>(heights) - 1;
+    result.heights.push_back(static_cast<float>(shape_.z0 * std::atanh(share)));
+    result.steps.push_back(
+        static_cast<float>(2 * shape_.z0 / static_cast<double>(heights) / (1 - share * share)));
+  }
+  const double length = std::min(bright_radius * shape_.rh, 1.0);
+  const double circle = 2 * pi * length / bright_radius;
+  const double side = std::sqrt(length * circle / static_cast<double>(size));
+  const auto azimuthal = static_cast<std::size_t>(std::ceil(circle / side));
+  const Cells own = cells(std::max<std::size_t>(size / azimuthal, 1), azimuthal, 1);
+  result.columns.resize((own.count + batch_capacity - 1) / batch_capacity);
+  for (std::size_t b = 0; b < result.columns.size(); ++b) {
+    SampleBatch samples{};
+    BatchArray share;
+    const std::size_t first = b * batch_capacity;
+    WeightedBatch& batch = result.columns[b];
+    batch.size = samples.size = std::min(batch_capacity, own.count - first);
+    HWY_DYNAMIC_DISPATCH(DrawCloud)(own.input, first, samples, share, batch.weight);
+    for (std::size_t i = 0; i < batch.size; ++i) {
+      batch.x[i] = samples.r[i] * std::cos(samples.phi[i]);
+      batch.y[i] = samples.r[i] * std::sin(samples.phi[i]);
+      // Without the part of the height.
+      batch.weight[i] *= 1 - share[i] * share[i];
+    }
+  }
   return result;
 }
 
@@ -440,8 +495,16 @@ double Layer::column_scale(const double nearest[3], const double direction[3], d
     scale = std::min(
         scale, std::hypot(rim_width * shape_.inner * cosine, column_lengths * shape_.z0 * sine));
   }
+  if (const double r = std::max(plane_radius(nearest, direction) - reach, 0.0); follows_arms()) {
+    const double fall = std::numbers::pi / shape_.arm_width;
+    const double length = r > 0 ? arm_lengths * fall * r / std::hypot(1.0, arms_.shear(r)) : 0.0;
+    scale =
+        std::min({scale, std::hypot(r, cusp_lengths * shape_.rh), std::max(length, finest_arm)});
+  } else {
+    scale = std::min(scale, std::hypot(r, cusp_lengths * shape_.rh));
+  }
   if (const double frequency = texture_frequency(); frequency > 0) {
-    scale = std::min(scale, std::max(texture_periods / frequency, finest_texture));
+    scale = std::min(scale, std::max(texture_periods / frequency, Accuracy::finest_texture));
   }
   return scale;
 }

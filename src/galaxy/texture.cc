@@ -5,17 +5,17 @@
 
 namespace gamer {
 
-void Texture::evaluate(const Points& points, const float* footprints,
+void Texture::evaluate(const Points& points, const float* footprints, const float* coherence,
                        std::span<const double> deviations, std::span<BatchArray> out,
                        std::uint64_t& evaluations) const {
   if (points.size == 0) return;
   if (footprints != nullptr) {
     const auto [least, most] = std::minmax_element(footprints, footprints + points.size);
     if (hides(double{*most})) {
-      evaluate_alike(points, footprints, deviations, out, evaluations);
+      evaluate_alike(points, footprints, coherence, deviations, out, evaluations);
       if (hides(double{*least})) return;
       std::vector<BatchArray> plain(out.size());
-      evaluate_alike(points, nullptr, {}, plain, evaluations);
+      evaluate_alike(points, nullptr, nullptr, {}, plain, evaluations);
       for (std::size_t k = 0; k < out.size(); ++k) {
         for (std::size_t i = 0; i < points.size; ++i) {
           if (!hides(double{footprints[i]})) out[k][i] = plain[k][i];
@@ -24,12 +24,12 @@ void Texture::evaluate(const Points& points, const float* footprints,
       return;
     }
   }
-  evaluate_alike(points, nullptr, {}, out, evaluations);
+  evaluate_alike(points, nullptr, nullptr, {}, out, evaluations);
 }
 
 void FractalTexture::evaluate_alike(const Points& points, const float* footprints,
-                                    std::span<const double> deviations, std::span<BatchArray> out,
-                                    std::uint64_t& evaluations) const {
+                                    const float* coherence, std::span<const double> deviations,
+                                    std::span<BatchArray> out, std::uint64_t& evaluations) const {
   if (footprints == nullptr) {
     noise_.evaluate(points, out[0].data());
     for (BatchArray& other : out.subspan(1)) other = out[0];
@@ -41,6 +41,9 @@ void FractalTexture::evaluate_alike(const Points& points, const float* footprint
   if (out.size() == 1) {
     noise_.expect(points.size, seen, out[0].data());
     return;
+  }
+  for (std::size_t i = 0; i < points.size && coherence != nullptr; ++i) {
+    seen.coherent[i] *= coherence[i];
   }
   for (std::size_t k = 0; k < out.size(); ++k) {
     noise_.expect(points.size, seen, deviations[k], out[k].data());

@@ -400,24 +400,6 @@ void MultiplyOctave(std::size_t size, const float* HWY_RESTRICT value, const Spi
   }
 }
 
-/// Divides what footprints see by its mean, linear in ln footprint.
-void Correct(std::size_t size, const float* HWY_RESTRICT footprint, const float* table, float last,
-             float start, float inverse_step, float* HWY_RESTRICT values) {
-  const hn::ScalableTag<float> d;
-  const hn::RebindToSigned<decltype(d)> di;
-  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    auto position = hn::Mul(hn::Sub(Log(d, hn::Load(d, footprint + i)), hn::Set(d, start)),
-                            hn::Set(d, inverse_step));
-    position = hn::Min(hn::Max(position, hn::Zero(d)), hn::Set(d, last));
-    const auto node = hn::Min(hn::Floor(position), hn::Set(d, last - 1));
-    const auto at = hn::ConvertTo(di, node);
-    const auto a = hn::GatherIndex(d, table, at);
-    const auto mean =
-        hn::MulAdd(hn::Sub(position, node), hn::Sub(hn::GatherIndex(d, table + 1, at), a), a);
-    hn::Store(hn::Div(hn::Load(d, values + i), mean), d, values + i);
-  }
-}
-
 /// scale density, times the factor of a deviation of the coherent part where there is one.
 void Deviate(std::size_t size, const float* HWY_RESTRICT density,
              const float* HWY_RESTRICT coherent, float scale, float deviation,
@@ -456,7 +438,6 @@ HWY_EXPORT(AddDisplacement);
 HWY_EXPORT(Veins);
 
 HWY_EXPORT(MultiplyOctave);
-HWY_EXPORT(Correct);
 HWY_EXPORT(Deviate);
 HWY_EXPORT(Scaled);
 
@@ -465,10 +446,8 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr double degree = pi / 180;
 
-// Means for wide rays are taken over at most so many points, at so many footprints up to this one.
-constexpr std::size_t correction_points = std::size_t{1} << 14;
-constexpr int correction_steps = 24;
-constexpr double widest_footprint = 2.0;
+// The frequency is taken over about so many points.
+constexpr std::size_t frequency_points = std::size_t{1} << 14;
 
 // 2^63, above every 64-bit integer.
 constexpr double largest_seed = 0x1p63;
@@ -527,28 +506,6 @@ std::vector<float> moments_of(const Noise& kind, double power) {
     result.push_back(static_cast<float>(mean));
     result.push_back(
         static_cast<float>(squares / static_cast<double>(sample.size()) / (mean * mean) - 1));
-  }
-  return result;
-}
-
-/// About so many points of a cloud, at a step that no row of its cells has.
-std::vector<WeightedBatch> thinned(std::span<const WeightedBatch> cloud, std::size_t size) {
-  std::size_t count = 0;
-  for (const WeightedBatch& batch : cloud) count += batch.size;
-  const double step = std::max(static_cast<double>(count) / static_cast<double>(size), 1.0) *
-                      (1 + 1e-3 * std::numbers::phi);
-  std::vector<WeightedBatch> result;
-  for (double at = 0; at < static_cast<double>(count); at += step) {
-    const auto index = static_cast<std::size_t>(at);
-    const WeightedBatch& from = cloud[index / batch_capacity];
-    const std::size_t i = index % batch_capacity;
-    if (result.empty() || result.back().size == batch_capacity) result.emplace_back();
-    WeightedBatch& to = result.back();
-    to.x[to.size] = from.x[i];
-    to.y[to.size] = from.y[i];
-    to.z[to.size] = from.z[i];
-    to.weight[to.size] = from.weight[i];
-    ++to.size;
   }
   return result;
 }
@@ -863,8 +820,8 @@ void VeinTexture::parts(const Points& points, Parts& out) const {
 }
 
 void VeinTexture::evaluate_alike(const Points& points, const float* footprints,
-                                 std::span<const double> deviations, std::span<BatchArray> out,
-                                 std::uint64_t& evaluations) const {
+                                 const float* coherence, std::span<const double> deviations,
+                                 std::span<BatchArray> out, std::uint64_t& evaluations) const {
   SpiralBatch spiral;
   Scratch scratch;
   coordinates_.at(points, spiral);
@@ -874,17 +831,14 @@ void VeinTexture::evaluate_alike(const Points& points, const float* footprints,
   base(points.size, spiral, footprints, wants_hidden, scratch, nullptr);
   multiply(points, spiral, footprints, wants_hidden, scratch, evaluations);
   const auto scale = static_cast<float>(scale_);
-  if (footprints != nullptr && !correction_.empty()) {
-    HWY_DYNAMIC_DISPATCH(Correct)
-    (points.size, footprints, correction_.data(), static_cast<float>(correction_steps),
-     static_cast<float>(correction_start_), static_cast<float>(1 / correction_step_),
-     scratch.density.data());
-  }
   if (footprints == nullptr || out.size() == 1) {
     for (BatchArray& values : out) {
       HWY_DYNAMIC_DISPATCH(Scaled)(points.size, scratch.density.data(), scale, values.data());
     }
     return;
+  }
+  for (std::size_t i = 0; i < points.size && coherence != nullptr; ++i) {
+    scratch.coherent[i] *= coherence[i];
   }
   for (std::size_t k = 0; k < out.size(); ++k) {
     HWY_DYNAMIC_DISPATCH(Deviate)
@@ -893,67 +847,37 @@ void VeinTexture::evaluate_alike(const Points& points, const float* footprints,
   }
 }
 
-double VeinTexture::seen_share(double footprint) const {
-  double seen = 0, total = 0;
-  for (const NoiseOctave& own : octaves_) {
-    const double u =
-        std::clamp((fade_end - footprint * own.sharpest) / (fade_end - fade_begin), 0.0, 1.0);
-    const double share = u * u * (3 - 2 * u);
-    const double power = own.helical ? 1.0 : parameters_.clumpiness;
-    const double variance = std::pow(power * own.contrast, 2) + 1e-9;
-    seen += variance * share * share;
-    total += variance;
-  }
-  return seen / total;
-}
-
-std::vector<BatchArray> VeinTexture::phi(std::span<const WeightedBatch> cloud, double footprint,
+std::vector<BatchArray> VeinTexture::phi(std::span<const WeightedBatch> cloud,
                                          const FractalNoise::Factor& factor) const {
   std::vector<BatchArray> values(cloud.size());
   parallel_for(cloud.size(), [&](std::size_t b) {
-    BatchArray footprints, other;
-    std::fill_n(footprints.data(), batch_capacity, static_cast<float>(footprint));
     std::uint64_t evaluations = 0;
-    evaluate(cloud[b].points(), footprint > 0 ? footprints.data() : nullptr, {},
-             std::span(&values[b], 1), evaluations);
+    evaluate(cloud[b].points(), nullptr, nullptr, {}, std::span(&values[b], 1), evaluations);
     if (!factor) return;
-    factor(cloud[b].points(), footprint, other.data());
+    BatchArray other;
+    factor(cloud[b].points(), other.data());
     for (std::size_t i = 0; i < cloud[b].size; ++i) values[b][i] *= other[i];
   });
   return values;
 }
 
-void VeinTexture::take_mean(std::span<const WeightedBatch> cloud,
+void VeinTexture::normalise(std::span<const WeightedBatch> cloud,
                             const FractalNoise::Factor& factor) {
   scale_ = 1;
-  correction_.clear();
-  const CloudMean all = mean_over(cloud, phi(cloud, 0, factor));
+  const CloudMean all = mean_over(cloud, phi(cloud, factor));
   if (!(all.mean > 0) || !std::isfinite(all.square_mean)) {
     throw InputError("the veins are zero or infinite over the whole component");
   }
   scale_ = 1 / all.mean;
   rms_ = std::sqrt(all.square_mean) / all.mean;
   mean_error_ = all.error / all.mean;
+  take_frequency(thinned(cloud, frequency_points));
 }
 
-void VeinTexture::take_corrections(std::span<const WeightedBatch> all,
-                                   const FractalNoise::Factor& factor) {
-  correction_.clear();
-  const std::vector<WeightedBatch> cloud = thinned(all, correction_points);
-  // The points' own error fades with what they see.
-  const double sampled = mean_over(cloud, phi(cloud, 0, factor)).mean;
-  correction_start_ = std::log(fade_begin / finest_);
-  correction_step_ = (std::log(widest_footprint) - correction_start_) / correction_steps;
-  std::vector<float> corrections;
-  for (int k = 0; k <= correction_steps; ++k) {
-    const double width = std::exp(correction_start_ + k * correction_step_);
-    const double mean = mean_over(cloud, phi(cloud, width, factor)).mean;
-    corrections.push_back(static_cast<float>(mean / std::pow(sampled, seen_share(width))));
-  }
-
+void VeinTexture::take_frequency(std::span<const WeightedBatch> cloud) {
   // Cycles per radius from the mean square of the gradient over that of the fluctuation.
   const double shift = 0.1 / finest_;
-  const std::vector<BatchArray> here = phi(cloud, 0, {});
+  const std::vector<BatchArray> here = phi(cloud, {});
   double gradients = 0, weights = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     std::vector<WeightedBatch> moved(cloud.begin(), cloud.end());
@@ -961,7 +885,7 @@ void VeinTexture::take_corrections(std::span<const WeightedBatch> all,
       BatchArray& coordinate = axis == 0 ? batch.x : axis == 1 ? batch.y : batch.z;
       for (std::size_t i = 0; i < batch.size; ++i) coordinate[i] += static_cast<float>(shift);
     }
-    const std::vector<BatchArray> there = phi(moved, 0, {});
+    const std::vector<BatchArray> there = phi(moved, {});
     for (std::size_t b = 0; b < cloud.size(); ++b) {
       for (std::size_t i = 0; i < cloud[b].size; ++i) {
         const double slope = (double{there[b][i]} - double{here[b][i]}) / shift;
@@ -971,7 +895,6 @@ void VeinTexture::take_corrections(std::span<const WeightedBatch> all,
     }
   }
   frequency_ = std::sqrt(gradients / weights / std::max(rms_ * rms_ - 1, 1e-6)) / (2 * pi);
-  correction_ = corrections;
 }
 
 }  // namespace gamer

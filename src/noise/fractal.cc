@@ -115,19 +115,6 @@ void Displace(const Points& points, BatchArray* displacement) {
   }
 }
 
-/// out = constant + sum of factor times value over so many arrays.
-void Combine(std::size_t size, const float* const* values, const float* factors, std::size_t count,
-             float constant, float* HWY_RESTRICT out) {
-  const hn::ScalableTag<float> d;
-  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    auto sum = hn::Set(d, constant);
-    for (std::size_t k = 0; k < count; ++k) {
-      sum = hn::MulAdd(hn::Load(d, values[k] + i), hn::Set(d, factors[k]), sum);
-    }
-    hn::Store(sum, d, out + i);
-  }
-}
-
 /// Adds w, w x, w y, w x^2, w x y, w^2, w^2 x, w^2 x^2 to `sums`.
 void AddMoments(std::size_t size, const float* HWY_RESTRICT weight, const float* x, const float* y,
                 double* HWY_RESTRICT sums) {
@@ -174,7 +161,6 @@ namespace gamer {
 
 HWY_EXPORT(AddOctave);
 HWY_EXPORT(Deviate);
-HWY_EXPORT(Combine);
 HWY_EXPORT(AddMoments);
 HWY_EXPORT(DeviateFactor);
 HWY_EXPORT(Displace);
@@ -185,8 +171,8 @@ namespace {
 // larger ones would cost precision.
 constexpr double largest_offset = 16.0;
 
-// Corrections of hidden noise are taken at so many levels of h = sqrt(hidden variance).
-constexpr int correction_levels = 8;
+// Mean and variance of each octave are taken over about so many points.
+constexpr std::size_t octave_cloud = std::size_t{1} << 15;
 
 // 2^63, above every 64-bit integer.
 constexpr double largest_seed = 0x1p63;
@@ -537,23 +523,6 @@ OctaveInput FractalNoise::octave_input(std::size_t k) const {
   return in;
 }
 
-double FractalNoise::seen_octave(std::size_t k, double footprint) const {
-  const double frequency = stretch_ * double{octaves_[k].frequency};
-  const double u =
-      std::clamp((fade_end - footprint * frequency) / (fade_end - fade_begin), 0.0, 1.0);
-  return u * u * (3 - 2 * u);
-}
-
-double FractalNoise::seen_share(double footprint) const {
-  double total = 0, seen = 0;
-  for (std::size_t k = 0; k < octaves_.size(); ++k) {
-    const double share = seen_octave(k, footprint);
-    total += octave_variance_[k];
-    seen += octave_variance_[k] * share * share;
-  }
-  return seen / total;
-}
-
 void FractalNoise::begin(std::size_t size, SeenNoise& out) const {
   const bool product = parameters_.combination.kind == Combination::Kind::multiplicative;
   std::fill_n(out.sum.data(), padded(size), product ? 1.0f : 0.0f);
@@ -593,8 +562,7 @@ void FractalNoise::see(const Points& points, const float* footprint, SeenNoise& 
 
 void FractalNoise::expect(std::size_t size, const SeenNoise& seen, float* out) const {
   std::copy_n(seen.sum.data(), padded(size), out);
-  shape_.apply_expected(standard(), 1 / phi_mean_, size, seen.hidden.data(), correction_.data(),
-                        out);
+  shape_.apply_expected(standard(), 1 / phi_mean_, size, seen.hidden.data(), out);
 }
 
 void FractalNoise::expect(std::size_t size, const SeenNoise& seen, double deviation,
@@ -606,7 +574,7 @@ void FractalNoise::expect(std::size_t size, const SeenNoise& seen, double deviat
     HWY_DYNAMIC_DISPATCH(DeviateFactor)
     (size, seen, static_cast<float>(deviation), static_cast<float>(log_variance_), out);
   }
-  shape_.apply_expected(standard(), 1 / phi_mean_, size, hidden.data(), correction_.data(), out);
+  shape_.apply_expected(standard(), 1 / phi_mean_, size, hidden.data(), out);
 }
 
 namespace {
@@ -632,12 +600,11 @@ struct Moments {
   }
 };
 
-/// By the factor as rays of a footprint see it, where there is one.
-void multiply(const WeightedBatch& batch, const FractalNoise::Factor& factor, double footprint,
-              BatchArray& values) {
+/// By the factor, where there is one.
+void multiply(const WeightedBatch& batch, const FractalNoise::Factor& factor, BatchArray& values) {
   if (!factor) return;
   BatchArray factors;
-  factor(batch.points(), footprint, factors.data());
+  factor(batch.points(), factors.data());
   for (std::size_t i = 0; i < batch.size; ++i) values[i] *= factors[i];
 }
 
@@ -651,10 +618,31 @@ CloudMean mean_over(std::span<const WeightedBatch> cloud, std::span<const BatchA
   return {moments.x(), moments.xx(), moments.error()};
 }
 
-void FractalNoise::take_mean(std::span<const WeightedBatch> cloud, const Factor& factor) {
+// At a step that no row of a cloud's cells has.
+std::vector<WeightedBatch> thinned(std::span<const WeightedBatch> cloud, std::size_t size) {
+  std::size_t count = 0;
+  for (const WeightedBatch& batch : cloud) count += batch.size;
+  const double step = std::max(static_cast<double>(count) / static_cast<double>(size), 1.0) *
+                      (1 + 1e-3 * std::numbers::phi);
+  std::vector<WeightedBatch> result;
+  for (double at = 0; at < static_cast<double>(count); at += step) {
+    const auto index = static_cast<std::size_t>(at);
+    const WeightedBatch& from = cloud[index / batch_capacity];
+    const std::size_t i = index % batch_capacity;
+    if (result.empty() || result.back().size == batch_capacity) result.emplace_back();
+    WeightedBatch& to = result.back();
+    to.x[to.size] = from.x[i];
+    to.y[to.size] = from.y[i];
+    to.z[to.size] = from.z[i];
+    to.weight[to.size] = from.weight[i];
+    ++to.size;
+  }
+  return result;
+}
+
+void FractalNoise::normalise(std::span<const WeightedBatch> cloud, const Factor& factor) {
   std::vector<BatchArray> values(cloud.size());
-  parallel_for(cloud.size(),
-               [&](std::size_t b) { sum(cloud[b].points(), values[b].data()); });
+  parallel_for(cloud.size(), [&](std::size_t b) { sum(cloud[b].points(), values[b].data()); });
   const CloudMean raw = mean_over(cloud, values);
   mu_ = raw.mean;
   sigma_ = std::sqrt(std::max(raw.square_mean - mu_ * mu_, 0.0));
@@ -667,7 +655,7 @@ void FractalNoise::take_mean(std::span<const WeightedBatch> cloud, const Factor&
   }
   parallel_for(cloud.size(), [&](std::size_t b) {
     shape_.apply(standard(), 1, cloud[b].size, values[b].data());
-    multiply(cloud[b], factor, 0, values[b]);
+    multiply(cloud[b], factor, values[b]);
   });
   const CloudMean light = mean_over(cloud, values);
   // A noise that is dark everywhere (a very negative offset) has no mean to divide by.
@@ -679,6 +667,7 @@ void FractalNoise::take_mean(std::span<const WeightedBatch> cloud, const Factor&
   phi_mean_ = light.mean;
   phi_rms_ = std::sqrt(light.square_mean) / light.mean;
   mean_error_ = light.error / light.mean;
+  take_octaves(thinned(cloud, octave_cloud));
 }
 
 void FractalNoise::take_octave(std::size_t k, std::span<const WeightedBatch> cloud,
@@ -712,12 +701,11 @@ void FractalNoise::take_octave(std::size_t k, std::span<const WeightedBatch> clo
   octave_variance_[k] = weight * weight * variance;
 }
 
-void FractalNoise::take_corrections(std::span<const WeightedBatch> cloud, const Factor& factor) {
-  const std::size_t batches = cloud.size();
+void FractalNoise::take_octaves(std::span<const WeightedBatch> cloud) {
   const std::size_t octaves = octaves_.size();
   const bool billow = parameters_.combination.kind == Combination::Kind::billow;
-  std::vector<BatchArray> values(batches * octaves), full(batches);
-  parallel_for(batches, [&](std::size_t b) {
+  std::vector<BatchArray> values(cloud.size() * octaves);
+  parallel_for(cloud.size(), [&](std::size_t b) {
     std::array<BatchArray, 3> storage;
     const Points displaced = displace(cloud[b].points(), storage);
     for (std::size_t k = 0; k < octaves; ++k) {
@@ -737,100 +725,6 @@ void FractalNoise::take_corrections(std::span<const WeightedBatch> cloud, const 
   }
   // Together they are the mean of S over all points.
   if (!is_density()) octave_mean_.front() += mu_ - means;
-
-  // Phi where rays of a footprint see it, times the factor.
-  struct Seen {
-    double width;
-    float hidden;
-    std::vector<float> weights;
-    double constant;
-  };
-  const auto seen_by = [&](double width) {
-    Seen seen{width, width > 0 ? static_cast<float>(1 - seen_share(width)) : 0.0f, {}, 0};
-    for (std::size_t k = 0; k < octaves; ++k) {
-      const double share = seen_octave(k, width);
-      seen.weights.push_back(static_cast<float>(share * double{octaves_[k].weight}));
-      seen.constant += (1 - share) * octave_mean_[k];
-    }
-    return seen;
-  };
-  const auto phi_at = [&](const Seen& seen, std::size_t b, BatchArray& out) {
-    const WeightedBatch& points = cloud[b];
-    if (is_density()) {
-      BatchArray footprint;
-      SeenNoise what;
-      std::fill_n(footprint.data(), padded(points.size), static_cast<float>(seen.width));
-      begin(points.size, what);
-      for (std::size_t k = 0; k < octaves; ++k) {
-        HWY_DYNAMIC_DISPATCH(AddOctave)
-        (points.size, values[b * octaves + k].data(), footprint.data(), octave_input(k),
-         parameters_.combination, what);
-      }
-      expect(points.size, what, out.data());
-      multiply(points, factor, seen.width, out);
-      return;
-    }
-    std::vector<const float*> octave(octaves);
-    BatchArray hidden;
-    std::fill_n(hidden.data(), batch_capacity, seen.hidden);
-    for (std::size_t k = 0; k < octaves; ++k) octave[k] = values[b * octaves + k].data();
-    HWY_DYNAMIC_DISPATCH(Combine)
-    (points.size, octave.data(), seen.weights.data(), octaves, static_cast<float>(seen.constant),
-     out.data());
-    shape_.apply_expected(standard(), 1 / phi_mean_, points.size, hidden.data(), correction_.data(),
-                          out.data());
-    multiply(points, factor, seen.width, out);
-  };
-  correction_.fill(1.0f);
-  const Seen all = seen_by(0);
-  parallel_for(batches, [&](std::size_t b) { phi_at(all, b, full[b]); });
-  // At equal steps of h. All of Phi, whose mean over the whole cloud is 1, is the control variate
-  // of what is seen of it.
-  std::array<double, correction_levels + 1> correction;
-  correction[0] = 1;
-  std::vector<Moments> parts(batches);
-  for (int n = 1; n <= correction_levels; ++n) {
-    const double h = static_cast<double>(n) / correction_levels;
-    const double width = footprint_that_hides(h * h);
-    const Seen seen = seen_by(width);
-    parallel_for(batches, [&](std::size_t b) {
-      BatchArray part;
-      phi_at(seen, b, part);
-      parts[b] = {};
-      parts[b].add(cloud[b], full[b].data(), part.data());
-    });
-    Moments moments;
-    for (const Moments& part : parts) moments += part;
-    const double variance = moments.xx() - moments.x() * moments.x();
-    const double covariance = moments.xy() - moments.x() * moments.y();
-    const double slope = variance > 0 ? covariance / variance : 0.0;
-    correction[static_cast<std::size_t>(n)] = moments.y() - slope * (moments.x() - 1);
-  }
-  // Between them by cubics with the slopes of their neighbours (Catmull & Rom 1974).
-  const auto at = [&](int n) {
-    return correction[static_cast<std::size_t>(std::clamp(n, 0, correction_levels))];
-  };
-  for (int level = 1; level < NoiseShape::levels; ++level) {
-    const double place = static_cast<double>(level) / (NoiseShape::levels - 1) * correction_levels;
-    const int n = std::min(static_cast<int>(place), correction_levels - 1);
-    const double u = place - n;
-    const double left = 0.5 * (at(n + 1) - at(n - 1)), right = 0.5 * (at(n + 2) - at(n));
-    const double rise = at(n + 1) - at(n);
-    correction_[static_cast<std::size_t>(level)] = static_cast<float>(
-        at(n) + u * (left + u * (3 * rise - 2 * left - right + u * (left + right - 2 * rise))));
-  }
-}
-
-double FractalNoise::footprint_that_hides(double variance) const {
-  double narrow = fade_begin / finest_;
-  double wide = fade_end / coarsest_;
-  if (!(1 - seen_share(wide) > variance)) return wide;
-  constexpr int halvings = 40;
-  for (int i = 0; i < halvings; ++i) {
-    const double middle = std::sqrt(narrow * wide);
-    (1 - seen_share(middle) < variance ? narrow : wide) = middle;
-  }
-  return wide;
 }
 
 double FractalNoise::effective_frequency() const {

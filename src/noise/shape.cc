@@ -28,7 +28,6 @@ struct ShapeInput {
   float inverse_contrast;
   float offset;
   const float* bases;  ///< none where values are their own expectation
-  const float* correction;
 };
 
 // The table holds s = (v - offset)/contrast in [-table_end, table_end] at steps_per_sigma.
@@ -81,23 +80,14 @@ void ApplyExpected(const ShapeInput& shape, std::size_t size, const float* HWY_R
     const auto v =
         hn::MulAdd(hn::Load(d, values + i), hn::Set(d, shape.slope), hn::Set(d, shape.shift));
     auto base = Base(d, v, shape);
-    auto scale = hn::Set(d, shape.scale);
     const auto h = hn::Min(hn::Max(hn::Load(d, hidden + i), zero), one);
     const auto some = hn::Gt(h, zero);
-    if (!hn::AllFalse(d, some)) {
+    if (shape.bases != nullptr && !hn::AllFalse(d, some)) {
       const auto level =
           hn::Mul(hn::Sqrt(h), hn::Set(d, static_cast<float>(NoiseShape::levels - 1)));
       const auto row = hn::Min(hn::Floor(level), hn::Set(d, NoiseShape::levels - 2.0f));
       const auto up = hn::Sub(level, row);
       const auto rows = hn::ConvertTo(di, row);
-      const auto first = hn::GatherIndex(d, shape.correction, rows);
-      const auto second = hn::GatherIndex(d, shape.correction + 1, rows);
-      const auto correction = hn::MulAdd(up, hn::Sub(second, first), first);
-      scale = hn::IfThenElse(some, hn::Div(scale, correction), scale);
-      if (shape.bases == nullptr) {
-        hn::Store(hn::Mul(Raise(d, base, shape), scale), d, values + i);
-        continue;
-      }
       const auto s =
           hn::Mul(hn::Sub(v, hn::Set(d, shape.offset)), hn::Set(d, shape.inverse_contrast));
       auto x = hn::MulAdd(s, hn::Set(d, static_cast<float>(steps_per_sigma)),
@@ -114,7 +104,7 @@ void ApplyExpected(const ShapeInput& shape, std::size_t size, const float* HWY_R
       const auto expected = hn::MulAdd(up, hn::Sub(line(shape.bases + table_size), low), low);
       base = hn::IfThenElse(some, expected, base);
     }
-    hn::Store(hn::Mul(Raise(d, base, shape), scale), d, values + i);
+    hn::Store(hn::Mul(Raise(d, base, shape), hn::Set(d, shape.scale)), d, values + i);
   }
 }
 
@@ -223,10 +213,9 @@ void NoiseShape::apply(const Standard& standard, double scale, std::size_t size,
 }
 
 void NoiseShape::apply_expected(const Standard& standard, double scale, std::size_t size,
-                                const float* hidden, const float* correction, float* values) const {
+                                const float* hidden, float* values) const {
   ShapeInput shape = make_input(parameters_, standard, scale);
   shape.bases = bases_ != nullptr ? bases_->data() : nullptr;
-  shape.correction = correction;
   HWY_DYNAMIC_DISPATCH(ApplyExpected)(shape, size, hidden, values);
 }
 

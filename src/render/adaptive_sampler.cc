@@ -33,7 +33,7 @@ struct Run {
   std::int32_t next;  ///< behind it on the ray
   double origin;      ///< of the map's s, along the ray
   bool open;          ///< whether it begins inside a galaxy
-  bool has_variants;  ///< see Medium::deviations
+  bool has_variants;  ///< see dust_variants.h
   bool can_refine;
   bool refine;
 };
@@ -69,7 +69,7 @@ struct Level {
     s.resize(s.size() + static_cast<std::size_t>(nodes_of_run));
     weight.resize(s.size());
     nodes.runs.push_back({own.ray, own.cover, first.back(), nodes_of_run});
-    if (own.has_variants) variants = Medium::deviations.size();
+    if (own.has_variants) variants = dust_deviations.size();
   }
 };
 
@@ -347,15 +347,15 @@ void AdaptiveSampler::integrate_level(std::int32_t stride, Workspace& ws) const 
   }
   ws.dust.clear();
   for (const auto& dust : level.nodes.dust) ws.dust.push_back(dust.data());
-  integrate_runs({level.run.size(), level.first.data(), level.count.data(), level.cover.data(),
-                  level.open.data(), level.has_variants.data(), level.weight.data(),
-                  ws.light.data(), ws.dust.data(), ws.dust_slots,
-                  std::span(Medium::variant_weights).first(level.variants)},
-                 {ws.covers.size(), nodes, ws.cover_light_slots.data(), ws.cover_dust_slots.data(),
-                  ws.extinction.data()},
-                 stride,
-                 {level.run.data(), ws.light_slots, ws.run_light.data(), ws.run_depth.data(),
-                  ws.run_transmission.data()});
+  integrate_runs(
+      {level.run.size(), level.first.data(), level.count.data(), level.cover.data(),
+       level.open.data(), level.has_variants.data(), level.weight.data(), ws.light.data(),
+       ws.dust.data(), ws.dust_slots, std::span(dust_variant_weights).first(level.variants)},
+      {ws.covers.size(), nodes, ws.cover_light_slots.data(), ws.cover_dust_slots.data(),
+       ws.extinction.data()},
+      stride,
+      {level.run.data(), ws.light_slots, ws.run_light.data(), ws.run_depth.data(),
+       ws.run_transmission.data()});
   for (std::size_t i = 0; i < level.run.size(); ++i) {
     const auto run = static_cast<std::size_t>(level.run[i]);
     const auto cover = static_cast<std::size_t>(level.cover[i]);
@@ -365,8 +365,8 @@ void AdaptiveSampler::integrate_level(std::int32_t stride, Workspace& ws) const 
       const float* flux = ws.flux.data() + (cover * planes + s) * ws.light_slots;
       double light = 0;
       for (std::size_t slot = 0; slot < slots; ++slot) {
-        light += double{flux[slot]} *
-                 double{ws.run_light[(run * ws.light_slots + slot) * nodes + j]};
+        light +=
+            double{flux[slot]} * double{ws.run_light[(run * ws.light_slots + slot) * nodes + j]};
       }
       ws.steered_light[run * planes + s].refine(light);
       ws.steered_depth[run * planes + s].refine(double{ws.run_depth[run * nodes + j]});
@@ -402,7 +402,8 @@ bool AdaptiveSampler::judge(std::span<const Hit> hits, std::int32_t ray, Workspa
       const Steered& depth = ws.steered_depth[run * planes + s];
       in_front += transmitted * light.value;
       // An error of depth dims all the light behind.
-      const double error = transmitted * light.error(scale) + (intensity - in_front) * depth.error(1);
+      const double error =
+          transmitted * light.error(scale) + (intensity - in_front) * depth.error(1);
       transmitted *= double{ws.run_transmission[run * nodes + ws.steering_node[s]]};
       if (error > allowed && ws.runs[run].can_refine) ws.runs[run].refine = any = true;
     }

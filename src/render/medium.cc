@@ -23,11 +23,17 @@ constexpr std::size_t most_steering_planes = 3;
 // Threads seldom prepare galaxies at once.
 constexpr std::size_t mutexes = 16;
 
+float obliquity_of(const Hit& hit) {
+  const auto& d = hit.direction;
+  return static_cast<float>(std::log(std::hypot(d[0], d[1], d[2]) / std::abs(d[2])));
+}
+
 }  // namespace
 
 /// Arrays of one thread, kept between calls.
 struct Medium::Scratch {
-  BatchArray x, y, z, footprint;
+  BatchArray x, y, z;
+  RayBatch rays;
   std::vector<BatchArray> densities;
   std::vector<std::vector<Stretch>> members;  ///< of each galaxy of each cover
   std::vector<std::size_t> first_group;       ///< of each cover
@@ -149,7 +155,8 @@ void Medium::make_shares() {
   for (const int g : order) {
     if (last != key(g)) {
       shares_.push_back({weights, extinction});
-      weights += kind(g).light.size() * (planes_times_steps() + steering_.size()) + steering_.size();
+      weights +=
+          kind(g).light.size() * (planes_times_steps() + steering_.size()) + steering_.size();
       extinction += kind(g).dust.size() * nodes_;
     }
     last = key(g);
@@ -474,9 +481,10 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
       along(1, s.y);
       along(2, s.z);
       for (std::int32_t i = 0; i < count; ++i) {
-        s.footprint[size + static_cast<std::size_t>(i)] =
+        s.rays.footprint[size + static_cast<std::size_t>(i)] =
             static_cast<float>(hit.footprint + hit.footprint_growth * at[i]);
       }
+      std::fill_n(s.rays.obliquity.data() + size, count, obliquity_of(hit));
       size += static_cast<std::size_t>(count);
       has_footprints = has_footprints || hit.footprint_at(hit.end) > 0;
       done += count;
@@ -485,11 +493,11 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
       done = 0;
     }
     for (std::size_t i = size; i < padded(size); ++i) {
-      s.x[i] = s.y[i] = s.z[i] = s.footprint[i] = 0;
+      s.x[i] = s.y[i] = s.z[i] = s.rays.footprint[i] = s.rays.obliquity[i] = 0;
     }
-    type.evaluate({s.x.data(), s.y.data(), s.z.data(), size}, threshold,
-                  has_footprints ? &s.footprint : nullptr,
-                  std::span(deviations).first(variants > 1 ? variants : 0), s.densities, counts);
+    type.evaluate(
+        {s.x.data(), s.y.data(), s.z.data(), size}, threshold, has_footprints ? &s.rays : nullptr,
+        std::span(dust_deviations).first(variants > 1 ? variants : 0), s.densities, counts);
     const auto deposit = [&](const std::vector<int>& group, std::size_t variant,
                              std::size_t first_slot, std::vector<std::vector<float>>& slots) {
       for (std::size_t m = 0; m < group.size(); ++m) {

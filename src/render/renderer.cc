@@ -432,6 +432,7 @@ void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Fou
   work.hits.clear();
   work.hit_ends.clear();
   const bool is_parallel = camera_.projection() == Projection::orthographic;
+  const double widest = medium_.accuracy().widest_footprint();
   for (const Sample& sample : samples) {
     if (const std::optional<Ray> ray = camera_.ray(sample.x, sample.y)) {
       const std::size_t first = work.hits.size();
@@ -441,7 +442,8 @@ void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Fou
         Hit& hit = work.hits[h];
         const auto g = static_cast<std::size_t>(hit.galaxy);
         if (hit.begin > 0 || is_parallel) {
-          hit.footprint = sample.footprint * pixel_in_ball_[g];
+          hit.footprint = supersample_ ? sample.footprint * pixel_in_ball_[g]
+                                       : std::min(pixel_in_ball_[g], widest);
         } else {
           hit.footprint_growth = sample.footprint * pixel_angle_in_ball_[g];
         }

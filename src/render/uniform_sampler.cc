@@ -32,7 +32,7 @@ class UniformSampler : public Sampler {
     const auto dust_slots = static_cast<std::size_t>(cover.dust_slots);
     for (std::size_t n = 0; n < nodes.size() * variants; ++n) {
       const std::size_t v = n / nodes.size(), node = n % nodes.size();
-      const double weight = widths[node] * (variants > 1 ? Medium::variant_weights[v] : 1.0);
+      const double weight = widths[node] * (variants > 1 ? dust_variant_weights[v] : 1.0);
       for (std::size_t j = 0; j < steps; ++j) {
         double opacity = 0;
         for (std::size_t slot = 0; slot < dust_slots; ++slot) {
@@ -55,7 +55,7 @@ class UniformSampler : public Sampler {
                      RenderCounts& counts) const {
     const bool varies = std::any_of(hits[i].begin(), hits[i].end(),
                                     [&](const Hit& hit) { return medium_.has_variants(hit); });
-    const std::size_t variants = varies ? Medium::deviations.size() : 1;
+    const std::size_t variants = varies ? dust_deviations.size() : 1;
     std::vector<double> transmission(variants * medium_.nodes(), 1.0);
     RayNodes nodes;
     std::vector<double> widths;

@@ -194,7 +194,7 @@ TEST(FractalNoise, NormaliseTakesWeightedStatistics) {
   const std::vector<Vector> positions = positions_in_cube(20000, 1, 42);
   const auto weight = [](const Vector& p) { return std::exp(2 * p[0]) + (p[1] > 0 ? 1 : 0); };
   const std::vector<WeightedBatch> cloud = cloud_of(positions, weight);
-  const FractalNoise::Factor given = [](const Points& points, double /*footprint*/, float* out) {
+  const FractalNoise::Factor given = [](const Points& points, float* out) {
     for (std::size_t i = 0; i < points.size; ++i) out[i] = 1.5f + points.y[i];
   };
   std::vector<double> factor_list;
@@ -245,7 +245,7 @@ std::vector<double> expected_of(const FractalNoise& noise, std::span<const Weigh
   return result;
 }
 
-TEST(SeenNoise, KeepsItsMeanAndLosesItsContrast) {
+TEST(SeenNoise, KeepsItsMeanAboutAndLosesItsContrast) {
   const std::vector<WeightedBatch> cloud = cloud_of(positions_in_cube(40000, 1, 7), even);
   for (const bool inverse : {false, true}) {
     FractalParameters p = parameters_of(simplex_noise());
@@ -266,10 +266,11 @@ TEST(SeenNoise, KeepsItsMeanAndLosesItsContrast) {
         mean += value / static_cast<double>(phi.size());
         square += value * value / static_cast<double>(phi.size());
       }
-      EXPECT_NEAR(mean, 1, 4e-3) << "inverse " << inverse << " width " << width;
+      // As far as octaves are normal; components correct the rest.
+      EXPECT_NEAR(mean, 1, 5e-3) << "inverse " << inverse << " width " << width;
+      square /= mean * mean;
       EXPECT_LE(square, last_square + 2e-4);
       EXPECT_GE(hidden, last_hidden);
-      EXPECT_NEAR(hidden, 1 - noise.seen_share(width), 1e-5);
       last_square = square;
       last_hidden = hidden;
     }
@@ -342,16 +343,12 @@ void for_every_noise(const std::function<void(const FractalParameters&)>& work) 
   }
 }
 
-TEST(EveryNoise, HasMeanOneAtEveryFootprint) {
+TEST(EveryNoise, LosesItsContrastWithTheFootprint) {
   const std::vector<WeightedBatch> cloud =
       cloud_of(positions_in_cube(20000, 1, 7), [](const Vector& p) { return std::exp(p[0]); });
   for_every_noise([&](const FractalParameters& p) {
     FractalNoise noise(p);
     noise.normalise(cloud);
-    // What is hidden is not normal where one octave of flat distribution prevails, and corrections
-    // are linear between their levels.
-    const bool gradients = p.kind == &simplex_noise() || p.kind == &perlin_noise();
-    const double tolerance = gradients ? 4e-3 : 2e-2;
     double last_square = HUGE_VAL;
     for (const double width : {0.0, 0.003, 0.006, 0.012, 0.025, 0.05, 0.1, 0.3}) {
       const std::vector<double> phi = expected_of(noise, cloud, width);
@@ -365,7 +362,9 @@ TEST(EveryNoise, HasMeanOneAtEveryFootprint) {
           squares += weight * phi[i] * phi[i];
         }
       }
-      EXPECT_NEAR(sum / weights, 1, width == 0 ? 1e-5 : tolerance) << "width " << width;
+      if (width == 0) {
+        EXPECT_NEAR(sum / weights, 1, 1e-5);
+      }
       const double square = squares * weights / (sum * sum);
       EXPECT_LE(square, last_square * (1 + 2e-3)) << "width " << width;
       last_square = square;
@@ -605,8 +604,6 @@ TEST(FractalNoise, TakesGivenOctaves) {
 TEST(NoiseShape, ExpectedValuesAreThoseOfTheNormalDistribution) {
   // E[max(v + h g, 0)^2] = (v^2 + h^2) Q + v h q, Q and q the normal distribution and density.
   const NoiseShape shape({2, false, 0.5, 1, 0.1});
-  std::array<float, NoiseShape::levels> correction;
-  correction.fill(1);
   BatchArray values, hidden;
   for (const double h : {0.25, 0.4, 0.5, 0.77, 1.0}) {
     for (std::size_t i = 0; i < batch_capacity; ++i) {
@@ -614,8 +611,7 @@ TEST(NoiseShape, ExpectedValuesAreThoseOfTheNormalDistribution) {
       hidden[i] = static_cast<float>(h * h);
     }
     const BatchArray s = values;
-    shape.apply_expected({1, 0}, 1, batch_capacity, hidden.data(), correction.data(),
-                         values.data());
+    shape.apply_expected({1, 0}, 1, batch_capacity, hidden.data(), values.data());
     for (std::size_t i = 0; i < batch_capacity; ++i) {
       const double v = 0.5 + double{s[i]};
       const double x = v / h;

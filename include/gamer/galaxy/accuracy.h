@@ -30,6 +30,13 @@ struct Accuracy {
   double ray_size;
   double cell_size;
 
+  /// A texture is sampled no finer than this, galaxy radii: what is finer averages out over a
+  /// galaxy of as few pixels.
+  static constexpr double finest_texture = 1.0 / 24;
+  /// The footprint of all rays that see a galaxy in larger pixels: if rays of small cells saw more
+  /// of a texture than others, its light would not add up.
+  double widest_footprint() const { return cell_size * finest_texture; }
+
   /// Densities are single precision: smaller tolerances count as this one.
   static constexpr double finest_tolerance = 3e-6;
 

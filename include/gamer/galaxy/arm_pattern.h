@@ -42,6 +42,8 @@ class ArmPattern {
   void winding(const float* r, std::size_t size, float* theta) const;
   /// r dtheta/dr over a batch, relative error below 1e-5.
   void shear(const float* r, std::size_t size, float* out) const;
+  /// The same of one radius above 0, in double precision.
+  double shear(double r) const;
   /// Largest |r dtheta/dr|, the cotangent of the smallest pitch angle, over [r_min, 1].
   double steepest_winding(double r_min) const;
 

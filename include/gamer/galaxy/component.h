@@ -69,6 +69,13 @@ struct GalaxySettings {
   std::size_t most_cloud_points = std::size_t{1} << 22;
 };
 
+/// Columns through a layer.
+struct ColumnCloud {
+  std::vector<WeightedBatch> columns;  ///< where they meet the plane, by the area they stand for
+  std::vector<float> heights;          ///< along them, each with the step dz for which it stands
+  std::vector<float> steps;
+};
+
 /// One light-emitting or absorbing part of a galaxy:
 ///   emissivity  j = amplitude * envelope * Phi * flux(lambda)        (light)
 ///   opacity     kappa = amplitude * envelope * Phi * a(lambda)/a(V)  (dust)
@@ -86,6 +93,8 @@ class Component {
   /// About `size` points spread over the envelope where the texture sees them, that is turned back
   /// by the twirl, for the statistics of the noise; empty for kinds without noise.
   virtual std::vector<WeightedBatch> cloud(std::size_t size) const = 0;
+  /// About `size` columns spread over a layer, of so many heights; empty for others.
+  virtual ColumnCloud columns(std::size_t /*size*/, std::size_t /*heights*/) const { return {}; }
   /// Adds what the component needs on `ray` for the given accuracy.
   virtual void plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const = 0;
   /// A length (galaxy radii, across the ray) over which the integral of the density along rays that

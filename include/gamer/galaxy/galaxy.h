@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -9,6 +10,7 @@
 #include "gamer/core/resources.h"
 #include "gamer/galaxy/arm_pattern.h"
 #include "gamer/galaxy/component.h"
+#include "gamer/galaxy/footprint_table.h"
 
 namespace gamer {
 
@@ -38,12 +40,11 @@ class Galaxy {
   /// Evaluates at most batch_capacity points of the ball frame: densities[c][i] = amplitude *
   /// envelope * Phi of component c (emissivity at 5500 Angstrom, or opacity at V, per galaxy
   /// radius). Where a component's envelope is below `threshold` threshold_scale() its Phi counts as
-  /// 1 and is not computed; Phi fades in up to 4 times that. Of the points' rays `footprints`
-  /// (galaxy radii) are given, or null for none: textures that they do not resolve count by what is
-  /// expected of them (FractalNoise). With as many arrays as `deviations` times components,
-  /// densities[d * components + c] is that of an absorbing component where the coherent part of
-  /// what is hidden is deviations[d] standard deviations.
-  void evaluate(const Points& points, float threshold, const BatchArray* footprints,
+  /// 1 and is not computed; Phi fades in up to 4 times that. Textures that `rays` (null for rays
+  /// that see all) do not resolve count by what is expected of them. With as many arrays as
+  /// `deviations` times components, densities[d * components + c] is that of an absorbing component
+  /// where the coherent part of what is hidden is deviations[d] standard deviations.
+  void evaluate(const Points& points, float threshold, const RayBatch* rays,
                 std::span<const double> deviations, std::span<BatchArray> densities,
                 EvaluationCounts& counts) const;
 
@@ -57,22 +58,63 @@ class Galaxy {
   double luminosity(std::size_t c) const;
 
  private:
+  /// Path per height, of rays at which what dust lets through is measured.
+  static constexpr std::array<double, 3> obliquities = {1, 2.5, 8};
+  /// Between obliquities linear in their logarithm.
+  using ByObliquity = std::array<FootprintTable, obliquities.size()>;
+  /// How dust that rays do not resolve lets through as much light as all of its texture would.
+  struct Dust {
+    /// Variance of the coherent part of what is hidden, relative to what its texture says.
+    ByObliquity coherence;
+    /// How much dust the variants then have; they are divided by it.
+    ByObliquity amount;
+    /// ln of the widest footprint that sees all, for which there may be no variants.
+    float log_narrow = 0;
+  };
+
   void resolve(const std::string& label, std::size_t most_cloud_points);
   void normalise_textures(std::size_t most_cloud_points);
   /// Normalises component c's texture, or follow_scale_ where it has none, over a cloud of that
-  /// size; the relative standard error of the mean. With a `correction_size` also what wide rays
-  /// see of it, over a cloud of that size.
-  double normalise(std::size_t c, std::size_t cloud_size, std::size_t correction_size);
-  /// Phi of the component that c follows at points of c's cloud, as rays of a footprint see it.
-  void followed_phi(std::size_t c, const Points& points, double footprint, float* out) const;
+  /// size; the relative standard error of the mean.
+  double normalise(std::size_t c, std::size_t cloud_size);
+  /// Measures what wide rays see of component c, which emits, over a cloud of that size, after
+  /// normalise(); the largest relative standard error.
+  double measure_seen(std::size_t c, std::size_t cloud_size);
+  /// The same of one that absorbs, along so many rays of the o-th obliquity.
+  void measure_dust(std::size_t c, std::size_t o, std::size_t rays);
+  /// Whether rays of that footprint see less than all of component c and what it follows.
+  bool hides(std::size_t c, double footprint) const;
+  /// Footprints up to the widest of which rays see less than all of component c and what it
+  /// follows, each `ratio` times the one before.
+  std::vector<double> seen_widths(std::size_t c, double widest, double ratio) const;
+  /// Phi of component c at points of its cloud, that of a followed one included, as rays of a width
+  /// see it.
+  void cloud_phi(std::size_t c, const Points& points, double width, const BatchArray& shear,
+                 BatchArray& out) const;
+  /// evaluate_component() by so many deviations, as rays of such footprints (null for all) see it;
+  /// `coherence` as for Texture::evaluate().
+  void component_densities(std::size_t c, const Points& points, float threshold,
+                           const BatchArray* footprints, const BatchArray* coherence,
+                           std::span<const double> deviations, std::span<BatchArray> densities,
+                           EvaluationCounts& counts) const;
+  /// ln of the widest footprint of which rays see all of component c and what it follows.
+  double log_narrowest(std::size_t c) const;
+  static void look_up(const ByObliquity& tables, std::size_t size, const BatchArray& log_footprints,
+                      const BatchArray& obliquity, BatchArray& out);
+  /// r dtheta/dr at points of a cloud.
+  void take_shear(const Points& points, BatchArray& out) const;
+  /// Phi of the component that c follows at points of c's cloud, as rays of a width see it.
+  void followed_phi(std::size_t c, const Points& points, double width, const BatchArray& shear,
+                    float* out) const;
   void resolve_fractions();
   /// Tells star fields the largest of their Phi.
   void measure_star_fields();
   /// Fills out.size() arrays with Phi of component c, by as many deviations; 1 where it is not
   /// needed.
   void phi(std::size_t c, const SampleBatch& batch, const BatchArray& need, float threshold,
-           const BatchArray* footprints, std::span<const double> deviations,
-           std::span<BatchArray> out, EvaluationCounts& counts) const;
+           const BatchArray* footprints, const BatchArray* coherence,
+           std::span<const double> deviations, std::span<BatchArray> out,
+           EvaluationCounts& counts) const;
 
   std::string name_;
   std::string description_;
@@ -85,6 +127,11 @@ class Galaxy {
   std::vector<std::size_t> followed_components_;
   /// Normalises a followed noise over a component that has none of its own; else 1.
   std::vector<double> follow_scale_;
+  /// Of each component that emits, its followed one's Phi included: the mean over the component of
+  /// what is expected of Phi, by which it is divided. Expectations are exact only about, and where
+  /// what is seen is few clumps, the mean over them is not that of the others.
+  std::vector<FootprintTable> seen_means_;
+  std::vector<Dust> dust_;  ///< of each component that absorbs
   bool needs_phi_ = false;
   bool needs_winding_ = false;
 };

@@ -24,6 +24,7 @@ class Layer : public Component {
   void envelope(const SampleBatch& batch, float* out) const override;
   double envelope_integral() const override;
   std::vector<WeightedBatch> cloud(std::size_t size) const override;
+  ColumnCloud columns(std::size_t size, std::size_t heights) const override;
   void plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const override;
   double column_scale(const double nearest[3], const double direction[3],
                       double reach) const override;
@@ -43,6 +44,8 @@ class Layer : public Component {
   static LayerShape read_shape(const ParameterSet& values);
 
  private:
+  struct Cells;
+  Cells cells(std::size_t radial, std::size_t azimuthal, std::size_t vertical) const;
   bool follows_arms() const { return arms_.has_arms() && shape_.arm_width > 0; }
   /// The mean of the arm modifier around a circle.
   double mean_arm_modifier() const;

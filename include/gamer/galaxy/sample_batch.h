@@ -20,6 +20,12 @@ struct SampleBatch {
   BatchArray taper;    ///< 1 inside, falling smoothly to 0 at the ball's surface
 };
 
+/// The rays that see the points of a batch.
+struct RayBatch {
+  BatchArray footprint;  ///< width across the ray for which it stands, galaxy radii
+  BatchArray obliquity;  ///< ln of its path per height above the plane
+};
+
 /// The taper falls from 1 at this radius to 0 at the ball's surface, as the quintic smoothstep
 /// 6u^5 - 15u^4 + 10u^3, which is twice continuously differentiable.
 inline constexpr double taper_start = 0.7;

@@ -8,9 +8,9 @@
 
 namespace gamer {
 
-/// What breaks a component up: Phi(x), with <Phi> = 1 over the component's own envelope, whatever
-/// rays see of it. It is evaluated at points turned back about the axis by twirl * theta(r), so
-/// that its features are wound in the sense of the arms (at twirl = 1 along them).
+/// What breaks a component up: Phi(x), with <Phi> = 1 over the component's own envelope. It is
+/// evaluated at points turned back about the axis by twirl * theta(r), so that its features
+/// are wound in the sense of the arms (at twirl = 1 along them).
 class Texture {
  public:
   explicit Texture(double twirl) : twirl_(twirl) {}
@@ -20,21 +20,19 @@ class Texture {
 
   /// Makes <Phi factor> = 1 over `cloud` (weighted); `factor` may be empty. Throws InputError where
   /// that cannot be.
-  virtual void take_mean(std::span<const WeightedBatch> cloud,
+  virtual void normalise(std::span<const WeightedBatch> cloud,
                          const FractalNoise::Factor& factor) = 0;
-  /// Then, over a cloud of fewer points, what keeps it so for wide rays.
-  virtual void take_corrections(std::span<const WeightedBatch> cloud,
-                                const FractalNoise::Factor& factor) = 0;
   /// The standard error of <Phi factor> if the cloud's points were independent.
   virtual double mean_error() const = 0;
 
   /// Fills out.size() arrays with Phi. With footprints (galaxy radii; null for none) it is what is
   /// expected of Phi given what such rays see; out[d] where the coherent part of the rest is
-  /// deviations[d] standard deviations, or with one array and no deviations over all that is
-  /// hidden. A point's value does not depend on the others of the batch. Counts the base noises
-  /// that were evaluated.
-  void evaluate(const Points& points, const float* footprints, std::span<const double> deviations,
-                std::span<BatchArray> out, std::uint64_t& evaluations) const;
+  /// deviations[d] standard deviations, its variance being `coherence` (null for 1) times the
+  /// model's, or with one array and no deviations over all that is hidden. A point's value does not
+  /// depend on the others of the batch. Counts the base noises that were evaluated.
+  void evaluate(const Points& points, const float* footprints, const float* coherence,
+                std::span<const double> deviations, std::span<BatchArray> out,
+                std::uint64_t& evaluations) const;
 
   /// Whether rays of that footprint see less than all.
   virtual bool hides(double footprint) const = 0;
@@ -46,7 +44,7 @@ class Texture {
  protected:
   /// The same, of all points alike: where there are footprints some hide something, and points of
   /// which they do not may differ by rounding from what they are without.
-  virtual void evaluate_alike(const Points& points, const float* footprints,
+  virtual void evaluate_alike(const Points& points, const float* footprints, const float* coherence,
                               std::span<const double> deviations, std::span<BatchArray> out,
                               std::uint64_t& evaluations) const = 0;
 
@@ -63,13 +61,9 @@ class FractalTexture : public Texture {
 
   const FractalNoise& noise() const { return noise_; }
 
-  void take_mean(std::span<const WeightedBatch> cloud,
+  void normalise(std::span<const WeightedBatch> cloud,
                  const FractalNoise::Factor& factor) override {
-    noise_.take_mean(cloud, factor);
-  }
-  void take_corrections(std::span<const WeightedBatch> cloud,
-                        const FractalNoise::Factor& factor) override {
-    noise_.take_corrections(cloud, factor);
+    noise_.normalise(cloud, factor);
   }
   double mean_error() const override { return noise_.mean_error(); }
   bool hides(double footprint) const override { return noise_.hides(footprint); }
@@ -77,7 +71,7 @@ class FractalTexture : public Texture {
   double rms() const override { return noise_.rms(); }
 
  private:
-  void evaluate_alike(const Points& points, const float* footprints,
+  void evaluate_alike(const Points& points, const float* footprints, const float* coherence,
                       std::span<const double> deviations, std::span<BatchArray> out,
                       std::uint64_t& evaluations) const override;
 

@@ -77,9 +77,7 @@ class VeinTexture : public Texture {
   const SpiralCoordinates& coordinates() const { return coordinates_; }
   const VeinParameters& parameters() const { return parameters_; }
 
-  void take_mean(std::span<const WeightedBatch> cloud, const FractalNoise::Factor& factor) override;
-  void take_corrections(std::span<const WeightedBatch> cloud,
-                        const FractalNoise::Factor& factor) override;
+  void normalise(std::span<const WeightedBatch> cloud, const FractalNoise::Factor& factor) override;
   double mean_error() const override { return mean_error_; }
   bool hides(double footprint) const override;
   double frequency() const override { return frequency_; }
@@ -107,15 +105,14 @@ class VeinTexture : public Texture {
   };
 
  private:
-  void evaluate_alike(const Points& points, const float* footprints,
+  void evaluate_alike(const Points& points, const float* footprints, const float* coherence,
                       std::span<const double> deviations, std::span<BatchArray> out,
                       std::uint64_t& evaluations) const override;
   struct Scratch;
   /// Phi factor over a cloud.
-  std::vector<BatchArray> phi(std::span<const WeightedBatch> cloud, double footprint,
+  std::vector<BatchArray> phi(std::span<const WeightedBatch> cloud,
                               const FractalNoise::Factor& factor) const;
-  /// The share of the variance of N that rays of that footprint see.
-  double seen_share(double footprint) const;
+  void take_frequency(std::span<const WeightedBatch> cloud);
   void displace(const Points& points, const SpiralBatch& spiral, const float* footprints,
                 Scratch& scratch, std::uint64_t& evaluations) const;
   void base(std::size_t size, const SpiralBatch& spiral, const float* footprints, bool wants_hidden,
@@ -139,10 +136,6 @@ class VeinTexture : public Texture {
   double mean_error_ = 0;
   double rms_ = 1;
   double frequency_ = 1;
-  /// <Phi> by ln(footprint), at even steps.
-  std::vector<float> correction_;
-  double correction_start_ = 0;
-  double correction_step_ = 1;
 };
 
 }  // namespace gamer

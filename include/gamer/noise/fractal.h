@@ -63,6 +63,9 @@ struct CloudMean {
 /// `values` has one array per batch of `cloud`.
 CloudMean mean_over(std::span<const WeightedBatch> cloud, std::span<const BatchArray> values);
 
+/// About `size` points of a cloud, spread over it; all where it has fewer.
+std::vector<WeightedBatch> thinned(std::span<const WeightedBatch> cloud, std::size_t size);
+
 /// How one octave counts for what is seen; see FractalNoise.
 struct OctaveInput {
   float weight;
@@ -94,8 +97,8 @@ struct SeenNoise {
 /// A ray of a footprint w (its width, in units of x) sees octave k by 1 where its frequency times w
 /// is below 0.15, by 0 from 0.9 on, smoothly between: about the mean over a square of side w. What
 /// it does not see counts by its expected value: E[Phi] over a normal distribution of the octaves'
-/// rest where they are summed, 1 for a factor, the mean for a ridge; divided by a correction that
-/// keeps <Phi> = 1 for any footprint. A warp by which lengths shrink makes frequencies higher.
+/// rest where they are summed, 1 for a factor, the mean for a ridge. A warp by which lengths shrink
+/// makes frequencies higher.
 class FractalNoise {
  public:
   /// `thickness` (units of x) of the layer that the noise fills.
@@ -106,22 +109,13 @@ class FractalNoise {
   FractalNoise(const FractalParameters& parameters, std::span<const Octave> octaves,
                double thickness = 0);
 
-  /// What Phi will be multiplied by at points, as rays of a footprint see it.
-  using Factor = std::function<void(const Points& points, double footprint, float* out)>;
+  /// What Phi will be multiplied by at points.
+  using Factor = std::function<void(const Points& points, float* out)>;
   /// Takes mu, sigma and the mean of Phi over `cloud` (weighted), so that there <s> = 0, <s^2> = 1
   /// and <Phi factor> = 1. `factor` may be empty. Before the call, mu = 0, sigma is that of
   /// independent octaves and the mean is 1. Throws InputError where S hardly varies or Phi is zero
   /// or infinite over the cloud.
-  void normalise(std::span<const WeightedBatch> cloud, const Factor& factor = {}) {
-    take_mean(cloud, factor);
-    take_corrections(cloud, factor);
-  }
-  /// The same in two steps: mu, sigma and the mean; and then, over a cloud of fewer points, what
-  /// wide rays need.
-  void take_mean(std::span<const WeightedBatch> cloud, const Factor& factor);
-  void take_corrections(std::span<const WeightedBatch> cloud, const Factor& factor);
-  /// The share of the variance of S that rays of that footprint see.
-  double seen_share(double footprint) const;
+  void normalise(std::span<const WeightedBatch> cloud, const Factor& factor = {});
   /// The standard error of <Phi factor> if the cloud's points were independent.
   double mean_error() const { return mean_error_; }
 
@@ -161,14 +155,12 @@ class FractalNoise {
   /// S at displaced points.
   void combine(const Points& points, float* out) const;
   OctaveInput octave_input(std::size_t k) const;
-  /// By how much rays of a footprint see octave k.
-  double seen_octave(std::size_t k, double footprint) const;
-  /// The footprint of rays that do not see so much of the variance of S.
-  double footprint_that_hides(double variance) const;
   /// Takes the mean and variance of octave k over a cloud, from its values of weight 1 (their
   /// magnitudes where billow) in batch b at b omega + k.
   void take_octave(std::size_t k, std::span<const WeightedBatch> cloud,
                    std::span<const BatchArray> values);
+  /// The same of all.
+  void take_octaves(std::span<const WeightedBatch> cloud);
   /// Before the first octave is added to what is seen.
   void begin(std::size_t size, SeenNoise& out) const;
 
@@ -182,7 +174,6 @@ class FractalNoise {
   double independent_variance_ = 0;   ///< in units of the base noise's
   double stretch_ = 1;                ///< of frequencies by the warp, root mean square
   double finest_ = 0, coarsest_ = 0;  ///< frequencies, stretched
-  std::array<float, NoiseShape::levels> correction_;
   double mu_ = 0;
   double independent_sigma_ = 1;
   double sigma_ = 1;

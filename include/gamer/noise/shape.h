@@ -30,12 +30,12 @@ class NoiseShape {
   };
   /// values[i] = scale Phi, of sums. Relative error below max(1, alpha) (2e-7 + 2e-8/|v|).
   void apply(const Standard& standard, double scale, std::size_t size, float* values) const;
-  /// The same of what is expected where the hidden variance h^2 (in [0, 1]) is not 0, divided by
-  /// `correction`, which is linear between the levels of h. Relative error below 1 %; exact at 0.
+  /// The same of what is expected where the hidden variance h^2 (in [0, 1]) is not 0. Relative
+  /// error below 1 %; exact at 0.
   void apply_expected(const Standard& standard, double scale, std::size_t size, const float* hidden,
-                      const float* correction, float* values) const;
+                      float* values) const;
 
-  /// Levels of h in the table and in corrections: h = level/(levels - 1).
+  /// Levels of h in the table: h = level/(levels - 1).
   static constexpr int levels = 33;
 
  private:

@@ -1,16 +1,15 @@
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
-#include <numbers>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "gamer/galaxy/accuracy.h"
+#include "gamer/galaxy/dust_variants.h"
 #include "gamer/galaxy/galaxy.h"
 #include "gamer/render/spectral_basis.h"
 #include "gamer/render/star_fields.h"
@@ -123,13 +122,7 @@ class Medium {
   /// What dust slot `slot` of a cover does at spectral node j, relative to V.
   float extinction(const Cover& cover, int slot, std::size_t j) const;
 
-  /// Dust that a ray does not resolve takes less light than smooth dust of the same mean: such rays
-  /// are the mean over *variants*, for which the hidden noise of all dust is so many standard
-  /// deviations (the three-point Gauss-Hermite rule).
-  static constexpr std::array<double, 3> deviations = {0, std::numbers::sqrt3,
-                                                       -std::numbers::sqrt3};
-  static constexpr std::array<double, 3> variant_weights = {2.0 / 3, 1.0 / 6, 1.0 / 6};
-  /// Whether a hit needs them.
+  /// Whether a hit needs the variants of dust_variants.h.
   bool has_variants(const Hit& hit) const;
 
   /// Fills light and dust of the nodes, with one variant (what is expected of the hidden noise) or
