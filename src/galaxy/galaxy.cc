@@ -360,6 +360,9 @@ void refine(std::size_t first, std::size_t most, double error,
   measure(static_cast<std::size_t>(std::min(needed, static_cast<double>(most))));
 }
 
+/// A mean of few points may be of none that count.
+double proper_mean(double mean) { return mean > 0 && std::isfinite(mean) ? mean : 1; }
+
 /// The footprints of rays of a width in coordinates turned back by a twirl.
 void stretch(std::size_t size, const BatchArray& shear, double twirl, double width,
              BatchArray& out) {
@@ -514,7 +517,7 @@ double Galaxy::measure_seen(std::size_t c, std::size_t cloud_size) {
     const double variance = sums.xx / sums.w - x * x;
     const double covariance = sums.xy / sums.w - x * y;
     const double slope = variance > 0 ? covariance / variance : 0.0;
-    means.push_back(y - slope * (x - 1));
+    means.push_back(proper_mean(y - slope * (x - 1)));
     const double rest = std::max(sums.yy / sums.w - y * y - slope * covariance, 0.0);
     largest_error = std::max(largest_error, std::sqrt(rest * sums.ww) / sums.w / means.back());
   }
@@ -615,6 +618,7 @@ void Galaxy::measure_dust(std::size_t c, std::size_t o, std::size_t rays) {
   };
   const std::vector<BatchArray> all = depths(0, 1, {});
   const double whole = amount(all), wanted = light(all, 1);
+  if (!(whole > 0) || !std::isfinite(whole) || !std::isfinite(wanted)) return;
   std::vector<double> coherences, amounts;
   double guess = 1;
   for (std::size_t k = widths.size(); k-- > 0;) {
@@ -628,7 +632,10 @@ void Galaxy::measure_dust(std::size_t c, std::size_t o, std::size_t rays) {
     for (int step = 0; step < secants; ++step) {
       guess = std::clamp(guess, least_coherence, largest_coherence);
       const double own = excess(guess);
-      if (!((own - last_excess) * (guess - last) > 0)) break;
+      if (!((own - last_excess) * (guess - last) > 0)) {
+        guess = last;
+        break;
+      }
       const double next = guess - own * (guess - last) / (own - last_excess);
       last = guess;
       last_excess = own;
@@ -636,7 +643,7 @@ void Galaxy::measure_dust(std::size_t c, std::size_t o, std::size_t rays) {
     }
     guess = std::clamp(guess, least_coherence, largest_coherence);
     coherences.push_back(guess);
-    amounts.push_back(amount(depths(widths[k], guess, dust_deviations)) / whole);
+    amounts.push_back(proper_mean(amount(depths(widths[k], guess, dust_deviations)) / whole));
   }
   std::reverse(coherences.begin(), coherences.end());
   std::reverse(amounts.begin(), amounts.end());
