@@ -132,7 +132,7 @@ TEST(Ranks, EveryRankComputes) {
   ranks->executor(1)->run(
       check.blocks(), 3,
       [&](RowRange range, std::span<double> values) {
-        std::this_thread::sleep_for(milliseconds(5));
+        std::this_thread::sleep_for(milliseconds(20));
         compute(range, values);
       },
       check.consume());
