@@ -145,11 +145,12 @@ void Bulge::plan(const BallRay& ray, const Accuracy& /*accuracy*/, RayPlan& out)
   out.focuses.push_back({-od / dd, width, nodes_per_width / width});
 }
 
-double Bulge::column_scale(const double nearest[3], const double /*direction*/[3],
-                           double reach) const {
+ColumnScale Bulge::column_scale(const double nearest[3], const double /*direction*/[3],
+                                double reach) const {
   const auto [least, largest] = std::minmax_element(axis_.begin(), axis_.end());
   const double distance = std::hypot(nearest[0], nearest[1], nearest[2]) - reach;
-  return std::max(distance * *least / *largest, finest_cell * effective_radius() * *least);
+  return {.envelope =
+              std::max(distance * *least / *largest, finest_cell * effective_radius() * *least)};
 }
 
 double Bulge::face_on_column() const {

@@ -1,7 +1,9 @@
 #include "gamer/galaxy/component.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "gamer/core/near.h"
 #include "gamer/core/random.h"
@@ -13,7 +15,15 @@ namespace {
 // Keeps emissivities and their sums within single precision.
 constexpr double largest_intensity = 1e30;
 
+// Features so many times narrower than their octaves are still followed by rays a footprint apart.
+constexpr double followed_sharpness = std::numbers::sqrt2;
+
 }  // namespace
+
+double Component::footprint_scale() const {
+  if (texture_ == nullptr || absorbs()) return 1;
+  return std::max(texture_->sharpness() / followed_sharpness, 1.0);
+}
 
 namespace component_parameters {
 

@@ -73,8 +73,8 @@ void Share(const Points& points, bool needs_phi, SampleBatch& batch) {
 
 /// `footprints` and `coherence` may be null.
 void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float threshold, float twirl,
-             bool has_winding, const float* footprints, const float* coherence,
-             CompactedPoints& out) {
+             bool has_winding, const float* footprints, float footprint_scale,
+             const float* coherence, CompactedPoints& out) {
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
   const std::size_t lanes = hn::Lanes(d);
@@ -97,7 +97,7 @@ void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float thr
     if (has_winding) keep(hn::Load(d, batch.winding.data() + i), mask, out.winding);
     keep(fade, mask, out.fade);
     if (footprints != nullptr) {
-      auto footprint = hn::Load(d, footprints + i);
+      auto footprint = hn::Mul(hn::Load(d, footprints + i), hn::Set(d, footprint_scale));
       if (has_winding && twirl != 0) {
         const auto half = hn::Mul(hn::Abs(hn::Load(d, batch.shear.data() + i)),
                                   hn::Set(d, 0.5f * (twirl < 0 ? -twirl : twirl)));
@@ -191,20 +191,17 @@ constexpr std::size_t first_cloud = std::size_t{1} << 15;
 constexpr double cloud_error = 0.004;
 // The same for what wide rays see of it relative to the whole.
 constexpr std::size_t first_seen_cloud = std::size_t{1} << 13;
-constexpr std::size_t largest_seen_cloud = std::size_t{1} << 18;
-constexpr double seen_error = 0.004;
+constexpr std::size_t largest_seen_cloud = std::size_t{1} << 19;
+constexpr double seen_error = 0.0025;
 // They are of footprints up to the widest, each so many times the one before.
 constexpr double widest_footprint = 0.5;
 constexpr double footprint_ratio = 2;
 // What dust lets through is measured along so many rays, of so many points where they are face on,
-// at footprints of that ratio up to the largest; one is that of galaxies in large pixels at a
-// tolerance of 1e-2.
+// at footprints of that ratio up to the largest.
 constexpr std::size_t coherence_rays = std::size_t{1} << 10;
 constexpr double coherence_heights = 10;
 constexpr double coherence_ratio = std::numbers::sqrt3;
-constexpr double usual_tolerance = 1e-2;
-const double largest_coherence_footprint =
-    3 * Accuracy::from_tolerance(usual_tolerance).widest_footprint();
+constexpr double largest_coherence_footprint = 1.0 / 9;
 constexpr double least_coherence = 0.05;
 constexpr double largest_coherence = 4;
 constexpr double first_factor = 1.3;
@@ -363,11 +360,12 @@ void refine(std::size_t first, std::size_t most, double error,
 /// A mean of few points may be of none that count.
 double proper_mean(double mean) { return mean > 0 && std::isfinite(mean) ? mean : 1; }
 
-/// The footprints of rays of a width in coordinates turned back by a twirl.
-void stretch(std::size_t size, const BatchArray& shear, double twirl, double width,
+/// The footprints of rays of a width in the coordinates of a component's texture.
+void stretch(std::size_t size, const BatchArray& shear, const Component& component, double width,
              BatchArray& out) {
+  const double own = width * component.footprint_scale(), twirl = component.texture()->twirl();
   for (std::size_t i = 0; i < size; ++i) {
-    out[i] = static_cast<float>(width * stretch_of(twirl * double{shear[i]}));
+    out[i] = static_cast<float>(own * stretch_of(twirl * double{shear[i]}));
   }
 }
 
@@ -478,7 +476,7 @@ void Galaxy::cloud_phi(std::size_t c, const Points& points, double width, const 
   BatchArray other;
   if (const Texture* texture = components_[c]->texture(); texture != nullptr) {
     std::uint64_t evaluations = 0;
-    if (width > 0) stretch(points.size, shear, texture->twirl(), width, other);
+    if (width > 0) stretch(points.size, shear, *components_[c], width, other);
     texture->evaluate(points, width > 0 ? other.data() : nullptr, nullptr, {}, std::span(&out, 1),
                       evaluations);
   } else {
@@ -681,7 +679,8 @@ void Galaxy::take_shear(const Points& points, BatchArray& out) const {
 
 void Galaxy::followed_phi(std::size_t c, const Points& points, double width,
                           const BatchArray& shear, float* out) const {
-  const Texture& followed = *components_[static_cast<std::size_t>(followed_[c])]->texture();
+  const Component& source = *components_[static_cast<std::size_t>(followed_[c])];
+  const Texture& followed = *source.texture();
   // The cloud is turned by this component's twirl; the followed noise has its own.
   const Texture* own = components_[c]->texture();
   const double twirl = followed.twirl() - (own != nullptr ? own->twirl() : 0.0);
@@ -693,8 +692,8 @@ void Galaxy::followed_phi(std::size_t c, const Points& points, double width,
   arms_.winding(batch.r.data(), batch.size, batch.winding.data());
   CompactedPoints turned;
   HWY_DYNAMIC_DISPATCH(Compact)
-  (batch, all.data(), 0.5f, static_cast<float>(twirl), true, nullptr, nullptr, turned);
-  if (width > 0) stretch(points.size, shear, followed.twirl(), width, footprints);
+  (batch, all.data(), 0.5f, static_cast<float>(twirl), true, nullptr, 1, nullptr, turned);
+  if (width > 0) stretch(points.size, shear, source, width, footprints);
   BatchArray phi;
   std::uint64_t evaluations = 0;
   followed.evaluate({turned.x, turned.y, turned.z, turned.size},
@@ -744,11 +743,13 @@ void Galaxy::phi(std::size_t c, const SampleBatch& batch, const BatchArray& need
                  const BatchArray* footprints, const BatchArray* coherence,
                  std::span<const double> deviations, std::span<BatchArray> out,
                  EvaluationCounts& counts) const {
-  const Texture& texture = *std::as_const(*components_[c]).texture();
+  const Component& component = *components_[c];
+  const Texture& texture = *component.texture();
   CompactedPoints points;
   HWY_DYNAMIC_DISPATCH(Compact)
   (batch, need.data(), threshold, static_cast<float>(texture.twirl()), needs_winding_,
    footprints != nullptr ? footprints->data() : nullptr,
+   static_cast<float>(component.footprint_scale()),
    coherence != nullptr ? coherence->data() : nullptr, points);
   const Clock clock;
   if (points.size > 0) {

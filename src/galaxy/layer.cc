@@ -13,6 +13,7 @@
 #include "galaxy/taper-inl.h"
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
+#include "gamer/noise/footprint.h"
 
 #ifndef GAMER_GALAXY_LAYER_KERNEL
 #define GAMER_GALAXY_LAYER_KERNEL
@@ -204,6 +205,9 @@ constexpr double hole_width = 0.5;
 
 // Nodes per period of the texture's sharpest features.
 constexpr double nodes_per_period = 0.5;
+
+// Frequency times footprint of the octaves of which half is seen.
+constexpr double seen_cycles = 0.5 * (fade_begin + fade_end);
 
 // Integrals over the layer end at this many scale lengths: (1 + x) e^-x of the light is beyond.
 constexpr double reach = 30;
@@ -477,16 +481,18 @@ double Layer::texture_frequency() const {
 
 bool Layer::hides_texture(double footprint) const {
   if (texture() == nullptr) return false;
-  return texture()->hides(footprint * stretch_of(texture()->twirl() * steepest_winding_));
+  return texture()->hides(footprint * footprint_scale() *
+                          stretch_of(texture()->twirl() * steepest_winding_));
 }
 
-double Layer::column_scale(const double nearest[3], const double direction[3], double reach) const {
+ColumnScale Layer::column_scale(const double nearest[3], const double direction[3],
+                                double reach) const {
   const double distance = std::hypot(nearest[0], nearest[1], nearest[2]);
-  if (distance - reach > seen_lengths * std::max(shape_.rh, shape_.z0)) return HUGE_VAL;
+  if (distance - reach > seen_lengths * std::max(shape_.rh, shape_.z0)) return {};
   // The ray's least height above the plane, within the ball.
   const double half_chord = std::sqrt(std::max(1 - distance * distance, 0.0));
   const double height = std::max(std::abs(nearest[2]) - half_chord * std::abs(direction[2]), 0.0);
-  if (height - reach > seen_heights * shape_.z0) return HUGE_VAL;
+  if (height - reach > seen_heights * shape_.z0) return {};
   const double cosine = std::abs(direction[2]);
   const double sine = std::sqrt(std::max(1 - cosine * cosine, 0.0));
   double scale =
@@ -503,10 +509,8 @@ double Layer::column_scale(const double nearest[3], const double direction[3], d
   } else {
     scale = std::min(scale, std::hypot(r, cusp_lengths * shape_.rh));
   }
-  if (const double frequency = texture_frequency(); frequency > 0) {
-    scale = std::min(scale, std::max(texture_periods / frequency, Accuracy::finest_texture));
-  }
-  return scale;
+  const double frequency = texture_frequency();
+  return {.envelope = scale, .texture = frequency > 0 ? texture_periods / frequency : HUGE_VAL};
 }
 
 void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const {
@@ -543,8 +547,14 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
   }
   centre = std::clamp(centre, begin, end);
   const double speed = std::sqrt(dd + d[2] * d[2]);
-  const double texture = nodes_per_period * texture_frequency() * speed;
-  out.focuses.push_back({centre, layer_width / (across + 0.5 * along), across + along + texture});
+  double frequency = texture_frequency();
+  if (texture() != nullptr && ray.footprint > 0) {
+    const double seen = seen_cycles * texture()->sharpness() / footprint_scale();
+    frequency = std::min(frequency, seen / ray.footprint);
+  }
+  const double texture_rate = nodes_per_period * frequency * speed;
+  out.focuses.push_back(
+      {centre, layer_width / (across + 0.5 * along), across + along + texture_rate});
   // The cusp of exp(-r/rh) at the axis, and a hole.
   if (dd > 0 && axis > begin && axis < end) {
     const double impact = std::sqrt(std::max(oo - od * od / dd, 0.0));

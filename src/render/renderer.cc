@@ -53,6 +53,9 @@ constexpr std::size_t rays_at_once = 256;
 // and their rays worked on together.
 constexpr int tile_size = 16;
 
+// Rays are no further apart, in footprints, where there is a texture: clumps would be missed.
+constexpr double cell_per_footprint = 0.8;
+
 // Halvings of a pixel at most.
 constexpr int deepest_cell = 24;
 
@@ -317,8 +320,8 @@ double Renderer::optical_depth(double x, double y) const {
   return medium_.depth(0, light.depth.data());
 }
 
-double Renderer::relative_size(const Ray& ray, double size, std::span<const int> galaxies) const {
-  double largest = 0;
+bool Renderer::is_even(const Ray& ray, double size, double share, double finest_texture,
+                       std::span<const int> galaxies) const {
   const bool is_parallel = camera_.projection() == Projection::orthographic;
   for (const int g : galaxies) {
     const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
@@ -338,11 +341,12 @@ double Renderer::relative_size(const Ray& ray, double size, std::span<const int>
     // Half a diagonal.
     const double around = length * std::numbers::sqrt2 / 2;
     for (const auto& component : placed.galaxy->components()) {
-      const double scale = component->column_scale(&nearest.x, &direction.x, around);
-      largest = std::max(largest, length / scale);
+      const ColumnScale scale = component->column_scale(&nearest.x, &direction.x, around);
+      if (length > share * scale.envelope) return false;
+      if (length > std::max(share * scale.texture, finest_texture)) return false;
     }
   }
-  return largest;
+  return true;
 }
 
 void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& near,
@@ -367,12 +371,8 @@ void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& ne
   // Cells look at the same galaxies.
   constexpr double reach = 2;
   GalaxyIndex::find(index_.around(*ray, reach), near, work.near_pixel);
-  if (relative_size(*ray, 1, work.near_pixel) <= medium_.accuracy().ray_size) {
-    work.samples.push_back(whole);
-  } else {
-    refine(whole, work);
-    weigh(first, work);
-  }
+  refine(whole, work);
+  weigh(first, work);
 }
 
 void Renderer::weigh(std::size_t first, Work& work) const {
@@ -390,11 +390,18 @@ void Renderer::weigh(std::size_t first, Work& work) const {
 
 void Renderer::refine(const Sample& cell, Work& work) const {
   constexpr double gauss = 0.5 * std::numbers::inv_sqrt3;
+  const Accuracy& accuracy = medium_.accuracy();
+  const double finest = cell_per_footprint * accuracy.widest_footprint;
   bool is_small = cell.size <= std::ldexp(1.0, -deepest_cell);
   if (!is_small) {
     const std::optional<Ray> ray = camera_.ray(cell.x, cell.y);
-    is_small =
-        !ray || relative_size(*ray, cell.size, work.near_pixel) <= medium_.accuracy().cell_size;
+    if (ray && is_even(*ray, cell.size, accuracy.ray_size, finest, work.near_pixel)) {
+      Sample alone = cell;
+      alone.weight = cell.size * cell.size;
+      work.samples.push_back(alone);
+      return;
+    }
+    is_small = !ray || is_even(*ray, cell.size, accuracy.cell_size, 2 * finest, work.near_pixel);
   }
   for (const int j : {-1, 1}) {
     for (const int i : {-1, 1}) {
@@ -432,7 +439,7 @@ void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Fou
   work.hits.clear();
   work.hit_ends.clear();
   const bool is_parallel = camera_.projection() == Projection::orthographic;
-  const double widest = medium_.accuracy().widest_footprint();
+  const double widest = medium_.accuracy().widest_footprint;
   for (const Sample& sample : samples) {
     if (const std::optional<Ray> ray = camera_.ray(sample.x, sample.y)) {
       const std::size_t first = work.hits.size();

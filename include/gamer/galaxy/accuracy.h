@@ -24,18 +24,16 @@ struct Accuracy {
   /// Rays fainter than this share of the face-on centre of the brightest galaxy on them need not
   /// meet ray_error relatively, only in units of that share.
   double faint_share;
-  /// A pixel is one ray where it is smaller than this share of the length over which the brightness
-  /// changes there; larger ones are cut into cells of cell_size of that length, of four rays each.
-  /// Control a pixel's mean over its area, by the midpoint and the 2 x 2 Gauss rule.
+  /// A cell of a pixel is one ray where it is smaller than this share of the length over which the
+  /// brightness changes there, and four where it is smaller than cell_size of that length; larger
+  /// ones are cut. Control a pixel's mean over its area, by the midpoint and the 2 x 2 Gauss rule.
   double ray_size;
   double cell_size;
-
-  /// A texture is sampled no finer than this, galaxy radii: what is finer averages out over a
-  /// galaxy of as few pixels.
-  static constexpr double finest_texture = 1.0 / 24;
-  /// The footprint of all rays that see a galaxy in larger pixels: if rays of small cells saw more
-  /// of a texture than others, its light would not add up.
-  double widest_footprint() const { return cell_size * finest_texture; }
+  /// The footprint of all rays that see a galaxy in larger pixels, galaxy radii: if rays of small
+  /// cells saw more of a texture than others, its light would not add up. Textures finer than that
+  /// are seen by a ray for each cell of that size. Controls a galaxy's flux against that in small
+  /// pixels: which clumps of light and dust cover each other shows only where they are seen.
+  double widest_footprint;
 
   /// Densities are single precision: smaller tolerances count as this one.
   static constexpr double finest_tolerance = 3e-6;
@@ -50,7 +48,8 @@ struct Accuracy {
             .texture_threshold = 0.03 * t,
             .faint_share = 0.01,
             .ray_size = 0.06 * std::sqrt(t / 1e-3),
-            .cell_size = 0.5 * std::pow(t / 1e-3, 0.25)};
+            .cell_size = 0.5 * std::pow(t / 1e-3, 0.25),
+            .widest_footprint = std::sqrt(t / 1e-3) / 128};
   }
 };
 

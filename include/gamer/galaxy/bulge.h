@@ -21,8 +21,8 @@ class Bulge : public Component {
   double envelope_integral() const override;
   std::vector<WeightedBatch> cloud(std::size_t /*size*/) const override { return {}; }
   void plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const override;
-  double column_scale(const double nearest[3], const double direction[3],
-                      double reach) const override;
+  ColumnScale column_scale(const double nearest[3], const double direction[3],
+                           double reach) const override;
   double face_on_column() const override;
 
   double effective_radius() const;

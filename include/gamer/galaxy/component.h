@@ -58,6 +58,13 @@ struct RayPlan {
   }
 };
 
+/// Lengths across a ray, galaxy radii, over which a component's column changes by about itself;
+/// infinite where there is nothing to speak of.
+struct ColumnScale {
+  double envelope = HUGE_VAL;
+  double texture = HUGE_VAL;
+};
+
 /// Everything that components of one galaxy are built from.
 struct GalaxySettings {
   const Noise* noise_kind = nullptr;
@@ -97,11 +104,10 @@ class Component {
   virtual ColumnCloud columns(std::size_t /*size*/, std::size_t /*heights*/) const { return {}; }
   /// Adds what the component needs on `ray` for the given accuracy.
   virtual void plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const = 0;
-  /// A length (galaxy radii, across the ray) over which the integral of the density along rays that
-  /// pass within `reach` of this one changes by about itself; infinite where there is nothing to
-  /// speak of. `nearest` is the ray's point closest to the centre, `direction` of length 1.
-  virtual double column_scale(const double nearest[3], const double direction[3],
-                              double reach) const = 0;
+  /// How fast the integral of the density changes across rays that pass within `reach` of this one.
+  /// `nearest` is the ray's point closest to the centre, `direction` of length 1.
+  virtual ColumnScale column_scale(const double nearest[3], const double direction[3],
+                                   double reach) const = 0;
   /// A typical largest integral of the envelope along a ray seen face on, galaxy radii.
   virtual double face_on_column() const = 0;
   /// The largest envelope, arm modifier aside.
@@ -111,6 +117,10 @@ class Component {
   double threshold_scale() const { return peak() / (texture_ != nullptr ? texture_->rms() : 1.0); }
   /// Of the texture's sharpest features, wound by the twirl, cycles per galaxy radius; 0 for none.
   virtual double texture_frequency() const { return 0; }
+  /// By how much wider than a ray's footprint it sees the texture: light whose features are
+  /// narrower than those of their octaves would else be seen where no ray of that footprint's
+  /// spacing could follow it. Dust takes light by exp(-tau), which blunts its peaks.
+  double footprint_scale() const;
   /// Whether a ray of that footprint (galaxy radii) may see less than all of the texture.
   virtual bool hides_texture(double /*footprint*/) const { return false; }
   /// Whether a galaxy's seed changes it.

@@ -26,8 +26,8 @@ class Layer : public Component {
   std::vector<WeightedBatch> cloud(std::size_t size) const override;
   ColumnCloud columns(std::size_t size, std::size_t heights) const override;
   void plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const override;
-  double column_scale(const double nearest[3], const double direction[3],
-                      double reach) const override;
+  ColumnScale column_scale(const double nearest[3], const double direction[3],
+                           double reach) const override;
   double texture_frequency() const override;
   bool hides_texture(double footprint) const override;
   double face_on_column() const override { return 2 * shape_.z0 * peak_; }

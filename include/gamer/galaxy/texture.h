@@ -38,6 +38,8 @@ class Texture {
   virtual bool hides(double footprint) const = 0;
   /// Of the sharpest features, cycles per galaxy radius.
   virtual double frequency() const = 0;
+  /// By how much the features of Phi are narrower than those of its octaves, roughly.
+  virtual double sharpness() const = 0;
   /// sqrt(<(Phi factor)^2>), at least 1.
   virtual double rms() const = 0;
 
@@ -67,7 +69,8 @@ class FractalTexture : public Texture {
   }
   double mean_error() const override { return noise_.mean_error(); }
   bool hides(double footprint) const override { return noise_.hides(footprint); }
-  double frequency() const override { return noise_.effective_frequency() * noise_.sharpness(); }
+  double frequency() const override { return noise_.effective_frequency() * sharpness(); }
+  double sharpness() const override { return noise_.sharpness(); }
   double rms() const override { return noise_.rms(); }
 
  private:

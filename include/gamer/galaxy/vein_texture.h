@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -81,6 +83,7 @@ class VeinTexture : public Texture {
   double mean_error() const override { return mean_error_; }
   bool hides(double footprint) const override;
   double frequency() const override { return frequency_; }
+  double sharpness() const override { return std::sqrt(std::max(parameters_.clumpiness, 1.0)); }
   double rms() const override { return rms_; }
 
   /// The parts of Phi before they are normalised, where all is seen.

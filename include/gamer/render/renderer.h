@@ -82,9 +82,11 @@ class Renderer {
   void refine(const Sample& cell, Work& work) const;
   /// Makes the weights of a pixel's samples, from `first` on, shares of its solid angle.
   void weigh(std::size_t first, Work& work) const;
-  /// The size of a cell around a ray over the length on which the brightness changes there, as the
-  /// galaxies near the pixel have it.
-  double relative_size(const Ray& ray, double size, std::span<const int> galaxies) const;
+  /// Whether a cell around a ray is smaller than that share of the lengths on which the brightness
+  /// of the galaxies near the pixel changes there, their textures' at least `finest_texture` galaxy
+  /// radii.
+  bool is_even(const Ray& ray, double size, double share, double finest_texture,
+               std::span<const int> galaxies) const;
   /// Works samples off while there are at least so many.
   void work_off(std::size_t least, const GalaxyIndex::Found& near, Work& work, Sums& sums,
                 RenderCounts& counts) const;
