@@ -60,21 +60,24 @@ constexpr LatticeSeed from_cell_origin(LatticeSeed seed) {
           seed.z - cell_origin_bits * lattice_pz};
 }
 
-/// Octaves, and whether any has an identified lattice.
+/// What identifies points: nothing; translations, or periods in x; any.
+enum class Lattices { open, helical, cyclic };
+
+/// Octaves, and the least that serves all of their lattices.
 struct OctaveList {
   const Octave* first;
   std::size_t count;
-  bool identified;
+  Lattices lattices;
 };
 
 /// Throws InputError where the noise cannot evaluate them.
 OctaveList list_octaves(const Noise& noise, std::span<const Octave> octaves);
 
-/// A period of an index, and what it subtracts from the coordinate's word.
+/// A period of an index.
 struct LatticeCycle {
-  float period, inverse;  ///< 0 for none
-  float last;             ///< the index before the next period; none has 2^30
-  std::uint32_t word;
+  float period, inverse, half_inverse;  ///< 0 for none
+  float last;            ///< cell_origin + the index before the next period; 0 for none
+  std::uint32_t across;  ///< from the word of `last` to that of the next index
 };
 
 /// An octave's identification as IdentifiedLattice applies it.
@@ -97,9 +100,10 @@ inline LatticeWrap lattice_wrap(const Octave& octave) {
     q = -q;
   }
   const auto cycle = [](std::int32_t n, std::uint32_t step) -> LatticeCycle {
-    if (n == 0) return {0, 0, 0x1p30f, 0};
+    if (n == 0) return {0, 0, 0, 0, 0};
     const auto period = static_cast<float>(n);
-    return {period, 1 / period, period - 1, static_cast<std::uint32_t>(n) * step};
+    return {period, 1 / period, 0.5f / period, cell_origin + period - 1,
+            step - static_cast<std::uint32_t>(n) * step};
   };
   return {cycle(p, lattice_px),
           cycle(y, lattice_py),

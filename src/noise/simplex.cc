@@ -38,45 +38,59 @@ class SimplexKernel {
     const V y0 = hn::Add(hn::Sub(y, cj.floor), unskew);
     const V z0 = hn::Add(hn::Sub(z, ck.floor), unskew);
 
-    // The second corner steps along the largest coordinate, the third also along the middle one.
+    // The second corner steps along the largest coordinate: i1, j1 or k1. The third does not along
+    // the smallest one: not i2, j2 or k2.
     const auto xy = hn::Ge(x0, y0);
     const auto yz = hn::Ge(y0, z0);
     const auto xz = hn::Ge(x0, z0);
     const auto i1 = hn::And(xy, xz);
     const auto j1 = hn::AndNot(xy, yz);
-    const auto k1 = hn::Not(hn::Or(xz, yz));
-    const auto i2 = hn::Or(xy, xz);
-    const auto j2 = hn::Or(hn::Not(xy), yz);
-    const auto k2 = hn::Not(hn::And(xz, yz));
+    const auto k1 = hn::ExclusiveNeither(i1, j1);
+    const auto not_j2 = hn::AndNot(yz, xy);
+    const auto not_k2 = hn::And(xz, yz);
+    const auto not_i2 = hn::ExclusiveNeither(not_j2, not_k2);
 
     const VU px = hn::Set(du, lattice_px);
     const VU py = hn::Set(du, lattice_py);
     const VU pz = hn::Set(du, lattice_pz);
-    const VU a = hn::Add(hn::Mul(ci.index, px), seed.x);
-    const VU b = hn::Add(hn::Mul(cj.index, py), seed.y);
-    const VU c = hn::Add(hn::Mul(ck.index, pz), seed.z);
-    const auto step = [&](auto mask, VU base, VU p) HWY_ATTR {
-      return hn::Add(base, hn::IfThenElseZero(hn::RebindMask(du, mask), p));
-    };
-
-    const V one = hn::Set(d, 1.0f);
+    const VU a = hn::Add(hn::Mul(IndexOf(d, ci.counted), px), seed.x);
+    const VU b = hn::Add(hn::Mul(IndexOf(d, cj.counted), py), seed.y);
+    const VU c = hn::Add(hn::Mul(IndexOf(d, ck.counted), pz), seed.z);
+    const VU last_a = hn::Add(a, px);
+    const VU last_b = hn::Add(b, py);
+    const VU last_c = hn::Add(c, pz);
     const V half = hn::Set(d, 0.5f);
-    const auto offset = [&](auto mask, V base, V back) HWY_ATTR {
-      return hn::Sub(hn::Add(base, back), hn::IfThenElseZero(mask, one));
-    };
     Value<V, components> total;
     ForEachComponent<components>([&](auto n) HWY_ATTR { total.part[n] = hn::Zero(d); });
     Corner<components>(d, a, b, c, x0, y0, z0, total);
-    Corner<components>(d, step(i1, a, px), step(j1, b, py), step(k1, c, pz), offset(i1, x0, sixth),
-                       offset(j1, y0, sixth), offset(k1, z0, sixth), total);
-    Corner<components>(d, step(i2, a, px), step(j2, b, py), step(k2, c, pz), offset(i2, x0, third),
-                       offset(j2, y0, third), offset(k2, z0, third), total);
-    Corner<components>(d, hn::Add(a, px), hn::Add(b, py), hn::Add(c, pz), hn::Sub(x0, half),
-                       hn::Sub(y0, half), hn::Sub(z0, half), total);
+    const auto second = [&](auto steps, V distance) HWY_ATTR {
+      return Advance(d, distance, steps, -5.0f / 6.0f, 1.0f / 6.0f);
+    };
+    Corner<components>(d, Chosen(i1, a, last_a, lattice_px), Chosen(j1, b, last_b, lattice_py),
+                       Chosen(k1, c, last_c, lattice_pz), second(i1, x0), second(j1, y0),
+                       second(k1, z0), total);
+    const auto later = [&](auto stays, V distance) HWY_ATTR {
+      return Advance(d, distance, stays, 1.0f / 3.0f, -2.0f / 3.0f);
+    };
+    Corner<components>(d, Chosen(not_i2, last_a, a, 0 - lattice_px),
+                       Chosen(not_j2, last_b, b, 0 - lattice_py),
+                       Chosen(not_k2, last_c, c, 0 - lattice_pz), later(not_i2, x0),
+                       later(not_j2, y0), later(not_k2, z0), total);
+    Corner<components>(d, last_a, last_b, last_c, hn::Sub(x0, half), hn::Sub(y0, half),
+                       hn::Sub(z0, half), total);
     return total;
   }
 
  private:
+  /// `first`, or `second` = first + step where the mask is set.
+  template <class M>
+  static HWY_INLINE VU Chosen(M mask, VU first, VU second, std::uint32_t step) {
+    const hn::RebindToUnsigned<D> du;
+    const auto set = hn::RebindMask(du, mask);
+    if constexpr (cheap_blends) return hn::IfThenElse(set, second, first);
+    return hn::Add(first, hn::IfThenElseZero(set, hn::Set(du, step)));
+  }
+
   /// Adds what the lattice point at distance (x, y, z) contributes.
   template <int components>
   static HWY_INLINE void Corner(D d, VU a, VU b, VU c, V x, V y, V z, Value<V, components>& total) {
