@@ -8,6 +8,7 @@
 #endif
 
 #include <algorithm>
+#include <cmath>
 #include <type_traits>
 
 #include "hwy/highway.h"
@@ -361,9 +362,11 @@ class IdentifiedLattice {
   LatticeWrap wrap_{};
 };
 
-/// An octave's weight for values as they are and as the kernel gives them: P / scale.
+/// An octave's weight for values as they are and as the kernel gives them: P / scale; and whether
+/// |weight P| can exceed 1.
 struct OctaveScales {
   float weight, scaled_weight, scale;
+  bool exceeds;
 };
 
 /// Sums octaves' weighted values.
@@ -408,9 +411,9 @@ class MultiplicativeCombiner {
   }
 
   HWY_INLINE void Add(D d, const Value<V, 1>& value, const OctaveScales& octave) {
-    const V factor = hn::MulAdd(value.part[0], hn::Set(d, octave.scaled_weight), hn::Set(d, 1.0f));
-    const V bounded = hn::Min(hn::Max(factor, hn::Zero(d)), hn::Set(d, 2.0f));
-    product_ = hn::Mul(product_, bounded);
+    V factor = hn::MulAdd(value.part[0], hn::Set(d, octave.scaled_weight), hn::Set(d, 1.0f));
+    if (octave.exceeds) factor = hn::Min(hn::Max(factor, hn::Zero(d)), hn::Set(d, 2.0f));
+    product_ = hn::Mul(product_, factor);
   }
 
  private:
@@ -481,7 +484,8 @@ HWY_INLINE void EvaluateOctaves(const Combination& combination, const Points& po
       const Octave& octave = octaves[first + k];
       group[k] = {octave.frequency,
                   {octave.offset[0], octave.offset[1], octave.offset[2]},
-                  {octave.weight, octave.weight * Kernel::scale, Kernel::scale},
+                  {octave.weight, octave.weight * Kernel::scale, Kernel::scale,
+                   std::abs(octave.weight) * Kernel::bound > 1},
                   Lattice(octave)};
     }
     for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {

@@ -146,7 +146,9 @@ inline constexpr double perlin_variance = 35054270.0 / 480729249.0;
 inline constexpr double perlin_bound = 1.03636;
 /// A third for one number, times (int s^2 + (1 - s)^2 df)^3.
 inline constexpr double value_variance = 181.0 / 231 * 181 / 231 * 181 / 231 / 3;
+inline constexpr double value_bound = 1;
 inline constexpr double cell_variance = 1.0 / 3;
+inline constexpr double cell_bound = 1;
 /// Between the numbers of a cell.
 inline constexpr std::uint32_t cell_step = 0x9E3779B9u;
 inline constexpr double simplex_scale = 76.8857;

@@ -21,6 +21,7 @@ class PerlinKernel {
 
  public:
   static constexpr float scale = 1 / gradient_scale<D>;
+  static constexpr float bound = static_cast<float>(perlin_bound);
   static constexpr bool identifies = true;
 
   template <int components, class Lattice>

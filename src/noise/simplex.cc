@@ -20,6 +20,7 @@ class SimplexKernel {
 
  public:
   static constexpr float scale = static_cast<float>(simplex_scale) / gradient_scale<D>;
+  static constexpr float bound = static_cast<float>(simplex_bound);
   static constexpr bool identifies = false;
 
   template <int components>

@@ -18,6 +18,7 @@ class ValueKernel {
 
  public:
   static constexpr float scale = 0x1p-31f;
+  static constexpr float bound = static_cast<float>(value_bound);
   static constexpr bool identifies = true;
 
   template <int components, class Lattice>
@@ -94,7 +95,7 @@ class ValueNoise : public Noise {
     return "interpolated numbers of the points of the cubic lattice";
   }
   double variance() const override { return value_variance; }
-  double bound() const override { return 1; }
+  double bound() const override { return value_bound; }
   bool identifies() const override { return true; }
   void sum(const Points& points, std::span<const Octave> octaves, float* out) const override {
     HWY_DYNAMIC_DISPATCH(SumValue)(points, list_octaves(*this, octaves), out);
