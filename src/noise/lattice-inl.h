@@ -61,12 +61,12 @@ HWY_INLINE hn::Vec<hn::RebindToUnsigned<D>> IndexOf(D /*d*/, hn::Vec<D> counted)
 // Where masks are vectors, blending costs more than "and".
 inline constexpr bool cheap_blends = GAMER_NOISE_AVX512 || !GAMER_NOISE_X86;
 
-/// base + yes where the mask is set, base + no elsewhere.
-template <class D, class M, class V = hn::Vec<D>>
-HWY_INLINE V Advance(D d, V base, M mask, hn::TFromD<D> yes, hn::TFromD<D> no) {
-  const V plain = hn::Set(d, no);
-  if constexpr (cheap_blends) return hn::Add(base, hn::IfThenElse(mask, hn::Set(d, yes), plain));
-  return hn::Add(hn::Add(base, plain), hn::IfThenElseZero(mask, hn::Set(d, yes - no)));
+/// base + step where the mask is set, base + other elsewhere.
+template <class DU, class M, class VU = hn::Vec<DU>>
+HWY_INLINE VU Advance(DU du, VU base, M mask, std::uint32_t step, std::uint32_t other) {
+  const VU plain = hn::Set(du, other);
+  if constexpr (cheap_blends) return hn::Add(base, hn::IfThenElse(mask, hn::Set(du, step), plain));
+  return hn::Add(hn::Add(base, plain), hn::IfThenElseZero(mask, hn::Set(du, step - other)));
 }
 
 /// Calls work(std::integral_constant<int, c>) for c = 0 ... count - 1.

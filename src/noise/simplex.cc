@@ -39,17 +39,18 @@ class SimplexKernel {
     const V y0 = hn::Add(hn::Sub(y, cj.floor), unskew);
     const V z0 = hn::Add(hn::Sub(z, ck.floor), unskew);
 
-    // The second corner steps along the largest coordinate: i1, j1 or k1. The third does not along
-    // the smallest one: not i2, j2 or k2.
+    // The second corner steps along the largest coordinate, the third also along the middle one: of
+    // i1, j1, k1 one is set and of i2, j2, k2 two.
     const auto xy = hn::Ge(x0, y0);
+    const auto yx = hn::Gt(y0, x0);
     const auto yz = hn::Ge(y0, z0);
     const auto xz = hn::Ge(x0, z0);
     const auto i1 = hn::And(xy, xz);
-    const auto j1 = hn::AndNot(xy, yz);
+    const auto j1 = hn::And(yx, yz);
     const auto k1 = hn::ExclusiveNeither(i1, j1);
-    const auto not_j2 = hn::AndNot(yz, xy);
-    const auto not_k2 = hn::And(xz, yz);
-    const auto not_i2 = hn::ExclusiveNeither(not_j2, not_k2);
+    const auto i2 = hn::Or(xy, xz);
+    const auto j2 = hn::Or(yx, yz);
+    const auto k2 = hn::Xor(i2, j2);
 
     const VU px = hn::Set(du, lattice_px);
     const VU py = hn::Set(du, lattice_py);
@@ -64,19 +65,12 @@ class SimplexKernel {
     Value<V, components> total;
     ForEachComponent<components>([&](auto n) HWY_ATTR { total.part[n] = hn::Zero(d); });
     Corner<components>(d, a, b, c, x0, y0, z0, total);
-    const auto second = [&](auto steps, V distance) HWY_ATTR {
-      return Advance(d, distance, steps, -5.0f / 6.0f, 1.0f / 6.0f);
-    };
     Corner<components>(d, Chosen(i1, a, last_a, lattice_px), Chosen(j1, b, last_b, lattice_py),
-                       Chosen(k1, c, last_c, lattice_pz), second(i1, x0), second(j1, y0),
-                       second(k1, z0), total);
-    const auto later = [&](auto stays, V distance) HWY_ATTR {
-      return Advance(d, distance, stays, 1.0f / 3.0f, -2.0f / 3.0f);
-    };
-    Corner<components>(d, Chosen(not_i2, last_a, a, 0 - lattice_px),
-                       Chosen(not_j2, last_b, b, 0 - lattice_py),
-                       Chosen(not_k2, last_c, c, 0 - lattice_pz), later(not_i2, x0),
-                       later(not_j2, y0), later(not_k2, z0), total);
+                       Chosen(k1, c, last_c, lattice_pz), Stepped(d, i1, x0, sixth),
+                       Stepped(d, j1, y0, sixth), Stepped(d, k1, z0, sixth), total);
+    Corner<components>(d, Chosen(i2, a, last_a, lattice_px), Chosen(j2, b, last_b, lattice_py),
+                       Chosen(k2, c, last_c, lattice_pz), Stepped(d, i2, x0, third),
+                       Stepped(d, j2, y0, third), Stepped(d, k2, z0, third), total);
     Corner<components>(d, last_a, last_b, last_c, hn::Sub(x0, half), hn::Sub(y0, half),
                        hn::Sub(z0, half), total);
     return total;
@@ -90,6 +84,18 @@ class SimplexKernel {
     const auto set = hn::RebindMask(du, mask);
     if constexpr (cheap_blends) return hn::IfThenElse(set, second, first);
     return hn::Add(first, hn::IfThenElseZero(set, hn::Set(du, step)));
+  }
+
+  /// x + back, less 1 where the mask is set.
+  template <class M>
+  static HWY_INLINE V Stepped(D d, M mask, V x, V back) {
+    const V one = hn::Set(d, 1.0f);
+    const V moved = hn::Add(x, back);
+#if GAMER_NOISE_AVX512
+    return V{_mm512_mask_sub_ps(moved.raw, mask.raw, moved.raw, one.raw)};
+#else
+    return hn::Sub(moved, hn::IfThenElseZero(mask, one));
+#endif
   }
 
   /// Adds what the lattice point at distance (x, y, z) contributes.

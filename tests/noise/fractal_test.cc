@@ -673,7 +673,7 @@ TEST(FractalNoise, ShapesOnEveryTarget) {
           }
           if (shaped(p, v) < std::numeric_limits<float>::min()) continue;
           const double error = std::abs(phi[i] / shaped(p, v) - 1);
-          worst = std::max(worst, error / std::max(1.0, std::abs(exponent)) / (2e-7 + 3e-8 / base));
+          worst = std::max(worst, error / std::max(1.0, std::abs(exponent)) / (2e-7 + 2e-8 / base));
         }
         EXPECT_LT(worst, 1) << "exponent " << exponent;
       });

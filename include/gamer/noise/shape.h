@@ -28,7 +28,7 @@ class NoiseShape {
     double slope;
     double shift;
   };
-  /// values[i] = scale Phi, of sums. Relative error below max(1, alpha) (2e-7 + 3e-8/|v|).
+  /// values[i] = scale Phi, of sums. Relative error below max(1, alpha) (2e-7 + 2e-8/|v|).
   void apply(const Standard& standard, double scale, std::size_t size, float* values) const;
   /// The same of what is expected where the hidden variance h^2 (in [0, 1]) is not 0. Relative
   /// error below 1 %; exact at 0.
