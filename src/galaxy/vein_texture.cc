@@ -25,15 +25,6 @@
 #define GAMER_GALAXY_VEIN_TEXTURE_KERNEL
 namespace gamer {
 
-/// What is known of a batch on its way to Phi.
-struct VeinTexture::Scratch {
-  BatchArray value;
-  BatchArray displacement;
-  BatchArray unseen;    ///< variance of the displacement that is not seen
-  BatchArray density;   ///< (D_h - D_l) V + D_l, then times N
-  BatchArray coherent;  ///< variance of the logarithm that is hidden and coherent
-};
-
 namespace {
 
 /// How an octave counts whose frequency is that of radius 1 over r (helical) or the same
@@ -202,10 +193,11 @@ HWY_INLINE V SeenBy(D d, V footprint, V inverse_radius, const SeenInput& in) {
   return Smoothstep(d, hn::Sub(hn::Set(d, static_cast<float>(fade_end) * slope), cycles));
 }
 
-/// Rounded to a grid on which coordinates before and after a turn differ by exactly p or q.
-template <class V>
-HWY_INLINE V OnGrid(V x, V magic) {
-  return hn::Sub(hn::Add(x, magic), magic);
+/// radial - step turns, both rounded to a grid on which coordinates before and after a turn differ
+/// by exactly `step`: `shifted` is radial + magic. Differences of numbers on the grid are exact.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V Unwound(D d, V shifted, V turns, float step, V magic) {
+  return hn::Sub(shifted, hn::MulAdd(turns, hn::Set(d, step), magic));
 }
 
 template <class V>
@@ -219,10 +211,8 @@ HWY_INLINE LatticePoint<V> MapPoint(D d, V s, V turns, V inverse_radius, V z, co
   const V x_magic = hn::Set(d, map.x_magic);
   const V y_magic = hn::Set(d, map.y_magic);
   const V height = hn::Mul(z, hn::Set(d, map.z_slope));
-  return {hn::Sub(OnGrid(hn::Mul(hn::Set(d, map.x_slope), s), x_magic),
-                  OnGrid(hn::Mul(hn::Set(d, map.p), turns), x_magic)),
-          hn::Sub(OnGrid(hn::Mul(hn::Set(d, map.y_slope), s), y_magic),
-                  OnGrid(hn::Mul(hn::Set(d, map.q), turns), y_magic)),
+  return {Unwound(d, hn::MulAdd(s, hn::Set(d, map.x_slope), x_magic), turns, map.p, x_magic),
+          Unwound(d, hn::MulAdd(s, hn::Set(d, map.y_slope), y_magic), turns, map.q, y_magic),
           hn::Mul(height, inverse_radius)};
 }
 
@@ -256,32 +246,34 @@ class HelicalOctave {
 };
 
 /// The displacement as footprints see it, and the variance of what they do not; both may be null.
+/// The first `whole` octaves are seen by all.
 void Displace(const Points& points, const SpiralBatch& spiral, const float* footprints,
-              const DisplacementInput& in, float* HWY_RESTRICT sum, float* unseen) {
+              const DisplacementInput& in, std::size_t whole, float* HWY_RESTRICT sum,
+              float* unseen) {
   const hn::ScalableTag<float> d;
   using Own = HelicalOctave<false>;
-  Own octaves[most_octaves];
-  for (std::size_t k = 0; k < in.octaves.size(); ++k) octaves[k] = Own(in.octaves[k].octave);
   for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
-    const auto inverse_radius = hn::Load(d, spiral.inverse_radius.data() + i);
-    const auto point =
-        MapPoint(d, hn::Load(d, spiral.s.data() + i), hn::Load(d, spiral.turns.data() + i),
-                 inverse_radius, hn::Load(d, points.z + i), in.map);
-    auto total = hn::Zero(d);
-    auto rest = hn::Zero(d);
-    for (std::size_t k = 0; k < in.octaves.size(); ++k) {
-      const DisplacementOctave& octave = in.octaves[k];
+    hn::Store(hn::Zero(d), d, sum + i);
+    if (footprints != nullptr) hn::Store(hn::Zero(d), d, unseen + i);
+  }
+  for (std::size_t k = 0; k < in.octaves.size(); ++k) {
+    const DisplacementOctave& octave = in.octaves[k];
+    const Own own(octave.octave);
+    for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
+      const auto inverse_radius = hn::Load(d, spiral.inverse_radius.data() + i);
+      const auto point =
+          MapPoint(d, hn::Load(d, spiral.s.data() + i), hn::Load(d, spiral.turns.data() + i),
+                   inverse_radius, hn::Load(d, points.z + i), in.map);
       auto weight = hn::Set(d, octave.octave.weight * Own::scale<decltype(d)>);
-      if (footprints != nullptr) {
+      if (k >= whole) {
         const auto seen = SeenBy(d, hn::Load(d, footprints + i), inverse_radius, octave.seen);
         weight = hn::Mul(weight, seen);
-        rest = hn::MulAdd(hn::NegMulAdd(seen, seen, hn::Set(d, 1.0f)), hn::Set(d, octave.variance),
-                          rest);
+        const auto rest = hn::NegMulAdd(seen, seen, hn::Set(d, 1.0f));
+        hn::Store(hn::MulAdd(rest, hn::Set(d, octave.variance), hn::Load(d, unseen + i)), d,
+                  unseen + i);
       }
-      total = hn::MulAdd(octaves[k].Noise(d, point), weight, total);
+      hn::Store(hn::MulAdd(own.Noise(d, point), weight, hn::Load(d, sum + i)), d, sum + i);
     }
-    hn::Store(total, d, sum + i);
-    if (footprints != nullptr) hn::Store(rest, d, unseen + i);
   }
 }
 
@@ -332,8 +324,8 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
     const auto gradient = hn::Load(d, spiral.u_gradient.data() + i);
     const auto ratio = hn::Load(d, spiral.ratio.data() + i);
     const auto magic = hn::Set(d, in.magic);
-    const auto u = hn::Sub(OnGrid(hn::Add(hn::Load(d, spiral.u_radial.data() + i), shift), magic),
-                           OnGrid(hn::Mul(turns, hn::Set(d, in.count)), magic));
+    const auto radial = hn::Add(hn::Load(d, spiral.u_radial.data() + i), shift);
+    const auto u = Unwound(d, hn::Add(radial, magic), turns, in.count, magic);
     // How far a footprint widens what has the gradient 1, and the rest of the displacement.
     auto spread = hn::Zero(d);
     auto rest = hn::Zero(d);
@@ -446,26 +438,22 @@ HWY_INLINE void MultiplyHelicalOf(const Points& points, const SpiralBatch& spira
   const auto one = hn::Set(d, 1.0f);
   const auto zero = hn::Zero(d);
   using Own = HelicalOctave<cycles>;
-  Own octaves[most_octaves];
-  for (std::size_t k = 0; k < count; ++k) octaves[k] = Own(counted[k].in->octave);
-  for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
-    const auto s = hn::Load(d, spiral.s.data() + i);
-    const auto turns = hn::Load(d, spiral.turns.data() + i);
-    const auto inverse_radius = hn::Load(d, spiral.inverse_radius.data() + i);
-    const auto z = hn::Load(d, points.z + i);
-    auto product = hn::Load(d, density + i);
-    auto hidden = coherent != nullptr ? hn::Load(d, coherent + i) : zero;
-    for (std::size_t k = 0; k < count; ++k) {
-      const MultiplyInput& in = *counted[k].in;
+  for (std::size_t k = 0; k < count; ++k) {
+    const MultiplyInput& in = *counted[k].in;
+    const Own own(in.octave);
+    for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
+      const auto s = hn::Load(d, spiral.s.data() + i);
       const auto blend = Smoothstep(
           d, hn::MulAdd(s, hn::Set(d, std::numbers::log2e_v<float>), hn::Set(d, in.blend_shift)));
       if (hn::AllFalse(d, hn::Gt(blend, zero))) continue;
+      const auto inverse_radius = hn::Load(d, spiral.inverse_radius.data() + i);
       auto excess = zero;
       if (counted[k].seen) {
-        const auto noise = octaves[k].Noise(d, MapPoint(d, s, turns, inverse_radius, z, in.map));
+        const auto point = MapPoint(d, s, hn::Load(d, spiral.turns.data() + i), inverse_radius,
+                                    hn::Load(d, points.z + i), in.map);
         const auto contrast =
             hn::Mul(blend, hn::Set(d, in.contrast * Own::template scale<decltype(d)>));
-        excess = hn::Mul(noise, contrast);
+        excess = hn::Mul(own.Noise(d, point), contrast);
         excess = hn::Min(hn::Max(excess, hn::Neg(one)), one);
       }
       if (counted[k].fades) {
@@ -476,13 +464,12 @@ HWY_INLINE void MultiplyHelicalOf(const Points& points, const SpiralBatch& spira
           const auto variance =
               hn::Mul(hn::Mul(blend, blend),
                       hn::Mul(hn::NegMulAdd(seen, seen, one), hn::Set(d, in.variance)));
-          hidden = hn::Add(hidden, hn::Div(variance, layers));
+          hn::Store(hn::Add(hn::Load(d, coherent + i), hn::Div(variance, layers)), d, coherent + i);
         }
       }
-      product = hn::MulAdd(product, excess, product);
+      const auto product = hn::Load(d, density + i);
+      hn::Store(hn::MulAdd(product, excess, product), d, density + i);
     }
-    hn::Store(product, d, density + i);
-    if (coherent != nullptr) hn::Store(hidden, d, coherent + i);
   }
 }
 
@@ -746,6 +733,29 @@ void VeinParameters::apply(const ParameterSet& values) {
   pattern_seed = static_cast<std::uint64_t>(values.integer("pattern_seed"));
 }
 
+/// What is known of a batch on its way to Phi.
+struct VeinTexture::Scratch {
+  Range radii;   ///< of 1/r
+  Range widths;  ///< of the footprints, 0 where there are none
+  BatchArray value;
+  BatchArray displacement;
+  BatchArray unseen;    ///< variance of the displacement that is not seen
+  BatchArray density;   ///< (D_h - D_l) V + D_l, then times N
+  BatchArray coherent;  ///< variance of the logarithm that is hidden and coherent
+
+  void look(std::size_t size, const SpiralBatch& spiral, const float* footprints) {
+    radii = range_of(spiral.inverse_radius.data(), size);
+    widths = footprints != nullptr ? range_of(footprints, size) : Range{0, 0};
+  }
+  /// Whether any point sees something of the octave, and whether any does not see all of it.
+  bool sees(const SeenInput& octave) const {
+    return double{octave.sharpest * widths.least * (octave.helical ? radii.least : 1)} < fade_end;
+  }
+  bool fades(const SeenInput& octave) const {
+    return double{octave.sharpest * widths.most * (octave.helical ? radii.most : 1)} > fade_begin;
+  }
+};
+
 /// All that kernels need, and the octaves of N that are Cartesian as a product.
 struct VeinTexture::Inputs {
   DisplacementInput displacement;
@@ -905,9 +915,12 @@ bool VeinTexture::hides(double footprint) const { return footprint * finest_ > f
 
 void VeinTexture::displace(const Points& points, const SpiralBatch& spiral, const float* footprints,
                            Scratch& scratch, std::uint64_t& evaluations) const {
-  evaluations += points.size * inputs_->displacement.octaves.size();
+  const std::vector<DisplacementOctave>& octaves = inputs_->displacement.octaves;
+  evaluations += points.size * octaves.size();
+  std::size_t whole = 0;
+  while (whole < octaves.size() && !scratch.fades(octaves[whole].seen)) ++whole;
   HWY_DYNAMIC_DISPATCH(Displace)
-  (points, spiral, footprints, inputs_->displacement, scratch.displacement.data(),
+  (points, spiral, footprints, inputs_->displacement, whole, scratch.displacement.data(),
    scratch.unseen.data());
 }
 
@@ -925,17 +938,11 @@ void VeinTexture::multiply(const Points& points, const SpiralBatch& spiral, cons
                            bool wants_hidden, Scratch& scratch, std::uint64_t& evaluations) const {
   if (parameters_.noise_contrast == 0) return;
   float* const coherent = wants_hidden ? scratch.coherent.data() : nullptr;
-  const Range radii = range_of(spiral.inverse_radius.data(), points.size);
-  const Range widths = footprints != nullptr ? range_of(footprints, points.size) : Range{0, 0};
   const auto counted = [&](const MultiplyInput& in) -> CountedOctave {
-    const float least = in.seen.helical ? radii.least : 1;
-    const float most = in.seen.helical ? radii.most : 1;
-    return {&in, double{widths.least * least *
-                        in.seen.sharpest}<fade_end, double{widths.most * most * in.seen.sharpest}>
-                     fade_begin};
+    return {&in, scratch.sees(in.seen), scratch.fades(in.seen)};
   };
 
-  const float farthest = -std::log2(radii.least);
+  const float farthest = -std::log2(scratch.radii.least);
   std::array<CountedOctave, most_octaves> helical;
   std::size_t count = 0;
   for (std::size_t k = 0; k < inputs_->helical; ++k) {
@@ -957,7 +964,7 @@ void VeinTexture::multiply(const Points& points, const SpiralBatch& spiral, cons
   std::size_t whole = 0;
   if (parameters_.clumpiness == 1) {
     while (whole < inputs_->product.size() &&
-           !counted(inputs_->octaves[inputs_->helical + whole]).fades) {
+           !scratch.fades(inputs_->octaves[inputs_->helical + whole].seen)) {
       ++whole;
     }
   }
@@ -987,6 +994,7 @@ void VeinTexture::parts(const Points& points, Parts& out) const {
   Scratch scratch;
   std::uint64_t evaluations = 0;
   coordinates_.at(points, spiral);
+  scratch.look(points.size, spiral, nullptr);
   displace(points, spiral, nullptr, scratch, evaluations);
   base(points.size, spiral, nullptr, false, scratch, &out);
   out.displacement = scratch.displacement;
@@ -1001,6 +1009,7 @@ void VeinTexture::evaluate_alike(const Points& points, const float* footprints,
   SpiralBatch spiral;
   Scratch scratch;
   coordinates_.at(points, spiral);
+  scratch.look(points.size, spiral, footprints);
   displace(points, spiral, footprints, scratch, evaluations);
   // Only variants ask for what is hidden.
   const bool wants_hidden = footprints != nullptr && out.size() > 1;
