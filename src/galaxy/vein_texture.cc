@@ -176,11 +176,11 @@ HWY_INLINE V InverseI0Exp(D d, V y, V inverse, V root) {
                              -0.198083565f, 3.96332693f};
   const auto is_above = hn::Lt(y, inverse);
   const V u = hn::Min(y, inverse);
-  const auto coefficient = [&](std::size_t k) HWY_ATTR {
-    return hn::IfThenElse(is_above, hn::Set(d, above[k]), hn::Set(d, below[k]));
-  };
-  V p = coefficient(0);
-  for (std::size_t k = 1; k < std::size(below); ++k) p = hn::MulAdd(p, u, coefficient(k));
+  V p = hn::Zero(d);
+  for (std::size_t k = 0; k < std::size(below); ++k) {
+    const V coefficient = hn::IfThenElse(is_above, hn::Set(d, above[k]), hn::Set(d, below[k]));
+    p = hn::MulAdd(p, u, coefficient);
+  }
   return hn::Mul(p, hn::IfThenElse(is_above, root, hn::Set(d, 1.0f)));
 }
 
