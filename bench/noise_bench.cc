@@ -1,6 +1,6 @@
 // Noise evaluations per second on one core, for each kind and SIMD target: sums of octaves; their
 // other combinations; octaves on a helix and a torus; and vector values, counted once for all their
-// components.
+// components. Before them the core's peak, multiplications and additions per second.
 
 #include <benchmark/benchmark.h>
 
@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/peak.h"
 #include "gamer/core/random.h"
 #include "gamer/core/simd.h"
 #include "gamer/noise/noise.h"
@@ -95,11 +96,24 @@ void evaluate(benchmark::State& state, const Noise& noise, const Task& task, std
   use_simd_targets(0);
 }
 
+void reach_peak(benchmark::State& state, std::int64_t target) {
+  use_simd_targets(target);
+  for (auto _ : state) benchmark::DoNotOptimize(work_at_peak());
+  state.counters["FLOP"] = benchmark::Counter(
+      static_cast<double>(state.iterations()) * static_cast<double>(peak_operations()),
+      benchmark::Counter::kIsRate);
+  use_simd_targets(0);
+}
+
 }  // namespace
 }  // namespace gamer
 
 int main(int argc, char** argv) {
   using namespace gamer;
+  for (const std::int64_t target : simd_targets()) {
+    benchmark::RegisterBenchmark(("peak/" + simd_target_name(target)).c_str(),
+                                 [target](benchmark::State& state) { reach_peak(state, target); });
+  }
   for (const Noise* noise : noise_kinds()) {
     for (const Task& task : tasks()) {
       if (task.identifies && !noise->identifies()) continue;

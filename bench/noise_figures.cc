@@ -1,7 +1,8 @@
-// The figures of docs/noise.md: slices through noises as grey tiles, a PNG file per figure, in the
+// The figures of docs/noise.md: slices through noises as tiles, a PNG file per figure, in the
 // directory that the argument names.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -9,6 +10,7 @@
 #include <numbers>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gamer/image/picture.h"
@@ -21,39 +23,54 @@ constexpr int side = 96;    // pixels of a tile
 constexpr int greys = 127;  // steps: files stay small
 constexpr int gap = 4;
 
-/// The value of a tile at (x, y) in [0, 1[, for a row of points at a time.
-using Tile = std::function<void(const Points& points, float* out)>;
+using Colour = std::array<BatchArray, 3>;
+
+/// The colours of a tile at (x, y) in [0, 1[, for a row of points at a time.
+using Tile = std::function<void(const Points& points, Colour& out)>;
 
 struct Cell {
   Tile tile;
   double black, white;  ///< the values that are black and white
 };
 
-/// Tiles in rows of `columns`.
-void draw(const std::filesystem::path& path, std::size_t columns, const std::vector<Cell>& cells) {
+/// A tile without colours.
+Cell grey(std::function<void(const Points&, float*)> value, double black, double white) {
+  return {[value = std::move(value)](const Points& points, Colour& out) {
+            value(points, out[0].data());
+            out[1] = out[2] = out[0];
+          },
+          black, white};
+}
+
+/// Tiles of `size` pixels in rows of `columns`.
+void draw(const std::filesystem::path& path, std::size_t columns, const std::vector<Cell>& cells,
+          int size = side) {
   const std::size_t rows = (cells.size() + columns - 1) / columns;
   Picture picture;
-  picture.width = static_cast<int>(columns) * (side + gap) - gap;
-  picture.height = static_cast<int>(rows) * (side + gap) - gap;
+  picture.width = static_cast<int>(columns) * (size + gap) - gap;
+  picture.height = static_cast<int>(rows) * (size + gap) - gap;
   picture.rgb.assign(static_cast<std::size_t>(picture.width * picture.height) * 3, 0xFFFF);
   for (std::size_t c = 0; c < cells.size(); ++c) {
-    const int left = static_cast<int>(c % columns) * (side + gap);
-    const int top = static_cast<int>(c / columns) * (side + gap);
-    for (int row = 0; row < side; ++row) {
-      BatchArray x, y, z, out;
-      for (std::size_t i = 0; i < side; ++i) {
-        x[i] = (static_cast<float>(i) + 0.5f) / side;
-        y[i] = 1 - (static_cast<float>(row) + 0.5f) / side;
+    const int left = static_cast<int>(c % columns) * (size + gap);
+    const int top = static_cast<int>(c / columns) * (size + gap);
+    const auto width = static_cast<std::size_t>(size);
+    for (int row = 0; row < size; ++row) {
+      BatchArray x, y, z;
+      Colour out;
+      for (std::size_t i = 0; i < width; ++i) {
+        x[i] = (static_cast<float>(i) + 0.5f) / static_cast<float>(size);
+        y[i] = 1 - (static_cast<float>(row) + 0.5f) / static_cast<float>(size);
         z[i] = 0.37f;
       }
-      cells[c].tile({x.data(), y.data(), z.data(), side}, out.data());
-      for (int i = 0; i < side; ++i) {
-        const double value = double{out[static_cast<std::size_t>(i)]};
-        const double share =
-            std::clamp((value - cells[c].black) / (cells[c].white - cells[c].black), 0.0, 1.0);
+      cells[c].tile({x.data(), y.data(), z.data(), width}, out);
+      for (int i = 0; i < size; ++i) {
         const auto pixel = static_cast<std::size_t>((top + row) * picture.width + left + i);
-        std::fill_n(picture.rgb.begin() + static_cast<std::ptrdiff_t>(3 * pixel), 3,
-                    to_16_bits(std::round(greys * share) / greys));
+        for (std::size_t channel = 0; channel < 3; ++channel) {
+          const double value = double{out[channel][static_cast<std::size_t>(i)]};
+          const double share =
+              std::clamp((value - cells[c].black) / (cells[c].white - cells[c].black), 0.0, 1.0);
+          picture.rgb[3 * pixel + channel] = to_16_bits(std::round(greys * share) / greys);
+        }
       }
     }
   }
@@ -84,15 +101,16 @@ Cell slice(const FractalParameters& parameters) {
   noise.normalise(cloud);
   const bool density = parameters.combination.kind == Kind::multiplicative;
   const double reach = 2.5 * noise.sigma();
-  return {[noise](const Points& points, float* out) {
-            BatchArray footprint;
-            std::fill_n(footprint.data(), batch_capacity, 1.0f / side);
-            SeenNoise seen;
-            std::uint64_t evaluations = 0;
-            noise.see(points, footprint.data(), seen, evaluations);
-            std::copy_n(seen.sum.data(), points.size, out);
-          },
-          density ? 0 : noise.mean() - reach, noise.mean() + reach};
+  return grey(
+      [noise](const Points& points, float* out) {
+        BatchArray footprint;
+        std::fill_n(footprint.data(), batch_capacity, 1.0f / side);
+        SeenNoise seen;
+        std::uint64_t evaluations = 0;
+        noise.see(points, footprint.data(), seen, evaluations);
+        std::copy_n(seen.sum.data(), points.size, out);
+      },
+      density ? 0 : noise.mean() - reach, noise.mean() + reach);
 }
 
 FractalParameters octaves(const Noise& kind, int count, double frequency) {
@@ -133,18 +151,88 @@ Cell polar(bool identified) {
       list[k].translation[1] = 3 << k;
     }
   }
-  return {[list](const Points& points, float* out) {
-            BatchArray u, v;
-            for (std::size_t i = 0; i < points.size; ++i) {
-              const double x = double{points.x[i]} - 0.5, y = double{points.y[i]} - 0.5;
-              const double turn = std::atan2(y, x) / (2 * std::numbers::pi);
-              const double radius = 12 / (2 * std::numbers::pi) * std::log(std::hypot(x, y));
-              u[i] = static_cast<float>(12 * turn);
-              v[i] = static_cast<float>(radius + 3 * turn);
-            }
-            perlin_noise().sum({u.data(), v.data(), points.z, points.size}, list, out);
-          },
-          -0.75, 0.75};
+  return grey(
+      [list](const Points& points, float* out) {
+        BatchArray u, v;
+        for (std::size_t i = 0; i < points.size; ++i) {
+          const double x = double{points.x[i]} - 0.5, y = double{points.y[i]} - 0.5;
+          const double turn = std::atan2(y, x) / (2 * std::numbers::pi);
+          const double radius = 12 / (2 * std::numbers::pi) * std::log(std::hypot(x, y));
+          u[i] = static_cast<float>(12 * turn);
+          v[i] = static_cast<float>(radius + 3 * turn);
+        }
+        perlin_noise().sum({u.data(), v.data(), points.z, points.size}, list, out);
+      },
+      -0.75, 0.75);
+}
+
+// Cells of cell noise along a tile.
+constexpr float cells_across = 12;
+
+/// The three numbers of the cells `right` and `up` of those of the points.
+void cell_numbers(const Points& points, int right, int up, Colour& out) {
+  BatchArray x, y;
+  for (std::size_t i = 0; i < points.size; ++i) {
+    x[i] = points.x[i] + static_cast<float>(right) / cells_across;
+    y[i] = points.y[i] + static_cast<float>(up) / cells_across;
+  }
+  Octave octave;
+  octave.frequency = cells_across;
+  octave.seed = 7;
+  float* const arrays[] = {out[0].data(), out[1].data(), out[2].data()};
+  cell_noise().sum_vector({x.data(), y.data(), points.z, points.size}, std::span(&octave, 1),
+                          arrays);
+}
+
+/// Calls visit(i, distance, numbers) for each point and each of nine cells: the distance, in cells,
+/// of the point that two numbers place in the cell.
+template <typename Visit>
+void visit_cells(const Points& points, Visit&& visit) {
+  Colour numbers;
+  for (int up = -1; up <= 1; ++up) {
+    for (int right = -1; right <= 1; ++right) {
+      cell_numbers(points, right, up, numbers);
+      for (std::size_t i = 0; i < points.size; ++i) {
+        const float x = points.x[i] * cells_across, y = points.y[i] * cells_across;
+        const float u = 0.5f + 0.5f * numbers[0][i], v = 0.5f + 0.5f * numbers[1][i];
+        const float dx = std::floor(x) + static_cast<float>(right) + u - x;
+        const float dy = std::floor(y) + static_cast<float>(up) + v - y;
+        visit(i, std::hypot(dx, dy), std::array{numbers[0][i], numbers[1][i], numbers[2][i]});
+      }
+    }
+  }
+}
+
+/// A star per cell: two numbers place it, the third is its magnitude.
+void stars(const Points& points, float* out) {
+  std::fill_n(out, points.size, 0.0f);
+  visit_cells(points, [&](std::size_t i, float distance, const std::array<float, 3>& numbers) {
+    // Counts rise as 10^(0.4 m); what is brighter than white makes a larger disk.
+    const float flux = 0.25f / std::max(0.5f + 0.5f * numbers[2], 0.01f);
+    constexpr float width = 0.09f;
+    out[i] += flux * std::exp(-0.5f * distance * distance / (width * width));
+  });
+}
+
+/// Each point takes the colour of the nearest of the cells' points.
+void mosaic(const Points& points, Colour& out) {
+  BatchArray nearest;
+  std::fill_n(nearest.data(), points.size, HUGE_VALF);
+  visit_cells(points, [&](std::size_t i, float distance, const std::array<float, 3>& numbers) {
+    if (distance >= nearest[i]) return;
+    nearest[i] = distance;
+    for (std::size_t channel = 0; channel < 3; ++channel) out[channel][i] = numbers[channel];
+  });
+}
+
+std::vector<Cell> cell_tiles() {
+  const Tile colours = [](const Points& points, Colour& out) { cell_numbers(points, 0, 0, out); };
+  const auto first = [](const Points& points, float* out) {
+    Colour numbers;
+    cell_numbers(points, 0, 0, numbers);
+    std::copy_n(numbers[0].data(), points.size, out);
+  };
+  return {grey(first, -1, 1), {colours, -1, 1}, grey(stars, 0, 1), {mosaic, -1, 1}};
 }
 
 void draw_all(const std::filesystem::path& directory) {
@@ -161,6 +249,7 @@ void draw_all(const std::filesystem::path& directory) {
        {slice(warped(1, 0, 1)), slice(warped(1, 0.04, 1)), slice(warped(1, 0.05, 4)),
         slice(warped(6, 0, 1)), slice(warped(6, 0.04, 1)), slice(warped(6, 0.05, 4))});
   draw(directory / "noise_helix.png", 2, {polar(false), polar(true)});
+  draw(directory / "noise_cells.png", 4, cell_tiles(), 2 * side);
 }
 
 }  // namespace

@@ -99,25 +99,31 @@ HWY_INLINE void SinCos(D d, V x, V& sine, V& cosine) {
   cosine = hn::Xor(hn::IfThenElse(odd, s, c), sign_c);
 }
 
+/// atan(small/large) for 0 <= small <= large, absolute error below 2e-7 where `large` is a normal
+/// number; 0 where it is less.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V AtanOfRatio(D d, V small, V large) {
+  large = hn::Max(large, hn::Set(d, 1.17549435e-38f));
+  // By reduction to |u| <= tan(pi/8).
+  const auto upper = hn::Gt(small, hn::Mul(large, hn::Set(d, 0.414213562f)));
+  const V u = hn::Div(hn::Sub(small, hn::IfThenElseZero(upper, large)),
+                      hn::Add(large, hn::IfThenElseZero(upper, small)));
+  const V u2 = hn::Mul(u, u);
+  V p = hn::Set(d, 8.05374449538e-2f);
+  p = hn::MulAdd(p, u2, hn::Set(d, -1.38776856032e-1f));
+  p = hn::MulAdd(p, u2, hn::Set(d, 1.99777106478e-1f));
+  p = hn::MulAdd(p, u2, hn::Set(d, -3.33329491539e-1f));
+  const V a = hn::MulAdd(hn::Mul(p, u2), u, u);
+  return hn::Add(a, hn::IfThenElseZero(upper, hn::Set(d, 0.785398163f)));
+}
+
 /// The angle of (x, y) in [-pi, pi], absolute error below 4e-7 where the larger of |x| and |y| is a
 /// normal number; 0 at the origin.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Atan2(D d, V y, V x) {
   const V ax = hn::Abs(x);
   const V ay = hn::Abs(y);
-  const V large = hn::Max(hn::Max(ax, ay), hn::Set(d, 1.17549435e-38f));
-  const V t = hn::Div(hn::Min(ax, ay), large);
-  // atan on [0, 1] by reduction to |u| <= tan(pi/8).
-  const auto upper = hn::Gt(t, hn::Set(d, 0.414213562f));
-  const V one = hn::Set(d, 1.0f);
-  const V u = hn::IfThenElse(upper, hn::Div(hn::Sub(t, one), hn::Add(t, one)), t);
-  const V u2 = hn::Mul(u, u);
-  V p = hn::Set(d, 8.05374449538e-2f);
-  p = hn::MulAdd(p, u2, hn::Set(d, -1.38776856032e-1f));
-  p = hn::MulAdd(p, u2, hn::Set(d, 1.99777106478e-1f));
-  p = hn::MulAdd(p, u2, hn::Set(d, -3.33329491539e-1f));
-  V a = hn::MulAdd(hn::Mul(p, u2), u, u);
-  a = hn::Add(a, hn::IfThenElseZero(upper, hn::Set(d, 0.785398163f)));
+  V a = AtanOfRatio(d, hn::Min(ax, ay), hn::Max(ax, ay));
   a = hn::IfThenElse(hn::Gt(ay, ax), hn::Sub(hn::Set(d, 1.57079633f), a), a);
   a = hn::IfThenElse(hn::Lt(x, hn::Zero(d)), hn::Sub(hn::Set(d, 3.14159265f), a), a);
   return hn::CopySign(a, y);

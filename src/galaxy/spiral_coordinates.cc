@@ -45,6 +45,11 @@ void SpiralKernel(const Points& points, const SpiralKernelInput& in, SpiralBatch
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
   const auto one = hn::Set(d, 1.0f);
+  // r |grad v| from its two parts.
+  const auto length = [&](auto slope) HWY_ATTR {
+    return hn::Sqrt(hn::MulAdd(slope, slope, hn::Set(d, in.v_factor * in.v_factor)));
+  };
+  const auto constant_length = length(hn::Set(d, in.v_slope));
   for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
     const auto x = hn::Load(d, points.x + i);
     const auto y = hn::Load(d, points.y + i);
@@ -53,7 +58,7 @@ void SpiralKernel(const Points& points, const SpiralKernelInput& in, SpiralBatch
     // Turns by octants: at the cut they are +-1/2 exactly.
     const auto a = hn::Abs(along);
     const auto b = hn::Abs(across);
-    auto turns = hn::Mul(Atan2(d, hn::Min(a, b), hn::Max(a, b)),
+    auto turns = hn::Mul(AtanOfRatio(d, hn::Min(a, b), hn::Max(a, b)),
                          hn::Set(d, 0.5f * std::numbers::inv_pi_v<float>));
     turns = hn::IfThenElse(hn::Gt(b, a), hn::Sub(hn::Set(d, 0.25f), turns), turns);
     turns = hn::IfThenElse(hn::Lt(along, hn::Zero(d)), hn::Sub(hn::Set(d, 0.5f), turns), turns);
@@ -67,7 +72,7 @@ void SpiralKernel(const Points& points, const SpiralKernelInput& in, SpiralBatch
     hn::Store(inverse, d, out.inverse_radius.data() + i);
     auto v = hn::Mul(s, hn::Set(d, in.v_slope));
     auto u_slope = hn::Set(d, in.u_slope);
-    auto v_slope = hn::Set(d, in.v_slope);
+    auto v_length = constant_length;
     auto u = hn::Set(d, in.u_start);
     if (in.table == nullptr) {
       const auto sum = hn::Add(square, hn::Set(d, in.core_square));
@@ -95,14 +100,16 @@ void SpiralKernel(const Points& points, const SpiralKernelInput& in, SpiralBatch
         return hn::Add(hn::MulAdd(t, rise, value), hn::Mul(bend, curve));
       };
       u = cubic(0, u_slope);
+      auto v_slope = one;
       v = cubic(2, v_slope);
+      v_length = length(v_slope);
     }
     hn::Store(u, d, out.u_radial.data() + i);
     hn::Store(v, d, out.v_radial.data() + i);
-    const auto u_square = hn::MulAdd(u_slope, u_slope, hn::Set(d, in.u_factor * in.u_factor));
-    const auto v_square = hn::MulAdd(v_slope, v_slope, hn::Set(d, in.v_factor * in.v_factor));
-    hn::Store(hn::Mul(hn::Sqrt(u_square), inverse), d, out.u_gradient.data() + i);
-    hn::Store(hn::Sqrt(hn::Div(v_square, u_square)), d, out.ratio.data() + i);
+    const auto u_length =
+        hn::Sqrt(hn::MulAdd(u_slope, u_slope, hn::Set(d, in.u_factor * in.u_factor)));
+    hn::Store(hn::Mul(u_length, inverse), d, out.u_gradient.data() + i);
+    hn::Store(hn::Div(v_length, u_length), d, out.ratio.data() + i);
   }
 }
 

@@ -1,6 +1,5 @@
 #include "gamer/galaxy/texture.h"
 
-#include <algorithm>
 #include <vector>
 
 namespace gamer {
@@ -10,10 +9,10 @@ void Texture::evaluate(const Points& points, const float* footprints, const floa
                        std::uint64_t& evaluations) const {
   if (points.size == 0) return;
   if (footprints != nullptr) {
-    const auto [least, most] = std::minmax_element(footprints, footprints + points.size);
-    if (hides(double{*most})) {
+    const auto [least, most] = range_of(footprints, points.size);
+    if (hides(double{most})) {
       evaluate_alike(points, footprints, coherence, deviations, out, evaluations);
-      if (hides(double{*least})) return;
+      if (hides(double{least})) return;
       std::vector<BatchArray> plain(out.size());
       evaluate_alike(points, nullptr, nullptr, {}, plain, evaluations);
       for (std::size_t k = 0; k < out.size(); ++k) {

@@ -5,30 +5,25 @@
 #include "hwy/foreach_target.h"
 
 #include <algorithm>
+#include <array>
 #include <boost/math/special_functions/bessel.hpp>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <numbers>
+#include <stdexcept>
 
 #include "core/math-inl.h"
 #include "gamer/core/error.h"
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
 #include "gamer/noise/footprint.h"
+#include "noise/perlin-inl.h"
 
 #ifndef GAMER_GALAXY_VEIN_TEXTURE_KERNEL
 #define GAMER_GALAXY_VEIN_TEXTURE_KERNEL
 namespace gamer {
-
-/// What is known of a batch on its way to Phi.
-struct VeinTexture::Scratch {
-  BatchArray x, y, z, value;
-  BatchArray displacement;
-  BatchArray unseen;    ///< variance of the displacement that is not seen
-  BatchArray density;   ///< (D_h - D_l) V + D_l, then times N
-  BatchArray coherent;  ///< variance of the logarithm that is hidden and coherent
-};
 
 namespace {
 
@@ -39,23 +34,36 @@ struct SeenInput {
   bool helical;
 };
 
-struct DisplacementInput {
+/// A HelicalMap, and the height in its cells; the grids of x and y.
+struct MapInput {
+  float x_slope, y_slope, z_slope;
+  float p, q;
+  float x_magic, y_magic;
+};
+
+/// An octave of the displacement.
+struct DisplacementOctave {
+  Octave octave;
   SeenInput seen;
-  float weight;
   float variance;
+};
+
+struct DisplacementInput {
+  MapInput map;
+  std::vector<DisplacementOctave> octaves;
 };
 
 struct VeinInput {
   float count, inverse_count, cycle;
-  float magic;                                        ///< of the grid of u
-  float vein_kappa, vein_variance, vein_mean_height;  ///< the last: I0e(kappa), <A>
-  float vein_square;                                  ///< <A^2> - <A>^2
-  float spur_kappa, spur_variance, spur_mean_height;
+  float magic;                          ///< of the grid of u
+  float vein_kappa, vein_y, vein_mean;  ///< y of InverseI0Exp(), I0e(kappa) = <A>
+  float vein_square;                    ///< <A^2> - <A>^2
+  float spur_kappa, spur_y, spur_mean;
   float spur_square;  ///< of G(t), times <(strength fade)^2>
   float rate, slope, curvature, inverse_length, strength, variation;
   float inverse_rise;  ///< of the fade within the arm
   int branches;
-  const float* phases;
+  std::vector<float> phases;  ///< of each arm's spurs; then zeros, padded()
   std::uint32_t seed;
   float high, low, mean;  ///< D_h - D_l, D_l, V where it is not resolved
   float core;             ///< isotropic scale
@@ -63,19 +71,27 @@ struct VeinInput {
   float relative;         ///< ((D_h - D_l)/<density>)^2
 };
 
+/// An octave of N.
 struct MultiplyInput {
+  Octave octave;
+  MapInput map;  ///< of a helical one
   SeenInput seen;
-  float frequency;
-  float contrast;     ///< c
-  float thickness;    ///< 2 thickness
-  float blend_shift;  ///< the blend's argument is blend_shift + s/ln 2
-  float inverse_sigma;
-  float clumpiness;
-  const float* moments;  ///< mean and variance of the factor by c; null where it is 1
+  float contrast;      ///< c/sigma
+  float variance;      ///< of the factor; of a helical one c^2
+  float layers;        ///< 2 thickness frequency
+  float blend_shift;   ///< the helical blend's argument is blend_shift + s/ln 2
+  float clumpiness;    ///< power of a Cartesian factor
+  float inverse_mean;  ///< of that power
 };
 
-// The moments' table: c in [0, largest_contrast].
-constexpr int moment_steps = 48;
+/// An octave that counts in a batch, whether any of its points sees it and whether any does not
+/// see all of it.
+struct CountedOctave {
+  const MultiplyInput* in;
+  bool seen, fades;
+};
+
+// Of c.
 constexpr float largest_contrast = 1.5f;
 
 // Unresolved veins near the centre: the arms' spacing in isotropic scales where they begin to fade
@@ -104,6 +120,15 @@ float GridMagic(double slope, int turn) {
 
 // For how many standard deviations a coherent hidden factor is followed.
 constexpr float largest_deviation = 1.2f;
+
+// Of VeinTexture's octaves.
+constexpr int most_octaves = 32;
+
+// InverseI0Exp() has one polynomial below this argument and one above.
+constexpr float bessel_border = 2.5f;
+// Its y over the variance of a Gaussian of period 1: kappa = 1/(4 pi^2 variance) is the argument.
+constexpr auto y_factor =
+    static_cast<float>(4 * bessel_border * std::numbers::pi * std::numbers::pi);
 
 }  // namespace
 }  // namespace gamer
@@ -139,28 +164,24 @@ HWY_INLINE V OneMinusCosTurn(D d, V x) {
   return hn::Mul(hn::Add(sine, sine), sine);
 }
 
-/// e^-x I0(x), absolute error below 3e-7. [Abramowitz & Stegun 9.8.1, 9.8.2]
+/// e^x / I0(x) for x = bessel_border / y, 0 < y < 1e37, relative error below 1e-6. `inverse` is
+/// 1/y, `root` its square root. Polynomials through Chebyshev's nodes in x below the border, in 1/x
+/// above it.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE V BesselI0Exp(D d, V x) {
-  constexpr float border = 3.75f;
-
-  const V large = hn::Max(x, hn::Set(d, border));
-  const V u = hn::Div(hn::Set(d, border), large);
-  V high = hn::Set(d, 0.00392377f);
-  for (const float c : {-0.01647633f, 0.02635537f, -0.02057706f, 0.00916281f, -0.00157565f,
-                        0.00225319f, 0.01328592f, 0.39894228f}) {
-    high = hn::MulAdd(high, u, hn::Set(d, c));
+HWY_INLINE V InverseI0Exp(D d, V y, V inverse, V root) {
+  constexpr float below[] = {-0.457262605f, 2.09066463f, -3.45764422f, 1.70007241f, 1.60575783f,
+                             -1.56447768f,  -1.2741369f, 1.56001282f,  2.50008011f, 0.999999583f};
+  constexpr float above[] = {0.531549633f,  -2.28410697f,  3.85758543f,   -3.2057631f,
+                             1.39559734f,   -0.349880427f, 0.0305563044f, -0.0377132855f,
+                             -0.198083565f, 3.96332693f};
+  const auto is_above = hn::Lt(y, inverse);
+  const V u = hn::Min(y, inverse);
+  V p = hn::Zero(d);
+  for (std::size_t k = 0; k < std::size(below); ++k) {
+    const V coefficient = hn::IfThenElse(is_above, hn::Set(d, above[k]), hn::Set(d, below[k]));
+    p = hn::MulAdd(p, u, coefficient);
   }
-  high = hn::Div(high, hn::Sqrt(large));
-  const auto small = hn::Lt(x, hn::Set(d, border));
-  if (hn::AllFalse(d, small)) return high;
-  V t = hn::Mul(x, hn::Set(d, 1 / border));
-  t = hn::Mul(t, t);
-  V low = hn::Set(d, 0.0045813f);
-  for (const float c : {0.0360768f, 0.2659732f, 1.2067492f, 3.0899424f, 3.5156229f, 1.0f}) {
-    low = hn::MulAdd(low, t, hn::Set(d, c));
-  }
-  return hn::IfThenElse(small, hn::Mul(low, Exp(d, hn::Neg(x))), high);
+  return hn::Mul(p, hn::IfThenElse(is_above, root, hn::Set(d, 1.0f)));
 }
 
 /// By how much footprints see of an octave.
@@ -172,67 +193,121 @@ HWY_INLINE V SeenBy(D d, V footprint, V inverse_radius, const SeenInput& in) {
   return Smoothstep(d, hn::Sub(hn::Set(d, static_cast<float>(fade_end) * slope), cycles));
 }
 
-/// Rounded to a grid on which coordinates before and after a turn differ by exactly p or q.
+/// radial - step turns, both rounded to a grid on which coordinates before and after a turn differ
+/// by exactly `step`: `shifted` is radial + magic. Differences of numbers on the grid are exact.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE V OnGrid(V x, V magic) {
-  return hn::Sub(hn::Add(x, magic), magic);
+HWY_INLINE V Unwound(D d, V shifted, V turns, float step, V magic) {
+  return hn::Sub(shifted, hn::MulAdd(turns, hn::Set(d, step), magic));
 }
 
-/// Points of a helical lattice.
-void MapPoints(const Points& points, const SpiralBatch& spiral, const HelicalMap& map,
-               float* HWY_RESTRICT x, float* HWY_RESTRICT y, float* HWY_RESTRICT z) {
+template <class V>
+struct LatticePoint {
+  V x, y, z;
+};
+
+/// A point of a helical lattice.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE LatticePoint<V> MapPoint(D d, V s, V turns, V inverse_radius, V z, const MapInput& map) {
+  const V x_magic = hn::Set(d, map.x_magic);
+  const V y_magic = hn::Set(d, map.y_magic);
+  const V height = hn::Mul(z, hn::Set(d, map.z_slope));
+  return {Unwound(d, hn::MulAdd(s, hn::Set(d, map.x_slope), x_magic), turns, map.p, x_magic),
+          Unwound(d, hn::MulAdd(s, hn::Set(d, map.y_slope), y_magic), turns, map.q, y_magic),
+          hn::Mul(height, inverse_radius)};
+}
+
+/// An octave of Perlin noise on a helical lattice, or on any where points may have periods in y.
+template <bool cycles>
+class HelicalOctave {
+ public:
+  HelicalOctave() = default;
+  explicit HelicalOctave(const Octave& octave)
+      : frequency_(octave.frequency),
+        offset_{octave.offset[0], octave.offset[1], octave.offset[2]},
+        lattice_(octave) {}
+
+  /// P over `scale`.
+  template <class D, class V = hn::Vec<D>>
+  HWY_INLINE V Noise(D d, const LatticePoint<V>& point) const {
+    const V frequency = hn::Set(d, frequency_);
+    return PerlinKernel<D>::template Evaluate<1>(
+               d, hn::MulAdd(point.x, frequency, hn::Set(d, offset_[0])),
+               hn::MulAdd(point.y, frequency, hn::Set(d, offset_[1])),
+               hn::MulAdd(point.z, frequency, hn::Set(d, offset_[2])), lattice_)
+        .part[0];
+  }
+  template <class D>
+  static constexpr float scale = PerlinKernel<D>::scale;
+
+ private:
+  float frequency_ = 1;
+  float offset_[3] = {0, 0, 0};
+  IdentifiedLattice<cycles> lattice_;
+};
+
+/// The displacement as footprints see it, and the variance of what they do not; both may be null.
+/// The first `whole` octaves are seen by all.
+void Displace(const Points& points, const SpiralBatch& spiral, const float* footprints,
+              const DisplacementInput& in, std::size_t whole, float* HWY_RESTRICT sum,
+              float* unseen) {
   const hn::ScalableTag<float> d;
-  const auto x_slope = hn::Set(d, static_cast<float>(map.x_slope));
-  const auto y_slope = hn::Set(d, static_cast<float>(map.y_slope));
-  const auto z_slope = hn::Set(d, static_cast<float>(map.mean_frequency()));
-  const auto p = hn::Set(d, static_cast<float>(map.p));
-  const auto q = hn::Set(d, static_cast<float>(map.q));
-  const auto x_magic = hn::Set(d, GridMagic(map.x_slope, map.p));
-  const auto y_magic = hn::Set(d, GridMagic(map.y_slope, map.q));
+  using Own = HelicalOctave<false>;
   for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
-    const auto s = hn::Load(d, spiral.s.data() + i);
-    const auto turns = hn::Load(d, spiral.turns.data() + i);
-    hn::Store(hn::Sub(OnGrid<decltype(d)>(hn::Mul(x_slope, s), x_magic),
-                      OnGrid<decltype(d)>(hn::Mul(p, turns), x_magic)),
-              d, x + i);
-    hn::Store(hn::Sub(OnGrid<decltype(d)>(hn::Mul(y_slope, s), y_magic),
-                      OnGrid<decltype(d)>(hn::Mul(q, turns), y_magic)),
-              d, y + i);
-    const auto height = hn::Mul(hn::Load(d, points.z + i), z_slope);
-    hn::Store(hn::Mul(height, hn::Load(d, spiral.inverse_radius.data() + i)), d, z + i);
+    hn::Store(hn::Zero(d), d, sum + i);
+    if (footprints != nullptr) hn::Store(hn::Zero(d), d, unseen + i);
   }
-}
-
-/// Adds what is seen of an octave of the displacement; footprints may be null.
-void AddDisplacement(std::size_t size, const float* HWY_RESTRICT value, const float* footprint,
-                     const float* HWY_RESTRICT inverse_radius, const DisplacementInput& in,
-                     float* HWY_RESTRICT sum, float* HWY_RESTRICT unseen) {
-  const hn::ScalableTag<float> d;
-  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    auto weighted = hn::Mul(hn::Load(d, value + i), hn::Set(d, in.weight));
-    if (footprint != nullptr) {
-      const auto seen =
-          SeenBy(d, hn::Load(d, footprint + i), hn::Load(d, inverse_radius + i), in.seen);
-      weighted = hn::Mul(weighted, seen);
-      const auto rest = hn::NegMulAdd(seen, seen, hn::Set(d, 1.0f));
-      hn::Store(hn::MulAdd(rest, hn::Set(d, in.variance), hn::Load(d, unseen + i)), d, unseen + i);
+  for (std::size_t k = 0; k < in.octaves.size(); ++k) {
+    const DisplacementOctave& octave = in.octaves[k];
+    const Own own(octave.octave);
+    for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
+      const auto inverse_radius = hn::Load(d, spiral.inverse_radius.data() + i);
+      const auto point =
+          MapPoint(d, hn::Load(d, spiral.s.data() + i), hn::Load(d, spiral.turns.data() + i),
+                   inverse_radius, hn::Load(d, points.z + i), in.map);
+      auto weight = hn::Set(d, octave.octave.weight * Own::scale<decltype(d)>);
+      if (k >= whole) {
+        const auto seen = SeenBy(d, hn::Load(d, footprints + i), inverse_radius, octave.seen);
+        weight = hn::Mul(weight, seen);
+        const auto rest = hn::NegMulAdd(seen, seen, hn::Set(d, 1.0f));
+        hn::Store(hn::MulAdd(rest, hn::Set(d, octave.variance), hn::Load(d, unseen + i)), d,
+                  unseen + i);
+      }
+      hn::Store(hn::MulAdd(own.Noise(d, point), weight, hn::Load(d, sum + i)), d, sum + i);
     }
-    hn::Store(hn::Add(hn::Load(d, sum + i), weighted), d, sum + i);
   }
 }
 
-/// A number in [0, 1) of spur j of arm m.
-template <class D, class V = hn::Vec<D>>
-HWY_INLINE V SpurNumber(D d, V m, V j, std::uint32_t seed) {
+/// What a spur's number is hashed from: spur j of arm m, and the step to the next spur.
+constexpr std::uint32_t spur_step = 0x9E3779B1u;
+template <class D, class VU = hn::Vec<hn::RebindToUnsigned<D>>>
+HWY_INLINE VU SpurWord(D /*d*/, hn::Vec<D> m, hn::Vec<D> j, std::uint32_t seed) {
   const hn::RebindToSigned<D> di;
   const hn::RebindToUnsigned<D> du;
-  auto h = hn::BitCast(du, hn::ConvertTo(di, j));
-  h = hn::Add(hn::Mul(h, hn::Set(du, 0x9E3779B1u)), hn::Set(du, seed));
-  h = hn::Add(h, hn::Mul(hn::BitCast(du, hn::ConvertTo(di, m)), hn::Set(du, 0x85EBCA77u)));
+  const VU along = hn::Mul(hn::BitCast(du, hn::ConvertTo(di, j)), hn::Set(du, spur_step));
+  const VU arm = hn::Mul(hn::BitCast(du, hn::ConvertTo(di, m)), hn::Set(du, 0x85EBCA77u));
+  return hn::Add(hn::Add(along, hn::Set(du, seed)), arm);
+}
+
+/// A number in [0, 1) of it.
+template <class D, class VU>
+HWY_INLINE hn::Vec<D> SpurNumber(D d, VU h) {
+  const hn::RebindToSigned<D> di;
+  const hn::RebindToUnsigned<D> du;
   h = hn::Mul(hn::Xor(h, hn::ShiftRight<16>(h)), hn::Set(du, 0x7FEB352Du));
   h = hn::Mul(hn::Xor(h, hn::ShiftRight<15>(h)), hn::Set(du, 0x846CA68Bu));
   h = hn::ShiftRight<9>(hn::Xor(h, hn::ShiftRight<16>(h)));
   return hn::Mul(hn::ConvertTo(d, hn::BitCast(di, h)), hn::Set(d, 0x1p-23f));
+}
+
+/// The arms' phases; most galaxies have no more arms than a vector has lanes.
+template <class D>
+HWY_INLINE hn::Vec<D> PhaseOf(D d, hn::Vec<D> m, const VeinInput& in) {
+  const hn::RebindToSigned<D> di;
+  const auto index = hn::ConvertTo(di, m);
+  if (in.count <= static_cast<float>(hn::Lanes(d))) {
+    return hn::TableLookupLanes(hn::LoadU(d, in.phases.data()), hn::IndicesFromVec(d, index));
+  }
+  return hn::GatherIndex(d, in.phases.data(), index);
 }
 
 /// (D_h - D_l) V + D_l; footprints, `coherent` and what follows `in` but the density may be null.
@@ -241,19 +316,16 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
            const VeinInput& in, float* HWY_RESTRICT density, float* coherent, float* arms,
            float* spurs, float* veins) {
   const hn::ScalableTag<float> d;
-  const hn::RebindToSigned<decltype(d)> di;
+  const hn::RebindToUnsigned<decltype(d)> du;
   const auto one = hn::Set(d, 1.0f);
-  constexpr float inverse_four_pi2 =
-      0.25f * std::numbers::inv_pi_v<float> * std::numbers::inv_pi_v<float>;
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
     const auto shift = hn::Load(d, displacement + i);
     const auto turns = hn::Load(d, spiral.turns.data() + i);
     const auto gradient = hn::Load(d, spiral.u_gradient.data() + i);
     const auto ratio = hn::Load(d, spiral.ratio.data() + i);
     const auto magic = hn::Set(d, in.magic);
-    const auto u =
-        hn::Sub(OnGrid<decltype(d)>(hn::Add(hn::Load(d, spiral.u_radial.data() + i), shift), magic),
-                OnGrid<decltype(d)>(hn::Mul(turns, hn::Set(d, in.count)), magic));
+    const auto radial = hn::Add(hn::Load(d, spiral.u_radial.data() + i), shift);
+    const auto u = Unwound(d, hn::Add(radial, magic), turns, in.count, magic);
     // How far a footprint widens what has the gradient 1, and the rest of the displacement.
     auto spread = hn::Zero(d);
     auto rest = hn::Zero(d);
@@ -265,23 +337,26 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
       rest = hn::Load(d, unseen + i);
     }
     // A periodic Gaussian that is widened keeps its mean; `hidden` is the variance that it loses.
-    const auto gaussian = [&](auto x, auto more, float kappa, float variance, float mean,
-                              float square, auto& hidden) HWY_ATTR {
+    const auto gaussian = [&](auto x, auto more, float kappa, float y, float mean, float square,
+                              auto& hidden) HWY_ATTR {
       const auto cosine = OneMinusCosTurn(d, x);
       if (footprints == nullptr) return Exp(d, hn::Mul(cosine, hn::Set(d, -kappa)));
-      const auto wide = hn::Div(hn::Set(d, inverse_four_pi2), hn::Add(more, hn::Set(d, variance)));
-      const auto bessel = BesselI0Exp(d, wide);
-      const auto height = hn::Div(hn::Set(d, mean), bessel);
+      const auto wide = hn::MulAdd(more, hn::Set(d, y_factor), hn::Set(d, y));
+      const auto inverse = hn::Div(one, wide);
+      const auto root = hn::Sqrt(inverse);
+      const auto height = hn::Mul(hn::Set(d, mean), InverseI0Exp(d, wide, inverse, root));
       if (coherent != nullptr) {
-        const auto left = hn::MulSub(hn::Mul(height, height), BesselI0Exp(d, hn::Add(wide, wide)),
-                                     hn::Set(d, mean * mean));
+        const auto twice =
+            InverseI0Exp(d, hn::Mul(wide, hn::Set(d, 0.5f)), hn::Add(inverse, inverse),
+                         hn::Mul(root, hn::Set(d, std::numbers::sqrt2_v<float>)));
+        const auto left = hn::Sub(hn::Div(hn::Mul(height, height), twice), hn::Set(d, mean * mean));
         hidden = hn::Max(hn::Sub(hn::Set(d, square), left), hn::Zero(d));
       }
-      return hn::Mul(height, Exp(d, hn::Neg(hn::Mul(cosine, wide))));
+      return hn::Mul(height, Exp(d, hn::Mul(cosine, hn::Mul(inverse, hn::Set(d, -bessel_border)))));
     };
     auto arm_hidden = hn::Zero(d);
-    const auto arm = gaussian(u, hn::Add(spread, rest), in.vein_kappa, in.vein_variance,
-                              in.vein_mean_height, in.vein_square, arm_hidden);
+    const auto arm = gaussian(u, hn::Add(spread, rest), in.vein_kappa, in.vein_y, in.vein_mean,
+                              in.vein_square, arm_hidden);
     auto gap = one;
     auto spur_hidden = hn::Zero(d);
     if (in.strength > 0) {
@@ -302,12 +377,12 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
         const auto along = hn::MulAdd(hn::Mul(ratio, bend), away,
                                       hn::NegMulAdd(arm_turns, hn::Set(d, in.cycle), v));
 
-        const auto phase = hn::GatherIndex(d, in.phases, hn::ConvertTo(di, m));
-        const auto t = hn::MulAdd(along, hn::Set(d, in.rate), phase);
+        const auto t = hn::MulAdd(along, hn::Set(d, in.rate), PhaseOf(d, m, in));
         // Strength and length go smoothly from spur to spur.
         const auto spur = hn::Floor(t);
-        const auto first = SpurNumber(d, m, spur, in.seed);
-        const auto second = SpurNumber(d, m, hn::Add(spur, one), in.seed);
+        const auto word = SpurWord(d, m, spur, in.seed);
+        const auto first = SpurNumber(d, word);
+        const auto second = SpurNumber(d, hn::Add(word, hn::Set(du, spur_step)));
         const auto number =
             hn::MulAdd(Smoothstep(d, hn::Sub(t, spur)), hn::Sub(second, first), first);
         const auto vigour = hn::NegMulAdd(number, hn::Set(d, in.variation), one);
@@ -315,6 +390,8 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
         auto fade = hn::Max(hn::NegMulAdd(share, share, one), hn::Zero(d));
         fade =
             hn::Mul(hn::Mul(fade, fade), Smoothstep(d, hn::Mul(away, hn::Set(d, in.inverse_rise))));
+        const auto height = hn::Mul(hn::Mul(fade, bar), hn::Mul(vigour, hn::Set(d, in.strength)));
+        if (hn::AllFalse(d, hn::Gt(height, hn::Zero(d)))) continue;
         auto more = hn::Zero(d);
         if (footprints != nullptr) {
           const auto steepness =
@@ -325,9 +402,8 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
           more = hn::Mul(more, hn::Set(d, in.rate * in.rate));
         }
         auto lost = hn::Zero(d);
-        const auto height = hn::Mul(hn::Mul(fade, bar), hn::Mul(vigour, hn::Set(d, in.strength)));
-        const auto profile = gaussian(t, more, in.spur_kappa, in.spur_variance, in.spur_mean_height,
-                                      in.spur_square, lost);
+        const auto profile =
+            gaussian(t, more, in.spur_kappa, in.spur_y, in.spur_mean, in.spur_square, lost);
         gap = hn::Mul(gap, hn::NegMulAdd(height, profile, one));
         spur_hidden = hn::MulAdd(hn::Mul(height, height), lost, spur_hidden);
       }
@@ -352,51 +428,90 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
   }
 }
 
-/// Multiplies the density by what is seen of one octave of N; footprints and `coherent` may be
-/// null.
-void MultiplyOctave(std::size_t size, const float* HWY_RESTRICT value, const SpiralBatch& spiral,
-                    const float* footprint, const MultiplyInput& in, float* HWY_RESTRICT density,
-                    float* coherent) {
+/// Multiplies the density by what is seen of the helical octaves of N; footprints and `coherent`
+/// may be null.
+template <bool cycles>
+HWY_INLINE void MultiplyHelicalOf(const Points& points, const SpiralBatch& spiral,
+                                  const float* footprints, const CountedOctave* counted,
+                                  std::size_t count, float* HWY_RESTRICT density, float* coherent) {
   const hn::ScalableTag<float> d;
-  const hn::RebindToSigned<decltype(d)> di;
+  const auto one = hn::Set(d, 1.0f);
+  const auto zero = hn::Zero(d);
+  using Own = HelicalOctave<cycles>;
+  for (std::size_t k = 0; k < count; ++k) {
+    const MultiplyInput& in = *counted[k].in;
+    const Own own(in.octave);
+    for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
+      const auto s = hn::Load(d, spiral.s.data() + i);
+      const auto blend = Smoothstep(
+          d, hn::MulAdd(s, hn::Set(d, std::numbers::log2e_v<float>), hn::Set(d, in.blend_shift)));
+      if (hn::AllFalse(d, hn::Gt(blend, zero))) continue;
+      const auto inverse_radius = hn::Load(d, spiral.inverse_radius.data() + i);
+      auto excess = zero;
+      if (counted[k].seen) {
+        const auto point = MapPoint(d, s, hn::Load(d, spiral.turns.data() + i), inverse_radius,
+                                    hn::Load(d, points.z + i), in.map);
+        const auto contrast =
+            hn::Mul(blend, hn::Set(d, in.contrast * Own::template scale<decltype(d)>));
+        excess = hn::Mul(own.Noise(d, point), contrast);
+        excess = hn::Min(hn::Max(excess, hn::Neg(one)), one);
+      }
+      if (counted[k].fades) {
+        const auto seen = SeenBy(d, hn::Load(d, footprints + i), inverse_radius, in.seen);
+        excess = hn::Mul(excess, seen);
+        if (coherent != nullptr) {
+          const auto layers = hn::MulAdd(inverse_radius, hn::Set(d, in.layers), one);
+          const auto variance =
+              hn::Mul(hn::Mul(blend, blend),
+                      hn::Mul(hn::NegMulAdd(seen, seen, one), hn::Set(d, in.variance)));
+          hn::Store(hn::Add(hn::Load(d, coherent + i), hn::Div(variance, layers)), d, coherent + i);
+        }
+      }
+      const auto product = hn::Load(d, density + i);
+      hn::Store(hn::MulAdd(product, excess, product), d, density + i);
+    }
+  }
+}
+
+void MultiplyHelical(const Points& points, const SpiralBatch& spiral, const float* footprints,
+                     const CountedOctave* counted, std::size_t count, bool cycles,
+                     float* HWY_RESTRICT density, float* coherent) {
+  if (cycles) {
+    MultiplyHelicalOf<true>(points, spiral, footprints, counted, count, density, coherent);
+  } else {
+    MultiplyHelicalOf<false>(points, spiral, footprints, counted, count, density, coherent);
+  }
+}
+
+/// Multiplies the density by what is seen of a Cartesian octave of N; footprints and `coherent` may
+/// be null.
+void MultiplyCartesian(std::size_t size, const float* HWY_RESTRICT value, const float* footprints,
+                       const MultiplyInput& in, float* HWY_RESTRICT density, float* coherent) {
+  const hn::ScalableTag<float> d;
   const auto one = hn::Set(d, 1.0f);
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    const auto inverse_radius = hn::Load(d, spiral.inverse_radius.data() + i);
-    auto contrast = hn::Set(d, in.contrast);
-    auto layers = hn::Set(d, 1 + in.thickness * in.frequency);
-    if (in.seen.helical) {
-      layers = hn::MulAdd(inverse_radius, hn::Set(d, in.thickness * in.frequency), one);
-      const auto blend = Smoothstep(
-          d, hn::MulAdd(hn::Load(d, spiral.s.data() + i), hn::Set(d, std::numbers::log2e_v<float>),
-                        hn::Set(d, in.blend_shift)));
-      contrast = hn::Mul(contrast, blend);
-    }
-    const auto noise = hn::Mul(hn::Load(d, value + i), hn::Set(d, in.inverse_sigma));
-    auto factor = hn::MulAdd(contrast, noise, one);
+    auto factor = hn::MulAdd(hn::Load(d, value + i), hn::Set(d, in.contrast), one);
     factor = hn::Min(hn::Max(factor, hn::Zero(d)), hn::Set(d, 2.0f));
-    auto variance = hn::Mul(contrast, contrast);
-    if (in.moments != nullptr) {
-      const auto position = hn::Min(hn::Mul(contrast, hn::Set(d, moment_steps / largest_contrast)),
-                                    hn::Set(d, static_cast<float>(moment_steps)));
-      const auto node = hn::Min(hn::Floor(position), hn::Set(d, moment_steps - 1.0f));
-      const auto t = hn::Sub(position, node);
-      const auto at = hn::ShiftLeft<1>(hn::ConvertTo(di, node));
-      const auto line = [&](int k) HWY_ATTR {
-        const auto a = hn::GatherIndex(d, in.moments + k, at);
-        return hn::MulAdd(t, hn::Sub(hn::GatherIndex(d, in.moments + k + 2, at), a), a);
-      };
-      factor = hn::Div(Pow(d, factor, hn::Set(d, in.clumpiness)), line(0));
-      variance = line(1);
+    if (in.clumpiness != 1) {
+      factor = hn::Mul(Pow(d, factor, hn::Set(d, in.clumpiness)), hn::Set(d, in.inverse_mean));
     }
-    if (footprint != nullptr) {
-      const auto seen = SeenBy(d, hn::Load(d, footprint + i), inverse_radius, in.seen);
+    if (footprints != nullptr) {
+      const auto seen = SeenBy(d, hn::Load(d, footprints + i), one, in.seen);
       factor = hn::MulAdd(seen, hn::Sub(factor, one), one);
       if (coherent != nullptr) {
-        const auto rest = hn::Mul(hn::NegMulAdd(seen, seen, one), hn::Div(variance, layers));
+        const auto rest =
+            hn::Mul(hn::NegMulAdd(seen, seen, one), hn::Set(d, in.variance / (1 + in.layers)));
         hn::Store(hn::Add(hn::Load(d, coherent + i), rest), d, coherent + i);
       }
     }
     hn::Store(hn::Mul(hn::Load(d, density + i), factor), d, density + i);
+  }
+}
+
+void MultiplyBy(std::size_t size, const float* HWY_RESTRICT value, float* HWY_RESTRICT density) {
+  const hn::ScalableTag<float> d;
+  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
+    hn::Store(hn::Mul(hn::Load(d, density + i), hn::Load(d, value + i)), d, density + i);
   }
 }
 
@@ -433,11 +548,11 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace gamer {
 
-HWY_EXPORT(MapPoints);
-HWY_EXPORT(AddDisplacement);
+HWY_EXPORT(Displace);
 HWY_EXPORT(Veins);
-
-HWY_EXPORT(MultiplyOctave);
+HWY_EXPORT(MultiplyHelical);
+HWY_EXPORT(MultiplyCartesian);
+HWY_EXPORT(MultiplyBy);
 HWY_EXPORT(Deviate);
 HWY_EXPORT(Scaled);
 
@@ -490,24 +605,32 @@ const std::vector<float>& sample_of(const Noise& kind) {
   return sample;
 }
 
-/// Mean, and variance over its square, of clamp(1 + c noise/sigma, 0, 2)^power for even steps of c.
-std::vector<float> moments_of(const Noise& kind, double power) {
-  std::vector<float> result;
-  for (int k = 0; k <= moment_steps; ++k) {
-    const double contrast = double{largest_contrast} * k / moment_steps;
-    double sum = 0, squares = 0;
-    const std::vector<float>& sample = sample_of(kind);
-    for (const float noise : sample) {
-      const double factor = std::pow(std::clamp(1 + contrast * double{noise}, 0.0, 2.0), power);
-      sum += factor;
-      squares += factor * factor;
-    }
-    const double mean = sum / static_cast<double>(sample.size());
-    result.push_back(static_cast<float>(mean));
-    result.push_back(
-        static_cast<float>(squares / static_cast<double>(sample.size()) / (mean * mean) - 1));
+struct FactorMoments {
+  double mean, variance;  ///< the variance over the mean's square
+};
+
+/// Of clamp(1 + c noise/sigma, 0, 2)^power.
+FactorMoments moments_of(const Noise& kind, double contrast, double power) {
+  const std::vector<float>& sample = sample_of(kind);
+  double sum = 0, squares = 0;
+  for (const float noise : sample) {
+    const double factor = std::pow(std::clamp(1 + contrast * double{noise}, 0.0, 2.0), power);
+    sum += factor;
+    squares += factor * factor;
   }
-  return result;
+  const auto size = static_cast<double>(sample.size());
+  const double mean = sum / size;
+  return {mean, squares / size / (mean * mean) - 1};
+}
+
+MapInput map_input(const HelicalMap& map) {
+  return {static_cast<float>(map.x_slope),
+          static_cast<float>(map.y_slope),
+          static_cast<float>(map.mean_frequency()),
+          static_cast<float>(map.p),
+          static_cast<float>(map.q),
+          GridMagic(map.x_slope, map.p),
+          GridMagic(map.y_slope, map.q)};
 }
 
 void place(Octave& octave, std::uint64_t seed, std::uint64_t index) {
@@ -610,130 +733,94 @@ void VeinParameters::apply(const ParameterSet& values) {
   pattern_seed = static_cast<std::uint64_t>(values.integer("pattern_seed"));
 }
 
-VeinTexture::VeinTexture(const VeinParameters& parameters, const SpiralCoordinates& coordinates,
-                         double thickness)
-    : Texture(0), parameters_(parameters), coordinates_(coordinates), thickness_(thickness) {
-  const double tangent = coordinates.reference_tangent();
-  spur_rate_ = parameters.spur_number / (coordinates.cycle() * (1 + tangent * tangent));
-  for (int arm = 0; arm < coordinates.count(); ++arm) {
-    phases_.push_back(static_cast<float>(
-        to_unit(hash_words({parameters.pattern_seed, 1, static_cast<std::uint64_t>(arm)}))));
+/// What is known of a batch on its way to Phi.
+struct VeinTexture::Scratch {
+  Range radii;   ///< of 1/r
+  Range widths;  ///< of the footprints, 0 where there are none
+  BatchArray value;
+  BatchArray displacement;
+  BatchArray unseen;    ///< variance of the displacement that is not seen
+  BatchArray density;   ///< (D_h - D_l) V + D_l, then times N
+  BatchArray coherent;  ///< variance of the logarithm that is hidden and coherent
+
+  void look(std::size_t size, const SpiralBatch& spiral, const float* footprints) {
+    radii = range_of(spiral.inverse_radius.data(), size);
+    widths = footprints != nullptr ? range_of(footprints, size) : Range{0, 0};
   }
+  /// Whether any point sees something of the octave, and whether any does not see all of it.
+  bool sees(const SeenInput& octave) const {
+    return double{octave.sharpest * widths.least * (octave.helical ? radii.least : 1)} < fade_end;
+  }
+  bool fades(const SeenInput& octave) const {
+    return double{octave.sharpest * widths.most * (octave.helical ? radii.most : 1)} > fade_begin;
+  }
+};
 
-  // Between arms 0 and 1, at their mean strength, without the correlation of veins and spurs.
-  const double arms = mean_height(kappa_of(parameters.vein_width));
-  const double spurs = mean_height(kappa_of(parameters.spur_width));
-  constexpr double fade_mean = 8.0 / 15;
-  vein_mean_ =
-      1 - (1 - arms) * (1 - std::min(parameters.spur_length, 1.0) * fade_mean * spurs *
-                                parameters.spur_strength * (1 - 0.5 * parameters.spur_variation));
+/// All that kernels need, and the octaves of N that are Cartesian as a product.
+struct VeinTexture::Inputs {
+  DisplacementInput displacement;
+  VeinInput veins;
+  std::vector<MultiplyInput> octaves;  ///< helical ones first
+  std::size_t helical = 0;             ///< how many of them
+  bool cycles = false;                 ///< whether one of these has a period in y
+  std::vector<Octave> product;         ///< the others, of weight c/sigma
+};
 
-  // Inwards of this radius there are no veins.
-  constexpr double innermost = 0.01;
-  magic_ = GridMagic(1 + coordinates.count() + std::abs(coordinates.at(innermost, 0).u) +
-                     std::abs(coordinates.at(1, 0).u));
+namespace {
 
-  // Displacement: weights 2^-j of octaves 2^j, together of the asked rms.
-  const Noise& helical = perlin_noise();
+/// Weights 2^-j of octaves 2^j, together of the asked rms.
+DisplacementInput displacement_of(const VeinParameters& p, const SpiralCoordinates& coordinates) {
   double variance = 0;
-  for (int j = 0; j < parameters.displacement_octaves; ++j) variance += std::pow(0.25, j);
-  displacement_map_ = HelicalMap::isotropic(coordinates, parameters.displacement_frequency);
-  for (int j = 0; j < parameters.displacement_octaves; ++j) {
+  for (int j = 0; j < p.displacement_octaves; ++j) variance += std::pow(0.25, j);
+  const HelicalMap map = HelicalMap::isotropic(coordinates, p.displacement_frequency);
+  DisplacementInput in{map_input(map), {}};
+  if (p.displacement == 0) return in;
+  for (int j = 0; j < p.displacement_octaves; ++j) {
     Octave octave;
     octave.frequency = static_cast<float>(std::exp2(j));
-    octave.weight = static_cast<float>(parameters.displacement * std::exp2(-j) /
-                                       std::sqrt(variance * helical.variance()));
-    octave.translation[0] = displacement_map_.p << j;
-    place(octave, hash_words({parameters.pattern_seed, 2}), static_cast<std::uint64_t>(j));
-    displacement_.push_back(octave);
+    octave.weight = static_cast<float>(p.displacement * std::exp2(-j) /
+                                       std::sqrt(variance * perlin_noise().variance()));
+    octave.translation[0] = map.p << j;
+    place(octave, hash_words({p.pattern_seed, 2}), static_cast<std::uint64_t>(j));
+    in.octaves.push_back(
+        {octave,
+         {static_cast<float>(map.mean_frequency()) * octave.frequency, true},
+         octave.weight * octave.weight * static_cast<float>(perlin_noise().variance())});
   }
-
-  // N: helical octaves up to the isotropic scale at radius 1, then Cartesian ones.
-  const double isotropic = 1 / parameters.isotropic_scale;
-  for (int k = 0; k < parameters.octaves; ++k) {
-    NoiseOctave next;
-    const double frequency = parameters.noise_frequency * std::exp2(k);
-    next.map = HelicalMap::along(coordinates, frequency, parameters.anisotropy,
-                                 parameters.anisotropy_angle * degree);
-    next.frequency = next.map.mean_frequency();
-    next.sharpest = std::max(next.map.x_frequency(), next.map.y_frequency());
-    next.helical = next.frequency < isotropic * std::numbers::sqrt2;
-    if (next.helical) {
-      next.octave.translation[0] = next.map.p;
-      next.octave.translation[1] = next.map.q;
-      next.sigma = std::sqrt(helical.variance());
-    } else {
-      const bool first = octaves_.empty() || octaves_.back().helical;
-      next.frequency = first ? isotropic * std::numbers::sqrt2 : 2 * octaves_.back().frequency;
-      next.sharpest = next.frequency;
-      next.octave.frequency = static_cast<float>(next.frequency);
-      next.sigma = std::sqrt(parameters.small_kind->variance());
-    }
-    next.contrast = parameters.noise_contrast;
-    if (!next.helical) {
-      next.contrast *=
-          std::sqrt(std::pow(next.frequency / isotropic, 2 - parameters.spectral_index) *
-                    (1 + 2 * thickness * next.frequency) / (1 + 2 * thickness * isotropic));
-      next.contrast = std::min(next.contrast, double{largest_contrast});
-    }
-    place(next.octave, parameters.seed, static_cast<std::uint64_t>(k));
-    octaves_.push_back(next);
-  }
-  if (parameters.clumpiness != 1) {
-    moments_ = moments_of(*parameters.small_kind, parameters.clumpiness);
-  }
-  finest_ = octaves_.back().helical ? isotropic * std::numbers::sqrt2 * octaves_.back().sharpest /
-                                          octaves_.back().frequency
-                                    : octaves_.back().sharpest;
+  return in;
 }
 
-bool VeinTexture::hides(double footprint) const { return footprint * finest_ > fade_begin; }
-
-void VeinTexture::displace(const Points& points, const SpiralBatch& spiral, const float* footprints,
-                           Scratch& scratch, std::uint64_t& evaluations) const {
-  std::fill_n(scratch.displacement.data(), padded(points.size), 0.0f);
-  if (footprints != nullptr) std::fill_n(scratch.unseen.data(), padded(points.size), 0.0f);
-  if (parameters_.displacement == 0) return;
-  HWY_DYNAMIC_DISPATCH(MapPoints)
-  (points, spiral, displacement_map_, scratch.x.data(), scratch.y.data(), scratch.z.data());
-  const Points mapped{scratch.x.data(), scratch.y.data(), scratch.z.data(), points.size};
-  evaluations += points.size * displacement_.size();
-  if (footprints == nullptr) {
-    perlin_noise().sum(mapped, displacement_, scratch.displacement.data());
-    return;
-  }
-  for (Octave octave : displacement_) {
-    DisplacementInput in{};
-    in.seen = {static_cast<float>(displacement_map_.mean_frequency()) * octave.frequency, true};
-    in.weight = octave.weight;
-    in.variance = octave.weight * octave.weight * static_cast<float>(perlin_noise().variance());
-    octave.weight = 1;
-    perlin_noise().sum(mapped, std::span(&octave, 1), scratch.value.data());
-    HWY_DYNAMIC_DISPATCH(AddDisplacement)
-    (points.size, scratch.value.data(), footprints, spiral.inverse_radius.data(), in,
-     scratch.displacement.data(), scratch.unseen.data());
-  }
+/// V where it is not resolved: between arms 0 and 1, at their mean strength, without the
+/// correlation of veins and spurs.
+double unresolved_veins(const VeinParameters& p) {
+  constexpr double fade_mean = 8.0 / 15;
+  const double arms = mean_height(kappa_of(p.vein_width));
+  const double spurs = mean_height(kappa_of(p.spur_width));
+  return 1 - (1 - arms) * (1 - std::min(p.spur_length, 1.0) * fade_mean * spurs * p.spur_strength *
+                                   (1 - 0.5 * p.spur_variation));
 }
 
-void VeinTexture::base(std::size_t size, const SpiralBatch& spiral, const float* footprints,
-                       bool wants_hidden, Scratch& scratch, Parts* parts) const {
-  const VeinParameters& p = parameters_;
+VeinInput veins_of(const VeinParameters& p, const SpiralCoordinates& coordinates, double finest) {
   VeinInput in{};
-  in.count = static_cast<float>(coordinates_.count());
-  in.inverse_count = static_cast<float>(1.0 / coordinates_.count());
-  in.cycle = static_cast<float>(coordinates_.cycle());
-  in.magic = magic_;
+  in.count = static_cast<float>(coordinates.count());
+  in.inverse_count = static_cast<float>(1.0 / coordinates.count());
+  in.cycle = static_cast<float>(coordinates.cycle());
+  // Inwards of this radius there are no veins.
+  constexpr double innermost = 0.01;
+  in.magic = GridMagic(1 + coordinates.count() + std::abs(coordinates.at(innermost, 0).u) +
+                       std::abs(coordinates.at(1, 0).u));
   const double vein_kappa = kappa_of(p.vein_width);
   in.vein_kappa = static_cast<float>(vein_kappa);
-  in.vein_variance = static_cast<float>(p.vein_width * p.vein_width);
-  in.vein_mean_height = static_cast<float>(mean_height(vein_kappa));
+  in.vein_y = static_cast<float>(bessel_border / vein_kappa);
+  in.vein_mean = static_cast<float>(mean_height(vein_kappa));
   in.vein_square = static_cast<float>(square_of(vein_kappa));
   const double spur_kappa = kappa_of(p.spur_width);
   in.spur_kappa = static_cast<float>(spur_kappa);
-  in.spur_variance = static_cast<float>(p.spur_width * p.spur_width);
-  in.spur_mean_height = static_cast<float>(mean_height(spur_kappa));
+  in.spur_y = static_cast<float>(bessel_border / spur_kappa);
+  in.spur_mean = static_cast<float>(mean_height(spur_kappa));
   in.spur_square = static_cast<float>(square_of(spur_kappa));
-  in.rate = static_cast<float>(spur_rate_);
+  const double tangent = coordinates.reference_tangent();
+  in.rate = static_cast<float>(p.spur_number / (coordinates.cycle() * (1 + tangent * tangent)));
   in.slope = static_cast<float>(1 / std::tan(p.spur_angle * degree));
   in.curvature = static_cast<float>(p.spur_curvature);
   in.inverse_length = static_cast<float>(1 / p.spur_length);
@@ -741,19 +828,106 @@ void VeinTexture::base(std::size_t size, const SpiralBatch& spiral, const float*
   in.variation = static_cast<float>(p.spur_variation);
   in.inverse_rise = static_cast<float>(1 / std::min(p.vein_width, 0.5 * p.spur_length));
   in.branches = static_cast<int>(std::ceil(p.spur_length));
-  in.phases = phases_.data();
+  for (int arm = 0; arm < coordinates.count(); ++arm) {
+    in.phases.push_back(static_cast<float>(
+        to_unit(hash_words({p.pattern_seed, 1, static_cast<std::uint64_t>(arm)}))));
+  }
+  in.phases.resize(padded(in.phases.size()));
   in.seed = static_cast<std::uint32_t>(hash_words({p.pattern_seed, 4}));
-  in.high = static_cast<float>(p.density_high - p.density_low);
+  const double rise = p.density_high - p.density_low;
+  const double mean = unresolved_veins(p);
+  in.high = static_cast<float>(rise);
   in.low = static_cast<float>(p.density_low);
-  in.mean = static_cast<float>(vein_mean_);
+  in.mean = static_cast<float>(mean);
   in.core = static_cast<float>(p.isotropic_scale);
-  const double start = fade_begin / finest_;
+  const double start = fade_begin / finest;
   in.square_start = static_cast<float>(start * start);
-  const double contrast = (p.density_high - p.density_low) /
-                          ((p.density_high - p.density_low) * vein_mean_ + p.density_low);
+  const double contrast = rise / (rise * mean + p.density_low);
   in.relative = static_cast<float>(contrast * contrast);
+  return in;
+}
+
+}  // namespace
+
+VeinTexture::VeinTexture(const VeinParameters& parameters, const SpiralCoordinates& coordinates,
+                         double thickness)
+    : Texture(0), parameters_(parameters), coordinates_(coordinates) {
+  if (parameters.octaves > most_octaves || parameters.displacement_octaves > most_octaves) {
+    throw std::invalid_argument("veins have at most 32 octaves");
+  }
+  auto inputs = std::make_shared<Inputs>();
+  inputs->displacement = displacement_of(parameters, coordinates);
+
+  // N: helical octaves up to the isotropic scale at radius 1, then Cartesian ones.
+  const double isotropic = 1 / parameters.isotropic_scale;
+  double frequency = 0;
+  for (int k = 0; k < parameters.octaves; ++k) {
+    MultiplyInput next{};
+    place(next.octave, parameters.seed, static_cast<std::uint64_t>(k));
+    next.clumpiness = next.inverse_mean = 1;
+    double contrast = parameters.noise_contrast;
+    const HelicalMap map =
+        HelicalMap::along(coordinates, parameters.noise_frequency * std::exp2(k),
+                          parameters.anisotropy, parameters.anisotropy_angle * degree);
+    const bool helical = map.mean_frequency() < isotropic * std::numbers::sqrt2;
+    if (helical) {
+      frequency = map.mean_frequency();
+      const double sharpest = std::max(map.x_frequency(), map.y_frequency());
+      next.map = map_input(map);
+      next.octave.translation[0] = map.p;
+      next.octave.translation[1] = map.q;
+      next.seen = {static_cast<float>(sharpest), true};
+      next.blend_shift = static_cast<float>(0.5 - std::log2(frequency / isotropic));
+      next.contrast = static_cast<float>(contrast / std::sqrt(perlin_noise().variance()));
+      next.variance = static_cast<float>(contrast * contrast);
+      inputs->cycles = inputs->cycles || map.p == 0;
+      ++inputs->helical;
+      finest_ = isotropic * std::numbers::sqrt2 * sharpest / frequency;
+    } else {
+      const bool first = inputs->octaves.size() == inputs->helical;
+      frequency = first ? isotropic * std::numbers::sqrt2 : 2 * frequency;
+      contrast *= std::sqrt(std::pow(frequency / isotropic, 2 - parameters.spectral_index) *
+                            (1 + 2 * thickness * frequency) / (1 + 2 * thickness * isotropic));
+      contrast = std::min(contrast, double{largest_contrast});
+      const Noise& kind = *parameters.small_kind;
+      next.octave.frequency = static_cast<float>(frequency);
+      next.seen = {static_cast<float>(frequency), false};
+      next.contrast = static_cast<float>(contrast / std::sqrt(kind.variance()));
+      next.variance = static_cast<float>(contrast * contrast);
+      if (parameters.clumpiness != 1) {
+        const FactorMoments moments = moments_of(kind, contrast, parameters.clumpiness);
+        next.clumpiness = static_cast<float>(parameters.clumpiness);
+        next.inverse_mean = static_cast<float>(1 / moments.mean);
+        next.variance = static_cast<float>(moments.variance);
+      }
+      inputs->product.push_back(next.octave);
+      inputs->product.back().weight = next.contrast;
+      finest_ = frequency;
+    }
+    next.layers = static_cast<float>(2 * thickness * frequency);
+    inputs->octaves.push_back(next);
+  }
+  inputs->veins = veins_of(parameters, coordinates, finest_);
+  inputs_ = std::move(inputs);
+}
+
+bool VeinTexture::hides(double footprint) const { return footprint * finest_ > fade_begin; }
+
+void VeinTexture::displace(const Points& points, const SpiralBatch& spiral, const float* footprints,
+                           Scratch& scratch, std::uint64_t& evaluations) const {
+  const std::vector<DisplacementOctave>& octaves = inputs_->displacement.octaves;
+  evaluations += points.size * octaves.size();
+  std::size_t whole = 0;
+  while (whole < octaves.size() && !scratch.fades(octaves[whole].seen)) ++whole;
+  HWY_DYNAMIC_DISPATCH(Displace)
+  (points, spiral, footprints, inputs_->displacement, whole, scratch.displacement.data(),
+   scratch.unseen.data());
+}
+
+void VeinTexture::base(std::size_t size, const SpiralBatch& spiral, const float* footprints,
+                       bool wants_hidden, Scratch& scratch, Parts* parts) const {
   HWY_DYNAMIC_DISPATCH(Veins)
-  (size, spiral, footprints, scratch.displacement.data(), scratch.unseen.data(), in,
+  (size, spiral, footprints, scratch.displacement.data(), scratch.unseen.data(), inputs_->veins,
    scratch.density.data(), wants_hidden ? scratch.coherent.data() : nullptr,
    parts != nullptr ? parts->arms.data() : nullptr,
    parts != nullptr ? parts->spurs.data() : nullptr,
@@ -762,47 +936,56 @@ void VeinTexture::base(std::size_t size, const SpiralBatch& spiral, const float*
 
 void VeinTexture::multiply(const Points& points, const SpiralBatch& spiral, const float* footprints,
                            bool wants_hidden, Scratch& scratch, std::uint64_t& evaluations) const {
-  const VeinParameters& p = parameters_;
-  if (p.noise_contrast == 0) return;
-  const double isotropic = 1 / p.isotropic_scale;
+  if (parameters_.noise_contrast == 0) return;
+  float* const coherent = wants_hidden ? scratch.coherent.data() : nullptr;
+  const auto counted = [&](const MultiplyInput& in) -> CountedOctave {
+    return {&in, scratch.sees(in.seen), scratch.fades(in.seen)};
+  };
 
-  // The largest radius and the least footprint of the batch: what they hide need not be evaluated.
-  const double inverse_radius =
-      *std::min_element(spiral.inverse_radius.data(), spiral.inverse_radius.data() + points.size);
-  const double footprint =
-      footprints != nullptr ? *std::min_element(footprints, footprints + points.size) : 0.0;
+  const float farthest = -std::log2(scratch.radii.least);
+  std::array<CountedOctave, most_octaves> helical;
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < inputs_->helical; ++k) {
+    const MultiplyInput& in = inputs_->octaves[k];
+    // Blended out even at the largest radius of the batch.
+    if (farthest + in.blend_shift < 0) continue;
+    helical[count] = counted(in);
+    if (helical[count].seen) evaluations += points.size;
+    ++count;
+  }
+  if (count > 0) {
+    HWY_DYNAMIC_DISPATCH(MultiplyHelical)
+    (points, spiral, footprints, helical.data(), count, inputs_->cycles, scratch.density.data(),
+     coherent);
+  }
 
-  for (const NoiseOctave& own : octaves_) {
-    MultiplyInput in{};
-    in.seen = {static_cast<float>(own.sharpest), own.helical};
-    in.frequency = static_cast<float>(own.frequency);
-    in.thickness = static_cast<float>(2 * thickness_);
-    in.inverse_sigma = static_cast<float>(1 / own.sigma);
-    in.clumpiness = static_cast<float>(p.clumpiness);
-    in.contrast = static_cast<float>(own.contrast);
-    double seen_cycles = footprint * own.sharpest;
-    if (own.helical) {
-      if (own.frequency * inverse_radius > isotropic * std::numbers::sqrt2) continue;
-      in.blend_shift = static_cast<float>(0.5 - std::log2(own.frequency / isotropic));
-      seen_cycles *= inverse_radius;
+  const Noise& kind = *parameters_.small_kind;
+  // Octaves that all points see come first.
+  std::size_t whole = 0;
+  if (parameters_.clumpiness == 1) {
+    while (whole < inputs_->product.size() &&
+           !scratch.fades(inputs_->octaves[inputs_->helical + whole].seen)) {
+      ++whole;
     }
-    if (!own.helical && p.clumpiness != 1) in.moments = moments_.data();
-    if (seen_cycles >= fade_end) {
-      std::fill_n(scratch.value.data(), padded(points.size), 0.0f);
-    } else {
+  }
+  if (whole > 0) {
+    kind.combine({Combination::Kind::multiplicative}, points,
+                 std::span(inputs_->product).first(whole), scratch.value.data());
+    HWY_DYNAMIC_DISPATCH(MultiplyBy)
+    (points.size, scratch.value.data(), scratch.density.data());
+    evaluations += points.size * whole;
+  }
+  for (std::size_t k = inputs_->helical + whole; k < inputs_->octaves.size(); ++k) {
+    const CountedOctave octave = counted(inputs_->octaves[k]);
+    if (octave.seen) {
+      kind.sum(points, std::span(&octave.in->octave, 1), scratch.value.data());
       evaluations += points.size;
-      if (own.helical) {
-        HWY_DYNAMIC_DISPATCH(MapPoints)
-        (points, spiral, own.map, scratch.x.data(), scratch.y.data(), scratch.z.data());
-        perlin_noise().sum({scratch.x.data(), scratch.y.data(), scratch.z.data(), points.size},
-                           std::span(&own.octave, 1), scratch.value.data());
-      } else {
-        p.small_kind->sum(points, std::span(&own.octave, 1), scratch.value.data());
-      }
+    } else {
+      std::fill_n(scratch.value.data(), padded(points.size), 0.0f);
     }
-    HWY_DYNAMIC_DISPATCH(MultiplyOctave)
-    (points.size, scratch.value.data(), spiral, footprints, in, scratch.density.data(),
-     wants_hidden ? scratch.coherent.data() : nullptr);
+    HWY_DYNAMIC_DISPATCH(MultiplyCartesian)
+    (points.size, scratch.value.data(), octave.fades ? footprints : nullptr, *octave.in,
+     scratch.density.data(), coherent);
   }
 }
 
@@ -811,6 +994,7 @@ void VeinTexture::parts(const Points& points, Parts& out) const {
   Scratch scratch;
   std::uint64_t evaluations = 0;
   coordinates_.at(points, spiral);
+  scratch.look(points.size, spiral, nullptr);
   displace(points, spiral, nullptr, scratch, evaluations);
   base(points.size, spiral, nullptr, false, scratch, &out);
   out.displacement = scratch.displacement;
@@ -825,6 +1009,7 @@ void VeinTexture::evaluate_alike(const Points& points, const float* footprints,
   SpiralBatch spiral;
   Scratch scratch;
   coordinates_.at(points, spiral);
+  scratch.look(points.size, spiral, footprints);
   displace(points, spiral, footprints, scratch, evaluations);
   // Only variants ask for what is hidden.
   const bool wants_hidden = footprints != nullptr && out.size() > 1;

@@ -18,6 +18,7 @@ class CellKernel {
 
  public:
   static constexpr float scale = 0x1p-31f;
+  static constexpr float bound = static_cast<float>(cell_bound);
   static constexpr bool identifies = true;
 
   template <int components, class Lattice>
@@ -82,7 +83,7 @@ class CellNoise : public Noise {
     return "one number per cell of the cubic lattice, with jumps between";
   }
   double variance() const override { return cell_variance; }
-  double bound() const override { return 1; }
+  double bound() const override { return cell_bound; }
   bool identifies() const override { return true; }
   void sum(const Points& points, std::span<const Octave> octaves, float* out) const override {
     HWY_DYNAMIC_DISPATCH(SumCell)(points, list_octaves(*this, octaves), out);

@@ -535,12 +535,12 @@ void FractalNoise::begin(std::size_t size, SeenNoise& out) const {
 
 void FractalNoise::see(const Points& points, const float* footprint, SeenNoise& out,
                        std::uint64_t& evaluations) const {
-  const auto [least, most] = std::minmax_element(footprint, footprint + points.size);
+  const auto [least, most] = range_of(footprint, points.size);
   begin(points.size, out);
   std::array<BatchArray, 3> storage;
   const Points displaced = displace(points, storage);
   evaluations += points.size * warp_octaves_.size();
-  if (!hides(double{*most})) {
+  if (!hides(double{most})) {
     combine(displaced, out.sum.data());
     evaluations += points.size * octaves_.size();
     return;
@@ -548,7 +548,7 @@ void FractalNoise::see(const Points& points, const float* footprint, SeenNoise& 
   BatchArray value;
   for (std::size_t k = 0; k < octaves_.size(); ++k) {
     Octave octave = octaves_[k];
-    if (double{*least} * stretch_ * double{octave.frequency} < fade_end) {
+    if (double{least} * stretch_ * double{octave.frequency} < fade_end) {
       octave.weight = 1;
       parameters_.kind->sum(displaced, std::span(&octave, 1), value.data());
       evaluations += points.size;

@@ -8,6 +8,7 @@
 #endif
 
 #include <algorithm>
+#include <cmath>
 #include <type_traits>
 
 #include "hwy/highway.h"
@@ -32,26 +33,41 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// x = floor + fraction; the fraction is 1 where rounding makes it so.
 template <class D>
 struct Cell {
-  hn::Vec<hn::RebindToUnsigned<D>> index;  ///< floor + cell_origin_bits, for |x| <= 2^22
+  hn::Vec<D> counted;  ///< floor + cell_origin, for |x| <= 2^22
   hn::Vec<D> floor;
   hn::Vec<D> fraction;
 
   HWY_INLINE Cell(D d, hn::Vec<D> x) {
-    const hn::RebindToUnsigned<D> du;
     const auto origin = hn::Set(d, cell_origin);
 #if GAMER_NOISE_AVX512
     constexpr int down = _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC;
-    const hn::Vec<D> counted{_mm512_add_round_ps(x.raw, origin.raw, down)};
+    counted = hn::Vec<D>{_mm512_add_round_ps(x.raw, origin.raw, down)};
     floor = hn::Sub(counted, origin);
     fraction = hn::Vec<D>{_mm512_reduce_ps(x.raw, down)};
 #else
     floor = hn::Floor(x);
-    const auto counted = hn::Add(floor, origin);
+    counted = hn::Add(floor, origin);
     fraction = hn::Sub(x, floor);
 #endif
-    index = hn::BitCast(du, counted);
   }
 };
+
+/// n + cell_origin_bits from n + cell_origin.
+template <class D>
+HWY_INLINE hn::Vec<hn::RebindToUnsigned<D>> IndexOf(D /*d*/, hn::Vec<D> counted) {
+  return hn::BitCast(hn::RebindToUnsigned<D>(), counted);
+}
+
+// Where masks are vectors, blending costs more than "and".
+inline constexpr bool cheap_blends = GAMER_NOISE_AVX512 || !GAMER_NOISE_X86;
+
+/// base + step where the mask is set, base + other elsewhere.
+template <class DU, class M, class VU = hn::Vec<DU>>
+HWY_INLINE VU Advance(DU du, VU base, M mask, std::uint32_t step, std::uint32_t other) {
+  const VU plain = hn::Set(du, other);
+  if constexpr (cheap_blends) return hn::Add(base, hn::IfThenElse(mask, hn::Set(du, step), plain));
+  return hn::Add(hn::Add(base, plain), hn::IfThenElseZero(mask, hn::Set(du, step - other)));
+}
 
 /// Calls work(std::integral_constant<int, c>) for c = 0 ... count - 1.
 template <int count, class Work>
@@ -257,7 +273,7 @@ class OpenLattice {
   }
 
   template <class D>
-  HWY_INLINE CornerWords<D> Corners(D /*d*/, const Cell<D>& x, const Cell<D>& y,
+  HWY_INLINE CornerWords<D> Corners(D d, const Cell<D>& x, const Cell<D>& y,
                                     const Cell<D>& z) const {
     const hn::RebindToUnsigned<D> du;
     const auto seeds = Seeds(du);
@@ -265,11 +281,11 @@ class OpenLattice {
     const auto py = hn::Set(du, lattice_py);
     const auto pz = hn::Set(du, lattice_pz);
     CornerWords<D> words;
-    words.a[0] = hn::Add(hn::Mul(x.index, px), seeds.x);
+    words.a[0] = hn::Add(hn::Mul(IndexOf(d, x.counted), px), seeds.x);
     words.a[1] = hn::Add(words.a[0], px);
-    words.b[0][0] = words.b[1][0] = hn::Add(hn::Mul(y.index, py), seeds.y);
+    words.b[0][0] = words.b[1][0] = hn::Add(hn::Mul(IndexOf(d, y.counted), py), seeds.y);
     words.b[0][1] = words.b[1][1] = hn::Add(words.b[0][0], py);
-    words.c[0] = hn::Add(hn::Mul(z.index, pz), seeds.z);
+    words.c[0] = hn::Add(hn::Mul(IndexOf(d, z.counted), pz), seeds.z);
     words.c[1] = hn::Add(words.c[0], pz);
     return words;
   }
@@ -278,9 +294,11 @@ class OpenLattice {
   LatticeSeed seed_{};
 };
 
-/// The lattice of any octave: by m = floor(i / P), (i, j) becomes (i - m P, j - m Q), then j and k
-/// become their rests by the periods; for each corner on its own. Words are linear in indices, so
-/// that it is they that are reduced.
+/// The lattice of any octave, or of one without periods in y and z: by m = floor(i / P), (i, j)
+/// becomes (i - m P, j - m Q), then j and k become their rests by the periods; for each corner on
+/// its own. Indices are whole numbers of single precision, exact while they and m Q stay below
+/// 2^22.
+template <bool cycles>
 class IdentifiedLattice {
  public:
   IdentifiedLattice() = default;
@@ -289,43 +307,54 @@ class IdentifiedLattice {
   template <class D>
   HWY_INLINE CornerWords<D> Corners(D d, const Cell<D>& x, const Cell<D>& y,
                                     const Cell<D>& z) const {
-    CornerWords<D> words = open_.Corners(d, x, y, z);
-    const Turns<D> i(d, x.floor, wrap_.x);
-    i.Subtract(wrap_.x.word, words.a[0], words.a[1]);
-    for (int j = 0; j < 2; ++j) i.Subtract(wrap_.word_shear, words.b[0][j], words.b[1][j]);
-    if (!wrap_.cycles) return words;
+    const hn::RebindToUnsigned<D> du;
+    const auto seeds = open_.Seeds(du);
+    CornerWords<D> words;
+    const Rest<D> i(d, x.counted, wrap_.x);
+    i.Words(d, lattice_px, seeds.x, wrap_.x, words.a[0], words.a[1]);
     const auto shear = hn::Set(d, wrap_.shear);
-    const auto reduced = hn::NegMulAdd(i.count, shear, y.floor);
-    const auto further = hn::Sub(reduced, hn::IfThenElseZero(i.passes, shear));
-    Turns<D>(d, reduced, wrap_.y).Subtract(wrap_.y.word, words.b[0][0], words.b[0][1]);
-    Turns<D>(d, further, wrap_.y).Subtract(wrap_.y.word, words.b[1][0], words.b[1][1]);
-    Turns<D>(d, z.floor, wrap_.z).Subtract(wrap_.z.word, words.c[0], words.c[1]);
+    const auto near = hn::NegMulAdd(i.turns, shear, y.counted);
+    if constexpr (cycles) {
+      const auto far = hn::Sub(near, hn::IfThenElseZero(i.last, shear));
+      Rest<D>(d, near, wrap_.y)
+          .Words(d, lattice_py, seeds.y, wrap_.y, words.b[0][0], words.b[0][1]);
+      Rest<D>(d, far, wrap_.y).Words(d, lattice_py, seeds.y, wrap_.y, words.b[1][0], words.b[1][1]);
+      Rest<D>(d, z.counted, wrap_.z).Words(d, lattice_pz, seeds.z, wrap_.z, words.c[0], words.c[1]);
+    } else {
+      const auto py = hn::Set(du, lattice_py);
+      const auto pz = hn::Set(du, lattice_pz);
+      words.b[0][0] = hn::Add(hn::Mul(IndexOf(d, near), py), seeds.y);
+      words.b[0][1] = hn::Add(words.b[0][0], py);
+      const auto less =
+          hn::IfThenElseZero(hn::RebindMask(du, i.last), hn::Set(du, wrap_.word_shear));
+      for (int j = 0; j < 2; ++j) words.b[1][j] = hn::Sub(words.b[0][j], less);
+      words.c[0] = hn::Add(hn::Mul(IndexOf(d, z.counted), pz), seeds.z);
+      words.c[1] = hn::Add(words.c[0], pz);
+    }
     return words;
   }
 
  private:
-  /// Whole periods in n, and whether there is one more in n + 1.
+  /// An index less its whole periods, and whether the next one begins another period.
   template <class D>
-  struct Turns {
-    using VU = hn::Vec<hn::RebindToUnsigned<D>>;
-    hn::Vec<D> count;
-    hn::Mask<D> passes;
+  struct Rest {
+    hn::Vec<D> turns, counted;
+    hn::Mask<D> last;
 
-    HWY_INLINE Turns(D d, hn::Vec<D> n, const LatticeCycle& cycle) {
+    HWY_INLINE Rest(D d, hn::Vec<D> index, const LatticeCycle& cycle) {
+      const auto n = hn::Sub(index, hn::Set(d, cell_origin));
       // The half keeps the quotient away from whole numbers by more than it is rounded.
-      const auto middle = hn::Add(n, hn::Set(d, 0.5f));
-      count = hn::Floor(hn::Mul(middle, hn::Set(d, cycle.inverse)));
-      passes = hn::Eq(hn::NegMulAdd(count, hn::Set(d, cycle.period), n), hn::Set(d, cycle.last));
+      turns = hn::Floor(hn::MulAdd(n, hn::Set(d, cycle.inverse), hn::Set(d, cycle.half_inverse)));
+      counted = hn::NegMulAdd(turns, hn::Set(d, cycle.period), index);
+      last = hn::Eq(counted, hn::Set(d, cycle.last));
     }
-    /// From the words of n and n + 1, `word` for each.
-    HWY_INLINE void Subtract(std::uint32_t word, VU& first, VU& second) const {
-      const hn::RebindToSigned<D> di;
+    /// The words of it and of the next one.
+    template <class VU>
+    HWY_INLINE void Words(D d, std::uint32_t step, VU seed, const LatticeCycle& cycle, VU& first,
+                          VU& second) const {
       const hn::RebindToUnsigned<D> du;
-      const auto whole = hn::BitCast(du, hn::ConvertTo(di, count));
-      const auto one = hn::Set(du, word);
-      const auto all = hn::Mul(whole, one);
-      first = hn::Sub(first, all);
-      second = hn::Sub(second, hn::Add(all, hn::IfThenElseZero(hn::RebindMask(du, passes), one)));
+      first = hn::Add(hn::Mul(IndexOf(d, counted), hn::Set(du, step)), seed);
+      second = Advance(du, first, hn::RebindMask(du, last), cycle.across, step);
     }
   };
 
@@ -333,9 +362,11 @@ class IdentifiedLattice {
   LatticeWrap wrap_{};
 };
 
-/// An octave's weight for values as they are and as the kernel gives them: P / scale.
+/// An octave's weight for values as they are and as the kernel gives them: P / scale; and whether
+/// |weight P| can exceed 1.
 struct OctaveScales {
   float weight, scaled_weight, scale;
+  bool exceeds;
 };
 
 /// Sums octaves' weighted values.
@@ -364,18 +395,41 @@ class AdditiveCombiner {
   Value<V, components> total_;
 };
 
-/// Any Combination. Its kind is the same for all octaves and points: a branch that is always
-/// foreseen.
+/// Multiplies octaves' factors.
 template <class D, int components>
-class AnyCombiner {
+class MultiplicativeCombiner {
   static_assert(components == 1);
   using V = hn::Vec<D>;
 
  public:
-  HWY_INLINE AnyCombiner(D d, const Combination& combination)
-      : combination_(combination),
-        total_(hn::Set(d, combination.kind == Combination::Kind::multiplicative ? 1.0f : 0.0f)),
-        ridge_(hn::Set(d, 1.0f)) {}
+  HWY_INLINE MultiplicativeCombiner(D d, const Combination& /*combination*/)
+      : product_(hn::Set(d, 1.0f)) {}
+  static constexpr int state = 1;
+  template <int n>
+  HWY_INLINE V& State() {
+    return product_;
+  }
+
+  HWY_INLINE void Add(D d, const Value<V, 1>& value, const OctaveScales& octave) {
+    V factor = hn::MulAdd(value.part[0], hn::Set(d, octave.scaled_weight), hn::Set(d, 1.0f));
+    if (octave.exceeds) factor = hn::Min(hn::Max(factor, hn::Zero(d)), hn::Set(d, 2.0f));
+    product_ = hn::Mul(product_, factor);
+  }
+
+ private:
+  V product_;
+};
+
+/// Billow or ridged. The kind is the same for all octaves and points: a branch that is always
+/// foreseen.
+template <class D, int components>
+class RidgeCombiner {
+  static_assert(components == 1);
+  using V = hn::Vec<D>;
+
+ public:
+  HWY_INLINE RidgeCombiner(D d, const Combination& combination)
+      : combination_(combination), total_(hn::Zero(d)), ridge_(hn::Set(d, 1.0f)) {}
   /// The total and what the next ridge is multiplied by.
   static constexpr int state = 2;
   template <int n>
@@ -387,28 +441,16 @@ class AnyCombiner {
     const V v = value.part[0];
     const V one = hn::Set(d, 1.0f);
     const V w = hn::Set(d, octave.scaled_weight);
-    switch (combination_.kind) {
-      case Combination::Kind::additive:
-        total_ = hn::MulAdd(v, w, total_);
-        break;
-      case Combination::Kind::billow:
-        total_ = hn::MulAdd(hn::Abs(v), w, total_);
-        break;
-      case Combination::Kind::multiplicative: {
-        const V factor = hn::Max(hn::MulAdd(v, w, one), hn::Zero(d));
-        total_ = hn::Mul(total_, hn::Min(factor, hn::Set(d, 2.0f)));
-        break;
-      }
-      case Combination::Kind::ridged: {
-        const V crest = hn::NegMulAdd(hn::Abs(v), hn::Set(d, octave.scale),
-                                      hn::Set(d, combination_.ridge_offset));
-        const V signal = hn::Mul(hn::Mul(crest, crest), ridge_);
-        total_ = hn::MulAdd(signal, hn::Set(d, octave.weight), total_);
-        const V next = hn::Mul(signal, hn::Set(d, combination_.ridge_gain));
-        ridge_ = hn::Min(hn::Max(next, hn::Zero(d)), one);
-        break;
-      }
+    if (combination_.kind == Combination::Kind::billow) {
+      total_ = hn::MulAdd(hn::Abs(v), w, total_);
+      return;
     }
+    const V crest =
+        hn::NegMulAdd(hn::Abs(v), hn::Set(d, octave.scale), hn::Set(d, combination_.ridge_offset));
+    const V signal = hn::Mul(hn::Mul(crest, crest), ridge_);
+    total_ = hn::MulAdd(signal, hn::Set(d, octave.weight), total_);
+    const V next = hn::Mul(signal, hn::Set(d, combination_.ridge_gain));
+    ridge_ = hn::Min(hn::Max(next, hn::Zero(d)), one);
   }
 
  private:
@@ -442,7 +484,8 @@ HWY_INLINE void EvaluateOctaves(const Combination& combination, const Points& po
       const Octave& octave = octaves[first + k];
       group[k] = {octave.frequency,
                   {octave.offset[0], octave.offset[1], octave.offset[2]},
-                  {octave.weight, octave.weight * Kernel::scale, Kernel::scale},
+                  {octave.weight, octave.weight * Kernel::scale, Kernel::scale,
+                   std::abs(octave.weight) * Kernel::bound > 1},
                   Lattice(octave)};
     }
     for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
@@ -477,8 +520,13 @@ template <class Kernel, template <class, int> class Combiner, int components>
 HWY_INLINE void EvaluateOctaves(const Combination& combination, const Points& points,
                                 const OctaveList& octaves, float* const* out) {
   if constexpr (Kernel::identifies) {
-    if (octaves.identified) {
-      EvaluateOctaves<Kernel, IdentifiedLattice, Combiner, components>(
+    if (octaves.lattices == Lattices::cyclic) {
+      EvaluateOctaves<Kernel, IdentifiedLattice<true>, Combiner, components>(
+          combination, points, octaves.first, octaves.count, out);
+      return;
+    }
+    if (octaves.lattices == Lattices::helical) {
+      EvaluateOctaves<Kernel, IdentifiedLattice<false>, Combiner, components>(
           combination, points, octaves.first, octaves.count, out);
       return;
     }
@@ -495,7 +543,18 @@ HWY_INLINE void SumOctaves(const Points& points, const OctaveList& octaves, floa
 template <class Kernel>
 HWY_INLINE void CombineOctaves(const Combination& combination, const Points& points,
                                const OctaveList& octaves, float* out) {
-  EvaluateOctaves<Kernel, AnyCombiner, 1>(combination, points, octaves, &out);
+  switch (combination.kind) {
+    case Combination::Kind::additive:
+      EvaluateOctaves<Kernel, AdditiveCombiner, 1>(combination, points, octaves, &out);
+      break;
+    case Combination::Kind::multiplicative:
+      EvaluateOctaves<Kernel, MultiplicativeCombiner, 1>(combination, points, octaves, &out);
+      break;
+    case Combination::Kind::billow:
+    case Combination::Kind::ridged:
+      EvaluateOctaves<Kernel, RidgeCombiner, 1>(combination, points, octaves, &out);
+      break;
+  }
 }
 
 /// Two or three components.

@@ -60,21 +60,24 @@ constexpr LatticeSeed from_cell_origin(LatticeSeed seed) {
           seed.z - cell_origin_bits * lattice_pz};
 }
 
-/// Octaves, and whether any has an identified lattice.
+/// What identifies points: nothing; translations, or periods in x; any.
+enum class Lattices { open, helical, cyclic };
+
+/// Octaves, and the least that serves all of their lattices.
 struct OctaveList {
   const Octave* first;
   std::size_t count;
-  bool identified;
+  Lattices lattices;
 };
 
 /// Throws InputError where the noise cannot evaluate them.
 OctaveList list_octaves(const Noise& noise, std::span<const Octave> octaves);
 
-/// A period of an index, and what it subtracts from the coordinate's word.
+/// A period of an index.
 struct LatticeCycle {
-  float period, inverse;  ///< 0 for none
-  float last;             ///< the index before the next period; none has 2^30
-  std::uint32_t word;
+  float period, inverse, half_inverse;  ///< 0 for none
+  float last;            ///< cell_origin + the index before the next period; 0 for none
+  std::uint32_t across;  ///< from the word of `last` to that of the next index
 };
 
 /// An octave's identification as IdentifiedLattice applies it.
@@ -97,9 +100,10 @@ inline LatticeWrap lattice_wrap(const Octave& octave) {
     q = -q;
   }
   const auto cycle = [](std::int32_t n, std::uint32_t step) -> LatticeCycle {
-    if (n == 0) return {0, 0, 0x1p30f, 0};
+    if (n == 0) return {0, 0, 0, 0, 0};
     const auto period = static_cast<float>(n);
-    return {period, 1 / period, period - 1, static_cast<std::uint32_t>(n) * step};
+    return {period, 1 / period, 0.5f / period, cell_origin + period - 1,
+            step - static_cast<std::uint32_t>(n) * step};
   };
   return {cycle(p, lattice_px),
           cycle(y, lattice_py),
@@ -142,7 +146,9 @@ inline constexpr double perlin_variance = 35054270.0 / 480729249.0;
 inline constexpr double perlin_bound = 1.03636;
 /// A third for one number, times (int s^2 + (1 - s)^2 df)^3.
 inline constexpr double value_variance = 181.0 / 231 * 181 / 231 * 181 / 231 / 3;
+inline constexpr double value_bound = 1;
 inline constexpr double cell_variance = 1.0 / 3;
+inline constexpr double cell_bound = 1;
 /// Between the numbers of a cell.
 inline constexpr std::uint32_t cell_step = 0x9E3779B9u;
 inline constexpr double simplex_scale = 76.8857;

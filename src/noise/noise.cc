@@ -1,5 +1,6 @@
 #include "gamer/noise/noise.h"
 
+#include <algorithm>
 #include <array>
 
 #include "gamer/core/error.h"
@@ -28,18 +29,19 @@ const Noise& find_noise(const std::string& name) {
 }
 
 OctaveList list_octaves(const Noise& noise, std::span<const Octave> octaves) {
-  OctaveList list{octaves.data(), octaves.size(), false};
+  OctaveList list{octaves.data(), octaves.size(), Lattices::open};
   for (const Octave& octave : octaves) {
     const auto [p, q] = octave.translation;
     const auto [x, y, z] = octave.period;
     if ((p | q | x | y | z) == 0) continue;
-    list.identified = true;
     if (x < 0 || y < 0 || z < 0) throw InputError("a lattice's period must not be negative");
     if ((p != 0 && x != 0) || (p == 0 && q != 0 && y != 0)) {
       throw InputError("a lattice's translation and period of the same axis exclude each other");
     }
+    const Lattices own = lattice_wrap(octave).cycles ? Lattices::cyclic : Lattices::helical;
+    list.lattices = std::max(list.lattices, own);
   }
-  if (list.identified && !noise.identifies()) {
+  if (list.lattices != Lattices::open && !noise.identifies()) {
     throw InputError("noise '" + std::string(noise.name()) +
                      "' has no cubic lattice, so its points cannot be identified by a translation "
                      "or a period");

@@ -20,6 +20,7 @@ class SimplexKernel {
 
  public:
   static constexpr float scale = static_cast<float>(simplex_scale) / gradient_scale<D>;
+  static constexpr float bound = static_cast<float>(simplex_bound);
   static constexpr bool identifies = false;
 
   template <int components>
@@ -38,45 +39,65 @@ class SimplexKernel {
     const V y0 = hn::Add(hn::Sub(y, cj.floor), unskew);
     const V z0 = hn::Add(hn::Sub(z, ck.floor), unskew);
 
-    // The second corner steps along the largest coordinate, the third also along the middle one.
+    // The second corner steps along the largest coordinate, the third also along the middle one: of
+    // i1, j1, k1 one is set and of i2, j2, k2 two.
     const auto xy = hn::Ge(x0, y0);
+    const auto yx = hn::Gt(y0, x0);
     const auto yz = hn::Ge(y0, z0);
     const auto xz = hn::Ge(x0, z0);
     const auto i1 = hn::And(xy, xz);
-    const auto j1 = hn::AndNot(xy, yz);
-    const auto k1 = hn::Not(hn::Or(xz, yz));
+    const auto j1 = hn::And(yx, yz);
+    const auto k1 = hn::ExclusiveNeither(i1, j1);
     const auto i2 = hn::Or(xy, xz);
-    const auto j2 = hn::Or(hn::Not(xy), yz);
-    const auto k2 = hn::Not(hn::And(xz, yz));
+    const auto j2 = hn::Or(yx, yz);
+    const auto k2 = hn::Xor(i2, j2);
 
     const VU px = hn::Set(du, lattice_px);
     const VU py = hn::Set(du, lattice_py);
     const VU pz = hn::Set(du, lattice_pz);
-    const VU a = hn::Add(hn::Mul(ci.index, px), seed.x);
-    const VU b = hn::Add(hn::Mul(cj.index, py), seed.y);
-    const VU c = hn::Add(hn::Mul(ck.index, pz), seed.z);
-    const auto step = [&](auto mask, VU base, VU p) HWY_ATTR {
-      return hn::Add(base, hn::IfThenElseZero(hn::RebindMask(du, mask), p));
-    };
-
-    const V one = hn::Set(d, 1.0f);
+    const VU a = hn::Add(hn::Mul(IndexOf(d, ci.counted), px), seed.x);
+    const VU b = hn::Add(hn::Mul(IndexOf(d, cj.counted), py), seed.y);
+    const VU c = hn::Add(hn::Mul(IndexOf(d, ck.counted), pz), seed.z);
+    const VU last_a = hn::Add(a, px);
+    const VU last_b = hn::Add(b, py);
+    const VU last_c = hn::Add(c, pz);
     const V half = hn::Set(d, 0.5f);
-    const auto offset = [&](auto mask, V base, V back) HWY_ATTR {
-      return hn::Sub(hn::Add(base, back), hn::IfThenElseZero(mask, one));
-    };
     Value<V, components> total;
     ForEachComponent<components>([&](auto n) HWY_ATTR { total.part[n] = hn::Zero(d); });
     Corner<components>(d, a, b, c, x0, y0, z0, total);
-    Corner<components>(d, step(i1, a, px), step(j1, b, py), step(k1, c, pz), offset(i1, x0, sixth),
-                       offset(j1, y0, sixth), offset(k1, z0, sixth), total);
-    Corner<components>(d, step(i2, a, px), step(j2, b, py), step(k2, c, pz), offset(i2, x0, third),
-                       offset(j2, y0, third), offset(k2, z0, third), total);
-    Corner<components>(d, hn::Add(a, px), hn::Add(b, py), hn::Add(c, pz), hn::Sub(x0, half),
-                       hn::Sub(y0, half), hn::Sub(z0, half), total);
+    Corner<components>(d, Chosen(i1, a, last_a, lattice_px), Chosen(j1, b, last_b, lattice_py),
+                       Chosen(k1, c, last_c, lattice_pz), Stepped(d, i1, x0, sixth),
+                       Stepped(d, j1, y0, sixth), Stepped(d, k1, z0, sixth), total);
+    Corner<components>(d, Chosen(i2, a, last_a, lattice_px), Chosen(j2, b, last_b, lattice_py),
+                       Chosen(k2, c, last_c, lattice_pz), Stepped(d, i2, x0, third),
+                       Stepped(d, j2, y0, third), Stepped(d, k2, z0, third), total);
+    Corner<components>(d, last_a, last_b, last_c, hn::Sub(x0, half), hn::Sub(y0, half),
+                       hn::Sub(z0, half), total);
     return total;
   }
 
  private:
+  /// `first`, or `second` = first + step where the mask is set.
+  template <class M>
+  static HWY_INLINE VU Chosen(M mask, VU first, VU second, std::uint32_t step) {
+    const hn::RebindToUnsigned<D> du;
+    const auto set = hn::RebindMask(du, mask);
+    if constexpr (cheap_blends) return hn::IfThenElse(set, second, first);
+    return hn::Add(first, hn::IfThenElseZero(set, hn::Set(du, step)));
+  }
+
+  /// x + back, less 1 where the mask is set.
+  template <class M>
+  static HWY_INLINE V Stepped(D d, M mask, V x, V back) {
+    const V one = hn::Set(d, 1.0f);
+    const V moved = hn::Add(x, back);
+#if GAMER_NOISE_AVX512
+    return V{_mm512_mask_sub_ps(moved.raw, mask.raw, moved.raw, one.raw)};
+#else
+    return hn::Sub(moved, hn::IfThenElseZero(mask, one));
+#endif
+  }
+
   /// Adds what the lattice point at distance (x, y, z) contributes.
   template <int components>
   static HWY_INLINE void Corner(D d, VU a, VU b, VU c, V x, V y, V z, Value<V, components>& total) {

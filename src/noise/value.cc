@@ -18,6 +18,7 @@ class ValueKernel {
 
  public:
   static constexpr float scale = 0x1p-31f;
+  static constexpr float bound = static_cast<float>(value_bound);
   static constexpr bool identifies = true;
 
   template <int components, class Lattice>
@@ -29,16 +30,20 @@ class ValueKernel {
     const V sx = Fade(d, cx.fraction);
     const V sy = Fade(d, cy.fraction);
     const V sz = Fade(d, cz.fraction);
-    const auto edge = [&](int j, int k) HWY_ATTR {
-      return MixAll<components>(Corner<components>(d, words.a[0], words.b[0][j], words.c[k]),
-                                Corner<components>(d, words.a[1], words.b[1][j], words.c[k]), sx);
-    };
-    const auto low = MixAll<components>(edge(0, 0), edge(1, 0), sy);
-    const auto high = MixAll<components>(edge(0, 1), edge(1, 1), sy);
+    const auto low = MixAll<components>(Edge<components, 0, 0>(d, words, sx),
+                                        Edge<components, 1, 0>(d, words, sx), sy);
+    const auto high = MixAll<components>(Edge<components, 0, 1>(d, words, sx),
+                                         Edge<components, 1, 1>(d, words, sx), sy);
     return MixAll<components>(low, high, sz);
   }
 
  private:
+  template <int components, int j, int k>
+  static HWY_INLINE Value<V, components> Edge(D d, const CornerWords<D>& words, V share) {
+    return MixAll<components>(Corner<components>(d, words.a[0], words.b[0][j], words.c[k]),
+                              Corner<components>(d, words.a[1], words.b[1][j], words.c[k]), share);
+  }
+
   /// The numbers of a lattice point: 2^16 evenly spaced ones in ]-2^31, 2^31[.
   template <int components>
   static HWY_INLINE Value<V, components> Corner(D d, VU a, VU b, VU c) {
@@ -90,7 +95,7 @@ class ValueNoise : public Noise {
     return "interpolated numbers of the points of the cubic lattice";
   }
   double variance() const override { return value_variance; }
-  double bound() const override { return 1; }
+  double bound() const override { return value_bound; }
   bool identifies() const override { return true; }
   void sum(const Points& points, std::span<const Octave> octaves, float* out) const override {
     HWY_DYNAMIC_DISPATCH(SumValue)(points, list_octaves(*this, octaves), out);

@@ -34,4 +34,11 @@ inline constexpr std::size_t padded(std::size_t size) {
   return (size + batch_padding - 1) / batch_padding * batch_padding;
 }
 
+struct Range {
+  float least, most;
+};
+
+/// Of at least one value, none of them a NaN.
+Range range_of(const float* values, std::size_t size);
+
 }  // namespace gamer

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "gamer/core/parameter.h"
@@ -96,22 +97,12 @@ class VeinTexture : public Texture {
   };
   void parts(const Points& points, Parts& out) const;
 
-  /// One octave of N.
-  struct NoiseOctave {
-    Octave octave;
-    HelicalMap map;  ///< of a helical one
-    bool helical = true;
-    double frequency = 1;  ///< per galaxy radius; of a helical one at radius 1
-    double sharpest = 1;   ///< the same across its narrowest side
-    double sigma = 1;      ///< of the base noise
-    double contrast = 0;   ///< c
-  };
-
  private:
   void evaluate_alike(const Points& points, const float* footprints, const float* coherence,
                       std::span<const double> deviations, std::span<BatchArray> out,
                       std::uint64_t& evaluations) const override;
   struct Scratch;
+  struct Inputs;
   /// Phi factor over a cloud.
   std::vector<BatchArray> phi(std::span<const WeightedBatch> cloud,
                               const FractalNoise::Factor& factor) const;
@@ -124,18 +115,9 @@ class VeinTexture : public Texture {
                 bool wants_hidden, Scratch& scratch, std::uint64_t& evaluations) const;
   VeinParameters parameters_;
   SpiralCoordinates coordinates_;
-  double thickness_;
-  double spur_rate_;      ///< q
-  double vein_mean_ = 0;  ///< V where it is not resolved
-  HelicalMap displacement_map_;
-  std::vector<Octave> displacement_;
-  std::vector<NoiseOctave> octaves_;
-  /// Mean and variance of the Cartesian octaves' factors by contrast, where clumpiness is not 1.
-  std::vector<float> moments_;
-  float magic_ = 1;            ///< of the grid on which u is the same before and after a turn
-  std::vector<float> phases_;  ///< of each arm's spurs
-  double finest_ = 1;          ///< highest frequency of N, cycles per galaxy radius
-  double scale_ = 1;           ///< 1/mean
+  std::shared_ptr<const Inputs> inputs_;  ///< of the kernels
+  double finest_ = 1;                     ///< highest frequency of N, cycles per galaxy radius
+  double scale_ = 1;                      ///< 1/mean
   double mean_error_ = 0;
   double rms_ = 1;
   double frequency_ = 1;

@@ -16,7 +16,7 @@ namespace gamer {
 /// period. By a translation (P, Q): (i, j, k) and (i + P, j + Q, k) are the same point, so that P
 /// is the same at x and x + (P, Q, 0) and, where Q is not 0, does not repeat along either axis
 /// alone: a helix. By periods, one per axis: a torus. Both are in cells of the octave; 0 is none. A
-/// translation goes with periods of the other axes only.
+/// translation goes with periods of the other axes only; |x Q/P| must stay below 4e6.
 struct Octave {
   float frequency = 1;
   float weight = 1;

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <cstddef>
+
+namespace gamer {
+
+/// Multiplications and additions of single precision in one call of work_at_peak().
+std::size_t peak_operations();
+
+/// Multiply-adds that wait neither for memory nor for each other, with the vectors of the SIMD
+/// target in use: what a core can do at most. The result only keeps them from being left out.
+float work_at_peak();
+
+}  // namespace gamer
