@@ -231,13 +231,14 @@ Task prepare_image(const Options& options, gamer::RenderJob job, int ranks, int 
   }
   if (options.work.dry_run) {
     fmt::print("would write {}, {}\n", work->plan(), gamer::objects_text(*work->job().scene));
-    tell_estimate(gamer::estimate_job(work->job(), options.work.truth, ranks, threads,
-                                      gamer::process_seconds()),
+    gamer::Preparation preparation{gamer::process_seconds(), 0};
+    work->complete(gamer::Ranks(), threads);
+    preparation.measuring = gamer::process_seconds() - preparation.reading;
+    tell_estimate(gamer::estimate_job(work->job(), options.work.truth, ranks, threads, preparation),
                   ranks, threads, work->hindrance());
     return {};
   }
   if (options.verbose) tell_size_of_work(work->job(), ranks * threads);
-  work->begin();
   return {std::move(work), nullptr};
 }
 
@@ -279,7 +280,7 @@ Task prepare(const Options& options, int ranks, int threads,
     fmt::print("{}", gamer::load_parameters(options.request, resources).toml());
     return {};
   }
-  gamer::RenderJob job = gamer::load_job(options.request, resources);
+  gamer::RenderJob job = gamer::read_job(options.request, resources);
   if (job.parameters.frames > 0) return prepare_film(options, job, ranks, threads);
   return prepare_image(options, std::move(job), ranks, threads, std::move(earlier));
 }
@@ -307,18 +308,21 @@ void say_where_the_time_went(const gamer::Ranks& ranks, const gamer::RankReport&
 
 /// Every rank's part; returns the pixels of the image.
 double render_image(const gamer::Ranks& ranks, const Options& options, gamer::Work* work,
-                    std::string packed, gamer::Executor& executor, gamer::RankReport& report) {
+                    std::string packed, int threads, gamer::Executor& executor,
+                    gamer::RankReport& report) {
   const auto pixels = [](const gamer::Camera& camera) {
     return static_cast<double>(camera.width()) * camera.height();
   };
   if (ranks.rank() != 0) {
-    const gamer::RenderJob job =
-        gamer::job_from_record(gamer::unpack_record(std::exchange(packed, {})));
+    gamer::RenderJob job = gamer::read_job(gamer::unpack_record(std::exchange(packed, {})));
+    gamer::complete(job, ranks, threads);
     gamer::help_render(job, options.work, executor, report);
     return pixels(job.camera);
   }
   packed.clear();
   packed.shrink_to_fit();
+  work->complete(ranks, threads);
+  work->begin();
   announce(*work);
   work->render(executor, options.progress(), report);
   if (!options.quiet) fmt::print("{}\n", work->text());
@@ -371,7 +375,8 @@ void run(const gamer::Ranks& ranks, int argc, char** argv) {
     pixels = render_film(ranks, options, std::move(task.film), std::move(film), threads, *executor,
                          report);
   } else if (task.work || !image.empty()) {
-    pixels = render_image(ranks, options, task.work.get(), std::move(image), *executor, report);
+    pixels =
+        render_image(ranks, options, task.work.get(), std::move(image), threads, *executor, report);
   } else {
     return;
   }

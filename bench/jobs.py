@@ -3,11 +3,11 @@
 
     bench/jobs.py PROGRAM [--launcher mpirun] [--scenes a,b] [--size N] [--repeat 3] > jobs.json
 
-For each shipped scene (or those named) larger than 256 x 256 pixels: one thread; two threads and, with a
-launcher, two ranks, as times over that of one thread; four times the pixels. Then a field of galaxies and ten
-times as many at the same covered area. Each time is the least of --repeat. `wall` compares clocks, which needs
-a machine without other work; `cpu` compares what cores spent, which says how much work more there is: two
-threads cannot be faster than 2/(cpu ratio) times one.
+For each shipped scene (or those named) larger than 256 x 256 pixels: one thread; how many times as fast two
+threads are and, with a launcher, two ranks; four times the pixels. Then a field of galaxies and ten times as many
+at the same covered area. Each time is the least of --repeat. `wall` compares clocks, which needs a machine without
+other work; `inside` the same without the start and end of the program, and of MPI; `cpu` compares what cores spent,
+which says how much work more there is: two threads cannot be faster than twice that ratio.
 """
 
 import argparse
@@ -50,9 +50,14 @@ def run(command, repeat):
         if result.returncode != 0:
             sys.exit(f"{' '.join(command)}:\n{result.stderr}")
         cpu = after.children_user - before.children_user
-        if best is None or cpu < best["cpu"]:
-            best = {"wall": best["wall"] if best else wall, "cpu": cpu, **read_report(result.stderr)}
+        report = read_report(result.stderr)
+        inside = max(rank["wall"] for rank in report["ranks"])
+        if best is None:
+            best = {"wall": wall, "inside": inside, "cpu": cpu, **report}
+        if cpu < best["cpu"]:
+            best.update(report, cpu=cpu)
         best["wall"] = min(best["wall"], wall)
+        best["inside"] = min(best["inside"], inside)
     return best
 
 
@@ -96,7 +101,7 @@ def main():
             return run(command, options.repeat)
 
         def ratios(a, b):
-            return {clock: a[clock] / b[clock] for clock in ("wall", "cpu")}
+            return {clock: a[clock] / b[clock] for clock in ("wall", "inside", "cpu")}
 
         for scene in names:
             files = (SOURCE / "scenes" / f"{scene}.par", SOURCE / "scenes" / f"{scene}.lst")

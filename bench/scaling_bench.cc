@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "gamer/core/error.h"
+#include "gamer/galaxy/galaxy_statistics.h"
 #include "gamer/image/image_writer.h"
 #include "gamer/parallel/ranks.h"
 #include "gamer/render/estimate.h"
@@ -48,7 +49,9 @@ struct Costs {
 struct Workload {
   std::string name;
   int width = 0, height = 0, planes = 0;
-  double preparing = 0;
+  double reading = 0;     ///< seconds, of rank 0 and then of the others
+  double measuring = 0;   ///< core seconds, shared by all ranks: textures, and probes of rows
+  std::size_t parts = 0;  ///< in which textures are measured
   std::vector<double> estimated, measured;  ///< of each row; microseconds, seconds
 };
 
@@ -68,15 +71,22 @@ Workload measure_scene(const std::string& name, int size) {
   if (size > 0) request.settings.push_back(fmt::format("image.size={}", size));
   Resources resources({fs::path(GAMER_BENCH_SOURCE_DIR)});
   const double begin = thread_seconds();
-  const RenderJob job = load_job(request, resources);
-  const Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum);
+  RenderJob job = read_job(request, resources);
+  const double read = thread_seconds();
   Workload load;
+  for (const auto& galaxy : job.rest.galaxies) load.parts += GalaxyStatistics(*galaxy).parts();
+  complete(job, Ranks(), 1);
+  const double measured = thread_seconds();
+  const Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum);
+  const double placed = thread_seconds();
   load.name = name;
   load.width = renderer.width();
   load.height = renderer.height();
   load.planes = renderer.planes();
-  load.estimated = estimate_row_costs(renderer);
-  load.preparing = thread_seconds() - begin;
+  ThreadExecutor alone(1);
+  load.estimated = estimate_row_costs(renderer, alone);
+  load.reading = read - begin + placed - measured;
+  load.measuring = measured - read + thread_seconds() - placed;
   std::vector<double> values;
   for (int first = 0; first < load.height; first += Renderer::tile_rows) {
     const RowRange rows{first, std::min(first + Renderer::tile_rows, load.height)};
@@ -257,11 +267,18 @@ std::vector<int> numbers(const std::string& text) {
   return result;
 }
 
+/// Seconds until so many ranks render. Rank 0 reads before it tells the others of the job; parts of
+/// the measuring are taken to be equal.
+double seconds_to_prepare(const Workload& load, int ranks) {
+  const double sharing = std::clamp(static_cast<double>(load.parts), 1.0, double{1} * ranks);
+  return 2 * load.reading + load.measuring / sharing;
+}
+
 /// What takes most of the time that is lost.
-const char* limit_of(const Workload& load, const Outcome& outcome, double least) {
+const char* limit_of(double preparing, const Outcome& outcome, double least) {
   if (outcome.server > 0.8 * outcome.wall) return "rank 0";
   if (outcome.largest > 0.5 * outcome.wall && outcome.wall > 1.1 * least) return "a row";
-  if (load.preparing > least) return "preparing";
+  if (preparing > least) return "preparing";
   return outcome.wall > 1.1 * least ? "the end" : "-";
 }
 
@@ -305,17 +322,19 @@ void run(const Ranks& ranks, int argc, char** argv) {
     for (const int growth : growths) {
       const Workload load = grown(measured, growth);
       const double all = std::accumulate(load.measured.begin(), load.measured.end(), 0.0);
-      fmt::print("\n{}, {} x {} pixels: {:.1f} core seconds, {:.2f} s to prepare\n", load.name,
-                 load.width, load.height, all, load.preparing);
+      fmt::print(
+          "\n{}, {} x {} pixels: {:.1f} core seconds, {:.2f} s to read, {:.2f} core seconds of "
+          "measuring\n",
+          load.name, load.width, load.height, all, load.reading, load.measuring);
       fmt::print("{:>6}{:>8}{:>12}{:>14}{:>12}{:>9}{:>9}{:>9}  {}\n", "ranks", "blocks",
                  "rendering s", "efficiency %", "with prep. %", "block s", "rank 0 %", "tail %",
                  "limit");
       for (const int count : rank_counts) {
         const Outcome outcome = simulate(load, count, costs);
         const double least = all / count;
-        // Rank 0 prepares before it tells the others of the job.
-        const double whole = outcome.wall + 2 * load.preparing;
-        const char* limit = limit_of(load, outcome, least);
+        const double preparing = seconds_to_prepare(load, count);
+        const double whole = outcome.wall + preparing;
+        const char* limit = limit_of(preparing, outcome, least);
         fmt::print("{:>6}{:>8}{:>12.3f}{:>14.1f}{:>12.1f}{:>9.4f}{:>9.1f}{:>9.1f}  {}\n", count,
                    outcome.blocks, outcome.wall, 100 * least / outcome.wall, 100 * least / whole,
                    outcome.largest, 100 * outcome.server / outcome.wall,
@@ -325,9 +344,9 @@ void run(const Ranks& ranks, int argc, char** argv) {
             "\"preparing\": {:.4f}, \"ranks\": {}, \"blocks\": {}, \"rendering\": {:.5f}, "
             "\"efficiency\": {:.4f}, \"efficiency_with_preparing\": {:.4f}, \"largest_block\": "
             "{:.5f}, \"rank_0_busy\": {:.4f}, \"tail\": {:.4f}, \"limit\": \"{}\"}}",
-            lines.empty() ? "" : ",", load.name, load.width, load.height, all, load.preparing,
-            count, outcome.blocks, outcome.wall, least / outcome.wall, least / whole,
-            outcome.largest, outcome.server / outcome.wall, outcome.tail / outcome.wall, limit);
+            lines.empty() ? "" : ",", load.name, load.width, load.height, all, preparing, count,
+            outcome.blocks, outcome.wall, least / outcome.wall, least / whole, outcome.largest,
+            outcome.server / outcome.wall, outcome.tail / outcome.wall, limit);
       }
     }
   }

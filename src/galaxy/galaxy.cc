@@ -7,17 +7,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <numbers>
 
 #include "core/math-inl.h"
 #include "galaxy/taper-inl.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/near.h"
-#include "gamer/core/parallel_for.h"
-#include "gamer/core/random.h"
-#include "gamer/galaxy/accuracy.h"
-#include "gamer/galaxy/dust_variants.h"
-#include "gamer/galaxy/star_field.h"
+#include "gamer/galaxy/galaxy_statistics.h"
 
 #ifndef GAMER_GALAXY_GALAXY_KERNEL
 #define GAMER_GALAXY_GALAXY_KERNEL
@@ -42,9 +37,6 @@ struct alignas(batch_alignment) CompactedPoints {
 
 // Phi fades in between the threshold and this many times it.
 constexpr float fade_factor = 4;
-
-// Narrower rays see all of every texture.
-constexpr float smallest_footprint = 1e-10f;
 
 }  // namespace
 }  // namespace gamer
@@ -183,38 +175,6 @@ constexpr std::size_t most_components = 64;
 // The ball is not flattened further: single precision would not resolve it.
 constexpr double smallest_stretch = 1e-9;
 
-// Points over which the mean of a texture is taken at first, and then as many as independent points
-// would need for this error, up to the settings' limit; the cloud's are up to four times better. A
-// component with a share f of the light is allowed f^(-1/2) times as much: together the errors are
-// this share of the galaxy's light.
-constexpr std::size_t first_cloud = std::size_t{1} << 15;
-constexpr double cloud_error = 0.004;
-// The same for what wide rays see of it relative to the whole.
-constexpr std::size_t first_seen_cloud = std::size_t{1} << 13;
-constexpr std::size_t largest_seen_cloud = std::size_t{1} << 19;
-constexpr double seen_error = 0.0025;
-// They are of footprints up to the widest, each so many times the one before.
-constexpr double widest_footprint = 0.5;
-constexpr double footprint_ratio = 2;
-// What dust lets through is measured along so many rays, of so many points where they are face on,
-// at footprints of that ratio up to the largest.
-constexpr std::size_t coherence_rays = std::size_t{1} << 10;
-constexpr double coherence_heights = 10;
-constexpr double coherence_ratio = std::numbers::sqrt3;
-constexpr double largest_coherence_footprint = 1.0 / 9;
-constexpr double least_coherence = 0.05;
-constexpr double largest_coherence = 4;
-constexpr double first_factor = 1.3;
-constexpr int secants = 2;
-
-// Places at which the largest Phi of a star field is looked for, and by what it may exceed the
-// largest found: the light of what is beyond is below 1e-4 of the field's (tests).
-constexpr std::size_t peak_places = std::size_t{1} << 14;
-constexpr double peak_margin = 1.25;
-// Within so many scale lengths and heights.
-constexpr double bright_lengths = 4;
-constexpr double bright_heights = 2;
-
 }  // namespace
 
 ParameterTable Galaxy::table() {
@@ -228,6 +188,13 @@ ParameterTable Galaxy::table() {
 
 std::shared_ptr<const Galaxy> Galaxy::parse(std::string_view text, const std::string& label,
                                             const GalaxySettings& settings, Resources& resources) {
+  const std::shared_ptr<Galaxy> galaxy = read(text, label, settings, resources);
+  GalaxyStatistics(*galaxy).measure_all();
+  return galaxy;
+}
+
+std::shared_ptr<Galaxy> Galaxy::read(std::string_view text, const std::string& label,
+                                     const GalaxySettings& settings, Resources& resources) {
   const ConfigNode root = parse_toml(text, label);
   static const std::vector<std::string> sections = {"galaxy", "arms", "component"};
   for (const auto& [key, node] : root.table()) {
@@ -280,11 +247,12 @@ std::shared_ptr<const Galaxy> Galaxy::parse(std::string_view text, const std::st
     }
     galaxy->components_.push_back(std::move(component));
   }
-  galaxy->resolve(label, settings.most_cloud_points);
+  galaxy->most_cloud_points_ = settings.most_cloud_points;
+  galaxy->resolve(label);
   return galaxy;
 }
 
-void Galaxy::resolve(const std::string& label, std::size_t most_cloud_points) {
+void Galaxy::resolve(const std::string& label) {
   std::vector<std::string> names;
   for (const auto& c : components_) {
     if (c->texture() != nullptr) names.push_back(c->name());
@@ -335,319 +303,41 @@ void Galaxy::resolve(const std::string& label, std::size_t most_cloud_points) {
     needs_winding_ = needs_winding_ || components_[c]->needs_winding();
   }
   resolve_fractions();
-  normalise_textures(most_cloud_points);
-  measure_star_fields();
   for (std::size_t c = 0; c < components_.size(); ++c) {
-    const Component& component = *components_[c];
-    if (!std::isfinite(static_cast<float>(component.amplitude() * follow_scale_[c]))) {
-      throw InputError(component.where(), "component '" + component.name() +
-                                              "': its density exceeds single precision");
-    }
+    if (followed_[c] < 0) check_density(c);
   }
 }
 
-namespace {
-
-/// Measures over a cloud of `first` points, then of as many as a standard error needs.
-void refine(std::size_t first, std::size_t most, double error,
-            const std::function<double(std::size_t size)>& measure) {
-  const double excess = measure(first) / error;
-  if (!(excess > 1)) return;
-  const double needed = static_cast<double>(first) * excess * excess;
-  measure(static_cast<std::size_t>(std::min(needed, static_cast<double>(most))));
+void Galaxy::check_density(std::size_t c) const {
+  const Component& component = *components_[c];
+  if (std::isfinite(static_cast<float>(component.amplitude() * follow_scale_[c]))) return;
+  throw InputError(component.where(),
+                   "component '" + component.name() + "': its density exceeds single precision");
 }
 
-/// A mean of few points may be of none that count.
-double proper_mean(double mean) { return mean > 0 && std::isfinite(mean) ? mean : 1; }
-
-/// The footprints of rays of a width in the coordinates of a component's texture.
-void stretch(std::size_t size, const BatchArray& shear, const Component& component, double width,
-             BatchArray& out) {
-  const double own = width * component.footprint_scale(), twirl = component.texture()->twirl();
-  for (std::size_t i = 0; i < size; ++i) {
-    out[i] = static_cast<float>(own * stretch_of(twirl * double{shear[i]}));
-  }
+void Galaxy::place(const Points& points, bool wants_shear, SampleBatch& batch) const {
+  batch.size = points.size;
+  HWY_DYNAMIC_DISPATCH(Share)(points, needs_phi_, batch);
+  if (!needs_winding_) return;
+  arms_.winding(batch.r.data(), batch.size, batch.winding.data());
+  if (wants_shear) arms_.shear(batch.r.data(), batch.size, batch.shear.data());
 }
 
-/// Sums over weighted points of what is seen (y) and of all (x).
-struct SeenMoments {
-  double w = 0, ww = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
-
-  void add(double weight, double all, double seen) {
-    w += weight;
-    ww += weight * weight;
-    x += weight * all;
-    y += weight * seen;
-    xx += weight * all * all;
-    xy += weight * all * seen;
-    yy += weight * seen * seen;
-  }
-  SeenMoments& operator+=(const SeenMoments& more) {
-    w += more.w;
-    ww += more.ww;
-    x += more.x;
-    y += more.y;
-    xx += more.xx;
-    xy += more.xy;
-    yy += more.yy;
-    return *this;
-  }
-};
-
-}  // namespace
-
-void Galaxy::normalise_textures(std::size_t most_cloud_points) {
-  double light = 0;
-  for (std::size_t c = 0; c < components_.size(); ++c) {
-    if (!components_[c]->absorbs()) light += luminosity(c);
-  }
-  // Followed ones first: the others are normalised together with what they follow.
-  for (const bool follows : {false, true}) {
-    for (std::size_t c = 0; c < components_.size(); ++c) {
-      const Component& component = *components_[c];
-      if ((followed_[c] >= 0) != follows) continue;
-      if (component.texture() == nullptr && !follows) continue;
-      try {
-        const std::size_t first = std::min(first_cloud, most_cloud_points);
-        const double share = component.absorbs() || light == 0 ? 1 : luminosity(c) / light;
-        refine(first, most_cloud_points, cloud_error / std::sqrt(share),
-               [&](std::size_t size) { return normalise(c, size); });
-        if (component.absorbs()) {
-          for (std::size_t o = 0; o < obliquities.size(); ++o) {
-            measure_dust(c, o, std::min(coherence_rays, most_cloud_points));
-          }
-          continue;
-        }
-        refine(std::min(first_seen_cloud, most_cloud_points),
-               std::min(largest_seen_cloud, most_cloud_points), seen_error / std::sqrt(share),
-               [&](std::size_t size) { return measure_seen(c, size); });
-      } catch (const InputError& error) {
-        throw InputError(component.where(),
-                         "component '" + component.name() + "': " + error.what());
-      }
-    }
-  }
-}
-
-double Galaxy::normalise(std::size_t c, std::size_t cloud_size) {
-  Component& component = *components_[c];
-  const std::vector<WeightedBatch> cloud = component.cloud(cloud_size);
-  FractalNoise::Factor factor;
-  if (followed_[c] >= 0) {
-    factor = [this, c](const Points& points, float* out) { followed_phi(c, points, 0, {}, out); };
-  }
-  if (component.texture() != nullptr) {
-    component.texture()->normalise(cloud, factor);
-    return component.texture()->mean_error();
-  }
-  std::vector<BatchArray> factors(cloud.size());
-  parallel_for(cloud.size(), [&](std::size_t b) { factor(cloud[b].points(), factors[b].data()); });
-  const CloudMean mean = mean_over(cloud, factors);
-  follow_scale_[c] = 1 / mean.mean;
-  return mean.error / mean.mean;
-}
-
-bool Galaxy::hides(std::size_t c, double footprint) const {
-  return components_[c]->hides_texture(footprint) ||
-         (followed_[c] >= 0 &&
-          components_[static_cast<std::size_t>(followed_[c])]->hides_texture(footprint));
-}
-
-double Galaxy::log_narrowest(std::size_t c) const {
-  double narrow = std::log(double{smallest_footprint}), wide = std::log(widest_footprint);
-  // Single precision's rounding counts as narrow.
-  constexpr double margin = 1e-5;
-  while (wide - narrow > margin) {
-    const double middle = 0.5 * (narrow + wide);
-    (hides(c, std::exp(middle)) ? wide : narrow) = middle;
-  }
-  return wide + margin;
-}
-
-std::vector<double> Galaxy::seen_widths(std::size_t c, double widest, double ratio) const {
-  std::vector<double> widths;
-  for (double width = widest; hides(c, width); width /= ratio) widths.push_back(width);
-  std::reverse(widths.begin(), widths.end());
-  return widths;
-}
-
-void Galaxy::cloud_phi(std::size_t c, const Points& points, double width, const BatchArray& shear,
-                       BatchArray& out) const {
-  BatchArray other;
-  if (const Texture* texture = components_[c]->texture(); texture != nullptr) {
-    std::uint64_t evaluations = 0;
-    if (width > 0) stretch(points.size, shear, *components_[c], width, other);
-    texture->evaluate(points, width > 0 ? other.data() : nullptr, nullptr, {}, std::span(&out, 1),
-                      evaluations);
-  } else {
-    std::fill_n(out.data(), batch_capacity, static_cast<float>(follow_scale_[c]));
-  }
-  if (followed_[c] < 0) return;
-  followed_phi(c, points, width, shear, other.data());
-  for (std::size_t i = 0; i < points.size; ++i) out[i] *= other[i];
-}
-
-double Galaxy::measure_seen(std::size_t c, std::size_t cloud_size) {
-  const std::vector<double> widths = seen_widths(c, widest_footprint, footprint_ratio);
-  if (widths.empty()) return 0;
-  const std::vector<WeightedBatch> cloud = components_[c]->cloud(cloud_size);
-  std::vector<SeenMoments> parts(cloud.size() * widths.size());
-  parallel_for(cloud.size(), [&](std::size_t b) {
-    const WeightedBatch& batch = cloud[b];
-    BatchArray all, seen, shear;
-    take_shear(batch.points(), shear);
-    cloud_phi(c, batch.points(), 0, shear, all);
-    for (std::size_t k = 0; k < widths.size(); ++k) {
-      cloud_phi(c, batch.points(), widths[k], shear, seen);
-      SeenMoments& sums = parts[b * widths.size() + k];
-      for (std::size_t i = 0; i < batch.size; ++i) {
-        sums.add(double{batch.weight[i]}, double{all[i]}, double{seen[i]});
-      }
-    }
-  });
-  // All of Phi, whose mean over the component is 1, is the control variate of what is seen of it.
-  std::vector<double> means = {1};
-  double largest_error = 0;
-  for (std::size_t k = 0; k < widths.size(); ++k) {
-    SeenMoments sums;
-    for (std::size_t b = 0; b < cloud.size(); ++b) sums += parts[b * widths.size() + k];
-    const double x = sums.x / sums.w, y = sums.y / sums.w;
-    const double variance = sums.xx / sums.w - x * x;
-    const double covariance = sums.xy / sums.w - x * y;
-    const double slope = variance > 0 ? covariance / variance : 0.0;
-    means.push_back(proper_mean(y - slope * (x - 1)));
-    const double rest = std::max(sums.yy / sums.w - y * y - slope * covariance, 0.0);
-    largest_error = std::max(largest_error, std::sqrt(rest * sums.ww) / sums.w / means.back());
-  }
-  seen_means_[c] = {widths.front() / footprint_ratio, footprint_ratio, means};
-  return largest_error;
-}
-
-void Galaxy::measure_dust(std::size_t c, std::size_t o, std::size_t rays) {
-  const std::vector<double> widths = seen_widths(c, largest_coherence_footprint, coherence_ratio);
-  if (widths.empty()) return;
-  const Component& dust = *components_[c];
-  const double path = obliquities[o];
-  const auto heights = static_cast<std::size_t>(std::round(coherence_heights * std::sqrt(path)));
-  ColumnCloud cloud = dust.columns(rays, heights);
-  const std::size_t batches = cloud.columns.size();
-  // Light is weighted by the light where the ray meets the plane, the dust by area.
-  std::vector<BatchArray> brightness(batches);
-  parallel_for(batches, [&](std::size_t b) {
-    WeightedBatch& at = cloud.columns[b];
-    SampleBatch batch{};
-    batch.size = at.size;
-    std::fill_n(at.z.data(), batch_capacity, 0.0f);
-    HWY_DYNAMIC_DISPATCH(Share)(at.points(), needs_phi_, batch);
-    if (needs_winding_) arms_.winding(batch.r.data(), batch.size, batch.winding.data());
-    BatchArray envelope;
-    BatchArray& light = brightness[b];
-    std::fill_n(light.data(), batch_capacity, 0.0f);
-    for (const auto& component : components_) {
-      if (component->absorbs()) continue;
-      component->envelope(batch, envelope.data());
-      const auto column = static_cast<float>(std::as_const(*component).amplitude() *
-                                             component->face_on_column() / component->peak());
-      for (std::size_t i = 0; i < at.size; ++i) light[i] += column * envelope[i];
-    }
-  });
-  // Depths along the rays, by variants.
-  const auto slope = static_cast<float>(std::sqrt(path * path - 1));
-  BatchArray to_x, to_y;  // Directions in the plane, every one.
-  for (std::size_t i = 0; i < batch_capacity; ++i) {
-    const double angle = 2 * std::numbers::pi * std::numbers::phi * static_cast<double>(i);
-    to_x[i] = static_cast<float>(std::cos(angle));
-    to_y[i] = static_cast<float>(std::sin(angle));
-  }
-  const double scale = dust.amplitude() * axis_[2] * path;
-  const auto depths = [&](double width, double coherence, std::span<const double> deviations) {
-    const std::size_t variants = std::max<std::size_t>(deviations.size(), 1);
-    std::vector<BatchArray> result(batches * variants);
-    parallel_for(batches, [&](std::size_t b) {
-      const WeightedBatch& at = cloud.columns[b];
-      const std::span<BatchArray> own = std::span(result).subspan(b * variants, variants);
-      for (BatchArray& depth : own) std::fill_n(depth.data(), batch_capacity, 0.0f);
-      std::vector<BatchArray> densities(variants);
-      BatchArray x, y, z, footprints, coherences;
-      std::fill_n(footprints.data(), batch_capacity, static_cast<float>(width));
-      std::fill_n(coherences.data(), batch_capacity, static_cast<float>(coherence));
-      EvaluationCounts counts;
-      for (std::size_t k = 0; k < heights; ++k) {
-        const float away = slope * cloud.heights[k];
-        for (std::size_t i = 0; i < padded(at.size); ++i) {
-          x[i] = at.x[i] + away * to_x[i];
-          y[i] = at.y[i] + away * to_y[i];
-        }
-        std::fill_n(z.data(), batch_capacity, cloud.heights[k]);
-        component_densities(c, {x.data(), y.data(), z.data(), at.size}, 0,
-                            width > 0 ? &footprints : nullptr, &coherences, deviations, densities,
-                            counts);
-        const auto step = static_cast<float>(scale) * cloud.steps[k];
-        for (std::size_t v = 0; v < variants; ++v) {
-          for (std::size_t i = 0; i < at.size; ++i) own[v][i] += step * densities[v][i];
-        }
-      }
-    });
-    return result;
-  };
-  const auto mean = [&](const std::vector<BatchArray>& values, bool by_light, auto&& term) {
-    const std::size_t variants = values.size() / batches;
-    double sum = 0, weights = 0;
-    for (std::size_t b = 0; b < batches; ++b) {
-      const WeightedBatch& at = cloud.columns[b];
-      for (std::size_t v = 0; v < variants; ++v) {
-        const double share = variants > 1 ? dust_variant_weights[v] : 1.0;
-        for (std::size_t i = 0; i < at.size; ++i) {
-          const double weight =
-              share * double{at.weight[i]} * (by_light ? double{brightness[b][i]} : 1.0);
-          weights += weight;
-          sum += weight * term(double{values[b * variants + v][i]});
-        }
-      }
-    }
-    return sum / weights;
-  };
-  const auto amount = [&](const std::vector<BatchArray>& values) {
-    return mean(values, false, [](double depth) { return depth; });
-  };
-  // What comes through dust `factor` times as dense.
-  const auto light = [&](const std::vector<BatchArray>& values, double factor) {
-    return mean(values, true, [&](double depth) { return std::exp(-factor * depth); });
-  };
-  const std::vector<BatchArray> all = depths(0, 1, {});
-  const double whole = amount(all), wanted = light(all, 1);
-  if (!(whole > 0) || !std::isfinite(whole) || !std::isfinite(wanted)) return;
-  std::vector<double> coherences, amounts;
-  double guess = 1;
-  for (std::size_t k = widths.size(); k-- > 0;) {
-    const auto excess = [&](double coherence) {
-      const std::vector<BatchArray> seen = depths(widths[k], coherence, dust_deviations);
-      return light(seen, whole / amount(seen)) - wanted;
-    };
-    // Secants, from what the wider rays have; light grows with the variance.
-    double last = guess, last_excess = excess(last);
-    guess = last_excess > 0 ? last / first_factor : last * first_factor;
-    for (int step = 0; step < secants; ++step) {
-      guess = std::clamp(guess, least_coherence, largest_coherence);
-      const double own = excess(guess);
-      if (!((own - last_excess) * (guess - last) > 0)) {
-        guess = last;
-        break;
-      }
-      const double next = guess - own * (guess - last) / (own - last_excess);
-      last = guess;
-      last_excess = own;
-      guess = next;
-    }
-    guess = std::clamp(guess, least_coherence, largest_coherence);
-    coherences.push_back(guess);
-    amounts.push_back(proper_mean(amount(depths(widths[k], guess, dust_deviations)) / whole));
-  }
-  std::reverse(coherences.begin(), coherences.end());
-  std::reverse(amounts.begin(), amounts.end());
-  dust_[c].log_narrow = static_cast<float>(log_narrowest(c));
-  dust_[c].coherence[o] = {widths.front(), coherence_ratio, coherences};
-  dust_[c].amount[o] = {widths.front(), coherence_ratio, amounts};
+Points Galaxy::turn_back(const Points& points, double twirl, BatchArray& x, BatchArray& y,
+                         BatchArray& z) const {
+  BatchArray all;
+  std::fill_n(all.data(), batch_capacity, 1.0f);
+  SampleBatch batch{};
+  batch.size = points.size;
+  HWY_DYNAMIC_DISPATCH(Share)(points, false, batch);
+  arms_.winding(batch.r.data(), batch.size, batch.winding.data());
+  CompactedPoints turned;
+  HWY_DYNAMIC_DISPATCH(Compact)
+  (batch, all.data(), 0.5f, static_cast<float>(twirl), true, nullptr, 1, nullptr, turned);
+  std::copy_n(turned.x, batch_capacity, x.data());
+  std::copy_n(turned.y, batch_capacity, y.data());
+  std::copy_n(turned.z, batch_capacity, z.data());
+  return {x.data(), y.data(), z.data(), points.size};
 }
 
 void Galaxy::look_up(const ByObliquity& tables, std::size_t size, const BatchArray& log_footprints,
@@ -665,41 +355,6 @@ void Galaxy::look_up(const ByObliquity& tables, std::size_t size, const BatchArr
       out[i] += share * (nodes[o][i] - nodes[o - 1][i]);
     }
   }
-}
-
-void Galaxy::take_shear(const Points& points, BatchArray& out) const {
-  std::fill_n(out.data(), batch_capacity, 0.0f);
-  if (!needs_winding_) return;
-  BatchArray r;
-  for (std::size_t i = 0; i < padded(points.size); ++i) {
-    r[i] = std::sqrt(points.x[i] * points.x[i] + points.y[i] * points.y[i]);
-  }
-  arms_.shear(r.data(), points.size, out.data());
-}
-
-void Galaxy::followed_phi(std::size_t c, const Points& points, double width,
-                          const BatchArray& shear, float* out) const {
-  const Component& source = *components_[static_cast<std::size_t>(followed_[c])];
-  const Texture& followed = *source.texture();
-  // The cloud is turned by this component's twirl; the followed noise has its own.
-  const Texture* own = components_[c]->texture();
-  const double twirl = followed.twirl() - (own != nullptr ? own->twirl() : 0.0);
-  BatchArray all, footprints;
-  std::fill_n(all.data(), batch_capacity, 1.0f);
-  SampleBatch batch{};
-  batch.size = points.size;
-  HWY_DYNAMIC_DISPATCH(Share)(points, false, batch);
-  arms_.winding(batch.r.data(), batch.size, batch.winding.data());
-  CompactedPoints turned;
-  HWY_DYNAMIC_DISPATCH(Compact)
-  (batch, all.data(), 0.5f, static_cast<float>(twirl), true, nullptr, 1, nullptr, turned);
-  if (width > 0) stretch(points.size, shear, source, width, footprints);
-  BatchArray phi;
-  std::uint64_t evaluations = 0;
-  followed.evaluate({turned.x, turned.y, turned.z, turned.size},
-                    width > 0 ? footprints.data() : nullptr, nullptr, {}, std::span(&phi, 1),
-                    evaluations);
-  std::copy_n(phi.data(), padded(points.size), out);
 }
 
 double Galaxy::luminosity(std::size_t c) const {
@@ -777,12 +432,7 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
   const BatchArray* footprints = rays != nullptr ? &rays->footprint : nullptr;
   const std::size_t count = components_.size();
   SampleBatch batch;
-  batch.size = points.size;
-  HWY_DYNAMIC_DISPATCH(Share)(points, needs_phi_, batch);
-  if (needs_winding_) {
-    arms_.winding(batch.r.data(), batch.size, batch.winding.data());
-    if (footprints != nullptr) arms_.shear(batch.r.data(), batch.size, batch.shear.data());
-  }
+  place(points, footprints != nullptr, batch);
   for (std::size_t c = 0; c < count; ++c) components_[c]->envelope(batch, densities[c].data());
   // The noise of followed components is wanted wherever they or a follower matter.
   std::vector<BatchArray> followed_phi(followed_components_.size());
@@ -870,12 +520,7 @@ void Galaxy::component_densities(std::size_t c, const Points& points, float thre
                                  std::span<BatchArray> densities, EvaluationCounts& counts) const {
   const Component& component = *components_[c];
   SampleBatch batch;
-  batch.size = points.size;
-  HWY_DYNAMIC_DISPATCH(Share)(points, needs_phi_, batch);
-  if (needs_winding_) {
-    arms_.winding(batch.r.data(), batch.size, batch.winding.data());
-    if (footprints != nullptr) arms_.shear(batch.r.data(), batch.size, batch.shear.data());
-  }
+  place(points, footprints != nullptr, batch);
   BatchArray envelope, followed;
   component.envelope(batch, envelope.data());
   const auto limit = threshold * static_cast<float>(component.threshold_scale());
@@ -891,44 +536,6 @@ void Galaxy::component_densities(std::size_t c, const Points& points, float thre
     HWY_DYNAMIC_DISPATCH(Scale)
     (batch.size, static_cast<float>(follow_scale_[c]), envelope.data(),
      is_textured ? density.data() : nullptr, follows ? followed.data() : nullptr, density.data());
-  }
-}
-
-void Galaxy::measure_star_fields() {
-  for (std::size_t c = 0; c < components_.size(); ++c) {
-    auto* field = dynamic_cast<StarField*>(components_[c].get());
-    if (field == nullptr) continue;
-    if (std::as_const(*field).texture() == nullptr && followed_[c] < 0) {
-      field->set_largest_phi(1);
-      continue;
-    }
-    // Even in r and z beside a plain layer of the same shape, so that the edges are seen too.
-    const LayerShape& shape = field->shape();
-    float largest = 0;
-    BatchArray x, y, z, density, envelope;
-    EvaluationCounts counts;
-    SampleBatch batch;
-    for (std::size_t first = 0; first < peak_places; first += batch_capacity) {
-      for (std::size_t i = 0; i < batch_capacity; ++i) {
-        double u[3];
-        R3Sequence().point(first + i, u);
-        const double r = std::min(1.0, bright_lengths * shape.rh) * std::sqrt(u[0]);
-        const double angle = 2 * std::numbers::pi * u[1];
-        x[i] = static_cast<float>(r * std::cos(angle));
-        y[i] = static_cast<float>(r * std::sin(angle));
-        z[i] = static_cast<float>(bright_heights * shape.z0 * (2 * u[2] - 1));
-      }
-      const Points points{x.data(), y.data(), z.data(), batch_capacity};
-      evaluate_component(c, points, 0, density, counts);
-      batch.size = points.size;
-      HWY_DYNAMIC_DISPATCH(Share)(points, needs_phi_, batch);
-      if (needs_winding_) arms_.winding(batch.r.data(), batch.size, batch.winding.data());
-      field->envelope(batch, envelope.data());
-      for (std::size_t i = 0; i < batch_capacity; ++i) {
-        if (envelope[i] > 0) largest = std::max(largest, density[i] / envelope[i]);
-      }
-    }
-    field->set_largest_phi(peak_margin * double{largest});
   }
 }
 

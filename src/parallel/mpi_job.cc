@@ -44,7 +44,7 @@ enum class OrderKind : int {
   broadcast,    // `first` = length of the text
   gather,       // answer with a notice that holds a text
   common_bits,  //
-  run,          //
+  run,          // `first` = number of blocks
   block,        // compute rows [first, second)
   no_block,     // answer to a request: all rows are handed out
   abandon,      // compute no further block
@@ -96,14 +96,19 @@ constexpr std::size_t bytes_per_message = values_per_message * sizeof(double);
 // while the next is prepared.
 constexpr std::size_t transfers = 2;
 
-// MPI's own waiting burns a core that a worker needs. The pauses are short next to a block's time
-// and long next to the time of a look (about 1 us).
+// MPI's own waiting burns a core that a worker needs. The pauses, half of the time for which
+// nothing has come, are short next to a block's time; the longest are so next to any part of a job,
+// and long next to a look, which takes 20 us of the worker's core.
 constexpr microseconds shortest_pause{20};
-constexpr microseconds longest_pause{500};
+constexpr microseconds longest_pause{4000};
 
 // Blocks that a rank holds besides those being computed, so that its threads find the next one
-// while the answer to the request is on its way. More would keep them from ranks that are free.
-int prefetched_blocks(int threads) { return 1 + threads / 4; }
+// while the answer to the request is on its way. More would keep them from ranks that are free;
+// where there are few, so would any.
+int prefetched_blocks(std::int64_t blocks, int ranks, int threads) {
+  constexpr int many = 8;  // for each thread
+  return blocks < std::int64_t{many} * ranks * threads ? 0 : 1 + threads / 4;
+}
 
 // Of a rank's patience: how often each says that it is at work, and how much more there is for rank
 // 0 and for ranks that are still preparing.
@@ -531,6 +536,7 @@ class Lead {
       : job_(job),
         values_per_row_(values_per_row),
         consume_(consume),
+        blocks_(blocks.size()),
         handout_(blocks),
         busy_(static_cast<std::size_t>(job.size()), true),
         heard_(static_cast<std::size_t>(job.size())),
@@ -543,7 +549,7 @@ class Lead {
 
   /// Returns the seconds in compute, of all threads, and in consume.
   std::pair<double, double> run() {
-    job_.open({OrderKind::run});
+    job_.open({OrderKind::run, static_cast<std::int64_t>(blocks_)});
     Pause pause;
     while (!finished()) {
       bool active = serve_notices();
@@ -689,6 +695,7 @@ class Lead {
   MpiJob& job_;
   const std::size_t values_per_row_;
   const Executor::Consume& consume_;
+  const std::size_t blocks_;
   RowHandout handout_;
   std::vector<bool> busy_;                    // by rank
   std::vector<std::optional<double>> heard_;  // when, by rank
@@ -705,14 +712,15 @@ class Follow {
  public:
   Follow(MpiJob& job, int threads, std::size_t values_per_row, const Executor::Compute& compute)
       : job_(job),
-        wanted_(threads + prefetched_blocks(threads)),
+        threads_(threads),
         pool_(
             threads, values_per_row, compute, [this] { return queue_.pop(); },
             [this] { queue_.close_and_drop(); }) {}
 
   /// Returns the seconds in compute, of all threads.
   double run() {
-    job_.join(OrderKind::run);
+    const std::int64_t blocks = job_.join(OrderKind::run).first;
+    wanted_ = threads_ + prefetched_blocks(blocks, job_.size(), threads_);
     Pause pause;
     while (!outcome_) {
       bool active = obey();
@@ -820,8 +828,9 @@ class Follow {
   }
 
   MpiJob& job_;
-  const int wanted_;
-  int held_ = 0;  // asked for, waiting or being computed
+  const int threads_;
+  int wanted_ = 0;  // blocks at a time
+  int held_ = 0;    // asked for, waiting or being computed
   bool exhausted_ = false;
   bool failed_ = false;
   bool done_ = false;

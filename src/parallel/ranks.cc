@@ -1,5 +1,7 @@
 #include "gamer/parallel/ranks.h"
 
+#include <algorithm>
+#include <cstring>
 #include <utility>
 
 #include "parallel/job.h"
@@ -7,6 +9,8 @@
 namespace gamer {
 
 Ranks::Ranks(int* argc, char*** argv) : job_(join_job(argc, argv)) {}
+
+Ranks::Ranks() = default;
 
 Ranks::~Ranks() = default;
 
@@ -28,6 +32,26 @@ std::vector<std::string> Ranks::gather(const std::string& text) const {
 
 std::int64_t Ranks::common_bits(std::int64_t bits) const {
   return job_ ? job_->common_bits(bits) : bits;
+}
+
+std::vector<double> Ranks::compute_together(std::span<const RowRange> blocks,
+                                            std::size_t values_per_row, int threads,
+                                            const Executor::Compute& compute) const {
+  int rows = 0;
+  for (const RowRange& block : blocks) rows = std::max(rows, block.last);
+  std::vector<double> all(static_cast<std::size_t>(rows) * values_per_row);
+  executor(threads)->run(
+      blocks, values_per_row, compute, [&](RowRange range, std::span<const double> values) {
+        std::ranges::copy(values,
+                          all.begin() + static_cast<std::ptrdiff_t>(values_per_row) * range.first);
+      });
+  if (size() == 1) return all;
+  std::string bytes(rank() == 0 ? all.size() * sizeof(double) : 0, '\0');
+  if (!bytes.empty()) std::memcpy(bytes.data(), all.data(), bytes.size());
+  bytes = broadcast(std::move(bytes));
+  all.resize(bytes.size() / sizeof(double));
+  if (!bytes.empty()) std::memcpy(all.data(), bytes.data(), bytes.size());
+  return all;
 }
 
 std::unique_ptr<Executor> Ranks::executor(int threads) const {

@@ -94,33 +94,40 @@ double process_seconds() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
 
 double thread_seconds() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
 
-JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int threads, double preparing,
-                         double most_seconds) {
+JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int threads,
+                         const Preparation& preparation, double most_seconds) {
   JobEstimate estimate;
   const int workers = ranks * threads;
   const double begin = process_seconds();
   const TruthImages images = truth ? job.parameters.truth : TruthImages();
   const Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum, images);
-  const std::vector<Probe> probes = probe_pixels(renderer);
+  const double placing = process_seconds() - begin;
+  ThreadExecutor alone(1);
+  const std::vector<Probe> probes = probe_pixels(renderer, alone);
   std::vector<double> costs = row_costs(probes, renderer.width(), renderer.height());
-  estimate.preparing = preparing + process_seconds() - begin;
+  // One worker needs no blocks of equal cost.
+  const double together =
+      preparation.measuring + (workers == 1 ? 0 : process_seconds() - begin - placing);
+  estimate.preparing = preparation.reading + placing + together;
   const std::uint64_t before = resident_memory();
 
   const double unit = seconds_per_cost(renderer, probes, most_seconds);
   if (truth) estimate.truth = truth_seconds(job, most_seconds);
   const auto blocks =
       workers == 1
-          ? render_blocks(renderer, 1)
+          ? render_blocks(renderer, alone)
           : cost_blocks(costs, workers, most_block_rows(renderer.width(), renderer.planes()));
   for (double& cost : costs) cost *= unit;
   estimate.rendering = std::accumulate(costs.begin(), costs.end(), 0.0);
   const double values = static_cast<double>(renderer.width()) * renderer.height() *
                         static_cast<double>(renderer.planes());
   const double writing = writing_seconds * values;
-  const double alone = workers == 1 ? estimate.rendering + writing
-                                    : std::max(time_of_blocks(blocks, costs, workers), writing);
+  const double rows_seconds = workers == 1
+                                  ? estimate.rendering + writing
+                                  : std::max(time_of_blocks(blocks, costs, workers), writing);
   // Rank 0 reads and checks before the others begin.
-  estimate.wall = (ranks > 1 ? 2 : 1) * estimate.preparing + estimate.truth / workers + alone;
+  estimate.wall = (ranks > 1 ? 2 : 1) * preparation.reading + placing +
+                  (together + estimate.truth) / workers + rows_seconds;
 
   int rows = 0;
   for (const RowRange& block : blocks) rows = std::max(rows, block.size());

@@ -101,7 +101,7 @@ std::unique_ptr<Film> Film::unpack(std::string_view packed, WorkOptions options)
   Record record = unpack_record(packed);
   std::istringstream numbers(text_of(record, packed_frames).content.str());
   record.pop_back();
-  auto jobs = std::make_unique<FrameJobs>(record);
+  auto jobs = std::make_unique<FrameJobs>(read_job(record));
   const RenderParameters parameters = jobs->parameters();
   std::unique_ptr<Film> film(new Film(std::move(jobs), parameters, std::move(options)));
   for (int number = 0; numbers >> number;) film->left_.push_back(number);
@@ -141,12 +141,15 @@ std::vector<fs::path> Film::later_files() const {
   return files;
 }
 
-JobEstimate Film::estimate(int ranks, int threads, double preparing) {
+JobEstimate Film::estimate(int ranks, int threads, double reading) {
+  const double start = process_seconds();
+  jobs_->measure(Ranks());
+  const double measuring = process_seconds() - start;
   const auto count = static_cast<int>(left_.size());
   const int apart = frames_apart(count, ranks);
   const int workers = ranks * threads;
   JobEstimate film;
-  film.preparing = preparing;
+  film.preparing = reading + measuring;
   // Of a frame: on a rank of its own, and with all ranks.
   double alone = 0, together = 0, preparing_frame = 0;
   const int probes = std::min(count, most_probes);
@@ -154,13 +157,14 @@ JobEstimate Film::estimate(int ranks, int threads, double preparing) {
     const int i = probes == 1 ? 0 : probe * (count - 1) / (probes - 1);
     const double begin = process_seconds();
     const RenderJob job = jobs_->make(frame(left_[static_cast<std::size_t>(i)]));
+    const double making = process_seconds() - begin;
     const JobEstimate own = estimate_job(job, options_.truth, apart > 0 ? 1 : ranks, threads,
-                                         process_seconds() - begin, probe_seconds);
+                                         {making, 0}, probe_seconds);
     const double share = 1.0 / probes;
     preparing_frame += share * own.preparing;
     alone += share * own.wall;
     // All ranks prepare a frame at the same time.
-    const double twice = ranks > 1 ? own.preparing : 0;
+    const double twice = ranks > 1 ? making : 0;
     together += share * (apart > 0 ? own.preparing + (own.rendering + own.truth) / workers
                                    : own.wall - twice);
     film.rendering += share * count * own.rendering;
@@ -170,7 +174,8 @@ JobEstimate Film::estimate(int ranks, int threads, double preparing) {
   }
   const int each = apart / ranks, shared = count - apart;
   film.preparing += preparing_frame * (each + shared);
-  film.wall = (ranks > 1 ? 2 : 1) * preparing + each * alone + shared * together;
+  film.wall =
+      (ranks > 1 ? 2 : 1) * reading + measuring / workers + each * alone + shared * together;
   return film;
 }
 
@@ -217,6 +222,7 @@ void Film::render_frame(int number, int ranks, int threads, Executor& executor,
 void Film::render(const Ranks& ranks, int threads, Executor& executor, const Messages& messages,
                   RankReport& report) {
   const bool is_root = ranks.rank() == 0;
+  jobs_->measure(ranks);
   for (const fs::path& file : replaced_) fs::remove(file);
   if (is_root) {
     say_when_stopped("gamer", "; finished frames are kept; go on with: " + options_.resume_command);

@@ -36,11 +36,20 @@ FrameJobs::FrameJobs(const RenderJob& animation) : FrameJobs(animation.record) {
   for (const PlacedGalaxy& placed : animation.scene->galaxies) {
     library_.add(placed.type, placed.sed, placed.seed, placed.galaxy);
   }
+  unmeasured_ = animation.rest.galaxies;
+}
+
+void FrameJobs::measure(const Ranks& ranks) {
+  measure_galaxies(std::exchange(unmeasured_, {}), ranks);
 }
 
 RenderJob FrameJobs::make(RenderParameters parameters) {
-  return recorded(make_job(std::move(parameters), catalogue_, resources_, library_, list_.content),
-                  list_.label, resources_);
+  const Ranks alone;
+  measure(alone);
+  RenderJob job = make_job(std::move(parameters), catalogue_, resources_, library_, list_.content);
+  // Of a galaxy that no camera saw before; frames are made by one rank or by all at the same time.
+  complete(job, alone, 1);
+  return recorded(std::move(job), list_.label, resources_);
 }
 
 std::optional<std::array<double, 8>> check_same_frame(const std::filesystem::path& image,

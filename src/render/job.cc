@@ -10,6 +10,7 @@
 
 #include "gamer/core/units.h"
 #include "gamer/core/version.h"
+#include "gamer/galaxy/galaxy_statistics.h"
 #include "gamer/image/picture.h"
 #include "gamer/render/renderer.h"
 #include "gamer/render/schedule.h"
@@ -269,10 +270,56 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
   auto scene = std::make_shared<Scene>(
       read_scene(catalogue, parameters, spectrum, camera, resources, library));
   if (scene->list == list) scene->list = list;
-  if (parameters.attenuated) {
-    apply_attenuation(parameters, camera, *load_reference_band(parameters, resources), *scene);
+  RenderJob::Rest rest{library.take_unmeasured(*scene), nullptr};
+  if (parameters.attenuated) rest.attenuation = load_reference_band(parameters, resources);
+  return {std::move(parameters), camera, std::move(spectrum),
+          std::move(scene),      {},     std::move(rest)};
+}
+
+void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies, const Ranks& ranks) {
+  std::vector<GalaxyStatistics> statistics;
+  struct Row {
+    std::size_t galaxy, part;
+  };
+  std::vector<Row> rows;
+  std::vector<RowRange> parts, components;
+  std::size_t numbers = 0;
+  for (std::size_t g = 0; g < galaxies.size(); ++g) {
+    const GalaxyStatistics& own = statistics.emplace_back(*galaxies[g]);
+    numbers = std::max(numbers, own.most_numbers());
+    for (std::size_t part = 0; part < own.parts(); ++part) {
+      const auto row = static_cast<int>(rows.size());
+      rows.push_back({g, part});
+      parts.push_back({row, row + 1});
+      if (part > 0 && own.component(part) == own.component(part - 1)) {
+        ++components.back().last;
+      } else {
+        components.push_back({row, row + 1});
+      }
+    }
   }
-  return {std::move(parameters), camera, std::move(spectrum), std::move(scene), {}};
+  // Parts of a component share work, where there is enough for all ranks.
+  constexpr std::size_t enough = 8;
+  const bool has_enough = components.size() >= enough * static_cast<std::size_t>(ranks.size());
+  const std::vector<double> all = ranks.compute_together(
+      has_enough ? components : parts, numbers, 1, [&](RowRange range, std::span<double> values) {
+        for (int row = range.first; row < range.last; ++row) {
+          const auto [g, part] = rows[static_cast<std::size_t>(row)];
+          const auto begin = static_cast<std::size_t>(row - range.first) * numbers;
+          statistics[g].measure(part, values.subspan(begin, numbers));
+        }
+      });
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    statistics[rows[row].galaxy].take(rows[row].part,
+                                      std::span(all).subspan(row * numbers, numbers));
+  }
+}
+
+void complete(RenderJob& job, const Ranks& ranks, int threads) {
+  const RenderJob::Rest rest = std::exchange(job.rest, {});
+  measure_galaxies(rest.galaxies, ranks);
+  if (rest.attenuation == nullptr) return;
+  apply_attenuation(job.parameters, job.camera, *rest.attenuation, ranks, threads, *job.scene);
 }
 
 RenderJob recorded(RenderJob job, const std::string& label, Resources& resources) {
@@ -301,7 +348,7 @@ RenderParameters load_parameters(const JobRequest& request, Resources& resources
   return parameters;
 }
 
-RenderJob load_job(const JobRequest& request, Resources& resources) {
+RenderJob read_job(const JobRequest& request, Resources& resources) {
   RenderParameters parameters = load_parameters(request, resources);
   const std::filesystem::path& path = source_of(request, request.scene);
   const bool is_table =
@@ -331,7 +378,7 @@ RenderParameters recorded_render_parameters(const Record& record) {
   return RenderParameters::read(parse_toml(text.content, text.label));
 }
 
-RenderJob job_from_record(const Record& record) {
+RenderJob read_job(const Record& record) {
   Resources resources = Resources::from_record(record);
   RenderParameters parameters = recorded_render_parameters(record);
   const Resources::Text& list = text_of(record, scene_name);
@@ -340,6 +387,18 @@ RenderJob job_from_record(const Record& record) {
   GalaxyLibrary library(parameters, list.label, resources);
   RenderJob job = make_job(std::move(parameters), catalogue, resources, library, list.content);
   job.record = record;
+  return job;
+}
+
+RenderJob load_job(const JobRequest& request, Resources& resources) {
+  RenderJob job = read_job(request, resources);
+  complete(job, Ranks(), 1);
+  return job;
+}
+
+RenderJob job_from_record(const Record& record) {
+  RenderJob job = read_job(record);
+  complete(job, Ranks(), 1);
   return job;
 }
 

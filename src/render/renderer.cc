@@ -696,7 +696,7 @@ Image render_image(const Renderer& renderer, Executor& executor) {
   const int width = renderer.width(), planes = renderer.planes();
   Image image(width, renderer.height(), planes);
   executor.run(
-      render_blocks(renderer, executor.workers()),
+      render_blocks(renderer, executor),
       static_cast<std::size_t>(width) * static_cast<std::size_t>(planes),
       [&](RowRange rows, std::span<double> values) { renderer.render_rows(rows, values); },
       [&](RowRange rows, std::span<const double> values) {

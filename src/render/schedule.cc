@@ -24,7 +24,10 @@ constexpr double empty_pixel_cost = 0.01;
 constexpr int most_probed_rows = 64;
 constexpr int most_probed_columns = 64;
 constexpr int rows_per_probe = 4;
-constexpr int columns_per_probe = 16;
+constexpr int columns_per_probe = 64;
+// Of narrow images a column more often, to this number.
+constexpr int few_columns = 8;
+constexpr int few_columns_per_probe = 16;
 
 constexpr std::size_t most_block_bytes = std::size_t{8} << 20;
 /// Shares of what is left, for each worker.
@@ -42,22 +45,37 @@ double estimated_cost(const RenderCounts& counts) {
          noise_cost * static_cast<double>(counts.noise_evaluations);
 }
 
-std::vector<Probe> probe_pixels(const Renderer& renderer) {
+std::vector<Probe> probe_pixels(const Renderer& renderer, Executor& executor) {
   const int width = renderer.width(), height = renderer.height();
   const int rows = std::clamp(height / rows_per_probe, 1, most_probed_rows);
-  const int columns = std::clamp(width / columns_per_probe, 1, most_probed_columns);
+  const int few = std::min(width / few_columns_per_probe, few_columns);
+  const int columns = std::clamp(std::max(width / columns_per_probe, few), 1, most_probed_columns);
   std::vector<Probe> probes;
   for (int row = 0; row < rows; ++row) {
     const int y = static_cast<int>((row + 0.5) * height / rows);
     // Multiples of the golden ratio: columns of different rows do not align.
     const double shift = std::fmod(row * std::numbers::phi, 1.0);
     for (int k = 0; k < columns; ++k) {
-      const int x = static_cast<int>((k + shift) * width / columns);
-      RenderCounts counts;
-      renderer.count_pixels(x, x + 1, y, y + 1, counts);
-      probes.push_back({x, y, estimated_cost(counts)});
+      probes.push_back({static_cast<int>((k + shift) * width / columns), y, 0});
     }
   }
+  const auto per_row = static_cast<std::size_t>(columns);
+  const auto probe_of = [&](RowRange range, std::size_t i) -> Probe& {
+    return probes[static_cast<std::size_t>(range.first) * per_row + i];
+  };
+  executor.run(
+      even_blocks(rows, 1), per_row,
+      [&](RowRange range, std::span<double> costs) {
+        for (std::size_t i = 0; i < costs.size(); ++i) {
+          const Probe& probe = probe_of(range, i);
+          RenderCounts counts;
+          renderer.count_pixels(probe.x, probe.x + 1, probe.y, probe.y + 1, counts);
+          costs[i] = estimated_cost(counts);
+        }
+      },
+      [&](RowRange range, std::span<const double> costs) {
+        for (std::size_t i = 0; i < costs.size(); ++i) probe_of(range, i).cost = costs[i];
+      });
   return probes;
 }
 
@@ -84,8 +102,8 @@ std::vector<double> row_costs(std::span<const Probe> probes, int width, int heig
   return costs;
 }
 
-std::vector<double> estimate_row_costs(const Renderer& renderer) {
-  return row_costs(probe_pixels(renderer), renderer.width(), renderer.height());
+std::vector<double> estimate_row_costs(const Renderer& renderer, Executor& executor) {
+  return row_costs(probe_pixels(renderer, executor), renderer.width(), renderer.height());
 }
 
 int most_block_rows(int width, int planes) {
@@ -143,12 +161,13 @@ double time_of_blocks(std::span<const RowRange> blocks, std::span<const double> 
   return last;
 }
 
-std::vector<RowRange> render_blocks(const Renderer& renderer, int workers) {
+std::vector<RowRange> render_blocks(const Renderer& renderer, Executor& executor) {
+  const int workers = executor.workers();
   const int most_rows = most_block_rows(renderer.width(), renderer.planes());
   if (workers == 1) {
     return even_blocks(renderer.height(), std::min(most_rows, Renderer::tile_rows));
   }
-  return cost_blocks(estimate_row_costs(renderer), workers, most_rows);
+  return cost_blocks(estimate_row_costs(renderer, executor), workers, most_rows);
 }
 
 int held_blocks(int ranks, int threads) {

@@ -170,18 +170,30 @@ void write_truth_table(const std::filesystem::path& path, const DataTable& table
 }
 
 void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
-                       const Bandpass& reference, Scene& scene) {
+                       const Bandpass& reference, const Ranks& ranks, int threads, Scene& scene) {
   if (scene.unit == PixelUnit::relative) return;
+  Spectrum band;
+  band.planes = {
+      {reference.name(), reference.pivot(), std::make_shared<const Bandpass>(reference)}};
+  band.igm = parameters.igm;
+  std::vector<PlacedGalaxy*> dusty;
   for (PlacedGalaxy& placed : scene.galaxies) {
-    if (!has_dust(placed)) continue;
-    Spectrum band;
-    band.planes = {
-        {reference.name(), reference.pivot(), std::make_shared<const Bandpass>(reference)}};
-    band.igm = parameters.igm;
-    PlacedGalaxy probe = placed;
-    if (placed.is_absolute) probe.redshift = 0;
-    const double seen = measure(probe, parameters, camera, band).attenuation.front();
-    if (seen > 0) placed.brightness /= seen;
+    if (has_dust(placed)) dusty.push_back(&placed);
+  }
+  const auto count = static_cast<int>(dusty.size());
+  constexpr int blocks_per_thread = 16;
+  const int block = std::max(1, count / (blocks_per_thread * ranks.size() * threads));
+  const std::vector<double> seen = ranks.compute_together(
+      even_blocks(count, block), 1, threads, [&](RowRange rows, std::span<double> values) {
+        for (int row = rows.first; row < rows.last; ++row) {
+          PlacedGalaxy probe = *dusty[static_cast<std::size_t>(row)];
+          if (probe.is_absolute) probe.redshift = 0;
+          values[static_cast<std::size_t>(row - rows.first)] =
+              measure(probe, parameters, camera, band).attenuation.front();
+        }
+      });
+  for (std::size_t row = 0; row < dusty.size(); ++row) {
+    if (seen[row] > 0) dusty[row]->brightness /= seen[row];
   }
 }
 

@@ -40,9 +40,17 @@ Renderer make_renderer(const RenderJob& job, const WorkOptions& options) {
           options.truth ? job.parameters.truth : TruthImages()};
 }
 
+/// Every rank's part. They count as set-up: `before`, from which times are taken, goes on.
+std::vector<RowRange> blocks_of(const Renderer& renderer, Executor& executor, RunTimes& before) {
+  const RunTimes begin = executor.times();
+  std::vector<RowRange> blocks = render_blocks(renderer, executor);
+  before += executor.times() - begin;
+  return blocks;
+}
+
 /// Every rank's part of rendering; `consume` is rank 0's.
-void run(const Renderer& renderer, Executor& executor, const Executor::Consume& consume,
-         RankReport& report) {
+void run(const Renderer& renderer, std::span<const RowRange> blocks, Executor& executor,
+         const Executor::Consume& consume, RankReport& report) {
   const auto values_per_row =
       static_cast<std::size_t>(renderer.width()) * static_cast<std::size_t>(renderer.planes());
   std::mutex mutex;
@@ -52,7 +60,7 @@ void run(const Renderer& renderer, Executor& executor, const Executor::Consume& 
     const std::lock_guard lock(mutex);
     report.counts += counts;
   };
-  executor.run(render_blocks(renderer, executor.workers()), values_per_row, compute, consume);
+  executor.run(blocks, values_per_row, compute, consume);
 }
 
 }  // namespace
@@ -160,6 +168,8 @@ void Work::go_on(std::unique_ptr<Journal> journal) {
   journal_ = std::move(journal);
 }
 
+void Work::complete(const Ranks& ranks, int threads) { gamer::complete(job_, ranks, threads); }
+
 void Work::begin() {
   if (!journal_) {
     const fs::path path = journal_path(job_.parameters.output);
@@ -207,10 +217,11 @@ void Work::finish(ImageWriter& writer, const std::optional<DataTable>& truth) {
 
 void Work::render_rows(Executor& executor, Progress::Style style, RankReport& report) {
   JournaledExecutor journaled(executor, journal_.get());
-  const RunTimes before = executor.times();
+  RunTimes before = executor.times();
   std::optional<DataTable> truth;
   if (options_.truth) truth = truth_table(job_, journaled);
   const Renderer renderer = make_renderer(job_, options_);
+  const auto blocks = blocks_of(renderer, executor, before);
   if (truth && options_.truth_table.empty()) header_.data_tables = {*truth};
   const std::unique_ptr<ImageWriter> writer = make_writer();
   // What is left when the process is killed.
@@ -218,7 +229,7 @@ void Work::render_rows(Executor& executor, Progress::Style style, RankReport& re
   Progress progress(renderer.height(), style, stderr);
   journaled.keep_single(is_single_precision(job_.parameters.output));
   run(
-      renderer, journaled,
+      renderer, blocks, journaled,
       [&](RowRange rows, std::span<const double> values) {
         writer->write_rows(rows.first, rows.size(), values);
         if (journaled.is_replaying()) {
@@ -265,9 +276,11 @@ std::string Work::text() const {
 
 void help_render(const RenderJob& job, const WorkOptions& options, Executor& executor,
                  RankReport& report) {
-  const RunTimes before = executor.times();
+  RunTimes before = executor.times();
   if (options.truth) truth_table(job, executor);
-  run(make_renderer(job, options), executor, {}, report);
+  const Renderer renderer = make_renderer(job, options);
+  const auto blocks = blocks_of(renderer, executor, before);
+  run(renderer, blocks, executor, {}, report);
   report.runs += executor.times() - before;
 }
 

@@ -5,6 +5,7 @@
 
 #include "gamer/core/random.h"
 #include "gamer/scene/catalogue.h"
+#include "gamer/scene/scene.h"
 #include "scene/scene_row.h"
 
 namespace gamer {
@@ -22,9 +23,20 @@ std::shared_ptr<const Galaxy> GalaxyLibrary::find(const std::string& type, const
   const bool is_smooth = known_type != smooth_.end() && known_type->second;
   const auto known = galaxies_.find({type, sed, is_smooth ? 0 : seed});
   if (known != galaxies_.end()) return known->second;
-  std::shared_ptr<const Galaxy> galaxy = make(type, sed, seed, row);
+  const std::shared_ptr<Galaxy> galaxy = make(type, sed, seed, row);
+  unmeasured_.emplace(galaxy.get(), galaxy);
   add(type, sed, seed, galaxy);
   return galaxy;
+}
+
+std::vector<std::shared_ptr<Galaxy>> GalaxyLibrary::take_unmeasured(const Scene& scene) {
+  std::vector<std::shared_ptr<Galaxy>> galaxies;
+  for (const PlacedGalaxy& placed : scene.galaxies) {
+    if (auto found = unmeasured_.extract(placed.galaxy.get())) {
+      galaxies.push_back(std::move(found.mapped()));
+    }
+  }
+  return galaxies;
 }
 
 void GalaxyLibrary::add(const std::string& type, const std::string& sed, std::uint64_t seed,
@@ -49,8 +61,8 @@ std::shared_ptr<const Sed> GalaxyLibrary::find_sed_of(const std::string& name,
   return known;
 }
 
-std::shared_ptr<const Galaxy> GalaxyLibrary::make(const std::string& type, const std::string& sed,
-                                                  std::uint64_t row_seed, const SceneRow& row) {
+std::shared_ptr<Galaxy> GalaxyLibrary::make(const std::string& type, const std::string& sed,
+                                            std::uint64_t row_seed, const SceneRow& row) {
   static const std::vector<std::string> suffixes = {".toml"};
   GalaxySettings settings = settings_;
   settings.seed = hash_words({seed_, row_seed});
@@ -66,7 +78,7 @@ std::shared_ptr<const Galaxy> GalaxyLibrary::make(const std::string& type, const
   } catch (const InputError& error) {
     throw InputError(row.where(column::galaxy), error.what());
   }
-  return Galaxy::parse(text->content, text->label, settings, resources_);
+  return Galaxy::read(text->content, text->label, settings, resources_);
 }
 
 }  // namespace gamer

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "gamer/core/units.h"
+#include "gamer/galaxy/galaxy_statistics.h"
 #include "gamer/scene/galaxy_library.h"
 #include "gamer/scene/orientation.h"
 #include "gamer/sed/igm.h"
@@ -602,7 +603,9 @@ Scene read_scene(const Catalogue& catalogue, const RenderParameters& parameters,
 Scene read_scene(const Catalogue& catalogue, const RenderParameters& parameters,
                  const Spectrum& spectrum, const Camera& camera, Resources& resources) {
   GalaxyLibrary library(parameters, catalogue.label(), resources);
-  return read_scene(catalogue, parameters, spectrum, camera, resources, library);
+  Scene scene = read_scene(catalogue, parameters, spectrum, camera, resources, library);
+  for (const auto& galaxy : library.take_unmeasured(scene)) GalaxyStatistics(*galaxy).measure_all();
+  return scene;
 }
 
 Scene read_scene(std::string_view text, const std::string& label,

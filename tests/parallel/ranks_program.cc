@@ -126,6 +126,29 @@ TEST(Ranks, ResultsOfSeveralMessages) {
   if (ranks->rank() == 0) check.expect_all_consumed();
 }
 
+TEST(Ranks, ComputeTogether) {
+  constexpr std::size_t width = 3;
+  for (const int threads : {1, 2}) {
+    for (const int rows : {0, 1, 40}) {
+      // From the last to the first; with row 0 left out where there are several.
+      std::vector<RowRange> blocks = even_blocks(rows, 3);
+      std::reverse(blocks.begin(), blocks.end());
+      if (blocks.size() > 1) blocks.back().first = 1;
+      RowCheck check(blocks, width);
+      const std::vector<double> all =
+          ranks->compute_together(check.blocks(), width, threads, check.compute());
+      ASSERT_EQ(all.size(), static_cast<std::size_t>(rows) * width);
+      for (std::size_t i = 0; i < all.size(); ++i) {
+        const bool is_left_out = rows > 3 && i < width;
+        const int row = static_cast<int>(i / width);
+        EXPECT_EQ(all[i], is_left_out ? 0 : RowCheck::value(row, i % width));
+      }
+      // Each once.
+      EXPECT_EQ(sum_over_ranks(check.computed()), check.rows());
+    }
+  }
+}
+
 TEST(Ranks, EveryRankComputes) {
   RowCheck check(even_blocks(40, 1), 3);
   const auto compute = check.compute();

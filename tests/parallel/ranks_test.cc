@@ -31,6 +31,18 @@ TEST(RanksAlone, ExecutorComputesInThreads) {
   }
 }
 
+TEST(RanksAlone, ComputesTogetherWithNobody) {
+  const Ranks ranks;
+  EXPECT_EQ(ranks.rank(), 0);
+  EXPECT_EQ(ranks.size(), 1);
+  RowCheck check(even_blocks(17, 4), 5);
+  const std::vector<double> all = ranks.compute_together(check.blocks(), 5, 2, check.compute());
+  ASSERT_EQ(all.size(), 17u * 5);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_EQ(all[i], RowCheck::value(static_cast<int>(i / 5), i % 5));
+  }
+}
+
 TEST(RanksAlone, EndReportsAndReturnsTheCode) {
   std::vector<std::string> reports;
   const auto report = [&](const std::string& message) { reports.push_back(message); };

@@ -71,6 +71,30 @@ TEST(Job, RecordHoldsResolvedParametersAndMakesTheSameJob) {
   EXPECT_EQ(again.camera.ray(1, 2)->direction, job.camera.ray(1, 2)->direction);
 }
 
+TEST(Job, IsCompleteOnceItsGalaxiesAreMeasured) {
+  const char* const noisy =
+      "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = {octaves = 1}\n";
+  Resources data = Resources::from_record(
+      {{"render.par", "render.par", "[image]\nsize = 8\noutput = \"a.fits\"\n"},
+       {"scene.lst", "scene.lst", "galaxy x y z seed\nn 0 0 0 2\nn 0.1 0 0 1\nn 0.2 0 0 2\n"},
+       {"galaxies/n", "n.toml", noisy}});
+  const auto pixels = [](const RenderJob& job) {
+    const Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum);
+    std::vector<double> values(8 * 8);
+    renderer.render_rows({0, 8}, values);
+    return values;
+  };
+  RenderJob job = read_job(JobRequest(), data);
+  // In the scene's order, which every rank has.
+  ASSERT_EQ(job.rest.galaxies.size(), 2u);
+  EXPECT_EQ(job.rest.galaxies[0], job.scene->galaxies[0].galaxy);
+  EXPECT_EQ(job.rest.galaxies[1], job.scene->galaxies[1].galaxy);
+  complete(job, Ranks(), 1);
+  EXPECT_TRUE(job.rest.galaxies.empty());
+  EXPECT_EQ(pixels(job), pixels(load_job({}, data)));
+  EXPECT_EQ(pixels(job), pixels(job_from_record(job.record)));
+}
+
 const Card* find_card(const ImageHeader& header, const std::string& key) {
   const auto found = std::find_if(header.cards.begin(), header.cards.end(),
                                   [&](const Card& card) { return card.key == key; });

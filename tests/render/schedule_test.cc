@@ -135,7 +135,8 @@ Renderer make_renderer(const TextScene& text) {
 
 TEST(RowCosts, FollowTheRows) {
   const Renderer renderer = make_renderer(two_galaxies);
-  const std::vector<double> costs = estimate_row_costs(renderer);
+  ThreadExecutor executor(2);
+  const std::vector<double> costs = estimate_row_costs(renderer, executor);
   ASSERT_EQ(costs.size(), 160u);
   const std::size_t row = 192;
   std::vector<double> values(row), counted;
@@ -167,7 +168,8 @@ TEST(RowCosts, ImageDoesNotDependOnTheBlocks) {
     return image;
   };
   const std::vector<double> whole = values_in({{0, 160}});
-  EXPECT_EQ(values_in(render_blocks(renderer, 3)), whole);
+  ThreadExecutor three(3);
+  EXPECT_EQ(values_in(render_blocks(renderer, three)), whole);
   EXPECT_EQ(values_in(even_blocks(160, 1)), whole);
   EXPECT_EQ(values_in({{37, 160}, {0, 5}, {5, 37}}), whole);
 }

@@ -86,7 +86,8 @@ Made make(const std::string& list, const std::string& toml) {
   auto scene = std::make_shared<Scene>(
       read_scene(list, "scene.lst", parameters, spectrum, camera, resources));
   if (parameters.attenuated) {
-    apply_attenuation(parameters, camera, *load_reference_band(parameters, resources), *scene);
+    apply_attenuation(parameters, camera, *load_reference_band(parameters, resources), Ranks(), 2,
+                      *scene);
   }
   return {std::move(parameters), camera, std::move(spectrum), std::move(scene)};
 }

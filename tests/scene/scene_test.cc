@@ -71,6 +71,27 @@ TEST(GalaxyLibrary, OutlivesAScene) {
             "scene.lst:2:1: unknown galaxy 'noisi'; did you mean 'noisy'?");
 }
 
+TEST(GalaxyLibrary, TellsOnceWhatIsToBeMeasured) {
+  const RenderParameters p = parameters_of("");
+  Resources data = resources();
+  GalaxyLibrary library(p, "scene.lst", data);
+  const auto read_from = [&](const char* list) {
+    return read_scene(Catalogue::parse(list, "scene.lst", CatalogueFormat::automatic), p,
+                      load_spectrum(p, data), Camera(p), data, library);
+  };
+  const Scene first = read_from("galaxy x y z seed\nnoisy 0 0 0 1\nnoisy 0 0 0 2\n");
+  // As another frame would have it, which sees other rows of the same catalogue.
+  const Scene second = read_from("galaxy x y z seed\nnoisy 0 0 0 3\nnoisy 0 0 0 2\n");
+  const auto of_second = library.take_unmeasured(second);
+  ASSERT_EQ(of_second.size(), 2u);
+  EXPECT_EQ(of_second[0], second.galaxies[0].galaxy);
+  EXPECT_EQ(of_second[1], second.galaxies[1].galaxy);
+  const auto of_first = library.take_unmeasured(first);
+  ASSERT_EQ(of_first.size(), 1u);
+  EXPECT_EQ(of_first[0], first.galaxies[0].galaxy);
+  EXPECT_TRUE(library.take_unmeasured(second).empty());
+}
+
 TEST(Scene, DefaultsOfARow) {
   const Scene scene = read("galaxy x y z\nsmooth 1 2 3\n");
   ASSERT_EQ(scene.galaxies.size(), 1u);

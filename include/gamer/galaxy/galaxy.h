@@ -22,12 +22,17 @@ struct EvaluationCounts {
 };
 
 /// A galaxy type with its noise realised for one seed: components in the ball frame (the ball of
-/// radius 1 after undoing `axis`; disk plane z = 0). Immutable; evaluated from many threads.
+/// radius 1 after undoing `axis`; disk plane z = 0). Immutable once it is measured, and evaluated
+/// from many threads.
 class Galaxy {
  public:
-  /// Reads a galaxy file. Throws InputError.
+  /// Reads a galaxy file and measures it. Throws InputError.
   static std::shared_ptr<const Galaxy> parse(std::string_view text, const std::string& label,
                                              const GalaxySettings& settings, Resources& resources);
+  /// Reads a galaxy file. GalaxyStatistics measures what it needs before it is evaluated; all else
+  /// is known. Throws InputError.
+  static std::shared_ptr<Galaxy> read(std::string_view text, const std::string& label,
+                                      const GalaxySettings& settings, Resources& resources);
   static ParameterTable table();  ///< of [galaxy]
 
   const std::string& name() const { return name_; }
@@ -72,43 +77,25 @@ class Galaxy {
     float log_narrow = 0;
   };
 
-  void resolve(const std::string& label, std::size_t most_cloud_points);
-  void normalise_textures(std::size_t most_cloud_points);
-  /// Normalises component c's texture, or follow_scale_ where it has none, over a cloud of that
-  /// size; the relative standard error of the mean.
-  double normalise(std::size_t c, std::size_t cloud_size);
-  /// Measures what wide rays see of component c, which emits, over a cloud of that size, after
-  /// normalise(); the largest relative standard error.
-  double measure_seen(std::size_t c, std::size_t cloud_size);
-  /// The same of one that absorbs, along so many rays of the o-th obliquity.
-  void measure_dust(std::size_t c, std::size_t o, std::size_t rays);
-  /// Whether rays of that footprint see less than all of component c and what it follows.
-  bool hides(std::size_t c, double footprint) const;
-  /// Footprints up to the widest of which rays see less than all of component c and what it
-  /// follows, each `ratio` times the one before.
-  std::vector<double> seen_widths(std::size_t c, double widest, double ratio) const;
-  /// Phi of component c at points of its cloud, that of a followed one included, as rays of a width
-  /// see it.
-  void cloud_phi(std::size_t c, const Points& points, double width, const BatchArray& shear,
-                 BatchArray& out) const;
+  friend class GalaxyStatistics;
+
+  void resolve(const std::string& label);
+  void resolve_fractions();
+  /// Throws InputError where component c's exceeds single precision.
+  void check_density(std::size_t c) const;
+  /// Fills what components share about points.
+  void place(const Points& points, bool wants_shear, SampleBatch& batch) const;
+  /// Points that were turned back by a component's twirl, turned back by `twirl` more: in x, y, z.
+  Points turn_back(const Points& points, double twirl, BatchArray& x, BatchArray& y,
+                   BatchArray& z) const;
   /// evaluate_component() by so many deviations, as rays of such footprints (null for all) see it;
   /// `coherence` as for Texture::evaluate().
   void component_densities(std::size_t c, const Points& points, float threshold,
                            const BatchArray* footprints, const BatchArray* coherence,
                            std::span<const double> deviations, std::span<BatchArray> densities,
                            EvaluationCounts& counts) const;
-  /// ln of the widest footprint of which rays see all of component c and what it follows.
-  double log_narrowest(std::size_t c) const;
   static void look_up(const ByObliquity& tables, std::size_t size, const BatchArray& log_footprints,
                       const BatchArray& obliquity, BatchArray& out);
-  /// r dtheta/dr at points of a cloud.
-  void take_shear(const Points& points, BatchArray& out) const;
-  /// Phi of the component that c follows at points of c's cloud, as rays of a width see it.
-  void followed_phi(std::size_t c, const Points& points, double width, const BatchArray& shear,
-                    float* out) const;
-  void resolve_fractions();
-  /// Tells star fields the largest of their Phi.
-  void measure_star_fields();
   /// Fills out.size() arrays with Phi of component c, by as many deviations; 1 where it is not
   /// needed.
   void phi(std::size_t c, const SampleBatch& batch, const BatchArray& need, float threshold,
@@ -116,6 +103,7 @@ class Galaxy {
            std::span<const double> deviations, std::span<BatchArray> out,
            EvaluationCounts& counts) const;
 
+  std::size_t most_cloud_points_ = 0;  ///< GalaxySettings::most_cloud_points
   std::string name_;
   std::string description_;
   std::vector<double> axis_ = {1, 1, 1};

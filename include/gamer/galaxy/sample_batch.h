@@ -26,6 +26,9 @@ struct RayBatch {
   BatchArray obliquity;  ///< ln of its path per height above the plane
 };
 
+/// Narrower rays see all of every texture.
+inline constexpr float smallest_footprint = 1e-10f;
+
 /// The taper falls from 1 at this radius to 0 at the ball's surface, as the quintic smoothstep
 /// 6u^5 - 15u^4 + 10u^3, which is twice continuously differentiable.
 inline constexpr double taper_start = 0.7;

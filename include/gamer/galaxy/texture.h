@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "gamer/core/batch.h"
 #include "gamer/noise/fractal.h"
@@ -24,6 +25,9 @@ class Texture {
                          const FractalNoise::Factor& factor) = 0;
   /// The standard error of <Phi factor> if the cloud's points were independent.
   virtual double mean_error() const = 0;
+  /// All that normalise() took, for the same texture elsewhere.
+  virtual std::vector<double> statistics() const = 0;
+  virtual void restore(std::span<const double> statistics) = 0;
 
   /// Fills out.size() arrays with Phi. With footprints (galaxy radii; null for none) it is what is
   /// expected of Phi given what such rays see; out[d] where the coherent part of the rest is
@@ -68,6 +72,8 @@ class FractalTexture : public Texture {
     noise_.normalise(cloud, factor);
   }
   double mean_error() const override { return noise_.mean_error(); }
+  std::vector<double> statistics() const override { return noise_.statistics(); }
+  void restore(std::span<const double> statistics) override { noise_.restore(statistics); }
   bool hides(double footprint) const override { return noise_.hides(footprint); }
   double frequency() const override { return noise_.effective_frequency() * sharpness(); }
   double sharpness() const override { return noise_.sharpness(); }

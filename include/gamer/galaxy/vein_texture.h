@@ -82,6 +82,15 @@ class VeinTexture : public Texture {
 
   void normalise(std::span<const WeightedBatch> cloud, const FractalNoise::Factor& factor) override;
   double mean_error() const override { return mean_error_; }
+  std::vector<double> statistics() const override {
+    return {scale_, mean_error_, rms_, frequency_};
+  }
+  void restore(std::span<const double> statistics) override {
+    scale_ = statistics[0];
+    mean_error_ = statistics[1];
+    rms_ = statistics[2];
+    frequency_ = statistics[3];
+  }
   bool hides(double footprint) const override;
   double frequency() const override { return frequency_; }
   double sharpness() const override { return std::sqrt(std::max(parameters_.clumpiness, 1.0)); }

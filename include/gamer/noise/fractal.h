@@ -118,6 +118,21 @@ class FractalNoise {
   void normalise(std::span<const WeightedBatch> cloud, const Factor& factor = {});
   /// The standard error of <Phi factor> if the cloud's points were independent.
   double mean_error() const { return mean_error_; }
+  /// All that normalise() took, for the same noise elsewhere.
+  std::vector<double> statistics() const {
+    std::vector<double> all = {mu_, sigma_, log_variance_, phi_mean_, phi_rms_, mean_error_};
+    all.insert(all.end(), octave_mean_.begin(), octave_mean_.end());
+    all.insert(all.end(), octave_variance_.begin(), octave_variance_.end());
+    return all;
+  }
+  void restore(std::span<const double> statistics) {
+    auto next = statistics.begin();
+    for (double* own : {&mu_, &sigma_, &log_variance_, &phi_mean_, &phi_rms_, &mean_error_}) {
+      *own = *next++;
+    }
+    for (double& mean : octave_mean_) mean = *next++;
+    for (double& variance : octave_variance_) variance = *next++;
+  }
 
   /// S, without statistics.
   void sum(const Points& points, float* out) const;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,8 @@ class Ranks {
   /// MPI is started only when the environment shows an MPI launcher, so that a program alone starts
   /// fast and where MPI cannot. Throws RunError when the MPI library cannot serve threads.
   Ranks(int* argc, char*** argv);
+  /// This process alone, whatever started it.
+  Ranks();
   /// Ends the job with code 1 when end() was not called.
   ~Ranks();
   Ranks(const Ranks&) = delete;
@@ -45,6 +48,12 @@ class Ranks {
   std::vector<std::string> gather(const std::string& text) const;
   /// The bits that are set on every rank.
   std::int64_t common_bits(std::int64_t bits) const;
+
+  /// Numbers that all ranks compute together, in so many threads each, and that every rank then
+  /// has: `values_per_row` for each row up to the last of the blocks; 0 in rows of none. Blocks are
+  /// handed out in their order, as by executor(); every rank gives the same.
+  std::vector<double> compute_together(std::span<const RowRange> blocks, std::size_t values_per_row,
+                                       int threads, const Executor::Compute& compute) const;
 
   /// Ranks times threads (the same number on every rank): rank 0 hands blocks of rows to whichever
   /// rank asks, and also computes. With one rank it is the ThreadExecutor. Must not outlive this.

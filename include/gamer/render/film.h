@@ -50,9 +50,9 @@ class Film {
   /// See Work::hindrance().
   const std::string& hindrance() const { return hindrance_; }
 
-  /// What rendering will take, as parts of a few frames foretell; the film itself has been prepared
-  /// in `preparing` seconds.
-  JobEstimate estimate(int ranks, int threads, double preparing);
+  /// What rendering will take, as parts of a few frames foretell; the film itself has been read in
+  /// `reading` seconds.
+  JobEstimate estimate(int ranks, int threads, double reading);
 
   /// Renders and writes the frames; every rank's part. Removes the files that are to be replaced
   /// first, so that a frame that is there is one of this film. Adds where the time went to

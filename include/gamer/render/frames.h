@@ -2,7 +2,9 @@
 
 #include <array>
 #include <filesystem>
+#include <memory>
 #include <optional>
+#include <vector>
 
 #include "gamer/core/resources.h"
 #include "gamer/parallel/executor.h"
@@ -20,10 +22,14 @@ class FrameJobs {
  public:
   /// From the record of the whole animation. Throws InputError.
   explicit FrameJobs(const Record& animation);
-  /// With the galaxies that the animation's job has.
+  /// With the galaxies that the animation's job has, which need not be complete.
   explicit FrameJobs(const RenderJob& animation);
   FrameJobs(const FrameJobs&) = delete;
   FrameJobs& operator=(const FrameJobs&) = delete;
+
+  /// Measures the animation's galaxies, where they are not yet, with all ranks: each of them calls
+  /// it.
+  void measure(const Ranks& ranks);
 
   /// The job of a frame with these parameters (see frame_parameters()). It is the job that
   /// rendering the frame alone would make. Throws InputError.
@@ -40,6 +46,7 @@ class FrameJobs {
   Resources::Text list_;
   Catalogue catalogue_;  ///< views of list_
   GalaxyLibrary library_;
+  std::vector<std::shared_ptr<Galaxy>> unmeasured_;
 };
 
 /// Throws InputError where an image that is there already is not this frame's; BMP pictures do not

@@ -3,11 +3,14 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "gamer/core/resources.h"
+#include "gamer/galaxy/galaxy.h"
 #include "gamer/image/image.h"
+#include "gamer/parallel/ranks.h"
 #include "gamer/render/record.h"
 #include "gamer/render/renderer.h"
 #include "gamer/scene/camera.h"
@@ -37,8 +40,16 @@ struct RenderJob {
   RenderParameters parameters;
   Camera camera;
   Spectrum spectrum;
-  std::shared_ptr<const Scene> scene;
+  std::shared_ptr<Scene> scene;
   Record record;  ///< with the resolved parameters
+
+  /// What complete() does, before the job is rendered.
+  struct Rest {
+    std::vector<std::shared_ptr<Galaxy>> galaxies;  ///< are to be measured
+    /// In which galaxies are to be as bright with their dust as they are without; null for none.
+    std::shared_ptr<const Bandpass> attenuation;
+  };
+  Rest rest = {};
 };
 
 /// What JobRequest::preview changes.
@@ -53,13 +64,24 @@ Resources open_resources(const JobRequest& request,
 RenderParameters load_parameters(const JobRequest& request, Resources& resources);
 
 /// Reads everything. Throws InputError.
+RenderJob read_job(const JobRequest& request, Resources& resources);
+/// The same job from its record, on any machine.
+RenderJob read_job(const Record& record);
+
+/// Does the job's rest with all ranks, each of which has it and calls this: every galaxy is
+/// measured once, in so many threads a rank. Throws InputError, where a texture cannot be
+/// normalised.
+void complete(RenderJob& job, const Ranks& ranks, int threads);
+
+/// Reads and completes a job in this process.
 RenderJob load_job(const JobRequest& request, Resources& resources);
+RenderJob job_from_record(const Record& record);
+
+/// Measures galaxies with all ranks, each of which calls it with the same ones.
+void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies, const Ranks& ranks);
 
 /// The resolved parameters of a record. Throws InputError.
 RenderParameters recorded_render_parameters(const Record& record);
-
-/// The same job from its record, on any machine.
-RenderJob job_from_record(const Record& record);
 
 /// The header of a job's image: its axes, units and photometric calibration, every resolved
 /// parameter, the scene's objects (table SCENE) and the record.

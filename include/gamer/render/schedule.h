@@ -19,13 +19,15 @@ struct Probe {
   int x, y;
   double cost;
 };
-/// The grid, row by row from the lowest: at most one in 64 pixels, and 4096.
-std::vector<Probe> probe_pixels(const Renderer& renderer);
+/// The grid, row by row from the lowest: at most one in 64 pixels, one in 256 of wide images, and
+/// 4096. Every rank calls it;
+/// the costs are known on rank 0.
+std::vector<Probe> probe_pixels(const Renderer& renderer, Executor& executor);
 /// What each row of an image costs, from its probes.
 std::vector<double> row_costs(std::span<const Probe> probes, int width, int height);
 
-/// Estimates what each row of the image costs, from its probes.
-std::vector<double> estimate_row_costs(const Renderer& renderer);
+/// Estimates what each row of the image costs, from its probes; on rank 0.
+std::vector<double> estimate_row_costs(const Renderer& renderer, Executor& executor);
 
 /// The most rows of a block: as many as hold 8 MiB of values, at least one.
 int most_block_rows(int width, int planes);
@@ -41,8 +43,9 @@ std::vector<RowRange> cost_blocks(std::span<const double> costs, int workers, in
 /// are those of the rows.
 double time_of_blocks(std::span<const RowRange> blocks, std::span<const double> costs, int workers);
 
-/// The blocks in which so many workers should render the image; the same on every rank.
-std::vector<RowRange> render_blocks(const Renderer& renderer, int workers);
+/// The blocks in which the executor's workers should render the image; those that count on rank 0.
+/// Every rank calls it.
+std::vector<RowRange> render_blocks(const Renderer& renderer, Executor& executor);
 
 /// Blocks that one of so many ranks with so many threads each holds at most.
 int held_blocks(int ranks, int threads);

@@ -34,9 +34,10 @@ void write_truth_table(const std::filesystem::path& path, const DataTable& table
                        const std::string& date);
 
 /// Makes magnitudes those of the galaxies as seen (photometry.attenuated): raises the brightness of
-/// each by what its dust takes in the reference band, at rest for absolute magnitudes.
+/// each by what its dust takes in the reference band, at rest for absolute magnitudes. Every rank
+/// calls it with the same scene; each galaxy is measured once, in so many threads a rank.
 void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
-                       const Bandpass& reference, Scene& scene);
+                       const Bandpass& reference, const Ranks& ranks, int threads, Scene& scene);
 
 /// Table TRUTH, one row per object in the order of the scene's list:
 ///   object, id, galaxy, x, y (FITS pixels), ra, dec (sky views), redshift, seed, inclination

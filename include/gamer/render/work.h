@@ -66,7 +66,9 @@ class Work {
   bool is_complete() const { return is_complete_; }
   /// Of a dry run: why the job itself would not begin; empty where it would.
   const std::string& hindrance() const { return hindrance_; }
-  /// Before rendering: makes the journal of a job that begins, in place of an older one.
+  /// Before rendering, as complete() of the job.
+  void complete(const Ranks& ranks, int threads);
+  /// After that: makes the journal of a job that begins, in place of an older one.
   void begin();
   /// Null where none is kept.
   Journal* journal() const { return journal_.get(); }

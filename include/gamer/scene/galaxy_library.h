@@ -14,6 +14,7 @@
 
 namespace gamer {
 
+struct Scene;
 class SceneRow;
 
 /// The galaxies of scenes, each made once per type, SED and seed. It may outlive a scene: the
@@ -24,19 +25,24 @@ class GalaxyLibrary {
   /// `label` is the catalogue's, beside which names are looked up. `resources` must outlive this.
   GalaxyLibrary(const RenderParameters& parameters, std::string label, Resources& resources);
 
-  /// Throws InputError, with the row's place where a name of it is unknown.
+  /// Not measured when it is made. Throws InputError, with the row's place where a name of it is
+  /// unknown.
   std::shared_ptr<const Galaxy> find(const std::string& type, const std::string& sed,
                                      std::uint64_t seed, const SceneRow& row);
   /// An SED that a row names.
   std::shared_ptr<const Sed> find_sed_of(const std::string& name, const SceneRow& row);
+
+  /// Of galaxies that a scene has, in its order, those that GalaxyStatistics has to measure before
+  /// they are evaluated. Later calls leave them out.
+  std::vector<std::shared_ptr<Galaxy>> take_unmeasured(const Scene& scene);
 
   /// Takes in a galaxy that was made by another library with the same parameters and texts.
   void add(const std::string& type, const std::string& sed, std::uint64_t seed,
            std::shared_ptr<const Galaxy> galaxy);
 
  private:
-  std::shared_ptr<const Galaxy> make(const std::string& type, const std::string& sed,
-                                     std::uint64_t row_seed, const SceneRow& row);
+  std::shared_ptr<Galaxy> make(const std::string& type, const std::string& sed,
+                               std::uint64_t row_seed, const SceneRow& row);
 
   GalaxySettings settings_;  ///< without those of a row
   std::uint64_t seed_;
@@ -44,6 +50,7 @@ class GalaxyLibrary {
   Resources& resources_;
   std::map<std::tuple<std::string, std::string, std::uint64_t>, std::shared_ptr<const Galaxy>>
       galaxies_;
+  std::map<const Galaxy*, std::shared_ptr<Galaxy>> unmeasured_;
   /// Whether all seeds are the same: without noise.
   std::map<std::pair<std::string, std::string>, bool> smooth_;
   std::map<std::string, std::shared_ptr<const Sed>> seds_;

@@ -91,7 +91,8 @@ struct Scene {
 /// outside the range of an SED or extinction curve at the galaxy's redshift.
 Scene read_scene(const Catalogue& catalogue, const RenderParameters& parameters,
                  const Spectrum& spectrum, const Camera& camera, Resources& resources);
-/// With galaxies of a library, which gets those that it lacks; it is the same scene.
+/// With galaxies of a library, which gets those that it lacks; it is the same scene once they are
+/// measured.
 Scene read_scene(const Catalogue& catalogue, const RenderParameters& parameters,
                  const Spectrum& spectrum, const Camera& camera, Resources& resources,
                  GalaxyLibrary& library);

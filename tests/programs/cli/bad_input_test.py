@@ -90,6 +90,10 @@ CASES = {
                                "outside [0, 1000]"),
     "conflicting radii": (galaxy("effective_radius", "radius = 0.1\neffective_radius"), ARGUMENTS,
                           "spiral.toml:", "effective_radius"),
+    # Known when textures are measured, by whichever rank.
+    "dark texture": (galaxy('"Sbc"\nnoise = {octaves = 2}',
+                            '"Sbc"\nnoise = {theta = "linear", offset = -10}'), ARGUMENTS,
+                     "spiral.toml:7:1: component 'arms': ", "the noise is zero or infinite"),
     "key frames in lists": (
         parameters("[animation]\nframes = 2\nposition = [[0, -3], [0.5, 0, -2, 0.5]]\n"), ARGUMENTS,
         "render.par:3:12: position must be one list of numbers",

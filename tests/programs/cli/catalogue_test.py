@@ -11,7 +11,7 @@ from sky_program import SkyFolder, check_wrong_inputs, nanojansky, toml  # First
 import numpy as np
 from astropy.io import fits
 from astropy.table import Table
-from gamer_program import LAUNCHER, main
+from gamer_program import GALAXY, LAUNCHER, main
 
 SIZE = 60
 SCALE = 0.5  # arcsec
@@ -239,6 +239,19 @@ class Large(unittest.TestCase):
                 ranks, ranks_header = folder.image("ranks.fits")
                 np.testing.assert_array_equal(ranks, pixels)
                 self.assertEqual(ranks_header["DATASUM"], header["DATASUM"])
+
+    @unittest.skipUnless(LAUNCHER, "built without MPI")
+    def test_textures_of_rows_off_the_image(self):
+        # Rank 0 alone reads the first two, close to the image; the third is of the first's noise.
+        half = 0.5 * SIZE * SCALE
+        rows = [(2 * half, 0, 1), (0, -2 * half, 3), (0.3 * half, 0, 1), (-0.3 * half, 0, 2)]
+        scene = "galaxy dx dy seed size_arcsec apparent_magnitude\n" + "".join(
+            f"noisy {dx} {dy} {seed} {0.4 * half} 20\n" for dx, dy, seed in rows)
+        with SkyFolder({"sky.par": parameters(), "scene.lst": scene, "noisy.toml": GALAXY}) as folder:
+            folder.render("sky.par", "scene.lst", "-o", "one.fits", "-j", "1")
+            self.assertEqual(len(fits.getdata(folder.path / "one.fits", "SCENE")), 2)
+            folder.render("sky.par", "scene.lst", "-o", "ranks.fits", ranks=3)
+            np.testing.assert_array_equal(folder.image("ranks.fits")[0], folder.image("one.fits")[0])
 
 
 def case(name, content, begin, also, catalogue=None):

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "gamer/core/batch.h"
+#include "gamer/galaxy/galaxy.h"
+
+namespace gamer {
+
+class StarField;
+
+/// Measures the statistics of a galaxy's textures, over points spread over its components: the
+/// means by which <Phi> = 1 (also of what components follow), what wide rays see relative to that,
+/// by how much dust that they do not resolve must vary to let as much light through as all of it
+/// would, and the largest Phi of star fields.
+///
+/// This is done in parts: one for a component that emits, one for each obliquity of dust. What a
+/// part gives does not depend on the others, nor on which process measures it. A galaxy is measured
+/// when it has taken all parts.
+class GalaxyStatistics {
+ public:
+  /// Of a galaxy that was read (Galaxy::read()) and must outlive this.
+  explicit GalaxyStatistics(Galaxy& galaxy);
+
+  std::size_t parts() const { return parts_.size(); }
+  /// Index of the component that a part is of. Parts of one follow each other; in one process they
+  /// share the work of its mean.
+  std::size_t component(std::size_t part) const { return parts_[part].component; }
+  /// A part has at most so many numbers.
+  std::size_t most_numbers() const { return most_numbers_; }
+
+  /// Fills the beginning of `numbers`, of most_numbers() or more. In threads of parallel_for();
+  /// not to be called from several. Throws InputError where a texture is constant, zero or infinite
+  /// over its component, or a density exceeds single precision.
+  void measure(std::size_t part, std::span<double> numbers);
+  /// Gives the galaxy the numbers of a part.
+  void take(std::size_t part, std::span<const double> numbers);
+  /// All parts, here.
+  void measure_all();
+
+ private:
+  struct Part {
+    std::size_t component;
+    std::size_t obliquity;  ///< of dust
+  };
+
+  const Component& component_at(std::size_t c) const { return *galaxy_.components_[c]; }
+  /// Takes the mean of component c's texture, or Galaxy::follow_scale_ where it has none, once;
+  /// before it that of what it follows.
+  void normalise(std::size_t c);
+  /// The same over a cloud of that size; the relative standard error of the mean.
+  double normalise(std::size_t c, std::size_t cloud_size);
+  /// Of the galaxy's light; 1 for dust.
+  double share(std::size_t c) const;
+  /// What is expected of Phi of component c, which emits, by seen_widths(); none where they all see
+  /// it all.
+  std::vector<double> measure_seen(std::size_t c) const;
+  /// The same over a cloud of that size; the largest relative standard error.
+  double measure_seen(std::size_t c, std::size_t cloud_size, std::vector<double>& means) const;
+  /// Of dust, by dust_widths(): the variance of the coherent part of what is hidden, relative to
+  /// what its texture says, and how much dust the variants then have.
+  void measure_dust(std::size_t c, std::size_t obliquity, std::size_t rays,
+                    std::vector<double>& coherences, std::vector<double>& amounts) const;
+  /// The largest Phi of component c, which is a star field.
+  double largest_phi(std::size_t c, const StarField& field) const;
+
+  /// Whether rays of that footprint see less than all of component c and what it follows.
+  bool hides(std::size_t c, double footprint) const;
+  /// ln of the widest footprint of which rays see all of component c and what it follows.
+  double log_narrowest(std::size_t c) const;
+  /// Footprints up to the widest of which rays see less, each `ratio` times the one before.
+  std::vector<double> widths(std::size_t c, double widest, double ratio) const;
+  std::vector<double> seen_widths(std::size_t c) const;
+  std::vector<double> dust_widths(std::size_t c) const;
+  /// Phi of component c at points of its cloud, that of a followed one included, as rays of a width
+  /// see it.
+  void cloud_phi(std::size_t c, const Points& points, double width, const BatchArray& shear,
+                 BatchArray& out) const;
+  /// Phi of the component that c follows at points of c's cloud.
+  void followed_phi(std::size_t c, const Points& points, double width, const BatchArray& shear,
+                    float* out) const;
+  /// r dtheta/dr at points of a cloud.
+  void take_shear(const Points& points, BatchArray& out) const;
+
+  Galaxy& galaxy_;
+  double light_ = 0;  ///< of the galaxy
+  std::vector<Part> parts_;
+  std::size_t most_numbers_ = 0;
+  std::vector<bool> is_normalised_;
+};
+
+}  // namespace gamer

@@ -1,0 +1,525 @@
+#include "gamer/galaxy/galaxy_statistics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "gamer/core/error.h"
+#include "gamer/core/parallel_for.h"
+#include "gamer/core/random.h"
+#include "gamer/galaxy/dust_variants.h"
+#include "gamer/galaxy/star_field.h"
+
+namespace gamer {
+namespace {
+
+// Points over which the mean of a texture is taken at first, and then as many as independent points
+// would need for this error, up to the settings' limit; the cloud's are up to four times better. A
+// component with a share f of the light is allowed f^(-1/2) times as much: together the errors are
+// this share of the galaxy's light.
+constexpr std::size_t first_cloud = std::size_t{1} << 15;
+constexpr double cloud_error = 0.004;
+// The same for what wide rays see of it relative to the whole.
+constexpr std::size_t first_seen_cloud = std::size_t{1} << 13;
+constexpr std::size_t largest_seen_cloud = std::size_t{1} << 19;
+constexpr double seen_error = 0.0025;
+// They are of footprints up to the widest, each so many times the one before.
+constexpr double widest_footprint = 0.5;
+constexpr double footprint_ratio = 2;
+// What dust lets through is measured along so many rays, of so many points where they are face on,
+// at footprints of that ratio up to the largest.
+constexpr std::size_t coherence_rays = std::size_t{1} << 10;
+constexpr double coherence_heights = 10;
+constexpr double coherence_ratio = std::numbers::sqrt3;
+constexpr double largest_coherence_footprint = 1.0 / 9;
+constexpr double least_coherence = 0.05;
+constexpr double largest_coherence = 4;
+constexpr double first_factor = 1.3;
+constexpr int secants = 2;
+
+// Places at which the largest Phi of a star field is looked for, and by what it may exceed the
+// largest found: the light of what is beyond is below 1e-4 of the field's (tests).
+constexpr std::size_t peak_places = std::size_t{1} << 14;
+constexpr double peak_margin = 1.25;
+// Within so many scale lengths and heights.
+constexpr double bright_lengths = 4;
+constexpr double bright_heights = 2;
+
+/// Measures over a cloud of `first` points, then of as many as a standard error needs.
+void refine(std::size_t first, std::size_t most, double error,
+            const std::function<double(std::size_t size)>& measure) {
+  const double excess = measure(first) / error;
+  if (!(excess > 1)) return;
+  const double needed = static_cast<double>(first) * excess * excess;
+  measure(static_cast<std::size_t>(std::min(needed, static_cast<double>(most))));
+}
+
+/// A mean of few points may be of none that count.
+double proper_mean(double mean) { return mean > 0 && std::isfinite(mean) ? mean : 1; }
+
+/// The footprints of rays of a width in the coordinates of a component's texture.
+void stretch(std::size_t size, const BatchArray& shear, const Component& component, double width,
+             BatchArray& out) {
+  const double own = width * component.footprint_scale(), twirl = component.texture()->twirl();
+  for (std::size_t i = 0; i < size; ++i) {
+    out[i] = static_cast<float>(own * stretch_of(twirl * double{shear[i]}));
+  }
+}
+
+/// Sums over weighted points of what is seen (y) and of all (x).
+struct SeenMoments {
+  double w = 0, ww = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+
+  void add(double weight, double all, double seen) {
+    w += weight;
+    ww += weight * weight;
+    x += weight * all;
+    y += weight * seen;
+    xx += weight * all * all;
+    xy += weight * all * seen;
+    yy += weight * seen * seen;
+  }
+  SeenMoments& operator+=(const SeenMoments& more) {
+    w += more.w;
+    ww += more.ww;
+    x += more.x;
+    y += more.y;
+    xx += more.xx;
+    xy += more.xy;
+    yy += more.yy;
+    return *this;
+  }
+};
+
+/// Numbers of a part, one after the other.
+class NumberWriter {
+ public:
+  explicit NumberWriter(std::span<double> numbers) : numbers_(numbers) {}
+
+  void add(double number) {
+    numbers_[0] = number;
+    numbers_ = numbers_.subspan(1);
+  }
+  /// With their count before them.
+  void add(const std::vector<double>& list) {
+    add(static_cast<double>(list.size()));
+    for (const double number : list) add(number);
+  }
+
+ private:
+  std::span<double> numbers_;
+};
+
+class NumberReader {
+ public:
+  explicit NumberReader(std::span<const double> numbers) : numbers_(numbers) {}
+
+  double number() {
+    const double result = numbers_[0];
+    numbers_ = numbers_.subspan(1);
+    return result;
+  }
+  std::vector<double> list() {
+    const auto size = static_cast<std::size_t>(number());
+    const auto own = numbers_.first(size);
+    numbers_ = numbers_.subspan(size);
+    return {own.begin(), own.end()};
+  }
+
+ private:
+  std::span<const double> numbers_;
+};
+
+}  // namespace
+
+GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy)
+    : galaxy_(galaxy), is_normalised_(galaxy.components_.size(), false) {
+  for (std::size_t c = 0; c < galaxy_.components_.size(); ++c) {
+    const Component& component = component_at(c);
+    const Texture* texture = component.texture();
+    if (!component.absorbs()) light_ += galaxy_.luminosity(c);
+    if (texture == nullptr && galaxy_.followed_[c] < 0) continue;
+    for (std::size_t o = component.absorbs() ? Galaxy::obliquities.size() : 1; o-- > 0;) {
+      parts_.push_back({c, o});
+    }
+    const std::size_t mean = texture != nullptr ? texture->statistics().size() : 0;
+    const std::size_t lists =
+        component.absorbs() ? 2 * dust_widths(c).size() : seen_widths(c).size() + 1;
+    // With the lists' counts, the mean of what is followed, and a star field's Phi.
+    constexpr std::size_t others = 5;
+    most_numbers_ = std::max(most_numbers_, mean + lists + others);
+  }
+  // What may take long first, so that processes end together: light, then dust from long paths to
+  // short ones.
+  std::ranges::stable_partition(
+      parts_, [&](const Part& part) { return !component_at(part.component).absorbs(); });
+}
+
+void GalaxyStatistics::measure(std::size_t part, std::span<double> numbers) {
+  const auto [c, obliquity] = parts_[part];
+  normalise(c);
+  const Component& component = component_at(c);
+  const Texture* texture = component.texture();
+  NumberWriter writer(numbers);
+  if (texture != nullptr) writer.add(texture->statistics());
+  writer.add(galaxy_.follow_scale_[c]);
+  if (component.absorbs()) {
+    std::vector<double> coherences, amounts;
+    measure_dust(c, obliquity, std::min(coherence_rays, galaxy_.most_cloud_points_), coherences,
+                 amounts);
+    writer.add(coherences);
+    writer.add(amounts);
+    return;
+  }
+  writer.add(measure_seen(c));
+  if (const auto* field = dynamic_cast<const StarField*>(&component)) {
+    writer.add(largest_phi(c, *field));
+  }
+}
+
+void GalaxyStatistics::take(std::size_t part, std::span<const double> numbers) {
+  const auto [c, obliquity] = parts_[part];
+  Component& component = *galaxy_.components_[c];
+  NumberReader reader(numbers);
+  if (Texture* texture = component.texture(); texture != nullptr) texture->restore(reader.list());
+  galaxy_.follow_scale_[c] = reader.number();
+  if (component.absorbs()) {
+    const std::vector<double> coherences = reader.list(), amounts = reader.list();
+    if (coherences.empty()) return;
+    const double narrowest = dust_widths(c).front();
+    Galaxy::Dust& dust = galaxy_.dust_[c];
+    dust.log_narrow = static_cast<float>(log_narrowest(c));
+    dust.coherence[obliquity] = {narrowest, coherence_ratio, coherences};
+    dust.amount[obliquity] = {narrowest, coherence_ratio, amounts};
+    return;
+  }
+  if (std::vector<double> means = reader.list(); !means.empty()) {
+    // What all see is 1.
+    means.insert(means.begin(), 1);
+    const double narrowest = seen_widths(c).front() / footprint_ratio;
+    galaxy_.seen_means_[c] = {narrowest, footprint_ratio, means};
+  }
+  if (auto* field = dynamic_cast<StarField*>(&component)) field->set_largest_phi(reader.number());
+}
+
+void GalaxyStatistics::measure_all() {
+  std::vector<double> numbers(most_numbers_);
+  for (std::size_t part = 0; part < parts_.size(); ++part) {
+    measure(part, numbers);
+    take(part, numbers);
+  }
+}
+
+double GalaxyStatistics::share(std::size_t c) const {
+  return component_at(c).absorbs() || light_ == 0 ? 1 : galaxy_.luminosity(c) / light_;
+}
+
+void GalaxyStatistics::normalise(std::size_t c) {
+  if (is_normalised_[c]) return;
+  // Together with what it follows.
+  if (galaxy_.followed_[c] >= 0) normalise(static_cast<std::size_t>(galaxy_.followed_[c]));
+  const Component& component = component_at(c);
+  const std::size_t most = galaxy_.most_cloud_points_;
+  try {
+    refine(std::min(first_cloud, most), most, cloud_error / std::sqrt(share(c)),
+           [&](std::size_t size) { return normalise(c, size); });
+  } catch (const InputError& error) {
+    throw InputError(component.where(), "component '" + component.name() + "': " + error.what());
+  }
+  galaxy_.check_density(c);
+  is_normalised_[c] = true;
+}
+
+double GalaxyStatistics::normalise(std::size_t c, std::size_t cloud_size) {
+  Component& component = *galaxy_.components_[c];
+  const std::vector<WeightedBatch> cloud = component.cloud(cloud_size);
+  FractalNoise::Factor factor;
+  if (galaxy_.followed_[c] >= 0) {
+    factor = [this, c](const Points& points, float* out) { followed_phi(c, points, 0, {}, out); };
+  }
+  if (component.texture() != nullptr) {
+    component.texture()->normalise(cloud, factor);
+    return component.texture()->mean_error();
+  }
+  std::vector<BatchArray> factors(cloud.size());
+  parallel_for(cloud.size(), [&](std::size_t b) { factor(cloud[b].points(), factors[b].data()); });
+  const CloudMean mean = mean_over(cloud, factors);
+  galaxy_.follow_scale_[c] = 1 / mean.mean;
+  return mean.error / mean.mean;
+}
+
+bool GalaxyStatistics::hides(std::size_t c, double footprint) const {
+  const int followed = galaxy_.followed_[c];
+  return component_at(c).hides_texture(footprint) ||
+         (followed >= 0 &&
+          component_at(static_cast<std::size_t>(followed)).hides_texture(footprint));
+}
+
+double GalaxyStatistics::log_narrowest(std::size_t c) const {
+  double narrow = std::log(double{smallest_footprint}), wide = std::log(widest_footprint);
+  // Single precision's rounding counts as narrow.
+  constexpr double margin = 1e-5;
+  while (wide - narrow > margin) {
+    const double middle = 0.5 * (narrow + wide);
+    (hides(c, std::exp(middle)) ? wide : narrow) = middle;
+  }
+  return wide + margin;
+}
+
+std::vector<double> GalaxyStatistics::widths(std::size_t c, double widest, double ratio) const {
+  std::vector<double> widths;
+  for (double width = widest; hides(c, width); width /= ratio) widths.push_back(width);
+  std::reverse(widths.begin(), widths.end());
+  return widths;
+}
+
+std::vector<double> GalaxyStatistics::seen_widths(std::size_t c) const {
+  return widths(c, widest_footprint, footprint_ratio);
+}
+
+std::vector<double> GalaxyStatistics::dust_widths(std::size_t c) const {
+  return widths(c, largest_coherence_footprint, coherence_ratio);
+}
+
+void GalaxyStatistics::cloud_phi(std::size_t c, const Points& points, double width,
+                                 const BatchArray& shear, BatchArray& out) const {
+  BatchArray other;
+  if (const Texture* texture = component_at(c).texture(); texture != nullptr) {
+    std::uint64_t evaluations = 0;
+    if (width > 0) stretch(points.size, shear, component_at(c), width, other);
+    texture->evaluate(points, width > 0 ? other.data() : nullptr, nullptr, {}, std::span(&out, 1),
+                      evaluations);
+  } else {
+    std::fill_n(out.data(), batch_capacity, static_cast<float>(galaxy_.follow_scale_[c]));
+  }
+  if (galaxy_.followed_[c] < 0) return;
+  followed_phi(c, points, width, shear, other.data());
+  for (std::size_t i = 0; i < points.size; ++i) out[i] *= other[i];
+}
+
+void GalaxyStatistics::followed_phi(std::size_t c, const Points& points, double width,
+                                    const BatchArray& shear, float* out) const {
+  const Component& source = component_at(static_cast<std::size_t>(galaxy_.followed_[c]));
+  const Texture& followed = *source.texture();
+  // The cloud is turned by this component's twirl; the followed noise has its own.
+  const Texture* own = component_at(c).texture();
+  BatchArray x, y, z, footprints, phi;
+  const Points turned =
+      galaxy_.turn_back(points, followed.twirl() - (own != nullptr ? own->twirl() : 0.0), x, y, z);
+  if (width > 0) stretch(points.size, shear, source, width, footprints);
+  std::uint64_t evaluations = 0;
+  followed.evaluate(turned, width > 0 ? footprints.data() : nullptr, nullptr, {},
+                    std::span(&phi, 1), evaluations);
+  std::copy_n(phi.data(), padded(points.size), out);
+}
+
+void GalaxyStatistics::take_shear(const Points& points, BatchArray& out) const {
+  std::fill_n(out.data(), batch_capacity, 0.0f);
+  if (!galaxy_.needs_winding_) return;
+  BatchArray r;
+  for (std::size_t i = 0; i < padded(points.size); ++i) {
+    r[i] = std::sqrt(points.x[i] * points.x[i] + points.y[i] * points.y[i]);
+  }
+  galaxy_.arms_.shear(r.data(), points.size, out.data());
+}
+
+std::vector<double> GalaxyStatistics::measure_seen(std::size_t c) const {
+  std::vector<double> means;
+  if (seen_widths(c).empty()) return means;
+  const std::size_t most = galaxy_.most_cloud_points_;
+  refine(std::min(first_seen_cloud, most), std::min(largest_seen_cloud, most),
+         seen_error / std::sqrt(share(c)),
+         [&](std::size_t size) { return measure_seen(c, size, means); });
+  return means;
+}
+
+double GalaxyStatistics::measure_seen(std::size_t c, std::size_t cloud_size,
+                                      std::vector<double>& means) const {
+  const std::vector<double> widths = seen_widths(c);
+  const std::vector<WeightedBatch> cloud = component_at(c).cloud(cloud_size);
+  std::vector<SeenMoments> parts(cloud.size() * widths.size());
+  parallel_for(cloud.size(), [&](std::size_t b) {
+    const WeightedBatch& batch = cloud[b];
+    BatchArray all, seen, shear;
+    take_shear(batch.points(), shear);
+    cloud_phi(c, batch.points(), 0, shear, all);
+    for (std::size_t k = 0; k < widths.size(); ++k) {
+      cloud_phi(c, batch.points(), widths[k], shear, seen);
+      SeenMoments& sums = parts[b * widths.size() + k];
+      for (std::size_t i = 0; i < batch.size; ++i) {
+        sums.add(double{batch.weight[i]}, double{all[i]}, double{seen[i]});
+      }
+    }
+  });
+  // All of Phi, whose mean over the component is 1, is the control variate of what is seen of it.
+  means.clear();
+  double largest_error = 0;
+  for (std::size_t k = 0; k < widths.size(); ++k) {
+    SeenMoments sums;
+    for (std::size_t b = 0; b < cloud.size(); ++b) sums += parts[b * widths.size() + k];
+    const double x = sums.x / sums.w, y = sums.y / sums.w;
+    const double variance = sums.xx / sums.w - x * x;
+    const double covariance = sums.xy / sums.w - x * y;
+    const double slope = variance > 0 ? covariance / variance : 0.0;
+    means.push_back(proper_mean(y - slope * (x - 1)));
+    const double rest = std::max(sums.yy / sums.w - y * y - slope * covariance, 0.0);
+    largest_error = std::max(largest_error, std::sqrt(rest * sums.ww) / sums.w / means.back());
+  }
+  return largest_error;
+}
+
+void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::size_t rays,
+                                    std::vector<double>& coherences,
+                                    std::vector<double>& amounts) const {
+  coherences.clear();
+  amounts.clear();
+  const std::vector<double> widths = dust_widths(c);
+  if (widths.empty()) return;
+  const Component& dust = component_at(c);
+  const double path = Galaxy::obliquities[obliquity];
+  const auto heights = static_cast<std::size_t>(std::round(coherence_heights * std::sqrt(path)));
+  ColumnCloud cloud = dust.columns(rays, heights);
+  const std::size_t batches = cloud.columns.size();
+  // Light is weighted by the light where the ray meets the plane, the dust by area.
+  std::vector<BatchArray> brightness(batches);
+  parallel_for(batches, [&](std::size_t b) {
+    WeightedBatch& at = cloud.columns[b];
+    SampleBatch batch{};
+    std::fill_n(at.z.data(), batch_capacity, 0.0f);
+    galaxy_.place(at.points(), false, batch);
+    BatchArray envelope;
+    BatchArray& light = brightness[b];
+    std::fill_n(light.data(), batch_capacity, 0.0f);
+    for (const auto& component : galaxy_.components_) {
+      if (component->absorbs()) continue;
+      component->envelope(batch, envelope.data());
+      const auto column = static_cast<float>(std::as_const(*component).amplitude() *
+                                             component->face_on_column() / component->peak());
+      for (std::size_t i = 0; i < at.size; ++i) light[i] += column * envelope[i];
+    }
+  });
+  // Depths along the rays, by variants.
+  const auto slope = static_cast<float>(std::sqrt(path * path - 1));
+  BatchArray to_x, to_y;  // Directions in the plane, every one.
+  for (std::size_t i = 0; i < batch_capacity; ++i) {
+    const double angle = 2 * std::numbers::pi * std::numbers::phi * static_cast<double>(i);
+    to_x[i] = static_cast<float>(std::cos(angle));
+    to_y[i] = static_cast<float>(std::sin(angle));
+  }
+  const double scale = dust.amplitude() * galaxy_.axis_[2] * path;
+  const auto depths = [&](double width, double coherence, std::span<const double> deviations) {
+    const std::size_t variants = std::max<std::size_t>(deviations.size(), 1);
+    std::vector<BatchArray> result(batches * variants);
+    parallel_for(batches, [&](std::size_t b) {
+      const WeightedBatch& at = cloud.columns[b];
+      const std::span<BatchArray> own = std::span(result).subspan(b * variants, variants);
+      for (BatchArray& depth : own) std::fill_n(depth.data(), batch_capacity, 0.0f);
+      std::vector<BatchArray> densities(variants);
+      BatchArray x, y, z, footprints, coherence_of;
+      std::fill_n(footprints.data(), batch_capacity, static_cast<float>(width));
+      std::fill_n(coherence_of.data(), batch_capacity, static_cast<float>(coherence));
+      EvaluationCounts counts;
+      for (std::size_t k = 0; k < heights; ++k) {
+        const float away = slope * cloud.heights[k];
+        for (std::size_t i = 0; i < padded(at.size); ++i) {
+          x[i] = at.x[i] + away * to_x[i];
+          y[i] = at.y[i] + away * to_y[i];
+        }
+        std::fill_n(z.data(), batch_capacity, cloud.heights[k]);
+        galaxy_.component_densities(c, {x.data(), y.data(), z.data(), at.size}, 0,
+                                    width > 0 ? &footprints : nullptr, &coherence_of, deviations,
+                                    densities, counts);
+        const auto step = static_cast<float>(scale) * cloud.steps[k];
+        for (std::size_t v = 0; v < variants; ++v) {
+          for (std::size_t i = 0; i < at.size; ++i) own[v][i] += step * densities[v][i];
+        }
+      }
+    });
+    return result;
+  };
+  const auto mean = [&](const std::vector<BatchArray>& values, bool by_light, auto&& term) {
+    const std::size_t variants = values.size() / batches;
+    double sum = 0, weights = 0;
+    for (std::size_t b = 0; b < batches; ++b) {
+      const WeightedBatch& at = cloud.columns[b];
+      for (std::size_t v = 0; v < variants; ++v) {
+        const double share = variants > 1 ? dust_variant_weights[v] : 1.0;
+        for (std::size_t i = 0; i < at.size; ++i) {
+          const double weight =
+              share * double{at.weight[i]} * (by_light ? double{brightness[b][i]} : 1.0);
+          weights += weight;
+          sum += weight * term(double{values[b * variants + v][i]});
+        }
+      }
+    }
+    return sum / weights;
+  };
+  const auto amount = [&](const std::vector<BatchArray>& values) {
+    return mean(values, false, [](double depth) { return depth; });
+  };
+  // What comes through dust `factor` times as dense.
+  const auto light = [&](const std::vector<BatchArray>& values, double factor) {
+    return mean(values, true, [&](double depth) { return std::exp(-factor * depth); });
+  };
+  const std::vector<BatchArray> all = depths(0, 1, {});
+  const double whole = amount(all), wanted = light(all, 1);
+  if (!(whole > 0) || !std::isfinite(whole) || !std::isfinite(wanted)) return;
+  double guess = 1;
+  for (std::size_t k = widths.size(); k-- > 0;) {
+    const auto excess = [&](double coherence) {
+      const std::vector<BatchArray> seen = depths(widths[k], coherence, dust_deviations);
+      return light(seen, whole / amount(seen)) - wanted;
+    };
+    // Secants, from what the wider rays have; light grows with the variance.
+    double last = guess, last_excess = excess(last);
+    guess = last_excess > 0 ? last / first_factor : last * first_factor;
+    for (int step = 0; step < secants; ++step) {
+      guess = std::clamp(guess, least_coherence, largest_coherence);
+      const double own = excess(guess);
+      if (!((own - last_excess) * (guess - last) > 0)) {
+        guess = last;
+        break;
+      }
+      const double next = guess - own * (guess - last) / (own - last_excess);
+      last = guess;
+      last_excess = own;
+      guess = next;
+    }
+    guess = std::clamp(guess, least_coherence, largest_coherence);
+    coherences.push_back(guess);
+    amounts.push_back(proper_mean(amount(depths(widths[k], guess, dust_deviations)) / whole));
+  }
+  std::reverse(coherences.begin(), coherences.end());
+  std::reverse(amounts.begin(), amounts.end());
+}
+
+double GalaxyStatistics::largest_phi(std::size_t c, const StarField& field) const {
+  // Even in r and z beside a plain layer of the same shape, so that the edges are seen too.
+  const LayerShape& shape = field.shape();
+  float largest = 0;
+  BatchArray x, y, z, density, envelope;
+  EvaluationCounts counts;
+  SampleBatch batch;
+  for (std::size_t first = 0; first < peak_places; first += batch_capacity) {
+    for (std::size_t i = 0; i < batch_capacity; ++i) {
+      double u[3];
+      R3Sequence().point(first + i, u);
+      const double r = std::min(1.0, bright_lengths * shape.rh) * std::sqrt(u[0]);
+      const double angle = 2 * std::numbers::pi * u[1];
+      x[i] = static_cast<float>(r * std::cos(angle));
+      y[i] = static_cast<float>(r * std::sin(angle));
+      z[i] = static_cast<float>(bright_heights * shape.z0 * (2 * u[2] - 1));
+    }
+    const Points points{x.data(), y.data(), z.data(), batch_capacity};
+    galaxy_.evaluate_component(c, points, 0, density, counts);
+    galaxy_.place(points, false, batch);
+    field.envelope(batch, envelope.data());
+    for (std::size_t i = 0; i < batch_capacity; ++i) {
+      if (envelope[i] > 0) largest = std::max(largest, density[i] / envelope[i]);
+    }
+  }
+  return peak_margin * double{largest};
+}
+
+}  // namespace gamer

@@ -1,0 +1,135 @@
+// Statistics that are measured in parts, as by processes that share them.
+
+#include "gamer/galaxy/galaxy_statistics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "galaxy/evaluate.h"
+#include "galaxy/galaxy_text.h"
+#include "gamer/galaxy/dust_variants.h"
+#include "gamer/galaxy/star_field.h"
+
+namespace gamer {
+namespace {
+
+// Every kind of texture, with and without one that is followed; the follower stands first.
+const std::string all_parts =
+    "[arms]\nmodel = \"logarithmic\"\n"
+    "[[component]]\nclass = \"bulge\"\nsed = \"flat\"\neffective_radius = 0.1\n"
+    "[[component]]\nclass = \"stars\"\nsed = \"flat\"\nfraction = 0.1\nnoise = {octaves = 2}\n"
+    "follows = \"arms\"\n"
+    "[[component]]\nclass = \"stars\"\nname = \"plain\"\nsed = \"flat\"\nfraction = 0.1\n"
+    "noise = false\nfollows = \"arms\"\n"
+    "[[component]]\nclass = \"disk\"\nname = \"arms\"\nsed = \"flat\"\nfraction = 0.3\n"
+    "noise = {octaves = 3, warp = 0.05}\n"
+    "[[component]]\nclass = \"dust\"\nnoise = {octaves = 3, combination = \"ridged\"}\n"
+    "[[component]]\nclass = \"veins\"\noctaves = 2\n"
+    "[[component]]\nclass = \"starfield\"\nnumber = 1e4\nfraction = 0.2\nnoise = {octaves = 2}\n";
+
+GalaxySettings quick_settings() {
+  GalaxySettings settings = settings_with(3);
+  settings.most_cloud_points = 4 * batch_capacity;
+  return settings;
+}
+
+std::shared_ptr<Galaxy> read_galaxy(const std::string& text) {
+  Resources resources({});
+  return Galaxy::read(text, "g.toml", quick_settings(), resources);
+}
+
+/// Densities where rays see all, and where they do not.
+std::vector<float> densities_of(const Galaxy& galaxy) {
+  const std::size_t components = galaxy.components().size();
+  BatchArray x{}, y{}, z{};
+  RayBatch rays{};
+  for (std::size_t i = 0; i < batch_capacity; ++i) {
+    const double share = static_cast<double>(i) / batch_capacity;
+    x[i] = static_cast<float>(0.6 * share * std::cos(40 * share));
+    y[i] = static_cast<float>(0.6 * share * std::sin(40 * share));
+    z[i] = static_cast<float>(0.01 * std::sin(7 * share));
+    rays.footprint[i] = static_cast<float>(0.3 * share);
+    rays.obliquity[i] = static_cast<float>(2 * share);
+  }
+  const Points points{x.data(), y.data(), z.data(), batch_capacity};
+  std::vector<float> all;
+  EvaluationCounts counts;
+  const auto take = [&](const RayBatch* seen_by, std::span<const double> deviations) {
+    std::vector<BatchArray> densities(components * std::max<std::size_t>(deviations.size(), 1));
+    galaxy.evaluate(points, 1e-4f, seen_by, deviations, densities, counts);
+    for (std::size_t k = 0; k < densities.size(); ++k) {
+      const bool varies = galaxy.components()[k % components]->absorbs();
+      if (k >= components && !varies) continue;
+      all.insert(all.end(), densities[k].data(), densities[k].data() + batch_capacity);
+    }
+  };
+  take(nullptr, {});
+  take(&rays, {});
+  take(&rays, dust_deviations);
+  for (const auto& component : galaxy.components()) {
+    if (const auto* field = dynamic_cast<const StarField*>(component.get())) {
+      all.push_back(static_cast<float>(field->largest_phi()));
+    }
+  }
+  return all;
+}
+
+TEST(GalaxyStatistics, PartsMeasuredApartMakeTheSameGalaxy) {
+  const std::vector<float> expected = densities_of(*parse_galaxy(all_parts, quick_settings()));
+  for (const std::size_t processes : {1u, 2u, 5u}) {
+    std::vector<std::shared_ptr<Galaxy>> galaxies;
+    std::vector<GalaxyStatistics> statistics;
+    for (std::size_t p = 0; p < processes; ++p) {
+      statistics.emplace_back(*galaxies.emplace_back(read_galaxy(all_parts)));
+    }
+    const std::size_t parts = statistics.front().parts(),
+                      numbers = statistics.front().most_numbers();
+    std::vector<std::vector<double>> measured(parts, std::vector<double>(numbers));
+    // From the last to the first.
+    for (std::size_t part = parts; part-- > 0;) {
+      statistics[part % processes].measure(part, measured[part]);
+    }
+    for (std::size_t p = 0; p < processes; ++p) {
+      for (std::size_t part = 0; part < parts; ++part) statistics[p].take(part, measured[part]);
+      EXPECT_EQ(densities_of(*galaxies[p]), expected) << p << " of " << processes;
+    }
+  }
+}
+
+TEST(GalaxyStatistics, HasPartsOfTexturedComponents) {
+  const auto galaxy = read_galaxy(all_parts);
+  const GalaxyStatistics statistics(*galaxy);
+  // Three of light and a star field; three for each of two kinds of dust.
+  ASSERT_EQ(statistics.parts(), 4u + 2 * 3);
+  for (std::size_t part = 0; part < statistics.parts(); ++part) {
+    const Component& component = *galaxy->components()[statistics.component(part)];
+    EXPECT_NE(component.kind(), "bulge");
+    EXPECT_EQ(component.absorbs(), part >= 4) << part;
+  }
+  const auto smooth =
+      read_galaxy("[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = false\n");
+  EXPECT_EQ(GalaxyStatistics(*smooth).parts(), 0u);
+}
+
+TEST(GalaxyStatistics, EveryPartTellsOfATextureThatCannotBeNormalised) {
+  const auto galaxy = read_galaxy(
+      "[[component]]\nclass = \"disk\"\nname = \"dark\"\nsed = \"flat\"\n"
+      "noise = {theta = \"linear\", offset = -10}\n"
+      "[[component]]\nclass = \"stars\"\nsed = \"flat\"\nfollows = \"dark\"\n");
+  GalaxyStatistics statistics(*galaxy);
+  std::vector<double> numbers(statistics.most_numbers());
+  ASSERT_EQ(statistics.parts(), 2u);
+  for (const std::size_t part : {1u, 0u}) {
+    EXPECT_EQ(error_text([&] {
+                statistics.measure(part, numbers);
+              }).find("g.toml:1:1: component 'dark': the noise is zero or infinite"),
+              0u);
+  }
+}
+
+}  // namespace
+}  // namespace gamer
