@@ -29,7 +29,7 @@ constexpr double widest_footprint = 0.5;
 constexpr double footprint_ratio = 2;
 // What dust lets through is measured along so many rays, of so many points where they are face on,
 // at footprints of that ratio up to the largest.
-constexpr std::size_t coherence_rays = std::size_t{1} << 11;
+constexpr std::size_t coherence_rays = std::size_t{1} << 12;
 constexpr double coherence_heights = 10;
 constexpr double coherence_ratio = std::numbers::sqrt3;
 constexpr double largest_coherence_footprint = 1.0 / 9;

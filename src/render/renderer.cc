@@ -56,6 +56,10 @@ constexpr int tile_size = 16;
 // Rays are no further apart, in footprints, where there is a texture: clumps would be missed.
 constexpr double cell_per_footprint = 0.8;
 
+// Rays on a side of a cell that is cut for its texture alone; a larger one may reach beyond the
+// galaxy.
+constexpr double most_across = 8;
+
 // Halvings of a pixel at most.
 constexpr int deepest_cell = 24;
 
@@ -320,8 +324,11 @@ double Renderer::optical_depth(double x, double y) const {
   return medium_.depth(0, light.depth.data());
 }
 
-bool Renderer::is_even(const Ray& ray, double size, double share, double finest_texture,
-                       std::span<const int> galaxies) const {
+Renderer::Evenness Renderer::evenness(const Ray& ray, double size,
+                                      std::span<const int> galaxies) const {
+  Evenness result;
+  const Accuracy& accuracy = medium_.accuracy();
+  const double finest = cell_per_footprint * accuracy.widest_footprint;
   const bool is_parallel = camera_.projection() == Projection::orthographic;
   for (const int g : galaxies) {
     const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
@@ -342,11 +349,15 @@ bool Renderer::is_even(const Ray& ray, double size, double share, double finest_
     const double around = length * std::numbers::sqrt2 / 2;
     for (const auto& component : placed.galaxy->components()) {
       const ColumnScale scale = component->column_scale(&nearest.x, &direction.x, around);
-      if (length > share * scale.envelope) return false;
-      if (length > std::max(share * scale.texture, finest_texture)) return false;
+      result.rays = std::max(result.rays, length / (accuracy.ray_size * scale.envelope));
+      result.cells = std::max(result.cells, length / (accuracy.cell_size * scale.envelope));
+      result.texture =
+          std::max(result.texture, length / std::max(accuracy.ray_size * scale.texture, finest));
+      result.texture_cells = std::max(
+          result.texture_cells, length / std::max(accuracy.cell_size * scale.texture, 2 * finest));
     }
   }
-  return true;
+  return result;
 }
 
 void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& near,
@@ -389,36 +400,34 @@ void Renderer::weigh(std::size_t first, Work& work) const {
 }
 
 void Renderer::refine(const Sample& cell, Work& work) const {
-  constexpr double gauss = 0.5 * std::numbers::inv_sqrt3;
-  const Accuracy& accuracy = medium_.accuracy();
-  const double finest = cell_per_footprint * accuracy.widest_footprint;
-  bool is_small = cell.size <= std::ldexp(1.0, -deepest_cell);
-  if (!is_small) {
-    const std::optional<Ray> ray = camera_.ray(cell.x, cell.y);
-    if (ray && is_even(*ray, cell.size, accuracy.ray_size, finest, work.near_pixel)) {
-      Sample alone = cell;
-      alone.weight = cell.size * cell.size;
-      work.samples.push_back(alone);
-      return;
-    }
-    is_small = !ray || is_even(*ray, cell.size, accuracy.cell_size, 2 * finest, work.near_pixel);
-  }
-  for (const int j : {-1, 1}) {
-    for (const int i : {-1, 1}) {
-      Sample part = cell;
-      if (is_small) {
-        part.x += i * gauss * cell.size;
-        part.y += j * gauss * cell.size;
-        part.weight = 0.25 * cell.size * cell.size;
-        part.footprint = std::min(cell.size, cell.footprint);
-        work.samples.push_back(part);
-      } else {
-        part.x += 0.25 * i * cell.size;
-        part.y += 0.25 * j * cell.size;
-        part.size = 0.5 * cell.size;
-        refine(part, work);
+  const std::optional<Ray> ray = camera_.ray(cell.x, cell.y);
+  const Evenness even = ray ? evenness(*ray, cell.size, work.near_pixel) : Evenness{};
+  // `count` x `count` parts `distance` apart, in units of their size.
+  const auto cut = [&](int count, double distance, const auto& use) {
+    for (int j = 0; j < count; ++j) {
+      for (int i = 0; i < count; ++i) {
+        Sample part = cell;
+        part.size = cell.size / count;
+        part.x += (i - 0.5 * (count - 1)) * distance * part.size;
+        part.y += (j - 0.5 * (count - 1)) * distance * part.size;
+        part.weight = part.size * part.size;
+        part.footprint = std::min(distance > 1 ? cell.size : part.size, cell.footprint);
+        use(part);
       }
     }
+  };
+  const auto keep = [&](const Sample& part) { work.samples.push_back(part); };
+  constexpr double gauss = 2 * std::numbers::inv_sqrt3;
+  const double across = std::max(std::ceil(even.texture), 1.0);
+  if (ray && even.rays <= 1 && even.texture <= 1) {
+    cut(1, 1, keep);
+  } else if (!ray || cell.size <= std::ldexp(1.0, -deepest_cell) ||
+             (even.cells <= 1 && even.texture_cells <= 1)) {
+    cut(2, gauss, keep);
+  } else if (across <= most_across && even.rays <= across) {
+    cut(static_cast<int>(across), 1, keep);
+  } else {
+    cut(2, 1, [&](const Sample& part) { refine(part, work); });
   }
 }
 

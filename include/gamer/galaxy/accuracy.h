@@ -49,7 +49,7 @@ struct Accuracy {
             .faint_share = 0.01,
             .ray_size = 0.06 * std::sqrt(t / 1e-3),
             .cell_size = 0.5 * std::pow(t / 1e-3, 0.25),
-            .widest_footprint = std::sqrt(t / 1e-3) / 128};
+            .widest_footprint = std::sqrt(t / 1e-3) / 160};
   }
 };
 

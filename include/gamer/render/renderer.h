@@ -82,11 +82,12 @@ class Renderer {
   void refine(const Sample& cell, Work& work) const;
   /// Makes the weights of a pixel's samples, from `first` on, shares of its solid angle.
   void weigh(std::size_t first, Work& work) const;
-  /// Whether a cell around a ray is smaller than that share of the lengths on which the brightness
-  /// of the galaxies near the pixel changes there, their textures' at least `finest_texture` galaxy
-  /// radii.
-  bool is_even(const Ray& ray, double size, double share, double finest_texture,
-               std::span<const int> galaxies) const;
+  /// The size of a cell over the largest at which one ray, or four by Gauss' rule, are enough: by
+  /// the envelopes and by the textures of what is there.
+  struct Evenness {
+    double rays = 0, cells = 0, texture = 0, texture_cells = 0;
+  };
+  Evenness evenness(const Ray& ray, double size, std::span<const int> galaxies) const;
   /// Works samples off while there are at least so many.
   void work_off(std::size_t least, const GalaxyIndex::Found& near, Work& work, Sums& sums,
                 RenderCounts& counts) const;

@@ -97,7 +97,7 @@ class Film(unittest.TestCase):
                 self.assertEqual((folder.path / NAMES[1]).stat().st_mtime_ns, kept)
 
     def test_a_film_that_is_killed_goes_on(self):
-        size = ["-s", "image.size=[96, 72]", "-s", "sampling.tolerance=1e-3"]
+        size = ["-s", "image.size=[192, 144]", "-s", "sampling.tolerance=1e-3"]
         with FilmFolder() as folder:
             expected = folder.film(*size)
         for ranks in RANKS:
