@@ -107,7 +107,8 @@ Cell slice(const FractalParameters& parameters) {
         std::fill_n(footprint.data(), batch_capacity, 1.0f / side);
         SeenNoise seen;
         std::uint64_t evaluations = 0;
-        noise.see(points, footprint.data(), seen, evaluations);
+        const float* const footprints = footprint.data();
+        noise.see(points, std::span(&footprints, 1), std::span(&seen, 1), evaluations);
         std::copy_n(seen.sum.data(), points.size, out);
       },
       density ? 0 : noise.mean() - reach, noise.mean() + reach);

@@ -95,7 +95,7 @@ double Bulge::envelope_integral() const {
   // octant of directions n: the distance from the centre is m |S n|, S the stretch.
   constexpr int radial = 4000;
   constexpr int polar = 64;
-  constexpr int azimuthal = 64;
+  const int azimuthal = axis_[0] == axis_[1] ? 1 : 64;
   const auto [shortest, longest] = std::minmax_element(axis_.begin(), axis_.end());
   std::vector<double> stretches;
   if (*shortest == *longest) {

@@ -63,6 +63,30 @@ void Share(const Points& points, bool needs_phi, SampleBatch& batch) {
   }
 }
 
+void Radius(const Points& points, float* HWY_RESTRICT out) {
+  const hn::ScalableTag<float> d;
+  for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
+    const auto x = hn::Load(d, points.x + i);
+    const auto y = hn::Load(d, points.y + i);
+    hn::Store(hn::Sqrt(hn::MulAdd(x, x, hn::Mul(y, y))), d, out + i);
+  }
+}
+
+/// Turns (x, y) about the axis by -twirl theta; `to_x` and `to_y` may be x and y.
+void TurnBack(std::size_t size, const float* x, const float* y, const float* winding, float twirl,
+              float* to_x, float* to_y) {
+  const hn::ScalableTag<float> d;
+  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
+    auto sine = hn::Zero(d);
+    auto cosine = hn::Zero(d);
+    SinCos(d, hn::Mul(hn::Load(d, winding + i), hn::Set(d, -twirl)), sine, cosine);
+    const auto from_x = hn::Load(d, x + i);
+    const auto from_y = hn::Load(d, y + i);
+    hn::Store(hn::NegMulAdd(sine, from_y, hn::Mul(cosine, from_x)), d, to_x + i);
+    hn::Store(hn::MulAdd(sine, from_x, hn::Mul(cosine, from_y)), d, to_y + i);
+  }
+}
+
 /// `footprints` and `coherence` may be null.
 void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float threshold, float twirl,
              bool has_winding, const float* footprints, float footprint_scale,
@@ -107,16 +131,7 @@ void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float thr
   for (std::size_t i = size; i < padded(size); ++i) {
     out.x[i] = out.y[i] = out.z[i] = out.winding[i] = out.footprint[i] = 0;
   }
-  if (!has_winding || twirl == 0) return;
-  for (std::size_t i = 0; i < size; i += lanes) {
-    auto sine = hn::Zero(d);
-    auto cosine = hn::Zero(d);
-    SinCos(d, hn::Mul(hn::Load(d, out.winding + i), hn::Set(d, -twirl)), sine, cosine);
-    const auto x = hn::Load(d, out.x + i);
-    const auto y = hn::Load(d, out.y + i);
-    hn::Store(hn::NegMulAdd(sine, y, hn::Mul(cosine, x)), d, out.x + i);
-    hn::Store(hn::MulAdd(sine, x, hn::Mul(cosine, y)), d, out.y + i);
-  }
+  if (has_winding && twirl != 0) TurnBack(size, out.x, out.y, out.winding, twirl, out.x, out.y);
 }
 
 // `out` may be one of the others.
@@ -162,6 +177,8 @@ HWY_AFTER_NAMESPACE();
 namespace gamer {
 
 HWY_EXPORT(Share);
+HWY_EXPORT(Radius);
+HWY_EXPORT(TurnBack);
 HWY_EXPORT(Compact);
 HWY_EXPORT(Scale);
 HWY_EXPORT(Logarithm);
@@ -325,18 +342,12 @@ void Galaxy::place(const Points& points, bool wants_shear, SampleBatch& batch) c
 
 Points Galaxy::turn_back(const Points& points, double twirl, BatchArray& x, BatchArray& y,
                          BatchArray& z) const {
-  BatchArray all;
-  std::fill_n(all.data(), batch_capacity, 1.0f);
-  SampleBatch batch{};
-  batch.size = points.size;
-  HWY_DYNAMIC_DISPATCH(Share)(points, false, batch);
-  arms_.winding(batch.r.data(), batch.size, batch.winding.data());
-  CompactedPoints turned;
-  HWY_DYNAMIC_DISPATCH(Compact)
-  (batch, all.data(), 0.5f, static_cast<float>(twirl), true, nullptr, 1, nullptr, turned);
-  std::copy_n(turned.x, batch_capacity, x.data());
-  std::copy_n(turned.y, batch_capacity, y.data());
-  std::copy_n(turned.z, batch_capacity, z.data());
+  BatchArray r, winding;
+  HWY_DYNAMIC_DISPATCH(Radius)(points, r.data());
+  arms_.winding(r.data(), points.size, winding.data());
+  HWY_DYNAMIC_DISPATCH(TurnBack)
+  (points.size, points.x, points.y, winding.data(), static_cast<float>(twirl), x.data(), y.data());
+  std::copy_n(points.z, padded(points.size), z.data());
   return {x.data(), y.data(), z.data(), points.size};
 }
 
@@ -511,32 +522,21 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
 
 void Galaxy::evaluate_component(std::size_t c, const Points& points, float threshold,
                                 BatchArray& density, EvaluationCounts& counts) const {
-  component_densities(c, points, threshold, nullptr, nullptr, {}, std::span(&density, 1), counts);
-}
-
-void Galaxy::component_densities(std::size_t c, const Points& points, float threshold,
-                                 const BatchArray* footprints, const BatchArray* coherence,
-                                 std::span<const double> deviations,
-                                 std::span<BatchArray> densities, EvaluationCounts& counts) const {
   const Component& component = *components_[c];
   SampleBatch batch;
-  place(points, footprints != nullptr, batch);
+  place(points, false, batch);
   BatchArray envelope, followed;
   component.envelope(batch, envelope.data());
   const auto limit = threshold * static_cast<float>(component.threshold_scale());
   const bool follows = followed_[c] >= 0, is_textured = component.texture() != nullptr;
-  if (is_textured) {
-    phi(c, batch, envelope, limit, footprints, coherence, deviations, densities, counts);
-  }
-  if (follows) {
-    phi(static_cast<std::size_t>(followed_[c]), batch, envelope, limit, footprints, nullptr, {},
-        std::span(&followed, 1), counts);
-  }
-  for (BatchArray& density : densities) {
-    HWY_DYNAMIC_DISPATCH(Scale)
-    (batch.size, static_cast<float>(follow_scale_[c]), envelope.data(),
-     is_textured ? density.data() : nullptr, follows ? followed.data() : nullptr, density.data());
-  }
+  const auto take_phi = [&](std::size_t of, BatchArray& out) {
+    phi(of, batch, envelope, limit, nullptr, nullptr, {}, std::span(&out, 1), counts);
+  };
+  if (is_textured) take_phi(c, density);
+  if (follows) take_phi(static_cast<std::size_t>(followed_[c]), followed);
+  HWY_DYNAMIC_DISPATCH(Scale)
+  (batch.size, static_cast<float>(follow_scale_[c]), envelope.data(),
+   is_textured ? density.data() : nullptr, follows ? followed.data() : nullptr, density.data());
 }
 
 }  // namespace gamer

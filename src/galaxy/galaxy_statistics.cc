@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <utility>
 
@@ -58,34 +59,67 @@ void refine(std::size_t first, std::size_t most, double error,
 /// A mean of few points may be of none that count.
 double proper_mean(double mean) { return mean > 0 && std::isfinite(mean) ? mean : 1; }
 
-/// The footprints of rays of a width in the coordinates of a component's texture.
-void stretch(std::size_t size, const BatchArray& shear, const Component& component, double width,
-             BatchArray& out) {
-  const double own = width * component.footprint_scale(), twirl = component.texture()->twirl();
-  for (std::size_t i = 0; i < size; ++i) {
-    out[i] = static_cast<float>(own * stretch_of(twirl * double{shear[i]}));
+/// What rays of each width see of a component's texture at points that were turned back by its
+/// twirl.
+void see_texture(const Component& component, const Points& points, const BatchArray& shear,
+                 std::span<const double> widths, bool wants_coherent, std::span<SeenNoise> out) {
+  const Texture& texture = *component.texture();
+  BatchArray stretched;
+  for (std::size_t i = 0; i < points.size; ++i) {
+    stretched[i] = static_cast<float>(component.footprint_scale() *
+                                      stretch_of(texture.twirl() * double{shear[i]}));
+  }
+  std::vector<BatchArray> footprints(widths.size());
+  std::vector<const float*> sets;
+  for (std::size_t w = 0; w < widths.size(); ++w) {
+    const auto width = static_cast<float>(widths[w]);
+    for (std::size_t i = 0; i < points.size; ++i) footprints[w][i] = width * stretched[i];
+    sets.push_back(footprints[w].data());
+  }
+  std::uint64_t evaluations = 0;
+  texture.see(points, sets, wants_coherent, out, evaluations);
+}
+
+/// What is expected of it, by as many widths.
+void expect_texture(const Component& component, const Points& points, const BatchArray& shear,
+                    std::span<const double> widths, std::span<BatchArray> out) {
+  const auto seen = std::make_unique_for_overwrite<SeenNoise[]>(widths.size());
+  see_texture(component, points, shear, widths, false, {seen.get(), widths.size()});
+  for (std::size_t w = 0; w < widths.size(); ++w) {
+    component.texture()->expect(points.size, seen[w], nullptr, {}, out.subspan(w, 1));
   }
 }
 
-/// Sums over weighted points of what is seen (y) and of all (x).
-struct SeenMoments {
-  double w = 0, ww = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+/// Sums over weighted points.
+struct WholeMoments {
+  double w = 0, ww = 0, x = 0, xx = 0;
 
-  void add(double weight, double all, double seen) {
+  void add(double weight, double all) {
     w += weight;
     ww += weight * weight;
     x += weight * all;
-    y += weight * seen;
     xx += weight * all * all;
+  }
+  WholeMoments& operator+=(const WholeMoments& more) {
+    w += more.w;
+    ww += more.ww;
+    x += more.x;
+    xx += more.xx;
+    return *this;
+  }
+};
+
+/// The same of what is seen (y) of all (x).
+struct SeenMoments {
+  double y = 0, xy = 0, yy = 0;
+
+  void add(double weight, double all, double seen) {
+    y += weight * seen;
     xy += weight * all * seen;
     yy += weight * seen * seen;
   }
   SeenMoments& operator+=(const SeenMoments& more) {
-    w += more.w;
-    ww += more.ww;
-    x += more.x;
     y += more.y;
-    xx += more.xx;
     xy += more.xy;
     yy += more.yy;
     return *this;
@@ -236,15 +270,14 @@ double GalaxyStatistics::normalise(std::size_t c, std::size_t cloud_size) {
   const std::vector<WeightedBatch> cloud = component.cloud(cloud_size);
   FractalNoise::Factor factor;
   if (galaxy_.followed_[c] >= 0) {
-    factor = [this, c](const Points& points, float* out) { followed_phi(c, points, 0, {}, out); };
+    factor = [this, c](const Points& points, float* out) { followed_phi(c, points, out); };
   }
   if (component.texture() != nullptr) {
     component.texture()->normalise(cloud, factor);
     return component.texture()->mean_error();
   }
-  std::vector<BatchArray> factors(cloud.size());
-  parallel_for(cloud.size(), [&](std::size_t b) { factor(cloud[b].points(), factors[b].data()); });
-  const CloudMean mean = mean_over(cloud, factors);
+  const CloudMean mean = mean_over(
+      cloud, [&](std::size_t b, BatchArray& out) { factor(cloud[b].points(), out.data()); });
   galaxy_.follow_scale_[c] = 1 / mean.mean;
   return mean.error / mean.mean;
 }
@@ -282,36 +315,45 @@ std::vector<double> GalaxyStatistics::dust_widths(std::size_t c) const {
   return widths(c, largest_coherence_footprint, coherence_ratio);
 }
 
-void GalaxyStatistics::cloud_phi(std::size_t c, const Points& points, double width,
-                                 const BatchArray& shear, BatchArray& out) const {
-  BatchArray other;
-  if (const Texture* texture = component_at(c).texture(); texture != nullptr) {
-    std::uint64_t evaluations = 0;
-    if (width > 0) stretch(points.size, shear, component_at(c), width, other);
-    texture->evaluate(points, width > 0 ? other.data() : nullptr, nullptr, {}, std::span(&out, 1),
-                      evaluations);
+void GalaxyStatistics::cloud_phi(std::size_t c, const Points& points,
+                                 std::span<const double> widths, std::span<BatchArray> out) const {
+  BatchArray shear;
+  take_shear(points, shear);
+  if (component_at(c).texture() != nullptr) {
+    expect_texture(component_at(c), points, shear, widths, out);
   } else {
-    std::fill_n(out.data(), batch_capacity, static_cast<float>(galaxy_.follow_scale_[c]));
+    const auto scale = static_cast<float>(galaxy_.follow_scale_[c]);
+    for (BatchArray& phi : out) std::fill_n(phi.data(), batch_capacity, scale);
   }
-  if (galaxy_.followed_[c] < 0) return;
-  followed_phi(c, points, width, shear, other.data());
-  for (std::size_t i = 0; i < points.size; ++i) out[i] *= other[i];
+  multiply_followed(c, points, shear, widths, out);
 }
 
-void GalaxyStatistics::followed_phi(std::size_t c, const Points& points, double width,
-                                    const BatchArray& shear, float* out) const {
-  const Component& source = component_at(static_cast<std::size_t>(galaxy_.followed_[c]));
-  const Texture& followed = *source.texture();
+void GalaxyStatistics::multiply_followed(std::size_t c, const Points& points,
+                                         const BatchArray& shear, std::span<const double> widths,
+                                         std::span<BatchArray> out) const {
+  if (galaxy_.followed_[c] < 0) return;
+  BatchArray x, y, z;
+  std::vector<BatchArray> phi(widths.size());
+  expect_texture(followed_by(c), turn_to_followed(c, points, x, y, z), shear, widths, phi);
+  for (std::size_t w = 0; w < widths.size(); ++w) {
+    for (std::size_t i = 0; i < points.size; ++i) out[w][i] *= phi[w][i];
+  }
+}
+
+void GalaxyStatistics::followed_phi(std::size_t c, const Points& points, float* out) const {
+  BatchArray x, y, z, phi;
+  std::uint64_t evaluations = 0;
+  followed_by(c).texture()->evaluate(turn_to_followed(c, points, x, y, z), nullptr, nullptr, {},
+                                     std::span(&phi, 1), evaluations);
+  std::copy_n(phi.data(), padded(points.size), out);
+}
+
+Points GalaxyStatistics::turn_to_followed(std::size_t c, const Points& points, BatchArray& x,
+                                          BatchArray& y, BatchArray& z) const {
   // The cloud is turned by this component's twirl; the followed noise has its own.
   const Texture* own = component_at(c).texture();
-  BatchArray x, y, z, footprints, phi;
-  const Points turned =
-      galaxy_.turn_back(points, followed.twirl() - (own != nullptr ? own->twirl() : 0.0), x, y, z);
-  if (width > 0) stretch(points.size, shear, source, width, footprints);
-  std::uint64_t evaluations = 0;
-  followed.evaluate(turned, width > 0 ? footprints.data() : nullptr, nullptr, {},
-                    std::span(&phi, 1), evaluations);
-  std::copy_n(phi.data(), padded(points.size), out);
+  const double twirl = own != nullptr ? own->twirl() : 0.0;
+  return galaxy_.turn_back(points, followed_by(c).texture()->twirl() - twirl, x, y, z);
 }
 
 void GalaxyStatistics::take_shear(const Points& points, BatchArray& out) const {
@@ -338,33 +380,41 @@ double GalaxyStatistics::measure_seen(std::size_t c, std::size_t cloud_size,
                                       std::vector<double>& means) const {
   const std::vector<double> widths = seen_widths(c);
   const std::vector<WeightedBatch> cloud = component_at(c).cloud(cloud_size);
-  std::vector<SeenMoments> parts(cloud.size() * widths.size());
+  std::vector<WholeMoments> whole_parts(cloud.size());
+  std::vector<SeenMoments> seen_parts(cloud.size() * widths.size());
+  std::vector<double> with_all = widths;
+  with_all.push_back(0);
   parallel_for(cloud.size(), [&](std::size_t b) {
     const WeightedBatch& batch = cloud[b];
-    BatchArray all, seen, shear;
-    take_shear(batch.points(), shear);
-    cloud_phi(c, batch.points(), 0, shear, all);
+    std::vector<BatchArray> phi(with_all.size());
+    cloud_phi(c, batch.points(), with_all, phi);
+    const BatchArray& all = phi.back();
+    for (std::size_t i = 0; i < batch.size; ++i) {
+      whole_parts[b].add(double{batch.weight[i]}, double{all[i]});
+    }
     for (std::size_t k = 0; k < widths.size(); ++k) {
-      cloud_phi(c, batch.points(), widths[k], shear, seen);
-      SeenMoments& sums = parts[b * widths.size() + k];
+      SeenMoments& sums = seen_parts[b * widths.size() + k];
       for (std::size_t i = 0; i < batch.size; ++i) {
-        sums.add(double{batch.weight[i]}, double{all[i]}, double{seen[i]});
+        sums.add(double{batch.weight[i]}, double{all[i]}, double{phi[k][i]});
       }
     }
   });
   // All of Phi, whose mean over the component is 1, is the control variate of what is seen of it.
+  WholeMoments whole;
+  for (const WholeMoments& part : whole_parts) whole += part;
+  const double x = whole.x / whole.w;
+  const double variance = whole.xx / whole.w - x * x;
   means.clear();
   double largest_error = 0;
   for (std::size_t k = 0; k < widths.size(); ++k) {
     SeenMoments sums;
-    for (std::size_t b = 0; b < cloud.size(); ++b) sums += parts[b * widths.size() + k];
-    const double x = sums.x / sums.w, y = sums.y / sums.w;
-    const double variance = sums.xx / sums.w - x * x;
-    const double covariance = sums.xy / sums.w - x * y;
+    for (std::size_t b = 0; b < cloud.size(); ++b) sums += seen_parts[b * widths.size() + k];
+    const double y = sums.y / whole.w;
+    const double covariance = sums.xy / whole.w - x * y;
     const double slope = variance > 0 ? covariance / variance : 0.0;
     means.push_back(proper_mean(y - slope * (x - 1)));
-    const double rest = std::max(sums.yy / sums.w - y * y - slope * covariance, 0.0);
-    largest_error = std::max(largest_error, std::sqrt(rest * sums.ww) / sums.w / means.back());
+    const double rest = std::max(sums.yy / whole.w - y * y - slope * covariance, 0.0);
+    largest_error = std::max(largest_error, std::sqrt(rest * whole.ww) / whole.w / means.back());
   }
   return largest_error;
 }
@@ -376,6 +426,8 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
   amounts.clear();
   const std::vector<double> widths = dust_widths(c);
   if (widths.empty()) return;
+  std::vector<double> with_all = widths;
+  with_all.push_back(0);
   const Component& dust = component_at(c);
   const double path = Galaxy::obliquities[obliquity];
   const auto heights = static_cast<std::size_t>(std::round(coherence_heights * std::sqrt(path)));
@@ -399,7 +451,7 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
       for (std::size_t i = 0; i < at.size; ++i) light[i] += column * envelope[i];
     }
   });
-  // Depths along the rays, by variants.
+  // What rays of each width see at every point, and by what Phi of it is multiplied to be a depth.
   const auto slope = static_cast<float>(std::sqrt(path * path - 1));
   BatchArray to_x, to_y;  // Directions in the plane, every one.
   for (std::size_t i = 0; i < batch_capacity; ++i) {
@@ -407,32 +459,66 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
     to_x[i] = static_cast<float>(std::cos(angle));
     to_y[i] = static_cast<float>(std::sin(angle));
   }
-  const double scale = dust.amplitude() * galaxy_.axis_[2] * path;
-  const auto depths = [&](double width, double coherence, std::span<const double> deviations) {
+  const double scale = dust.amplitude() * galaxy_.axis_[2] * path * galaxy_.follow_scale_[c];
+  const Texture* texture = dust.texture();
+  const std::size_t places = batches * heights;
+  const auto seen = std::make_unique_for_overwrite<SeenNoise[]>(
+      texture != nullptr ? places * with_all.size() : 0);
+  const auto weights = std::make_unique_for_overwrite<BatchArray[]>(places * with_all.size());
+  parallel_for(places, [&](std::size_t place) {
+    const WeightedBatch& at = cloud.columns[place / heights];
+    const std::size_t k = place % heights;
+    const float away = slope * cloud.heights[k];
+    BatchArray x, y, z, shear;
+    for (std::size_t i = 0; i < padded(at.size); ++i) {
+      x[i] = at.x[i] + away * to_x[i];
+      y[i] = at.y[i] + away * to_y[i];
+    }
+    std::fill_n(z.data(), batch_capacity, cloud.heights[k]);
+    const Points points{x.data(), y.data(), z.data(), at.size};
+    SampleBatch batch;
+    galaxy_.place(points, false, batch);
+    BatchArray envelope;
+    dust.envelope(batch, envelope.data());
+    const auto step = static_cast<float>(scale) * cloud.steps[k];
+    for (std::size_t i = 0; i < at.size; ++i) {
+      if (envelope[i] > 0) {
+        envelope[i] *= step;
+      } else {
+        // Outside of the galaxy its arms need not have a winding.
+        envelope[i] = x[i] = y[i] = z[i] = 0;
+      }
+    }
+    const std::span own(weights.get() + place * with_all.size(), with_all.size());
+    std::fill(own.begin(), own.end(), envelope);
+    take_shear(points, shear);
+    BatchArray turned_x, turned_y, turned_z;
+    const Points turned = texture != nullptr ? galaxy_.turn_back(points, texture->twirl(), turned_x,
+                                                                 turned_y, turned_z)
+                                             : points;
+    multiply_followed(c, turned, shear, with_all, own);
+    if (texture == nullptr) return;
+    see_texture(dust, turned, shear, with_all, true,
+                {seen.get() + place * with_all.size(), with_all.size()});
+  });
+  // Depths along the rays, by variants.
+  const auto depths = [&](std::size_t width, double coherence, std::span<const double> deviations) {
     const std::size_t variants = std::max<std::size_t>(deviations.size(), 1);
     std::vector<BatchArray> result(batches * variants);
+    BatchArray coherence_of;
+    std::fill_n(coherence_of.data(), batch_capacity, static_cast<float>(coherence));
     parallel_for(batches, [&](std::size_t b) {
-      const WeightedBatch& at = cloud.columns[b];
+      const std::size_t size = cloud.columns[b].size;
       const std::span<BatchArray> own = std::span(result).subspan(b * variants, variants);
-      for (BatchArray& depth : own) std::fill_n(depth.data(), batch_capacity, 0.0f);
-      std::vector<BatchArray> densities(variants);
-      BatchArray x, y, z, footprints, coherence_of;
-      std::fill_n(footprints.data(), batch_capacity, static_cast<float>(width));
-      std::fill_n(coherence_of.data(), batch_capacity, static_cast<float>(coherence));
-      EvaluationCounts counts;
+      std::vector<BatchArray> phi(variants);
+      for (BatchArray& values : phi) std::fill_n(values.data(), batch_capacity, 1.0f);
       for (std::size_t k = 0; k < heights; ++k) {
-        const float away = slope * cloud.heights[k];
-        for (std::size_t i = 0; i < padded(at.size); ++i) {
-          x[i] = at.x[i] + away * to_x[i];
-          y[i] = at.y[i] + away * to_y[i];
+        const std::size_t at = (b * heights + k) * with_all.size() + width;
+        if (texture != nullptr) {
+          texture->expect(size, seen[at], coherence_of.data(), deviations, phi);
         }
-        std::fill_n(z.data(), batch_capacity, cloud.heights[k]);
-        galaxy_.component_densities(c, {x.data(), y.data(), z.data(), at.size}, 0,
-                                    width > 0 ? &footprints : nullptr, &coherence_of, deviations,
-                                    densities, counts);
-        const auto step = static_cast<float>(scale) * cloud.steps[k];
         for (std::size_t v = 0; v < variants; ++v) {
-          for (std::size_t i = 0; i < at.size; ++i) own[v][i] += step * densities[v][i];
+          for (std::size_t i = 0; i < size; ++i) own[v][i] += weights[at][i] * phi[v][i];
         }
       }
     });
@@ -440,7 +526,7 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
   };
   const auto mean = [&](const std::vector<BatchArray>& values, bool by_light, auto&& term) {
     const std::size_t variants = values.size() / batches;
-    double sum = 0, weights = 0;
+    double sum = 0, whole_weight = 0;
     for (std::size_t b = 0; b < batches; ++b) {
       const WeightedBatch& at = cloud.columns[b];
       for (std::size_t v = 0; v < variants; ++v) {
@@ -448,12 +534,12 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
         for (std::size_t i = 0; i < at.size; ++i) {
           const double weight =
               share * double{at.weight[i]} * (by_light ? double{brightness[b][i]} : 1.0);
-          weights += weight;
+          whole_weight += weight;
           sum += weight * term(double{values[b * variants + v][i]});
         }
       }
     }
-    return sum / weights;
+    return sum / whole_weight;
   };
   const auto amount = [&](const std::vector<BatchArray>& values) {
     return mean(values, false, [](double depth) { return depth; });
@@ -462,14 +548,14 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
   const auto light = [&](const std::vector<BatchArray>& values, double factor) {
     return mean(values, true, [&](double depth) { return std::exp(-factor * depth); });
   };
-  const std::vector<BatchArray> all = depths(0, 1, {});
+  const std::vector<BatchArray> all = depths(widths.size(), 1, {});
   const double whole = amount(all), wanted = light(all, 1);
   if (!(whole > 0) || !std::isfinite(whole) || !std::isfinite(wanted)) return;
   double guess = 1;
   for (std::size_t k = widths.size(); k-- > 0;) {
     const auto excess = [&](double coherence) {
-      const std::vector<BatchArray> seen = depths(widths[k], coherence, dust_deviations);
-      return light(seen, whole / amount(seen)) - wanted;
+      const std::vector<BatchArray> values = depths(k, coherence, dust_deviations);
+      return light(values, whole / amount(values)) - wanted;
     };
     // Secants, from what the wider rays have; light grows with the variance.
     double last = guess, last_excess = excess(last);
@@ -488,7 +574,7 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
     }
     guess = std::clamp(guess, least_coherence, largest_coherence);
     coherences.push_back(guess);
-    amounts.push_back(proper_mean(amount(depths(widths[k], guess, dust_deviations)) / whole));
+    amounts.push_back(proper_mean(amount(depths(k, guess, dust_deviations)) / whole));
   }
   std::reverse(coherences.begin(), coherences.end());
   std::reverse(amounts.begin(), amounts.end());

@@ -377,7 +377,11 @@ double Layer::envelope_integral() const {
     const double t = (i + 0.5) / radial;
     const double r = end * t * t;
     double column = 0;
-    for (const double z2 : height2) column += taper_at(std::sqrt(r * r + z2));
+    if (r * r + height2.back() < taper_start * taper_start) {
+      column = vertical;
+    } else {
+      for (const double z2 : height2) column += taper_at(std::sqrt(r * r + z2));
+    }
     const double hole = shape_.inner > 0 ? -std::expm1(-std::pow(r / shape_.inner, 4)) : 1.0;
     sum += 2 * end * t * r * std::exp(-r / shape_.rh) * hole * column / vertical;
   }

@@ -84,12 +84,15 @@ struct MultiplyInput {
   float inverse_mean;  ///< of that power
 };
 
-/// An octave that counts in a batch, whether any of its points sees it and whether any does not
-/// see all of it.
+/// An octave that counts in a batch, its index, and whether any of the batch's views sees it.
 struct CountedOctave {
   const MultiplyInput* in;
-  bool seen, fades;
+  std::size_t index;
+  bool seen;
 };
+
+// Of VeinTexture's octaves.
+constexpr int most_octaves = 32;
 
 // Of c.
 constexpr float largest_contrast = 1.5f;
@@ -121,9 +124,6 @@ float GridMagic(double slope, int turn) {
 // For how many standard deviations a coherent hidden factor is followed.
 constexpr float largest_deviation = 1.2f;
 
-// Of VeinTexture's octaves.
-constexpr int most_octaves = 32;
-
 // InverseI0Exp() has one polynomial below this argument and one above.
 constexpr float bessel_border = 2.5f;
 // Its y over the variance of a Gaussian of period 1: kappa = 1/(4 pi^2 variance) is the argument.
@@ -131,6 +131,23 @@ constexpr auto y_factor =
     static_cast<float>(4 * bessel_border * std::numbers::pi * std::numbers::pi);
 
 }  // namespace
+
+/// What one set of footprints makes of a batch of points.
+struct VeinView {
+  const float* footprints;  ///< null where all is seen
+  float* density;           ///< (D_h - D_l) V + D_l, then times N
+  float* coherent;          ///< variance of the logarithm that is hidden and coherent, or null
+  Range widths;             ///< of the footprints, 0 where there are none
+  std::size_t whole;        ///< so many octaves of the displacement are seen by all
+  /// Whether any point does not see all of an octave of N.
+  std::array<bool, most_octaves> fades;
+  BatchArray displacement;
+  BatchArray unseen;  ///< variance of the displacement that is not seen
+
+  VeinView(const float* footprints, float* density, float* coherent)
+      : footprints(footprints), density(density), coherent(coherent) {}
+};
+
 }  // namespace gamer
 #endif
 
@@ -245,16 +262,16 @@ class HelicalOctave {
   IdentifiedLattice<cycles> lattice_;
 };
 
-/// The displacement as footprints see it, and the variance of what they do not; both may be null.
-/// The first `whole` octaves are seen by all.
-void Displace(const Points& points, const SpiralBatch& spiral, const float* footprints,
-              const DisplacementInput& in, std::size_t whole, float* HWY_RESTRICT sum,
-              float* unseen) {
+/// The displacement as views see it, and the variance of what they do not.
+void Displace(const Points& points, const SpiralBatch& spiral, const DisplacementInput& in,
+              std::span<VeinView> views) {
   const hn::ScalableTag<float> d;
   using Own = HelicalOctave<false>;
-  for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
-    hn::Store(hn::Zero(d), d, sum + i);
-    if (footprints != nullptr) hn::Store(hn::Zero(d), d, unseen + i);
+  for (VeinView& view : views) {
+    for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
+      hn::Store(hn::Zero(d), d, view.displacement.data() + i);
+      if (view.footprints != nullptr) hn::Store(hn::Zero(d), d, view.unseen.data() + i);
+    }
   }
   for (std::size_t k = 0; k < in.octaves.size(); ++k) {
     const DisplacementOctave& octave = in.octaves[k];
@@ -264,15 +281,20 @@ void Displace(const Points& points, const SpiralBatch& spiral, const float* foot
       const auto point =
           MapPoint(d, hn::Load(d, spiral.s.data() + i), hn::Load(d, spiral.turns.data() + i),
                    inverse_radius, hn::Load(d, points.z + i), in.map);
-      auto weight = hn::Set(d, octave.octave.weight * Own::scale<decltype(d)>);
-      if (k >= whole) {
-        const auto seen = SeenBy(d, hn::Load(d, footprints + i), inverse_radius, octave.seen);
-        weight = hn::Mul(weight, seen);
-        const auto rest = hn::NegMulAdd(seen, seen, hn::Set(d, 1.0f));
-        hn::Store(hn::MulAdd(rest, hn::Set(d, octave.variance), hn::Load(d, unseen + i)), d,
-                  unseen + i);
+      const auto noise = own.Noise(d, point);
+      for (VeinView& view : views) {
+        auto weight = hn::Set(d, octave.octave.weight * Own::scale<decltype(d)>);
+        if (k >= view.whole) {
+          float* const unseen = view.unseen.data() + i;
+          const auto seen =
+              SeenBy(d, hn::Load(d, view.footprints + i), inverse_radius, octave.seen);
+          weight = hn::Mul(weight, seen);
+          const auto rest = hn::NegMulAdd(seen, seen, hn::Set(d, 1.0f));
+          hn::Store(hn::MulAdd(rest, hn::Set(d, octave.variance), hn::Load(d, unseen)), d, unseen);
+        }
+        float* const sum = view.displacement.data() + i;
+        hn::Store(hn::MulAdd(noise, weight, hn::Load(d, sum)), d, sum);
       }
-      hn::Store(hn::MulAdd(own.Noise(d, point), weight, hn::Load(d, sum + i)), d, sum + i);
     }
   }
 }
@@ -428,12 +450,11 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
   }
 }
 
-/// Multiplies the density by what is seen of the helical octaves of N; footprints and `coherent`
-/// may be null.
+/// Multiplies the densities by what is seen of the helical octaves of N.
 template <bool cycles>
 HWY_INLINE void MultiplyHelicalOf(const Points& points, const SpiralBatch& spiral,
-                                  const float* footprints, const CountedOctave* counted,
-                                  std::size_t count, float* HWY_RESTRICT density, float* coherent) {
+                                  const CountedOctave* counted, std::size_t count,
+                                  std::span<const VeinView> views) {
   const hn::ScalableTag<float> d;
   const auto one = hn::Set(d, 1.0f);
   const auto zero = hn::Zero(d);
@@ -456,37 +477,40 @@ HWY_INLINE void MultiplyHelicalOf(const Points& points, const SpiralBatch& spira
         excess = hn::Mul(own.Noise(d, point), contrast);
         excess = hn::Min(hn::Max(excess, hn::Neg(one)), one);
       }
-      if (counted[k].fades) {
-        const auto seen = SeenBy(d, hn::Load(d, footprints + i), inverse_radius, in.seen);
-        excess = hn::Mul(excess, seen);
-        if (coherent != nullptr) {
-          const auto layers = hn::MulAdd(inverse_radius, hn::Set(d, in.layers), one);
-          const auto variance =
-              hn::Mul(hn::Mul(blend, blend),
-                      hn::Mul(hn::NegMulAdd(seen, seen, one), hn::Set(d, in.variance)));
-          hn::Store(hn::Add(hn::Load(d, coherent + i), hn::Div(variance, layers)), d, coherent + i);
+      for (const VeinView& view : views) {
+        auto own_excess = excess;
+        if (view.fades[counted[k].index]) {
+          const auto seen = SeenBy(d, hn::Load(d, view.footprints + i), inverse_radius, in.seen);
+          own_excess = hn::Mul(excess, seen);
+          if (view.coherent != nullptr) {
+            float* const coherent = view.coherent + i;
+            const auto layers = hn::MulAdd(inverse_radius, hn::Set(d, in.layers), one);
+            const auto variance =
+                hn::Mul(hn::Mul(blend, blend),
+                        hn::Mul(hn::NegMulAdd(seen, seen, one), hn::Set(d, in.variance)));
+            hn::Store(hn::Add(hn::Load(d, coherent), hn::Div(variance, layers)), d, coherent);
+          }
         }
+        const auto product = hn::Load(d, view.density + i);
+        hn::Store(hn::MulAdd(product, own_excess, product), d, view.density + i);
       }
-      const auto product = hn::Load(d, density + i);
-      hn::Store(hn::MulAdd(product, excess, product), d, density + i);
     }
   }
 }
 
-void MultiplyHelical(const Points& points, const SpiralBatch& spiral, const float* footprints,
-                     const CountedOctave* counted, std::size_t count, bool cycles,
-                     float* HWY_RESTRICT density, float* coherent) {
+void MultiplyHelical(const Points& points, const SpiralBatch& spiral, const CountedOctave* counted,
+                     std::size_t count, bool cycles, std::span<const VeinView> views) {
   if (cycles) {
-    MultiplyHelicalOf<true>(points, spiral, footprints, counted, count, density, coherent);
+    MultiplyHelicalOf<true>(points, spiral, counted, count, views);
   } else {
-    MultiplyHelicalOf<false>(points, spiral, footprints, counted, count, density, coherent);
+    MultiplyHelicalOf<false>(points, spiral, counted, count, views);
   }
 }
 
-/// Multiplies the density by what is seen of a Cartesian octave of N; footprints and `coherent` may
-/// be null.
-void MultiplyCartesian(std::size_t size, const float* HWY_RESTRICT value, const float* footprints,
-                       const MultiplyInput& in, float* HWY_RESTRICT density, float* coherent) {
+/// Multiplies the densities by what is seen of a Cartesian octave of N, given by its noise.
+void MultiplyCartesian(std::size_t size, const float* HWY_RESTRICT value,
+                       const CountedOctave& octave, std::span<const VeinView> views) {
+  const MultiplyInput& in = *octave.in;
   const hn::ScalableTag<float> d;
   const auto one = hn::Set(d, 1.0f);
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
@@ -495,16 +519,19 @@ void MultiplyCartesian(std::size_t size, const float* HWY_RESTRICT value, const 
     if (in.clumpiness != 1) {
       factor = hn::Mul(Pow(d, factor, hn::Set(d, in.clumpiness)), hn::Set(d, in.inverse_mean));
     }
-    if (footprints != nullptr) {
-      const auto seen = SeenBy(d, hn::Load(d, footprints + i), one, in.seen);
-      factor = hn::MulAdd(seen, hn::Sub(factor, one), one);
-      if (coherent != nullptr) {
-        const auto rest =
-            hn::Mul(hn::NegMulAdd(seen, seen, one), hn::Set(d, in.variance / (1 + in.layers)));
-        hn::Store(hn::Add(hn::Load(d, coherent + i), rest), d, coherent + i);
+    for (const VeinView& view : views) {
+      auto own_factor = factor;
+      if (view.fades[octave.index]) {
+        const auto seen = SeenBy(d, hn::Load(d, view.footprints + i), one, in.seen);
+        own_factor = hn::MulAdd(seen, hn::Sub(factor, one), one);
+        if (view.coherent != nullptr) {
+          const auto rest =
+              hn::Mul(hn::NegMulAdd(seen, seen, one), hn::Set(d, in.variance / (1 + in.layers)));
+          hn::Store(hn::Add(hn::Load(d, view.coherent + i), rest), d, view.coherent + i);
+        }
       }
+      hn::Store(hn::Mul(hn::Load(d, view.density + i), own_factor), d, view.density + i);
     }
-    hn::Store(hn::Mul(hn::Load(d, density + i), factor), d, density + i);
   }
 }
 
@@ -515,14 +542,16 @@ void MultiplyBy(std::size_t size, const float* HWY_RESTRICT value, float* HWY_RE
   }
 }
 
-/// scale density, times the factor of a deviation of the coherent part where there is one.
+/// scale density, times the factor of a deviation of the coherent part; `coherence` may be null.
 void Deviate(std::size_t size, const float* HWY_RESTRICT density,
-             const float* HWY_RESTRICT coherent, float scale, float deviation,
-             float* HWY_RESTRICT out) {
+             const float* HWY_RESTRICT coherent, const float* coherence, float scale,
+             float deviation, float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
   constexpr float root3 = 1.7320508f;
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    const auto sigma = hn::Min(hn::Sqrt(hn::Load(d, coherent + i)), hn::Set(d, largest_deviation));
+    auto variance = hn::Load(d, coherent + i);
+    if (coherence != nullptr) variance = hn::Mul(variance, hn::Load(d, coherence + i));
+    const auto sigma = hn::Min(hn::Sqrt(variance), hn::Set(d, largest_deviation));
     // The rule's mean: weights 2/3 at 0 and 1/6 at +-sqrt(3).
     const auto up = Exp(d, hn::Mul(sigma, hn::Set(d, root3)));
     const auto mean = hn::MulAdd(hn::Add(up, hn::Div(hn::Set(d, 1.0f), up)), hn::Set(d, 1.0f / 6),
@@ -733,26 +762,33 @@ void VeinParameters::apply(const ParameterSet& values) {
   pattern_seed = static_cast<std::uint64_t>(values.integer("pattern_seed"));
 }
 
-/// What is known of a batch on its way to Phi.
-struct VeinTexture::Scratch {
-  Range radii;   ///< of 1/r
-  Range widths;  ///< of the footprints, 0 where there are none
-  BatchArray value;
-  BatchArray displacement;
-  BatchArray unseen;    ///< variance of the displacement that is not seen
-  BatchArray density;   ///< (D_h - D_l) V + D_l, then times N
-  BatchArray coherent;  ///< variance of the logarithm that is hidden and coherent
+/// Points of a batch, and what is seen of them.
+struct VeinTexture::Batch {
+  const Points& points;
+  std::span<VeinView> views;
+  SpiralBatch spiral;
+  Range radii;  ///< of 1/r
 
-  void look(std::size_t size, const SpiralBatch& spiral, const float* footprints) {
-    radii = range_of(spiral.inverse_radius.data(), size);
-    widths = footprints != nullptr ? range_of(footprints, size) : Range{0, 0};
+  Batch(const Points& at, const SpiralCoordinates& coordinates, std::span<VeinView> views_of_it)
+      : points(at), views(views_of_it) {
+    coordinates.at(points, spiral);
+    radii = range_of(spiral.inverse_radius.data(), points.size);
+    for (VeinView& view : views) {
+      view.widths =
+          view.footprints != nullptr ? range_of(view.footprints, points.size) : Range{0, 0};
+    }
   }
-  /// Whether any point sees something of the octave, and whether any does not see all of it.
+  /// Whether any point of any view sees something of the octave.
   bool sees(const SeenInput& octave) const {
-    return double{octave.sharpest * widths.least * (octave.helical ? radii.least : 1)} < fade_end;
+    return std::ranges::any_of(views, [&](const VeinView& view) {
+      return double{octave.sharpest * view.widths.least * (octave.helical ? radii.least : 1)} <
+             fade_end;
+    });
   }
-  bool fades(const SeenInput& octave) const {
-    return double{octave.sharpest * widths.most * (octave.helical ? radii.most : 1)} > fade_begin;
+  /// Whether any point of a view does not see all of it.
+  bool fades(const VeinView& view, const SeenInput& octave) const {
+    return double{octave.sharpest * view.widths.most * (octave.helical ? radii.most : 1)} >
+           fade_begin;
   }
 };
 
@@ -913,143 +949,152 @@ VeinTexture::VeinTexture(const VeinParameters& parameters, const SpiralCoordinat
 
 bool VeinTexture::hides(double footprint) const { return footprint * finest_ > fade_begin; }
 
-void VeinTexture::displace(const Points& points, const SpiralBatch& spiral, const float* footprints,
-                           Scratch& scratch, std::uint64_t& evaluations) const {
+void VeinTexture::displace(Batch& batch, std::uint64_t& evaluations) const {
   const std::vector<DisplacementOctave>& octaves = inputs_->displacement.octaves;
-  evaluations += points.size * octaves.size();
-  std::size_t whole = 0;
-  while (whole < octaves.size() && !scratch.fades(octaves[whole].seen)) ++whole;
-  HWY_DYNAMIC_DISPATCH(Displace)
-  (points, spiral, footprints, inputs_->displacement, whole, scratch.displacement.data(),
-   scratch.unseen.data());
+  evaluations += batch.points.size * octaves.size();
+  for (VeinView& view : batch.views) {
+    view.whole = 0;
+    while (view.whole < octaves.size() && !batch.fades(view, octaves[view.whole].seen)) {
+      ++view.whole;
+    }
+  }
+  HWY_DYNAMIC_DISPATCH(Displace)(batch.points, batch.spiral, inputs_->displacement, batch.views);
 }
 
-void VeinTexture::base(std::size_t size, const SpiralBatch& spiral, const float* footprints,
-                       bool wants_hidden, Scratch& scratch, Parts* parts) const {
-  HWY_DYNAMIC_DISPATCH(Veins)
-  (size, spiral, footprints, scratch.displacement.data(), scratch.unseen.data(), inputs_->veins,
-   scratch.density.data(), wants_hidden ? scratch.coherent.data() : nullptr,
-   parts != nullptr ? parts->arms.data() : nullptr,
-   parts != nullptr ? parts->spurs.data() : nullptr,
-   parts != nullptr ? parts->veins.data() : nullptr);
+void VeinTexture::base(const Batch& batch, Parts* parts) const {
+  for (const VeinView& view : batch.views) {
+    HWY_DYNAMIC_DISPATCH(Veins)
+    (batch.points.size, batch.spiral, view.footprints, view.displacement.data(), view.unseen.data(),
+     inputs_->veins, view.density, view.coherent, parts != nullptr ? parts->arms.data() : nullptr,
+     parts != nullptr ? parts->spurs.data() : nullptr,
+     parts != nullptr ? parts->veins.data() : nullptr);
+  }
 }
 
-void VeinTexture::multiply(const Points& points, const SpiralBatch& spiral, const float* footprints,
-                           bool wants_hidden, Scratch& scratch, std::uint64_t& evaluations) const {
+void VeinTexture::multiply(Batch& batch, std::uint64_t& evaluations) const {
   if (parameters_.noise_contrast == 0) return;
-  float* const coherent = wants_hidden ? scratch.coherent.data() : nullptr;
-  const auto counted = [&](const MultiplyInput& in) -> CountedOctave {
-    return {&in, scratch.sees(in.seen), scratch.fades(in.seen)};
+  const Points& points = batch.points;
+  const auto counted = [&](std::size_t k) -> CountedOctave {
+    const MultiplyInput& in = inputs_->octaves[k];
+    return {&in, k, batch.sees(in.seen)};
   };
+  for (VeinView& view : batch.views) {
+    for (std::size_t k = 0; k < inputs_->octaves.size(); ++k) {
+      view.fades[k] = batch.fades(view, inputs_->octaves[k].seen);
+    }
+  }
 
-  const float farthest = -std::log2(scratch.radii.least);
+  const float farthest = -std::log2(batch.radii.least);
   std::array<CountedOctave, most_octaves> helical;
   std::size_t count = 0;
   for (std::size_t k = 0; k < inputs_->helical; ++k) {
-    const MultiplyInput& in = inputs_->octaves[k];
     // Blended out even at the largest radius of the batch.
-    if (farthest + in.blend_shift < 0) continue;
-    helical[count] = counted(in);
+    if (farthest + inputs_->octaves[k].blend_shift < 0) continue;
+    helical[count] = counted(k);
     if (helical[count].seen) evaluations += points.size;
     ++count;
   }
   if (count > 0) {
     HWY_DYNAMIC_DISPATCH(MultiplyHelical)
-    (points, spiral, footprints, helical.data(), count, inputs_->cycles, scratch.density.data(),
-     coherent);
+    (points, batch.spiral, helical.data(), count, inputs_->cycles, batch.views);
   }
 
   const Noise& kind = *parameters_.small_kind;
+  BatchArray value;
   // Octaves that all points see come first.
   std::size_t whole = 0;
   if (parameters_.clumpiness == 1) {
-    while (whole < inputs_->product.size() &&
-           !scratch.fades(inputs_->octaves[inputs_->helical + whole].seen)) {
-      ++whole;
-    }
+    const auto fades = [&](std::size_t k) {
+      return std::ranges::any_of(batch.views, [&](const VeinView& view) { return view.fades[k]; });
+    };
+    while (whole < inputs_->product.size() && !fades(inputs_->helical + whole)) ++whole;
   }
   if (whole > 0) {
     kind.combine({Combination::Kind::multiplicative}, points,
-                 std::span(inputs_->product).first(whole), scratch.value.data());
-    HWY_DYNAMIC_DISPATCH(MultiplyBy)
-    (points.size, scratch.value.data(), scratch.density.data());
+                 std::span(inputs_->product).first(whole), value.data());
+    for (const VeinView& view : batch.views) {
+      HWY_DYNAMIC_DISPATCH(MultiplyBy)(points.size, value.data(), view.density);
+    }
     evaluations += points.size * whole;
   }
   for (std::size_t k = inputs_->helical + whole; k < inputs_->octaves.size(); ++k) {
-    const CountedOctave octave = counted(inputs_->octaves[k]);
+    const CountedOctave octave = counted(k);
     if (octave.seen) {
-      kind.sum(points, std::span(&octave.in->octave, 1), scratch.value.data());
+      kind.sum(points, std::span(&octave.in->octave, 1), value.data());
       evaluations += points.size;
     } else {
-      std::fill_n(scratch.value.data(), padded(points.size), 0.0f);
+      std::fill_n(value.data(), padded(points.size), 0.0f);
     }
-    HWY_DYNAMIC_DISPATCH(MultiplyCartesian)
-    (points.size, scratch.value.data(), octave.fades ? footprints : nullptr, *octave.in,
-     scratch.density.data(), coherent);
+    HWY_DYNAMIC_DISPATCH(MultiplyCartesian)(points.size, value.data(), octave, batch.views);
   }
 }
 
 void VeinTexture::parts(const Points& points, Parts& out) const {
-  SpiralBatch spiral;
-  Scratch scratch;
+  BatchArray density;
+  VeinView view(nullptr, density.data(), nullptr);
+  Batch batch(points, coordinates_, std::span(&view, 1));
   std::uint64_t evaluations = 0;
-  coordinates_.at(points, spiral);
-  scratch.look(points.size, spiral, nullptr);
-  displace(points, spiral, nullptr, scratch, evaluations);
-  base(points.size, spiral, nullptr, false, scratch, &out);
-  out.displacement = scratch.displacement;
-  std::fill_n(scratch.density.data(), padded(points.size), 1.0f);
-  multiply(points, spiral, nullptr, false, scratch, evaluations);
-  out.noise = scratch.density;
+  displace(batch, evaluations);
+  base(batch, &out);
+  out.displacement = view.displacement;
+  std::fill_n(density.data(), padded(points.size), 1.0f);
+  multiply(batch, evaluations);
+  out.noise = density;
 }
 
-void VeinTexture::evaluate_alike(const Points& points, const float* footprints,
-                                 const float* coherence, std::span<const double> deviations,
-                                 std::span<BatchArray> out, std::uint64_t& evaluations) const {
-  SpiralBatch spiral;
-  Scratch scratch;
-  coordinates_.at(points, spiral);
-  scratch.look(points.size, spiral, footprints);
-  displace(points, spiral, footprints, scratch, evaluations);
-  // Only variants ask for what is hidden.
-  const bool wants_hidden = footprints != nullptr && out.size() > 1;
-  base(points.size, spiral, footprints, wants_hidden, scratch, nullptr);
-  multiply(points, spiral, footprints, wants_hidden, scratch, evaluations);
-  const auto scale = static_cast<float>(scale_);
-  if (footprints == nullptr || out.size() == 1) {
-    for (BatchArray& values : out) {
-      HWY_DYNAMIC_DISPATCH(Scaled)(points.size, scratch.density.data(), scale, values.data());
-    }
-    return;
+void VeinTexture::look(const Points& points, std::span<VeinView> views,
+                       std::uint64_t& evaluations) const {
+  Batch batch(points, coordinates_, views);
+  displace(batch, evaluations);
+  base(batch, nullptr);
+  multiply(batch, evaluations);
+}
+
+void VeinTexture::evaluate_whole(const Points& points, BatchArray& out,
+                                 std::uint64_t& evaluations) const {
+  BatchArray density;
+  VeinView view(nullptr, density.data(), nullptr);
+  look(points, std::span(&view, 1), evaluations);
+  HWY_DYNAMIC_DISPATCH(Scaled)
+  (points.size, density.data(), static_cast<float>(scale_), out.data());
+}
+
+void VeinTexture::see(const Points& points, std::span<const float* const> footprints,
+                      bool wants_coherent, std::span<SeenNoise> out,
+                      std::uint64_t& evaluations) const {
+  std::vector<VeinView> views;
+  views.reserve(out.size());
+  for (std::size_t v = 0; v < out.size(); ++v) {
+    views.emplace_back(footprints[v], out[v].sum.data(),
+                       wants_coherent ? out[v].coherent.data() : nullptr);
   }
-  for (std::size_t i = 0; i < points.size && coherence != nullptr; ++i) {
-    scratch.coherent[i] *= coherence[i];
+  look(points, views, evaluations);
+}
+
+void VeinTexture::expect(std::size_t size, const SeenNoise& seen, const float* coherence,
+                         std::span<const double> deviations, std::span<BatchArray> out) const {
+  const auto scale = static_cast<float>(scale_);
+  if (out.size() == 1) {
+    HWY_DYNAMIC_DISPATCH(Scaled)(size, seen.sum.data(), scale, out[0].data());
+    return;
   }
   for (std::size_t k = 0; k < out.size(); ++k) {
     HWY_DYNAMIC_DISPATCH(Deviate)
-    (points.size, scratch.density.data(), scratch.coherent.data(), scale,
+    (size, seen.sum.data(), seen.coherent.data(), coherence, scale,
      static_cast<float>(deviations[k]), out[k].data());
   }
-}
-
-std::vector<BatchArray> VeinTexture::phi(std::span<const WeightedBatch> cloud,
-                                         const FractalNoise::Factor& factor) const {
-  std::vector<BatchArray> values(cloud.size());
-  parallel_for(cloud.size(), [&](std::size_t b) {
-    std::uint64_t evaluations = 0;
-    evaluate(cloud[b].points(), nullptr, nullptr, {}, std::span(&values[b], 1), evaluations);
-    if (!factor) return;
-    BatchArray other;
-    factor(cloud[b].points(), other.data());
-    for (std::size_t i = 0; i < cloud[b].size; ++i) values[b][i] *= other[i];
-  });
-  return values;
 }
 
 void VeinTexture::normalise(std::span<const WeightedBatch> cloud,
                             const FractalNoise::Factor& factor) {
   scale_ = 1;
-  const CloudMean all = mean_over(cloud, phi(cloud, factor));
+  const CloudMean all = mean_over(cloud, [&](std::size_t b, BatchArray& out) {
+    phi(cloud[b], out);
+    if (!factor) return;
+    BatchArray other;
+    factor(cloud[b].points(), other.data());
+    for (std::size_t i = 0; i < cloud[b].size; ++i) out[i] *= other[i];
+  });
   if (!(all.mean > 0) || !std::isfinite(all.square_mean)) {
     throw InputError("the veins are zero or infinite over the whole component");
   }
@@ -1059,10 +1104,21 @@ void VeinTexture::normalise(std::span<const WeightedBatch> cloud,
   take_frequency(thinned(cloud, frequency_points));
 }
 
+void VeinTexture::phi(const WeightedBatch& batch, BatchArray& out) const {
+  std::uint64_t evaluations = 0;
+  evaluate_whole(batch.points(), out, evaluations);
+}
+
+std::vector<BatchArray> VeinTexture::phi(std::span<const WeightedBatch> cloud) const {
+  std::vector<BatchArray> values(cloud.size());
+  parallel_for(cloud.size(), [&](std::size_t b) { phi(cloud[b], values[b]); });
+  return values;
+}
+
 void VeinTexture::take_frequency(std::span<const WeightedBatch> cloud) {
   // Cycles per radius from the mean square of the gradient over that of the fluctuation.
   const double shift = 0.1 / finest_;
-  const std::vector<BatchArray> here = phi(cloud, {});
+  const std::vector<BatchArray> here = phi(cloud);
   double gradients = 0, weights = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     std::vector<WeightedBatch> moved(cloud.begin(), cloud.end());
@@ -1070,7 +1126,7 @@ void VeinTexture::take_frequency(std::span<const WeightedBatch> cloud) {
       BatchArray& coordinate = axis == 0 ? batch.x : axis == 1 ? batch.y : batch.z;
       for (std::size_t i = 0; i < batch.size; ++i) coordinate[i] += static_cast<float>(shift);
     }
-    const std::vector<BatchArray> there = phi(moved, {});
+    const std::vector<BatchArray> there = phi(moved);
     for (std::size_t b = 0; b < cloud.size(); ++b) {
       for (std::size_t i = 0; i < cloud[b].size; ++i) {
         const double slope = (double{there[b][i]} - double{here[b][i]}) / shift;

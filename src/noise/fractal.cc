@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "core/math-inl.h"
 #include "gamer/core/error.h"
@@ -29,60 +30,84 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// Adds what a footprint sees of one octave, given by its values of weight 1.
-void AddOctave(std::size_t size, const float* HWY_RESTRICT value,
-               const float* HWY_RESTRICT footprint, const OctaveInput& in,
-               const Combination& combination, SeenNoise& out) {
+/// What footprints see of octaves, given by their values of weight 1, one array each.
+template <Combination::Kind kind>
+HWY_INLINE void SeeOctavesOf(std::size_t size, const BatchArray* values,
+                             const float* HWY_RESTRICT footprint,
+                             std::span<const OctaveInput> octaves, const Combination& combination,
+                             SeenNoise& out) {
+  using Kind = Combination::Kind;
   const hn::ScalableTag<float> d;
   const auto zero = hn::Zero(d);
   const auto one = hn::Set(d, 1.0f);
-  const auto weight = hn::Set(d, in.weight);
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    auto u = hn::NegMulAdd(hn::Load(d, footprint + i), hn::Set(d, in.fade_slope),
-                           hn::Set(d, in.fade_shift));
-    u = hn::Min(hn::Max(u, zero), one);
-    const auto seen = hn::Mul(hn::Mul(u, u), hn::NegMulAdd(hn::Set(d, 2.0f), u, hn::Set(d, 3.0f)));
-    auto sum = hn::Load(d, out.sum.data() + i);
-    const auto own = hn::Load(d, value + i);
-    switch (combination.kind) {
-      case Combination::Kind::additive:
-      case Combination::Kind::billow: {
-        const bool additive = combination.kind == Combination::Kind::additive;
-        sum = hn::MulAdd(additive ? own : hn::Abs(own), hn::Mul(seen, weight), sum);
-        sum = hn::MulAdd(hn::Sub(one, seen), hn::Set(d, in.weighted_mean), sum);
-        break;
-      }
-      case Combination::Kind::multiplicative: {
+    const auto width = hn::Load(d, footprint + i);
+    auto sum = kind == Kind::multiplicative ? one : zero;
+    auto ridge = one;  // What the next ridge is multiplied by.
+    auto hidden = zero;
+    auto coherent = zero;
+    for (std::size_t k = 0; k < octaves.size(); ++k) {
+      const OctaveInput& in = octaves[k];
+      const auto weight = hn::Set(d, in.weight);
+      auto u = hn::NegMulAdd(width, hn::Set(d, in.fade_slope), hn::Set(d, in.fade_shift));
+      u = hn::Min(hn::Max(u, zero), one);
+      const auto seen =
+          hn::Mul(hn::Mul(u, u), hn::NegMulAdd(hn::Set(d, 2.0f), u, hn::Set(d, 3.0f)));
+      const auto own = hn::Load(d, values[k].data() + i);
+      if constexpr (kind == Kind::multiplicative) {
         const auto bounded = hn::Min(hn::Max(hn::Mul(own, weight), hn::Neg(one)), one);
         sum = hn::Mul(sum, hn::MulAdd(seen, bounded, one));
-        break;
-      }
-      case Combination::Kind::ridged: {
+      } else if constexpr (kind == Kind::ridged) {
         const auto crest = hn::Sub(hn::Set(d, combination.ridge_offset), hn::Abs(own));
         const auto mean = hn::Set(d, in.mean);
         const auto height = hn::MulAdd(seen, hn::MulSub(crest, crest, mean), mean);
-        const auto signal = hn::Mul(height, hn::Load(d, out.ridge.data() + i));
+        const auto signal = hn::Mul(height, ridge);
         sum = hn::MulAdd(signal, weight, sum);
         const auto next = hn::Mul(signal, hn::Set(d, combination.ridge_gain));
-        hn::Store(hn::Min(hn::Max(next, zero), one), d, out.ridge.data() + i);
-        break;
+        ridge = hn::Min(hn::Max(next, zero), one);
+      } else {
+        sum = hn::MulAdd(kind == Kind::billow ? hn::Abs(own) : own, hn::Mul(seen, weight), sum);
+        sum = hn::MulAdd(hn::Sub(one, seen), hn::Set(d, in.weighted_mean), sum);
       }
+      const auto rest = hn::NegMulAdd(seen, seen, one);
+      hidden = hn::MulAdd(rest, hn::Set(d, in.share), hidden);
+      coherent = hn::MulAdd(rest, hn::Set(d, in.coherent_share), coherent);
     }
     hn::Store(sum, d, out.sum.data() + i);
-    const auto rest = hn::NegMulAdd(seen, seen, one);
-    hn::Store(hn::MulAdd(rest, hn::Set(d, in.share), hn::Load(d, out.hidden.data() + i)), d,
-              out.hidden.data() + i);
-    hn::Store(hn::MulAdd(rest, hn::Set(d, in.coherent_share), hn::Load(d, out.coherent.data() + i)),
-              d, out.coherent.data() + i);
+    hn::Store(hidden, d, out.hidden.data() + i);
+    hn::Store(coherent, d, out.coherent.data() + i);
   }
 }
 
+void SeeOctaves(std::size_t size, const BatchArray* values, const float* footprint,
+                std::span<const OctaveInput> octaves, const Combination& combination,
+                SeenNoise& out) {
+  using Kind = Combination::Kind;
+  switch (combination.kind) {
+    case Kind::additive:
+      return SeeOctavesOf<Kind::additive>(size, values, footprint, octaves, combination, out);
+    case Kind::multiplicative:
+      return SeeOctavesOf<Kind::multiplicative>(size, values, footprint, octaves, combination, out);
+    case Kind::billow:
+      return SeeOctavesOf<Kind::billow>(size, values, footprint, octaves, combination, out);
+    case Kind::ridged:
+      return SeeOctavesOf<Kind::ridged>(size, values, footprint, octaves, combination, out);
+  }
+}
+
+/// The variance that is hidden and coherent; `coherence` may be null.
+template <class D>
+HWY_INLINE hn::Vec<D> Coherent(D d, const SeenNoise& seen, const float* coherence, std::size_t i) {
+  const auto coherent = hn::Load(d, seen.coherent.data() + i);
+  return coherence != nullptr ? hn::Mul(coherent, hn::Load(d, coherence + i)) : coherent;
+}
+
 /// sum + step * coherent, and what is left hidden.
-void Deviate(std::size_t size, const SeenNoise& seen, float step, float* HWY_RESTRICT sum,
-             float* HWY_RESTRICT hidden) {
+void Deviate(std::size_t size, const SeenNoise& seen, const float* coherence, float step,
+             float* HWY_RESTRICT sum, float* HWY_RESTRICT hidden) {
   const hn::ScalableTag<float> d;
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    const auto coherent = hn::Load(d, seen.coherent.data() + i);
+    const auto coherent = Coherent(d, seen, coherence, i);
     const auto root = hn::Sqrt(coherent);
     hn::Store(hn::MulAdd(root, hn::Set(d, step), hn::Load(d, seen.sum.data() + i)), d, sum + i);
     const auto rest = hn::Sub(hn::Load(d, seen.hidden.data() + i), coherent);
@@ -91,12 +116,12 @@ void Deviate(std::size_t size, const SeenNoise& seen, float step, float* HWY_RES
 }
 
 /// The same for a product: sum exp(step r - r^2/2), r^2 the coherent part of the variance of ln S.
-void DeviateFactor(std::size_t size, const SeenNoise& seen, float deviation, float log_variance,
-                   float* HWY_RESTRICT sum) {
+void DeviateFactor(std::size_t size, const SeenNoise& seen, const float* coherence, float deviation,
+                   float log_variance, float* HWY_RESTRICT sum) {
   const hn::ScalableTag<float> d;
   const auto half = hn::Set(d, -0.5f);
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    const auto variance = hn::Mul(hn::Load(d, seen.coherent.data() + i), hn::Set(d, log_variance));
+    const auto variance = hn::Mul(Coherent(d, seen, coherence, i), hn::Set(d, log_variance));
     const auto power =
         hn::MulAdd(hn::Sqrt(variance), hn::Set(d, deviation), hn::Mul(variance, half));
     hn::Store(hn::Mul(hn::Load(d, seen.sum.data() + i), Exp(d, power)), d, sum + i);
@@ -159,7 +184,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace gamer {
 
-HWY_EXPORT(AddOctave);
+HWY_EXPORT(SeeOctaves);
 HWY_EXPORT(Deviate);
 HWY_EXPORT(AddMoments);
 HWY_EXPORT(DeviateFactor);
@@ -523,40 +548,43 @@ OctaveInput FractalNoise::octave_input(std::size_t k) const {
   return in;
 }
 
-void FractalNoise::begin(std::size_t size, SeenNoise& out) const {
-  const bool product = parameters_.combination.kind == Combination::Kind::multiplicative;
-  std::fill_n(out.sum.data(), padded(size), product ? 1.0f : 0.0f);
-  std::fill_n(out.hidden.data(), padded(size), 0.0f);
-  std::fill_n(out.coherent.data(), padded(size), 0.0f);
-  if (parameters_.combination.kind == Combination::Kind::ridged) {
-    std::fill_n(out.ridge.data(), padded(size), 1.0f);
+void FractalNoise::see(const Points& points, std::span<const float* const> footprints,
+                       std::span<SeenNoise> out, std::uint64_t& evaluations) const {
+  auto [least, most] = range_of(footprints[0], points.size);
+  for (const float* footprint : footprints.subspan(1)) {
+    const Range own = range_of(footprint, points.size);
+    least = std::min(least, own.least);
+    most = std::max(most, own.most);
   }
-}
-
-void FractalNoise::see(const Points& points, const float* footprint, SeenNoise& out,
-                       std::uint64_t& evaluations) const {
-  const auto [least, most] = range_of(footprint, points.size);
-  begin(points.size, out);
   std::array<BatchArray, 3> storage;
   const Points displaced = displace(points, storage);
   evaluations += points.size * warp_octaves_.size();
   if (!hides(double{most})) {
-    combine(displaced, out.sum.data());
+    combine(displaced, out[0].sum.data());
+    for (SeenNoise& other : out.subspan(1)) other.sum = out[0].sum;
+    for (SeenNoise& seen : out) {
+      std::fill_n(seen.hidden.data(), padded(points.size), 0.0f);
+      std::fill_n(seen.coherent.data(), padded(points.size), 0.0f);
+    }
     evaluations += points.size * octaves_.size();
     return;
   }
-  BatchArray value;
+  const auto values = std::make_unique_for_overwrite<BatchArray[]>(octaves_.size());
+  std::vector<OctaveInput> inputs(octaves_.size());
   for (std::size_t k = 0; k < octaves_.size(); ++k) {
     Octave octave = octaves_[k];
     if (double{least} * stretch_ * double{octave.frequency} < fade_end) {
       octave.weight = 1;
-      parameters_.kind->sum(displaced, std::span(&octave, 1), value.data());
+      parameters_.kind->sum(displaced, std::span(&octave, 1), values[k].data());
       evaluations += points.size;
     } else {
-      std::fill_n(value.data(), padded(points.size), 0.0f);
+      std::fill_n(values[k].data(), padded(points.size), 0.0f);
     }
-    HWY_DYNAMIC_DISPATCH(AddOctave)
-    (points.size, value.data(), footprint, octave_input(k), parameters_.combination, out);
+    inputs[k] = octave_input(k);
+  }
+  for (std::size_t v = 0; v < out.size(); ++v) {
+    HWY_DYNAMIC_DISPATCH(SeeOctaves)
+    (points.size, values.get(), footprints[v], inputs, parameters_.combination, out[v]);
   }
 }
 
@@ -565,14 +593,14 @@ void FractalNoise::expect(std::size_t size, const SeenNoise& seen, float* out) c
   shape_.apply_expected(standard(), 1 / phi_mean_, size, seen.hidden.data(), out);
 }
 
-void FractalNoise::expect(std::size_t size, const SeenNoise& seen, double deviation,
-                          float* out) const {
+void FractalNoise::expect(std::size_t size, const SeenNoise& seen, const float* coherence,
+                          double deviation, float* out) const {
   BatchArray hidden;
   HWY_DYNAMIC_DISPATCH(Deviate)
-  (size, seen, static_cast<float>(deviation * sigma_), out, hidden.data());
+  (size, seen, coherence, static_cast<float>(deviation * sigma_), out, hidden.data());
   if (is_density()) {
     HWY_DYNAMIC_DISPATCH(DeviateFactor)
-    (size, seen, static_cast<float>(deviation), static_cast<float>(log_variance_), out);
+    (size, seen, coherence, static_cast<float>(deviation), static_cast<float>(log_variance_), out);
   }
   shape_.apply_expected(standard(), 1 / phi_mean_, size, hidden.data(), out);
 }
@@ -610,11 +638,16 @@ void multiply(const WeightedBatch& batch, const FractalNoise::Factor& factor, Ba
 
 }  // namespace
 
-CloudMean mean_over(std::span<const WeightedBatch> cloud, std::span<const BatchArray> values) {
+CloudMean mean_over(std::span<const WeightedBatch> cloud,
+                    const std::function<void(std::size_t b, BatchArray& out)>& values) {
+  std::vector<Moments> parts(cloud.size());
+  parallel_for(cloud.size(), [&](std::size_t b) {
+    BatchArray own;
+    values(b, own);
+    parts[b].add(cloud[b], own.data(), own.data());
+  });
   Moments moments;
-  for (std::size_t b = 0; b < cloud.size(); ++b) {
-    moments.add(cloud[b], values[b].data(), values[b].data());
-  }
+  for (const Moments& part : parts) moments += part;
   return {moments.x(), moments.xx(), moments.error()};
 }
 
@@ -641,9 +674,11 @@ std::vector<WeightedBatch> thinned(std::span<const WeightedBatch> cloud, std::si
 }
 
 void FractalNoise::normalise(std::span<const WeightedBatch> cloud, const Factor& factor) {
-  std::vector<BatchArray> values(cloud.size());
-  parallel_for(cloud.size(), [&](std::size_t b) { sum(cloud[b].points(), values[b].data()); });
-  const CloudMean raw = mean_over(cloud, values);
+  const auto sums = std::make_unique_for_overwrite<BatchArray[]>(cloud.size());
+  const CloudMean raw = mean_over(cloud, [&](std::size_t b, BatchArray& out) {
+    sum(cloud[b].points(), out.data());
+    sums[b] = out;
+  });
   mu_ = raw.mean;
   sigma_ = std::sqrt(std::max(raw.square_mean - mu_ * mu_, 0.0));
   log_variance_ = std::log1p(std::pow(sigma_ / mu_, 2));
@@ -653,11 +688,11 @@ void FractalNoise::normalise(std::span<const WeightedBatch> cloud, const Factor&
   if (sigma_ < smallest_variation * independent_sigma_) {
     throw InputError("the noise hardly varies over the whole component; raise its frequencies");
   }
-  parallel_for(cloud.size(), [&](std::size_t b) {
-    shape_.apply(standard(), 1, cloud[b].size, values[b].data());
-    multiply(cloud[b], factor, values[b]);
+  const CloudMean light = mean_over(cloud, [&](std::size_t b, BatchArray& out) {
+    out = sums[b];
+    shape_.apply(standard(), 1, cloud[b].size, out.data());
+    multiply(cloud[b], factor, out);
   });
-  const CloudMean light = mean_over(cloud, values);
   // A noise that is dark everywhere (a very negative offset) has no mean to divide by.
   if (!(light.mean > 0) || !std::isfinite(light.square_mean)) {
     throw InputError(

@@ -5,9 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -337,6 +339,41 @@ TEST(VeinTexture, DeviationsAverageToWhatIsExpected) {
         for (std::size_t i = 0; i < cloud[b].size; ++i) {
           together[b][i] = (4 * variants[0][i] + variants[1][i] + variants[2][i]) / 6;
           EXPECT_NEAR(together[b][i], all[b][i], 2e-5 * all[b][i]);
+        }
+      }
+    }
+  }
+}
+
+TEST(VeinTexture, WhatFootprintsSeeDoesNotDependOnOthers) {
+  const std::string disk = "[[component]]\nclass = \"veins\"\nz0 = 0.012\nrh = 0.3\noctaves = 1\n";
+  const auto cloud = cloud_of(disk);
+  constexpr float widths[] = {0, 0.002f, 0.013f, 0.08f, 0.5f};
+  std::array<BatchArray, std::size(widths)> footprints;
+  std::array<const float*, std::size(widths)> sets;
+  for (std::size_t w = 0; w < sets.size(); ++w) {
+    std::fill_n(footprints[w].data(), batch_capacity, widths[w]);
+    sets[w] = footprints[w].data();
+  }
+  const std::vector<double> deviations = {0, std::sqrt(3.0), -std::sqrt(3.0)};
+  for (const double clumpiness : {1.0, 6.0}) {
+    VeinParameters p = rich();
+    p.clumpiness = clumpiness;
+    VeinTexture veins = texture(p);
+    veins.normalise(cloud, {});
+    const Points points = cloud[cloud.size() / 2].points();
+    std::uint64_t evaluations = 0;
+    std::array<SeenNoise, std::size(widths)> seen;
+    veins.see(points, sets, true, seen, evaluations);
+    for (std::size_t w = 0; w < sets.size(); ++w) {
+      std::array<BatchArray, 3> together, alone;
+      veins.expect(points.size, seen[w], nullptr, deviations, together);
+      SeenNoise one;
+      veins.see(points, std::span(sets).subspan(w, 1), true, std::span(&one, 1), evaluations);
+      veins.expect(points.size, one, nullptr, deviations, alone);
+      for (std::size_t k = 0; k < together.size(); ++k) {
+        for (std::size_t i = 0; i < points.size; ++i) {
+          EXPECT_NEAR(together[k][i], alone[k][i], 1e-5 * alone[k][i]);
         }
       }
     }

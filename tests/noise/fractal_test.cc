@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -228,6 +229,14 @@ TEST(FractalNoise, NormaliseTakesWeightedStatistics) {
   }
 }
 
+/// What rays of one set of footprints see.
+void see(const FractalNoise& noise, const Points& points, const BatchArray& footprints,
+         SeenNoise& out) {
+  const float* const one = footprints.data();
+  std::uint64_t evaluations = 0;
+  noise.see(points, std::span(&one, 1), std::span(&out, 1), evaluations);
+}
+
 /// Phi of points seen by rays of a footprint, and the hidden variance.
 std::vector<double> expected_of(const FractalNoise& noise, std::span<const WeightedBatch> cloud,
                                 double width, double* hidden = nullptr) {
@@ -235,9 +244,8 @@ std::vector<double> expected_of(const FractalNoise& noise, std::span<const Weigh
   BatchArray footprint, out;
   std::fill_n(footprint.data(), batch_capacity, static_cast<float>(width));
   SeenNoise seen;
-  std::uint64_t evaluations = 0;
   for (const WeightedBatch& batch : cloud) {
-    noise.see(batch.points(), footprint.data(), seen, evaluations);
+    see(noise, batch.points(), footprint, seen);
     noise.expect(batch.size, seen, out.data());
     result.insert(result.end(), out.data(), out.data() + batch.size);
     if (hidden != nullptr) *hidden = double{seen.hidden[0]};
@@ -299,16 +307,15 @@ TEST(SeenNoise, DeviationsAverageToWhatIsExpected) {
   BatchArray footprint, out;
   std::fill_n(footprint.data(), batch_capacity, 0.08f);
   SeenNoise seen;
-  std::uint64_t evaluations = 0;
   double expected = 0, averaged = 0;
   for (const WeightedBatch& batch : cloud) {
-    noise.see(batch.points(), footprint.data(), seen, evaluations);
+    see(noise, batch.points(), footprint, seen);
     noise.expect(batch.size, seen, out.data());
     for (std::size_t i = 0; i < batch.size; ++i) expected += double{out[i]};
     for (const auto& [deviation, weight] :
          {std::pair(0.0, 2.0 / 3), std::pair(std::sqrt(3.0), 1.0 / 6),
           std::pair(-std::sqrt(3.0), 1.0 / 6)}) {
-      noise.expect(batch.size, seen, deviation, out.data());
+      noise.expect(batch.size, seen, nullptr, deviation, out.data());
       for (std::size_t i = 0; i < batch.size; ++i) averaged += weight * double{out[i]};
     }
   }
@@ -318,6 +325,38 @@ TEST(SeenNoise, DeviationsAverageToWhatIsExpected) {
 constexpr Combination::Kind all_combinations[] = {
     Combination::Kind::additive, Combination::Kind::multiplicative, Combination::Kind::ridged,
     Combination::Kind::billow};
+
+TEST(SeenNoise, DoesNotDependOnOtherFootprints) {
+  const std::vector<WeightedBatch> cloud = cloud_of(positions_in_cube(1000, 1, 5), even);
+  constexpr float widths[] = {0, 0.05f, 0.2f, 2};
+  std::array<BatchArray, std::size(widths)> footprints;
+  std::array<const float*, std::size(widths)> sets;
+  for (std::size_t v = 0; v < sets.size(); ++v) {
+    std::fill_n(footprints[v].data(), batch_capacity, widths[v]);
+    sets[v] = footprints[v].data();
+  }
+  for (const Combination::Kind kind : all_combinations) {
+    FractalParameters p = parameters_of(simplex_noise());
+    p.combination.kind = kind;
+    p.warp = 0.05;
+    FractalNoise noise(p);
+    noise.normalise(cloud);
+    for (const WeightedBatch& batch : cloud) {
+      std::array<SeenNoise, std::size(widths)> together;
+      std::uint64_t evaluations = 0;
+      noise.see(batch.points(), sets, together, evaluations);
+      for (std::size_t v = 0; v < sets.size(); ++v) {
+        SeenNoise alone;
+        see(noise, batch.points(), footprints[v], alone);
+        for (std::size_t i = 0; i < batch.size; ++i) {
+          EXPECT_NEAR(together[v].sum[i], alone.sum[i], 1e-5);
+          EXPECT_EQ(together[v].hidden[i], alone.hidden[i]);
+          EXPECT_EQ(together[v].coherent[i], alone.coherent[i]);
+        }
+      }
+    }
+  }
+}
 
 /// Calls work(parameters, name) for every kind and combination, without a warp and with one.
 void for_every_noise(const std::function<void(const FractalParameters&)>& work) {

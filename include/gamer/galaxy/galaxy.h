@@ -88,12 +88,6 @@ class Galaxy {
   /// Points that were turned back by a component's twirl, turned back by `twirl` more: in x, y, z.
   Points turn_back(const Points& points, double twirl, BatchArray& x, BatchArray& y,
                    BatchArray& z) const;
-  /// evaluate_component() by so many deviations, as rays of such footprints (null for all) see it;
-  /// `coherence` as for Texture::evaluate().
-  void component_densities(std::size_t c, const Points& points, float threshold,
-                           const BatchArray* footprints, const BatchArray* coherence,
-                           std::span<const double> deviations, std::span<BatchArray> densities,
-                           EvaluationCounts& counts) const;
   static void look_up(const ByObliquity& tables, std::size_t size, const BatchArray& log_footprints,
                       const BatchArray& obliquity, BatchArray& out);
   /// Fills out.size() arrays with Phi of component c, by as many deviations; 1 where it is not

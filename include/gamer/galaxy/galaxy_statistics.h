@@ -74,13 +74,22 @@ class GalaxyStatistics {
   std::vector<double> widths(std::size_t c, double widest, double ratio) const;
   std::vector<double> seen_widths(std::size_t c) const;
   std::vector<double> dust_widths(std::size_t c) const;
-  /// Phi of component c at points of its cloud, that of a followed one included, as rays of a width
-  /// see it.
-  void cloud_phi(std::size_t c, const Points& points, double width, const BatchArray& shear,
-                 BatchArray& out) const;
+  /// Phi of component c at points of its cloud, that of a followed one included, as rays of each
+  /// width see it.
+  void cloud_phi(std::size_t c, const Points& points, std::span<const double> widths,
+                 std::span<BatchArray> out) const;
+  /// Multiplies arrays by Phi of the component that c follows, if any, at points that were turned
+  /// back by c's twirl, as rays of as many widths see it.
+  void multiply_followed(std::size_t c, const Points& points, const BatchArray& shear,
+                         std::span<const double> widths, std::span<BatchArray> out) const;
   /// Phi of the component that c follows at points of c's cloud.
-  void followed_phi(std::size_t c, const Points& points, double width, const BatchArray& shear,
-                    float* out) const;
+  void followed_phi(std::size_t c, const Points& points, float* out) const;
+  const Component& followed_by(std::size_t c) const {
+    return component_at(static_cast<std::size_t>(galaxy_.followed_[c]));
+  }
+  /// Points that were turned back by the twirl of component c, by that of the one it follows.
+  Points turn_to_followed(std::size_t c, const Points& points, BatchArray& x, BatchArray& y,
+                          BatchArray& z) const;
   /// r dtheta/dr at points of a cloud.
   void take_shear(const Points& points, BatchArray& out) const;
 

@@ -38,6 +38,17 @@ class Texture {
                 std::span<const double> deviations, std::span<BatchArray> out,
                 std::uint64_t& evaluations) const;
 
+  /// evaluate() with footprints in two steps. What rays see of the same points by as many sets of
+  /// footprints, of which `out` is for expect() alone: what is common to them is evaluated once. Of
+  /// all points alike: those of which all is seen may differ by rounding from what they are
+  /// elsewhere. For deviations the coherent part is wanted.
+  virtual void see(const Points& points, std::span<const float* const> footprints,
+                   bool wants_coherent, std::span<SeenNoise> out,
+                   std::uint64_t& evaluations) const = 0;
+  /// Phi of one of them.
+  virtual void expect(std::size_t size, const SeenNoise& seen, const float* coherence,
+                      std::span<const double> deviations, std::span<BatchArray> out) const = 0;
+
   /// Whether rays of that footprint see less than all.
   virtual bool hides(double footprint) const = 0;
   /// Of the sharpest features, cycles per galaxy radius.
@@ -48,10 +59,8 @@ class Texture {
   virtual double rms() const = 0;
 
  protected:
-  /// The same, of all points alike: where there are footprints some hide something, and points of
-  /// which they do not may differ by rounding from what they are without.
-  virtual void evaluate_alike(const Points& points, const float* footprints, const float* coherence,
-                              std::span<const double> deviations, std::span<BatchArray> out,
+  /// Phi, where all is seen.
+  virtual void evaluate_whole(const Points& points, BatchArray& out,
                               std::uint64_t& evaluations) const = 0;
 
  private:
@@ -78,10 +87,13 @@ class FractalTexture : public Texture {
   double frequency() const override { return noise_.effective_frequency() * sharpness(); }
   double sharpness() const override { return noise_.sharpness(); }
   double rms() const override { return noise_.rms(); }
+  void see(const Points& points, std::span<const float* const> footprints, bool wants_coherent,
+           std::span<SeenNoise> out, std::uint64_t& evaluations) const override;
+  void expect(std::size_t size, const SeenNoise& seen, const float* coherence,
+              std::span<const double> deviations, std::span<BatchArray> out) const override;
 
  private:
-  void evaluate_alike(const Points& points, const float* footprints, const float* coherence,
-                      std::span<const double> deviations, std::span<BatchArray> out,
+  void evaluate_whole(const Points& points, BatchArray& out,
                       std::uint64_t& evaluations) const override;
 
   FractalNoise noise_;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "gamer/core/parameter.h"
@@ -13,6 +14,8 @@
 #include "gamer/noise/noise.h"
 
 namespace gamer {
+
+struct VeinView;
 
 /// What veins look like; lengths and frequencies in units of the arms' spacing (of u) unless said.
 struct VeinParameters {
@@ -95,6 +98,10 @@ class VeinTexture : public Texture {
   double frequency() const override { return frequency_; }
   double sharpness() const override { return std::sqrt(std::max(parameters_.clumpiness, 1.0)); }
   double rms() const override { return rms_; }
+  void see(const Points& points, std::span<const float* const> footprints, bool wants_coherent,
+           std::span<SeenNoise> out, std::uint64_t& evaluations) const override;
+  void expect(std::size_t size, const SeenNoise& seen, const float* coherence,
+              std::span<const double> deviations, std::span<BatchArray> out) const override;
 
   /// The parts of Phi before they are normalised, where all is seen.
   struct Parts {
@@ -107,21 +114,19 @@ class VeinTexture : public Texture {
   void parts(const Points& points, Parts& out) const;
 
  private:
-  void evaluate_alike(const Points& points, const float* footprints, const float* coherence,
-                      std::span<const double> deviations, std::span<BatchArray> out,
+  void evaluate_whole(const Points& points, BatchArray& out,
                       std::uint64_t& evaluations) const override;
-  struct Scratch;
+  struct Batch;
   struct Inputs;
-  /// Phi factor over a cloud.
-  std::vector<BatchArray> phi(std::span<const WeightedBatch> cloud,
-                              const FractalNoise::Factor& factor) const;
+  /// Phi over a batch, and over a cloud.
+  void phi(const WeightedBatch& batch, BatchArray& out) const;
+  std::vector<BatchArray> phi(std::span<const WeightedBatch> cloud) const;
   void take_frequency(std::span<const WeightedBatch> cloud);
-  void displace(const Points& points, const SpiralBatch& spiral, const float* footprints,
-                Scratch& scratch, std::uint64_t& evaluations) const;
-  void base(std::size_t size, const SpiralBatch& spiral, const float* footprints, bool wants_hidden,
-            Scratch& scratch, Parts* parts) const;
-  void multiply(const Points& points, const SpiralBatch& spiral, const float* footprints,
-                bool wants_hidden, Scratch& scratch, std::uint64_t& evaluations) const;
+  /// Fills the densities of views, and what is hidden of them.
+  void look(const Points& points, std::span<VeinView> views, std::uint64_t& evaluations) const;
+  void displace(Batch& batch, std::uint64_t& evaluations) const;
+  void base(const Batch& batch, Parts* parts) const;
+  void multiply(Batch& batch, std::uint64_t& evaluations) const;
   VeinParameters parameters_;
   SpiralCoordinates coordinates_;
   std::shared_ptr<const Inputs> inputs_;  ///< of the kernels

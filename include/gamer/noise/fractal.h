@@ -60,8 +60,9 @@ struct CloudMean {
   double error = 0;
 };
 
-/// `values` has one array per batch of `cloud`.
-CloudMean mean_over(std::span<const WeightedBatch> cloud, std::span<const BatchArray> values);
+/// Of what `values` fills in for batch b of `cloud`, in threads of parallel_for().
+CloudMean mean_over(std::span<const WeightedBatch> cloud,
+                    const std::function<void(std::size_t b, BatchArray& out)>& values);
 
 /// About `size` points of a cloud, spread over it; all where it has fewer.
 std::vector<WeightedBatch> thinned(std::span<const WeightedBatch> cloud, std::size_t size);
@@ -83,7 +84,6 @@ struct SeenNoise {
   BatchArray sum;       ///< octaves by how much of them is seen, the rest by their means
   BatchArray hidden;    ///< variance of what is not seen, in units of that of S
   BatchArray coherent;  ///< of its part that is the same through the layer
-  BatchArray ridge;     ///< what the next ridge is multiplied by, while octaves are added
 };
 
 /// The fractal noise of GAMER Eqs. 3-6 (DESIGN section 4):
@@ -138,13 +138,16 @@ class FractalNoise {
   void sum(const Points& points, float* out) const;
   /// Phi.
   void evaluate(const Points& points, float* out) const;
-  /// What rays of these footprints see; counts the base noises that were evaluated.
-  void see(const Points& points, const float* footprint, SeenNoise& out,
+  /// What rays see of the same points by as many sets of footprints; base noises are evaluated once
+  /// for all, and counted.
+  void see(const Points& points, std::span<const float* const> footprints, std::span<SeenNoise> out,
            std::uint64_t& evaluations) const;
   /// Phi of it: expected over all that is hidden.
   void expect(std::size_t size, const SeenNoise& seen, float* out) const;
-  /// The same where the coherent part of it is known to be so many standard deviations.
-  void expect(std::size_t size, const SeenNoise& seen, double deviation, float* out) const;
+  /// The same where the coherent part of it is known to be so many standard deviations, its
+  /// variance being `coherence` (null for 1) times what `seen` says.
+  void expect(std::size_t size, const SeenNoise& seen, const float* coherence, double deviation,
+              float* out) const;
   /// Whether rays of that footprint see less than all.
   bool hides(double footprint) const;
 
@@ -176,8 +179,6 @@ class FractalNoise {
                    std::span<const BatchArray> values);
   /// The same of all.
   void take_octaves(std::span<const WeightedBatch> cloud);
-  /// Before the first octave is added to what is seen.
-  void begin(std::size_t size, SeenNoise& out) const;
 
   FractalParameters parameters_;
   NoiseShape shape_;
