@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <stdexcept>
 #include <utility>
 
 #include "gamer/core/error.h"
@@ -26,7 +27,7 @@ constexpr std::size_t first_seen_cloud = std::size_t{1} << 13;
 constexpr std::size_t largest_seen_cloud = std::size_t{1} << 19;
 constexpr double seen_error = 0.0025;
 // They are of footprints up to the widest, each so many times the one before.
-constexpr double widest_footprint = 0.5;
+constexpr double largest_seen_footprint = 0.5;
 constexpr double footprint_ratio = 2;
 // What dust lets through is measured along so many rays, of so many points where they are face on,
 // at footprints of that ratio up to the largest.
@@ -132,6 +133,7 @@ class NumberWriter {
   explicit NumberWriter(std::span<double> numbers) : numbers_(numbers) {}
 
   void add(double number) {
+    if (numbers_.empty()) throw std::logic_error("a part of the statistics has too many numbers");
     numbers_[0] = number;
     numbers_ = numbers_.subspan(1);
   }
@@ -180,8 +182,9 @@ GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy)
     const std::size_t mean = texture != nullptr ? texture->statistics().size() : 0;
     const std::size_t lists =
         component.absorbs() ? 2 * dust_widths(c).size() : seen_widths(c).size() + 1;
-    // With the lists' counts, the mean of what is followed, and a star field's Phi.
-    constexpr std::size_t others = 5;
+    // With the lists' counts, the mean of what is followed, a star field's Phi, and widths more:
+    // how sharp a texture is may show only when it is measured.
+    constexpr std::size_t others = 12;
     most_numbers_ = std::max(most_numbers_, mean + lists + others);
   }
   // What may take long first, so that processes end together: light, then dust from long paths to
@@ -221,7 +224,8 @@ void GalaxyStatistics::take(std::size_t part, std::span<const double> numbers) {
   if (component.absorbs()) {
     const std::vector<double> coherences = reader.list(), amounts = reader.list();
     if (coherences.empty()) return;
-    const double narrowest = dust_widths(c).front();
+    const auto narrower = static_cast<double>(coherences.size()) - 1;
+    const double narrowest = largest_coherence_footprint * std::pow(coherence_ratio, -narrower);
     Galaxy::Dust& dust = galaxy_.dust_[c];
     dust.log_narrow = static_cast<float>(log_narrowest(c));
     dust.coherence[obliquity] = {narrowest, coherence_ratio, coherences};
@@ -229,9 +233,10 @@ void GalaxyStatistics::take(std::size_t part, std::span<const double> numbers) {
     return;
   }
   if (std::vector<double> means = reader.list(); !means.empty()) {
+    const auto narrower = static_cast<double>(means.size());
+    const double narrowest = largest_seen_footprint * std::pow(footprint_ratio, -narrower);
     // What all see is 1.
     means.insert(means.begin(), 1);
-    const double narrowest = seen_widths(c).front() / footprint_ratio;
     galaxy_.seen_means_[c] = {narrowest, footprint_ratio, means};
   }
   if (auto* field = dynamic_cast<StarField*>(&component)) field->set_largest_phi(reader.number());
@@ -290,7 +295,7 @@ bool GalaxyStatistics::hides(std::size_t c, double footprint) const {
 }
 
 double GalaxyStatistics::log_narrowest(std::size_t c) const {
-  double narrow = std::log(double{smallest_footprint}), wide = std::log(widest_footprint);
+  double narrow = std::log(double{smallest_footprint}), wide = std::log(largest_seen_footprint);
   // Single precision's rounding counts as narrow.
   constexpr double margin = 1e-5;
   while (wide - narrow > margin) {
@@ -308,7 +313,7 @@ std::vector<double> GalaxyStatistics::widths(std::size_t c, double widest, doubl
 }
 
 std::vector<double> GalaxyStatistics::seen_widths(std::size_t c) const {
-  return widths(c, widest_footprint, footprint_ratio);
+  return widths(c, largest_seen_footprint, footprint_ratio);
 }
 
 std::vector<double> GalaxyStatistics::dust_widths(std::size_t c) const {

@@ -309,6 +309,9 @@ void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies, const R
           statistics[g].measure(part, values.subspan(begin, numbers));
         }
       });
+  if (all.size() != rows.size() * numbers) {
+    throw std::logic_error("ranks do not measure the same galaxies");
+  }
   for (std::size_t row = 0; row < rows.size(); ++row) {
     statistics[rows[row].galaxy].take(rows[row].part,
                                       std::span(all).subspan(row * numbers, numbers));

@@ -26,7 +26,7 @@ const std::string all_parts =
     "[[component]]\nclass = \"stars\"\nname = \"plain\"\nsed = \"flat\"\nfraction = 0.1\n"
     "noise = false\nfollows = \"arms\"\n"
     "[[component]]\nclass = \"disk\"\nname = \"arms\"\nsed = \"flat\"\nfraction = 0.3\n"
-    "noise = {octaves = 3, warp = 0.05}\n"
+    "noise = {octaves = 3, combination = \"multiplicative\", amplitude = 3, warp = 0.05}\n"
     "[[component]]\nclass = \"dust\"\nnoise = {octaves = 3, combination = \"ridged\"}\n"
     "[[component]]\nclass = \"veins\"\noctaves = 2\n"
     "[[component]]\nclass = \"starfield\"\nnumber = 1e4\nfraction = 0.2\nnoise = {octaves = 2}\n";

@@ -29,10 +29,11 @@ struct Accuracy {
   /// ones are cut. Control a pixel's mean over its area, by the midpoint and the 2 x 2 Gauss rule.
   double ray_size;
   double cell_size;
-  /// The footprint of all rays that see a galaxy in larger pixels, galaxy radii: if rays of small
-  /// cells saw more of a texture than others, its light would not add up. Textures finer than that
-  /// are seen by a ray for each cell of that size. Controls a galaxy's flux against that in small
-  /// pixels: which clumps of light and dust cover each other shows only where they are seen.
+  /// The footprint of all rays that see a galaxy from outside in larger pixels, galaxy radii: if
+  /// rays of small cells saw more of a texture than others, its light would not add up. Textures
+  /// finer than that are seen by a ray for each cell of that size. Controls a galaxy's flux against
+  /// that in small pixels: which clumps of light and dust cover each other shows only where they
+  /// are seen.
   double widest_footprint;
 
   /// Densities are single precision: smaller tolerances count as this one.

@@ -28,7 +28,7 @@ class FrameJobs {
   FrameJobs& operator=(const FrameJobs&) = delete;
 
   /// Measures the animation's galaxies, where they are not yet, with all ranks: each of them calls
-  /// it.
+  /// it, before any makes a frame's job.
   void measure(const Ranks& ranks);
 
   /// The job of a frame with these parameters (see frame_parameters()). It is the job that

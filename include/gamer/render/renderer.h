@@ -82,8 +82,8 @@ class Renderer {
   void refine(const Sample& cell, Work& work) const;
   /// Makes the weights of a pixel's samples, from `first` on, shares of its solid angle.
   void weigh(std::size_t first, Work& work) const;
-  /// The size of a cell over the largest at which one ray, or four by Gauss' rule, are enough: by
-  /// the envelopes and by the textures of what is there.
+  /// The size of a cell over the largest at which one ray (`rays`, `texture`), or four by Gauss'
+  /// rule (the others), are enough: for the envelopes and for the textures of what is there.
   struct Evenness {
     double rays = 0, cells = 0, texture = 0, texture_cells = 0;
   };

@@ -20,8 +20,7 @@ struct Probe {
   double cost;
 };
 /// The grid, row by row from the lowest: at most one in 64 pixels, one in 256 of wide images, and
-/// 4096. Every rank calls it;
-/// the costs are known on rank 0.
+/// 4096. Every rank calls it; the costs are known on rank 0.
 std::vector<Probe> probe_pixels(const Renderer& renderer, Executor& executor);
 /// What each row of an image costs, from its probes.
 std::vector<double> row_costs(std::span<const Probe> probes, int width, int height);
