@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the pictures of the README anew: docs/images/<scene>.png of every shipped scene, of the survey's
+# Makes the pictures of the README anew: docs/images/<scene>.png of every scene that has one, of the survey's
 # as it is observed; scripts/views-pictures.sh makes those of the Milky Way from inside.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -9,11 +9,11 @@ work=build/pictures
 mkdir -p docs/images "$work"
 for list in scenes/*.lst; do
   name=$(basename "$list" .lst)
-  [[ $name == survey || $name == milky_way_inside ]] && continue
-  settings=(--set image.size=256)
+  [[ -f docs/images/$name.png && $name != survey ]] || continue
+  settings=(--set image.size=256 --set camera.supersample=2)
   case $name in
-    ngc4321) settings=(--set image.size=512) ;;
-    m51 | milky_way | shader_galaxy) settings=(--set image.size=384) ;;
+    ngc4321) settings[1]=image.size=512 ;;
+    m51 | milky_way | shader_galaxy) settings[1]=image.size=384 ;;
     field) settings=(--set "image.size=[440, 264]" --set camera.pixel_scale=0.0818) ;;
   esac
   build/release/gamer "scenes/$name.par" "$list" --output "$work/$name.fits" --overwrite \
