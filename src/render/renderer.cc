@@ -53,9 +53,6 @@ constexpr std::size_t rays_at_once = 256;
 // and their rays worked on together.
 constexpr int tile_size = 16;
 
-// Rays are no further apart, in footprints, where there is a texture: clumps would be missed.
-constexpr double cell_per_footprint = 0.8;
-
 // Rays on a side of a cell that is cut for its texture alone; a larger one may reach beyond the
 // galaxy.
 constexpr double most_across = 8;
@@ -328,7 +325,7 @@ Renderer::Evenness Renderer::evenness(const Ray& ray, double size,
                                       std::span<const int> galaxies) const {
   Evenness result;
   const Accuracy& accuracy = medium_.accuracy();
-  const double finest = cell_per_footprint * accuracy.widest_footprint;
+  const double finest = accuracy.ray_spacing * accuracy.widest_footprint;
   const bool is_parallel = camera_.projection() == Projection::orthographic;
   for (const int g : galaxies) {
     const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];

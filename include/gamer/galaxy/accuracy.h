@@ -35,6 +35,9 @@ struct Accuracy {
   /// that in small pixels: which clumps of light and dust cover each other shows only where they
   /// are seen.
   double widest_footprint;
+  /// Rays are no further apart, in such footprints, where there is a texture. Controls the light of
+  /// clumps that rays would miss or count twice.
+  double ray_spacing;
 
   /// Densities are single precision: smaller tolerances count as this one.
   static constexpr double finest_tolerance = 3e-6;
@@ -50,7 +53,8 @@ struct Accuracy {
             .faint_share = 0.01,
             .ray_size = 0.06 * std::sqrt(t / 1e-3),
             .cell_size = 0.5 * std::pow(t / 1e-3, 0.25),
-            .widest_footprint = std::sqrt(t / 1e-3) / 160};
+            .widest_footprint = std::sqrt(t / 1e-3) / 160,
+            .ray_spacing = 0.8};
   }
 };
 
