@@ -189,8 +189,9 @@ GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy)
   }
   // What may take long first, so that processes end together: light, then dust from long paths to
   // short ones.
-  std::ranges::stable_partition(
-      parts_, [&](const Part& part) { return !component_at(part.component).absorbs(); });
+  std::stable_partition(parts_.begin(), parts_.end(), [&](const Part& part) {
+    return !component_at(part.component).absorbs();
+  });
 }
 
 void GalaxyStatistics::measure(std::size_t part, std::span<double> numbers) {

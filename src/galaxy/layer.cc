@@ -203,8 +203,8 @@ constexpr double nodes_per_width = 1.2;
 constexpr double cusp_width = 0.15;
 constexpr double hole_width = 0.5;
 
-// Nodes per period of the texture's sharpest features.
-constexpr double nodes_per_period = 0.5;
+// Nodes per period of the texture's sharpest features: with fewer, what no node finds.
+constexpr double nodes_per_period = 2;
 
 // Frequency times footprint of the octaves of which half is seen.
 constexpr double seen_cycles = 0.5 * (fade_begin + fade_end);

@@ -83,6 +83,10 @@ double StarField::luminosity(std::size_t k, const Candidate& candidate) const {
   return population_.luminosity(k, to_unit(mix64(candidate.key + 3 * golden_gamma)));
 }
 
+double StarField::luminosity_bound(std::size_t k, const Candidate& candidate) const {
+  return population_.luminosity_bound(k, to_unit(mix64(candidate.key + 3 * golden_gamma)));
+}
+
 double StarField::temperature(double luminosity, const Candidate& candidate) const {
   const std::uint64_t bits = mix64(candidate.key + 4 * golden_gamma);
   constexpr std::uint64_t mask = (std::uint64_t{1} << 21) - 1;

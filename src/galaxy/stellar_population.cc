@@ -28,6 +28,9 @@ constexpr int nodes_per_class = 8;
 constexpr int deviates = 24;
 constexpr double largest_deviate = 3;
 
+// Of luminosities, relative.
+constexpr double rounding = 1e-12;
+
 // Classes are so many times wider in luminosity at most.
 const double class_width = std::log(2);
 
@@ -165,6 +168,12 @@ StellarPopulation::StellarPopulation(const ParameterSet& values, const std::stri
                         own.light * power_integral(own.index + 1, own.low, from, to) / whole});
     }
   }
+  for (std::size_t k = 0; k < classes_.size(); ++k) {
+    for (std::size_t i = 0; i < Class::step_count; ++i) {
+      const double u = static_cast<double>(i + 1) / Class::step_count;
+      classes_[k].steps[i] = luminosity(k, u) * (1 + rounding);
+    }
+  }
   make_grid();
 }
 
@@ -209,7 +218,7 @@ void StellarPopulation::add_segment(double low, double high, double index, doubl
     const double from = low * std::exp(width * i / count);
     const double to = i + 1 == count ? high : low * std::exp(width * (i + 1) / count);
     classes_.push_back({from, to, index, number_at_low * power_integral(index, low, from, to),
-                        number_at_low * low * power_integral(index + 1, low, from, to)});
+                        number_at_low * low * power_integral(index + 1, low, from, to), {}});
   }
 }
 

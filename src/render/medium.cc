@@ -415,34 +415,36 @@ void Medium::dim_fields(const Kind& own, std::span<const Stretch> stretches,
                         std::size_t first_stretch, std::int32_t first_done, std::size_t size,
                         std::size_t first_light, RayNodes& nodes) const {
   const StarFields::Field* known = nullptr;
-  // Places in the field's tables, of the nodes of the batch.
-  std::array<std::size_t, batch_capacity> index;
-  BatchArray between;
+  std::array<StarFields::DistanceScale::Place, batch_capacity> places;
+  const auto for_stretches = [&](const auto& take) {
+    std::int32_t skip = first_done;
+    for (std::size_t k = first_stretch, i = 0; i < size; ++k, skip = 0) {
+      const auto count = std::min(static_cast<std::size_t>(stretches[k].count - skip), size - i);
+      take(static_cast<std::size_t>(stretches[k].first + skip), count, places.data() + i);
+      i += count;
+    }
+  };
   for (std::size_t m = 0; m < own.light.size(); ++m) {
     const StarFields::Field* field = own.fields[m];
     if (field == nullptr) continue;
-    const std::vector<float>& share = own.field_parts[m]->share;
-    float* const to = nodes.light[first_light + m].data();
-    std::int32_t skip = first_done;
-    for (std::size_t k = first_stretch, i = 0; i < size; ++k, skip = 0) {
-      const auto begin = static_cast<std::size_t>(stretches[k].first + skip);
-      const std::size_t end =
-          begin + std::min(static_cast<std::size_t>(stretches[k].count - skip), size - i);
-      for (std::size_t n = begin; n < end; ++n, ++i) {
-        if (field != known) {
-          const auto last = static_cast<float>(share.size() - 1);
-          const float distance =
-              star_fields_->is_parallel() ? 1.0f : static_cast<float>(nodes.t[n]);
-          const float x =
-              std::clamp((std::log2(distance) - field->first_log) * field->per_octave, 0.0f, last);
-          index[i] = std::min(static_cast<std::size_t>(x), share.size() - 2);
-          between[i] = x - static_cast<float>(index[i]);
+    if (field != known) {
+      const StarFields::DistanceScale scale = field->scale;
+      for_stretches([&](std::size_t first, std::size_t count, auto* place) {
+        for (std::size_t n = 0; n < count; ++n) {
+          place[n] =
+              scale.place(star_fields_->is_parallel() ? 1.0f : static_cast<float>(nodes.t[first + n]));
         }
-        const float low = share[index[i]];
-        to[n] *= low + between[i] * (share[index[i] + 1] - low);
-      }
+      });
+      known = field;
     }
-    known = field;
+    const float* const share = own.field_parts[m]->share.data();
+    float* const light = nodes.light[first_light + m].data();
+    for_stretches([&](std::size_t first, std::size_t count, const auto* place) {
+      for (std::size_t n = 0; n < count; ++n) {
+        const float* const at = share + place[n].first;
+        light[first + n] *= at[0] + place[n].share * (at[1] - at[0]);
+      }
+    });
   }
 }
 

@@ -60,8 +60,8 @@ constexpr double most_across = 8;
 // Halvings of a pixel at most.
 constexpr int deepest_cell = 24;
 
-// Stars of star fields are looked for in stretches of rows so long.
-constexpr int star_tile = 32, wide_star_tile = 256;
+// Stars of star fields are looked for in squares of so many pixels on a side.
+constexpr int star_tile = 64, wide_star_tile = 256;
 
 /// Probes of at most this many galaxies choose the spectral nodes.
 constexpr std::size_t most_probes = 6;
@@ -619,9 +619,7 @@ void Renderer::add_field_stars(RowRange rows, Sums& sums, RenderCounts& counts) 
   const auto width = static_cast<std::size_t>(camera_.width());
   const std::size_t spectral = medium_.basis().planes();
   const int step = white_point_ ? wide_star_tile : star_tile;
-  for (int left = 0; left < camera_.width(); left += step) {
-    const StarPainter::Tile tile{left, std::min(left + step, camera_.width()), rows.first,
-                                 rows.last};
+  const auto paint = [&](const StarPainter::Tile& tile) {
     painter_.paint(
         tile, star_reach(),
         [&](const StarPainter::Seen& star) {
@@ -652,6 +650,12 @@ void Renderer::add_field_stars(RowRange rows, Sums& sums, RenderCounts& counts) 
           });
         },
         counts);
+  };
+  for (int bottom = rows.first; bottom < rows.last; bottom += step) {
+    for (int left = 0; left < camera_.width(); left += step) {
+      paint({left, std::min(left + step, camera_.width()), bottom,
+             std::min(bottom + step, rows.last)});
+    }
   }
 }
 

@@ -17,8 +17,7 @@ const double fade_width = std::log(4);
 // four places as far from it as the field is dense.
 constexpr int count_samples = 200;
 
-// Of the tables over log2 of the distance.
-constexpr int values_per_octave = 16;
+// Of the smooth light's distances.
 constexpr int most_octaves = 24;
 
 // The smooth light has spectra for distances at most so many octaves apart, and for so many at
@@ -82,6 +81,19 @@ double stars_above(const Column& column, const StellarPopulation& population, do
 
 }  // namespace
 
+StarFields::DistanceScale::DistanceScale(double nearest, double farthest) {
+  const auto floor_of = [](double distance) {
+    constexpr double smallest = std::numeric_limits<float>::min();
+    const auto bits = std::bit_cast<std::uint32_t>(
+        static_cast<float>(std::clamp(distance, smallest, 1 / smallest)));
+    return bits & ~mask;
+  };
+  first_ = floor_of(nearest);
+  const std::uint32_t end = floor_of(farthest) + mask + 1;
+  last_ = end - first_ - 1;
+  size_ = ((end - first_) >> shift) + 1;
+}
+
 double StarFields::Field::weight(double q) const {
   const double u = std::clamp(std::log(q / limit) / fade_width, 0.0, 1.0);
   return u * u * (3 - 2 * u);
@@ -95,7 +107,7 @@ StarFields::StarFields(const Scene& scene, const Camera& camera, double stars_pe
     for (std::size_t c = 0; c < components.size(); ++c) {
       const auto* stars = dynamic_cast<const StarField*>(components[c].get());
       if (stars == nullptr) continue;
-      Field field{static_cast<int>(g), c, stars, std::numeric_limits<double>::infinity(), {}};
+      Field field{static_cast<int>(g), c, stars, std::numeric_limits<double>::infinity(), {}, {}};
       if (stars_per_pixel > 0) set_limit(scene, camera, stars_per_pixel, field);
       if (std::isinf(field.limit)) {
         field.parts = {{std::shared_ptr<const Sed>(placed.galaxy, stars->sed()), {}}};
@@ -175,13 +187,12 @@ void StarFields::set_parts(double nearest, double farthest, Field& field) const 
       is_even ? 1
               : std::min(static_cast<int>(std::ceil(octaves / octaves_per_part)) + 1, most_parts);
   const double spacing = parts > 1 ? std::min(octaves / (parts - 1), octaves_per_part) : 1;
-  const int values = static_cast<int>(std::ceil(octaves * values_per_octave)) + 2;
-  field.first_log = static_cast<float>(last - static_cast<double>(values - 1) / values_per_octave);
-  field.per_octave = values_per_octave;
-  std::vector<double> rest;
-  for (int i = 0; i < values; ++i) {
-    const double log = last - static_cast<double>(values - 1 - i) / values_per_octave;
-    rest.push_back(rest_at(std::exp2(log), nullptr));
+  field.scale = DistanceScale(std::exp2(last - octaves), farthest);
+  std::vector<double> logs, rest;
+  for (std::size_t i = 0; i < field.scale.size(); ++i) {
+    const double distance = field.scale.at(i);
+    logs.push_back(std::log2(distance));
+    rest.push_back(rest_at(distance, nullptr));
   }
   for (int b = 0; b < parts; ++b) {
     const double own = is_even ? last - 0.5 * octaves : last - b * spacing;
@@ -193,11 +204,11 @@ void StarFields::set_parts(double nearest, double farthest, Field& field) const 
       rest_at(std::exp2(own), &spectrum);
       part.sed = population.sed(spectrum);
     }
-    for (int i = 0; i < values; ++i) {
-      const double log = last - static_cast<double>(values - 1 - i) / values_per_octave;
-      double blend = std::max(1 - std::abs(log - own) / spacing, 0.0);
-      if (parts == 1 || (b == parts - 1 && log < own)) blend = 1;
-      part.share.push_back(static_cast<float>(blend * rest[static_cast<std::size_t>(i)]));
+    for (std::size_t i = 0; i < logs.size(); ++i) {
+      double blend = std::max(1 - std::abs(logs[i] - own) / spacing, 0.0);
+      if (parts == 1 || (b == parts - 1 && logs[i] < own)) blend = 1;
+      if (b == 0 && logs[i] > own) blend = 1;
+      part.share.push_back(static_cast<float>(blend * rest[i]));
     }
     field.parts.push_back(std::move(part));
   }

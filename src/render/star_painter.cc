@@ -185,7 +185,7 @@ void StarPainter::paint_field(std::size_t number, const Tile& tile, double margi
       const glm::dvec3 place = space.scene(candidate.position);
       const glm::dvec3 way = place - camera_.origin();
       const double distance2 = is_parallel ? 1 : glm::dot(way, way);
-      if (distance2 > farthest2) return;
+      if (!(stars.luminosity_bound(k, candidate) > field.limit * distance2)) return;
       if (!is_parallel) {
         const glm::dvec3 away = way / std::sqrt(distance2) - rays.centre;
         if (glm::dot(away, away) > rays.radius * rays.radius) return;

@@ -10,7 +10,8 @@ namespace gamer {
 /// peak below the tolerance (tests/render/tolerance_test.cc measures it).
 struct Accuracy {
   /// Share of a ray's intensity by which it may change when every second node is left out. Controls
-  /// the quadrature's error, which is smaller: that of all nodes.
+  /// the quadrature's error, which is smaller: that of all nodes, and the more so the fewer they
+  /// are (measured; hence the power in from_tolerance()).
   double ray_error;
   /// Distance of a ray's first nodes, in units of the structure that they must not step over.
   /// Controls the features that no node finds: too rare to show in the error estimates.
@@ -46,7 +47,7 @@ struct Accuracy {
   /// error of the midpoint rule with the second power of the size, that of Gauss' with the fourth.
   static Accuracy from_tolerance(double tolerance) {
     const double t = std::max(tolerance, finest_tolerance);
-    return {.ray_error = 0.6 * t,
+    return {.ray_error = 1.2e-3 * std::pow(t / 1e-3, 1.4),
             .first_step = 0.8 * std::pow(t / 1e-3, 0.15),
             .envelope_threshold = 0.003 * t,
             .texture_threshold = 0.03 * t,

@@ -70,6 +70,8 @@ class StarField : public Layer {
   }
   /// What a candidate of class k is if it is a star.
   double luminosity(std::size_t k, const Candidate& candidate) const;
+  /// Not below it, for less work.
+  double luminosity_bound(std::size_t k, const Candidate& candidate) const;
   double temperature(double luminosity, const Candidate& candidate) const;
 
   /// Not below the envelope anywhere in the cell.
@@ -77,7 +79,7 @@ class StarField : public Layer {
 
  private:
   static constexpr int deepest = 48;
-  static constexpr double most_candidates = 6;
+  static constexpr double most_candidates = 16;
 
   std::uint64_t key() const;
   template <class Keep, class Take>

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -31,6 +32,10 @@ class StellarPopulation {
     double index;
     double number;  ///< share of all stars
     double light;   ///< share of all light
+
+    static constexpr std::size_t step_count = 32;
+    /// The largest luminosity below each share (i + 1)/step_count of the class' stars.
+    std::array<double, step_count> steps;
   };
 
   /// Values of parameters(). A file that they name has rows of two or three columns: luminosity
@@ -46,6 +51,10 @@ class StellarPopulation {
   double number_above(double luminosity) const;
   /// The luminosity below which a share u of the stars of class k are.
   double luminosity(std::size_t k, double u) const;
+  /// Not below that, by a table of each class.
+  double luminosity_bound(std::size_t k, double u) const {
+    return classes_[k].steps[static_cast<std::size_t>(u * Class::step_count)];
+  }
   /// Of a star of that luminosity, u1 to u3 even in [0, 1[: K.
   double temperature(double luminosity, double u1, double u2, double u3) const;
 

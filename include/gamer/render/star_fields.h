@@ -1,6 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <bit>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -27,8 +30,39 @@ class StarFields {
   /// parts of neighbouring distances blend.
   struct Part {
     std::shared_ptr<const Sed> sed;
-    /// Share of the field's emissivity, over log2 of the distance; empty: all of it everywhere.
+    /// Share of the field's emissivity at the distances of the field's `scale`; empty: all of it
+    /// everywhere.
     std::vector<float> share;
+  };
+  /// Distances at which shares are known: 16 an octave, linear in between.
+  class DistanceScale {
+   public:
+    DistanceScale() = default;
+    /// Reaches from `nearest` or below to `farthest` or beyond, both positive floats.
+    DistanceScale(double nearest, double farthest);
+
+    std::size_t size() const { return size_; }
+    double at(std::size_t i) const {
+      return double{std::bit_cast<float>(first_ + (static_cast<std::uint32_t>(i) << shift))};
+    }
+    struct Place {
+      std::uint32_t first;  ///< of the two values around it
+      float share;          ///< of the second one
+    };
+    /// Of the nearest distance within the scale. As floats of one sign ascend like their bits, the
+    /// bits' upper part is the place.
+    Place place(float distance) const {
+      const std::uint32_t bits = std::bit_cast<std::uint32_t>(std::max(distance, 0.0f));
+      const std::uint32_t offset = std::min(bits > first_ ? bits - first_ : 0, last_);
+      return {offset >> shift,
+              static_cast<float>(static_cast<std::int32_t>(offset & mask)) * (1.0f / (mask + 1))};
+    }
+
+   private:
+    static constexpr int shift = 23 - 4;
+    static constexpr std::uint32_t mask = (1u << shift) - 1;
+    std::uint32_t first_ = 0, last_ = 0;
+    std::size_t size_ = 0;
   };
   struct Field {
     int galaxy;
@@ -36,8 +70,7 @@ class StarFields {
     const StarField* stars;
     double limit;  ///< q0; infinite where no star shines by itself
     std::vector<Part> parts;
-    float first_log = 0;  ///< log2 of the distance of Part::share's first value
-    float per_octave = 1;
+    DistanceScale scale;
 
     /// w(q).
     double weight(double q) const;
