@@ -1,7 +1,6 @@
 #include "gamer/render/medium.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
@@ -33,6 +32,7 @@ float obliquity_of(const Hit& hit) {
 /// Arrays of one thread, kept between calls.
 struct Medium::Scratch {
   BatchArray x, y, z;
+  BatchArray distance, dimmed;  ///< of star fields
   RayBatch rays;
   std::vector<BatchArray> densities;
   std::vector<std::vector<Stretch>> members;  ///< of each galaxy of each cover
@@ -411,43 +411,6 @@ void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray,
   }
 }
 
-void Medium::dim_fields(const Kind& own, std::span<const Stretch> stretches,
-                        std::size_t first_stretch, std::int32_t first_done, std::size_t size,
-                        std::size_t first_light, RayNodes& nodes) const {
-  const StarFields::Field* known = nullptr;
-  std::array<StarFields::DistanceScale::Place, batch_capacity> places;
-  const auto for_stretches = [&](const auto& take) {
-    std::int32_t skip = first_done;
-    for (std::size_t k = first_stretch, i = 0; i < size; ++k, skip = 0) {
-      const auto count = std::min(static_cast<std::size_t>(stretches[k].count - skip), size - i);
-      take(static_cast<std::size_t>(stretches[k].first + skip), count, places.data() + i);
-      i += count;
-    }
-  };
-  for (std::size_t m = 0; m < own.light.size(); ++m) {
-    const StarFields::Field* field = own.fields[m];
-    if (field == nullptr) continue;
-    if (field != known) {
-      const StarFields::DistanceScale scale = field->scale;
-      for_stretches([&](std::size_t first, std::size_t count, auto* place) {
-        for (std::size_t n = 0; n < count; ++n) {
-          place[n] =
-              scale.place(star_fields_->is_parallel() ? 1.0f : static_cast<float>(nodes.t[first + n]));
-        }
-      });
-      known = field;
-    }
-    const float* const share = own.field_parts[m]->share.data();
-    float* const light = nodes.light[first_light + m].data();
-    for_stretches([&](std::size_t first, std::size_t count, const auto* place) {
-      for (std::size_t n = 0; n < count; ++n) {
-        const float* const at = share + place[n].first;
-        light[first + n] *= at[0] + place[n].share * (at[1] - at[0]);
-      }
-    });
-  }
-}
-
 void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t first_light,
                   std::size_t first_dust, std::size_t variants, RayNodes& nodes,
                   RenderCounts& counts) const {
@@ -458,6 +421,8 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
   const auto threshold = static_cast<float>(accuracy_.texture_threshold);
   const std::size_t components = type.components().size();
   s.densities.resize(std::max(s.densities.size(), variants * components));
+  const bool has_fields = std::any_of(own.fields.begin(), own.fields.end(),
+                                      [](const auto* field) { return field != nullptr; });
   const std::size_t dust_slots = nodes.dust.size() / variants;
   // Stretches are cut where a batch is full: `done` nodes of the first are in earlier batches.
   std::int32_t done = 0;
@@ -487,6 +452,13 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
             static_cast<float>(hit.footprint + hit.footprint_growth * at[i]);
       }
       std::fill_n(s.rays.obliquity.data() + size, count, obliquity_of(hit));
+      if (has_fields) {
+        const bool is_parallel = star_fields_->is_parallel();
+        for (std::int32_t i = 0; i < count; ++i) {
+          s.distance[size + static_cast<std::size_t>(i)] =
+              is_parallel ? 1.0f : static_cast<float>(at[i]);
+        }
+      }
       size += static_cast<std::size_t>(count);
       has_footprints = has_footprints || hit.footprint_at(hit.end) > 0;
       done += count;
@@ -495,31 +467,35 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
       done = 0;
     }
     for (std::size_t i = size; i < padded(size); ++i) {
-      s.x[i] = s.y[i] = s.z[i] = s.rays.footprint[i] = s.rays.obliquity[i] = 0;
+      s.x[i] = s.y[i] = s.z[i] = s.rays.footprint[i] = s.rays.obliquity[i] = s.distance[i] = 0;
     }
     type.evaluate(
         {s.x.data(), s.y.data(), s.z.data(), size}, threshold, has_footprints ? &s.rays : nullptr,
         std::span(dust_deviations).first(variants > 1 ? variants : 0), s.densities, counts);
-    const auto deposit = [&](const std::vector<int>& group, std::size_t variant,
-                             std::size_t first_slot, std::vector<std::vector<float>>& slots) {
-      for (std::size_t m = 0; m < group.size(); ++m) {
-        const float* from =
-            s.densities[variant * components + static_cast<std::size_t>(group[m])].data();
-        float* to = slots[first_slot + m].data();
-        std::int32_t skip = first_done;
-        for (std::size_t k = first_stretch, i = 0; i < size; ++k, skip = 0) {
-          float* own_nodes = to + stretches[k].first + skip;
-          const auto count =
-              std::min(static_cast<std::size_t>(stretches[k].count - skip), size - i);
-          for (std::size_t n = 0; n < count; ++n) own_nodes[n] = scale * from[i + n];
-          i += count;
-        }
+    const auto deposit = [&](const float* from, std::vector<float>& slot) {
+      std::int32_t skip = first_done;
+      for (std::size_t k = first_stretch, i = 0; i < size; ++k, skip = 0) {
+        float* own_nodes = slot.data() + stretches[k].first + skip;
+        const auto count = std::min(static_cast<std::size_t>(stretches[k].count - skip), size - i);
+        for (std::size_t n = 0; n < count; ++n) own_nodes[n] = scale * from[i + n];
+        i += count;
       }
     };
-    deposit(own.light, 0, first_light, nodes.light);
-    dim_fields(own, stretches, first_stretch, first_done, size, first_light, nodes);
+    const auto density = [&](int component, std::size_t variant) {
+      return s.densities[variant * components + static_cast<std::size_t>(component)].data();
+    };
+    for (std::size_t m = 0; m < own.light.size(); ++m) {
+      const float* light = density(own.light[m], 0);
+      if (const StarFields::Field* field = own.fields[m]) {
+        field->dim(*own.field_parts[m], {s.distance.data(), size}, light, s.dimmed.data());
+        light = s.dimmed.data();
+      }
+      deposit(light, nodes.light[first_light + m]);
+    }
     for (std::size_t v = 0; v < variants; ++v) {
-      deposit(own.dust, v, v * dust_slots + first_dust, nodes.dust);
+      for (std::size_t m = 0; m < own.dust.size(); ++m) {
+        deposit(density(own.dust[m], v), nodes.dust[v * dust_slots + first_dust + m]);
+      }
     }
   }
 }

@@ -1,5 +1,9 @@
 #include "gamer/render/star_fields.h"
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "render/star_fields.cc"
+#include "hwy/foreach_target.h"
+
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -7,7 +11,47 @@
 #include <limits>
 #include <utility>
 
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
 namespace gamer {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+void Dim(const StarFields::DistanceScale& scale, const float* HWY_RESTRICT share,
+         std::span<const float> distances, const float* HWY_RESTRICT light,
+         float* HWY_RESTRICT out) {
+  using Scale = StarFields::DistanceScale;
+  const hn::ScalableTag<float> d;
+  const hn::RebindToSigned<decltype(d)> di;
+  // Bits of positive floats fit signed numbers.
+  const auto first = hn::Set(di, static_cast<std::int32_t>(scale.first()));
+  const auto last = hn::Set(di, static_cast<std::int32_t>(scale.last()));
+  const auto mask = hn::Set(di, static_cast<std::int32_t>(Scale::mask));
+  const auto unit = hn::Set(d, 1.0f / (Scale::mask + 1));
+  for (std::size_t i = 0; i < distances.size(); i += hn::Lanes(d)) {
+    const auto bits = hn::Max(hn::BitCast(di, hn::Load(d, distances.data() + i)), first);
+    const auto offset = hn::Min(hn::Sub(bits, first), last);
+    const auto index = hn::ShiftRight<Scale::shift>(offset);
+    const auto between = hn::Mul(hn::ConvertTo(d, hn::And(offset, mask)), unit);
+    const auto low = hn::GatherIndex(d, share, index);
+    const auto high = hn::GatherIndex(d, share + 1, index);
+    const auto own = hn::MulAdd(between, hn::Sub(high, low), low);
+    hn::Store(hn::Mul(own, hn::Load(d, light + i)), d, out + i);
+  }
+}
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace gamer
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gamer {
+
+HWY_EXPORT(Dim);
+
 namespace {
 
 // Stars fade in over this factor of q above the limit.
@@ -92,6 +136,11 @@ StarFields::DistanceScale::DistanceScale(double nearest, double farthest) {
   const std::uint32_t end = floor_of(farthest) + mask + 1;
   last_ = end - first_ - 1;
   size_ = ((end - first_) >> shift) + 1;
+}
+
+void StarFields::Field::dim(const Part& part, std::span<const float> distances, const float* light,
+                            float* out) const {
+  HWY_DYNAMIC_DISPATCH(Dim)(scale, part.share.data(), distances, light, out);
 }
 
 double StarFields::Field::weight(double q) const {
@@ -223,3 +272,4 @@ const StarFields::Field* StarFields::find(int galaxy, std::size_t component) con
 }
 
 }  // namespace gamer
+#endif

@@ -1,6 +1,7 @@
 #include "gamer/render/star_painter.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -25,6 +26,55 @@ struct BallSpace {
   glm::dvec3 centre;
   glm::dmat3 from_ball;
   double radius;
+};
+
+/// Of a galaxy's ball, what rays through a tile and its margin may meet: cuts it with the planes
+/// through the tile's edges, where the view has straight lines.
+class TileSpace {
+ public:
+  TileSpace(const Camera& camera, const StarPainter::Tile& tile, double margin,
+            const BallSpace& space) {
+    if (camera.projection() != Projection::perspective &&
+        camera.projection() != Projection::orthographic) {
+      return;
+    }
+    const double left = tile.left - margin, right = tile.right - 1 + margin;
+    const double bottom = tile.bottom - margin, top = tile.top - 1 + margin;
+    const std::optional<Ray> corners[] = {camera.ray(left, bottom), camera.ray(right, bottom),
+                                          camera.ray(right, top), camera.ray(left, top)};
+    const std::optional<Ray> middle = camera.ray(0.5 * (left + right), 0.5 * (bottom + top));
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Ray &one = *corners[i], &other = *corners[(i + 1) % 4];
+      glm::dvec3 normal = glm::normalize(
+          glm::cross(one.direction, other.origin + other.direction - one.origin));
+      if (glm::dot(normal, middle->origin + middle->direction - one.origin) < 0) normal = -normal;
+      const glm::dvec3 inward = glm::transpose(space.from_ball) * normal;
+      planes_[i] = {inward, glm::dot(normal, space.centre - one.origin),
+                    std::abs(inward.x) + std::abs(inward.y) + std::abs(inward.z)};
+    }
+    size_ = 4;
+  }
+
+  bool has_planes() const { return size_ > 0; }
+  /// False only where no ray meets the cube around a place of the ball.
+  bool may_meet(const double place[3], double half) const {
+    for (std::size_t i = 0; i < size_; ++i) {
+      const Plane& plane = planes_[i];
+      const double inside = plane.inward.x * place[0] + plane.inward.y * place[1] +
+                            plane.inward.z * place[2] + plane.offset;
+      if (inside < -half * plane.reach) return false;
+    }
+    return true;
+  }
+
+ private:
+  struct Plane {
+    glm::dvec3 inward;  ///< of scene units per galaxy radius
+    double offset;
+    double reach;  ///< of a cube of half side 1
+  };
+  std::array<Plane, 4> planes_;
+  std::size_t size_ = 0;
 };
 
 }  // namespace
@@ -149,6 +199,7 @@ void StarPainter::paint_field(std::size_t number, const Tile& tile, double margi
   const StarFields::Field& field = fields_->fields()[number];
   const StarField& stars = *field.stars;
   const BallSpace space(scene_->galaxies[static_cast<std::size_t>(field.galaxy)]);
+  const TileSpace tile_space(camera_, tile, margin, space);
   const bool is_parallel = fields_->is_parallel();
   const auto is_near = [&](const glm::dvec2& pixel) {
     return pixel.x > tile.left - margin && pixel.x < tile.right - 1 + margin &&
@@ -170,23 +221,26 @@ void StarPainter::paint_field(std::size_t number, const Tile& tile, double margi
   // The brightest first: their cells are the largest.
   for (std::size_t k = stars.population().size(); k-- > 0;) {
     const double brightest = stars.population().at(k).high;
-    const double farthest2 = is_parallel ? HUGE_VAL : brightest / field.limit;
+    const double farthest = std::sqrt(brightest / field.limit);  // of those above the limit
     if (is_parallel && brightest < field.limit) break;
     const auto keep = [&](const StarField::Cell& cell) {
+      if (!tile_space.may_meet(cell.centre, cell.half)) return false;
       const glm::dvec3 place = space.scene(cell.centre);
       const double radius = cell.half * space.radius;
       if (!is_parallel) {
-        const double nearest = glm::distance(place, camera_.origin()) - radius;
-        if (nearest > 0 && nearest * nearest > farthest2) return false;
+        const glm::dvec3 way = place - camera_.origin();
+        const double reach = farthest + radius;
+        if (glm::dot(way, way) > reach * reach) return false;
       }
-      return overlap(index_.ball_of(place, radius), rays);
+      return tile_space.has_planes() || overlap(index_.ball_of(place, radius), rays);
     };
     const auto offer = [&](const StarField::Candidate& candidate) {
+      if (!tile_space.may_meet(candidate.position, 0)) return;
       const glm::dvec3 place = space.scene(candidate.position);
       const glm::dvec3 way = place - camera_.origin();
       const double distance2 = is_parallel ? 1 : glm::dot(way, way);
       if (!(stars.luminosity_bound(k, candidate) > field.limit * distance2)) return;
-      if (!is_parallel) {
+      if (!is_parallel && !tile_space.has_planes()) {
         const glm::dvec3 away = way / std::sqrt(distance2) - rays.centre;
         if (glm::dot(away, away) > rays.radius * rays.radius) return;
       }

@@ -185,11 +185,6 @@ class Medium {
             std::size_t first_dust, std::size_t variants, RayNodes& nodes,
             RenderCounts& counts) const;
 
-  /// Leaves in the star fields' slots what is smooth light at each node.
-  void dim_fields(const Kind& own, std::span<const Stretch> stretches, std::size_t first_stretch,
-                  std::int32_t first_done, std::size_t size, std::size_t first_light,
-                  RayNodes& nodes) const;
-
   const PlacedGalaxy& placed(int galaxy) const {
     return scene_->galaxies[static_cast<std::size_t>(galaxy)];
   }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -45,22 +44,14 @@ class StarFields {
     double at(std::size_t i) const {
       return double{std::bit_cast<float>(first_ + (static_cast<std::uint32_t>(i) << shift))};
     }
-    struct Place {
-      std::uint32_t first;  ///< of the two values around it
-      float share;          ///< of the second one
-    };
-    /// Of the nearest distance within the scale. As floats of one sign ascend like their bits, the
-    /// bits' upper part is the place.
-    Place place(float distance) const {
-      const std::uint32_t bits = std::bit_cast<std::uint32_t>(std::max(distance, 0.0f));
-      const std::uint32_t offset = std::min(bits > first_ ? bits - first_ : 0, last_);
-      return {offset >> shift,
-              static_cast<float>(static_cast<std::int32_t>(offset & mask)) * (1.0f / (mask + 1))};
-    }
-
-   private:
+    /// Places on the scale are differences of floats' bits, which ascend like the floats: the
+    /// upper part of such a difference is the index of a distance, the rest the way to the next.
+    std::uint32_t first() const { return first_; }
+    std::uint32_t last() const { return last_; }  ///< the largest difference
     static constexpr int shift = 23 - 4;
     static constexpr std::uint32_t mask = (1u << shift) - 1;
+
+   private:
     std::uint32_t first_ = 0, last_ = 0;
     std::size_t size_ = 0;
   };
@@ -74,6 +65,9 @@ class StarFields {
 
     /// w(q).
     double weight(double q) const;
+    /// out = light times the part's share at these distances, in whole vectors (batch.h).
+    void dim(const Part& part, std::span<const float> distances, const float* light,
+             float* out) const;
   };
 
   /// Without the camera, or with 0, all stars are smooth light.
