@@ -192,8 +192,9 @@ bool is_utf8(std::string_view text) {
   constexpr char kLastControl = 0x1f, kDelete = 0x7f;
   std::string comment = "#";
   for (const char c : text) {
+    // Comments hold none of these; what stands around them must not join.
     const bool is_control = (c >= 0 && c <= kLastControl) || c == kDelete;
-    if (!is_control) comment += c;
+    comment += is_control ? ' ' : c;
   }
   try {
     static_cast<void>(toml::parse(comment));

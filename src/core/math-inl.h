@@ -35,6 +35,23 @@ HWY_INLINE V Exp(D d, V x) {
   return hn::Mul(p, hn::BitCast(d, exponent));
 }
 
+/// 2^x, relative error below 2e-7 for -126 <= x <= 0, exact at 0; below that range 2^-126.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V Exp2OfNegative(D d, V x) {
+  const hn::RebindToSigned<D> di;
+  x = hn::Max(x, hn::Set(d, -126.0f));
+  const V n = hn::Round(x);
+  const V r = hn::Sub(x, n);
+  // (2^r - 1)/r on [-1/2, 1/2], with the least largest relative error of 2^r.
+  V p = hn::Set(d, 1.326472731e-3f);
+  p = hn::MulAdd(p, r, hn::Set(d, 9.671512991e-3f));
+  p = hn::MulAdd(p, r, hn::Set(d, 5.550733581e-2f));
+  p = hn::MulAdd(p, r, hn::Set(d, 2.402224243e-1f));
+  p = hn::MulAdd(p, r, hn::Set(d, 6.931470037e-1f));
+  p = hn::MulAdd(p, r, hn::Set(d, 1.0f));
+  return hn::BitCast(d, hn::Add(hn::BitCast(di, p), hn::ShiftLeft<23>(hn::ConvertTo(di, n))));
+}
+
 /// ln x, relative error below 1.5e-7 for normal positive x; smaller x, negative ones too, count as
 /// the smallest normal number.
 template <class D, class V = hn::Vec<D>>

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <numbers>
 #include <vector>
 
 #include "core/math-inl.h"
@@ -194,7 +195,8 @@ class Absorption {
         marches_(memory + slots_ * nodes_ * hn::Lanes(D())) {
     const D d;
     for (std::size_t i = 0; i < slots_ * nodes_; ++i) {
-      hn::Store(hn::GatherIndex(d, covers.extinction + i * covers.covers, lanes.cover()), d,
+      const V relative = hn::GatherIndex(d, covers.extinction + i * covers.covers, lanes.cover());
+      hn::Store(hn::Mul(relative, hn::Set(d, -1 / std::numbers::ln2_v<float>)), d,
                 extinction_ + i * hn::Lanes(d));
     }
     for (std::size_t v = 0; v < variants_; ++v) {
@@ -221,8 +223,8 @@ class Absorption {
     return !hn::AllFalse(d, hn::Gt(largest, hn::Zero(d)));
   }
 
-  /// Of a variant at spectral node j.
-  HWY_INLINE V depth(std::size_t variant, std::size_t j) const {
+  /// Of a variant at spectral node j: minus the optical depth, over ln 2.
+  HWY_INLINE V halvings(std::size_t variant, std::size_t j) const {
     const D d;
     V sum = hn::Zero(d);
     for (std::size_t slot = 0; slot < slots_; ++slot) {
@@ -241,7 +243,11 @@ class Absorption {
     return sum;
   }
   HWY_INLINE V transmission(std::size_t j) const {
-    return mean([&](std::size_t v) HWY_ATTR { return Exp(D(), hn::Neg(depth(v, j))); });
+    return mean([&](std::size_t v) HWY_ATTR { return Exp2OfNegative(D(), halvings(v, j)); });
+  }
+  HWY_INLINE V depth(std::size_t j) const {
+    const V sum = mean([&](std::size_t v) HWY_ATTR { return halvings(v, j); });
+    return hn::NegMulAdd(sum, hn::Set(D(), std::numbers::ln2_v<float>), hn::Zero(D()));
   }
 
  private:
@@ -253,7 +259,7 @@ class Absorption {
   const RunNodes& runs_;
   const RunLanes<D>& lanes_;
   std::size_t nodes_, slots_, variants_;
-  float* extinction_;  ///< [slot * nodes + j]
+  float* extinction_;  ///< [slot * nodes + j], over -ln 2
   float* marches_;     ///< [variant * slots + slot]
 };
 
@@ -314,8 +320,7 @@ void IntegrateLanes(const RunNodes& runs, const RunCovers& covers, const RunLane
   }
   HWY_ALIGN float depth[RunLanes<D>::most] = {}, transmission[RunLanes<D>::most] = {};
   for (std::size_t j = 0; j < nodes; ++j) {
-    const auto depth_of = [&](std::size_t v) HWY_ATTR { return absorption.depth(v, j); };
-    hn::Store(absorption.mean(depth_of), d, depth);
+    hn::Store(absorption.depth(j), d, depth);
     hn::Store(absorption.transmission(j), d, transmission);
     for (std::size_t lane = 0; lane < lanes.size(); ++lane) {
       out.depth[place(lane) * nodes + j] = depth[lane];

@@ -106,6 +106,29 @@ TEST(NodeMapTest, SeveralFocusesShareARun) {
   EXPECT_NEAR(length, 2, 2e-3);
 }
 
+TEST(NodeMapTest, RunsDoNotDependOnTheirNeighbours) {
+  const std::vector<std::vector<Focus>> all = {
+      {{0.1, 1e-3, 1600}}, {{0.45, 0.1, 40}, {-0.5, 0.02, 60}}, {{-0.5, 0.1, 40}}};
+  for_each_simd_target([&] {
+    NodeMap map;
+    for (const auto& focuses : all) map.add(-1, 1, focuses);
+    map.measure();
+    const std::vector<std::int32_t> runs = {0, 1, 2}, first = {0, 17, 34}, count = {17, 17, 17};
+    std::vector<float> step, s(51), weight(51);
+    for (std::size_t run = 0; run < 3; ++run) {
+      step.push_back(static_cast<float>(map.length(run) / 16));
+    }
+    map.place({runs, first, count, step, 0, s.data(), weight.data()});
+    for (std::int32_t run = 0; run < 3; ++run) {
+      const Nodes alone = place(map, run, 17, 0);
+      for (std::size_t k = 0; k < 17; ++k) {
+        EXPECT_EQ(alone.s[k], s[17 * static_cast<std::size_t>(run) + k]);
+        EXPECT_EQ(alone.weight[k], weight[17 * static_cast<std::size_t>(run) + k]);
+      }
+    }
+  });
+}
+
 TEST(NodeMapTest, SuperfluousFocusesAreLeftOut) {
   NodeMap alone, together;
   alone.add(-1, 1, std::vector<Focus>{{0, 0.1, 100}});
