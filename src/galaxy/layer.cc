@@ -203,7 +203,7 @@ constexpr double nodes_per_width = 1.2;
 constexpr double cusp_width = 0.15;
 constexpr double hole_width = 0.5;
 
-// Nodes per period of the texture's sharpest features: with fewer, what no node finds.
+// Nodes per period of the texture's sharpest features: fewer miss some, which no estimate shows.
 constexpr double nodes_per_period = 2;
 
 // Frequency times footprint of the octaves of which half is seen.

@@ -80,11 +80,15 @@ int StarField::poisson(double mean, double u) {
 }
 
 double StarField::luminosity(std::size_t k, const Candidate& candidate) const {
-  return population_.luminosity(k, to_unit(mix64(candidate.key + 3 * golden_gamma)));
+  return population_.luminosity(k, luminosity_share(candidate));
 }
 
 double StarField::luminosity_bound(std::size_t k, const Candidate& candidate) const {
-  return population_.luminosity_bound(k, to_unit(mix64(candidate.key + 3 * golden_gamma)));
+  return population_.luminosity_bound(k, luminosity_share(candidate));
+}
+
+double StarField::luminosity_share(const Candidate& candidate) {
+  return to_unit(mix64(candidate.key + 3 * golden_gamma));
 }
 
 double StarField::temperature(double luminosity, const Candidate& candidate) const {

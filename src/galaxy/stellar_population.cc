@@ -28,7 +28,7 @@ constexpr int nodes_per_class = 8;
 constexpr int deviates = 24;
 constexpr double largest_deviate = 3;
 
-// Of luminosities, relative.
+// Of luminosities, relative: what powers and logarithms may get wrong.
 constexpr double rounding = 1e-12;
 
 // Classes are so many times wider in luminosity at most.
@@ -217,8 +217,12 @@ void StellarPopulation::add_segment(double low, double high, double index, doubl
   for (int i = 0; i < count; ++i) {
     const double from = low * std::exp(width * i / count);
     const double to = i + 1 == count ? high : low * std::exp(width * (i + 1) / count);
-    classes_.push_back({from, to, index, number_at_low * power_integral(index, low, from, to),
-                        number_at_low * low * power_integral(index + 1, low, from, to), {}});
+    classes_.push_back({from,
+                        to,
+                        index,
+                        number_at_low * power_integral(index, low, from, to),
+                        number_at_low * low * power_integral(index + 1, low, from, to),
+                        {}});
   }
 }
 

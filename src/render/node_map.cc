@@ -6,10 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
-#include <vector>
 
 #include "core/math-inl.h"
+#include "render/vector_memory.h"
 
 #ifndef GAMER_RENDER_NODE_MAP
 #define GAMER_RENDER_NODE_MAP
@@ -29,7 +28,8 @@ struct MapArrays {
   std::int32_t most_focuses;  ///< of a run
 };
 
-// After so many steps from node to node, and Newton's last, the error of u is below 1e-4.
+// With several focuses: after so many steps from node to node, and Newton's last, the error of u is
+// below 1e-4.
 constexpr int corrections = 2;
 
 }  // namespace
@@ -39,14 +39,6 @@ constexpr int corrections = 2;
 HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
-
-/// So many numbers for whole vectors.
-float* AlignedRoom(std::vector<float>& memory, std::size_t size) {
-  memory.resize(size + HWY_MAX_BYTES / sizeof(float));
-  void* start = memory.data();
-  std::size_t room = memory.size() * sizeof(float);
-  return static_cast<float*>(std::align(HWY_MAX_BYTES, size * sizeof(float), start, room));
-}
 
 /// Runs in lanes.
 template <class D>
@@ -90,7 +82,7 @@ class Map {
 
   V begin() const { return begin_; }
   V end() const { return end_; }
-  /// Runs with one focus, for which invert() is exact.
+  /// Runs with one focus, which invert() maps.
   hn::Mask<D> is_single() const { return is_single_; }
 
   /// u(s) - u(begin), 1/rho(s) and the derivative of rho.
@@ -113,7 +105,8 @@ class Map {
     inverse_rho = hn::Div(one, rho);
   }
 
-  /// By the first focus alone: s where u(s) - u(begin) is `u`, and 1/rho there.
+  /// By the first focus alone: s where u(s) - u(begin) is `u`, with the error of begin's asinh
+  /// times hypot(width, s - centre), and 1/rho there.
   HWY_INLINE void invert(D d, V u, V& s, V& inverse_rho) const {
     const V one = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f);
     const V grown = Exp(d, hn::Div(hn::Add(u, start_), load(0, product)));
@@ -146,14 +139,13 @@ class Map {
   std::int32_t focuses_;
 };
 
-void MeasureRuns(const MapArrays& arrays, std::size_t size, float* length,
-                 std::vector<float>& memory) {
+void MeasureRuns(const MapArrays& arrays, std::size_t size, float* length, VectorMemory& memory) {
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
   const std::size_t lanes = hn::Lanes(d);
   const auto last = hn::Set(di, static_cast<std::int32_t>(size) - 1);
   HWY_ALIGN float lengths[HWY_MAX_BYTES / sizeof(float)];
-  float* const focuses = AlignedRoom(memory, Map<decltype(d)>::room_for(arrays.most_focuses));
+  float* const focuses = memory.room_for(Map<decltype(d)>::room_for(arrays.most_focuses));
   for (std::size_t i = 0; i < size; i += lanes) {
     const auto run = hn::Min(hn::Iota(di, static_cast<std::int32_t>(i)), last);
     const Map<decltype(d)> map(d, arrays, run, focuses);
@@ -166,7 +158,7 @@ void MeasureRuns(const MapArrays& arrays, std::size_t size, float* length,
   }
 }
 
-void PlaceNodes(const MapArrays& arrays, const NodeMap::Places& out, std::vector<float>& memory) {
+void PlaceNodes(const MapArrays& arrays, const NodeMap::Places& out, VectorMemory& memory) {
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
   const std::size_t lanes = hn::Lanes(d);
@@ -176,7 +168,7 @@ void PlaceNodes(const MapArrays& arrays, const NodeMap::Places& out, std::vector
   HWY_ALIGN float step_of[HWY_MAX_BYTES / sizeof(float)];
   HWY_ALIGN float s_of[HWY_MAX_BYTES / sizeof(float)];
   HWY_ALIGN float weight_of[HWY_MAX_BYTES / sizeof(float)];
-  float* const focuses = AlignedRoom(memory, Map<decltype(d)>::room_for(arrays.most_focuses));
+  float* const focuses = memory.room_for(Map<decltype(d)>::room_for(arrays.most_focuses));
   for (std::size_t i = 0; i < size; i += lanes) {
     const std::size_t used = std::min(lanes, size - i);
     std::int32_t longest = 0;
@@ -251,9 +243,8 @@ namespace {
 // A focus counts only where it adds more than this share of its own rate to what others give.
 constexpr double least_addition = 0.2;
 
-/// Of one thread, kept between calls.
-std::vector<float>& memory() {
-  thread_local std::vector<float> instance;
+VectorMemory& memory() {
+  thread_local VectorMemory instance;
   return instance;
 }
 

@@ -5,11 +5,11 @@
 #include "hwy/foreach_target.h"
 
 #include <algorithm>
-#include <memory>
 #include <numbers>
 #include <vector>
 
 #include "core/math-inl.h"
+#include "render/vector_memory.h"
 
 #ifndef GAMER_RENDER_RAY_INTEGRAL
 #define GAMER_RENDER_RAY_INTEGRAL
@@ -20,7 +20,7 @@ namespace {
 struct IntegralMemory {
   std::vector<std::uint64_t> keys;
   std::vector<std::uint32_t> order;
-  std::vector<float> lanes;
+  VectorMemory lanes;
 };
 
 }  // namespace
@@ -223,8 +223,8 @@ class Absorption {
     return !hn::AllFalse(d, hn::Gt(largest, hn::Zero(d)));
   }
 
-  /// Of a variant at spectral node j: minus the optical depth, over ln 2.
-  HWY_INLINE V halvings(std::size_t variant, std::size_t j) const {
+  /// Of a variant at spectral node j: log2 of its transmission.
+  HWY_INLINE V log2_transmission(std::size_t variant, std::size_t j) const {
     const D d;
     V sum = hn::Zero(d);
     for (std::size_t slot = 0; slot < slots_; ++slot) {
@@ -243,10 +243,12 @@ class Absorption {
     return sum;
   }
   HWY_INLINE V transmission(std::size_t j) const {
-    return mean([&](std::size_t v) HWY_ATTR { return Exp2OfNegative(D(), halvings(v, j)); });
+    return mean([&](std::size_t v)
+                    HWY_ATTR { return Exp2OfNegative(D(), log2_transmission(v, j)); });
   }
   HWY_INLINE V depth(std::size_t j) const {
-    const V sum = mean([&](std::size_t v) HWY_ATTR { return halvings(v, j); });
+    const V sum = mean([&](std::size_t v) HWY_ATTR { return log2_transmission(v, j); });
+    // No -0 without dust.
     return hn::NegMulAdd(sum, hn::Set(D(), std::numbers::ln2_v<float>), hn::Zero(D()));
   }
 
@@ -355,14 +357,11 @@ void IntegrateRuns(const RunNodes& runs, const RunCovers& covers, std::int32_t s
   const std::size_t variants = runs.variant_weights.size();
   const std::size_t size = out.light_slots * covers.nodes + covers.nodes +
                            Absorption<D>::size(dust_slots, covers.nodes, variants);
-  memory.lanes.resize(size * lanes + RunLanes<D>::most);
-  void* start = memory.lanes.data();
-  std::size_t room = memory.lanes.size() * sizeof(float);
-  auto* aligned = static_cast<float*>(std::align(HWY_MAX_BYTES, sizeof(float), start, room));
+  float* const room = memory.lanes.room_for(size * lanes);
   const std::span<const std::uint32_t> order(memory.order);
   for (std::size_t from = 0; from < runs.runs; from += lanes) {
     const auto numbers = order.subspan(from, std::min(lanes, runs.runs - from));
-    IntegrateLanes<D>(runs, covers, RunLanes<D>(runs, covers, numbers, stride), out, aligned);
+    IntegrateLanes<D>(runs, covers, RunLanes<D>(runs, covers, numbers, stride), out, room);
   }
 }
 

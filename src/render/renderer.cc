@@ -60,7 +60,7 @@ constexpr double most_across = 8;
 // Halvings of a pixel at most.
 constexpr int deepest_cell = 24;
 
-// Stars of star fields are looked for in squares of so many pixels on a side.
+// Stars of star fields are looked for in areas of at most so many pixels on a side.
 constexpr int star_tile = 64, wide_star_tile = 256;
 
 /// Probes of at most this many galaxies choose the spectral nodes.

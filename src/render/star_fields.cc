@@ -26,8 +26,8 @@ void Dim(const StarFields::DistanceScale& scale, const float* HWY_RESTRICT share
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
   // Bits of positive floats fit signed numbers.
-  const auto first = hn::Set(di, static_cast<std::int32_t>(scale.first()));
-  const auto last = hn::Set(di, static_cast<std::int32_t>(scale.last()));
+  const auto first = hn::Set(di, static_cast<std::int32_t>(scale.first_bits()));
+  const auto last = hn::Set(di, static_cast<std::int32_t>(scale.largest_offset()));
   const auto mask = hn::Set(di, static_cast<std::int32_t>(Scale::mask));
   const auto unit = hn::Set(d, 1.0f / (Scale::mask + 1));
   for (std::size_t i = 0; i < distances.size(); i += hn::Lanes(d)) {
@@ -134,7 +134,7 @@ StarFields::DistanceScale::DistanceScale(double nearest, double farthest) {
   };
   first_ = floor_of(nearest);
   const std::uint32_t end = floor_of(farthest) + mask + 1;
-  last_ = end - first_ - 1;
+  largest_offset_ = end - first_ - 1;
   size_ = ((end - first_) >> shift) + 1;
 }
 
@@ -256,7 +256,7 @@ void StarFields::set_parts(double nearest, double farthest, Field& field) const 
     for (std::size_t i = 0; i < logs.size(); ++i) {
       double blend = std::max(1 - std::abs(logs[i] - own) / spacing, 0.0);
       if (parts == 1 || (b == parts - 1 && logs[i] < own)) blend = 1;
-      if (b == 0 && logs[i] > own) blend = 1;
+      if (b == 0 && logs[i] > own) blend = 1;  // the scale ends beyond the farthest
       part.share.push_back(static_cast<float>(blend * rest[i]));
     }
     field.parts.push_back(std::move(part));

@@ -28,8 +28,13 @@ struct BallSpace {
   double radius;
 };
 
-/// Of a galaxy's ball, what rays through a tile and its margin may meet: cuts it with the planes
-/// through the tile's edges, where the view has straight lines.
+// Planes stand so many pixels beyond a tile's margin, and so much of a place's size, so that
+// rounding cuts off nothing that the margin holds.
+constexpr double plane_margin = 1e-3;
+constexpr double plane_slack = 1e-12;
+
+/// Of a galaxy's ball, what a tile and its margin show: what is between the planes through their
+/// edges, where the view has straight lines.
 class TileSpace {
  public:
   TileSpace(const Camera& camera, const StarPainter::Tile& tile, double margin,
@@ -38,43 +43,38 @@ class TileSpace {
         camera.projection() != Projection::orthographic) {
       return;
     }
-    const double left = tile.left - margin, right = tile.right - 1 + margin;
-    const double bottom = tile.bottom - margin, top = tile.top - 1 + margin;
-    const std::optional<Ray> corners[] = {camera.ray(left, bottom), camera.ray(right, bottom),
-                                          camera.ray(right, top), camera.ray(left, top)};
-    const std::optional<Ray> middle = camera.ray(0.5 * (left + right), 0.5 * (bottom + top));
-    for (std::size_t i = 0; i < 4; ++i) {
-      const Ray &one = *corners[i], &other = *corners[(i + 1) % 4];
-      glm::dvec3 normal = glm::normalize(
-          glm::cross(one.direction, other.origin + other.direction - one.origin));
-      if (glm::dot(normal, middle->origin + middle->direction - one.origin) < 0) normal = -normal;
-      const glm::dvec3 inward = glm::transpose(space.from_ball) * normal;
-      planes_[i] = {inward, glm::dot(normal, space.centre - one.origin),
-                    std::abs(inward.x) + std::abs(inward.y) + std::abs(inward.z)};
-    }
-    size_ = 4;
+    const double reach = margin + plane_margin;
+    const auto make = [&](int axis, double place, double sign) -> Plane {
+      const Camera::HalfSpace half = camera.beyond(axis, place);
+      const glm::dvec3 inward = glm::transpose(space.from_ball) * (sign * half.normal);
+      const double offset =
+          sign * (glm::dot(half.normal, space.centre - camera.origin()) - half.offset);
+      const double size = std::abs(inward.x) + std::abs(inward.y) + std::abs(inward.z);
+      const double far = glm::length(half.normal) * glm::distance(space.centre, camera.origin());
+      return {inward, offset + plane_slack * (far + size), size};
+    };
+    planes_ = {make(0, tile.left - reach, 1), make(0, tile.right - 1 + reach, -1),
+               make(1, tile.bottom - reach, 1), make(1, tile.top - 1 + reach, -1)};
   }
 
-  bool has_planes() const { return size_ > 0; }
-  /// False only where no ray meets the cube around a place of the ball.
-  bool may_meet(const double place[3], double half) const {
-    for (std::size_t i = 0; i < size_; ++i) {
-      const Plane& plane = planes_[i];
+  bool has_planes() const { return planes_.has_value(); }
+  /// False only where nothing of the cube around a place of the ball is between the planes.
+  bool may_show(const double place[3], double half) const {
+    if (!planes_) return true;
+    return std::all_of(planes_->begin(), planes_->end(), [&](const Plane& plane) {
       const double inside = plane.inward.x * place[0] + plane.inward.y * place[1] +
                             plane.inward.z * place[2] + plane.offset;
-      if (inside < -half * plane.reach) return false;
-    }
-    return true;
+      return inside >= -half * plane.size;
+    });
   }
 
  private:
   struct Plane {
-    glm::dvec3 inward;  ///< of scene units per galaxy radius
+    glm::dvec3 inward;
     double offset;
-    double reach;  ///< of a cube of half side 1
+    double size;  ///< of a cube of half side 1, along `inward`
   };
-  std::array<Plane, 4> planes_;
-  std::size_t size_ = 0;
+  std::optional<std::array<Plane, 4>> planes_;
 };
 
 }  // namespace
@@ -224,7 +224,7 @@ void StarPainter::paint_field(std::size_t number, const Tile& tile, double margi
     const double farthest = std::sqrt(brightest / field.limit);  // of those above the limit
     if (is_parallel && brightest < field.limit) break;
     const auto keep = [&](const StarField::Cell& cell) {
-      if (!tile_space.may_meet(cell.centre, cell.half)) return false;
+      if (!tile_space.may_show(cell.centre, cell.half)) return false;
       const glm::dvec3 place = space.scene(cell.centre);
       const double radius = cell.half * space.radius;
       if (!is_parallel) {
@@ -232,15 +232,16 @@ void StarPainter::paint_field(std::size_t number, const Tile& tile, double margi
         const double reach = farthest + radius;
         if (glm::dot(way, way) > reach * reach) return false;
       }
+      // The planes cut off more, and at less cost, than the ball around the tile's rays.
       return tile_space.has_planes() || overlap(index_.ball_of(place, radius), rays);
     };
     const auto offer = [&](const StarField::Candidate& candidate) {
-      if (!tile_space.may_meet(candidate.position, 0)) return;
+      if (!tile_space.may_show(candidate.position, 0)) return;
       const glm::dvec3 place = space.scene(candidate.position);
       const glm::dvec3 way = place - camera_.origin();
       const double distance2 = is_parallel ? 1 : glm::dot(way, way);
       if (!(stars.luminosity_bound(k, candidate) > field.limit * distance2)) return;
-      if (!is_parallel && !tile_space.has_planes()) {
+      if (!tile_space.has_planes()) {
         const glm::dvec3 away = way / std::sqrt(distance2) - rays.centre;
         if (glm::dot(away, away) > rays.radius * rays.radius) return;
       }

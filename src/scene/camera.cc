@@ -144,6 +144,13 @@ std::optional<Ray> Camera::ray(double x, double y) const {
   return Ray{position_ + offset, -back_};
 }
 
+Camera::HalfSpace Camera::beyond(int axis, double place) const {
+  const glm::dvec3& across = axis == 0 ? right_ : up_;
+  const double offset = pixel_ * (place - middle(axis == 0 ? width_ : height_));
+  if (projection_ == Projection::orthographic) return {across, offset};
+  return {across + offset * back_, 0};
+}
+
 std::optional<glm::dvec2> Camera::pixel(const glm::dvec3& point) const {
   if (wcs_) {
     const std::optional<PixelPosition> pixel = wcs_->pixel(sky_of(point));

@@ -109,6 +109,26 @@ TEST(StellarPopulation, PowerLawInClosedForm) {
               (1 - std::pow(1e-2, 0.3)) / 0.3 / light, 0.002);
 }
 
+TEST(StellarPopulation, BoundsAreNotBelowLuminositiesAndClose) {
+  for (const std::string slope : {"-10", "1", "1.7", "10"}) {
+    const auto galaxy = parse_galaxy(field_text("noise = false\nluminosity_slope = " + slope));
+    const StellarPopulation& population = field_of(*galaxy).population();
+    for (std::size_t k = 0; k < population.size(); ++k) {
+      for (int i = 0; i <= 1000; ++i) {
+        const double u = std::min(i / 1000.0, 1 - 0x1p-53);
+        const double luminosity = population.luminosity(k, u);
+        const double bound = population.luminosity_bound(k, u);
+        EXPECT_GE(bound, luminosity) << slope << ' ' << k << ' ' << u;
+        // Within the width of a class, which the last of its 32 steps may hold.
+        EXPECT_LE(bound, population.at(k).high * (1 + 1e-11));
+      }
+      // In the middle of even steps.
+      const double bound = population.luminosity_bound(k, 0.5);
+      EXPECT_NEAR(bound / population.luminosity(k, 0.5 + 1.0 / 32), 1, 1e-11);
+    }
+  }
+}
+
 // The luminosities of stars against the law asked for, over 40 bins of it.
 TEST(StarField, LuminositiesFollowTheLaw) {
   for (const std::string slope : {"1", "1.7", "2.4"}) {

@@ -43,8 +43,12 @@ Nodes place(const NodeMap& map, std::int32_t run, std::int32_t count, double shi
   return nodes;
 }
 
-// A cusp, and a layer.
-const std::vector<std::vector<Focus>> examples = {{{0.1, 1e-3, 1600}}, {{-0.5, 0.1, 40}}};
+// A cusp, a layer, and several of them.
+const std::vector<std::vector<Focus>> examples = {
+    {{0.1, 1e-3, 1600}},
+    {{-0.5, 0.1, 40}},
+    {{0.45, 0.1, 40}, {-0.5, 0.02, 60}},
+    {{0.1, 1e-3, 1600}, {0.3, 0.2, 30}, {-0.6, 0.05, 50}}};
 
 TEST(NodeMapTest, NodesStandAtEqualDistancesOfU) {
   for_each_simd_target([] {
@@ -52,6 +56,7 @@ TEST(NodeMapTest, NodesStandAtEqualDistancesOfU) {
     for (const auto& focuses : examples) map.add(-1, 1, focuses);
     map.measure();
     for (std::size_t run = 0; run < examples.size(); ++run) {
+      if (examples[run].size() > 1) continue;  // rates are of what others leave
       const double length = u_of(examples[run], -1, 1);
       EXPECT_NEAR(map.length(run), length, 1e-5 * length);
       for (const double shift : {0.0, 0.5}) {
@@ -61,6 +66,31 @@ TEST(NodeMapTest, NodesStandAtEqualDistancesOfU) {
           EXPECT_NEAR(u_of(examples[run], -1, nodes.s[k]), u, 1e-3 * nodes.step + 2e-5 * length);
           EXPECT_NEAR(nodes.weight[k] * density(examples[run], nodes.s[k]) / nodes.step, 1, 1e-4);
         }
+      }
+    }
+  });
+}
+
+// Whatever the rates that are kept: the weights are ds/du times the step, hence the same sum of
+// them, and nodes half way between stand where the others' cubics have them.
+TEST(NodeMapTest, SeveralFocusesShareOneU) {
+  for_each_simd_target([] {
+    NodeMap map;
+    for (const auto& focuses : examples) map.add(-1, 1, focuses);
+    map.measure();
+    for (std::size_t run = 2; run < examples.size(); ++run) {
+      constexpr std::int32_t count = 257;
+      const auto number = static_cast<std::int32_t>(run);
+      const Nodes nodes = place(map, number, count, 0),
+                  between = place(map, number, count - 1, 0.5);
+      ASSERT_NEAR(between.step, nodes.step, 1e-9 * nodes.step);
+      for (std::size_t k = 0; k + 1 < nodes.s.size(); ++k) {
+        const double from = nodes.s[k], to = nodes.s[k + 1];
+        const double cubic =
+            0.5 * (from + to) + (double{nodes.weight[k]} - double{nodes.weight[k + 1]}) / 8;
+        const double own = 0.5 * (double{nodes.weight[k]} + double{nodes.weight[k + 1]});
+        EXPECT_NEAR(between.s[k], cubic, 3e-3 * own + 3e-7) << run << ' ' << k;
+        EXPECT_NEAR(between.weight[k], 1.5 * (to - from) - 0.5 * own, 2e-2 * own + 1e-6);
       }
     }
   });
@@ -107,19 +137,20 @@ TEST(NodeMapTest, SeveralFocusesShareARun) {
 }
 
 TEST(NodeMapTest, RunsDoNotDependOnTheirNeighbours) {
-  const std::vector<std::vector<Focus>> all = {
-      {{0.1, 1e-3, 1600}}, {{0.45, 0.1, 40}, {-0.5, 0.02, 60}}, {{-0.5, 0.1, 40}}};
   for_each_simd_target([&] {
     NodeMap map;
-    for (const auto& focuses : all) map.add(-1, 1, focuses);
+    for (const auto& focuses : examples) map.add(-1, 1, focuses);
     map.measure();
-    const std::vector<std::int32_t> runs = {0, 1, 2}, first = {0, 17, 34}, count = {17, 17, 17};
-    std::vector<float> step, s(51), weight(51);
-    for (std::size_t run = 0; run < 3; ++run) {
+    std::vector<std::int32_t> runs, first, count;
+    std::vector<float> step, s(17 * examples.size()), weight(s.size());
+    for (std::size_t run = 0; run < examples.size(); ++run) {
+      runs.push_back(static_cast<std::int32_t>(run));
+      first.push_back(static_cast<std::int32_t>(17 * run));
+      count.push_back(17);
       step.push_back(static_cast<float>(map.length(run) / 16));
     }
     map.place({runs, first, count, step, 0, s.data(), weight.data()});
-    for (std::int32_t run = 0; run < 3; ++run) {
+    for (const std::int32_t run : runs) {
       const Nodes alone = place(map, run, 17, 0);
       for (std::size_t k = 0; k < 17; ++k) {
         EXPECT_EQ(alone.s[k], s[17 * static_cast<std::size_t>(run) + k]);

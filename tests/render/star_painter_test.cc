@@ -9,11 +9,13 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <glm/matrix.hpp>
 #include <map>
 #include <numbers>
 #include <optional>
 #include <vector>
 
+#include "core/each_simd_target.h"
 #include "render/render_text.h"
 
 namespace gamer {
@@ -133,6 +135,41 @@ TEST(StarPainter, LightDoesNotDependOnResolutionAndDistance) {
   }
 }
 
+// Shares of the smooth light are those of the light of stars too faint to be seen alone, whatever
+// the distance: between, at and beyond those of the scale.
+TEST(StarPainter, SmoothLightIsDimmedByItsShare) {
+  for (const std::string& camera : {outside, inside, parallel}) {
+    const Painted painted(
+        {{{"g", field(1e6, smooth_noise)}}, "galaxy x y z\ng 0 0 0\n", view(camera, 32, 3)});
+    const StarFields::Field& own = painted.fields->fields()[0];
+    const StellarPopulation& population = own.stars->population();
+    const StarFields::DistanceScale& scale = own.scale;
+    const double nearest = scale.at(0), farthest = scale.at(scale.size() - 1);
+    BatchArray distance, light, dimmed;
+    for (std::size_t i = 0; i < batch_capacity; ++i) {
+      distance[i] = static_cast<float>(
+          nearest *
+          std::pow(farthest / nearest, -0.1 + 1.2 * static_cast<double>(i) / batch_capacity));
+      light[i] = 2;
+    }
+    distance[0] = 0;
+    distance[1] = static_cast<float>(farthest);
+    for_each_simd_target([&] {
+      std::vector<double> sum(batch_capacity);
+      for (const StarFields::Part& part : own.parts) {
+        own.dim(part, {distance.data(), batch_capacity}, light.data(), dimmed.data());
+        for (std::size_t i = 0; i < batch_capacity; ++i) sum[i] += double{dimmed[i]} / 2;
+      }
+      for (std::size_t i = 0; i < batch_capacity; ++i) {
+        const double d = std::clamp(double{distance[i]}, nearest, farthest);
+        const double share =
+            population.light([&](double l) { return 1 - own.weight(l / (d * d)); });
+        EXPECT_NEAR(sum[i], share, 5e-4) << camera << distance[i];
+      }
+    });
+  }
+}
+
 // A star keeps its flux times distance^2 in every plane wherever the camera is.
 TEST(StarPainter, MovingCameraChangesNoStar) {
   const std::string galaxy = field(3000, smooth_noise);
@@ -183,6 +220,46 @@ TEST(StarPainter, FluxesFollowTheLaw) {
   const double expected =
       painted.scene->galaxies[0].galaxy->luminosity(0) * own.stars->sed()->flux(4300);
   EXPECT_NEAR(sum / (expected * painted.scene->galaxies[0].brightness * 4300 * 4300), 1, 0.02);
+}
+
+// Cells are passed over only where the view shows nothing of them: all candidates of the field,
+// seen by the camera alone. Near by, inside, from far away, of a stretched and turned galaxy off
+// the origin.
+TEST(StarPainter, FindsAllStarsInView) {
+  const std::string turned = "galaxy x y z ox oy oz size\ng 0.2 -0.1 0.05 0.3 0.5 0.7 0.8\n";
+  const std::string far = "position = [0, -2e6, 2e6]\nfov = 3e-5\n";
+  for (const std::string& camera : {outside, inside, parallel, far}) {
+    const Painted painted({{{"g", "[galaxy]\naxis = [1, 0.8, 0.6]\n" +
+                                      field(20000, smooth_noise + "\narm_width = 0")}},
+                           turned,
+                           view(camera, 96, 1e6)});
+    const PlacedGalaxy& placed = painted.scene->galaxies[0];
+    const StarField& stars = *painted.fields->fields()[0].stars;
+    for (const StarPainter::Tile tile :
+         {StarPainter::Tile{0, 96, 0, 96}, {32, 64, 40, 56}, {60, 61, 50, 51}}) {
+      std::size_t expected = 0;
+      for (std::size_t k = 0; k < stars.population().size(); ++k) {
+        stars.walk(
+            k, [](const StarField::Cell&) { return true; },
+            [&](const StarField::Candidate& candidate) {
+              const auto& at = candidate.position;
+              const auto pixel = painted.camera.pixel(
+                  placed.centre + glm::inverse(placed.to_ball) * glm::dvec3(at[0], at[1], at[2]));
+              const bool is_in_tile = pixel && pixel->x > tile.left - 1 && pixel->x < tile.right &&
+                                      pixel->y > tile.bottom - 1 && pixel->y < tile.top;
+              const StarField::Cell cell{{at[0], at[1], at[2]}, 0, 0, 0};
+              // Without noise the bound at a place is the density there.
+              expected += is_in_tile && stars.bound(cell) > candidate.threshold;
+            });
+      }
+      const std::size_t found = painted.stars(tile).size();
+      EXPECT_NEAR(static_cast<double>(found), static_cast<double>(expected), 0.0)
+          << camera << tile.left;
+      if (tile.right == 96) {
+        EXPECT_GT(expected, 2000u) << camera;
+      }
+    }
+  }
 }
 
 // The same stars in any tile, in the same order.

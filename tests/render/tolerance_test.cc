@@ -81,7 +81,7 @@ class ToleranceTest : public testing::TestWithParam<std::string> {};
 TEST_P(ToleranceTest, IsKept) {
   constexpr int size = 64;
   const Image exact = render_shipped(GetParam(), size, {"sampling.tolerance=1e-6"});
-  for (const char* tolerance : {"1e-2", "1e-3", "1e-4"}) {
+  for (const char* tolerance : {"1e-1", "1e-2", "1e-3", "1e-4"}) {
     const double error = rms_error(
         render_shipped(GetParam(), size, {std::string("sampling.tolerance=") + tolerance}), exact);
     RecordProperty(tolerance, std::to_string(error));

@@ -79,6 +79,7 @@ class StarField : public Layer {
 
  private:
   static constexpr int deepest = 48;
+  // In a cell; more leave larger cells, whose bounds are looser. Another number moves all stars.
   static constexpr double most_candidates = 16;
 
   std::uint64_t key() const;
@@ -86,6 +87,8 @@ class StarField : public Layer {
   void descend(const Cell& cell, double density, const Keep& keep, const Take& take) const;
   template <class Take>
   void fill(const Cell& cell, double expected, double bound, const Take& take) const;
+  /// Of the stars of its class, those that are fainter.
+  static double luminosity_share(const Candidate& candidate);
   /// A Poisson variate by inversion.
   static int poisson(double mean, double u);
 

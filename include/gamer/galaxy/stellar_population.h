@@ -34,7 +34,7 @@ class StellarPopulation {
     double light;   ///< share of all light
 
     static constexpr std::size_t step_count = 32;
-    /// The largest luminosity below each share (i + 1)/step_count of the class' stars.
+    /// The luminosity below which a share (i + 1)/step_count of the class' stars are, rounded up.
     std::array<double, step_count> steps;
   };
 

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -33,9 +34,13 @@ class StarFields {
     /// everywhere.
     std::vector<float> share;
   };
-  /// Distances at which shares are known: 16 an octave, linear in between.
+  /// Distances at which shares are known, linear in between: so many an octave. As positive floats
+  /// ascend like their bits, a place on the scale is a difference of bits, whose upper part is the
+  /// index of a distance and whose rest is the way to the next.
   class DistanceScale {
    public:
+    static constexpr int log2_values_per_octave = 5;
+
     DistanceScale() = default;
     /// Reaches from `nearest` or below to `farthest` or beyond, both positive floats.
     DistanceScale(double nearest, double farthest);
@@ -44,15 +49,13 @@ class StarFields {
     double at(std::size_t i) const {
       return double{std::bit_cast<float>(first_ + (static_cast<std::uint32_t>(i) << shift))};
     }
-    /// Places on the scale are differences of floats' bits, which ascend like the floats: the
-    /// upper part of such a difference is the index of a distance, the rest the way to the next.
-    std::uint32_t first() const { return first_; }
-    std::uint32_t last() const { return last_; }  ///< the largest difference
-    static constexpr int shift = 23 - 4;
+    std::uint32_t first_bits() const { return first_; }
+    std::uint32_t largest_offset() const { return largest_offset_; }
+    static constexpr int shift = std::numeric_limits<float>::digits - 1 - log2_values_per_octave;
     static constexpr std::uint32_t mask = (1u << shift) - 1;
 
    private:
-    std::uint32_t first_ = 0, last_ = 0;
+    std::uint32_t first_ = 0, largest_offset_ = 0;
     std::size_t size_ = 0;
   };
   struct Field {
@@ -65,7 +68,8 @@ class StarFields {
 
     /// w(q).
     double weight(double q) const;
-    /// out = light times the part's share at these distances, in whole vectors (batch.h).
+    /// out = light times the part's share at these distances, in whole vectors (batch.h): nearer
+    /// than the scale as at its first one, farther as at its last.
     void dim(const Part& part, std::span<const float> distances, const float* light,
              float* out) const;
   };

@@ -42,6 +42,15 @@ class Camera {
   /// A sky view with this WCS.
   Camera(const RenderParameters& parameters, const CelestialWcs& wcs);
 
+  /// A side of a plane: the points p of the scene with dot(normal, p - origin()) >= offset.
+  struct HalfSpace {
+    glm::dvec3 normal;
+    double offset;
+  };
+  /// Points that a perspective or orthographic view shows right of x (axis 0) or above y (axis 1);
+  /// of what is behind the camera of a perspective view, those that it would show left or below.
+  HalfSpace beyond(int axis, double place) const;
+
   /// Nothing where a pixel shows no sky.
   std::optional<Ray> ray(double x, double y) const;
   /// Where a point of the scene stands in the image; nothing where it does not (behind the camera).
