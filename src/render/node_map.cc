@@ -70,11 +70,9 @@ class Map {
       store(hn::IfThenElseZero(own, hn::GatherIndex(d, arrays.product, at)), f, product);
     }
     start_ = hn::Zero(d);
-    for (std::int32_t f = 0; f < focuses_; ++f) {
-      const V x = hn::Mul(hn::Sub(begin_, load(f, centre)), load(f, inverse_width));
-      const V root = hn::Sqrt(hn::MulAdd(x, x, hn::Set(d, 1.0f)));
-      start_ = hn::MulAdd(load(f, product), Asinh(d, x, root), start_);
-    }
+    V start = start_, inverse_rho = start_, slope = start_;
+    (*this)(d, begin_, start, inverse_rho, slope);
+    start_ = start;
   }
   static std::size_t room_for(std::int32_t focuses) {
     return static_cast<std::size_t>(focuses) * parts * hn::Lanes(D());
@@ -209,11 +207,11 @@ void PlaceNodes(const MapArrays& arrays, const NodeMap::Places& out, VectorMemor
       }
       if (any_single) {
         auto exact = hn::Zero(d);
-        auto own_rho = hn::Zero(d);
-        map.invert(d, target, exact, own_rho);
+        auto exact_inverse_rho = hn::Zero(d);
+        map.invert(d, target, exact, exact_inverse_rho);
         exact = hn::Min(hn::Max(exact, map.begin()), map.end());
         s = hn::IfThenElse(map.is_single(), exact, s);
-        inverse_rho = hn::IfThenElse(map.is_single(), own_rho, inverse_rho);
+        inverse_rho = hn::IfThenElse(map.is_single(), exact_inverse_rho, inverse_rho);
       }
       hn::Store(s, d, s_of);
       hn::Store(hn::Mul(step, inverse_rho), d, weight_of);

@@ -50,11 +50,16 @@ const std::vector<std::vector<Focus>> examples = {
     {{0.45, 0.1, 40}, {-0.5, 0.02, 60}},
     {{0.1, 1e-3, 1600}, {0.3, 0.2, 30}, {-0.6, 0.05, 50}}};
 
+NodeMap map_of_examples() {
+  NodeMap map;
+  for (const auto& focuses : examples) map.add(-1, 1, focuses);
+  map.measure();
+  return map;
+}
+
 TEST(NodeMapTest, NodesStandAtEqualDistancesOfU) {
   for_each_simd_target([] {
-    NodeMap map;
-    for (const auto& focuses : examples) map.add(-1, 1, focuses);
-    map.measure();
+    const NodeMap map = map_of_examples();
     for (std::size_t run = 0; run < examples.size(); ++run) {
       if (examples[run].size() > 1) continue;  // rates are of what others leave
       const double length = u_of(examples[run], -1, 1);
@@ -75,9 +80,7 @@ TEST(NodeMapTest, NodesStandAtEqualDistancesOfU) {
 // them, and nodes half way between stand where the others' cubics have them.
 TEST(NodeMapTest, SeveralFocusesShareOneU) {
   for_each_simd_target([] {
-    NodeMap map;
-    for (const auto& focuses : examples) map.add(-1, 1, focuses);
-    map.measure();
+    const NodeMap map = map_of_examples();
     for (std::size_t run = 2; run < examples.size(); ++run) {
       constexpr std::int32_t count = 257;
       const auto number = static_cast<std::int32_t>(run);
@@ -89,8 +92,8 @@ TEST(NodeMapTest, SeveralFocusesShareOneU) {
         const double cubic =
             0.5 * (from + to) + (double{nodes.weight[k]} - double{nodes.weight[k + 1]}) / 8;
         const double own = 0.5 * (double{nodes.weight[k]} + double{nodes.weight[k + 1]});
-        EXPECT_NEAR(between.s[k], cubic, 3e-3 * own + 3e-7) << run << ' ' << k;
-        EXPECT_NEAR(between.weight[k], 1.5 * (to - from) - 0.5 * own, 2e-2 * own + 1e-6);
+        EXPECT_NEAR(between.s[k], cubic, 8e-5 * own) << run << ' ' << k;
+        EXPECT_NEAR(between.weight[k], 1.5 * (to - from) - 0.5 * own, 1.4e-4 * own);
       }
     }
   });
@@ -138,9 +141,7 @@ TEST(NodeMapTest, SeveralFocusesShareARun) {
 
 TEST(NodeMapTest, RunsDoNotDependOnTheirNeighbours) {
   for_each_simd_target([&] {
-    NodeMap map;
-    for (const auto& focuses : examples) map.add(-1, 1, focuses);
-    map.measure();
+    const NodeMap map = map_of_examples();
     std::vector<std::int32_t> runs, first, count;
     std::vector<float> step, s(17 * examples.size()), weight(s.size());
     for (std::size_t run = 0; run < examples.size(); ++run) {

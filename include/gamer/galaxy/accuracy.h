@@ -42,13 +42,13 @@ struct Accuracy {
   /// Densities are single precision: smaller tolerances count as this one.
   static constexpr double finest_tolerance = 3e-6;
 
-  /// By bench/error_bench and the test, the quadrature's error is a tenth of its change at 1e-2 and
-  /// half of it at 1e-3, hence the power of ray_error; within single precision. The features missed
-  /// fall with a high power of the first step, hence the small one here; the error of the midpoint
-  /// rule with the second power of the size, that of Gauss' with the fourth.
+  /// The quadrature's error is a smaller part of its change where nodes are few (bench/error_bench:
+  /// an eighth at 1e-2), hence the power of ray_error there. The features missed fall with a high
+  /// power of the first step, hence the small one here; the error of the midpoint rule with the
+  /// second power of the size, that of Gauss' with the fourth.
   static Accuracy from_tolerance(double tolerance) {
     const double t = std::max(tolerance, finest_tolerance);
-    return {.ray_error = std::clamp(1.2e-3 * std::pow(t / 1e-3, 1.4), 0.5 * finest_tolerance, 0.1),
+    return {.ray_error = std::min(0.6 * t * std::max(std::pow(t / 1e-3, 0.7), 1.0), 0.1),
             .first_step = 0.8 * std::pow(t / 1e-3, 0.15),
             .envelope_threshold = 0.003 * t,
             .texture_threshold = 0.03 * t,
