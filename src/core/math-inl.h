@@ -40,8 +40,10 @@ template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Exp2OfNegative(D d, V x) {
   const hn::RebindToSigned<D> di;
   x = hn::Max(x, hn::Set(d, -126.0f));
-  const V n = hn::Round(x);
-  const V r = hn::Sub(x, n);
+  // Beyond 2^23 numbers are whole: the last bits of this one are n.
+  const V whole = hn::Set(d, 0x1.8p23f);
+  const V shifted = hn::Add(x, whole);
+  const V r = hn::Sub(x, hn::Sub(shifted, whole));
   // (2^r - 1)/r on [-1/2, 1/2], with the least largest relative error of 2^r.
   V p = hn::Set(d, 1.326472731e-3f);
   p = hn::MulAdd(p, r, hn::Set(d, 9.671512991e-3f));
@@ -49,7 +51,7 @@ HWY_INLINE V Exp2OfNegative(D d, V x) {
   p = hn::MulAdd(p, r, hn::Set(d, 2.402224243e-1f));
   p = hn::MulAdd(p, r, hn::Set(d, 6.931470037e-1f));
   p = hn::MulAdd(p, r, hn::Set(d, 1.0f));
-  return hn::BitCast(d, hn::Add(hn::BitCast(di, p), hn::ShiftLeft<23>(hn::ConvertTo(di, n))));
+  return hn::BitCast(d, hn::Add(hn::BitCast(di, p), hn::ShiftLeft<23>(hn::BitCast(di, shifted))));
 }
 
 /// ln x, relative error below 1.5e-7 for normal positive x; smaller x, negative ones too, count as

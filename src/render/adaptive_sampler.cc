@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 
+#include "core/denormals.h"
 #include "gamer/core/clock.h"
 #include "gamer/render/sampler.h"
 #include "render/node_map.h"
@@ -436,6 +437,7 @@ void AdaptiveSampler::sum_up(std::span<const std::span<const Hit>> hits, Workspa
 
 void AdaptiveSampler::integrate(std::span<const std::span<const Hit>> hits, RayLight& out,
                                 RenderCounts& counts) const {
+  const DenormalsAreZero mode;
   const Clock clock;
   const double evaluating = counts.noise_seconds + counts.envelope_seconds;
   Workspace& ws = workspace();

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/denormals.h"
 #include "gamer/render/sampler.h"
 
 namespace gamer {
@@ -16,6 +17,7 @@ class UniformSampler : public Sampler {
 
   void integrate(std::span<const std::span<const Hit>> hits, RayLight& out,
                  RenderCounts& counts) const override {
+    const DenormalsAreZero mode;
     out.prepare(medium_, hits);
     for (std::size_t i = 0; i < hits.size(); ++i) integrate_ray(hits, i, out, counts);
   }

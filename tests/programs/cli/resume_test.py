@@ -231,7 +231,7 @@ class Resume(unittest.TestCase):
     @unittest.skipUnless(LAUNCHER, "built without MPI")
     def test_signals_under_mpirun(self):
         # Long enough for the launcher to pass a signal on.
-        long = ("render.par", "scene.lst", "-s", "image.size=[240, 360]", "-s",
+        long = ("render.par", "scene.lst", "-s", "image.size=[240, 3600]", "-s",
                 "camera.supersample=16", "-j", "1", "--journal", "0")
         # The launcher, a rank other than 0 alone, all ranks.
         for name in ("launcher", "rank", "all"):
