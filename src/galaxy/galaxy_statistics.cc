@@ -39,6 +39,8 @@ constexpr double least_coherence = 0.05;
 constexpr double largest_coherence = 4;
 constexpr double first_factor = 1.3;
 constexpr int secants = 2;
+constexpr std::size_t secant_share = 4;  ///< One in so many rays shows where to look.
+constexpr double near = 0.02;            ///< Within that share secants need no further step.
 
 // Places at which the largest Phi of a star field is looked for, and by what it may exceed the
 // largest found: the light of what is beyond is below 1e-4 of the field's (tests).
@@ -189,9 +191,8 @@ GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy)
   }
   // What may take long first, so that processes end together: light, then dust from long paths to
   // short ones.
-  std::stable_partition(parts_.begin(), parts_.end(), [&](const Part& part) {
-    return !component_at(part.component).absorbs();
-  });
+  std::stable_partition(parts_.begin(), parts_.end(),
+                        [&](const Part& part) { return !component_at(part.component).absorbs(); });
 }
 
 void GalaxyStatistics::measure(std::size_t part, std::span<double> numbers) {
@@ -425,29 +426,104 @@ double GalaxyStatistics::measure_seen(std::size_t c, std::size_t cloud_size,
   return largest_error;
 }
 
-void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::size_t rays,
-                                    std::vector<double>& coherences,
-                                    std::vector<double>& amounts) const {
-  coherences.clear();
-  amounts.clear();
-  const std::vector<double> widths = dust_widths(c);
-  if (widths.empty()) return;
-  std::vector<double> with_all = widths;
-  with_all.push_back(0);
+/// Rays through a layer of dust, and what those of each width see along them.
+struct GalaxyStatistics::DustRays {
+  const Texture* texture;  ///< may be null
+  std::size_t widths, heights;
+  std::vector<WeightedBatch> rays;     ///< where they meet the plane, by the area they stand for
+  std::vector<BatchArray> brightness;  ///< of light there
+  /// At every point, [(ray batch * heights + height) * widths + width], and by what Phi of it is
+  /// multiplied to be a depth.
+  std::unique_ptr<SeenNoise[]> seen;
+  std::unique_ptr<BatchArray[]> weights;
+
+  /// Depths along the rays, of the first `batches` batches, by variants: [variant * batches + b].
+  struct Depths {
+    std::size_t batches, variants;
+    std::vector<BatchArray> values;
+  };
+  Depths depths(std::size_t width, double coherence, std::span<const double> deviations,
+                std::size_t batches) const;
+  /// Mean of `term`(depth) over rays and variants, by area or also by the light.
+  template <class Term>
+  double mean(const Depths& depths, bool by_light, Term&& term) const;
+  double amount(const Depths& depths) const {
+    return mean(depths, false, [](double depth) { return depth; });
+  }
+  /// What comes through dust `factor` times as dense.
+  double light(const Depths& depths, double factor) const {
+    return mean(depths, true, [&](double depth) { return std::exp(-factor * depth); });
+  }
+};
+
+GalaxyStatistics::DustRays::Depths GalaxyStatistics::DustRays::depths(
+    std::size_t width, double coherence, std::span<const double> deviations,
+    std::size_t batches) const {
+  const std::size_t variants = std::max<std::size_t>(deviations.size(), 1);
+  Depths result{batches, variants, std::vector<BatchArray>(batches * variants)};
+  BatchArray coherence_of;
+  std::fill_n(coherence_of.data(), batch_capacity, static_cast<float>(coherence));
+  parallel_for(batches, [&](std::size_t b) {
+    const std::size_t size = rays[b].size;
+    std::vector<BatchArray> phi(variants);
+    for (BatchArray& values : phi) std::fill_n(values.data(), batch_capacity, 1.0f);
+    for (std::size_t k = 0; k < heights; ++k) {
+      const std::size_t at = (b * heights + k) * widths + width;
+      if (texture != nullptr) {
+        texture->expect(size, seen[at], coherence_of.data(), deviations, phi);
+      }
+      for (std::size_t v = 0; v < variants; ++v) {
+        BatchArray& own = result.values[v * batches + b];
+        for (std::size_t i = 0; i < size; ++i) own[i] += weights[at][i] * phi[v][i];
+      }
+    }
+  });
+  return result;
+}
+
+template <class Term>
+double GalaxyStatistics::DustRays::mean(const Depths& depths, bool by_light, Term&& term) const {
+  double sum = 0, whole_weight = 0;
+  for (std::size_t b = 0; b < depths.batches; ++b) {
+    for (std::size_t v = 0; v < depths.variants; ++v) {
+      const double share = depths.variants > 1 ? dust_variant_weights[v] : 1.0;
+      const BatchArray& values = depths.values[v * depths.batches + b];
+      for (std::size_t i = 0; i < rays[b].size; ++i) {
+        const double weight =
+            share * double{rays[b].weight[i]} * (by_light ? double{brightness[b][i]} : 1.0);
+        whole_weight += weight;
+        sum += weight * term(double{values[i]});
+      }
+    }
+  }
+  return sum / whole_weight;
+}
+
+GalaxyStatistics::DustRays GalaxyStatistics::trace_dust(std::size_t c, double path,
+                                                        std::size_t rays,
+                                                        std::span<const double> widths) const {
   const Component& dust = component_at(c);
-  const double path = Galaxy::obliquities[obliquity];
+  const Texture* texture = dust.texture();
   const auto heights = static_cast<std::size_t>(std::round(coherence_heights * std::sqrt(path)));
   ColumnCloud cloud = dust.columns(rays, heights);
   const std::size_t batches = cloud.columns.size();
+  const std::size_t places = batches * heights;
+  DustRays result{
+      texture,
+      widths.size(),
+      heights,
+      {},
+      std::vector<BatchArray>(batches),
+      std::make_unique_for_overwrite<SeenNoise[]>(texture != nullptr ? places * widths.size() : 0),
+      std::make_unique_for_overwrite<BatchArray[]>(places * widths.size())};
   // Light is weighted by the light where the ray meets the plane, the dust by area.
-  std::vector<BatchArray> brightness(batches);
   parallel_for(batches, [&](std::size_t b) {
     WeightedBatch& at = cloud.columns[b];
     SampleBatch batch{};
     std::fill_n(at.z.data(), batch_capacity, 0.0f);
     galaxy_.place(at.points(), false, batch);
     BatchArray envelope;
-    BatchArray& light = brightness[b];
+    BatchArray& light = result.brightness[b];
     std::fill_n(light.data(), batch_capacity, 0.0f);
     for (const auto& component : galaxy_.components_) {
       if (component->absorbs()) continue;
@@ -457,7 +533,6 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
       for (std::size_t i = 0; i < at.size; ++i) light[i] += column * envelope[i];
     }
   });
-  // What rays of each width see at every point, and by what Phi of it is multiplied to be a depth.
   const auto slope = static_cast<float>(std::sqrt(path * path - 1));
   BatchArray to_x, to_y;  // Directions in the plane, every one.
   for (std::size_t i = 0; i < batch_capacity; ++i) {
@@ -466,11 +541,6 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
     to_y[i] = static_cast<float>(std::sin(angle));
   }
   const double scale = dust.amplitude() * galaxy_.axis_[2] * path * galaxy_.follow_scale_[c];
-  const Texture* texture = dust.texture();
-  const std::size_t places = batches * heights;
-  const auto seen = std::make_unique_for_overwrite<SeenNoise[]>(
-      texture != nullptr ? places * with_all.size() : 0);
-  const auto weights = std::make_unique_for_overwrite<BatchArray[]>(places * with_all.size());
   parallel_for(places, [&](std::size_t place) {
     const WeightedBatch& at = cloud.columns[place / heights];
     const std::size_t k = place % heights;
@@ -495,92 +565,90 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
         envelope[i] = x[i] = y[i] = z[i] = 0;
       }
     }
-    const std::span own(weights.get() + place * with_all.size(), with_all.size());
+    const std::span own(result.weights.get() + place * widths.size(), widths.size());
     std::fill(own.begin(), own.end(), envelope);
     take_shear(points, shear);
     BatchArray turned_x, turned_y, turned_z;
     const Points turned = texture != nullptr ? galaxy_.turn_back(points, texture->twirl(), turned_x,
                                                                  turned_y, turned_z)
                                              : points;
-    multiply_followed(c, turned, shear, with_all, own);
+    multiply_followed(c, turned, shear, widths, own);
     if (texture == nullptr) return;
-    see_texture(dust, turned, shear, with_all, true,
-                {seen.get() + place * with_all.size(), with_all.size()});
+    see_texture(dust, turned, shear, widths, true,
+                {result.seen.get() + place * widths.size(), widths.size()});
   });
-  // Depths along the rays, by variants.
-  const auto depths = [&](std::size_t width, double coherence, std::span<const double> deviations) {
-    const std::size_t variants = std::max<std::size_t>(deviations.size(), 1);
-    std::vector<BatchArray> result(batches * variants);
-    BatchArray coherence_of;
-    std::fill_n(coherence_of.data(), batch_capacity, static_cast<float>(coherence));
-    parallel_for(batches, [&](std::size_t b) {
-      const std::size_t size = cloud.columns[b].size;
-      const std::span<BatchArray> own = std::span(result).subspan(b * variants, variants);
-      std::vector<BatchArray> phi(variants);
-      for (BatchArray& values : phi) std::fill_n(values.data(), batch_capacity, 1.0f);
-      for (std::size_t k = 0; k < heights; ++k) {
-        const std::size_t at = (b * heights + k) * with_all.size() + width;
-        if (texture != nullptr) {
-          texture->expect(size, seen[at], coherence_of.data(), deviations, phi);
-        }
-        for (std::size_t v = 0; v < variants; ++v) {
-          for (std::size_t i = 0; i < size; ++i) own[v][i] += weights[at][i] * phi[v][i];
-        }
-      }
-    });
-    return result;
+  result.rays = std::move(cloud.columns);
+  return result;
+}
+
+void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::size_t rays,
+                                    std::vector<double>& coherences,
+                                    std::vector<double>& amounts) const {
+  coherences.clear();
+  amounts.clear();
+  const std::vector<double> widths = dust_widths(c);
+  if (widths.empty()) return;
+  std::vector<double> with_all = widths;
+  with_all.push_back(0);
+  const DustRays traced = trace_dust(c, Galaxy::obliquities[obliquity], rays, with_all);
+  // Some of the rays, of which the secants are taken, and all.
+  struct Whole {
+    std::size_t batches;
+    double amount, light;
   };
-  const auto mean = [&](const std::vector<BatchArray>& values, bool by_light, auto&& term) {
-    const std::size_t variants = values.size() / batches;
-    double sum = 0, whole_weight = 0;
-    for (std::size_t b = 0; b < batches; ++b) {
-      const WeightedBatch& at = cloud.columns[b];
-      for (std::size_t v = 0; v < variants; ++v) {
-        const double share = variants > 1 ? dust_variant_weights[v] : 1.0;
-        for (std::size_t i = 0; i < at.size; ++i) {
-          const double weight =
-              share * double{at.weight[i]} * (by_light ? double{brightness[b][i]} : 1.0);
-          whole_weight += weight;
-          sum += weight * term(double{values[b * variants + v][i]});
-        }
-      }
-    }
-    return sum / whole_weight;
+  const auto whole_of = [&](std::size_t batches) {
+    const DustRays::Depths depths = traced.depths(widths.size(), 1, {}, batches);
+    return Whole{batches, traced.amount(depths), traced.light(depths, 1)};
   };
-  const auto amount = [&](const std::vector<BatchArray>& values) {
-    return mean(values, false, [](double depth) { return depth; });
+  const Whole all = whole_of(traced.rays.size());
+  const Whole some = whole_of((traced.rays.size() + secant_share - 1) / secant_share);
+  for (const Whole& whole : {all, some}) {
+    if (!(whole.amount > 0) || !std::isfinite(whole.amount) || !std::isfinite(whole.light)) return;
+  }
+  /// By how much too much light comes through, and how much dust there is.
+  struct Passed {
+    double coherence, excess, amount;
   };
-  // What comes through dust `factor` times as dense.
-  const auto light = [&](const std::vector<BatchArray>& values, double factor) {
-    return mean(values, true, [&](double depth) { return std::exp(-factor * depth); });
-  };
-  const std::vector<BatchArray> all = depths(widths.size(), 1, {});
-  const double whole = amount(all), wanted = light(all, 1);
-  if (!(whole > 0) || !std::isfinite(whole) || !std::isfinite(wanted)) return;
   double guess = 1;
   for (std::size_t k = widths.size(); k-- > 0;) {
-    const auto excess = [&](double coherence) {
-      const std::vector<BatchArray> values = depths(k, coherence, dust_deviations);
-      return light(values, whole / amount(values)) - wanted;
+    const auto pass = [&](double coherence, const Whole& whole) {
+      const DustRays::Depths depths = traced.depths(k, coherence, dust_deviations, whole.batches);
+      const double amount = traced.amount(depths);
+      return Passed{coherence, traced.light(depths, whole.amount / amount) - whole.light,
+                    proper_mean(amount / whole.amount)};
     };
-    // Secants, from what the wider rays have; light grows with the variance.
-    double last = guess, last_excess = excess(last);
-    guess = last_excess > 0 ? last / first_factor : last * first_factor;
+    const auto clamped = [](double coherence) {
+      return std::clamp(coherence, least_coherence, largest_coherence);
+    };
+    // Secants, from what the wider rays have; light grows with the variance. The last ones are
+    // through what all rays say.
+    Passed last = pass(guess, some);
+    guess = clamped(last.excess > 0 ? guess / first_factor : guess * first_factor);
+    double slope = 0, amount_slope = 0;
+    const auto take = [&](const Passed& own) {
+      const double distance = own.coherence - last.coherence;
+      if (!((own.excess - last.excess) * distance > 0)) return false;
+      slope = (own.excess - last.excess) / distance;
+      amount_slope = (own.amount - last.amount) / distance;
+      last = own;
+      guess = clamped(own.coherence - own.excess / slope);
+      return true;
+    };
     for (int step = 0; step < secants; ++step) {
-      guess = std::clamp(guess, least_coherence, largest_coherence);
-      const double own = excess(guess);
-      if (!((own - last_excess) * (guess - last) > 0)) {
-        guess = last;
-        break;
-      }
-      const double next = guess - own * (guess - last) / (own - last_excess);
-      last = guess;
-      last_excess = own;
-      guess = next;
+      if (take(pass(guess, some))) continue;
+      guess = last.coherence;
+      break;
     }
-    guess = std::clamp(guess, least_coherence, largest_coherence);
+    last = pass(guess, all);
+    if (slope > 0) guess = clamped(guess - last.excess / slope);
+    for (int step = 0; step < secants && std::abs(guess - last.coherence) > near * guess; ++step) {
+      if (take(pass(guess, all))) continue;
+      guess = last.coherence;
+      break;
+    }
+    guess = std::clamp(guess, (1 - near) * last.coherence, (1 + near) * last.coherence);
     coherences.push_back(guess);
-    amounts.push_back(proper_mean(amount(depths(k, guess, dust_deviations)) / whole));
+    amounts.push_back(last.amount + (guess - last.coherence) * amount_slope);
   }
   std::reverse(coherences.begin(), coherences.end());
   std::reverse(amounts.begin(), amounts.end());

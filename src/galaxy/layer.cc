@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "core/math-inl.h"
 #include "galaxy/taper-inl.h"
@@ -459,18 +460,23 @@ ColumnCloud Layer::columns(std::size_t size, std::size_t heights) const {
   const auto azimuthal = static_cast<std::size_t>(std::ceil(circle / side));
   const Cells own = cells(std::max<std::size_t>(size / azimuthal, 1), azimuthal, 1);
   result.columns.resize((own.count + batch_capacity - 1) / batch_capacity);
-  for (std::size_t b = 0; b < result.columns.size(); ++b) {
+  // Some batches show all of the layer if neighbours are far apart in the list.
+  auto stride = static_cast<std::size_t>(static_cast<double>(own.count) / std::numbers::phi);
+  while (std::gcd(stride, own.count) > 1) ++stride;
+  for (std::size_t first = 0; first < own.count; first += batch_capacity) {
     SampleBatch samples{};
-    BatchArray share;
-    const std::size_t first = b * batch_capacity;
-    WeightedBatch& batch = result.columns[b];
-    batch.size = samples.size = std::min(batch_capacity, own.count - first);
-    HWY_DYNAMIC_DISPATCH(DrawCloud)(own.input, first, samples, share, batch.weight);
-    for (std::size_t i = 0; i < batch.size; ++i) {
-      batch.x[i] = samples.r[i] * std::cos(samples.phi[i]);
-      batch.y[i] = samples.r[i] * std::sin(samples.phi[i]);
+    BatchArray share, weight;
+    samples.size = std::min(batch_capacity, own.count - first);
+    HWY_DYNAMIC_DISPATCH(DrawCloud)(own.input, first, samples, share, weight);
+    for (std::size_t i = 0; i < samples.size; ++i) {
+      const std::size_t place = (first + i) * stride % own.count;
+      WeightedBatch& batch = result.columns[place / batch_capacity];
+      const std::size_t at = place % batch_capacity;
+      batch.size = std::max(batch.size, at + 1);
+      batch.x[at] = samples.r[i] * std::cos(samples.phi[i]);
+      batch.y[at] = samples.r[i] * std::sin(samples.phi[i]);
       // Without the part of the height.
-      batch.weight[i] *= 1 - share[i] * share[i];
+      batch.weight[at] = weight[i] * (1 - share[i] * share[i]);
     }
   }
   return result;

@@ -59,6 +59,10 @@ class GalaxyStatistics {
   std::vector<double> measure_seen(std::size_t c) const;
   /// The same over a cloud of that size; the largest relative standard error.
   double measure_seen(std::size_t c, std::size_t cloud_size, std::vector<double>& means) const;
+  struct DustRays;
+  /// So many rays through component c, each `path` times as long in it as one face on.
+  DustRays trace_dust(std::size_t c, double path, std::size_t rays,
+                      std::span<const double> widths) const;
   /// Of dust, by dust_widths(): the variance of the coherent part of what is hidden, relative to
   /// what its texture says, and how much dust the variants then have.
   void measure_dust(std::size_t c, std::size_t obliquity, std::size_t rays,
