@@ -192,6 +192,12 @@ constexpr std::size_t most_components = 64;
 // The ball is not flattened further: single precision would not resolve it.
 constexpr double smallest_stretch = 1e-9;
 
+bool is_constant(const float* values, std::size_t size) {
+  if (size == 0) return true;
+  const Range range = range_of(values, size);
+  return range.least == range.most;
+}
+
 }  // namespace
 
 ParameterTable Galaxy::table() {
@@ -357,7 +363,7 @@ void Galaxy::look_up(const ByObliquity& tables, std::size_t size, const BatchArr
   for (std::size_t o = 0; o < nodes.size(); ++o) {
     tables[o].at(size, log_footprints.data(), nodes[o].data());
   }
-  out = nodes[0];
+  std::copy_n(nodes[0].data(), padded(size), out.data());
   for (std::size_t o = 1; o < nodes.size(); ++o) {
     const auto low = static_cast<float>(std::log(obliquities[o - 1]));
     const auto width = static_cast<float>(std::log(obliquities[o] / obliquities[o - 1]));
@@ -424,12 +430,16 @@ void Galaxy::phi(std::size_t c, const SampleBatch& batch, const BatchArray& need
                      coherence != nullptr ? points.coherence : nullptr, deviations, out,
                      counts.noise_evaluations);
   }
+  const bool is_whole = points.size == batch.size;
   for (BatchArray& values : out) {
     BatchArray compacted;
-    std::copy_n(values.data(), points.size, compacted.data());
-    std::fill_n(values.data(), padded(batch.size), 1.0f);
+    if (!is_whole) {
+      std::copy_n(values.data(), points.size, compacted.data());
+      std::fill_n(values.data(), padded(batch.size), 1.0f);
+    }
+    const float* from = is_whole ? values.data() : compacted.data();
     for (std::size_t i = 0; i < points.size; ++i) {
-      values[static_cast<std::size_t>(points.index[i])] = 1 + points.fade[i] * (compacted[i] - 1);
+      values[static_cast<std::size_t>(points.index[i])] = 1 + points.fade[i] * (from[i] - 1);
     }
   }
   counts.noise_seconds += clock.seconds();
@@ -473,8 +483,16 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
         std::span(&followed_phi[k], 1), counts);
   }
   BatchArray log_footprints, coherence, amount;
+  // Rays of one galaxy mostly have one footprint and direction: tables are looked up once then.
+  const bool is_even = rays != nullptr && is_constant(rays->footprint.data(), batch.size) &&
+                       is_constant(rays->obliquity.data(), batch.size);
+  const std::size_t places = is_even ? 1 : batch.size;
+  const auto spread = [&](BatchArray& values) {
+    if (is_even) std::fill_n(values.data(), padded(batch.size), values[0]);
+  };
   if (footprints != nullptr) {
-    HWY_DYNAMIC_DISPATCH(Logarithm)(batch.size, footprints->data(), log_footprints.data());
+    HWY_DYNAMIC_DISPATCH(Logarithm)(places, footprints->data(), log_footprints.data());
+    spread(log_footprints);
   }
   std::vector<BatchArray> own(std::max<std::size_t>(deviations.size(), 1));
   for (std::size_t c = 0; c < count; ++c) {
@@ -484,7 +502,8 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
     if (component.texture() != nullptr && known == nullptr) {
       const bool varies = variants > 1 && footprints != nullptr;
       if (varies) {
-        look_up(dust_[c].coherence, batch.size, log_footprints, rays->obliquity, coherence);
+        look_up(dust_[c].coherence, places, log_footprints, rays->obliquity, coherence);
+        spread(coherence);
       }
       phi(c, batch, densities[c], threshold * static_cast<float>(component.threshold_scale()),
           footprints, varies ? &coherence : nullptr, deviations, std::span(own).first(variants),
@@ -504,13 +523,15 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
     }
     if (footprints == nullptr || (component.absorbs() && variants == 1)) continue;
     if (component.absorbs()) {
-      look_up(dust_[c].amount, batch.size, log_footprints, rays->obliquity, amount);
+      look_up(dust_[c].amount, places, log_footprints, rays->obliquity, amount);
+      spread(amount);
       // There the result must not depend on whether other rays have variants.
       for (std::size_t i = 0; i < padded(batch.size); ++i) {
         if (log_footprints[i] <= dust_[c].log_narrow) amount[i] = 1;
       }
     } else {
-      seen_means_[c].at(batch.size, log_footprints.data(), amount.data());
+      seen_means_[c].at(places, log_footprints.data(), amount.data());
+      spread(amount);
     }
     for (std::size_t k = 0; k < variants; ++k) {
       HWY_DYNAMIC_DISPATCH(Divide)

@@ -38,9 +38,8 @@ constexpr double largest_coherence_footprint = 1.0 / 9;
 constexpr double least_coherence = 0.05;
 constexpr double largest_coherence = 4;
 constexpr double first_factor = 1.3;
-constexpr int secants = 2;
-constexpr std::size_t secant_share = 4;  ///< One in so many rays shows where to look.
-constexpr double near = 0.02;            ///< Within that share secants need no further step.
+constexpr int secants = 3;
+constexpr double near = 0.03;  ///< Within that share secants need no further step.
 
 // Places at which the largest Phi of a star field is looked for, and by what it may exceed the
 // largest found: the light of what is beyond is below 1e-4 of the field's (tests).
@@ -437,30 +436,26 @@ struct GalaxyStatistics::DustRays {
   std::unique_ptr<SeenNoise[]> seen;
   std::unique_ptr<BatchArray[]> weights;
 
-  /// Depths along the rays, of the first `batches` batches, by variants: [variant * batches + b].
-  struct Depths {
-    std::size_t batches, variants;
-    std::vector<BatchArray> values;
-  };
-  Depths depths(std::size_t width, double coherence, std::span<const double> deviations,
-                std::size_t batches) const;
+  /// Depths along the rays, by variants: [variant * batches + b].
+  std::vector<BatchArray> depths(std::size_t width, double coherence,
+                                 std::span<const double> deviations) const;
   /// Mean of `term`(depth) over rays and variants, by area or also by the light.
   template <class Term>
-  double mean(const Depths& depths, bool by_light, Term&& term) const;
-  double amount(const Depths& depths) const {
+  double mean(const std::vector<BatchArray>& depths, bool by_light, Term&& term) const;
+  double amount(const std::vector<BatchArray>& depths) const {
     return mean(depths, false, [](double depth) { return depth; });
   }
   /// What comes through dust `factor` times as dense.
-  double light(const Depths& depths, double factor) const {
+  double light(const std::vector<BatchArray>& depths, double factor) const {
     return mean(depths, true, [&](double depth) { return std::exp(-factor * depth); });
   }
 };
 
-GalaxyStatistics::DustRays::Depths GalaxyStatistics::DustRays::depths(
-    std::size_t width, double coherence, std::span<const double> deviations,
-    std::size_t batches) const {
+std::vector<BatchArray> GalaxyStatistics::DustRays::depths(
+    std::size_t width, double coherence, std::span<const double> deviations) const {
+  const std::size_t batches = rays.size();
   const std::size_t variants = std::max<std::size_t>(deviations.size(), 1);
-  Depths result{batches, variants, std::vector<BatchArray>(batches * variants)};
+  std::vector<BatchArray> result(batches * variants);
   BatchArray coherence_of;
   std::fill_n(coherence_of.data(), batch_capacity, static_cast<float>(coherence));
   parallel_for(batches, [&](std::size_t b) {
@@ -473,7 +468,7 @@ GalaxyStatistics::DustRays::Depths GalaxyStatistics::DustRays::depths(
         texture->expect(size, seen[at], coherence_of.data(), deviations, phi);
       }
       for (std::size_t v = 0; v < variants; ++v) {
-        BatchArray& own = result.values[v * batches + b];
+        BatchArray& own = result[v * batches + b];
         for (std::size_t i = 0; i < size; ++i) own[i] += weights[at][i] * phi[v][i];
       }
     }
@@ -482,12 +477,14 @@ GalaxyStatistics::DustRays::Depths GalaxyStatistics::DustRays::depths(
 }
 
 template <class Term>
-double GalaxyStatistics::DustRays::mean(const Depths& depths, bool by_light, Term&& term) const {
+double GalaxyStatistics::DustRays::mean(const std::vector<BatchArray>& depths, bool by_light,
+                                        Term&& term) const {
+  const std::size_t batches = rays.size(), variants = depths.size() / batches;
   double sum = 0, whole_weight = 0;
-  for (std::size_t b = 0; b < depths.batches; ++b) {
-    for (std::size_t v = 0; v < depths.variants; ++v) {
-      const double share = depths.variants > 1 ? dust_variant_weights[v] : 1.0;
-      const BatchArray& values = depths.values[v * depths.batches + b];
+  for (std::size_t b = 0; b < batches; ++b) {
+    for (std::size_t v = 0; v < variants; ++v) {
+      const double share = variants > 1 ? dust_variant_weights[v] : 1.0;
+      const BatchArray& values = depths[v * batches + b];
       for (std::size_t i = 0; i < rays[b].size; ++i) {
         const double weight =
             share * double{rays[b].weight[i]} * (by_light ? double{brightness[b][i]} : 1.0);
@@ -591,60 +588,43 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
   std::vector<double> with_all = widths;
   with_all.push_back(0);
   const DustRays traced = trace_dust(c, Galaxy::obliquities[obliquity], rays, with_all);
-  // Some of the rays, of which the secants are taken, and all.
-  struct Whole {
-    std::size_t batches;
-    double amount, light;
-  };
-  const auto whole_of = [&](std::size_t batches) {
-    const DustRays::Depths depths = traced.depths(widths.size(), 1, {}, batches);
-    return Whole{batches, traced.amount(depths), traced.light(depths, 1)};
-  };
-  const Whole all = whole_of(traced.rays.size());
-  const Whole some = whole_of((traced.rays.size() + secant_share - 1) / secant_share);
-  for (const Whole& whole : {all, some}) {
-    if (!(whole.amount > 0) || !std::isfinite(whole.amount) || !std::isfinite(whole.light)) return;
-  }
+  const std::vector<BatchArray> all = traced.depths(widths.size(), 1, {});
+  const double whole = traced.amount(all), wanted = traced.light(all, 1);
+  if (!(whole > 0) || !std::isfinite(whole) || !std::isfinite(wanted)) return;
   /// By how much too much light comes through, and how much dust there is.
   struct Passed {
     double coherence, excess, amount;
   };
-  double guess = 1;
+  double guess = 1, slope = 0, amount_slope = 0;
   for (std::size_t k = widths.size(); k-- > 0;) {
-    const auto pass = [&](double coherence, const Whole& whole) {
-      const DustRays::Depths depths = traced.depths(k, coherence, dust_deviations, whole.batches);
-      const double amount = traced.amount(depths);
-      return Passed{coherence, traced.light(depths, whole.amount / amount) - whole.light,
-                    proper_mean(amount / whole.amount)};
+    const auto pass = [&](double coherence) {
+      const std::vector<BatchArray> values = traced.depths(k, coherence, dust_deviations);
+      const double amount = traced.amount(values);
+      return Passed{coherence, traced.light(values, whole / amount) - wanted,
+                    proper_mean(amount / whole)};
     };
     const auto clamped = [](double coherence) {
       return std::clamp(coherence, least_coherence, largest_coherence);
     };
-    // Secants, from what the wider rays have; light grows with the variance. The last ones are
-    // through what all rays say.
-    Passed last = pass(guess, some);
-    guess = clamped(last.excess > 0 ? guess / first_factor : guess * first_factor);
-    double slope = 0, amount_slope = 0;
-    const auto take = [&](const Passed& own) {
+    // Secants, from what the wider rays have; light grows with the variance.
+    Passed last = pass(guess);
+    if (slope > 0) {
+      guess = std::clamp(guess - last.excess / slope, guess / first_factor, guess * first_factor);
+    } else {
+      guess = last.excess > 0 ? guess / first_factor : guess * first_factor;
+    }
+    guess = clamped(guess);
+    for (int step = 0; step < secants && std::abs(guess - last.coherence) > near * guess; ++step) {
+      const Passed own = pass(guess);
       const double distance = own.coherence - last.coherence;
-      if (!((own.excess - last.excess) * distance > 0)) return false;
+      if (!((own.excess - last.excess) * distance > 0)) {
+        guess = last.coherence;
+        break;
+      }
       slope = (own.excess - last.excess) / distance;
       amount_slope = (own.amount - last.amount) / distance;
       last = own;
       guess = clamped(own.coherence - own.excess / slope);
-      return true;
-    };
-    for (int step = 0; step < secants; ++step) {
-      if (take(pass(guess, some))) continue;
-      guess = last.coherence;
-      break;
-    }
-    last = pass(guess, all);
-    if (slope > 0) guess = clamped(guess - last.excess / slope);
-    for (int step = 0; step < secants && std::abs(guess - last.coherence) > near * guess; ++step) {
-      if (take(pass(guess, all))) continue;
-      guess = last.coherence;
-      break;
     }
     guess = std::clamp(guess, (1 - near) * last.coherence, (1 + near) * last.coherence);
     coherences.push_back(guess);

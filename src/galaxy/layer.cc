@@ -8,13 +8,11 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 #include "core/math-inl.h"
 #include "galaxy/taper-inl.h"
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
-#include "gamer/noise/footprint.h"
 
 #ifndef GAMER_GALAXY_LAYER_KERNEL
 #define GAMER_GALAXY_LAYER_KERNEL
@@ -65,7 +63,7 @@ HWY_INLINE V DistanceToMultiple(D d, V angle, float period) {
   return hn::Mul(hn::Abs(hn::Sub(turns, hn::Round(turns))), hn::Set(d, period));
 }
 
-/// Absolute error below 4e-7 + 1.5e-7 A_w, given exact coordinates and windings.
+/// Absolute error below 4e-7 + 1.7e-7 A_w, given exact coordinates and windings.
 void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
   constexpr float full_turn = 2 * std::numbers::pi_v<float>;
@@ -207,8 +205,9 @@ constexpr double hole_width = 0.5;
 // Nodes per period of the texture's sharpest features: fewer miss some, which no estimate shows.
 constexpr double nodes_per_period = 2;
 
-// Frequency times footprint of the octaves of which half is seen.
-constexpr double seen_cycles = 0.5 * (fade_begin + fade_end);
+// Frequency times footprint of the finest octaves that nodes follow: four fifths are seen of them.
+// The error estimates show where finer ones matter.
+constexpr double seen_cycles = 0.35;
 
 // Integrals over the layer end at this many scale lengths: (1 + x) e^-x of the light is beyond.
 constexpr double reach = 30;
@@ -301,7 +300,8 @@ Layer::Layer(const LayerShape& shape, const ArmPattern& arms)
     : shape_(shape),
       arms_(arms),
       steepest_winding_(arms.steepest_winding(twirl_core)),
-      peak_(radial_peak(shape)) {}
+      peak_(radial_peak(shape)),
+      log_peak_(std::log(peak_)) {}
 
 ParameterTable Layer::parameters() {
   return {
@@ -460,23 +460,18 @@ ColumnCloud Layer::columns(std::size_t size, std::size_t heights) const {
   const auto azimuthal = static_cast<std::size_t>(std::ceil(circle / side));
   const Cells own = cells(std::max<std::size_t>(size / azimuthal, 1), azimuthal, 1);
   result.columns.resize((own.count + batch_capacity - 1) / batch_capacity);
-  // Some batches show all of the layer if neighbours are far apart in the list.
-  auto stride = static_cast<std::size_t>(static_cast<double>(own.count) / std::numbers::phi);
-  while (std::gcd(stride, own.count) > 1) ++stride;
-  for (std::size_t first = 0; first < own.count; first += batch_capacity) {
+  for (std::size_t b = 0; b < result.columns.size(); ++b) {
     SampleBatch samples{};
-    BatchArray share, weight;
-    samples.size = std::min(batch_capacity, own.count - first);
-    HWY_DYNAMIC_DISPATCH(DrawCloud)(own.input, first, samples, share, weight);
-    for (std::size_t i = 0; i < samples.size; ++i) {
-      const std::size_t place = (first + i) * stride % own.count;
-      WeightedBatch& batch = result.columns[place / batch_capacity];
-      const std::size_t at = place % batch_capacity;
-      batch.size = std::max(batch.size, at + 1);
-      batch.x[at] = samples.r[i] * std::cos(samples.phi[i]);
-      batch.y[at] = samples.r[i] * std::sin(samples.phi[i]);
+    BatchArray share;
+    const std::size_t first = b * batch_capacity;
+    WeightedBatch& batch = result.columns[b];
+    batch.size = samples.size = std::min(batch_capacity, own.count - first);
+    HWY_DYNAMIC_DISPATCH(DrawCloud)(own.input, first, samples, share, batch.weight);
+    for (std::size_t i = 0; i < batch.size; ++i) {
+      batch.x[i] = samples.r[i] * std::cos(samples.phi[i]);
+      batch.y[i] = samples.r[i] * std::sin(samples.phi[i]);
       // Without the part of the height.
-      batch.weight[at] = weight[i] * (1 - share[i] * share[i]);
+      batch.weight[i] *= 1 - share[i] * share[i];
     }
   }
   return result;
@@ -531,9 +526,11 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
   const double oo = o[0] * o[0] + o[1] * o[1];
   // Where sech^2(z/z0) exp(-r/rh) can exceed the least that counts.
   double begin = ray.begin, end = ray.end;
-  const double least = accuracy.envelope_threshold * peak_;
-  if (!cut_slab(o[2], d[2], shape_.z0 * std::acosh(1 / std::sqrt(least)), begin, end)) return;
-  const double r_limit = -shape_.rh * std::log(least);
+  const double log_least = accuracy.log_envelope_threshold + log_peak_;
+  // sech^2(u) < 4 e^(-2u)
+  const double z_limit = shape_.z0 * (std::numbers::ln2 - 0.5 * log_least);
+  if (!cut_slab(o[2], d[2], z_limit, begin, end)) return;
+  const double r_limit = -shape_.rh * log_least;
   if (dd > 0) {
     const double root2 = od * od - dd * (oo - r_limit * r_limit);
     if (root2 <= 0) return;
@@ -567,9 +564,9 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
       {centre, layer_width / (across + 0.5 * along), across + along + texture_rate});
   // The cusp of exp(-r/rh) at the axis, and a hole.
   if (dd > 0 && axis > begin && axis < end) {
-    const double impact = std::sqrt(std::max(oo - od * od / dd, 0.0));
+    const double impact2 = std::max(oo - od * od / dd, 0.0);
     const double finest = shape_.inner > 0 ? hole_width * shape_.inner : cusp_width * shape_.rh;
-    const double width = std::hypot(impact, finest) / std::sqrt(dd);
+    const double width = std::sqrt((impact2 + finest * finest) / dd);
     out.focuses.push_back({axis, width, nodes_per_width / width});
   }
 }

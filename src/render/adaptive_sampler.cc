@@ -117,6 +117,7 @@ struct Workspace {
   std::vector<std::size_t> steering_node;
   std::size_t light_slots = 0, dust_slots = 0;
   std::vector<const float*> light, dust;
+  std::vector<std::uint32_t> order;  ///< of the level's runs
 
   /// Of every run, at its level, what integrate_runs() gives, and what it gives for the steering
   /// planes' flux and depth, [run * planes + s].
@@ -150,8 +151,10 @@ class AdaptiveSampler : public Sampler {
                     RenderCounts& counts) const;
   void evaluate(std::span<const std::span<const Hit>> hits, Level& level, Workspace& ws,
                 RenderCounts& counts) const;
-  /// By every `stride`-th node.
-  void integrate_level(std::int32_t stride, Workspace& ws) const;
+  /// By every `stride`-th node, for one stride after the other.
+  void integrate_level(std::initializer_list<std::int32_t> strides, Workspace& ws) const;
+  /// Takes the steering planes' integrals over the level's runs.
+  void steer(Workspace& ws) const;
   /// Marks the runs of a ray that need more nodes; false when none.
   bool judge(std::span<const Hit> hits, std::int32_t ray, Workspace& ws) const;
   void sum_up(std::span<const std::span<const Hit>> hits, Workspace& ws, RayLight& out) const;
@@ -326,37 +329,53 @@ void AdaptiveSampler::refine_level(std::span<const std::span<const Hit>> hits, W
   interleave(old.s, fresh.s, merged.s);
   interleave(old.weight, fresh.weight, merged.weight);
   for (float& weight : merged.weight) weight *= 0.5f;
-  merged.nodes.light.resize(ws.light_slots);
-  merged.nodes.dust.resize(merged.variants * ws.dust_slots);
+  merged.nodes.make_room(ws.light_slots, ws.dust_slots, merged.variants);
   for (std::size_t slot = 0; slot < ws.light_slots; ++slot) {
-    merged.nodes.light[slot].resize(merged.s.size());
     interleave(old.nodes.light[slot], fresh.nodes.light[slot], merged.nodes.light[slot]);
   }
-  for (std::size_t slot = 0; slot < merged.nodes.dust.size(); ++slot) {
-    merged.nodes.dust[slot].resize(merged.s.size());
-    interleave(old.nodes.dust[slot], fresh.nodes.dust[slot], merged.nodes.dust[slot]);
+  for (std::size_t k = 0; k < merged.variants * ws.dust_slots; ++k) {
+    interleave(old.nodes.dust[k], fresh.nodes.dust[k], merged.nodes.dust[k]);
   }
   std::swap(ws.level, ws.merged);
 }
 
-void AdaptiveSampler::integrate_level(std::int32_t stride, Workspace& ws) const {
+void AdaptiveSampler::integrate_level(std::initializer_list<std::int32_t> strides,
+                                      Workspace& ws) const {
   const Level& level = ws.level;
-  const std::size_t nodes = medium_.nodes(), planes = ws.steering_node.size();
+  const std::size_t nodes = medium_.nodes();
   ws.light.clear();
   for (std::size_t slot = 0; slot < ws.light_slots; ++slot) {
     ws.light.push_back(level.nodes.light[slot].data());
   }
   ws.dust.clear();
   for (const auto& dust : level.nodes.dust) ws.dust.push_back(dust.data());
-  integrate_runs(
-      {level.run.size(), level.first.data(), level.count.data(), level.cover.data(),
-       level.open.data(), level.has_variants.data(), level.weight.data(), ws.light.data(),
-       ws.dust.data(), ws.dust_slots, std::span(dust_variant_weights).first(level.variants)},
-      {ws.covers.size(), nodes, ws.cover_light_slots.data(), ws.cover_dust_slots.data(),
-       ws.extinction.data()},
-      stride,
-      {level.run.data(), ws.light_slots, ws.run_light.data(), ws.run_depth.data(),
-       ws.run_transmission.data()});
+  RunNodes runs{level.run.size(),
+                level.first.data(),
+                level.count.data(),
+                level.cover.data(),
+                level.open.data(),
+                level.has_variants.data(),
+                level.weight.data(),
+                ws.light.data(),
+                ws.dust.data(),
+                ws.dust_slots,
+                std::span(dust_variant_weights).first(level.variants),
+                nullptr};
+  const RunCovers covers{ws.covers.size(), nodes, ws.cover_light_slots.data(),
+                         ws.cover_dust_slots.data(), ws.extinction.data()};
+  order_runs(runs, covers, ws.order);
+  runs.order = ws.order.data();
+  for (const std::int32_t stride : strides) {
+    integrate_runs(runs, covers, stride,
+                   {level.run.data(), ws.light_slots, ws.run_light.data(), ws.run_depth.data(),
+                    ws.run_transmission.data()});
+    steer(ws);
+  }
+}
+
+void AdaptiveSampler::steer(Workspace& ws) const {
+  const Level& level = ws.level;
+  const std::size_t nodes = medium_.nodes(), planes = ws.steering_node.size();
   for (std::size_t i = 0; i < level.run.size(); ++i) {
     const auto run = static_cast<std::size_t>(level.run[i]);
     const auto cover = static_cast<std::size_t>(level.cover[i]);
@@ -463,9 +482,8 @@ void AdaptiveSampler::integrate(std::span<const std::span<const Hit>> hits, RayL
   ws.steered_depth.assign(ws.runs.size() * planes, {});
   begin_level(ws);
   evaluate(hits, ws.level, ws, counts);
-  for (const std::int32_t stride : {4, 2}) integrate_level(stride, ws);
+  integrate_level({4, 2, 1}, ws);
   while (true) {
-    integrate_level(1, ws);
     for (Run& run : ws.runs) run.refine = false;
     ws.still_active.clear();
     for (const std::int32_t ray : ws.active) {
@@ -474,6 +492,7 @@ void AdaptiveSampler::integrate(std::span<const std::span<const Hit>> hits, RayL
     std::swap(ws.active, ws.still_active);
     if (ws.active.empty()) break;
     refine_level(hits, ws, counts);
+    integrate_level({1}, ws);
   }
   sum_up(hits, ws, out);
   counts.transfer_seconds +=

@@ -24,7 +24,7 @@ constexpr std::size_t mutexes = 16;
 
 float obliquity_of(const Hit& hit) {
   const auto& d = hit.direction;
-  return static_cast<float>(std::log(std::hypot(d[0], d[1], d[2]) / std::abs(d[2])));
+  return static_cast<float>(0.5 * std::log1p((d[0] * d[0] + d[1] * d[1]) / (d[2] * d[2])));
 }
 
 }  // namespace
@@ -379,11 +379,7 @@ void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray,
     light_slots = std::max(light_slots, static_cast<std::size_t>(cover.light_slots));
     dust_slots = std::max(dust_slots, static_cast<std::size_t>(cover.dust_slots));
   }
-  nodes.light.resize(std::max(nodes.light.size(), light_slots));
-  nodes.dust.resize(variants * dust_slots);
-  for (auto* slots : {&nodes.light, &nodes.dust}) {
-    for (auto& slot : *slots) slot.assign(nodes.size(), 0.0f);
-  }
+  nodes.make_room(light_slots, dust_slots, variants);
   s.members.resize(std::max(s.members.size(), groups));
   for (std::size_t group = 0; group < groups; ++group) s.members[group].clear();
   for (const RayNodes::Run& run : nodes.runs) {
@@ -394,10 +390,15 @@ void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray,
       if (k == static_cast<std::ptrdiff_t>(galaxies.size())) continue;
       const auto first = std::lower_bound(begin, begin + run.count, hit.begin);
       const auto last = std::upper_bound(first, begin + run.count, hit.end);
-      if (first == last) continue;
       s.members[s.first_group[static_cast<std::size_t>(run.cover)] + static_cast<std::size_t>(k)]
           .push_back({&hit, static_cast<std::int32_t>(first - nodes.t.begin()),
-                      static_cast<std::int32_t>(last - first)});
+                      static_cast<std::int32_t>(last - first), run.first, run.count});
+    }
+    // Runs share vectors with those of other covers: without extinction, but not without dust.
+    const auto own =
+        static_cast<std::size_t>(covers[static_cast<std::size_t>(run.cover)].dust_slots);
+    for (std::size_t k = 0; k < variants * dust_slots; ++k) {
+      if (k % dust_slots >= own) std::fill_n(nodes.dust[k].begin() + run.first, run.count, 0.0f);
     }
   }
   for (std::size_t c = 0; c < covers.size(); ++c) {
@@ -423,7 +424,19 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
   s.densities.resize(std::max(s.densities.size(), variants * components));
   const bool has_fields = std::any_of(own.fields.begin(), own.fields.end(),
                                       [](const auto* field) { return field != nullptr; });
-  const std::size_t dust_slots = nodes.dust.size() / variants;
+  const auto clear_around = [&](std::vector<float>& slot) {
+    for (const Stretch& stretch : stretches) {
+      const auto begin = slot.begin() + stretch.run_first, first = slot.begin() + stretch.first;
+      std::fill(begin, first, 0.0f);
+      std::fill(first + stretch.count, begin + stretch.run_count, 0.0f);
+    }
+  };
+  for (std::size_t m = 0; m < own.light.size(); ++m) clear_around(nodes.light[first_light + m]);
+  for (std::size_t v = 0; v < variants; ++v) {
+    for (std::size_t m = 0; m < own.dust.size(); ++m) {
+      clear_around(nodes.dust[v * nodes.dust_slots + first_dust + m]);
+    }
+  }
   // Stretches are cut where a batch is full: `done` nodes of the first are in earlier batches.
   std::int32_t done = 0;
   for (std::size_t next = 0; next < stretches.size();) {
@@ -494,7 +507,7 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
     }
     for (std::size_t v = 0; v < variants; ++v) {
       for (std::size_t m = 0; m < own.dust.size(); ++m) {
-        deposit(density(own.dust[m], v), nodes.dust[v * dust_slots + first_dust + m]);
+        deposit(density(own.dust[m], v), nodes.dust[v * nodes.dust_slots + first_dust + m]);
       }
     }
   }

@@ -248,7 +248,10 @@ VectorMemory& memory() {
 
 double density_at(std::span<const Focus> focuses, double s) {
   double sum = 0;
-  for (const Focus& f : focuses) sum += f.rate / std::hypot(1.0, (s - f.centre) / f.width);
+  for (const Focus& f : focuses) {
+    const double x = (s - f.centre) / f.width;
+    sum += f.rate / std::sqrt(1 + x * x);
+  }
   return sum;
 }
 

@@ -11,22 +11,6 @@
 #include "core/math-inl.h"
 #include "render/vector_memory.h"
 
-#ifndef GAMER_RENDER_RAY_INTEGRAL
-#define GAMER_RENDER_RAY_INTEGRAL
-namespace gamer {
-namespace {
-
-/// Arrays of one thread, kept between calls.
-struct IntegralMemory {
-  std::vector<std::uint64_t> keys;
-  std::vector<std::uint32_t> order;
-  VectorMemory lanes;
-};
-
-}  // namespace
-}  // namespace gamer
-#endif
-
 HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
@@ -332,33 +316,15 @@ void IntegrateLanes(const RunNodes& runs, const RunCovers& covers, const RunLane
 }
 
 void IntegrateRuns(const RunNodes& runs, const RunCovers& covers, std::int32_t stride,
-                   const RunIntegrals& out, IntegralMemory& memory) {
+                   const RunIntegrals& out, VectorMemory& memory) {
   using D = hn::ScalableTag<float>;
   const std::size_t lanes = hn::Lanes(D());
-  // Runs that are much alike share a vector.
-  memory.keys.clear();
-  for (std::size_t run = 0; run < runs.runs; ++run) {
-    const std::int32_t cover = runs.cover[run];
-    const auto part = [](auto value, std::uint64_t most) {
-      return std::min(static_cast<std::uint64_t>(value), most);
-    };
-    std::uint64_t key = part(runs.variants[run], 1);
-    key = key << 8 | part(covers.dust_slots[cover], 0xff);
-    key = key << 8 | part(covers.light_slots[cover], 0xff);
-    key = key << 15 | part(runs.count[run], 0x7fff);
-    memory.keys.push_back(key << 32 | run);
-  }
-  std::sort(memory.keys.begin(), memory.keys.end());
-  memory.order.clear();
-  for (const std::uint64_t key : memory.keys) {
-    memory.order.push_back(static_cast<std::uint32_t>(key));
-  }
   const std::size_t dust_slots = runs.dust_stride;
   const std::size_t variants = runs.variant_weights.size();
   const std::size_t size = out.light_slots * covers.nodes + covers.nodes +
                            Absorption<D>::size(dust_slots, covers.nodes, variants);
-  float* const room = memory.lanes.room_for(size * lanes);
-  const std::span<const std::uint32_t> order(memory.order);
+  float* const room = memory.room_for(size * lanes);
+  const std::span<const std::uint32_t> order(runs.order, runs.runs);
   for (std::size_t from = 0; from < runs.runs; from += lanes) {
     const auto numbers = order.subspan(from, std::min(lanes, runs.runs - from));
     IntegrateLanes<D>(runs, covers, RunLanes<D>(runs, covers, numbers, stride), out, room);
@@ -375,10 +341,30 @@ namespace gamer {
 
 HWY_EXPORT(IntegrateRuns);
 
+void order_runs(const RunNodes& runs, const RunCovers& covers, std::vector<std::uint32_t>& order) {
+  const auto part = [](auto value, std::uint64_t most) {
+    return std::min(static_cast<std::uint64_t>(value), most);
+  };
+  const auto key = [&](std::size_t run) {
+    const std::int32_t cover = runs.cover[run];
+    std::uint64_t bits = part(runs.variants[run], 1);
+    bits = bits << 8 | part(covers.dust_slots[cover], 0xff);
+    bits = bits << 8 | part(covers.light_slots[cover], 0xff);
+    bits = bits << 15 | part(runs.count[run], 0x7fff);
+    return bits << 32 | run;
+  };
+  thread_local std::vector<std::uint64_t> keys;
+  keys.clear();
+  for (std::size_t run = 0; run < runs.runs; ++run) keys.push_back(key(run));
+  std::sort(keys.begin(), keys.end());
+  order.clear();
+  for (const std::uint64_t own : keys) order.push_back(static_cast<std::uint32_t>(own));
+}
+
 void integrate_runs(const RunNodes& runs, const RunCovers& covers, std::int32_t stride,
                     const RunIntegrals& out) {
   if (runs.runs == 0) return;
-  thread_local IntegralMemory memory;
+  thread_local VectorMemory memory;
   HWY_DYNAMIC_DISPATCH(IntegrateRuns)(runs, covers, stride, out, memory);
 }
 

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 namespace gamer {
 
@@ -19,6 +20,7 @@ struct RunNodes {
   const float* const* dust;      ///< [variant * dust_stride + slot][node]
   std::size_t dust_stride;
   std::span<const double> variant_weights;
+  const std::uint32_t* order;  ///< of runs, see order_runs()
 };
 
 /// What slots do, for each cover.
@@ -38,6 +40,10 @@ struct RunIntegrals {
   float* depth;             ///< [run * nodes + j]
   float* transmission;      ///< [run * nodes + j]: exp(-depth), or its mean over variants
 };
+
+/// Sorts the runs so that those much alike follow each other and share vectors; takes no notice of
+/// RunNodes::order.
+void order_runs(const RunNodes& runs, const RunCovers& covers, std::vector<std::uint32_t>& order);
 
 /// The trapezoidal rule in the map's u, with the weights of the cubic Gregory rule at an open
 /// beginning, by every `stride`-th node; optical depths up to the nodes by the cubic

@@ -49,9 +49,14 @@ class RunsTest : public testing::Test {
     const float* light = density_.data();
     const float* dust[] = {density_.data(), twice.data()};
     const std::int32_t slots = 1;
-    integrate_runs({first_.size(), first_.data(), count_.data(), cover_.data(), open_.data(),
-                    variants_.data(), weight_.data(), &light, dust, 1, variant_weights_},
-                   {1, 2, &slots, &slots, extinction_}, stride,
+    RunNodes runs{first_.size(),    first_.data(),  count_.data(), cover_.data(), open_.data(),
+                  variants_.data(), weight_.data(), &light,        dust,          1,
+                  variant_weights_, nullptr};
+    const RunCovers covers{1, 2, &slots, &slots, extinction_};
+    std::vector<std::uint32_t> order;
+    order_runs(runs, covers, order);
+    runs.order = order.data();
+    integrate_runs(runs, covers, stride,
                    {run.data(), 1, light_.data(), depth_.data(), transmission_.data()});
   }
 

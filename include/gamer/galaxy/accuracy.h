@@ -15,9 +15,9 @@ struct Accuracy {
   /// Distance of a ray's first nodes, in units of the structure that they must not step over.
   /// Controls the features that no node finds: too rare to show in the error estimates.
   double first_step;
-  /// Layers are followed to where their envelope is this share of its largest value. Controls the
+  /// Layers are followed to where their envelope is e to this times its largest value. Controls the
   /// light lost beyond.
-  double envelope_threshold;
+  double log_envelope_threshold;
   /// A texture counts as its mean where its component's envelope, relative to its largest value
   /// and times sqrt(<Phi^2>), is below this. Controls the texture lost at a disk's faint edges.
   double texture_threshold;
@@ -50,7 +50,7 @@ struct Accuracy {
     const double t = std::max(tolerance, finest_tolerance);
     return {.ray_error = std::min(0.6 * t * std::max(std::pow(t / 1e-3, 0.7), 1.0), 0.1),
             .first_step = 0.8 * std::pow(t / 1e-3, 0.15),
-            .envelope_threshold = 0.003 * t,
+            .log_envelope_threshold = std::log(0.003 * t),
             .texture_threshold = 0.03 * t,
             .faint_share = 0.01,
             .ray_size = 0.06 * std::sqrt(t / 1e-3),

@@ -55,10 +55,24 @@ struct RayNodes {
   };
   std::vector<Run> runs;
   std::vector<double> t;
-  std::vector<std::vector<float>> light;  ///< [slot][node]; 0 in slots that a cover lacks
-  std::vector<std::vector<float>> dust;   ///< [variant * dust slots of the largest cover + slot]
+  /// [slot][node]; anything in slots that a cover lacks. These arrays only grow.
+  std::vector<std::vector<float>> light;
+  std::size_t dust_slots = 0;  ///< of the largest cover
+  /// [variant * dust_slots + slot][node]; 0 in slots that a cover lacks. They only grow.
+  std::vector<std::vector<float>> dust;
 
   std::size_t size() const { return t.size(); }
+  /// Room for all nodes in so many slots; what is in it is not specified.
+  void make_room(std::size_t light_slots, std::size_t slots_of_dust, std::size_t variants) {
+    dust_slots = slots_of_dust;
+    const auto grow = [](auto& values, std::size_t least) {
+      if (values.size() < least) values.resize(least);
+    };
+    grow(light, light_slots);
+    grow(dust, variants * dust_slots);
+    for (std::size_t slot = 0; slot < light_slots; ++slot) grow(light[slot], size());
+    for (std::size_t k = 0; k < variants * dust_slots; ++k) grow(dust[k], size());
+  }
   void clear() {
     runs.clear();
     t.clear();
@@ -173,10 +187,11 @@ class Medium {
     std::uint32_t kind;
     std::uint32_t share;
   };
-  /// Nodes of a run that lie in a galaxy's ball.
+  /// Nodes of a run that lie in a galaxy's ball, if any, among all of the run.
   struct Stretch {
     const Hit* hit;
     std::int32_t first, count;
+    std::int32_t run_first, run_count;
   };
   struct Scratch;
   static Scratch& scratch();
