@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "expectations.h"
+#include "gamer/core/batch.h"
 #include "gamer/galaxy/galaxy.h"
 #include "gamer/galaxy/star_field.h"
 #include "gamer/noise/noise.h"
@@ -16,7 +17,7 @@
 namespace {
 
 // What the file says is checked the same with few points as with many.
-constexpr std::size_t kCloudPoints = 512;
+constexpr std::size_t kCloudPoints = 2 * gamer::batch_capacity;
 
 bool is_proper(double value) { return std::isfinite(value) && value >= 0; }
 

@@ -8,7 +8,8 @@ namespace gamer {
 
 /// While one lives, this thread takes denormal numbers (single precision: below 1.2e-38) for zero,
 /// given or computed: densities far from a galaxy's centre fall that low, where x86 cores need a
-/// hundred cycles more for each product. On other machines it does nothing.
+/// hundred cycles more for each product. On other machines it does nothing. Statistics of galaxies
+/// do without: their points lie where there is light.
 class DenormalsAreZero {
  public:
 #if defined(__SSE__)

@@ -456,7 +456,8 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
   place(points, footprints != nullptr, batch);
   for (std::size_t c = 0; c < count; ++c) components_[c]->envelope(batch, densities[c].data());
   // The noise of followed components is wanted wherever they or a follower matter.
-  std::vector<BatchArray> followed_phi(followed_components_.size());
+  const auto followed_phi =
+      std::make_unique_for_overwrite<BatchArray[]>(followed_components_.size());
   const auto phi_of_followed = [&](std::size_t c) -> const BatchArray* {
     for (std::size_t k = 0; k < followed_components_.size(); ++k) {
       if (followed_components_[k] == c) return &followed_phi[k];
@@ -494,10 +495,11 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
     HWY_DYNAMIC_DISPATCH(Logarithm)(places, footprints->data(), log_footprints.data());
     spread(log_footprints);
   }
-  std::vector<BatchArray> own(std::max<std::size_t>(deviations.size(), 1));
+  const std::size_t most_variants = std::max<std::size_t>(deviations.size(), 1);
+  const auto own = std::make_unique_for_overwrite<BatchArray[]>(most_variants);
   for (std::size_t c = 0; c < count; ++c) {
     const Component& component = *components_[c];
-    const std::size_t variants = component.absorbs() ? own.size() : 1;
+    const std::size_t variants = component.absorbs() ? most_variants : 1;
     const BatchArray* known = phi_of_followed(c);
     if (component.texture() != nullptr && known == nullptr) {
       const bool varies = variants > 1 && footprints != nullptr;
@@ -506,7 +508,7 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
         spread(coherence);
       }
       phi(c, batch, densities[c], threshold * static_cast<float>(component.threshold_scale()),
-          footprints, varies ? &coherence : nullptr, deviations, std::span(own).first(variants),
+          footprints, varies ? &coherence : nullptr, deviations, std::span(own.get(), variants),
           counts);
     }
     const BatchArray* followed =

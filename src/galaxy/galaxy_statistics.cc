@@ -38,8 +38,9 @@ constexpr double largest_coherence_footprint = 1.0 / 9;
 constexpr double least_coherence = 0.05;
 constexpr double largest_coherence = 4;
 constexpr double first_factor = 1.3;
-constexpr int secants = 3;
-constexpr double near = 0.03;  ///< Within that share secants need no further step.
+constexpr int secants = 4;
+// Of what comes through: light that errs by less needs no further secant.
+constexpr double light_error = 1e-3;
 
 // Places at which the largest Phi of a star field is looked for, and by what it may exceed the
 // largest found: the light of what is beyond is below 1e-4 of the field's (tests).
@@ -428,10 +429,10 @@ double GalaxyStatistics::measure_seen(std::size_t c, std::size_t cloud_size,
 /// Rays through a layer of dust, and what those of each width see along them.
 struct GalaxyStatistics::DustRays {
   const Texture* texture;  ///< may be null
-  std::size_t widths, heights;
-  std::vector<WeightedBatch> rays;     ///< where they meet the plane, by the area they stand for
+  std::size_t width_count, heights;
+  std::vector<WeightedBatch> columns;  ///< where they meet the plane, by the area they stand for
   std::vector<BatchArray> brightness;  ///< of light there
-  /// At every point, [(ray batch * heights + height) * widths + width], and by what Phi of it is
+  /// At every point, [(batch * heights + height) * width_count + width], and by what Phi of it is
   /// multiplied to be a depth.
   std::unique_ptr<SeenNoise[]> seen;
   std::unique_ptr<BatchArray[]> weights;
@@ -441,29 +442,29 @@ struct GalaxyStatistics::DustRays {
                                  std::span<const double> deviations) const;
   /// Mean of `term`(depth) over rays and variants, by area or also by the light.
   template <class Term>
-  double mean(const std::vector<BatchArray>& depths, bool by_light, Term&& term) const;
-  double amount(const std::vector<BatchArray>& depths) const {
-    return mean(depths, false, [](double depth) { return depth; });
+  double mean(const std::vector<BatchArray>& values, bool by_light, Term&& term) const;
+  double amount(const std::vector<BatchArray>& values) const {
+    return mean(values, false, [](double depth) { return depth; });
   }
   /// What comes through dust `factor` times as dense.
-  double light(const std::vector<BatchArray>& depths, double factor) const {
-    return mean(depths, true, [&](double depth) { return std::exp(-factor * depth); });
+  double light(const std::vector<BatchArray>& values, double factor) const {
+    return mean(values, true, [&](double depth) { return std::exp(-factor * depth); });
   }
 };
 
 std::vector<BatchArray> GalaxyStatistics::DustRays::depths(
     std::size_t width, double coherence, std::span<const double> deviations) const {
-  const std::size_t batches = rays.size();
+  const std::size_t batches = columns.size();
   const std::size_t variants = std::max<std::size_t>(deviations.size(), 1);
   std::vector<BatchArray> result(batches * variants);
   BatchArray coherence_of;
   std::fill_n(coherence_of.data(), batch_capacity, static_cast<float>(coherence));
   parallel_for(batches, [&](std::size_t b) {
-    const std::size_t size = rays[b].size;
+    const std::size_t size = columns[b].size;
     std::vector<BatchArray> phi(variants);
     for (BatchArray& values : phi) std::fill_n(values.data(), batch_capacity, 1.0f);
     for (std::size_t k = 0; k < heights; ++k) {
-      const std::size_t at = (b * heights + k) * widths + width;
+      const std::size_t at = (b * heights + k) * width_count + width;
       if (texture != nullptr) {
         texture->expect(size, seen[at], coherence_of.data(), deviations, phi);
       }
@@ -477,19 +478,19 @@ std::vector<BatchArray> GalaxyStatistics::DustRays::depths(
 }
 
 template <class Term>
-double GalaxyStatistics::DustRays::mean(const std::vector<BatchArray>& depths, bool by_light,
+double GalaxyStatistics::DustRays::mean(const std::vector<BatchArray>& values, bool by_light,
                                         Term&& term) const {
-  const std::size_t batches = rays.size(), variants = depths.size() / batches;
+  const std::size_t batches = columns.size(), variants = values.size() / batches;
   double sum = 0, whole_weight = 0;
   for (std::size_t b = 0; b < batches; ++b) {
     for (std::size_t v = 0; v < variants; ++v) {
       const double share = variants > 1 ? dust_variant_weights[v] : 1.0;
-      const BatchArray& values = depths[v * batches + b];
-      for (std::size_t i = 0; i < rays[b].size; ++i) {
+      const BatchArray& own = values[v * batches + b];
+      for (std::size_t i = 0; i < columns[b].size; ++i) {
         const double weight =
-            share * double{rays[b].weight[i]} * (by_light ? double{brightness[b][i]} : 1.0);
+            share * double{columns[b].weight[i]} * (by_light ? double{brightness[b][i]} : 1.0);
         whole_weight += weight;
-        sum += weight * term(double{values[i]});
+        sum += weight * term(double{own[i]});
       }
     }
   }
@@ -574,7 +575,7 @@ GalaxyStatistics::DustRays GalaxyStatistics::trace_dust(std::size_t c, double pa
     see_texture(dust, turned, shear, widths, true,
                 {result.seen.get() + place * widths.size(), widths.size()});
   });
-  result.rays = std::move(cloud.columns);
+  result.columns = std::move(cloud.columns);
   return result;
 }
 
@@ -591,44 +592,39 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
   const std::vector<BatchArray> all = traced.depths(widths.size(), 1, {});
   const double whole = traced.amount(all), wanted = traced.light(all, 1);
   if (!(whole > 0) || !std::isfinite(whole) || !std::isfinite(wanted)) return;
-  /// By how much too much light comes through, and how much dust there is.
+  /// With a coherence: by how much too much light comes through, and how much dust there is.
   struct Passed {
     double coherence, excess, amount;
   };
-  double guess = 1, slope = 0, amount_slope = 0;
+  double guess = 1, slope = 0;
   for (std::size_t k = widths.size(); k-- > 0;) {
     const auto pass = [&](double coherence) {
-      const std::vector<BatchArray> values = traced.depths(k, coherence, dust_deviations);
-      const double amount = traced.amount(values);
-      return Passed{coherence, traced.light(values, whole / amount) - wanted,
+      const std::vector<BatchArray> depths = traced.depths(k, coherence, dust_deviations);
+      const double amount = traced.amount(depths);
+      return Passed{coherence, traced.light(depths, whole / amount) - wanted,
                     proper_mean(amount / whole)};
     };
-    const auto clamped = [](double coherence) {
-      return std::clamp(coherence, least_coherence, largest_coherence);
-    };
-    // Secants, from what the wider rays have; light grows with the variance.
+    // Secants, from what the wider rays have, slope included; light grows with the variance.
     Passed last = pass(guess);
-    if (slope > 0) {
-      guess = std::clamp(guess - last.excess / slope, guess / first_factor, guess * first_factor);
-    } else {
-      guess = last.excess > 0 ? guess / first_factor : guess * first_factor;
-    }
-    guess = clamped(guess);
-    for (int step = 0; step < secants && std::abs(guess - last.coherence) > near * guess; ++step) {
-      const Passed own = pass(guess);
-      const double distance = own.coherence - last.coherence;
-      if (!((own.excess - last.excess) * distance > 0)) {
-        guess = last.coherence;
-        break;
+    for (int step = 0; step < secants && std::abs(last.excess) > light_error * wanted; ++step) {
+      if (slope > 0) {
+        guess = last.coherence - last.excess / slope;
+      } else {
+        guess = last.excess > 0 ? 0.0 : largest_coherence;
       }
+      // The first is short, for a slope of its own.
+      if (step == 0) {
+        guess = std::clamp(guess, last.coherence / first_factor, last.coherence * first_factor);
+      }
+      const Passed own = pass(std::clamp(guess, least_coherence, largest_coherence));
+      const double distance = own.coherence - last.coherence;
+      if (!((own.excess - last.excess) * distance > 0)) break;
       slope = (own.excess - last.excess) / distance;
-      amount_slope = (own.amount - last.amount) / distance;
       last = own;
-      guess = clamped(own.coherence - own.excess / slope);
     }
-    guess = std::clamp(guess, (1 - near) * last.coherence, (1 + near) * last.coherence);
-    coherences.push_back(guess);
-    amounts.push_back(last.amount + (guess - last.coherence) * amount_slope);
+    guess = last.coherence;
+    coherences.push_back(last.coherence);
+    amounts.push_back(last.amount);
   }
   std::reverse(coherences.begin(), coherences.end());
   std::reverse(amounts.begin(), amounts.end());

@@ -7,12 +7,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "core/math-inl.h"
 #include "galaxy/taper-inl.h"
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
+#include "gamer/noise/footprint.h"
 
 #ifndef GAMER_GALAXY_LAYER_KERNEL
 #define GAMER_GALAXY_LAYER_KERNEL
@@ -205,9 +207,12 @@ constexpr double hole_width = 0.5;
 // Nodes per period of the texture's sharpest features: fewer miss some, which no estimate shows.
 constexpr double nodes_per_period = 2;
 
-// Frequency times footprint of the finest octaves that nodes follow: four fifths are seen of them.
-// The error estimates show where finer ones matter.
-constexpr double seen_cycles = 0.35;
+// Of lengths: no smaller one is divided by.
+constexpr double least_square = std::numeric_limits<double>::min();
+
+// Frequency times footprint of the finest octaves that nodes follow, of which four fifths are seen.
+// Finer ones are too faint to be missed for long: doubled nodes find them.
+constexpr double seen_cycles = fade_begin + 4 * (fade_end - fade_begin) / 15;
 
 // Integrals over the layer end at this many scale lengths: (1 + x) e^-x of the light is beyond.
 constexpr double reach = 30;
@@ -566,7 +571,7 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
   if (dd > 0 && axis > begin && axis < end) {
     const double impact2 = std::max(oo - od * od / dd, 0.0);
     const double finest = shape_.inner > 0 ? hole_width * shape_.inner : cusp_width * shape_.rh;
-    const double width = std::sqrt((impact2 + finest * finest) / dd);
+    const double width = std::sqrt(std::max(impact2 + finest * finest, least_square) / dd);
     out.focuses.push_back({axis, width, nodes_per_width / width});
   }
 }

@@ -613,7 +613,7 @@ const std::vector<float>& sample_of(const Noise& kind) {
   static std::map<const Noise*, std::vector<float>> known;
   const std::lock_guard lock(mutex);
   std::vector<float>& sample = known[&kind];
-  constexpr std::uint64_t batches = 256;
+  constexpr std::uint64_t batches = (std::uint64_t{1} << 16) / batch_capacity;
   constexpr double extent = 4096;
   if (sample.empty()) {
     const Octave octave;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <initializer_list>
 #include <map>
 
 #include "core/denormals.h"
@@ -151,7 +152,7 @@ class AdaptiveSampler : public Sampler {
                     RenderCounts& counts) const;
   void evaluate(std::span<const std::span<const Hit>> hits, Level& level, Workspace& ws,
                 RenderCounts& counts) const;
-  /// By every `stride`-th node, for one stride after the other.
+  /// By every node, every second and so on, for one stride after the other.
   void integrate_level(std::initializer_list<std::int32_t> strides, Workspace& ws) const;
   /// Takes the steering planes' integrals over the level's runs.
   void steer(Workspace& ws) const;
@@ -349,24 +350,22 @@ void AdaptiveSampler::integrate_level(std::initializer_list<std::int32_t> stride
   }
   ws.dust.clear();
   for (const auto& dust : level.nodes.dust) ws.dust.push_back(dust.data());
-  RunNodes runs{level.run.size(),
-                level.first.data(),
-                level.count.data(),
-                level.cover.data(),
-                level.open.data(),
-                level.has_variants.data(),
-                level.weight.data(),
-                ws.light.data(),
-                ws.dust.data(),
-                ws.dust_slots,
-                std::span(dust_variant_weights).first(level.variants),
-                nullptr};
+  const RunNodes runs{level.run.size(),
+                      level.first.data(),
+                      level.count.data(),
+                      level.cover.data(),
+                      level.open.data(),
+                      level.has_variants.data(),
+                      level.weight.data(),
+                      ws.light.data(),
+                      ws.dust.data(),
+                      ws.dust_slots,
+                      std::span(dust_variant_weights).first(level.variants)};
   const RunCovers covers{ws.covers.size(), nodes, ws.cover_light_slots.data(),
                          ws.cover_dust_slots.data(), ws.extinction.data()};
   order_runs(runs, covers, ws.order);
-  runs.order = ws.order.data();
   for (const std::int32_t stride : strides) {
-    integrate_runs(runs, covers, stride,
+    integrate_runs(runs, covers, ws.order, stride,
                    {level.run.data(), ws.light_slots, ws.run_light.data(), ws.run_depth.data(),
                     ws.run_transmission.data()});
     steer(ws);

@@ -394,7 +394,8 @@ void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray,
           .push_back({&hit, static_cast<std::int32_t>(first - nodes.t.begin()),
                       static_cast<std::int32_t>(last - first), run.first, run.count});
     }
-    // Runs share vectors with those of other covers: without extinction, but not without dust.
+    // Runs share vectors with those of other covers, whose slots they then have with extinction 0:
+    // what is left in them might be infinite.
     const auto own =
         static_cast<std::size_t>(covers[static_cast<std::size_t>(run.cover)].dust_slots);
     for (std::size_t k = 0; k < variants * dust_slots; ++k) {
@@ -446,6 +447,10 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
     bool has_footprints = false;
     while (next < stretches.size() && size < batch_capacity) {
       const Stretch& stretch = stretches[next];
+      if (stretch.count == 0) {
+        ++next;
+        continue;
+      }
       const Hit& hit = *stretch.hit;
       const auto room = static_cast<std::int32_t>(batch_capacity - size);
       const std::int32_t count = std::min(stretch.count - done, room);
@@ -479,6 +484,7 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
       ++next;
       done = 0;
     }
+    if (size == 0) break;
     for (std::size_t i = size; i < padded(size); ++i) {
       s.x[i] = s.y[i] = s.z[i] = s.rays.footprint[i] = s.rays.obliquity[i] = s.distance[i] = 0;
     }

@@ -315,7 +315,8 @@ void IntegrateLanes(const RunNodes& runs, const RunCovers& covers, const RunLane
   }
 }
 
-void IntegrateRuns(const RunNodes& runs, const RunCovers& covers, std::int32_t stride,
+void IntegrateRuns(const RunNodes& runs, const RunCovers& covers,
+                   std::span<const std::uint32_t> order, std::int32_t stride,
                    const RunIntegrals& out, VectorMemory& memory) {
   using D = hn::ScalableTag<float>;
   const std::size_t lanes = hn::Lanes(D());
@@ -324,7 +325,6 @@ void IntegrateRuns(const RunNodes& runs, const RunCovers& covers, std::int32_t s
   const std::size_t size = out.light_slots * covers.nodes + covers.nodes +
                            Absorption<D>::size(dust_slots, covers.nodes, variants);
   float* const room = memory.room_for(size * lanes);
-  const std::span<const std::uint32_t> order(runs.order, runs.runs);
   for (std::size_t from = 0; from < runs.runs; from += lanes) {
     const auto numbers = order.subspan(from, std::min(lanes, runs.runs - from));
     IntegrateLanes<D>(runs, covers, RunLanes<D>(runs, covers, numbers, stride), out, room);
@@ -361,11 +361,12 @@ void order_runs(const RunNodes& runs, const RunCovers& covers, std::vector<std::
   for (const std::uint64_t own : keys) order.push_back(static_cast<std::uint32_t>(own));
 }
 
-void integrate_runs(const RunNodes& runs, const RunCovers& covers, std::int32_t stride,
+void integrate_runs(const RunNodes& runs, const RunCovers& covers,
+                    std::span<const std::uint32_t> order, std::int32_t stride,
                     const RunIntegrals& out) {
   if (runs.runs == 0) return;
   thread_local VectorMemory memory;
-  HWY_DYNAMIC_DISPATCH(IntegrateRuns)(runs, covers, stride, out, memory);
+  HWY_DYNAMIC_DISPATCH(IntegrateRuns)(runs, covers, order, stride, out, memory);
 }
 
 }  // namespace gamer

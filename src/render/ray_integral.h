@@ -20,7 +20,6 @@ struct RunNodes {
   const float* const* dust;      ///< [variant * dust_stride + slot][node]
   std::size_t dust_stride;
   std::span<const double> variant_weights;
-  const std::uint32_t* order;  ///< of runs, see order_runs()
 };
 
 /// What slots do, for each cover.
@@ -41,8 +40,7 @@ struct RunIntegrals {
   float* transmission;      ///< [run * nodes + j]: exp(-depth), or its mean over variants
 };
 
-/// Sorts the runs so that those much alike follow each other and share vectors; takes no notice of
-/// RunNodes::order.
+/// Sorts the runs so that those much alike follow each other and share vectors.
 void order_runs(const RunNodes& runs, const RunCovers& covers, std::vector<std::uint32_t>& order);
 
 /// The trapezoidal rule in the map's u, with the weights of the cubic Gregory rule at an open
@@ -51,7 +49,8 @@ void order_runs(const RunNodes& runs, const RunCovers& covers, std::vector<std::
 ///   13/24 (f_(k-1) + f_k) - 1/24 (f_(k-2) + f_(k+1)),
 /// which adds up to differences of sum_(i<=k) f_i - f_k/2 + (f_(k-1) - f_(k+1))/24. Runs are worked
 /// on in SIMD lanes; each one's result depends on it alone.
-void integrate_runs(const RunNodes& runs, const RunCovers& covers, std::int32_t stride,
+void integrate_runs(const RunNodes& runs, const RunCovers& covers,
+                    std::span<const std::uint32_t> order, std::int32_t stride,
                     const RunIntegrals& out);
 
 }  // namespace gamer

@@ -52,7 +52,7 @@ constexpr double layer_height = 0.015, layer_length = 0.22;
 /// The last component's light over that of rays which see all, by widths; over points of even
 /// shares of exp(-r/0.22), of the angle and of sech^2(z/0.015).
 std::vector<double> light_by_width(const Galaxy& galaxy, const std::vector<double>& widths) {
-  constexpr std::size_t batches = 2048;
+  constexpr std::size_t batches = (std::size_t{1} << 19) / batch_capacity;
   std::vector<double> sums(widths.size(), 0.0);
   double whole = 0;
   std::vector<BatchArray> densities(galaxy.components().size());
@@ -137,7 +137,7 @@ TEST(EveryTexture, FollowersKeepTheirLight) {
 /// The share of a thin disk's light that comes through the dust behind which it lies, along rays of
 /// a path per height, by widths (0 for rays that see all).
 double light_through(const Galaxy& galaxy, double path, double width) {
-  constexpr std::size_t batches = 24, heights = 24;
+  constexpr std::size_t batches = 6144 / batch_capacity, heights = 24;
   const double slope = std::sqrt(path * path - 1);
   const std::size_t dust = galaxy.components().size() - 1, count = dust + 1;
   const std::size_t variants = width > 0 ? dust_deviations.size() : 1;

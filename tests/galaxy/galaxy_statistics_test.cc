@@ -100,6 +100,38 @@ TEST(GalaxyStatistics, PartsMeasuredApartMakeTheSameGalaxy) {
   }
 }
 
+TEST(GalaxyStatistics, WhatARayMeetsDoesNotDependOnItsNeighbours) {
+  // Tables are looked up once where all rays have one footprint and direction.
+  const auto galaxy = parse_galaxy(all_parts, quick_settings());
+  const std::size_t components = galaxy->components().size();
+  BatchArray x{}, y{}, z{};
+  RayBatch rays{};
+  for (std::size_t i = 0; i < batch_capacity; ++i) {
+    const double share = static_cast<double>(i) / batch_capacity;
+    x[i] = static_cast<float>(0.5 * share * std::cos(40 * share));
+    y[i] = static_cast<float>(0.5 * share * std::sin(40 * share));
+    rays.footprint[i] = 0.03f;
+    rays.obliquity[i] = 0.4f;
+  }
+  const auto densities = [&] {
+    EvaluationCounts counts;
+    std::vector<BatchArray> all(components * dust_deviations.size());
+    galaxy->evaluate({x.data(), y.data(), z.data(), batch_capacity}, 1e-4f, &rays, dust_deviations,
+                     all, counts);
+    return all;
+  };
+  const std::vector<BatchArray> alike = densities();
+  const std::size_t last = batch_capacity - 1;
+  for (const bool has_other_footprint : {false, true}) {
+    (has_other_footprint ? rays.footprint : rays.obliquity)[last] = 0.1f;
+    const std::vector<BatchArray> with_another = densities();
+    for (std::size_t k = 0; k < alike.size(); ++k) {
+      if (k >= components && !galaxy->components()[k % components]->absorbs()) continue;
+      EXPECT_TRUE(std::equal(alike[k].data(), alike[k].data() + last, with_another[k].data())) << k;
+    }
+  }
+}
+
 TEST(GalaxyStatistics, HasPartsOfTexturedComponents) {
   const auto galaxy = read_galaxy(all_parts);
   const GalaxyStatistics statistics(*galaxy);

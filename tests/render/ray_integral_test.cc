@@ -15,12 +15,13 @@ namespace {
 /// comes of them.
 class RunsTest : public testing::Test {
  protected:
-  /// `from` in scale heights: where the run begins.
-  void add(double from, int nodes, bool is_open, bool has_variants = false) {
+  /// `from` in scale heights: where the run begins. Cover 1 has no dust.
+  void add(double from, int nodes, bool is_open, bool has_variants = false,
+           std::int32_t cover = 0) {
     const double step = (10 - from) / (nodes - 1);
     first_.push_back(static_cast<std::int32_t>(weight_.size()));
     count_.push_back(nodes);
-    cover_.push_back(0);
+    cover_.push_back(cover);
     open_.push_back(is_open ? 1 : 0);
     variants_.push_back(has_variants ? 1 : 0);
     for (int k = 0; k < nodes; ++k) {
@@ -48,15 +49,16 @@ class RunsTest : public testing::Test {
     for (const float density : density_) twice.push_back(2 * density);
     const float* light = density_.data();
     const float* dust[] = {density_.data(), twice.data()};
-    const std::int32_t slots = 1;
-    RunNodes runs{first_.size(),    first_.data(),  count_.data(), cover_.data(), open_.data(),
-                  variants_.data(), weight_.data(), &light,        dust,          1,
-                  variant_weights_, nullptr};
-    const RunCovers covers{1, 2, &slots, &slots, extinction_};
+    const std::int32_t light_slots[] = {1, 1}, dust_slots[] = {1, 0};
+    const float extinction[] = {extinction_[0], 0, extinction_[1], 0};
+    const RunNodes runs{
+        first_.size(),    first_.data(),  count_.data(), cover_.data(), open_.data(),
+        variants_.data(), weight_.data(), &light,        dust,          1,
+        variant_weights_};
+    const RunCovers covers{2, 2, light_slots, dust_slots, extinction};
     std::vector<std::uint32_t> order;
     order_runs(runs, covers, order);
-    runs.order = order.data();
-    integrate_runs(runs, covers, stride,
+    integrate_runs(runs, covers, order, stride,
                    {run.data(), 1, light_.data(), depth_.data(), transmission_.data()});
   }
 
@@ -91,6 +93,24 @@ TEST_F(RunsTest, LightMixedWithDust) {
           EXPECT_NEAR(depth(i, j), a * whole, depth_error * a) << i;
           EXPECT_NEAR(light(i, j), (1 - std::exp(-a * whole)) / a, light_error) << i;
           EXPECT_NEAR(transmission(i, j), std::exp(-depth(i, j)), 1e-6) << i;
+        }
+      }
+    }
+  });
+}
+
+TEST_F(RunsTest, RunsWithoutDustBesideDustyOnes) {
+  for_each_simd_target([this] {
+    clear();
+    for (int i = 0; i < 37; ++i) add(-10, 81, false, false, i % 2);
+    integrate();
+    for (std::size_t i = 0; i < first_.size(); ++i) {
+      for (std::size_t j = 0; j < 2; ++j) {
+        const double a = i % 2 == 0 ? double{extinction_[j]} : 0.0;
+        EXPECT_NEAR(depth(i, j), 2 * a, 3e-6 * a) << i;
+        EXPECT_NEAR(light(i, j), a > 0 ? (1 - std::exp(-2 * a)) / a : 2.0, 8e-5) << i;
+        if (a == 0) {
+          EXPECT_EQ(transmission(i, j), 1) << i;
         }
       }
     }

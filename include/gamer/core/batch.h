@@ -5,8 +5,9 @@
 namespace gamer {
 
 /// Points of a batch are worked on together: enough to hide the dispatch, few enough for all arrays
-/// of a galaxy's evaluation to stay in a small second-level cache. Arrays handed to kernels are padded to a multiple of `batch_padding` floats
-/// and aligned to `batch_alignment` bytes; kernels may read and write the padding.
+/// of a galaxy's evaluation to stay in a small second-level cache. Arrays handed to kernels are
+/// padded to a multiple of `batch_padding` floats and aligned to `batch_alignment` bytes; kernels
+/// may read and write the padding.
 inline constexpr std::size_t batch_capacity = 512;
 inline constexpr std::size_t batch_padding = 16;
 inline constexpr std::size_t batch_alignment = 64;

@@ -15,7 +15,7 @@ struct Accuracy {
   /// Distance of a ray's first nodes, in units of the structure that they must not step over.
   /// Controls the features that no node finds: too rare to show in the error estimates.
   double first_step;
-  /// Layers are followed to where their envelope is e to this times its largest value. Controls the
+  /// Layers are followed to where their envelope is exp(this) times its largest value. Controls the
   /// light lost beyond.
   double log_envelope_threshold;
   /// A texture counts as its mean where its component's envelope, relative to its largest value

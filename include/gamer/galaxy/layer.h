@@ -54,7 +54,7 @@ class Layer : public Component {
   ArmPattern arms_;
   double steepest_winding_;  ///< bounds the shear of the twirl
   double peak_;              ///< largest exp(-r/rh) (1 - exp(-(r/inner)^4)) taper
-  double log_peak_;
+  double log_peak_;          ///< its logarithm
 };
 
 }  // namespace gamer

@@ -63,8 +63,8 @@ struct RayNodes {
 
   std::size_t size() const { return t.size(); }
   /// Room for all nodes in so many slots; what is in it is not specified.
-  void make_room(std::size_t light_slots, std::size_t slots_of_dust, std::size_t variants) {
-    dust_slots = slots_of_dust;
+  void make_room(std::size_t light_slots, std::size_t most_dust_slots, std::size_t variants) {
+    dust_slots = most_dust_slots;
     const auto grow = [](auto& values, std::size_t least) {
       if (values.size() < least) values.resize(least);
     };
@@ -195,7 +195,8 @@ class Medium {
   };
   struct Scratch;
   static Scratch& scratch();
-  /// Fills the galaxy's slots, which begin at those given, at the nodes of the stretches.
+  /// Fills the galaxy's slots, which begin at those given, at the nodes of the stretches, and with
+  /// 0 at the others of their runs.
   void fill(int galaxy, std::span<const Stretch> stretches, std::size_t first_light,
             std::size_t first_dust, std::size_t variants, RayNodes& nodes,
             RenderCounts& counts) const;

@@ -8,8 +8,8 @@
 namespace gamer {
 
 /// Integrates G_j = int e exp(-int kappa_j ds') ds along rays for every light component and
-/// spectral node, all in one march, in single precision without denormal numbers. Each ray's result
-/// depends on that ray alone. Used from many threads.
+/// spectral node, all in one march. Densities are single precision, and denormal numbers count as
+/// 0. Each ray's result depends on that ray alone. Used from many threads.
 class Sampler {
  public:
   virtual ~Sampler() = default;
@@ -22,8 +22,8 @@ class Sampler {
 /// second order in the step. Where galaxies overlap the smallest of their steps holds.
 std::unique_ptr<Sampler> make_uniform_sampler(const Medium& medium, double step);
 
-/// The trapezoidal rule in a coordinate that follows the envelopes, its nodes doubled until the ray's
-/// error estimate is within the medium's Accuracy. See docs/method.md.
+/// The trapezoidal rule in a coordinate that follows the envelopes, its nodes doubled until the
+/// ray's error estimate is within the medium's Accuracy. See docs/method.md.
 std::unique_ptr<Sampler> make_adaptive_sampler(const Medium& medium);
 
 /// The sampler that the parameters ask for.
