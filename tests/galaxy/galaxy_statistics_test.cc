@@ -42,25 +42,36 @@ std::shared_ptr<Galaxy> read_galaxy(const std::string& text) {
   return Galaxy::read(text, "g.toml", quick_settings(), resources);
 }
 
+/// Points along a spiral in the plane, or about it.
+struct SpiralPoints {
+  BatchArray x{}, y{}, z{};
+
+  SpiralPoints(double radius, double height) {
+    for (std::size_t i = 0; i < batch_capacity; ++i) {
+      const double share = static_cast<double>(i) / batch_capacity;
+      x[i] = static_cast<float>(radius * share * std::cos(40 * share));
+      y[i] = static_cast<float>(radius * share * std::sin(40 * share));
+      z[i] = static_cast<float>(height * std::sin(7 * share));
+    }
+  }
+  Points points() const { return {x.data(), y.data(), z.data(), batch_capacity}; }
+};
+
 /// Densities where rays see all, and where they do not.
 std::vector<float> densities_of(const Galaxy& galaxy) {
   const std::size_t components = galaxy.components().size();
-  BatchArray x{}, y{}, z{};
+  const SpiralPoints spiral(0.6, 0.01);
   RayBatch rays{};
   for (std::size_t i = 0; i < batch_capacity; ++i) {
     const double share = static_cast<double>(i) / batch_capacity;
-    x[i] = static_cast<float>(0.6 * share * std::cos(40 * share));
-    y[i] = static_cast<float>(0.6 * share * std::sin(40 * share));
-    z[i] = static_cast<float>(0.01 * std::sin(7 * share));
     rays.footprint[i] = static_cast<float>(0.3 * share);
     rays.obliquity[i] = static_cast<float>(2 * share);
   }
-  const Points points{x.data(), y.data(), z.data(), batch_capacity};
   std::vector<float> all;
   EvaluationCounts counts;
   const auto take = [&](const RayBatch* seen_by, std::span<const double> deviations) {
     std::vector<BatchArray> densities(components * std::max<std::size_t>(deviations.size(), 1));
-    galaxy.evaluate(points, 1e-4f, seen_by, deviations, densities, counts);
+    galaxy.evaluate(spiral.points(), 1e-4f, seen_by, deviations, densities, counts);
     for (std::size_t k = 0; k < densities.size(); ++k) {
       const bool varies = galaxy.components()[k % components]->absorbs();
       if (k >= components && !varies) continue;
@@ -104,20 +115,14 @@ TEST(GalaxyStatistics, WhatARayMeetsDoesNotDependOnItsNeighbours) {
   // Tables are looked up once where all rays have one footprint and direction.
   const auto galaxy = parse_galaxy(all_parts, quick_settings());
   const std::size_t components = galaxy->components().size();
-  BatchArray x{}, y{}, z{};
+  const SpiralPoints spiral(0.5, 0);
   RayBatch rays{};
-  for (std::size_t i = 0; i < batch_capacity; ++i) {
-    const double share = static_cast<double>(i) / batch_capacity;
-    x[i] = static_cast<float>(0.5 * share * std::cos(40 * share));
-    y[i] = static_cast<float>(0.5 * share * std::sin(40 * share));
-    rays.footprint[i] = 0.03f;
-    rays.obliquity[i] = 0.4f;
-  }
+  std::fill_n(rays.footprint.data(), batch_capacity, 0.03f);
+  std::fill_n(rays.obliquity.data(), batch_capacity, 0.4f);
   const auto densities = [&] {
     EvaluationCounts counts;
     std::vector<BatchArray> all(components * dust_deviations.size());
-    galaxy->evaluate({x.data(), y.data(), z.data(), batch_capacity}, 1e-4f, &rays, dust_deviations,
-                     all, counts);
+    galaxy->evaluate(spiral.points(), 1e-4f, &rays, dust_deviations, all, counts);
     return all;
   };
   const std::vector<BatchArray> alike = densities();
