@@ -22,6 +22,8 @@ namespace {
 // this share of the galaxy's light.
 constexpr std::size_t first_cloud = std::size_t{1} << 15;
 constexpr double cloud_error = 0.004;
+// Processes share large clouds in slices of so many batches.
+constexpr std::size_t slice_batches = 256;
 // The same for what wide rays see of it relative to the whole.
 constexpr std::size_t first_seen_cloud = std::size_t{1} << 13;
 constexpr std::size_t largest_seen_cloud = std::size_t{1} << 19;
@@ -49,15 +51,6 @@ constexpr double peak_margin = 1.25;
 // Within so many scale lengths and heights.
 constexpr double bright_lengths = 4;
 constexpr double bright_heights = 2;
-
-/// Measures over a cloud of `first` points, then of as many as a standard error needs.
-void refine(std::size_t first, std::size_t most, double error,
-            const std::function<double(std::size_t size)>& measure) {
-  const double excess = measure(first) / error;
-  if (!(excess > 1)) return;
-  const double needed = static_cast<double>(first) * excess * excess;
-  measure(static_cast<std::size_t>(std::min(needed, static_cast<double>(most))));
-}
 
 /// A mean of few points may be of none that count.
 double proper_mean(double mean) { return mean > 0 && std::isfinite(mean) ? mean : 1; }
@@ -172,14 +165,19 @@ class NumberReader {
 }  // namespace
 
 GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy)
-    : galaxy_(galaxy), is_normalised_(galaxy.components_.size(), false) {
+    : galaxy_(galaxy),
+      first_error_(galaxy.components_.size(), -1.0),
+      larger_(galaxy.components_.size()) {
+  std::vector<Part>& first = parts_[static_cast<std::size_t>(Round::first)];
+  std::vector<Part>& seen = parts_[static_cast<std::size_t>(Round::seen)];
   for (std::size_t c = 0; c < galaxy_.components_.size(); ++c) {
     const Component& component = component_at(c);
     const Texture* texture = component.texture();
     if (!component.absorbs()) light_ += galaxy_.luminosity(c);
     if (texture == nullptr && galaxy_.followed_[c] < 0) continue;
+    first.push_back({c, 0});
     for (std::size_t o = component.absorbs() ? Galaxy::obliquities.size() : 1; o-- > 0;) {
-      parts_.push_back({c, o});
+      seen.push_back({c, o});
     }
     const std::size_t mean = texture != nullptr ? texture->statistics().size() : 0;
     const std::size_t lists =
@@ -187,42 +185,62 @@ GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy)
     // With the lists' counts, the mean of what is followed, a star field's Phi, and widths more:
     // how sharp a texture is may show only when it is measured.
     constexpr std::size_t others = 12;
-    most_numbers_ = std::max(most_numbers_, mean + lists + others);
+    most_numbers_ = std::max({most_numbers_, mean + others, lists + others, CloudMoments::count});
   }
   // What may take long first, so that processes end together: light, then dust from long paths to
   // short ones.
-  std::stable_partition(parts_.begin(), parts_.end(),
+  std::stable_partition(seen.begin(), seen.end(),
                         [&](const Part& part) { return !component_at(part.component).absorbs(); });
 }
 
-void GalaxyStatistics::measure(std::size_t part, std::span<double> numbers) {
-  const auto [c, obliquity] = parts_[part];
-  normalise(c);
-  const Component& component = component_at(c);
-  const Texture* texture = component.texture();
+void GalaxyStatistics::measure(Round round, std::size_t part, std::span<double> numbers) {
+  const auto [c, index] = parts_[static_cast<std::size_t>(round)][part];
   NumberWriter writer(numbers);
-  if (texture != nullptr) writer.add(texture->statistics());
-  writer.add(galaxy_.follow_scale_[c]);
-  if (component.absorbs()) {
-    std::vector<double> coherences, amounts;
-    measure_dust(c, obliquity, std::min(coherence_rays, galaxy_.most_cloud_points_), coherences,
-                 amounts);
-    writer.add(coherences);
-    writer.add(amounts);
-    return;
-  }
-  writer.add(measure_seen(c));
-  if (const auto* field = dynamic_cast<const StarField*>(&component)) {
-    writer.add(largest_phi(c, *field));
+  switch (round) {
+    case Round::first:
+      normalise(c);
+      if (const Texture* texture = component_at(c).texture()) writer.add(texture->statistics());
+      writer.add(galaxy_.follow_scale_[c]);
+      writer.add(first_error_[c]);
+      return;
+    case Round::larger: {
+      const CloudMoments moments = measure_slice(c, index);
+      for (const double sum : moments.sums()) writer.add(sum);
+      return;
+    }
+    case Round::seen:
+      galaxy_.check_density(c);
+      if (component_at(c).absorbs()) {
+        std::vector<double> coherences, amounts;
+        measure_dust(c, index, std::min(coherence_rays, galaxy_.most_cloud_points_), coherences,
+                     amounts);
+        writer.add(coherences);
+        writer.add(amounts);
+        return;
+      }
+      writer.add(measure_seen(c));
+      if (const auto* field = dynamic_cast<const StarField*>(&component_at(c))) {
+        writer.add(largest_phi(c, *field));
+      }
   }
 }
 
-void GalaxyStatistics::take(std::size_t part, std::span<const double> numbers) {
-  const auto [c, obliquity] = parts_[part];
+void GalaxyStatistics::take(Round round, std::size_t part, std::span<const double> numbers) {
+  const auto [c, index] = parts_[static_cast<std::size_t>(round)][part];
   Component& component = *galaxy_.components_[c];
   NumberReader reader(numbers);
-  if (Texture* texture = component.texture(); texture != nullptr) texture->restore(reader.list());
-  galaxy_.follow_scale_[c] = reader.number();
+  switch (round) {
+    case Round::first:
+      if (Texture* texture = component.texture()) texture->restore(reader.list());
+      galaxy_.follow_scale_[c] = reader.number();
+      first_error_[c] = reader.number();
+      return;
+    case Round::larger:
+      larger_[c].moments.add(numbers.first(CloudMoments::count));
+      return;
+    case Round::seen:
+      break;
+  }
   if (component.absorbs()) {
     const std::vector<double> coherences = reader.list(), amounts = reader.list();
     if (coherences.empty()) return;
@@ -230,8 +248,8 @@ void GalaxyStatistics::take(std::size_t part, std::span<const double> numbers) {
     const double narrowest = largest_coherence_footprint * std::pow(coherence_ratio, -narrower);
     Galaxy::Dust& dust = galaxy_.dust_[c];
     dust.log_narrow = static_cast<float>(log_narrowest(c));
-    dust.coherence[obliquity] = {narrowest, coherence_ratio, coherences};
-    dust.amount[obliquity] = {narrowest, coherence_ratio, amounts};
+    dust.coherence[index] = {narrowest, coherence_ratio, coherences};
+    dust.amount[index] = {narrowest, coherence_ratio, amounts};
     return;
   }
   if (std::vector<double> means = reader.list(); !means.empty()) {
@@ -244,11 +262,39 @@ void GalaxyStatistics::take(std::size_t part, std::span<const double> numbers) {
   if (auto* field = dynamic_cast<StarField*>(&component)) field->set_largest_phi(reader.number());
 }
 
+void GalaxyStatistics::finish(Round round) {
+  if (round == Round::larger) correct_means();
+  if (round != Round::first) return;
+  std::vector<Part>& slices = parts_[static_cast<std::size_t>(Round::larger)];
+  for (const Part& part : parts_[static_cast<std::size_t>(Round::first)]) {
+    const std::size_t c = part.component;
+    const std::size_t first = std::min(first_cloud, galaxy_.most_cloud_points_);
+    larger_[c].points = enough(c, first, first_error_[c], cloud_error);
+    // A cloud has about as many points as it is asked for.
+    const std::size_t batches = larger_[c].points / batch_capacity;
+    const std::size_t count = (batches + slice_batches - 1) / slice_batches;
+    for (std::size_t k = 0; k < count; ++k) slices.push_back({c, k});
+    larger_[c].slices = count;
+  }
+}
+
+CloudMoments GalaxyStatistics::measure_slice(std::size_t c, std::size_t slice) {
+  Larger& own = larger_[c];
+  if (own.cloud.batches == 0) own.cloud = component_at(c).cloud(own.points);
+  const auto begin = [&](std::size_t k) { return own.cloud.batches * k / own.slices; };
+  return moments_over(
+      own.cloud, begin(slice), begin(slice + 1),
+      [&](const Points& points, float* out) { whole_phi(c, points, out); });
+}
+
 void GalaxyStatistics::measure_all() {
   std::vector<double> numbers(most_numbers_);
-  for (std::size_t part = 0; part < parts_.size(); ++part) {
-    measure(part, numbers);
-    take(part, numbers);
+  for (const Round round : rounds) {
+    for (std::size_t part = 0; part < parts(round); ++part) {
+      measure(round, part, numbers);
+      take(round, part, numbers);
+    }
+    finish(round);
   }
 }
 
@@ -257,36 +303,75 @@ double GalaxyStatistics::share(std::size_t c) const {
 }
 
 void GalaxyStatistics::normalise(std::size_t c) {
-  if (is_normalised_[c]) return;
+  if (first_error_[c] >= 0) return;
   // Together with what it follows.
   if (galaxy_.followed_[c] >= 0) normalise(static_cast<std::size_t>(galaxy_.followed_[c]));
-  const Component& component = component_at(c);
-  const std::size_t most = galaxy_.most_cloud_points_;
+  Component& component = *galaxy_.components_[c];
+  const std::vector<WeightedBatch> cloud =
+      component.cloud(std::min(first_cloud, galaxy_.most_cloud_points_)).all();
   try {
-    refine(std::min(first_cloud, most), most, cloud_error / std::sqrt(share(c)),
-           [&](std::size_t size) { return normalise(c, size); });
+    if (Texture* texture = component.texture(); texture != nullptr) {
+      FractalNoise::Factor factor;
+      if (galaxy_.followed_[c] >= 0) {
+        factor = [this, c](const Points& points, float* out) { followed_phi(c, points, out); };
+      }
+      texture->normalise(cloud, factor);
+      first_error_[c] = texture->mean_error();
+    } else {
+      const CloudMean mean = mean_over(cloud, [&](std::size_t b, BatchArray& out) {
+        followed_phi(c, cloud[b].points(), out.data());
+      });
+      galaxy_.follow_scale_[c] = 1 / mean.mean;
+      first_error_[c] = mean.error / mean.mean;
+    }
   } catch (const InputError& error) {
     throw InputError(component.where(), "component '" + component.name() + "': " + error.what());
   }
-  galaxy_.check_density(c);
-  is_normalised_[c] = true;
 }
 
-double GalaxyStatistics::normalise(std::size_t c, std::size_t cloud_size) {
-  Component& component = *galaxy_.components_[c];
-  const std::vector<WeightedBatch> cloud = component.cloud(cloud_size);
-  FractalNoise::Factor factor;
-  if (galaxy_.followed_[c] >= 0) {
-    factor = [this, c](const Points& points, float* out) { followed_phi(c, points, out); };
+std::size_t GalaxyStatistics::enough(std::size_t c, std::size_t first, double error,
+                                     double wanted) const {
+  const double excess = error / wanted * std::sqrt(share(c));
+  if (!(excess > 1)) return 0;
+  const double needed = static_cast<double>(first) * excess * excess;
+  return static_cast<std::size_t>(
+      std::min(needed, static_cast<double>(galaxy_.most_cloud_points_)));
+}
+
+void GalaxyStatistics::whole_phi(std::size_t c, const Points& points, float* out) const {
+  if (const Texture* texture = component_at(c).texture(); texture != nullptr) {
+    BatchArray phi;
+    std::uint64_t evaluations = 0;
+    texture->evaluate(points, nullptr, nullptr, {}, std::span(&phi, 1), evaluations);
+    std::copy_n(phi.data(), padded(points.size), out);
+  } else {
+    std::fill_n(out, padded(points.size), static_cast<float>(galaxy_.follow_scale_[c]));
   }
-  if (component.texture() != nullptr) {
-    component.texture()->normalise(cloud, factor);
-    return component.texture()->mean_error();
-  }
-  const CloudMean mean = mean_over(
-      cloud, [&](std::size_t b, BatchArray& out) { factor(cloud[b].points(), out.data()); });
-  galaxy_.follow_scale_[c] = 1 / mean.mean;
-  return mean.error / mean.mean;
+  if (galaxy_.followed_[c] < 0) return;
+  BatchArray factor;
+  followed_phi(c, points, factor.data());
+  for (std::size_t i = 0; i < points.size; ++i) out[i] *= factor[i];
+}
+
+void GalaxyStatistics::correct_means() {
+  // By how much a component's Phi was too large, that of what it follows included.
+  std::vector<double> factors(larger_.size(), 0.0);
+  const std::function<double(std::size_t)> correct = [&](std::size_t c) {
+    if (factors[c] > 0) return factors[c];
+    const int followed = galaxy_.followed_[c];
+    const double before = followed >= 0 ? correct(static_cast<std::size_t>(followed)) : 1.0;
+    Texture* texture = galaxy_.components_[c]->texture();
+    CloudMean mean{1, texture != nullptr ? std::pow(texture->rms(), 2) : 1.0, first_error_[c]};
+    if (larger_[c].points > 0) mean = larger_[c].moments.mean();
+    mean = {mean.mean / before, mean.square_mean / (before * before), mean.error / before};
+    if (texture != nullptr) {
+      texture->correct_mean(mean);
+    } else if (followed >= 0) {
+      galaxy_.follow_scale_[c] /= mean.mean;
+    }
+    return factors[c] = mean.mean;
+  };
+  for (const Part& part : parts_[static_cast<std::size_t>(Round::first)]) correct(part.component);
 }
 
 bool GalaxyStatistics::hides(std::size_t c, double footprint) const {
@@ -376,17 +461,18 @@ void GalaxyStatistics::take_shear(const Points& points, BatchArray& out) const {
 std::vector<double> GalaxyStatistics::measure_seen(std::size_t c) const {
   std::vector<double> means;
   if (seen_widths(c).empty()) return means;
-  const std::size_t most = galaxy_.most_cloud_points_;
-  refine(std::min(first_seen_cloud, most), std::min(largest_seen_cloud, most),
-         seen_error / std::sqrt(share(c)),
-         [&](std::size_t size) { return measure_seen(c, size, means); });
+  const auto measured = [&](std::size_t size) {
+    return measure_seen(c, component_at(c).cloud(size).all(), means);
+  };
+  const std::size_t first = std::min(first_seen_cloud, galaxy_.most_cloud_points_);
+  const std::size_t needed = enough(c, first, measured(first), seen_error);
+  if (needed > 0) measured(std::min(needed, largest_seen_cloud));
   return means;
 }
 
-double GalaxyStatistics::measure_seen(std::size_t c, std::size_t cloud_size,
+double GalaxyStatistics::measure_seen(std::size_t c, std::span<const WeightedBatch> cloud,
                                       std::vector<double>& means) const {
   const std::vector<double> widths = seen_widths(c);
-  const std::vector<WeightedBatch> cloud = component_at(c).cloud(cloud_size);
   std::vector<WholeMoments> whole_parts(cloud.size());
   std::vector<SeenMoments> seen_parts(cloud.size() * widths.size());
   std::vector<double> with_all = widths;

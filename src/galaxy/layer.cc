@@ -422,7 +422,7 @@ Layer::Cells Layer::cells(std::size_t radial, std::size_t azimuthal, std::size_t
   return result;
 }
 
-std::vector<WeightedBatch> Layer::cloud(std::size_t size) const {
+Cloud Layer::cloud(std::size_t size) const {
   // One point in each cell (the rest of the envelope is the points' weight), whose sides are about
   // equal where the layer is bright: the mean of a noise of any frequency then converges faster
   // than over points of equal weight (tests: <Phi> = 1 to 1 %).
@@ -436,22 +436,20 @@ std::vector<WeightedBatch> Layer::cloud(std::size_t size) const {
   const std::size_t vertical = count(height);
   const std::size_t azimuthal = count(circle);
   const std::size_t radial = std::min(count(length), largest_cloud_size / (azimuthal * vertical));
-  const Cells own = cells(radial, azimuthal, vertical);
-  std::vector<WeightedBatch> result((own.count + batch_capacity - 1) / batch_capacity);
-  parallel_for(result.size(), [&](std::size_t b) {
+  const auto own = std::make_shared<const Cells>(cells(radial, azimuthal, vertical));
+  const auto fill = [this, own](std::size_t b, WeightedBatch& batch) {
     SampleBatch samples{};
     BatchArray share, weight;
     const std::size_t first = b * batch_capacity;
-    WeightedBatch& batch = result[b];
-    batch.size = samples.size = std::min(batch_capacity, own.count - first);
-    HWY_DYNAMIC_DISPATCH(DrawCloud)(own.input, first, samples, share, weight);
+    batch.size = samples.size = std::min(batch_capacity, own->count - first);
+    HWY_DYNAMIC_DISPATCH(DrawCloud)(own->input, first, samples, share, weight);
     arms_.winding(samples.r.data(), samples.size, samples.winding.data());
-    HWY_DYNAMIC_DISPATCH(PlaceCloud)(samples, share, own.input, batch, samples.taper);
+    HWY_DYNAMIC_DISPATCH(PlaceCloud)(samples, share, own->input, batch, samples.taper);
     samples.z = batch.z;
     envelope(samples, batch.weight.data());
     for (std::size_t i = 0; i < batch.size; ++i) batch.weight[i] *= weight[i];
-  });
-  return result;
+  };
+  return {(own->count + batch_capacity - 1) / batch_capacity, fill};
 }
 
 ColumnCloud Layer::columns(std::size_t size, std::size_t heights) const {

@@ -1098,10 +1098,14 @@ void VeinTexture::normalise(std::span<const WeightedBatch> cloud,
   if (!(all.mean > 0) || !std::isfinite(all.square_mean)) {
     throw InputError("the veins are zero or infinite over the whole component");
   }
-  scale_ = 1 / all.mean;
-  rms_ = std::sqrt(all.square_mean) / all.mean;
-  mean_error_ = all.error / all.mean;
+  correct_mean(all);
   take_frequency(thinned(cloud, frequency_points));
+}
+
+void VeinTexture::correct_mean(const CloudMean& mean) {
+  scale_ /= mean.mean;
+  rms_ = std::sqrt(mean.square_mean) / mean.mean;
+  mean_error_ = mean.error / mean.mean;
 }
 
 void VeinTexture::phi(const WeightedBatch& batch, BatchArray& out) const {

@@ -15,17 +15,6 @@
 #include "gamer/noise/footprint.h"
 #include "noise/lattice.h"
 
-#ifndef GAMER_NOISE_FRACTAL_KERNEL
-#define GAMER_NOISE_FRACTAL_KERNEL
-namespace gamer {
-namespace {
-
-constexpr std::size_t moment_count = 8;  ///< of AddMoments()
-
-}  // namespace
-}  // namespace gamer
-#endif
-
 HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
@@ -140,42 +129,6 @@ void Displace(const Points& points, BatchArray* displacement) {
   }
 }
 
-/// Adds w, w x, w y, w x^2, w x y, w^2, w^2 x, w^2 x^2 to `sums`.
-void AddMoments(std::size_t size, const float* HWY_RESTRICT weight, const float* x, const float* y,
-                double* HWY_RESTRICT sums) {
-  const hn::ScalableTag<double> d;
-  const hn::Rebind<float, decltype(d)> df;
-  const auto load = [&](const float* from)
-                        HWY_ATTR { return hn::PromoteTo(d, hn::LoadU(df, from)); };
-  auto w0 = hn::Zero(d), wx = w0, wy = w0, wxx = w0, wxy = w0, ww = w0, wwx = w0, wwxx = w0;
-  const std::size_t lanes = hn::Lanes(d);
-  std::size_t i = 0;
-  for (; i + lanes <= size; i += lanes) {
-    const auto w = load(weight + i);
-    const auto own = load(x + i);
-    const auto other = load(y + i);
-    const auto light = hn::Mul(w, own);
-    w0 = hn::Add(w0, w);
-    wx = hn::Add(wx, light);
-    wy = hn::MulAdd(w, other, wy);
-    wxx = hn::MulAdd(light, own, wxx);
-    wxy = hn::MulAdd(light, other, wxy);
-    ww = hn::MulAdd(w, w, ww);
-    wwx = hn::MulAdd(w, light, wwx);
-    wwxx = hn::MulAdd(light, light, wwxx);
-  }
-  const decltype(w0) lanes_of[] = {w0, wx, wy, wxx, wxy, ww, wwx, wwxx};
-  for (std::size_t k = 0; k < moment_count; ++k) {
-    sums[k] += hn::GetLane(hn::SumOfLanes(d, lanes_of[k]));
-  }
-  for (; i < size; ++i) {
-    const double w = weight[i], own = x[i], other = y[i];
-    const double last[] = {w,     w * own,     w * other,        w * own * own, w * own * other,
-                           w * w, w * w * own, w * own * w * own};
-    for (std::size_t k = 0; k < moment_count; ++k) sums[k] += last[k];
-  }
-}
-
 // NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
@@ -186,7 +139,6 @@ namespace gamer {
 
 HWY_EXPORT(SeeOctaves);
 HWY_EXPORT(Deviate);
-HWY_EXPORT(AddMoments);
 HWY_EXPORT(DeviateFactor);
 HWY_EXPORT(Displace);
 
@@ -605,74 +557,6 @@ void FractalNoise::expect(std::size_t size, const SeenNoise& seen, const float* 
   shape_.apply_expected(standard(), 1 / phi_mean_, size, hidden.data(), out);
 }
 
-namespace {
-
-/// Weighted means over points: of x, y, x^2, x y; and the standard error of the mean of x if the
-/// points were independent.
-struct Moments {
-  double sums[moment_count] = {};
-
-  void add(const WeightedBatch& batch, const float* x, const float* y) {
-    HWY_DYNAMIC_DISPATCH(AddMoments)(batch.size, batch.weight.data(), x, y, sums);
-  }
-  Moments& operator+=(const Moments& more) {
-    for (std::size_t k = 0; k < moment_count; ++k) sums[k] += more.sums[k];
-    return *this;
-  }
-  double x() const { return sums[1] / sums[0]; }
-  double y() const { return sums[2] / sums[0]; }
-  double xx() const { return sums[3] / sums[0]; }
-  double xy() const { return sums[4] / sums[0]; }
-  double error() const {
-    return std::sqrt(std::max(sums[7] - x() * (2 * sums[6] - x() * sums[5]), 0.0)) / sums[0];
-  }
-};
-
-/// By the factor, where there is one.
-void multiply(const WeightedBatch& batch, const FractalNoise::Factor& factor, BatchArray& values) {
-  if (!factor) return;
-  BatchArray factors;
-  factor(batch.points(), factors.data());
-  for (std::size_t i = 0; i < batch.size; ++i) values[i] *= factors[i];
-}
-
-}  // namespace
-
-CloudMean mean_over(std::span<const WeightedBatch> cloud,
-                    const std::function<void(std::size_t b, BatchArray& out)>& values) {
-  std::vector<Moments> parts(cloud.size());
-  parallel_for(cloud.size(), [&](std::size_t b) {
-    BatchArray own;
-    values(b, own);
-    parts[b].add(cloud[b], own.data(), own.data());
-  });
-  Moments moments;
-  for (const Moments& part : parts) moments += part;
-  return {moments.x(), moments.xx(), moments.error()};
-}
-
-// At a step that no row of a cloud's cells has.
-std::vector<WeightedBatch> thinned(std::span<const WeightedBatch> cloud, std::size_t size) {
-  std::size_t count = 0;
-  for (const WeightedBatch& batch : cloud) count += batch.size;
-  const double step = std::max(static_cast<double>(count) / static_cast<double>(size), 1.0) *
-                      (1 + 1e-3 * std::numbers::phi);
-  std::vector<WeightedBatch> result;
-  for (double at = 0; at < static_cast<double>(count); at += step) {
-    const auto index = static_cast<std::size_t>(at);
-    const WeightedBatch& from = cloud[index / batch_capacity];
-    const std::size_t i = index % batch_capacity;
-    if (result.empty() || result.back().size == batch_capacity) result.emplace_back();
-    WeightedBatch& to = result.back();
-    to.x[to.size] = from.x[i];
-    to.y[to.size] = from.y[i];
-    to.z[to.size] = from.z[i];
-    to.weight[to.size] = from.weight[i];
-    ++to.size;
-  }
-  return result;
-}
-
 void FractalNoise::normalise(std::span<const WeightedBatch> cloud, const Factor& factor) {
   const auto sums = std::make_unique_for_overwrite<BatchArray[]>(cloud.size());
   const CloudMean raw = mean_over(cloud, [&](std::size_t b, BatchArray& out) {
@@ -691,7 +575,10 @@ void FractalNoise::normalise(std::span<const WeightedBatch> cloud, const Factor&
   const CloudMean light = mean_over(cloud, [&](std::size_t b, BatchArray& out) {
     out = sums[b];
     shape_.apply(standard(), 1, cloud[b].size, out.data());
-    multiply(cloud[b], factor, out);
+    if (!factor) return;
+    BatchArray factors;
+    factor(cloud[b].points(), factors.data());
+    for (std::size_t i = 0; i < cloud[b].size; ++i) out[i] *= factors[i];
   });
   // A noise that is dark everywhere (a very negative offset) has no mean to divide by.
   if (!(light.mean > 0) || !std::isfinite(light.square_mean)) {
@@ -699,10 +586,15 @@ void FractalNoise::normalise(std::span<const WeightedBatch> cloud, const Factor&
         std::string("the noise is zero or infinite over the whole component; change its ") +
         (is_density() ? "amplitude or ridges" : "offset, contrast or exponent"));
   }
-  phi_mean_ = light.mean;
-  phi_rms_ = std::sqrt(light.square_mean) / light.mean;
-  mean_error_ = light.error / light.mean;
+  phi_mean_ = 1;
+  correct_mean(light);
   take_octaves(thinned(cloud, octave_cloud));
+}
+
+void FractalNoise::correct_mean(const CloudMean& mean) {
+  phi_mean_ *= mean.mean;
+  phi_rms_ = std::sqrt(mean.square_mean) / mean.mean;
+  mean_error_ = mean.error / mean.mean;
 }
 
 void FractalNoise::take_octave(std::size_t k, std::span<const WeightedBatch> cloud,
@@ -711,7 +603,7 @@ void FractalNoise::take_octave(std::size_t k, std::span<const WeightedBatch> clo
   const Kind kind = parameters_.combination.kind;
   const double weight = double{octaves_[k].weight};
   const float height = parameters_.combination.ridge_offset;
-  Moments moments;
+  CloudMoments moments;
   BatchArray term;
   for (std::size_t b = 0; b < cloud.size(); ++b) {
     const BatchArray& value = values[b * octaves_.size() + k];

@@ -278,43 +278,36 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
 
 void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies, const Ranks& ranks) {
   std::vector<GalaxyStatistics> statistics;
-  struct Row {
-    std::size_t galaxy, part;
-  };
-  std::vector<Row> rows;
-  std::vector<RowRange> parts, components;
   std::size_t numbers = 0;
-  for (std::size_t g = 0; g < galaxies.size(); ++g) {
-    const GalaxyStatistics& own = statistics.emplace_back(*galaxies[g]);
-    numbers = std::max(numbers, own.most_numbers());
-    for (std::size_t part = 0; part < own.parts(); ++part) {
-      const auto row = static_cast<int>(rows.size());
-      rows.push_back({g, part});
-      parts.push_back({row, row + 1});
-      if (part > 0 && own.component(part) == own.component(part - 1)) {
-        ++components.back().last;
-      } else {
-        components.push_back({row, row + 1});
+  for (const auto& galaxy : galaxies) {
+    numbers = std::max(numbers, statistics.emplace_back(*galaxy).most_numbers());
+  }
+  for (const GalaxyStatistics::Round round : GalaxyStatistics::rounds) {
+    struct Row {
+      std::size_t galaxy, part;
+    };
+    std::vector<Row> rows;
+    std::vector<RowRange> parts;
+    for (std::size_t g = 0; g < statistics.size(); ++g) {
+      for (std::size_t part = 0; part < statistics[g].parts(round); ++part) {
+        const auto row = static_cast<int>(rows.size());
+        rows.push_back({g, part});
+        parts.push_back({row, row + 1});
       }
     }
-  }
-  // Parts of a component share work, where there is enough for all ranks.
-  constexpr std::size_t enough = 8;
-  const bool has_enough = components.size() >= enough * static_cast<std::size_t>(ranks.size());
-  const std::vector<double> all = ranks.compute_together(
-      has_enough ? components : parts, numbers, 1, [&](RowRange range, std::span<double> values) {
-        for (int row = range.first; row < range.last; ++row) {
-          const auto [g, part] = rows[static_cast<std::size_t>(row)];
-          const auto begin = static_cast<std::size_t>(row - range.first) * numbers;
-          statistics[g].measure(part, values.subspan(begin, numbers));
-        }
-      });
-  if (all.size() != rows.size() * numbers) {
-    throw std::logic_error("ranks do not measure the same galaxies");
-  }
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    statistics[rows[row].galaxy].take(rows[row].part,
-                                      std::span(all).subspan(row * numbers, numbers));
+    const std::vector<double> all = ranks.compute_together(
+        parts, numbers, 1, [&](RowRange range, std::span<double> values) {
+          const auto [g, part] = rows[static_cast<std::size_t>(range.first)];
+          statistics[g].measure(round, part, values);
+        });
+    if (all.size() != rows.size() * numbers) {
+      throw std::logic_error("ranks do not measure the same galaxies");
+    }
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+      statistics[rows[row].galaxy].take(round, rows[row].part,
+                                        std::span(all).subspan(row * numbers, numbers));
+    }
+    for (GalaxyStatistics& own : statistics) own.finish(round);
   }
 }
 

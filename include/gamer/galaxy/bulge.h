@@ -19,7 +19,7 @@ class Bulge : public Component {
   std::string_view kind() const override { return "bulge"; }
   void envelope(const SampleBatch& batch, float* out) const override;
   double envelope_integral() const override;
-  std::vector<WeightedBatch> cloud(std::size_t /*size*/) const override { return {}; }
+  Cloud cloud(std::size_t /*size*/) const override { return {}; }
   void plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const override;
   ColumnScale column_scale(const double nearest[3], const double direction[3],
                            double reach) const override;

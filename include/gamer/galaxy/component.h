@@ -99,7 +99,7 @@ class Component {
   virtual double envelope_integral() const = 0;
   /// About `size` points spread over the envelope where the texture sees them, that is turned back
   /// by the twirl, for the statistics of the noise; empty for kinds without noise.
-  virtual std::vector<WeightedBatch> cloud(std::size_t size) const = 0;
+  virtual Cloud cloud(std::size_t size) const = 0;
   /// About `size` columns spread over a layer, of so many heights; empty for others.
   virtual ColumnCloud columns(std::size_t /*size*/, std::size_t /*heights*/) const { return {}; }
   /// Adds what the component needs on `ray` for the given accuracy.

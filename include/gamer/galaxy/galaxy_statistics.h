@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <iterator>
 #include <span>
 #include <vector>
 
@@ -16,49 +18,73 @@ class StarField;
 /// by how much dust that they do not resolve must vary to let as much light through as all of it
 /// would, and the largest Phi of star fields.
 ///
-/// This is done in parts: one for a component that emits, one for each obliquity of dust. What a
-/// part gives does not depend on the others, nor on which process measures it. A galaxy is measured
-/// when it has taken all parts.
+/// This is done in rounds, each in parts. What a part gives does not depend on the others of its
+/// round, nor on which process measures it; it may depend on those of earlier rounds, which must
+/// have been taken. A galaxy is measured when it has taken all parts of all rounds.
 class GalaxyStatistics {
  public:
   /// Of a galaxy that was read (Galaxy::read()) and must outlive this.
   explicit GalaxyStatistics(Galaxy& galaxy);
 
-  std::size_t parts() const { return parts_.size(); }
-  /// Index of the component that a part is of. Parts of one follow each other; in one process they
-  /// share the work of its mean.
-  std::size_t component(std::size_t part) const { return parts_[part].component; }
+  enum class Round {
+    first,   ///< means over a few points, by component
+    larger,  ///< over as many as the error needs, by slices of a component's cloud
+    seen     ///< by component that emits, and by obliquity of dust
+  };
+  static constexpr Round rounds[] = {Round::first, Round::larger, Round::seen};
+
+  /// Of a round whose predecessors are finished.
+  std::size_t parts(Round round) const { return of(round).size(); }
+  /// Index of the component that a part is of.
+  std::size_t component(Round round, std::size_t part) const { return of(round)[part].component; }
   /// A part has at most so many numbers.
   std::size_t most_numbers() const { return most_numbers_; }
 
   /// Fills the beginning of `numbers`, of most_numbers() or more. In threads of parallel_for();
   /// not to be called from several. Throws InputError where a texture is constant, zero or infinite
   /// over its component, or a density exceeds single precision.
-  void measure(std::size_t part, std::span<double> numbers);
-  /// Gives the galaxy the numbers of a part.
-  void take(std::size_t part, std::span<const double> numbers);
-  /// All parts, here.
+  void measure(Round round, std::size_t part, std::span<double> numbers);
+  /// Gives the galaxy the numbers of a part; in the order of the parts.
+  void take(Round round, std::size_t part, std::span<const double> numbers);
+  /// When all parts of a round are taken.
+  void finish(Round round);
+  /// All of it, here.
   void measure_all();
 
  private:
   struct Part {
     std::size_t component;
-    std::size_t obliquity;  ///< of dust
+    std::size_t index;  ///< of a slice, or of an obliquity of dust
+  };
+  /// The second cloud of a component, if it needs one.
+  struct Larger {
+    std::size_t points = 0, slices = 0;
+    Cloud cloud;  ///< made where a slice of it is measured
+    CloudMoments moments;
   };
 
   const Component& component_at(std::size_t c) const { return *galaxy_.components_[c]; }
-  /// Takes the mean of component c's texture, or Galaxy::follow_scale_ where it has none, once;
-  /// before it that of what it follows.
+  const std::vector<Part>& of(Round round) const {
+    return parts_[static_cast<std::size_t>(round)];
+  }
+  /// Takes the statistics of component c's texture over its first cloud, or Galaxy::follow_scale_
+  /// where it has none, once; before it those of what it follows.
   void normalise(std::size_t c);
-  /// The same over a cloud of that size; the relative standard error of the mean.
-  double normalise(std::size_t c, std::size_t cloud_size);
+  /// How many points would have an error of `wanted`, of the galaxy's light, where `first` have one
+  /// of `error` of the component's; 0 where that will do.
+  std::size_t enough(std::size_t c, std::size_t first, double error, double wanted) const;
+  /// Of Phi, over a slice of the larger cloud.
+  CloudMoments measure_slice(std::size_t c, std::size_t slice);
+  /// Takes the means over the larger clouds.
+  void correct_means();
   /// Of the galaxy's light; 1 for dust.
   double share(std::size_t c) const;
   /// What is expected of Phi of component c, which emits, by seen_widths(); none where they all see
   /// it all.
   std::vector<double> measure_seen(std::size_t c) const;
-  /// The same over a cloud of that size; the largest relative standard error.
-  double measure_seen(std::size_t c, std::size_t cloud_size, std::vector<double>& means) const;
+  /// The same over a cloud; the largest relative standard error.
+  double measure_seen(std::size_t c, std::span<const WeightedBatch> cloud,
+                      std::vector<double>& means) const;
   struct DustRays;
   /// So many rays through component c, each `path` times as long in it as one face on.
   DustRays trace_dust(std::size_t c, double path, std::size_t rays,
@@ -82,6 +108,8 @@ class GalaxyStatistics {
   /// width see it.
   void cloud_phi(std::size_t c, const Points& points, std::span<const double> widths,
                  std::span<BatchArray> out) const;
+  /// The same of all of it.
+  void whole_phi(std::size_t c, const Points& points, float* out) const;
   /// Multiplies arrays by Phi of the component that c follows, if any, at points that were turned
   /// back by c's twirl, as rays of as many widths see it.
   void multiply_followed(std::size_t c, const Points& points, const BatchArray& shear,
@@ -99,9 +127,11 @@ class GalaxyStatistics {
 
   Galaxy& galaxy_;
   double light_ = 0;  ///< of the galaxy
-  std::vector<Part> parts_;
+  std::array<std::vector<Part>, std::size(rounds)> parts_;  ///< by round
   std::size_t most_numbers_ = 0;
-  std::vector<bool> is_normalised_;
+  /// Relative error of each component's mean over its first cloud; below 0 before.
+  std::vector<double> first_error_;
+  std::vector<Larger> larger_;  ///< of each component
 };
 
 }  // namespace gamer

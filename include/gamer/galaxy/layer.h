@@ -23,7 +23,7 @@ class Layer : public Component {
 
   void envelope(const SampleBatch& batch, float* out) const override;
   double envelope_integral() const override;
-  std::vector<WeightedBatch> cloud(std::size_t size) const override;
+  Cloud cloud(std::size_t size) const override;
   ColumnCloud columns(std::size_t size, std::size_t heights) const override;
   void plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const override;
   ColumnScale column_scale(const double nearest[3], const double direction[3],

@@ -23,6 +23,8 @@ class Texture {
   /// that cannot be.
   virtual void normalise(std::span<const WeightedBatch> cloud,
                          const FractalNoise::Factor& factor) = 0;
+  /// Takes <Phi factor> over more points for the mean.
+  virtual void correct_mean(const CloudMean& mean) = 0;
   /// The standard error of <Phi factor> if the cloud's points were independent.
   virtual double mean_error() const = 0;
   /// All that normalise() took, for the same texture elsewhere.
@@ -80,6 +82,7 @@ class FractalTexture : public Texture {
                  const FractalNoise::Factor& factor) override {
     noise_.normalise(cloud, factor);
   }
+  void correct_mean(const CloudMean& mean) override { noise_.correct_mean(mean); }
   double mean_error() const override { return noise_.mean_error(); }
   std::vector<double> statistics() const override { return noise_.statistics(); }
   void restore(std::span<const double> statistics) override { noise_.restore(statistics); }

@@ -84,6 +84,7 @@ class VeinTexture : public Texture {
   const VeinParameters& parameters() const { return parameters_; }
 
   void normalise(std::span<const WeightedBatch> cloud, const FractalNoise::Factor& factor) override;
+  void correct_mean(const CloudMean& mean) override;
   double mean_error() const override { return mean_error_; }
   std::vector<double> statistics() const override {
     return {scale_, mean_error_, rms_, frequency_};

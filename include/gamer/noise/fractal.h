@@ -8,6 +8,7 @@
 
 #include "gamer/core/batch.h"
 #include "gamer/core/parameter.h"
+#include "gamer/noise/cloud.h"
 #include "gamer/noise/noise.h"
 #include "gamer/noise/shape.h"
 
@@ -44,28 +45,6 @@ struct FractalParameters {
   /// Replaces what `values` (of table()) says. Throws InputError for combinations without sense.
   void apply(const ParameterSet& values, const std::string& context);
 };
-
-/// Points with weights, in batches, over which statistics are taken.
-struct WeightedBatch {
-  BatchArray x, y, z, weight;
-  std::size_t size = 0;
-  Points points() const { return {x.data(), y.data(), z.data(), size}; }
-};
-
-/// The mean of a quantity over a cloud, the mean of its square, and the standard error of the mean
-/// if the points were independent.
-struct CloudMean {
-  double mean = 0;
-  double square_mean = 0;
-  double error = 0;
-};
-
-/// Of what `values` fills in for batch b of `cloud`, in threads of parallel_for().
-CloudMean mean_over(std::span<const WeightedBatch> cloud,
-                    const std::function<void(std::size_t b, BatchArray& out)>& values);
-
-/// About `size` points of a cloud, spread over it; all where it has fewer.
-std::vector<WeightedBatch> thinned(std::span<const WeightedBatch> cloud, std::size_t size);
 
 /// How one octave counts for what is seen; see FractalNoise.
 struct OctaveInput {
@@ -116,6 +95,8 @@ class FractalNoise {
   /// independent octaves and the mean is 1. Throws InputError where S hardly varies or Phi is zero
   /// or infinite over the cloud.
   void normalise(std::span<const WeightedBatch> cloud, const Factor& factor = {});
+  /// Takes <Phi factor> over more points for the mean of Phi.
+  void correct_mean(const CloudMean& mean);
   /// The standard error of <Phi factor> if the cloud's points were independent.
   double mean_error() const { return mean_error_; }
   /// All that normalise() took, for the same noise elsewhere.

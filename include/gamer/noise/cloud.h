@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "gamer/core/batch.h"
+
+namespace gamer {
+
+/// Points with weights, in batches, over which statistics are taken.
+struct WeightedBatch {
+  BatchArray x, y, z, weight;
+  std::size_t size = 0;
+  Points points() const { return {x.data(), y.data(), z.data(), size}; }
+};
+
+/// Batches of points spread over something; `fill` makes that of any number in [0, batches), in
+/// several threads if need be.
+struct Cloud {
+  std::size_t batches = 0;
+  std::function<void(std::size_t b, WeightedBatch& out)> fill;
+
+  std::vector<WeightedBatch> all() const;
+};
+
+/// The mean of a quantity over a cloud, the mean of its square, and the standard error of the mean
+/// if the points were independent.
+struct CloudMean {
+  double mean = 0;
+  double square_mean = 0;
+  double error = 0;
+};
+
+/// Weighted sums over points, of two quantities x and y.
+class CloudMoments {
+ public:
+  static constexpr std::size_t count = 8;
+
+  void add(const WeightedBatch& batch, const float* x, const float* y);
+  /// Sums of other points.
+  void add(std::span<const double> sums);
+
+  std::span<const double> sums() const { return sums_; }
+  /// Means of x, y, x^2, x y.
+  double x() const { return sums_[1] / sums_[0]; }
+  double y() const { return sums_[2] / sums_[0]; }
+  double xx() const { return sums_[3] / sums_[0]; }
+  double xy() const { return sums_[4] / sums_[0]; }
+  CloudMean mean() const;  ///< of x
+
+ private:
+  double sums_[count] = {};
+};
+
+/// Of what `values` fills in at batches [first, last) of a cloud, in threads of parallel_for().
+CloudMoments moments_over(const Cloud& cloud, std::size_t first, std::size_t last,
+                          const std::function<void(const Points& points, float* out)>& values);
+
+/// The mean of what `values` fills in for batch b of `cloud`, in threads of parallel_for().
+CloudMean mean_over(std::span<const WeightedBatch> cloud,
+                    const std::function<void(std::size_t b, BatchArray& out)>& values);
+
+/// About `size` points of a cloud, spread over it; all where it has fewer.
+std::vector<WeightedBatch> thinned(std::span<const WeightedBatch> cloud, std::size_t size);
+
+}  // namespace gamer

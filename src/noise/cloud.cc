@@ -1,0 +1,135 @@
+#include "gamer/noise/cloud.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "noise/cloud.cc"
+#include "hwy/foreach_target.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "core/math-inl.h"
+#include "gamer/core/parallel_for.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace gamer {
+namespace HWY_NAMESPACE {
+
+/// Adds w, w x, w y, w x^2, w x y, w^2, w^2 x, w^2 x^2 to `sums`.
+void AddMoments(std::size_t size, const float* HWY_RESTRICT weight, const float* x, const float* y,
+                double* HWY_RESTRICT sums) {
+  const hn::ScalableTag<double> d;
+  const hn::Rebind<float, decltype(d)> df;
+  const auto load = [&](const float* from)
+                        HWY_ATTR { return hn::PromoteTo(d, hn::LoadU(df, from)); };
+  auto w0 = hn::Zero(d), wx = w0, wy = w0, wxx = w0, wxy = w0, ww = w0, wwx = w0, wwxx = w0;
+  const std::size_t lanes = hn::Lanes(d);
+  std::size_t i = 0;
+  for (; i + lanes <= size; i += lanes) {
+    const auto w = load(weight + i);
+    const auto own = load(x + i);
+    const auto other = load(y + i);
+    const auto light = hn::Mul(w, own);
+    w0 = hn::Add(w0, w);
+    wx = hn::Add(wx, light);
+    wy = hn::MulAdd(w, other, wy);
+    wxx = hn::MulAdd(light, own, wxx);
+    wxy = hn::MulAdd(light, other, wxy);
+    ww = hn::MulAdd(w, w, ww);
+    wwx = hn::MulAdd(w, light, wwx);
+    wwxx = hn::MulAdd(light, light, wwxx);
+  }
+  const decltype(w0) lanes_of[] = {w0, wx, wy, wxx, wxy, ww, wwx, wwxx};
+  for (std::size_t k = 0; k < CloudMoments::count; ++k) {
+    sums[k] += hn::GetLane(hn::SumOfLanes(d, lanes_of[k]));
+  }
+  for (; i < size; ++i) {
+    const double w = weight[i], own = x[i], other = y[i];
+    const double last[] = {w,     w * own,     w * other,        w * own * own, w * own * other,
+                           w * w, w * w * own, w * own * w * own};
+    for (std::size_t k = 0; k < CloudMoments::count; ++k) sums[k] += last[k];
+  }
+}
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace gamer
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gamer {
+
+HWY_EXPORT(AddMoments);
+
+std::vector<WeightedBatch> Cloud::all() const {
+  std::vector<WeightedBatch> result(batches);
+  parallel_for(batches, [&](std::size_t b) { fill(b, result[b]); });
+  return result;
+}
+
+void CloudMoments::add(const WeightedBatch& batch, const float* x, const float* y) {
+  HWY_DYNAMIC_DISPATCH(AddMoments)(batch.size, batch.weight.data(), x, y, sums_);
+}
+
+void CloudMoments::add(std::span<const double> sums) {
+  for (std::size_t k = 0; k < count; ++k) sums_[k] += sums[k];
+}
+
+CloudMean CloudMoments::mean() const {
+  const double squares = std::max(sums_[7] - x() * (2 * sums_[6] - x() * sums_[5]), 0.0);
+  return {x(), xx(), std::sqrt(squares) / sums_[0]};
+}
+
+CloudMoments moments_over(const Cloud& cloud, std::size_t first, std::size_t last,
+                          const std::function<void(const Points& points, float* out)>& values) {
+  std::vector<CloudMoments> parts(last - first);
+  parallel_for(parts.size(), [&](std::size_t k) {
+    WeightedBatch batch;
+    cloud.fill(first + k, batch);
+    BatchArray own;
+    values(batch.points(), own.data());
+    parts[k].add(batch, own.data(), own.data());
+  });
+  CloudMoments moments;
+  for (const CloudMoments& part : parts) moments.add(part.sums());
+  return moments;
+}
+
+CloudMean mean_over(std::span<const WeightedBatch> cloud,
+                    const std::function<void(std::size_t b, BatchArray& out)>& values) {
+  std::vector<CloudMoments> parts(cloud.size());
+  parallel_for(cloud.size(), [&](std::size_t b) {
+    BatchArray own;
+    values(b, own);
+    parts[b].add(cloud[b], own.data(), own.data());
+  });
+  CloudMoments moments;
+  for (const CloudMoments& part : parts) moments.add(part.sums());
+  return moments.mean();
+}
+
+// At a step that no row of a cloud's cells has.
+std::vector<WeightedBatch> thinned(std::span<const WeightedBatch> cloud, std::size_t size) {
+  std::size_t count = 0;
+  for (const WeightedBatch& batch : cloud) count += batch.size;
+  const double step = std::max(static_cast<double>(count) / static_cast<double>(size), 1.0) *
+                      (1 + 1e-3 * std::numbers::phi);
+  std::vector<WeightedBatch> result;
+  for (double at = 0; at < static_cast<double>(count); at += step) {
+    const auto index = static_cast<std::size_t>(at);
+    const WeightedBatch& from = cloud[index / batch_capacity];
+    const std::size_t i = index % batch_capacity;
+    if (result.empty() || result.back().size == batch_capacity) result.emplace_back();
+    WeightedBatch& to = result.back();
+    to.x[to.size] = from.x[i];
+    to.y[to.size] = from.y[i];
+    to.z[to.size] = from.z[i];
+    to.weight[to.size] = from.weight[i];
+    ++to.size;
+  }
+  return result;
+}
+
+}  // namespace gamer
+#endif
