@@ -459,26 +459,40 @@ void GalaxyStatistics::take_shear(const Points& points, BatchArray& out) const {
 }
 
 std::vector<double> GalaxyStatistics::measure_seen(std::size_t c) const {
-  std::vector<double> means;
-  if (seen_widths(c).empty()) return means;
-  const auto measured = [&](std::size_t size) {
-    return measure_seen(c, component_at(c).cloud(size).all(), means);
-  };
+  const std::vector<double> widths = seen_widths(c);
+  if (widths.empty()) return {};
   const std::size_t first = std::min(first_seen_cloud, galaxy_.most_cloud_points_);
-  const std::size_t needed = enough(c, first, measured(first), seen_error);
-  if (needed > 0) measured(std::min(needed, largest_seen_cloud));
-  return means;
+  std::vector<CloudMean> means = measure_seen(c, first, widths);
+  // More points for those that need them.
+  std::vector<std::size_t> rough;
+  std::vector<double> rough_widths;
+  std::size_t size = 0;
+  for (std::size_t k = 0; k < widths.size(); ++k) {
+    const std::size_t needed = enough(c, first, means[k].error / means[k].mean, seen_error);
+    if (needed == 0) continue;
+    rough.push_back(k);
+    rough_widths.push_back(widths[k]);
+    size = std::max(size, std::min(needed, largest_seen_cloud));
+  }
+  if (size > 0) {
+    const std::vector<CloudMean> better = measure_seen(c, size, rough_widths);
+    for (std::size_t k = 0; k < rough.size(); ++k) means[rough[k]] = better[k];
+  }
+  std::vector<double> result;
+  for (const CloudMean& mean : means) result.push_back(mean.mean);
+  return result;
 }
 
-double GalaxyStatistics::measure_seen(std::size_t c, std::span<const WeightedBatch> cloud,
-                                      std::vector<double>& means) const {
-  const std::vector<double> widths = seen_widths(c);
-  std::vector<WholeMoments> whole_parts(cloud.size());
-  std::vector<SeenMoments> seen_parts(cloud.size() * widths.size());
-  std::vector<double> with_all = widths;
+std::vector<CloudMean> GalaxyStatistics::measure_seen(std::size_t c, std::size_t cloud_size,
+                                                      std::span<const double> widths) const {
+  const Cloud cloud = component_at(c).cloud(cloud_size);
+  std::vector<WholeMoments> whole_parts(cloud.batches);
+  std::vector<SeenMoments> seen_parts(cloud.batches * widths.size());
+  std::vector<double> with_all(widths.begin(), widths.end());
   with_all.push_back(0);
-  parallel_for(cloud.size(), [&](std::size_t b) {
-    const WeightedBatch& batch = cloud[b];
+  parallel_for(cloud.batches, [&](std::size_t b) {
+    WeightedBatch batch;
+    cloud.fill(b, batch);
     std::vector<BatchArray> phi(with_all.size());
     cloud_phi(c, batch.points(), with_all, phi);
     const BatchArray& all = phi.back();
@@ -497,19 +511,18 @@ double GalaxyStatistics::measure_seen(std::size_t c, std::span<const WeightedBat
   for (const WholeMoments& part : whole_parts) whole += part;
   const double x = whole.x / whole.w;
   const double variance = whole.xx / whole.w - x * x;
-  means.clear();
-  double largest_error = 0;
+  std::vector<CloudMean> means;
   for (std::size_t k = 0; k < widths.size(); ++k) {
     SeenMoments sums;
-    for (std::size_t b = 0; b < cloud.size(); ++b) sums += seen_parts[b * widths.size() + k];
+    for (std::size_t b = 0; b < cloud.batches; ++b) sums += seen_parts[b * widths.size() + k];
     const double y = sums.y / whole.w;
     const double covariance = sums.xy / whole.w - x * y;
     const double slope = variance > 0 ? covariance / variance : 0.0;
-    means.push_back(proper_mean(y - slope * (x - 1)));
     const double rest = std::max(sums.yy / whole.w - y * y - slope * covariance, 0.0);
-    largest_error = std::max(largest_error, std::sqrt(rest * whole.ww) / whole.w / means.back());
+    means.push_back({proper_mean(y - slope * (x - 1)), sums.yy / whole.w,
+                     std::sqrt(rest * whole.ww) / whole.w});
   }
-  return largest_error;
+  return means;
 }
 
 /// Rays through a layer of dust, and what those of each width see along them.

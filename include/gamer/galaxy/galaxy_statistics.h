@@ -82,9 +82,9 @@ class GalaxyStatistics {
   /// What is expected of Phi of component c, which emits, by seen_widths(); none where they all see
   /// it all.
   std::vector<double> measure_seen(std::size_t c) const;
-  /// The same over a cloud; the largest relative standard error.
-  double measure_seen(std::size_t c, std::span<const WeightedBatch> cloud,
-                      std::vector<double>& means) const;
+  /// The same by such widths, over about so many points.
+  std::vector<CloudMean> measure_seen(std::size_t c, std::size_t cloud_size,
+                                      std::span<const double> widths) const;
   struct DustRays;
   /// So many rays through component c, each `path` times as long in it as one face on.
   DustRays trace_dust(std::size_t c, double path, std::size_t rays,
