@@ -35,9 +35,9 @@ HWY_INLINE V Exp(D d, V x) {
   return hn::Mul(p, hn::BitCast(d, exponent));
 }
 
-/// 2^x, relative error below 2e-7 for -126 <= x <= 0, exact at 0; below that range 2^-126.
+/// 2^x, relative error below 2e-7 for -126 <= x <= 127.9, exact at 0; below that range 2^-126.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE V Exp2OfNegative(D d, V x) {
+HWY_INLINE V Exp2(D d, V x) {
   const hn::RebindToSigned<D> di;
   x = hn::Max(x, hn::Set(d, -126.0f));
   // Beyond 2^23 numbers are whole: the last bits of this one are n.

@@ -27,7 +27,7 @@ struct ShapeInput {
   bool inverse;
   float inverse_contrast;
   float offset;
-  const float* bases;  ///< none where values are their own expectation
+  const float* expected;  ///< table; none where values are their own expectation
 };
 
 // The table holds s = (v - offset)/contrast in [-table_end, table_end] at steps_per_sigma.
@@ -72,17 +72,19 @@ void ApplyShape(const ShapeInput& shape, std::size_t size, float* HWY_RESTRICT v
 
 void ApplyExpected(const ShapeInput& shape, std::size_t size, const float* HWY_RESTRICT hidden,
                    float* HWY_RESTRICT values) {
+  if (shape.expected == nullptr) return ApplyShape(shape, size, values);
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
   const auto one = hn::Set(d, 1.0f);
   const auto zero = hn::Zero(d);
+  const auto scale = hn::Set(d, shape.scale);
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
     const auto v =
         hn::MulAdd(hn::Load(d, values + i), hn::Set(d, shape.slope), hn::Set(d, shape.shift));
-    auto base = Base(d, v, shape);
     const auto h = hn::Min(hn::Max(hn::Load(d, hidden + i), zero), one);
     const auto some = hn::Gt(h, zero);
-    if (shape.bases != nullptr && !hn::AllFalse(d, some)) {
+    auto phi = zero;
+    if (!hn::AllFalse(d, some)) {
       const auto level =
           hn::Mul(hn::Sqrt(h), hn::Set(d, static_cast<float>(NoiseShape::levels - 1)));
       const auto row = hn::Min(hn::Floor(level), hn::Set(d, NoiseShape::levels - 2.0f));
@@ -100,11 +102,14 @@ void ApplyExpected(const ShapeInput& shape, std::size_t size, const float* HWY_R
         const auto a = hn::GatherIndex(d, table, at);
         return hn::MulAdd(right, hn::Sub(hn::GatherIndex(d, table + 1, at), a), a);
       };
-      const auto low = line(shape.bases);
-      const auto expected = hn::MulAdd(up, hn::Sub(line(shape.bases + table_size), low), low);
-      base = hn::IfThenElse(some, expected, base);
+      const auto low = line(shape.expected);
+      const auto entry = hn::MulAdd(up, hn::Sub(line(shape.expected + table_size), low), low);
+      phi = shape.inverse ? Exp2(d, entry) : Raise(d, entry, shape);
     }
-    hn::Store(hn::Mul(Raise(d, base, shape), hn::Set(d, shape.scale)), d, values + i);
+    if (!hn::AllTrue(d, some)) {
+      phi = hn::IfThenElse(some, phi, Raise(d, Base(d, v, shape), shape));
+    }
+    hn::Store(hn::Mul(phi, scale), d, values + i);
   }
 }
 
@@ -124,8 +129,8 @@ namespace {
 // Whole powers up to here are multiplied out; beyond, e^(alpha ln v) is as fast.
 constexpr double largest_whole_exponent = 20.0;
 
-// A base of 0 to a negative power would be infinite.
-constexpr double smallest_base = 1e-30;
+// Single precision ends there.
+constexpr double largest_log2 = 127.9;
 
 /// The exponent with the sign of Theta.
 double power_of(const NoiseShape::Parameters& p) { return p.inverse ? -p.exponent : p.exponent; }
@@ -134,9 +139,9 @@ double base_of(const NoiseShape::Parameters& p, double v) {
   return p.inverse ? std::max(std::abs(v), p.floor) : std::max(v, 0.0);
 }
 
-/// E[Phi]^(1/alpha) for each level of h and s: nearly linear in s, hence tabulated in place of
-/// Phi.
-std::vector<float> make_bases(const NoiseShape::Parameters& p) {
+/// What is smoother in s than E[Phi], for each level of h and s: E[Phi]^(1/alpha), which is nearly
+/// linear, or log2 E[Phi] where Phi is inverse and hence above 0.
+std::vector<float> make_table(const NoiseShape::Parameters& p) {
   const double power = power_of(p);
   std::vector<float> result(static_cast<std::size_t>(NoiseShape::levels * table_size));
   // Phi from two table_end on either side, so that a normal deviate from any entry stays inside.
@@ -164,24 +169,25 @@ std::vector<float> make_bases(const NoiseShape::Parameters& p) {
         sum += density[static_cast<std::size_t>(k + reach)] *
                phi[static_cast<std::size_t>(x + k + margin)];
       }
-      const double base = level == 0   ? base_of(p, v_at(x))
-                          : power != 0 ? std::pow(sum / norm, 1 / power)
-                                       : 1.0;
-      result[static_cast<std::size_t>(level * table_size + x)] =
-          static_cast<float>(std::max(base, smallest_base));
+      const double expected =
+          level == 0 ? phi[static_cast<std::size_t>(x + margin)] : sum / norm;
+      const double entry = p.inverse    ? std::min(std::log2(expected), largest_log2)
+                           : power != 0 ? std::pow(expected, 1 / power)
+                                        : 1.0;
+      result[static_cast<std::size_t>(level * table_size + x)] = static_cast<float>(entry);
     }
   }
   return result;
 }
 
 /// Galaxies of one type share their tables, whatever their seeds.
-std::shared_ptr<const std::vector<float>> find_bases(const NoiseShape::Parameters& parameters) {
+std::shared_ptr<const std::vector<float>> find_table(const NoiseShape::Parameters& parameters) {
   static std::mutex mutex;
   static std::map<NoiseShape::Parameters, std::shared_ptr<const std::vector<float>>> known;
   const std::lock_guard lock(mutex);
-  auto& bases = known[parameters];
-  if (bases == nullptr) bases = std::make_shared<const std::vector<float>>(make_bases(parameters));
-  return bases;
+  auto& table = known[parameters];
+  if (table == nullptr) table = std::make_shared<const std::vector<float>>(make_table(parameters));
+  return table;
 }
 
 ShapeInput make_input(const NoiseShape::Parameters& p, const NoiseShape::Standard& standard,
@@ -205,7 +211,7 @@ ShapeInput make_input(const NoiseShape::Parameters& p, const NoiseShape::Standar
 }  // namespace
 
 NoiseShape::NoiseShape(const Parameters& parameters)
-    : parameters_(parameters), bases_(parameters.expected ? nullptr : find_bases(parameters)) {}
+    : parameters_(parameters), table_(parameters.expected ? nullptr : find_table(parameters)) {}
 
 void NoiseShape::apply(const Standard& standard, double scale, std::size_t size,
                        float* values) const {
@@ -215,7 +221,7 @@ void NoiseShape::apply(const Standard& standard, double scale, std::size_t size,
 void NoiseShape::apply_expected(const Standard& standard, double scale, std::size_t size,
                                 const float* hidden, float* values) const {
   ShapeInput shape = make_input(parameters_, standard, scale);
-  shape.bases = bases_ != nullptr ? bases_->data() : nullptr;
+  shape.expected = table_ != nullptr ? table_->data() : nullptr;
   HWY_DYNAMIC_DISPATCH(ApplyExpected)(shape, size, hidden, values);
 }
 

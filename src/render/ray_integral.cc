@@ -228,7 +228,7 @@ class Absorption {
   }
   HWY_INLINE V transmission(std::size_t j) const {
     return mean([&](std::size_t v)
-                    HWY_ATTR { return Exp2OfNegative(D(), log2_transmission(v, j)); });
+                    HWY_ATTR { return Exp2(D(), log2_transmission(v, j)); });
   }
   HWY_INLINE V depth(std::size_t j) const {
     const V sum = mean([&](std::size_t v) HWY_ATTR { return log2_transmission(v, j); });

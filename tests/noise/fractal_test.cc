@@ -661,6 +661,38 @@ TEST(NoiseShape, ExpectedValuesAreThoseOfTheNormalDistribution) {
   }
 }
 
+TEST(NoiseShape, ExpectedInverseValuesAreThoseOfTheNormalDistribution) {
+  struct Case {
+    double exponent, floor, error;  // The table's steps show where the shape is sharp.
+  };
+  for (const auto& [exponent, floor, error] :
+       {Case{1.5, 0.3, 4e-3}, {-2, 0.3, 8e-3}, {4, 0.1, 0.09}}) {
+    const NoiseShape shape({exponent, true, 0.2, 1, floor});
+    double worst = 0;
+    for (const double h : {0.05, 0.3, 0.6, 1.0}) {
+      BatchArray values, hidden;
+      for (std::size_t i = 0; i < batch_capacity; ++i) {
+        values[i] = static_cast<float>(-3 + 6.0 * static_cast<double>(i) / batch_capacity);
+        hidden[i] = static_cast<float>(h * h);
+      }
+      const BatchArray s = values;
+      shape.apply_expected({1, 0}, 3, batch_capacity, hidden.data(), values.data());
+      for (std::size_t i = 0; i < batch_capacity; i += 7) {
+        double sum = 0, weights = 0;
+        for (int k = -2000; k <= 2000; ++k) {
+          const double g = k / 300.0;
+          const double v = std::abs(0.2 + double{s[i]} + h * g);
+          const double weight = std::exp(-0.5 * g * g);
+          sum += weight * std::pow(std::max(v, floor), -exponent);
+          weights += weight;
+        }
+        worst = std::max(worst, std::abs(double{values[i]} / (3 * sum / weights) - 1));
+      }
+    }
+    EXPECT_LT(worst, error) << exponent << " " << floor;
+  }
+}
+
 TEST(FractalNoise, MeanErrorIsThatOfIndependentPoints) {
   // The scatter of the mean over many small clouds.
   FractalParameters p = parameters_of(simplex_noise());
