@@ -695,7 +695,7 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
   struct Passed {
     double coherence, excess, amount;
   };
-  double guess = 1, slope = 0;
+  double guess = 1, slope = 0, wider = 0;
   for (std::size_t k = widths.size(); k-- > 0;) {
     const auto pass = [&](double coherence) {
       const std::vector<BatchArray> depths = traced.depths(k, coherence, dust_deviations);
@@ -703,7 +703,7 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
       return Passed{coherence, traced.light(depths, whole / amount) - wanted,
                     proper_mean(amount / whole)};
     };
-    // Secants, from what the wider rays have, slope included; light grows with the variance.
+    // Secants, from what wider rays have, slope included; light grows with the variance.
     Passed last = pass(guess);
     for (int step = 0; step < secants && std::abs(last.excess) > light_error * wanted; ++step) {
       if (slope > 0) {
@@ -721,7 +721,11 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
       slope = (own.excess - last.excess) / distance;
       last = own;
     }
-    guess = last.coherence;
+    // It changes from width to width by about the same factor.
+    const double change = wider > 0 ? last.coherence / wider : 1.0;
+    wider = last.coherence;
+    guess = std::clamp(wider * std::clamp(change, 1 / first_factor, first_factor), least_coherence,
+                       largest_coherence);
     coherences.push_back(last.coherence);
     amounts.push_back(last.amount);
   }
