@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <initializer_list>
@@ -45,7 +46,7 @@ struct Level {
   std::vector<std::int32_t> run, first, count, cover;
   std::vector<std::uint8_t> open, has_variants;
   std::vector<float> step;  ///< between nodes, in the map's u
-  std::vector<float> s, weight;
+  std::vector<float> weight;
   RayNodes nodes;
   std::size_t variants = 1;
 
@@ -55,22 +56,21 @@ struct Level {
     open.clear();
     has_variants.clear();
     step.clear();
-    s.clear();
     weight.clear();
     nodes.clear();
   }
   /// Adds a run, whose nodes are to be filled in.
   void add(std::int32_t index, const Run& own, std::int32_t nodes_of_run, double distance) {
     run.push_back(index);
-    first.push_back(static_cast<std::int32_t>(s.size()));
+    first.push_back(static_cast<std::int32_t>(nodes.size()));
     count.push_back(nodes_of_run);
     cover.push_back(own.cover);
     open.push_back(own.open ? 1 : 0);
     has_variants.push_back(own.has_variants ? 1 : 0);
     step.push_back(static_cast<float>(distance));
-    s.resize(s.size() + static_cast<std::size_t>(nodes_of_run));
-    weight.resize(s.size());
-    nodes.runs.push_back({own.ray, own.cover, first.back(), nodes_of_run});
+    nodes.s.resize(nodes.size() + static_cast<std::size_t>(nodes_of_run));
+    weight.resize(nodes.size());
+    nodes.runs.push_back({own.ray, own.cover, first.back(), nodes_of_run, own.origin});
     if (own.has_variants) variants = dust_deviations.size();
   }
 };
@@ -109,6 +109,7 @@ struct Workspace {
   std::vector<Run> runs;
   std::vector<std::int32_t> first_run;  ///< of each ray
   NodeMap map;
+  std::vector<std::array<std::int32_t, 3>> starts;  ///< cover, nodes, run
   Level level, fresh, merged;
 
   /// Of the covers: slots, what dust does, [(slot * nodes + j) * covers + cover], and the steering
@@ -269,28 +270,26 @@ void AdaptiveSampler::begin_level(Workspace& ws) const {
   ws.map.measure();
   Level& level = ws.level;
   level.clear();
+  ws.starts.clear();
   for (std::size_t r = 0; r < ws.runs.size(); ++r) {
-    const double length = ws.map.length(r);
-    const double pairs = std::clamp(std::ceil(0.5 * length / medium_.accuracy().first_step),
-                                    0.5 * (fewest_nodes - 1), 0.5 * (most_nodes - 1));
-    const auto count = 2 * static_cast<std::int32_t>(pairs) + 1;
-    level.add(static_cast<std::int32_t>(r), ws.runs[r], count, length / (count - 1));
+    const double pairs =
+        std::clamp(std::ceil(0.5 * ws.map.length(r) / medium_.accuracy().first_step),
+                   0.5 * (fewest_nodes - 1), 0.5 * (most_nodes - 1));
+    ws.starts.push_back({ws.runs[r].cover, 2 * static_cast<std::int32_t>(pairs) + 1,
+                         static_cast<std::int32_t>(r)});
   }
-  ws.map.place(
-      {level.run, level.first, level.count, level.step, 0.0f, level.s.data(), level.weight.data()});
+  // A galaxy's nodes together, and runs that share vectors of about the same length.
+  std::sort(ws.starts.begin(), ws.starts.end());
+  for (const auto& [cover, count, r] : ws.starts) {
+    const auto run = static_cast<std::size_t>(r);
+    level.add(r, ws.runs[run], count, ws.map.length(run) / (count - 1));
+  }
+  ws.map.place({level.run, level.first, level.count, level.step, 0.0f, level.nodes.s.data(),
+                level.weight.data()});
 }
 
 void AdaptiveSampler::evaluate(std::span<const std::span<const Hit>> hits, Level& level,
                                Workspace& ws, RenderCounts& counts) const {
-  level.nodes.t.resize(level.s.size());
-  for (std::size_t i = 0; i < level.run.size(); ++i) {
-    const double origin = ws.runs[static_cast<std::size_t>(level.run[i])].origin;
-    const auto first = static_cast<std::size_t>(level.first[i]);
-    const auto count = static_cast<std::size_t>(level.count[i]);
-    for (std::size_t n = first; n < first + count; ++n) {
-      level.nodes.t[n] = origin + double{level.s[n]};
-    }
-  }
   medium_.evaluate(hits, ws.covers, level.variants, level.nodes, counts);
   counts.nodes += level.nodes.size();
 }
@@ -311,10 +310,9 @@ void AdaptiveSampler::refine_level(std::span<const std::span<const Hit>> hits, W
     fresh.add(old.run[i], run, old.count[i] - 1, double{old.step[i]});
     merged.add(old.run[i], run, 2 * old.count[i] - 1, 0.5 * double{old.step[i]});
   }
-  ws.map.place(
-      {fresh.run, fresh.first, fresh.count, fresh.step, 0.5f, fresh.s.data(), fresh.weight.data()});
+  ws.map.place({fresh.run, fresh.first, fresh.count, fresh.step, 0.5f, fresh.nodes.s.data(),
+                fresh.weight.data()});
   evaluate(hits, fresh, ws, counts);
-  merged.nodes.t.resize(merged.s.size());
   const auto interleave = [&](const auto& even, const auto& odd, auto& out) {
     for (std::size_t k = 0; k < sources.size(); ++k) {
       const auto* from = even.data() + old.first[sources[k]];
@@ -327,7 +325,7 @@ void AdaptiveSampler::refine_level(std::span<const std::span<const Hit>> hits, W
       to[2 * fresh.count[k]] = from[fresh.count[k]];
     }
   };
-  interleave(old.s, fresh.s, merged.s);
+  interleave(old.nodes.s, fresh.nodes.s, merged.nodes.s);
   interleave(old.weight, fresh.weight, merged.weight);
   for (float& weight : merged.weight) weight *= 0.5f;
   merged.nodes.make_room(ws.light_slots, ws.dust_slots, merged.variants);

@@ -31,6 +31,11 @@ float obliquity_of(const Hit& hit) {
 
 /// Arrays of one thread, kept between calls.
 struct Medium::Scratch {
+  /// Nodes of a batch that follow each other.
+  struct Piece {
+    std::int32_t first, count;
+  };
+  std::vector<Piece> pieces;
   BatchArray x, y, z;
   BatchArray distance, dimmed;  ///< of star fields
   RayBatch rays;
@@ -384,15 +389,15 @@ void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray,
   for (std::size_t group = 0; group < groups; ++group) s.members[group].clear();
   for (const RayNodes::Run& run : nodes.runs) {
     const std::vector<int>& galaxies = covers[static_cast<std::size_t>(run.cover)].galaxies;
-    const auto begin = nodes.t.begin() + run.first;
+    const auto begin = nodes.s.begin() + run.first;
     for (const Hit& hit : hits_of_ray[static_cast<std::size_t>(run.ray)]) {
       const auto k = std::find(galaxies.begin(), galaxies.end(), hit.galaxy) - galaxies.begin();
       if (k == static_cast<std::ptrdiff_t>(galaxies.size())) continue;
-      const auto first = std::lower_bound(begin, begin + run.count, hit.begin);
-      const auto last = std::upper_bound(first, begin + run.count, hit.end);
+      const auto first = std::lower_bound(begin, begin + run.count, hit.begin - run.origin);
+      const auto last = std::upper_bound(first, begin + run.count, hit.end - run.origin);
       s.members[s.first_group[static_cast<std::size_t>(run.cover)] + static_cast<std::size_t>(k)]
-          .push_back({&hit, static_cast<std::int32_t>(first - nodes.t.begin()),
-                      static_cast<std::int32_t>(last - first), run.first, run.count});
+          .push_back({&hit, static_cast<std::int32_t>(first - nodes.s.begin()),
+                      static_cast<std::int32_t>(last - first), run.first, run.count, run.origin});
     }
     // Runs share vectors with those of other covers, whose slots they then have with extinction 0:
     // what is left in them might be infinite.
@@ -425,24 +430,24 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
   s.densities.resize(std::max(s.densities.size(), variants * components));
   const bool has_fields = std::any_of(own.fields.begin(), own.fields.end(),
                                       [](const auto* field) { return field != nullptr; });
-  const auto clear_around = [&](std::vector<float>& slot) {
-    for (const Stretch& stretch : stretches) {
+  for (const Stretch& stretch : stretches) {
+    if (stretch.count == stretch.run_count) continue;
+    const auto clear_around = [&](std::vector<float>& slot) {
       const auto begin = slot.begin() + stretch.run_first, first = slot.begin() + stretch.first;
       std::fill(begin, first, 0.0f);
       std::fill(first + stretch.count, begin + stretch.run_count, 0.0f);
-    }
-  };
-  for (std::size_t m = 0; m < own.light.size(); ++m) clear_around(nodes.light[first_light + m]);
-  for (std::size_t v = 0; v < variants; ++v) {
-    for (std::size_t m = 0; m < own.dust.size(); ++m) {
-      clear_around(nodes.dust[v * nodes.dust_slots + first_dust + m]);
+    };
+    for (std::size_t m = 0; m < own.light.size(); ++m) clear_around(nodes.light[first_light + m]);
+    for (std::size_t v = 0; v < variants; ++v) {
+      for (std::size_t m = 0; m < own.dust.size(); ++m) {
+        clear_around(nodes.dust[v * nodes.dust_slots + first_dust + m]);
+      }
     }
   }
   // Stretches are cut where a batch is full: `done` nodes of the first are in earlier batches.
   std::int32_t done = 0;
   for (std::size_t next = 0; next < stretches.size();) {
-    const std::size_t first_stretch = next;
-    const std::int32_t first_done = done;
+    s.pieces.clear();
     std::size_t size = 0;
     bool has_footprints = false;
     while (next < stretches.size() && size < batch_capacity) {
@@ -454,28 +459,28 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
       const Hit& hit = *stretch.hit;
       const auto room = static_cast<std::int32_t>(batch_capacity - size);
       const std::int32_t count = std::min(stretch.count - done, room);
-      const double* at = nodes.t.data() + stretch.first + done;
-      const auto along = [&](std::size_t axis, BatchArray& out) {
-        const double start = hit.nearest[axis], slope = hit.direction[axis], centre = hit.centre;
+      const std::int32_t first = stretch.first + done;
+      const float* at = nodes.s.data() + first;
+      const auto along = [&](double start, double slope, BatchArray& out) {
+        const auto from = static_cast<float>(start), rate = static_cast<float>(slope);
         float* to = out.data() + size;
-        for (std::int32_t i = 0; i < count; ++i) {
-          to[i] = static_cast<float>(start + (at[i] - centre) * slope);
-        }
+        for (std::int32_t i = 0; i < count; ++i) to[i] = from + at[i] * rate;
       };
-      along(0, s.x);
-      along(1, s.y);
-      along(2, s.z);
-      for (std::int32_t i = 0; i < count; ++i) {
-        s.rays.footprint[size + static_cast<std::size_t>(i)] =
-            static_cast<float>(hit.footprint + hit.footprint_growth * at[i]);
-      }
+      const double shift = stretch.origin - hit.centre;
+      along(hit.nearest[0] + shift * hit.direction[0], hit.direction[0], s.x);
+      along(hit.nearest[1] + shift * hit.direction[1], hit.direction[1], s.y);
+      along(hit.nearest[2] + shift * hit.direction[2], hit.direction[2], s.z);
+      along(hit.footprint_at(stretch.origin), hit.footprint_growth, s.rays.footprint);
       std::fill_n(s.rays.obliquity.data() + size, count, obliquity_of(hit));
-      if (has_fields) {
-        const bool is_parallel = star_fields_->is_parallel();
-        for (std::int32_t i = 0; i < count; ++i) {
-          s.distance[size + static_cast<std::size_t>(i)] =
-              is_parallel ? 1.0f : static_cast<float>(at[i]);
-        }
+      if (has_fields && star_fields_->is_parallel()) {
+        std::fill_n(s.distance.data() + size, count, 1.0f);
+      } else if (has_fields) {
+        along(stretch.origin, 1, s.distance);
+      }
+      if (!s.pieces.empty() && s.pieces.back().first + s.pieces.back().count == first) {
+        s.pieces.back().count += count;
+      } else {
+        s.pieces.push_back({first, count});
       }
       size += static_cast<std::size_t>(count);
       has_footprints = has_footprints || hit.footprint_at(hit.end) > 0;
@@ -492,12 +497,10 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
         {s.x.data(), s.y.data(), s.z.data(), size}, threshold, has_footprints ? &s.rays : nullptr,
         std::span(dust_deviations).first(variants > 1 ? variants : 0), s.densities, counts);
     const auto deposit = [&](const float* from, std::vector<float>& slot) {
-      std::int32_t skip = first_done;
-      for (std::size_t k = first_stretch, i = 0; i < size; ++k, skip = 0) {
-        float* own_nodes = slot.data() + stretches[k].first + skip;
-        const auto count = std::min(static_cast<std::size_t>(stretches[k].count - skip), size - i);
-        for (std::size_t n = 0; n < count; ++n) own_nodes[n] = scale * from[i + n];
-        i += count;
+      for (const Scratch::Piece& piece : s.pieces) {
+        float* to = slot.data() + piece.first;
+        for (std::int32_t n = 0; n < piece.count; ++n) to[n] = scale * from[n];
+        from += piece.count;
       }
     };
     const auto density = [&](int component, std::size_t variant) {

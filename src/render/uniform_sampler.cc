@@ -62,8 +62,10 @@ class UniformSampler : public Sampler {
     RayNodes nodes;
     std::vector<double> widths;
     Cover cover;
+    double origin = 0;
     const auto flush = [&] {
-      nodes.runs = {{static_cast<std::int32_t>(i), 0, 0, static_cast<std::int32_t>(nodes.size())}};
+      nodes.runs = {{static_cast<std::int32_t>(i), 0, 0, static_cast<std::int32_t>(nodes.size()),
+                     origin}};
       medium_.evaluate(hits, std::span(&cover, 1), variants, nodes, counts);
       add(hits[i], cover, nodes, widths, transmission, out.light.data() + out.begin[i],
           out.depth.data() + i * medium_.nodes());
@@ -94,8 +96,9 @@ class UniformSampler : public Sampler {
       if (!(step < HUGE_VAL)) continue;
       const double count = std::ceil((end - begin) / step);
       const double width = (end - begin) / count;
+      origin = 0.5 * (begin + end);
       for (double k = 0; k < count; ++k) {
-        nodes.t.push_back(begin + (k + 0.5) * width);
+        nodes.s.push_back(static_cast<float>((k + 0.5 - 0.5 * count) * width));
         widths.push_back(width);
         if (nodes.size() == piece_size) flush();
       }

@@ -52,16 +52,17 @@ struct RayNodes {
     std::int32_t cover;  ///< index in `covers`
     std::int32_t first;  ///< of its nodes, which follow each other
     std::int32_t count;
+    double origin;  ///< of its nodes' s, along the ray
   };
   std::vector<Run> runs;
-  std::vector<double> t;
+  std::vector<float> s;  ///< ascending in each run
   /// [slot][node]; anything in slots that a cover lacks. These arrays only grow.
   std::vector<std::vector<float>> light;
   std::size_t dust_slots = 0;  ///< of the largest cover
   /// [variant * dust_slots + slot][node]; 0 in slots that a cover lacks. They only grow.
   std::vector<std::vector<float>> dust;
 
-  std::size_t size() const { return t.size(); }
+  std::size_t size() const { return s.size(); }
   /// Room for all nodes in so many slots; what is in it is not specified.
   void make_room(std::size_t light_slots, std::size_t most_dust_slots, std::size_t variants) {
     dust_slots = most_dust_slots;
@@ -75,7 +76,7 @@ struct RayNodes {
   }
   void clear() {
     runs.clear();
-    t.clear();
+    s.clear();
   }
 };
 
@@ -192,6 +193,7 @@ class Medium {
     const Hit* hit;
     std::int32_t first, count;
     std::int32_t run_first, run_count;
+    double origin;
   };
   struct Scratch;
   static Scratch& scratch();
