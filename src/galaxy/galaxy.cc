@@ -432,14 +432,15 @@ void Galaxy::phi(std::size_t c, const SampleBatch& batch, const BatchArray& need
   }
   const bool is_whole = points.size == batch.size;
   for (BatchArray& values : out) {
-    BatchArray compacted;
-    if (!is_whole) {
-      std::copy_n(values.data(), points.size, compacted.data());
-      std::fill_n(values.data(), padded(batch.size), 1.0f);
-    }
-    const float* from = is_whole ? values.data() : compacted.data();
     for (std::size_t i = 0; i < points.size; ++i) {
-      values[static_cast<std::size_t>(points.index[i])] = 1 + points.fade[i] * (from[i] - 1);
+      values[i] = 1 + points.fade[i] * (values[i] - 1);
+    }
+    if (is_whole) continue;
+    BatchArray compacted;
+    std::copy_n(values.data(), points.size, compacted.data());
+    std::fill_n(values.data(), padded(batch.size), 1.0f);
+    for (std::size_t i = 0; i < points.size; ++i) {
+      values[static_cast<std::size_t>(points.index[i])] = compacted[i];
     }
   }
   counts.noise_seconds += clock.seconds();

@@ -22,8 +22,8 @@ namespace gamer {
 namespace {
 
 struct LayerKernelInput {
-  float z_factor;       ///< -2/z0
-  float r_factor;       ///< -1/rh
+  float z_factor;       ///< -2/z0, over ln 2
+  float r_factor;       ///< -1/rh, over ln 2
   float inverse_inner;  ///< 1/inner, or 0 for no hole
   float arm_width;      ///< 0 for no arms
   float shift;
@@ -78,7 +78,7 @@ void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* 
     const auto r = hn::Load(d, batch.r.data() + i);
     const auto z = hn::Abs(hn::Load(d, batch.z.data() + i));
     // sech^2(u) = 4 e^(-2u)/(1 + e^(-2u))^2
-    const auto e = Exp(d, hn::Mul(z, hn::Set(d, in.z_factor)));
+    const auto e = Exp2(d, hn::Mul(z, hn::Set(d, in.z_factor)));
     const auto sum = hn::Add(one, e);
     auto value = hn::Div(hn::Mul(hn::Set(d, 4.0f), e), hn::Mul(sum, sum));
     auto exponent = hn::Mul(r, hn::Set(d, in.r_factor));
@@ -98,9 +98,10 @@ void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* 
         }
       }
       const auto closeness = hn::NegMulAdd(delta, hn::Set(d, std::numbers::inv_pi_v<float>), one);
-      exponent = hn::MulAdd(hn::Set(d, in.arm_width), Log(d, closeness), exponent);
+      exponent = hn::MulAdd(hn::Set(d, in.arm_width * std::numbers::log2e_v<float>),
+                            Log(d, closeness), exponent);
     }
-    value = hn::Mul(value, Exp(d, exponent));
+    value = hn::Mul(value, Exp2(d, exponent));
     if (in.inverse_inner > 0) {
       auto q = hn::Mul(r, hn::Set(d, in.inverse_inner));
       q = hn::Mul(q, q);
@@ -342,8 +343,8 @@ LayerShape Layer::read_shape(const ParameterSet& values) {
 
 void Layer::envelope(const SampleBatch& batch, float* out) const {
   LayerKernelInput in{};
-  in.z_factor = static_cast<float>(-2 / shape_.z0);
-  in.r_factor = static_cast<float>(-1 / shape_.rh);
+  in.z_factor = static_cast<float>(-2 / shape_.z0 / std::numbers::ln2);
+  in.r_factor = static_cast<float>(-1 / shape_.rh / std::numbers::ln2);
   in.inverse_inner = shape_.inner > 0 ? static_cast<float>(1 / shape_.inner) : 0.0f;
   in.arm_width = follows_arms() ? static_cast<float>(shape_.arm_width) : 0.0f;
   in.shift = static_cast<float>(shape_.shift);

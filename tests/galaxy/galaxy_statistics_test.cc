@@ -11,6 +11,7 @@
 
 #include "galaxy/evaluate.h"
 #include "galaxy/galaxy_text.h"
+#include "gamer/core/random.h"
 #include "gamer/galaxy/dust_variants.h"
 #include "gamer/galaxy/star_field.h"
 
@@ -37,9 +38,9 @@ GalaxySettings quick_settings() {
   return settings;
 }
 
-std::shared_ptr<Galaxy> read_galaxy(const std::string& text) {
+std::shared_ptr<Galaxy> read_galaxy(const std::string& text, const GalaxySettings& settings) {
   Resources resources({});
-  return Galaxy::read(text, "g.toml", quick_settings(), resources);
+  return Galaxy::read(text, "g.toml", settings, resources);
 }
 
 /// Points along a spiral in the plane, or about it.
@@ -89,25 +90,90 @@ std::vector<float> densities_of(const Galaxy& galaxy) {
   return all;
 }
 
-TEST(GalaxyStatistics, PartsMeasuredApartMakeTheSameGalaxy) {
-  const std::vector<float> expected = densities_of(*parse_galaxy(all_parts, quick_settings()));
-  for (const std::size_t processes : {1u, 2u, 5u}) {
-    std::vector<std::shared_ptr<Galaxy>> galaxies;
-    std::vector<GalaxyStatistics> statistics;
-    for (std::size_t p = 0; p < processes; ++p) {
-      statistics.emplace_back(*galaxies.emplace_back(read_galaxy(all_parts)));
-    }
-    const std::size_t parts = statistics.front().parts(),
-                      numbers = statistics.front().most_numbers();
+/// Measured by so many processes, each of which takes what all have measured.
+std::vector<std::shared_ptr<Galaxy>> measured_apart(const std::string& text,
+                                                    const GalaxySettings& settings,
+                                                    std::size_t processes) {
+  std::vector<std::shared_ptr<Galaxy>> galaxies;
+  std::vector<GalaxyStatistics> statistics;
+  for (std::size_t p = 0; p < processes; ++p) {
+    statistics.emplace_back(*galaxies.emplace_back(read_galaxy(text, settings)));
+  }
+  const std::size_t numbers = statistics.front().most_numbers();
+  for (const GalaxyStatistics::Round round : GalaxyStatistics::rounds) {
+    const std::size_t parts = statistics.front().parts(round);
     std::vector<std::vector<double>> measured(parts, std::vector<double>(numbers));
     // From the last to the first.
     for (std::size_t part = parts; part-- > 0;) {
-      statistics[part % processes].measure(part, measured[part]);
+      statistics[part % processes].measure(round, part, measured[part]);
     }
-    for (std::size_t p = 0; p < processes; ++p) {
-      for (std::size_t part = 0; part < parts; ++part) statistics[p].take(part, measured[part]);
-      EXPECT_EQ(densities_of(*galaxies[p]), expected) << p << " of " << processes;
+    for (GalaxyStatistics& own : statistics) {
+      EXPECT_EQ(own.parts(round), parts);
+      for (std::size_t part = 0; part < parts; ++part) own.take(round, part, measured[part]);
+      own.finish(round);
     }
+  }
+  return galaxies;
+}
+
+TEST(GalaxyStatistics, PartsMeasuredApartMakeTheSameGalaxy) {
+  const std::vector<float> expected = densities_of(*parse_galaxy(all_parts, quick_settings()));
+  for (const std::size_t processes : {1u, 2u, 5u}) {
+    for (const auto& galaxy : measured_apart(all_parts, quick_settings(), processes)) {
+      EXPECT_EQ(densities_of(*galaxy), expected) << processes;
+    }
+  }
+}
+
+// Followed and following textures that need large clouds, and a follower without one.
+const std::string sparse_parts =
+    "[[component]]\nclass = \"disk\"\nname = \"clumps\"\nsed = \"flat\"\nz0 = 0.02\nrh = 0.2\n"
+    "noise = {octaves = 3, frequency_scale = 9, theta = \"linear\", exponent = 6}\n"
+    "[[component]]\nclass = \"stars\"\nname = \"own\"\nsed = \"flat\"\nz0 = 0.02\nrh = 0.25\n"
+    "noise = {octaves = 2, frequency_scale = 9, theta = \"linear\", exponent = 2}\n"
+    "follows = \"clumps\"\n"
+    "[[component]]\nclass = \"stars\"\nname = \"plain\"\nsed = \"flat\"\nz0 = 0.02\nrh = 0.15\n"
+    "noise = false\nfollows = \"clumps\"\n";
+
+TEST(GalaxyStatistics, SlicesOfLargeCloudsMakeTheMeansOfTheWhole) {
+  GalaxySettings settings = settings_with(3);
+  settings.most_cloud_points = std::size_t{1} << 19;
+  const auto whole = parse_galaxy(sparse_parts, settings);
+  for (const auto& galaxy : measured_apart(sparse_parts, settings, 3)) {
+    EXPECT_EQ(densities_of(*galaxy), densities_of(*whole));
+  }
+  // <Phi> = 1 over other points, each component's own, before the taper begins.
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double z0 = 0.02, rh = c == 0 ? 0.2 : c == 1 ? 0.25 : 0.15;
+    const double reach = 0.75 / rh;
+    double sum = 0;
+    constexpr std::size_t points = std::size_t{1} << 20;
+    for (std::size_t first = 0; first < points; first += batch_capacity) {
+      BatchArray x, y, z, density;
+      for (std::size_t i = 0; i < batch_capacity; ++i) {
+        double u[3];
+        R3Sequence().point(first + i, u);
+        // Newton's steps to where 1 - (1 + q) e^-q is a share of what it is at the reach.
+        double q = 1.7;
+        const double share = u[0] * (1 - (1 + reach) * std::exp(-reach));
+        for (int n = 0; n < 30; ++n) {
+          const double error = 1 - (1 + q) * std::exp(-q) - share;
+          q = std::clamp(q - error / (q * std::exp(-q)), 0.5 * q, 0.5 * (q + reach));
+        }
+        const double angle = 2 * std::numbers::pi * u[1];
+        x[i] = static_cast<float>(rh * q * std::cos(angle));
+        y[i] = static_cast<float>(rh * q * std::sin(angle));
+        z[i] = static_cast<float>(z0 * std::atanh(1.9999 * (u[2] - 0.5)));
+      }
+      EvaluationCounts counts;
+      whole->evaluate_component(c, {x.data(), y.data(), z.data(), batch_capacity}, 0, density,
+                                counts);
+      for (std::size_t i = 0; i < batch_capacity; ++i) {
+        const double r = std::hypot(double{x[i]}, double{y[i]});
+        sum += double{density[i]} * std::pow(std::cosh(double{z[i]} / z0), 2) * std::exp(r / rh);
+      }
+    }
+    EXPECT_NEAR(sum / points, 1, 0.02) << c;
   }
 }
 
@@ -138,31 +204,36 @@ TEST(GalaxyStatistics, WhatARayMeetsDoesNotDependOnItsNeighbours) {
 }
 
 TEST(GalaxyStatistics, HasPartsOfTexturedComponents) {
-  const auto galaxy = read_galaxy(all_parts);
+  using Round = GalaxyStatistics::Round;
+  const auto galaxy = read_galaxy(all_parts, quick_settings());
   const GalaxyStatistics statistics(*galaxy);
-  // Three of light and a star field; three for each of two kinds of dust.
-  ASSERT_EQ(statistics.parts(), 4u + 2 * 3);
-  for (std::size_t part = 0; part < statistics.parts(); ++part) {
-    const Component& component = *galaxy->components()[statistics.component(part)];
+  // Three of light and a star field; two kinds of dust, each of three obliquities.
+  ASSERT_EQ(statistics.parts(Round::first), 6u);
+  ASSERT_EQ(statistics.parts(Round::seen), 4u + 2 * 3);
+  for (std::size_t part = 0; part < statistics.parts(Round::seen); ++part) {
+    const Component& component = *galaxy->components()[statistics.component(Round::seen, part)];
     EXPECT_NE(component.kind(), "bulge");
     EXPECT_EQ(component.absorbs(), part >= 4) << part;
   }
-  const auto smooth =
-      read_galaxy("[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = false\n");
-  EXPECT_EQ(GalaxyStatistics(*smooth).parts(), 0u);
+  const auto smooth = read_galaxy(
+      "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = false\n", quick_settings());
+  EXPECT_EQ(GalaxyStatistics(*smooth).parts(Round::first), 0u);
+  EXPECT_EQ(GalaxyStatistics(*smooth).parts(Round::seen), 0u);
 }
 
 TEST(GalaxyStatistics, EveryPartTellsOfATextureThatCannotBeNormalised) {
   const auto galaxy = read_galaxy(
       "[[component]]\nclass = \"disk\"\nname = \"dark\"\nsed = \"flat\"\n"
       "noise = {theta = \"linear\", offset = -10}\n"
-      "[[component]]\nclass = \"stars\"\nsed = \"flat\"\nfollows = \"dark\"\n");
+      "[[component]]\nclass = \"stars\"\nsed = \"flat\"\nfollows = \"dark\"\n",
+      quick_settings());
   GalaxyStatistics statistics(*galaxy);
   std::vector<double> numbers(statistics.most_numbers());
-  ASSERT_EQ(statistics.parts(), 2u);
+  constexpr auto first = GalaxyStatistics::Round::first;
+  ASSERT_EQ(statistics.parts(first), 2u);
   for (const std::size_t part : {1u, 0u}) {
     EXPECT_EQ(error_text([&] {
-                statistics.measure(part, numbers);
+                statistics.measure(first, part, numbers);
               }).find("g.toml:1:1: component 'dark': the noise is zero or infinite"),
               0u);
   }

@@ -222,7 +222,7 @@ TEST(Layer, CloudsOfThinLayersAndNeedlesHaveNoMorePoints) {
     shape.rh = rh;
     std::size_t points = 0;
     constexpr double wanted = 1 << 12;
-    for (const WeightedBatch& batch : PlainLayer(shape, ArmPattern()).cloud(1 << 12)) {
+    for (const WeightedBatch& batch : PlainLayer(shape, ArmPattern()).cloud(1 << 12).all()) {
       points += batch.size;
     }
     EXPECT_NEAR(static_cast<double>(points), wanted, 0.3 * wanted);
@@ -237,7 +237,7 @@ TEST(Layer, CloudFollowsTheEnvelope) {
     const PlainLayer layer(c.shape, arms);
     double w = 0, wr = 0, wz = 0, along = 0, across = 0;
     std::size_t points = 0;
-    for (const WeightedBatch& batch : layer.cloud(1 << 16)) {
+    for (const WeightedBatch& batch : layer.cloud(1 << 16).all()) {
       for (std::size_t i = 0; i < batch.size; ++i) {
         const double r = std::hypot(double{batch.x[i]}, double{batch.y[i]});
         const double phi = std::atan2(double{batch.y[i]}, double{batch.x[i]});

@@ -313,7 +313,7 @@ TEST(VeinTexture, DisplacementHasItsRms) {
 
 std::vector<WeightedBatch> cloud_of(const std::string& component) {
   const auto galaxy = parse_galaxy("[arms]\n" + m51_arms + component);
-  return galaxy->components()[0]->cloud(std::size_t{1} << 16);
+  return galaxy->components()[0]->cloud(std::size_t{1} << 16).all();
 }
 
 TEST(VeinTexture, DeviationsAverageToWhatIsExpected) {
