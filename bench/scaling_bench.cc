@@ -51,7 +51,7 @@ struct Workload {
   int width = 0, height = 0, planes = 0;
   double reading = 0;     ///< seconds, of rank 0 and then of the others
   double measuring = 0;   ///< core seconds, shared by all ranks: textures, and probes of rows
-  std::size_t parts = 0;  ///< in which textures are measured
+  std::size_t parts = 0;  ///< in which what is seen of textures is measured
   std::vector<double> estimated, measured;  ///< of each row; microseconds, seconds
 };
 
@@ -74,7 +74,9 @@ Workload measure_scene(const std::string& name, int size) {
   RenderJob job = read_job(request, resources);
   const double read = thread_seconds();
   Workload load;
-  for (const auto& galaxy : job.rest.galaxies) load.parts += GalaxyStatistics(*galaxy).parts();
+  for (const auto& galaxy : job.rest.galaxies) {
+    load.parts += GalaxyStatistics(*galaxy).parts(GalaxyStatistics::Round::seen);
+  }
   complete(job, Ranks(), 1);
   const double measured = thread_seconds();
   const Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum);

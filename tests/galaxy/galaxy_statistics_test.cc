@@ -173,7 +173,7 @@ TEST(GalaxyStatistics, SlicesOfLargeCloudsMakeTheMeansOfTheWhole) {
         sum += double{density[i]} * std::pow(std::cosh(double{z[i]} / z0), 2) * std::exp(r / rh);
       }
     }
-    EXPECT_NEAR(sum / points, 1, 0.02) << c;
+    EXPECT_NEAR(sum / points, 1, 0.014) << c;
   }
 }
 
