@@ -5,6 +5,7 @@
 #include "hwy/foreach_target.h"
 
 #include <algorithm>
+#include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
 #include <numbers>
 
@@ -90,10 +91,11 @@ void Bulge::envelope(const SampleBatch& batch, float* out) const {
 }
 
 double Bulge::envelope_integral() const {
-  // Shells of the bulge's own metric, m = u^4 r0: in u the integrand is smooth and starts at zero.
-  // Where the ball's surface cuts a shell, the taper's mean over it, by a midpoint rule over an
-  // octant of directions n: the distance from the centre is m |S n|, S the stretch.
-  constexpr int radial = 4000;
+  // Shells of the bulge's own metric, m = u^4 r0, that of u holding u^(11 - 4 0.855) e^-u du: an
+  // incomplete Gamma function up to where the first shell reaches the taper. Beyond, the taper's
+  // mean over shells, by a midpoint rule over an octant of directions n: the distance from the
+  // centre is m |S n|, S the stretch.
+  constexpr double most_radial = 4000;
   constexpr int polar = 64;
   const int azimuthal = axis_[0] == axis_[1] ? 1 : 64;
   const auto [shortest, longest] = std::minmax_element(axis_.begin(), axis_.end());
@@ -112,20 +114,21 @@ double Bulge::envelope_integral() const {
     }
   }
   const double end = std::min(std::pow(1 / (*shortest * r0_), 0.25), largest_root);
+  const double begin = std::min(std::pow(taper_start / (*longest * r0_), 0.25), end);
+  constexpr double power = 11 - 4 * mellier_mathez_power;
+  const int radial = static_cast<int>(std::ceil(most_radial * (1 - begin / end)));
   double sum = 0;
   for (int i = 0; i < radial; ++i) {
-    const double u = end * (i + 0.5) / radial;
+    const double u = begin + (end - begin) * (i + 0.5) / radial;
     const double m = u * u * u * u * r0_;
-    double mean = 1;
-    if (m * *longest > taper_start) {
-      mean = 0;
-      for (const double stretch : stretches) mean += taper_at(m * stretch);
-      mean /= static_cast<double>(stretches.size());
-    }
-    sum += std::pow(u, 11 - 4 * mellier_mathez_power) * std::exp(-u) * mean;
+    double mean = 0;
+    for (const double stretch : stretches) mean += taper_at(m * stretch);
+    mean /= static_cast<double>(stretches.size());
+    sum += std::pow(u, power) * std::exp(-u) * mean;
   }
-  return 16 * std::numbers::pi * std::pow(r0_, 3) * axis_[0] * axis_[1] * axis_[2] * sum * end /
-         radial;
+  if (radial > 0) sum *= (end - begin) / radial;
+  return 16 * std::numbers::pi * std::pow(r0_, 3) * axis_[0] * axis_[1] * axis_[2] *
+         (boost::math::tgamma_lower(power + 1, begin) + sum);
 }
 
 void Bulge::plan(const BallRay& ray, const Accuracy& /*accuracy*/, RayPlan& out) const {
@@ -155,15 +158,18 @@ ColumnScale Bulge::column_scale(const double nearest[3], const double /*directio
 
 double Bulge::face_on_column() const {
   // The surface density at R_e: 2 int_0^inf b^-0.855 exp(-b^(1/4)) ds, b^2 = R_e^2 + s^2 in r0.
-  constexpr int steps = 2000;
-  constexpr double reach = 6;  // s up to R_e sinh(6), about 200 R_e
-  double sum = 0;
-  for (int i = 0; i < steps; ++i) {
-    const double u = reach * (i + 0.5) / steps;
-    const double b = effective_radius_in_r0 * std::cosh(u);
-    sum += std::pow(b, 1 - mellier_mathez_power) * std::exp(-std::pow(b, 0.25));
-  }
-  return 2 * r0_ * axis_[2] * sum * reach / steps;
+  static const double half = [] {
+    constexpr int steps = 2000;
+    constexpr double reach = 6;  // s up to R_e sinh(6), about 200 R_e
+    double sum = 0;
+    for (int i = 0; i < steps; ++i) {
+      const double u = reach * (i + 0.5) / steps;
+      const double b = effective_radius_in_r0 * std::cosh(u);
+      sum += std::pow(b, 1 - mellier_mathez_power) * std::exp(-std::pow(b, 0.25));
+    }
+    return sum * reach / steps;
+  }();
+  return 2 * r0_ * axis_[2] * half;
 }
 
 ComponentKind bulge_kind() {
