@@ -126,7 +126,12 @@ double Bulge::envelope_integral() const {
     mean /= static_cast<double>(stretches.size());
     sum += std::pow(u, power) * std::exp(-u) * mean;
   }
-  if (radial > 0) sum *= (end - begin) / radial;
+  if (radial > 0) {
+    // With the first term of Euler and Maclaurin, of the slope where the rule begins.
+    const double step = (end - begin) / radial;
+    const double slope = std::pow(begin, power - 1) * std::exp(-begin) * (power - begin);
+    sum = sum * step - step * step / 24 * slope;
+  }
   return 16 * std::numbers::pi * std::pow(r0_, 3) * axis_[0] * axis_[1] * axis_[2] *
          (boost::math::tgamma_lower(power + 1, begin) + sum);
 }
