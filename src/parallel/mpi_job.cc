@@ -98,9 +98,10 @@ constexpr std::size_t transfers = 2;
 
 // MPI's own waiting burns a core that a worker needs. The pauses, half of the time for which
 // nothing has come, are short next to a block's time; the longest are so next to any part of a job,
-// and long next to a look, which takes 20 us of the worker's core.
+// and long next to a look, which takes 20 us of the worker's core, or of one that has no work.
 constexpr microseconds shortest_pause{20};
 constexpr microseconds longest_pause{4000};
+constexpr microseconds longest_idle_pause{1000};
 
 // Blocks that a rank holds besides those being computed, so that its threads find the next one
 // while the answer to the request is on its way. More would keep them from ranks that are free;
@@ -136,9 +137,10 @@ class WatchTime {
 
 class Pause {
  public:
-  microseconds next() {
-    const microseconds pause = pause_;
-    pause_ = std::min(2 * pause_, longest_pause);
+  microseconds next(bool is_working = false) {
+    const microseconds longest = is_working ? longest_pause : longest_idle_pause;
+    const microseconds pause = std::min(pause_, longest);
+    pause_ = std::min(2 * pause, longest);
     return pause;
   }
   void reset() { pause_ = shortest_pause; }
@@ -557,7 +559,8 @@ class Lead {
       active |= finish_transfers();
       if (!failure_ && pool_.failure()) fail(pool_.failure());
       watch();
-      const microseconds timeout = active ? microseconds::zero() : pause.next();
+      const microseconds timeout =
+          active ? microseconds::zero() : pause.next(!pool_.finished());
       if (const auto block = pool_.take_for(timeout)) {
         consume(block->range, block->values);
         active = true;
@@ -729,7 +732,8 @@ class Follow {
       active |= ask();
       report_end();
       watch();
-      active |= send_finished(active ? microseconds::zero() : pause.next());
+      active |=
+          send_finished(active ? microseconds::zero() : pause.next(!pool_.finished()));
       if (active) pause.reset();
     }
     if (*outcome_ != 0) throw Stopped{*outcome_};
