@@ -5,6 +5,7 @@
 #include "hwy/foreach_target.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <mutex>
@@ -163,14 +164,14 @@ std::vector<float> make_table(const NoiseShape::Parameters& p) {
       density.push_back(sigma > 0 ? std::exp(-0.5 * k * k / (sigma * sigma)) : 1.0);
       norm += density.back();
     }
+    std::array<double, table_size> sums{};
+    for (int k = -reach; k <= reach; ++k) {
+      const double share = density[static_cast<std::size_t>(k + reach)];
+      const double* shifted = phi.data() + k + margin;
+      for (std::size_t x = 0; x < sums.size(); ++x) sums[x] += share * shifted[x];
+    }
     for (int x = 0; x < table_size; ++x) {
-      double sum = 0;
-      for (int k = -reach; k <= reach; ++k) {
-        sum += density[static_cast<std::size_t>(k + reach)] *
-               phi[static_cast<std::size_t>(x + k + margin)];
-      }
-      const double expected =
-          level == 0 ? phi[static_cast<std::size_t>(x + margin)] : sum / norm;
+      const double expected = sums[static_cast<std::size_t>(x)] / norm;
       const double entry = p.inverse    ? std::min(std::log2(expected), largest_log2)
                            : power != 0 ? std::pow(expected, 1 / power)
                                         : 1.0;
