@@ -28,6 +28,8 @@ constexpr std::size_t slice_batches = 256;
 constexpr std::size_t first_seen_cloud = std::size_t{1} << 13;
 constexpr std::size_t largest_seen_cloud = std::size_t{1} << 19;
 constexpr double seen_error = 0.0025;
+// Widths with a smaller share of it over the first cloud do not need the larger one.
+constexpr double small_error = 0.3;
 // They are of footprints up to the widest, each so many times the one before.
 constexpr double largest_seen_footprint = 0.5;
 constexpr double footprint_ratio = 2;
@@ -468,11 +470,11 @@ std::vector<double> GalaxyStatistics::measure_seen(std::size_t c) const {
   std::vector<double> rough_widths;
   std::size_t size = 0;
   for (std::size_t k = 0; k < widths.size(); ++k) {
-    const std::size_t needed = enough(c, first, means[k].error / means[k].mean, seen_error);
-    if (needed == 0) continue;
+    const double error = means[k].error / means[k].mean;
+    if (enough(c, first, error, small_error * seen_error) == 0) continue;
     rough.push_back(k);
     rough_widths.push_back(widths[k]);
-    size = std::max(size, std::min(needed, largest_seen_cloud));
+    size = std::max(size, std::min(enough(c, first, error, seen_error), largest_seen_cloud));
   }
   if (size > 0) {
     const std::vector<CloudMean> better = measure_seen(c, size, rough_widths);
