@@ -284,9 +284,8 @@ CloudMoments GalaxyStatistics::measure_slice(std::size_t c, std::size_t slice) {
   Larger& own = larger_[c];
   if (own.cloud.batches == 0) own.cloud = component_at(c).cloud(own.points);
   const auto begin = [&](std::size_t k) { return own.cloud.batches * k / own.slices; };
-  return moments_over(
-      own.cloud, begin(slice), begin(slice + 1),
-      [&](const Points& points, float* out) { whole_phi(c, points, out); });
+  return moments_over(own.cloud, begin(slice), begin(slice + 1),
+                      [&](const Points& points, float* out) { whole_phi(c, points, out); });
 }
 
 void GalaxyStatistics::measure_all() {

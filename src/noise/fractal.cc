@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <stdexcept>
 
 #include "core/math-inl.h"
 #include "gamer/core/error.h"
@@ -240,7 +241,8 @@ ParameterTable FractalParameters::table() const {
        "of octaves: additive sum w n; multiplicative product of 1 + a n in [0, 2]; ridged "
        "multifractal of (o - |n|)^2; billow sum w |n|",
        combinations},
-      {"octaves", ParameterType::integer, "", Interval::closed(1, 32), std::int64_t{octaves},
+      {"octaves", ParameterType::integer, "", Interval::closed(1, double{most_octaves}),
+       std::int64_t{octaves},
        "omega, number of octaves; `noise.octaves` of the render parameters where neither says"},
       {"k0", ParameterType::number, "cycles per galaxy radius", Interval::closed(0, 1000), k0,
        "offset of the frequencies k0 + f_s k"},
@@ -392,6 +394,9 @@ FractalNoise::FractalNoise(const FractalParameters& parameters, std::span<const 
                            double thickness)
     : parameters_(parameters), shape_(shape_of(parameters)) {
   parameters_.octaves = static_cast<int>(octaves.size());
+  if (parameters_.octaves > FractalParameters::most_octaves) {
+    throw std::invalid_argument("a noise has too many octaves");
+  }
   make_warp();
   for (const Octave& octave : octaves) {
     add_octave(octave, double{octave.frequency}, double{octave.weight}, thickness);
@@ -432,7 +437,6 @@ void FractalNoise::add_octave(const Octave& octave, double frequency, double wei
   coherence_.push_back(1 / (1 + 2 * stretch_ * frequency * thickness));
   const double seen = stretch_ * double{octave.frequency};
   finest_ = std::max(finest_, seen);
-  coarsest_ = octaves_.size() == 1 ? seen : std::min(coarsest_, seen);
   independent_variance_ += weight * weight;
 }
 
@@ -448,6 +452,14 @@ void FractalNoise::assume_independence() {
     }
     sigma_ = std::sqrt(std::expm1(log_variance_));
   }
+  double weights = 0, squares = 0;
+  for (const Octave& octave : octaves_) {
+    const double variance = double{octave.weight} * octave.weight;
+    weights += variance;
+    squares += variance * octave.frequency * octave.frequency;
+  }
+  effective_frequency_ = stretch_ * std::sqrt(squares / weights);
+  sharpness_ = measured_sharpness();
 }
 
 bool FractalNoise::is_density() const { return is_natural(parameters_.combination.kind); }
@@ -521,8 +533,8 @@ void FractalNoise::see(const Points& points, std::span<const float* const> footp
     evaluations += points.size * octaves_.size();
     return;
   }
-  const auto values = std::make_unique_for_overwrite<BatchArray[]>(octaves_.size());
-  std::vector<OctaveInput> inputs(octaves_.size());
+  std::array<BatchArray, FractalParameters::most_octaves> values;
+  std::array<OctaveInput, FractalParameters::most_octaves> inputs;
   for (std::size_t k = 0; k < octaves_.size(); ++k) {
     Octave octave = octaves_[k];
     if (double{least} * stretch_ * double{octave.frequency} < fade_end) {
@@ -536,7 +548,8 @@ void FractalNoise::see(const Points& points, std::span<const float* const> footp
   }
   for (std::size_t v = 0; v < out.size(); ++v) {
     HWY_DYNAMIC_DISPATCH(SeeOctaves)
-    (points.size, values.get(), footprints[v], inputs, parameters_.combination, out[v]);
+    (points.size, values.data(), footprints[v], std::span(inputs).first(octaves_.size()),
+     parameters_.combination, out[v]);
   }
 }
 
@@ -589,6 +602,7 @@ void FractalNoise::normalise(std::span<const WeightedBatch> cloud, const Factor&
   phi_mean_ = 1;
   correct_mean(light);
   take_octaves(thinned(cloud, octave_cloud));
+  sharpness_ = measured_sharpness();
 }
 
 void FractalNoise::correct_mean(const CloudMean& mean) {
@@ -654,17 +668,7 @@ void FractalNoise::take_octaves(std::span<const WeightedBatch> cloud) {
   if (!is_density()) octave_mean_.front() += mu_ - means;
 }
 
-double FractalNoise::effective_frequency() const {
-  double weights = 0, squares = 0;
-  for (const Octave& octave : octaves_) {
-    const double variance = double{octave.weight} * octave.weight;
-    weights += variance;
-    squares += variance * octave.frequency * octave.frequency;
-  }
-  return stretch_ * std::sqrt(squares / weights);
-}
-
-double FractalNoise::sharpness() const {
+double FractalNoise::measured_sharpness() const {
   using Kind = Combination::Kind;
   // A power alpha narrows Gaussian peaks by sqrt(alpha); the inverse has ridges where |v| < floor.
   // A product is about exp(r s), r^2 the variance of its logarithm: at s = 2, as narrow as s^(2 r).

@@ -559,8 +559,7 @@ class Lead {
       active |= finish_transfers();
       if (!failure_ && pool_.failure()) fail(pool_.failure());
       watch();
-      const microseconds timeout =
-          active ? microseconds::zero() : pause.next(!pool_.finished());
+      const microseconds timeout = active ? microseconds::zero() : pause.next(!pool_.finished());
       if (const auto block = pool_.take_for(timeout)) {
         consume(block->range, block->values);
         active = true;
@@ -732,8 +731,7 @@ class Follow {
       active |= ask();
       report_end();
       watch();
-      active |=
-          send_finished(active ? microseconds::zero() : pause.next(!pool_.finished()));
+      active |= send_finished(active ? microseconds::zero() : pause.next(!pool_.finished()));
       if (active) pause.reset();
     }
     if (*outcome_ != 0) throw Stopped{*outcome_};

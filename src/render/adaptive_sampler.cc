@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <initializer_list>
@@ -109,7 +108,7 @@ struct Workspace {
   std::vector<Run> runs;
   std::vector<std::int32_t> first_run;  ///< of each ray
   NodeMap map;
-  std::vector<std::array<std::int32_t, 3>> starts;  ///< cover, nodes, run
+  std::vector<std::pair<std::int64_t, std::int32_t>> starts;  ///< cover and nodes, run
   Level level, fresh, merged;
 
   /// Of the covers: slots, what dust does, [(slot * nodes + j) * covers + cover], and the steering
@@ -275,13 +274,16 @@ void AdaptiveSampler::begin_level(Workspace& ws) const {
     const double pairs =
         std::clamp(std::ceil(0.5 * ws.map.length(r) / medium_.accuracy().first_step),
                    0.5 * (fewest_nodes - 1), 0.5 * (most_nodes - 1));
-    ws.starts.push_back({ws.runs[r].cover, 2 * static_cast<std::int32_t>(pairs) + 1,
-                         static_cast<std::int32_t>(r)});
+    const std::int32_t count = 2 * static_cast<std::int32_t>(pairs) + 1;
+    ws.starts.emplace_back(
+        static_cast<std::int64_t>(ws.runs[r].cover) << 32 | static_cast<std::int64_t>(count),
+        static_cast<std::int32_t>(r));
   }
   // A galaxy's nodes together, and runs that share vectors of about the same length.
   std::sort(ws.starts.begin(), ws.starts.end());
-  for (const auto& [cover, count, r] : ws.starts) {
+  for (const auto& [key, r] : ws.starts) {
     const auto run = static_cast<std::size_t>(r);
+    const auto count = static_cast<std::int32_t>(key);
     level.add(r, ws.runs[run], count, ws.map.length(run) / (count - 1));
   }
   ws.map.place({level.run, level.first, level.count, level.step, 0.0f, level.nodes.s.data(),

@@ -295,8 +295,8 @@ void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies, const R
         parts.push_back({row, row + 1});
       }
     }
-    const std::vector<double> all = ranks.compute_together(
-        parts, numbers, 1, [&](RowRange range, std::span<double> values) {
+    const std::vector<double> all =
+        ranks.compute_together(parts, numbers, 1, [&](RowRange range, std::span<double> values) {
           const auto [g, part] = rows[static_cast<std::size_t>(range.first)];
           statistics[g].measure(round, part, values);
         });

@@ -24,7 +24,7 @@ constexpr std::size_t mutexes = 16;
 
 float obliquity_of(const Hit& hit) {
   const auto& d = hit.direction;
-  return static_cast<float>(0.5 * std::log1p((d[0] * d[0] + d[1] * d[1]) / (d[2] * d[2])));
+  return 0.5f * std::log1p(static_cast<float>((d[0] * d[0] + d[1] * d[1]) / (d[2] * d[2])));
 }
 
 }  // namespace

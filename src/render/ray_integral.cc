@@ -227,8 +227,7 @@ class Absorption {
     return sum;
   }
   HWY_INLINE V transmission(std::size_t j) const {
-    return mean([&](std::size_t v)
-                    HWY_ATTR { return Exp2(D(), log2_transmission(v, j)); });
+    return mean([&](std::size_t v) HWY_ATTR { return Exp2(D(), log2_transmission(v, j)); });
   }
   HWY_INLINE V depth(std::size_t j) const {
     const V sum = mean([&](std::size_t v) HWY_ATTR { return log2_transmission(v, j); });

@@ -64,8 +64,8 @@ class UniformSampler : public Sampler {
     Cover cover;
     double origin = 0;
     const auto flush = [&] {
-      nodes.runs = {{static_cast<std::int32_t>(i), 0, 0, static_cast<std::int32_t>(nodes.size()),
-                     origin}};
+      nodes.runs = {
+          {static_cast<std::int32_t>(i), 0, 0, static_cast<std::int32_t>(nodes.size()), origin}};
       medium_.evaluate(hits, std::span(&cover, 1), variants, nodes, counts);
       add(hits[i], cover, nodes, widths, transmission, out.light.data() + out.begin[i],
           out.depth.data() + i * medium_.nodes());

@@ -64,9 +64,7 @@ class GalaxyStatistics {
   };
 
   const Component& component_at(std::size_t c) const { return *galaxy_.components_[c]; }
-  const std::vector<Part>& of(Round round) const {
-    return parts_[static_cast<std::size_t>(round)];
-  }
+  const std::vector<Part>& of(Round round) const { return parts_[static_cast<std::size_t>(round)]; }
   /// Takes the statistics of component c's texture over its first cloud, or Galaxy::follow_scale_
   /// where it has none, once; before it those of what it follows.
   void normalise(std::size_t c);
@@ -126,7 +124,7 @@ class GalaxyStatistics {
   void take_shear(const Points& points, BatchArray& out) const;
 
   Galaxy& galaxy_;
-  double light_ = 0;  ///< of the galaxy
+  double light_ = 0;                                        ///< of the galaxy
   std::array<std::vector<Part>, std::size(rounds)> parts_;  ///< by round
   std::size_t most_numbers_ = 0;
   /// Relative error of each component's mean over its first cloud; below 0 before.

@@ -17,6 +17,8 @@ namespace gamer {
 /// Parameters of a combination of octaves and its shape; names of GAMER section 2.3 where it has
 /// them.
 struct FractalParameters {
+  static constexpr int most_octaves = 32;
+
   const Noise* kind = nullptr;
   int octaves = 8;             ///< omega
   double k0 = 0;               ///< frequency offset, cycles per galaxy radius
@@ -82,7 +84,8 @@ class FractalNoise {
  public:
   /// `thickness` (units of x) of the layer that the noise fills.
   explicit FractalNoise(const FractalParameters& parameters, double thickness = 0);
-  /// Of octaves that are given, coarse ones first, in place of those of `parameters`: with
+  /// Of octaves that are given, at most most_octaves, coarse ones first, in place of those of
+  /// `parameters`: with
   /// frequencies, weights and identifications of their own, for points, footprints and a cloud in
   /// coordinates of the caller's choice.
   FractalNoise(const FractalParameters& parameters, std::span<const Octave> octaves,
@@ -113,6 +116,7 @@ class FractalNoise {
     }
     for (double& mean : octave_mean_) mean = *next++;
     for (double& variance : octave_variance_) variance = *next++;
+    sharpness_ = measured_sharpness();
   }
 
   /// S, without statistics.
@@ -135,11 +139,11 @@ class FractalNoise {
   double mean() const { return mu_; }
   double sigma() const { return sigma_; }
   /// Root mean square frequency of S, cycles per unit length, weighted by the octaves' variance.
-  double effective_frequency() const;
+  double effective_frequency() const { return effective_frequency_; }
   /// sqrt(<(Phi factor)^2>), at least 1: how far the light is from evenly spread.
   double rms() const { return phi_rms_; }
   /// By how much the features of Phi are narrower than those of S, roughly.
-  double sharpness() const;
+  double sharpness() const { return sharpness_; }
   const FractalParameters& parameters() const { return parameters_; }
 
  private:
@@ -149,6 +153,7 @@ class FractalNoise {
   void add_octave(const Octave& octave, double frequency, double weight, double thickness);
   void make_warp();
   void assume_independence();
+  double measured_sharpness() const;
   /// The points displaced, in `storage` where there is a warp.
   Points displace(const Points& points, std::array<BatchArray, 3>& storage) const;
   /// S at displaced points.
@@ -168,9 +173,10 @@ class FractalNoise {
   /// Of what a hidden octave counts, and of its variance, that of the logarithm for a factor.
   std::vector<double> octave_mean_, octave_variance_;
   std::vector<Octave> warp_octaves_;
-  double independent_variance_ = 0;   ///< in units of the base noise's
-  double stretch_ = 1;                ///< of frequencies by the warp, root mean square
-  double finest_ = 0, coarsest_ = 0;  ///< frequencies, stretched
+  double independent_variance_ = 0;  ///< in units of the base noise's
+  double stretch_ = 1;               ///< of frequencies by the warp, root mean square
+  double finest_ = 0;                ///< frequency, stretched
+  double effective_frequency_ = 0, sharpness_ = 1;
   double mu_ = 0;
   double independent_sigma_ = 1;
   double sigma_ = 1;
