@@ -233,9 +233,11 @@ class Resume(unittest.TestCase):
         # Long enough for the launcher to pass a signal on.
         long = ("render.par", "scene.lst", "-s", "image.size=[240, 3600]", "-s",
                 "camera.supersample=16", "-j", "1", "--journal", "0")
-        # The launcher, a rank other than 0 alone, all ranks.
-        for name in ("launcher", "rank", "all"):
-            with self.subTest(name), Folder() as folder:
+        said = "gamer: stopped by SIGTERM; finished rows are kept in out.fits.journal; go on with: "
+
+        def stop(name):
+            """What was said, and which files are left."""
+            with Folder() as folder:
                 with Job(folder, *long, ranks=RANKS[-1]) as job:
                     job.wait_for_journal()
                     ranks = job.processes()
@@ -247,9 +249,21 @@ class Resume(unittest.TestCase):
                 self.assertNotEqual(code, 0)
                 self.assertEqual(out, "")
                 self.assertLess(seconds, 10)
-                self.assertEqual(err.count("gamer: stopped by SIGTERM; finished rows are kept in "
-                                           "out.fits.journal; go on with: "), 1, err)
-                self.assertEqual(folder.content().keys() - FILES.keys(), {"out.fits.journal"})
+                self.assertLessEqual(err.count(said), 1, err)
+                files = folder.content().keys() - FILES.keys()
+                self.assertIn("out.fits.journal", files)
+                return err, files
+
+        # The launcher, a rank other than 0 alone, all ranks. Open MPI's launcher (4.1.4) sends
+        # SIGKILL right behind its SIGTERM, which rank 0 does not always outrun: then once more.
+        for name in ("launcher", "rank", "all"):
+            with self.subTest(name):
+                for _ in range(5):
+                    err, files = stop(name)
+                    if said in err:
+                        break
+                self.assertIn(said, err)
+                self.assertEqual(files, {"out.fits.journal"})
 
     def test_a_signal_before_the_journal(self):
         with Folder() as folder:
