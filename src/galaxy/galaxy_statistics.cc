@@ -271,9 +271,9 @@ void GalaxyStatistics::finish(Round round) {
   for (const Part& part : parts_[static_cast<std::size_t>(Round::first)]) {
     const std::size_t c = part.component;
     const std::size_t first = std::min(first_cloud, galaxy_.most_cloud_points_);
-    larger_[c].points = enough(c, first, first_error_[c], cloud_error);
+    larger_[c].points = points_needed(c, first, first_error_[c], cloud_error);
     // A cloud has about as many points as it is asked for.
-    const std::size_t batches = larger_[c].points / batch_capacity;
+    const std::size_t batches = (larger_[c].points + batch_capacity - 1) / batch_capacity;
     const std::size_t count = (batches + slice_batches - 1) / slice_batches;
     for (std::size_t k = 0; k < count; ++k) slices.push_back({c, k});
     larger_[c].slices = count;
@@ -330,13 +330,13 @@ void GalaxyStatistics::normalise(std::size_t c) {
   }
 }
 
-std::size_t GalaxyStatistics::enough(std::size_t c, std::size_t first, double error,
-                                     double wanted) const {
+std::size_t GalaxyStatistics::points_needed(std::size_t c, std::size_t first, double error,
+                                            double wanted) const {
   const double excess = error / wanted * std::sqrt(share(c));
-  if (!(excess > 1)) return 0;
   const double needed = static_cast<double>(first) * excess * excess;
-  return static_cast<std::size_t>(
-      std::min(needed, static_cast<double>(galaxy_.most_cloud_points_)));
+  const auto most = static_cast<double>(galaxy_.most_cloud_points_);
+  if (!(excess > 1) || most <= static_cast<double>(first)) return 0;
+  return static_cast<std::size_t>(std::min(needed, most));
 }
 
 void GalaxyStatistics::whole_phi(std::size_t c, const Points& points, float* out) const {
@@ -355,24 +355,36 @@ void GalaxyStatistics::whole_phi(std::size_t c, const Points& points, float* out
 }
 
 void GalaxyStatistics::correct_means() {
-  // By how much a component's Phi was too large, that of what it follows included.
-  std::vector<double> factors(larger_.size(), 0.0);
-  const std::function<double(std::size_t)> correct = [&](std::size_t c) {
-    if (factors[c] > 0) return factors[c];
-    const int followed = galaxy_.followed_[c];
-    const double before = followed >= 0 ? correct(static_cast<std::size_t>(followed)) : 1.0;
-    Texture* texture = galaxy_.components_[c]->texture();
-    CloudMean mean{1, texture != nullptr ? std::pow(texture->rms(), 2) : 1.0, first_error_[c]};
-    if (larger_[c].points > 0) mean = larger_[c].moments.mean();
-    mean = {mean.mean / before, mean.square_mean / (before * before), mean.error / before};
-    if (texture != nullptr) {
+  const std::vector<Part>& measured = of(Round::first);
+  // Of a component's Phi as it is, what it follows included; 1 where the first cloud sufficed.
+  std::vector<CloudMean> means(larger_.size());
+  for (const Part& part : measured) {
+    const std::size_t c = part.component;
+    const Texture* texture = component_at(c).texture();
+    means[c] = {1, texture != nullptr ? std::pow(texture->rms(), 2) : 1.0, first_error_[c]};
+    if (larger_[c].slices == 0) continue;
+    means[c] = larger_[c].moments.mean();
+    if (!(means[c].mean > 0) || !std::isfinite(means[c].square_mean)) {
+      throw InputError(component_at(c).where(),
+                       "component '" + component_at(c).name() +
+                           "': its texture is zero or infinite; change the noise's offset, "
+                           "contrast, exponent or floor");
+    }
+  }
+  for (const Part& part : measured) {
+    const std::size_t c = part.component;
+    CloudMean mean = means[c];
+    // What is followed follows nothing, and is corrected by its own mean.
+    if (const int followed = galaxy_.followed_[c]; followed >= 0) {
+      const double before = means[static_cast<std::size_t>(followed)].mean;
+      mean = {mean.mean / before, mean.square_mean / (before * before), mean.error / before};
+    }
+    if (Texture* texture = galaxy_.components_[c]->texture(); texture != nullptr) {
       texture->correct_mean(mean);
-    } else if (followed >= 0) {
+    } else {
       galaxy_.follow_scale_[c] /= mean.mean;
     }
-    return factors[c] = mean.mean;
-  };
-  for (const Part& part : parts_[static_cast<std::size_t>(Round::first)]) correct(part.component);
+  }
 }
 
 bool GalaxyStatistics::hides(std::size_t c, double footprint) const {
@@ -463,36 +475,36 @@ std::vector<double> GalaxyStatistics::measure_seen(std::size_t c) const {
   const std::vector<double> widths = seen_widths(c);
   if (widths.empty()) return {};
   const std::size_t first = std::min(first_seen_cloud, galaxy_.most_cloud_points_);
-  std::vector<CloudMean> means = measure_seen(c, first, widths);
+  std::vector<SeenMean> means = measure_seen(c, first, widths);
   // More points for those that need them.
   std::vector<std::size_t> rough;
   std::vector<double> rough_widths;
   std::size_t size = 0;
   for (std::size_t k = 0; k < widths.size(); ++k) {
     const double error = means[k].error / means[k].mean;
-    if (enough(c, first, error, small_error * seen_error) == 0) continue;
+    if (points_needed(c, first, error, small_error * seen_error) == 0) continue;
     rough.push_back(k);
     rough_widths.push_back(widths[k]);
-    size = std::max(size, std::min(enough(c, first, error, seen_error), largest_seen_cloud));
+    size = std::max(size, std::min(points_needed(c, first, error, seen_error), largest_seen_cloud));
   }
   if (size > 0) {
-    const std::vector<CloudMean> better = measure_seen(c, size, rough_widths);
+    const std::vector<SeenMean> better = measure_seen(c, size, rough_widths);
     for (std::size_t k = 0; k < rough.size(); ++k) means[rough[k]] = better[k];
   }
   std::vector<double> result;
-  for (const CloudMean& mean : means) result.push_back(mean.mean);
+  for (const SeenMean& mean : means) result.push_back(mean.mean);
   return result;
 }
 
-std::vector<CloudMean> GalaxyStatistics::measure_seen(std::size_t c, std::size_t cloud_size,
-                                                      std::span<const double> widths) const {
+std::vector<GalaxyStatistics::SeenMean> GalaxyStatistics::measure_seen(
+    std::size_t c, std::size_t cloud_size, std::span<const double> widths) const {
   const Cloud cloud = component_at(c).cloud(cloud_size);
   std::vector<WholeMoments> whole_parts(cloud.batches);
   std::vector<SeenMoments> seen_parts(cloud.batches * widths.size());
   std::vector<double> with_all(widths.begin(), widths.end());
   with_all.push_back(0);
   parallel_for(cloud.batches, [&](std::size_t b) {
-    WeightedBatch batch;
+    WeightedBatch batch{};
     cloud.fill(b, batch);
     std::vector<BatchArray> phi(with_all.size());
     cloud_phi(c, batch.points(), with_all, phi);
@@ -512,7 +524,7 @@ std::vector<CloudMean> GalaxyStatistics::measure_seen(std::size_t c, std::size_t
   for (const WholeMoments& part : whole_parts) whole += part;
   const double x = whole.x / whole.w;
   const double variance = whole.xx / whole.w - x * x;
-  std::vector<CloudMean> means;
+  std::vector<SeenMean> means;
   for (std::size_t k = 0; k < widths.size(); ++k) {
     SeenMoments sums;
     for (std::size_t b = 0; b < cloud.batches; ++b) sums += seen_parts[b * widths.size() + k];
@@ -520,8 +532,7 @@ std::vector<CloudMean> GalaxyStatistics::measure_seen(std::size_t c, std::size_t
     const double covariance = sums.xy / whole.w - x * y;
     const double slope = variance > 0 ? covariance / variance : 0.0;
     const double rest = std::max(sums.yy / whole.w - y * y - slope * covariance, 0.0);
-    means.push_back({proper_mean(y - slope * (x - 1)), sums.yy / whole.w,
-                     std::sqrt(rest * whole.ww) / whole.w});
+    means.push_back({proper_mean(y - slope * (x - 1)), std::sqrt(rest * whole.ww) / whole.w});
   }
   return means;
 }

@@ -8,11 +8,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 
 #include "core/math-inl.h"
 #include "galaxy/taper-inl.h"
-#include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
 #include "gamer/noise/footprint.h"
 

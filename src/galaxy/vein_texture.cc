@@ -705,7 +705,8 @@ ParameterTable VeinParameters::table() const {
              "D_h, density within veins; only its ratio to `density_low` counts"),
       number("density_low", "", Interval::closed(0, 1000), density_low,
              "D_l, density between veins"),
-      {"octaves", ParameterType::integer, "", Interval::closed(1, 32), std::int64_t{octaves},
+      {"octaves", ParameterType::integer, "",
+       Interval::closed(1, double{FractalParameters::most_octaves}), std::int64_t{octaves},
        "of the noise that multiplies the density; `noise.octaves` of the render parameters where "
        "neither says"},
       number("noise_frequency", "cycles per arm spacing", Interval::closed(0.1, 50),

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 #include "core/math-inl.h"
@@ -16,38 +15,34 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// Adds w, w x, w y, w x^2, w x y, w^2, w^2 x, w^2 x^2 to `sums`.
-void AddMoments(std::size_t size, const float* HWY_RESTRICT weight, const float* x, const float* y,
+/// Adds w, w x, w x^2, w^2, w^2 x, w^2 x^2 to `sums`.
+void AddMoments(std::size_t size, const float* HWY_RESTRICT weight, const float* HWY_RESTRICT x,
                 double* HWY_RESTRICT sums) {
   const hn::ScalableTag<double> d;
   const hn::Rebind<float, decltype(d)> df;
   const auto load = [&](const float* from)
                         HWY_ATTR { return hn::PromoteTo(d, hn::LoadU(df, from)); };
-  auto w0 = hn::Zero(d), wx = w0, wy = w0, wxx = w0, wxy = w0, ww = w0, wwx = w0, wwxx = w0;
+  auto w0 = hn::Zero(d), wx = w0, wxx = w0, ww = w0, wwx = w0, wwxx = w0;
   const std::size_t lanes = hn::Lanes(d);
   std::size_t i = 0;
   for (; i + lanes <= size; i += lanes) {
     const auto w = load(weight + i);
     const auto own = load(x + i);
-    const auto other = load(y + i);
     const auto light = hn::Mul(w, own);
     w0 = hn::Add(w0, w);
     wx = hn::Add(wx, light);
-    wy = hn::MulAdd(w, other, wy);
     wxx = hn::MulAdd(light, own, wxx);
-    wxy = hn::MulAdd(light, other, wxy);
     ww = hn::MulAdd(w, w, ww);
     wwx = hn::MulAdd(w, light, wwx);
     wwxx = hn::MulAdd(light, light, wwxx);
   }
-  const decltype(w0) lanes_of[] = {w0, wx, wy, wxx, wxy, ww, wwx, wwxx};
+  const decltype(w0) lanes_of[] = {w0, wx, wxx, ww, wwx, wwxx};
   for (std::size_t k = 0; k < CloudMoments::count; ++k) {
     sums[k] += hn::GetLane(hn::SumOfLanes(d, lanes_of[k]));
   }
   for (; i < size; ++i) {
-    const double w = weight[i], own = x[i], other = y[i];
-    const double last[] = {w,     w * own,     w * other,        w * own * own, w * own * other,
-                           w * w, w * w * own, w * own * w * own};
+    const double w = weight[i], light = w * double{x[i]};
+    const double last[] = {w, light, light * double{x[i]}, w * w, w * light, light * light};
     for (std::size_t k = 0; k < CloudMoments::count; ++k) sums[k] += last[k];
   }
 }
@@ -68,8 +63,8 @@ std::vector<WeightedBatch> Cloud::all() const {
   return result;
 }
 
-void CloudMoments::add(const WeightedBatch& batch, const float* x, const float* y) {
-  HWY_DYNAMIC_DISPATCH(AddMoments)(batch.size, batch.weight.data(), x, y, sums_);
+void CloudMoments::add(const WeightedBatch& batch, const float* x) {
+  HWY_DYNAMIC_DISPATCH(AddMoments)(batch.size, batch.weight.data(), x, sums_);
 }
 
 void CloudMoments::add(std::span<const double> sums) {
@@ -77,7 +72,7 @@ void CloudMoments::add(std::span<const double> sums) {
 }
 
 CloudMean CloudMoments::mean() const {
-  const double squares = std::max(sums_[7] - x() * (2 * sums_[6] - x() * sums_[5]), 0.0);
+  const double squares = std::max(sums_[5] - x() * (2 * sums_[4] - x() * sums_[3]), 0.0);
   return {x(), xx(), std::sqrt(squares) / sums_[0]};
 }
 
@@ -85,11 +80,11 @@ CloudMoments moments_over(const Cloud& cloud, std::size_t first, std::size_t las
                           const std::function<void(const Points& points, float* out)>& values) {
   std::vector<CloudMoments> parts(last - first);
   parallel_for(parts.size(), [&](std::size_t k) {
-    WeightedBatch batch;
+    WeightedBatch batch{};
     cloud.fill(first + k, batch);
     BatchArray own;
     values(batch.points(), own.data());
-    parts[k].add(batch, own.data(), own.data());
+    parts[k].add(batch, own.data());
   });
   CloudMoments moments;
   for (const CloudMoments& part : parts) moments.add(part.sums());
@@ -102,7 +97,7 @@ CloudMean mean_over(std::span<const WeightedBatch> cloud,
   parallel_for(cloud.size(), [&](std::size_t b) {
     BatchArray own;
     values(b, own);
-    parts[b].add(cloud[b], own.data(), own.data());
+    parts[b].add(cloud[b], own.data());
   });
   CloudMoments moments;
   for (const CloudMoments& part : parts) moments.add(part.sums());

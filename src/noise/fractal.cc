@@ -394,9 +394,6 @@ FractalNoise::FractalNoise(const FractalParameters& parameters, std::span<const 
                            double thickness)
     : parameters_(parameters), shape_(shape_of(parameters)) {
   parameters_.octaves = static_cast<int>(octaves.size());
-  if (parameters_.octaves > FractalParameters::most_octaves) {
-    throw std::invalid_argument("a noise has too many octaves");
-  }
   make_warp();
   for (const Octave& octave : octaves) {
     add_octave(octave, double{octave.frequency}, double{octave.weight}, thickness);
@@ -430,6 +427,9 @@ void FractalNoise::make_warp() {
 
 void FractalNoise::add_octave(const Octave& octave, double frequency, double weight,
                               double thickness) {
+  if (octaves_.size() == FractalParameters::most_octaves) {
+    throw std::invalid_argument("a noise has too many octaves");
+  }
   octaves_.push_back(octave);
   octave_mean_.push_back(0.0);
   octave_variance_.push_back(weight * weight * parameters_.kind->variance());
@@ -622,7 +622,7 @@ void FractalNoise::take_octave(std::size_t k, std::span<const WeightedBatch> clo
   for (std::size_t b = 0; b < cloud.size(); ++b) {
     const BatchArray& value = values[b * octaves_.size() + k];
     if (kind == Kind::additive || kind == Kind::billow) {
-      moments.add(cloud[b], value.data(), value.data());
+      moments.add(cloud[b], value.data());
       continue;
     }
     // What is multiplied or summed in place of the octave.
@@ -631,7 +631,7 @@ void FractalNoise::take_octave(std::size_t k, std::span<const WeightedBatch> clo
       term[i] = kind == Kind::ridged ? crest * crest
                                      : std::clamp(1 + octaves_[k].weight * value[i], 0.0f, 2.0f);
     }
-    moments.add(cloud[b], term.data(), term.data());
+    moments.add(cloud[b], term.data());
   }
   const double variance = moments.xx() - moments.x() * moments.x();
   if (kind == Kind::multiplicative) {

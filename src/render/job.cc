@@ -295,11 +295,15 @@ void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies, const R
         parts.push_back({row, row + 1});
       }
     }
-    const std::vector<double> all =
-        ranks.compute_together(parts, numbers, 1, [&](RowRange range, std::span<double> values) {
-          const auto [g, part] = rows[static_cast<std::size_t>(range.first)];
-          statistics[g].measure(round, part, values);
-        });
+    std::vector<double> all;
+    // All ranks agree: parts follow from what all have taken.
+    if (!rows.empty()) {
+      all =
+          ranks.compute_together(parts, numbers, 1, [&](RowRange range, std::span<double> values) {
+            const auto [g, part] = rows[static_cast<std::size_t>(range.first)];
+            statistics[g].measure(round, part, values);
+          });
+    }
     if (all.size() != rows.size() * numbers) {
       throw std::logic_error("ranks do not measure the same galaxies");
     }

@@ -98,7 +98,8 @@ class Component {
   /// The integral of the envelope over the ball, galaxy radii^3.
   virtual double envelope_integral() const = 0;
   /// About `size` points spread over the envelope where the texture sees them, that is turned back
-  /// by the twirl, for the statistics of the noise; empty for kinds without noise.
+  /// by the twirl, for the statistics of the noise; empty for kinds without noise. The cloud must
+  /// not outlive the component.
   virtual Cloud cloud(std::size_t size) const = 0;
   /// About `size` columns spread over a layer, of so many heights; empty for others.
   virtual ColumnCloud columns(std::size_t /*size*/, std::size_t /*heights*/) const { return {}; }

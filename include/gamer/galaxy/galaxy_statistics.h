@@ -70,19 +70,22 @@ class GalaxyStatistics {
   void normalise(std::size_t c);
   /// How many points would have an error of `wanted`, of the galaxy's light, where `first` have one
   /// of `error` of the component's; 0 where that will do.
-  std::size_t enough(std::size_t c, std::size_t first, double error, double wanted) const;
+  std::size_t points_needed(std::size_t c, std::size_t first, double error, double wanted) const;
   /// Of Phi, over a slice of the larger cloud.
   CloudMoments measure_slice(std::size_t c, std::size_t slice);
-  /// Takes the means over the larger clouds.
+  /// Takes the means over the larger clouds. Throws InputError where one is zero or infinite.
   void correct_means();
   /// Of the galaxy's light; 1 for dust.
   double share(std::size_t c) const;
+  struct SeenMean {
+    double mean, error;
+  };
   /// What is expected of Phi of component c, which emits, by seen_widths(); none where they all see
   /// it all.
   std::vector<double> measure_seen(std::size_t c) const;
   /// The same by such widths, over about so many points.
-  std::vector<CloudMean> measure_seen(std::size_t c, std::size_t cloud_size,
-                                      std::span<const double> widths) const;
+  std::vector<SeenMean> measure_seen(std::size_t c, std::size_t cloud_size,
+                                     std::span<const double> widths) const;
   struct DustRays;
   /// So many rays through component c, each `path` times as long in it as one face on.
   DustRays trace_dust(std::size_t c, double path, std::size_t rays,

@@ -33,21 +33,19 @@ struct CloudMean {
   double error = 0;
 };
 
-/// Weighted sums over points, of two quantities x and y.
+/// Weighted sums over points, of a quantity x.
 class CloudMoments {
  public:
-  static constexpr std::size_t count = 8;
+  static constexpr std::size_t count = 6;
 
-  void add(const WeightedBatch& batch, const float* x, const float* y);
+  void add(const WeightedBatch& batch, const float* x);
   /// Sums of other points.
   void add(std::span<const double> sums);
 
   std::span<const double> sums() const { return sums_; }
-  /// Means of x, y, x^2, x y.
+  /// Means of x and x^2.
   double x() const { return sums_[1] / sums_[0]; }
-  double y() const { return sums_[2] / sums_[0]; }
-  double xx() const { return sums_[3] / sums_[0]; }
-  double xy() const { return sums_[4] / sums_[0]; }
+  double xx() const { return sums_[2] / sums_[0]; }
   CloudMean mean() const;  ///< of x
 
  private:
