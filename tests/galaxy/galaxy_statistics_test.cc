@@ -184,6 +184,31 @@ TEST(GalaxyStatistics, SlicesOfLargeCloudsMakeTheMeansOfTheWhole) {
   }
 }
 
+TEST(GalaxyStatistics, AMeanThatIsZeroOrInfiniteOverALargeCloudIsAnError) {
+  GalaxySettings settings = settings_with(3);
+  settings.most_cloud_points = std::size_t{1} << 19;
+  using Round = GalaxyStatistics::Round;
+  for (const double light : {0.0, HUGE_VAL}) {
+    const auto galaxy = read_galaxy(sparse_parts, settings);
+    GalaxyStatistics statistics(*galaxy);
+    std::vector<double> numbers(statistics.most_numbers());
+    for (std::size_t part = 0; part < statistics.parts(Round::first); ++part) {
+      statistics.measure(Round::first, part, numbers);
+      statistics.take(Round::first, part, numbers);
+    }
+    statistics.finish(Round::first);
+    // Sums of weights, and of the texture with them.
+    std::fill(numbers.begin(), numbers.end(), light);
+    numbers[0] = 1;
+    for (std::size_t part = 0; part < statistics.parts(Round::larger); ++part) {
+      statistics.take(Round::larger, part, numbers);
+    }
+    EXPECT_EQ(error_text([&] { statistics.finish(Round::larger); }),
+              "g.toml:1:1: component 'clumps': its texture is zero or infinite; change the noise's "
+              "offset, contrast, exponent or floor");
+  }
+}
+
 TEST(GalaxyStatistics, WhatARayMeetsDoesNotDependOnItsNeighbours) {
   // Tables are looked up once where all rays have one footprint and direction.
   const auto galaxy = parse_galaxy(all_parts, quick_settings());
