@@ -57,6 +57,14 @@ constexpr double bright_heights = 2;
 /// A mean of few points may be of none that count.
 double proper_mean(double mean) { return mean > 0 && std::isfinite(mean) ? mean : 1; }
 
+/// Phi of a texture at points that were turned back by its twirl, where all of it is seen.
+void evaluate_whole(const Texture& texture, const Points& points, float* out) {
+  BatchArray phi;
+  std::uint64_t evaluations = 0;
+  texture.evaluate(points, nullptr, nullptr, {}, std::span(&phi, 1), evaluations);
+  std::copy_n(phi.data(), padded(points.size), out);
+}
+
 /// What rays of each width see of a component's texture at points that were turned back by its
 /// twirl.
 void see_texture(const Component& component, const Points& points, const BatchArray& shear,
@@ -196,7 +204,7 @@ GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy)
 }
 
 void GalaxyStatistics::measure(Round round, std::size_t part, std::span<double> numbers) {
-  const auto [c, index] = parts_[static_cast<std::size_t>(round)][part];
+  const auto [c, index] = of(round)[part];
   NumberWriter writer(numbers);
   switch (round) {
     case Round::first:
@@ -228,7 +236,7 @@ void GalaxyStatistics::measure(Round round, std::size_t part, std::span<double> 
 }
 
 void GalaxyStatistics::take(Round round, std::size_t part, std::span<const double> numbers) {
-  const auto [c, index] = parts_[static_cast<std::size_t>(round)][part];
+  const auto [c, index] = of(round)[part];
   Component& component = *galaxy_.components_[c];
   NumberReader reader(numbers);
   switch (round) {
@@ -268,7 +276,7 @@ void GalaxyStatistics::finish(Round round) {
   if (round == Round::larger) correct_means();
   if (round != Round::first) return;
   std::vector<Part>& slices = parts_[static_cast<std::size_t>(Round::larger)];
-  for (const Part& part : parts_[static_cast<std::size_t>(Round::first)]) {
+  for (const Part& part : of(Round::first)) {
     const std::size_t c = part.component;
     const std::size_t first = std::min(first_cloud, galaxy_.most_cloud_points_);
     larger_[c].points = points_needed(c, first, first_error_[c], cloud_error);
@@ -341,10 +349,7 @@ std::size_t GalaxyStatistics::points_needed(std::size_t c, std::size_t first, do
 
 void GalaxyStatistics::whole_phi(std::size_t c, const Points& points, float* out) const {
   if (const Texture* texture = component_at(c).texture(); texture != nullptr) {
-    BatchArray phi;
-    std::uint64_t evaluations = 0;
-    texture->evaluate(points, nullptr, nullptr, {}, std::span(&phi, 1), evaluations);
-    std::copy_n(phi.data(), padded(points.size), out);
+    evaluate_whole(*texture, points, out);
   } else {
     std::fill_n(out, padded(points.size), static_cast<float>(galaxy_.follow_scale_[c]));
   }
@@ -446,11 +451,8 @@ void GalaxyStatistics::multiply_followed(std::size_t c, const Points& points,
 }
 
 void GalaxyStatistics::followed_phi(std::size_t c, const Points& points, float* out) const {
-  BatchArray x, y, z, phi;
-  std::uint64_t evaluations = 0;
-  followed_by(c).texture()->evaluate(turn_to_followed(c, points, x, y, z), nullptr, nullptr, {},
-                                     std::span(&phi, 1), evaluations);
-  std::copy_n(phi.data(), padded(points.size), out);
+  BatchArray x, y, z;
+  evaluate_whole(*followed_by(c).texture(), turn_to_followed(c, points, x, y, z), out);
 }
 
 Points GalaxyStatistics::turn_to_followed(std::size_t c, const Points& points, BatchArray& x,
