@@ -5,6 +5,7 @@
 #include "hwy/foreach_target.h"
 
 #include <algorithm>
+#include <boost/math/quadrature/gauss.hpp>
 #include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
 #include <numbers>
@@ -91,49 +92,43 @@ void Bulge::envelope(const SampleBatch& batch, float* out) const {
 }
 
 double Bulge::envelope_integral() const {
-  // Shells of the bulge's own metric, m = u^4 r0, that of u holding u^(11 - 4 0.855) e^-u du: an
-  // incomplete Gamma function up to where the first shell reaches the taper. Beyond, the taper's
-  // mean over shells, by a midpoint rule over an octant of directions n: the distance from the
-  // centre is m |S n|, S the stretch.
-  constexpr double most_radial = 4000;
-  constexpr int polar = 64;
-  const int azimuthal = axis_[0] == axis_[1] ? 1 : 64;
-  const auto [shortest, longest] = std::minmax_element(axis_.begin(), axis_.end());
-  std::vector<double> stretches;
-  if (*shortest == *longest) {
-    stretches = {*longest};
-  } else {
-    for (int i = 0; i < polar; ++i) {
-      const double c = (i + 0.5) / polar;
-      const double s = std::sqrt(1 - c * c);
-      for (int j = 0; j < azimuthal; ++j) {
-        const double angle = 0.5 * std::numbers::pi * (j + 0.5) / azimuthal;
-        stretches.push_back(std::hypot(s * std::cos(angle) * axis_[0],
-                                       s * std::sin(angle) * axis_[1], c * axis_[2]));
-      }
-    }
-  }
-  const double end = std::min(std::pow(1 / (*shortest * r0_), 0.25), largest_root);
-  const double begin = std::min(std::pow(taper_start / (*longest * r0_), 0.25), end);
+  // Along each direction n of an octant, shells of the bulge's own metric, m = u^4 r0, that of u
+  // holding u^(11 - 4 0.855) e^-u du: an incomplete Gamma function up to the taper, which begins
+  // and ends at distances m |S n| from the centre, S the stretch. Gauss' rules for what is smooth:
+  // the taper, cos(theta) and phi.
+  using Directions = boost::math::quadrature::gauss<double, 30>;
+  using Radii = boost::math::quadrature::gauss<double, 20>;
+  using namespace boost::math::policies;
+  using Policy = policy<promote_double<false>>;
   constexpr double power = 11 - 4 * mellier_mathez_power;
-  const int radial = static_cast<int>(std::ceil(most_radial * (1 - begin / end)));
-  double sum = 0;
-  for (int i = 0; i < radial; ++i) {
-    const double u = begin + (end - begin) * (i + 0.5) / radial;
-    const double m = u * u * u * u * r0_;
-    double mean = 0;
-    for (const double stretch : stretches) mean += taper_at(m * stretch);
-    mean /= static_cast<double>(stretches.size());
-    sum += std::pow(u, power) * std::exp(-u) * mean;
-  }
-  if (radial > 0) {
-    // With the first term of Euler and Maclaurin, of the slope where the rule begins.
-    const double step = (end - begin) / radial;
-    const double slope = std::pow(begin, power - 1) * std::exp(-begin) * (power - begin);
-    sum = sum * step - step * step / 24 * slope;
-  }
-  return 16 * std::numbers::pi * std::pow(r0_, 3) * axis_[0] * axis_[1] * axis_[2] *
-         (boost::math::tgamma_lower(power + 1, begin) + sum);
+  const auto shells = [&](double stretch) {
+    const auto root = [&](double distance) {
+      return std::min(std::pow(distance / (stretch * r0_), 0.25), largest_root);
+    };
+    const double begin = root(taper_start), end = root(1);
+    const double tapered =
+        end > begin ? Radii::integrate(
+                          [&](double u) {
+                            const double m = u * u * u * u * r0_;
+                            return std::pow(u, power) * std::exp(-u) * taper_at(m * stretch);
+                          },
+                          begin, end)
+                    : 0.0;
+    return boost::math::tgamma_lower(power + 1, begin, Policy()) + tapered;
+  };
+  const auto of_angle = [&](double cosine) {
+    const double sine = std::sqrt(1 - cosine * cosine);
+    const auto of_direction = [&](double angle) {
+      return shells(std::hypot(sine * std::cos(angle) * axis_[0], sine * std::sin(angle) * axis_[1],
+                               cosine * axis_[2]));
+    };
+    if (axis_[0] == axis_[1]) return of_direction(0);
+    const double quarter = 0.5 * std::numbers::pi;
+    return Directions::integrate(of_direction, 0.0, quarter) / quarter;
+  };
+  const bool is_round = axis_[0] == axis_[1] && axis_[1] == axis_[2];
+  const double mean = is_round ? shells(axis_[0]) : Directions::integrate(of_angle, 0.0, 1.0);
+  return 16 * std::numbers::pi * std::pow(r0_, 3) * axis_[0] * axis_[1] * axis_[2] * mean;
 }
 
 void Bulge::plan(const BallRay& ray, const Accuracy& /*accuracy*/, RayPlan& out) const {

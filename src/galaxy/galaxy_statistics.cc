@@ -23,7 +23,7 @@ namespace {
 constexpr std::size_t first_cloud = std::size_t{1} << 15;
 constexpr double cloud_error = 0.004;
 // Processes share large clouds in slices of so many batches.
-constexpr std::size_t slice_batches = 256;
+constexpr std::size_t slice_batches = 128;
 // The same for what wide rays see of it relative to the whole.
 constexpr std::size_t first_seen_cloud = std::size_t{1} << 13;
 constexpr std::size_t largest_seen_cloud = std::size_t{1} << 19;

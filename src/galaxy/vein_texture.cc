@@ -507,6 +507,22 @@ void MultiplyHelical(const Points& points, const SpiralBatch& spiral, const Coun
   }
 }
 
+/// clamp(1 + contrast value, 0, 2)^power.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V FactorOf(D d, V value, float contrast, float power) {
+  V factor = hn::MulAdd(value, hn::Set(d, contrast), hn::Set(d, 1.0f));
+  factor = hn::Min(hn::Max(factor, hn::Zero(d)), hn::Set(d, 2.0f));
+  return power == 1 ? factor : Pow(d, factor, hn::Set(d, power));
+}
+
+void Factors(std::size_t size, const float* HWY_RESTRICT value, float contrast, float power,
+             float* HWY_RESTRICT out) {
+  const hn::ScalableTag<float> d;
+  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
+    hn::Store(FactorOf(d, hn::LoadU(d, value + i), contrast, power), d, out + i);
+  }
+}
+
 /// Multiplies the densities by what is seen of a Cartesian octave of N, given by its noise.
 void MultiplyCartesian(std::size_t size, const float* HWY_RESTRICT value,
                        const CountedOctave& octave, std::span<const VeinView> views) {
@@ -514,11 +530,8 @@ void MultiplyCartesian(std::size_t size, const float* HWY_RESTRICT value,
   const hn::ScalableTag<float> d;
   const auto one = hn::Set(d, 1.0f);
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    auto factor = hn::MulAdd(hn::Load(d, value + i), hn::Set(d, in.contrast), one);
-    factor = hn::Min(hn::Max(factor, hn::Zero(d)), hn::Set(d, 2.0f));
-    if (in.clumpiness != 1) {
-      factor = hn::Mul(Pow(d, factor, hn::Set(d, in.clumpiness)), hn::Set(d, in.inverse_mean));
-    }
+    auto factor = FactorOf(d, hn::Load(d, value + i), in.contrast, in.clumpiness);
+    if (in.clumpiness != 1) factor = hn::Mul(factor, hn::Set(d, in.inverse_mean));
     for (const VeinView& view : views) {
       auto own_factor = factor;
       if (view.fades[octave.index]) {
@@ -580,6 +593,7 @@ namespace gamer {
 HWY_EXPORT(Displace);
 HWY_EXPORT(Veins);
 HWY_EXPORT(MultiplyHelical);
+HWY_EXPORT(Factors);
 HWY_EXPORT(MultiplyCartesian);
 HWY_EXPORT(MultiplyBy);
 HWY_EXPORT(Deviate);
@@ -607,7 +621,7 @@ double square_of(double kappa) {
   return mean_height(2 * kappa) - mean * mean;
 }
 
-/// A sorted sample of a noise over its standard deviation.
+/// A sample of a noise over its standard deviation, whole batches.
 const std::vector<float>& sample_of(const Noise& kind) {
   static std::mutex mutex;
   static std::map<const Noise*, std::vector<float>> known;
@@ -642,10 +656,16 @@ struct FactorMoments {
 FactorMoments moments_of(const Noise& kind, double contrast, double power) {
   const std::vector<float>& sample = sample_of(kind);
   double sum = 0, squares = 0;
-  for (const float noise : sample) {
-    const double factor = std::pow(std::clamp(1 + contrast * double{noise}, 0.0, 2.0), power);
-    sum += factor;
-    squares += factor * factor;
+  BatchArray factors;
+  for (std::size_t first = 0; first < sample.size(); first += batch_capacity) {
+    HWY_DYNAMIC_DISPATCH(Factors)
+    (batch_capacity, sample.data() + first, static_cast<float>(contrast), static_cast<float>(power),
+     factors.data());
+    for (std::size_t i = 0; i < batch_capacity; ++i) {
+      const double factor{factors[i]};
+      sum += factor;
+      squares += factor * factor;
+    }
   }
   const auto size = static_cast<double>(sample.size());
   const double mean = sum / size;

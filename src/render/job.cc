@@ -287,21 +287,32 @@ void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies, const R
       std::size_t galaxy, part;
     };
     std::vector<Row> rows;
-    std::vector<RowRange> parts;
     for (std::size_t g = 0; g < statistics.size(); ++g) {
       for (std::size_t part = 0; part < statistics[g].parts(round); ++part) {
-        const auto row = static_cast<int>(rows.size());
         rows.push_back({g, part});
-        parts.push_back({row, row + 1});
       }
+    }
+    // Slices of large clouds are many, cheap and alike: ranks take several at a time, fewer towards
+    // the end.
+    const int shares =
+        round == GalaxyStatistics::Round::larger ? 4 * ranks.size() : static_cast<int>(rows.size());
+    std::vector<RowRange> blocks;
+    for (int first = 0, end = static_cast<int>(rows.size()); first < end;) {
+      const int last = first + std::max((end - first) / shares, 1);
+      blocks.push_back({first, last});
+      first = last;
     }
     std::vector<double> all;
     // All ranks agree: parts follow from what all have taken.
     if (!rows.empty()) {
       all =
-          ranks.compute_together(parts, numbers, 1, [&](RowRange range, std::span<double> values) {
-            const auto [g, part] = rows[static_cast<std::size_t>(range.first)];
-            statistics[g].measure(round, part, values);
+          ranks.compute_together(blocks, numbers, 1, [&](RowRange range, std::span<double> values) {
+            for (int row = range.first; row < range.last; ++row) {
+              const auto [g, part] = rows[static_cast<std::size_t>(row)];
+              statistics[g].measure(
+                  round, part,
+                  values.subspan(static_cast<std::size_t>(row - range.first) * numbers, numbers));
+            }
           });
     }
     if (all.size() != rows.size() * numbers) {

@@ -27,6 +27,13 @@ std::vector<double> gauss_points(std::size_t order) {
   return points;
 }
 
+/// Segments of a range that is no single wavelength.
+std::size_t segments_in(const Sed::Range& range, double spacing) {
+  // A little less than a whole number of spacings must not become one more.
+  constexpr double rounding = 1e-9;
+  return static_cast<std::size_t>(std::ceil(std::log(range.high / range.low) / spacing - rounding));
+}
+
 /// The union of ranges, ascending.
 std::vector<Sed::Range> merged(std::vector<Sed::Range> ranges) {
   std::sort(ranges.begin(), ranges.end(),
@@ -62,7 +69,8 @@ SpectralBasis::SpectralBasis(Spectrum spectrum, const std::vector<Probe>& probes
     ranges.push_back(plane.range());
     Samples samples;
     if (plane.band == nullptr) {
-      samples = {{plane.wavelength}, {plane.wavelength * plane.wavelength}};
+      samples.wavelength = {plane.wavelength};
+      samples.weight = {plane.wavelength * plane.wavelength};
     } else {
       const Bandpass::Nodes& nodes = plane.band->nodes();
       samples.wavelength = nodes.wavelength;
@@ -103,8 +111,11 @@ SpectralBasis::SpectralBasis(Spectrum spectrum, const std::vector<Probe>& probes
           const double width = widest(*intervals);
           if (width == 0 && (order > 1 || count > 1)) continue;
           const double spacing = width / static_cast<double>(count);
-          set_segments(*intervals, order, spacing);
-          layouts.push_back({intervals, order, spacing, nodes_.size()});
+          std::size_t nodes = 0;
+          for (const Sed::Range& range : *intervals) {
+            nodes += range.high > range.low ? segments_in(range, spacing) * order : 1;
+          }
+          layouts.push_back({intervals, order, spacing, nodes});
         }
       }
     }
@@ -115,6 +126,7 @@ SpectralBasis::SpectralBasis(Spectrum spectrum, const std::vector<Probe>& probes
     const Layout* chosen = nullptr;
     for (const Layout& layout : layouts) {
       set_segments(*layout.intervals, layout.order, layout.spacing);
+      interpolate_samples();
       const double reached = error(tried);
       if (reached < best) {
         best = reached;
@@ -124,6 +136,7 @@ SpectralBasis::SpectralBasis(Spectrum spectrum, const std::vector<Probe>& probes
     }
     set_segments(*chosen->intervals, chosen->order, chosen->spacing);
   }
+  interpolate_samples();
   std::vector<double> values;
   for (std::size_t p = 0; p < planes(); ++p) {
     const std::size_t first = polynomials(p, spectrum_.planes[p].wavelength, values);
@@ -137,14 +150,12 @@ void SpectralBasis::set_segments(const std::vector<Sed::Range>& intervals, std::
   segments_.clear();
   nodes_.clear();
   for (const Sed::Range& range : intervals) {
-    const double width = std::log(range.high / range.low);
-    if (width == 0) {
+    if (!(range.high > range.low)) {
       add_segment(range.low, range.high, 1);
       continue;
     }
-    // A little less than a whole number of spacings must not become one more.
-    constexpr double rounding = 1e-9;
-    const auto count = static_cast<std::size_t>(std::ceil(width / spacing - rounding));
+    const double width = std::log(range.high / range.low);
+    const std::size_t count = segments_in(range, spacing);
     for (std::size_t k = 0; k < count; ++k) {
       const auto end = [&](std::size_t i) {
         return i == count ? range.high
@@ -187,6 +198,27 @@ std::size_t SpectralBasis::polynomials(std::size_t plane, double wavelength,
   return nearest->first;
 }
 
+void SpectralBasis::interpolate_samples() {
+  std::vector<double> values;
+  for (std::size_t p = 0; p < planes(); ++p) {
+    Samples& samples = samples_[p];
+    samples.first.clear();
+    samples.begin = {0};
+    samples.values.clear();
+    for (const double wavelength : samples.wavelength) {
+      samples.first.push_back(polynomials(p, wavelength, values));
+      samples.values.insert(samples.values.end(), values.begin(), values.end());
+      samples.begin.push_back(samples.values.size());
+    }
+  }
+}
+
+void SpectralBasis::Samples::spread(std::size_t k, double light, double* nodes) const {
+  for (std::size_t i = begin[k]; i < begin[k + 1]; ++i) {
+    nodes[first[k] + i - begin[k]] += light * values[i];
+  }
+}
+
 double SpectralBasis::source(const Sed& sed, double redshift, double wavelength) const {
   const double transmitted =
       spectrum_.igm == Igm::madau95 ? madau95_transmission(wavelength, redshift) : 1.0;
@@ -195,16 +227,11 @@ double SpectralBasis::source(const Sed& sed, double redshift, double wavelength)
 
 std::vector<double> SpectralBasis::weights(const Sed& sed, double redshift) const {
   std::vector<double> result(planes() * size(), 0.0);
-  std::vector<double> values;
   for (std::size_t p = 0; p < planes(); ++p) {
     const Samples& samples = samples_[p];
     for (std::size_t k = 0; k < samples.wavelength.size(); ++k) {
       const double light = samples.weight[k] * source(sed, redshift, samples.wavelength[k]);
-      if (light == 0) continue;
-      const std::size_t first = polynomials(p, samples.wavelength[k], values);
-      for (std::size_t j = 0; j < values.size(); ++j) {
-        result[p * size() + first + j] += light * values[j];
-      }
+      if (light != 0) samples.spread(k, light, result.data() + p * size());
     }
   }
   return result;
@@ -248,7 +275,7 @@ std::vector<SpectralBasis::Trial> SpectralBasis::trials(const std::vector<Probe>
 
 double SpectralBasis::error(const std::vector<Trial>& trials) const {
   double largest = 0;
-  std::vector<double> values, total(size()), at_nodes(size());
+  std::vector<double> total(size()), at_nodes(size());
   for (const Trial& trial : trials) {
     for (std::size_t j = 0; j < size(); ++j) {
       at_nodes[j] = extinction(*trial.probe->dust, trial.probe->dust_redshift, nodes_[j]);
@@ -258,11 +285,7 @@ double SpectralBasis::error(const std::vector<Trial>& trials) const {
       if (!(plane.free > 0)) continue;
       std::fill(total.begin(), total.end(), 0.0);
       for (std::size_t k = 0; k < plane.light.size(); ++k) {
-        if (plane.light[k] == 0) continue;
-        const std::size_t first = polynomials(p, samples_[p].wavelength[k], values);
-        for (std::size_t j = 0; j < values.size(); ++j) {
-          total[first + j] += plane.light[k] * values[j];
-        }
+        if (plane.light[k] != 0) samples_[p].spread(k, plane.light[k], total.data());
       }
       for (std::size_t s = 0; s < std::size(screens); ++s) {
         double sum = 0;

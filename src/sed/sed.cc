@@ -69,22 +69,30 @@ class PowerLawSed : public Sed {
 class BlackbodySed : public Sed {
  public:
   BlackbodySed(std::string name, double temperature)
-      : Sed(std::move(name)), scale_(std::min(second_radiation_constant / temperature, largest)) {}
+      : Sed(std::move(name)),
+        scale_(std::min(second_radiation_constant / temperature, largest)),
+        reference_x_(scale_ / sed_reference_wavelength),
+        reference_(std::expm1(reference_x_)) {}
 
-  /// (lambda_0/lambda)^5 (exp(x_0) - 1)/(exp(x) - 1), x = hc/(lambda k T), by its logarithm, in
-  /// which no term overflows where the result does not.
+  /// (lambda_0/lambda)^5 (exp(x_0) - 1)/(exp(x) - 1), x = hc/(lambda k T); where a term could
+  /// overflow, by its logarithm.
   double flux(double wavelength) const override {
     if (std::isinf(wavelength)) return 0;
-    const double logarithm =
-        5 * (std::log(sed_reference_wavelength) - std::log(wavelength)) +
-        scale_ * (1 / sed_reference_wavelength - 1 / wavelength) +
-        std::log(std::expm1(-scale_ / sed_reference_wavelength) / std::expm1(-scale_ / wavelength));
+    const double x = scale_ / wavelength, r = wavelength / sed_reference_wavelength;
+    constexpr double most_x = 500, most_r = 1e6;
+    if (x < most_x && reference_x_ < most_x && r < most_r) {
+      return std::min(reference_ / (r * r * r * r * r * std::expm1(x)), largest);
+    }
+    const double logarithm = -5 * std::log(r) + (reference_x_ - x) +
+                             std::log(std::expm1(-reference_x_) / std::expm1(-x));
     return std::min(std::exp(logarithm), largest);
   }
   Range range() const override { return all_wavelengths; }
 
  private:
   double scale_;  // hc/(kT), Angstrom
+  double reference_x_;
+  double reference_;  // exp(x_0) - 1
 };
 
 /// An analytic SED as it may be named: identifier, or identifier(number unit).

@@ -63,10 +63,18 @@ class SpectralBasis {
   /// Quadrature over a plane: weight includes lambda T / int T dlambda/lambda.
   struct Samples {
     std::vector<double> wavelength, weight;
+    /// Of sample k: the l_j that differ from 0, of node first[k] and those behind it.
+    std::vector<std::size_t> first, begin;
+    std::vector<double> values;  ///< [begin[k] ... begin[k + 1])
+
+    /// Adds `light` l_j of sample k to the nodes' sums.
+    void spread(std::size_t k, double light, double* nodes) const;
   };
 
   void set_segments(const std::vector<Sed::Range>& intervals, std::size_t order, double spacing);
   void add_segment(double low, double high, std::size_t order);
+  /// Sets what the samples know of l_j.
+  void interpolate_samples();
   /// What a probe's light is behind screens, for error().
   struct Trial;
 
