@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <optional>
 #include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace gamer {
@@ -17,44 +20,163 @@ std::atomic<int> allowed_threads = 1;
 constexpr std::size_t most_share = 4;
 constexpr std::size_t shares_per_thread = 4;
 
+/// A call of parallel_for().
+class Loop {
+ public:
+  Loop(std::size_t count, std::size_t share, std::size_t most_workers,
+       const std::function<void(std::size_t i)>& work, const Loop* outer)
+      : count_(count), share_(share), most_workers_(most_workers), work_(work), outer_(outer) {}
+
+  bool has_room() const { return workers < most_workers_ && next_ < count_; }
+  bool is_within(const Loop* loop) const {
+    for (const Loop* own = this; own != nullptr; own = own->outer_) {
+      if (own == loop) return true;
+    }
+    return false;
+  }
+  /// How many threads more than one could work in it.
+  std::size_t room() const { return std::min(most_workers_, (count_ + share_ - 1) / share_) - 1; }
+
+  void work_off() {
+    try {
+      while (true) {
+        const std::size_t first = next_.fetch_add(share_);
+        if (first >= count_) return;
+        for (std::size_t i = first; i < std::min(first + share_, count_); ++i) work_(i);
+      }
+    } catch (...) {
+      next_ = count_;
+      const std::lock_guard lock(mutex_);
+      if (failure_ == nullptr) failure_ = std::current_exception();
+    }
+  }
+  void rethrow() const {
+    if (failure_ != nullptr) std::rethrow_exception(failure_);
+  }
+
+  std::size_t workers = 0;  ///< the team's lock guards it
+
+ private:
+  std::size_t count_, share_, most_workers_;
+  const std::function<void(std::size_t i)>& work_;
+  const Loop* outer_;
+  std::atomic<std::size_t> next_ = 0;
+  std::mutex mutex_;
+  std::exception_ptr failure_;
+};
+
+class Team;
+// Of this thread: its team, and the innermost loop that it works in.
+thread_local Team* own_team = nullptr;
+thread_local const Loop* own_loop = nullptr;
+
+/// The thread that made it and others, which work in the loops that any of them begins.
+class Team {
+ public:
+  explicit Team(std::size_t threads) {
+    own_team = this;
+    try {
+      while (others_.size() + 1 < threads) others_.emplace_back([this] { help(); });
+    } catch (const std::system_error&) {
+      // Fewer threads do the same.
+    }
+  }
+  ~Team() {
+    own_team = nullptr;
+    const std::lock_guard lock(mutex_);
+    is_over_ = true;
+    begun_.notify_all();
+  }
+  Team(const Team&) = delete;
+  Team& operator=(const Team&) = delete;
+
+  std::size_t size() const { return others_.size() + 1; }
+
+  /// Returns when all of the loop is done.
+  void run(Loop& loop) {
+    std::unique_lock lock(mutex_);
+    open_.push_back(&loop);
+    for (std::size_t i = 0; i < std::min(loop.room(), idle_); ++i) begun_.notify_one();
+    if (waiting_ > 0) changed_.notify_all();
+    work_in(loop, lock);
+    while (loop.workers > 0) {
+      // Not in other loops: they may take longer, and this thread's stack would hold them.
+      if (Loop* inner = find(&loop)) {
+        work_in(*inner, lock);
+      } else {
+        ++waiting_;
+        changed_.wait(lock);
+        --waiting_;
+      }
+    }
+    open_.erase(std::find(open_.begin(), open_.end(), &loop));
+  }
+
+ private:
+  void help() {
+    own_team = this;
+    std::unique_lock lock(mutex_);
+    while (!is_over_) {
+      if (Loop* loop = find(nullptr)) {
+        work_in(*loop, lock);
+      } else {
+        ++idle_;
+        begun_.wait(lock);
+        --idle_;
+      }
+    }
+  }
+
+  /// The newest loop within another, or any, that has work for one thread more.
+  Loop* find(const Loop* outer) const {
+    for (auto loop = open_.rbegin(); loop != open_.rend(); ++loop) {
+      if ((*loop)->has_room() && (outer == nullptr || (*loop)->is_within(outer))) return *loop;
+    }
+    return nullptr;
+  }
+
+  void work_in(Loop& loop, std::unique_lock<std::mutex>& lock) {
+    ++loop.workers;
+    lock.unlock();
+    const Loop* const outer = std::exchange(own_loop, &loop);
+    loop.work_off();
+    own_loop = outer;
+    lock.lock();
+    if (--loop.workers == 0 && waiting_ > 0) changed_.notify_all();
+  }
+
+  std::mutex mutex_;
+  std::condition_variable begun_;    ///< a loop, or the team's end: idle threads wait
+  std::condition_variable changed_;  ///< a loop has begun or ended: threads with own loops wait
+  std::vector<Loop*> open_;
+  std::size_t idle_ = 0, waiting_ = 0;
+  bool is_over_ = false;
+  std::vector<std::jthread> others_;  ///< the last member: their end is waited for first
+};
+
 }  // namespace
 
 void use_threads(int threads) { allowed_threads = std::max(threads, 1); }
 
-void parallel_for(std::size_t count, const std::function<void(std::size_t i)>& work) {
-  const std::size_t threads = std::min(static_cast<std::size_t>(allowed_threads.load()), count);
-  if (threads < 2) {
+void parallel_for(std::size_t count, const std::function<void(std::size_t i)>& work,
+                  std::optional<std::size_t> at_a_time) {
+  const std::size_t most = std::min(at_a_time.value_or(count), count);
+  // Only loops with `at_a_time` have others within them.
+  std::optional<Team> team;
+  if (own_team == nullptr && allowed_threads > 1 && (most > 1 || at_a_time)) {
+    team.emplace(static_cast<std::size_t>(allowed_threads.load()));
+  }
+  if (own_team == nullptr || most < 2) {
     for (std::size_t i = 0; i < count; ++i) work(i);
     return;
   }
   const std::size_t share =
-      std::clamp<std::size_t>(count / (shares_per_thread * threads), 1, most_share);
-  std::atomic<std::size_t> next = 0;
-  std::mutex mutex;
-  std::exception_ptr failure;
-  const auto take_part = [&] {
-    try {
-      while (true) {
-        const std::size_t first = next.fetch_add(share);
-        if (first >= count) return;
-        for (std::size_t i = first; i < std::min(first + share, count); ++i) work(i);
-      }
-    } catch (...) {
-      next = count;
-      const std::lock_guard lock(mutex);
-      if (failure == nullptr) failure = std::current_exception();
-    }
-  };
-  {
-    std::vector<std::jthread> others;
-    try {
-      while (others.size() + 1 < threads) others.emplace_back(take_part);
-    } catch (const std::system_error&) {
-      // Fewer threads do the same.
-    }
-    take_part();
-  }
-  if (failure != nullptr) std::rethrow_exception(failure);
+      at_a_time
+          ? 1
+          : std::clamp<std::size_t>(count / (shares_per_thread * own_team->size()), 1, most_share);
+  Loop loop(count, share, most, work, own_loop);
+  own_team->run(loop);
+  loop.rethrow();
 }
 
 }  // namespace gamer

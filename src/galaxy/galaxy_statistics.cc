@@ -594,20 +594,28 @@ template <class Term>
 double GalaxyStatistics::DustRays::mean(const std::vector<BatchArray>& values, bool by_light,
                                         Term&& term) const {
   const std::size_t batches = columns.size(), variants = values.size() / batches;
-  double sum = 0, whole_weight = 0;
-  for (std::size_t b = 0; b < batches; ++b) {
+  struct Sums {
+    double weight = 0, term = 0;
+  };
+  std::vector<Sums> parts(batches);
+  parallel_for(batches, [&](std::size_t b) {
     for (std::size_t v = 0; v < variants; ++v) {
       const double share = variants > 1 ? dust_variant_weights[v] : 1.0;
       const BatchArray& own = values[v * batches + b];
       for (std::size_t i = 0; i < columns[b].size; ++i) {
         const double weight =
             share * double{columns[b].weight[i]} * (by_light ? double{brightness[b][i]} : 1.0);
-        whole_weight += weight;
-        sum += weight * term(double{own[i]});
+        parts[b].weight += weight;
+        parts[b].term += weight * term(double{own[i]});
       }
     }
+  });
+  Sums all;
+  for (const Sums& part : parts) {
+    all.weight += part.weight;
+    all.term += part.term;
   }
-  return sum / whole_weight;
+  return all.term / all.weight;
 }
 
 GalaxyStatistics::DustRays GalaxyStatistics::trace_dust(std::size_t c, double path,

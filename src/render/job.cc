@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "gamer/core/parallel_for.h"
 #include "gamer/core/units.h"
 #include "gamer/core/version.h"
 #include "gamer/galaxy/galaxy_statistics.h"
@@ -276,6 +277,13 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
           std::move(scene),      {},     std::move(rest)};
 }
 
+namespace {
+
+/// Each needs some 10 MiB.
+constexpr std::size_t galaxies_at_a_time = 4;
+
+}  // namespace
+
 void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies, const Ranks& ranks) {
   std::vector<GalaxyStatistics> statistics;
   std::size_t numbers = 0;
@@ -292,29 +300,36 @@ void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies, const R
         rows.push_back({g, part});
       }
     }
-    // Slices of large clouds are many, cheap and alike: ranks take several at a time, fewer towards
-    // the end.
-    const int shares =
-        round == GalaxyStatistics::Round::larger ? 4 * ranks.size() : static_cast<int>(rows.size());
+    // Ranks take several parts at a time, fewer towards the end.
+    const int shares = ranks.size() > 1 ? 4 * ranks.size() : 1;
     std::vector<RowRange> blocks;
     for (int first = 0, end = static_cast<int>(rows.size()); first < end;) {
       const int last = first + std::max((end - first) / shares, 1);
       blocks.push_back({first, last});
       first = last;
     }
+    const auto measure_block = [&](RowRange range, std::span<double> values) {
+      // The parts of a galaxy one after the other.
+      std::vector<RowRange> runs;
+      for (int row = range.first; row < range.last; ++row) {
+        const std::size_t galaxy = rows[static_cast<std::size_t>(row)].galaxy;
+        if (runs.empty() || rows[static_cast<std::size_t>(runs.back().first)].galaxy != galaxy) {
+          runs.push_back({row, row});
+        }
+        ++runs.back().last;
+      }
+      const auto measure_run = [&](std::size_t run) {
+        for (int row = runs[run].first; row < runs[run].last; ++row) {
+          const auto [g, part] = rows[static_cast<std::size_t>(row)];
+          const auto place = static_cast<std::size_t>(row - range.first) * numbers;
+          statistics[g].measure(round, part, values.subspan(place, numbers));
+        }
+      };
+      parallel_for(runs.size(), measure_run, galaxies_at_a_time);
+    };
     std::vector<double> all;
     // All ranks agree: parts follow from what all have taken.
-    if (!rows.empty()) {
-      all =
-          ranks.compute_together(blocks, numbers, 1, [&](RowRange range, std::span<double> values) {
-            for (int row = range.first; row < range.last; ++row) {
-              const auto [g, part] = rows[static_cast<std::size_t>(row)];
-              statistics[g].measure(
-                  round, part,
-                  values.subspan(static_cast<std::size_t>(row - range.first) * numbers, numbers));
-            }
-          });
-    }
+    if (!rows.empty()) all = ranks.compute_together(blocks, numbers, 1, measure_block);
     if (all.size() != rows.size() * numbers) {
       throw std::logic_error("ranks do not measure the same galaxies");
     }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <stdexcept>
 #include <thread>
@@ -25,10 +26,54 @@ TEST_P(ParallelFor, CallsWorkOnceForEveryIndex) {
 }
 
 TEST_P(ParallelFor, ThrowsWhatWorkThrows) {
-  EXPECT_THROW(
-      parallel_for(1000, [](std::size_t i) { if (i == 500) throw std::runtime_error("here"); }),
-      std::runtime_error);
+  EXPECT_THROW(parallel_for(1000,
+                            [](std::size_t i) {
+                              if (i == 500) throw std::runtime_error("here");
+                            }),
+               std::runtime_error);
   // And can be used again.
+  std::atomic<int> calls = 0;
+  parallel_for(100, [&](std::size_t) { ++calls; });
+  EXPECT_EQ(calls, 100);
+}
+
+TEST_P(ParallelFor, LoopsWithinLoops) {
+  constexpr std::size_t outer = 20, inner = 30;
+  constexpr int at_a_time = 2;
+  std::vector<std::atomic<int>> calls(outer * inner);
+  std::atomic<int> now = 0, most = 0;
+  parallel_for(
+      outer,
+      [&](std::size_t i) {
+        int own = ++now;
+        for (int known = most; known < own && !most.compare_exchange_weak(known, own);) {
+        }
+        parallel_for(inner, [&](std::size_t k) {
+          std::this_thread::yield();
+          ++calls[i * inner + k];
+        });
+        // All of it is done.
+        for (std::size_t k = 0; k < inner; ++k) EXPECT_EQ(calls[i * inner + k], 1);
+        --now;
+      },
+      at_a_time);
+  for (const auto& times : calls) EXPECT_EQ(times, 1);
+  EXPECT_LE(most, std::min(at_a_time, GetParam()));
+}
+
+TEST_P(ParallelFor, ThrowsWhatLoopsWithinThrow) {
+  std::atomic<int> ended = 0;
+  EXPECT_THROW(parallel_for(
+                   10,
+                   [&](std::size_t i) {
+                     parallel_for(10, [&](std::size_t k) {
+                       if (i == 3 && k == 5) throw std::runtime_error("here");
+                     });
+                     ++ended;
+                   },
+                   4),
+               std::runtime_error);
+  EXPECT_LT(ended, 10);
   std::atomic<int> calls = 0;
   parallel_for(100, [&](std::size_t) { ++calls; });
   EXPECT_EQ(calls, 100);
@@ -46,6 +91,36 @@ TEST(ParallelFor, WorksInThreads) {
     while (arrived < 2) std::this_thread::yield();
   });
   EXPECT_EQ(arrived, 2);
+  use_threads(1);
+}
+
+TEST(ParallelFor, OtherThreadsHelpWithinLoops) {
+  use_threads(3);
+  // One index at a time, whose inner indices wait for each other.
+  for (int times = 0; times < 20; ++times) {
+    parallel_for(
+        2,
+        [&](std::size_t) {
+          std::atomic<int> arrived = 0;
+          parallel_for(3, [&](std::size_t) {
+            ++arrived;
+            while (arrived < 3) std::this_thread::yield();
+          });
+        },
+        1);
+  }
+  // The thread whose own index is done helps the other.
+  parallel_for(
+      2,
+      [&](std::size_t i) {
+        if (i == 0) return;
+        std::atomic<int> arrived = 0;
+        parallel_for(3, [&](std::size_t) {
+          ++arrived;
+          while (arrived < 3) std::this_thread::yield();
+        });
+      },
+      2);
   use_threads(1);
 }
 
