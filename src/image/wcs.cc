@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -445,39 +446,50 @@ class CelestialWcs::Impl {
  public:
   Impl(std::vector<std::string> records, const std::string& label)
       : records_(std::move(records)), label_(label) {
-    free_.push_back(std::make_unique<Converter>(records_, label_));
+    free_.front() = make().release();
   }
+  ~Impl() {
+    for (const std::atomic<Converter*>& place : free_) delete place.load();
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
 
   const std::vector<std::string>& records() const { return records_; }
 
   /// Runs `use` with a converter that no other thread has.
   template <class Use>
   auto with_converter(Use use) const {
-    std::unique_ptr<Converter> converter;
-    {
-      const std::lock_guard lock(mutex_);
-      if (!free_.empty()) {
-        converter = std::move(free_.back());
-        free_.pop_back();
-      }
-    }
-    if (!converter) converter = std::make_unique<Converter>(records_, label_);
+    std::atomic<Converter*>& place = free_[own_place()];
+    std::unique_ptr<Converter> converter(place.exchange(nullptr));
+    if (!converter) converter = make();
     struct Return {
-      const Impl& impl;
+      std::atomic<Converter*>& place;
       std::unique_ptr<Converter>& converter;
-      ~Return() {
-        const std::lock_guard lock(impl.mutex_);
-        impl.free_.push_back(std::move(converter));
-      }
-    } give_back{*this, converter};
+      ~Return() { delete place.exchange(converter.release()); }
+    } give_back{place, converter};
     return use(*converter);
   }
 
  private:
+  static constexpr std::size_t places = 64;
+  /// This thread's, which it shares with no other while there are not more of them than places.
+  static std::size_t own_place() {
+    static std::atomic<std::size_t> threads = 0;
+    thread_local const std::size_t own = threads++ % places;
+    return own;
+  }
+
+  /// One at a time: WCSLIB does not say that its parsers are safe.
+  std::unique_ptr<Converter> make() const {
+    static std::mutex mutex;
+    const std::lock_guard lock(mutex);
+    return std::make_unique<Converter>(records_, label_);
+  }
+
   std::vector<std::string> records_;
   std::string label_;
-  mutable std::mutex mutex_;
-  mutable std::vector<std::unique_ptr<Converter>> free_;
+  /// Converters that are not in use.
+  mutable std::array<std::atomic<Converter*>, places> free_{};
 };
 
 CelestialWcs::CelestialWcs(const SkyView& view)

@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <ranges>
 #include <tuple>
 
 #include "gamer/render/schedule.h"
@@ -34,7 +35,11 @@ struct Renderer::Sums {
 
 /// Arrays of one call.
 struct Renderer::Work {
+  int left = 0;
+  std::vector<std::optional<Ray>> middles;  ///< of pixels from `left` on
   std::vector<Sample> samples;
+  std::vector<glm::dvec2> places;
+  std::vector<std::optional<Ray>> rays;
   std::vector<int> near_pixel, near_ray;
   std::vector<Hit> hits;
   std::vector<std::size_t> hit_ends;
@@ -225,6 +230,7 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
     if (near.empty()) return;
     is_empty = false;
     for (int y = std::max(bottom, rows.first); y < std::min(top, rows.last); ++y) {
+      aim(left, right, y, work);
       for (int x = left; x < right; ++x) {
         place_samples(x, y, y - rows.first, near, work);
         work_off(rays_at_once, near, work, sums, counts);
@@ -268,6 +274,7 @@ void Renderer::count_pixels(int left, int right, int bottom, int top, RenderCoun
   if (owner_) sums.owners.resize(width);
   Work work;
   for (int y = bottom; y < top; ++y) {
+    aim(left, right, y, work);
     for (int x = left; x < right; ++x) {
       // All in one row: nobody looks at them.
       place_samples(x, y, 0, near, work);
@@ -288,6 +295,7 @@ void Renderer::sample_light(const std::function<void(double x, double y, double 
     const auto rays = index_.pixels(0, camera_.width(), y, y + 1);
     if (!rays) continue;
     index_.find(*rays, near);
+    aim(0, camera_.width(), y, work);
     for (int x = 0; x < camera_.width(); ++x) place_samples(x, y, 0, near, work);
     // Each ray as a pixel of its own.
     for (std::size_t begin = 0; begin < work.samples.size(); begin += width) {
@@ -357,6 +365,15 @@ Renderer::Evenness Renderer::evenness(const Ray& ray, double size,
   return result;
 }
 
+void Renderer::aim(int left, int right, int y, Work& work) const {
+  work.left = left;
+  if (supersample_) return;
+  work.places.clear();
+  for (int x = left; x < right; ++x) work.places.emplace_back(x, y);
+  work.middles.resize(work.places.size());
+  camera_.rays(work.places, work.middles);
+}
+
 void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& near,
                              Work& work) const {
   const std::size_t first = work.samples.size();
@@ -374,12 +391,12 @@ void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& ne
     return;
   }
   const Sample whole{x, row, static_cast<double>(x), static_cast<double>(y), 1, 1, 1};
-  const std::optional<Ray> ray = camera_.ray(x, y);
+  const std::optional<Ray>& ray = work.middles[static_cast<std::size_t>(x - work.left)];
   if (!ray) return;
   // Cells look at the same galaxies.
   constexpr double reach = 2;
   GalaxyIndex::find(index_.around(*ray, reach), near, work.near_pixel);
-  refine(whole, work);
+  refine(whole, ray, work);
   weigh(first, work);
 }
 
@@ -396,9 +413,8 @@ void Renderer::weigh(std::size_t first, Work& work) const {
   for (Sample& sample : samples) sample.weight /= sum;
 }
 
-void Renderer::refine(const Sample& cell, Work& work) const {
-  const std::optional<Ray> ray = camera_.ray(cell.x, cell.y);
-  const Evenness even = ray ? evenness(*ray, cell.size, work.near_pixel) : Evenness{};
+void Renderer::refine(const Sample& cell, const std::optional<Ray>& middle, Work& work) const {
+  const Evenness even = middle ? evenness(*middle, cell.size, work.near_pixel) : Evenness{};
   // `count` x `count` parts `distance` apart, in units of their size.
   const auto cut = [&](int count, double distance, const auto& use) {
     for (int j = 0; j < count; ++j) {
@@ -416,15 +432,15 @@ void Renderer::refine(const Sample& cell, Work& work) const {
   const auto keep = [&](const Sample& part) { work.samples.push_back(part); };
   constexpr double gauss = 2 * std::numbers::inv_sqrt3;
   const double across = std::max(std::ceil(even.texture), 1.0);
-  if (ray && even.rays <= 1 && even.texture <= 1) {
+  if (middle && even.rays <= 1 && even.texture <= 1) {
     cut(1, 1, keep);
-  } else if (!ray || cell.size <= std::ldexp(1.0, -deepest_cell) ||
+  } else if (!middle || cell.size <= std::ldexp(1.0, -deepest_cell) ||
              (even.cells <= 1 && even.texture_cells <= 1)) {
     cut(2, gauss, keep);
   } else if (across <= most_across && even.rays <= across) {
     cut(static_cast<int>(across), 1, keep);
   } else {
-    cut(2, 1, [&](const Sample& part) { refine(part, work); });
+    cut(2, 1, [&](const Sample& part) { refine(part, camera_.ray(part.x, part.y), work); });
   }
 }
 
@@ -446,8 +462,13 @@ void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Fou
   work.hit_ends.clear();
   const bool is_parallel = camera_.projection() == Projection::orthographic;
   const double widest = medium_.accuracy().widest_footprint;
-  for (const Sample& sample : samples) {
-    if (const std::optional<Ray> ray = camera_.ray(sample.x, sample.y)) {
+  work.places.clear();
+  for (const Sample& sample : samples) work.places.emplace_back(sample.x, sample.y);
+  work.rays.resize(samples.size());
+  camera_.rays(work.places, work.rays);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const Sample& sample = samples[i];
+    if (const std::optional<Ray>& ray = work.rays[i]) {
       const std::size_t first = work.hits.size();
       GalaxyIndex::find(index_.around(*ray, 0), near, work.near_ray);
       medium_.hits(*ray, work.near_ray, work.hits);
@@ -661,16 +682,31 @@ void Renderer::add_field_stars(RowRange rows, Sums& sums, RenderCounts& counts) 
 
 void Renderer::finish(int y, std::size_t row, Sums& sums) const {
   const auto width = static_cast<std::size_t>(camera_.width());
-  const bool has_edge = camera_.has_edge();
-  for (std::size_t x = 0; x < width; ++x) {
-    const auto px = static_cast<double>(x);
-    double* const pixel = sums.values.data() + row * outputs_.size() * width + x;
-    const bool shows_sky = !has_edge || camera_.ray(px, y).has_value();
-    bool has_light = false;
-    for (std::size_t o = 0; o < outputs_.size(); ++o) {
-      has_light = has_light || pixel[o * width] != 0;
+  double* const values = sums.values.data() + row * outputs_.size() * width;
+  std::vector<std::optional<Ray>> middles;
+  if (camera_.has_edge()) {
+    std::vector<glm::dvec2> places;
+    for (int x = 0; x < camera_.width(); ++x) places.emplace_back(x, y);
+    middles.resize(width);
+    camera_.rays(places, middles);
+  }
+  std::vector<double> areas(width, 1.0);
+  if (counts_flux(scene_->unit)) {
+    std::vector<int> lit;
+    for (std::size_t x = 0; x < width; ++x) {
+      const auto has_light = [&](std::size_t o) { return values[o * width + x] != 0; };
+      if (std::ranges::any_of(std::views::iota(std::size_t{0}, outputs_.size()), has_light)) {
+        lit.push_back(static_cast<int>(x));
+      }
     }
-    const double area = counts_flux(scene_->unit) && has_light ? camera_.solid_angle(px, y) : 1;
+    std::vector<double> own(lit.size());
+    camera_.solid_angles(y, lit, own);
+    for (std::size_t i = 0; i < lit.size(); ++i) areas[static_cast<std::size_t>(lit[i])] = own[i];
+  }
+  for (std::size_t x = 0; x < width; ++x) {
+    double* const pixel = values + x;
+    const bool shows_sky = middles.empty() || middles[x].has_value();
+    const double area = areas[x];
     std::pair<std::size_t, double> owner{0, 0.0};
     double whole = 0;
     if (owner_) {

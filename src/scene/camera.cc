@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
@@ -45,6 +46,25 @@ int header_integer(const std::string& header, const std::string& key, const std:
     at = end + 1;
   }
   throw InputError({label, 0, 0}, fmt::format("its header has no {}", key));
+}
+
+/// Left, right, below and above of a place.
+using Cross = std::array<glm::dvec2, 4>;
+
+Cross cross_at(const glm::dvec2& place, double half) {
+  return {{{place.x - half, place.y},
+           {place.x + half, place.y},
+           {place.x, place.y - half},
+           {place.x, place.y + half}}};
+}
+
+/// The solid angle of a pixel by the rays of its cross.
+std::optional<double> angle_across(
+    std::span<const std::optional<Ray>, std::tuple_size_v<Cross>> ends, double half) {
+  if (!std::ranges::all_of(ends, [](const auto& end) { return end.has_value(); })) return {};
+  return glm::length(glm::cross(ends[1]->direction - ends[0]->direction,
+                                ends[3]->direction - ends[2]->direction)) /
+         (4 * half * half);
 }
 
 }  // namespace
@@ -144,6 +164,22 @@ std::optional<Ray> Camera::ray(double x, double y) const {
   return Ray{position_ + offset, -back_};
 }
 
+void Camera::rays(std::span<const glm::dvec2> places, std::span<std::optional<Ray>> out) const {
+  if (!wcs_) {
+    for (std::size_t i = 0; i < places.size(); ++i) out[i] = ray(places[i].x, places[i].y);
+    return;
+  }
+  std::vector<PixelPosition> pixels;
+  pixels.reserve(places.size());
+  for (const glm::dvec2& place : places) pixels.push_back({place.x + 1, place.y + 1});
+  std::vector<SkyPosition> sky(places.size());
+  wcs_->sky(pixels, sky);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    out[i].reset();
+    if (!std::isnan(sky[i].ra)) out[i] = Ray{position_, direction_of(sky[i])};
+  }
+}
+
 Camera::HalfSpace Camera::beyond(int axis, double place) const {
   const glm::dvec3& across = axis == 0 ? right_ : up_;
   const double offset = pixel_ * (place - middle(axis == 0 ? width_ : height_));
@@ -181,14 +217,31 @@ double Camera::solid_angle(double x, double y) const {
   constexpr int most_halvings = 10;
   double half = 0.5;
   for (int i = 0; i < most_halvings; ++i, half *= 0.5) {
-    const auto left = ray(x - half, y), right = ray(x + half, y);
-    const auto below = ray(x, y - half), above = ray(x, y + half);
-    if (!left || !right || !below || !above) continue;
-    return glm::length(glm::cross(right->direction - left->direction,
-                                  above->direction - below->direction)) /
-           (4 * half * half);
+    const Cross cross = cross_at({x, y}, half);
+    std::array<std::optional<Ray>, std::tuple_size_v<Cross>> ends;
+    rays(cross, ends);
+    if (const auto angle = angle_across(ends, half)) return *angle;
   }
   return 0;
+}
+
+void Camera::solid_angles(int y, std::span<const int> x, std::span<double> out) const {
+  constexpr double half = 0.5;
+  std::vector<glm::dvec2> places;
+  if (wcs_) {
+    for (const int own : x) {
+      const Cross cross = cross_at({own, y}, half);
+      places.insert(places.end(), cross.begin(), cross.end());
+    }
+  }
+  std::vector<std::optional<Ray>> ends(places.size());
+  rays(places, ends);
+  constexpr std::size_t each = std::tuple_size_v<Cross>;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    std::optional<double> angle;
+    if (wcs_) angle = angle_across(std::span(ends).subspan(each * i).first<each>(), half);
+    out[i] = angle ? *angle : solid_angle(x[i], y);
+  }
 }
 
 double Camera::pixel_size(const glm::dvec3& point) const {

@@ -77,9 +77,11 @@ class Renderer {
   struct Work;
   /// Where light is added up: values[row * planes * width + plane * width + x], linear.
   struct Sums;
+  /// Finds the rays through the middles of pixels [left, right) of row y, for place_samples().
+  void aim(int left, int right, int y, Work& work) const;
   /// Rays of a pixel, cells where it is large for what it shows.
   void place_samples(int x, int y, int row, const GalaxyIndex::Found& near, Work& work) const;
-  void refine(const Sample& cell, Work& work) const;
+  void refine(const Sample& cell, const std::optional<Ray>& middle, Work& work) const;
   /// Makes the weights of a pixel's samples, from `first` on, shares of its solid angle.
   void weigh(std::size_t first, Work& work) const;
   /// The size of a cell over the largest at which one ray (`rays`, `texture`), or four by Gauss'

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -53,11 +54,15 @@ class Camera {
 
   /// Nothing where a pixel shows no sky.
   std::optional<Ray> ray(double x, double y) const;
+  /// The same of many places (x, y): sky views take less time for each.
+  void rays(std::span<const glm::dvec2> places, std::span<std::optional<Ray>> out) const;
   /// Where a point of the scene stands in the image; nothing where it does not (behind the camera).
   std::optional<glm::dvec2> pixel(const glm::dvec3& point) const;
   /// Of the pixel centred on (x, y): sr; of an orthographic view, which has no angles, the area in
   /// scene units^2. 0 where it shows no sky.
   double solid_angle(double x, double y) const;
+  /// The same of pixels of row y: of each in `x`.
+  void solid_angles(int y, std::span<const int> x, std::span<double> out) const;
   /// Whether parts of a pixel of one size count for its light as their solid angles have it, for
   /// which density() stands, sr per pixel^2: in views of the sphere. In other views they count
   /// alike.
