@@ -4,6 +4,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <exception>
+#include <limits>
 #include <mutex>
 #include <optional>
 #include <system_error>
@@ -38,16 +39,21 @@ class Loop {
   std::size_t room() const { return std::min(most_workers_, (count_ + share_ - 1) / share_) - 1; }
 
   void work_off() {
+    std::size_t i = 0;
     try {
       while (true) {
         const std::size_t first = next_.fetch_add(share_);
         if (first >= count_) return;
-        for (std::size_t i = first; i < std::min(first + share_, count_); ++i) work_(i);
+        for (i = first; i < std::min(first + share_, count_); ++i) work_(i);
       }
     } catch (...) {
       next_ = count_;
+      // All before it were begun: the first of those that fail does not depend on the threads.
       const std::lock_guard lock(mutex_);
-      if (failure_ == nullptr) failure_ = std::current_exception();
+      if (i < failed_) {
+        failed_ = i;
+        failure_ = std::current_exception();
+      }
     }
   }
   void rethrow() const {
@@ -62,6 +68,7 @@ class Loop {
   const Loop* outer_;
   std::atomic<std::size_t> next_ = 0;
   std::mutex mutex_;
+  std::size_t failed_ = std::numeric_limits<std::size_t>::max();
   std::exception_ptr failure_;
 };
 

@@ -37,6 +37,20 @@ TEST_P(ParallelFor, ThrowsWhatWorkThrows) {
   EXPECT_EQ(calls, 100);
 }
 
+TEST_P(ParallelFor, ThrowsForTheLeastIndex) {
+  for (int times = 0; times < 50; ++times) {
+    try {
+      parallel_for(100, [](std::size_t i) {
+        if (i == 5) std::this_thread::yield();
+        if (i % 10 >= 5) throw i;
+      });
+      FAIL();
+    } catch (const std::size_t index) {
+      EXPECT_EQ(index, 5);
+    }
+  }
+}
+
 TEST_P(ParallelFor, LoopsWithinLoops) {
   constexpr std::size_t outer = 20, inner = 30;
   constexpr int at_a_time = 2;

@@ -4,6 +4,9 @@
 
 #include <cmath>
 #include <glm/trigonometric.hpp>
+#include <glm/vec2.hpp>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "scene/scene_checks.h"
@@ -104,6 +107,44 @@ TEST(Camera, DirectionTowardsTheCamera) {
   EXPECT_LT(distance(perspective().towards({4, 0, 0}), {-0.8, -0.6, 0}), rounding);
   EXPECT_LT(distance(perspective().towards({0, -3, 0}), {0, -1, 0}), rounding);
   EXPECT_LT(distance(orthographic().towards({4, 0, 0}), {0, -1, 0}), rounding);
+}
+
+// Many rays and solid angles at a time are those of one after the other, off the sky too.
+TEST(Camera, ManyRaysAtATime) {
+  const std::string sky = "[camera]\nprojection = \"sky\"\ncenter = [150, 40]\n";
+  const std::vector<Camera> cameras = {
+      perspective(), orthographic(), Camera(parameters_of(wide + sky + "pixel_scale = 0.2\n")),
+      Camera(parameters_of(wide + sky + "sky_projection = \"AIT\"\npixel_scale = 36000\n")),
+      Camera(parameters_of("[image]\nsize = [40, 40]\n[camera]\nprojection = \"fisheye\"\n"))};
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const Camera& camera = cameras[c];
+    std::vector<glm::dvec2> places;
+    std::vector<int> columns;
+    for (int x = 0; x < camera.width(); ++x) {
+      places.insert(places.end(), {{x, 3}, {x + 0.25, 11.5}});
+      columns.push_back(x);
+    }
+    std::vector<std::optional<Ray>> rays(places.size());
+    camera.rays(places, rays);
+    int off_sky = 0;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const std::optional<Ray> one = camera.ray(places[i].x, places[i].y);
+      ASSERT_EQ(rays[i].has_value(), one.has_value()) << c << ' ' << i;
+      off_sky += one ? 0 : 1;
+      if (!one) continue;
+      EXPECT_EQ(rays[i]->origin, one->origin);
+      EXPECT_LT(distance(rays[i]->direction, one->direction), rounding);
+    }
+    EXPECT_EQ(off_sky > 0, c >= 3) << c;
+    for (const int y : {0, 10}) {
+      std::vector<double> angles(columns.size());
+      camera.solid_angles(y, columns, angles);
+      for (const int x : columns) {
+        const double one = camera.solid_angle(x, y);
+        EXPECT_NEAR(angles[static_cast<std::size_t>(x)], one, 1e-9 * one) << c << ' ' << x;
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -11,8 +11,9 @@ namespace gamer {
 void use_threads(int threads);
 
 /// Calls work(i) for every i in [0, count), in any order and from several threads at a time;
-/// returns when all are done. What work throws first ends the loop and is thrown on. Results must
-/// not depend on the threads: what is summed is kept by index and summed afterwards.
+/// returns when all are done. Where work throws the loop ends, and what it threw for the least
+/// index is thrown on. Results must not depend on the threads: what is summed is kept by index and
+/// summed afterwards.
 ///
 /// Loops may be nested. With `at_a_time` no more indices than that are worked on at any time, and
 /// threads take them one by one, as large work, or such as needs much memory, asks for; the other

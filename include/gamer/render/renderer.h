@@ -81,6 +81,7 @@ class Renderer {
   void aim(int left, int right, int y, Work& work) const;
   /// Rays of a pixel, cells where it is large for what it shows.
   void place_samples(int x, int y, int row, const GalaxyIndex::Found& near, Work& work) const;
+  /// `middle` is the ray through the cell's.
   void refine(const Sample& cell, const std::optional<Ray>& middle, Work& work) const;
   /// Makes the weights of a pixel's samples, from `first` on, shares of its solid angle.
   void weigh(std::size_t first, Work& work) const;
