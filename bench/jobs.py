@@ -118,8 +118,7 @@ def main():
             jobs = {"one": job(*files, *setting), "two_threads": job(*files, *setting, threads=2)}
             if options.launcher:
                 jobs["two_ranks"] = job(*files, *setting, ranks=2)
-            took = run(jobs, options.repeat)
-            took |= run({"larger": job(*files, *larger)}, options.repeat)
+            took = run({**jobs, "larger": job(*files, *larger)}, options.repeat)
             one = took["one"]
             result = {"size": size, "one_thread": one,
                       "four_times_the_pixels": ratios(took["larger"], one),

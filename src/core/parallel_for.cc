@@ -7,7 +7,6 @@
 #include <limits>
 #include <mutex>
 #include <optional>
-#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -81,10 +80,11 @@ thread_local const Loop* own_loop = nullptr;
 class Team {
  public:
   explicit Team(std::size_t threads) {
+    others_.reserve(threads - 1);
     own_team = this;
     try {
       while (others_.size() + 1 < threads) others_.emplace_back([this] { help(); });
-    } catch (const std::system_error&) {
+    } catch (const std::exception&) {
       // Fewer threads do the same.
     }
   }
@@ -168,7 +168,7 @@ void use_threads(int threads) { allowed_threads = std::max(threads, 1); }
 void parallel_for(std::size_t count, const std::function<void(std::size_t i)>& work,
                   std::optional<std::size_t> at_a_time) {
   const std::size_t most = std::min(at_a_time.value_or(count), count);
-  // Only loops with `at_a_time` have others within them.
+  // A single index is worth a team only for loops within it, which `at_a_time` announces.
   std::optional<Team> team;
   if (own_team == nullptr && allowed_threads > 1 && (most > 1 || at_a_time)) {
     team.emplace(static_cast<std::size_t>(allowed_threads.load()));

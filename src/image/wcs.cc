@@ -161,29 +161,20 @@ class Converter {
   Converter(const Converter&) = delete;
   Converter& operator=(const Converter&) = delete;
 
-  /// NaN where there is none.
+  /// NaN where there is none. Each as if it were alone.
   void to_sky(std::span<const PixelPosition> pixels, std::span<SkyPosition> out) {
-    std::array<double, kAxes * kBlock> from, intermediate, to;
-    std::array<double, kBlock> phi, theta;
-    std::array<int, kBlock> bad;
-    const std::size_t count = pixels.size();
-    if (count == 0) return;
-    for (std::size_t i = 0; i < count; ++i) {
-      from[kAxes * i] = pixels[i].x;
-      from[kAxes * i + 1] = pixels[i].y;
-    }
-    const int status = wcsp2s(wcs_, static_cast<int>(count), kAxes, from.data(),
-                              intermediate.data(), phi.data(), theta.data(), to.data(), bad.data());
-    const bool all_bad = is_failure(status, kBadPixels);
-    for (std::size_t i = 0; i < count; ++i) {
-      const double ra = to[kAxes * i + wcs_->lng], dec = to[kAxes * i + wcs_->lat];
-      const bool valid = !all_bad && (status == 0 || bad[i] == 0);
-      if (!valid) {
-        out[i] = {kNone, kNone};
-      } else if (std::isfinite(ra + dec)) {
-        out[i] = {in_circle(ra), dec};
-      } else {
-        out[i] = sky_beside(pixels[i]);
+    // WCSLIB 7.12 takes rows of equal x or y for something else than their points there.
+    const int category = wcs_->cel.prj.category;
+    const std::size_t most = category == QUADCUBE || category == HEALPIX ? 1 : kBlock;
+    for (std::size_t first = 0; first < pixels.size(); first += most) {
+      const std::size_t count = std::min(most, pixels.size() - first);
+      const auto block = pixels.subspan(first, count);
+      if (convert(block, out.subspan(first, count))) continue;
+      // What fails for one may be right for others.
+      for (std::size_t i = 0; i < count; ++i) {
+        if (!convert(block.subspan(i, 1), out.subspan(first + i, 1))) {
+          out[first + i] = {kNone, kNone};
+        }
       }
     }
   }
@@ -203,6 +194,32 @@ class Converter {
 
  private:
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+  /// A block of pixels; false when WCSLIB gives up altogether.
+  bool convert(std::span<const PixelPosition> pixels, std::span<SkyPosition> out) {
+    std::array<double, kAxes * kBlock> from, intermediate, to;
+    std::array<double, kBlock> phi, theta;
+    std::array<int, kBlock> bad;
+    const std::size_t count = pixels.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      from[kAxes * i] = pixels[i].x;
+      from[kAxes * i + 1] = pixels[i].y;
+    }
+    const int status = wcsp2s(wcs_, static_cast<int>(count), kAxes, from.data(),
+                              intermediate.data(), phi.data(), theta.data(), to.data(), bad.data());
+    if (is_failure(status, kBadPixels)) return false;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double ra = to[kAxes * i + wcs_->lng], dec = to[kAxes * i + wcs_->lat];
+      if (status != 0 && bad[i] != 0) {
+        out[i] = {kNone, kNone};
+      } else if (std::isfinite(ra + dec)) {
+        out[i] = {in_circle(ra), dec};
+      } else {
+        out[i] = sky_beside(pixels[i]);
+      }
+    }
+    return true;
+  }
 
   /// WCSLIB finds no latitude exactly on the central meridian of PCO (7.12).
   SkyPosition sky_beside(const PixelPosition& pixel) {
@@ -446,7 +463,7 @@ class CelestialWcs::Impl {
  public:
   Impl(std::vector<std::string> records, const std::string& label)
       : records_(std::move(records)), label_(label) {
-    free_.front() = make().release();
+    free_[own_place()] = make().release();
   }
   ~Impl() {
     for (const std::atomic<Converter*>& place : free_) delete place.load();
@@ -461,6 +478,9 @@ class CelestialWcs::Impl {
   auto with_converter(Use use) const {
     std::atomic<Converter*>& place = free_[own_place()];
     std::unique_ptr<Converter> converter(place.exchange(nullptr));
+    for (std::size_t i = 0; i < places && !converter; ++i) {
+      converter.reset(free_[i].exchange(nullptr));
+    }
     if (!converter) converter = make();
     struct Return {
       std::atomic<Converter*>& place;
@@ -472,7 +492,7 @@ class CelestialWcs::Impl {
 
  private:
   static constexpr std::size_t places = 64;
-  /// This thread's, which it shares with no other while there are not more of them than places.
+  /// Where this thread looks first. So most threads find their own, and none waits for another.
   static std::size_t own_place() {
     static std::atomic<std::size_t> threads = 0;
     thread_local const std::size_t own = threads++ % places;
@@ -523,12 +543,7 @@ void CelestialWcs::sky(std::span<const PixelPosition> pixels, std::span<SkyPosit
   if (pixels.size() != out.size()) {
     throw std::invalid_argument("sky positions: arrays of different length");
   }
-  impl_->with_converter([&](Converter& converter) {
-    for (std::size_t first = 0; first < pixels.size(); first += kBlock) {
-      const std::size_t count = std::min(kBlock, pixels.size() - first);
-      converter.to_sky(pixels.subspan(first, count), out.subspan(first, count));
-    }
-  });
+  impl_->with_converter([&](Converter& converter) { converter.to_sky(pixels, out); });
 }
 
 const std::vector<std::string>& CelestialWcs::records() const { return impl_->records(); }

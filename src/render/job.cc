@@ -300,11 +300,12 @@ void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies, const R
         rows.push_back({g, part});
       }
     }
-    // Ranks take several parts at a time, fewer towards the end.
+    // Ranks take several parts at a time, fewer towards the end. A block's numbers are held twice.
+    constexpr int most = 1024;
     const int shares = ranks.size() > 1 ? 4 * ranks.size() : 1;
     std::vector<RowRange> blocks;
     for (int first = 0, end = static_cast<int>(rows.size()); first < end;) {
-      const int last = first + std::max((end - first) / shares, 1);
+      const int last = first + std::clamp((end - first) / shares, 1, most);
       blocks.push_back({first, last});
       first = last;
     }

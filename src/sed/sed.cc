@@ -75,7 +75,7 @@ class BlackbodySed : public Sed {
         reference_(std::expm1(reference_x_)) {}
 
   /// (lambda_0/lambda)^5 (exp(x_0) - 1)/(exp(x) - 1), x = hc/(lambda k T); where a term could
-  /// overflow, by its logarithm.
+  /// overflow, by its logarithm. At the temperatures that SEDs may have none underflows.
   double flux(double wavelength) const override {
     if (std::isinf(wavelength)) return 0;
     const double x = scale_ / wavelength, r = wavelength / sed_reference_wavelength;

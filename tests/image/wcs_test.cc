@@ -515,6 +515,43 @@ TEST(SkyArrays, EqualSinglePositions) {
   EXPECT_THROW(wcs.sky(pixels, std::span(sky).first(3)), std::invalid_argument);
 }
 
+/// Rows and columns of pixels, which WCSLIB converts in other ways, over the whole sky and beyond.
+TEST(SkyArrays, AreTheSameAsOneByOneInEveryProjection) {
+  for (const std::string& projection : sky_projections()) {
+    SkyView view;
+    view.projection = projection;
+    view.parameters = needed_parameters(projection);
+    view.center = {60, 20};
+    view.pixel_scale = 5 * 3600;
+    view.width = view.height = 90;
+    const CelestialWcs wcs(view);
+    const auto check = [&](const std::vector<PixelPosition>& pixels) {
+      std::vector<SkyPosition> sky(pixels.size());
+      wcs.sky(pixels, sky);
+      for (std::size_t i = 0; i < pixels.size(); ++i) {
+        const auto alone = wcs.sky(pixels[i]);
+        ASSERT_EQ(alone.has_value(), !std::isnan(sky[i].ra)) << projection << ' ' << i;
+        if (!alone) continue;
+        EXPECT_EQ(alone->ra, sky[i].ra) << projection << ' ' << i;
+        EXPECT_EQ(alone->dec, sky[i].dec) << projection << ' ' << i;
+      }
+    };
+    std::vector<PixelPosition> mixed;
+    for (int k = 1; k <= 90; k += 3) {
+      std::vector<PixelPosition> row, column;
+      for (int i = 1; i <= 90; ++i) {
+        row.push_back({1.0 * i, 1.0 * k});
+        column.push_back({1.0 * k, 1.0 * i});
+      }
+      check(row);
+      check(column);
+      mixed.push_back(row[static_cast<std::size_t>(k)]);
+      mixed.push_back(column[static_cast<std::size_t>(90 - k)]);
+    }
+    check(mixed);
+  }
+}
+
 /// The distortion makes WCSLIB use memory of its own for each call.
 TEST(SkyArrays, ManyThreadsGetTheSame) {
   const CelestialWcs wcs = CelestialWcs::from_header(header_of(kSip), "test");

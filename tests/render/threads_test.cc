@@ -1,4 +1,5 @@
-// Galaxies made and rendered in two threads of a process: what the thread sanitizer is to see.
+// Galaxies measured, side by side, and rendered in threads of a process: what the thread sanitizer
+// is to see.
 
 #include <gtest/gtest.h>
 
@@ -10,6 +11,8 @@
 #include "gamer/core/parallel_for.h"
 #include "gamer/galaxy/galaxy.h"
 #include "gamer/noise/noise.h"
+#include "gamer/parallel/ranks.h"
+#include "gamer/render/job.h"
 #include "gamer/scene/galaxy_library.h"
 #include "render/render_text.h"
 
@@ -42,14 +45,17 @@ std::vector<double> render(int threads) {
   const Spectrum spectrum = load_spectrum(parameters, resources);
   use_threads(threads);
   GalaxyLibrary library(parameters, "scene.lst", resources);
+  std::vector<std::shared_ptr<Galaxy>> galaxies;
   for (const std::uint64_t seed : {1u, 2u}) {
     GalaxySettings settings;
     settings.noise_kind = &simplex_noise();
     settings.seed = seed;
     // A few batches for each thread.
     settings.most_cloud_points = 16 * batch_capacity;
-    library.add("g", "", seed, Galaxy::parse(all_classes, "g.toml", settings, resources));
+    galaxies.push_back(Galaxy::read(all_classes, "g.toml", settings, resources));
+    library.add("g", "", seed, galaxies.back());
   }
+  measure_galaxies(galaxies, Ranks());
   const auto scene = std::make_shared<Scene>(
       read_scene(Catalogue::parse(text.scene, "scene.lst", CatalogueFormat::list), parameters,
                  spectrum, camera, resources, library));
@@ -66,10 +72,11 @@ std::vector<double> render(int threads) {
   return values;
 }
 
-TEST(Threads, TwoMakeTheImageOfOne) {
+TEST(Threads, ManyMakeTheImageOfOne) {
   const std::vector<double> expected = render(1);
   EXPECT_GT(expected.at(8 * 4 + 4), 0);
   EXPECT_EQ(render(2), expected);
+  EXPECT_EQ(render(5), expected);
 }
 
 }  // namespace
