@@ -9,7 +9,6 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <ranges>
 #include <tuple>
 
 #include "gamer/render/schedule.h"
@@ -694,10 +693,11 @@ void Renderer::finish(int y, std::size_t row, Sums& sums) const {
   if (counts_flux(scene_->unit)) {
     std::vector<int> lit;
     for (std::size_t x = 0; x < width; ++x) {
-      const auto has_light = [&](std::size_t o) { return values[o * width + x] != 0; };
-      if (std::ranges::any_of(std::views::iota(std::size_t{0}, outputs_.size()), has_light)) {
-        lit.push_back(static_cast<int>(x));
+      bool has_light = false;
+      for (std::size_t o = 0; o < outputs_.size(); ++o) {
+        has_light = has_light || values[o * width + x] != 0;
       }
+      if (has_light) lit.push_back(static_cast<int>(x));
     }
     std::vector<double> own(lit.size());
     camera_.solid_angles(y, lit, own);
