@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <array>
@@ -27,8 +26,8 @@
 #include "gamer/image/new_file.h"
 #include "image/fits_cards.h"
 #include "image/fits_file.h"
+#include "image/fits_tiles.h"
 #include "image/image_suffix.h"
-#include "image/memory.h"
 #include "image/pixel_sum.h"
 #include "image/standard_stream.h"
 #include "image/temporary_file.h"
@@ -68,138 +67,6 @@ void check_data_are_there(FitsFile& file, double bytes) {
                         needed, size));
 }
 
-/// Bytes of an element of a column of variable arrays; 0 where it is none, or of no type that tiles
-/// have.
-LONGLONG element_size(int type) {
-  switch (-type) {
-    case TBYTE:
-      return 1;
-    case TSHORT:
-      return 2;
-    case TLONG:
-    case TFLOAT:
-      return 4;
-    case TLONGLONG:
-    case TDOUBLE:
-      return 8;
-    default:
-      return 0;
-  }
-}
-
-/// A tile of HCOMPRESS says its own size, which CFITSIO (4.2) believes: "DD99", then the two sides,
-/// the scale, the sum and the numbers of bit planes of three quadrants.
-void check_hcompress_tiles(FitsFile& file, int hdu, int column, LONGLONG rows, double tile_pixels) {
-  constexpr std::size_t kHead = 25, kSides = 2, kBitPlanes = 22;
-  constexpr unsigned kMostBitPlanes = 62;
-  for (LONGLONG row = 1; row <= rows; ++row) {
-    LONGLONG length = 0, offset = 0;
-    file.call(fits_read_descriptll, column, row, &length, &offset);
-    if (length == 0) continue;
-    std::array<unsigned char, kHead> head{};
-    bool is_good = length >= static_cast<LONGLONG>(kHead);
-    if (is_good) {
-      file.call(fits_read_col_byt, column, row, LONGLONG{1}, static_cast<LONGLONG>(kHead),
-                static_cast<unsigned char>(0), head.data(), nullptr);
-      const auto side = [&head](std::size_t at) {
-        std::uint32_t value = 0;
-        for (std::size_t i = 0; i < 4; ++i) value = value << 8 | head[at + i];
-        return static_cast<double>(value);
-      };
-      is_good = head[0] == 0xDD && head[1] == 0x99 &&
-                side(kSides) * side(kSides + 4) <= tile_pixels &&
-                std::all_of(head.begin() + kBitPlanes, head.end(),
-                            [](unsigned char planes) { return planes <= kMostBitPlanes; });
-    }
-    if (!is_good) {
-      file.fail(fmt::format("HDU {}: tile {} is no good HCOMPRESS stream", hdu, row));
-    }
-  }
-}
-
-/// Whether DATASUM says that the HDU's data are as they were written.
-bool has_good_data_sum(FitsFile& file) {
-  int data = 0, all = 0, status = 0;
-  fits_verify_chksum(file.handle(), &data, &all, &status);
-  fits_clear_errmsg();
-  return status == 0 && data == 1;
-}
-
-/// Of a gzip stream that is cut off CFITSIO (4.2) asks for more without end.
-void check_gzip_tiles(FitsFile& file, int hdu, int column, LONGLONG rows, double tile_pixels) {
-  constexpr int kGzipWindow = 15 + 16;
-  constexpr std::size_t kInflateBlock = std::size_t{1} << 20;
-  std::vector<unsigned char> stream, block(kInflateBlock);
-  for (LONGLONG row = 1; row <= rows; ++row) {
-    LONGLONG length = 0, offset = 0;
-    file.call(fits_read_descriptll, column, row, &length, &offset);
-    if (length == 0) continue;
-    stream.resize(static_cast<std::size_t>(length));
-    file.call(fits_read_col_byt, column, row, LONGLONG{1}, length, static_cast<unsigned char>(0),
-              stream.data(), nullptr);
-    z_stream zip{};
-    zip.next_in = stream.data();
-    zip.avail_in = static_cast<uInt>(std::min<LONGLONG>(length, UINT_MAX));
-    int status = inflateInit2(&zip, kGzipWindow);
-    while (status == Z_OK) {
-      zip.next_out = block.data();
-      zip.avail_out = static_cast<uInt>(block.size());
-      status = inflate(&zip, Z_NO_FLUSH);
-    }
-    const bool is_good = status == Z_STREAM_END &&
-                         static_cast<double>(zip.total_out) <= sizeof(double) * tile_pixels;
-    inflateEnd(&zip);
-    if (!is_good) file.fail(fmt::format("HDU {}: tile {} is no good gzip stream", hdu, row));
-  }
-}
-
-/// The tiles of a compressed image must be there: CFITSIO (4.2) believes their sizes, and may read
-/// without end.
-void check_tiles(FitsFile& file, int hdu, LONGLONG tiles, double tile_pixels) {
-  LONGLONG rows = 0, heap = 0;
-  file.call(fits_get_num_rowsll, &rows);
-  if (rows != tiles) {
-    file.fail(fmt::format("HDU {} has {} tiles; its image needs {}", hdu, rows, tiles));
-  }
-  file.call(fits_read_key_lnglng, "PCOUNT", &heap, nullptr);
-  char method_text[FLEN_VALUE] = {};
-  file.call(fits_read_key_str, "ZCMPTYPE", method_text, nullptr);
-  const std::string_view method = method_text;
-  // Decompressing twice costs as much as all else.
-  const bool is_trusted = has_good_data_sum(file);
-  for (const std::string_view name :
-       {"COMPRESSED_DATA", "GZIP_COMPRESSED_DATA", "UNCOMPRESSED_DATA"}) {
-    int column = 0, status = 0, type = 0;
-    std::string wanted(name);
-    fits_get_colnum(file.handle(), CASEINSEN, wanted.data(), &column, &status);
-    fits_clear_errmsg();
-    if (status != 0) continue;
-    LONGLONG repeat = 0, width = 0;
-    file.call(fits_get_coltypell, column, &type, &repeat, &width);
-    const LONGLONG size = element_size(type);
-    bool is_good = size > 0;
-    constexpr LONGLONG kRows = 4096;
-    std::vector<LONGLONG> lengths(kRows), offsets(kRows);
-    for (LONGLONG row = 0; row < rows && is_good; row += kRows) {
-      const LONGLONG count = std::min(kRows, rows - row);
-      file.call(fits_read_descriptsll, column, row + 1, count, lengths.data(), offsets.data());
-      for (LONGLONG i = 0; i < count; ++i) {
-        const LONGLONG length = lengths[i], offset = offsets[i];
-        is_good = is_good && length >= 0 && offset >= 0 && length <= heap / size &&
-                  offset <= heap - length * size;
-      }
-    }
-    if (!is_good) file.fail(fmt::format("HDU {}: tiles in {} lie outside the file", hdu, name));
-    const bool is_gzip = name == "GZIP_COMPRESSED_DATA" || method.starts_with("GZIP");
-    if (name == "UNCOMPRESSED_DATA" || is_trusted) continue;
-    if (is_gzip) {
-      check_gzip_tiles(file, hdu, column, rows, tile_pixels);
-    } else if (method.starts_with("HCOMPRESS")) {
-      check_hcompress_tiles(file, hdu, column, rows, tile_pixels);
-    }
-  }
-}
-
 /// Sizes of the current HDU's image, with planes = 0 where it holds none.
 void read_shape(FitsFile& file, FitsHdu& hdu) {
   int type = 0, axes = 0;
@@ -234,28 +101,7 @@ void read_shape(FitsFile& file, FitsHdu& hdu) {
   hdu.has_integers = stored > 0;
   hdu.further_axes.assign(sizes.begin() + 2, sizes.end());
   if (compressed) {
-    // A tile is decompressed as a whole.
-    double tile = sizeof(double);
-    double tiles = 1;
-    for (int axis = 1; axis <= axes; ++axis) {
-      long size = axis == 1 ? static_cast<long>(sizes[0]) : 1;
-      int status = 0;
-      fits_read_key_lng(file.handle(), fmt::format("ZTILE{}", axis).c_str(), &size, nullptr,
-                        &status);
-      fits_clear_errmsg();
-      if (size < 1 || size > sizes[axis - 1]) {
-        file.fail(
-            fmt::format("HDU {}: ZTILE{} = {} does not fit the image", hdu.number, axis, size));
-      }
-      tile *= static_cast<double>(size);
-      tiles *= std::ceil(static_cast<double>(sizes[axis - 1]) / static_cast<double>(size));
-    }
-    if (tile > static_cast<double>(available_memory()) / 2) {
-      file.fail(
-          fmt::format("HDU {}: tiles of {:.3g} bytes need too much memory", hdu.number, tile));
-    }
-    check_tiles(file, hdu.number, static_cast<LONGLONG>(std::min(tiles, 0x1p62)),
-                tile / sizeof(double));
+    check_tiles(file, hdu.number, stored, sizes);
   }
   hdu.width = static_cast<int>(sizes[0]);
   hdu.height = static_cast<int>(sizes[1]);
