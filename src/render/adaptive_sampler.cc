@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <initializer_list>
 #include <map>
+#include <numeric>
 
 #include "core/denormals.h"
 #include "gamer/core/clock.h"
@@ -48,9 +48,11 @@ struct Level {
   std::vector<float> weight;
   RayNodes nodes;
   std::size_t variants = 1;
+  std::int32_t size = 0;
 
   void clear() {
     variants = 1;
+    size = 0;
     for (auto* values : {&run, &first, &count, &cover}) values->clear();
     open.clear();
     has_variants.clear();
@@ -58,37 +60,22 @@ struct Level {
     weight.clear();
     nodes.clear();
   }
-  /// Adds a run, whose nodes are to be filled in.
+  /// Adds a run, whose nodes are to be filled in after make_room().
   void add(std::int32_t index, const Run& own, std::int32_t nodes_of_run, double distance) {
     run.push_back(index);
-    first.push_back(static_cast<std::int32_t>(nodes.size()));
+    first.push_back(size);
     count.push_back(nodes_of_run);
     cover.push_back(own.cover);
     open.push_back(own.open ? 1 : 0);
     has_variants.push_back(own.has_variants ? 1 : 0);
     step.push_back(static_cast<float>(distance));
-    nodes.s.resize(nodes.size() + static_cast<std::size_t>(nodes_of_run));
-    weight.resize(nodes.size());
+    size += nodes_of_run;
     nodes.runs.push_back({own.ray, own.cover, first.back(), nodes_of_run, own.origin});
     if (own.has_variants) variants = dust_deviations.size();
   }
-};
-
-/// An integral over a run and how it changed when the nodes were doubled.
-struct Steered {
-  double value = 0;
-  double change = 0;
-  double earlier_change = 0;
-
-  void refine(double better) {
-    earlier_change = change;
-    change = std::abs(better - value);
-    value = better;
-  }
-  /// Twice the nodes at best square an error relative to `scale`: a change smaller than that is
-  /// chance.
-  double error(double scale) const {
-    return scale > 0 ? std::max(change, earlier_change * earlier_change / scale) : change;
+  void make_room() {
+    nodes.s.resize(static_cast<std::size_t>(size));
+    weight.resize(static_cast<std::size_t>(size));
   }
 };
 
@@ -111,19 +98,17 @@ struct Workspace {
   std::vector<std::pair<std::int64_t, std::int32_t>> starts;  ///< cover and nodes, run
   Level level, fresh, merged;
 
-  /// Of the covers: slots, what dust does, [(slot * nodes + j) * covers + cover], and the steering
-  /// planes' dust-free flux of light, [(cover * planes + s) * light slots + slot].
+  /// Of the covers, as RunCovers has it.
   std::vector<std::int32_t> cover_light_slots, cover_dust_slots;
   std::vector<float> extinction, flux;
-  std::vector<std::size_t> steering_node;
+  std::vector<std::size_t> spectral_nodes, steering_node;
   std::size_t light_slots = 0, dust_slots = 0;
   std::vector<const float*> light, dust;
   std::vector<std::uint32_t> order;  ///< of the level's runs
 
-  /// Of every run, at its level, what integrate_runs() gives, and what it gives for the steering
-  /// planes' flux and depth, [run * planes + s].
+  /// Of every run, at its level, what integrate_runs() gives.
   std::vector<float> run_light, run_depth, run_transmission;
-  std::vector<Steered> steered_light, steered_depth;
+  std::vector<Steered> steered;
   std::vector<std::int32_t> active, still_active;
   std::vector<double> transmitted;
   std::vector<std::size_t> places;
@@ -152,10 +137,7 @@ class AdaptiveSampler : public Sampler {
                     RenderCounts& counts) const;
   void evaluate(std::span<const std::span<const Hit>> hits, Level& level, Workspace& ws,
                 RenderCounts& counts) const;
-  /// By every node, every second and so on, for one stride after the other.
-  void integrate_level(std::initializer_list<std::int32_t> strides, Workspace& ws) const;
-  /// Takes the steering planes' integrals over the level's runs.
-  void steer(Workspace& ws) const;
+  void integrate_level(bool is_first, Workspace& ws) const;
   /// Marks the runs of a ray that need more nodes; false when none.
   bool judge(std::span<const Hit> hits, std::int32_t ray, Workspace& ws) const;
   void sum_up(std::span<const std::span<const Hit>> hits, Workspace& ws, RayLight& out) const;
@@ -247,9 +229,9 @@ void AdaptiveSampler::describe_covers(Workspace& ws) const {
   ws.extinction.assign(ws.dust_slots * nodes * covers, 0.0f);
   for (std::size_t c = 0; c < covers; ++c) {
     for (std::size_t s = 0; s < planes; ++s) {
-      float* flux = ws.flux.data() + (c * planes + s) * ws.light_slots;
       for (int slot = 0; slot < ws.covers[c].light_slots; ++slot) {
-        *flux++ = medium_.steering_flux(ws.covers[c], slot, s);
+        ws.flux[(static_cast<std::size_t>(slot) * planes + s) * covers + c] =
+            medium_.steering_flux(ws.covers[c], slot, s);
       }
     }
     for (int slot = 0; slot < ws.covers[c].dust_slots; ++slot) {
@@ -259,6 +241,8 @@ void AdaptiveSampler::describe_covers(Workspace& ws) const {
       }
     }
   }
+  ws.spectral_nodes.resize(nodes);
+  std::iota(ws.spectral_nodes.begin(), ws.spectral_nodes.end(), std::size_t{0});
   ws.steering_node.clear();
   for (const std::size_t plane : medium_.steering()) {
     ws.steering_node.push_back(medium_.basis().main_node(plane));
@@ -286,6 +270,7 @@ void AdaptiveSampler::begin_level(Workspace& ws) const {
     const auto count = static_cast<std::int32_t>(key);
     level.add(r, ws.runs[run], count, ws.map.length(run) / (count - 1));
   }
+  level.make_room();
   ws.map.place({level.run, level.first, level.count, level.step, 0.0f, level.nodes.s.data(),
                 level.weight.data()});
 }
@@ -312,6 +297,8 @@ void AdaptiveSampler::refine_level(std::span<const std::span<const Hit>> hits, W
     fresh.add(old.run[i], run, old.count[i] - 1, double{old.step[i]});
     merged.add(old.run[i], run, 2 * old.count[i] - 1, 0.5 * double{old.step[i]});
   }
+  fresh.make_room();
+  merged.make_room();
   ws.map.place({fresh.run, fresh.first, fresh.count, fresh.step, 0.5f, fresh.nodes.s.data(),
                 fresh.weight.data()});
   evaluate(hits, fresh, ws, counts);
@@ -340,10 +327,8 @@ void AdaptiveSampler::refine_level(std::span<const std::span<const Hit>> hits, W
   std::swap(ws.level, ws.merged);
 }
 
-void AdaptiveSampler::integrate_level(std::initializer_list<std::int32_t> strides,
-                                      Workspace& ws) const {
+void AdaptiveSampler::integrate_level(bool is_first, Workspace& ws) const {
   const Level& level = ws.level;
-  const std::size_t nodes = medium_.nodes();
   ws.light.clear();
   for (std::size_t slot = 0; slot < ws.light_slots; ++slot) {
     ws.light.push_back(level.nodes.light[slot].data());
@@ -361,36 +346,17 @@ void AdaptiveSampler::integrate_level(std::initializer_list<std::int32_t> stride
                       ws.dust.data(),
                       ws.dust_slots,
                       std::span(dust_variant_weights).first(level.variants)};
-  const RunCovers covers{ws.covers.size(), nodes, ws.cover_light_slots.data(),
-                         ws.cover_dust_slots.data(), ws.extinction.data()};
+  const RunCovers covers{ws.covers.size(),
+                         ws.spectral_nodes,
+                         ws.steering_node,
+                         ws.cover_light_slots.data(),
+                         ws.cover_dust_slots.data(),
+                         ws.extinction.data(),
+                         ws.flux.data()};
   order_runs(runs, covers, ws.order);
-  for (const std::int32_t stride : strides) {
-    integrate_runs(runs, covers, ws.order, stride,
-                   {level.run.data(), ws.light_slots, ws.run_light.data(), ws.run_depth.data(),
-                    ws.run_transmission.data()});
-    steer(ws);
-  }
-}
-
-void AdaptiveSampler::steer(Workspace& ws) const {
-  const Level& level = ws.level;
-  const std::size_t nodes = medium_.nodes(), planes = ws.steering_node.size();
-  for (std::size_t i = 0; i < level.run.size(); ++i) {
-    const auto run = static_cast<std::size_t>(level.run[i]);
-    const auto cover = static_cast<std::size_t>(level.cover[i]);
-    const auto slots = static_cast<std::size_t>(ws.cover_light_slots[cover]);
-    for (std::size_t s = 0; s < planes; ++s) {
-      const std::size_t j = ws.steering_node[s];
-      const float* flux = ws.flux.data() + (cover * planes + s) * ws.light_slots;
-      double light = 0;
-      for (std::size_t slot = 0; slot < slots; ++slot) {
-        light +=
-            double{flux[slot]} * double{ws.run_light[(run * ws.light_slots + slot) * nodes + j]};
-      }
-      ws.steered_light[run * planes + s].refine(light);
-      ws.steered_depth[run * planes + s].refine(double{ws.run_depth[run * nodes + j]});
-    }
-  }
+  integrate_runs(runs, covers, ws.order, is_first,
+                 {level.run.data(), ws.light_slots, ws.run_light.data(), ws.run_depth.data(),
+                  ws.run_transmission.data(), ws.steered.data()});
 }
 
 bool AdaptiveSampler::judge(std::span<const Hit> hits, std::int32_t ray, Workspace& ws) const {
@@ -402,7 +368,7 @@ bool AdaptiveSampler::judge(std::span<const Hit> hits, std::int32_t ray, Workspa
     for (std::int32_t r = ws.first_run[static_cast<std::size_t>(ray)]; r != no_run;
          r = ws.runs[static_cast<std::size_t>(r)].next) {
       const auto run = static_cast<std::size_t>(r);
-      intensity += transmitted * ws.steered_light[run * planes + s].value;
+      intensity += transmitted * double{ws.steered[run * 2 * planes + s].value};
       transmitted *= double{ws.run_transmission[run * nodes + ws.steering_node[s]]};
       ++count;
     }
@@ -417,9 +383,9 @@ bool AdaptiveSampler::judge(std::span<const Hit> hits, std::int32_t ray, Workspa
     for (std::int32_t r = ws.first_run[static_cast<std::size_t>(ray)]; r != no_run;
          r = ws.runs[static_cast<std::size_t>(r)].next) {
       const auto run = static_cast<std::size_t>(r);
-      const Steered& light = ws.steered_light[run * planes + s];
-      const Steered& depth = ws.steered_depth[run * planes + s];
-      in_front += transmitted * light.value;
+      const Steered& light = ws.steered[run * 2 * planes + s];
+      const Steered& depth = ws.steered[(run * 2 + 1) * planes + s];
+      in_front += transmitted * double{light.value};
       // An error of depth dims all the light behind.
       const double error =
           transmitted * light.error(scale) + (intensity - in_front) * depth.error(1);
@@ -477,11 +443,10 @@ void AdaptiveSampler::integrate(std::span<const std::span<const Hit>> hits, RayL
   ws.run_light.resize(ws.runs.size() * ws.light_slots * nodes);
   ws.run_depth.resize(ws.runs.size() * nodes);
   ws.run_transmission.resize(ws.runs.size() * nodes);
-  ws.steered_light.assign(ws.runs.size() * planes, {});
-  ws.steered_depth.assign(ws.runs.size() * planes, {});
+  ws.steered.resize(ws.runs.size() * 2 * planes);
   begin_level(ws);
   evaluate(hits, ws.level, ws, counts);
-  integrate_level({4, 2, 1}, ws);
+  integrate_level(true, ws);
   while (true) {
     for (Run& run : ws.runs) run.refine = false;
     ws.still_active.clear();
@@ -491,7 +456,7 @@ void AdaptiveSampler::integrate(std::span<const std::span<const Hit>> hits, RayL
     std::swap(ws.active, ws.still_active);
     if (ws.active.empty()) break;
     refine_level(hits, ws, counts);
-    integrate_level({1}, ws);
+    integrate_level(false, ws);
   }
   sum_up(hits, ws, out);
   counts.transfer_seconds +=

@@ -389,22 +389,16 @@ void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray,
   for (std::size_t group = 0; group < groups; ++group) s.members[group].clear();
   for (const RayNodes::Run& run : nodes.runs) {
     const std::vector<int>& galaxies = covers[static_cast<std::size_t>(run.cover)].galaxies;
-    const auto begin = nodes.s.begin() + run.first;
+    const auto begin = nodes.s.begin() + run.first, end = begin + run.count;
+    const bool is_alone = galaxies.size() == 1;
     for (const Hit& hit : hits_of_ray[static_cast<std::size_t>(run.ray)]) {
       const auto k = std::find(galaxies.begin(), galaxies.end(), hit.galaxy) - galaxies.begin();
       if (k == static_cast<std::ptrdiff_t>(galaxies.size())) continue;
-      const auto first = std::lower_bound(begin, begin + run.count, hit.begin - run.origin);
-      const auto last = std::upper_bound(first, begin + run.count, hit.end - run.origin);
+      const auto first = is_alone ? begin : std::lower_bound(begin, end, hit.begin - run.origin);
+      const auto last = is_alone ? end : std::upper_bound(first, end, hit.end - run.origin);
       s.members[s.first_group[static_cast<std::size_t>(run.cover)] + static_cast<std::size_t>(k)]
           .push_back({&hit, static_cast<std::int32_t>(first - nodes.s.begin()),
                       static_cast<std::int32_t>(last - first), run.first, run.count, run.origin});
-    }
-    // Runs share vectors with those of other covers, whose slots they then have with extinction 0:
-    // what is left in them might be infinite.
-    const auto own =
-        static_cast<std::size_t>(covers[static_cast<std::size_t>(run.cover)].dust_slots);
-    for (std::size_t k = 0; k < variants * dust_slots; ++k) {
-      if (k % dust_slots >= own) std::fill_n(nodes.dust[k].begin() + run.first, run.count, 0.0f);
     }
   }
   for (std::size_t c = 0; c < covers.size(); ++c) {

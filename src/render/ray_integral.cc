@@ -6,18 +6,31 @@
 
 #include <algorithm>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "core/math-inl.h"
 #include "render/vector_memory.h"
 
+#ifndef GAMER_RENDER_RAY_INTEGRAL
+#define GAMER_RENDER_RAY_INTEGRAL
+namespace gamer {
+namespace {
+
+// By all nodes, by every second and by every fourth one.
+constexpr std::size_t strides = 3;
+
+}  // namespace
+}  // namespace gamer
+#endif
+
 HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// A vector of runs, all of their nodes or every second or fourth one.
+/// What fills a vector of runs, gathered so that node n of all of them stands together.
 template <class D>
-class RunLanes {
+class LaneNodes {
   using DI = hn::RebindToSigned<D>;
   using V = hn::Vec<D>;
   using VI = hn::Vec<DI>;
@@ -26,56 +39,87 @@ class RunLanes {
   static constexpr std::size_t most = HWY_MAX_BYTES / sizeof(float);
 
   /// Of the runs with these numbers; lanes beyond them repeat the last.
-  RunLanes(const RunNodes& runs, const RunCovers& covers, std::span<const std::uint32_t> numbers,
-           std::int32_t stride)
-      : runs_(runs), numbers_(numbers), stride_(stride) {
+  LaneNodes(const RunNodes& runs, const RunCovers& covers, std::span<const std::uint32_t> numbers)
+      : runs_(runs), numbers_(numbers) {
     const D d;
     const DI di;
-    HWY_ALIGN std::int32_t first[most], count[most], cover[most];
+    HWY_ALIGN std::int32_t first[most], count[most], cover[most], lights[most], dusts[most];
     HWY_ALIGN float open[most], variants[most];
     for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) {
       const std::size_t run = numbers[std::min(lane, numbers.size() - 1)];
       first[lane] = runs.first[run];
-      count[lane] = (runs.count[run] + stride - 1) / stride;
+      count[lane] = runs.count[run];
       cover[lane] = runs.cover[run];
+      lights[lane] = covers.light_slots[cover[lane]];
+      dusts[lane] = covers.dust_slots[cover[lane]];
       open[lane] = runs.open[run] != 0 ? 1.0f : 0.0f;
       variants[lane] = runs.variants[run] != 0 ? 1.0f : 0.0f;
       longest_ = std::max(longest_, count[lane]);
       any_open_ = any_open_ || runs.open[run] != 0;
       any_variants_ = any_variants_ || runs.variants[run] != 0;
-      light_slots_ = std::max(light_slots_, covers.light_slots[cover[lane]]);
-      dust_slots_ = std::max(dust_slots_, covers.dust_slots[cover[lane]]);
+      light_slots_ = std::max(light_slots_, static_cast<std::size_t>(lights[lane]));
+      dust_slots_ = std::max(dust_slots_, static_cast<std::size_t>(dusts[lane]));
+      have_same_slots_ = have_same_slots_ && lights[lane] == lights[0] && dusts[lane] == dusts[0];
     }
     first_ = hn::Load(di, first);
     count_ = hn::Load(di, count);
     cover_ = hn::Load(di, cover);
+    own_light_slots_ = hn::Load(di, lights);
+    own_dust_slots_ = hn::Load(di, dusts);
     open_ = hn::Gt(hn::Load(d, open), hn::Zero(d));
     with_variants_ = hn::Gt(hn::Load(d, variants), hn::Zero(d));
+    variants_ = any_variants_ ? runs.variant_weights.size() : 1;
+  }
+
+  /// Of gather().
+  std::size_t memory() const { return (longest() + beyond) * row() * hn::Lanes(D()); }
+  /// Into aligned memory that lives as long as this.
+  void gather(float* memory) {
+    const D d;
+    const DI di;
+    memory_ = memory;
+    const VI last = hn::Sub(count_, hn::Set(di, 1));
+    for (std::int32_t n = 0; n < longest_; ++n) {
+      const VI at = hn::Add(hn::Min(hn::Set(di, n), last), first_);
+      const V weight = hn::IfThenElseZero(has(n), hn::GatherIndex(d, runs_.weight, at));
+      float* to = place(n);
+      hn::Store(weight, d, to);
+      to += hn::Lanes(d);
+      for (std::size_t v = 0; v < variants_; ++v) {
+        for (std::size_t slot = 0; slot < dust_slots_; ++slot) {
+          const float* dust = runs_.dust[v * runs_.dust_stride + slot];
+          hn::Store(hn::Mul(weight, own(dust, at, slot, own_dust_slots_)), d, to);
+          to += hn::Lanes(d);
+        }
+      }
+      for (std::size_t slot = 0; slot < light_slots_; ++slot) {
+        hn::Store(own(runs_.light[slot], at, slot, own_light_slots_), d, to);
+        to += hn::Lanes(d);
+      }
+    }
+    std::fill_n(place(longest_), beyond * row() * hn::Lanes(d), 0.0f);
   }
 
   std::size_t size() const { return numbers_.size(); }
   std::size_t number(std::size_t lane) const { return numbers_[lane]; }
   std::int32_t longest() const { return longest_; }
   bool any_open() const { return any_open_; }
-  bool any_variants() const { return any_variants_; }
-  std::size_t light_slots() const { return static_cast<std::size_t>(light_slots_); }
-  std::size_t dust_slots() const { return static_cast<std::size_t>(dust_slots_); }
+  std::size_t light_slots() const { return light_slots_; }
+  std::size_t dust_slots() const { return dust_slots_; }
+  std::size_t variants() const { return variants_; }
   hn::Mask<D> open() const { return open_; }
   VI cover() const { return cover_; }
-  HWY_INLINE hn::Mask<D> has(std::int32_t k) const {
-    return hn::RebindMask(D(), hn::Lt(hn::Set(DI(), k), count_));
+  HWY_INLINE hn::Mask<D> has(std::int32_t n) const {
+    return hn::RebindMask(D(), hn::Lt(hn::Set(DI(), n), count_));
   }
-  /// Index of node k; of the last one beyond it.
-  HWY_INLINE VI at(std::int32_t k) const {
-    const DI di;
-    const VI own = hn::Min(hn::Set(di, k), hn::Sub(count_, hn::Set(di, 1)));
-    return hn::Add(stride_ == 1 ? own : hn::Mul(own, hn::Set(di, stride_)), first_);
+  /// ds; zero beyond a run's last node.
+  HWY_INLINE V weight(std::int32_t n) const { return hn::Load(D(), place(n)); }
+  /// Opacity times weight.
+  HWY_INLINE V dust(std::int32_t n, std::size_t variant, std::size_t slot) const {
+    return hn::Load(D(), place(n) + (1 + variant * dust_slots_ + slot) * hn::Lanes(D()));
   }
-  /// Zero beyond a run's last node.
-  HWY_INLINE V weight(std::int32_t k) const {
-    const D d;
-    const V value = hn::GatherIndex(d, runs_.weight, at(k));
-    return hn::IfThenElseZero(has(k), hn::Mul(value, hn::Set(d, static_cast<float>(stride_))));
+  HWY_INLINE V light(std::int32_t n, std::size_t slot) const {
+    return hn::Load(D(), place(n) + (1 + variants_ * dust_slots_ + slot) * hn::Lanes(D()));
   }
   /// By which what comes through a variant's dust counts.
   V variant_weight(std::size_t variant) const {
@@ -86,41 +130,54 @@ class RunLanes {
   }
 
  private:
+  // Nodes behind the last that a rule by every fourth one looks at.
+  static constexpr std::int32_t beyond = 4;
+
+  /// 0 in slots that a run has not: what is left in them might be infinite.
+  HWY_INLINE V own(const float* values, VI at, std::size_t slot, VI own_slots) const {
+    const V all = hn::GatherIndex(D(), values, at);
+    if (have_same_slots_) return all;
+    const auto has_slot = hn::Gt(own_slots, hn::Set(DI(), static_cast<std::int32_t>(slot)));
+    return hn::IfThenElseZero(hn::RebindMask(D(), has_slot), all);
+  }
+  std::size_t row() const { return 1 + variants_ * dust_slots_ + light_slots_; }
+  HWY_INLINE float* place(std::int32_t n) const {
+    return memory_ + static_cast<std::size_t>(n) * row() * hn::Lanes(D());
+  }
+
   const RunNodes& runs_;
   std::span<const std::uint32_t> numbers_;
-  std::int32_t stride_;
-  std::int32_t longest_ = 0, light_slots_ = 0, dust_slots_ = 0;
-  bool any_open_ = false, any_variants_ = false;
+  float* memory_ = nullptr;
+  std::int32_t longest_ = 0;
+  std::size_t light_slots_ = 0, dust_slots_ = 0, variants_ = 1;
+  bool any_open_ = false, any_variants_ = false, have_same_slots_ = true;
   hn::Mask<D> open_, with_variants_;
-  VI first_, count_, cover_;
+  VI first_, count_, cover_, own_light_slots_, own_dust_slots_;
 };
 
 /// The optical depth of one dust slot up to one node after the other, where its extinction is 1.
 template <class D>
 class DepthMarch {
   using V = hn::Vec<D>;
-  using VI = hn::Vec<hn::RebindToSigned<D>>;
 
  public:
   static constexpr std::size_t size = 5;  ///< vectors of memory
 
-  DepthMarch(const float* opacity, float* memory) : opacity_(opacity), memory_(memory) {}
+  explicit DepthMarch(float* memory) : memory_(memory) {}
 
-  /// Before node 0.
-  void begin(const RunLanes<D>& lanes) {
+  /// Before the first node. at_node(k) is the opacity times weight of node k.
+  template <class AtNode>
+  void begin(const LaneNodes<D>& nodes, const AtNode& at_node) {
     const D d;
-    const auto at_node = [&](std::int32_t k) HWY_ATTR {
-      return hn::Mul(lanes.weight(k), hn::GatherIndex(d, opacity_, lanes.at(k)));
-    };
     const V first = at_node(0);
     V before = hn::Zero(d);
-    if (lanes.any_open()) {
+    if (nodes.any_open()) {
       // The cubic through the first four nodes continues to a node before them.
       constexpr float continuation[] = {4, -6, 4, -1};
       for (std::int32_t k = 0; k < 4; ++k) {
         before = hn::MulAdd(hn::Set(d, continuation[k]), at_node(k), before);
       }
-      before = hn::IfThenElseZero(lanes.open(), before);
+      before = hn::IfThenElseZero(nodes.open(), before);
     }
     const V slope = hn::Mul(hn::Set(d, 1.0f / 24), hn::Sub(before, at_node(1)));
     store(before, before_part);
@@ -130,12 +187,11 @@ class DepthMarch {
     store(hn::Zero(d), depth_part);
   }
 
-  /// Moves on to node 0, 1, ..., which the lanes of `has` have; `at` and `weight` are those of the
-  /// node behind it.
-  HWY_INLINE void advance(hn::Mask<D> has, VI at, V weight) {
+  /// Moves on to the first, second, ... node, which the lanes of `has` have; `behind` is the
+  /// opacity times weight of the node behind it.
+  HWY_INLINE void advance(hn::Mask<D> has, V behind) {
     const D d;
     const V own = load(own_part), sum = load(sum_part);
-    const V behind = hn::Mul(weight, hn::GatherIndex(d, opacity_, at));
     V depth = hn::NegMulAdd(hn::Set(d, 0.5f), own, sum);
     depth = hn::MulAdd(hn::Set(d, 1.0f / 24), hn::Sub(load(before_part), behind), depth);
     // Interpolation may overshoot.
@@ -159,60 +215,84 @@ class DepthMarch {
     hn::Store(value, d, memory_ + part * hn::Lanes(d));
   }
 
-  const float* opacity_;
   float* memory_;
 };
 
-/// All dust of a vector of runs, in all its variants.
+/// All dust of a vector of runs, in all its variants, by every `stride`-th node.
 template <class D>
 class Absorption {
   using V = hn::Vec<D>;
 
  public:
-  Absorption(const RunNodes& runs, const RunCovers& covers, const RunLanes<D>& lanes, float* memory)
-      : runs_(runs),
-        lanes_(lanes),
-        nodes_(covers.nodes),
-        slots_(lanes.dust_slots()),
-        variants_(lanes.any_variants() ? runs.variant_weights.size() : 1),
+  /// At these spectral nodes, which are this object's channels.
+  Absorption(const RunCovers& covers, const LaneNodes<D>& nodes,
+             std::span<const std::size_t> channels, std::int32_t stride, float* memory)
+      : nodes_(nodes),
+        channels_(channels.size()),
+        slots_(nodes.dust_slots()),
+        stride_(stride),
         extinction_(memory),
-        marches_(memory + slots_ * nodes_ * hn::Lanes(D())) {
+        marches_(memory + slots_ * channels_ * hn::Lanes(D())) {
     const D d;
-    for (std::size_t i = 0; i < slots_ * nodes_; ++i) {
-      const V relative = hn::GatherIndex(d, covers.extinction + i * covers.covers, lanes.cover());
-      hn::Store(hn::Mul(relative, hn::Set(d, -1 / std::numbers::ln2_v<float>)), d,
-                extinction_ + i * hn::Lanes(d));
+    float* extinction = extinction_;
+    for (std::size_t slot = 0; slot < slots_; ++slot) {
+      for (const std::size_t j : channels) {
+        const float* of_covers =
+            covers.extinction + (slot * covers.spectral_nodes.size() + j) * covers.covers;
+        const V relative = hn::GatherIndex(d, of_covers, nodes.cover());
+        hn::Store(hn::Mul(relative, hn::Set(d, -1 / std::numbers::ln2_v<float>)), d, extinction);
+        extinction += hn::Lanes(d);
+      }
     }
-    for (std::size_t v = 0; v < variants_; ++v) {
-      for (std::size_t slot = 0; slot < slots_; ++slot) march(v, slot).begin(lanes);
+    for (std::size_t v = 0; v < nodes_.variants(); ++v) {
+      for (std::size_t slot = 0; slot < slots_; ++slot) {
+        march(v, slot).begin(
+            nodes, [&](std::int32_t k) HWY_ATTR { return opacity(k * stride_, v, slot); });
+      }
     }
   }
 
-  static std::size_t size(std::size_t slots, std::size_t nodes, std::size_t variants) {
-    return slots * (nodes + variants * DepthMarch<D>::size);
+  static std::size_t size(std::size_t slots, std::size_t channels, std::size_t variants) {
+    return slots * (channels + variants * DepthMarch<D>::size);
   }
 
-  /// Moves on to node k; false where there is no dust before it.
-  HWY_INLINE bool advance(std::int32_t k, hn::Vec<hn::RebindToSigned<D>> at_next, V next_weight) {
+  std::int32_t stride() const { return stride_; }
+
+  /// Moves on to node n; false where there is no dust before it.
+  HWY_INLINE bool advance(std::int32_t n) {
     const D d;
-    const auto has = lanes_.has(k);
+    const auto has = nodes_.has(n);
     V largest = hn::Zero(d);
-    for (std::size_t v = 0; v < variants_; ++v) {
+    for (std::size_t v = 0; v < nodes_.variants(); ++v) {
       for (std::size_t slot = 0; slot < slots_; ++slot) {
         auto own = march(v, slot);
-        own.advance(has, at_next, next_weight);
+        own.advance(has, opacity(n + stride_, v, slot));
         largest = hn::Max(largest, own.depth());
       }
     }
     return !hn::AllFalse(d, hn::Gt(largest, hn::Zero(d)));
   }
 
-  /// Of a variant at spectral node j: log2 of its transmission.
-  HWY_INLINE V log2_transmission(std::size_t variant, std::size_t j) const {
+  HWY_INLINE V transmission(std::size_t channel) const {
+    return mean([&](std::size_t v) HWY_ATTR { return Exp2(D(), log2_transmission(v, channel)); });
+  }
+  HWY_INLINE V depth(std::size_t channel) const {
+    const V sum = mean([&](std::size_t v) HWY_ATTR { return log2_transmission(v, channel); });
+    // No -0 without dust.
+    return hn::NegMulAdd(sum, hn::Set(D(), std::numbers::ln2_v<float>), hn::Zero(D()));
+  }
+  /// Without dust: transmission() to the last bit.
+  HWY_INLINE V clear() const {
+    return mean([](std::size_t) HWY_ATTR { return hn::Set(D(), 1.0f); });
+  }
+
+ private:
+  /// Of a variant: log2 of its transmission.
+  HWY_INLINE V log2_transmission(std::size_t variant, std::size_t channel) const {
     const D d;
     V sum = hn::Zero(d);
     for (std::size_t slot = 0; slot < slots_; ++slot) {
-      const V relative = hn::Load(d, extinction_ + (slot * nodes_ + j) * hn::Lanes(d));
+      const V relative = hn::Load(d, extinction_ + (slot * channels_ + channel) * hn::Lanes(d));
       sum = hn::MulAdd(relative, march(variant, slot).depth(), sum);
     }
     return sum;
@@ -220,113 +300,184 @@ class Absorption {
   /// Mean over the variants of `of`(variant).
   template <class Quantity>
   HWY_INLINE V mean(const Quantity& of) const {
-    V sum = hn::Mul(lanes_.variant_weight(0), of(0));
-    for (std::size_t v = 1; v < variants_; ++v) {
-      sum = hn::MulAdd(lanes_.variant_weight(v), of(v), sum);
+    V sum = hn::Mul(nodes_.variant_weight(0), of(0));
+    for (std::size_t v = 1; v < nodes_.variants(); ++v) {
+      sum = hn::MulAdd(nodes_.variant_weight(v), of(v), sum);
     }
     return sum;
   }
-  HWY_INLINE V transmission(std::size_t j) const {
-    return mean([&](std::size_t v) HWY_ATTR { return Exp2(D(), log2_transmission(v, j)); });
+  HWY_INLINE V opacity(std::int32_t n, std::size_t variant, std::size_t slot) const {
+    return hn::Mul(nodes_.dust(n, variant, slot), hn::Set(D(), static_cast<float>(stride_)));
   }
-  HWY_INLINE V depth(std::size_t j) const {
-    const V sum = mean([&](std::size_t v) HWY_ATTR { return log2_transmission(v, j); });
-    // No -0 without dust.
-    return hn::NegMulAdd(sum, hn::Set(D(), std::numbers::ln2_v<float>), hn::Zero(D()));
-  }
-
- private:
   HWY_INLINE DepthMarch<D> march(std::size_t variant, std::size_t slot) const {
     const std::size_t place = (variant * slots_ + slot) * DepthMarch<D>::size;
-    return {runs_.dust[variant * runs_.dust_stride + slot], marches_ + place * hn::Lanes(D())};
+    return DepthMarch<D>(marches_ + place * hn::Lanes(D()));
   }
 
-  const RunNodes& runs_;
-  const RunLanes<D>& lanes_;
-  std::size_t nodes_, slots_, variants_;
-  float* extinction_;  ///< [slot * nodes + j], over -ln 2
+  const LaneNodes<D>& nodes_;
+  std::size_t channels_, slots_;
+  std::int32_t stride_;
+  float* extinction_;  ///< [slot * channels + c], over -ln 2
   float* marches_;     ///< [variant * slots + slot]
 };
 
-/// The factor of a node's weight for light: that of the cubic Gregory rule where a run begins open.
+/// The weight of node n for light: where a run begins open that of the cubic Gregory rule.
 template <class D>
-HWY_INLINE hn::Vec<D> LightWeight(const RunLanes<D>& lanes, std::int32_t k, hn::Vec<D> weight) {
+HWY_INLINE hn::Vec<D> LightWeight(const LaneNodes<D>& nodes, std::int32_t n, std::int32_t stride) {
   const D d;
   constexpr float gregory[] = {8.0f / 24, 31.0f / 24, 20.0f / 24, 25.0f / 24};
-  if (k >= 4 || !lanes.any_open()) return weight;
-  return hn::IfThenElse(lanes.open(), hn::Mul(weight, hn::Set(d, gregory[k])), weight);
+  const auto weight = hn::Mul(nodes.weight(n), hn::Set(d, static_cast<float>(stride)));
+  const std::int32_t k = n / stride;
+  if (k >= 4 || !nodes.any_open()) return weight;
+  return hn::IfThenElse(nodes.open(), hn::Mul(weight, hn::Set(d, gregory[k])), weight);
+}
+
+/// Calls take(n, through), where through[c] is a node's weight times what comes through in front of
+/// it, for one node after the other.
+template <class D, class Take>
+HWY_INLINE void MarchThrough(const LaneNodes<D>& nodes, Absorption<D>& absorption,
+                             std::size_t channels, float* through, const Take& take) {
+  const D d;
+  const auto clear = absorption.clear();
+  for (std::int32_t n = 0; n < nodes.longest(); n += absorption.stride()) {
+    const bool is_dimmed = absorption.advance(n);
+    const auto own = LightWeight<D>(nodes, n, absorption.stride());
+    for (std::size_t c = 0; c < channels; ++c) {
+      const auto share = is_dimmed ? absorption.transmission(c) : clear;
+      hn::Store(hn::Mul(own, share), d, through + c * hn::Lanes(d));
+    }
+    take(n);
+  }
+}
+
+/// Integrates a vector of runs for the steering planes by every `stride`-th node. `flux` is that of
+/// the planes, [slot * planes + s]; `light` and `depth` take a vector for each plane.
+template <class D>
+void IntegrateSteering(const RunCovers& covers, const LaneNodes<D>& nodes, std::int32_t stride,
+                       const float* flux, float* light, float* depth, float* memory) {
+  const D d;
+  const std::size_t n_lanes = hn::Lanes(d), planes = covers.steering.size();
+  float* through = memory;
+  Absorption<D> absorption(covers, nodes, covers.steering, stride, through + planes * n_lanes);
+  std::fill_n(light, planes * n_lanes, 0.0f);
+  const std::size_t channels = nodes.dust_slots() == 0 ? 1 : planes;
+  const auto take = [&](std::int32_t n) HWY_ATTR {
+    for (std::size_t s = 0; s < planes; ++s) {
+      auto emission = hn::Zero(d);
+      for (std::size_t slot = 0; slot < nodes.light_slots(); ++slot) {
+        const auto own = hn::Load(d, flux + (slot * planes + s) * n_lanes);
+        emission = hn::MulAdd(own, nodes.light(n, slot), emission);
+      }
+      float* sum = light + s * n_lanes;
+      const auto share = hn::Load(d, through + (channels == 1 ? 0 : s) * n_lanes);
+      hn::Store(hn::MulAdd(emission, share, hn::Load(d, sum)), d, sum);
+    }
+  };
+  MarchThrough<D>(nodes, absorption, channels, through, take);
+  for (std::size_t s = 0; s < planes; ++s) {
+    hn::Store(absorption.depth(s), d, depth + s * n_lanes);
+  }
+}
+
+/// Memory of IntegrateLanes(), vectors.
+std::size_t RoomForLanes(const RunCovers& covers, std::size_t light_slots, std::size_t dust_slots,
+                         std::size_t variants) {
+  using D = hn::ScalableTag<float>;
+  const std::size_t planes = covers.steering.size(), nodes = covers.spectral_nodes.size();
+  const std::size_t channels = std::max(planes, nodes);
+  return light_slots * planes + strides * 2 * planes + light_slots * nodes + channels +
+         Absorption<D>::size(dust_slots, channels, variants);
 }
 
 template <class D>
-void IntegrateLanes(const RunNodes& runs, const RunCovers& covers, const RunLanes<D>& lanes,
+void IntegrateLanes(const RunCovers& covers, const LaneNodes<D>& nodes, bool is_first,
                     const RunIntegrals& out, float* memory) {
   const D d;
-  const std::size_t n = hn::Lanes(d);
-  const std::size_t nodes = covers.nodes, slots = lanes.light_slots();
-  float* light = memory;                       // [slot * nodes + j]
-  float* through = light + slots * nodes * n;  // [j]: weight times transmission
-  Absorption<D> absorption(runs, covers, lanes, through + nodes * n);
-  std::fill_n(light, slots * nodes * n, 0.0f);
-  // As transmission() has it, to the last bit.
-  const auto clear = absorption.mean([&](std::size_t) HWY_ATTR { return hn::Set(d, 1.0f); });
-  // Without dust, all spectral nodes see the same.
-  const std::size_t channels = lanes.dust_slots() == 0 ? 1 : nodes;
-  auto at = lanes.at(0);
-  auto weight = lanes.weight(0);
-  for (std::int32_t k = 0; k < lanes.longest(); ++k) {
-    const auto next_at = lanes.at(k + 1);
-    const auto next_weight = lanes.weight(k + 1);
-    const bool is_dimmed = absorption.advance(k, next_at, next_weight);
-    const auto own = LightWeight<D>(lanes, k, weight);
-    for (std::size_t j = 0; j < channels; ++j) {
-      const auto share = is_dimmed ? absorption.transmission(j) : clear;
-      hn::Store(hn::Mul(own, share), d, through + j * n);
-    }
-    for (std::size_t slot = 0; slot < slots; ++slot) {
-      const auto emission = hn::GatherIndex(d, runs.light[slot], at);
-      for (std::size_t j = 0; j < channels; ++j) {
-        float* sum = light + (slot * nodes + j) * n;
-        hn::Store(hn::MulAdd(emission, hn::Load(d, through + j * n), hn::Load(d, sum)), d, sum);
-      }
-    }
-    at = next_at;
-    weight = next_weight;
-  }
-  const auto place = [&](std::size_t lane) {
-    return static_cast<std::size_t>(out.run[lanes.number(lane)]);
+  const std::size_t n_lanes = hn::Lanes(d), slots = nodes.light_slots();
+  const std::size_t planes = covers.steering.size(), spectral = covers.spectral_nodes.size();
+  const auto take_vectors = [&](std::size_t count) {
+    return std::exchange(memory, memory + count * n_lanes);
   };
-  for (std::size_t slot = 0; slot < slots; ++slot) {
-    for (std::size_t j = 0; j < nodes; ++j) {
-      const float* own = light + (slot * nodes + (j < channels ? j : 0)) * n;
-      for (std::size_t lane = 0; lane < lanes.size(); ++lane) {
-        out.light[(place(lane) * out.light_slots + slot) * nodes + j] = own[lane];
+  float* flux = take_vectors(slots * planes);
+  float* steered = take_vectors(strides * 2 * planes);  // [(i * 2 + light or depth) * planes + s]
+  float* light = take_vectors(slots * spectral);
+  float* const rest = memory;
+  float* through = take_vectors(spectral);
+  Absorption<D> absorption(covers, nodes, covers.spectral_nodes, 1, memory);
+  std::fill_n(light, slots * spectral * n_lanes, 0.0f);
+  // Without dust, all spectral nodes see the same.
+  const std::size_t channels = nodes.dust_slots() == 0 ? 1 : spectral;
+  const auto take = [&](std::int32_t n) HWY_ATTR {
+    for (std::size_t slot = 0; slot < slots; ++slot) {
+      const auto emission = nodes.light(n, slot);
+      for (std::size_t j = 0; j < channels; ++j) {
+        float* sum = light + (slot * spectral + j) * n_lanes;
+        const auto share = hn::Load(d, through + j * n_lanes);
+        hn::Store(hn::MulAdd(emission, share, hn::Load(d, sum)), d, sum);
       }
     }
+  };
+  MarchThrough<D>(nodes, absorption, channels, through, take);
+  HWY_ALIGN float lanes[LaneNodes<D>::most] = {};
+  const auto write = [&](hn::Vec<D> value, float* to, std::size_t stride) HWY_ATTR {
+    hn::Store(value, d, lanes);
+    for (std::size_t lane = 0; lane < nodes.size(); ++lane) {
+      to[static_cast<std::size_t>(out.run[nodes.number(lane)]) * stride] = lanes[lane];
+    }
+  };
+  for (std::size_t j = 0; j < spectral; ++j) {
+    for (std::size_t slot = 0; slot < slots; ++slot) {
+      const float* own = light + (slot * spectral + (j < channels ? j : 0)) * n_lanes;
+      write(hn::Load(d, own), out.light + slot * spectral + j, out.light_slots * spectral);
+    }
+    write(absorption.depth(j), out.depth + j, spectral);
+    write(absorption.transmission(j), out.transmission + j, spectral);
   }
-  HWY_ALIGN float depth[RunLanes<D>::most] = {}, transmission[RunLanes<D>::most] = {};
-  for (std::size_t j = 0; j < nodes; ++j) {
-    hn::Store(absorption.depth(j), d, depth);
-    hn::Store(absorption.transmission(j), d, transmission);
-    for (std::size_t lane = 0; lane < lanes.size(); ++lane) {
-      out.depth[place(lane) * nodes + j] = depth[lane];
-      out.transmission[place(lane) * nodes + j] = transmission[lane];
+  for (std::size_t s = 0; s < planes; ++s) {
+    const std::size_t j = covers.steering[s];
+    auto sum = hn::Zero(d);
+    for (std::size_t slot = 0; slot < slots; ++slot) {
+      const std::size_t place = slot * planes + s;
+      const auto own = hn::GatherIndex(d, covers.flux + place * covers.covers, nodes.cover());
+      hn::Store(own, d, flux + place * n_lanes);
+      const float* all = light + (slot * spectral + (j < channels ? j : 0)) * n_lanes;
+      sum = hn::MulAdd(own, hn::Load(d, all), sum);
+    }
+    hn::Store(sum, d, steered + s * n_lanes);
+    hn::Store(absorption.depth(j), d, steered + (planes + s) * n_lanes);
+  }
+  for (std::size_t i = 1; is_first && i < strides; ++i) {
+    float* own = steered + i * 2 * planes * n_lanes;
+    IntegrateSteering<D>(covers, nodes, std::int32_t{1} << i, flux, own, own + planes * n_lanes,
+                         rest);
+  }
+  for (std::size_t lane = 0; lane < nodes.size(); ++lane) {
+    const auto run = static_cast<std::size_t>(out.run[nodes.number(lane)]);
+    for (std::size_t k = 0; k < 2 * planes; ++k) {
+      Steered& own = out.steered[run * 2 * planes + k];
+      const auto by_stride = [&](std::size_t i) {
+        return steered[(i * 2 * planes + k) * n_lanes + lane];
+      };
+      if (is_first) {
+        own.begin(by_stride(2), by_stride(1), by_stride(0));
+      } else {
+        own.refine(by_stride(0));
+      }
     }
   }
 }
 
 void IntegrateRuns(const RunNodes& runs, const RunCovers& covers,
-                   std::span<const std::uint32_t> order, std::int32_t stride,
-                   const RunIntegrals& out, VectorMemory& memory) {
+                   std::span<const std::uint32_t> order, bool is_first, const RunIntegrals& out,
+                   VectorMemory& values, VectorMemory& memory) {
   using D = hn::ScalableTag<float>;
   const std::size_t lanes = hn::Lanes(D());
-  const std::size_t dust_slots = runs.dust_stride;
-  const std::size_t variants = runs.variant_weights.size();
-  const std::size_t size = out.light_slots * covers.nodes + covers.nodes +
-                           Absorption<D>::size(dust_slots, covers.nodes, variants);
-  float* const room = memory.room_for(size * lanes);
+  float* const room = memory.room_for(
+      lanes * RoomForLanes(covers, out.light_slots, runs.dust_stride, runs.variant_weights.size()));
   for (std::size_t from = 0; from < runs.runs; from += lanes) {
-    const auto numbers = order.subspan(from, std::min(lanes, runs.runs - from));
-    IntegrateLanes<D>(runs, covers, RunLanes<D>(runs, covers, numbers, stride), out, room);
+    LaneNodes<D> nodes(runs, covers, order.subspan(from, std::min(lanes, runs.runs - from)));
+    nodes.gather(values.room_for(nodes.memory()));
+    IntegrateLanes<D>(covers, nodes, is_first, out, room);
   }
 }
 
@@ -361,11 +512,10 @@ void order_runs(const RunNodes& runs, const RunCovers& covers, std::vector<std::
 }
 
 void integrate_runs(const RunNodes& runs, const RunCovers& covers,
-                    std::span<const std::uint32_t> order, std::int32_t stride,
-                    const RunIntegrals& out) {
+                    std::span<const std::uint32_t> order, bool is_first, const RunIntegrals& out) {
   if (runs.runs == 0) return;
-  thread_local VectorMemory memory;
-  HWY_DYNAMIC_DISPATCH(IntegrateRuns)(runs, covers, order, stride, out, memory);
+  thread_local VectorMemory values, memory;
+  HWY_DYNAMIC_DISPATCH(IntegrateRuns)(runs, covers, order, is_first, out, values, memory);
 }
 
 }  // namespace gamer

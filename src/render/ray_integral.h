@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -25,10 +27,37 @@ struct RunNodes {
 /// What slots do, for each cover.
 struct RunCovers {
   std::size_t covers;
-  std::size_t nodes;                ///< spectral
-  const std::int32_t* light_slots;  ///< of each cover
+  std::span<const std::size_t> spectral_nodes;  ///< 0, 1, ...
+  std::span<const std::size_t> steering;        ///< the spectral node of each steering plane
+  const std::int32_t* light_slots;              ///< of each cover
   const std::int32_t* dust_slots;
-  const float* extinction;  ///< [(dust slot * nodes + j) * covers + cover]
+  const float* extinction;  ///< [(dust slot * spectral nodes + j) * covers + cover]
+  /// Dust-free flux of a unit of light in a steering plane, [(slot * planes + s) * covers + cover];
+  /// 0 in slots that a cover has not.
+  const float* flux;
+};
+
+/// An integral over a run and how it changed when the nodes were doubled.
+struct Steered {
+  float value, change, earlier_change;
+
+  /// By every fourth, every second and every node.
+  void begin(float coarse, float middle, float fine) {
+    value = fine;
+    change = std::abs(fine - middle);
+    earlier_change = std::abs(middle - coarse);
+  }
+  void refine(float better) {
+    earlier_change = change;
+    change = std::abs(better - value);
+    value = better;
+  }
+  /// Twice the nodes at best square an error relative to `scale`: a change smaller than that is
+  /// chance.
+  double error(double scale) const {
+    const double own = double{change}, earlier = double{earlier_change};
+    return scale > 0 ? std::max(own, earlier * earlier / scale) : own;
+  }
 };
 
 /// Integrals over runs; what belongs to the i-th stands at run[i].
@@ -38,19 +67,21 @@ struct RunIntegrals {
   float* light;             ///< [(run * light_slots + slot) * nodes + j]: int e exp(-tau_j) ds
   float* depth;             ///< [run * nodes + j]
   float* transmission;      ///< [run * nodes + j]: exp(-depth), or its mean over variants
+  /// [run * 2 planes + s]: the flux in a steering plane; + planes: the depth.
+  Steered* steered;
 };
 
 /// Sorts the runs so that those much alike follow each other and share vectors.
 void order_runs(const RunNodes& runs, const RunCovers& covers, std::vector<std::uint32_t>& order);
 
 /// The trapezoidal rule in the map's u, with the weights of the cubic Gregory rule at an open
-/// beginning, by every `stride`-th node; optical depths up to the nodes by the cubic
+/// beginning; optical depths up to the nodes by the cubic
 /// through the four nearest: between nodes k - 1 and k, of opacities times weights f,
 ///   13/24 (f_(k-1) + f_k) - 1/24 (f_(k-2) + f_(k+1)),
-/// which adds up to differences of sum_(i<=k) f_i - f_k/2 + (f_(k-1) - f_(k+1))/24. Runs are worked
-/// on in SIMD lanes; each one's result depends on it alone.
+/// which adds up to differences of sum_(i<=k) f_i - f_k/2 + (f_(k-1) - f_(k+1))/24. What steers
+/// begins with the same rules by every second and every fourth node where `is_first`, and is
+/// refined otherwise. Runs are worked on in SIMD lanes; each one's result depends on it alone.
 void integrate_runs(const RunNodes& runs, const RunCovers& covers,
-                    std::span<const std::uint32_t> order, std::int32_t stride,
-                    const RunIntegrals& out);
+                    std::span<const std::uint32_t> order, bool is_first, const RunIntegrals& out);
 
 }  // namespace gamer

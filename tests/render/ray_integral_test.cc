@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <vector>
@@ -12,7 +13,7 @@ namespace gamer {
 namespace {
 
 /// Runs of sech^2 profiles of dust and light at equal distances, of different lengths, and what
-/// comes of them.
+/// comes of them. Cover 0 has a second slot with three times the light.
 class RunsTest : public testing::Test {
  protected:
   /// `from` in scale heights: where the run begins. Cover 1 has no dust.
@@ -39,41 +40,78 @@ class RunsTest : public testing::Test {
     density_.clear();
   }
 
-  void integrate(std::int32_t stride = 1) {
+  void integrate(bool is_first = true) {
     std::vector<std::int32_t> run(first_.size());
     std::iota(run.begin(), run.end(), 0);
-    light_.assign(2 * run.size(), 0);
+    if (is_first) steered_.assign(2 * planes * run.size(), {});
+    light_.assign(4 * run.size(), 0);
     depth_.assign(2 * run.size(), 0);
     transmission_.assign(2 * run.size(), 0);
-    std::vector<float> twice;
-    for (const float density : density_) twice.push_back(2 * density);
-    const float* light = density_.data();
-    const float* dust[] = {density_.data(), twice.data()};
-    const std::int32_t light_slots[] = {1, 1}, dust_slots[] = {1, 0};
+    // In slots that a cover has not, what others leave there.
+    const auto times = [&](float factor, bool is_everywhere) {
+      std::vector<float> values;
+      for (std::size_t i = 0; i < first_.size(); ++i) {
+        for (std::int32_t n = 0; n < count_[i]; ++n) {
+          const float density = density_[static_cast<std::size_t>(first_[i] + n)];
+          values.push_back(is_everywhere || cover_[i] == 0 ? factor * density : HUGE_VALF);
+        }
+      }
+      return values;
+    };
+    const std::vector<float> once = times(1, true), more = times(3, false);
+    const std::vector<float> dust_once = times(1, false), dust_twice = times(2, false);
+    const float* light[] = {once.data(), more.data()};
+    const float* dust[] = {dust_once.data(), dust_twice.data()};
+    const std::int32_t light_slots[] = {2, 1}, dust_slots[] = {1, 0};
     const float extinction[] = {extinction_[0], 0, extinction_[1], 0};
     const RunNodes runs{
         first_.size(),    first_.data(),  count_.data(), cover_.data(), open_.data(),
-        variants_.data(), weight_.data(), &light,        dust,          1,
+        variants_.data(), weight_.data(), light,         dust,          1,
         variant_weights_};
-    const RunCovers covers{2, 2, light_slots, dust_slots, extinction};
+    const float flux[] = {flux_[0],   flux_[0], flux_[1],   flux_[1], flux_[2],   flux_[2],
+                          second_[0], 0,        second_[1], 0,        second_[2], 0};
+    const RunCovers covers{2, spectral_nodes, steering, light_slots, dust_slots, extinction, flux};
     std::vector<std::uint32_t> order;
     order_runs(runs, covers, order);
-    integrate_runs(runs, covers, order, stride,
-                   {run.data(), 1, light_.data(), depth_.data(), transmission_.data()});
+    integrate_runs(
+        runs, covers, order, is_first,
+        {run.data(), 2, light_.data(), depth_.data(), transmission_.data(), steered_.data()});
   }
 
   /// Of run i at spectral node j.
-  double light(std::size_t i, std::size_t j) const { return double{light_[2 * i + j]}; }
+  double light(std::size_t i, std::size_t j) const { return double{light_[4 * i + j]}; }
   double depth(std::size_t i, std::size_t j) const { return double{depth_[2 * i + j]}; }
   double transmission(std::size_t i, std::size_t j) const {
     return double{transmission_[2 * i + j]};
   }
 
+  /// The runs by every `stride`-th of their nodes.
+  void thin_out(std::int32_t stride) {
+    std::vector<float> weight, density;
+    for (std::size_t i = 0; i < first_.size(); ++i) {
+      const auto begin = static_cast<std::int32_t>(weight.size());
+      for (std::int32_t n = 0; n < count_[i]; n += stride) {
+        const auto at = static_cast<std::size_t>(first_[i] + n);
+        weight.push_back(static_cast<float>(stride) * weight_[at]);
+        density.push_back(density_[at]);
+      }
+      first_[i] = begin;
+      count_[i] = static_cast<std::int32_t>(weight.size()) - begin;
+    }
+    weight_ = weight;
+    density_ = density;
+  }
+
+  static constexpr std::size_t planes = 3;
+  static constexpr std::size_t spectral_nodes[2] = {0, 1};
+  static constexpr std::size_t steering[planes] = {1, 0, 1};
+  static constexpr float flux_[planes] = {2, 0.5f, 1}, second_[planes] = {0.25f, 4, 8};
   static constexpr float extinction_[2] = {0.5f, 3};
   std::vector<std::int32_t> first_, count_, cover_;
   static constexpr double variant_weights_[2] = {0.75, 0.25};
   std::vector<std::uint8_t> open_, variants_;
   std::vector<float> weight_, density_, light_, depth_, transmission_;
+  std::vector<Steered> steered_;
 };
 
 TEST_F(RunsTest, LightMixedWithDust) {
@@ -83,7 +121,8 @@ TEST_F(RunsTest, LightMixedWithDust) {
     for (int i = 0; i < 19; ++i) add(-10, 41 + 10 * (i % 5), false);
     for (int i = 0; i < 5; ++i) add(0.3, 41 + 10 * i, true);
     for (const std::int32_t stride : {1, 2}) {
-      integrate(stride);
+      thin_out(stride);
+      integrate();
       const double light_error = stride == 1 ? 1.2e-3 : 1e-2;
       const double depth_error = stride == 1 ? 1.4e-4 : 8e-3;
       for (std::size_t i = 0; i < first_.size(); ++i) {
@@ -97,6 +136,60 @@ TEST_F(RunsTest, LightMixedWithDust) {
       }
     }
   });
+}
+
+TEST_F(RunsTest, SteeringComparesAllNodesWithEverySecondAndFourth) {
+  for_each_simd_target([this] {
+    for (const bool has_dust : {true, false}) {
+      clear();
+      for (int i = 0; i < 37; ++i) {
+        add(i % 3 == 0 ? 0.3 : -10, 21 + 2 * (i % 7), i % 3 == 0, i % 4 == 1,
+            has_dust && i % 5 != 0 ? 0 : 1);
+      }
+      integrate();
+      const std::vector<Steered> steered = steered_;
+      const auto integrals = [&] {
+        std::vector<float> values;
+        for (std::size_t i = 0; i < first_.size(); ++i) {
+          for (std::size_t s = 0; s < planes; ++s) {
+            const float* light = light_.data() + 4 * i + steering[s];
+            const float first = flux_[s] * light[0];
+            values.push_back(cover_[i] == 0 ? std::fma(second_[s], light[2], first) : first);
+          }
+          for (const std::size_t j : steering) values.push_back(depth_[2 * i + j]);
+        }
+        return values;
+      };
+      const std::vector<float> fine = integrals();
+      thin_out(2);
+      integrate();
+      const std::vector<float> middle = integrals();
+      thin_out(2);
+      integrate();
+      const std::vector<float> coarse = integrals();
+      for (std::size_t k = 0; k < steered.size(); ++k) {
+        // By every second and fourth node slots are added up before the nodes are.
+        const double rounding = 6.5e-7 * double{fine[k]};
+        EXPECT_EQ(steered[k].value, fine[k]);
+        EXPECT_NEAR(steered[k].change, std::abs(fine[k] - middle[k]), rounding);
+        EXPECT_NEAR(steered[k].earlier_change, std::abs(middle[k] - coarse[k]), rounding);
+      }
+    }
+  });
+}
+
+TEST_F(RunsTest, SteeringGoesOnFromWhatItHad) {
+  clear();
+  for (int i = 0; i < 20; ++i) add(-10, 21 + 2 * (i % 7), false);
+  integrate();
+  const std::vector<Steered> before = steered_;
+  clear();
+  for (int i = 0; i < 20; ++i) add(-10, 41 + 4 * (i % 7), false);
+  integrate(false);
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    EXPECT_EQ(steered_[k].change, std::abs(steered_[k].value - before[k].value));
+    EXPECT_EQ(steered_[k].earlier_change, before[k].change);
+  }
 }
 
 TEST_F(RunsTest, RunsWithoutDustBesideDustyOnes) {
@@ -149,7 +242,8 @@ TEST_F(RunsTest, ARunDependsOnItselfAlone) {
       add_one(static_cast<int>(i));
       integrate();
       for (std::size_t j = 0; j < 2; ++j) {
-        EXPECT_EQ(light_[j], light[2 * i + j]);
+        EXPECT_EQ(light_[j], light[4 * i + j]);
+        EXPECT_EQ(light_[2 + j], light[4 * i + 2 + j]);
         EXPECT_EQ(depth_[j], depth[2 * i + j]);
         EXPECT_EQ(transmission_[j], transmission[2 * i + j]);
       }

@@ -56,11 +56,10 @@ struct RayNodes {
   };
   std::vector<Run> runs;
   std::vector<float> s;  ///< ascending in each run
-  /// [slot][node]; anything in slots that a cover lacks. These arrays only grow.
-  std::vector<std::vector<float>> light;
+  /// [slot][node] and [variant * dust_slots + slot][node]; anything in slots that a cover lacks.
+  /// These arrays only grow.
+  std::vector<std::vector<float>> light, dust;
   std::size_t dust_slots = 0;  ///< of the largest cover
-  /// [variant * dust_slots + slot][node]; 0 in slots that a cover lacks. They only grow.
-  std::vector<std::vector<float>> dust;
 
   std::size_t size() const { return s.size(); }
   /// Room for all nodes in so many slots; what is in it is not specified.
