@@ -195,6 +195,12 @@ std::shared_ptr<const Sed> parse_sed(std::string_view text, const std::string& l
     throw InputError(where, fmt::format("no flux at {} Angstrom, where SEDs are normalised",
                                         sed_reference_wavelength));
   }
+  // Denormal numbers have few digits.
+  if (reference < std::numeric_limits<double>::min()) {
+    throw InputError(where,
+                     fmt::format("the flux at {} Angstrom, {}, is too small to normalise by it",
+                                 sed_reference_wavelength, reference));
+  }
   for (double& value : table.values) value /= reference;
   // The power is not positive, so that this bounds the flux of the whole range.
   const double bound = *std::max_element(table.values.begin(), table.values.end()) *

@@ -111,6 +111,8 @@ TEST(ParseSed, Errors) {
   EXPECT_EQ(text_error(head + "1e-200 1\n550 1\n"),
             "x.sed:4:5: the flux at 5500 Angstrom is too small beside the largest to normalise by "
             "it");
+  EXPECT_EQ(text_error(head + "1 0\n550 1e-320\n"),
+            "x.sed:4:5: the flux at 5500 Angstrom, 1e-320, is too small to normalise by it");
   EXPECT_EQ(text_error(""),
             "x.sed:1:1: the head does not say the wavelength; add the line "
             "'# wavelength: Angstrom' (or nm, um)");
