@@ -95,7 +95,7 @@ struct Workspace {
   std::vector<Run> runs;
   std::vector<std::int32_t> first_run;  ///< of each ray
   NodeMap map;
-  std::vector<std::pair<std::int64_t, std::int32_t>> starts;  ///< cover and nodes, run
+  std::vector<std::uint64_t> starts;  ///< cover, pairs of nodes and number of each run
   Level level, fresh, merged;
 
   /// Of the covers, as RunCovers has it.
@@ -254,21 +254,23 @@ void AdaptiveSampler::begin_level(Workspace& ws) const {
   Level& level = ws.level;
   level.clear();
   ws.starts.clear();
+  constexpr int run_bits = 28, pair_bits = 13;
+  static_assert((most_nodes - 1) / 2 < 1 << pair_bits);
   for (std::size_t r = 0; r < ws.runs.size(); ++r) {
     const double pairs =
         std::clamp(std::ceil(0.5 * ws.map.length(r) / medium_.accuracy().first_step),
                    0.5 * (fewest_nodes - 1), 0.5 * (most_nodes - 1));
-    const std::int32_t count = 2 * static_cast<std::int32_t>(pairs) + 1;
-    ws.starts.emplace_back(
-        static_cast<std::int64_t>(ws.runs[r].cover) << 32 | static_cast<std::int64_t>(count),
-        static_cast<std::int32_t>(r));
+    const auto cover = static_cast<std::uint64_t>(ws.runs[r].cover);
+    ws.starts.push_back((cover << pair_bits | static_cast<std::uint64_t>(pairs)) << run_bits | r);
   }
   // A galaxy's nodes together, and runs that share vectors of about the same length.
   std::sort(ws.starts.begin(), ws.starts.end());
-  for (const auto& [key, r] : ws.starts) {
-    const auto run = static_cast<std::size_t>(r);
-    const auto count = static_cast<std::int32_t>(key);
-    level.add(r, ws.runs[run], count, ws.map.length(run) / (count - 1));
+  for (const std::uint64_t start : ws.starts) {
+    const std::size_t run = start & ((std::uint64_t{1} << run_bits) - 1);
+    const auto count =
+        2 * static_cast<std::int32_t>(start >> run_bits & ((1 << pair_bits) - 1)) + 1;
+    level.add(static_cast<std::int32_t>(run), ws.runs[run], count,
+              ws.map.length(run) / (count - 1));
   }
   level.make_room();
   ws.map.place({level.run, level.first, level.count, level.step, 0.0f, level.nodes.s.data(),

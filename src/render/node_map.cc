@@ -5,7 +5,9 @@
 #include "hwy/foreach_target.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 
 #include "core/math-inl.h"
 #include "render/vector_memory.h"
@@ -246,13 +248,18 @@ VectorMemory& memory() {
   return instance;
 }
 
-double density_at(std::span<const Focus> focuses, double s) {
-  double sum = 0;
-  for (const Focus& f : focuses) {
-    const double x = (s - f.centre) / f.width;
-    sum += f.rate / std::sqrt(1 + x * x);
+/// The lesser of the densities of nodes at a width before and behind a focus.
+double least_density_beside(const Focus& focus, std::span<const Focus> others) {
+  const std::array<double, 2> sides = {focus.centre - focus.width, focus.centre + focus.width};
+  std::array<double, 2> sums{};
+  for (const Focus& f : others) {
+    const double narrow = 1 / f.width;
+    for (std::size_t i = 0; i < sides.size(); ++i) {
+      const double x = (sides[i] - f.centre) * narrow;
+      sums[i] += f.rate / std::sqrt(1 + x * x);
+    }
   }
-  return sum;
+  return std::min(sums[0], sums[1]);
 }
 
 }  // namespace
@@ -276,9 +283,7 @@ void NodeMap::add(double begin, double end, std::span<const Focus> focuses) {
   std::size_t kept = 0;
   for (const Focus& focus : sorted_) {
     const std::span<const Focus> others(sorted_.data(), kept);
-    const double there = std::min(density_at(others, focus.centre - focus.width),
-                                  density_at(others, focus.centre + focus.width));
-    const double rate = focus.rate - std::sqrt(2.0) * there;
+    const double rate = focus.rate - std::numbers::sqrt2 * least_density_beside(focus, others);
     if (rate < least_addition * focus.rate) continue;
     sorted_[kept++] = {focus.centre, focus.width, rate};
     centre_.push_back(static_cast<float>(focus.centre));
