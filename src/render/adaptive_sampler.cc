@@ -2,7 +2,6 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
-#include <numeric>
 
 #include "core/denormals.h"
 #include "gamer/core/clock.h"
@@ -101,7 +100,7 @@ struct Workspace {
   /// Of the covers, as RunCovers has it.
   std::vector<std::int32_t> cover_light_slots, cover_dust_slots;
   std::vector<float> extinction, flux;
-  std::vector<std::size_t> spectral_nodes, steering_node;
+  std::vector<std::size_t> steering_node;
   std::size_t light_slots = 0, dust_slots = 0;
   std::vector<const float*> light, dust;
   std::vector<std::uint32_t> order;  ///< of the level's runs
@@ -241,8 +240,6 @@ void AdaptiveSampler::describe_covers(Workspace& ws) const {
       }
     }
   }
-  ws.spectral_nodes.resize(nodes);
-  std::iota(ws.spectral_nodes.begin(), ws.spectral_nodes.end(), std::size_t{0});
   ws.steering_node.clear();
   for (const std::size_t plane : medium_.steering()) {
     ws.steering_node.push_back(medium_.basis().main_node(plane));
@@ -349,7 +346,7 @@ void AdaptiveSampler::integrate_level(bool is_first, Workspace& ws) const {
                       ws.dust_slots,
                       std::span(dust_variant_weights).first(level.variants)};
   const RunCovers covers{ws.covers.size(),
-                         ws.spectral_nodes,
+                         medium_.nodes(),
                          ws.steering_node,
                          ws.cover_light_slots.data(),
                          ws.cover_dust_slots.data(),

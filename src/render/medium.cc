@@ -390,6 +390,7 @@ void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray,
   for (const RayNodes::Run& run : nodes.runs) {
     const std::vector<int>& galaxies = covers[static_cast<std::size_t>(run.cover)].galaxies;
     const auto begin = nodes.s.begin() + run.first, end = begin + run.count;
+    // Most runs are of one galaxy, and all of their nodes are on its hit.
     const bool is_alone = galaxies.size() == 1;
     for (const Hit& hit : hits_of_ray[static_cast<std::size_t>(run.ray)]) {
       const auto k = std::find(galaxies.begin(), galaxies.end(), hit.galaxy) - galaxies.begin();

@@ -5,7 +5,9 @@
 #include "hwy/foreach_target.h"
 
 #include <algorithm>
+#include <array>
 #include <numbers>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -28,7 +30,8 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// What fills a vector of runs, gathered so that node n of all of them stands together.
+/// What fills a vector of runs: of a block of nodes after the other, gathered so that node n of all
+/// runs stands together.
 template <class D>
 class LaneNodes {
   using DI = hn::RebindToSigned<D>;
@@ -37,6 +40,9 @@ class LaneNodes {
 
  public:
   static constexpr std::size_t most = HWY_MAX_BYTES / sizeof(float);
+  /// Nodes of a block: a multiple of all strides. A block fits the first cache where few galaxies
+  /// overlap.
+  static constexpr std::int32_t block = 64;
 
   /// Of the runs with these numbers; lanes beyond them repeat the last.
   LaneNodes(const RunNodes& runs, const RunCovers& covers, std::span<const std::uint32_t> numbers)
@@ -69,17 +75,22 @@ class LaneNodes {
     open_ = hn::Gt(hn::Load(d, open), hn::Zero(d));
     with_variants_ = hn::Gt(hn::Load(d, variants), hn::Zero(d));
     variants_ = any_variants_ ? runs.variant_weights.size() : 1;
+    first_light_ = 1 + variants_ * dust_slots_;
+    row_ = first_light_ + light_slots_;
   }
 
-  /// Of gather().
-  std::size_t memory() const { return (longest() + beyond) * row() * hn::Lanes(D()); }
-  /// Into aligned memory that lives as long as this.
-  void gather(float* memory) {
+  /// Vectors of memory that gather() needs.
+  std::size_t room() const { return window * row_; }
+  /// The block that begins with this node, into aligned memory, and the nodes behind it that
+  /// the block's need.
+  void gather(std::int32_t begin, float* memory) {
     const D d;
     const DI di;
+    begin_ = begin;
     memory_ = memory;
+    const std::int32_t end = std::min(begin + window, longest_);
     const VI last = hn::Sub(count_, hn::Set(di, 1));
-    for (std::int32_t n = 0; n < longest_; ++n) {
+    for (std::int32_t n = begin; n < end; ++n) {
       const VI at = hn::Add(hn::Min(hn::Set(di, n), last), first_);
       const V weight = hn::IfThenElseZero(has(n), hn::GatherIndex(d, runs_.weight, at));
       float* to = place(n);
@@ -97,7 +108,8 @@ class LaneNodes {
         to += hn::Lanes(d);
       }
     }
-    std::fill_n(place(longest_), beyond * row() * hn::Lanes(d), 0.0f);
+    const std::int32_t looked_at = std::min(begin + window, std::max(longest_ + beyond, at_first));
+    std::fill_n(place(end), static_cast<std::size_t>(looked_at - end) * row_ * hn::Lanes(d), 0.0f);
   }
 
   std::size_t size() const { return numbers_.size(); }
@@ -119,7 +131,7 @@ class LaneNodes {
     return hn::Load(D(), place(n) + (1 + variant * dust_slots_ + slot) * hn::Lanes(D()));
   }
   HWY_INLINE V light(std::int32_t n, std::size_t slot) const {
-    return hn::Load(D(), place(n) + (1 + variants_ * dust_slots_ + slot) * hn::Lanes(D()));
+    return hn::Load(D(), place(n) + (first_light_ + slot) * hn::Lanes(D()));
   }
   /// By which what comes through a variant's dust counts.
   V variant_weight(std::size_t variant) const {
@@ -130,8 +142,9 @@ class LaneNodes {
   }
 
  private:
-  // Nodes behind the last that a rule by every fourth one looks at.
-  static constexpr std::int32_t beyond = 4;
+  // A rule by every fourth node looks at one behind its last, and at first at its first four.
+  static constexpr std::int32_t beyond = 4, at_first = 13;
+  static constexpr std::int32_t window = block + beyond;
 
   /// 0 in slots that a run has not: what is left in them might be infinite.
   HWY_INLINE V own(const float* values, VI at, std::size_t slot, VI own_slots) const {
@@ -140,16 +153,16 @@ class LaneNodes {
     const auto has_slot = hn::Gt(own_slots, hn::Set(DI(), static_cast<std::int32_t>(slot)));
     return hn::IfThenElseZero(hn::RebindMask(D(), has_slot), all);
   }
-  std::size_t row() const { return 1 + variants_ * dust_slots_ + light_slots_; }
   HWY_INLINE float* place(std::int32_t n) const {
-    return memory_ + static_cast<std::size_t>(n) * row() * hn::Lanes(D());
+    return memory_ + static_cast<std::size_t>(n - begin_) * row_ * hn::Lanes(D());
   }
 
   const RunNodes& runs_;
   std::span<const std::uint32_t> numbers_;
   float* memory_ = nullptr;
-  std::int32_t longest_ = 0;
+  std::int32_t longest_ = 0, begin_ = 0;
   std::size_t light_slots_ = 0, dust_slots_ = 0, variants_ = 1;
+  std::size_t first_light_, row_;  ///< vectors of a node
   bool any_open_ = false, any_variants_ = false, have_same_slots_ = true;
   hn::Mask<D> open_, with_variants_;
   VI first_, count_, cover_, own_light_slots_, own_dust_slots_;
@@ -224,11 +237,13 @@ class Absorption {
   using V = hn::Vec<D>;
 
  public:
-  /// At these spectral nodes, which are this object's channels.
-  Absorption(const RunCovers& covers, const LaneNodes<D>& nodes,
-             std::span<const std::size_t> channels, std::int32_t stride, float* memory)
+  /// Of so many channels, which are the spectral nodes node_of(0), ...; when the first block is
+  /// gathered.
+  template <class NodeOf>
+  Absorption(const RunCovers& covers, const LaneNodes<D>& nodes, std::size_t channels,
+             const NodeOf& node_of, std::int32_t stride, float* memory)
       : nodes_(nodes),
-        channels_(channels.size()),
+        channels_(channels),
         slots_(nodes.dust_slots()),
         stride_(stride),
         extinction_(memory),
@@ -236,9 +251,9 @@ class Absorption {
     const D d;
     float* extinction = extinction_;
     for (std::size_t slot = 0; slot < slots_; ++slot) {
-      for (const std::size_t j : channels) {
+      for (std::size_t c = 0; c < channels; ++c) {
         const float* of_covers =
-            covers.extinction + (slot * covers.spectral_nodes.size() + j) * covers.covers;
+            covers.extinction + (slot * covers.nodes + node_of(c)) * covers.covers;
         const V relative = hn::GatherIndex(d, of_covers, nodes.cover());
         hn::Store(hn::Mul(relative, hn::Set(d, -1 / std::numbers::ln2_v<float>)), d, extinction);
         extinction += hn::Lanes(d);
@@ -332,14 +347,16 @@ HWY_INLINE hn::Vec<D> LightWeight(const LaneNodes<D>& nodes, std::int32_t n, std
   return hn::IfThenElse(nodes.open(), hn::Mul(weight, hn::Set(d, gregory[k])), weight);
 }
 
-/// Calls take(n, through), where through[c] is a node's weight times what comes through in front of
-/// it, for one node after the other.
+/// Calls take(n) for the nodes of a block, with through[c] a node's weight times what comes through
+/// in front of it.
 template <class D, class Take>
 HWY_INLINE void MarchThrough(const LaneNodes<D>& nodes, Absorption<D>& absorption,
-                             std::size_t channels, float* through, const Take& take) {
+                             std::int32_t begin, std::size_t channels, float* through,
+                             const Take& take) {
   const D d;
   const auto clear = absorption.clear();
-  for (std::int32_t n = 0; n < nodes.longest(); n += absorption.stride()) {
+  const std::int32_t end = std::min(begin + LaneNodes<D>::block, nodes.longest());
+  for (std::int32_t n = begin; n < end; n += absorption.stride()) {
     const bool is_dimmed = absorption.advance(n);
     const auto own = LightWeight<D>(nodes, n, absorption.stride());
     for (std::size_t c = 0; c < channels; ++c) {
@@ -350,118 +367,194 @@ HWY_INLINE void MarchThrough(const LaneNodes<D>& nodes, Absorption<D>& absorptio
   }
 }
 
-/// Integrates a vector of runs for the steering planes by every `stride`-th node. `flux` is that of
-/// the planes, [slot * planes + s]; `light` and `depth` take a vector for each plane.
+/// The integrals by all nodes.
 template <class D>
-void IntegrateSteering(const RunCovers& covers, const LaneNodes<D>& nodes, std::int32_t stride,
-                       const float* flux, float* light, float* depth, float* memory) {
-  const D d;
-  const std::size_t n_lanes = hn::Lanes(d), planes = covers.steering.size();
-  float* through = memory;
-  Absorption<D> absorption(covers, nodes, covers.steering, stride, through + planes * n_lanes);
-  std::fill_n(light, planes * n_lanes, 0.0f);
-  const std::size_t channels = nodes.dust_slots() == 0 ? 1 : planes;
-  const auto take = [&](std::int32_t n) HWY_ATTR {
-    for (std::size_t s = 0; s < planes; ++s) {
-      auto emission = hn::Zero(d);
-      for (std::size_t slot = 0; slot < nodes.light_slots(); ++slot) {
-        const auto own = hn::Load(d, flux + (slot * planes + s) * n_lanes);
-        emission = hn::MulAdd(own, nodes.light(n, slot), emission);
-      }
-      float* sum = light + s * n_lanes;
-      const auto share = hn::Load(d, through + (channels == 1 ? 0 : s) * n_lanes);
-      hn::Store(hn::MulAdd(emission, share, hn::Load(d, sum)), d, sum);
-    }
-  };
-  MarchThrough<D>(nodes, absorption, channels, through, take);
-  for (std::size_t s = 0; s < planes; ++s) {
-    hn::Store(absorption.depth(s), d, depth + s * n_lanes);
+class WholeRule {
+  using V = hn::Vec<D>;
+
+ public:
+  WholeRule(const RunCovers& covers, const LaneNodes<D>& nodes, float* memory)
+      : nodes_(nodes),
+        spectral_(covers.nodes),
+        // Without dust, all spectral nodes see the same.
+        channels_(nodes.dust_slots() == 0 ? 1 : spectral_),
+        sums_(memory),
+        through_(sums_ + nodes.light_slots() * channels_ * hn::Lanes(D())),
+        absorption_(
+            covers, nodes, spectral_, [](std::size_t j) { return j; }, 1,
+            through_ + channels_ * hn::Lanes(D())) {
+    std::fill_n(sums_, nodes.light_slots() * channels_ * hn::Lanes(D()), 0.0f);
   }
-}
+  /// Vectors of memory.
+  static std::size_t room(const RunCovers& covers, std::size_t light_slots, std::size_t dust_slots,
+                          std::size_t variants) {
+    return (light_slots + 1) * covers.nodes +
+           Absorption<D>::size(dust_slots, covers.nodes, variants);
+  }
 
-/// Memory of IntegrateLanes(), vectors.
-std::size_t RoomForLanes(const RunCovers& covers, std::size_t light_slots, std::size_t dust_slots,
-                         std::size_t variants) {
-  using D = hn::ScalableTag<float>;
-  const std::size_t planes = covers.steering.size(), nodes = covers.spectral_nodes.size();
-  const std::size_t channels = std::max(planes, nodes);
-  return light_slots * planes + strides * 2 * planes + light_slots * nodes + channels +
-         Absorption<D>::size(dust_slots, channels, variants);
-}
+  void add_block(std::int32_t begin) {
+    const D d;
+    const auto take = [&](std::int32_t n) HWY_ATTR {
+      for (std::size_t slot = 0; slot < nodes_.light_slots(); ++slot) {
+        const V emission = nodes_.light(n, slot);
+        for (std::size_t j = 0; j < channels_; ++j) {
+          float* sum = place(slot, j);
+          const V share = hn::Load(d, through_ + j * hn::Lanes(d));
+          hn::Store(hn::MulAdd(emission, share, hn::Load(d, sum)), d, sum);
+        }
+      }
+    };
+    MarchThrough<D>(nodes_, absorption_, begin, channels_, through_, take);
+  }
 
+  V light(std::size_t slot, std::size_t j) const {
+    return hn::Load(D(), place(slot, j < channels_ ? j : 0));
+  }
+  V depth(std::size_t j) const { return absorption_.depth(j); }
+  V transmission(std::size_t j) const { return absorption_.transmission(j); }
+
+ private:
+  HWY_INLINE float* place(std::size_t slot, std::size_t j) const {
+    return sums_ + (slot * channels_ + j) * hn::Lanes(D());
+  }
+
+  const LaneNodes<D>& nodes_;
+  std::size_t spectral_, channels_;
+  float* sums_;
+  float* through_;
+  Absorption<D> absorption_;
+};
+
+/// The steering planes' integrals by every `stride`-th node.
 template <class D>
-void IntegrateLanes(const RunCovers& covers, const LaneNodes<D>& nodes, bool is_first,
-                    const RunIntegrals& out, float* memory) {
-  const D d;
-  const std::size_t n_lanes = hn::Lanes(d), slots = nodes.light_slots();
-  const std::size_t planes = covers.steering.size(), spectral = covers.spectral_nodes.size();
-  const auto take_vectors = [&](std::size_t count) {
-    return std::exchange(memory, memory + count * n_lanes);
-  };
-  float* flux = take_vectors(slots * planes);
-  float* steered = take_vectors(strides * 2 * planes);  // [(i * 2 + light or depth) * planes + s]
-  float* light = take_vectors(slots * spectral);
-  float* const rest = memory;
-  float* through = take_vectors(spectral);
-  Absorption<D> absorption(covers, nodes, covers.spectral_nodes, 1, memory);
-  std::fill_n(light, slots * spectral * n_lanes, 0.0f);
-  // Without dust, all spectral nodes see the same.
-  const std::size_t channels = nodes.dust_slots() == 0 ? 1 : spectral;
-  const auto take = [&](std::int32_t n) HWY_ATTR {
-    for (std::size_t slot = 0; slot < slots; ++slot) {
-      const auto emission = nodes.light(n, slot);
-      for (std::size_t j = 0; j < channels; ++j) {
-        float* sum = light + (slot * spectral + j) * n_lanes;
-        const auto share = hn::Load(d, through + j * n_lanes);
+class SteeringRule {
+  using V = hn::Vec<D>;
+
+ public:
+  /// `flux` is that of the planes, [slot * planes + s].
+  SteeringRule(const RunCovers& covers, const LaneNodes<D>& nodes, const float* flux,
+               std::int32_t stride, float* memory)
+      : nodes_(nodes),
+        planes_(covers.steering.size()),
+        channels_(nodes.dust_slots() == 0 ? 1 : planes_),
+        flux_(flux),
+        sums_(memory),
+        through_(sums_ + planes_ * hn::Lanes(D())),
+        absorption_(
+            covers, nodes, planes_, [&](std::size_t s) { return covers.steering[s]; }, stride,
+            through_ + planes_ * hn::Lanes(D())) {
+    std::fill_n(sums_, planes_ * hn::Lanes(D()), 0.0f);
+  }
+  /// Vectors of memory.
+  static std::size_t room(const RunCovers& covers, std::size_t dust_slots, std::size_t variants) {
+    const std::size_t planes = covers.steering.size();
+    return 2 * planes + Absorption<D>::size(dust_slots, planes, variants);
+  }
+
+  void add_block(std::int32_t begin) {
+    const D d;
+    const auto take = [&](std::int32_t n) HWY_ATTR {
+      for (std::size_t s = 0; s < planes_; ++s) {
+        V emission = hn::Zero(d);
+        for (std::size_t slot = 0; slot < nodes_.light_slots(); ++slot) {
+          const V own = hn::Load(d, flux_ + (slot * planes_ + s) * hn::Lanes(d));
+          emission = hn::MulAdd(own, nodes_.light(n, slot), emission);
+        }
+        float* sum = sums_ + s * hn::Lanes(d);
+        const V share = hn::Load(d, through_ + (s < channels_ ? s : 0) * hn::Lanes(d));
         hn::Store(hn::MulAdd(emission, share, hn::Load(d, sum)), d, sum);
       }
-    }
+    };
+    MarchThrough<D>(nodes_, absorption_, begin, channels_, through_, take);
+  }
+
+  V light(std::size_t s) const { return hn::Load(D(), sums_ + s * hn::Lanes(D())); }
+  V depth(std::size_t s) const { return absorption_.depth(s); }
+
+ private:
+  const LaneNodes<D>& nodes_;
+  std::size_t planes_, channels_;
+  const float* flux_;
+  float* sums_;
+  float* through_;
+  Absorption<D> absorption_;
+};
+
+/// Vectors of memory of IntegrateLanes().
+template <class D>
+std::size_t RoomForLanes(const RunCovers& covers, const LaneNodes<D>& nodes) {
+  const std::size_t planes = covers.steering.size();
+  const std::size_t slots = nodes.light_slots(), dusts = nodes.dust_slots();
+  return nodes.room() + slots * planes +
+         WholeRule<D>::room(covers, slots, dusts, nodes.variants()) +
+         (strides - 1) * SteeringRule<D>::room(covers, dusts, nodes.variants());
+}
+
+template <class D>
+void IntegrateLanes(const RunCovers& covers, LaneNodes<D>& nodes, bool is_first,
+                    const RunIntegrals& out, float* memory) {
+  const D d;
+  const std::size_t slots = nodes.light_slots(), variants = nodes.variants();
+  const std::size_t planes = covers.steering.size(), spectral = covers.nodes;
+  const auto take_vectors = [&](std::size_t count) {
+    return std::exchange(memory, memory + count * hn::Lanes(d));
   };
-  MarchThrough<D>(nodes, absorption, channels, through, take);
+  float* const block = take_vectors(nodes.room());
+  float* const flux = take_vectors(slots * planes);
+  for (std::size_t place = 0; place < slots * planes; ++place) {
+    const float* of_covers = covers.flux + place * covers.covers;
+    hn::Store(hn::GatherIndex(d, of_covers, nodes.cover()), d, flux + place * hn::Lanes(d));
+  }
+  nodes.gather(0, block);
+  WholeRule<D> whole(covers, nodes,
+                     take_vectors(WholeRule<D>::room(covers, slots, nodes.dust_slots(), variants)));
+  std::array<std::optional<SteeringRule<D>>, strides - 1> coarser;
+  for (std::size_t i = 0; is_first && i < coarser.size(); ++i) {
+    const std::size_t room = SteeringRule<D>::room(covers, nodes.dust_slots(), variants);
+    coarser[i].emplace(covers, nodes, flux, std::int32_t{2} << i, take_vectors(room));
+  }
+  for (std::int32_t begin = 0; begin < nodes.longest(); begin += LaneNodes<D>::block) {
+    if (begin > 0) nodes.gather(begin, block);
+    whole.add_block(begin);
+    for (auto& rule : coarser) {
+      if (rule) rule->add_block(begin);
+    }
+  }
+  const auto place = [&](std::size_t lane) {
+    return static_cast<std::size_t>(out.run[nodes.number(lane)]);
+  };
   HWY_ALIGN float lanes[LaneNodes<D>::most] = {};
   const auto write = [&](hn::Vec<D> value, float* to, std::size_t stride) HWY_ATTR {
     hn::Store(value, d, lanes);
-    for (std::size_t lane = 0; lane < nodes.size(); ++lane) {
-      to[static_cast<std::size_t>(out.run[nodes.number(lane)]) * stride] = lanes[lane];
-    }
+    for (std::size_t lane = 0; lane < nodes.size(); ++lane) to[place(lane) * stride] = lanes[lane];
   };
   for (std::size_t j = 0; j < spectral; ++j) {
     for (std::size_t slot = 0; slot < slots; ++slot) {
-      const float* own = light + (slot * spectral + (j < channels ? j : 0)) * n_lanes;
-      write(hn::Load(d, own), out.light + slot * spectral + j, out.light_slots * spectral);
+      write(whole.light(slot, j), out.light + slot * spectral + j, out.light_slots * spectral);
     }
-    write(absorption.depth(j), out.depth + j, spectral);
-    write(absorption.transmission(j), out.transmission + j, spectral);
+    write(whole.depth(j), out.depth + j, spectral);
+    write(whole.transmission(j), out.transmission + j, spectral);
   }
-  for (std::size_t s = 0; s < planes; ++s) {
-    const std::size_t j = covers.steering[s];
-    auto sum = hn::Zero(d);
-    for (std::size_t slot = 0; slot < slots; ++slot) {
-      const std::size_t place = slot * planes + s;
-      const auto own = hn::GatherIndex(d, covers.flux + place * covers.covers, nodes.cover());
-      hn::Store(own, d, flux + place * n_lanes);
-      const float* all = light + (slot * spectral + (j < channels ? j : 0)) * n_lanes;
-      sum = hn::MulAdd(own, hn::Load(d, all), sum);
+  HWY_ALIGN float middle[LaneNodes<D>::most] = {}, coarse[LaneNodes<D>::most] = {};
+  for (std::size_t k = 0; k < 2 * planes; ++k) {
+    const bool is_light = k < planes;
+    const std::size_t s = is_light ? k : k - planes;
+    auto fine = hn::Zero(d);
+    for (std::size_t slot = 0; is_light && slot < slots; ++slot) {
+      const auto own = hn::Load(d, flux + (slot * planes + s) * hn::Lanes(d));
+      fine = hn::MulAdd(own, whole.light(slot, covers.steering[s]), fine);
     }
-    hn::Store(sum, d, steered + s * n_lanes);
-    hn::Store(absorption.depth(j), d, steered + (planes + s) * n_lanes);
-  }
-  for (std::size_t i = 1; is_first && i < strides; ++i) {
-    float* own = steered + i * 2 * planes * n_lanes;
-    IntegrateSteering<D>(covers, nodes, std::int32_t{1} << i, flux, own, own + planes * n_lanes,
-                         rest);
-  }
-  for (std::size_t lane = 0; lane < nodes.size(); ++lane) {
-    const auto run = static_cast<std::size_t>(out.run[nodes.number(lane)]);
-    for (std::size_t k = 0; k < 2 * planes; ++k) {
-      Steered& own = out.steered[run * 2 * planes + k];
-      const auto by_stride = [&](std::size_t i) {
-        return steered[(i * 2 * planes + k) * n_lanes + lane];
-      };
+    hn::Store(is_light ? fine : whole.depth(covers.steering[s]), d, lanes);
+    if (is_first) {
+      hn::Store(is_light ? coarser[0]->light(s) : coarser[0]->depth(s), d, middle);
+      hn::Store(is_light ? coarser[1]->light(s) : coarser[1]->depth(s), d, coarse);
+    }
+    for (std::size_t lane = 0; lane < nodes.size(); ++lane) {
+      Steered& own = out.steered[place(lane) * 2 * planes + k];
       if (is_first) {
-        own.begin(by_stride(2), by_stride(1), by_stride(0));
+        own.begin(coarse[lane], middle[lane], lanes[lane]);
       } else {
-        own.refine(by_stride(0));
+        own.refine(lanes[lane]);
       }
     }
   }
@@ -469,14 +562,12 @@ void IntegrateLanes(const RunCovers& covers, const LaneNodes<D>& nodes, bool is_
 
 void IntegrateRuns(const RunNodes& runs, const RunCovers& covers,
                    std::span<const std::uint32_t> order, bool is_first, const RunIntegrals& out,
-                   VectorMemory& values, VectorMemory& memory) {
+                   VectorMemory& memory) {
   using D = hn::ScalableTag<float>;
   const std::size_t lanes = hn::Lanes(D());
-  float* const room = memory.room_for(
-      lanes * RoomForLanes(covers, out.light_slots, runs.dust_stride, runs.variant_weights.size()));
   for (std::size_t from = 0; from < runs.runs; from += lanes) {
     LaneNodes<D> nodes(runs, covers, order.subspan(from, std::min(lanes, runs.runs - from)));
-    nodes.gather(values.room_for(nodes.memory()));
+    float* const room = memory.room_for(lanes * RoomForLanes<D>(covers, nodes));
     IntegrateLanes<D>(covers, nodes, is_first, out, room);
   }
 }
@@ -514,8 +605,8 @@ void order_runs(const RunNodes& runs, const RunCovers& covers, std::vector<std::
 void integrate_runs(const RunNodes& runs, const RunCovers& covers,
                     std::span<const std::uint32_t> order, bool is_first, const RunIntegrals& out) {
   if (runs.runs == 0) return;
-  thread_local VectorMemory values, memory;
-  HWY_DYNAMIC_DISPATCH(IntegrateRuns)(runs, covers, order, is_first, out, values, memory);
+  thread_local VectorMemory memory;
+  HWY_DYNAMIC_DISPATCH(IntegrateRuns)(runs, covers, order, is_first, out, memory);
 }
 
 }  // namespace gamer

@@ -27,11 +27,11 @@ struct RunNodes {
 /// What slots do, for each cover.
 struct RunCovers {
   std::size_t covers;
-  std::span<const std::size_t> spectral_nodes;  ///< 0, 1, ...
-  std::span<const std::size_t> steering;        ///< the spectral node of each steering plane
-  const std::int32_t* light_slots;              ///< of each cover
+  std::size_t nodes;                      ///< spectral
+  std::span<const std::size_t> steering;  ///< the spectral node of each steering plane
+  const std::int32_t* light_slots;        ///< of each cover
   const std::int32_t* dust_slots;
-  const float* extinction;  ///< [(dust slot * spectral nodes + j) * covers + cover]
+  const float* extinction;  ///< [(dust slot * nodes + j) * covers + cover]
   /// Dust-free flux of a unit of light in a steering plane, [(slot * planes + s) * covers + cover];
   /// 0 in slots that a cover has not.
   const float* flux;
@@ -67,7 +67,7 @@ struct RunIntegrals {
   float* light;             ///< [(run * light_slots + slot) * nodes + j]: int e exp(-tau_j) ds
   float* depth;             ///< [run * nodes + j]
   float* transmission;      ///< [run * nodes + j]: exp(-depth), or its mean over variants
-  /// [run * 2 planes + s]: the flux in a steering plane; + planes: the depth.
+  /// [(run * 2 + k) * planes + s]: the flux in a steering plane, k = 0, and the depth, k = 1.
   Steered* steered;
 };
 

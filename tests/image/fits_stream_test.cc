@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 
@@ -39,6 +40,32 @@ std::vector<double> difficult(double first) {
 
 PlanePtr plane_of(std::vector<double> values) {
   return std::make_shared<MemoryPlane>(kWidth, kHeight, std::move(values));
+}
+
+/// Writes an image in tiles that do not divide it, of which none can be quantised, so that its
+/// numbers are packed as they are; values[y][x] = value(y * 23 + x). Returns them.
+template <class Number>
+std::vector<double> write_tiles(const std::string& name, int method, int bitpix, int type,
+                                bool has_sum) {
+  std::vector<Number> numbers;
+  for (int i = 0; i < 23 * 21; ++i) {
+    numbers.push_back(
+        static_cast<Number>(std::sin(12.9 * i) * std::pow(10, i % 60 - 30) * (i % 7 + 1)));
+  }
+  long sizes[] = {23, 21}, tile[] = {16, 16};
+  fitsfile* file = nullptr;
+  int status = 0;
+  fits_create_diskfile(&file, name.c_str(), &status);
+  fits_set_compression_type(file, method, &status);
+  fits_set_tile_dim(file, 2, tile, &status);
+  fits_set_quantize_level(file, 16, &status);
+  fits_create_img(file, bitpix, 2, sizes, &status);
+  fits_write_img(file, type, 1, static_cast<LONGLONG>(numbers.size()), numbers.data(), &status);
+  fits_flush_file(file, &status);
+  if (has_sum) fits_write_chksum(file, &status);
+  fits_close_file(file, &status);
+  EXPECT_EQ(status, 0);
+  return {numbers.begin(), numbers.end()};
 }
 
 std::string message_of(const std::string& name) {
@@ -280,6 +307,28 @@ TEST(FitsStream, NumbersBeyondFloats) {
   values[20] = 1e39;
   FitsOutput output({folder / "a.fits", false});
   EXPECT_THROW(output.write({}, {plane_of(values)}, -32, 1), RunError);
+}
+
+TEST(FitsTiles, OfNumbersThatCannotBeQuantised) {
+  const TemporaryFolder folder;
+  const std::string name = (folder / "a.fits").string();
+  for (const int method : {RICE_1, GZIP_1, GZIP_2}) {
+    for (const bool has_sum : {false, true}) {
+      for (const int bitpix : {-32, -64}) {
+        std::filesystem::remove(name);
+        const std::vector<double> values =
+            bitpix == -32 ? write_tiles<float>(name, method, bitpix, TFLOAT, has_sum)
+                          : write_tiles<double>(name, method, bitpix, TDOUBLE, has_sum);
+        const FitsInput input(name);
+        EXPECT_TRUE(same_bits(values_of(*input.plane(1, 0)), values)) << method << ' ' << bitpix;
+      }
+      // CFITSIO packs them so, and cannot read them.
+      std::filesystem::remove(name);
+      write_tiles<float>(name, method, -64, TFLOAT, has_sum);
+      EXPECT_EQ(message_of(name),
+                name + ": HDU 1: tile 1 holds 1024 bytes; its 256 pixels need 2048");
+    }
+  }
 }
 
 }  // namespace

@@ -140,7 +140,8 @@ class Medium {
   bool has_variants(const Hit& hit) const;
 
   /// Fills light and dust of the nodes, with one variant (what is expected of the hidden noise) or
-  /// all. `hits_of_ray[i]` are those of ray i.
+  /// all. `hits_of_ray[i]` are those of ray i. Nodes of a run with one galaxy lie on its hit, but
+  /// for rounding.
   void evaluate(std::span<const std::span<const Hit>> hits_of_ray, std::span<const Cover> covers,
                 std::size_t variants, RayNodes& nodes, RenderCounts& counts) const;
 
