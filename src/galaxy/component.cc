@@ -1,5 +1,7 @@
 #include "gamer/galaxy/component.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,8 +14,9 @@ namespace gamer {
 
 namespace {
 
-// Keeps emissivities and their sums within single precision.
-constexpr double largest_intensity = 1e30;
+// Keep emissivities and their sums within single precision, and 10^-10 of them above its denormal
+// numbers, in galaxies of any size (sums are per scene unit).
+constexpr double largest_intensity = 1e30, smallest_intensity = 1e-12;
 
 // Features so many times narrower than their octaves are still followed by rays a footprint apart.
 constexpr double followed_sharpness = std::numbers::sqrt2;
@@ -151,6 +154,12 @@ void ComponentReader::read_light(Component& component, const ParameterSet& value
                      context + "'intensity' and 'fraction' exclude each other; give one");
   }
   component.amplitude_ = values.has("intensity") ? values.number("intensity") : 1.0;
+  if (component.amplitude_ > 0 && component.amplitude_ < smallest_intensity) {
+    throw InputError(values.where("intensity"),
+                     fmt::format("{}intensity = {} is too small for single precision; give 0 or at "
+                                 "least {}, all intensities in a smaller unit",
+                                 context, component.amplitude_, smallest_intensity));
+  }
   if (values.has("fraction")) component.fraction_ = values.number("fraction");
   component.spectrum_where_ = values.is_given("sed") ? values.where("sed") : component.where_;
   if (settings.sed != nullptr) {

@@ -294,6 +294,9 @@ TEST(GalaxyFile, ErrorsOfComponents) {
   EXPECT_EQ(
       galaxy_error(flat_disk + "intensity = 1\nfraction = 0.5"),
       "g.toml:6:12: component 'disk1': 'intensity' and 'fraction' exclude each other; give one");
+  EXPECT_EQ(galaxy_error(flat_disk + "intensity = 9e-13"),
+            "g.toml:5:13: component 'disk1': intensity = 9e-13 is too small for single precision; "
+            "give 0 or at least 1e-12, all intensities in a smaller unit");
   EXPECT_EQ(galaxy_error("[[component]]\nclass = \"bulge\"\nsed = \"flat\"\nfraction = 1\n"
                          "radius = 1e-9\naxis = [1e-9, 1e-9, 1e-9]"),
             "g.toml:1:1: component 'bulge1': its density exceeds single precision");

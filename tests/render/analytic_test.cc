@@ -1,7 +1,9 @@
 // Whole renders, noise off, default tolerance, against closed forms and the tables of FACTS.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "gamer/sed/extinction.h"
@@ -346,6 +348,32 @@ TEST(ViewTest, PerspectiveAndOrthographicAgreeFarAway) {
   for (int y = 0; y < 9; ++y) {
     for (int x = 0; x < 9; ++x) EXPECT_NEAR(deep.at(x, y) / flat.at(x, y), 1, 3e-4);
   }
+}
+
+TEST(IntensityTest, LeastIntensityInTheLargestGalaxy) {
+  TextScene text;
+  const auto render = [&](const std::string& intensity, double radius) {
+    text.galaxies["two"] = "[[component]]\nclass = \"bulge\"\nsed = \"flat\"\nradius = 0.1\n" +
+                           intensity + "[[component]]\nclass = \"disk\"\nsed = \"flat\"\n" +
+                           "z0 = 0.02\nrh = 0.15\nnoise = false\n" + intensity;
+    text.scene = fmt::format("galaxy x y z size inclination pa\ntwo 0 0 0 {} 50 20\n", radius);
+    text.parameters = fmt::format(
+        "[image]\nsize = 15\n[camera]\nprojection = \"orthographic\"\nposition = [0, 0, {}]\n"
+        "up = [0, 1, 0]\nwidth = {}\n",
+        2 * radius, 2 * radius);
+    return render_text(text);
+  };
+  const Image usual = render("intensity = 1\n", 1), least = render("intensity = 1e-12\n", 1e15);
+  double peak = 0, faintest = HUGE_VAL;
+  for (int y = 0; y < 15; ++y) {
+    for (int x = 0; x < 15; ++x) {
+      if (usual.at(x, y) == 0) continue;
+      EXPECT_NEAR(least.at(x, y) * 1e12 / usual.at(x, y), 1, 2.4e-6) << x << ' ' << y;
+      peak = std::max(peak, usual.at(x, y));
+      faintest = std::min(faintest, usual.at(x, y));
+    }
+  }
+  EXPECT_LT(faintest, 1e-4 * peak);
 }
 
 }  // namespace
