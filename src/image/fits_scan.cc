@@ -46,7 +46,8 @@ long long number_of(std::string_view key, std::string_view stem) {
   if (!key.starts_with(stem) || key.size() == stem.size()) return 0;
   const std::string_view digits = key.substr(stem.size());
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
-  return error == std::errc() && end == digits.data() + digits.size() ? number : 0;
+  const bool is_number = error == std::errc() && end == digits.data() + digits.size();
+  return is_number ? std::max(number, 0LL) : 0;
 }
 
 /// Whether a card's value is a string of printing ASCII.
