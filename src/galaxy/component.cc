@@ -63,7 +63,8 @@ ParameterTable light() {
        "",
        Interval::closed(0, largest_intensity),
        {},
-       "I_m, central emissivity at 5500 Angstrom where envelope and noise are 1; default 1"},
+       "I_m, central emissivity at 5500 Angstrom where envelope and noise are 1: 0 or at least "
+       "1e-12; default 1"},
       {"fraction",
        ParameterType::number,
        "",

@@ -43,7 +43,7 @@ PlanePtr plane_of(std::vector<double> values) {
 }
 
 /// Writes an image in tiles that do not divide it, of which none can be quantised, so that its
-/// numbers are packed as they are; values[y][x] = value(y * 23 + x). Returns them.
+/// numbers are packed as they are. Returns them.
 template <class Number>
 std::vector<double> write_tiles(const std::string& name, int method, int bitpix, int type,
                                 bool has_sum) {
