@@ -7,10 +7,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <map>
 #include <mutex>
 
 #include "core/math-inl.h"
+#include "gamer/core/batch.h"
 
 #ifndef GAMER_NOISE_SHAPE_KERNEL
 #define GAMER_NOISE_SHAPE_KERNEL
@@ -28,7 +30,9 @@ struct ShapeInput {
   bool inverse;
   float inverse_contrast;
   float offset;
-  const float* expected;  ///< table; none where values are their own expectation
+  /// Table: entry s of level n, then that of level n + 1, for each s, for each n; none where values
+  /// are their own expectation.
+  const float* expected;
 };
 
 // The table holds s = (v - offset)/contrast in [-table_end, table_end] at steps_per_sigma.
@@ -71,46 +75,71 @@ void ApplyShape(const ShapeInput& shape, std::size_t size, float* HWY_RESTRICT v
   }
 }
 
+/// Values whose expectation is looked up together.
+struct Lookups {
+  static constexpr std::size_t capacity = 64;
+  static_assert(capacity % batch_padding == 0);
+  HWY_ALIGN std::int32_t at[capacity];  ///< of the table's four entries that a value lies between
+  HWY_ALIGN float up[capacity];         ///< between two levels
+  HWY_ALIGN float right[capacity];      ///< and two places of s
+  HWY_ALIGN float corners[4 * capacity];
+};
+
 void ApplyExpected(const ShapeInput& shape, std::size_t size, const float* HWY_RESTRICT hidden,
                    float* HWY_RESTRICT values) {
   if (shape.expected == nullptr) return ApplyShape(shape, size, values);
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
+  const std::size_t lanes = hn::Lanes(d);
   const auto one = hn::Set(d, 1.0f);
   const auto zero = hn::Zero(d);
   const auto scale = hn::Set(d, shape.scale);
-  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    const auto v =
-        hn::MulAdd(hn::Load(d, values + i), hn::Set(d, shape.slope), hn::Set(d, shape.shift));
-    const auto h = hn::Min(hn::Max(hn::Load(d, hidden + i), zero), one);
-    const auto some = hn::Gt(h, zero);
-    auto phi = zero;
-    if (!hn::AllFalse(d, some)) {
+  const auto v_of = [&](std::size_t i) HWY_ATTR {
+    return hn::MulAdd(hn::Load(d, values + i), hn::Set(d, shape.slope), hn::Set(d, shape.shift));
+  };
+  const auto h_of = [&](std::size_t i)
+                        HWY_ATTR { return hn::Min(hn::Max(hn::Load(d, hidden + i), zero), one); };
+  Lookups look;
+  for (std::size_t begin = 0; begin < size; begin += Lookups::capacity) {
+    const std::size_t end = std::min(begin + Lookups::capacity, size);
+    for (std::size_t i = begin; i < end; i += lanes) {
       const auto level =
-          hn::Mul(hn::Sqrt(h), hn::Set(d, static_cast<float>(NoiseShape::levels - 1)));
+          hn::Mul(hn::Sqrt(h_of(i)), hn::Set(d, static_cast<float>(NoiseShape::levels - 1)));
       const auto row = hn::Min(hn::Floor(level), hn::Set(d, NoiseShape::levels - 2.0f));
-      const auto up = hn::Sub(level, row);
-      const auto rows = hn::ConvertTo(di, row);
       const auto s =
-          hn::Mul(hn::Sub(v, hn::Set(d, shape.offset)), hn::Set(d, shape.inverse_contrast));
+          hn::Mul(hn::Sub(v_of(i), hn::Set(d, shape.offset)), hn::Set(d, shape.inverse_contrast));
       auto x = hn::MulAdd(s, hn::Set(d, static_cast<float>(steps_per_sigma)),
                           hn::Set(d, static_cast<float>(table_end * steps_per_sigma)));
       x = hn::Min(hn::Max(x, zero), hn::Set(d, static_cast<float>(table_size - 1)));
       const auto column = hn::Min(hn::Floor(x), hn::Set(d, static_cast<float>(table_size - 2)));
-      const auto right = hn::Sub(x, column);
-      const auto at = hn::Add(hn::Mul(rows, hn::Set(di, table_size)), hn::ConvertTo(di, column));
-      const auto line = [&](const float* table) HWY_ATTR {
-        const auto a = hn::GatherIndex(d, table, at);
-        return hn::MulAdd(right, hn::Sub(hn::GatherIndex(d, table + 1, at), a), a);
-      };
-      const auto low = line(shape.expected);
-      const auto entry = hn::MulAdd(up, hn::Sub(line(shape.expected + table_size), low), low);
-      phi = shape.inverse ? Exp2(d, entry) : Raise(d, entry, shape);
+      const auto place = hn::Add(hn::Mul(hn::ConvertTo(di, row), hn::Set(di, table_size)),
+                                 hn::ConvertTo(di, column));
+      hn::Store(hn::ShiftLeft<1>(place), di, look.at + (i - begin));
+      hn::Store(hn::Sub(level, row), d, look.up + (i - begin));
+      hn::Store(hn::Sub(x, column), d, look.right + (i - begin));
     }
-    if (!hn::AllTrue(d, some)) {
-      phi = hn::IfThenElse(some, phi, Raise(d, Base(d, v, shape), shape));
+    // One load for four numbers, where a gather has one for each.
+    const std::size_t filled = (end - begin + lanes - 1) / lanes * lanes;
+    for (std::size_t k = 0; k < filled; ++k) {
+      std::memcpy(look.corners + 4 * k, shape.expected + look.at[k], 4 * sizeof(float));
     }
-    hn::Store(hn::Mul(phi, scale), d, values + i);
+    for (std::size_t i = begin; i < end; i += lanes) {
+      const auto some = hn::Gt(h_of(i), zero);
+      auto phi = zero;
+      if (!hn::AllFalse(d, some)) {
+        auto low = zero, high = zero, low_right = zero, high_right = zero;
+        hn::LoadInterleaved4(d, look.corners + 4 * (i - begin), low, high, low_right, high_right);
+        const auto right = hn::Load(d, look.right + (i - begin));
+        low = hn::MulAdd(right, hn::Sub(low_right, low), low);
+        high = hn::MulAdd(right, hn::Sub(high_right, high), high);
+        const auto entry = hn::MulAdd(hn::Load(d, look.up + (i - begin)), hn::Sub(high, low), low);
+        phi = shape.inverse ? Exp2(d, entry) : Raise(d, entry, shape);
+      }
+      if (!hn::AllTrue(d, some)) {
+        phi = hn::IfThenElse(some, phi, Raise(d, Base(d, v_of(i), shape), shape));
+      }
+      hn::Store(hn::Mul(phi, scale), d, values + i);
+    }
   }
 }
 
@@ -140,11 +169,11 @@ double base_of(const NoiseShape::Parameters& p, double v) {
   return p.inverse ? std::max(std::abs(v), p.floor) : std::max(v, 0.0);
 }
 
-/// What is smoother in s than E[Phi], for each level of h and s: E[Phi]^(1/alpha), which is nearly
-/// linear, or log2 E[Phi] where Phi is inverse and hence above 0.
+/// ShapeInput::expected: what is smoother in s than E[Phi], for each level of h and s:
+/// E[Phi]^(1/alpha), which is nearly linear, or log2 E[Phi] where Phi is inverse and hence above 0.
 std::vector<float> make_table(const NoiseShape::Parameters& p) {
   const double power = power_of(p);
-  std::vector<float> result(static_cast<std::size_t>(NoiseShape::levels * table_size));
+  std::vector<float> result(static_cast<std::size_t>(2 * (NoiseShape::levels - 1) * table_size));
   // Phi from two table_end on either side, so that a normal deviate from any entry stays inside.
   constexpr int margin = table_end * steps_per_sigma;
   std::vector<double> phi(static_cast<std::size_t>(table_size + 2 * margin));
@@ -175,7 +204,9 @@ std::vector<float> make_table(const NoiseShape::Parameters& p) {
       const double entry = p.inverse    ? std::min(std::log2(expected), largest_log2)
                            : power != 0 ? std::pow(expected, 1 / power)
                                         : 1.0;
-      result[static_cast<std::size_t>(level * table_size + x)] = static_cast<float>(entry);
+      const auto place = static_cast<std::size_t>(2 * (level * table_size + x));
+      if (level + 1 < NoiseShape::levels) result[place] = static_cast<float>(entry);
+      if (level > 0) result[place - 2 * table_size + 1] = static_cast<float>(entry);
     }
   }
   return result;

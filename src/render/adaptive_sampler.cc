@@ -74,7 +74,7 @@ struct Level {
   }
   void make_room() {
     nodes.s.resize(static_cast<std::size_t>(size));
-    weight.resize(static_cast<std::size_t>(size));
+    weight.resize(static_cast<std::size_t>(size) + RayNodes::padding);
   }
 };
 
@@ -327,6 +327,7 @@ void AdaptiveSampler::refine_level(std::span<const std::span<const Hit>> hits, W
 }
 
 void AdaptiveSampler::integrate_level(bool is_first, Workspace& ws) const {
+  static_assert(RayNodes::padding >= RunNodes::padding);
   const Level& level = ws.level;
   ws.light.clear();
   for (std::size_t slot = 0; slot < ws.light_slots; ++slot) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -30,6 +31,25 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
+/// Nodes of runs, a vector each, to runs of nodes.
+template <class V, std::size_t side>
+HWY_INLINE void Transpose([[maybe_unused]] V (&rows)[side]) {
+#if HWY_TARGET == HWY_SCALAR
+  static_assert(side == 1);
+#else
+  static_assert(side == 4);
+  const hn::DFromV<V> d;
+  const V low = hn::InterleaveLower(d, rows[0], rows[2]);
+  const V odd_low = hn::InterleaveLower(d, rows[1], rows[3]);
+  const V high = hn::InterleaveUpper(d, rows[0], rows[2]);
+  const V odd_high = hn::InterleaveUpper(d, rows[1], rows[3]);
+  rows[0] = hn::InterleaveLower(d, low, odd_low);
+  rows[1] = hn::InterleaveUpper(d, low, odd_low);
+  rows[2] = hn::InterleaveLower(d, high, odd_high);
+  rows[3] = hn::InterleaveUpper(d, high, odd_high);
+#endif
+}
+
 /// What fills a vector of runs: of a block of nodes after the other, gathered so that node n of all
 /// runs stands together.
 template <class D>
@@ -49,26 +69,26 @@ class LaneNodes {
       : runs_(runs), numbers_(numbers) {
     const D d;
     const DI di;
-    HWY_ALIGN std::int32_t first[most], count[most], cover[most], lights[most], dusts[most];
+    HWY_ALIGN std::int32_t cover[most], lights[most], dusts[most];
     HWY_ALIGN float open[most], variants[most];
     for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) {
       const std::size_t run = numbers[std::min(lane, numbers.size() - 1)];
-      first[lane] = runs.first[run];
-      count[lane] = runs.count[run];
+      first_[lane] = runs.first[run];
+      counts_[lane] = runs.count[run];
       cover[lane] = runs.cover[run];
       lights[lane] = covers.light_slots[cover[lane]];
       dusts[lane] = covers.dust_slots[cover[lane]];
       open[lane] = runs.open[run] != 0 ? 1.0f : 0.0f;
       variants[lane] = runs.variants[run] != 0 ? 1.0f : 0.0f;
-      longest_ = std::max(longest_, count[lane]);
+      longest_ = std::max(longest_, counts_[lane]);
+      shortest_ = std::min(shortest_, counts_[lane]);
       any_open_ = any_open_ || runs.open[run] != 0;
       any_variants_ = any_variants_ || runs.variants[run] != 0;
       light_slots_ = std::max(light_slots_, static_cast<std::size_t>(lights[lane]));
       dust_slots_ = std::max(dust_slots_, static_cast<std::size_t>(dusts[lane]));
       have_same_slots_ = have_same_slots_ && lights[lane] == lights[0] && dusts[lane] == dusts[0];
     }
-    first_ = hn::Load(di, first);
-    count_ = hn::Load(di, count);
+    count_ = hn::Load(di, counts_);
     cover_ = hn::Load(di, cover);
     own_light_slots_ = hn::Load(di, lights);
     own_dust_slots_ = hn::Load(di, dusts);
@@ -84,32 +104,27 @@ class LaneNodes {
   /// The block that begins with this node, into aligned memory, and the nodes behind it that
   /// the block's need.
   void gather(std::int32_t begin, float* memory) {
-    const D d;
-    const DI di;
     begin_ = begin;
     memory_ = memory;
     const std::int32_t end = std::min(begin + window, longest_);
-    const VI last = hn::Sub(count_, hn::Set(di, 1));
-    for (std::int32_t n = begin; n < end; ++n) {
-      const VI at = hn::Add(hn::Min(hn::Set(di, n), last), first_);
-      const V weight = hn::IfThenElseZero(has(n), hn::GatherIndex(d, runs_.weight, at));
-      float* to = place(n);
-      hn::Store(weight, d, to);
-      to += hn::Lanes(d);
+    std::int32_t n = begin;
+    for (; n < end; n += side) {
+      locate(n);
+      copy<false>(runs_.weight, n, 0, counts_);
+      std::size_t part = 1;
       for (std::size_t v = 0; v < variants_; ++v) {
         for (std::size_t slot = 0; slot < dust_slots_; ++slot) {
-          const float* dust = runs_.dust[v * runs_.dust_stride + slot];
-          hn::Store(hn::Mul(weight, own(dust, at, slot, own_dust_slots_)), d, to);
-          to += hn::Lanes(d);
+          copy<true>(runs_.dust[v * runs_.dust_stride + slot], n, part++,
+                     counts_in(slot, own_dust_slots_));
         }
       }
       for (std::size_t slot = 0; slot < light_slots_; ++slot) {
-        hn::Store(own(runs_.light[slot], at, slot, own_light_slots_), d, to);
-        to += hn::Lanes(d);
+        copy<false>(runs_.light[slot], n, part++, counts_in(slot, own_light_slots_));
       }
     }
     const std::int32_t looked_at = std::min(begin + window, std::max(longest_ + beyond, at_first));
-    std::fill_n(place(end), static_cast<std::size_t>(looked_at - end) * row_ * hn::Lanes(d), 0.0f);
+    const auto rows = static_cast<std::size_t>(std::max(looked_at - n, 0));
+    std::fill_n(place(n), rows * row_ * hn::Lanes(D()), 0.0f);
   }
 
   std::size_t size() const { return numbers_.size(); }
@@ -146,12 +161,59 @@ class LaneNodes {
   static constexpr std::int32_t beyond = 4, at_first = 13;
   static constexpr std::int32_t window = block + beyond;
 
-  /// 0 in slots that a run has not: what is left in them might be infinite.
-  HWY_INLINE V own(const float* values, VI at, std::size_t slot, VI own_slots) const {
-    const V all = hn::GatherIndex(D(), values, at);
-    if (have_same_slots_) return all;
-    const auto has_slot = hn::Gt(own_slots, hn::Set(DI(), static_cast<std::int32_t>(slot)));
-    return hn::IfThenElseZero(hn::RebindMask(D(), has_slot), all);
+  // Four nodes of four runs are read together: a gather loads each number by itself.
+  using Block = hn::CappedTag<float, 4>;
+  static constexpr std::int32_t side = hn::MaxLanes(Block());
+  static_assert(window % side == 0 && RunNodes::padding >= side - 1);
+
+  /// Where the lanes' nodes n, ..., n + side - 1 are: the last ones where they have no such nodes.
+  HWY_INLINE void locate(std::int32_t n) {
+    const DI di;
+    const VI last = hn::AndNot(hn::Set(di, side - 1), hn::Sub(count_, hn::Set(di, 1)));
+    hn::Store(hn::Add(hn::Load(di, first_), hn::Min(hn::Set(di, n), last)), di, at_);
+  }
+  /// The lanes' nodes in a slot: none where a run has not the slot, as what is left there might be
+  /// infinite.
+  HWY_INLINE const std::int32_t* counts_in(std::size_t slot, VI own_slots) {
+    if (have_same_slots_) return counts_;
+    const DI di;
+    const auto has_slot = hn::Gt(own_slots, hn::Set(di, static_cast<std::int32_t>(slot)));
+    hn::Store(hn::IfThenElseZero(has_slot, count_), di, counts_in_slot_);
+    return counts_in_slot_;
+  }
+  /// Nodes n, ..., n + side - 1 of all lanes; 0 from their counts on.
+  template <bool times_weight>
+  HWY_INLINE void copy(const float* values, std::int32_t n, std::size_t part,
+                       const std::int32_t* counts) {
+    if (have_same_slots_ && n + side <= shortest_) {
+      copy_rows<times_weight, true>(values, n, part, counts);
+    } else {
+      copy_rows<times_weight, false>(values, n, part, counts);
+    }
+  }
+  template <bool times_weight, bool have_all>
+  HWY_INLINE void copy_rows(const float* values, std::int32_t n, std::size_t part,
+                            const std::int32_t* counts) {
+    const Block d;
+    const hn::RebindToSigned<Block> di;
+    const std::size_t lanes = hn::Lanes(D()), next = row_ * lanes;
+    float* const weights = place(n);
+    float* const out = weights + part * lanes;
+    for (std::size_t lane = 0; lane < lanes; lane += side) {
+      hn::Vec<Block> nodes[side];
+      for (std::size_t k = 0; k < side; ++k) nodes[k] = hn::LoadU(d, values + at_[lane + k]);
+      Transpose(nodes);
+      for (std::size_t k = 0; k < side; ++k) {
+        auto own = nodes[k];
+        if (!have_all) {
+          const auto number = hn::Set(di, n + static_cast<std::int32_t>(k));
+          const auto has = hn::Lt(number, hn::Load(di, counts + lane));
+          own = hn::IfThenElseZero(hn::RebindMask(d, has), own);
+        }
+        if (times_weight) own = hn::Mul(own, hn::Load(d, weights + k * next + lane));
+        hn::Store(own, d, out + k * next + lane);
+      }
+    }
   }
   HWY_INLINE float* place(std::int32_t n) const {
     return memory_ + static_cast<std::size_t>(n - begin_) * row_ * hn::Lanes(D());
@@ -160,12 +222,13 @@ class LaneNodes {
   const RunNodes& runs_;
   std::span<const std::uint32_t> numbers_;
   float* memory_ = nullptr;
-  std::int32_t longest_ = 0, begin_ = 0;
+  std::int32_t shortest_ = std::numeric_limits<std::int32_t>::max(), longest_ = 0, begin_ = 0;
   std::size_t light_slots_ = 0, dust_slots_ = 0, variants_ = 1;
   std::size_t first_light_, row_;  ///< vectors of a node
   bool any_open_ = false, any_variants_ = false, have_same_slots_ = true;
   hn::Mask<D> open_, with_variants_;
-  VI first_, count_, cover_, own_light_slots_, own_dust_slots_;
+  VI count_, cover_, own_light_slots_, own_dust_slots_;
+  HWY_ALIGN std::int32_t first_[most], counts_[most], at_[most], counts_in_slot_[most];
 };
 
 /// The optical depth of one dust slot up to one node after the other, where its extinction is 1.

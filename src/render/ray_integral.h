@@ -11,6 +11,10 @@ namespace gamer {
 
 /// Nodes of runs (stretches of rays, see NodeMap) and what fills them.
 struct RunNodes {
+  /// Numbers of any value behind the last node's in every array, so that several can be read at
+  /// once.
+  static constexpr std::size_t padding = 3;
+
   std::size_t runs;
   const std::int32_t* first;  ///< of each run's nodes
   const std::int32_t* count;  ///< odd, at least 9

@@ -62,6 +62,8 @@ struct RayNodes {
   std::size_t dust_slots = 0;  ///< of the largest cover
 
   std::size_t size() const { return s.size(); }
+  /// Numbers behind the last node's, so that several can be read at once.
+  static constexpr std::size_t padding = 3;
   /// Room for all nodes in so many slots; what is in it is not specified.
   void make_room(std::size_t light_slots, std::size_t most_dust_slots, std::size_t variants) {
     dust_slots = most_dust_slots;
@@ -70,8 +72,8 @@ struct RayNodes {
     };
     grow(light, light_slots);
     grow(dust, variants * dust_slots);
-    for (std::size_t slot = 0; slot < light_slots; ++slot) grow(light[slot], size());
-    for (std::size_t k = 0; k < variants * dust_slots; ++k) grow(dust[k], size());
+    for (std::size_t slot = 0; slot < light_slots; ++slot) grow(light[slot], size() + padding);
+    for (std::size_t k = 0; k < variants * dust_slots; ++k) grow(dust[k], size() + padding);
   }
   void clear() {
     runs.clear();
