@@ -1,6 +1,7 @@
 #include "gamer/galaxy/galaxy_statistics.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -354,9 +355,21 @@ void GalaxyStatistics::whole_phi(std::size_t c, const Points& points, float* out
     std::fill_n(out, padded(points.size), static_cast<float>(galaxy_.follow_scale_[c]));
   }
   if (galaxy_.followed_[c] < 0) return;
-  BatchArray factor;
-  followed_phi(c, points, factor.data());
-  for (std::size_t i = 0; i < points.size; ++i) out[i] *= factor[i];
+  // Bright clumps leave half of the layer empty, where what they follow does not matter.
+  BatchArray x, y, z, factor;
+  std::array<std::size_t, batch_capacity> place;
+  std::size_t lit = 0;
+  for (std::size_t i = 0; i < points.size; ++i) {
+    place[lit] = i;
+    x[lit] = points.x[i];
+    y[lit] = points.y[i];
+    z[lit] = points.z[i];
+    if (out[i] > 0) ++lit;
+  }
+  if (lit == 0) return;
+  for (std::size_t k = lit; k < padded(lit); ++k) x[k] = y[k] = z[k] = 0;
+  followed_phi(c, {x.data(), y.data(), z.data(), lit}, factor.data());
+  for (std::size_t k = 0; k < lit; ++k) out[place[k]] *= factor[k];
 }
 
 void GalaxyStatistics::correct_means() {
