@@ -79,13 +79,14 @@ constexpr double nodes_per_width = 1.6;
 
 }  // namespace
 
-Bulge::Bulge(double r0, const std::array<double, 3>& axis) : r0_(r0), axis_(axis) {}
+Bulge::Bulge(double r0, const std::array<double, 3>& axis)
+    : r0_(r0), axis_(axis), inverse_axis_{1 / axis[0], 1 / axis[1], 1 / axis[2]} {}
 
 double Bulge::effective_radius() const { return r0_ * effective_radius_in_r0; }
 
 void Bulge::envelope(const SampleBatch& batch, float* out) const {
   BulgeShape shape{};
-  for (int i = 0; i < 3; ++i) shape.inverse_axis[i] = static_cast<float>(1 / (axis_[i] * r0_));
+  for (int i = 0; i < 3; ++i) shape.inverse_axis[i] = static_cast<float>(inverse_axis_[i] / r0_);
   const double softening = softening_radius * effective_radius_in_r0;
   shape.softening = static_cast<float>(softening * softening);
   HWY_DYNAMIC_DISPATCH(BulgeEnvelope)(batch, shape, out);
@@ -135,17 +136,18 @@ void Bulge::plan(const BallRay& ray, const Accuracy& /*accuracy*/, RayPlan& out)
   // Closest approach in the bulge's own metric.
   double od = 0, dd = 0, oo = 0;
   for (int i = 0; i < 3; ++i) {
-    const double o = ray.origin[i] / axis_[i];
-    const double direction = ray.direction[i] / axis_[i];
+    const double o = ray.origin[i] * inverse_axis_[i];
+    const double direction = ray.direction[i] * inverse_axis_[i];
     od += o * direction;
     dd += direction * direction;
     oo += o * o;
   }
   const double softening = softening_radius * effective_radius();
-  const double impact2 = std::max(oo - od * od / dd, 0.0) + softening * softening;
-  const double width = std::sqrt(impact2 / dd);
+  const double per_dd = 1 / dd, centre = -od * per_dd;
+  const double impact2 = std::max(oo + od * centre, 0.0) + softening * softening;
+  const double width = std::sqrt(impact2 * per_dd);
   out.extend(ray.begin, ray.end);
-  out.focuses.push_back({-od / dd, width, nodes_per_width / width});
+  out.focuses.push_back({centre, width, nodes_per_width / width});
 }
 
 ColumnScale Bulge::column_scale(const double nearest[3], const double /*direction*/[3],

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "gamer/core/batch.h"
 #include "hwy/highway.h"
@@ -36,15 +37,31 @@ void LookUp(const TableInput& in, std::size_t size, const float* HWY_RESTRICT po
             float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
-  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    auto place = hn::Mul(hn::Sub(hn::Load(d, position + i), hn::Set(d, in.start)),
-                         hn::Set(d, in.inverse_step));
-    place = hn::Min(hn::Max(place, hn::Zero(d)), hn::Set(d, in.last));
-    const auto node = hn::Min(hn::Floor(place), hn::Set(d, in.last - 1));
-    const auto at = hn::ConvertTo(di, node);
-    const auto a = hn::GatherIndex(d, in.values, at);
-    const auto rise = hn::Sub(hn::GatherIndex(d, in.values + 1, at), a);
-    hn::Store(hn::MulAdd(hn::Sub(place, node), rise, a), d, out + i);
+  const std::size_t lanes = hn::Lanes(d);
+  constexpr std::size_t at_once = 64;
+  static_assert(at_once % batch_padding == 0);
+  HWY_ALIGN std::int32_t at[at_once];
+  HWY_ALIGN float share[at_once], neighbours[2 * at_once];
+  for (std::size_t begin = 0; begin < size; begin += at_once) {
+    const std::size_t end = std::min(begin + at_once, size);
+    std::size_t filled = 0;
+    for (std::size_t i = begin; i < end; i += lanes, filled += lanes) {
+      auto place = hn::Mul(hn::Sub(hn::Load(d, position + i), hn::Set(d, in.start)),
+                           hn::Set(d, in.inverse_step));
+      place = hn::Min(hn::Max(place, hn::Zero(d)), hn::Set(d, in.last));
+      const auto node = hn::Min(hn::Floor(place), hn::Set(d, in.last - 1));
+      hn::Store(hn::ConvertTo(di, node), di, at + filled);
+      hn::Store(hn::Sub(place, node), d, share + filled);
+    }
+    // One load for two numbers, where a gather has one for each.
+    for (std::size_t k = 0; k < filled; ++k) {
+      std::memcpy(neighbours + 2 * k, in.values + at[k], 2 * sizeof(float));
+    }
+    for (std::size_t k = 0; k < filled; k += lanes) {
+      auto a = hn::Zero(d), b = hn::Zero(d);
+      hn::LoadInterleaved2(d, neighbours + 2 * k, a, b);
+      hn::Store(hn::MulAdd(hn::Load(d, share + k), hn::Sub(b, a), a), d, out + begin + k);
+    }
   }
 }
 

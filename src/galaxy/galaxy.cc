@@ -359,18 +359,26 @@ Points Galaxy::turn_back(const Points& points, double twirl, BatchArray& x, Batc
 
 void Galaxy::look_up(const ByObliquity& tables, std::size_t size, const BatchArray& log_footprints,
                      const BatchArray& obliquity, BatchArray& out) {
-  std::array<BatchArray, obliquities.size()> nodes;
-  for (std::size_t o = 0; o < nodes.size(); ++o) {
-    tables[o].at(size, log_footprints.data(), nodes[o].data());
+  std::array<float, obliquities.size()> logs;
+  for (std::size_t o = 0; o < logs.size(); ++o) {
+    logs[o] = static_cast<float>(std::log(obliquities[o]));
   }
-  std::copy_n(nodes[0].data(), padded(size), out.data());
-  for (std::size_t o = 1; o < nodes.size(); ++o) {
-    const auto low = static_cast<float>(std::log(obliquities[o - 1]));
-    const auto width = static_cast<float>(std::log(obliquities[o] / obliquities[o - 1]));
+  // Rays of a batch mostly lie between the same two obliquities.
+  const auto [least, most] = range_of(obliquity.data(), size);
+  std::size_t o = 0;
+  while (o + 2 < logs.size() && logs[o + 1] <= least) ++o;
+  std::array<BatchArray, 2> nodes;
+  float *low = nodes[0].data(), *high = nodes[1].data();
+  tables[o].at(size, log_footprints.data(), low);
+  std::copy_n(low, padded(size), out.data());
+  for (; o + 1 < logs.size() && logs[o] < most; ++o) {
+    tables[o + 1].at(size, log_footprints.data(), high);
+    const float per_width = 1 / (logs[o + 1] - logs[o]);
     for (std::size_t i = 0; i < padded(size); ++i) {
-      const float share = std::clamp((obliquity[i] - low) / width, 0.0f, 1.0f);
-      out[i] += share * (nodes[o][i] - nodes[o - 1][i]);
+      const float share = std::clamp((obliquity[i] - logs[o]) * per_width, 0.0f, 1.0f);
+      out[i] += share * (high[i] - low[i]);
     }
+    std::swap(low, high);
   }
 }
 

@@ -286,9 +286,10 @@ double radial_peak(const LayerShape& shape) {
 
 /// The part of [begin, end] where |o + t d| < limit.
 bool cut_slab(double o, double d, double limit, double& begin, double& end) {
-  if (d == 0) return std::abs(o) < limit;
-  const double t1 = (-limit - o) / d;
-  const double t2 = (limit - o) / d;
+  if (std::abs(d) < least_square) return std::abs(o) < limit;
+  const double per_d = 1 / d;
+  const double t1 = (-limit - o) * per_d;
+  const double t2 = (limit - o) * per_d;
   begin = std::max(begin, std::min(t1, t2));
   end = std::min(end, std::max(t1, t2));
   return begin < end;
@@ -539,11 +540,14 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
   const double z_limit = shape_.z0 * (std::numbers::ln2 - 0.5 * log_least);
   if (!cut_slab(o[2], d[2], z_limit, begin, end)) return;
   const double r_limit = -shape_.rh * log_least;
-  if (dd > 0) {
+  const bool is_upright = dd < least_square;
+  const double per_dd = is_upright ? 0.0 : 1 / dd;
+  if (!is_upright) {
     const double root2 = od * od - dd * (oo - r_limit * r_limit);
     if (root2 <= 0) return;
-    begin = std::max(begin, (-od - std::sqrt(root2)) / dd);
-    end = std::min(end, (-od + std::sqrt(root2)) / dd);
+    const double root = std::sqrt(root2);
+    begin = std::max(begin, (-od - root) * per_dd);
+    end = std::min(end, (-od + root) * per_dd);
     if (end <= begin) return;
   } else if (oo >= r_limit * r_limit) {
     return;
@@ -553,12 +557,12 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
   // d/dt of 2 ln cosh(z/z0) and of r/rh balance.
   const double across = std::abs(d[2]) / shape_.z0;
   const double along = std::sqrt(dd) / shape_.rh;
-  const double axis = dd > 0 ? -od / dd : 0.5 * (begin + end);
+  const double axis = is_upright ? 0.5 * (begin + end) : -od * per_dd;
   double centre = axis;
   if (across > 0) {
     const double plane = -o[2] / d[2];
     const double shift = 0.5 * along / (across * across);
-    centre = dd > 0 ? plane + std::clamp(axis - plane, -shift, shift) : plane;
+    centre = is_upright ? plane : plane + std::clamp(axis - plane, -shift, shift);
   }
   centre = std::clamp(centre, begin, end);
   const double speed = std::sqrt(dd + d[2] * d[2]);
@@ -571,10 +575,10 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
   out.focuses.push_back(
       {centre, layer_width / (across + 0.5 * along), across + along + texture_rate});
   // The cusp of exp(-r/rh) at the axis, and a hole.
-  if (dd > 0 && axis > begin && axis < end) {
-    const double impact2 = std::max(oo - od * od / dd, 0.0);
+  if (!is_upright && axis > begin && axis < end) {
+    const double impact2 = std::max(oo + od * axis, 0.0);
     const double finest = shape_.inner > 0 ? hole_width * shape_.inner : cusp_width * shape_.rh;
-    const double width = std::sqrt(std::max(impact2 + finest * finest, least_square) / dd);
+    const double width = std::sqrt(std::max(impact2 + finest * finest, least_square) * per_dd);
     out.focuses.push_back({axis, width, nodes_per_width / width});
   }
 }

@@ -20,30 +20,28 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// What footprints see of octaves, given by their values of weight 1, one array each.
+/// What footprints see of octaves, and of others of which none sees anything.
 template <Combination::Kind kind>
-HWY_INLINE void SeeOctavesOf(std::size_t size, const BatchArray* values,
-                             const float* HWY_RESTRICT footprint,
-                             std::span<const OctaveInput> octaves, const Combination& combination,
-                             SeenNoise& out) {
+HWY_INLINE void SeeOctavesOf(std::size_t size, const float* HWY_RESTRICT footprint,
+                             std::span<const SeenOctave> octaves, const HiddenOctaves& others,
+                             const Combination& combination, SeenNoise& out) {
   using Kind = Combination::Kind;
   const hn::ScalableTag<float> d;
   const auto zero = hn::Zero(d);
   const auto one = hn::Set(d, 1.0f);
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
     const auto width = hn::Load(d, footprint + i);
-    auto sum = kind == Kind::multiplicative ? one : zero;
+    auto sum = hn::Set(d, kind == Kind::multiplicative ? 1.0f : others.mean);
     auto ridge = one;  // What the next ridge is multiplied by.
-    auto hidden = zero;
-    auto coherent = zero;
-    for (std::size_t k = 0; k < octaves.size(); ++k) {
-      const OctaveInput& in = octaves[k];
+    auto hidden = hn::Set(d, others.variance);
+    auto coherent = hn::Set(d, others.coherent);
+    for (const SeenOctave& in : octaves) {
       const auto weight = hn::Set(d, in.weight);
       auto u = hn::NegMulAdd(width, hn::Set(d, in.fade_slope), hn::Set(d, in.fade_shift));
       u = hn::Min(hn::Max(u, zero), one);
       const auto seen =
           hn::Mul(hn::Mul(u, u), hn::NegMulAdd(hn::Set(d, 2.0f), u, hn::Set(d, 3.0f)));
-      const auto own = hn::Load(d, values[k].data() + i);
+      const auto own = hn::Load(d, in.values + i);
       if constexpr (kind == Kind::multiplicative) {
         const auto bounded = hn::Min(hn::Max(hn::Mul(own, weight), hn::Neg(one)), one);
         sum = hn::Mul(sum, hn::MulAdd(seen, bounded, one));
@@ -69,19 +67,18 @@ HWY_INLINE void SeeOctavesOf(std::size_t size, const BatchArray* values,
   }
 }
 
-void SeeOctaves(std::size_t size, const BatchArray* values, const float* footprint,
-                std::span<const OctaveInput> octaves, const Combination& combination,
-                SeenNoise& out) {
+void SeeOctaves(std::size_t size, const float* footprint, std::span<const SeenOctave> octaves,
+                const HiddenOctaves& others, const Combination& combination, SeenNoise& out) {
   using Kind = Combination::Kind;
   switch (combination.kind) {
     case Kind::additive:
-      return SeeOctavesOf<Kind::additive>(size, values, footprint, octaves, combination, out);
+      return SeeOctavesOf<Kind::additive>(size, footprint, octaves, others, combination, out);
     case Kind::multiplicative:
-      return SeeOctavesOf<Kind::multiplicative>(size, values, footprint, octaves, combination, out);
+      return SeeOctavesOf<Kind::multiplicative>(size, footprint, octaves, others, combination, out);
     case Kind::billow:
-      return SeeOctavesOf<Kind::billow>(size, values, footprint, octaves, combination, out);
+      return SeeOctavesOf<Kind::billow>(size, footprint, octaves, others, combination, out);
     case Kind::ridged:
-      return SeeOctavesOf<Kind::ridged>(size, values, footprint, octaves, combination, out);
+      return SeeOctavesOf<Kind::ridged>(size, footprint, octaves, others, combination, out);
   }
 }
 
@@ -495,13 +492,18 @@ void FractalNoise::evaluate(const Points& points, float* out) const {
   shape_.apply(standard(), 1 / phi_mean_, points.size, out);
 }
 
+bool FractalNoise::sees(std::size_t k, float footprint) const {
+  return double{footprint} * stretch_ * double{octaves_[k].frequency} < fade_end;
+}
+
 bool FractalNoise::hides(double footprint) const { return footprint * finest_ > fade_begin; }
 
-OctaveInput FractalNoise::octave_input(std::size_t k) const {
+SeenOctave FractalNoise::seen_octave(std::size_t k, const float* values) const {
   double total = 0;
   for (const double variance : octave_variance_) total += variance;
   const double share = octave_variance_[k] / total;
-  OctaveInput in{};
+  SeenOctave in{};
+  in.values = values;
   in.weight = octaves_[k].weight;
   in.weighted_mean = in.mean = static_cast<float>(octave_mean_[k]);
   in.share = static_cast<float>(share);
@@ -533,23 +535,38 @@ void FractalNoise::see(const Points& points, std::span<const float* const> footp
     evaluations += points.size * octaves_.size();
     return;
   }
+  // What a ridge is multiplied by is not known before.
+  const bool are_alone = parameters_.combination.kind != Combination::Kind::ridged;
   std::array<BatchArray, FractalParameters::most_octaves> values;
-  std::array<OctaveInput, FractalParameters::most_octaves> inputs;
+  std::array<SeenOctave, FractalParameters::most_octaves> inputs;
   for (std::size_t k = 0; k < octaves_.size(); ++k) {
     Octave octave = octaves_[k];
-    if (double{least} * stretch_ * double{octave.frequency} < fade_end) {
+    if (sees(k, least)) {
       octave.weight = 1;
       parameters_.kind->sum(displaced, std::span(&octave, 1), values[k].data());
       evaluations += points.size;
-    } else {
+    } else if (!are_alone) {
       std::fill_n(values[k].data(), padded(points.size), 0.0f);
     }
-    inputs[k] = octave_input(k);
+    inputs[k] = seen_octave(k, values[k].data());
   }
   for (std::size_t v = 0; v < out.size(); ++v) {
+    const float narrowest = range_of(footprints[v], points.size).least;
+    std::array<SeenOctave, FractalParameters::most_octaves> seen;
+    std::size_t count = 0;
+    HiddenOctaves others{};
+    for (std::size_t k = 0; k < octaves_.size(); ++k) {
+      if (!are_alone || sees(k, narrowest)) {
+        seen[count++] = inputs[k];
+      } else {
+        others.mean += inputs[k].weighted_mean;
+        others.variance += inputs[k].share;
+        others.coherent += inputs[k].coherent_share;
+      }
+    }
     HWY_DYNAMIC_DISPATCH(SeeOctaves)
-    (points.size, values.data(), footprints[v], std::span(inputs).first(octaves_.size()),
-     parameters_.combination, out[v]);
+    (points.size, footprints[v], std::span(seen).first(count), others, parameters_.combination,
+     out[v]);
   }
 }
 

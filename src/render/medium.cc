@@ -1,6 +1,7 @@
 #include "gamer/render/medium.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
@@ -441,6 +442,8 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
   }
   // Stretches are cut where a batch is full: `done` nodes of the first are in earlier batches.
   std::int32_t done = 0;
+  std::array<double, 3> direction{};
+  float obliquity = 0;
   for (std::size_t next = 0; next < stretches.size();) {
     s.pieces.clear();
     std::size_t size = 0;
@@ -466,7 +469,12 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
       along(hit.nearest[1] + shift * hit.direction[1], hit.direction[1], s.y);
       along(hit.nearest[2] + shift * hit.direction[2], hit.direction[2], s.z);
       along(hit.footprint_at(stretch.origin), hit.footprint_growth, s.rays.footprint);
-      std::fill_n(s.rays.obliquity.data() + size, count, obliquity_of(hit));
+      // Parallel rays meet a galaxy alike.
+      if (!std::equal(direction.begin(), direction.end(), hit.direction)) {
+        std::copy_n(hit.direction, 3, direction.begin());
+        obliquity = obliquity_of(hit);
+      }
+      std::fill_n(s.rays.obliquity.data() + size, count, obliquity);
       if (has_fields && star_fields_->is_parallel()) {
         std::fill_n(s.distance.data() + size, count, 1.0f);
       } else if (has_fields) {

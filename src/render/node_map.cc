@@ -253,10 +253,10 @@ double least_density_beside(const Focus& focus, std::span<const Focus> others) {
   const std::array<double, 2> sides = {focus.centre - focus.width, focus.centre + focus.width};
   std::array<double, 2> sums{};
   for (const Focus& f : others) {
-    const double narrow = 1 / f.width;
+    const double square = f.width * f.width, product = f.rate * f.width;
     for (std::size_t i = 0; i < sides.size(); ++i) {
-      const double x = (sides[i] - f.centre) * narrow;
-      sums[i] += f.rate / std::sqrt(1 + x * x);
+      const double distance = sides[i] - f.centre;
+      sums[i] += product / std::sqrt(square + distance * distance);
     }
   }
   return std::min(sums[0], sums[1]);

@@ -29,7 +29,7 @@ class Bulge : public Component {
 
  private:
   double r0_;
-  std::array<double, 3> axis_;
+  std::array<double, 3> axis_, inverse_axis_;
 };
 
 }  // namespace gamer
