@@ -56,18 +56,18 @@ class RunsTest : public testing::Test {
           values.push_back(is_everywhere || cover_[i] == 0 ? factor * density : HUGE_VALF);
         }
       }
-      return values;
+      return with_padding(values);
     };
+    const std::vector<float> weight = with_padding(weight_);
     const std::vector<float> once = times(1, true), more = times(3, false);
     const std::vector<float> dust_once = times(1, false), dust_twice = times(2, false);
     const float* light[] = {once.data(), more.data()};
     const float* dust[] = {dust_once.data(), dust_twice.data()};
     const std::int32_t light_slots[] = {2, 1}, dust_slots[] = {1, 0};
     const float extinction[] = {extinction_[0], 0, extinction_[1], 0};
-    const RunNodes runs{
-        first_.size(),    first_.data(),  count_.data(), cover_.data(), open_.data(),
-        variants_.data(), weight_.data(), light,         dust,          1,
-        variant_weights_};
+    const RunNodes runs{first_.size(),    first_.data(), count_.data(), cover_.data(), open_.data(),
+                        variants_.data(), weight.data(), light,         dust,          1,
+                        variant_weights_};
     const float flux[] = {flux_[0],   flux_[0], flux_[1],   flux_[1], flux_[2],   flux_[2],
                           second_[0], 0,        second_[1], 0,        second_[2], 0};
     const RunCovers covers{2, 2, steering, light_slots, dust_slots, extinction, flux};
@@ -100,6 +100,12 @@ class RunsTest : public testing::Test {
     }
     weight_ = weight;
     density_ = density;
+  }
+
+  /// What is behind the last node must not count.
+  static std::vector<float> with_padding(std::vector<float> values) {
+    values.resize(values.size() + RunNodes::padding, HUGE_VALF);
+    return values;
   }
 
   static constexpr std::size_t planes = 3;
