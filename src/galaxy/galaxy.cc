@@ -371,12 +371,12 @@ void Galaxy::look_up(const ByObliquity& tables, std::size_t size, const BatchArr
   float *low = nodes[0].data(), *high = nodes[1].data();
   tables[o].at(size, log_footprints.data(), low);
   std::copy_n(low, padded(size), out.data());
-  for (; o + 1 < logs.size() && logs[o] < most; ++o) {
+  for (; o + 1 < logs.size() && logs[o] <= most; ++o) {
     tables[o + 1].at(size, log_footprints.data(), high);
     const float per_width = 1 / (logs[o + 1] - logs[o]);
     for (std::size_t i = 0; i < padded(size); ++i) {
       const float share = std::clamp((obliquity[i] - logs[o]) * per_width, 0.0f, 1.0f);
-      out[i] += share * (high[i] - low[i]);
+      if (obliquity[i] >= logs[o]) out[i] = low[i] + share * (high[i] - low[i]);
     }
     std::swap(low, high);
   }

@@ -213,7 +213,7 @@ constexpr double hole_width = 0.5;
 constexpr double nodes_per_period = 2;
 
 // Of lengths: no smaller one is divided by.
-constexpr double least_square = std::numeric_limits<double>::min();
+constexpr double least_divisor = std::numeric_limits<double>::min();
 
 // Frequency times footprint of the finest octaves that nodes follow, of which four fifths are seen.
 // Finer ones are too faint to be missed for long: doubled nodes find them.
@@ -286,7 +286,7 @@ double radial_peak(const LayerShape& shape) {
 
 /// The part of [begin, end] where |o + t d| < limit.
 bool cut_slab(double o, double d, double limit, double& begin, double& end) {
-  if (std::abs(d) < least_square) return std::abs(o) < limit;
+  if (std::abs(d) < least_divisor) return std::abs(o) < limit;
   const double per_d = 1 / d;
   const double t1 = (-limit - o) * per_d;
   const double t2 = (limit - o) * per_d;
@@ -540,7 +540,7 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
   const double z_limit = shape_.z0 * (std::numbers::ln2 - 0.5 * log_least);
   if (!cut_slab(o[2], d[2], z_limit, begin, end)) return;
   const double r_limit = -shape_.rh * log_least;
-  const bool is_upright = dd < least_square;
+  const bool is_upright = dd < least_divisor;
   const double per_dd = is_upright ? 0.0 : 1 / dd;
   if (!is_upright) {
     const double root2 = od * od - dd * (oo - r_limit * r_limit);
@@ -578,7 +578,7 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
   if (!is_upright && axis > begin && axis < end) {
     const double impact2 = std::max(oo + od * axis, 0.0);
     const double finest = shape_.inner > 0 ? hole_width * shape_.inner : cusp_width * shape_.rh;
-    const double width = std::sqrt(std::max(impact2 + finest * finest, least_square) * per_dd);
+    const double width = std::sqrt(std::max(impact2 + finest * finest, least_divisor) * per_dd);
     out.focuses.push_back({axis, width, nodes_per_width / width});
   }
 }

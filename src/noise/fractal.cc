@@ -20,10 +20,11 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// What footprints see of octaves, and of others of which none sees anything.
+/// What footprints see of octaves, of whose last ones, from `in_sight` on, none sees anything.
+/// These count as they do where others see them: to the last bit, in their order.
 template <Combination::Kind kind>
 HWY_INLINE void SeeOctavesOf(std::size_t size, const float* HWY_RESTRICT footprint,
-                             std::span<const SeenOctave> octaves, const HiddenOctaves& others,
+                             std::span<const SeenOctave> octaves, std::size_t in_sight,
                              const Combination& combination, SeenNoise& out) {
   using Kind = Combination::Kind;
   const hn::ScalableTag<float> d;
@@ -31,28 +32,30 @@ HWY_INLINE void SeeOctavesOf(std::size_t size, const float* HWY_RESTRICT footpri
   const auto one = hn::Set(d, 1.0f);
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
     const auto width = hn::Load(d, footprint + i);
-    auto sum = hn::Set(d, kind == Kind::multiplicative ? 1.0f : others.mean);
+    auto sum = kind == Kind::multiplicative ? one : zero;
     auto ridge = one;  // What the next ridge is multiplied by.
-    auto hidden = hn::Set(d, others.variance);
-    auto coherent = hn::Set(d, others.coherent);
-    for (const SeenOctave& in : octaves) {
-      const auto weight = hn::Set(d, in.weight);
+    auto hidden = zero;
+    auto coherent = zero;
+    const auto add_ridge = [&](const SeenOctave& in, auto height) HWY_ATTR {
+      const auto signal = hn::Mul(height, ridge);
+      sum = hn::MulAdd(signal, hn::Set(d, in.weight), sum);
+      const auto next = hn::Mul(signal, hn::Set(d, combination.ridge_gain));
+      ridge = hn::Min(hn::Max(next, zero), one);
+    };
+    for (const SeenOctave& in : octaves.first(in_sight)) {
       auto u = hn::NegMulAdd(width, hn::Set(d, in.fade_slope), hn::Set(d, in.fade_shift));
       u = hn::Min(hn::Max(u, zero), one);
       const auto seen =
           hn::Mul(hn::Mul(u, u), hn::NegMulAdd(hn::Set(d, 2.0f), u, hn::Set(d, 3.0f)));
       const auto own = hn::Load(d, in.values + i);
+      const auto weight = hn::Set(d, in.weight);
       if constexpr (kind == Kind::multiplicative) {
         const auto bounded = hn::Min(hn::Max(hn::Mul(own, weight), hn::Neg(one)), one);
         sum = hn::Mul(sum, hn::MulAdd(seen, bounded, one));
       } else if constexpr (kind == Kind::ridged) {
         const auto crest = hn::Sub(hn::Set(d, combination.ridge_offset), hn::Abs(own));
         const auto mean = hn::Set(d, in.mean);
-        const auto height = hn::MulAdd(seen, hn::MulSub(crest, crest, mean), mean);
-        const auto signal = hn::Mul(height, ridge);
-        sum = hn::MulAdd(signal, weight, sum);
-        const auto next = hn::Mul(signal, hn::Set(d, combination.ridge_gain));
-        ridge = hn::Min(hn::Max(next, zero), one);
+        add_ridge(in, hn::MulAdd(seen, hn::MulSub(crest, crest, mean), mean));
       } else {
         sum = hn::MulAdd(kind == Kind::billow ? hn::Abs(own) : own, hn::Mul(seen, weight), sum);
         sum = hn::MulAdd(hn::Sub(one, seen), hn::Set(d, in.weighted_mean), sum);
@@ -61,6 +64,15 @@ HWY_INLINE void SeeOctavesOf(std::size_t size, const float* HWY_RESTRICT footpri
       hidden = hn::MulAdd(rest, hn::Set(d, in.share), hidden);
       coherent = hn::MulAdd(rest, hn::Set(d, in.coherent_share), coherent);
     }
+    for (const SeenOctave& in : octaves.subspan(in_sight)) {
+      if constexpr (kind == Kind::ridged) {
+        add_ridge(in, hn::Set(d, in.mean));
+      } else if constexpr (kind != Kind::multiplicative) {
+        sum = hn::Add(sum, hn::Set(d, in.weighted_mean));
+      }
+      hidden = hn::Add(hidden, hn::Set(d, in.share));
+      coherent = hn::Add(coherent, hn::Set(d, in.coherent_share));
+    }
     hn::Store(sum, d, out.sum.data() + i);
     hn::Store(hidden, d, out.hidden.data() + i);
     hn::Store(coherent, d, out.coherent.data() + i);
@@ -68,17 +80,18 @@ HWY_INLINE void SeeOctavesOf(std::size_t size, const float* HWY_RESTRICT footpri
 }
 
 void SeeOctaves(std::size_t size, const float* footprint, std::span<const SeenOctave> octaves,
-                const HiddenOctaves& others, const Combination& combination, SeenNoise& out) {
+                std::size_t in_sight, const Combination& combination, SeenNoise& out) {
   using Kind = Combination::Kind;
   switch (combination.kind) {
     case Kind::additive:
-      return SeeOctavesOf<Kind::additive>(size, footprint, octaves, others, combination, out);
+      return SeeOctavesOf<Kind::additive>(size, footprint, octaves, in_sight, combination, out);
     case Kind::multiplicative:
-      return SeeOctavesOf<Kind::multiplicative>(size, footprint, octaves, others, combination, out);
+      return SeeOctavesOf<Kind::multiplicative>(size, footprint, octaves, in_sight, combination,
+                                                out);
     case Kind::billow:
-      return SeeOctavesOf<Kind::billow>(size, footprint, octaves, others, combination, out);
+      return SeeOctavesOf<Kind::billow>(size, footprint, octaves, in_sight, combination, out);
     case Kind::ridged:
-      return SeeOctavesOf<Kind::ridged>(size, footprint, octaves, others, combination, out);
+      return SeeOctavesOf<Kind::ridged>(size, footprint, octaves, in_sight, combination, out);
   }
 }
 
@@ -492,8 +505,15 @@ void FractalNoise::evaluate(const Points& points, float* out) const {
   shape_.apply(standard(), 1 / phi_mean_, points.size, out);
 }
 
-bool FractalNoise::sees(std::size_t k, float footprint) const {
-  return double{footprint} * stretch_ * double{octaves_[k].frequency} < fade_end;
+std::size_t FractalNoise::octaves_in_sight(float footprint) const {
+  // Past it by single precision's rounding, so that nothing is seen to the last bit.
+  constexpr double end = fade_end * (1 + 1e-5);
+  std::size_t count = octaves_.size();
+  while (count > 0 &&
+         double{footprint} * stretch_ * double{octaves_[count - 1].frequency} >= end) {
+    --count;
+  }
+  return count;
 }
 
 bool FractalNoise::hides(double footprint) const { return footprint * finest_ > fade_begin; }
@@ -535,38 +555,21 @@ void FractalNoise::see(const Points& points, std::span<const float* const> footp
     evaluations += points.size * octaves_.size();
     return;
   }
-  // What a ridge is multiplied by is not known before.
-  const bool are_alone = parameters_.combination.kind != Combination::Kind::ridged;
   std::array<BatchArray, FractalParameters::most_octaves> values;
-  std::array<SeenOctave, FractalParameters::most_octaves> inputs;
+  std::array<SeenOctave, FractalParameters::most_octaves> octaves;
+  const std::size_t in_sight = octaves_in_sight(least);
   for (std::size_t k = 0; k < octaves_.size(); ++k) {
+    octaves[k] = seen_octave(k, values[k].data());
+    if (k >= in_sight) continue;
     Octave octave = octaves_[k];
-    if (sees(k, least)) {
-      octave.weight = 1;
-      parameters_.kind->sum(displaced, std::span(&octave, 1), values[k].data());
-      evaluations += points.size;
-    } else if (!are_alone) {
-      std::fill_n(values[k].data(), padded(points.size), 0.0f);
-    }
-    inputs[k] = seen_octave(k, values[k].data());
+    octave.weight = 1;
+    parameters_.kind->sum(displaced, std::span(&octave, 1), values[k].data());
+    evaluations += points.size;
   }
   for (std::size_t v = 0; v < out.size(); ++v) {
-    const float narrowest = range_of(footprints[v], points.size).least;
-    std::array<SeenOctave, FractalParameters::most_octaves> seen;
-    std::size_t count = 0;
-    HiddenOctaves others{};
-    for (std::size_t k = 0; k < octaves_.size(); ++k) {
-      if (!are_alone || sees(k, narrowest)) {
-        seen[count++] = inputs[k];
-      } else {
-        others.mean += inputs[k].weighted_mean;
-        others.variance += inputs[k].share;
-        others.coherent += inputs[k].coherent_share;
-      }
-    }
     HWY_DYNAMIC_DISPATCH(SeeOctaves)
-    (points.size, footprints[v], std::span(seen).first(count), others, parameters_.combination,
-     out[v]);
+    (points.size, footprints[v], std::span(octaves).first(octaves_.size()),
+     octaves_in_sight(range_of(footprints[v], points.size).least), parameters_.combination, out[v]);
   }
 }
 

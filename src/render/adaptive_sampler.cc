@@ -74,7 +74,7 @@ struct Level {
   }
   void make_room() {
     nodes.s.resize(static_cast<std::size_t>(size));
-    weight.resize(static_cast<std::size_t>(size) + RayNodes::padding);
+    weight.resize(static_cast<std::size_t>(size) + RunNodes::padding);
   }
 };
 

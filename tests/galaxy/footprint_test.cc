@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -9,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/each_simd_target.h"
 #include "galaxy/galaxy_text.h"
 #include "gamer/core/random.h"
 #include "gamer/galaxy/dust_variants.h"
@@ -38,13 +40,20 @@ TEST(FootprintTable, PassesThroughItsValuesAndStaysPositive) {
   for (std::size_t i = 7; i < batch_capacity; ++i) {
     at[i] = static_cast<float>(std::log(0.02) + 3.0 * static_cast<double>(i) / batch_capacity);
   }
-  table.at(batch_capacity, at.data(), out.data());
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    EXPECT_NEAR(out[k] / values[k], 1, 2e-5) << k;
-  }
-  EXPECT_FLOAT_EQ(out[5], 1);
-  EXPECT_FLOAT_EQ(out[6], 4);
-  for (std::size_t i = 0; i < batch_capacity; ++i) EXPECT_GT(out[i], 0) << i;
+  for_each_simd_target([&] {
+    table.at(batch_capacity, at.data(), out.data());
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      EXPECT_NEAR(out[k] / values[k], 1, 2e-5) << k;
+    }
+    EXPECT_FLOAT_EQ(out[5], 1);
+    EXPECT_FLOAT_EQ(out[6], 4);
+    for (std::size_t i = 0; i < batch_capacity; ++i) EXPECT_GT(out[i], 0) << i;
+    for (const std::size_t size : {1, 17, 63, 64, 65, 130}) {
+      BatchArray first;
+      table.at(size, at.data(), first.data());
+      EXPECT_TRUE(std::equal(first.data(), first.data() + size, out.data())) << size;
+    }
+  });
 }
 
 constexpr double layer_height = 0.015, layer_length = 0.22;

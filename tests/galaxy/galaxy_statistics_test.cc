@@ -214,23 +214,32 @@ TEST(GalaxyStatistics, WhatARayMeetsDoesNotDependOnItsNeighbours) {
   const auto galaxy = parse_galaxy(all_parts, quick_settings());
   const std::size_t components = galaxy->components().size();
   const SpiralPoints spiral(0.5, 0);
-  RayBatch rays{};
-  std::fill_n(rays.footprint.data(), batch_capacity, 0.03f);
-  std::fill_n(rays.obliquity.data(), batch_capacity, 0.4f);
-  const auto densities = [&] {
+  const auto densities = [&](const RayBatch& rays) {
     EvaluationCounts counts;
     std::vector<BatchArray> all(components * dust_deviations.size());
     galaxy->evaluate(spiral.points(), 1e-4f, &rays, dust_deviations, all, counts);
     return all;
   };
-  const std::vector<BatchArray> alike = densities();
-  const std::size_t last = batch_capacity - 1;
-  for (const bool has_other_footprint : {false, true}) {
-    (has_other_footprint ? rays.footprint : rays.obliquity)[last] = 0.1f;
-    const std::vector<BatchArray> with_another = densities();
-    for (std::size_t k = 0; k < alike.size(); ++k) {
-      if (k >= components && !galaxy->components()[k % components]->absorbs()) continue;
-      EXPECT_TRUE(std::equal(alike[k].data(), alike[k].data() + last, with_another[k].data())) << k;
+  constexpr std::size_t last = batch_capacity - 1;
+  // On both sides of a table's, 2.5, and at it.
+  for (const float obliquity : {0.4f, static_cast<float>(std::log(2.5)), 1.2f, 3.0f}) {
+    RayBatch alike{};
+    std::fill_n(alike.footprint.data(), batch_capacity, 0.03f);
+    std::fill_n(alike.obliquity.data(), batch_capacity, obliquity);
+    const std::vector<BatchArray> expected = densities(alike);
+    for (const auto& [other_footprint, other_obliquity] :
+         {std::pair(0.1f, obliquity), {0.002f, obliquity}, {0.03f, 0.1f}, {0.03f, 2.5f}}) {
+      RayBatch rays = alike;
+      rays.footprint[last] = other_footprint;
+      rays.obliquity[last] = other_obliquity;
+      const std::vector<BatchArray> with_another = densities(rays);
+      for (std::size_t k = 0; k < expected.size(); ++k) {
+        if (k >= components && !galaxy->components()[k % components]->absorbs()) continue;
+        EXPECT_TRUE(
+            std::equal(expected[k].data(), expected[k].data() + last, with_another[k].data()))
+            << k << ", obliquity " << obliquity << " beside " << other_obliquity << ", footprint "
+            << other_footprint;
+      }
     }
   }
 }

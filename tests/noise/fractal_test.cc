@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -358,6 +359,36 @@ TEST(SeenNoise, DoesNotDependOnOtherFootprints) {
   }
 }
 
+TEST(SeenNoise, DoesNotDependOnOtherPoints) {
+  // Frequencies 20, 40, ..., 120: of the last four, rays this wide see nothing, but one point does.
+  const std::vector<WeightedBatch> cloud = cloud_of(positions_in_cube(batch_capacity, 1, 5), even);
+  BatchArray alike;
+  std::fill_n(alike.data(), batch_capacity, 0.019f);
+  for (const Combination::Kind kind : all_combinations) {
+    FractalParameters p = parameters_of(simplex_noise());
+    p.combination.kind = kind;
+    p.octaves = 6;
+    p.k0 = 0;
+    p.frequency_scale = 20;
+    FractalNoise noise(p, 0.02);
+    noise.normalise(cloud);
+    for_each_simd_target([&] {
+      SeenNoise alone, beside;
+      see(noise, cloud[0].points(), alike, alone);
+      const std::size_t last = cloud[0].size - 1;
+      BatchArray others = alike;
+      others[last] = 0.001f;
+      see(noise, cloud[0].points(), others, beside);
+      EXPECT_NE(beside.sum[last], alone.sum[last]);
+      for (std::size_t i = 0; i < last; ++i) {
+        ASSERT_EQ(beside.sum[i], alone.sum[i]);
+        ASSERT_EQ(beside.hidden[i], alone.hidden[i]);
+        ASSERT_EQ(beside.coherent[i], alone.coherent[i]);
+      }
+    });
+  }
+}
+
 /// Calls work(parameters, name) for every kind and combination, without a warp and with one.
 void for_every_noise(const std::function<void(const FractalParameters&)>& work) {
   for (const Noise* kind : noise_kinds()) {
@@ -658,6 +689,38 @@ TEST(NoiseShape, ExpectedValuesAreThoseOfTheNormalDistribution) {
                            v * h * std::exp(-0.5 * x * x) / std::sqrt(2 * std::numbers::pi);
       EXPECT_NEAR(values[i], exact, 1e-2 * (exact + 0.1 * h * h)) << "h " << h << " v " << v;
     }
+  }
+}
+
+TEST(NoiseShape, ExpectedValuesDoNotDependOnOthers) {
+  for (const bool inverse : {false, true}) {
+    const NoiseShape shape({1.5, inverse, 0.5, 1, 0.1});
+    BatchArray sums, hidden, together, seen;
+    for (std::size_t i = 0; i < batch_capacity; ++i) {
+      sums[i] = static_cast<float>(-7 + 14.0 * static_cast<double>(i) / batch_capacity);
+      hidden[i] = i % 3 == 0 ? 0.0f : static_cast<float>(i % 7) / 6;
+    }
+    for_each_simd_target([&] {
+      together = seen = sums;
+      shape.apply_expected({1, 0}, 2, batch_capacity, hidden.data(), together.data());
+      shape.apply({1, 0}, 2, batch_capacity, seen.data());
+      for (std::size_t i = 0; i < batch_capacity; ++i) {
+        if (hidden[i] > 0) continue;
+        ASSERT_EQ(together[i], seen[i]) << i;
+      }
+      for (const std::size_t size : {1, 17, 63, 64, 65, 130}) {
+        BatchArray first = sums;
+        shape.apply_expected({1, 0}, 2, size, hidden.data(), first.data());
+        ASSERT_TRUE(std::equal(first.data(), first.data() + size, together.data())) << size;
+      }
+      for (std::size_t i = 0; i < batch_capacity; i += 5) {
+        BatchArray alone{}, own{};
+        alone[0] = sums[i];
+        own[0] = hidden[i];
+        shape.apply_expected({1, 0}, 2, 1, own.data(), alone.data());
+        ASSERT_EQ(alone[0], together[i]) << i;
+      }
+    });
   }
 }
 

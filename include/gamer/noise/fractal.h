@@ -50,7 +50,7 @@ struct FractalParameters {
 
 /// How one octave counts for what is seen; see FractalNoise.
 struct SeenOctave {
-  const float* values;  ///< of weight 1
+  const float* values;  ///< of weight 1; not read where no ray sees any
   float weight;
   float weighted_mean;
   float mean;            ///< of a ridge before its weights
@@ -59,13 +59,6 @@ struct SeenOctave {
   /// The smoothstep's argument is fade_shift - fade_slope footprint.
   float fade_slope;
   float fade_shift;
-};
-
-/// Octaves of which no ray sees anything, together.
-struct HiddenOctaves {
-  float mean;      ///< weighted
-  float variance;  ///< in units of that of S
-  float coherent;  ///< of it, through the layer
 };
 
 /// What a wide ray sees of the combination of octaves.
@@ -167,8 +160,8 @@ class FractalNoise {
   /// S at displaced points.
   void combine(const Points& points, float* out) const;
   SeenOctave seen_octave(std::size_t k, const float* values) const;
-  /// Whether a ray of this footprint sees anything of octave k.
-  bool sees(std::size_t k, float footprint) const;
+  /// Behind the last octave of which a ray of this footprint sees anything.
+  std::size_t octaves_in_sight(float footprint) const;
   /// Takes the mean and variance of octave k over a cloud, from its values of weight 1 (their
   /// magnitudes where billow) in batch b at b omega + k.
   void take_octave(std::size_t k, std::span<const WeightedBatch> cloud,
