@@ -3,14 +3,10 @@
 animation_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """
 
-import contextlib
-import os
-import signal
-import subprocess
-import time
 import unittest
 
-from gamer_program import ENVIRONMENT, LAUNCHER, PROGRAM, RANKS, Folder, main
+from gamer_job import Job, size_of
+from gamer_program import ENVIRONMENT, RANKS, Folder, main
 
 # DATE is the only thing in a file that is not the job's.
 ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
@@ -100,32 +96,22 @@ class Film(unittest.TestCase):
         size = ["-s", "image.size=[192, 144]", "-s", "sampling.tolerance=1e-3"]
         with FilmFolder() as folder:
             expected = folder.film(*size)
+        total = sum(map(len, expected.values()))
+
+        def share_done(folder):
+            return sum(map(size_of, folder.path.glob("film_*.fits*"))) / total
+
         for ranks in RANKS:
             with self.subTest(ranks=ranks), FilmFolder() as folder:
-                command = [str(PROGRAM), *ARGUMENTS, *size, "--journal", "0"]
-                if ranks > 1:
-                    command = [LAUNCHER, "--quiet", "--oversubscribe", "-n", str(ranks), *command]
-                kills = 0
-                while True:
-                    process = subprocess.Popen(command, cwd=folder.path, env=ENVIRONMENT,
-                                               stdout=subprocess.DEVNULL,
-                                               stderr=subprocess.DEVNULL, start_new_session=True)
-                    try:
-                        process.wait(timeout=0.25 * (kills + 1))
-                        break
-                    except subprocess.TimeoutExpired:
-                        with contextlib.suppress(OSError):
-                            os.killpg(process.pid, signal.SIGKILL)
-                        process.wait()
-                        time.sleep(0.3)
-                    kills += 1
-                    if "--resume" not in command:
-                        command.append("--resume")
-                self.assertEqual(process.returncode, 0)
-                found = {name: content for name, content in folder.content().items()
-                         if name.startswith("film_")}
-                self.assertEqual(found, expected)
-                self.assertGreater(kills, 0)
+                unfinished = 0
+                for share in (0, 0.1, 0.3, 0.5, 0.7):
+                    with Job(folder, *ARGUMENTS, *size, "--journal", "0",
+                             *(["--resume"] if share > 0 else []), ranks=ranks) as job:
+                        job.wait_until(lambda: share_done(folder) > share)
+                    unfinished += share_done(folder) < 1
+                # The later kills may come too late.
+                self.assertGreater(unfinished, 0)
+                self.assertEqual(folder.film(*size, "--resume", ranks=ranks), expected)
                 self.assertEqual([name for name in folder.content() if name.endswith(".journal")], [])
 
     def test_pictures_have_one_tone(self):

@@ -13,6 +13,7 @@ import subprocess
 import time
 import unittest
 
+from gamer_job import Job
 from gamer_program import (ENVIRONMENT, FILES, GALAXY, LAUNCHER, PROGRAM, RANKS, Folder, main,
                            read_primary)
 
@@ -22,89 +23,6 @@ ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
 WIDTH, HEIGHT = 48, 72
 ARGUMENTS = ("render.par", "scene.lst", "-s", f"image.size=[{WIDTH}, {HEIGHT}]")
 KILLS = 20
-# "Within seconds", on a busy machine.
-PATIENCE = 30
-
-
-def children(process):
-    with contextlib.suppress(OSError):
-        return [int(word) for word in
-                pathlib.Path(f"/proc/{process}/task/{process}/children").read_text().split()]
-    return []
-
-
-def rank_of(process):
-    with contextlib.suppress(OSError):
-        for word in pathlib.Path(f"/proc/{process}/environ").read_bytes().split(b"\0"):
-            if word.startswith(b"OMPI_COMM_WORLD_RANK="):
-                return int(word.split(b"=")[1])
-    return None
-
-
-class Job:
-    """The program at work in a folder."""
-
-    def __init__(self, folder, *arguments, ranks=1, limit=None):
-        command = [str(PROGRAM), *arguments]
-        if ranks > 1:
-            command = [LAUNCHER, "--quiet", "--oversubscribe", "-n", str(ranks)] + command
-        self.folder, self.ranks = folder, ranks
-        self.process = subprocess.Popen(command, cwd=folder.path, env=ENVIRONMENT, text=True,
-                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                        preexec_fn=limit)
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        for process in self.processes():
-            with contextlib.suppress(OSError):
-                os.kill(process, signal.SIGKILL)
-        self.process.kill()
-        self.process.communicate()
-
-    def processes(self):
-        """Of the ranks, as far as they have started."""
-        if self.ranks == 1:
-            return [self.process.pid]
-        found = {rank_of(child): child for child in children(self.process.pid)}
-        return [found[rank] for rank in sorted(found.keys() - {None})]
-
-    def wait_for_journal(self, bytes_in_it=0, name="out.fits"):
-        """Until so much is in the journal, or the job has ended."""
-        journal = self.folder.path / f"{name}.journal"
-        while self.process.poll() is None:
-            with contextlib.suppress(OSError):
-                if journal.stat().st_size > bytes_in_it:
-                    return
-            time.sleep(0.002)
-
-    def end(self):
-        """Exit code, what it said, and how long it took to end."""
-        start = time.monotonic()
-        try:
-            said = self.process.communicate(timeout=PATIENCE)
-        except subprocess.TimeoutExpired:
-            # Open MPI's launcher sometimes waits for itself once its ranks are gone (4.1.4, in
-            # pmix_rte_finalize).
-            if self.ranks == 1 or any(map(is_running, self.processes())):
-                raise
-            self.process.kill()
-            said = self.process.communicate()
-        return self.process.returncode, *said, time.monotonic() - start
-
-    def wait_for_ranks_to_end(self, ranks):
-        end = time.monotonic() + PATIENCE
-        while any(map(is_running, ranks)):
-            assert time.monotonic() < end, "a rank is still there"
-            time.sleep(0.002)
-
-
-def is_running(process):
-    with contextlib.suppress(OSError):
-        # Where nobody waits for orphans they stay as zombies.
-        return pathlib.Path(f"/proc/{process}/stat").read_text().rsplit(") ", 1)[1][0] != "Z"
-    return False
 
 
 def resume_command(*arguments):
@@ -177,8 +95,7 @@ class Resume(unittest.TestCase):
                 with self.subTest(what), self.start(folder, ranks=RANKS[-1]) as job:
                     # A negative share is a moment before the first row.
                     if share < 0:
-                        while len(job.processes()) < RANKS[-1] and job.process.poll() is None:
-                            time.sleep(0.002)
+                        job.wait_until(lambda: len(job.processes()) == RANKS[-1])
                         time.sleep(-share)
                     else:
                         self.wait_for(job, share)
@@ -268,8 +185,7 @@ class Resume(unittest.TestCase):
     def test_a_signal_before_the_journal(self):
         with Folder() as folder:
             with Job(folder, *self.arguments, "-j", "1") as job:
-                while not list(folder.path.glob(".out.fits.*")) and job.process.poll() is None:
-                    time.sleep(0.002)
+                job.wait_until(lambda: list(folder.path.glob(".out.fits.*")))
                 job.process.terminate()
                 code, _, err, _ = job.end()
             self.assertEqual((code, err), (-signal.SIGTERM, "gamer: stopped by SIGTERM\n"))

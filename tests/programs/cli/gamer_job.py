@@ -1,0 +1,106 @@
+"""A gamer program at work, for tests that interrupt it."""
+
+import contextlib
+import os
+import pathlib
+import signal
+import subprocess
+import time
+
+from gamer_program import ENVIRONMENT, LAUNCHER, PROGRAM
+
+# "Within seconds", on a busy machine.
+PATIENCE = 30
+
+
+def children(process):
+    with contextlib.suppress(OSError):
+        return [int(word) for word in
+                pathlib.Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+    return []
+
+
+def rank_of(process):
+    with contextlib.suppress(OSError):
+        for word in pathlib.Path(f"/proc/{process}/environ").read_bytes().split(b"\0"):
+            if word.startswith(b"OMPI_COMM_WORLD_RANK="):
+                return int(word.split(b"=")[1])
+    return None
+
+
+def size_of(file):
+    """In bytes; 0 of a file that is not there."""
+    with contextlib.suppress(OSError):
+        return file.stat().st_size
+    return 0
+
+
+def is_running(process):
+    with contextlib.suppress(OSError):
+        # Where nobody waits for orphans they stay as zombies.
+        return pathlib.Path(f"/proc/{process}/stat").read_text().rsplit(") ", 1)[1][0] != "Z"
+    return False
+
+
+class Job:
+    """The program at work in a folder."""
+
+    def __init__(self, folder, *arguments, ranks=1, limit=None):
+        command = [str(PROGRAM), *arguments]
+        if ranks > 1:
+            command = [LAUNCHER, "--quiet", "--oversubscribe", "-n", str(ranks)] + command
+        self.folder, self.ranks = folder, ranks
+        self.process = subprocess.Popen(command, cwd=folder.path, env=ENVIRONMENT, text=True,
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                        preexec_fn=limit)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        """kill -9 of what still runs."""
+        ranks = self.processes()
+        if self.process.poll() is None:
+            for process in ranks:
+                with contextlib.suppress(OSError):
+                    os.kill(process, signal.SIGKILL)
+        self.process.kill()
+        self.process.communicate()
+        self.wait_for_ranks_to_end(ranks)
+
+    def processes(self):
+        """Of the ranks, as far as they have started."""
+        if self.ranks == 1:
+            return [self.process.pid]
+        found = {rank_of(child): child for child in children(self.process.pid)}
+        return [found[rank] for rank in sorted(found.keys() - {None})]
+
+    def wait_until(self, condition):
+        """Until it holds, or the job has ended."""
+        while self.process.poll() is None and not condition():
+            time.sleep(0.002)
+
+    def wait_for_journal(self, bytes_in_it=0, name="out.fits"):
+        """Until so much is in the journal, or the job has ended."""
+        journal = self.folder.path / f"{name}.journal"
+        self.wait_until(lambda: size_of(journal) > bytes_in_it)
+
+    def end(self):
+        """Exit code, what it said, and how long it took to end."""
+        start = time.monotonic()
+        try:
+            said = self.process.communicate(timeout=PATIENCE)
+        except subprocess.TimeoutExpired:
+            # Open MPI's launcher sometimes waits for itself once its ranks are gone (4.1.4, in
+            # pmix_rte_finalize).
+            if self.ranks == 1 or any(map(is_running, self.processes())):
+                raise
+            self.process.kill()
+            said = self.process.communicate()
+        return self.process.returncode, *said, time.monotonic() - start
+
+    def wait_for_ranks_to_end(self, ranks):
+        end = time.monotonic() + PATIENCE
+        while any(map(is_running, ranks)):
+            assert time.monotonic() < end, "a rank is still there"
+            time.sleep(0.002)
