@@ -43,13 +43,13 @@ struct Accuracy {
   static constexpr double finest_tolerance = 3e-6;
 
   /// The quadrature's error is a smaller part of its change where nodes are few (bench/error_bench:
-  /// an eighth at 1e-2), hence the power of ray_error there. The features missed fall with a high
-  /// power of the first step, hence the small one here; the error of the midpoint rule with the
-  /// second power of the size, that of Gauss' with the fourth.
+  /// an eighth at 1e-2, a third at 1e-3), hence the power of ray_error there. The features missed
+  /// fall with a high power of the first step, hence the small one here; the error of the midpoint
+  /// rule with the second power of the size, that of Gauss' with the fourth.
   static Accuracy from_tolerance(double tolerance) {
     const double t = std::max(tolerance, finest_tolerance);
-    return {.ray_error = std::min(0.6 * t * std::max(std::pow(t / 1e-3, 0.7), 1.0), 0.1),
-            .first_step = 0.8 * std::pow(t / 1e-3, 0.15),
+    return {.ray_error = std::min(0.6 * t * std::max(std::pow(t / 1e-4, 0.35), 1.0), 0.1),
+            .first_step = 0.7 * std::pow(t / 1e-3, 0.15),
             .log_envelope_threshold = std::log(0.003 * t),
             .texture_threshold = 0.03 * t,
             .faint_share = 0.01,

@@ -39,10 +39,11 @@ SCALE = 0.2  # arcsec
 ROTATION = 25  # deg
 
 
-def parameters(size, bands, **truth):
+def parameters(size, bands, tolerance=1e-3, **truth):
     return toml(image={"output": "out.fits", "bitpix": -64, "size": list(size)},
                 camera={"projection": "sky", "center": [210.5, -33], "pixel_scale": SCALE,
-                        "rotation": ROTATION}, spectrum={"bands": bands}, truth=truth)
+                        "rotation": ROTATION}, spectrum={"bands": bands}, truth=truth,
+                sampling={"tolerance": tolerance})
 
 
 def read_table(path, **options):
@@ -216,7 +217,7 @@ dusty 64.1 20.4 21 2.5 0 0 0 above
 
     def test_dust_dims(self):
         image, table, images = self.render("--truth", parts="objects", dust_free=True,
-                                           optical_depth=True)
+                                           optical_depth=True, tolerance=2e-4)
         for band in BANDS:
             free = images[f"DUSTFREE_{band}"]
             self.assertTrue((free >= image[band]).all())
