@@ -97,7 +97,7 @@ void print_table() {
   const std::vector<Setting> settings = {
       {"adaptive, 3e-2", {"sampling.tolerance=3e-2"}},
       {"adaptive, 1e-2", {"sampling.tolerance=1e-2"}},
-      {"adaptive, 7.5e-3", {"sampling.tolerance=7.5e-3"}},
+      {"adaptive, 9e-3", {"sampling.tolerance=9e-3"}},
       {"adaptive, 1e-3", {"sampling.tolerance=1e-3"}},
       {"adaptive, 1e-4", {"sampling.tolerance=1e-4"}},
       {"uniform, 0.02", {"sampling.sampler=\"uniform\"", "sampling.step=0.02"}},
