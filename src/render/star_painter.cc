@@ -371,7 +371,7 @@ void StarPainter::measure_columns(Batch& batch, RenderCounts& counts) const {
   const Accuracy& accuracy = medium_.accuracy();
   // The trapezoidal rule over the map's u, in which densities are smooth, and over every second
   // node of it; together Simpson's. The end cuts densities off anywhere.
-  constexpr double fewest_quarters = 2, most_intervals = 8192, chance_share = 0.25;
+  constexpr double fewest_quarters = 2, most_intervals = 8192;
   for (std::size_t r = 0; r < batch.lines.size(); ++r) {
     Batch::Line& line = batch.lines[r];
     const double quarters = std::clamp(std::ceil(0.25 * batch.map.length(r) / accuracy.first_step),
@@ -395,17 +395,16 @@ void StarPainter::measure_columns(Batch& batch, RenderCounts& counts) const {
   });
   add_nodes(batch, true, counts);
   while (true) {
-    // What is seen of a star may change by a share of ray_error when every second node is left out,
+    // What is seen of a star may change by star_error of itself when every second node is left out,
     // and by the fourfold, as for what is smooth, with the next ones; where dust leaves less than
-    // faint_share of its light, by as much of that share. Sums that agree by chance are rare, but
-    // no neighbours make up for a star's.
+    // faint_share of its light, by star_error of that share.
     std::erase_if(batch.runs, [&](std::int32_t r) {
       const Batch::Line& line = batch.lines[static_cast<std::size_t>(r)];
       const double left = std::exp(-line.least * line.fine);
       const double change =
           std::max(std::abs(line.fine - line.coarse), 0.25 * std::abs(line.coarse - line.coarser));
       return line.most * change * std::min(left / accuracy.faint_share, 1.0) <=
-                 chance_share * accuracy.ray_error ||
+                 accuracy.star_error ||
              2 * line.intervals > most_intervals;
     });
     if (batch.runs.empty()) return;

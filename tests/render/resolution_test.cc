@@ -65,7 +65,6 @@ TEST_P(FluxTest, DoesNotDependOnThePixels) {
   EXPECT_LT(worst_change(GetParam(), {8, 32, 64, 160}, "1e-2"), 4e-3);
 }
 
-// Slow: ten minutes.
 TEST_P(FluxTest, DISABLED_DoesNotDependOnThePixelsAtAll) {
   EXPECT_LT(worst_change(GetParam(), {8, 16, 32, 64, 128, 256, 512, 1024}, "1e-3"), 2e-3);
 }

@@ -357,7 +357,7 @@ TEST(StarPainter, DustDimsStarsBehindIt) {
 }
 
 // Rough dust, within which the camera is: stars that keep 1 % of their light and more are dimmed to
-// the tolerance.
+// well below the tolerance, so that it holds for other dust too.
 TEST(StarPainter, TexturedDustDimsToTheTolerance) {
   const std::string stars = field(2000, smooth_noise);
   const std::string dust =

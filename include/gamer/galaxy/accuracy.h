@@ -12,6 +12,9 @@ struct Accuracy {
   /// Share of a ray's intensity by which it may change when every second node is left out. Controls
   /// the quadrature's error, which is smaller: that of all nodes.
   double ray_error;
+  /// The same of the optical depth in front of a star, relative to the star's light: sums that
+  /// agree by chance are rare, but no neighbours make up for a star's.
+  double star_error;
   /// Distance of a ray's first nodes, in units of the structure that they must not step over.
   /// Controls the features that no node finds: too rare to show in the error estimates.
   double first_step;
@@ -43,12 +46,14 @@ struct Accuracy {
   static constexpr double finest_tolerance = 3e-6;
 
   /// The quadrature's error is a smaller part of its change where nodes are few (bench/error_bench:
-  /// an eighth at 1e-2, a third at 1e-3), hence the power of ray_error there. The features missed
+  /// a tenth at 1e-2, a third at 1e-3), hence the power of ray_error there. The features missed
   /// fall with a high power of the first step, hence the small one here; the error of the midpoint
   /// rule with the second power of the size, that of Gauss' with the fourth.
   static Accuracy from_tolerance(double tolerance) {
     const double t = std::max(tolerance, finest_tolerance);
-    return {.ray_error = std::min(0.6 * t * std::max(std::pow(t / 1e-4, 0.35), 1.0), 0.1),
+    const double ray_error = std::min(0.6 * t * std::max(std::pow(t / 1e-4, 0.35), 1.0), 0.1);
+    return {.ray_error = ray_error,
+            .star_error = 0.25 * ray_error,
             .first_step = 0.7 * std::pow(t / 1e-3, 0.15),
             .log_envelope_threshold = std::log(0.003 * t),
             .texture_threshold = 0.03 * t,

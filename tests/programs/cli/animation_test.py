@@ -103,14 +103,18 @@ class Film(unittest.TestCase):
 
         for ranks in RANKS:
             with self.subTest(ranks=ranks), FilmFolder() as folder:
-                unfinished = 0
+                kills = 0
                 for share in (0, 0.1, 0.3, 0.5, 0.7):
-                    with Job(folder, *ARGUMENTS, *size, "--journal", "0",
+                    with Job(folder, *ARGUMENTS, *size, "-j", "1", "--journal", "0",
                              *(["--resume"] if share > 0 else []), ranks=ranks) as job:
-                        job.wait_until(lambda: share_done(folder) > share)
-                    unfinished += share_done(folder) < 1
-                # The later kills may come too late.
-                self.assertGreater(unfinished, 0)
+                        job.wait_until(lambda: len(job.processes()) == ranks and
+                                       share_done(folder) > share)
+                        if job.process.poll() is None:
+                            kills += 1
+                        else:
+                            self.assertEqual(job.process.returncode, 0)
+                # The later ones may come too late.
+                self.assertGreaterEqual(kills, 3)
                 self.assertEqual(folder.film(*size, "--resume", ranks=ranks), expected)
                 self.assertEqual([name for name in folder.content() if name.endswith(".journal")], [])
 

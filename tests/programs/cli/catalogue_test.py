@@ -139,11 +139,11 @@ class SkyMaker(unittest.TestCase):
     SIDE = 160
     SCALE = 0.25
 
-    def render(self, text, rotation=0, tolerance=1e-3):
+    def render(self, text, rotation=0, **sampling):
         with SkyFolder({"sky.par": toml(
                 image={"output": "out.fits", "bitpix": -64, "size": self.SIDE},
                 camera={"projection": "sky", "pixel_scale": self.SCALE, "rotation": rotation},
-                spectrum={"bands": ["sdss_r"]}, sampling={"tolerance": tolerance}),
+                spectrum={"bands": ["sdss_r"]}, sampling=sampling),
                         "sky.list": text}) as folder:
             folder.render("sky.par", "sky.list")
             return folder.image("out.fits")[0]
@@ -177,6 +177,7 @@ class SkyMaker(unittest.TestCase):
         # Position angle: of the major axis, from the image's x axis towards y, in views that are
         # turned, too.
         row = "200 80 80.5 18.5 0 1 1 0 1.8 0.5 25 0.1 4\n"
+        # What the list says is held, not the quadrature.
         first = self.render(row, tolerance=5e-4)
         aspect, angle = self.moments(first, 80, 80.5)
         self.assertAlmostEqual(aspect, 0.5, delta=0.0009)

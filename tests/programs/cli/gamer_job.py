@@ -7,7 +7,7 @@ import signal
 import subprocess
 import time
 
-from gamer_program import ENVIRONMENT, LAUNCHER, PROGRAM
+from gamer_program import ENVIRONMENT, command
 
 # "Within seconds", on a busy machine.
 PATIENCE = 30
@@ -37,8 +37,10 @@ def size_of(file):
 
 def is_running(process):
     with contextlib.suppress(OSError):
-        # Where nobody waits for orphans they stay as zombies.
-        return pathlib.Path(f"/proc/{process}/stat").read_text().rsplit(") ", 1)[1][0] != "Z"
+        # Where nobody waits for orphans they stay as zombies, of one thread when all have ended.
+        fields = pathlib.Path(f"/proc/{process}/stat").read_text().rsplit(") ", 1)[1].split()
+        state, threads = fields[0], int(fields[17])
+        return state != "Z" or threads > 1
     return False
 
 
@@ -46,12 +48,9 @@ class Job:
     """The program at work in a folder."""
 
     def __init__(self, folder, *arguments, ranks=1, limit=None):
-        command = [str(PROGRAM), *arguments]
-        if ranks > 1:
-            command = [LAUNCHER, "--quiet", "--oversubscribe", "-n", str(ranks)] + command
         self.folder, self.ranks = folder, ranks
-        self.process = subprocess.Popen(command, cwd=folder.path, env=ENVIRONMENT, text=True,
-                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        self.process = subprocess.Popen(command(*arguments, ranks=ranks), cwd=folder.path,
+                                        env=ENVIRONMENT, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                         preexec_fn=limit)
 
     def __enter__(self):

@@ -53,6 +53,14 @@ spiral 0.5 2 0.1 10 0 0.5
 FILES = {"render.par": PARAMETERS, "scene.lst": SCENE, "spiral.toml": GALAXY}
 
 
+def command(*arguments, ranks=1):
+    """That starts the program."""
+    alone = [str(PROGRAM), *arguments]
+    # Quiet: of the launcher's own messages, never of the program's.
+    launch = [LAUNCHER, "--quiet", "--oversubscribe", "-n", str(ranks)]
+    return alone if ranks == 1 else launch + alone
+
+
 class Folder:
     """A folder of its own with the files of a small scene, some of them replaced."""
 
@@ -78,11 +86,7 @@ class Folder:
 
     def run(self, *arguments, ranks=1, limit=None):
         """`limit` is called in the child before the program starts."""
-        command = [str(PROGRAM), *arguments]
-        if ranks > 1:
-            # Quiet: of its own messages, never of the program's.
-            command = [LAUNCHER, "--quiet", "--oversubscribe", "-n", str(ranks)] + command
-        return subprocess.run(command, cwd=self.path, env=ENVIRONMENT, capture_output=True,
+        return subprocess.run(command(*arguments, ranks=ranks), cwd=self.path, env=ENVIRONMENT, capture_output=True,
                               timeout=120, preexec_fn=limit, errors="replace")
 
 

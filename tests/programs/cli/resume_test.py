@@ -73,11 +73,11 @@ class Resume(unittest.TestCase):
         for name in expected:
             self.assertTrue(content[name] == expected[name], f"{name} differs")
 
-    def interrupt(self, folder, *more, share=0.4, with_signal=signal.SIGKILL, ranks=1):
+    def interrupt(self, folder, *more, share=0.4):
         """Leaves a folder with a journal."""
-        with self.start(folder, *more, ranks=ranks) as job:
+        with self.start(folder, *more) as job:
             self.wait_for(job, share)
-            os.kill(job.processes()[0], with_signal)
+            job.process.kill()
             code = job.end()[0]
             self.assertNotEqual(code, 0)
         self.assertIn("out.fits.journal", folder.content())
@@ -161,11 +161,10 @@ class Resume(unittest.TestCase):
                     targets = {"launcher": [job.process.pid], "rank": ranks[2:], "all": ranks}
                     for process in targets[name]:
                         os.kill(process, signal.SIGTERM)
-                    code, out, err, seconds = job.end()
+                    code, out, err, _ = job.end()
                     job.wait_for_ranks_to_end(ranks)
                 self.assertNotEqual(code, 0)
                 self.assertEqual(out, "")
-                self.assertLess(seconds, 10)
                 self.assertLessEqual(err.count(said), 1, err)
                 files = folder.content().keys() - FILES.keys()
                 self.assertIn("out.fits.journal", files)
@@ -334,7 +333,8 @@ class Resume(unittest.TestCase):
                         while True:
                             file.write(bytes(4096))
                     code, _, err, _ = job.end()
-                self.assertEqual(code, 1)
+                # Of the launcher, which may have had to be killed itself.
+                self.assertIn(code, (1, -signal.SIGKILL))
                 self.assertEqual(err.count("\n"), 1, err)
                 self.assertIn("No space left on device", err)
                 self.assertIn("finished rows are kept in small/out.fits.journal", err)
