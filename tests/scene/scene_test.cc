@@ -167,7 +167,6 @@ TEST(Scene, SeedsOfRowAndParametersMakeTheGalaxys) {
   EXPECT_NE(texture_seed(read(row)), made.seed);
 }
 
-// What takes the square of the rows' number would not end in time.
 TEST(Scene, ReadsALargeCatalogue) {
   std::string list = "galaxy x y z ox oy oz pa size seed id\n";
   constexpr int rows = 100000;

@@ -50,8 +50,8 @@ class Job:
     def __init__(self, folder, *arguments, ranks=1, limit=None):
         self.folder, self.ranks = folder, ranks
         self.process = subprocess.Popen(command(*arguments, ranks=ranks), cwd=folder.path,
-                                        env=ENVIRONMENT, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                        preexec_fn=limit)
+                                        env=ENVIRONMENT, text=True, stdout=subprocess.PIPE,
+                                        stderr=subprocess.PIPE, preexec_fn=limit)
 
     def __enter__(self):
         return self

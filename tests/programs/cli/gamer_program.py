@@ -56,9 +56,10 @@ FILES = {"render.par": PARAMETERS, "scene.lst": SCENE, "spiral.toml": GALAXY}
 def command(*arguments, ranks=1):
     """That starts the program."""
     alone = [str(PROGRAM), *arguments]
+    if ranks == 1:
+        return alone
     # Quiet: of the launcher's own messages, never of the program's.
-    launch = [LAUNCHER, "--quiet", "--oversubscribe", "-n", str(ranks)]
-    return alone if ranks == 1 else launch + alone
+    return [LAUNCHER, "--quiet", "--oversubscribe", "-n", str(ranks)] + alone
 
 
 class Folder:
@@ -86,8 +87,8 @@ class Folder:
 
     def run(self, *arguments, ranks=1, limit=None):
         """`limit` is called in the child before the program starts."""
-        return subprocess.run(command(*arguments, ranks=ranks), cwd=self.path, env=ENVIRONMENT, capture_output=True,
-                              timeout=120, preexec_fn=limit, errors="replace")
+        return subprocess.run(command(*arguments, ranks=ranks), cwd=self.path, env=ENVIRONMENT,
+                              capture_output=True, timeout=120, preexec_fn=limit, errors="replace")
 
 
 def read_primary(content):
