@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -15,7 +16,17 @@ namespace {
 
 // Nodes of a run at least, so that every second one still makes a cubic, and at most.
 constexpr std::int32_t fewest_nodes = 9;
-constexpr std::int32_t most_nodes = (1 << 13) + 1;
+constexpr std::int32_t most_nodes = 65;
+
+// Nodes of a piece: every fourth one still makes a cubic.
+constexpr std::int32_t piece_intervals = 16;
+// Rays of larger optical depths need no better relative errors than those of this one.
+constexpr double deepest = 80;
+
+// Pieces of a ray at most, which bounds memory: more nodes than any uniform march would take.
+constexpr std::int32_t most_pieces = 1 << 13;
+// Halvings of a piece at most: single precision ends before.
+constexpr int most_halvings = 24;
 
 constexpr std::int32_t no_run = -1;
 
@@ -27,23 +38,33 @@ struct Part {
   std::vector<Focus> focuses;
 };
 
-/// A stretch of a ray that overlapping galaxies fill.
+/// A stretch of a ray that overlapping galaxies fill, or a piece of one.
 struct Run {
   std::int32_t ray;
   std::int32_t cover;
-  std::int32_t next;  ///< behind it on the ray
-  double origin;      ///< of the map's s, along the ray
-  bool open;          ///< whether it begins inside a galaxy
-  bool has_variants;  ///< see dust_variants.h
+  std::int32_t next;    ///< behind it on the ray
+  std::int32_t result;  ///< the first of its integrals, among those of all runs
+  double origin;        ///< of its nodes' s, along the ray
+  double step;          ///< of a piece: between its nodes
+  bool open;            ///< whether it begins inside a galaxy
+  bool has_variants;    ///< see dust_variants.h
+  bool is_piece;
+  bool continues;  ///< a piece of which the piece before it sees the same variants of the dust
   bool can_refine;
   bool refine;
+  int halvings;
+
+  /// A piece has integrals for each variant, since the pieces behind it see the same one.
+  std::int32_t results() const {
+    return is_piece && has_variants ? static_cast<std::int32_t>(dust_deviations.size()) : 1;
+  }
 };
 
 /// Nodes of runs, all at the same level of refinement, and what fills them.
 struct Level {
-  std::vector<std::int32_t> run, first, count, cover;
-  std::vector<std::uint8_t> open, has_variants;
-  std::vector<float> step;  ///< between nodes, in the map's u
+  std::vector<std::int32_t> run, first, count, cover, result;
+  std::vector<std::uint8_t> open, open_end, has_variants;
+  std::vector<float> step;  ///< between nodes, in the map's u, or of a piece along the ray
   std::vector<float> weight;
   RayNodes nodes;
   std::size_t variants = 1;
@@ -52,30 +73,80 @@ struct Level {
   void clear() {
     variants = 1;
     size = 0;
-    for (auto* values : {&run, &first, &count, &cover}) values->clear();
-    open.clear();
-    has_variants.clear();
+    for (auto* values : {&run, &first, &count, &cover, &result}) values->clear();
+    for (auto* values : {&open, &open_end, &has_variants}) values->clear();
     step.clear();
     weight.clear();
     nodes.clear();
   }
   /// Adds a run, whose nodes are to be filled in after make_room().
   void add(std::int32_t index, const Run& own, std::int32_t nodes_of_run, double distance) {
-    run.push_back(index);
-    first.push_back(size);
-    count.push_back(nodes_of_run);
-    cover.push_back(own.cover);
-    open.push_back(own.open ? 1 : 0);
-    has_variants.push_back(own.has_variants ? 1 : 0);
-    step.push_back(static_cast<float>(distance));
+    add_integral(index, own, size, nodes_of_run, distance);
     size += nodes_of_run;
     nodes.runs.push_back({own.ray, own.cover, first.back(), nodes_of_run, own.origin});
+  }
+  /// Adds an integral over nodes that belong to a run already added.
+  void add_integral(std::int32_t index, const Run& own, std::int32_t first_node,
+                    std::int32_t nodes_of_run, double distance) {
+    run.push_back(index);
+    first.push_back(first_node);
+    count.push_back(nodes_of_run);
+    cover.push_back(own.cover);
+    result.push_back(own.result);
+    open.push_back(own.open || own.is_piece ? 1 : 0);
+    open_end.push_back(own.is_piece ? 1 : 0);
+    has_variants.push_back(own.has_variants ? 1 : 0);
+    step.push_back(static_cast<float>(distance));
     if (own.has_variants) variants = dust_deviations.size();
   }
   void make_room() {
     nodes.s.resize(static_cast<std::size_t>(size));
     weight.resize(static_cast<std::size_t>(size) + RunNodes::padding);
   }
+};
+
+/// Where a refined run's nodes come from: known ones, and fresh ones between them. A run without
+/// known nodes has fresh ones alone.
+struct Source {
+  std::int32_t known, fresh, merged;
+  std::int32_t count;  ///< of the fresh ones
+};
+constexpr std::int32_t none_known = -1;
+
+/// The share of light that passes the runs so far: what all variants of the dust share, and what
+/// each passes of it where pieces of one run follow each other.
+class Transmitted {
+ public:
+  /// Moves on to a run.
+  void enter(const Run& run) {
+    if (run.continues) return;
+    common_ *= mean();
+    own_.fill(1.0);
+    variants_ = run.results();
+  }
+  /// In front of the run, in a variant, times that variant's weight.
+  double in_front(std::int32_t variant) const {
+    return common_ * weight(variant) * own_[static_cast<std::size_t>(variant)];
+  }
+  void pass(std::int32_t variant, double share) {
+    own_[static_cast<std::size_t>(variant)] *= share;
+  }
+
+ private:
+  double weight(std::int32_t variant) const {
+    return variants_ == 1 ? 1.0 : dust_variant_weights[static_cast<std::size_t>(variant)];
+  }
+  double mean() const {
+    double sum = 0;
+    for (std::int32_t v = 0; v < variants_; ++v) {
+      sum += weight(v) * own_[static_cast<std::size_t>(v)];
+    }
+    return sum;
+  }
+
+  double common_ = 1;
+  std::array<double, dust_deviations.size()> own_{1, 1, 1};
+  std::int32_t variants_ = 1;
 };
 
 /// Arrays of one thread, kept between calls.
@@ -95,7 +166,13 @@ struct Workspace {
   std::vector<std::int32_t> first_run;  ///< of each ray
   NodeMap map;
   std::vector<std::uint64_t> starts;  ///< cover, pairs of nodes and number of each run
-  Level level, fresh, merged;
+  std::size_t results = 0;            ///< integrals of all runs
+  Level level, pieces, fresh, merged;
+  std::vector<std::int32_t> new_pieces;  ///< without nodes so far
+  std::vector<std::int32_t> pieces_of_ray;
+  std::vector<float> bounds;
+  std::vector<float> no_weights;
+  std::vector<Source> sources;
 
   /// Of the covers, as RunCovers has it.
   std::vector<std::int32_t> cover_light_slots, cover_dust_slots;
@@ -104,12 +181,15 @@ struct Workspace {
   std::size_t light_slots = 0, dust_slots = 0;
   std::vector<const float*> light, dust;
   std::vector<std::uint32_t> order;  ///< of the level's runs
+  std::vector<std::uint8_t> no_variants;
+  std::vector<std::int32_t> result;
 
-  /// Of every run, at its level, what integrate_runs() gives.
+  /// Of every run, at its level, what integrate_runs() gives: [result].
   std::vector<float> run_light, run_depth, run_transmission;
   std::vector<Steered> steered;
   std::vector<std::int32_t> active, still_active;
-  std::vector<double> transmitted;
+  std::vector<double> errors;
+  std::vector<Transmitted> transmitted;
   std::vector<std::size_t> places;
 };
 
@@ -131,14 +211,29 @@ class AdaptiveSampler : public Sampler {
   /// Tabulates what the covers' slots do.
   void describe_covers(Workspace& ws) const;
   void begin_level(Workspace& ws) const;
-  /// The same runs with twice the nodes, where they are to be refined.
-  void refine_level(std::span<const std::span<const Hit>> hits, Workspace& ws,
-                    RenderCounts& counts) const;
+  /// Replaces a run by the pieces between ws.bounds.
+  void cut(std::int32_t index, Workspace& ws) const;
+  /// Doubles the nodes of the runs that are to be refined, and cuts those that would have too many.
+  void refine_runs(std::span<const std::span<const Hit>> hits, Workspace& ws,
+                   RenderCounts& counts) const;
+  /// Replaces pieces that are to be refined by their halves, of as many nodes, and evaluates new
+  /// pieces.
+  void refine_pieces(std::span<const std::span<const Hit>> hits, Workspace& ws,
+                     RenderCounts& counts) const;
+  /// Fills ws.merged with the light and dust of `known` nodes and ws.fresh.
+  void merge(const Level& known, Workspace& ws) const;
   void evaluate(std::span<const std::span<const Hit>> hits, Level& level, Workspace& ws,
                 RenderCounts& counts) const;
-  void integrate_level(bool is_first, Workspace& ws) const;
-  /// Marks the runs of a ray that need more nodes; false when none.
-  bool judge(std::span<const Hit> hits, std::int32_t ray, Workspace& ws) const;
+  /// Integrates runs as means over their variants.
+  void integrate_runs_of(const Level& level, bool is_first, Workspace& ws) const;
+  /// Integrates pieces for each variant.
+  void integrate_pieces(Workspace& ws) const;
+  void integrate(const Level& level, std::size_t variant, std::span<const double> weights,
+                 const std::uint8_t* has_variants, bool is_first, Workspace& ws) const;
+  /// Marks the runs of a ray that need more nodes; false when none. Counts the ray where a bound
+  /// keeps one from having them.
+  bool judge(std::span<const Hit> hits, std::int32_t ray, Workspace& ws,
+             RenderCounts& counts) const;
   void sum_up(std::span<const std::span<const Hit>> hits, Workspace& ws, RayLight& out) const;
 
   const Medium& medium_;
@@ -200,8 +295,19 @@ void AdaptiveSampler::find_runs(std::span<const Hit> hits, std::int32_t ray, Wor
     }
     ws.map.add(begin - origin, end - origin, ws.focuses);
     const auto run = static_cast<std::int32_t>(ws.runs.size());
-    ws.runs.push_back(
-        {ray, find_cover(ws), no_run, origin, !(begin > 0), has_variants, true, false});
+    ws.runs.push_back({.ray = ray,
+                       .cover = find_cover(ws),
+                       .next = no_run,
+                       .result = run,
+                       .origin = origin,
+                       .step = 0,
+                       .open = !(begin > 0),
+                       .has_variants = has_variants,
+                       .is_piece = false,
+                       .continues = false,
+                       .can_refine = true,
+                       .refine = false,
+                       .halvings = 0});
     if (last == no_run) {
       ws.first_run[static_cast<std::size_t>(ray)] = run;
     } else {
@@ -246,19 +352,61 @@ void AdaptiveSampler::describe_covers(Workspace& ws) const {
   }
 }
 
+void AdaptiveSampler::cut(std::int32_t index, Workspace& ws) const {
+  const Run whole = ws.runs[static_cast<std::size_t>(index)];
+  std::int32_t last = no_run;
+  for (std::size_t k = 0; k + 1 < ws.bounds.size(); ++k) {
+    const double begin = double{ws.bounds[k]}, end = double{ws.bounds[k + 1]};
+    if (!(begin < end)) continue;
+    Run piece = whole;
+    piece.is_piece = piece.can_refine = true;
+    piece.refine = false;
+    piece.continues = last != no_run;
+    piece.origin = whole.origin + begin;
+    piece.step = (end - begin) / piece_intervals;
+    piece.result = static_cast<std::int32_t>(ws.results);
+    ws.results += static_cast<std::size_t>(piece.results());
+    const auto own = last == no_run ? index : static_cast<std::int32_t>(ws.runs.size());
+    if (last == no_run) {
+      ws.runs[static_cast<std::size_t>(own)] = piece;
+    } else {
+      ws.runs[static_cast<std::size_t>(last)].next = own;
+      ws.runs.push_back(piece);
+    }
+    last = own;
+    ws.new_pieces.push_back(own);
+    ++ws.pieces_of_ray[static_cast<std::size_t>(whole.ray)];
+  }
+}
+
 void AdaptiveSampler::begin_level(Workspace& ws) const {
   ws.map.measure();
   Level& level = ws.level;
   level.clear();
+  ws.pieces.clear();
+  ws.new_pieces.clear();
   ws.starts.clear();
+  ws.results = ws.runs.size();
   constexpr int run_bits = 28, pair_bits = 13;
   static_assert((most_nodes - 1) / 2 < 1 << pair_bits);
-  for (std::size_t r = 0; r < ws.runs.size(); ++r) {
-    const double pairs =
-        std::clamp(std::ceil(0.5 * ws.map.length(r) / medium_.accuracy().first_step),
-                   0.5 * (fewest_nodes - 1), 0.5 * (most_nodes - 1));
+  const std::size_t whole_runs = ws.runs.size();
+  for (std::size_t r = 0; r < whole_runs; ++r) {
+    const double pairs = std::ceil(0.5 * ws.map.length(r) / medium_.accuracy().first_step);
+    if (2 * pairs + 1 > most_nodes) {
+      const double pieces = std::min(std::ceil(2 * pairs / piece_intervals), 0.5 * most_pieces);
+      const auto run = static_cast<std::int32_t>(r), first = 0;
+      const auto count = static_cast<std::int32_t>(pieces) + 1;
+      const auto step = static_cast<float>(ws.map.length(r) / pieces);
+      ws.bounds.resize(static_cast<std::size_t>(count));
+      ws.no_weights.resize(ws.bounds.size());
+      ws.map.place({std::span(&run, 1), std::span(&first, 1), std::span(&count, 1),
+                    std::span(&step, 1), 0.0f, ws.bounds.data(), ws.no_weights.data()});
+      cut(run, ws);
+      continue;
+    }
     const auto cover = static_cast<std::uint64_t>(ws.runs[r].cover);
-    ws.starts.push_back((cover << pair_bits | static_cast<std::uint64_t>(pairs)) << run_bits | r);
+    const auto kept = static_cast<std::uint64_t>(std::max(pairs, 0.5 * (fewest_nodes - 1)));
+    ws.starts.push_back((cover << pair_bits | kept) << run_bits | r);
   }
   // A galaxy's nodes together, and runs that share vectors of about the same length.
   std::sort(ws.starts.begin(), ws.starts.end());
@@ -280,72 +428,149 @@ void AdaptiveSampler::evaluate(std::span<const std::span<const Hit>> hits, Level
   counts.nodes += level.nodes.size();
 }
 
-void AdaptiveSampler::refine_level(std::span<const std::span<const Hit>> hits, Workspace& ws,
-                                   RenderCounts& counts) const {
+void AdaptiveSampler::merge(const Level& known, Workspace& ws) const {
+  const Level& fresh = ws.fresh;
+  Level& merged = ws.merged;
+  const auto interleave = [&](const auto& even, const auto& odd, auto& out) {
+    for (const Source& source : ws.sources) {
+      const auto* between = odd.data() + source.fresh;
+      auto* to = out.data() + source.merged;
+      if (source.known == none_known) {
+        std::copy_n(between, source.count, to);
+        continue;
+      }
+      const auto* from = even.data() + source.known;
+      for (std::int32_t n = 0; n < source.count; ++n) {
+        to[2 * n] = from[n];
+        to[2 * n + 1] = between[n];
+      }
+      to[2 * source.count] = from[source.count];
+    }
+  };
+  if (&known == &ws.level) {
+    interleave(known.nodes.s, fresh.nodes.s, merged.nodes.s);
+    interleave(known.weight, fresh.weight, merged.weight);
+    for (float& weight : merged.weight) weight *= 0.5f;
+  }
+  merged.nodes.make_room(ws.light_slots, ws.dust_slots, merged.variants);
+  for (std::size_t slot = 0; slot < ws.light_slots; ++slot) {
+    interleave(known.nodes.light[slot], fresh.nodes.light[slot], merged.nodes.light[slot]);
+  }
+  for (std::size_t k = 0; k < merged.variants * ws.dust_slots; ++k) {
+    interleave(known.nodes.dust[k], fresh.nodes.dust[k], merged.nodes.dust[k]);
+  }
+}
+
+void AdaptiveSampler::refine_runs(std::span<const std::span<const Hit>> hits, Workspace& ws,
+                                  RenderCounts& counts) const {
   const Level& old = ws.level;
   Level& fresh = ws.fresh;
   Level& merged = ws.merged;
   fresh.clear();
   merged.clear();
-  std::vector<std::size_t> sources;
+  ws.sources.clear();
   for (std::size_t i = 0; i < old.run.size(); ++i) {
     Run& run = ws.runs[static_cast<std::size_t>(old.run[i])];
-    run.can_refine = run.refine && 4 * old.count[i] - 3 <= most_nodes;
+    run.can_refine = run.refine;
     if (!run.refine) continue;
-    sources.push_back(i);
-    fresh.add(old.run[i], run, old.count[i] - 1, double{old.step[i]});
-    merged.add(old.run[i], run, 2 * old.count[i] - 1, 0.5 * double{old.step[i]});
+    const std::int32_t intervals = old.count[i] - 1;
+    if (2 * intervals + 1 > most_nodes) {
+      const std::int32_t pieces = (2 * intervals + piece_intervals - 1) / piece_intervals;
+      ws.bounds.clear();
+      for (std::int32_t k = 0; k <= pieces; ++k) {
+        const std::int32_t node = old.first[i] + k * intervals / pieces;
+        ws.bounds.push_back(old.nodes.s[static_cast<std::size_t>(node)]);
+      }
+      cut(old.run[i], ws);
+      continue;
+    }
+    ws.sources.push_back({old.first[i], fresh.size, merged.size, intervals});
+    fresh.add(old.run[i], run, intervals, double{old.step[i]});
+    merged.add(old.run[i], run, 2 * intervals + 1, 0.5 * double{old.step[i]});
   }
   fresh.make_room();
   merged.make_room();
   ws.map.place({fresh.run, fresh.first, fresh.count, fresh.step, 0.5f, fresh.nodes.s.data(),
                 fresh.weight.data()});
   evaluate(hits, fresh, ws, counts);
-  const auto interleave = [&](const auto& even, const auto& odd, auto& out) {
-    for (std::size_t k = 0; k < sources.size(); ++k) {
-      const auto* from = even.data() + old.first[sources[k]];
-      const auto* between = odd.data() + fresh.first[k];
-      auto* to = out.data() + merged.first[k];
-      for (std::int32_t n = 0; n < fresh.count[k]; ++n) {
-        to[2 * n] = from[n];
-        to[2 * n + 1] = between[n];
-      }
-      to[2 * fresh.count[k]] = from[fresh.count[k]];
-    }
-  };
-  interleave(old.nodes.s, fresh.nodes.s, merged.nodes.s);
-  interleave(old.weight, fresh.weight, merged.weight);
-  for (float& weight : merged.weight) weight *= 0.5f;
-  merged.nodes.make_room(ws.light_slots, ws.dust_slots, merged.variants);
-  for (std::size_t slot = 0; slot < ws.light_slots; ++slot) {
-    interleave(old.nodes.light[slot], fresh.nodes.light[slot], merged.nodes.light[slot]);
-  }
-  for (std::size_t k = 0; k < merged.variants * ws.dust_slots; ++k) {
-    interleave(old.nodes.dust[k], fresh.nodes.dust[k], merged.nodes.dust[k]);
-  }
+  merge(old, ws);
   std::swap(ws.level, ws.merged);
 }
 
-void AdaptiveSampler::integrate_level(bool is_first, Workspace& ws) const {
+void AdaptiveSampler::refine_pieces(std::span<const std::span<const Hit>> hits, Workspace& ws,
+                                    RenderCounts& counts) const {
+  const Level& old = ws.pieces;
+  Level& fresh = ws.fresh;
+  Level& merged = ws.merged;
+  fresh.clear();
+  merged.clear();
+  ws.sources.clear();
+  for (std::size_t i = 0; i < old.run.size(); ++i) {
+    const auto first_half = static_cast<std::size_t>(old.run[i]);
+    ws.runs[first_half].can_refine = ws.runs[first_half].refine;
+    if (!ws.runs[first_half].refine) continue;
+    ws.sources.push_back({old.first[i], fresh.size, merged.size, piece_intervals});
+    fresh.add(old.run[i], ws.runs[first_half], piece_intervals, ws.runs[first_half].step);
+    const auto behind = static_cast<std::int32_t>(ws.runs.size());
+    Run second = ws.runs[first_half];
+    second.step *= 0.5;
+    ++second.halvings;
+    Run first = second;
+    second.origin += piece_intervals * second.step;
+    second.continues = true;
+    second.result = static_cast<std::int32_t>(ws.results);
+    ws.results += static_cast<std::size_t>(second.results());
+    first.next = behind;
+    ++ws.pieces_of_ray[static_cast<std::size_t>(first.ray)];
+    merged.add_integral(old.run[i], first, merged.size, piece_intervals + 1, first.step);
+    merged.add_integral(behind, second, merged.size + piece_intervals, piece_intervals + 1,
+                        second.step);
+    merged.size += 2 * piece_intervals + 1;
+    ws.runs[first_half] = first;
+    ws.runs.push_back(second);
+  }
+  const std::size_t refined = ws.sources.size();
+  for (const std::int32_t index : ws.new_pieces) {
+    const Run& piece = ws.runs[static_cast<std::size_t>(index)];
+    ws.sources.push_back({none_known, fresh.size, merged.size, piece_intervals + 1});
+    fresh.add(index, piece, piece_intervals + 1, piece.step);
+    merged.add_integral(index, piece, merged.size, piece_intervals + 1, piece.step);
+    merged.size += piece_intervals + 1;
+  }
+  ws.new_pieces.clear();
+  fresh.make_room();
+  merged.make_room();
+  for (std::size_t i = 0; i < ws.sources.size(); ++i) {
+    const float shift = i < refined ? 0.5f : 0.0f;
+    float* const s = fresh.nodes.s.data() + fresh.first[i];
+    for (std::int32_t k = 0; k < fresh.count[i]; ++k) {
+      s[k] = (static_cast<float>(k) + shift) * fresh.step[i];
+    }
+  }
+  for (std::size_t i = 0; i < merged.run.size(); ++i) {
+    std::fill_n(merged.weight.data() + merged.first[i], merged.count[i], merged.step[i]);
+  }
+  evaluate(hits, fresh, ws, counts);
+  merge(old, ws);
+  std::swap(ws.pieces, ws.merged);
+}
+
+void AdaptiveSampler::integrate(const Level& level, std::size_t variant,
+                                std::span<const double> weights, const std::uint8_t* has_variants,
+                                bool is_first, Workspace& ws) const {
   static_assert(RayNodes::padding >= RunNodes::padding);
-  const Level& level = ws.level;
   ws.light.clear();
   for (std::size_t slot = 0; slot < ws.light_slots; ++slot) {
     ws.light.push_back(level.nodes.light[slot].data());
   }
   ws.dust.clear();
-  for (const auto& dust : level.nodes.dust) ws.dust.push_back(dust.data());
-  const RunNodes runs{level.run.size(),
-                      level.first.data(),
-                      level.count.data(),
-                      level.cover.data(),
-                      level.open.data(),
-                      level.has_variants.data(),
-                      level.weight.data(),
-                      ws.light.data(),
-                      ws.dust.data(),
-                      ws.dust_slots,
-                      std::span(dust_variant_weights).first(level.variants)};
+  for (std::size_t k = variant * ws.dust_slots; k < level.nodes.dust.size(); ++k) {
+    ws.dust.push_back(level.nodes.dust[k].data());
+  }
+  const RunNodes runs{level.run.size(),   level.first.data(),  level.count.data(),
+                      level.cover.data(), level.open.data(),   level.open_end.data(),
+                      has_variants,       level.weight.data(), ws.light.data(),
+                      ws.dust.data(),     ws.dust_slots,       weights};
   const RunCovers covers{ws.covers.size(),
                          medium_.nodes(),
                          ws.steering_node,
@@ -355,44 +580,106 @@ void AdaptiveSampler::integrate_level(bool is_first, Workspace& ws) const {
                          ws.flux.data()};
   order_runs(runs, covers, ws.order);
   integrate_runs(runs, covers, ws.order, is_first,
-                 {level.run.data(), ws.light_slots, ws.run_light.data(), ws.run_depth.data(),
+                 {ws.result.data(), ws.light_slots, ws.run_light.data(), ws.run_depth.data(),
                   ws.run_transmission.data(), ws.steered.data()});
 }
 
-bool AdaptiveSampler::judge(std::span<const Hit> hits, std::int32_t ray, Workspace& ws) const {
+void AdaptiveSampler::integrate_runs_of(const Level& level, bool is_first, Workspace& ws) const {
+  ws.result = level.result;
+  integrate(level, 0, std::span(dust_variant_weights).first(level.variants),
+            level.has_variants.data(), is_first, ws);
+}
+
+void AdaptiveSampler::integrate_pieces(Workspace& ws) const {
+  const std::size_t planes = ws.steering_node.size(), nodes = medium_.nodes();
+  ws.run_light.resize(ws.results * ws.light_slots * nodes);
+  ws.run_depth.resize(ws.results * nodes);
+  ws.run_transmission.resize(ws.results * nodes);
+  ws.steered.resize(ws.results * 2 * planes);
+  const Level& level = ws.pieces;
+  ws.no_variants.assign(level.run.size(), 0);
+  static constexpr double alone[] = {1.0};
+  for (std::size_t v = level.variants; v-- > 0;) {
+    // A piece without variants has one result: the last pass, that of the first variant, counts.
+    ws.result.clear();
+    for (std::size_t i = 0; i < level.run.size(); ++i) {
+      const auto shift = level.has_variants[i] != 0 ? static_cast<std::int32_t>(v) : 0;
+      ws.result.push_back(level.result[i] + shift);
+    }
+    integrate(level, v, alone, ws.no_variants.data(), true, ws);
+  }
+}
+
+bool AdaptiveSampler::judge(std::span<const Hit> hits, std::int32_t ray, Workspace& ws,
+                            RenderCounts& counts) const {
   const std::size_t planes = ws.steering_node.size(), nodes = medium_.nodes();
   const Accuracy& accuracy = medium_.accuracy();
-  bool any = false;
+  const std::int32_t first = ws.first_run[static_cast<std::size_t>(ray)];
+  const bool is_full = ws.pieces_of_ray[static_cast<std::size_t>(ray)] >= most_pieces;
+  bool any = false, falls_short = false;
   for (std::size_t s = 0; s < planes; ++s) {
-    double intensity = 0, transmitted = 1, count = 0;
-    for (std::int32_t r = ws.first_run[static_cast<std::size_t>(ray)]; r != no_run;
-         r = ws.runs[static_cast<std::size_t>(r)].next) {
-      const auto run = static_cast<std::size_t>(r);
-      intensity += transmitted * double{ws.steered[run * 2 * planes + s].value};
-      transmitted *= double{ws.run_transmission[run * nodes + ws.steering_node[s]]};
+    const auto light_of = [&](std::int32_t result) -> const Steered& {
+      return ws.steered[static_cast<std::size_t>(result) * 2 * planes + s];
+    };
+    const auto depth_of = [&](std::int32_t result) -> const Steered& {
+      return ws.steered[(static_cast<std::size_t>(result) * 2 + 1) * planes + s];
+    };
+    const auto share_of = [&](std::int32_t result) {
+      const std::size_t at = static_cast<std::size_t>(result) * nodes + ws.steering_node[s];
+      return double{ws.run_transmission[at]};
+    };
+    double intensity = 0, depth = 0, count = 0;
+    Transmitted transmitted;
+    for (std::int32_t r = first; r != no_run; r = ws.runs[static_cast<std::size_t>(r)].next) {
+      const Run& run = ws.runs[static_cast<std::size_t>(r)];
+      transmitted.enter(run);
+      for (std::int32_t v = 0; v < run.results(); ++v) {
+        intensity += transmitted.in_front(v) * double{light_of(run.result + v).value};
+        transmitted.pass(v, share_of(run.result + v));
+      }
+      depth += double{depth_of(run.result).value};
       ++count;
     }
     double typical = 0;
     for (const Hit& hit : hits) {
       typical = std::max(typical, medium_.typical_brightness(hit.galaxy, s));
     }
-    const double scale = std::max(intensity, accuracy.faint_share * typical);
-    const double allowed = accuracy.ray_error * scale / std::sqrt(count);
-    double in_front = 0;
-    transmitted = 1;
-    for (std::int32_t r = ws.first_run[static_cast<std::size_t>(ray)]; r != no_run;
-         r = ws.runs[static_cast<std::size_t>(r)].next) {
-      const auto run = static_cast<std::size_t>(r);
-      const Steered& light = ws.steered[run * 2 * planes + s];
-      const Steered& depth = ws.steered[(run * 2 + 1) * planes + s];
-      in_front += transmitted * double{light.value};
+    // An image of thick dust may be far fainter than its galaxy face on.
+    const double dimmed = typical * std::exp(-0.5 * std::min(depth, deepest));
+    const double scale = std::max(intensity, accuracy.faint_share * dimmed);
+    const double allowed = accuracy.ray_error * scale;
+    double in_front = 0, square = 0;
+    ws.errors.clear();
+    transmitted = {};
+    for (std::int32_t r = first; r != no_run; r = ws.runs[static_cast<std::size_t>(r)].next) {
+      const Run& run = ws.runs[static_cast<std::size_t>(r)];
+      transmitted.enter(run);
+      double error = 0, depth_error = 0;
+      for (std::int32_t v = 0; v < run.results(); ++v) {
+        const double share = transmitted.in_front(v);
+        in_front += share * double{light_of(run.result + v).value};
+        error += share * light_of(run.result + v).error(scale);
+        depth_error = std::max(depth_error, depth_of(run.result + v).error(1));
+        transmitted.pass(v, share_of(run.result + v));
+      }
       // An error of depth dims all the light behind.
-      const double error =
-          transmitted * light.error(scale) + (intensity - in_front) * depth.error(1);
-      transmitted *= double{ws.run_transmission[run * nodes + ws.steering_node[s]]};
-      if (error > allowed && ws.runs[run].can_refine) ws.runs[run].refine = any = true;
+      error += (intensity - in_front) * depth_error;
+      ws.errors.push_back(error);
+      square += error * error;
+    }
+    if (square <= allowed * allowed) continue;
+    std::size_t i = 0;
+    for (std::int32_t r = first; r != no_run; r = ws.runs[static_cast<std::size_t>(r)].next) {
+      Run& run = ws.runs[static_cast<std::size_t>(r)];
+      if (ws.errors[i++] <= allowed / std::sqrt(count) || !run.can_refine) continue;
+      if (run.is_piece && (is_full || run.halvings >= most_halvings)) {
+        falls_short = true;
+      } else {
+        run.refine = any = true;
+      }
     }
   }
+  if (!any && falls_short) ++counts.unconverged_rays;
   return any;
 }
 
@@ -400,20 +687,28 @@ void AdaptiveSampler::sum_up(std::span<const std::span<const Hit>> hits, Workspa
                              RayLight& out) const {
   const std::size_t nodes = medium_.nodes();
   for (std::size_t ray = 0; ray < hits.size(); ++ray) {
-    ws.transmitted.assign(nodes, 1.0);
+    ws.transmitted.assign(nodes, {});
     double* depth = out.depth.data() + ray * nodes;
     for (std::int32_t r = ws.first_run[ray]; r != no_run;
          r = ws.runs[static_cast<std::size_t>(r)].next) {
-      const auto run = static_cast<std::size_t>(r);
-      medium_.places(hits[ray], ws.covers[static_cast<std::size_t>(ws.runs[run].cover)], ws.places);
-      for (std::size_t slot = 0; slot < ws.places.size(); ++slot) {
-        double* sum = out.light.data() + out.begin[ray] + ws.places[slot];
-        const float* light = ws.run_light.data() + (run * ws.light_slots + slot) * nodes;
-        for (std::size_t j = 0; j < nodes; ++j) sum[j] += ws.transmitted[j] * double{light[j]};
-      }
-      for (std::size_t j = 0; j < nodes; ++j) {
-        depth[j] += double{ws.run_depth[run * nodes + j]};
-        ws.transmitted[j] *= double{ws.run_transmission[run * nodes + j]};
+      const Run& run = ws.runs[static_cast<std::size_t>(r)];
+      medium_.places(hits[ray], ws.covers[static_cast<std::size_t>(run.cover)], ws.places);
+      for (Transmitted& transmitted : ws.transmitted) transmitted.enter(run);
+      for (std::int32_t v = 0; v < run.results(); ++v) {
+        const auto result = static_cast<std::size_t>(run.result + v);
+        for (std::size_t slot = 0; slot < ws.places.size(); ++slot) {
+          double* sum = out.light.data() + out.begin[ray] + ws.places[slot];
+          const float* light = ws.run_light.data() + (result * ws.light_slots + slot) * nodes;
+          for (std::size_t j = 0; j < nodes; ++j) {
+            sum[j] += ws.transmitted[j].in_front(v) * double{light[j]};
+          }
+        }
+        const double share =
+            run.results() > 1 ? dust_variant_weights[static_cast<std::size_t>(v)] : 1;
+        for (std::size_t j = 0; j < nodes; ++j) {
+          depth[j] += share * double{ws.run_depth[result * nodes + j]};
+          ws.transmitted[j].pass(v, double{ws.run_transmission[result * nodes + j]});
+        }
       }
     }
   }
@@ -430,6 +725,7 @@ void AdaptiveSampler::integrate(std::span<const std::span<const Hit>> hits, RayL
   ws.covers.clear();
   ws.cover_of.clear();
   ws.first_run.assign(hits.size(), no_run);
+  ws.pieces_of_ray.assign(hits.size(), 0);
   ws.active.clear();
   for (std::size_t i = 0; i < hits.size(); ++i) {
     find_runs(hits[i], static_cast<std::int32_t>(i), ws);
@@ -440,23 +736,32 @@ void AdaptiveSampler::integrate(std::span<const std::span<const Hit>> hits, RayL
   if (ws.active.empty()) return;
   describe_covers(ws);
   const std::size_t planes = ws.steering_node.size(), nodes = medium_.nodes();
-  ws.run_light.resize(ws.runs.size() * ws.light_slots * nodes);
-  ws.run_depth.resize(ws.runs.size() * nodes);
-  ws.run_transmission.resize(ws.runs.size() * nodes);
-  ws.steered.resize(ws.runs.size() * 2 * planes);
   begin_level(ws);
+  ws.run_light.resize(ws.results * ws.light_slots * nodes);
+  ws.run_depth.resize(ws.results * nodes);
+  ws.run_transmission.resize(ws.results * nodes);
+  ws.steered.resize(ws.results * 2 * planes);
   evaluate(hits, ws.level, ws, counts);
-  integrate_level(true, ws);
+  integrate_runs_of(ws.level, true, ws);
+  if (!ws.new_pieces.empty()) {
+    refine_pieces(hits, ws, counts);
+    integrate_pieces(ws);
+  }
   while (true) {
     for (Run& run : ws.runs) run.refine = false;
     ws.still_active.clear();
     for (const std::int32_t ray : ws.active) {
-      if (judge(hits[static_cast<std::size_t>(ray)], ray, ws)) ws.still_active.push_back(ray);
+      if (judge(hits[static_cast<std::size_t>(ray)], ray, ws, counts)) {
+        ws.still_active.push_back(ray);
+      }
     }
     std::swap(ws.active, ws.still_active);
     if (ws.active.empty()) break;
-    refine_level(hits, ws, counts);
-    integrate_level(false, ws);
+    refine_runs(hits, ws, counts);
+    integrate_runs_of(ws.level, false, ws);
+    if (ws.pieces.run.empty() && ws.new_pieces.empty()) continue;
+    refine_pieces(hits, ws, counts);
+    integrate_pieces(ws);
   }
   sum_up(hits, ws, out);
   counts.transfer_seconds +=

@@ -53,6 +53,7 @@ Medium::Scratch& Medium::scratch() {
 RenderCounts& RenderCounts::operator+=(const RenderCounts& more) {
   rays += more.rays;
   nodes += more.nodes;
+  unconverged_rays += more.unconverged_rays;
   noise_evaluations += more.noise_evaluations;
   noise_seconds += more.noise_seconds;
   envelope_seconds += more.envelope_seconds;

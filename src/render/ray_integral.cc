@@ -70,7 +70,7 @@ class LaneNodes {
     const D d;
     const DI di;
     HWY_ALIGN std::int32_t cover[most], lights[most], dusts[most];
-    HWY_ALIGN float open[most], variants[most];
+    HWY_ALIGN float open[most], open_end[most], variants[most];
     for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) {
       const std::size_t run = numbers[std::min(lane, numbers.size() - 1)];
       first_[lane] = runs.first[run];
@@ -79,10 +79,12 @@ class LaneNodes {
       lights[lane] = covers.light_slots[cover[lane]];
       dusts[lane] = covers.dust_slots[cover[lane]];
       open[lane] = runs.open[run] != 0 ? 1.0f : 0.0f;
+      open_end[lane] = runs.open_end[run] != 0 ? 1.0f : 0.0f;
       variants[lane] = runs.variants[run] != 0 ? 1.0f : 0.0f;
       longest_ = std::max(longest_, counts_[lane]);
       shortest_ = std::min(shortest_, counts_[lane]);
       any_open_ = any_open_ || runs.open[run] != 0;
+      any_open_end_ = any_open_end_ || runs.open_end[run] != 0;
       any_variants_ = any_variants_ || runs.variants[run] != 0;
       light_slots_ = std::max(light_slots_, static_cast<std::size_t>(lights[lane]));
       dust_slots_ = std::max(dust_slots_, static_cast<std::size_t>(dusts[lane]));
@@ -93,6 +95,7 @@ class LaneNodes {
     own_light_slots_ = hn::Load(di, lights);
     own_dust_slots_ = hn::Load(di, dusts);
     open_ = hn::Gt(hn::Load(d, open), hn::Zero(d));
+    open_end_ = hn::Gt(hn::Load(d, open_end), hn::Zero(d));
     with_variants_ = hn::Gt(hn::Load(d, variants), hn::Zero(d));
     variants_ = any_variants_ ? runs.variant_weights.size() : 1;
     first_light_ = 1 + variants_ * dust_slots_;
@@ -135,6 +138,15 @@ class LaneNodes {
   std::size_t dust_slots() const { return dust_slots_; }
   std::size_t variants() const { return variants_; }
   hn::Mask<D> open() const { return open_; }
+  /// Lanes whose open end is k nodes behind node n. False where no lane may be such a one.
+  HWY_INLINE bool is_near_open_end(std::int32_t n, std::int32_t k) const {
+    return any_open_end_ && n + k >= shortest_ - 1;
+  }
+  HWY_INLINE hn::Mask<D> ends_behind(std::int32_t n, std::int32_t k) const {
+    const DI di;
+    const auto is_last = hn::Eq(hn::Set(di, n + k + 1), count_);
+    return hn::And(open_end_, hn::RebindMask(D(), is_last));
+  }
   VI cover() const { return cover_; }
   HWY_INLINE hn::Mask<D> has(std::int32_t n) const {
     return hn::RebindMask(D(), hn::Lt(hn::Set(DI(), n), count_));
@@ -225,11 +237,23 @@ class LaneNodes {
   std::int32_t shortest_ = std::numeric_limits<std::int32_t>::max(), longest_ = 0, begin_ = 0;
   std::size_t light_slots_ = 0, dust_slots_ = 0, variants_ = 1;
   std::size_t first_light_, row_;  ///< vectors of a node
-  bool any_open_ = false, any_variants_ = false, have_same_slots_ = true;
-  hn::Mask<D> open_, with_variants_;
+  bool any_open_ = false, any_open_end_ = false, any_variants_ = false, have_same_slots_ = true;
+  hn::Mask<D> open_, open_end_, with_variants_;
   VI count_, cover_, own_light_slots_, own_dust_slots_;
   HWY_ALIGN std::int32_t first_[most], counts_[most], at_[most], counts_in_slot_[most];
 };
+
+/// The cubic through four nodes, of which at_node(0) is the nearest, one node beyond them.
+template <class D, class AtNode>
+HWY_INLINE hn::Vec<D> Continue(const AtNode& at_node) {
+  const D d;
+  constexpr float coefficients[] = {4, -6, 4, -1};
+  auto sum = hn::Zero(d);
+  for (std::int32_t k = 0; k < 4; ++k) {
+    sum = hn::MulAdd(hn::Set(d, coefficients[k]), at_node(k), sum);
+  }
+  return sum;
+}
 
 /// The optical depth of one dust slot up to one node after the other, where its extinction is 1.
 template <class D>
@@ -248,12 +272,7 @@ class DepthMarch {
     const V first = at_node(0);
     V before = hn::Zero(d);
     if (nodes.any_open()) {
-      // The cubic through the first four nodes continues to a node before them.
-      constexpr float continuation[] = {4, -6, 4, -1};
-      for (std::int32_t k = 0; k < 4; ++k) {
-        before = hn::MulAdd(hn::Set(d, continuation[k]), at_node(k), before);
-      }
-      before = hn::IfThenElseZero(nodes.open(), before);
+      before = hn::IfThenElseZero(nodes.open(), Continue<D>(at_node));
     }
     const V slope = hn::Mul(hn::Set(d, 1.0f / 24), hn::Sub(before, at_node(1)));
     store(before, before_part);
@@ -344,7 +363,13 @@ class Absorption {
     for (std::size_t v = 0; v < nodes_.variants(); ++v) {
       for (std::size_t slot = 0; slot < slots_; ++slot) {
         auto own = march(v, slot);
-        own.advance(has, opacity(n + stride_, v, slot));
+        V behind = opacity(n + stride_, v, slot);
+        if (nodes_.is_near_open_end(n, 0)) {
+          const V continued = Continue<D>(
+              [&](std::int32_t k) HWY_ATTR { return opacity(n - k * stride_, v, slot); });
+          behind = hn::IfThenElse(nodes_.ends_behind(n, 0), continued, behind);
+        }
+        own.advance(has, behind);
         largest = hn::Max(largest, own.depth());
       }
     }
@@ -399,15 +424,23 @@ class Absorption {
   float* marches_;     ///< [variant * slots + slot]
 };
 
-/// The weight of node n for light: where a run begins open that of the cubic Gregory rule.
+/// The weight of node n for light, near an open end that of the cubic Gregory rule.
 template <class D>
 HWY_INLINE hn::Vec<D> LightWeight(const LaneNodes<D>& nodes, std::int32_t n, std::int32_t stride) {
   const D d;
   constexpr float gregory[] = {8.0f / 24, 31.0f / 24, 20.0f / 24, 25.0f / 24};
   const auto weight = hn::Mul(nodes.weight(n), hn::Set(d, static_cast<float>(stride)));
   const std::int32_t k = n / stride;
-  if (k >= 4 || !nodes.any_open()) return weight;
-  return hn::IfThenElse(nodes.open(), hn::Mul(weight, hn::Set(d, gregory[k])), weight);
+  const bool is_near_end = nodes.is_near_open_end(n, 3 * stride);
+  if ((k >= 4 || !nodes.any_open()) && !is_near_end) return weight;
+  const auto one = hn::Set(d, 1.0f);
+  auto factor = one;
+  if (k < 4) factor = hn::IfThenElse(nodes.open(), hn::Set(d, gregory[k]), one);
+  for (std::int32_t j = 0; is_near_end && j < 4; ++j) {
+    const auto change = hn::Set(d, gregory[j] - 1);
+    factor = hn::Add(factor, hn::IfThenElseZero(nodes.ends_behind(n, j * stride), change));
+  }
+  return hn::Mul(weight, factor);
 }
 
 /// Calls take(n) for the nodes of a block, with through[c] a node's weight times what comes through
@@ -436,22 +469,28 @@ class WholeRule {
   using V = hn::Vec<D>;
 
  public:
-  WholeRule(const RunCovers& covers, const LaneNodes<D>& nodes, float* memory)
+  /// `flux` is that of the steering planes, [slot * planes + s].
+  WholeRule(const RunCovers& covers, const LaneNodes<D>& nodes, const float* flux, float* memory)
       : nodes_(nodes),
+        steering_(covers.steering),
         spectral_(covers.nodes),
         // Without dust, all spectral nodes see the same.
         channels_(nodes.dust_slots() == 0 ? 1 : spectral_),
+        flux_(flux),
         sums_(memory),
         through_(sums_ + nodes.light_slots() * channels_ * hn::Lanes(D())),
+        through_before_(through_ + channels_ * hn::Lanes(D())),
+        missed_(through_before_ + steering_.size() * hn::Lanes(D())),
         absorption_(
             covers, nodes, spectral_, [](std::size_t j) { return j; }, 1,
-            through_ + channels_ * hn::Lanes(D())) {
+            missed_ + steering_.size() * hn::Lanes(D())) {
     std::fill_n(sums_, nodes.light_slots() * channels_ * hn::Lanes(D()), 0.0f);
+    std::fill_n(through_before_, 2 * steering_.size() * hn::Lanes(D()), 0.0f);
   }
   /// Vectors of memory.
   static std::size_t room(const RunCovers& covers, std::size_t light_slots, std::size_t dust_slots,
                           std::size_t variants) {
-    return (light_slots + 1) * covers.nodes +
+    return (light_slots + 1) * covers.nodes + 2 * covers.steering.size() +
            Absorption<D>::size(dust_slots, covers.nodes, variants);
   }
 
@@ -466,10 +505,12 @@ class WholeRule {
           hn::Store(hn::MulAdd(emission, share, hn::Load(d, sum)), d, sum);
         }
       }
+      if (nodes_.dust_slots() > 0) find_missed(n, n > begin);
     };
     MarchThrough<D>(nodes_, absorption_, begin, channels_, through_, take);
   }
 
+  V missed(std::size_t s) const { return hn::Load(D(), missed_ + s * hn::Lanes(D())); }
   V light(std::size_t slot, std::size_t j) const {
     return hn::Load(D(), place(slot, j < channels_ ? j : 0));
   }
@@ -480,11 +521,43 @@ class WholeRule {
   HWY_INLINE float* place(std::size_t slot, std::size_t j) const {
     return sums_ + (slot * channels_ + j) * hn::Lanes(D());
   }
+  /// Flux of a node's light in a steering plane.
+  HWY_INLINE V emission(std::int32_t n, std::size_t s) const {
+    const D d;
+    V sum = hn::Zero(d);
+    for (std::size_t slot = 0; slot < nodes_.light_slots(); ++slot) {
+      const V own = hn::Load(d, flux_ + (slot * steering_.size() + s) * hn::Lanes(d));
+      sum = hn::MulAdd(own, nodes_.light(n, slot), sum);
+    }
+    return sum;
+  }
+  /// Adds what may be missed between nodes n - 1 and n; `has_before` where node n - 1 is gathered.
+  HWY_INLINE void find_missed(std::int32_t n, bool has_before) {
+    const D d;
+    const auto has = nodes_.has(n);
+    for (std::size_t s = 0; s < steering_.size(); ++s) {
+      float* const at_before = through_before_ + s * hn::Lanes(d);
+      const V own = hn::Load(d, through_ + steering_[s] * hn::Lanes(d));
+      const V before = hn::Load(d, at_before);
+      hn::Store(own, d, at_before);
+      const auto is_thick = hn::And(has, hn::Lt(own, hn::Mul(hn::Set(d, thick_ratio), before)));
+      if (hn::AllFalse(d, is_thick)) continue;
+      V brightest = emission(n, s);
+      if (has_before) brightest = hn::Max(brightest, emission(n - 1, s));
+      float* const sum = missed_ + s * hn::Lanes(d);
+      const V more = hn::IfThenElseZero(is_thick, hn::Mul(before, brightest));
+      hn::Store(hn::Add(hn::Load(d, sum), more), d, sum);
+    }
+  }
 
   const LaneNodes<D>& nodes_;
+  std::span<const std::size_t> steering_;
   std::size_t spectral_, channels_;
+  const float* flux_;
   float* sums_;
   float* through_;
+  float* through_before_;  ///< that of the node before in each steering plane
+  float* missed_;          ///< of each steering plane
   Absorption<D> absorption_;
 };
 
@@ -569,7 +642,7 @@ void IntegrateLanes(const RunCovers& covers, LaneNodes<D>& nodes, bool is_first,
     hn::Store(hn::GatherIndex(d, of_covers, nodes.cover()), d, flux + place * hn::Lanes(d));
   }
   nodes.gather(0, block);
-  WholeRule<D> whole(covers, nodes,
+  WholeRule<D> whole(covers, nodes, flux,
                      take_vectors(WholeRule<D>::room(covers, slots, nodes.dust_slots(), variants)));
   std::array<std::optional<SteeringRule<D>>, strides - 1> coarser;
   for (std::size_t i = 0; is_first && i < coarser.size(); ++i) {
@@ -599,6 +672,7 @@ void IntegrateLanes(const RunCovers& covers, LaneNodes<D>& nodes, bool is_first,
     write(whole.transmission(j), out.transmission + j, spectral);
   }
   HWY_ALIGN float middle[LaneNodes<D>::most] = {}, coarse[LaneNodes<D>::most] = {};
+  HWY_ALIGN float missed[LaneNodes<D>::most] = {};
   for (std::size_t k = 0; k < 2 * planes; ++k) {
     const bool is_light = k < planes;
     const std::size_t s = is_light ? k : k - planes;
@@ -608,6 +682,7 @@ void IntegrateLanes(const RunCovers& covers, LaneNodes<D>& nodes, bool is_first,
       fine = hn::MulAdd(own, whole.light(slot, covers.steering[s]), fine);
     }
     hn::Store(is_light ? fine : whole.depth(covers.steering[s]), d, lanes);
+    hn::Store(is_light ? whole.missed(s) : hn::Zero(d), d, missed);
     if (is_first) {
       hn::Store(is_light ? coarser[0]->light(s) : coarser[0]->depth(s), d, middle);
       hn::Store(is_light ? coarser[1]->light(s) : coarser[1]->depth(s), d, coarse);
@@ -619,6 +694,7 @@ void IntegrateLanes(const RunCovers& covers, LaneNodes<D>& nodes, bool is_first,
       } else {
         own.refine(lanes[lane]);
       }
+      own.missed = missed[lane];
     }
   }
 }

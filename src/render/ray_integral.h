@@ -20,6 +20,7 @@ struct RunNodes {
   const std::int32_t* count;  ///< odd, at least 9
   const std::int32_t* cover;
   const std::uint8_t* open;      ///< whether the run begins where light and dust do not vanish
+  const std::uint8_t* open_end;  ///< whether it ends so; it then has at most 65 nodes
   const std::uint8_t* variants;  ///< whether the run is the mean over variants of its dust
   const float* weight;           ///< of each node, ds
   const float* const* light;     ///< [slot][node]
@@ -44,6 +45,7 @@ struct RunCovers {
 /// An integral over a run and how it changed when the nodes were doubled.
 struct Steered {
   float value, change, earlier_change;
+  float missed;  ///< see RunIntegrals
 
   /// By every fourth, every second and every node.
   void begin(float coarse, float middle, float fine) {
@@ -59,10 +61,15 @@ struct Steered {
   /// Twice the nodes at best square an error relative to `scale`: a change smaller than that is
   /// chance.
   double error(double scale) const {
-    const double own = double{change}, earlier = double{earlier_change};
+    const double earlier = double{earlier_change};
+    const double own = double{std::max(change, missed)};
     return scale > 0 ? std::max(own, earlier * earlier / scale) : own;
   }
 };
+
+/// The transmission may fall by this factor, e^-1.5, from one node to the next: the trapezoidal rule
+/// is then wrong by a fifth of the interval's light at most.
+constexpr float thick_ratio = 0.223f;
 
 /// Integrals over runs; what belongs to the i-th stands at run[i].
 struct RunIntegrals {
@@ -72,14 +79,16 @@ struct RunIntegrals {
   float* depth;             ///< [run * nodes + j]
   float* transmission;      ///< [run * nodes + j]: exp(-depth), or its mean over variants
   /// [(run * 2 + k) * planes + s]: the flux in a steering plane, k = 0, and the depth, k = 1.
+  /// `missed` of the flux bounds the light between nodes of which the second shows less than
+  /// thick_ratio of what the first shows: no node need lie in the skin from which it comes.
   Steered* steered;
 };
 
 /// Sorts the runs so that those much alike follow each other and share vectors.
 void order_runs(const RunNodes& runs, const RunCovers& covers, std::vector<std::uint32_t>& order);
 
-/// The trapezoidal rule in the map's u, with the weights of the cubic Gregory rule at an open
-/// beginning; optical depths up to the nodes by the cubic
+/// The trapezoidal rule in the map's u, with the weights of the cubic Gregory rule at open ends;
+/// optical depths up to the nodes by the cubic
 /// through the four nearest: between nodes k - 1 and k, of opacities times weights f,
 ///   13/24 (f_(k-1) + f_k) - 1/24 (f_(k-2) + f_(k+1)),
 /// which adds up to differences of sum_(i<=k) f_i - f_k/2 + (f_(k-1) - f_(k+1))/24. What steers

@@ -16,14 +16,16 @@ namespace {
 /// comes of them. Cover 0 has a second slot with three times the light.
 class RunsTest : public testing::Test {
  protected:
-  /// `from` in scale heights: where the run begins. Cover 1 has no dust.
-  void add(double from, int nodes, bool is_open, bool has_variants = false,
-           std::int32_t cover = 0) {
-    const double step = (10 - from) / (nodes - 1);
+  /// `from` in scale heights: where the run begins. Cover 1 has no dust. A run that ends before
+  /// height 10 ends open.
+  void add(double from, int nodes, bool is_open, bool has_variants = false, std::int32_t cover = 0,
+           double to = 10) {
+    const double step = (to - from) / (nodes - 1);
     first_.push_back(static_cast<std::int32_t>(weight_.size()));
     count_.push_back(nodes);
     cover_.push_back(cover);
     open_.push_back(is_open ? 1 : 0);
+    open_end_.push_back(to < 10 ? 1 : 0);
     variants_.push_back(has_variants ? 1 : 0);
     for (int k = 0; k < nodes; ++k) {
       const double s = from + k * step;
@@ -35,6 +37,7 @@ class RunsTest : public testing::Test {
   void clear() {
     for (auto* v : {&first_, &count_, &cover_}) v->clear();
     open_.clear();
+    open_end_.clear();
     variants_.clear();
     weight_.clear();
     density_.clear();
@@ -65,8 +68,17 @@ class RunsTest : public testing::Test {
     const float* dust[] = {dust_once.data(), dust_twice.data()};
     const std::int32_t light_slots[] = {2, 1}, dust_slots[] = {1, 0};
     const float extinction[] = {extinction_[0], 0, extinction_[1], 0};
-    const RunNodes runs{first_.size(),    first_.data(), count_.data(), cover_.data(), open_.data(),
-                        variants_.data(), weight.data(), light,         dust,          1,
+    const RunNodes runs{first_.size(),
+                        first_.data(),
+                        count_.data(),
+                        cover_.data(),
+                        open_.data(),
+                        open_end_.data(),
+                        variants_.data(),
+                        weight.data(),
+                        light,
+                        dust,
+                        1,
                         variant_weights_};
     const float flux[] = {flux_[0],   flux_[0], flux_[1],   flux_[1], flux_[2],   flux_[2],
                           second_[0], 0,        second_[1], 0,        second_[2], 0};
@@ -115,7 +127,7 @@ class RunsTest : public testing::Test {
   static constexpr float extinction_[2] = {0.5f, 3};
   std::vector<std::int32_t> first_, count_, cover_;
   static constexpr double variant_weights_[2] = {0.75, 0.25};
-  std::vector<std::uint8_t> open_, variants_;
+  std::vector<std::uint8_t> open_, open_end_, variants_;
   std::vector<float> weight_, density_, light_, depth_, transmission_;
   std::vector<Steered> steered_;
 };
@@ -197,6 +209,55 @@ TEST_F(RunsTest, SteeringGoesOnFromWhatItHad) {
     for (std::size_t k = 0; k < before.size(); ++k) {
       EXPECT_EQ(steered_[k].change, std::abs(steered_[k].value - before[k].value));
       EXPECT_EQ(steered_[k].earlier_change, before[k].change);
+    }
+  });
+}
+
+TEST_F(RunsTest, PiecesWithOpenEnds) {
+  // Pieces of 17 nodes, half a scale height each, follow each other from -3 to 3.
+  for_each_simd_target([this] {
+    clear();
+    const auto begin_of = [](std::size_t i) { return -3 + 0.5 * static_cast<double>(i); };
+    for (std::size_t i = 0; i < 12; ++i) {
+      add(begin_of(i), 17, true, i % 3 == 0, i % 4 == 3 ? 1 : 0, begin_of(i + 1));
+    }
+    integrate();
+    for (std::size_t i = 0; i < first_.size(); ++i) {
+      const double whole = std::tanh(begin_of(i + 1)) - std::tanh(begin_of(i));
+      const double second = i % 3 == 0 ? variant_weights_[1] : 0;
+      for (std::size_t j = 0; j < 2; ++j) {
+        const double a = cover_[i] == 0 ? double{extinction_[j]} : 0;
+        const auto light_of = [&](double x) { return x > 0 ? -std::expm1(-x * whole) / x : whole; };
+        EXPECT_NEAR(depth(i, j), (1 + second) * a * whole, 4e-6 * whole) << i;
+        EXPECT_NEAR(light(i, j), (1 - second) * light_of(a) + second * light_of(2 * a),
+                    4e-6 * whole)
+            << i;
+      }
+      for (std::size_t s = 0; s < planes; ++s) {
+        const Steered& steered = steered_[i * 2 * planes + s];
+        EXPECT_LT(double{steered.change}, 2e-3 * double{steered.value}) << i;
+        EXPECT_EQ(steered.missed, 0) << i;
+      }
+    }
+  });
+}
+
+TEST_F(RunsTest, LightBetweenNodesThatDustHidesIsBounded) {
+  // Nodes 20 scale heights / 14 apart step over the skin of thick dust, where the light comes from.
+  for_each_simd_target([this] {
+    clear();
+    for (int i = 0; i < 9; ++i) add(-10, 15, false, false, i % 2);
+    for (float& density : density_) density *= 1e3f;
+    integrate();
+    for (std::size_t i = 0; i < first_.size(); ++i) {
+      const Steered& steered = steered_[i * 2 * planes];
+      if (cover_[i] == 1) {
+        EXPECT_EQ(steered.missed, 0) << i;
+        continue;
+      }
+      const double skin = double{flux_[0]} / double{extinction_[1]};
+      EXPECT_GT(double{steered.missed}, 0.1 * skin) << i;
+      EXPECT_GT(steered.error(1), double{steered.missed} * (1 - 1e-6)) << i;
     }
   });
 }

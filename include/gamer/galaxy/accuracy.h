@@ -56,7 +56,7 @@ struct Accuracy {
             .star_error = 0.25 * ray_error,
             .first_step = 0.7 * std::pow(t / 1e-3, 0.15),
             .log_envelope_threshold = std::log(0.003 * t),
-            .texture_threshold = 0.03 * t,
+            .texture_threshold = 0.01 * t,
             .faint_share = 0.01,
             .ray_size = 0.06 * std::sqrt(t / 1e-3),
             .cell_size = 0.5 * std::pow(t / 1e-3, 0.25),

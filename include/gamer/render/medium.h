@@ -98,6 +98,8 @@ struct RayLight {
 struct RenderCounts : EvaluationCounts {
   std::uint64_t rays = 0;
   std::uint64_t nodes = 0;  ///< sample points
+  /// Rays on which a bound kept the adaptive sampler from its tolerance.
+  std::uint64_t unconverged_rays = 0;
   double transfer_seconds = 0;
 
   RenderCounts& operator+=(const RenderCounts& more);

@@ -1,0 +1,130 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <numbers>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gamer/core/config.h"
+#include "gamer/render/medium.h"
+#include "gamer/render/sampler.h"
+#include "gamer/scene/camera.h"
+#include "gamer/scene/render_parameters.h"
+#include "gamer/scene/scene.h"
+#include "gamer/scene/spectrum.h"
+
+namespace gamer {
+
+/// The names of the galaxies in a folder, in alphabetical order.
+inline std::vector<std::string> galaxies_in(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+/// Parallel rays, spread over the image of one shipped galaxy at an inclination (degrees), each
+/// with the footprint of a pixel of a 512th of the galaxy's diameter, at three wavelengths.
+class ShippedRays {
+ public:
+  ShippedRays(const std::filesystem::path& project, const std::string& galaxy, double inclination,
+              int rays)
+      : inclination_(inclination * std::numbers::pi / 180), rays_(static_cast<std::size_t>(rays)) {
+    const ConfigNode root = parse_toml(
+        "[image]\nsize = 512\n[camera]\nprojection = \"orthographic\"\nposition = [0, 0, 10]\n"
+        "up = [0, 1, 0]\nwidth = 2\n[spectrum]\nwavelengths = [4300, 5750, 7400]\n",
+        "view.par");
+    const RenderParameters parameters = RenderParameters::read(root);
+    Resources resources({project});
+    const Spectrum spectrum = load_spectrum(parameters, resources);
+    const std::string row =
+        fmt::format("galaxy x y z inclination pa\n{} 0 0 0 {} 90\n", galaxy, inclination);
+    scene_ = std::make_shared<Scene>(
+        read_scene(row, "scene.lst", parameters, spectrum, Camera(parameters), resources));
+    // A spectral node at each wavelength.
+    basis_ = std::make_shared<const SpectralBasis>(spectrum, std::vector<SpectralBasis::Probe>{}, 1,
+                                                   1e-3);
+  }
+
+  /// Brightness of each ray in each plane, by the adaptive sampler.
+  std::vector<double> adaptive(double tolerance, RenderCounts& counts) const {
+    const Medium medium(scene_, basis_, Accuracy::from_tolerance(tolerance));
+    return trace(medium, *make_adaptive_sampler(medium), counts);
+  }
+  /// That by so many equal steps through the galaxy's ball.
+  std::vector<double> uniform(double steps) const {
+    const Medium medium(scene_, basis_, Accuracy::from_tolerance(Accuracy::finest_tolerance));
+    RenderCounts counts;
+    return trace(medium, *make_uniform_sampler(medium, 2 / steps), counts);
+  }
+
+  /// The rms relative error over the rays above 1 % of the brightest, in the worst plane.
+  double rms_error(const std::vector<double>& light, const std::vector<double>& exact) const {
+    double worst = 0;
+    for (std::size_t p = 0; p < basis_->planes(); ++p) {
+      double peak = 0, sum = 0, count = 0;
+      for (std::size_t i = p; i < exact.size(); i += basis_->planes()) {
+        peak = std::max(peak, exact[i]);
+      }
+      for (std::size_t i = p; i < exact.size(); i += basis_->planes()) {
+        if (exact[i] < 0.01 * peak) continue;
+        sum += std::pow(light[i] / exact[i] - 1, 2);
+        ++count;
+      }
+      worst = std::max(worst, std::sqrt(sum / count));
+    }
+    return worst;
+  }
+
+ private:
+  std::vector<double> trace(const Medium& medium, const Sampler& sampler,
+                            RenderCounts& counts) const {
+    constexpr double pixel = 2.0 / 512, widest = 0.9, thinnest = 0.1;
+    constexpr int galaxies[] = {0};
+    const double height = widest * std::max(std::cos(inclination_), thinnest);
+    std::vector<std::vector<Hit>> hits(rays_);
+    std::vector<std::span<const Hit>> spans;
+    for (std::size_t i = 0; i < rays_; ++i) {
+      // An additive sequence, crowded towards the middle.
+      const auto next = [&](double step) {
+        const double u = 2 * std::fmod(0.5 + static_cast<double>(i + 1) * step, 1.0) - 1;
+        return u * std::abs(u);
+      };
+      const Ray ray{{widest * next(0.7548776662466927), height * next(0.5698402909980532), 10},
+                    {0, 0, -1}};
+      medium.hits(ray, galaxies, hits[i]);
+      for (Hit& hit : hits[i]) hit.footprint = pixel;
+      spans.emplace_back(hits[i]);
+    }
+    RayLight light;
+    sampler.integrate(spans, light, counts);
+    const std::size_t planes = basis_->planes();
+    std::vector<double> result(rays_ * planes, 0.0);
+    for (std::size_t i = 0; i < rays_; ++i) {
+      std::size_t at = light.begin[i];
+      for (const Hit& hit : spans[i]) {
+        for (std::size_t m = 0; m < medium.light_components(hit.galaxy); ++m) {
+          medium.add_planes(hit.galaxy, m, light.light.data() + at, false,
+                            std::span(result).subspan(i * planes, planes));
+          at += medium.nodes();
+        }
+      }
+    }
+    return result;
+  }
+
+  double inclination_;
+  std::size_t rays_;
+  std::shared_ptr<const Scene> scene_;
+  std::shared_ptr<const SpectralBasis> basis_;
+};
+
+}  // namespace gamer
