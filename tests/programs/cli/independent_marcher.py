@@ -634,8 +634,8 @@ class Component:
         return phi
 
     def normalise(self, share, ratio):
-        """Takes mu, sigma and the mean of Phi. That over the larger cloud is that over the first one
-        times `ratio`, or is taken where ratio is None; returns the ratio."""
+        """Takes mu, sigma and the mean of Phi. Over the larger cloud this is `ratio` times that over
+        the first one, and is taken where ratio is None; returns the ratio."""
         if not self.texture:
             return 1
         p, w = self.layer.cloud(2**15)
@@ -736,7 +736,7 @@ class Galaxy:
 WAVELENGTHS = (4400, 5500, 8000)
 INCLINATIONS = (0, 40, 75, 88)
 
-# <Phi> over the large clouds relative to that over the first ones, as --measure takes them in half a
+# <Phi> over the large clouds relative to that over the first ones. --measure takes them, in half a
 # minute a galaxy.
 RATIOS = {
     "dusty_barred": {"arms": 1.000898, "lanes": 0.993631, "young clumps": 1.002438},
@@ -751,12 +751,16 @@ RATIOS = {
     "ngc4321": {"lanes": 1.00251, "associations": 0.940389, "clusters": 1.259775},
     "ngc4594": {"ring dust": 0.99489},
     "ngc891": {"young clumps": 1.048207, "lane": 1.004886, "filaments": 0.992188},
+    "one_armed": {"arm": 1.002302, "lane": 1.005883, "young clumps": 1.026185},
     "shader_galaxy": {"base": 0.997578, "clumps": 1.018775, "lanes": 1.001802},
     "spiral": {"stars": 1.001921, "dust": 0.99546, "star-forming regions": 0.956471},
 }
 
-# The largest relative error of the test's rays is half of that.
+# Of the test's rays: twice the largest relative error, which is that of steps and, where there are
+# star fields, of their spectrum.
 TOLERANCES = {
+    "elliptical": 6e-7, "shader_galaxy": 1e-3, "m51": 1.5e-5, "ngc4594": 4e-4,
+    "dusty_barred": 9e-4, "ngc4321": 1e-4, "irregular": 3.8e-5, "milky_way": 3.8e-4,
 }
 
 
@@ -775,6 +779,7 @@ def rays(count, seed=1):
 
 
 def run_gamer(folder, parameters, scene):
+    (folder.path / "spiral.toml").unlink()  # The shipped one is meant.
     folder.write("rays.par", parameters)
     folder.write("rays.lst", scene)
     result = folder.run("rays.par", "rays.lst")
@@ -783,8 +788,8 @@ def run_gamer(folder, parameters, scene):
 
 
 def film(name, lines):
-    """gamer's brightness of the rays: frames of one pixel, so small that all noise is seen. In equal
-    steps, so that differences are those of the galaxies, not of how rays are sampled."""
+    """gamer's brightness of the rays: frames of one pixel, so small that all noise is seen. With
+    equal steps differences are those of the galaxies, not of how rays are sampled."""
     keys = [[*target, *(target + 5 * towards)] for target, towards in lines]
     text = f"""[image]
 size = [1, 1]
@@ -845,11 +850,12 @@ class IndependentMarcher(unittest.TestCase):
     def test_shipped_galaxies(self):
         for name, tolerance in TOLERANCES.items():
             with self.subTest(name):
-                self.assertLess(np.abs(errors(name, 2, 8000)).max(), tolerance)
+                self.assertLess(np.abs(errors(name, 2, 10000)).max(), tolerance)
 
     def test_orientations_and_cameras(self):
         centre, size, galaxy = np.array([0.1, 0.2, 0.3]), 0.7, "elliptical"
-        position, target, up = np.array([1.0, -3, 2]), np.array([0.2, 0.1, 0]), np.array([0, 0.2, 1])
+        position, target = np.array([1.0, -3, 2]), np.array([0.2, 0.1, 0])
+        up = np.array([0, 0.2, 1])
         b = unit(position - target)
         w = unit(np.cross(up, b))
         u = np.cross(b, w)
@@ -891,7 +897,7 @@ def explore(arguments):
     parser = argparse.ArgumentParser()
     parser.add_argument("galaxies", nargs="+")
     parser.add_argument("--rays", type=int, default=2, help="for each inclination")
-    parser.add_argument("--steps", type=int, default=8000)
+    parser.add_argument("--steps", type=int, default=10000)
     parser.add_argument("--measure", action="store_true", help="take the ratios of means")
     given = parser.parse_args(arguments)
     for name in given.galaxies:
