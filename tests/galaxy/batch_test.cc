@@ -115,7 +115,8 @@ struct Place {
 std::vector<Place> some_places(std::size_t count, Chance& chance) {
   std::vector<Place> places(count);
   for (Place& place : places) {
-    const double r = chance.unit(), angle = chance.between(-4, 4);
+    // Arms may be steep near the centre.
+    const double r = std::pow(chance.unit(), 3), angle = chance.between(-4, 4);
     place = {static_cast<float>(r * std::cos(angle)),
              static_cast<float>(r * std::sin(angle)),
              static_cast<float>(0.1 * chance.between(-1, 1)),
