@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -33,18 +33,18 @@ std::vector<View> shipped_views() {
     if (entry.path().extension() != ".lst" || name == "deepfield_2014") continue;
     views.push_back({name, {"image.size=24"}});
   }
-  // Fine enough that rays of many widths and lengths share batches.
+  std::ranges::sort(views, {}, &View::scene);
   const auto inside = [&](const std::string& projection, std::vector<std::string> settings) {
     settings.push_back("camera.projection=" + projection);
-    settings.emplace_back("sampling.tolerance=1e-4");
     views.push_back({"milky_way_inside", settings});
   };
-  inside("equirectangular", {"image.size=[32, 16]"});
-  inside("perspective", {"image.size=20", "camera.fov=60"});
-  inside("orthographic", {"image.size=20", "camera.width=20"});
-  inside("fisheye", {"image.size=20"});
-  inside("cubemap", {"image.size=8"});
-  inside("healpix", {"camera.nside=4"});
+  // Fine enough that rays of many widths and lengths share batches.
+  inside("perspective", {"image.size=24", "camera.fov=60", "sampling.tolerance=1e-4"});
+  inside("equirectangular", {"image.size=[16, 8]"});
+  inside("orthographic", {"image.size=16", "camera.width=20"});
+  inside("fisheye", {"image.size=12"});
+  inside("cubemap", {"image.size=4"});
+  inside("healpix", {"camera.nside=2"});
   return views;
 }
 
@@ -87,7 +87,7 @@ TEST_P(IdentityTest, RowsDoNotDependOnOthers) {
   const Renderer renderer = renderer_of(GetParam());
   for_each_simd_target([&] {
     const std::vector<double> together = render(renderer, renderer.height());
-    for (const int at_once : {1, 5}) {
+    for (const int at_once : {1, 3}) {
       const std::vector<double> apart = render(renderer, at_once);
       ASSERT_EQ(apart.size(), together.size());
       // Also NaN, where a pixel shows no sky.
