@@ -260,5 +260,28 @@ double ArmPattern::steepest_winding(double r_min) const {
   return steepest;
 }
 
+double ArmPattern::largest_shear() const {
+  // Above what shear() makes of the largest in single precision.
+  constexpr double margin = 1 + 5e-5;
+  switch (model_) {
+    case Model::none:
+      return 0;
+    case Model::logarithmic:
+      return margin / std::tan(pitch_);
+    case Model::ringermacher_mead:
+      break;
+  }
+  // 2N t y/(1 + y^2), t = A/r, y = B e^-t, is largest where 1/t = tanh(t - ln B), or at r = 1.
+  const double shift = std::log(winding_b_);
+  double low = 0, high = 2 + std::max(shift, 0.0);
+  constexpr int halvings = 60;
+  for (int i = 0; i < halvings; ++i) {
+    const double t = 0.5 * (low + high);
+    (t * std::tanh(t - shift) < 1 ? low : high) = t;
+  }
+  const double t = std::max(high, scale_);
+  return margin * winding_n_ * t / std::cosh(t - shift);
+}
+
 }  // namespace gamer
 #endif

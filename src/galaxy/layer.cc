@@ -244,7 +244,7 @@ constexpr double rim_width = 0.6;
 constexpr double bright_radius = 3;
 constexpr double bright_height = 3.5;
 
-// The shear of the twirl is bounded by the steepest winding outside this radius.
+// The steepest winding outside this radius counts for the texture's frequency.
 constexpr double twirl_core = 0.1;
 
 /// The x with 1 - (1 + x) e^-x = u, by Newton's method from a series or asymptotic start.
@@ -311,6 +311,7 @@ Layer::Layer(const LayerShape& shape, const ArmPattern& arms)
     : shape_(shape),
       arms_(arms),
       steepest_winding_(arms.steepest_winding(twirl_core)),
+      largest_shear_(arms.largest_shear()),
       peak_(radial_peak(shape)),
       log_peak_(std::log(peak_)) {}
 
@@ -495,8 +496,10 @@ double Layer::texture_frequency() const {
 
 bool Layer::hides_texture(double footprint) const {
   if (texture() == nullptr) return false;
-  return texture()->hides(footprint * footprint_scale() *
-                          stretch_of(texture()->twirl() * steepest_winding_));
+  // Also where single precision rounds the footprint up.
+  constexpr double margin = 1 + 1e-5;
+  return texture()->hides(footprint * margin * footprint_scale() *
+                          stretch_of(texture()->twirl() * largest_shear_));
 }
 
 ColumnScale Layer::column_scale(const double nearest[3], const double direction[3],

@@ -142,7 +142,8 @@ struct VeinView {
   /// Whether any point does not see all of an octave of N.
   std::array<bool, most_octaves> fades;
   BatchArray displacement;
-  BatchArray unseen;  ///< variance of the displacement that is not seen
+  BatchArray unseen;   ///< variance of the displacement that is not seen
+  BatchArray product;  ///< of the Cartesian octaves of N
 
   VeinView(const float* footprints, float* density, float* coherent)
       : footprints(footprints), density(density), coherent(coherent) {}
@@ -508,42 +509,43 @@ void MultiplyHelical(const Points& points, const SpiralBatch& spiral, const Coun
 }
 
 /// clamp(1 + contrast value, 0, 2)^power.
-template <class D, class V = hn::Vec<D>>
-HWY_INLINE V FactorOf(D d, V value, float contrast, float power) {
-  V factor = hn::MulAdd(value, hn::Set(d, contrast), hn::Set(d, 1.0f));
-  factor = hn::Min(hn::Max(factor, hn::Zero(d)), hn::Set(d, 2.0f));
-  return power == 1 ? factor : Pow(d, factor, hn::Set(d, power));
-}
-
 void Factors(std::size_t size, const float* HWY_RESTRICT value, float contrast, float power,
              float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    hn::Store(FactorOf(d, hn::LoadU(d, value + i), contrast, power), d, out + i);
+    auto factor = hn::MulAdd(hn::LoadU(d, value + i), hn::Set(d, contrast), hn::Set(d, 1.0f));
+    factor = hn::Min(hn::Max(factor, hn::Zero(d)), hn::Set(d, 2.0f));
+    hn::Store(Pow(d, factor, hn::Set(d, power)), d, out + i);
   }
 }
 
-/// Multiplies the densities by what is seen of a Cartesian octave of N, given by its noise.
+/// Multiplies the products by what is seen of a Cartesian octave of N, given by its factor. Where
+/// all of it is seen, that is the factor itself, to the last bit.
 void MultiplyCartesian(std::size_t size, const float* HWY_RESTRICT value,
-                       const CountedOctave& octave, std::span<const VeinView> views) {
+                       const CountedOctave& octave, std::span<VeinView> views) {
   const MultiplyInput& in = *octave.in;
   const hn::ScalableTag<float> d;
   const auto one = hn::Set(d, 1.0f);
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    auto factor = FactorOf(d, hn::Load(d, value + i), in.contrast, in.clumpiness);
-    if (in.clumpiness != 1) factor = hn::Mul(factor, hn::Set(d, in.inverse_mean));
-    for (const VeinView& view : views) {
+    auto factor = hn::Load(d, value + i);
+    if (in.clumpiness != 1) {
+      factor = Pow(d, factor, hn::Set(d, in.clumpiness));
+      factor = hn::Mul(factor, hn::Set(d, in.inverse_mean));
+    }
+    for (VeinView& view : views) {
       auto own_factor = factor;
       if (view.fades[octave.index]) {
         const auto seen = SeenBy(d, hn::Load(d, view.footprints + i), one, in.seen);
-        own_factor = hn::MulAdd(seen, hn::Sub(factor, one), one);
+        const auto part = hn::MulAdd(seen, hn::Sub(factor, one), one);
+        own_factor = hn::IfThenElse(hn::Lt(seen, one), part, factor);
         if (view.coherent != nullptr) {
           const auto rest =
               hn::Mul(hn::NegMulAdd(seen, seen, one), hn::Set(d, in.variance / (1 + in.layers)));
           hn::Store(hn::Add(hn::Load(d, view.coherent + i), rest), d, view.coherent + i);
         }
       }
-      hn::Store(hn::Mul(hn::Load(d, view.density + i), own_factor), d, view.density + i);
+      float* const product = view.product.data() + i;
+      hn::Store(hn::Mul(hn::Load(d, product), own_factor), d, product);
     }
   }
 }
@@ -799,17 +801,23 @@ struct VeinTexture::Batch {
           view.footprints != nullptr ? range_of(view.footprints, points.size) : Range{0, 0};
     }
   }
-  /// Whether any point of any view sees something of the octave.
+  // Of what is seen: single precision rounds by less, so that beyond it is 0 or 1 exactly.
+  static constexpr double margin = 1e-5;
+  /// Whether any point of any view sees something of the octave; else it is 0 to the last bit.
   bool sees(const SeenInput& octave) const {
     return std::ranges::any_of(views, [&](const VeinView& view) {
       return double{octave.sharpest * view.widths.least * (octave.helical ? radii.least : 1)} <
-             fade_end;
+             fade_end * (1 + margin);
     });
   }
-  /// Whether any point of a view does not see all of it.
+  /// Whether any point of a view does not see all of it; else what is seen is 1 to the last bit.
   bool fades(const VeinView& view, const SeenInput& octave) const {
     return double{octave.sharpest * view.widths.most * (octave.helical ? radii.most : 1)} >
-           fade_begin;
+           fade_begin * (1 - margin);
+  }
+  /// Whether any point is where a helical octave counts; else its share is 0 to the last bit.
+  bool blends(const MultiplyInput& octave) const {
+    return octave.blend_shift - std::log2(radii.least) > -margin;
   }
 };
 
@@ -1005,12 +1013,10 @@ void VeinTexture::multiply(Batch& batch, std::uint64_t& evaluations) const {
     }
   }
 
-  const float farthest = -std::log2(batch.radii.least);
   std::array<CountedOctave, most_octaves> helical;
   std::size_t count = 0;
   for (std::size_t k = 0; k < inputs_->helical; ++k) {
-    // Blended out even at the largest radius of the batch.
-    if (farthest + inputs_->octaves[k].blend_shift < 0) continue;
+    if (!batch.blends(inputs_->octaves[k])) continue;
     helical[count] = counted(k);
     if (helical[count].seen) evaluations += points.size;
     ++count;
@@ -1021,8 +1027,9 @@ void VeinTexture::multiply(Batch& batch, std::uint64_t& evaluations) const {
   }
 
   const Noise& kind = *parameters_.small_kind;
+  // Octaves that all points see begin the product. Each factor is the same to the last bit whether
+  // it is one of them or not, and so is their order: a point does not depend on the others.
   BatchArray value;
-  // Octaves that all points see come first.
   std::size_t whole = 0;
   if (parameters_.clumpiness == 1) {
     const auto fades = [&](std::size_t k) {
@@ -1030,23 +1037,24 @@ void VeinTexture::multiply(Batch& batch, std::uint64_t& evaluations) const {
     };
     while (whole < inputs_->product.size() && !fades(inputs_->helical + whole)) ++whole;
   }
-  if (whole > 0) {
+  const auto factors = [&](std::size_t first, std::size_t octaves) {
     kind.combine({Combination::Kind::multiplicative}, points,
-                 std::span(inputs_->product).first(whole), value.data());
-    for (const VeinView& view : batch.views) {
-      HWY_DYNAMIC_DISPATCH(MultiplyBy)(points.size, value.data(), view.density);
-    }
-    evaluations += points.size * whole;
-  }
-  for (std::size_t k = inputs_->helical + whole; k < inputs_->octaves.size(); ++k) {
-    const CountedOctave octave = counted(k);
+                 std::span(inputs_->product).subspan(first, octaves), value.data());
+    evaluations += points.size * octaves;
+  };
+  factors(0, whole);
+  for (VeinView& view : batch.views) view.product = value;
+  for (std::size_t n = whole; n < inputs_->product.size(); ++n) {
+    const CountedOctave octave = counted(inputs_->helical + n);
     if (octave.seen) {
-      kind.sum(points, std::span(&octave.in->octave, 1), value.data());
-      evaluations += points.size;
+      factors(n, 1);
     } else {
-      std::fill_n(value.data(), padded(points.size), 0.0f);
+      std::fill_n(value.data(), padded(points.size), 1.0f);
     }
     HWY_DYNAMIC_DISPATCH(MultiplyCartesian)(points.size, value.data(), octave, batch.views);
+  }
+  for (const VeinView& view : batch.views) {
+    HWY_DYNAMIC_DISPATCH(MultiplyBy)(points.size, view.product.data(), view.density);
   }
 }
 

@@ -101,6 +101,30 @@ TEST(RingermacherMead, SteepestWindingIsTheSmallestPitch) {
   }
 }
 
+/// The largest |r dtheta/dr| of a batch over radii down to 1e-4.
+double largest_batch_shear(const ArmPattern& arms) {
+  double largest = 0;
+  for (double ln_r = std::log(1e-4); ln_r < 0; ln_r += 1e-3) {
+    BatchArray r{}, shear;
+    r[0] = static_cast<float>(std::exp(ln_r));
+    arms.shear(r.data(), 1, shear.data());
+    largest = std::max(largest, std::abs(double{shear[0]}));
+  }
+  return largest;
+}
+
+TEST(ArmPattern, LargestShearIsABound) {
+  for_each_simd_target([] {
+    for (const ArmPattern& arms :
+         {ringermacher_mead(0.5, 4), ringermacher_mead(20, 1.5), logarithmic(15, 0.1),
+          arms_of("model = \"ringermacher-mead\"\nscale = 0.02\nhandedness = -1\n")}) {
+      const double largest = largest_batch_shear(arms);
+      EXPECT_GE(arms.largest_shear(), largest);
+      EXPECT_LE(arms.largest_shear(), (1 + 2e-4) * largest);
+    }
+  });
+}
+
 TEST(RingermacherMead, EndsAtTheCentreWithoutOverflow) {
   const float tiny = std::numeric_limits<float>::denorm_min();
   const std::vector<float> radii = {0.0f, tiny, 1e-38f, 1e-30f, 1e-10f, 1e-4f, 1.4e-3f, 0.01f};

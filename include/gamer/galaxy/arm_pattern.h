@@ -46,6 +46,8 @@ class ArmPattern {
   double shear(double r) const;
   /// Largest |r dtheta/dr|, the cotangent of the smallest pitch angle, over [r_min, 1].
   double steepest_winding(double r_min) const;
+  /// A bound of |r dtheta/dr| at all radii up to 1, not above it by more than 1e-4 of it.
+  double largest_shear() const;
 
  private:
   Model model_ = Model::none;

@@ -52,9 +52,10 @@ class Layer : public Component {
 
   LayerShape shape_;
   ArmPattern arms_;
-  double steepest_winding_;  ///< bounds the shear of the twirl
-  double peak_;              ///< largest exp(-r/rh) (1 - exp(-(r/inner)^4)) taper
-  double log_peak_;          ///< its logarithm
+  double steepest_winding_;  ///< of the arms where a layer is bright
+  double largest_shear_;
+  double peak_;      ///< largest exp(-r/rh) (1 - exp(-(r/inner)^4)) taper
+  double log_peak_;  ///< its logarithm
 };
 
 }  // namespace gamer

@@ -1,0 +1,99 @@
+"""Every shipped scene and every projection makes the same file, byte by byte, from any number of
+ranks and threads, resumed at another, and from its own header.
+
+identity_test.py GAMER SOURCE_DIR [MPI_LAUNCHER] [slow]
+
+Each scene takes a few of 1 to 5 ranks x 1 to 3 threads, another few than the one before; with "slow"
+all of them.
+"""
+
+import concurrent.futures
+import itertools
+import os
+import sys
+import unittest
+
+from gamer_job import Job
+from gamer_program import ENVIRONMENT, LAUNCHER, SOURCE, Folder, main
+
+# DATE is the only thing in a file that is not the job's.
+ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
+
+IS_SLOW = "slow" in sys.argv[3:]
+WORKERS = list(itertools.product(range(1, 6) if LAUNCHER else (1,), range(1, 4)))
+# Of a scene: these many, besides the reference and a resumed job.
+FEW = 2
+
+INSIDE = {
+    "equirectangular": ["image.size=[48, 24]"],
+    "fisheye": ["image.size=32"],
+    "cubemap": ["image.size=12"],
+    "healpix": ["camera.nside=8"],
+    "perspective": ["image.size=32", "camera.fov=60"],
+    "orthographic": ["image.size=32", "camera.width=20"],
+}
+# Its galaxies are measured for seconds.
+LONG = "deepfield_2014"
+
+
+def cases():
+    """(scene, settings)."""
+    found = [(path.stem, ["image.size=24"]) for path in sorted((SOURCE / "scenes").glob("*.par"))]
+    # Fine enough that rays of many widths and lengths share batches.
+    return found + [("milky_way_inside", [f"camera.projection={projection}", *settings,
+                                          "sampling.tolerance=1e-4"])
+                    for projection, settings in INSIDE.items()]
+
+
+class Identity(unittest.TestCase):
+    def run_case(self, number, case):
+        """What is wrong with it."""
+        scene, settings = case
+        path = str(SOURCE / "scenes" / scene)
+        arguments = [f"{path}.par", f"{path}.lst", "-o", "out.fits"]
+        for setting in [*settings, "image.layout=cube"]:
+            arguments += ["-s", setting]
+        with Folder() as folder:
+            def make(ranks, threads, *command):
+                result = folder.run(*command, "-j", str(threads), ranks=ranks)
+                if result.returncode != 0:
+                    return result.stderr
+                return (folder.path / "out.fits").read_bytes()
+
+            expected = make(1, 1, *arguments)
+            if not isinstance(expected, bytes):
+                return f"{case}: {expected}"
+            others = [w for w in WORKERS if w != (1, 1)]
+            if not IS_SLOW:
+                first = FEW * number % len(others)
+                others = (others + others)[first:first + (1 if scene == LONG else FEW)]
+            for ranks, threads in others:
+                if make(ranks, threads, *arguments, "--overwrite") != expected:
+                    return f"{case}: {ranks} ranks of {threads} threads"
+            if scene == LONG and not IS_SLOW:
+                return ""
+            (folder.path / "out.fits").rename(folder.path / "known.fits")
+            if make(1, 2, "--from-header", "known.fits", "-o", "out.fits") != expected:
+                return f"{case}: from its header"
+            (folder.path / "out.fits").unlink()
+            # Interrupted with one thread, after some rows; resumed by as many as the last.
+            with Job(folder, *arguments, "-j", "1", "--journal", "0") as job:
+                job.wait_for_journal(1)
+                job.process.kill()
+                job.end()
+            self.interrupted += (folder.path / "out.fits.journal").exists()
+            if make(*others[-1], *arguments, "--resume") != expected:
+                return f"{case}: resumed by {others[-1]}"
+        return ""
+
+    def test_shipped_scenes(self):
+        self.interrupted = 0
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            wrong = list(pool.map(self.run_case, *zip(*enumerate(cases()))))
+        self.assertEqual([text for text in wrong if text], [])
+        # Most were interrupted before they were complete.
+        self.assertGreater(self.interrupted, len(wrong) / 2)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,918 @@
+"""Marches rays through the shipped galaxies as docs/method.md, noise.md and veins.md describe them,
+without any of gamer's code, and compares them with gamer's.
+
+    independent_marcher.py GAMER SOURCE_DIR [GALAXY ... [--rays N] [--steps N] [--measure]]
+
+Without galaxies it is a test, of few rays and steps; with galaxies it shows their errors.
+"""
+
+import argparse
+import math
+import sys
+import time
+import tomllib
+import unittest
+
+import sky_program  # First: goes on in the Python that has Astropy.
+from gamer_program import SOURCE, Folder, main
+
+import numpy as np
+from astropy.io import fits
+
+M64 = (1 << 64) - 1
+U32 = np.uint32
+np.seterr(over="ignore")  # Hashes count modulo 2^32.
+
+
+# Hashes.
+
+def mix64(z):
+    z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & M64
+    z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & M64
+    return z ^ (z >> 31)
+
+
+GOLDEN = 0x9E3779B97F4A7C15
+
+
+def hash_words(*words):
+    h = (GOLDEN * (len(words) + 1)) & M64
+    for word in words:
+        h = (mix64(h ^ (word & M64)) + GOLDEN) & M64
+    return mix64(h)
+
+
+def to_unit(x):
+    return (x >> 11) * 2.0**-53
+
+
+def mix32(w):
+    """Of numbers or arrays of 32 bits."""
+    w = np.asarray(w, U32)
+    w = (w ^ (w >> U32(16))) * U32(0x7FEB352D)
+    w = (w ^ (w >> U32(15))) * U32(0x846CA68B)
+    return w ^ (w >> U32(16))
+
+
+# Base noises.
+
+PX, PY, PZ = U32(0x9E3779B1), U32(0x85EBCA77), U32(0xC2B2AE3D)
+GRADIENTS = np.array([[1, 1, 0], [-1, 1, 0], [1, -1, 0], [-1, -1, 0],
+                      [1, 0, 1], [-1, 0, 1], [1, 0, -1], [-1, 0, -1],
+                      [0, 1, 1], [0, -1, 1], [0, 1, -1], [0, -1, -1]], float)
+
+
+def seed_words(seed):
+    step = U32(0x9E3779B9)
+    x = mix32(U32(seed) + step)
+    y = mix32(x + step)
+    return x, y, mix32(y + step)
+
+
+def signed(half):
+    return half.astype(np.uint16).view(np.int16).astype(np.int32)
+
+
+class PointHash:
+    """m of a lattice point from its words."""
+
+    def __init__(self, a, b, c):
+        self.h, g = a ^ b ^ c, a + b
+        low = signed(self.h & U32(0xFFFF)) * signed(g & U32(0xFFFF))
+        high = signed(self.h >> U32(16)) * signed(g >> U32(16))
+        self.m = low.view(U32) + high.view(U32)
+
+    def number(self, component):
+        """Of 16 bits."""
+        if component == 0:
+            return self.m & U32(0xFFFF)
+        w = (self.m ^ self.h) * U32(0x2C1B3C6D)
+        return (w >> U32(16)) ^ (w & U32(0xFFFF)) if component == 1 else w >> U32(16)
+
+    def gradient(self, component):
+        return GRADIENTS[(U32(12) * self.number(component)) >> U32(16)]
+
+
+def whole(x):
+    """floor(x), and as 32 bits."""
+    f = np.floor(x)
+    return f, f.astype(np.int64).astype(U32)
+
+
+SIMPLEX_SCALE, SIMPLEX_VARIANCE = 76.8857, 0.154037
+
+
+def simplex(p, seed, components=1):
+    """At points p of shape (3, n)."""
+    sx, sy, sz = seed_words(seed)
+    skew = p.sum(0) / 3
+    cell = [whole(p[i] + skew) for i in range(3)]
+    back = (cell[0][0] + cell[1][0] + cell[2][0]) / 6
+    d = np.array([p[i] - cell[i][0] + back for i in range(3)])
+    a, b, c = cell[0][1] * PX + sx, cell[1][1] * PY + sy, cell[2][1] * PZ + sz
+    xy, yz, xz = d[0] >= d[1], d[1] >= d[2], d[0] >= d[2]
+    i1, j1 = xy & xz, ~xy & yz
+    i2, j2 = xy | xz, ~xy | yz
+    k1, k2 = ~(i1 | j1), ~(xz & yz)
+    total = np.zeros((components, p.shape[1]))
+    for (i, j, k), shift in (((0, 0, 0), 0), ((i1, j1, k1), 1 / 6), ((i2, j2, k2), 1 / 3),
+                             ((1, 1, 1), 1 / 2)):
+        off = np.array([d[0] - i + shift, d[1] - j + shift, d[2] - k + shift])
+        t = np.maximum(0.5 - (off * off).sum(0), 0)**4
+        point = PointHash(a + PX * np.asarray(i, U32), b + PY * np.asarray(j, U32),
+                          c + PZ * np.asarray(k, U32))
+        for n in range(components):
+            total[n] += t * np.einsum("ni,in->n", point.gradient(n), off)
+    return SIMPLEX_SCALE * total
+
+
+PERLIN_VARIANCE = 35054270 / 480729249
+
+
+def fade(f):
+    return f * f * f * (f * (6 * f - 15) + 10)
+
+
+def perlin(p, seed, turn=(0, 0)):
+    """On a lattice whose points (i, j, k) and (i + P, j + Q, k) are the same, turn = (P, Q)."""
+    seeds = seed_words(seed)
+    floors = np.floor(p)
+    f = p - floors
+    s = fade(f)
+    value = 0
+    for i in (0, 1):
+        for j in (0, 1):
+            column, row = floors[0] + i, floors[1] + j
+            if turn[0]:
+                around = np.floor(column / turn[0])
+                column, row = column - around * turn[0], row - around * turn[1]
+            for k in (0, 1):
+                words = [whole(w)[1] * m + q for w, m, q in
+                         zip((column, row, floors[2] + k), (PX, PY, PZ), seeds)]
+                off = f - np.array([[i], [j], [k]])
+                weight = ((s[0] if i else 1 - s[0]) * (s[1] if j else 1 - s[1]) *
+                          (s[2] if k else 1 - s[2]))
+                value = value + weight * np.einsum("ni,in->n", PointHash(*words).gradient(0), off)
+    return value
+
+
+# Octaves and their combination.
+
+class Octaves:
+    """S of a component's table `noise`."""
+
+    DEFAULTS = {
+        "disk": {"octaves": 7, "k0": 0, "frequency_scale": 1, "exponent": 1, "theta": "inverse",
+                 "floor": 0.2},
+        "stars": {"octaves": 7, "k0": 20, "frequency_scale": 3, "exponent": 8, "theta": "linear",
+                  "floor": 0.1},
+        "dust": {"octaves": 8, "k0": 0, "frequency_scale": 1, "exponent": 4, "theta": "inverse",
+                 "floor": 0.3},
+        "starfield": {"octaves": 4, "k0": 0, "frequency_scale": 2, "exponent": 1,
+                      "theta": "inverse", "floor": 0.3},
+    }
+
+    def __init__(self, kind, table, seed):
+        self.t = {"combination": "additive", "spectral_index": 1, "offset": 0, "contrast": 1,
+                  "amplitude": 1, "ridge_offset": 1, "ridge_gain": 2, "warp": 0,
+                  "warp_frequency": 1, "warp_octaves": 1, **self.DEFAULTS[kind], **table}
+        t = self.t
+        self.is_density = t["combination"] in ("multiplicative", "ridged")
+        ratio = t.get("lacunarity", 2 if self.is_density else 0)
+        self.octaves = []
+        for k in range(1, t["octaves"] + 1):
+            f = ((t["k0"] + t["frequency_scale"]) * ratio**(k - 1) if ratio
+                 else t["k0"] + t["frequency_scale"] * k)
+            first = t["k0"] + t["frequency_scale"]
+            weight = {"multiplicative": t["amplitude"],
+                      "ridged": (f / first)**-t["spectral_index"]}.get(
+                          t["combination"], f**-t["spectral_index"])
+            self.octaves.append((f, weight, *self.lattice(seed, k)))
+        self.warp = []
+        norm = sum(0.25**j for j in range(t["warp_octaves"]))
+        for j in range(t["warp_octaves"] if t["warp"] else 0):
+            weight = t["warp"] * 0.5**j / math.sqrt(norm * SIMPLEX_VARIANCE)
+            self.warp.append((t["warp_frequency"] * 2**j, weight, *self.lattice(seed, 0, j)))
+        self.mu, self.sigma, self.mean = 0, 1, 1
+
+    @staticmethod
+    def lattice(*words):
+        offset = np.array([[16 * to_unit(hash_words(*words, axis))] for axis in range(3)])
+        return offset, hash_words(*words, 3) & 0xFFFFFFFF
+
+    def sum(self, p):
+        t = self.t
+        if self.warp:
+            p = p + sum(w * simplex(f * p + o, s, 3) for f, w, o, s in self.warp)
+        combination = t["combination"]
+        total, ridge = (1 if combination == "multiplicative" else 0), 1
+        for f, w, o, s in self.octaves:
+            n = simplex(f * p + o, s)[0]
+            if combination == "additive":
+                total = total + w * n
+            elif combination == "billow":
+                total = total + w * np.abs(n)
+            elif combination == "multiplicative":
+                total = total * np.clip(1 + w * n, 0, 2)
+            else:
+                signal = (t["ridge_offset"] - np.abs(n))**2 * ridge
+                total = total + w * signal
+                ridge = np.clip(t["ridge_gain"] * signal, 0, 1)
+        return total
+
+    def shape(self, total):
+        t = self.t
+        if self.is_density:
+            return total
+        v = t["offset"] + t["contrast"] * (total - self.mu) / self.sigma
+        if t["theta"] == "inverse":
+            return np.maximum(np.abs(v), t["floor"])**-t["exponent"]
+        return np.maximum(v, 0)**t["exponent"]
+
+    def phi(self, p):
+        """At turned points."""
+        return self.shape(self.sum(p)) / self.mean
+
+
+# Arms, envelopes.
+
+class Arms:
+    def __init__(self, table):
+        self.model = table.get("model", "none")
+        self.log = self.model == "logarithmic"
+        self.scale = table.get("scale", 0.1 if self.log else 1)
+        self.b, self.n = table.get("winding_b", 0.5), table.get("winding_n", 4)
+        self.tan = math.tan(math.radians(table.get("pitch_angle", 15)))
+        self.hand = table.get("handedness", 1)
+        count = table.get("count", 2)
+        self.offsets = [math.radians(o) for o in
+                        table.get("offsets", [360 * i / count for i in range(count)])]
+        if self.model == "none":
+            self.offsets = []
+
+    def winding(self, r):
+        if self.model == "none":
+            return 0 * r
+        if self.log:
+            return self.hand * np.log(np.hypot(r / self.scale, 0.01)) / self.tan
+        with np.errstate(divide="ignore"):
+            return self.hand * self.n * (np.pi - 2 * np.arctan(self.b * np.exp(-self.scale / r)))
+
+    def slope(self, r):
+        return (self.winding(r * (1 + 1e-5)) - self.winding(r * (1 - 1e-5))) / 2e-5
+
+
+def taper(radius):
+    return fade(np.clip((1 - radius) / 0.3, 0, 1))
+
+
+class Layer:
+    def __init__(self, c, arms):
+        self.z0, self.rh = c.get("z0", 0.02), c.get("rh", 0.2)
+        self.inner, self.shift = c.get("inner", 0), math.radians(c.get("shift", 0))
+        self.arms = arms
+        has_arms = arms.offsets and not c["class"].startswith("veins")
+        self.width = c.get("arm_width", 0.5) if has_arms else 0
+        self.twirl = 0 if c["class"].startswith("veins") else c.get("twirl", 0.1)
+
+    def radial(self, r):
+        hole = -np.expm1(-(r / self.inner)**4) if self.inner else 1
+        return np.exp(-r / self.rh) * hole
+
+    def envelope(self, p):
+        r = np.hypot(p[0], p[1])
+        value = self.radial(r) * taper(np.hypot(r, p[2]))
+        value = value / np.cosh(np.minimum(np.abs(p[2]) / self.z0, 300))**2
+        if self.width:
+            phi = np.arctan2(p[1], p[0]) - self.shift - self.arms.winding(r)
+            away = np.min([np.abs(np.remainder(phi - o + np.pi, 2 * np.pi) - np.pi)
+                           for o in self.arms.offsets], axis=0)
+            value = value * (1 - away / np.pi)**self.width
+        return value
+
+    def integral(self):
+        """Over the ball."""
+        t = (np.arange(2000) + 0.5) / 2000
+        r = t * t
+        v = (np.arange(400) + 0.5) / 400
+        column = taper(np.hypot(r[:, None], self.z0 * np.arctanh(v)[None, :])).mean(1)
+        ring = 4 * np.pi * self.z0 * np.mean(2 * t * r * self.radial(r) * column)
+        if not self.width:
+            return ring
+        angle = (np.arange(200000) + 0.5) / 200000 * 2 * np.pi
+        away = np.min([np.abs(np.remainder(angle - o + np.pi, 2 * np.pi) - np.pi)
+                       for o in self.arms.offsets], axis=0)
+        return ring * np.mean((1 - away / np.pi)**self.width)
+
+    def turned(self, p):
+        angle = -self.twirl * self.arms.winding(np.hypot(p[0], p[1]))
+        s, c = np.sin(angle), np.cos(angle)
+        return np.array([c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]])
+
+    def cloud(self, size):
+        """Points (not turned) and weights."""
+        length, height = min(3 * self.rh, 1), min(3.5 * self.z0, 1)
+        extents = [length, 2 * math.pi * length / 3, height]
+        thin, middle, longest = sorted(extents)
+        side = (thin * middle * longest / size)**(1 / 3)
+        if thin < side:
+            side = math.sqrt(middle * longest / size)
+            if middle < side:
+                side = longest / size
+        n_r, n_a, n_z = (max(int(e / side + 0.5), 1) for e in extents)
+        n_r = min(n_r, 2**23 // (n_a * n_z))
+        a, b, c = (g.ravel() for g in np.meshgrid(range(n_r), range(n_a), range(n_z),
+                                                  indexing="ij"))
+        steps = [U32(s) for s in (0xD1B54A32, 0xABC98388, 0x8CB92BA7)]
+
+        def jitter(p, i, q, j):
+            word = p.astype(U32) * steps[i] + q.astype(U32) * steps[j]
+            return (word >> U32(8)) * 2.0**-24
+
+        u_r, u_a, u_z = (a + jitter(b, 0, c, 1), b + jitter(c, 2, a, 0), c + jitter(a, 1, b, 2))
+        end = min(1 / self.rh, 30)
+        share = np.arange(1024) / 1024 * (1 - (1 + end) * math.exp(-end))
+        nodes = np.append(gamma2_quantile(share), end) * self.rh
+        at = u_r * 1024 / n_r
+        k = np.minimum(at.astype(int), 1023)
+        width = nodes[k + 1] - nodes[k]
+        r = nodes[k] + (at - k) * width
+        angle = (u_a / n_a - 0.5) * 2 * np.pi
+        v = np.clip(2 * u_z / n_z - 1, -1 + 1e-6, 1 - 1e-6)
+        p = np.array([r * np.cos(angle), r * np.sin(angle), self.z0 * np.arctanh(v)])
+        return p, self.envelope(p) * r * width / (1 - v * v)
+
+
+def gamma2_quantile(u):
+    """x with 1 - (1 + x) e^-x = u."""
+    x = np.where(u < 0.5, np.sqrt(2 * u), 1.7 - 1.2 * np.log(2 * (1 - u)))
+    for _ in range(60):
+        slope = np.maximum(x * np.exp(-x), 1e-300)
+        x = np.maximum(x - (1 - (1 + x) * np.exp(-x) - u) / slope, 0.5 * x)
+    return x
+
+
+class Bulge:
+    R_E = 3434.12
+
+    def __init__(self, c):
+        self.r0 = c.get("radius") or c["effective_radius"] / self.R_E
+        self.axis = np.array(c.get("axis", [1, 1, 1]), float)
+
+    def law(self, b):
+        return b**-0.855 * np.exp(-b**0.25)
+
+    def envelope(self, p):
+        m2 = ((p / self.axis[:, None])**2).sum(0) + (1e-5 * self.R_E * self.r0)**2
+        return self.law(np.sqrt(m2) / self.r0) * taper(np.sqrt((p * p).sum(0)))
+
+    def integral(self):
+        """Shells of m in directions n: b = u^4, dV = a1 a2 a3 m^2 dm dn."""
+        cosine, w_c = np.polynomial.legendre.leggauss(24)
+        angle = (np.arange(48) + 0.5) / 48 * np.pi / 2
+        sine = np.sqrt(1 - cosine**2)[:, None]
+        stretch = np.sqrt((sine * np.cos(angle) * self.axis[0])**2 +
+                          (sine * np.sin(angle) * self.axis[1])**2 +
+                          (cosine[:, None] * self.axis[2])**2)
+        u = (np.arange(4000) + 0.5) / 4000 * 60
+        shell = u**(4 * -0.855 + 11) * np.exp(-u) * 4 * 60 / 4000
+        mean = 0
+        for s, w in zip(stretch, w_c / 2):
+            mean += w * np.mean(taper(self.r0 * u**4 * s[:, None]) @ shell)
+        return 4 * np.pi * self.r0**3 * self.axis.prod() * mean
+
+
+# Veins.
+
+def smoothstep(x):
+    x = np.clip(x, 0, 1)
+    return x * x * (3 - 2 * x)
+
+
+def mean_height(kappa):
+    """e^-kappa I0(kappa)."""
+    angle = (np.arange(20000) + 0.5) / 20000 * np.pi
+    return np.mean(np.exp(kappa * (np.cos(angle) - 1)))
+
+
+class SpiralCoordinates:
+    STEEPEST = math.tan(math.radians(80))
+
+    def __init__(self, arms, shift):
+        self.arms, self.first = arms, arms.offsets[0] + shift
+        self.n = len(arms.offsets)
+        self.sign = 1 if arms.winding(np.array(1.0)) >= arms.winding(np.array(0.5)) else -1
+        if arms.log:
+            self.tan = arms.tan
+        else:
+            radii = 0.15 + 0.85 * np.arange(33) / 32
+            self.tan = np.median(np.minimum(1 / np.abs(arms.slope(radii)), self.STEEPEST))
+            self.s = np.linspace(math.log(1e-3), 0, 8193)
+            h_slope = self.h_slope_of(self.s)
+            steps = 0.5 * (h_slope[1:] + h_slope[:-1]) * np.diff(self.s)
+            self.h_table = np.append(0, np.cumsum(steps)) - steps.sum()
+        self.cycle = self.n / self.tan
+
+    def h_slope_of(self, s):
+        slope = self.sign * self.arms.slope(np.exp(s))
+        return np.minimum(1 / np.maximum(slope, 1e-9), self.STEEPEST)
+
+    def at(self, p):
+        r = np.maximum(np.hypot(p[0], p[1]), 1e-6)
+        s = np.log(r)
+        angle = np.remainder(np.arctan2(p[1], p[0]) - self.first + np.pi, 2 * np.pi) - np.pi
+        turns = self.sign * angle / (2 * np.pi)
+        g = self.sign * self.arms.winding(r)
+        g_slope = self.sign * self.arms.slope(r)
+        if self.arms.log:
+            h, h_slope = s * self.tan, self.tan
+        else:
+            h, h_slope = np.interp(s, self.s, self.h_table), self.h_slope_of(s)
+        gradient = self.n / (2 * np.pi) * np.sqrt(1 + g_slope**2) / r
+        ratio = self.cycle / self.n * np.sqrt((1 + h_slope**2) / (1 + g_slope**2))
+        return (r, s, turns, self.n / (2 * np.pi) * g, -self.cycle / (2 * np.pi) * h, gradient,
+                ratio)
+
+
+class Map:
+    """x = x_slope s - P turns, y = y_slope s - Q turns."""
+
+    def __init__(self, x_slope, y_slope, p, q):
+        self.slopes, self.turn = (x_slope, y_slope), (p, q)
+        x, y = math.hypot(x_slope, p / (2 * math.pi)), math.hypot(y_slope, q / (2 * math.pi))
+        self.mean = math.sqrt(x * y)
+
+    @staticmethod
+    def isotropic(c, frequency):
+        p = max(int(frequency * c.n * math.hypot(1, 1 / c.tan) + 0.5), 1)
+        return Map(0, p / (2 * math.pi), p, 0)
+
+    @staticmethod
+    def along(c, frequency, stretch, angle):
+        rows = [(frequency * math.cos(angle), frequency * math.sin(angle)),
+                (frequency / stretch * math.sin(angle), -frequency / stretch * math.cos(angle))]
+        slopes, turn = [], []
+        for m_u, m_v in rows:
+            turned = m_u * c.n + m_v * c.cycle
+            near = math.copysign(math.floor(abs(turned) + 0.5), turned)
+            share = (near - turned) / (c.n**2 + c.cycle**2)
+            m_u, m_v = m_u + share * c.n, m_v + share * c.cycle
+            sign = -1 if near < 0 else 1
+            turn.append(int(sign * near))
+            slopes.append(sign * (m_u * c.n / c.tan - m_v * c.cycle * c.tan) / (2 * math.pi))
+        return Map(*slopes, *turn)
+
+    def point(self, s, turns, r, z):
+        return np.array([self.slopes[0] * s - self.turn[0] * turns,
+                         self.slopes[1] * s - self.turn[1] * turns, self.mean * z / r])
+
+
+class Veins:
+    DEFAULTS = {"vein_width": 0.1, "spur_number": 14, "spur_width": 0.12, "spur_angle": 60,
+                "spur_curvature": 2, "spur_length": 1, "spur_strength": 0.9,
+                "spur_variation": 0.5, "displacement": 0.06, "displacement_frequency": 2,
+                "displacement_octaves": 2, "density_high": 5.6, "density_low": 0.6, "octaves": 8,
+                "noise_frequency": 1.5, "noise_contrast": 0.25, "spectral_index": 2.9,
+                "clumpiness": 1, "anisotropy": 2, "anisotropy_angle": 60,
+                "isotropic_scale": 0.04, "pattern_seed": 1}
+
+    def __init__(self, c, layer, seed, galaxy_seed):
+        light = {"density_low": 0.1, "clumpiness": 5} if c["class"] == "veins_light" else {}
+        self.p = p = {**self.DEFAULTS, **light, **c}
+        self.c = SpiralCoordinates(layer.arms, layer.shift)
+        self.mean = 1
+        pattern = hash_words(p["pattern_seed"], galaxy_seed)
+        self.phases = np.array([to_unit(hash_words(pattern, 1, m)) for m in range(self.c.n)])
+        self.spur_seed = U32(hash_words(pattern, 4) & 0xFFFFFFFF)
+        self.displacement_map = Map.isotropic(self.c, p["displacement_frequency"])
+        norm = sum(0.25**j for j in range(p["displacement_octaves"])) * PERLIN_VARIANCE
+        self.displacement = [(2**j, p["displacement"] * 0.5**j / math.sqrt(norm),
+                              *self.lattice(hash_words(pattern, 2), j))
+                             for j in range(p["displacement_octaves"])]
+        core = p["isotropic_scale"]
+        thickness = 2 * layer.z0
+        self.helical, self.cartesian, frequency = [], [], 0
+        for k in range(p["octaves"]):
+            own = Map.along(self.c, p["noise_frequency"] * 2**k, p["anisotropy"],
+                            math.radians(p["anisotropy_angle"]))
+            lattice = self.lattice(seed, k)
+            if own.mean * core < math.sqrt(2):
+                frequency = own.mean
+                self.helical.append((own, *lattice))
+                continue
+            frequency = 2 * frequency if self.cartesian else math.sqrt(2) / core
+            contrast = p["noise_contrast"] * math.sqrt(
+                (frequency * core)**(2 - p["spectral_index"]) *
+                (1 + 2 * thickness * frequency) / (1 + 2 * thickness / core))
+            contrast = min(contrast, 1.5)
+            self.cartesian.append((frequency, contrast / math.sqrt(SIMPLEX_VARIANCE), *lattice))
+
+    @staticmethod
+    def lattice(seed, index):
+        offset = np.array([[math.floor(1024 * to_unit(hash_words(seed, index, axis))) / 64]
+                           for axis in range(3)])
+        return offset, hash_words(seed, index, 3) & 0xFFFFFFFF
+
+    def phi(self, p):
+        q, c = self.p, self.c
+        r, s, turns, u0, v0, gradient, ratio = c.at(p)
+        shift = 0
+        at = self.displacement_map.point(s, turns, r, p[2])
+        for f, w, o, seed in self.displacement if q["displacement"] else []:
+            shift = shift + w * perlin(f * at + o, seed, (self.displacement_map.turn[0] * f, 0))
+        u = u0 + shift - c.n * turns
+        kappa, spur_kappa = (1 / (2 * np.pi * q[w])**2 for w in ("vein_width", "spur_width"))
+        arm = np.exp(kappa * (np.cos(2 * np.pi * u) - 1))
+        gap = 1
+        rate = q["spur_number"] / (c.cycle * (1 + c.tan**2))
+        rise = min(q["vein_width"], 0.5 * q["spur_length"])
+        bar = smoothstep((3.5 - ratio) / 1.7)
+        strength = q["spur_strength"] if q["spur_number"] else 0
+        for branch in range(math.ceil(q["spur_length"]) if strength else 0):
+            k = np.floor(u) - branch
+            away = u - k
+            around = np.floor((k + 0.5) / c.n)
+            m = k - around * c.n
+            bend = 1 / math.tan(math.radians(q["spur_angle"])) + q["spur_curvature"] * away
+            along = v0 + shift - c.cycle * (m / c.n + turns + around) + ratio * bend * away
+            t = rate * along + self.phases[m.astype(int)]
+            j = np.floor(t)
+            word = (whole(j)[1] * U32(0x9E3779B1) + self.spur_seed +
+                    whole(m)[1] * U32(0x85EBCA77))
+            first, second = ((mix32(w) >> U32(9)) * 2.0**-23
+                             for w in (word, word + U32(0x9E3779B1)))
+            vigour = 1 - q["spur_variation"] * (first + smoothstep(t - j) * (second - first))
+            height = (np.maximum(1 - (away / (q["spur_length"] * vigour))**2, 0)**2 *
+                      smoothstep(away / rise) * bar * vigour * strength)
+            gap = gap * (1 - height * np.exp(spur_kappa * (np.cos(2 * np.pi * t) - 1)))
+        vein = 1 - (1 - arm) * gap
+        unresolved = 1 - (1 - mean_height(kappa)) * (
+            1 - min(q["spur_length"], 1) * 8 / 15 * mean_height(spur_kappa) * q["spur_strength"] *
+            (1 - 0.5 * q["spur_variation"]))
+        core = smoothstep((1.2 - gradient * q["isotropic_scale"]) / 0.8)
+        vein = unresolved + core * (vein - unresolved)
+        density = (q["density_high"] - q["density_low"]) * vein + q["density_low"]
+        if not q["noise_contrast"]:
+            return density / self.mean
+        for own, o, seed in self.helical:
+            blend = smoothstep(np.log2(r) + 0.5 - math.log2(own.mean * q["isotropic_scale"]))
+            noise = perlin(own.point(s, turns, r, p[2]) + o, seed, own.turn)
+            density = density * (1 + np.clip(
+                blend * q["noise_contrast"] / math.sqrt(PERLIN_VARIANCE) * noise, -1, 1))
+        for f, contrast, o, seed in self.cartesian:
+            factor = np.clip(1 + contrast * simplex(f * p + o, seed)[0], 0, 2)
+            density = density * factor**q["clumpiness"]
+        return density / self.mean
+
+
+# Spectra.
+
+def sed(name, source, wavelength):
+    """Over its value at 5500 Angstrom."""
+    rows = np.loadtxt(source / "seds" / f"{name}.sed")
+    return np.interp(wavelength, *rows.T) / np.interp(5500, *rows.T)
+
+
+def ccm89(wavelength, r_v):
+    """A/A(V), in the optical (Cardelli, Clayton & Mathis 1989, Eq. 3)."""
+    x = 1e4 / wavelength
+    y = x - 1.82
+    assert 1.1 <= x <= 3.3
+    a = np.polyval([0.32999, -0.77530, 0.01979, 0.72085, -0.02427, -0.50447, 0.17699, 1], y)
+    b = np.polyval([-2.09002, 5.30260, -0.62251, -5.38434, 1.07233, 2.28305, 1.41338, 0], y)
+    return a + b / r_v
+
+
+def starlight(c, wavelength):
+    """The mean of blackbodies, by their light."""
+    slope, hc_k = 1 - c.get("luminosity_slope", 1.7), 1.438776877503933e8
+    low, high = c.get("luminosity_low", 1e-3), c.get("luminosity_high", 1e5)
+    ln_l = math.log(low) + math.log(high / low) * (np.arange(400) + 0.5) / 400
+    light = np.exp((slope + 1) * ln_l)
+    u = (np.arange(60) + 0.5) / 60
+    g = 2 * (u[:, None, None] + u[:, None] + u).ravel() - 3
+    g = np.sort(g).reshape(-1, 600).mean(1)
+    t = (c.get("temperature", 5000) * np.exp(c.get("temperature_slope", 0.05) * ln_l)[:, None] *
+         10**(c.get("temperature_scatter", 0.13) * g))
+    t = np.clip(t, 1000, 1e5)
+    flux = ((5500 / wavelength)**5 * np.expm1(hc_k / (5500 * t)) /
+            np.expm1(hc_k / (wavelength * t)))
+    return np.average(flux.mean(1), weights=light)
+
+
+# Galaxies.
+
+class Component:
+    def __init__(self, c, name, arms, galaxy_seed):
+        self.c, self.kind, self.name = c, c["class"], name
+        self.absorbs = self.kind in ("dust", "veins")
+        self.followed, self.texture = None, None
+        self.layer = Bulge(c) if self.kind == "bulge" else Layer(c, arms)
+        if self.kind == "bulge":
+            return
+        seed = galaxy_seed
+        for letter in name.encode():
+            seed = hash_words(seed, letter)
+        noise = c.get("noise", {})
+        if self.kind.startswith("veins"):
+            if "seed" in c:
+                seed = hash_words(c["seed"], galaxy_seed)
+            self.texture = Veins(c, self.layer, seed, galaxy_seed)
+        elif noise is not False:
+            if "seed" in noise:
+                seed = hash_words(noise["seed"], galaxy_seed)
+            self.texture = Octaves(self.kind, noise, seed)
+
+    def own_phi(self, p):
+        return self.texture.phi(self.layer.turned(p)) if self.texture else np.ones(p.shape[1])
+
+    def phi(self, p):
+        phi = self.own_phi(p)
+        if self.followed:
+            lit = phi > 0
+            phi[lit] *= self.followed.own_phi(p[:, lit])
+        return phi
+
+    def normalise(self, share, ratio):
+        """Takes mu, sigma and the mean of Phi. Over the larger cloud this is `ratio` times that over
+        the first one, and is taken where ratio is None; returns the ratio."""
+        if not self.texture:
+            return 1
+        p, w = self.layer.cloud(2**15)
+        if isinstance(self.texture, Octaves):
+            total = self.texture.sum(self.layer.turned(p))
+            mu = np.average(total, weights=w)
+            self.texture.mu = mu
+            self.texture.sigma = math.sqrt(np.average((total - mu)**2, weights=w))
+            phi = self.texture.shape(total)
+            if self.followed:
+                phi = phi * self.followed.own_phi(p)
+        else:
+            phi = self.phi(p)
+        mean = np.average(phi, weights=w)
+        error = math.sqrt(np.sum((w * (phi - mean))**2)) / w.sum() / mean
+        excess = error / 0.004 * math.sqrt(share)
+        points = int(min(2**15 * excess**2, 2**22)) if excess > 1 else 0
+        if ratio is None and points:
+            p, w = self.layer.cloud(points)
+            sums = [np.sum(w[i:i + 2**15] * self.phi(p[:, i:i + 2**15]))
+                    for i in range(0, len(w), 2**15)]
+            ratio = sum(sums) / w.sum() / mean
+        if not points:
+            ratio = 1
+        self.texture.mean *= mean * ratio
+        return ratio
+
+
+class Galaxy:
+    def __init__(self, path, seed=1, ratios=None):
+        """`ratios` of the larger clouds' means to the first ones'; without them they are taken."""
+        table = tomllib.loads(path.read_text())
+        self.axis = np.array(table.get("galaxy", {}).get("axis", [1, 1, 1]), float)
+        arms = Arms(table.get("arms", {}))
+        galaxy_seed = hash_words(1, seed)
+        self.components = [Component(c, c.get("name", f"{c['class']}{i}"), arms, galaxy_seed)
+                           for i, c in enumerate(table["component"], 1)]
+        by_name = {c.name: c for c in self.components}
+        for c in self.components:
+            c.followed = by_name.get(c.c.get("follows"))
+            c.amplitude = c.c.get("intensity", 1)
+            if c.absorbs:
+                c.amplitude = c.c.get("optical_depth", 1) / (2 * c.layer.z0 * self.axis[2])
+        light = [c for c in self.components if not c.absorbs]
+        integral = {c: c.layer.integral() * self.axis.prod() for c in light}
+        given = sum(c.amplitude * integral[c] for c in light if "fraction" not in c.c)
+        shares = sum(c.c.get("fraction", 0) for c in light)
+        whole_light = given / (1 - shares) if given else 1
+        for c in light:
+            if "fraction" in c.c:
+                c.amplitude = c.c["fraction"] * whole_light / integral[c]
+        self.ratios = {}
+        for c in sorted(self.components, key=lambda c: c.followed is not None):
+            share = 1 if c.absorbs else c.amplitude * integral[c] / whole_light
+            given = None if ratios is None else ratios.get(c.name, 1)
+            self.ratios[c.name] = c.normalise(share, given)
+
+    def march(self, origin, direction, steps, colours):
+        """I of each (spectra, extinctions) of `colours`, along a ray in galaxy radii."""
+        o, d = origin / self.axis, direction / self.axis
+        a, b = d @ d, o @ d
+        root = b * b - a * (o @ o - 1)
+        if root <= 0:
+            return np.zeros(len(colours))
+        begin, end = (-b - math.sqrt(root)) / a, (-b + math.sqrt(root)) / a
+        ds = (end - begin) / steps
+        s = begin + (np.arange(steps) + 0.5) * ds
+        p = o[:, None] + d[:, None] * s
+        density = []
+        for c in self.components:
+            own = c.amplitude * c.layer.envelope(p)
+            counts = own > 1e-8 * own.max(initial=0)
+            if c.texture and counts.any():
+                own[counts] *= c.phi(p[:, counts])
+            density.append(own)
+        result = []
+        for spectra in colours:
+            kappa = sum((x * e for c, x, e in zip(self.components, spectra, density)
+                         if c.absorbs), np.zeros(steps))
+            light = sum((x * e for c, x, e in zip(self.components, spectra, density)
+                         if not c.absorbs), np.zeros(steps))
+            depth = (np.cumsum(kappa) - 0.5 * kappa) * ds
+            result.append(np.sum(light * np.exp(-depth)) * ds)
+        return np.array(result)
+
+    def colours(self, source, wavelengths):
+        def factor(c, wavelength):
+            if c.absorbs:
+                return ccm89(wavelength, c.c.get("r_v", 3.1))
+            if "sed" in c.c:
+                return sed(c.c["sed"], source, wavelength)
+            return starlight(c.c, wavelength)
+        return [[factor(c, w) for c in self.components] for w in wavelengths]
+
+
+# Beside gamer.
+
+WAVELENGTHS = (4400, 5500, 8000)
+INCLINATIONS = (0, 40, 75, 88)
+
+# <Phi> over the large clouds relative to that over the first ones. --measure takes them, in half a
+# minute a galaxy.
+RATIOS = {
+    "dusty_barred": {"arms": 1.000898, "lanes": 0.993631, "young clumps": 1.002438},
+    "elliptical_dust": {"young clumps": 0.984745, "band": 1.001268},
+    "flocculent": {"patches": 1.005201, "filaments": 1.001416, "young clumps": 1.05866},
+    "irregular": {"patches": 0.999337, "clouds": 0.998928, "young clumps": 0.934795},
+    "m51": {"arms": 1.010392, "associations": 0.996454, "H II regions": 1.008522,
+            "lanes": 0.997685},
+    "milky_way": {"arms": 0.998402, "associations": 0.982455, "H II regions": 0.907986,
+                  "lanes": 0.994547},
+    "ngc1300": {"arms": 1.001197, "lanes": 0.990678, "young clumps": 1.151763},
+    "ngc4321": {"lanes": 1.00251, "associations": 0.940389, "clusters": 1.259775},
+    "ngc4594": {"ring dust": 0.99489},
+    "ngc891": {"young clumps": 1.048207, "lane": 1.004886, "filaments": 0.992188},
+    "one_armed": {"arm": 1.002302, "lane": 1.005883, "young clumps": 1.026185},
+    "shader_galaxy": {"base": 0.997578, "clumps": 1.018775, "lanes": 1.001802},
+    "spiral": {"stars": 1.001921, "dust": 0.99546, "star-forming regions": 0.956471},
+}
+
+# Of the test's rays: twice the largest relative error, which is that of steps and, where there are
+# star fields, of their spectrum.
+TOLERANCES = {
+    "elliptical": 6e-7, "shader_galaxy": 1e-3, "m51": 1.5e-5, "ngc4594": 4e-4,
+    "dusty_barred": 9e-4, "ngc4321": 1e-4, "irregular": 3.8e-5, "milky_way": 3.8e-4,
+}
+
+
+def rays(count, seed=1):
+    """(target, direction to the camera) of so many rays for each inclination."""
+    result = []
+    random = np.random.default_rng(seed)
+    for inclination in np.radians(INCLINATIONS):
+        for _ in range(count):
+            around, angle = 2 * np.pi * random.random(2)
+            r = 0.05 + 0.45 * random.random()
+            towards = np.array([math.sin(inclination) * math.cos(around),
+                                math.sin(inclination) * math.sin(around), math.cos(inclination)])
+            result.append((np.array([r * math.cos(angle), r * math.sin(angle), 0]), towards))
+    return result
+
+
+def run_gamer(folder, parameters, scene):
+    (folder.path / "spiral.toml").unlink()  # The shipped one is meant.
+    folder.write("rays.par", parameters)
+    folder.write("rays.lst", scene)
+    result = folder.run("rays.par", "rays.lst")
+    assert result.returncode == 0, result.stderr
+    return np.array([fits.getdata(path).T for path in sorted(folder.path.glob("ray*.fits"))])
+
+
+def film(name, lines):
+    """gamer's brightness of the rays: frames of one pixel, so small that all noise is seen. With
+    equal steps differences are those of the galaxies, not of how rays are sampled."""
+    keys = [[*target, *(target + 5 * towards)] for target, towards in lines]
+    text = f"""[image]
+size = [1, 1]
+output = "ray.fits"
+bitpix = -64
+[camera]
+projection = "orthographic"
+up = [0.31, 0.53, 0.17]
+width = 1e-6
+[animation]
+frames = {len(lines)}
+target = {[float(x) for key in keys for x in key[:3]]}
+position = {[float(x) for key in keys for x in key[3:]]}
+[spectrum]
+wavelengths = {list(WAVELENGTHS)}
+[sampling]
+sampler = "uniform"
+step = 5e-5
+tolerance = 1e-5
+stars_per_pixel = 0
+"""
+    with Folder() as folder:
+        return run_gamer(folder, text, f"galaxy x y z\n{name} 0 0 0\n")[:, 0, 0, :]
+
+
+def errors(name, count, steps):
+    """Of the marcher's rays against gamer's, relative."""
+    lines = rays(count)
+    expected = film(name, lines)
+    galaxy = Galaxy(SOURCE / "galaxies" / f"{name}.toml", ratios=RATIOS.get(name, {}))
+    colours = galaxy.colours(SOURCE, WAVELENGTHS)
+    own = np.array([galaxy.march(target + 5 * towards, -towards, steps, colours)
+                    for target, towards in lines])
+    return own / expected - 1
+
+
+def unit(v):
+    return v / np.linalg.norm(v)
+
+
+def orientation_along(o, pa):
+    """Columns are the galaxy's axes."""
+    o, (c, s) = unit(o), (math.cos(pa), math.sin(pa))
+    v = np.cross([0, 0, 1], o)
+    cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+    turn = np.eye(3) + cross + cross @ cross / (1 + o[2])
+    return turn @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+
+
+def orientation_as_seen(towards, up, inclination, pa):
+    up = unit(up - (up @ towards) * towards)
+    node = math.cos(pa) * up - math.sin(pa) * np.cross(up, towards)
+    axis = math.cos(inclination) * towards + math.sin(inclination) * np.cross(node, towards)
+    return np.array([node, np.cross(axis, node), axis]).T
+
+
+class IndependentMarcher(unittest.TestCase):
+    def test_shipped_galaxies(self):
+        for name, tolerance in TOLERANCES.items():
+            with self.subTest(name):
+                self.assertLess(np.abs(errors(name, 2, 10000)).max(), tolerance)
+
+    def test_orientations_and_cameras(self):
+        centre, size, galaxy = np.array([0.1, 0.2, 0.3]), 0.7, "elliptical"
+        position, target = np.array([1.0, -3, 2]), np.array([0.2, 0.1, 0])
+        up = np.array([0, 0.2, 1])
+        b = unit(position - target)
+        w = unit(np.cross(up, b))
+        u = np.cross(b, w)
+        own = Galaxy(SOURCE / "galaxies" / f"{galaxy}.toml")
+        for projection, key, across in (("orthographic", "width = 0.8", 0.8),
+                                        ("perspective", "fov = 12", 2 * math.tan(math.radians(6)))):
+            towards = b if projection == "orthographic" else unit(position - centre)
+            for columns, words, turn in (
+                    ("inclination pa", "50 30",
+                     orientation_as_seen(towards, u, math.radians(50), math.radians(30))),
+                    ("ox oy oz pa", "0.3 -0.5 0.7 20",
+                     orientation_along(np.array([0.3, -0.5, 0.7]), math.radians(20)))):
+                text = f"""[image]
+size = [3, 2]
+output = "ray.fits"
+bitpix = -64
+[camera]
+projection = "{projection}"
+position = {position.tolist()}
+target = {target.tolist()}
+up = {up.tolist()}
+{key}
+[sampling]
+tolerance = 1e-5
+"""
+                with self.subTest(projection, columns=columns), Folder() as folder:
+                    image = run_gamer(folder, text, f"galaxy x y z size {columns}\n{galaxy} "
+                                      f"0.1 0.2 0.3 {size} {words}\n")[0]
+                    for p, q in np.ndindex(3, 2):
+                        d = across / 3 * ((p - 1) * w + (q - 0.5) * u)
+                        at, way = ((position + d, -b) if projection == "orthographic"
+                                   else (position, unit(d - b)))
+                        value = own.march(turn.T @ (at - centre) / size, turn.T @ way, 20000,
+                                          [[1.0]])[0]
+                        self.assertAlmostEqual(value / image[p, q], 1, delta=1e-5)
+
+
+def explore(arguments):
+    parser = argparse.ArgumentParser()
+    parser.add_argument("galaxies", nargs="+")
+    parser.add_argument("--rays", type=int, default=2, help="for each inclination")
+    parser.add_argument("--steps", type=int, default=10000)
+    parser.add_argument("--measure", action="store_true", help="take the ratios of means")
+    given = parser.parse_args(arguments)
+    for name in given.galaxies:
+        if given.measure:
+            ratios = Galaxy(SOURCE / "galaxies" / f"{name}.toml").ratios
+            print(name, {c: round(ratio, 6) for c, ratio in ratios.items() if ratio != 1})
+            continue
+        start = time.time()
+        found = errors(name, given.rays, given.steps)
+        print(f"{name}: largest error {np.abs(found).max():.1e}, {time.time() - start:.1f} s")
+        print(np.array2string(found, precision=6, suppress_small=True), flush=True)
+
+
+if __name__ == "__main__":
+    if sys.argv[3:]:
+        explore(sys.argv[3:])
+    else:
+        main()

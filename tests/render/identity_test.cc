@@ -1,0 +1,106 @@
+// A row of an image does not depend on the rows that are rendered with it, under any instruction
+// set: so threads, ranks and a resumed job make the image of one thread.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "core/each_simd_target.h"
+#include "render/render_text.h"
+
+namespace gamer {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct View {
+  std::string scene;
+  std::vector<std::string> settings;
+};
+
+/// Every shipped scene at few pixels, and the one from within a galaxy in each projection.
+std::vector<View> shipped_views() {
+  std::vector<View> views;
+  for (const auto& entry : fs::directory_iterator(fs::path(GAMER_TEST_SOURCE_DIR) / "scenes")) {
+    const std::string name = entry.path().stem();
+    // Most of its time goes into the statistics of a hundred galaxies.
+    if (entry.path().extension() != ".lst" || name == "deepfield_2014") continue;
+    views.push_back({name, {"image.size=24"}});
+  }
+  std::ranges::sort(views, {}, &View::scene);
+  const auto inside = [&](const std::string& projection, std::vector<std::string> settings) {
+    settings.push_back("camera.projection=" + projection);
+    views.push_back({"milky_way_inside", settings});
+  };
+  // Fine enough that rays of many widths and lengths share batches.
+  inside("perspective", {"image.size=24", "camera.fov=60", "sampling.tolerance=1e-4"});
+  inside("equirectangular", {"image.size=[16, 8]"});
+  inside("orthographic", {"image.size=16", "camera.width=20"});
+  inside("fisheye", {"image.size=12"});
+  inside("cubemap", {"image.size=4"});
+  inside("healpix", {"camera.nside=2"});
+  return views;
+}
+
+std::string contents(const fs::path& path) {
+  std::stringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+Renderer renderer_of(const View& view) {
+  const fs::path folder = fs::path(GAMER_TEST_SOURCE_DIR) / "scenes";
+  ConfigNode root = parse_toml(contents(folder / (view.scene + ".par")), view.scene + ".par");
+  for (const std::string& setting : view.settings) set_from_text(root, setting);
+  const RenderParameters parameters = RenderParameters::read(root);
+  const Camera camera(parameters);
+  Resources resources({fs::path(GAMER_TEST_SOURCE_DIR)});
+  const Spectrum spectrum = load_spectrum(parameters, resources);
+  const auto scene = std::make_shared<Scene>(read_scene(contents(folder / (view.scene + ".lst")),
+                                                        (folder / (view.scene + ".lst")).string(),
+                                                        parameters, spectrum, camera, resources));
+  return Renderer(parameters, camera, scene, spectrum);
+}
+
+/// All rows, so many at once.
+std::vector<double> render(const Renderer& renderer, int at_once) {
+  std::vector<double> values;
+  const auto row = static_cast<std::size_t>(renderer.width() * renderer.planes());
+  for (int first = 0; first < renderer.height(); first += at_once) {
+    const int last = std::min(first + at_once, renderer.height());
+    std::vector<double> own(row * static_cast<std::size_t>(last - first));
+    renderer.render_rows({first, last}, own);
+    values.insert(values.end(), own.begin(), own.end());
+  }
+  return values;
+}
+
+class IdentityTest : public testing::TestWithParam<View> {};
+
+TEST_P(IdentityTest, RowsDoNotDependOnOthers) {
+  const Renderer renderer = renderer_of(GetParam());
+  for_each_simd_target([&] {
+    const std::vector<double> together = render(renderer, renderer.height());
+    for (const int at_once : {1, 3}) {
+      const std::vector<double> apart = render(renderer, at_once);
+      ASSERT_EQ(apart.size(), together.size());
+      // Also NaN, where a pixel shows no sky.
+      EXPECT_EQ(std::memcmp(apart.data(), together.data(), apart.size() * sizeof(double)), 0)
+          << at_once << " rows at once";
+    }
+  });
+}
+
+INSTANTIATE_TEST_SUITE_P(ShippedViews, IdentityTest, testing::ValuesIn(shipped_views()),
+                         [](const auto& tested) {
+                           return tested.param.scene + "_" + std::to_string(tested.index);
+                         });
+
+}  // namespace
+}  // namespace gamer
