@@ -76,7 +76,7 @@ class GoodInput(unittest.TestCase):
                     what = "HDU . [(]INPUTS[)] is damaged" if "fits" in name else "or it is damaged"
                     self.assertRegex(again.stderr, rf"^{name}: .*{what}.*\n$")
                     self.assertEqual(again.returncode, 2)
-                    self.assertNotIn("again.fits", folder.content())
+                    self.assertFalse((folder.path / "again.fits").exists())
                     resumed = folder.run(*arguments, "--resume")
                     self.assertRegex(resumed.stderr, rf"^{name}: .*damaged.*; --overwrite starts anew\n$")
                     self.assertEqual(resumed.returncode, 2)
