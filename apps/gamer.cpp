@@ -15,6 +15,7 @@
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 #include "gamer/core/parallel_for.h"
+#include "gamer/core/printable.h"
 #include "gamer/core/resources.h"
 #include "gamer/core/simd.h"
 #include "gamer/core/version.h"
@@ -218,7 +219,7 @@ void tell_size_of_work(const gamer::RenderJob& job, int workers) {
 void tell_estimate(const gamer::JobEstimate& estimate, int ranks, int threads,
                    const std::string& hindrance) {
   fmt::print("{}\n", gamer::estimate_text(estimate, ranks, threads));
-  if (!hindrance.empty()) fmt::print("{}\n", hindrance);
+  if (!hindrance.empty()) fmt::print("{}\n", gamer::printable(hindrance));
 }
 
 Task prepare_image(const Options& options, gamer::RenderJob job, int ranks, int threads,
@@ -226,11 +227,12 @@ Task prepare_image(const Options& options, gamer::RenderJob job, int ranks, int 
   auto work = std::make_unique<gamer::Work>(std::move(job), options.work, ranks, threads,
                                             std::move(earlier));
   if (work->is_complete()) {
-    if (!options.quiet) fmt::print("{}\n", work->text());
+    if (!options.quiet) fmt::print("{}\n", gamer::printable(work->text()));
     return {};
   }
   if (options.work.dry_run) {
-    fmt::print("would write {}, {}\n", work->plan(), gamer::objects_text(*work->job().scene));
+    fmt::print("would write {}, {}\n", gamer::printable(work->plan()),
+               gamer::objects_text(*work->job().scene));
     gamer::Preparation preparation{gamer::process_seconds(), 0};
     work->complete(gamer::Ranks(), threads);
     preparation.measuring = gamer::process_seconds() - preparation.reading;
@@ -249,16 +251,16 @@ Task prepare_film(const Options& options, const gamer::RenderJob& job, int ranks
         later.size() == 1
             ? "is a frame of a longer film and stays"
             : fmt::format("and {} more are frames of a longer film and stay", later.size() - 1);
-    fmt::print(stderr, "gamer: {} {}: this one ends with frame {}\n", later.front().string(), files,
-               film->frames());
+    fmt::print(stderr, "gamer: {} {}: this one ends with frame {}\n",
+               gamer::printable(later.front().string()), files, film->frames());
   }
   if (film->left().empty()) {
-    if (!options.quiet) fmt::print("{}: complete already\n", film->names());
+    if (!options.quiet) fmt::print("{}: complete already\n", gamer::printable(film->names()));
     return {};
   }
   if (options.work.dry_run) {
-    fmt::print("would write {}: {} of {} frames, {}, {}\n", film->names(), film->left().size(),
-               film->frames(), film->size(), gamer::objects_text(*job.scene));
+    fmt::print("would write {}: {} of {} frames, {}, {}\n", gamer::printable(film->names()),
+               film->left().size(), film->frames(), film->size(), gamer::objects_text(*job.scene));
     tell_estimate(film->estimate(ranks, threads, gamer::process_seconds()), ranks, threads,
                   film->hindrance());
     return {};
@@ -325,7 +327,7 @@ double render_image(const gamer::Ranks& ranks, const Options& options, gamer::Wo
   work->begin();
   announce(*work);
   work->render(executor, options.progress(), report);
-  if (!options.quiet) fmt::print("{}\n", work->text());
+  if (!options.quiet) fmt::print("{}\n", gamer::printable(work->text()));
   return pixels(work->job().camera);
 }
 
@@ -338,7 +340,8 @@ double render_film(const gamer::Ranks& ranks, const Options& options,
   packed.shrink_to_fit();
   gamer::Film::Messages messages;
   messages.progress = options.progress();
-  if (!options.quiet) messages.say = [](const std::string& line) { fmt::print("{}\n", line); };
+  if (!options.quiet)
+    messages.say = [](const std::string& line) { fmt::print("{}\n", gamer::printable(line)); };
   film->render(ranks, threads, executor, messages, report);
   return film->pixels();
 }
@@ -388,7 +391,9 @@ void run(const gamer::Ranks& ranks, int argc, char** argv) {
 
 /// The one place where errors are reported.
 int run_and_report(gamer::Ranks& ranks, int argc, char** argv) {
-  const auto report = [](const std::string& message) { fmt::print(stderr, "{}\n", message); };
+  const auto report = [](const std::string& message) {
+    fmt::print(stderr, "{}\n", gamer::printable(message));
+  };
   const auto end = [&](int code, const std::string& message) {
     // Launchers end the other ranks when one of them ends with an error, which is told by now.
     gamer::say_nothing_when_stopped();
@@ -421,7 +426,7 @@ int main(int argc, char** argv) {
     if (ranks.rank() == 0) gamer::say_when_stopped("gamer", "");
     return run_and_report(ranks, argc, argv);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "gamer: {}\n", error.what());
+    fmt::print(stderr, "gamer: {}\n", gamer::printable(error.what()));
     return failed;
   }
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "gamer/core/error.h"
+#include "gamer/core/printable.h"
 #include "gamer/core/version.h"
 #include "gamer/image/clean_up.h"
 #include "gamer/parallel/executor.h"
@@ -61,19 +62,22 @@ int run(const std::vector<std::string>& arguments) {
 
 /// The one place where errors are reported.
 int main(int argc, char** argv) {
+  const auto report = [](const std::string& message) {
+    fmt::print(stderr, "{}\n", gamer::printable(message));
+  };
   gamer::open_standard_streams();
   gamer::clean_up_on_signals();
   try {
     return run({argv + 1, argv + argc});
   } catch (const gamer::InputError& error) {
-    fmt::print(stderr, "{}\n", error.what());
+    report(error.what());
     return wrong_input;
   } catch (const gamer::RunError& error) {
-    fmt::print(stderr, "{}\n", error.what());
+    report(error.what());
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "gutil: out of memory\n");
+    report("gutil: out of memory");
   } catch (const std::exception& error) {
-    fmt::print(stderr, "gutil: {}\n", error.what());
+    report(fmt::format("gutil: {}", error.what()));
   }
   return failed;
 }

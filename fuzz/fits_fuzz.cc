@@ -7,6 +7,7 @@
 #include "expectations.h"
 #include "fuzz_folder.h"
 #include "gamer/core/error.h"
+#include "gamer/image/checksums.h"
 #include "gamer/image/data_table.h"
 #include "gamer/image/fits.h"
 #include "gamer/image/fits_stream.h"
@@ -45,5 +46,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   expect_errors_only([&] { gamer::read_data_table(name); });
   expect_errors_only([&] { gamer::header_text(name); });
   expect_errors_only([&] { gamer::read_fits(name); });
+  expect_errors_only([&] { gamer::read_fits_table(name, "INPUTS"); });
+  expect_errors_only([&] { gamer::check_sums(name); });
   return 0;
 }

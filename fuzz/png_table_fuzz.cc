@@ -59,6 +59,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const FuzzFolder folder;
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   expect_errors_only([&] { check(folder, text); });
+  expect_errors_only([&] { gamer::check_png_sums(folder.write("a.png", data, size)); });
   expect_errors_only([&] { check(folder, file_of(text)); });
   expect_errors_only([&] { check(folder, file_of(chunk_of(text))); });
   return 0;

@@ -19,9 +19,10 @@ namespace fs = std::filesystem;
 
 constexpr std::uintmax_t max_text_bytes = std::uintmax_t{1} << 30;
 
+/// A loop of links is there, too: to pass over it would find another file of that name.
 bool is_there(const fs::path& path) {
   std::error_code error;
-  return fs::exists(path, error);
+  return fs::exists(path, error) || error == std::errc::too_many_symbolic_link_levels;
 }
 
 std::string read_file(const fs::path& path) {

@@ -21,13 +21,6 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-std::string upper(std::string text) {
-  for (char& c : text) {
-    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
-  }
-  return text;
-}
-
 bool is_table(FitsFile& file) {
   int type = 0, status = 0;
   file.call(fits_get_hdu_type, &type);
@@ -43,39 +36,6 @@ bool is_image(FitsFile& file) {
   int axes = 0;
   file.call(fits_get_img_dim, &axes);
   return axes >= 2;
-}
-
-/// Of the current HDU; "" where it has none.
-std::string text_value(FitsFile& file, const std::string& key) {
-  char* value = nullptr;
-  int status = 0, free_status = 0;
-  fits_read_key_longstr(file.handle(), key.c_str(), &value, nullptr, &status);
-  fits_clear_errmsg();
-  std::string text = status == 0 && value != nullptr ? value : "";
-  if (value != nullptr) fits_free_memory(value, &free_status);
-  return text;
-}
-
-/// Moves to the HDU called or, from 0, numbered `hdu`.
-void move_to_named(FitsFile& file, const std::string& hdu) {
-  const int count = file.hdu_count();
-  int number = 0;
-  const auto [end, error] = std::from_chars(hdu.data(), hdu.data() + hdu.size(), number);
-  if (error == std::errc() && end == hdu.data() + hdu.size()) {
-    if (number < 0 || number >= count) {
-      file.fail(fmt::format("no HDU {} in it; the last one is {}", number, count - 1));
-    }
-    file.move_to(number + 1);
-    return;
-  }
-  std::vector<std::string> names;
-  for (int i = 1; i <= count; ++i) {
-    file.move_to(i);
-    names.push_back(text_value(file, "EXTNAME"));
-    if (upper(names.back()) == upper(hdu)) return;
-  }
-  std::erase(names, "");
-  file.fail(fmt::format("no HDU {} in it{}", in_quotes(hdu), did_you_mean(hdu, names)));
 }
 
 /// Moves to the first HDU of which `wanted` is true; false where there is none.
@@ -173,10 +133,10 @@ class ColumnReader {
   /// `decode`: the texts are percent-encoded.
   DataColumn finish(FitsFile& file, bool decode) {
     DataColumn column;
-    column.name = text_value(file, fmt::format("TTYPE{}", number_));
+    column.name = file.text(fmt::format("TTYPE{}", number_));
     if (column.name.empty()) column.name = fmt::format("col{}", number_);
-    column.unit = text_value(file, fmt::format("TUNIT{}", number_));
-    column.description = text_value(file, fmt::format("TCOMM{}", number_));
+    column.unit = file.text(fmt::format("TUNIT{}", number_));
+    column.description = file.text(fmt::format("TCOMM{}", number_));
     if (decode) {
       for (std::string* text : {&column.name, &column.unit, &column.description}) {
         *text = percent_decode(*text);
@@ -214,15 +174,6 @@ class ColumnReader {
   std::vector<std::size_t> nulls_;  ///< rows
   std::vector<std::string> texts_;
 };
-
-/// Before memory is taken for it: the table must be there to its last byte.
-void check_complete(FitsFile& file, LONGLONG rows) {
-  LONGLONG row_bytes = 0;
-  file.call(fits_read_key_lnglng, "NAXIS1", &row_bytes, nullptr);
-  if (rows == 0 || row_bytes == 0) return;
-  unsigned char last = 0;
-  file.call(fits_read_tblbytes, rows, row_bytes, LONGLONG{1}, &last);
-}
 
 /// Cards that describe a column.
 bool is_column_card(std::string_view key) {
@@ -278,14 +229,14 @@ std::size_t DataTable::rows() const {
 DataTable read_data_table(const std::filesystem::path& path, const std::string& hdu) {
   FitsFile file = FitsFile::open(path, path.string());
   if (!hdu.empty()) {
-    move_to_named(file, hdu);
+    file.move_to_named(hdu);
     if (!is_table(file)) file.fail(fmt::format("HDU {} is an image, not a table", in_quotes(hdu)));
   } else if (!move_to_first(file, is_table)) {
     file.fail("no table in it");
   }
 
   DataTable table;
-  const bool own = text_value(file, "CREATOR").starts_with("gamer ");
+  const bool own = file.text("CREATOR").starts_with("gamer ");
   for (Card& card : read_cards(file)) {
     if (card.key == "EXTNAME") {
       if (const auto* name = std::get_if<std::string>(&card.value)) table.name = *name;
@@ -299,7 +250,8 @@ DataTable read_data_table(const std::filesystem::path& path, const std::string& 
   long block = 0;
   file.call(fits_get_num_cols, &columns);
   file.call(fits_get_num_rowsll, &rows);
-  check_complete(file, rows);
+  // Before memory is taken for it.
+  file.check_data(0);
   std::vector<ColumnReader> readers;
   for (int column = 1; column <= columns; ++column) {
     if (auto reader = ColumnReader::make(file, column)) readers.push_back(std::move(*reader));
@@ -359,7 +311,7 @@ std::string header_text(const std::filesystem::path& path) {
   }
   FitsFile file = FitsFile::open(name, name.string());
   if (!hdu.empty()) {
-    move_to_named(file, hdu);
+    file.move_to_named(hdu);
     if (!is_image(file)) {
       file.fail(fmt::format("HDU {} holds no image of two axes", in_quotes(hdu)));
     }

@@ -430,9 +430,9 @@ TextTable read_fits_table(const std::filesystem::path& path, const std::string& 
   const int hdus = file.hdu_count();
   for (int hdu = 2; hdu <= hdus; ++hdu) {
     file.move_to(hdu);
-    if (!is_text_table(file)) continue;
-    TextTable table = read_text_table(file);
-    if (table.name == name) return table;
+    if (file.text("EXTNAME") != name || !is_text_table(file)) continue;
+    file.check_sums();
+    return read_text_table(file);
   }
   file.fail(fmt::format("no table '{}' in it", name));
 }

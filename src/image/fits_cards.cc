@@ -352,6 +352,8 @@ TextTable read_text_table(FitsFile& file) {
   LONGLONG count = 0;
   file.call(fits_get_num_cols, &columns);
   file.call(fits_get_num_rowsll, &count);
+  // Before memory is taken for it.
+  file.check_data(0);
   std::vector<int> numbers(static_cast<std::size_t>(count));
   if (count > 0) {
     file.call(fits_read_col_int, 1, LONGLONG{1}, LONGLONG{1}, count, 0, numbers.data(), nullptr);
@@ -378,7 +380,7 @@ TextTable read_text_table(FitsFile& file) {
 
   for (Card& card : read_cards(file)) {
     if (card.key == "EXTNAME") {
-      table.name = std::get<std::string>(card.value);
+      if (const auto* name = std::get_if<std::string>(&card.value)) table.name = *name;
     } else if (!is_common_card(card.key)) {
       table.cards.push_back(std::move(card));
     }

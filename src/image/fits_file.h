@@ -19,7 +19,8 @@ class FitsFile {
   /// failures while running and not wrong input.
   static FitsFile open(const std::filesystem::path& path, std::string label, bool written = false);
 
-  /// By CFITSIO's extended name, "a.fits[1][10:90,10:90]"; read only.
+  /// By an extended name, "a.fits[1]" or "a.fits[SCI,2][10:90,10:90]"; read only. The HDU is
+  /// current, or the section of its image in its place.
   static FitsFile open_extended(const std::string& name);
 
   FitsFile(FitsFile&& other) noexcept;
@@ -36,7 +37,20 @@ class FitsFile {
 
   /// Moves to an HDU, counted from 1.
   void move_to(int hdu);
+  /// Moves to the HDU called or, from 0, numbered `hdu`; "SCI,2" is that of EXTVER 2.
+  void move_to_named(const std::string& hdu);
   int hdu_count();
+  /// A string value of the current header; "" where it has none.
+  std::string text(const std::string& key);
+
+  /// The data of the current HDU, `bytes` of them where they are an image's, must be there:
+  /// otherwise a few bytes could ask for any amount of memory. The fill of the last record may be
+  /// missing, unless `with_fill`.
+  void check_data(double bytes, bool with_fill = false);
+  /// The current HDU's DATASUM and CHECKSUM, where it has them, must be right. Reads it whole,
+  /// piece by piece.
+  void check_sums();
+
   /// Reserves the room of the current HDU, which is the last and whose header is complete: zeros
   /// that take no place on disk. CFITSIO would write them before the first pixel of a later row.
   void reserve_data();

@@ -5,9 +5,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <charconv>
 #include <climits>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -19,8 +22,15 @@ namespace gamer {
 namespace {
 
 constexpr std::size_t kBlock = 2880, kRecord = 80, kKeyword = 8, kValue = 10;
-/// MAX_COMPRESS_DIM of CFITSIO.
-constexpr long long kMostAxes = 6;
+/// SIMPLE or XTENSION, BITPIX and NAXIS come before.
+constexpr std::size_t kFirstAxis = 3;
+/// CFITSIO (4.2) has room for so many axes of an image, and of a compressed one (MAX_COMPRESS_DIM).
+constexpr long long kMostAxes = 99, kMostCompressedAxes = 6;
+/// The standard's limit.
+constexpr long long kMostColumns = 999;
+constexpr std::string_view kFits = "SIMPLE", kGzip = "\x1f\x8b", kEnd = "END     ";
+/// What may follow the last HDU.
+constexpr std::string_view kFill("\0 \r\n", 4);
 
 std::string_view trim(std::string_view text) {
   const std::size_t first = text.find_first_not_of(' ');
@@ -59,63 +69,155 @@ bool is_string(std::string_view record) {
   return value.starts_with('\'') && value.find('\'', 1) != std::string_view::npos;
 }
 
-struct Header {
-  bool is_compressed = false;
-  double bits = 0, parameters = 0, groups = 1;
-  std::vector<double> axes;
-  std::optional<long long> compressed_axes;
-  std::vector<bool> has_axis = std::vector<bool>(kMostAxes + 1);
-  std::string bad;         ///< the first key of a compressed image whose value cannot be
-  std::string bad_column;  ///< the first of a column
+/// The mandatory cards of one header, which must stand in their places, and those of compressed
+/// images and of columns.
+class Header {
+ public:
+  /// Messages begin with `label` and the HDU's number.
+  Header(const std::string& label, int hdu) : label_(label), hdu_(hdu) {}
 
-  void read(std::string_view record) {
-    const std::string_view key = trim(record.substr(0, kKeyword));
-    const std::optional<long long> value = integer(record);
-    const auto size = static_cast<double>(value.value_or(0));
-    if (key == "BITPIX") bits = std::abs(size);
-    if (key == "PCOUNT") parameters = size;
-    if (key == "GCOUNT") groups = size;
-    if (number_of(key, "NAXIS") > 0) axes.push_back(size);
-    if (key == "ZIMAGE") is_compressed = true;
-    if (key == "ZNAXIS") {
-      compressed_axes = value;
-      check(record, value && *value >= 1 && *value <= kMostAxes);
-    }
-    if (key == "ZBITPIX") {
-      constexpr std::array<long long, 6> kTypes = {8, 16, 32, 64, -32, -64};
-      check(record, value && std::find(kTypes.begin(), kTypes.end(), *value) != kTypes.end());
-    }
-    for (const std::string_view stem : {"TTYPE", "TFORM"}) {
-      if (number_of(key, stem) == 0 || !bad_column.empty() || is_string(record)) continue;
-      bad_column = key;
-    }
-    for (const std::string_view stem : {"ZNAXIS", "ZTILE"}) {
-      const long long axis = number_of(key, stem);
-      if (axis == 0) continue;
-      check(record, axis <= kMostAxes && value && *value >= 1 && *value <= INT_MAX);
-      if (axis <= kMostAxes && stem == "ZNAXIS") has_axis[static_cast<std::size_t>(axis)] = true;
-    }
-  }
-
-  void check(std::string_view record, bool is_good) {
-    if (!is_good && bad.empty()) bad = trim(record.substr(0, kKeyword));
-  }
-
-  bool has_all_axes() const {
-    if (!compressed_axes) return false;
-    for (long long axis = 1; axis <= *compressed_axes; ++axis) {
-      if (!has_axis[static_cast<std::size_t>(axis)]) return false;
+  /// Takes the records of the next block; false behind END.
+  bool read(std::string_view block) {
+    for (; block.size() >= kRecord; block.remove_prefix(kRecord)) {
+      const std::string_view record = block.substr(0, kRecord);
+      if (record.starts_with(kEnd)) {
+        if (!trim(record.substr(kEnd.size())).empty()) fail("text stands behind END");
+        check_end();
+        return false;
+      }
+      read_record(record);
     }
     return true;
   }
 
-  /// Blocks of data; negative where the cards make no sense.
+  /// Blocks of data.
   double data_blocks() const {
     constexpr double kBitsPerByte = 8;
-    double pixels = axes.empty() ? 0 : 1;
-    for (const double axis : axes) pixels *= axis;
-    return std::ceil(bits / kBitsPerByte * groups * (parameters + pixels) / kBlock);
+    double pixels = axes_.empty() ? 0 : 1;
+    // The first axis of random groups is 0.
+    const bool has_groups = has_groups_ && !axes_.empty() && axes_[0] == 0;
+    for (std::size_t i = has_groups ? 1 : 0; i < axes_.size(); ++i) pixels *= axes_[i];
+    const double values = static_cast<double>(groups_.value_or(1)) *
+                          (static_cast<double>(parameters_.value_or(0)) + pixels);
+    return std::ceil(bits_ / kBitsPerByte * values / kBlock);
   }
+
+  [[noreturn]] void fail(const std::string& message) const {
+    throw InputError(fmt::format("{}: HDU {}: {}", label_, hdu_, message));
+  }
+
+ private:
+  void read_record(std::string_view record) {
+    std::string_view key = record.substr(0, kKeyword);
+    key = key.substr(0, key.find_last_not_of(' ') + 1);
+    const std::optional<long long> value = integer(record);
+    if (!read_mandatory(key, value) && is_size(key)) {
+      fail(fmt::format("{} stands there twice", key));
+    }
+    ++records_;
+    if (key == "PCOUNT") take_once(parameters_, key, value, INT64_MAX);
+    if (key == "GCOUNT") take_once(groups_, key, value, INT64_MAX);
+    if (key == "TFIELDS") take_once(columns_, key, value, kMostColumns);
+    if (key == "GROUPS") has_groups_ = trim(record.substr(kValue)).starts_with('T');
+    read_column(key, record);
+    read_compressed(key, value);
+  }
+
+  /// Whether the card is one that must stand in this place. Fails where it is another.
+  bool read_mandatory(std::string_view key, std::optional<long long> value) {
+    const auto expect = [&](const std::string& name, bool is_good) {
+      if (key != name) fail(fmt::format("card {} must be {}", records_ + 1, name));
+      if (!is_good) fail(fmt::format("{} has a value that cannot be", name));
+    };
+    if (records_ == 0) {
+      expect(hdu_ == 0 ? "SIMPLE" : "XTENSION", true);
+    } else if (records_ == 1) {
+      expect("BITPIX", value && is_type(*value));
+      bits_ = std::abs(static_cast<double>(*value));
+    } else if (records_ == 2) {
+      expect("NAXIS", value && *value >= 0 && *value <= kMostAxes);
+      axes_.reserve(static_cast<std::size_t>(*value));
+      axis_count_ = static_cast<std::size_t>(*value);
+    } else if (axes_.size() < axis_count_) {
+      expect(fmt::format("NAXIS{}", axes_.size() + 1), value && *value >= 0);
+      axes_.push_back(static_cast<double>(*value));
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  /// CFITSIO takes the first or the last of two.
+  bool is_size(std::string_view key) const {
+    const auto axis = static_cast<std::size_t>(number_of(key, "NAXIS"));
+    return key == "BITPIX" || key == "NAXIS" || (axis >= 1 && axis <= axis_count_);
+  }
+
+  void take_once(std::optional<long long>& to, std::string_view key, std::optional<long long> value,
+                 long long most) {
+    if (to) fail(fmt::format("{} stands there twice", key));
+    if (!value || *value < 0 || *value > most) {
+      fail(fmt::format("{} has a value that cannot be", key));
+    }
+    to = value;
+  }
+
+  void read_column(std::string_view key, std::string_view record) {
+    for (const std::string_view stem : {"TTYPE", "TFORM"}) {
+      if (number_of(key, stem) == 0 || is_string(record)) continue;
+      fail(fmt::format("a table cannot have such {}", key));
+    }
+  }
+
+  void read_compressed(std::string_view key, std::optional<long long> value) {
+    const auto check = [&](bool is_good) {
+      if (!is_good && bad_.empty()) bad_ = key;
+    };
+    if (key == "ZIMAGE") is_compressed_ = true;
+    if (key == "ZNAXIS") {
+      compressed_axes_ = value;
+      check(value && *value >= 1 && *value <= kMostCompressedAxes);
+    }
+    if (key == "ZBITPIX") check(value && is_type(*value));
+    for (const std::string_view stem : {"ZNAXIS", "ZTILE"}) {
+      const long long axis = number_of(key, stem);
+      if (axis == 0) continue;
+      check(axis <= kMostCompressedAxes && value && *value >= 1 && *value <= INT_MAX);
+      if (axis <= kMostCompressedAxes && stem == "ZNAXIS") {
+        has_axis_[static_cast<std::size_t>(axis)] = true;
+      }
+    }
+  }
+
+  static bool is_type(long long bits) {
+    constexpr std::array<long long, 6> kTypes = {8, 16, 32, 64, -32, -64};
+    return std::find(kTypes.begin(), kTypes.end(), bits) != kTypes.end();
+  }
+
+  void check_end() const {
+    if (records_ < kFirstAxis + axis_count_) fail("cards of its sizes are missing");
+    if (!is_compressed_ || (bad_.empty() && has_all_axes())) return;
+    fail(fmt::format("a compressed image cannot have such {}", bad_.empty() ? "ZNAXISn" : bad_));
+  }
+
+  bool has_all_axes() const {
+    if (!compressed_axes_) return false;
+    for (long long axis = 1; axis <= *compressed_axes_; ++axis) {
+      if (!has_axis_[static_cast<std::size_t>(axis)]) return false;
+    }
+    return true;
+  }
+
+  const std::string& label_;
+  int hdu_;
+  std::size_t records_ = 0, axis_count_ = 0;
+  double bits_ = 0;
+  std::vector<double> axes_;
+  std::optional<long long> parameters_, groups_, columns_;
+  bool has_groups_ = false, is_compressed_ = false;
+  std::optional<long long> compressed_axes_;
+  std::vector<bool> has_axis_ = std::vector<bool>(kMostCompressedAxes + 1);
+  std::string bad_;  ///< the first key of a compressed image whose value cannot be
 };
 
 struct CloseGzip {
@@ -123,6 +225,10 @@ struct CloseGzip {
 };
 
 }  // namespace
+
+bool begins_as_fits(std::string_view bytes) {
+  return bytes.starts_with(kFits) || bytes.starts_with(kGzip);
+}
 
 void check_headers(const std::filesystem::path& path, const std::string& label) {
   // A pipe or a device could block for ever or never end.
@@ -135,34 +241,31 @@ void check_headers(const std::filesystem::path& path, const std::string& label) 
     throw InputError(fmt::format("{}: it is not a regular file", label));
   }
   // Reads plain files as they are.
+  errno = 0;
   const std::unique_ptr<gzFile_s, CloseGzip> file(gzopen(path.c_str(), "rb"));
-  if (!file) return;
+  if (!file) throw InputError(fmt::format("{}: cannot open it: {}", label, std::strerror(errno)));
   std::array<char, kBlock> block{};
+  /// The next block, or what there is of it.
+  const auto read = [&]() -> std::string_view {
+    const int count = gzread(file.get(), block.data(), kBlock);
+    if (count < 0) throw InputError(fmt::format("{}: its gzip stream is damaged", label));
+    return {block.data(), static_cast<std::size_t>(count)};
+  };
   for (int hdu = 0;; ++hdu) {
-    Header header;
-    bool is_at_end = false, is_cut_off = false;
-    while (!is_at_end && !is_cut_off) {
-      is_cut_off = gzread(file.get(), block.data(), kBlock) != static_cast<int>(kBlock);
-      if (is_cut_off) break;
-      for (std::size_t i = 0; i < kBlock && !is_at_end; i += kRecord) {
-        const std::string_view record(block.data() + i, kRecord);
-        is_at_end = trim(record.substr(0, kKeyword)) == "END";
-        header.read(record);
-      }
+    std::string_view bytes = read();
+    if (hdu == 0 && !bytes.starts_with(kFits)) {
+      throw InputError(fmt::format("{}: is no FITS file", label));
     }
-    if (header.is_compressed && (!header.bad.empty() || !header.has_all_axes())) {
-      throw InputError(fmt::format("{}: HDU {}: a compressed image cannot have such {}", label, hdu,
-                                   header.bad.empty() ? "ZNAXISn" : header.bad));
+    if (bytes.find_first_not_of(kFill) == std::string_view::npos) return;
+    Header header(label, hdu);
+    while (header.read(bytes)) {
+      bytes = read();
+      if (bytes.empty()) header.fail("the file ends before its header does (END)");
     }
-    if (!header.bad_column.empty()) {
-      throw InputError(
-          fmt::format("{}: HDU {}: a table cannot have such {}", label, hdu, header.bad_column));
-    }
-    if (is_cut_off) return;
-    const double bytes = header.data_blocks() * kBlock;
+    const double size = header.data_blocks() * kBlock;
     constexpr double kFarthest = 0x1p62;
-    if (!(bytes >= 0 && bytes < kFarthest)) return;
-    if (gzseek(file.get(), static_cast<z_off_t>(bytes), SEEK_CUR) < 0) return;
+    if (size >= kFarthest) return;
+    if (gzseek(file.get(), static_cast<z_off_t>(size), SEEK_CUR) < 0) return;
   }
 }
 

@@ -26,6 +26,7 @@
 #include "gamer/image/new_file.h"
 #include "image/fits_cards.h"
 #include "image/fits_file.h"
+#include "image/fits_scan.h"
 #include "image/fits_tiles.h"
 #include "image/image_suffix.h"
 #include "image/pixel_sum.h"
@@ -50,28 +51,11 @@ bool is_compressed(FitsFile& file) {
   return compressed;
 }
 
-/// The data of the current HDU, `bytes` of them where they are an image's, must be there: otherwise
-/// a few bytes could ask for any amount of memory.
-void check_data_are_there(FitsFile& file, double bytes) {
-  LONGLONG header = 0, data = 0, end = 0;
-  file.call(fits_get_hduaddrll, &header, &data, &end);
-  constexpr LONGLONG kRecord = 2880;
-  const LONGLONG size = file.handle()->Fptr->filesize;
-  // The fill of the last record may be missing. CFITSIO's own sum may have overflowed.
-  const double needed =
-      std::max(static_cast<double>(end - kRecord + 1), static_cast<double>(data) + bytes);
-  if (end >= data && needed <= static_cast<double>(size)) return;
-  int hdu = 0;
-  fits_get_hdu_num(file.handle(), &hdu);
-  file.fail(fmt::format("HDU {} is cut off: it should end at byte {:.0f}, the file has {}", hdu - 1,
-                        needed, size));
-}
-
 /// Sizes of the current HDU's image, with planes = 0 where it holds none.
 void read_shape(FitsFile& file, FitsHdu& hdu) {
   int type = 0, axes = 0;
   file.call(fits_get_hdu_type, &type);
-  check_data_are_there(file, 0);
+  file.check_data(0);
   // CFITSIO calls compressed images images, which others call tables.
   const bool compressed = is_compressed(file);
   if (type != IMAGE_HDU && !compressed) return;
@@ -94,8 +78,8 @@ void read_shape(FitsFile& file, FitsHdu& hdu) {
   file.call(fits_get_img_type, &stored);
   if (!compressed) {
     constexpr double kBitsPerByte = 8;
-    check_data_are_there(file, static_cast<double>(sizes[0]) * static_cast<double>(sizes[1]) *
-                                   static_cast<double>(planes) * std::abs(stored) / kBitsPerByte);
+    file.check_data(static_cast<double>(sizes[0]) * static_cast<double>(sizes[1]) *
+                    static_cast<double>(planes) * std::abs(stored) / kBitsPerByte);
   }
   file.call(fits_get_img_equivtype, &hdu.bitpix);
   hdu.has_integers = stored > 0;
@@ -153,20 +137,6 @@ bool exists(const std::string& name) {
   return fs::exists(name, error);
 }
 
-/// The first bytes of a FITS file, or of a compressed one.
-void check_begins_as_fits(const fs::path& path, const std::string& name) {
-  const CFile file(std::fopen(path.c_str(), "rb"), &std::fclose);
-  if (!file) throw InputError(fmt::format("{}: {}", name, std::strerror(errno)));
-  constexpr std::array<std::string_view, 4> kBeginnings = {"SIMPLE", "\x1F\x8B", "\x1F\x9D", "BZh"};
-  std::array<char, 6> bytes{};
-  const std::size_t count = std::fread(bytes.data(), 1, bytes.size(), file.get());
-  const std::string_view begin(bytes.data(), count);
-  for (const std::string_view known : kBeginnings) {
-    if (begin.starts_with(known)) return;
-  }
-  throw InputError(fmt::format("{}: is no FITS file", name));
-}
-
 }  // namespace
 
 // ---- Input -------------------------------------------------------------------------------------
@@ -218,17 +188,11 @@ class FitsInput::File {
 
  private:
   FitsFile open(const std::string& name) {
-    if (name == standard_stream) return open_stream(stdin);
+    if (name == standard_stream) return open_standard_input();
     if (exists(name)) {
       if (std::error_code error; fs::is_directory(name, error)) {
         throw InputError(fmt::format("{}: is a folder", name));
       }
-      if (std::error_code error; !fs::is_regular_file(name, error)) {
-        const CFile stream(std::fopen(name.c_str(), "rb"), &std::fclose);
-        if (!stream) throw InputError(fmt::format("{}: {}", name, std::strerror(errno)));
-        return open_stream(stream.get());
-      }
-      check_begins_as_fits(name, name);
       return FitsFile::open(name, name);
     }
     const std::size_t bracket = name.find('[');
@@ -240,14 +204,20 @@ class FitsInput::File {
     return FitsFile::open_extended(name);
   }
 
-  FitsFile open_stream(std::FILE* stream) {
+  FitsFile open_standard_input() {
+    std::array<char, fits_beginning> start{};
+    const std::size_t count = std::fread(start.data(), 1, start.size(), stdin);
+    if (!begins_as_fits({start.data(), count})) {
+      throw InputError(fmt::format("{}: is no FITS file", name_));
+    }
     spool_.emplace();
     {
       const CFile copy(std::fopen(spool_->path().c_str(), "wb"), &std::fclose);
-      if (!copy) throw RunError(fmt::format("{}: {}", name_, std::strerror(errno)));
-      copy_bytes(stream, copy.get(), name_);
+      if (!copy || std::fwrite(start.data(), 1, count, copy.get()) != count) {
+        throw RunError(fmt::format("{}: {}", name_, std::strerror(errno)));
+      }
+      copy_bytes(stdin, copy.get(), name_);
     }
-    check_begins_as_fits(spool_->path(), name_);
     return FitsFile::open(spool_->path(), name_);
   }
 
@@ -421,6 +391,8 @@ class FitsOutput::File {
     constexpr int kNoRoom = 0;
     int status = 0;
     FitsFile& from = input.file()->at(hdu);
+    constexpr bool kWithFill = true;
+    from.check_data(0, kWithFill);
     fits_copy_hdu(from.handle(), file_->handle(), kNoRoom, &status);
     if (status != 0) file_->call([status](fitsfile*, int* result) { *result = status; });
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstdint>
@@ -20,6 +21,8 @@ namespace {
 
 constexpr std::array<char, 8> png_signature = {'\x89', 'P', 'N', 'G', '\r', '\n', '\x1a', '\n'};
 constexpr std::size_t length_bytes = 8;
+/// A chunk is its length, its type, its data and their CRC.
+constexpr std::size_t type_at = 4, type_bytes = 4, crc_bytes = 4;
 /// As deflate packs at most.
 constexpr std::uint64_t most_packed = 1032;
 
@@ -79,6 +82,52 @@ std::optional<TextTable> unpack_png_table(std::span<const unsigned char> data) {
   return table;
 }
 
+struct ChunkHead {
+  std::uint64_t length = 0;
+  std::string type;
+};
+
+/// Behind the signature. Throws InputError.
+std::ifstream open_png(const std::filesystem::path& path) {
+  const auto fail = [&](const std::string& message) {
+    throw InputError({path.generic_string(), 0, 0}, message);
+  };
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) fail("there is no such file");
+  // To open a pipe could block for ever.
+  if (!std::filesystem::is_regular_file(status)) fail("not a regular file");
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, png_signature.size()> signature{};
+  file.read(signature.data(), signature.size());
+  if (!file || signature != png_signature) fail("not a PNG file");
+  return file;
+}
+
+std::optional<ChunkHead> read_head(std::ifstream& file) {
+  std::array<unsigned char, type_at + type_bytes> head{};
+  if (!file.read(reinterpret_cast<char*>(head.data()), head.size())) return {};
+  return ChunkHead{big_endian(std::span(head).first(type_at)),
+                   std::string(head.begin() + type_at, head.end())};
+}
+
+/// Reads a chunk in pieces as large as `piece`, which holds the last one in the end; false where
+/// the CRC is another.
+bool read_chunk(std::ifstream& file, const ChunkHead& head, std::span<unsigned char> piece) {
+  uLong crc = crc32(0, reinterpret_cast<const Bytef*>(head.type.data()), type_bytes);
+  for (std::uint64_t left = head.length; left > 0;) {
+    const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(left, piece.size()));
+    if (!file.read(reinterpret_cast<char*>(piece.data()), static_cast<std::streamsize>(size))) {
+      return false;
+    }
+    crc = crc32(crc, piece.data(), static_cast<uInt>(size));
+    left -= size;
+  }
+  std::array<unsigned char, crc_bytes> wanted{};
+  file.read(reinterpret_cast<char*>(wanted.data()), wanted.size());
+  return file && crc == big_endian(wanted);
+}
+
 }  // namespace
 
 std::vector<unsigned char> pack_png_table(const TextTable& table) {
@@ -101,36 +150,18 @@ std::vector<unsigned char> pack_png_table(const TextTable& table) {
 }
 
 TextTable read_png_table(const std::filesystem::path& path, const std::string& name) {
-  const auto fail = [&](const std::string& message) {
-    throw InputError({path.generic_string(), 0, 0}, message);
-  };
+  std::ifstream file = open_png(path);
   std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) fail("there is no such file");
-  // To open a pipe could block for ever.
-  if (!std::filesystem::is_regular_file(status)) fail("not a regular file");
   const std::uintmax_t file_size = std::filesystem::file_size(path, error);
-  std::ifstream file(path, std::ios::binary);
-  std::array<char, png_signature.size()> signature{};
-  file.read(signature.data(), signature.size());
-  if (!file || signature != png_signature) fail("not a PNG file");
-  constexpr std::size_t head_bytes = 8, type_at = 4, crc_bytes = 4;
-  std::array<unsigned char, head_bytes> head{};
-  while (file.read(reinterpret_cast<char*>(head.data()), head.size())) {
-    const std::uint64_t length = big_endian(std::span(head).first(type_at));
-    const std::string_view type(reinterpret_cast<const char*>(head.data()) + type_at, type_at);
-    if (type == "IDAT" || length > file_size) break;
-    if (type != png_table_chunk) {
-      file.seekg(static_cast<std::streamoff>(length + crc_bytes), std::ios::cur);
+  while (const std::optional<ChunkHead> head = read_head(file)) {
+    if (head->type == "IDAT" || head->length > file_size) break;
+    if (head->type != png_table_chunk) {
+      file.seekg(static_cast<std::streamoff>(head->length + crc_bytes), std::ios::cur);
       continue;
     }
-    std::vector<unsigned char> data(length + crc_bytes);
-    file.read(reinterpret_cast<char*>(data.data()), static_cast<std::streamsize>(data.size()));
-    uLong crc = crc32(0, head.data() + type_at, type_at);
-    crc = crc32(crc, data.data(), static_cast<uInt>(length));
-    const std::span<const unsigned char> bytes = data;
-    if (!file || crc != big_endian(bytes.subspan(length))) break;
-    std::optional<TextTable> table = unpack_png_table(bytes.first(length));
+    std::vector<unsigned char> data(head->length);
+    if (!read_chunk(file, *head, data)) break;
+    std::optional<TextTable> table = unpack_png_table(data);
     if (!table) break;
     if (table->name == name) return std::move(*table);
   }
@@ -138,6 +169,19 @@ TextTable read_png_table(const std::filesystem::path& path, const std::string& n
                    fmt::format("no table '{}' in it: it is not a picture of gamer's, another "
                                "program has changed it, or it is damaged",
                                name));
+}
+
+void check_png_sums(const std::filesystem::path& path) {
+  std::ifstream file = open_png(path);
+  std::vector<unsigned char> piece(std::size_t{1} << 16);
+  while (const std::optional<ChunkHead> head = read_head(file)) {
+    if (!read_chunk(file, *head, piece)) {
+      throw InputError({path.generic_string(), 0, 0},
+                       fmt::format("its chunk {} is damaged: its CRC is wrong", head->type));
+    }
+    if (head->type == "IEND") return;
+  }
+  throw InputError({path.generic_string(), 0, 0}, "it is cut off: it has no chunk IEND");
 }
 
 }  // namespace gamer

@@ -15,6 +15,7 @@
 
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
+#include "gamer/core/printable.h"
 #include "processing/operation_groups.h"
 #include "processing/plane_operation.h"
 
@@ -53,6 +54,7 @@ void take_plane_cards(const FitsHdu& hdu, int plane, StackedPlane& out) {
   if (out.info.wavelength && !has_wavelength) {
     out.cards.push_back({"WAVELEN", *out.info.wavelength, "[Angstrom] wavelength"});
   }
+  drop_record(header);
   out.header = std::move(header);
 }
 
@@ -158,11 +160,12 @@ FitsHeader single_header(const OperationCall& call, const StackedPlane& plane) {
   return header;
 }
 
-/// Everything that is no image, but the table of a third axis that is made anew.
+/// Everything that is no image, but the record, and the table of a third axis that is made anew.
 void copy_tables(const FitsInput& input, FitsOutput& output) {
   for (std::size_t i = 0; i < input.hdus().size(); ++i) {
     const FitsHdu& hdu = input.hdus()[i];
-    if (!hdu.is_image() && i > 0 && hdu.name != "WCS-TABLE") output.copy(input, i);
+    const bool is_kept = !is_record(hdu) && hdu.name != "WCS-TABLE";
+    if (!hdu.is_image() && i > 0 && is_kept) output.copy(input, i);
   }
 }
 
@@ -404,7 +407,7 @@ int edit_file(const OperationCall& call) {
 }
 
 std::string trimmed(const std::string& record) {
-  return record.substr(0, record.find_last_not_of(' ') + 1);
+  return printable(record.substr(0, record.find_last_not_of(' ') + 1));
 }
 
 int show_header(const OperationCall& call) {
@@ -462,7 +465,8 @@ std::vector<Operation> file_operations() {
       "of "
       "one plane go with it, as KEYn in a cube, whose third axis is the wavelength (of WAVELEN, or "
       "of an input's third axis where CTYPE3 is WAVE, AWAV, WAVELENGTH or LAMBDA). Tables are the "
-      "first file's. Variances (EXTNAME VARIANCE, ..._VARIANCE) are left out.";
+      "first file's, without its record (INPUTS and the GAMER cards), which would make that image "
+      "alone. Variances (EXTNAME VARIANCE, ..._VARIANCE) are left out.";
   stack.most_inputs = 0;
   stack.parameters = {
       {"layout",

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gamer/core/error.h"
+#include "gamer/image/record_names.h"
 
 namespace gamer {
 namespace {
@@ -50,6 +51,15 @@ PlaneInfo plane_info(const FitsInput& input, const FitsHdu& hdu, int plane) {
       });
   if (!has_light) info.role = PlaneRole::light;
   return info;
+}
+
+bool is_record(const FitsHdu& hdu) { return hdu.name == record_table_name; }
+
+void drop_record(FitsHeader& header) {
+  for (const std::string& record : std::vector(header.records())) {
+    const std::string key = FitsHeader::key_of(record);
+    if (key.starts_with(record_key_stem)) header.remove(key);
+  }
 }
 
 InputError variance_error(const OperationCall& call, const PlaneTask& task) {
@@ -114,13 +124,19 @@ void change_planes(const OperationCall& call, const PlaneChange& change, const H
       planes[i].push_back(is_variance(i) ? variance.change(task) : change(task));
     }
   }
+  const bool is_combined = call.inputs.size() > 1;
   for (std::size_t i = 0; i < input.hdus().size(); ++i) {
     const FitsHdu& hdu = input.hdus()[i];
-    if (!hdu.is_image()) {
-      output.copy(input, i);
+    FitsHeader header = hdu.header;
+    if (is_combined) drop_record(header);
+    if (!hdu.is_image() && is_combined && hdu.number == 0) {
+      output.copy(input, i, header);
       continue;
     }
-    FitsHeader header = hdu.header;
+    if (!hdu.is_image()) {
+      if (!is_combined || !is_record(hdu)) output.copy(input, i);
+      continue;
+    }
     const HeaderChange& edit_it = is_variance(i) ? variance.edit : edit;
     if (edit_it) edit_it(header, hdu.width, hdu.height, hdu.planes);
     header.set({"HISTORY", {}, call.history});

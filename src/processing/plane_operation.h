@@ -48,11 +48,17 @@ struct VarianceChange {
 /// The InputError of an operation that cannot change the variance `task`.
 InputError variance_error(const OperationCall& call, const PlaneTask& task);
 
-/// An operation of one input and one output: images go through `change` plane by plane and their
-/// header through `edit`, HISTORY is added, every other HDU is copied. Images of role variance go
-/// through `variance` instead; their tasks have the index of the plane whose variance they are (of
-/// the image before), and all tasks the count of the others. Throws InputError where the file holds
-/// no image.
+/// Whether an HDU is the table of a record; see gamer/image/record_names.h. What is made of several
+/// images has no record: the first one's would make that image alone.
+bool is_record(const FitsHdu& hdu);
+/// Removes the cards of a record.
+void drop_record(FitsHeader& header);
+
+/// An operation with one output: images of the first input go through `change` plane by plane and
+/// their header through `edit`, HISTORY is added, every other HDU is copied. Where there are
+/// further inputs, the record is dropped. Images of role variance go through `variance` instead;
+/// their tasks have the index of the plane whose variance they are (of the image before), and all
+/// tasks the count of the others. Throws InputError where the file holds no image.
 void change_planes(const OperationCall& call, const PlaneChange& change,
                    const HeaderChange& edit = {}, const ExtraImages& extra = {},
                    const VarianceChange& variance = {});

@@ -131,7 +131,8 @@ std::string upper(std::string_view text) {
 Card parameter_card(const std::string& section, const Parameter& parameter,
                     const ParameterValue& value) {
   Card card;
-  card.key = fmt::format("HIERARCH GAMER {} {}", upper(section), upper(parameter.name));
+  card.key =
+      fmt::format("HIERARCH {}{} {}", record_key_stem, upper(section), upper(parameter.name));
   if (const auto* flag = std::get_if<bool>(&value)) {
     card.value = *flag;
   } else if (const auto* whole = std::get_if<std::int64_t>(&value)) {

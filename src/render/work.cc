@@ -144,6 +144,7 @@ Work::Work(RenderJob job, WorkOptions options, int ranks, int threads,
   truth_header_ = wanted_truth_header(job_, options_);
   RenderParameters parameters = job_.parameters;
   if (options_.resume && !journal_ && !parameters.output.overwrite && are_there(files())) {
+    check_undamaged(files());
     check_same_job(files().front(), job_.record);
     is_complete_ = true;
     return;

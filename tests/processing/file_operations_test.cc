@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "gamer/image/record_names.h"
 #include "processing/operation_fixture.h"
 
 namespace gamer {
@@ -116,6 +117,55 @@ TEST_F(FileOperations, WavelengthsOfALinearAxis) {
   }
   run({"stack", "--layout", "files", "muse.fits", "out.fits"});
   EXPECT_NEAR(*file("out_5500A.fits").hdus()[0].header.number("WAVELEN1"), 5500, 1e-9);
+}
+
+// ---- Records -----------------------------------------------------------------------------------
+
+class Records : public SmallFiles {
+ protected:
+  Records() {
+    for (const char* name : {"a.fits", "b.fits.fz"}) {
+      ImageHeader header = test_header(9, 7, {4400, 5500});
+      header.cards = {{"HIERARCH GAMER IMAGE SIZE", std::string("[9, 7]"), ""},
+                      {"OBJECT", std::string("M1"), ""}};
+      header.tables = {{record_table_name, {"NAME", "TEXT"}, {{"render.par", "size = 3"}}, {}},
+                       {"SCENE", {"galaxy"}, {{"spiral"}}, {}}};
+      write_test_image({folder_ / name, -32, ImageLayout::cube, true}, header);
+    }
+  }
+
+  /// The parts of the record that out.fits has.
+  std::string parts() const {
+    std::string found;
+    bool has_object = false, has_scene = false;
+    const FitsInput output = file();
+    for (const FitsHdu& hdu : output.hdus()) {
+      if (hdu.name == record_table_name) found += " table";
+      if (hdu.header.has("GAMER IMAGE SIZE")) found += " card";
+      has_object = has_object || hdu.header.has("OBJECT");
+      has_scene = has_scene || hdu.name == "SCENE";
+    }
+    EXPECT_TRUE(has_object && has_scene);
+    return found;
+  }
+};
+
+TEST_F(Records, StayWithOneImage) {
+  for (const char* name : {"a.fits", "b.fits.fz"}) {
+    run({"scale", "--factor", "2", name, "out.fits"});
+    EXPECT_EQ(parts(), " card table");
+  }
+}
+
+TEST_F(Records, AreDroppedWhereImagesAreCombined) {
+  for (const char* name : {"a.fits", "b.fits.fz"}) {
+    run({"stack", name, "a.fits", "out.fits"});
+    EXPECT_EQ(parts(), "");
+    run({"stack", "--planes", "2", name, "out.fits"});
+    EXPECT_EQ(parts(), "");
+    run({"add", name, "a.fits", "out.fits"});
+    EXPECT_EQ(parts(), "");
+  }
 }
 
 }  // namespace

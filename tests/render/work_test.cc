@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/error_text.h"
+#include "image/image_test_util.h"
 
 namespace gamer {
 namespace {
@@ -107,6 +108,21 @@ TEST_F(WorkTest, ExistingFilesHinderAllButDryRuns) {
   EXPECT_EQ(error_text([&] { Work(job({"noise.seed=2"}), options, 1, 1, nullptr); }),
             image_.string() +
                 ": the job has changed since it began: noise.seed was 1, is 2; "
+                "--overwrite starts anew");
+}
+
+TEST_F(WorkTest, DamagedOutputsAreNotComplete) {
+  WorkOptions options;
+  work(options);
+  options.resume = true;
+  std::string bytes = file_bytes(image_);
+  constexpr std::size_t kBlock = 2880;
+  const std::size_t end = bytes.find("END" + std::string(77, ' '));
+  bytes[(end / kBlock + 1) * kBlock] ^= 1;
+  std::ofstream(image_, std::ios::binary) << bytes;
+  EXPECT_EQ(error_text([&] { Work(job(), options, 1, 1, nullptr); }),
+            image_.string() +
+                ": HDU 0 is damaged, or another program has changed it: its DATASUM is wrong; "
                 "--overwrite starts anew");
 }
 

@@ -29,7 +29,7 @@ struct FitsHdu {
 
 /// An open FITS file: its HDUs, and its planes without loading them. Copies share the file.
 ///
-/// Names are paths, "-" for standard input (spooled to a temporary file), or CFITSIO's extended
+/// Names are paths, "-" for standard input (spooled to a temporary file), or extended
 /// names where no file is called so: "a.fits[1]", "a.fits[SCI]" (that HDU alone, with the table of
 /// its third axis), "a.fits[1][10:90,10:90]" (a section of it). Compressed files are read as what
 /// they hold.

@@ -22,4 +22,8 @@ std::vector<unsigned char> pack_png_table(const TextTable& table);
 /// The text table `name`. Throws InputError "<path>: ...": no PNG file, damaged, no such table.
 TextTable read_png_table(const std::filesystem::path& path, const std::string& name);
 
+/// Reads all chunks to the last (IEND), piece by piece, and compares them with their CRCs. Throws
+/// InputError that names the chunk.
+void check_png_sums(const std::filesystem::path& path);
+
 }  // namespace gamer

@@ -8,6 +8,7 @@
 
 #include "gamer/core/resources.h"
 #include "gamer/image/image.h"
+#include "gamer/image/record_names.h"
 
 namespace gamer {
 
@@ -32,9 +33,6 @@ std::string pack_record(const Record& record);
 void pack_record(const Record& record, const std::function<void(std::string_view)>& take);
 /// Throws RunError when `packed` is none of pack_record().
 Record unpack_record(std::string_view packed);
-
-/// EXTNAME of the table.
-inline constexpr const char* record_table_name = "INPUTS";
 
 /// Columns NAME, LABEL, TEXT; one row per text.
 TextTable record_table(const Record& record);

@@ -247,6 +247,27 @@ class BadInput(unittest.TestCase):
                     self.check_message(folder.run(*arguments, ranks=ranks), 2, begin,
                                        "not a regular file")
 
+    def test_loops_of_links(self):
+        view = '[camera]\nprojection = "sky"\nheader = "loop.fits"\n'
+        for name, begin, text, arguments in (
+                ("loop.fits", "render.par:3:10: ", view, ARGUMENTS),
+                ("loop.fits", "loop.fits: ", PARAMETERS, ("--from-header", "loop.fits")),
+                ("loop.png", "loop.png: ", PARAMETERS, ("--from-header", "loop.png")),
+                ("loop.fits", "loop.fits: ", PARAMETERS, ("render.par", "loop.fits")),
+                ("render.par", "render.par: ", PARAMETERS, ARGUMENTS),
+                ("spiral.toml", "scene.lst:2:1: ", PARAMETERS, ARGUMENTS)):
+            with self.subTest(name), Folder(**parameters(text)) as folder:
+                (folder.path / name).unlink(missing_ok=True)
+                (folder.path / name).symlink_to(name)
+                self.check_message(folder.run(*arguments), 2, begin)
+
+    def test_control_characters_are_escaped(self):
+        name = "a\x1b[2J\nb\x7f.par"
+        escaped = r"a\x1b[2J\nb\x7f.par"
+        with Folder(**{name: '[image]\n"si\\u001bze" = 3\n'}) as folder:
+            self.check_message(folder.run("none" + name, "scene.lst"), 2, "none" + escaped + ": ")
+            self.check_message(folder.run(name, "scene.lst"), 2, escaped + ":2:1: ", r"si\x1bze")
+
     def test_files_that_may_not_be_read_or_made(self):
         for name, mode, begin in (("render.par", 0, "render.par: cannot read"),
                                   ("scene.lst", 0, "scene.lst: cannot read"),

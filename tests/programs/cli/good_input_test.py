@@ -58,6 +58,36 @@ class GoodInput(unittest.TestCase):
             (folder.path / "types/spiral.toml").unlink()
             self.assertEqual(self.make(folder, "again.fits", "--from-header", "one.fits"), first)
 
+    def test_a_damaged_image_is_not_made_again(self):
+        with Folder() as folder:
+            for name in ("one.fits", "one.fits.fz", "one.png"):
+                with self.subTest(name):
+                    arguments = ("render.par", "scene.lst", "-o", name, "-q")
+                    self.assertEqual(folder.run(*arguments).returncode, 0)
+                    content = (folder.path / name).read_bytes()
+                    # One bit of the record, where FITS says 0.5, is another place of a galaxy.
+                    table = content.find(b"INPUTS") if "fits" in name else content.find(b"gaMR")
+                    place = content.find(b"0.5 2 0.1", table) if "fits" in name else table + 40
+                    self.assertGreater(place, table)
+                    damaged = bytearray(content)
+                    damaged[place] ^= 1
+                    folder.write(name, bytes(damaged))
+                    again = folder.run("--from-header", name, "-o", "again.fits")
+                    what = "HDU . [(]INPUTS[)] is damaged" if "fits" in name else "or it is damaged"
+                    self.assertRegex(again.stderr, rf"^{name}: .*{what}.*\n$")
+                    self.assertEqual(again.returncode, 2)
+                    self.assertFalse((folder.path / "again.fits").exists())
+                    resumed = folder.run(*arguments, "--resume")
+                    self.assertRegex(resumed.stderr, rf"^{name}: .*damaged.*; --overwrite starts anew\n$")
+                    self.assertEqual(resumed.returncode, 2)
+                    # A bit of what comes last.
+                    damaged = bytearray(content)
+                    damaged[-9000 if "fits" in name else -40] ^= 1
+                    folder.write(name, bytes(damaged))
+                    self.assertEqual(folder.run(*arguments, "--resume").returncode, 2)
+                    folder.write(name, content)
+                    self.assertEqual(folder.run(*arguments, "--resume").returncode, 0)
+
     def test_an_existing_output_is_kept(self):
         with Folder() as folder:
             folder.write("out.fits", "precious")

@@ -243,6 +243,16 @@ class Files(Case):
         self.assertEqual(result.returncode, 0, result.stderr)
         np.testing.assert_array_equal(self.data("rendered.fits"), self.data("in.fits"))
 
+    def test_stacks_and_sums_have_no_record(self):
+        self.gutil("stack", "--planes", "2", "in.fits", "one.fits", "--overwrite")
+        self.gutil("add", "in.fits", "in2.fits", "sum.fits", "--overwrite")
+        for name in ("one.fits", "sum.fits"):
+            self.verify(name)
+            result = self.folder.run("--from-header", name, "-o", "rendered.fits", "--overwrite")
+            self.assertEqual(result.returncode, 2)
+            self.assertEqual(result.stderr, f"{name}: no table 'INPUTS' in it\n")
+            self.assertNotIn("GAMER", repr(self.header(name)).replace("gamer", ""))
+
 
 class WrongInput(Case):
     def refused(self, message, *arguments):
@@ -282,6 +292,32 @@ class WrongInput(Case):
         self.refused("huge.fits: HDU 0 is cut off", "scale", "huge.fits", "o.fits")
         self.refused("in.fits", "scale", "in.fits[9]", "o.fits")
         self.refused("no image in it", "scale", "in.fits[SCENE]", "o.fits")
+
+    def test_pipes_and_devices_by_name(self):
+        os.mkfifo(self.path("pipe.fits"))
+        for name in ("pipe.fits", "/dev/zero", "/dev/null"):
+            self.refused(f"^{name}: it is not a regular file", "stats", name)
+            self.refused(f"^{name}: it is not a regular file", "convolve", "--psf", name, "in.fits",
+                         "o.fits")
+        self.path("pipe.fits").unlink()
+
+    def test_standard_input_that_is_no_fits_file(self):
+        # Without end: nothing is kept of it.
+        with open("/dev/zero", "rb") as zeros:
+            result = subprocess.run([GUTIL, "stats", "-"], stdin=zeros, capture_output=True,
+                                    timeout=120)
+        self.assertEqual((result.returncode, result.stderr), (2, b"standard input: is no FITS file\n"))
+
+    def test_control_characters_are_escaped(self):
+        self.refused(r"^a\\x1b\\nb.fits: no such file$", "stats", "a\x1b\nb.fits")
+
+    def test_damaged_files(self):
+        content = self.path("in.fits").read_bytes()
+        self.addCleanup(lambda: self.path("damaged.fits").unlink())
+        for size in range(100, len(content), len(content) // 40):
+            self.folder.write("damaged.fits", content[:size])
+            for words in (("scale",), ("header", "--set", "A=1")):
+                self.refused("^damaged.fits: ", *words, "damaged.fits", "o.fits")
 
     def test_images_that_do_not_fit(self):
         self.gutil("crop", "--box", "1,20,1,20", "in.fits", "small.fits", "--overwrite")

@@ -1,0 +1,31 @@
+#include "gamer/core/printable.h"
+
+#include <gtest/gtest.h>
+
+namespace gamer {
+namespace {
+
+TEST(Printable, TextStaysAsItIs) {
+  for (const char* text : {"", "a.fits: no 'such' file\\n", "\u00e9\u4e2d\U0001F30C", "\u00a0"}) {
+    EXPECT_EQ(printable(text), text);
+  }
+}
+
+TEST(Printable, ControlCharactersAreEscaped) {
+  EXPECT_EQ(printable("a\nb\rc\td"), "a\\nb\\rc\\td");
+  EXPECT_EQ(printable("\x1b[2J\x7f"), "\\x1b[2J\\x7f");
+  EXPECT_EQ(printable({"\0", 1}), "\\x00");
+  // The sequence CSI in one character.
+  EXPECT_EQ(printable("\xc2\x9b"), "\\xc2\\x9b");
+}
+
+TEST(Printable, BytesThatAreNotUtf8AreEscaped) {
+  EXPECT_EQ(printable("\x9b"), "\\x9b");
+  EXPECT_EQ(printable("\xc3"), "\\xc3");
+  EXPECT_EQ(printable("\xe4\xb8x"), "\\xe4\\xb8x");
+  EXPECT_EQ(printable("\xc0\x8a"), "\\xc0\\x8a");
+  EXPECT_EQ(printable("\xff"), "\\xff");
+}
+
+}  // namespace
+}  // namespace gamer
