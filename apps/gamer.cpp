@@ -29,6 +29,7 @@
 #include "gamer/render/progress.h"
 #include "gamer/render/report.h"
 #include "gamer/render/resume.h"
+#include "gamer/render/warnings.h"
 #include "gamer/render/work.h"
 
 namespace {
@@ -269,6 +270,14 @@ Task prepare_film(const Options& options, const gamer::RenderJob& job, int ranks
   return {nullptr, std::move(film)};
 }
 
+void warn(const std::string& text) { fmt::print(stderr, "gamer: warning: {}\n", text); }
+
+void warn_of(const Options& options, const gamer::RenderJob& job) {
+  // A preview has one ray a pixel, and is none to measure.
+  if (options.quiet || options.request.preview) return;
+  for (const std::string& text : gamer::job_warnings(job)) warn(text);
+}
+
 /// On rank 0: answers, or reads and checks everything.
 Task prepare(const Options& options, int ranks, int threads,
              std::unique_ptr<gamer::Journal> earlier) {
@@ -283,6 +292,7 @@ Task prepare(const Options& options, int ranks, int threads,
     return {};
   }
   gamer::RenderJob job = gamer::read_job(options.request, resources);
+  warn_of(options, job);
   if (job.parameters.frames > 0) return prepare_film(options, job, ranks, threads);
   return prepare_image(options, std::move(job), ranks, threads, std::move(earlier));
 }
@@ -327,7 +337,10 @@ double render_image(const gamer::Ranks& ranks, const Options& options, gamer::Wo
   work->begin();
   announce(*work);
   work->render(executor, options.progress(), report);
-  if (!options.quiet) fmt::print("{}\n", gamer::printable(work->text()));
+  if (!options.quiet) {
+    fmt::print("{}\n", gamer::printable(work->text()));
+    if (const std::string text = work->darkness(); !text.empty()) warn(text);
+  }
   return pixels(work->job().camera);
 }
 
@@ -340,8 +353,10 @@ double render_film(const gamer::Ranks& ranks, const Options& options,
   packed.shrink_to_fit();
   gamer::Film::Messages messages;
   messages.progress = options.progress();
-  if (!options.quiet)
+  if (!options.quiet) {
     messages.say = [](const std::string& line) { fmt::print("{}\n", gamer::printable(line)); };
+    messages.warn = warn;
+  }
   film->render(ranks, threads, executor, messages, report);
   return film->pixels();
 }

@@ -36,7 +36,8 @@ void check_sed(const gamer::Sed& sed) {
 
 void check_band(const gamer::Bandpass& band) {
   check(band.range(), [&](double wavelength) { return band.response(wavelength); });
-  for (const double weight : band.nodes().weight) expect(is_proper(weight), "proper weights");
+  const gamer::Bandpass::Nodes nodes = band.nodes();
+  for (const double weight : nodes.weight) expect(is_proper(weight), "proper weights");
   expect(band.pivot() > 0 && band.mean() > 0, "wavelengths of the band");
 }
 

@@ -4,14 +4,14 @@
 #   scripts/setup.sh [--tests] [--build DIR] [--preset NAME] [--targets "NAME..."]
 #                    [CMake options of the first configuration]
 #
-# --tests also installs what the tests need and builds them; otherwise only the program is built.
+# --tests also installs what the tests need and builds them; otherwise only the programs are built.
 # DIR is build/NAME where it is not given, NAME is release.
 # Exit codes: 2 when packages are missing and cannot be installed from here.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 lists=(scripts/packages.txt)
-targets=(gamer)
+targets=(gamer gutil)
 preset=release
 build=
 options=()

@@ -31,8 +31,8 @@ int main(int argc, char** argv) {
       for (int y = 0; y < image.height(); ++y) {
         for (int x = 0; x < image.width(); ++x) sum += image.at(x, y, plane);
       }
-      std::cout << job.parameters.wavelengths[static_cast<std::size_t>(plane)]
-                << " Angstrom: total " << sum << '\n';
+      std::cout << job.spectrum.planes[static_cast<std::size_t>(plane)].label << ": total " << sum
+                << '\n';
     }
   } catch (const gamer::InputError& error) {
     std::cerr << error.what() << '\n';

@@ -104,9 +104,6 @@ class FitsLayout {
         fill(face, plane, step);
       }
     }
-    if (step > 1 && is_tabulated(header_.wavelengths)) {
-      write_coordinate_table(file, header_.wavelengths, common_);
-    }
     for (const TextTable& table : header_.tables) write_text_table(file, table, common_);
     for (const DataTable& table : header_.data_tables) write_data_table(file, table, common_);
   }

@@ -473,9 +473,6 @@ class FitsOutput::File {
                   fmt::format("[Angstrom] of plane {}", i + 1)});
     }
     write(header, planes, bitpix, threads, {});
-    if (planes.size() > 1 && is_tabulated(wavelengths)) {
-      write_coordinate_table(*file_, wavelengths, {{"DATE", fits_date(), "time of writing (UTC)"}});
-    }
   }
 
   void complete() {

@@ -377,7 +377,7 @@ constexpr const char* kModelText =
     "Models, with the radius r and the FWHM w: gaussian exp(-4 ln2 r^2/w^2); moffat "
     "(1 + r^2/a^2)^-beta, w = 2 a sqrt(2^(1/beta) - 1); airy [(2 J1(x)/x - e^2 2 J1(e x)/(e x)) / "
     "(1 - e^2)]^2, x = pi r D/lambda, with the obscuration e; kolmogorov, the transform of "
-    "exp(-3.4419 (f/r0)^(5/3)), w = 0.976/r0. With an axis ratio q, r^2 = q u^2 + v^2/q, u along "
+    "exp(-3.4419 (f/r0)^(5/3)), w = 0.97586/r0. With an axis ratio q, r^2 = q u^2 + v^2/q, u along "
     "the major axis. ";
 
 Operation convolve_operation() {
@@ -444,7 +444,8 @@ Operation psf_operation() {
   psf.description =
       std::string(kModelText) +
       "The image has odd sides, the PSF's centre on the middle pixel, and the sum 1. Several "
-      "widths or wavelengths make a cube, which has the wavelengths as its third axis. The header "
+      "widths or wavelengths make a cube, whose third axis is evenly spaced wavelengths or the "
+      "number of the plane. The header "
       "holds FWHM in pixels (FWHMn of plane n), WAVELENn where --wavelength is given, and with "
       "--pixel-scale celestial coordinates of that scale, North upwards and East to the left.";
   psf.least_inputs = 0;

@@ -462,11 +462,11 @@ std::vector<Operation> file_operations() {
   stack.description =
       "All planes of all files, in order, become a cube, one extension each, or one file each "
       "(out_<label>.fits). The header is the first file's; WAVELEN, BAND, MAGZERO and other cards "
-      "of "
-      "one plane go with it, as KEYn in a cube, whose third axis is the wavelength (of WAVELEN, or "
-      "of an input's third axis where CTYPE3 is WAVE, AWAV, WAVELENGTH or LAMBDA). Tables are the "
-      "first file's, without its record (INPUTS and the GAMER cards), which would make that image "
-      "alone. Variances (EXTNAME VARIANCE, ..._VARIANCE) are left out.";
+      "of one plane go with it, as KEYn in a cube. Wavelengths are those of WAVELEN, or of an "
+      "input's third axis where CTYPE3 is WAVE, AWAV, WAVELENGTH or LAMBDA; evenly spaced ones "
+      "are the cube's third axis, otherwise it counts the planes. Tables are the first file's, "
+      "without its record (INPUTS and the GAMER cards), which would make that image alone. "
+      "Variances (EXTNAME VARIANCE, ..._VARIANCE) are left out.";
   stack.most_inputs = 0;
   stack.parameters = {
       {"layout",

@@ -15,6 +15,7 @@
 #include "gamer/image/picture.h"
 #include "gamer/render/resume.h"
 #include "gamer/render/truth.h"
+#include "gamer/render/warnings.h"
 #include "image/image_suffix.h"
 
 namespace gamer {
@@ -196,7 +197,7 @@ void Film::choose_tone(const Ranks& ranks, Executor& executor) {
   parameters_.set("image", "tone", std::vector<double>(numbers.begin(), numbers.end()));
 }
 
-void Film::render_frame(int number, int ranks, int threads, Executor& executor,
+bool Film::render_frame(int number, int ranks, int threads, Executor& executor,
                         const Messages& messages, RankReport& report) {
   RenderParameters own = frame(number);
   own.output.overwrite = options_.overwrite;
@@ -217,6 +218,7 @@ void Film::render_frame(int number, int ranks, int threads, Executor& executor,
     work.render(executor, messages.progress, report);
   }
   if (messages.say) messages.say(work.text());
+  return work.darkness().empty();
 }
 
 void Film::render(const Ranks& ranks, int threads, Executor& executor, const Messages& messages,
@@ -233,6 +235,7 @@ void Film::render(const Ranks& ranks, int threads, Executor& executor, const Mes
   const auto count = static_cast<int>(left_.size());
   const auto number = [&](int i) { return left_[static_cast<std::size_t>(i)]; };
   const int apart = frames_apart(count, ranks.size());
+  std::vector<int> dark;
   if (apart > 0) {
     Progress progress(apart, is_root ? messages.progress : Progress::Style::none, stderr);
     progress.count("frames");
@@ -241,11 +244,11 @@ void Film::render(const Ranks& ranks, int threads, Executor& executor, const Mes
         even_blocks(apart, 1), 1,
         [&](RowRange block, std::span<double> values) {
           ThreadExecutor own(threads);
-          render_frame(number(block.first), 1, threads, own, {}, report);
-          values[0] = 1;
+          values[0] = render_frame(number(block.first), 1, threads, own, {}, report) ? 1 : 0;
         },
-        [&](RowRange block, std::span<const double>) {
+        [&](RowRange block, std::span<const double> values) {
           progress.add(block.size());
+          if (values[0] == 0) dark.push_back(number(block.first));
           if (!messages.say) return;
           messages.say(frame_path(parameters_.output.path, number(block.first), frames()).string());
         });
@@ -255,11 +258,17 @@ void Film::render(const Ranks& ranks, int threads, Executor& executor, const Mes
   }
   for (int i = apart; i < count; ++i) {
     if (is_root) {
-      render_frame(number(i), ranks.size(), threads, executor, messages, report);
+      if (!render_frame(number(i), ranks.size(), threads, executor, messages, report)) {
+        dark.push_back(number(i));
+      }
     } else {
       help_render(jobs_->make(frame(number(i))), options_, executor, report);
     }
   }
+  if (dark.empty() || !messages.warn) return;
+  const int first = *std::ranges::min_element(dark);
+  messages.warn(fmt::format("{} of {} frames without light; frame {}: {}", dark.size(), count,
+                            first + 1, darkness_warning(jobs_->make(frame(first)))));
 }
 
 }  // namespace gamer

@@ -1,11 +1,13 @@
 #include "gamer/render/spectral_basis.h"
 
 #include <algorithm>
+#include <array>
 #include <boost/math/special_functions/legendre.hpp>
 #include <cmath>
-#include <limits>
 
+#include "gamer/scene/render_parameters.h"
 #include "gamer/sed/igm.h"
+#include "gamer/sed/photometry.h"
 
 namespace gamer {
 namespace {
@@ -13,6 +15,8 @@ namespace {
 // Orders of the interpolation that are tried, and segments per e-fold of wavelength.
 constexpr std::size_t highest_order = 6;
 constexpr std::size_t most_segments = 24;
+constexpr std::size_t most_nodes_of_segment =
+    std::max<std::size_t>(highest_order, most_band_samples);
 
 constexpr double screens[] = {0.25, 1, 4};
 
@@ -54,8 +58,8 @@ std::vector<Sed::Range> merged(std::vector<Sed::Range> ranges) {
 struct SpectralBasis::Trial {
   const Probe* probe;
   struct Plane {
-    std::vector<double> light;  ///< of each sample
-    double free = 0;            ///< their sum
+    FluxSamples light;
+    double free = 0;  ///< its sum
     double behind[std::size(screens)] = {};
   };
   std::vector<Plane> planes;
@@ -67,19 +71,6 @@ SpectralBasis::SpectralBasis(Spectrum spectrum, const std::vector<Probe>& probes
   std::vector<Sed::Range> ranges;
   for (const SpectralPlane& plane : spectrum_.planes) {
     ranges.push_back(plane.range());
-    Samples samples;
-    if (plane.band == nullptr) {
-      samples.wavelength = {plane.wavelength};
-      samples.weight = {plane.wavelength * plane.wavelength};
-    } else {
-      const Bandpass::Nodes& nodes = plane.band->nodes();
-      samples.wavelength = nodes.wavelength;
-      for (std::size_t k = 0; k < nodes.wavelength.size(); ++k) {
-        const double wavelength = nodes.wavelength[k];
-        samples.weight.push_back(nodes.weight[k] * wavelength / plane.band->log_width());
-      }
-    }
-    samples_.push_back(std::move(samples));
   }
   const auto widest = [](const std::vector<Sed::Range>& intervals) {
     double width = 0;
@@ -126,7 +117,6 @@ SpectralBasis::SpectralBasis(Spectrum spectrum, const std::vector<Probe>& probes
     const Layout* chosen = nullptr;
     for (const Layout& layout : layouts) {
       set_segments(*layout.intervals, layout.order, layout.spacing);
-      interpolate_samples();
       const double reached = error(tried);
       if (reached < best) {
         best = reached;
@@ -136,12 +126,10 @@ SpectralBasis::SpectralBasis(Spectrum spectrum, const std::vector<Probe>& probes
     }
     set_segments(*chosen->intervals, chosen->order, chosen->spacing);
   }
-  interpolate_samples();
-  std::vector<double> values;
   for (std::size_t p = 0; p < planes(); ++p) {
-    const std::size_t first = polynomials(p, spectrum_.planes[p].wavelength, values);
+    const std::vector<double> values = interpolation(p);
     const auto largest = std::max_element(values.begin(), values.end());
-    main_nodes_.push_back(first + static_cast<std::size_t>(largest - values.begin()));
+    main_nodes_.push_back(static_cast<std::size_t>(largest - values.begin()));
   }
 }
 
@@ -149,6 +137,8 @@ void SpectralBasis::set_segments(const std::vector<Sed::Range>& intervals, std::
                                  double spacing) {
   segments_.clear();
   nodes_.clear();
+  places_.clear();
+  scales_.clear();
   for (const Sed::Range& range : intervals) {
     if (!(range.high > range.low)) {
       add_segment(range.low, range.high, 1);
@@ -169,78 +159,66 @@ void SpectralBasis::set_segments(const std::vector<Sed::Range>& intervals, std::
 
 void SpectralBasis::add_segment(double low, double high, std::size_t order) {
   segments_.push_back({low, high, nodes_.size(), order});
-  for (const double point : gauss_points(order)) {
-    nodes_.push_back(0.5 * (low + high) + 0.5 * (high - low) * point);
-  }
-}
-
-std::size_t SpectralBasis::polynomials(std::size_t plane, double wavelength,
-                                       std::vector<double>& values) const {
-  const Segment* nearest = &segments_[own_segments_ ? plane : 0];
-  if (!own_segments_) {
-    double smallest = HUGE_VAL;
-    for (const Segment& segment : segments_) {
-      const double outside = std::max({segment.low - wavelength, wavelength - segment.high, 0.0});
-      if (outside < smallest) {
-        smallest = outside;
-        nearest = &segment;
-      }
+  const std::vector<double> points = gauss_points(order);
+  for (std::size_t j = 0; j < order; ++j) {
+    nodes_.push_back(0.5 * (low + high) + 0.5 * (high - low) * points[j]);
+    places_.push_back(points[j]);
+    double product = 1;
+    for (std::size_t m = 0; m < order; ++m) {
+      if (m != j) product *= points[j] - points[m];
     }
-  }
-  values.assign(nearest->count, 1.0);
-  for (std::size_t j = 0; j < nearest->count; ++j) {
-    for (std::size_t m = 0; m < nearest->count; ++m) {
-      if (m == j) continue;
-      values[j] *= (wavelength - nodes_[nearest->first + m]) /
-                   (nodes_[nearest->first + j] - nodes_[nearest->first + m]);
-    }
-  }
-  return nearest->first;
-}
-
-void SpectralBasis::interpolate_samples() {
-  std::vector<double> values;
-  for (std::size_t p = 0; p < planes(); ++p) {
-    Samples& samples = samples_[p];
-    samples.first.clear();
-    samples.begin = {0};
-    samples.values.clear();
-    for (const double wavelength : samples.wavelength) {
-      samples.first.push_back(polynomials(p, wavelength, values));
-      samples.values.insert(samples.values.end(), values.begin(), values.end());
-      samples.begin.push_back(samples.values.size());
-    }
+    scales_.push_back(1 / product);
   }
 }
 
-void SpectralBasis::Samples::spread(std::size_t k, double light, double* nodes) const {
-  for (std::size_t i = begin[k]; i < begin[k + 1]; ++i) {
-    nodes[first[k] + i - begin[k]] += light * values[i];
-  }
+const SpectralBasis::Segment& SpectralBasis::segment_at(std::size_t plane,
+                                                        double wavelength) const {
+  if (own_segments_) return segments_[plane];
+  const auto outside = [&](const Segment& segment) {
+    return std::max({segment.low - wavelength, wavelength - segment.high, 0.0});
+  };
+  return *std::min_element(
+      segments_.begin(), segments_.end(),
+      [&](const Segment& a, const Segment& b) { return outside(a) < outside(b); });
 }
 
-double SpectralBasis::source(const Sed& sed, double redshift, double wavelength) const {
-  const double transmitted =
-      spectrum_.igm == Igm::madau95 ? madau95_transmission(wavelength, redshift) : 1.0;
-  return transmitted > 0 ? sed.flux(wavelength / (1 + redshift)) * transmitted / (1 + redshift) : 0;
+void SpectralBasis::spread(std::size_t plane, double wavelength, double light,
+                           double* nodes) const {
+  const Segment& segment = segment_at(plane, wavelength);
+  nodes += segment.first;
+  if (segment.count == 1) {
+    nodes[0] += light;
+    return;
+  }
+  const double* place = places_.data() + segment.first;
+  const double* scale = scales_.data() + segment.first;
+  const double at = (2 * wavelength - segment.low - segment.high) / (segment.high - segment.low);
+  // l_j has the factors at - place[m] of all m but j: those behind j, then those before it.
+  std::array<double, most_nodes_of_segment + 1> behind;
+  behind[segment.count] = light;
+  for (std::size_t j = segment.count; j > 0; --j) behind[j - 1] = behind[j] * (at - place[j - 1]);
+  double before = 1;
+  for (std::size_t j = 0; j < segment.count; ++j) {
+    nodes[j] += scale[j] * before * behind[j + 1];
+    before *= at - place[j];
+  }
 }
 
 std::vector<double> SpectralBasis::weights(const Sed& sed, double redshift) const {
   std::vector<double> result(planes() * size(), 0.0);
   for (std::size_t p = 0; p < planes(); ++p) {
-    const Samples& samples = samples_[p];
-    for (std::size_t k = 0; k < samples.wavelength.size(); ++k) {
-      const double light = samples.weight[k] * source(sed, redshift, samples.wavelength[k]);
-      if (light != 0) samples.spread(k, light, result.data() + p * size());
+    const FluxSamples samples = spectrum_.planes[p].samples(sed, redshift, spectrum_.igm);
+    for (std::size_t k = 0; k < samples.flux.size(); ++k) {
+      if (samples.flux[k] == 0) continue;
+      spread(p, samples.wavelength[k], samples.flux[k], result.data() + p * size());
     }
   }
   return result;
 }
 
 std::vector<double> SpectralBasis::interpolation(std::size_t plane) const {
-  std::vector<double> result(size(), 0.0), values;
-  const std::size_t first = polynomials(plane, spectrum_.planes[plane].wavelength, values);
-  std::copy(values.begin(), values.end(), result.begin() + static_cast<std::ptrdiff_t>(first));
+  std::vector<double> result(size(), 0.0);
+  spread(plane, spectrum_.planes[plane].wavelength, 1, result.data());
   return result;
 }
 
@@ -254,14 +232,13 @@ std::vector<SpectralBasis::Trial> SpectralBasis::trials(const std::vector<Probe>
   std::vector<Trial> result;
   for (const Probe& probe : probes) {
     Trial trial{&probe, {}};
-    for (const Samples& samples : samples_) {
+    for (const SpectralPlane& own : spectrum_.planes) {
       Trial::Plane plane;
-      for (std::size_t k = 0; k < samples.wavelength.size(); ++k) {
-        const double wavelength = samples.wavelength[k];
-        const double light = samples.weight[k] * source(*probe.sed, probe.sed_redshift, wavelength);
-        plane.light.push_back(light);
+      plane.light = own.samples(*probe.sed, probe.sed_redshift, spectrum_.igm);
+      for (std::size_t k = 0; k < plane.light.flux.size(); ++k) {
+        const double light = plane.light.flux[k];
         plane.free += light;
-        const double here = extinction(*probe.dust, probe.dust_redshift, wavelength);
+        const double here = extinction(*probe.dust, probe.dust_redshift, plane.light.wavelength[k]);
         for (std::size_t s = 0; s < std::size(screens); ++s) {
           plane.behind[s] += light * std::exp(-screens[s] * here);
         }
@@ -284,8 +261,9 @@ double SpectralBasis::error(const std::vector<Trial>& trials) const {
       const Trial::Plane& plane = trial.planes[p];
       if (!(plane.free > 0)) continue;
       std::fill(total.begin(), total.end(), 0.0);
-      for (std::size_t k = 0; k < plane.light.size(); ++k) {
-        if (plane.light[k] != 0) samples_[p].spread(k, plane.light[k], total.data());
+      for (std::size_t k = 0; k < plane.light.flux.size(); ++k) {
+        const double light = plane.light.flux[k];
+        if (light != 0) spread(p, plane.light.wavelength[k], light, total.data());
       }
       for (std::size_t s = 0; s < std::size(screens); ++s) {
         double sum = 0;

@@ -228,11 +228,18 @@ void Work::render_rows(Executor& executor, Progress::Style style, RankReport& re
   // What is left when the process is killed.
   if (journal_) journal_->add_files(files_in_the_making());
   Progress progress(renderer.height(), style, stderr);
-  journaled.keep_single(is_single_precision(job_.parameters.output));
+  const bool is_single = is_single_precision(job_.parameters.output);
+  journaled.keep_single(is_single);
+  const std::size_t row_size = static_cast<std::size_t>(renderer.width()) * renderer.planes();
+  const std::size_t image_size = static_cast<std::size_t>(renderer.width()) * header_.planes();
+  is_dark_ = true;
   run(
       renderer, blocks, journaled,
       [&](RowRange rows, std::span<const double> values) {
         writer->write_rows(rows.first, rows.size(), values);
+        for (std::size_t row = 0; is_dark_ && row < values.size(); row += row_size) {
+          is_dark_ = !has_light(values.subspan(row, image_size), is_single);
+        }
         if (journaled.is_replaying()) {
           progress.skip(rows.size());
         } else {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
 
 namespace gamer {
@@ -32,6 +33,11 @@ glm::dmat3 orientation_along(const glm::dvec3& direction, double pa) {
   const double c = std::cos(angle), s = std::sin(angle);
   return turn_from_z(glm::normalize(direction / largest)) *
          glm::dmat3({c, s, 0}, {-s, c, 0}, {0, 0, 1});
+}
+
+double turn_about_axis(const glm::dmat3& axes) {
+  const glm::dvec3 x = glm::transpose(turn_from_z(axes[2])) * axes[0];
+  return glm::degrees(std::atan2(x.y, x.x));
 }
 
 glm::dmat3 orientation_on_sky(const Camera& camera, const glm::dvec3& centre, double inclination,

@@ -20,7 +20,6 @@ constexpr double largest_image_side = 1e6;
 constexpr double largest_supersample = 16;
 constexpr double most_frames = 999999;
 constexpr double largest_octaves = 32;
-constexpr double most_band_samples = 64;
 constexpr double largest_nside = 65536;
 constexpr double most_stars_per_pixel = 1e6;
 constexpr double most_field_stars = 1e8;

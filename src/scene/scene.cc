@@ -14,6 +14,7 @@
 
 #include "gamer/core/units.h"
 #include "gamer/galaxy/galaxy_statistics.h"
+#include "gamer/scene/animation.h"
 #include "gamer/scene/galaxy_library.h"
 #include "gamer/scene/orientation.h"
 #include "gamer/sed/igm.h"
@@ -35,6 +36,13 @@ constexpr double kiloparsec = 1e-3;  // Mpc
 constexpr std::size_t most_stars = 20'000'000;
 // Their number is known beforehand to better than this factor.
 constexpr double surely = 2;
+
+// A smaller one, of a few parsecs, tells no distance; 0 is light that is not shifted.
+constexpr double smallest_redshift = 1e-9;
+// nJy, and nJy/sr times pi, of a galaxy: with its peaks and in any unit they fit a pixel, whose
+// numbers end at 3e38.
+constexpr double largest_flux = 1e28;
+constexpr double largest_brightness = 1e35;
 
 /// The orientation of the selected row, as the galaxy's axes in the scene.
 glm::dmat3 read_axes(const SceneRow& row, const glm::dvec3& centre, const Camera& camera) {
@@ -139,7 +147,11 @@ class SceneReader {
         resources_(resources),
         row_(catalogue, parameters),
         library_(library),
-        is_sky_(camera.projection() == Projection::sky) {}
+        is_sky_(camera.projection() == Projection::sky) {
+    if (parameters.frames == 0) return;
+    first_camera_.emplace(frame_parameters(parameters, CameraPath(parameters), 0));
+    if (row_.has(column::inclination)) row_.fix_orientation();
+  }
 
   Scene read();
 
@@ -156,6 +168,8 @@ class SceneReader {
   glm::dvec3 read_direction(const ImageField& field) const;
   double read_angular_radius(const Position& position) const;
   void turn_to_north();
+  /// The selected row's orientation; that of a film is the one in its first frame.
+  glm::dmat3 orient(const glm::dvec3& centre);
   void read_galaxy(const Position& position, double radius);
   /// False for a star that does not touch the image.
   bool read_star(const Position& position);
@@ -185,6 +199,7 @@ class SceneReader {
   const RenderParameters& parameters_;
   const Spectrum& spectrum_;
   const Camera& camera_;
+  std::optional<Camera> first_camera_;  ///< of a film
   Resources& resources_;
   SceneRow row_;
   GalaxyLibrary& library_;
@@ -254,6 +269,10 @@ glm::dvec3 SceneReader::read_direction(const ImageField& field) const {
 SceneReader::Position SceneReader::read_position(const ImageField* field) const {
   Position position;
   position.redshift = row_.number(column::redshift);
+  if (position.redshift > 0 && position.redshift < smallest_redshift) {
+    row_.fail(column::redshift, fmt::format("redshift = {} is neither 0 nor at least {}",
+                                            position.redshift, smallest_redshift));
+  }
   if (row_.is_given(column::distance)) {
     position.luminosity_distance = row_.number(column::distance);
     position.comoving_distance = *position.luminosity_distance / (1 + position.redshift);
@@ -313,7 +332,16 @@ double SceneReader::flux_scale(const Position& position, double rest, double obs
   if (!is_absolute && !row_.is_given(apparent_magnitude)) {
     row_.fail(galaxy, "no magnitude: objects with and without cannot be mixed");
   }
-  if (!is_absolute) return nanojansky(row_.number(apparent_magnitude)) / observed;
+  const auto checked = [&](double flux, Column given) {
+    if (flux <= largest_flux) return flux;
+    row_.fail(given, fmt::format("{} = {} makes it of apparent magnitude {:.1f}, too bright for "
+                                 "the numbers of an image: above {:.1f} is right",
+                                 scene_columns()[given].name, row_.number(given),
+                                 ab_magnitude(flux), ab_magnitude(largest_flux)));
+  };
+  if (!is_absolute) {
+    return checked(nanojansky(row_.number(apparent_magnitude)), apparent_magnitude) / observed;
+  }
   if (!position.luminosity_distance) {
     row_.fail(magnitude,
               is_sky_ ? "magnitude without a distance; give redshift or distance, or "
@@ -324,7 +352,7 @@ double SceneReader::flux_scale(const Position& position, double rest, double obs
                     "or distance, or apparent_magnitude");
   }
   const double ratio = ten_parsec / *position.luminosity_distance;
-  return nanojansky(row_.number(magnitude)) * ratio * ratio / rest;
+  return checked(nanojansky(row_.number(magnitude)) * ratio * ratio, magnitude) / rest;
 }
 
 void SceneReader::check_band(const Sed& sed, const Bandpass& band, double redshift,
@@ -416,18 +444,37 @@ double SceneReader::brightness(const PlacedGalaxy& placed, const Position& posit
                                           placed.type.str(), reference_->name()));
   }
   const double scale = flux_scale(position, rest, observed);
+  double angle = placed.radius;
   if (camera_.projection() != Projection::orthographic) {
-    const double angle =
-        placed.radius / (is_sky_ ? position.comoving_distance : distance_of(placed.centre));
-    return scale / (angle * angle);
+    angle /= is_sky_ ? position.comoving_distance : distance_of(placed.centre);
+  } else if (!counts_flux(scene_.unit)) {
+    angle *= angle_of_unit(position);
   }
-  if (counts_flux(scene_.unit)) return scale / (placed.radius * placed.radius);
-  const double angle = placed.radius * angle_of_unit(position);
+  if (!(scale * (rest + observed) <= largest_brightness * angle * angle)) {
+    row_.fail(
+        column::galaxy,
+        fmt::format("galaxy '{}' is too bright for its size, {:g} {}: pixels would overflow",
+                    placed.type.str(), angle,
+                    camera_.projection() == Projection::orthographic ? "scene units" : "rad"));
+  }
   return scale / (angle * angle);
 }
 
 const SharedText& SceneReader::shared(const std::string& name) {
   return names_.try_emplace(name, name).first->second;
+}
+
+glm::dmat3 SceneReader::orient(const glm::dvec3& centre) {
+  if (!first_camera_) return read_axes(row_, centre, camera_);
+  const glm::dmat3 axes = read_axes(row_, centre, *first_camera_);
+  if (!row_.is_given(column::inclination)) return axes;
+  // Frames have a scene that no camera turns.
+  const double turn = turn_about_axis(axes);
+  row_.replace(column::ox, axes[2].x);
+  row_.replace(column::oy, axes[2].y);
+  row_.replace(column::oz, axes[2].z);
+  row_.replace(column::pa, turn);
+  return orientation_along(axes[2], turn);
 }
 
 void SceneReader::read_galaxy(const Position& position, double radius) {
@@ -440,7 +487,7 @@ void SceneReader::read_galaxy(const Position& position, double radius) {
   placed.radius = radius;
   placed.redshift = position.redshift;
   placed.seed = static_cast<std::uint64_t>(row_.integer(column::seed));
-  const glm::dmat3 axes = read_axes(row_, placed.centre, camera_);
+  const glm::dmat3 axes = orient(placed.centre);
   placed.galaxy = library_.find(placed.type, placed.sed, placed.seed, row_);
   place(placed, axes, row_);
   check_planes(placed);

@@ -10,16 +10,18 @@ constexpr double full_turn = 360;
 constexpr double smallest_size = 1e-15;
 constexpr double largest_size = 1e15;
 constexpr double largest_seed = 0x1p63;
-// Within these, fluxes stay far within the range of numbers.
-constexpr double largest_magnitude = 200;
+// Brighter or fainter than anything. Pixels hold what is between these at a usual distance.
+constexpr double brightest_magnitude = -60;
+constexpr double faintest_magnitude = 100;
 constexpr double largest_redshift = 1000;
-// Mpc.
+// Mpc; the Sun is at 5e-12.
+constexpr double smallest_distance = 1e-12;
 constexpr double largest_distance = 1e6;
 
 ParameterTable make_columns() {
   const Interval any = Interval::any();
   const Interval sizes = Interval::closed(smallest_size, largest_size);
-  const Interval magnitudes = Interval::closed(-largest_magnitude, largest_magnitude);
+  const Interval magnitudes = Interval::closed(brightest_magnitude, faintest_magnitude);
   const std::string unit = "scene units";
   return {
       {"galaxy",
@@ -53,7 +55,9 @@ ParameterTable make_columns() {
        "deg",
        Interval::closed(-full_turn, full_turn),
        {},
-       "instead of `ox oy oz`: 0 is face-on to the camera; in a sky view 0 unless given"},
+       "instead of `ox oy oz`: 0 is face-on to the camera, of a film to that of its first frame; "
+       "in "
+       "a sky view 0 unless given"},
       {"pa", Type::number, "deg", any, 0.0,
        "turn about its own axis; with `inclination` and in a sky view: of the node, from the "
        "image's +y towards -x, on the sky East of North"},
@@ -77,7 +81,7 @@ ParameterTable make_columns() {
       {"distance",
        Type::number,
        "Mpc",
-       Interval::left_open(0, largest_distance),
+       Interval::closed(smallest_distance, largest_distance),
        {},
        "luminosity distance, where the redshift does not tell it"},
       {"sed",

@@ -223,10 +223,17 @@ void SceneRow::fail(Column column, const std::string& message) const {
   throw InputError(where(column), message);
 }
 
+bool SceneRow::stands_in_lines(Column column) const {
+  if (!is_fixed_) return has(column);
+  using namespace column;
+  return column != inclination &&
+         (has(column) || column == ox || column == oy || column == oz || column == pa);
+}
+
 std::string SceneRow::header_line() const {
   std::string result;
   for (std::size_t c = 0; c < sources_.size(); ++c) {
-    if (!has(static_cast<Column>(c))) continue;
+    if (!stands_in_lines(static_cast<Column>(c))) continue;
     result += (result.empty() ? "" : " ") + scene_columns()[c].name;
   }
   return result + "\n";
@@ -236,9 +243,9 @@ std::string SceneRow::line() const {
   std::string result;
   for (std::size_t c = 0; c < sources_.size(); ++c) {
     const auto column = static_cast<Column>(c);
-    if (!has(column)) continue;
+    if (!stands_in_lines(column)) continue;
     std::string text = word(column);
-    if ((sources_[c].factor != 1 || replaced_.contains(column)) && is_given(column))
+    if (replaced_.contains(column) || (sources_[c].factor != 1 && is_given(column)))
       text = fmt::format("{}", number(column));
     // Blanks and '#' would end the word. Analytic SEDs are the same without; else only names have
     // them.

@@ -27,6 +27,8 @@ class SceneRow {
   }
   /// Another value for a column of the selected row.
   void replace(Column column, double value) { replaced_[column] = value; }
+  /// Lines have ox oy oz and pa, for which replace() sets values, in place of inclination.
+  void fix_orientation() { is_fixed_ = true; }
 
   /// Whether the catalogue has the column at all.
   bool has(Column column) const { return sources_[column].kind != Source::Kind::absent; }
@@ -56,6 +58,8 @@ class SceneRow {
     std::size_t place = 0;
     double factor = 1;
   };
+  /// Whether lines have the column.
+  bool stands_in_lines(Column column) const;
   /// The row's value in its column's unit: a word, or a number.
   std::string word(Column column) const;
   std::optional<double> typed_number(Column column) const;
@@ -68,6 +72,7 @@ class SceneRow {
   std::vector<Source> sources_;
   std::size_t row_ = 0;
   std::map<Column, double> replaced_;
+  bool is_fixed_ = false;
 };
 
 }  // namespace gamer

@@ -35,6 +35,11 @@ double SpectralPlane::flux(const Sed& sed, double redshift, Igm igm) const {
                          : monochromatic_flux(sed, wavelength, redshift, igm);
 }
 
+FluxSamples SpectralPlane::samples(const Sed& sed, double redshift, Igm igm) const {
+  if (band != nullptr) return band_samples(sed, *band, redshift, igm);
+  return {{wavelength}, {monochromatic_flux(sed, wavelength, redshift, igm)}};
+}
+
 double value_of_nanojansky(const SpectralPlane& plane, PixelUnit unit,
                            const RenderParameters& parameters) {
   constexpr double nanojansky_in_mega = 1e-15;

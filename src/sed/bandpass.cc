@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <utility>
@@ -14,11 +15,16 @@
 namespace gamer {
 namespace {
 
-/// Pieces of the quadrature: of 10 Angstrom, but no shorter than a thousandth and no longer than a
-/// hundredth of the wavelength.
-constexpr double piece_width = 10;  // Angstrom
-constexpr double shortest_piece = 1e-3;
+/// Longest piece of the quadrature, relative to the wavelength. Over it the light of a cold
+/// blackbody may rise by e^1.5, which three points integrate to 1e-5.
 constexpr double longest_piece = 1e-2;
+
+/// A point of the Gauss rule on [-1, 1].
+struct GaussPoint {
+  double place, weight;
+};
+const std::array<GaussPoint, 3> gauss_points = {
+    {{-std::sqrt(0.6), 5.0 / 9}, {0, 8.0 / 9}, {std::sqrt(0.6), 5.0 / 9}}};
 
 /// From X-rays to radio; bounds the number of pieces.
 const Interval band_wavelengths = Interval::closed(1, 1e10);  // Angstrom
@@ -36,29 +42,38 @@ Bandpass::Bandpass(std::string name, std::vector<double> wavelengths, std::vecto
       response_(std::move(response)),
       throughput_(throughput) {
   assert(wavelengths_.size() >= 2 && wavelengths_.size() == response_.size());
-  static const double gauss_point = 1 / std::sqrt(3.0);
+  const Nodes own = nodes();
   double moment = 0;
+  for (std::size_t k = 0; k < own.weight.size(); ++k) {
+    width_ += own.weight[k];
+    log_width_ += own.weight[k] / own.wavelength[k];
+    moment += own.weight[k] * own.wavelength[k];
+  }
+  pivot_ = std::sqrt(moment / log_width_);
+  mean_ = moment / width_;
+}
+
+Bandpass::Nodes Bandpass::nodes(std::span<const double> kinks) const {
+  Nodes result;
+  auto kink = kinks.begin();
   for (std::size_t i = 1; i < wavelengths_.size(); ++i) {
     if (response_[i - 1] == 0 && response_[i] == 0) continue;
-    const double end = wavelengths_[i];
-    for (double start = wavelengths_[i - 1]; start < end;) {
-      const double width = std::clamp(piece_width, shortest_piece * start, longest_piece * start);
-      const double stop = std::min(start + width, end);
+    const double first = wavelengths_[i - 1], last = wavelengths_[i];
+    for (double start = first; start < last;) {
+      while (kink != kinks.end() && *kink <= start) ++kink;
+      const double end = kink != kinks.end() ? std::min(*kink, last) : last;
+      const double stop = std::min(start * (1 + longest_piece), end);
       const double half = (stop - start) / 2;
-      for (const double side : {-1, 1}) {
-        const double wavelength = (start + half) + side * half * gauss_point;
-        const double weight = half * this->response(wavelength);
-        nodes_.wavelength.push_back(wavelength);
-        nodes_.weight.push_back(weight);
-        width_ += weight;
-        log_width_ += weight / wavelength;
-        moment += weight * wavelength;
+      for (const GaussPoint& point : gauss_points) {
+        const double wavelength = (start + half) + point.place * half;
+        const double t = (wavelength - first) / (last - first);
+        result.wavelength.push_back(wavelength);
+        result.weight.push_back(point.weight * half * std::lerp(response_[i - 1], response_[i], t));
       }
       start = stop;
     }
   }
-  pivot_ = std::sqrt(moment / log_width_);
-  mean_ = moment / width_;
+  return result;
 }
 
 double Bandpass::response(double wavelength) const {

@@ -53,4 +53,16 @@ double madau95_transmission(double wavelength, double redshift) {
   return std::exp(-line_depth(wavelength, emission) - continuum_depth(wavelength, emission));
 }
 
+std::array<double, 10> madau95_kinks(double redshift) {
+  std::array<double, 10> result = {lyman_limit, lyman_limit * (1 + redshift)};
+  static_assert(std::size(result) == 2 + 2 * lyman_series.size());
+  auto* place = result.begin() + 2;
+  for (const Line& line : lyman_series) {
+    *place++ = line.wavelength;
+    *place++ = line.wavelength * (1 + redshift);
+  }
+  std::sort(result.begin(), result.end());
+  return result;
+}
+
 }  // namespace gamer

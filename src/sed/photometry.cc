@@ -1,6 +1,9 @@
 #include "gamer/sed/photometry.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <span>
 
 #include "gamer/sed/igm.h"
 
@@ -10,8 +13,27 @@ namespace {
 constexpr double planck_constant = 6.62607015e-34;  // J s, exact
 constexpr double nanojansky_in_si = 1e-35;          // W/m^2/Hz
 
-double transmission(double wavelength, double redshift, Igm igm) {
-  return igm == Igm::madau95 ? madau95_transmission(wavelength, redshift) : 1;
+/// What arrives at an observed wavelength, per unit of it: (1+z)^-1 S(lambda/(1+z)) X.
+double source(const Sed& sed, double wavelength, double redshift, Igm igm) {
+  const double transmitted = igm == Igm::madau95 ? madau95_transmission(wavelength, redshift) : 1.0;
+  return sed.flux(wavelength / (1 + redshift)) * transmitted / (1 + redshift);
+}
+
+/// Observed wavelengths within a range at which what arrives bends or jumps, ascending.
+std::vector<double> kinks(const Sed& sed, const Sed::Range& range, double redshift, Igm igm) {
+  const double stretch = 1 + redshift;
+  const std::span<const double> rows = sed.kinks();
+  const auto first = std::lower_bound(rows.begin(), rows.end(), range.low / stretch);
+  const auto last = std::upper_bound(first, rows.end(), range.high / stretch);
+  std::vector<double> result;
+  for (auto row = first; row != last; ++row) result.push_back(*row * stretch);
+  if (igm == Igm::madau95) {
+    const auto own = static_cast<std::ptrdiff_t>(result.size());
+    const auto more = madau95_kinks(redshift);
+    result.insert(result.end(), more.begin(), more.end());
+    std::inplace_merge(result.begin(), result.begin() + own, result.end());
+  }
+  return result;
 }
 
 }  // namespace
@@ -25,19 +47,20 @@ double ab_magnitude(double nanojansky) {
 }
 
 double band_flux(const Sed& sed, const Bandpass& band, double redshift, Igm igm) {
-  const Bandpass::Nodes& nodes = band.nodes();
-  double sum = 0;
-  for (std::size_t k = 0; k < nodes.wavelength.size(); ++k) {
-    const double wavelength = nodes.wavelength[k];
-    sum += nodes.weight[k] * wavelength * sed.flux(wavelength / (1 + redshift)) *
-           transmission(wavelength, redshift, igm);
+  const std::vector<double> flux = band_samples(sed, band, redshift, igm).flux;
+  return std::accumulate(flux.begin(), flux.end(), 0.0);
+}
+
+FluxSamples band_samples(const Sed& sed, const Bandpass& band, double redshift, Igm igm) {
+  auto [wavelength, flux] = band.nodes(kinks(sed, band.range(), redshift, igm));
+  for (std::size_t k = 0; k < flux.size(); ++k) {
+    flux[k] *= wavelength[k] / band.log_width() * source(sed, wavelength[k], redshift, igm);
   }
-  return sum / (band.log_width() * (1 + redshift));
+  return {std::move(wavelength), std::move(flux)};
 }
 
 double monochromatic_flux(const Sed& sed, double wavelength, double redshift, Igm igm) {
-  return wavelength * wavelength * sed.flux(wavelength / (1 + redshift)) *
-         transmission(wavelength, redshift, igm) / (1 + redshift);
+  return wavelength * wavelength * source(sed, wavelength, redshift, igm);
 }
 
 bool covers(const Sed& sed, const Bandpass& band, double redshift) {

@@ -47,6 +47,7 @@ class TableSed : public Sed {
     return power_ == 0 ? value : value * std::pow(wavelength / sed_reference_wavelength, power_);
   }
   Range range() const override { return table_.range(); }
+  std::span<const double> kinks() const override { return table_.wavelengths; }
 
  private:
   TwoColumns table_;

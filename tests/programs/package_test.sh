@@ -26,4 +26,8 @@ cd "$work"
 data=$work/prefix/share/gamer
 GAMER_DATA=$data build/render_to_memory "$data/scenes/ngc4321.par" "$data/scenes/ngc4321.lst" |
   tee totals.txt
-[[ $(grep -cE '^(4300|5750|7400) Angstrom: total [0-9.]*[1-9]' totals.txt) -eq 3 ]]
+[[ $(grep -cE '^(4300|5750|7400)A: total [0-9.]*[1-9]' totals.txt) -eq 3 ]]
+# Bands are no wavelengths.
+GAMER_DATA=$data build/render_to_memory "$data/scenes/survey.par" "$data/scenes/survey.lst" |
+  tee totals.txt
+[[ $(grep -cE '^hst_f(435|606|814)w: total [0-9.e+]*[1-9]' totals.txt) -eq 3 ]]

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
+#include <cmath>
 #include <filesystem>
+#include <glm/geometric.hpp>
 #include <string>
 #include <vector>
 
@@ -79,8 +81,55 @@ TEST(FrameJobs, ShareGalaxies) {
   }
   EXPECT_EQ(first.scene->galaxies[0].galaxy, first.scene->galaxies[2].galaxy);
   EXPECT_NE(first.scene->galaxies[0].galaxy, first.scene->galaxies[3].galaxy);
-  // What the camera does change.
-  EXPECT_NE(first.scene->galaxies[0].to_ball, last.scene->galaxies[0].to_ball);
+}
+
+// A disk without thickness would show the cosine of the angle between its axis and the view.
+TEST(FrameJobs, CamerasAroundADiskSeeItFromAllSides) {
+  const char* const around =
+      "[image]\nsize = 96\noutput = \"film.fits\"\n[sampling]\ntolerance = 1e-3\n"
+      "[camera]\nprojection = \"orthographic\"\nwidth = 2\n[animation]\nframes = 4\n"
+      "position = [0, -3, 0, 3, 0, 0, 0, 3, 0, -3, 0, 0]\n";
+  // The line of nodes is vertical: the axis lies in the plane of the cameras.
+  Resources data = Resources::from_record(
+      {{"render.par", "film.par", around},
+       {"scene.lst", "scene.lst", "galaxy x y z inclination pa\ndisk 0 0 0 60 0\n"},
+       {"galaxies/disk", "disk.toml",
+        "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = false\nz0 = 0.01\n"}});
+  const RenderJob film = load_job({}, data);
+  FrameJobs jobs(film);
+  for (int number = 0; number < 4; ++number) {
+    const RenderJob job = jobs.make(frame(film, number));
+    const std::vector<double> values = pixels(job);
+    const int width = job.camera.width();
+    double xx = 0, yy = 0;
+    for (int y = 0; y < width; ++y) {
+      for (int x = 0; x < width; ++x) {
+        const double value = values[static_cast<std::size_t>(y * width + x)];
+        const double half = 0.5 * (width - 1);
+        xx += value * (x - half) * (x - half);
+        yy += value * (y - half) * (y - half);
+      }
+    }
+    const double expected = number % 2 == 0 ? 0.5 : std::sqrt(0.75);
+    EXPECT_NEAR(std::sqrt(xx / yy), expected, 5e-3) << number;
+  }
+}
+
+TEST(FrameJobs, FirstFrameSeesTheInclinationOfTheScene) {
+  const RenderJob film = animation();
+  FrameJobs jobs(film);
+  RenderParameters parameters = frame(film, 0);
+  Resources data = Resources::from_record({{"render.par", "one.par", parameters.toml()},
+                                           {"scene.lst", "scene.lst", scene_text},
+                                           {"galaxies/noisy", "noisy.toml", noisy},
+                                           {"galaxies/smooth", "smooth.toml", smooth},
+                                           {"bandpasses/sdss_r", "sdss_r.band", band}});
+  const RenderJob alone = load_job({}, data);
+  const RenderJob own = jobs.make(std::move(parameters));
+  for (std::size_t g = 0; g < 4; ++g) {
+    const glm::dmat3 difference = own.scene->galaxies[g].to_ball - alone.scene->galaxies[g].to_ball;
+    for (int i = 0; i < 3; ++i) EXPECT_LT(glm::length(difference[i]), 1e-14) << g;
+  }
 }
 
 TEST(FramesApart, ShareOutEvenly) {

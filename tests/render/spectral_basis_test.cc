@@ -187,8 +187,8 @@ TEST(SpectralBasis, WithoutDustThereIsOneNode) {
       const std::vector<double> weights = basis.weights(*sed, z);
       const std::vector<FineIntegral> fine = fine_integrals(basis.spectrum(), *sed, z);
       for (std::size_t p = 0; p < basis.planes(); ++p) {
-        // Of the kinks of the spectrum in narrow bands, a tenth of a millimagnitude.
-        EXPECT_NEAR(weights[p] / fine[p].flux(screen, 0), 1, 2e-4);
+        // The midpoint rule misses the rows of spectrum and band.
+        EXPECT_NEAR(weights[p] / fine[p].flux(screen, 0), 1, 2e-6);
       }
     }
   }

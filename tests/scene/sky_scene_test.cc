@@ -476,7 +476,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"galaxy ra dec size_arcsec redshift\nsmooth 150 2 3 -0.1\n", "",
                  "scene.lst:2:16: redshift = -0.1 is outside [0, 1000]"},
         BadInput{"galaxy ra dec size_arcsec distance\nsmooth 150 2 3 0\n", "",
-                 "scene.lst:2:16: distance = 0 is outside ]0, 1000000] (Mpc)"},
+                 "scene.lst:2:16: distance = 0 is outside [1e-12, 1000000] (Mpc)"},
         BadInput{"galaxy ra dec size_arcsec magnitude\nsmooth 150 2 3 -20\n", "",
                  "scene.lst:2:16: magnitude without a distance; give redshift or distance, or "
                  "apparent_magnitude"},

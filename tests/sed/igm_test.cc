@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -103,6 +104,26 @@ TEST(Madau95, StepsOnlyAtTheLines) {
   // The continuum starts from nothing, and where absorbers reach the observer nothing jumps.
   EXPECT_NEAR(step(912 * 4), 0, 4e-9);
   EXPECT_NEAR(step(912), 0, 4e-9);
+}
+
+// Between kinks the transmission is smooth: three points predict the fourth.
+TEST(Madau95, KinksAreAllWhereItBends) {
+  for (const double z : {0.0, 0.2, 3.0, 6.0}) {
+    const auto kinks = madau95_kinks(z);
+    EXPECT_TRUE(std::is_sorted(kinks.begin(), kinks.end()));
+    constexpr double step = 0.05;
+    std::size_t jumps = 0;
+    for (double w = 800; w < 1300 * (1 + z); w += step) {
+      const auto at = [&](int k) { return madau95_transmission(w + k * step, z); };
+      const double bend = at(0) - 3 * at(1) + 3 * at(2) - at(3);
+      const bool has_kink = std::any_of(kinks.begin(), kinks.end(), [&](double kink) {
+        return kink >= w && kink <= w + 3 * step;
+      });
+      EXPECT_TRUE(has_kink || std::abs(bend) < 1e-7) << w << " at " << z;
+      jumps += std::abs(bend) > 1e-7;
+    }
+    EXPECT_EQ(jumps > 0, z > 0);
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -107,25 +108,63 @@ TEST(Photometry, AbsoluteMagnitudes) {
   }
 }
 
-// By Gauss quadrature of order 8 between all rows of band and SED in NumPy.
+// Lines of a spectrum and edges of the IGM lie between the rows of a band. By Gauss quadrature of
+// order 8 on quarters of the pieces between all of them in NumPy; the midpoint rule with 10^6
+// points agrees to the 1e-6 that it reaches at edges.
 TEST(Photometry, BandFluxOfTemplates) {
   struct Row {
-    std::string sed;
-    double u_z3, r_z1_3, vis_z0_7;
+    std::string sed, band;
+    double redshift;
+    Igm igm;
+    double flux;
   };
-  const std::vector<Row> rows = {{"E", 58704.59176, 1258613.77073, 19005177.3715},
-                                 {"Sbc", 557118.288979, 6079833.18605, 25809512.9313},
-                                 {"Scd", 1524507.90927, 11103222.4488, 29581111.1635},
-                                 {"Im", 3703823.97012, 24778141.5867, 39216929.7861}};
-  const auto u = shipped_band("sdss_u");
-  const auto r = shipped_band("lsst_r");
-  const auto vis = shipped_band("euclid_vis");
+  const std::vector<Row> rows = {{"E", "sdss_u", 3, Igm::none, 58704.59176},
+                                 {"Im", "sdss_u", 3, Igm::none, 3703823.97012},
+                                 {"Sbc", "lsst_r", 1.3, Igm::none, 6079833.18605},
+                                 {"Sbc", "euclid_vis", 0.7, Igm::none, 25809512.9313},
+                                 {"Im", "euclid_vis", 0.7, Igm::none, 39216929.7861},
+                                 {"hii", "sdss_g", 0, Igm::none, 35974677.7116},
+                                 {"hii", "sdss_r", 0.27, Igm::none, 46529899.0036},
+                                 {"hii", "red_halpha", 0.07, Igm::none, 46632543.0363},
+                                 {"hii", "hst_f814w", 0.5, Igm::madau95, 54791265.5345},
+                                 {"Im", "lsst_u", 2.2, Igm::madau95, 16212498.9347},
+                                 {"Scd", "bessell_b", 2.6, Igm::madau95, 8811495.78032},
+                                 {"Im", "hst_f435w", 3.9, Igm::madau95, 1930866.63178},
+                                 {"Im", "sdss_i", 6, Igm::madau95, 4463154.69937}};
   for (const Row& row : rows) {
-    const auto sed = shipped_sed(row.sed);
-    EXPECT_NEAR(band_flux(*sed, *u, 3) / row.u_z3, 1, 9e-6) << row.sed;
-    EXPECT_NEAR(band_flux(*sed, *r, 1.3) / row.r_z1_3, 1, 2e-12) << row.sed;
-    EXPECT_NEAR(band_flux(*sed, *vis, 0.7) / row.vis_z0_7, 1, 2.4e-5) << row.sed;
+    const auto band = shipped_band(row.band);
+    // Twelve digits are given; with the IGM the integrand is no polynomial.
+    EXPECT_NEAR(band_flux(*shipped_sed(row.sed), *band, row.redshift, row.igm) / row.flux, 1,
+                row.igm == Igm::none ? 4e-12 : 5e-10)
+        << row.sed << ' ' << row.band << " at " << row.redshift;
   }
+}
+
+// The midpoint rule knows nothing of pieces. Its error is a share of one of its steps at each edge.
+TEST(Photometry, BandFluxIsTheIntegralAtAnyRedshift) {
+  constexpr int steps = 40000;
+  double largest = 0;
+  for (const std::string name : {"Im", "hii"}) {
+    const auto sed = shipped_sed(name);
+    for (const std::string of : {"sdss_i", "hst_f435w", "lsst_u"}) {
+      const auto band = shipped_band(of);
+      const auto [low, high] = band->range();
+      for (double z = 0; z < 6.5; z += 0.37) {
+        double sum = 0, norm = 0;
+        for (int i = 0; i < steps; ++i) {
+          const double wavelength = low + (high - low) * (i + 0.5) / steps;
+          const double response = band->response(wavelength);
+          sum += wavelength * sed->flux(wavelength / (1 + z)) * response *
+                 madau95_transmission(wavelength, z);
+          norm += response / wavelength;
+        }
+        const double unit = band_flux(*sed, *band, z);
+        const double flux = band_flux(*sed, *band, z, Igm::madau95);
+        largest = std::max(largest, std::abs(flux - sum / norm / (1 + z)) / unit);
+      }
+    }
+  }
+  EXPECT_LT(largest, 9e-5);
 }
 
 // f_lambda = (lambda/5500)^p: F = (1+z)^-(1+p) int lambda^(1+p) T / 5500^p / int T/lambda, and for
@@ -139,13 +178,13 @@ TEST(Photometry, PowerLaws) {
       EXPECT_NEAR(monochromatic_flux(*fnu, 4321, z) / (5500.0 * 5500 * (1 + z)), 1, 5e-16);
       // The pivot wavelength is where f_lambda and the average f_nu belong together.
       const auto flat = analytic("flat");
-      EXPECT_NEAR(band_flux(*flat, *band, z) * (1 + z) / (band->pivot() * band->pivot()), 1, 1e-15)
+      EXPECT_NEAR(band_flux(*flat, *band, z) * (1 + z) / (band->pivot() * band->pivot()), 1, 2e-15)
           << name;
       EXPECT_NEAR(monochromatic_flux(*flat, band->pivot(), z) / band_flux(*flat, *band, z), 1,
-                  5e-16)
+                  2e-15)
           << name;
       // K = 2.5 log10(1+z) for constant f_lambda, -2.5 log10(1+z) for constant f_nu.
-      EXPECT_NEAR(k_correction(*flat, *band, *band, z), 2.5 * std::log10(1 + z), 5e-16) << name;
+      EXPECT_NEAR(k_correction(*flat, *band, *band, z), 2.5 * std::log10(1 + z), 2e-15) << name;
       EXPECT_NEAR(k_correction(*fnu, *band, *band, z), -2.5 * std::log10(1 + z), 5e-15) << name;
     }
   }
@@ -195,8 +234,8 @@ TEST(Photometry, MonochromaticFluxIsTheLimitOfANarrowBand) {
 
 TEST(Photometry, IgmDimsByItsTransmission) {
   const auto sed = shipped_sed("Im");
-  EXPECT_EQ(monochromatic_flux(*sed, 4300, 3, Igm::madau95),
-            monochromatic_flux(*sed, 4300, 3) * madau95_transmission(4300, 3));
+  EXPECT_DOUBLE_EQ(monochromatic_flux(*sed, 4300, 3, Igm::madau95),
+                   monochromatic_flux(*sed, 4300, 3) * madau95_transmission(4300, 3));
   for (const std::string& name : shipped_names("bandpasses", ".band")) {
     const auto band = shipped_band(name);
     for (const double z : {0.0, 1.0, 3.0}) {

@@ -22,8 +22,7 @@ namespace gamer {
 ///
 /// *World coordinates.* Axes 1 and 2 as given: two linear axes, or the records of a celestial WCS
 /// letter by letter, in every image HDU. Axis 3 of a cube is the wavelength: WAVE where the
-/// planes are equally spaced to 1e-9, else WAVE-TAB with the table extension WCS-TABLE (Greisen et
-/// al. 2006, A&A 446, 747, section 6). WAVELENn is the wavelength of the HDU's plane n; from
+/// planes are equally spaced to 1e-9, else PLANE, their number. WAVELENn is the wavelength of the HDU's plane n; from
 /// WAVELEN10 on, FITS needs the HIERARCH form, which readers look up by the same name. The
 /// cards of planes are numbered so too, but only where an HDU has several planes. Planes of one
 /// cube have one unit.

@@ -80,7 +80,7 @@ class FitsOutput {
   void write(const FitsHeader& header, const std::vector<PlanePtr>& planes, int bitpix, int threads,
              const std::vector<long long>& further_axes = {});
   /// The same for planes of different wavelengths (Angstrom; empty where they have none): the
-  /// header gets the third axis, WAVE or WAVE-TAB with its table, and cards WAVELENn, as in
+  /// header gets the third axis, WAVE or PLANE, and cards WAVELENn, as in
   /// gamer/image/fits.h.
   void write_cube(const FitsHeader& header, const std::vector<PlanePtr>& planes,
                   const std::vector<double>& wavelengths, int bitpix, int threads);

@@ -26,6 +26,7 @@ class Film {
   /// What is told on rank 0.
   struct Messages {
     std::function<void(const std::string& line)> say;  ///< of each frame when it is made
+    std::function<void(const std::string& line)> warn;
     Progress::Style progress = Progress::Style::none;
   };
 
@@ -64,8 +65,9 @@ class Film {
   Film(std::unique_ptr<FrameJobs> jobs, const RenderParameters& parameters, WorkOptions options);
   RenderParameters frame(int number) const;
   void choose_tone(const Ranks& ranks, Executor& executor);
-  /// Where this process is all that there is, or rank 0's part with all ranks.
-  void render_frame(int number, int ranks, int threads, Executor& executor,
+  /// Where this process is all that there is, or rank 0's part with all ranks. Returns whether the
+  /// frame has light.
+  bool render_frame(int number, int ranks, int threads, Executor& executor,
                     const Messages& messages, RankReport& report);
 
   std::unique_ptr<FrameJobs> jobs_;

@@ -60,35 +60,24 @@ class SpectralBasis {
     std::size_t first;  ///< node
     std::size_t count;
   };
-  /// Quadrature over a plane: weight includes lambda T / int T dlambda/lambda.
-  struct Samples {
-    std::vector<double> wavelength, weight;
-    /// Of sample k: the l_j that differ from 0, of node first[k] and those behind it.
-    std::vector<std::size_t> first, begin;
-    std::vector<double> values;  ///< [begin[k] ... begin[k + 1])
-
-    /// Adds `light` l_j of sample k to the nodes' sums.
-    void spread(std::size_t k, double light, double* nodes) const;
-  };
-
   void set_segments(const std::vector<Sed::Range>& intervals, std::size_t order, double spacing);
   void add_segment(double low, double high, std::size_t order);
-  /// Sets what the samples know of l_j.
-  void interpolate_samples();
   /// What a probe's light is behind screens, for error().
   struct Trial;
 
-  /// Values of all l_j that differ from 0 at a wavelength of a plane: first node, and `values`.
-  std::size_t polynomials(std::size_t plane, double wavelength, std::vector<double>& values) const;
+  /// The segment whose polynomials hold at a wavelength of a plane.
+  const Segment& segment_at(std::size_t plane, double wavelength) const;
+  /// Adds `light` l_j at a wavelength of a plane to the nodes' sums.
+  void spread(std::size_t plane, double wavelength, double light, double* nodes) const;
   std::vector<Trial> trials(const std::vector<Probe>& probes) const;
   double error(const std::vector<Trial>& trials) const;
-  double source(const Sed& sed, double redshift, double wavelength) const;
 
   Spectrum spectrum_;
-  std::vector<Samples> samples_;  ///< of each plane
   std::vector<Segment> segments_;
   bool own_segments_ = false;  ///< one segment per plane, which may overlap
   std::vector<double> nodes_;
+  /// Of each node: its place in its segment, of [-1, 1], and what makes its polynomial 1 there.
+  std::vector<double> places_, scales_;
   std::vector<std::size_t> main_nodes_;
 };
 

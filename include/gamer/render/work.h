@@ -14,6 +14,7 @@
 #include "gamer/render/journal.h"
 #include "gamer/render/progress.h"
 #include "gamer/render/report.h"
+#include "gamer/render/warnings.h"
 
 namespace gamer {
 
@@ -80,6 +81,8 @@ class Work {
   void render(Executor& executor, Progress::Style style, RankReport& report);
   /// What is to be made: "x.fits: 512 x 512 pixels, 1 plane".
   std::string plan() const;
+  /// Of the image that was made: why it has no light; empty where it has some.
+  std::string darkness() const { return is_dark_ ? darkness_warning(job_) : ""; }
   /// What was made: "x.fits: 512 x 512 pixels, 1 plane, 2.3 s".
   std::string text() const;
 
@@ -97,6 +100,7 @@ class Work {
   std::string date_;  ///< DATE of the files
   std::unique_ptr<Journal> journal_;
   bool is_complete_ = false;
+  bool is_dark_ = false;
   std::string hindrance_;
   double seconds_ = 0;
   int replayed_rows_ = 0;

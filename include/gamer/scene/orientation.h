@@ -14,6 +14,9 @@ namespace gamer {
 /// shortest: about z x direction; for direction = -z about x.
 glm::dmat3 orientation_along(const glm::dvec3& direction, double pa);
 
+/// The `pa` with which orientation_along() of their z axis gives these axes.
+double turn_about_axis(const glm::dmat3& axes);
+
 /// As the camera sees a galaxy at `centre`: its x axis is the line of nodes, in the plane of the
 /// sky at the angle `pa` from the image's +y towards -x; its z axis is the direction to the camera
 /// turned about the node by `inclination`.

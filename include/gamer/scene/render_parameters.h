@@ -51,6 +51,8 @@ constexpr bool is_sphere(Projection projection) {
 enum class SphereFrame { galactic, equatorial, ecliptic };
 enum class SamplerKind { uniform, adaptive };
 
+inline constexpr int most_band_samples = 64;
+
 /// What the pixels of an image count.
 enum class PixelUnit {
   relative,            ///< integral of relative emissivity along the ray, f_lambda

@@ -75,7 +75,8 @@ struct Scene {
 /// to o is the shortest (about z x o; for o = -z about x). By inclination and pa: inclination 0 is
 /// face-on to the camera; the line of nodes (the galaxy's x axis) lies at angle pa from the image's
 /// +y towards -x (a sky view: from North towards East); the axis is the direction to the camera
-/// turned about the node by the inclination.
+/// turned about the node by the inclination. The camera of a film is that of its first frame: the
+/// scene's list has ox oy oz and pa instead, which frames share.
 ///
 /// In a sky view positions are ra dec, or dx dy (in the plane that touches the sky in the image's
 /// middle), or px py. Galaxies stand at the comoving distance of their redshift, or at

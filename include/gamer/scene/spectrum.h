@@ -7,6 +7,7 @@
 #include "gamer/core/resources.h"
 #include "gamer/scene/render_parameters.h"
 #include "gamer/sed/bandpass.h"
+#include "gamer/sed/photometry.h"
 #include "gamer/sed/sed.h"
 
 namespace gamer {
@@ -21,6 +22,8 @@ struct SpectralPlane {
   Sed::Range range() const;
   /// The flux of light with that SED, c F_nu in Angstrom^2: band_flux() or monochromatic_flux().
   double flux(const Sed& sed, double redshift, Igm igm) const;
+  /// That flux, shared among the wavelengths that the plane sees.
+  FluxSamples samples(const Sed& sed, double redshift, Igm igm) const;
 };
 
 /// The planes of an image, and what absorbs light on its way.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,22 +33,21 @@ class Bandpass {
   double pivot() const { return pivot_; }
   double mean() const { return mean_; }
 
-  /// A quadrature over the band: int f T dlambda = sum of weight[k] f(wavelength[k]). Two Gauss
-  /// points on pieces that end at the rows, so exact where f T is cubic on a piece. A piece is at
-  /// most 10 Angstrom long, though a thousandth of the wavelength where that is more and a
-  /// hundredth where that is less. Pieces where T = 0 are left out.
+  /// A quadrature over the band: int f T dlambda = sum of weight[k] f(wavelength[k]). Three Gauss
+  /// points on pieces that end at the rows and at `kinks`, where f bends or jumps (Angstrom,
+  /// ascending), so exact where f T is of degree five on a piece. A piece is at most a hundredth of
+  /// the wavelength long. Pieces where T = 0 are left out.
   struct Nodes {
     std::vector<double> wavelength;  ///< Angstrom, ascending
     std::vector<double> weight;      ///< Angstrom
   };
-  const Nodes& nodes() const { return nodes_; }
+  Nodes nodes(std::span<const double> kinks = {}) const;
 
  private:
   std::string name_;
   std::vector<double> wavelengths_, response_;
   double throughput_;
   double width_ = 0, log_width_ = 0, pivot_ = 0, mean_ = 0;
-  Nodes nodes_;
 };
 
 /// Reads a two-column file: "# wavelength: Angstrom|nm|um" and "# response: photons|energy" in its

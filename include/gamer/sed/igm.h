@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 namespace gamer {
 
 /// Angstrom; as Madau 1995 has it. Shortward of it no light is left for dust to absorb.
@@ -21,5 +23,9 @@ inline constexpr double lyman_limit = 912;
 /// series and metals (2 % of the light at z = 3) are not in. The result is 1 longward of Lyman
 /// alpha at the source, and at z = 0. Precondition: z >= 0.
 double madau95_transmission(double wavelength, double redshift);
+
+/// Observed wavelengths, ascending, at which the transmission bends or jumps: lambda_j,
+/// lambda_j e and the Lyman limit likewise.
+std::array<double, 10> madau95_kinks(double redshift);
 
 }  // namespace gamer

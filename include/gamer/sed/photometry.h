@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "gamer/sed/bandpass.h"
 #include "gamer/sed/sed.h"
 
@@ -24,8 +26,17 @@ enum class Igm { none, madau95 };
 /// (Hogg et al. 2002), X the transmission of the IGM: c F_nu in units of S Angstrom^2, so that
 /// f_nu = L F / (4 pi D_L^2 c) for a source of L_lambda = L S. Precondition: covers(sed, band, z).
 double band_flux(const Sed& sed, const Bandpass& band, double redshift, Igm igm = Igm::none);
-/// The same at one observed wavelength: (1+z)^-1 lambda^2 S(lambda/(1+z)) X.
+/// That of one observed wavelength: (1+z)^-1 lambda^2 S(lambda/(1+z)) X.
 double monochromatic_flux(const Sed& sed, double wavelength, double redshift, Igm igm = Igm::none);
+
+/// How a flux is shared among observed wavelengths: it is the sum of `flux`.
+struct FluxSamples {
+  std::vector<double> wavelength;  ///< Angstrom, ascending
+  std::vector<double> flux;
+};
+/// band_flux() at the nodes of a quadrature whose pieces end where band, SED or IGM bend or jump.
+/// Sums of flux[k] f(wavelength[k]) weight the light with any smooth f.
+FluxSamples band_samples(const Sed& sed, const Bandpass& band, double redshift, Igm igm);
 
 /// Whether the SED at that redshift is known all over the band.
 bool covers(const Sed& sed, const Bandpass& band, double redshift);

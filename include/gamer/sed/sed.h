@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -28,6 +29,8 @@ class Sed {
     double high;
   };
   virtual Range range() const = 0;
+  /// Wavelengths (Angstrom, ascending) between which flux is smooth: the rows of a table.
+  virtual std::span<const double> kinks() const { return {}; }
   const std::string& name() const { return name_; }
 
  protected:

@@ -33,6 +33,19 @@ def sed(text):
     return {**galaxy('"Sbc"', '"mine"'), "mine.sed": text}
 
 
+SKY = {"render.par": """[image]
+size = 32
+[camera]
+projection = "sky"
+center = [150, 2]
+pixel_scale = 1
+[spectrum]
+bands = ["sdss_r"]
+"""}
+SKY_SCENE = """galaxy dx dy redshift size_kpc magnitude
+spiral 0 0 {redshift} 10 {magnitude}
+"""
+
 # What is wrong: (changed files, command line, how the message begins, what it also says).
 CASES = {
     "unknown key": (parameters("[spectrum]\nwavelenghts = [1]\n"), ARGUMENTS,
@@ -126,6 +139,20 @@ CASES = {
                            "'O'"),
     "NaN in a row": (scene("galaxy x y z\nspiral 0 nan 0\n"), ARGUMENTS, "scene.lst:2:10: ",
                      "not finite"),
+
+    "redshift that is no distance": (
+        {**SKY, "scene.lst": SKY_SCENE.format(redshift="1e-200", magnitude=-21)}, ARGUMENTS,
+        "scene.lst:2:12: ", "redshift = 1e-200 is neither 0 nor at least 1e-09"),
+    "magnitude of nothing": (
+        {**SKY, "scene.lst": SKY_SCENE.format(redshift=0.2, magnitude=-150)}, ARGUMENTS,
+        "scene.lst:2:", "magnitude = -150 is outside [-60, 100] (mag)"),
+    "too bright": (
+        {**SKY, "scene.lst": SKY_SCENE.format(redshift="1e-9", magnitude=-60)}, ARGUMENTS,
+        "scene.lst:2:", "too bright for the numbers of an image"),
+    "distance of nothing": (
+        {**SKY, "scene.lst": SKY_SCENE.replace("redshift", "distance", 1).format(
+            redshift="1e-300", magnitude=-21)}, ARGUMENTS,
+        "scene.lst:2:12: ", "distance = 1e-300 is outside [1e-12, 1000000] (Mpc)"),
 
     "too many columns": (scene("x " * 10001), ARGUMENTS, "scene.lst:1:20001: ", "10000 columns"),
     "long word": (scene(SCENE + 2000000 * "x"), ARGUMENTS, "scene.lst:4:1: ", "1 value for"),

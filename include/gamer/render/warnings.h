@@ -1,0 +1,20 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gamer/render/job.h"
+
+namespace gamer {
+
+/// What is likely wrong with a job whose image can be made: a line for each.
+std::vector<std::string> job_warnings(const RenderJob& job);
+
+/// Whether a row has light: pixels that are finite and differ from 0 in the output's precision.
+bool has_light(std::span<const double> pixels, bool is_single_precision);
+
+/// Of an image without light: says so, and the likely cause.
+std::string darkness_warning(const RenderJob& job);
+
+}  // namespace gamer

@@ -1,0 +1,81 @@
+"""What can be rendered and is likely not meant is warned of, once, and the image is made.
+
+warnings_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
+"""
+
+import unittest
+
+from gamer_program import PARAMETERS, RANKS, Folder, main
+
+SKY = """[image]
+size = 8
+output = "out.fits"
+[camera]
+projection = "sky"
+center = [150, 2]
+pixel_scale = 1
+[spectrum]
+bands = ["sdss_r"]
+"""
+BESIDE = "[camera]\nposition = [0, -3, 0.5]\ntarget = [0, -6, 0.5]\n"
+FILM = PARAMETERS + ("[animation]\nframes = 5\nposition = [0, -3, 0.5, 0, -3, 0.5]\n"
+                     "target = [0, 0, 0, 9, -9, 0.5]\n")
+DARK = "no light in the image: "
+
+# Changed files, and what is said: a warning's beginning and what it also says; nothing where the
+# first is empty.
+CASES = {
+    "a usual scene": ({}, "", ""),
+    "wavelengths in nm": (
+        {"render.par": PARAMETERS.replace("4400, 5500, 8000", "440, 550, 800"),
+         "spiral.toml": '[[component]]\nclass = "disk"\nsed = "Sbc"\nnoise = false\n'},
+        DARK + "no spectrum of the scene shines at 440A, 550A, 800A",
+        "440 nm are 4400 Angstrom"),
+    "a target beside the galaxy": (
+        {"render.par": PARAMETERS + BESIDE}, DARK + "no galaxy is in view",
+        "the camera at [0, -3, 0.5] looks along [0, -1, 0], and the nearest galaxy, 'spiral', "
+        "stands at [0, 0, 0] with the radius 1"),
+    "nothing emits": (
+        {"spiral.toml": '[[component]]\nclass = "dust"\nnoise = false\n'},
+        DARK + "no component of a galaxy emits light", ""),
+    "beside the image": (
+        {"render.par": SKY,
+         "scene.lst": "galaxy dx dy redshift size_kpc magnitude\nspiral 900 0 0.2 10 -21\n"},
+        DARK + "no object of the scene touches the image", ""),
+    "faint": (
+        {"render.par": SKY,
+         "scene.lst": "galaxy dx dy distance size_arcsec magnitude\nspiral 0 0 1e6 1 100\n"},
+        DARK + "what is in view is too faint", "magnitude"),
+    "a grid with magnitudes": (
+        {"render.par": SKY.replace("pixel_scale", "supersample = 2\npixel_scale"),
+         "scene.lst": "galaxy dx dy redshift size_kpc magnitude\nspiral 0 0 0.2 10 -21\n"},
+        "camera.supersample = 2 puts a fixed grid in place of the cells",
+        "tenths of a magnitude"),
+    "frames of a film": ({"render.par": FILM}, "4 of 5 frames without light; frame 2: " + DARK,
+                         "no galaxy is in view"),
+}
+
+
+class Warnings(unittest.TestCase):
+    def test_what_is_said(self):
+        for name, (files, beginning, also) in CASES.items():
+            for ranks in RANKS:
+                with self.subTest(name, ranks=ranks), Folder(**files) as folder:
+                    done = folder.run("render.par", "scene.lst", ranks=ranks)
+                    self.assertEqual(done.returncode, 0, done.stderr)
+                    lines = done.stderr.splitlines()
+                    self.assertEqual(len(lines), 1 if beginning else 0, done.stderr)
+                    if beginning:
+                        self.assertTrue(lines[0].startswith("gamer: warning: " + beginning),
+                                        lines[0])
+                        self.assertIn(also, lines[0])
+                    self.assertTrue(any(file.startswith("out") for file in folder.content()))
+
+    def test_quiet_says_nothing(self):
+        with Folder(**CASES["wavelengths in nm"][0]) as folder:
+            done = folder.run("render.par", "scene.lst", "-q")
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+
+if __name__ == "__main__":
+    main()
