@@ -205,10 +205,17 @@ void JournaledExecutor::run(std::span<const RowRange> blocks, std::size_t values
     return;
   }
   const int section = section_++;
+  const std::vector<RowRange> finished = journal_->finished(section);
+  std::vector<RowRange> all(blocks.begin(), blocks.end());
+  std::ranges::sort(all, {}, &RowRange::first);
+  if (!unfinished_blocks(finished, all).empty()) {
+    throw InputError({journal_->path().string(), 0, 0},
+                     "holds rows that the job has not; --overwrite starts anew");
+  }
   replaying_ = true;
   journal_->replay(section, values_per_row, consume);
   replaying_ = false;
-  executor_.run(unfinished_blocks(blocks, journal_->finished(section)), values_per_row, compute,
+  executor_.run(unfinished_blocks(blocks, finished), values_per_row, compute,
                 [&](RowRange rows, std::span<const double> values) {
                   // First: a row that cannot be written is not lost.
                   journal_->add_rows(section, rows, values, single_);

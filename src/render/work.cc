@@ -13,7 +13,6 @@
 
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
-#include "gamer/image/clean_up.h"
 #include "gamer/image/new_file.h"
 #include "gamer/render/resume.h"
 #include "gamer/render/schedule.h"
@@ -164,7 +163,6 @@ void Work::go_on(std::unique_ptr<Journal> journal) {
   date_ = journal->head().date;
   // What stands there after the journal's end is this job's.
   if (journal->head().overwrite || journal->has_end()) job_.parameters.output.overwrite = true;
-  if (!options_.dry_run) journal->remove_files();
   journal_ = std::move(journal);
 }
 
@@ -224,8 +222,6 @@ void Work::render_rows(Executor& executor, Progress::Style style, RankReport& re
   const auto blocks = blocks_of(renderer, executor, before);
   if (truth && options_.truth_table.empty()) header_.data_tables = {*truth};
   const std::unique_ptr<ImageWriter> writer = make_writer();
-  // What is left when the process is killed.
-  if (journal_) journal_->add_files(files_in_the_making());
   Progress progress(renderer.height(), style, stderr);
   journaled.keep_single(is_single_precision(job_.parameters.output));
   run(
