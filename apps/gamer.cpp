@@ -346,6 +346,7 @@ double render_film(const gamer::Ranks& ranks, const Options& options,
 /// Every rank's part of the run.
 void run(const gamer::Ranks& ranks, int argc, char** argv) {
   const gamer::Clock clock;
+  gamer::check_same_program(ranks);
   const Options options = parse_options(argc, argv);
   std::unique_ptr<gamer::Journal> earlier;
   std::int64_t simd_targets = gamer::supported_simd_targets();

@@ -130,13 +130,22 @@ std::filesystem::path journal_path(const OutputOptions& output) {
   return output.path.string() + ".journal";
 }
 
+std::string program_text() { return fmt::format("gamer {}{}", version(), build_text()); }
+
+void check_same_program(const Ranks& ranks) {
+  if (ranks.size() == 1) return;
+  const std::vector<std::string> programs = ranks.gather(program_text());
+  for (std::size_t rank = 1; rank < programs.size(); ++rank) {
+    if (programs[rank] == programs.front()) continue;
+    throw InputError(
+        fmt::format("gamer: rank {} is {}, rank 0 is {}; all ranks must be the same build", rank,
+                    programs[rank], programs.front()));
+  }
+}
+
 JournalHead make_journal_head(const RenderJob& job, std::string truth) {
-  return {fmt::format("gamer {}{}", version(), build_text()),
-          simd_target_name(current_simd_target()),
-          fits_date(),
-          std::move(truth),
-          job.parameters.output.overwrite,
-          job.record};
+  return {program_text(),   simd_target_name(current_simd_target()), fits_date(),
+          std::move(truth), job.parameters.output.overwrite,         job.record};
 }
 
 void check_same_job(const JournalHead& then, const JournalHead& now, const std::string& label) {

@@ -3,9 +3,12 @@
 import concurrent.futures
 import os
 import resource
+import shutil
+import subprocess
 import unittest
 
-from gamer_program import FILES, GALAXY, PARAMETERS, RANKS, SCENE, Folder, main
+from gamer_program import (ENVIRONMENT, FILES, GALAXY, LAUNCHER, PARAMETERS, PROGRAM, RANKS, SCENE,
+                           Folder, main)
 
 ARGUMENTS = ("render.par", "scene.lst")
 
@@ -305,6 +308,23 @@ class BadInput(unittest.TestCase):
             result = folder.run("--sample-config",
                                 limit=lambda: os.dup2(os.open("/dev/full", os.O_WRONLY), 1))
             self.check_message(result, 1, "gamer: cannot ")
+
+    @unittest.skipIf(len(RANKS) == 1, "built without MPI")
+    def test_ranks_of_different_builds(self):
+        with Folder() as folder:
+            other = folder.path / "other_gamer"
+            shutil.copy(PROGRAM, other)
+            with other.open("ab") as file:
+                file.write(b"another build")
+            before = folder.content()
+            for first, second in ((PROGRAM, other), (other, PROGRAM)):
+                mixed = [LAUNCHER, "--quiet", "--oversubscribe", "-n", "2", first, *ARGUMENTS, ":",
+                         "-n", "1", second, *ARGUMENTS]
+                result = subprocess.run(mixed, cwd=folder.path, env=ENVIRONMENT, text=True,
+                                        capture_output=True, timeout=120)
+                self.check_message(result, 2, "gamer: rank 2 is gamer ",
+                                   "all ranks must be the same build")
+                self.assertEqual(folder.content(), before)
 
     def test_rows_larger_than_memory(self):
         many = ", ".join(str(4000 + i) for i in range(200))
