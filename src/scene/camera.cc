@@ -304,6 +304,7 @@ Camera make_camera(RenderParameters& parameters, Resources& resources) {
       const std::filesystem::path file = beside.string().substr(0, beside.string().find('['));
       const std::filesystem::path path =
           std::filesystem::exists(file) ? beside : std::filesystem::path(name);
+      resources.add_file(path.string().substr(0, path.string().find('[')));
       text = &resources.add({header_name, name, header_text(path)});
     }
     const int width = header_integer(text->content, "NAXIS1", name);
