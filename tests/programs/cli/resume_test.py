@@ -215,7 +215,7 @@ class Resume(unittest.TestCase):
 
     def test_many_resume_one_job(self):
         done = re.compile(r"out.fits: 48 x 72 pixels, 3 planes, [0-9.]+ s, [0-9]+ rows from the journal\n")
-        for _ in range(3):
+        for _ in range(2):
             with Folder() as folder, contextlib.ExitStack() as stack:
                 self.interrupt(folder)
                 jobs = [stack.enter_context(Job(folder, *self.arguments, "-j", "1", "--resume"))
