@@ -270,7 +270,9 @@ Task prepare_film(const Options& options, const gamer::RenderJob& job, int ranks
   return {nullptr, std::move(film)};
 }
 
-void warn(const std::string& text) { fmt::print(stderr, "gamer: warning: {}\n", text); }
+void warn(const std::string& text) {
+  fmt::print(stderr, "gamer: warning: {}\n", gamer::printable(text));
+}
 
 void warn_of(const Options& options, const gamer::RenderJob& job) {
   // A preview has one ray a pixel, and is none to measure.
@@ -364,6 +366,7 @@ double render_film(const gamer::Ranks& ranks, const Options& options,
 /// Every rank's part of the run.
 void run(const gamer::Ranks& ranks, int argc, char** argv) {
   const gamer::Clock clock;
+  gamer::check_same_program(ranks);
   const Options options = parse_options(argc, argv);
   std::unique_ptr<gamer::Journal> earlier;
   std::int64_t simd_targets = gamer::supported_simd_targets();

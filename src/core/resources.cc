@@ -166,6 +166,7 @@ const Resources::Text& Resources::find(const std::string& kind, const std::strin
 const Resources::Text& Resources::read(const std::string& name, const fs::path& path) {
   if (const auto known = texts_.find(name); known != texts_.end()) return known->second;
   if (!disk_) throw InputError(fmt::format("the record holds no {}", in_quotes(name)));
+  add_file(path);
   return add({name, path.generic_string(), read_file(path)});
 }
 

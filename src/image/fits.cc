@@ -199,10 +199,8 @@ class FitsWriter final : public ImageWriter {
       throw std::invalid_argument(
           "FITS writer: wavelengths, units or cards of planes and labels differ in number");
     }
-    const bool is_compressed = image_suffix(options.path) == ImageSuffix::fits_compressed;
     for (const auto& path : output_files(options, header)) {
-      outputs_.push_back(std::make_unique<Output>(std::make_unique<TemporaryFile>(path)));
-      if (is_compressed) packed_.push_back(std::make_unique<TemporaryFile>(path));
+      outputs_.push_back(std::make_unique<Output>(path));
       layout_.make(outputs_.back()->file, static_cast<int>(outputs_.size()) - 1, false,
                    [](int, int, int) {});
     }
@@ -232,7 +230,7 @@ class FitsWriter final : public ImageWriter {
       throw RunError(fmt::format("{}: row {} was never written", options_.path.string(),
                                  missing - written_.begin()));
     }
-    if (!packed_.empty()) compress();
+    if (is_compressed()) compress();
     for (auto& output : outputs_) {
       const int hdus = output->file.hdu_count();
       for (int hdu = 1; hdu <= hdus; ++hdu) {
@@ -241,19 +239,20 @@ class FitsWriter final : public ImageWriter {
       }
       output->file.close();
     }
-    for (auto& output : outputs_) output->temporary->move_to_final(options_.overwrite);
+    for (auto& output : outputs_) output->temporary.move_to_final(options_.overwrite);
   }
 
  private:
   /// One file in the making.
   struct Output {
-    explicit Output(std::unique_ptr<TemporaryFile> name)
-        : temporary(std::move(name)),
-          file(FitsFile::create(temporary->path(), temporary->final_path().string())) {}
+    explicit Output(const std::filesystem::path& path)
+        : temporary(path), file(FitsFile::create(temporary.path(), path.string())) {}
 
-    std::unique_ptr<TemporaryFile> temporary;
+    TemporaryFile temporary;
     FitsFile file;
   };
+
+  bool is_compressed() const { return image_suffix(options_.path) == ImageSuffix::fits_compressed; }
 
   /// Of one plane of the rows. Rows of nothing but zeros are left out, since a file is zero where
   /// nothing was written; so that a mostly empty image costs little.
@@ -300,8 +299,7 @@ class FitsWriter final : public ImageWriter {
         sum.add(sum_of(plane, face));
       }
     }
-    const bool is_compressed = image_suffix(options_.path) == ImageSuffix::fits_compressed;
-    if (!is_image || is_compressed || has_rewritten_) return std::nullopt;
+    if (!is_image || is_compressed() || has_rewritten_) return std::nullopt;
     return sum.value();
   }
 
@@ -311,7 +309,7 @@ class FitsWriter final : public ImageWriter {
   void compress() {
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
       FitsFile& plain = outputs_[i]->file;
-      auto packed = std::make_unique<Output>(std::move(packed_[i]));
+      auto packed = std::make_unique<Output>(outputs_[i]->temporary.final_path());
       std::vector<double> row(static_cast<std::size_t>(width_));
       const auto fill = [&](int face, int first_plane, int count) {
         const int first_row = face * layout_.face_height();
@@ -339,8 +337,6 @@ class FitsWriter final : public ImageWriter {
   bool has_rewritten_ = false;   ///< rows came twice: the sums are wrong
   std::vector<float> floats_;    ///< a row
   std::vector<double> doubles_;  ///< a row
-  /// Of compressed files; all names are known from the start, see files_in_the_making().
-  std::vector<std::unique_ptr<TemporaryFile>> packed_;
   std::vector<bool> written_;
 };
 

@@ -370,8 +370,6 @@ class FitsOutput::File {
     if (options.name == standard_stream) {
       check_standard_output();
       spool_.emplace();
-      // CFITSIO makes its files itself.
-      unlink(spool_->path().c_str());
       file_.emplace(FitsFile::create(spool_->path(), label_));
       return;
     }

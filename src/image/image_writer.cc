@@ -117,20 +117,24 @@ std::vector<std::filesystem::path> output_files(const OutputOptions& options,
   return files;
 }
 
+void check_output_suffix(const OutputOptions& options) {
+  if (image_suffix(options.path)) return;
+  std::string allowed;
+  for (const auto& [text, kind] : kSuffixes) {
+    allowed += fmt::format("{}{}", allowed.empty() ? "" : ", ", text);
+  }
+  throw InputError(fmt::format("output '{}': unknown kind of file; the name must end in one of {}",
+                               options.path.string(), allowed));
+}
+
 void check_output(const OutputOptions& options, const ImageHeader& header) {
   namespace fs = std::filesystem;
   const std::string name = options.path.string();
   const auto fail = [&name](const std::string& message) -> void {
     throw InputError(fmt::format("output '{}': {}", name, message));
   };
+  check_output_suffix(options);
   const std::optional<ImageSuffix> suffix = image_suffix(options.path);
-  if (!suffix) {
-    std::string allowed;
-    for (const auto& [text, kind] : kSuffixes) {
-      allowed += fmt::format("{}{}", allowed.empty() ? "" : ", ", text);
-    }
-    fail(fmt::format("unknown kind of file; the name must end in one of {}", allowed));
-  }
   if (header.healpix && *suffix != ImageSuffix::fits) fail("a HEALPix map is a .fits file");
   if (is_fits(*suffix) && options.bitpix != -32 && options.bitpix != -64) {
     fail(fmt::format("bitpix = {} is not one of -32, -64", options.bitpix));

@@ -1,21 +1,27 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "image/private_folder.h"
+#include "image/removed_on_signal.h"
 
 namespace gamer {
 
-/// A file in the making: a hidden, unique name beside the final one, so that moving it there is one
-/// step of the file system. Removed on destruction unless it was moved.
+/// A file in the making, in a private folder beside the final one, so that moving it there is one
+/// step of the file system. Removed on destruction unless it was moved. The files that a process
+/// makes at a time beside each other share a folder, which bears the first one's name.
 class TemporaryFile {
  public:
-  /// Chooses the name, and thereby proves that the folder can be written; the file itself is left
-  /// to the caller. Throws RunError.
+  /// Proves that the folder can be written; the file itself is left to the caller. Throws RunError.
   explicit TemporaryFile(const std::filesystem::path& final_path);
   ~TemporaryFile();
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
-  const std::filesystem::path& path() const { return path_; }
+  /// Until it is moved.
+  const std::filesystem::path& path() const { return file_->path(); }
   const std::filesystem::path& final_path() const { return final_path_; }
 
   /// Forces the file to disk and moves it to its final name. Throws RunError, also when a file
@@ -24,23 +30,21 @@ class TemporaryFile {
 
  private:
   std::filesystem::path final_path_;
-  std::filesystem::path path_;
-  bool moved_ = false;
+  std::shared_ptr<PrivateFolder> folder_;
+  std::optional<RemovedOnSignal> file_;
 };
 
-/// A file for a stream's bytes, in the system's folder for temporary files; removed with the object.
+/// Where a stream's bytes wait, in the system's folder for temporary files: a path, for a file that
+/// the caller makes. Removed with the object.
 class SpoolFile {
  public:
   /// Throws RunError.
   SpoolFile();
-  ~SpoolFile();
-  SpoolFile(const SpoolFile&) = delete;
-  SpoolFile& operator=(const SpoolFile&) = delete;
 
-  const std::filesystem::path& path() const { return path_; }
+  const std::filesystem::path& path() const { return file_.path(); }
 
  private:
-  std::filesystem::path path_;
+  TemporaryFile file_;
 };
 
 }  // namespace gamer

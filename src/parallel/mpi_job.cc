@@ -26,6 +26,7 @@
 
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
+#include "parallel/given_blocks.h"
 #include "parallel/row_handout.h"
 #include "parallel/worker_pool.h"
 
@@ -281,8 +282,8 @@ class MpiJob : public Job {
   std::exception_ptr early_leave() const { return make_exception(*early_leave_); }
   /// Opens a collective call: throws when a rank has left, else orders the others to take part.
   void open(const Order& order);
-  /// Throws RunError; end() will kill all.
-  [[noreturn]] void lose(int rank);
+  /// Of a rank that cannot be relied on. Throws RunError "rank <rank> <what>"; end() will kill all.
+  [[noreturn]] void give_up(int rank, const std::string& what);
 
   // The other ranks.
   std::optional<Order> poll_order();
@@ -347,6 +348,7 @@ std::optional<Notice> MpiJob::poll_notice() {
   std::string bytes(static_cast<std::size_t>(count), '\0');
   MPI_Recv(bytes.data(), count, MPI_BYTE, status.MPI_SOURCE, tag_notice, communicator_,
            MPI_STATUS_IGNORE);
+  if (bytes.size() < sizeof(NoticeHead)) give_up(status.MPI_SOURCE, "sent half a message");
   Notice notice{status.MPI_SOURCE, {}, bytes.substr(sizeof(NoticeHead))};
   std::memcpy(&notice.head, bytes.data(), sizeof(NoticeHead));
   if (notice.head.kind == NoticeKind::left) take_leave(notice);
@@ -372,10 +374,9 @@ void MpiJob::open(const Order& order) {
   send_order_to_all(order);
 }
 
-void MpiJob::lose(int rank) {
+void MpiJob::give_up(int rank, const std::string& what) {
   has_lost_ = true;
-  throw RunError(fmt::format("rank {} has said nothing for {:.0f} s; it is gone or stands still",
-                             rank, patience_));
+  throw RunError(fmt::format("rank {} {}", rank, what));
 }
 
 std::optional<Order> MpiJob::poll_order() {
@@ -540,6 +541,7 @@ class Lead {
         consume_(consume),
         blocks_(blocks.size()),
         handout_(blocks),
+        given_(job.size()),
         busy_(static_cast<std::size_t>(job.size()), true),
         heard_(static_cast<std::size_t>(job.size())),
         incoming_(transfers),
@@ -606,6 +608,9 @@ class Lead {
           fail(make_exception({notice->head.code, notice->text}));
           break;
         case NoticeKind::done:
+          if (!failure_ && given_.has_any(notice->rank)) {
+            job_.give_up(notice->rank, "ended without rows that it was given");
+          }
           busy_[rank] = false;
           break;
         case NoticeKind::left:
@@ -625,12 +630,17 @@ class Lead {
     for (std::size_t rank = 1; rank < busy_.size(); ++rank) {
       const double since = heard_[rank].value_or(0);
       const double patience = (heard_[rank] ? 1 : long_patience) * job_.patience();
-      if (busy_[rank] && now - since > patience) job_.lose(static_cast<int>(rank));
+      if (busy_[rank] && now - since > patience) {
+        job_.give_up(static_cast<int>(rank),
+                     fmt::format("has said nothing for {:.0f} s; it is gone or stands still",
+                                 job_.patience()));
+      }
     }
   }
 
   void answer(int rank) {
     if (const std::optional<RowRange> range = handout_.next()) {
+      given_.give(rank, *range);
       job_.send_order(rank, {OrderKind::block, range->first, range->last});
     } else {
       job_.send_order(rank, {OrderKind::no_block});
@@ -648,6 +658,10 @@ class Lead {
       BlockHead head{};
       MPI_Recv(&head, sizeof head, MPI_BYTE, status.MPI_SOURCE, tag_rows, job_.communicator(),
                MPI_STATUS_IGNORE);
+      if (!given_.take_back(status.MPI_SOURCE, head.range)) {
+        job_.give_up(status.MPI_SOURCE, fmt::format("sent rows [{}, {}), which it was not given",
+                                                    head.range.first, head.range.last));
+      }
       incoming.range = head.range;
       incoming.values.resize(static_cast<std::size_t>(head.range.size()) * values_per_row_);
       incoming.requests.clear();
@@ -699,6 +713,7 @@ class Lead {
   const Executor::Consume& consume_;
   const std::size_t blocks_;
   RowHandout handout_;
+  GivenBlocks given_;                         // to other ranks
   std::vector<bool> busy_;                    // by rank
   std::vector<std::optional<double>> heard_;  // when, by rank
   WatchTime time_;

@@ -68,12 +68,14 @@ Film::Film(const RenderJob& animation, WorkOptions options, int ranks, int threa
     check_truth_table({}, parameters_.output);
   }
   check_row_memory(header_, header_.planes() + truth_header.planes(), ranks, threads);
+  const InputFiles inputs(animation);
   for (int number = 0; number < frames(); ++number) {
     RenderParameters own = frame(number);
+    const auto files = result_files(own, options_, header_, truth_header);
+    inputs.check_outputs(files);
     own.output.overwrite = true;
     check_outputs(own, header_, truth_header);
     own.output.overwrite = options_.overwrite;
-    const auto files = result_files(own, options_, header_, truth_header);
     if (options_.resume) {
       if (are_there(files)) {
         const auto tone = check_same_frame(files.front(), jobs_->record(), own);

@@ -398,6 +398,8 @@ RenderJob read_job(const JobRequest& request, Resources& resources) {
                       ? make(Catalogue::from_table(read_data_table(path, parameters.catalogue_hdu),
                                                    path.generic_string()))
                       : make_from_text();
+  if (is_table) resources.add_file(path);
+  job.input_files = resources.files();
   return recorded(std::move(job), label, resources);
 }
 

@@ -34,7 +34,7 @@ constexpr std::chrono::milliseconds lock_pause{100};
 /// Fewer zeros cost less as values than as a run.
 constexpr std::size_t shortest_run = 8;
 
-enum class Kind : std::uint64_t { head = 1, rows = 2, single_rows = 3, files = 4, end = 5 };
+enum class Kind : std::uint64_t { head = 1, rows = 2, single_rows = 3, end = 5 };
 
 using Checksum = std::uint32_t;
 
@@ -183,12 +183,23 @@ void check_magic(int descriptor, const std::filesystem::path& path) {
                    "the file to start anew");
 }
 
-/// The opened and locked file; -1 when there is none.
-int open_locked(const std::filesystem::path& path) {
+/// Whether the file of that name is the one that is open. Another process may have removed it, or
+/// made another one.
+bool has_name(int descriptor, const std::filesystem::path& path) {
+  struct stat opened {
+  }, named{};
+  return fstat(descriptor, &opened) == 0 && lstat(path.c_str(), &named) == 0 &&
+         opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+}
+
+/// The opened file; -1 when there is none.
+int open_file(const std::filesystem::path& path) {
   // Not to wait for the writer of a pipe.
-  const int descriptor = ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+  const int descriptor =
+      ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK | O_NOCTTY | O_NOFOLLOW);
   if (descriptor < 0) {
     if (errno == ENOENT) return -1;
+    if (errno == ELOOP) throw no_journal(path);
     throw InputError({path.string(), 0, 0}, std::strerror(errno));
   }
   struct stat status {};
@@ -196,15 +207,28 @@ int open_locked(const std::filesystem::path& path) {
     close(descriptor);
     throw no_journal(path);
   }
-  for (int tries = 0;; ++tries) {
+  return descriptor;
+}
+
+/// The opened and locked file; -1 when there is none.
+int open_locked(const std::filesystem::path& path) {
+  int descriptor = open_file(path);
+  for (int tries = 0; descriptor >= 0;) {
     // Not every file system has locks.
-    if (flock(descriptor, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return descriptor;
-    if (tries == lock_tries) {
+    if (flock(descriptor, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) {
+      if (has_name(descriptor, path)) break;
+      // The one that had the lock is done with it.
+      close(descriptor);
+      descriptor = open_file(path);
+      continue;
+    }
+    if (++tries > lock_tries) {
       close(descriptor);
       throw InputError({path.string(), 0, 0}, "another process is working on this job");
     }
     std::this_thread::sleep_for(lock_pause);
   }
+  return descriptor;
 }
 
 /// What a crash of the machine would otherwise undo: the names in the file's folder.
@@ -269,7 +293,6 @@ void Journal::discard(const std::filesystem::path& path) {
   } catch (const InputError&) {
     // A damaged one goes too.
   }
-  journal->remove_files();
   journal->remove();
 }
 
@@ -298,14 +321,10 @@ void Journal::add_rows(int section, RowRange rows, std::span<const double> value
   }
 }
 
-void Journal::add_files(const std::vector<std::filesystem::path>& files) {
-  std::string names;
-  for (const std::filesystem::path& file : files) names += file.string() + '\0';
-  add_text({Kind::files}, names);
-}
-
 void Journal::add_end() {
-  add_text({Kind::end}, {});
+  const Entry entry{Kind::end};
+  entry_.assign(sizeof entry, std::byte{0});
+  add(entry);
   if (is_begun() && fdatasync(descriptor_) != 0) throw write_failure(path_, errno);
 }
 
@@ -313,16 +332,10 @@ void Journal::remove() {
   if (!is_begun()) return;
   // The files that the job made must have their names first.
   sync_folder(path_);
-  if (unlink(path_.c_str()) != 0) {
+  if (has_name(descriptor_, path_) && unlink(path_.c_str()) != 0) {
     throw RunError(fmt::format("{}: cannot remove: {}", path_.string(), std::strerror(errno)));
   }
   close(std::exchange(descriptor_, -1));
-}
-
-void Journal::add_text(const Entry& entry, std::string_view text) {
-  entry_.assign(sizeof entry, std::byte{0});
-  append(bytes_of(text), entry_);
-  add(entry);
 }
 
 void Journal::add(Entry entry) {
@@ -349,7 +362,8 @@ void Journal::begin() {
     temporary.move_to_final(false);
   } catch (const RunError&) {
     close(std::exchange(descriptor_, -1));
-    throw;
+    if (!std::filesystem::exists(std::filesystem::symlink_status(path_))) throw;
+    throw RunError(fmt::format("{}: another process has begun this job meanwhile", path_.string()));
   }
   sync_folder(path_);
   pending_ = {};
@@ -422,40 +436,24 @@ void Journal::read_entries() {
     if (entry.bytes > size - payload - sizeof(Checksum) || !is_sound(entry, payload)) break;
     if (has_head == (entry.kind == Kind::head)) break;
     at = payload + entry.bytes + sizeof(Checksum);
-    switch (entry.kind) {
-      case Kind::head:
-        try {
-          head_ = unpack_head(read_text(entry, payload));
-        } catch (const RunError&) {
-          throw no_journal(path_);
-        }
-        has_head = true;
-        break;
-      case Kind::rows:
-      case Kind::single_rows:
-        blocks_.push_back({entry, payload});
-        break;
-      case Kind::files: {
-        const std::string names = read_text(entry, payload);
-        for (std::size_t from = 0; from < names.size();) {
-          files_.emplace_back(names.c_str() + from);
-          from += files_.back().native().size() + 1;
-        }
-        break;
+    if (entry.kind == Kind::head) {
+      try {
+        head_ = unpack_head(read_text(entry, payload));
+      } catch (const RunError&) {
+        throw no_journal(path_);
       }
-      case Kind::end:
-        has_end_ = true;
-        break;
+      has_head = true;
+    } else if (entry.kind == Kind::rows || entry.kind == Kind::single_rows) {
+      blocks_.push_back({entry, payload});
+    } else if (entry.kind == Kind::end) {
+      has_end_ = true;
     }
+    // Other builds' entries may be of other kinds; check_same_job() refuses their journals.
   }
   if (!has_head) throw no_journal(path_);
   if (ftruncate(descriptor_, static_cast<off_t>(at)) != 0 || lseek(descriptor_, 0, SEEK_END) < 0) {
     throw write_failure(path_, errno);
   }
-}
-
-void Journal::remove_files() const {
-  for (const std::filesystem::path& file : files_) unlink(file.c_str());
 }
 
 std::vector<RowRange> Journal::finished(int section) const {
@@ -486,13 +484,14 @@ void Journal::replay(int section, std::size_t values_per_row,
     const RowRange rows{static_cast<int>(entry.first), static_cast<int>(entry.last)};
     packed.resize(entry.bytes);
     values.resize(static_cast<std::size_t>(rows.size()) * values_per_row);
-    const bool is_whole = values.size() == entry.values &&
+    const bool is_whole = rows.size() > 0 && values.size() == entry.values &&
                           read_at(descriptor_, block.offset, packed, path_) == packed.size() &&
                           (entry.kind == Kind::single_rows ? unpack_values<float>(packed, values)
                                                            : unpack_values<double>(packed, values));
     if (!is_whole) {
-      throw RunError(fmt::format("{}: rows {} to {} are damaged; --overwrite starts anew",
-                                 path_.string(), rows.first, rows.last - 1));
+      throw InputError({path_.string(), 0, 0},
+                       fmt::format("rows {} to {} are damaged; --overwrite starts anew", rows.first,
+                                   rows.last - 1));
     }
     consume(rows, values);
   }

@@ -131,13 +131,22 @@ std::filesystem::path journal_path(const OutputOptions& output) {
   return output.path.string() + ".journal";
 }
 
+std::string program_text() { return fmt::format("gamer {}{}", version(), build_text()); }
+
+void check_same_program(const Ranks& ranks) {
+  if (ranks.size() == 1) return;
+  const std::vector<std::string> programs = ranks.gather(program_text());
+  for (std::size_t rank = 1; rank < programs.size(); ++rank) {
+    if (programs[rank] == programs.front()) continue;
+    throw InputError(
+        fmt::format("gamer: rank {} is {}, rank 0 is {}; all ranks must be the same build", rank,
+                    programs[rank], programs.front()));
+  }
+}
+
 JournalHead make_journal_head(const RenderJob& job, std::string truth) {
-  return {fmt::format("gamer {}{}", version(), build_text()),
-          simd_target_name(current_simd_target()),
-          fits_date(),
-          std::move(truth),
-          job.parameters.output.overwrite,
-          job.record};
+  return {program_text(),   simd_target_name(current_simd_target()), fits_date(),
+          std::move(truth), job.parameters.output.overwrite,         job.record};
 }
 
 void check_same_job(const JournalHead& then, const JournalHead& now, const std::string& label) {
@@ -214,10 +223,17 @@ void JournaledExecutor::run(std::span<const RowRange> blocks, std::size_t values
     return;
   }
   const int section = section_++;
+  const std::vector<RowRange> finished = journal_->finished(section);
+  std::vector<RowRange> all(blocks.begin(), blocks.end());
+  std::ranges::sort(all, {}, &RowRange::first);
+  if (!unfinished_blocks(finished, all).empty()) {
+    throw InputError({journal_->path().string(), 0, 0},
+                     "holds rows that the job has not; --overwrite starts anew");
+  }
   replaying_ = true;
   journal_->replay(section, values_per_row, consume);
   replaying_ = false;
-  executor_.run(unfinished_blocks(blocks, journal_->finished(section)), values_per_row, compute,
+  executor_.run(unfinished_blocks(blocks, finished), values_per_row, compute,
                 [&](RowRange rows, std::span<const double> values) {
                   // First: a row that cannot be written is not lost.
                   journal_->add_rows(section, rows, values, single_);

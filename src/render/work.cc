@@ -1,6 +1,7 @@
 #include "gamer/render/work.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +14,6 @@
 
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
-#include "gamer/image/clean_up.h"
 #include "gamer/image/new_file.h"
 #include "gamer/render/resume.h"
 #include "gamer/render/schedule.h"
@@ -27,6 +27,13 @@ namespace fs = std::filesystem;
 bool is_there(const fs::path& file) {
   std::error_code error;
   return fs::exists(fs::symlink_status(file, error));
+}
+
+/// Device and number of a file, of the one that a link leads to.
+std::optional<std::pair<std::uint64_t, std::uint64_t>> identity(const fs::path& file) {
+  struct stat status {};
+  if (stat(file.c_str(), &status) != 0) return std::nullopt;
+  return std::pair<std::uint64_t, std::uint64_t>(status.st_dev, status.st_ino);
 }
 
 /// Where the truth goes, which is no parameter.
@@ -134,6 +141,24 @@ void check_outputs(const RenderParameters& parameters, const ImageHeader& image,
   if (truth.planes() > 0) check_output(truth_output(parameters), truth);
 }
 
+InputFiles::InputFiles(const RenderJob& job) {
+  for (const fs::path& file : job.input_files) {
+    if (const auto id = identity(file)) files_.try_emplace(*id, file);
+  }
+}
+
+void InputFiles::check_outputs(const std::vector<fs::path>& files) const {
+  for (const fs::path& file : files) {
+    const auto id = identity(file);
+    const auto found = id ? files_.find(*id) : files_.end();
+    if (found == files_.end()) continue;
+    throw InputError(
+        fmt::format("output '{}': this is the file '{}', from which the job is made; "
+                    "choose another output",
+                    file.string(), found->second.string()));
+  }
+}
+
 bool are_there(const std::vector<fs::path>& files) { return std::ranges::all_of(files, is_there); }
 
 Work::Work(RenderJob job, WorkOptions options, int ranks, int threads,
@@ -143,6 +168,8 @@ Work::Work(RenderJob job, WorkOptions options, int ranks, int threads,
   header_ = make_image_header(job_);
   truth_header_ = wanted_truth_header(job_, options_);
   RenderParameters parameters = job_.parameters;
+  InputFiles(job_).check_outputs(files());
+  check_output_suffix(parameters.output);
   if (options_.resume && !journal_ && !parameters.output.overwrite && are_there(files())) {
     check_undamaged(files());
     check_same_job(files().front(), job_.record);
@@ -165,7 +192,6 @@ void Work::go_on(std::unique_ptr<Journal> journal) {
   date_ = journal->head().date;
   // What stands there after the journal's end is this job's.
   if (journal->head().overwrite || journal->has_end()) job_.parameters.output.overwrite = true;
-  if (!options_.dry_run) journal->remove_files();
   journal_ = std::move(journal);
 }
 
@@ -225,8 +251,6 @@ void Work::render_rows(Executor& executor, Progress::Style style, RankReport& re
   const auto blocks = blocks_of(renderer, executor, before);
   if (truth && options_.truth_table.empty()) header_.data_tables = {*truth};
   const std::unique_ptr<ImageWriter> writer = make_writer();
-  // What is left when the process is killed.
-  if (journal_) journal_->add_files(files_in_the_making());
   Progress progress(renderer.height(), style, stderr);
   const bool is_single = is_single_precision(job_.parameters.output);
   journaled.keep_single(is_single);

@@ -306,6 +306,7 @@ Camera make_camera(RenderParameters& parameters, Resources& resources) {
       std::error_code error;
       const bool is_there = std::filesystem::exists(file, error) || error;
       const std::filesystem::path path = is_there ? beside : std::filesystem::path(name);
+      resources.add_file(path.string().substr(0, path.string().find('[')));
       text = &resources.add({header_name, name, header_text(path)});
     }
     const int width = header_integer(text->content, "NAXIS1", name);

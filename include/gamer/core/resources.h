@@ -52,6 +52,11 @@ class Resources {
   std::vector<std::string> names(const std::string& kind,
                                  std::span<const std::string> suffixes) const;
 
+  /// Says that the job reads this file by other means.
+  void add_file(const std::filesystem::path& path) { files_.push_back(path); }
+  /// The files that were read, in their order.
+  const std::vector<std::filesystem::path>& files() const { return files_; }
+
   /// Everything handed out so far, ordered by name.
   std::vector<Text> record() const;
 
@@ -59,6 +64,7 @@ class Resources {
   bool disk_ = true;
   std::vector<std::filesystem::path> folders_;
   std::map<std::string, Text> texts_;
+  std::vector<std::filesystem::path> files_;
 };
 
 /// The folders of a normal run: the working directory, the one that the environment variable

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
-#include <vector>
 
 namespace gamer {
 
@@ -19,8 +17,5 @@ void clean_up_on_signals();
 /// called they say nothing.
 void say_when_stopped(const std::string& program, const std::string& rest);
 void say_nothing_when_stopped();
-
-/// Files that a signal would remove.
-std::vector<std::filesystem::path> files_in_the_making();
 
 }  // namespace gamer

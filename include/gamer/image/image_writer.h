@@ -41,6 +41,9 @@ class ImageWriter {
 std::vector<std::filesystem::path> output_files(const OutputOptions& options,
                                                 const ImageHeader& header);
 
+/// Throws InputError when the suffix is not one of those above.
+void check_output_suffix(const OutputOptions& options);
+
 /// Checks all that can be known before rendering and throws InputError: unknown suffix, folder that
 /// does not exist or cannot be written or has too little space, a file that exists (unless
 /// overwrite), labels that cannot be told apart, more files than can be open, a picture that is too

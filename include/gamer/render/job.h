@@ -50,6 +50,8 @@ struct RenderJob {
     std::shared_ptr<const Bandpass> attenuation;
   };
   Rest rest = {};
+  /// That were read from disk, on the rank that read them. Not the image that is made again.
+  std::vector<std::filesystem::path> input_files = {};
 };
 
 /// What JobRequest::preview changes.

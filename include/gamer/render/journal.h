@@ -48,8 +48,8 @@ class Journal {
   /// head, or in use.
   static std::unique_ptr<Journal> open(const std::filesystem::path& path, double interval,
                                        Clock clock = {});
-  /// Removes the journal of an earlier job, where there is one, and what that left in the making.
-  /// Throws InputError when it is none or in use, RunError when it cannot be removed.
+  /// Removes the journal of an earlier job, where there is one. Throws InputError when it is none
+  /// or in use, RunError when it cannot be removed.
   static void discard(const std::filesystem::path& path);
   /// Keeps the file.
   ~Journal();
@@ -64,8 +64,6 @@ class Journal {
 
   // These throw RunError "<path>: cannot write: ...".
   void add_rows(int section, RowRange rows, std::span<const double> values, bool single);
-  /// Files in the making, which a process that is killed leaves behind.
-  void add_files(const std::vector<std::filesystem::path>& files);
   /// All rows are there: from now on files get their final names.
   void add_end();
   /// Removes the file: the job is done.
@@ -75,12 +73,9 @@ class Journal {
   const JournalHead& head() const { return head_; }
   /// In ascending order, neighbours joined.
   std::vector<RowRange> finished(int section) const;
-  const std::vector<std::filesystem::path>& files() const { return files_; }
-  /// Removes those of files() that are still there.
-  void remove_files() const;
   bool has_end() const { return has_end_; }
-  /// Gives the rows of a section to `consume`. Throws RunError when they do not have
-  /// `values_per_row` values or cannot be read.
+  /// Gives the rows of a section to `consume`. Throws InputError when they do not have
+  /// `values_per_row` values, RunError when they cannot be read.
   void replay(int section, std::size_t values_per_row, const Executor::Consume& consume) const;
 
  private:
@@ -88,7 +83,6 @@ class Journal {
   struct Block;
 
   Journal(std::filesystem::path path, double interval, Clock clock);
-  void add_text(const Entry& entry, std::string_view text);
   /// What follows the entry's numbers stands in `entry_`, after room for these.
   void add(Entry entry);
   void begin();
@@ -112,7 +106,6 @@ class Journal {
   std::vector<float> floats_;
 
   std::vector<Block> blocks_;
-  std::vector<std::filesystem::path> files_;
   bool has_end_ = false;
 };
 

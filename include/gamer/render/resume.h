@@ -8,6 +8,7 @@
 
 #include "gamer/image/image_writer.h"
 #include "gamer/parallel/executor.h"
+#include "gamer/parallel/ranks.h"
 #include "gamer/render/job.h"
 #include "gamer/render/journal.h"
 
@@ -15,6 +16,13 @@ namespace gamer {
 
 /// Beside the output: "image.fits.journal".
 std::filesystem::path journal_path(const OutputOptions& output);
+
+/// "gamer 1.0.0, build 0a1b2c3d": name, version and, where the program can read itself, a checksum
+/// that tells builds apart.
+std::string program_text();
+
+/// Throws InputError on rank 0 when another rank is of another build; every rank's part.
+void check_same_program(const Ranks& ranks);
 
 /// Of a job that begins now, with this program and instruction set.
 JournalHead make_journal_head(const RenderJob& job, std::string truth);

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gamer/image/data_table.h"
@@ -51,6 +54,17 @@ std::string hindrance(const OutputOptions& output, const WorkOptions& options,
 /// What check_output() does, for the image and its truth images.
 void check_outputs(const RenderParameters& parameters, const ImageHeader& image,
                    const ImageHeader& truth);
+/// Throws InputError when a file that a job is to make is one that it has read, under whatever
+/// name. Also where files may be replaced: who asks for that has mistaken the name.
+class InputFiles {
+ public:
+  explicit InputFiles(const RenderJob& job);
+  void check_outputs(const std::vector<std::filesystem::path>& files) const;
+
+ private:
+  /// By device and number.
+  std::map<std::pair<std::uint64_t, std::uint64_t>, std::filesystem::path> files_;
+};
 /// Whether all are there.
 bool are_there(const std::vector<std::filesystem::path>& files);
 

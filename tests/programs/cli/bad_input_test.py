@@ -3,9 +3,12 @@
 import concurrent.futures
 import os
 import resource
+import shutil
+import subprocess
 import unittest
 
-from gamer_program import FILES, GALAXY, PARAMETERS, RANKS, SCENE, Folder, main
+from gamer_program import (ENVIRONMENT, FILES, GALAXY, LAUNCHER, PARAMETERS, PROGRAM, RANKS, SCENE,
+                           Folder, main)
 
 ARGUMENTS = ("render.par", "scene.lst")
 
@@ -353,6 +356,73 @@ class BadInput(unittest.TestCase):
             result = folder.run("--sample-config",
                                 limit=lambda: os.dup2(os.open("/dev/full", os.O_WRONLY), 1))
             self.check_message(result, 1, "gamer: cannot ")
+
+    @unittest.skipIf(len(RANKS) == 1, "built without MPI")
+    def test_ranks_of_different_builds(self):
+        with Folder() as folder:
+            other = folder.path / "other_gamer"
+            shutil.copy(PROGRAM, other)
+            with other.open("ab") as file:
+                file.write(b"another build")
+            before = folder.content()
+            for first, second in ((PROGRAM, other), (other, PROGRAM)):
+                mixed = [LAUNCHER, "--quiet", "--oversubscribe", "-n", "2", first, *ARGUMENTS, ":",
+                         "-n", "1", second, *ARGUMENTS]
+                result = subprocess.run(mixed, cwd=folder.path, env=ENVIRONMENT, text=True,
+                                        capture_output=True, timeout=120)
+                self.check_message(result, 2, "gamer: rank 2 is gamer ",
+                                   "all ranks must be the same build")
+                self.assertEqual(folder.content(), before)
+
+    def check_refused(self, folder, *arguments, begin, also):
+        before = folder.content()
+        for option in ((), ("--resume",), ("--overwrite",), ("--dry-run",)):
+            with self.subTest(arguments=(*arguments, *option)):
+                self.check_message(folder.run(*arguments, *option), 2, begin, also)
+                self.assertEqual(folder.content(), before)
+
+    def test_outputs_that_are_inputs(self):
+        texts = {"view.png": PARAMETERS, "list.png": SCENE.replace("spiral ", "./spiral.png "),
+                 "spiral.png": GALAXY}
+        with Folder(**texts) as folder:
+            for name in texts:
+                os.link(folder.path / name, folder.path / f"hard_{name}")
+                os.symlink(name, folder.path / f"soft_{name}")
+                for output in (name, f"./{name}", f"hard_{name}", f"soft_{name}",
+                               str(folder.path / name)):
+                    self.check_refused(folder, "view.png", "list.png", "-o", output,
+                                       begin=f"output '{output}': this is the file '", also=name)
+            film = ("-s", "animation.frames=3", "-s", "animation.position=[0, -3, 1, 0, -2, 0.5]")
+            os.symlink("list.png", folder.path / "film_0002.png")
+            self.check_refused(folder, "view.png", "list.png", "-o", "film.png", *film,
+                               begin="output 'film_0002.png': this is the file 'list.png'", also="")
+            # A name that no output has.
+            for name in ("render.par", "scene.lst"):
+                self.check_refused(folder, *ARGUMENTS, "-o", name,
+                                   begin=f"output '{name}': this is the file '{name}'", also="")
+            folder.write("notes.txt", "precious")
+            self.check_refused(folder, *ARGUMENTS, "-o", "notes.txt",
+                               begin="output 'notes.txt': unknown kind of file", also="")
+
+    def test_outputs_that_are_inputs_in_fits(self):
+        sky = SCENE.replace("x y z", "ra dec redshift").replace("spiral 0 0 0", "spiral 10 20 0.1")
+        sky = sky.replace("spiral 0.5 2 0.1", "spiral 10 20 0.2").replace("size", "size_kpc")
+        view = PARAMETERS + '[camera]\nprojection = "sky"\ncenter = [10, 20]\npixel_scale = 1\n'
+        with Folder(**{"render.par": view, "scene.lst": sky}) as folder:
+            result = folder.run(*ARGUMENTS, "-o", "sky.fits")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            header = '[spectrum]\nwavelengths = [5500]\n[camera]\nprojection = "sky"\n' \
+                     'header = "sky.fits[0]"\n'
+            folder.write("again.par", header)
+            table = ("sky.fits", "-s", "catalogue.hdu=SCENE")
+            result = folder.run("again.par", *table, "-o", "again.fits")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            for inputs in (("again.par", "scene.lst"), ("render.par", *table)):
+                self.check_refused(folder, *inputs, "-o", "sky.fits",
+                                   begin="output 'sky.fits': this is the file 'sky.fits'", also="")
+            # An image is made again in its place.
+            result = folder.run("--from-header", "sky.fits", "--overwrite")
+            self.assertEqual(result.returncode, 0, result.stderr)
 
     def test_rows_larger_than_memory(self):
         many = ", ".join(str(4000 + i) for i in range(200))

@@ -7,6 +7,7 @@ import contextlib
 import os
 import pathlib
 import random
+import re
 import resource
 import signal
 import subprocess
@@ -60,9 +61,9 @@ class Resume(unittest.TestCase):
         return Job(folder, *self.arguments, "-j", "1", "--journal", "0", *more, ranks=ranks,
                    limit=limit)
 
-    def check_resumed(self, folder, *more, ranks=1, expected=None, arguments=None):
+    def check_resumed(self, folder, *more, ranks=1, expected=None, arguments=None, limit=None):
         arguments = arguments or self.arguments
-        result = folder.run(*arguments, "--resume", *more, ranks=ranks)
+        result = folder.run(*arguments, "--resume", *more, ranks=ranks, limit=limit)
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         self.check_complete(folder, expected)
         return result.stdout
@@ -72,6 +73,10 @@ class Resume(unittest.TestCase):
         self.assertEqual(sorted(content), sorted(expected))
         for name in expected:
             self.assertTrue(content[name] == expected[name], f"{name} differs")
+        self.check_nothing_in_the_making(folder)
+
+    def check_nothing_in_the_making(self, folder):
+        self.assertEqual(list(folder.path.glob(".*")), [])
 
     def interrupt(self, folder, *more, share=0.4):
         """Leaves a folder with a journal."""
@@ -140,6 +145,7 @@ class Resume(unittest.TestCase):
                 self.assertEqual(err, f"gamer: stopped by {stop.name}; finished rows are kept in "
                                       f"out.fits.journal; go on with: {command}\n")
                 self.assertEqual(folder.content().keys() - FILES.keys(), {"out.fits.journal"})
+                self.check_nothing_in_the_making(folder)
                 resumed = subprocess.run(command, shell=True, cwd=folder.path, env=ENVIRONMENT,
                                          capture_output=True, text=True, timeout=120)
                 self.assertEqual((resumed.returncode, resumed.stderr), (0, ""))
@@ -193,7 +199,35 @@ class Resume(unittest.TestCase):
                 code, _, err, _ = job.end()
             self.assertEqual((code, err), (-signal.SIGTERM, "gamer: stopped by SIGTERM\n"))
             self.assertEqual(folder.content().keys(), FILES.keys())
+            self.check_nothing_in_the_making(folder)
             self.check_resumed(folder)
+
+    def test_a_kill_before_the_journal(self):
+        for option in ((), ("--resume",), ("--overwrite",)):
+            with self.subTest(option), Folder() as folder:
+                with Job(folder, *self.arguments, "-j", "1") as job:
+                    job.wait_until(lambda: list(folder.path.glob(".out.fits.*/*.part")))
+                    job.process.kill()
+                    self.assertEqual(job.end()[0], -signal.SIGKILL)
+                self.assertNotEqual(list(folder.path.glob(".out.fits.*")), [])
+                self.assertEqual(folder.run(*self.arguments, *option).returncode, 0)
+                self.check_complete(folder)
+
+    def test_many_resume_one_job(self):
+        done = re.compile(r"out.fits: 48 x 72 pixels, 3 planes, [0-9.]+ s, [0-9]+ rows from the journal\n")
+        for _ in range(2):
+            with Folder() as folder, contextlib.ExitStack() as stack:
+                self.interrupt(folder)
+                jobs = [stack.enter_context(Job(folder, *self.arguments, "-j", "1", "--resume"))
+                        for _ in range(6)]
+                said = [job.end()[:3] for job in jobs]
+                for code, out, err in said:
+                    self.assertIn((code, done.sub("done", out), err),
+                                  [(0, "done", ""), (0, "out.fits: complete already\n", ""),
+                                   (2, "", "out.fits.journal: another process is working on this "
+                                           "job\n")])
+                self.assertEqual(sum(bool(done.fullmatch(out)) for _, out, _ in said), 1, said)
+                self.check_complete(folder)
 
     def check_refused(self, folder, *more, begin, also=()):
         before = folder.content()
@@ -365,7 +399,7 @@ class Resume(unittest.TestCase):
             folder.path.chmod(0o755)
             # All rows are there, and the journal of a job that only lacks its files' names.
             journal = (folder.path / "out.fits.journal").read_bytes()
-            self.assertIn(f"{HEIGHT} rows from the journal", self.check_resumed(folder))
+            self.assertIn(f"{HEIGHT} rows from the journal", self.check_resumed(folder, limit=limit))
             # Killed before the journal was removed.
             folder.write("out.fits.journal", journal)
             self.check_resumed(folder)

@@ -1,0 +1,115 @@
+#include "gamer/image/clean_up.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <climits>
+#include <csignal>
+#include <cstring>
+#include <list>
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "image/removed_on_signal.h"
+
+namespace gamer {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A path in the making, where a signal handler finds it: entries are added and reused, never
+/// freed.
+struct Entry {
+  std::array<char, PATH_MAX> path{};
+  bool is_folder = false;
+  std::atomic<bool> is_used{false};
+  Entry* next = nullptr;
+};
+std::atomic<Entry*> entries{nullptr};
+std::mutex entries_mutex;
+
+void remember(const fs::path& path, bool is_folder) {
+  const std::lock_guard lock(entries_mutex);
+  Entry* entry = entries;
+  while (entry != nullptr && entry->is_used) entry = entry->next;
+  if (entry == nullptr) {
+    entry = new Entry;
+    entry->next = entries;
+    entries = entry;
+  }
+  const std::string text = path.string();
+  if (text.size() >= entry->path.size()) return;
+  std::memcpy(entry->path.data(), text.c_str(), text.size() + 1);
+  entry->is_folder = is_folder;
+  entry->is_used = true;
+}
+
+void forget(const fs::path& path) {
+  const std::lock_guard lock(entries_mutex);
+  for (Entry* entry = entries; entry != nullptr; entry = entry->next) {
+    if (entry->is_used && path == entry->path.data()) entry->is_used = false;
+  }
+}
+
+constexpr std::array<std::pair<int, const char*>, 3> ending_signals = {
+    {{SIGINT, "SIGINT"}, {SIGTERM, "SIGTERM"}, {SIGHUP, "SIGHUP"}}};
+
+/// What to say, by signal. Those that were replaced are kept: a handler may be reading them.
+using Messages = std::array<std::string, ending_signals.size()>;
+std::atomic<const Messages*> messages{nullptr};
+
+/// Only what is allowed in a signal handler.
+extern "C" void remove_and_end(int signal) {
+  static std::atomic_flag is_ending;
+  // Another signal, in another thread.
+  if (is_ending.test_and_set()) return;
+  const Messages* texts = messages;
+  for (std::size_t i = 0; texts != nullptr && i < texts->size(); ++i) {
+    if (ending_signals[i].first != signal) continue;
+    const std::string& text = (*texts)[i];
+    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text.data(), text.size());
+  }
+  // A folder can go once it is empty.
+  for (const Entry* entry = entries; entry != nullptr; entry = entry->next) {
+    if (entry->is_used && !entry->is_folder) unlink(entry->path.data());
+  }
+  for (const Entry* entry = entries; entry != nullptr; entry = entry->next) {
+    if (entry->is_used && entry->is_folder) rmdir(entry->path.data());
+  }
+  std::signal(signal, SIG_DFL);
+  raise(signal);
+}
+
+}  // namespace
+
+RemovedOnSignal::RemovedOnSignal(fs::path path, bool is_folder) : path_(std::move(path)) {
+  remember(path_, is_folder);
+}
+
+RemovedOnSignal::~RemovedOnSignal() { forget(path_); }
+
+void clean_up_on_signals() {
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+  for (const auto& [signal, name] : ending_signals) std::signal(signal, remove_and_end);
+}
+
+void say_when_stopped(const std::string& program, const std::string& rest) {
+  static auto& all = *new std::list<Messages>;
+  // A progress bar may stand in the line.
+  const char* start = isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "";
+  Messages texts;
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    texts[i] =
+        fmt::format("{}{}: stopped by {}{}\n", start, program, ending_signals[i].second, rest);
+  }
+  const std::lock_guard lock(entries_mutex);
+  messages = &all.emplace_back(std::move(texts));
+}
+
+void say_nothing_when_stopped() { messages = nullptr; }
+
+}  // namespace gamer

@@ -1,0 +1,165 @@
+#include "image/private_folder.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "gamer/core/error.h"
+
+namespace gamer {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Leaves room for the prefix and the number within the usual limit of 255 bytes.
+constexpr std::size_t longest_stem = 200;
+/// Numbers at which folders are looked for, even where lower ones are free. As many processes at
+/// work on one file are rare.
+constexpr int numbers_looked_at = 4;
+
+constexpr const char* lock_name = "lock";
+constexpr std::string_view part_suffix = ".part";
+
+/// The number-th folder beside a file, from 1.
+fs::path folder_path(const fs::path& final_path, int number) {
+  const std::string stem = final_path.filename().string().substr(0, longest_stem);
+  return fs::absolute(final_path).parent_path() / fmt::format(".{}.{}", stem, number);
+}
+
+bool is_there(const fs::path& path) {
+  struct stat status {};
+  return lstat(path.c_str(), &status) == 0;
+}
+
+/// Whether a new folder fails so because another process has removed or replaced it meanwhile.
+bool is_others_doing(int error) {
+  return error == EEXIST || error == ENOENT || error == ENOTDIR || error == ELOOP ||
+         error == EWOULDBLOCK;
+}
+
+}  // namespace
+
+/// The descriptors of a folder and of its lock.
+class PrivateFolder::Opened {
+ public:
+  explicit Opened(const fs::path& path)
+      : path_(path), folder_(open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC)) {}
+  ~Opened() {
+    for (const int descriptor : {folder_, lock_}) {
+      if (descriptor >= 0) close(descriptor);
+    }
+  }
+  Opened(const Opened&) = delete;
+  Opened& operator=(const Opened&) = delete;
+
+  /// Locks a new folder; returns an errno, or 0.
+  int lock_new() {
+    if (folder_ < 0 || !open_lock(O_EXCL)) return errno;
+    struct stat folder {
+    }, lock{};
+    if (fstat(folder_, &folder) != 0 || fstat(lock_, &lock) != 0) return errno;
+    // Some servers give all files another owner than the user, but each the same one.
+    if (folder.st_uid != lock.st_uid) return EPERM;
+    // Not every file system has locks.
+    if (flock(lock_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return errno;
+    return has_lock() ? 0 : ENOENT;
+  }
+  /// Locks a folder of this user's whose owner has gone.
+  bool lock_left() {
+    struct stat folder {};
+    return folder_ >= 0 && fstat(folder_, &folder) == 0 && folder.st_uid == geteuid() &&
+           (folder.st_mode & (S_IRWXG | S_IRWXO)) == 0 && open_lock(0) &&
+           flock(lock_, LOCK_EX | LOCK_NB) == 0 && has_lock();
+  }
+
+  /// The folder, by its descriptor.
+  fs::path inside() const {
+    const fs::path name = fmt::format("/proc/self/fd/{}", folder_);
+    return access(name.c_str(), X_OK) == 0 ? name : path_;
+  }
+  void remove_parts() const {
+    std::error_code error;
+    fs::directory_iterator entry(inside(), error);
+    for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
+      const std::string name = entry->path().filename().string();
+      if (name.ends_with(part_suffix)) unlinkat(folder_, name.c_str(), 0);
+    }
+  }
+  void remove_folder() const {
+    unlinkat(folder_, lock_name, 0);
+    rmdir(path_.c_str());
+  }
+
+ private:
+  bool open_lock(int flags) {
+    lock_ = openat(folder_, lock_name, O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC | flags,
+                   S_IRUSR | S_IWUSR);
+    return lock_ >= 0;
+  }
+  /// The locked file is still in the folder: its last owner may have removed it meanwhile.
+  bool has_lock() const {
+    struct stat by_name {
+    }, locked{};
+    return fstatat(folder_, lock_name, &by_name, AT_SYMLINK_NOFOLLOW) == 0 &&
+           fstat(lock_, &locked) == 0 && by_name.st_dev == locked.st_dev &&
+           by_name.st_ino == locked.st_ino;
+  }
+
+  fs::path path_;
+  int folder_;
+  int lock_ = -1;
+};
+
+PrivateFolder::PrivateFolder(std::unique_ptr<Opened> opened, const fs::path& path)
+    : opened_(std::move(opened)),
+      inside_(opened_->inside()),
+      folder_(path, true),
+      lock_(inside_ / lock_name) {}
+
+PrivateFolder::~PrivateFolder() { opened_->remove_folder(); }
+
+std::unique_ptr<PrivateFolder> PrivateFolder::make(const fs::path& final_path) {
+  remove_left_behind(final_path);
+  for (int number = 1;; ++number) {
+    const fs::path path = folder_path(final_path, number);
+    int error = mkdir(path.c_str(), S_IRWXU) == 0 ? 0 : errno;
+    if (error == EEXIST) continue;
+    if (error == 0) {
+      auto opened = std::make_unique<Opened>(path);
+      error = opened->lock_new();
+      if (error == 0) {
+        return std::unique_ptr<PrivateFolder>(new PrivateFolder(std::move(opened), path));
+      }
+      if (is_others_doing(error)) continue;
+      opened->remove_folder();
+    }
+    throw RunError(fmt::format("{}: cannot write: {}", final_path.string(), std::strerror(error)));
+  }
+}
+
+void PrivateFolder::remove_left_behind(const fs::path& final_path) {
+  for (int number = 1;; ++number) {
+    const fs::path path = folder_path(final_path, number);
+    if (!is_there(path)) {
+      if (number >= numbers_looked_at) return;
+      continue;
+    }
+    Opened folder(path);
+    if (!folder.lock_left()) continue;
+    folder.remove_parts();
+    folder.remove_folder();
+  }
+}
+
+fs::path PrivateFolder::new_path() { return inside_ / fmt::format("{}{}", ++files_, part_suffix); }
+
+}  // namespace gamer
