@@ -405,9 +405,9 @@ void AdaptiveSampler::sum_up(std::span<const std::span<const Hit>> hits, Workspa
     for (std::int32_t r = ws.first_run[ray]; r != no_run;
          r = ws.runs[static_cast<std::size_t>(r)].next) {
       const auto run = static_cast<std::size_t>(r);
-      medium_.places(hits[ray], ws.covers[static_cast<std::size_t>(ws.runs[run].cover)], ws.places);
+      medium_.places(out, ray, ws.covers[static_cast<std::size_t>(ws.runs[run].cover)], ws.places);
       for (std::size_t slot = 0; slot < ws.places.size(); ++slot) {
-        double* sum = out.light.data() + out.begin[ray] + ws.places[slot];
+        double* sum = out.light.data() + ws.places[slot];
         const float* light = ws.run_light.data() + (run * ws.light_slots + slot) * nodes;
         for (std::size_t j = 0; j < nodes; ++j) sum[j] += ws.transmitted[j] * double{light[j]};
       }

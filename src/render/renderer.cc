@@ -55,6 +55,10 @@ namespace {
 // their nodes hold to stay in the second-level cache.
 constexpr std::size_t rays_at_once = 256;
 
+// Hits of rays that are worked on together, if these are several: nodes of a run are kept for each
+// galaxy in it, 40 kB for each of thousands in a row.
+constexpr std::size_t most_hits_at_once = std::size_t{1} << 17;
+
 // Galaxies are looked for in tiles of so many pixels on a side, counted from the image's corner,
 // and their rays worked on together.
 constexpr int tile_size = 16;
@@ -506,6 +510,12 @@ void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Fou
     work.hit_ends.push_back(work.hits.size());
   }
   if (work.hits.empty()) return;
+  if (work.hits.size() > most_hits_at_once && samples.size() > 1) {
+    const std::size_t half = samples.size() / 2;
+    add_light(samples.first(half), near, work, sums, counts);
+    add_light(samples.subspan(half), near, work, sums, counts);
+    return;
+  }
   work.hits_of_ray.clear();
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const std::size_t start = i == 0 ? 0 : work.hit_ends[i - 1];
