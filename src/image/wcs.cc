@@ -35,6 +35,15 @@ constexpr int kAxes = 2;
 constexpr int kBadPixels = 8, kBadWorld = 9;
 /// Points that WCSLIB converts in one call.
 constexpr std::size_t kBlock = 256;
+/// Sides of pixels. A right ascension of 360 deg has steps of 2e-10 arcsec in double precision,
+/// 0.2 % of the smallest pixel; one pixel may show the whole sky.
+constexpr double kSmallestPixel = 1e-7 / kArcsecondsPerDegree, kLargestPixel = kFullCircle;  // deg
+/// The longer side of a pixel over the shorter. Matrices beyond it are singular but for rounding.
+constexpr double kLargestAspect = 1e6;
+/// Distance of the reference pixel at which double precision still resolves 1e-7 of a pixel.
+constexpr double kFarthestReference = 1e9;
+/// Factor of 4 along both sides, beyond the optics of any camera.
+constexpr double kLargestAreaChange = 16;
 
 std::string_view trim(std::string_view text) {
   const std::size_t first = text.find_first_not_of(' ');
@@ -161,6 +170,44 @@ class Converter {
   Converter(const Converter&) = delete;
   Converter& operator=(const Converter&) = delete;
 
+  /// Throws InputError where a distortion makes no view of an image of this size.
+  void check_distortion(int width, int height, const std::string& label) {
+    if (wcs_->lin.dispre == nullptr && wcs_->lin.disseq == nullptr) return;
+    // Distortions have an order of 9 at most: steps much finer than their turning points.
+    constexpr int kSteps = 32;
+    // Distance of a pixel from where the inverse puts it.
+    constexpr double kFarthest = 0.1;
+    const Jacobian middle = jacobian({(width + 1) / 2.0, (height + 1) / 2.0});
+    middle.check_sides("the distortion (A_i_j, B_i_j, PVi_j...)", label);
+    for (int j = 0; j <= kSteps; ++j) {
+      for (int i = 0; i <= kSteps; ++i) {
+        const PixelPosition place{0.5 + static_cast<double>(width) * i / kSteps,
+                                  0.5 + static_cast<double>(height) * j / kSteps};
+        const auto fail = [&](const std::string& what) {
+          throw InputError({label, 0, 0},
+                           fmt::format("the distortion (A_i_j, B_i_j, PVi_j...) is no view of {} x "
+                                       "{} pixels: at pixel ({:.1f}, {:.1f}) {}",
+                                       width, height, place.x, place.y, what));
+        };
+        const double change = jacobian(place).area() / middle.area();
+        if (!(change > 0)) fail("it folds the image");
+        if (change > kLargestAreaChange || 1 / change > kLargestAreaChange) {
+          fail(
+              fmt::format("a pixel has {:.3g} times the area of the middle one; expected a factor "
+                          "of {} at most",
+                          change, kLargestAreaChange));
+        }
+        const std::array<double, kAxes> from = {place.x, place.y};
+        std::array<double, kAxes> intermediate, back{};
+        const bool has_inverse =
+            linp2x(&wcs_->lin, 1, kAxes, from.data(), intermediate.data()) == 0 &&
+            linx2p(&wcs_->lin, 1, kAxes, intermediate.data(), back.data()) == 0 &&
+            std::hypot(back[0] - place.x, back[1] - place.y) < kFarthest;
+        if (!has_inverse) fail("it has no inverse");
+      }
+    }
+  }
+
   /// NaN where there is none. Each as if it were alone.
   void to_sky(std::span<const PixelPosition> pixels, std::span<SkyPosition> out) {
     // WCSLIB 7.12 takes rows of equal x or y for something else than their points there.
@@ -282,6 +329,7 @@ class Converter {
     if (status == 0 && wcs_->lng >= 0 && wcs_->lat >= 0) {
       check_frame(label);
       check_projection_is_named(label);
+      check_numbers(label);
       return;
     }
     check_types(label);
@@ -329,6 +377,56 @@ class Converter {
       throw InputError({label, 0, 0}, fmt::format("CTYPE{} = {} names no projection", axis + 1,
                                                   in_quotes(trim(wcs_->ctype[axis]))));
     }
+  }
+
+  /// Derivatives of intermediate world coordinates, deg per pixel.
+  struct Jacobian {
+    double xx, xy, yx, yy;
+
+    double area() const { return xx * yy - xy * yx; }
+    void check_sides(const std::string& what, const std::string& label) const {
+      // Singular values; NaN where a number is not finite.
+      const double sum = std::hypot(xx + yy, yx - xy), difference = std::hypot(xx - yy, yx + xy);
+      const double longest = (sum + difference) / 2, shortest = std::abs(sum - difference) / 2;
+      if (longest <= kLargestPixel && shortest >= kSmallestPixel &&
+          longest <= kLargestAspect * shortest) {
+        return;
+      }
+      throw InputError(
+          {label, 0, 0},
+          fmt::format(
+              "{} gives pixels of {:.3g} x {:.3g} deg; expected sides from {:.3g} to {} deg, "
+              "the longer at most {:.0e} times the shorter",
+              what, longest, shortest, kSmallestPixel, kLargestPixel, kLargestAspect));
+    }
+  };
+
+  Jacobian jacobian(const PixelPosition& at) {
+    constexpr int kEnds = 4;
+    constexpr double kHalf = 0.5;
+    const std::array<double, kAxes* kEnds> from = {at.x - kHalf, at.y, at.x + kHalf, at.y, at.x,
+                                                   at.y - kHalf, at.x, at.y + kHalf};
+    std::array<double, kAxes * kEnds> to;
+    to.fill(kNone);
+    linp2x(&wcs_->lin, kEnds, kAxes, from.data(), to.data());
+    return {to[2] - to[0], to[6] - to[4], to[3] - to[1], to[7] - to[5]};
+  }
+
+  void check_numbers(const std::string& label) const {
+    for (int axis = 0; axis < kAxes; ++axis) {
+      const double pixel = wcs_->crpix[axis], value = wcs_->crval[axis];
+      if (std::abs(pixel) <= kFarthestReference && std::isfinite(value)) continue;
+      throw InputError(
+          {label, 0, 0},
+          fmt::format("CRPIX{0} = {1}, CRVAL{0} = {2}; expected finite numbers, CRPIX{0} within "
+                      "+-{3:.0e}",
+                      axis + 1, pixel, value, kFarthestReference));
+    }
+    // wcsset() has made these of CDi_j, CDELTi and CROTAi, too, in degrees.
+    const double *matrix = wcs_->lin.pc, *step = wcs_->lin.cdelt;
+    const Jacobian pixel{step[0] * matrix[0], step[0] * matrix[1], step[1] * matrix[2],
+                         step[1] * matrix[3]};
+    pixel.check_sides("the matrix CDi_j, or CDELTi times PCi_j,", label);
   }
 
   /// The reasons why WCSLIB finds no celestial axes.
@@ -472,6 +570,7 @@ class CelestialWcs::Impl {
   Impl& operator=(const Impl&) = delete;
 
   const std::vector<std::string>& records() const { return records_; }
+  const std::string& label() const { return label_; }
 
   /// Runs `use` with a converter that no other thread has.
   template <class Use>
@@ -544,6 +643,11 @@ void CelestialWcs::sky(std::span<const PixelPosition> pixels, std::span<SkyPosit
     throw std::invalid_argument("sky positions: arrays of different length");
   }
   impl_->with_converter([&](Converter& converter) { converter.to_sky(pixels, out); });
+}
+
+void CelestialWcs::check_distortion(int width, int height) const {
+  impl_->with_converter(
+      [&](Converter& converter) { converter.check_distortion(width, height, impl_->label()); });
 }
 
 const std::vector<std::string>& CelestialWcs::records() const { return impl_->records(); }

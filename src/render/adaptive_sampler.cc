@@ -692,12 +692,14 @@ void AdaptiveSampler::sum_up(std::span<const std::span<const Hit>> hits, Workspa
     for (std::int32_t r = ws.first_run[ray]; r != no_run;
          r = ws.runs[static_cast<std::size_t>(r)].next) {
       const Run& run = ws.runs[static_cast<std::size_t>(r)];
-      medium_.places(hits[ray], ws.covers[static_cast<std::size_t>(run.cover)], ws.places);
+      if (!run.continues) {
+        medium_.places(out, ray, ws.covers[static_cast<std::size_t>(run.cover)], ws.places);
+      }
       for (Transmitted& transmitted : ws.transmitted) transmitted.enter(run);
       for (std::int32_t v = 0; v < run.results(); ++v) {
         const auto result = static_cast<std::size_t>(run.result + v);
         for (std::size_t slot = 0; slot < ws.places.size(); ++slot) {
-          double* sum = out.light.data() + out.begin[ray] + ws.places[slot];
+          double* sum = out.light.data() + ws.places[slot];
           const float* light = ws.run_light.data() + (result * ws.light_slots + slot) * nodes;
           for (std::size_t j = 0; j < nodes; ++j) {
             sum[j] += ws.transmitted[j].in_front(v) * double{light[j]};

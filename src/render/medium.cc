@@ -8,7 +8,6 @@
 #include <map>
 #include <numeric>
 #include <optional>
-#include <stdexcept>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
@@ -41,6 +40,7 @@ struct Medium::Scratch {
   BatchArray distance, dimmed;  ///< of star fields
   RayBatch rays;
   std::vector<BatchArray> densities;
+  HitTable table;
   std::vector<std::vector<Stretch>> members;  ///< of each galaxy of each cover
   std::vector<std::size_t> first_group;       ///< of each cover
 };
@@ -61,13 +61,40 @@ RenderCounts& RenderCounts::operator+=(const RenderCounts& more) {
   return *this;
 }
 
+void HitTable::build(std::span<const std::span<const Hit>> hits) {
+  end_.clear();
+  entries_.clear();
+  for (const std::span<const Hit> own : hits) {
+    const auto first = static_cast<std::ptrdiff_t>(entries_.size());
+    for (std::uint32_t i = 0; i < own.size(); ++i) entries_.push_back({own[i].galaxy, i});
+    std::sort(entries_.begin() + first, entries_.end(),
+              [](const Entry& a, const Entry& b) { return a.galaxy < b.galaxy; });
+    end_.push_back(entries_.size());
+  }
+}
+
+std::size_t HitTable::find(std::size_t ray, int galaxy) const {
+  const auto first = entries_.begin() + static_cast<std::ptrdiff_t>(ray == 0 ? 0 : end_[ray - 1]);
+  const auto last = entries_.begin() + static_cast<std::ptrdiff_t>(end_[ray]);
+  return std::lower_bound(first, last, galaxy,
+                          [](const Entry& entry, int own) { return entry.galaxy < own; })
+      ->hit;
+}
+
 void RayLight::prepare(const Medium& medium, std::span<const std::span<const Hit>> hits) {
   begin.clear();
+  first_hit.clear();
+  hit_begin.clear();
   std::size_t size = 0;
   for (const std::span<const Hit> own : hits) {
     begin.push_back(size);
-    for (const Hit& hit : own) size += medium.light_components(hit.galaxy) * medium.nodes();
+    first_hit.push_back(hit_begin.size());
+    for (const Hit& hit : own) {
+      hit_begin.push_back(size);
+      size += medium.light_components(hit.galaxy) * medium.nodes();
+    }
   }
+  table.build(hits);
   light.assign(size, 0.0);
   depth.assign(hits.size() * medium.nodes(), 0.0);
 }
@@ -312,49 +339,39 @@ bool Medium::has_variants(const Hit& hit) const {
 
 Cover Medium::cover(std::span<const Hit> hits) const {
   Cover result;
-  for (const Hit& hit : hits) {
-    result.galaxies.push_back(hit.galaxy);
-    result.light_slots += static_cast<int>(kind(hit.galaxy).light.size());
-    result.dust_slots += static_cast<int>(kind(hit.galaxy).dust.size());
-  }
+  for (const Hit& hit : hits) result.galaxies.push_back(hit.galaxy);
   std::sort(result.galaxies.begin(), result.galaxies.end(), [&](int a, int b) {
     return rank_[static_cast<std::size_t>(a)] < rank_[static_cast<std::size_t>(b)];
   });
+  const auto add = [](int galaxy, std::size_t components, std::vector<Cover::Slot>& slots) {
+    for (std::size_t c = 0; c < components; ++c) slots.push_back({galaxy, static_cast<int>(c)});
+  };
+  for (const int galaxy : result.galaxies) {
+    add(galaxy, kind(galaxy).light.size(), result.light);
+    add(galaxy, kind(galaxy).dust.size(), result.dust);
+  }
+  result.light_slots = static_cast<int>(result.light.size());
+  result.dust_slots = static_cast<int>(result.dust.size());
   return result;
 }
 
-void Medium::places(std::span<const Hit> hits, const Cover& cover,
+void Medium::places(const RayLight& light, std::size_t ray, const Cover& cover,
                     std::vector<std::size_t>& out) const {
   out.clear();
   for (const int galaxy : cover.galaxies) {
-    std::size_t place = 0;
-    for (const Hit& hit : hits) {
-      if (hit.galaxy == galaxy) break;
-      place += light_components(hit.galaxy) * nodes_;
-    }
+    const std::size_t place = light.hit_begin[light.first_hit[ray] + light.table.find(ray, galaxy)];
     for (std::size_t m = 0; m < light_components(galaxy); ++m) out.push_back(place + m * nodes_);
   }
 }
 
-template <class Count>
-std::pair<int, std::size_t> Medium::find_slot(const Cover& cover, int slot, Count count) const {
-  auto rest = static_cast<std::size_t>(slot);
-  for (const int galaxy : cover.galaxies) {
-    const std::size_t slots = count(kind(galaxy));
-    if (rest < slots) return {galaxy, rest};
-    rest -= slots;
-  }
-  throw std::logic_error("a cover has no such slot");
-}
-
 float Medium::extinction(const Cover& cover, int slot, std::size_t j) const {
-  const auto [galaxy, own] = find_slot(cover, slot, [](const Kind& k) { return k.dust.size(); });
-  return extinction_[share(galaxy).extinction + own * nodes_ + j];
+  const auto [galaxy, own] = cover.dust[static_cast<std::size_t>(slot)];
+  return extinction_[share(galaxy).extinction + static_cast<std::size_t>(own) * nodes_ + j];
 }
 
 float Medium::steering_flux(const Cover& cover, int slot, std::size_t s) const {
-  const auto [galaxy, own] = find_slot(cover, slot, [](const Kind& k) { return k.light.size(); });
-  return static_cast<float>(flux(galaxy, own, s));
+  const auto [galaxy, own] = cover.light[static_cast<std::size_t>(slot)];
+  return static_cast<float>(flux(galaxy, static_cast<std::size_t>(own), s));
 }
 
 void Medium::add_planes(int galaxy, std::size_t component, const double* light, bool dust_free,
@@ -387,6 +404,7 @@ void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray,
     dust_slots = std::max(dust_slots, static_cast<std::size_t>(cover.dust_slots));
   }
   nodes.make_room(light_slots, dust_slots, variants);
+  s.table.build(hits_of_ray);
   s.members.resize(std::max(s.members.size(), groups));
   for (std::size_t group = 0; group < groups; ++group) s.members[group].clear();
   for (const RayNodes::Run& run : nodes.runs) {
@@ -394,14 +412,14 @@ void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray,
     const auto begin = nodes.s.begin() + run.first, end = begin + run.count;
     // Most runs are of one galaxy, and all of their nodes are on its hit.
     const bool is_alone = galaxies.size() == 1;
-    for (const Hit& hit : hits_of_ray[static_cast<std::size_t>(run.ray)]) {
-      const auto k = std::find(galaxies.begin(), galaxies.end(), hit.galaxy) - galaxies.begin();
-      if (k == static_cast<std::ptrdiff_t>(galaxies.size())) continue;
+    const auto ray = static_cast<std::size_t>(run.ray);
+    for (std::size_t k = 0; k < galaxies.size(); ++k) {
+      const Hit& hit = hits_of_ray[ray][s.table.find(ray, galaxies[k])];
       const auto first = is_alone ? begin : std::lower_bound(begin, end, hit.begin - run.origin);
       const auto last = is_alone ? end : std::upper_bound(first, end, hit.end - run.origin);
-      s.members[s.first_group[static_cast<std::size_t>(run.cover)] + static_cast<std::size_t>(k)]
-          .push_back({&hit, static_cast<std::int32_t>(first - nodes.s.begin()),
-                      static_cast<std::int32_t>(last - first), run.first, run.count, run.origin});
+      s.members[s.first_group[static_cast<std::size_t>(run.cover)] + k].push_back(
+          {&hit, static_cast<std::int32_t>(first - nodes.s.begin()),
+           static_cast<std::int32_t>(last - first), run.first, run.count, run.origin});
     }
   }
   for (std::size_t c = 0; c < covers.size(); ++c) {

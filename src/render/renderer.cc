@@ -37,6 +37,8 @@ struct Renderer::Work {
   int left = 0;
   std::vector<std::optional<Ray>> middles;  ///< of pixels from `left` on
   std::vector<Sample> samples;
+  double finest_cell = 0;        ///< of the pixel that is refined, pixels
+  std::size_t most_samples = 0;  ///< up to which that pixel may fill `samples`
   std::vector<glm::dvec2> places;
   std::vector<std::optional<Ray>> rays;
   std::vector<int> near_pixel, near_ray;
@@ -53,6 +55,10 @@ namespace {
 // their nodes hold to stay in the second-level cache.
 constexpr std::size_t rays_at_once = 256;
 
+// Hits of rays that are worked on together, if these are several: nodes of a run are kept for each
+// galaxy in it, 40 kB for each of thousands in a row.
+constexpr std::size_t most_hits_at_once = std::size_t{1} << 17;
+
 // Galaxies are looked for in tiles of so many pixels on a side, counted from the image's corner,
 // and their rays worked on together.
 constexpr int tile_size = 16;
@@ -63,6 +69,10 @@ constexpr double most_across = 8;
 
 // Halvings of a pixel at most.
 constexpr int deepest_cell = 24;
+
+// Rays of a pixel at most, about 400 MB of them. A whole galaxy in one pixel takes 1.5e5 at the
+// default tolerance, 5e6 at 1e-5; only disks of absurd thinness or views of no sense take more.
+constexpr std::size_t most_rays = std::size_t{1} << 23;
 
 // Stars of star fields are looked for in areas of at most so many pixels on a side.
 constexpr int star_tile = 64, wide_star_tile = 256;
@@ -395,7 +405,21 @@ void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& ne
   // Cells look at the same galaxies.
   constexpr double reach = 2;
   GalaxyIndex::find(index_.around(*ray, reach), near, work.near_pixel);
-  refine(whole, ray, work);
+  const auto fits = [&](int deepest) {
+    work.samples.resize(first);
+    work.finest_cell = std::ldexp(1.0, -deepest);
+    work.most_samples = first + most_rays;
+    refine(whole, ray, work);
+    return work.samples.size() <= work.most_samples;
+  };
+  if (!fits(deepest_cell)) {
+    int good = 0;
+    for (int bad = deepest_cell; bad - good > 1;) {
+      const int between = (good + bad) / 2;
+      (fits(between) ? good : bad) = between;
+    }
+    fits(good);
+  }
   weigh(first, work);
 }
 
@@ -413,6 +437,7 @@ void Renderer::weigh(std::size_t first, Work& work) const {
 }
 
 void Renderer::refine(const Sample& cell, const std::optional<Ray>& middle, Work& work) const {
+  if (work.samples.size() > work.most_samples) return;
   const Evenness even = middle ? evenness(*middle, cell.size, work.near_pixel) : Evenness{};
   // `count` x `count` parts `distance` apart, in units of their size.
   const auto cut = [&](int count, double distance, const auto& use) {
@@ -433,7 +458,7 @@ void Renderer::refine(const Sample& cell, const std::optional<Ray>& middle, Work
   const double across = std::max(std::ceil(even.texture), 1.0);
   if (middle && even.rays <= 1 && even.texture <= 1) {
     cut(1, 1, keep);
-  } else if (!middle || cell.size <= std::ldexp(1.0, -deepest_cell) ||
+  } else if (!middle || cell.size <= work.finest_cell ||
              (even.cells <= 1 && even.texture_cells <= 1)) {
     cut(2, gauss, keep);
   } else if (across <= most_across && even.rays <= across) {
@@ -485,6 +510,12 @@ void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Fou
     work.hit_ends.push_back(work.hits.size());
   }
   if (work.hits.empty()) return;
+  if (work.hits.size() > most_hits_at_once && samples.size() > 1) {
+    const std::size_t half = samples.size() / 2;
+    add_light(samples.first(half), near, work, sums, counts);
+    add_light(samples.subspan(half), near, work, sums, counts);
+    return;
+  }
   work.hits_of_ray.clear();
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const std::size_t start = i == 0 ? 0 : work.hit_ends[i - 1];

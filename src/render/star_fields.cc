@@ -57,6 +57,10 @@ namespace {
 // Stars fade in over this factor of q above the limit.
 const double fade_width = std::log(4);
 
+// Where the brightest star would shine by less than this share of its light, none shines by itself:
+// the limit is so near the end of the luminosity function that nearly all candidates are below it.
+constexpr double least_weight = 1e-3;
+
 // Samples along a ray on which stars are counted, and where it goes: to the galaxy's centre, and to
 // four places as far from it as the field is dense.
 constexpr int count_samples = 200;
@@ -218,6 +222,10 @@ void StarFields::set_limit(const Scene& scene, const Camera& camera, double star
     (expected(std::exp(middle)) > stars_per_pixel ? low : high) = middle;
   }
   field.limit = std::exp(high);
+  const double brightest = population.at(population.size() - 1).high / (nearest * nearest);
+  if (field.weight(brightest) < least_weight) {
+    field.limit = std::numeric_limits<double>::infinity();
+  }
 }
 
 void StarFields::set_parts(double nearest, double farthest, Field& field) const {

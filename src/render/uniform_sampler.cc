@@ -24,12 +24,13 @@ class UniformSampler : public Sampler {
 
  private:
   /// Adds the nodes of one cover.
-  void add(std::span<const Hit> hits, const Cover& cover, const RayNodes& nodes,
-           std::span<const double> widths, std::vector<double>& transmission, double* light,
-           double* depth) const {
+  void add(std::size_t ray, const Cover& cover, const RayNodes& nodes,
+           std::span<const double> widths, std::vector<double>& transmission, RayLight& out) const {
     const std::size_t steps = medium_.nodes();
     std::vector<std::size_t> places;
-    medium_.places(hits, cover, places);
+    medium_.places(out, ray, cover, places);
+    double* const light = out.light.data();
+    double* const depth = out.depth.data() + ray * steps;
     const std::size_t variants = transmission.size() / steps;
     const auto dust_slots = static_cast<std::size_t>(cover.dust_slots);
     for (std::size_t n = 0; n < nodes.size() * variants; ++n) {
@@ -67,8 +68,7 @@ class UniformSampler : public Sampler {
       nodes.runs = {
           {static_cast<std::int32_t>(i), 0, 0, static_cast<std::int32_t>(nodes.size()), origin}};
       medium_.evaluate(hits, std::span(&cover, 1), variants, nodes, counts);
-      add(hits[i], cover, nodes, widths, transmission, out.light.data() + out.begin[i],
-          out.depth.data() + i * medium_.nodes());
+      add(i, cover, nodes, widths, transmission, out);
       counts.nodes += nodes.size();
       nodes.clear();
       widths.clear();

@@ -110,6 +110,7 @@ Camera::Camera(const RenderParameters& parameters, const CelestialWcs& wcs)
       projection_(Projection::sky),
       unit_(parameters.unit),
       wcs_(wcs) {
+  wcs.check_distortion(width_, height_);
   set_sky_pixel();
 }
 

@@ -34,6 +34,8 @@ constexpr double smallest_sine = 1e-9;
 
 Interval star_temperatures() { return Interval::closed(1000, 1e5); }
 Interval positive() { return Interval::open(0, HUGE_VAL); }
+/// Finer pixels are lost in the rounding of directions; the largest shows the whole sky.
+Interval pixel_scales() { return Interval::closed(1e-7, 360 * 3600); }
 
 struct UnitName {
   PixelUnit unit;
@@ -168,7 +170,7 @@ std::vector<ParameterSection> make_sections() {
          {"galactic", "equatorial", "ecliptic"}},
         {"center", Type::vector2, "deg", Interval::any(), std::vector<double>{0, 0},
          "right ascension and declination of the image's middle (sky)"},
-        {"pixel_scale", Type::number, "arcsec", positive(), 0.2, "size of a pixel there (sky)"},
+        {"pixel_scale", Type::number, "arcsec", pixel_scales(), 0.2, "size of a pixel there (sky)"},
         {"rotation", Type::number, "deg", Interval::any(), 0.0,
          "position angle of the image's +y, East of North (sky)"},
         {"sky_projection", Type::text, "", Interval::any(), std::string("TAN"),

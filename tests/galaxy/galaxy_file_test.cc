@@ -277,10 +277,14 @@ TEST(GalaxyFile, ErrorsOfComponents) {
       "'veins_light', 'starfield'; did you mean 'bulge'?");
   EXPECT_EQ(galaxy_error("[[component]]\nclass = \"disk\""),
             "g.toml:1:1: component 'disk1': missing key 'sed' in a [[component]] of class 'disk'");
-  EXPECT_EQ(galaxy_error(flat_disk + "name = \"arms\"\nz0 = -3"),
-            "g.toml:6:6: component 'arms': z0 = -3 is outside ]0, 1] (units of the galaxy radius)");
-  EXPECT_EQ(galaxy_error(flat_disk + "z0 = 1e-20"),
-            "g.toml:5:6: component 'disk1': z0 is too small; at least 1e-9 is resolved");
+  EXPECT_EQ(
+      galaxy_error(flat_disk + "name = \"arms\"\nz0 = -3"),
+      "g.toml:6:6: component 'arms': z0 = -3 is outside [1e-05, 1] (units of the galaxy radius)");
+  EXPECT_EQ(galaxy_error(flat_disk + "z0 = 1e-6"),
+            "g.toml:5:6: component 'disk1': z0 = 1e-06 is outside [1e-05, 1] (units of the galaxy "
+            "radius)");
+  EXPECT_EQ(galaxy_error(flat_disk + "rh = 1e-20"),
+            "g.toml:5:6: component 'disk1': rh is too small; at least 1e-9 is resolved");
   EXPECT_EQ(
       galaxy_error(flat_disk + "zo = 0.1"),
       "g.toml:5:1: component 'disk1': unknown key 'zo' in a [[component]] of class 'disk'; did "

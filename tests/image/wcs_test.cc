@@ -487,6 +487,55 @@ TEST(SkyHeaders, WrongOnesAreInputErrors) {
             "a.fits: CPDIS1: distortions in look-up tables are not supported");
 }
 
+TEST(SkyHeaders, PixelsHaveSensibleSides) {
+  const auto error = [](const std::vector<std::string>& cards) {
+    return input_error([&] { CelestialWcs::from_header(header_of(with(kTan, cards)), "a.fits"); });
+  };
+  const auto matrix = [&](const char* xx, const char* xy, const char* yx, const char* yy) {
+    return error({fmt::format("CD1_1   = {}", xx), fmt::format("CD1_2   = {}", xy),
+                  fmt::format("CD2_1   = {}", yx), fmt::format("CD2_2   = {}", yy)});
+  };
+  EXPECT_EQ(matrix("1.0", "0.0", "0.0", "1e-5"), "no error");
+  EXPECT_EQ(matrix("360.0", "0.0", "0.0", "180.0"), "no error");
+  EXPECT_EQ(matrix("1.0", "1.0", "1.0", "1.0"),
+            "a.fits: the matrix CDi_j, or CDELTi times PCi_j, gives pixels of 2 x 0 deg; expected "
+            "sides from 2.78e-11 to 360 deg, the longer at most 1e+06 times the shorter");
+  const std::string start = "a.fits: the matrix CDi_j, or CDELTi times PCi_j, gives pixels of ";
+  EXPECT_TRUE(matrix("1.0", "0.0", "0.0", "1e-7").starts_with(start + "1 x 1e-07 deg"));
+  EXPECT_TRUE(matrix("1e9", "0.0", "0.0", "1e9").starts_with(start + "1e+09 x 1e+09 deg"));
+  EXPECT_TRUE(matrix("1e-12", "0.0", "0.0", "1e-12").starts_with(start + "1e-12 x 1e-12 deg"));
+  EXPECT_TRUE(matrix("1e400", "0.0", "0.0", "1.0").starts_with(start));
+  EXPECT_TRUE(error({"CD1_1   = 1.0", "CD2_2   = 1.0", "CRPIX2  = 1e12"})
+                  .starts_with("a.fits: CRPIX2 = 1000000000000, CRVAL2 = "));
+}
+
+TEST(SkyHeaders, DistortionsThatFoldOrTearTheImageAreInputErrors) {
+  const auto error = [](const std::string& type, const std::vector<std::string>& cards) {
+    std::vector<std::string> all = with(with(kTan, kMatrix), {"CRPIX1  = 16.5", "CRPIX2  = 16.5"});
+    all[0] = fmt::format("CTYPE1  = 'RA---{}'", type);
+    all[1] = fmt::format("CTYPE2  = 'DEC--{}'", type);
+    const CelestialWcs wcs = CelestialWcs::from_header(header_of(with(all, cards)), "a.fits");
+    return input_error([&] { wcs.check_distortion(32, 32); });
+  };
+  const auto sip = [&](const std::string& a, const std::string& b) {
+    return error("TAN-SIP", {"A_ORDER = 9", "B_ORDER = 9", a, b});
+  };
+  const std::string start =
+      "a.fits: the distortion (A_i_j, B_i_j, PVi_j...) is no view of 32 x 32 pixels: at pixel "
+      "(0.5, 0.5) ";
+  EXPECT_EQ(error("TAN", {}), "no error");
+  EXPECT_EQ(sip("A_2_0   = 1e-3", "B_0_2   = -2e-3"), "no error");
+  EXPECT_EQ(error("TPV", {"PV1_1   = 1.0", "PV1_7   = 0.01", "PV2_1   = 1.0"}), "no error");
+  EXPECT_EQ(sip("A_2_0   = 0.1", "B_0_2   = 0.0"), start + "it folds the image");
+  EXPECT_EQ(sip("A_2_0   = 1.0", "B_0_2   = 1.0"),
+            start +
+                "a pixel has 961 times the area of the middle one; expected a factor of 16 at "
+                "most");
+  EXPECT_EQ(sip("A_9_0   = 1.0", "B_0_9   = 1.0").substr(0, start.size()), start);
+  EXPECT_EQ(error("TPV", {"PV1_1   = 1.0", "PV1_7   = 1e9", "PV2_1   = 1.0"}).substr(0, 20),
+            start.substr(0, 20));
+}
+
 // ---- Many at a time ----------------------------------------------------------------------------
 
 TEST(SkyArrays, EqualSinglePositions) {

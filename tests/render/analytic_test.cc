@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/trigonometric.hpp>
 
 #include "gamer/sed/extinction.h"
 #include "render/render_text.h"
@@ -72,6 +73,30 @@ TEST(AnalyticTest, DiskFaceOn) {
       EXPECT_NEAR(image.at(x, y) / (2 * height * std::exp(-r)), 1, tolerance) << x << ' ' << y;
     }
   }
+}
+
+// Columns of 2 z0 exp(-r/rh) over the cosine: as thin as a layer may be, rays cross it obliquely.
+TEST(AnalyticTest, ThinnestDiskInclined) {
+  constexpr double least_height = 1e-5, inclination = 45;
+  TextScene text;
+  text.galaxies["disk"] =
+      "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nz0 = 1e-5\nrh = 0.2\narm_width = 0\n"
+      "noise = false\n";
+  text.scene = fmt::format("galaxy x y z inclination pa\ndisk 0 0 0 {} 90\n", inclination);
+  constexpr int size = 21;
+  constexpr double width = 0.6;
+  text.parameters = view_from_z(size, size, width);
+  const Image image = render_text(text);
+  const double cosine = std::cos(glm::radians(inclination));
+  double squares = 0;
+  for (int j = 0; j < size; ++j) {
+    for (int i = 0; i < size; ++i) {
+      const double x = width * (i - size / 2) / size, y = width * (j - size / 2) / size;
+      const double column = 2 * least_height / cosine * std::exp(-std::hypot(x, y / cosine) / 0.2);
+      squares += std::pow(image.at(i, j) / column - 1, 2);
+    }
+  }
+  EXPECT_LT(std::sqrt(squares / (size * size)), 2.5e-4);
 }
 
 TEST(AnalyticTest, DiskEdgeOn) {

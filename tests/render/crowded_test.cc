@@ -72,5 +72,20 @@ TEST(Crowded, RowsAreTheSameInBlocksOfAnySize) {
   }
 }
 
+// More than are worked on with several rays at once.
+TEST(Crowded, GalaxiesInOnePlaceAddUp) {
+  TextScene text = crowd(0);
+  text.parameters =
+      "[image]\nsize = 6\n[camera]\nwidth = 1\nprojection = \"orthographic\"\n"
+      "[spectrum]\nwavelengths = [5500]\n";
+  const auto sum = [&](int galaxies) {
+    text.scene = "galaxy x y z\n";
+    for (int i = 0; i < galaxies; ++i) text.scene += "clear 0 0 0\n";
+    return sum_of(render_text(text), 0);
+  };
+  constexpr int many = 4000;
+  EXPECT_NEAR(sum(many) / sum(1), many, 1e-5 * many);
+}
+
 }  // namespace
 }  // namespace gamer

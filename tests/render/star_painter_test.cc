@@ -116,6 +116,19 @@ TEST(StarPainter, LightIsThatOfAllStars) {
   }
 }
 
+// Of so many stars, those above the limit are the very brightest and would hardly shine.
+TEST(StarPainter, NoStarShinesAmongTooMany) {
+  const auto limit = [](double number) {
+    const Painted painted(
+        {{{"g", field(number, smooth_noise)}}, "galaxy x y z\ng 0 0 0\n", view(parallel, 32, 2)});
+    return painted.fields->fields()[0].limit;
+  };
+  EXPECT_TRUE(std::isfinite(limit(1e6)));
+  EXPECT_TRUE(std::isinf(limit(1e15)));
+  const std::string many = field(1e15, smooth_noise);
+  EXPECT_EQ(sums(many, view(parallel, 32, 2)), sums(many, view(parallel, 32, 0)));
+}
+
 // The same sum at any resolution, times the area of a pixel, and by the square of the distance.
 TEST(StarPainter, LightDoesNotDependOnResolutionAndDistance) {
   const std::string text = field(1e6, smooth_noise);

@@ -247,6 +247,15 @@ TEST_F(CameraHeader, WrongHeaders) {
   const std::string no_sky = message_of([&] { make_camera(plain, resources); });
   EXPECT_TRUE(no_sky.starts_with(label() + ":5:10: ")) << no_sky;
   EXPECT_NE(no_sky.find("plain.fits"), std::string::npos) << no_sky;
+  write("folded.fits",
+        {"CTYPE1  = 'RA---TAN-SIP'", "CTYPE2  = 'DEC--TAN-SIP'", "CRPIX1  = 32.5", "CRPIX2  = 24.5",
+         "CRVAL1  = 150.0", "CRVAL2  = 2.0", "CD1_1   = -1.2E-4", "CD2_2   = 1.1E-4", "A_ORDER = 2",
+         "B_ORDER = 2", "A_2_0   = 0.1", "B_0_2   = 0.0"});
+  RenderParameters folded = read("", "folded.fits");
+  EXPECT_EQ(message_of([&] { make_camera(folded, resources); }),
+            label() +
+                ":5:10: folded.fits: the distortion (A_i_j, B_i_j, PVi_j...) is no view of "
+                "64 x 48 pixels: at pixel (0.5, 0.5) it folds the image");
 }
 
 }  // namespace

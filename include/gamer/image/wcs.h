@@ -42,8 +42,8 @@ class CelestialWcs {
   explicit CelestialWcs(const SkyView& view);
   /// From a FITS header: 80-character records without line ends, or separated by line ends (as
   /// header_text() gives it). The first two axes must be RA and Dec, in either order. Throws
-  /// InputError with `label`: no celestial axes, other frames (galactic...), what WCSLIB rejects
-  /// (its words).
+  /// InputError with `label`: no celestial axes, other frames (galactic...), pixels without area or
+  /// of absurd sides, what WCSLIB rejects (its words).
   static CelestialWcs from_header(std::string_view header, const std::string& label);
 
   CelestialWcs(const CelestialWcs&);
@@ -55,6 +55,10 @@ class CelestialWcs {
   std::optional<PixelPosition> pixel(const SkyPosition& sky) const;
   /// Many at a time, to one array each; NaN where there is none.
   void sky(std::span<const PixelPosition> pixels, std::span<SkyPosition> out) const;
+
+  /// Throws InputError where the header's distortion folds an image of this size, stretches it
+  /// absurdly or has no inverse there.
+  void check_distortion(int width, int height) const;
 
   /// The header records, 80 characters each, that describe axes 1 and 2: those of the header it was
   /// read from, letter by letter and in their order, or made from the view. WCSAXES and NAXIS

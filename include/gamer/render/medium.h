@@ -39,9 +39,30 @@ struct Hit {
 /// scene's rows. Their components have *slots*: light slots, then dust slots, each numbered through
 /// the galaxies.
 struct Cover {
+  struct Slot {
+    int galaxy;
+    int component;  ///< among the galaxy's light components, or its dust components
+  };
   std::vector<int> galaxies;
+  std::vector<Slot> light, dust;
   int light_slots = 0;
   int dust_slots = 0;
+};
+
+/// Hits of rays, found by galaxy.
+class HitTable {
+ public:
+  void build(std::span<const std::span<const Hit>> hits);
+  /// The place of a galaxy's hit among those of the ray, which has one.
+  std::size_t find(std::size_t ray, int galaxy) const;
+
+ private:
+  struct Entry {
+    int galaxy;
+    std::uint32_t hit;
+  };
+  std::vector<std::size_t> end_;  ///< of each ray's entries
+  std::vector<Entry> entries_;    ///< of each ray, ascending by galaxy
 };
 
 /// Points on stretches of rays (*runs*) with what fills them there: per slot of the run's cover,
@@ -86,9 +107,12 @@ class Medium;
 /// What came through on each ray of a bundle: per light component of every hit galaxy, in the order
 /// of the ray's hits, the integral G_j = int e exp(-tau_j) ds at each spectral node.
 struct RayLight {
-  std::vector<std::size_t> begin;  ///< of each ray's part of `light`
-  std::vector<double> light;       ///< [begin[ray] + component * nodes + j]
-  std::vector<double> depth;       ///< [ray * nodes + j], optical depth of the whole ray
+  std::vector<std::size_t> begin;      ///< of each ray's part of `light`
+  std::vector<double> light;           ///< [begin[ray] + component * nodes + j]
+  std::vector<double> depth;           ///< [ray * nodes + j], optical depth of the whole ray
+  HitTable table;                      ///< of the rays' hits
+  std::vector<std::size_t> first_hit;  ///< of each ray, in `hit_begin`
+  std::vector<std::size_t> hit_begin;  ///< of each hit's part of `light`
 
   /// Zeroes for rays with these hits.
   void prepare(const Medium& medium, std::span<const std::span<const Hit>> hits);
@@ -135,8 +159,9 @@ class Medium {
   std::size_t emitter(int galaxy, std::size_t own) const { return kind(galaxy).emitter[own]; }
   /// The place of a galaxy in an order that does not depend on the scene's rows.
   int rank(int galaxy) const { return rank_[static_cast<std::size_t>(galaxy)]; }
-  /// Where the light slots of a cover stand in a ray's part of RayLight::light.
-  void places(std::span<const Hit> hits, const Cover& cover, std::vector<std::size_t>& out) const;
+  /// Where the light slots of a cover of the ray stand in RayLight::light.
+  void places(const RayLight& light, std::size_t ray, const Cover& cover,
+              std::vector<std::size_t>& out) const;
   /// What dust slot `slot` of a cover does at spectral node j, relative to V.
   float extinction(const Cover& cover, int slot, std::size_t j) const;
 
@@ -226,10 +251,6 @@ class Medium {
   void prepare(int galaxy) const;
   void fill_share(const PlacedGalaxy& galaxy, const Kind& kind, const Share& share) const;
   void rank_galaxies();
-  /// The galaxy of a cover's slot, and the slot counted within that galaxy.
-  template <class Count>
-  std::pair<int, std::size_t> find_slot(const Cover& cover, int slot, Count count) const;
-
   std::shared_ptr<const Scene> scene_;
   std::shared_ptr<const SpectralBasis> basis_;
   std::shared_ptr<const StarFields> star_fields_;

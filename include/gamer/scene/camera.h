@@ -40,7 +40,7 @@ class Camera {
   /// Throws InputError for a sky view with a header (see make_camera()), and what CelestialWcs
   /// throws.
   explicit Camera(const RenderParameters& parameters);
-  /// A sky view with this WCS.
+  /// A sky view with this WCS. Throws InputError where that makes no view of an image of this size.
   Camera(const RenderParameters& parameters, const CelestialWcs& wcs);
 
   /// A side of a plane: the points p of the scene with dot(normal, p - origin()) >= offset.

@@ -385,7 +385,10 @@ WRONG_INPUTS = {
     "wrong parameters of a projection": case(
         camera='sky_projection = "ZPN"\n', begin="sky.par:6:18: "),
     "no pixel scale": case(camera="pixel_scale = 0\n", begin="sky.par:6:15: ",
-                           also="outside ]0, inf["),
+                           also="outside [1e-07, 1296000]"),
+    "pixels larger than the sky": case(STAR, "camera.pixel_scale=3.6e12",
+                                       begin="--set camera.pixel_scale: ",
+                                       also="outside [1e-07, 1296000]"),
     "centre beyond the pole": case(camera="center = [0, 91]\n", begin="sky.par:6:10: ",
                                    also="[-90, 90]"),
     "a key of another view": case(camera="fov = 10\n", begin="sky.par:6:7: ",
