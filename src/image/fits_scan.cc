@@ -29,6 +29,8 @@ constexpr long long kMostAxes = 99, kMostCompressedAxes = 6;
 /// The standard's limit.
 constexpr long long kMostColumns = 999;
 constexpr std::string_view kFits = "SIMPLE", kGzip = "\x1f\x8b", kEnd = "END     ";
+/// What follows the axes of a table.
+constexpr std::array<std::string_view, 3> kTableCards = {"PCOUNT", "GCOUNT", "TFIELDS"};
 /// What may follow the last HDU.
 constexpr std::string_view kFill("\0 \r\n", 4);
 
@@ -114,6 +116,9 @@ class Header {
     if (!read_mandatory(key, value) && is_size(key)) {
       fail(fmt::format("{} stands there twice", key));
     }
+    if (key == "XTENSION") is_table_ = record.find("TABLE", kValue) != std::string_view::npos;
+    const std::size_t further = records_ - std::min(records_, kFirstAxis + axis_count_);
+    if (further < kTableCards.size() && key == kTableCards[further]) ++table_cards_;
     ++records_;
     if (key == "PCOUNT") take_once(parameters_, key, value, INT64_MAX);
     if (key == "GCOUNT") take_once(groups_, key, value, INT64_MAX);
@@ -196,8 +201,18 @@ class Header {
 
   void check_end() const {
     if (records_ < kFirstAxis + axis_count_) fail("cards of its sizes are missing");
+    // CFITSIO takes what has TFIELDS for a table, too.
+    if (hdu_ > 0 && (is_table_ || columns_)) check_table();
     if (!is_compressed_ || (bad_.empty() && has_all_axes())) return;
     fail(fmt::format("a compressed image cannot have such {}", bad_.empty() ? "ZNAXISn" : bad_));
+  }
+
+  void check_table() const {
+    constexpr std::size_t kAxes = 2;
+    constexpr double kBits = 8;
+    if (axis_count_ == kAxes && bits_ == kBits && table_cards_ == kTableCards.size()) return;
+    fail(fmt::format("a table begins with BITPIX = 8, NAXIS = 2, NAXIS1, NAXIS2, {}, in this order",
+                     fmt::join(kTableCards, ", ")));
   }
 
   bool has_all_axes() const {
@@ -214,7 +229,8 @@ class Header {
   double bits_ = 0;
   std::vector<double> axes_;
   std::optional<long long> parameters_, groups_, columns_;
-  bool has_groups_ = false, is_compressed_ = false;
+  bool has_groups_ = false, is_compressed_ = false, is_table_ = false;
+  std::size_t table_cards_ = 0;  ///< of kTableCards, in their places
   std::optional<long long> compressed_axes_;
   std::vector<bool> has_axis_ = std::vector<bool>(kMostCompressedAxes + 1);
   std::string bad_;  ///< the first key of a compressed image whose value cannot be

@@ -237,5 +237,21 @@ TEST_F(HeaderCards, CardsOutOfPlace) {
   EXPECT_EQ(error(cards), "x.fits: HDU 0: the file ends before its header does (END)");
 }
 
+TEST_F(HeaderCards, Tables) {
+  const DataTable table = {"T", {{"x", "", "", std::vector<double>{1, 2}}}, {}};
+  write_fits_table(folder_ / "good.fits", table, {});
+  const std::string good = file_bytes(folder_ / "good.fits");
+  const auto path = folder_ / "x.fits";
+  for (const char* key : {"PCOUNT  =", "GCOUNT  =", "TFIELDS ="}) {
+    std::string bytes = good;
+    bytes[bytes.find(key, bytes.find("XTENSION"))] = 'X';
+    std::ofstream(path, std::ios::binary) << bytes;
+    EXPECT_EQ(error_text([&] { read_data_table(path); }),
+              path.string() +
+                  ": HDU 1: a table begins with BITPIX = 8, NAXIS = 2, NAXIS1, NAXIS2, PCOUNT, "
+                  "GCOUNT, TFIELDS, in this order");
+  }
+}
+
 }  // namespace
 }  // namespace gamer
