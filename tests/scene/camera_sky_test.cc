@@ -252,7 +252,8 @@ TEST_F(CameraHeader, WrongHeaders) {
          "CRVAL1  = 150.0", "CRVAL2  = 2.0", "CD1_1   = -1.2E-4", "CD2_2   = 1.1E-4", "A_ORDER = 2",
          "B_ORDER = 2", "A_2_0   = 0.1", "B_0_2   = 0.0"});
   RenderParameters folded = read("", "folded.fits");
-  EXPECT_EQ(message_of([&] { make_camera(folded, resources); }),
+  Resources others({});
+  EXPECT_EQ(message_of([&] { make_camera(folded, others); }),
             label() +
                 ":5:10: folded.fits: the distortion (A_i_j, B_i_j, PVi_j...) is no view of "
                 "64 x 48 pixels: at pixel (0.5, 0.5) it folds the image");
