@@ -560,6 +560,7 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
     return;
   }
   out.extend(begin, end);
+  out.has_texture = out.has_texture || texture() != nullptr;
   // The envelope is largest near the plane, shifted towards the axis along grazing rays: where
   // d/dt of 2 ln cosh(z/z0) and of r/rh balance.
   const double across = std::abs(d[2]) / shape_.z0;

@@ -14,12 +14,14 @@ namespace gamer {
 
 namespace {
 
-// Nodes of a run at least, so that every second one still makes a cubic, and at most.
+// Nodes of a run at least, so that every second one still makes a cubic. Runs that begin with more
+// than most_first_nodes, or come to more than most_nodes, are cut into pieces.
 constexpr std::int32_t fewest_nodes = 9;
-constexpr std::int32_t most_nodes = 65;
+constexpr std::int32_t most_first_nodes = 129;
+constexpr std::int32_t most_nodes = 2 * most_first_nodes - 1;
 
-// Nodes of a piece: every fourth one still makes a cubic.
-constexpr std::int32_t piece_intervals = 16;
+// Between the nodes of a piece. Four times as far apart they still make a cubic.
+constexpr std::int32_t piece_intervals = 32;
 // Rays of larger optical depths need no better relative errors than those of this one.
 constexpr double deepest = 80;
 
@@ -34,7 +36,7 @@ constexpr std::int32_t no_run = -1;
 struct Part {
   Hit hit;
   double begin, end;
-  bool has_variants;
+  bool has_variants, has_texture;
   std::vector<Focus> focuses;
 };
 
@@ -48,7 +50,9 @@ struct Run {
   double step;          ///< of a piece: between its nodes
   bool open;            ///< whether it begins inside a galaxy
   bool has_variants;    ///< see dust_variants.h
+  bool has_texture;
   bool is_piece;
+  bool is_slice;   ///< a piece with nodes of the run that it was cut from
   bool continues;  ///< a piece of which the piece before it sees the same variants of the dust
   bool can_refine;
   bool refine;
@@ -113,6 +117,11 @@ struct Source {
 };
 constexpr std::int32_t none_known = -1;
 
+/// Nodes that a piece takes over from a run.
+struct Slice {
+  std::int32_t from, to, count;
+};
+
 /// The share of light that passes the runs so far: what all variants of the dust share, and what
 /// each passes of it where pieces of one run follow each other.
 class Transmitted {
@@ -173,6 +182,7 @@ struct Workspace {
   std::vector<float> bounds;
   std::vector<float> no_weights;
   std::vector<Source> sources;
+  std::vector<Slice> slices;
 
   /// Of the covers, as RunCovers has it.
   std::vector<std::int32_t> cover_light_slots, cover_dust_slots;
@@ -211,13 +221,19 @@ class AdaptiveSampler : public Sampler {
   /// Tabulates what the covers' slots do.
   void describe_covers(Workspace& ws) const;
   void begin_level(Workspace& ws) const;
-  /// Replaces a run by the pieces between ws.bounds.
-  void cut(std::int32_t index, Workspace& ws) const;
-  /// Doubles the nodes of the runs that are to be refined, and cuts those that would have too many.
+  /// Replaces a run by `count` copies of itself that follow each other, the first in its own place;
+  /// `change` makes a piece of the k-th.
+  template <class Change>
+  void cut(std::int32_t index, std::int32_t count, Workspace& ws, const Change& change) const;
+  /// Replaces a run by the pieces between ws.bounds, which get nodes of their own.
+  void cut_anew(std::int32_t index, Workspace& ws) const;
+  /// Cuts the i-th run of ws.level into pieces that keep its nodes, and adds them to ws.merged.
+  void slice(std::size_t i, Workspace& ws) const;
+  /// Doubles the nodes of the runs that are to be refined.
   void refine_runs(std::span<const std::span<const Hit>> hits, Workspace& ws,
                    RenderCounts& counts) const;
   /// Replaces pieces that are to be refined by their halves, of as many nodes, and evaluates new
-  /// pieces.
+  /// pieces. Runs of ws.level that are to be refined and would have too many nodes become pieces.
   void refine_pieces(std::span<const std::span<const Hit>> hits, Workspace& ws,
                      RenderCounts& counts) const;
   /// Fills ws.merged with the light and dust of `known` nodes and ws.fresh.
@@ -263,6 +279,7 @@ void AdaptiveSampler::find_runs(std::span<const Hit> hits, std::int32_t ray, Wor
     part.begin = hit.centre + ws.plan.begin;
     part.end = hit.centre + ws.plan.end;
     part.has_variants = medium_.has_variants(hit);
+    part.has_texture = ws.plan.has_texture;
     std::swap(part.focuses, ws.plan.focuses);
     ws.part_order.push_back(ws.part_count++);
   }
@@ -274,7 +291,7 @@ void AdaptiveSampler::find_runs(std::span<const Hit> hits, std::int32_t ray, Wor
   for (std::size_t i = 0; i < ws.part_order.size();) {
     const double begin = ws.parts[ws.part_order[i]].begin;
     double end = begin;
-    bool has_variants = false;
+    bool has_variants = false, has_texture = false;
     std::size_t behind = i;
     ws.run_hits.clear();
     while (behind < ws.part_order.size() &&
@@ -282,6 +299,7 @@ void AdaptiveSampler::find_runs(std::span<const Hit> hits, std::int32_t ray, Wor
       const Part& part = ws.parts[ws.part_order[behind++]];
       end = std::max(end, part.end);
       has_variants = has_variants || part.has_variants;
+      has_texture = has_texture || part.has_texture;
       ws.run_hits.push_back(part.hit);
     }
     // Alone, a galaxy's own centre keeps the most digits where it is densest.
@@ -303,7 +321,9 @@ void AdaptiveSampler::find_runs(std::span<const Hit> hits, std::int32_t ray, Wor
                        .step = 0,
                        .open = !(begin > 0),
                        .has_variants = has_variants,
+                       .has_texture = has_texture,
                        .is_piece = false,
+                       .is_slice = false,
                        .continues = false,
                        .can_refine = true,
                        .refine = false,
@@ -352,21 +372,20 @@ void AdaptiveSampler::describe_covers(Workspace& ws) const {
   }
 }
 
-void AdaptiveSampler::cut(std::int32_t index, Workspace& ws) const {
+template <class Change>
+void AdaptiveSampler::cut(std::int32_t index, std::int32_t count, Workspace& ws,
+                          const Change& change) const {
   const Run whole = ws.runs[static_cast<std::size_t>(index)];
   std::int32_t last = no_run;
-  for (std::size_t k = 0; k + 1 < ws.bounds.size(); ++k) {
-    const double begin = double{ws.bounds[k]}, end = double{ws.bounds[k + 1]};
-    if (!(begin < end)) continue;
+  for (std::int32_t k = 0; k < count; ++k) {
     Run piece = whole;
     piece.is_piece = piece.can_refine = true;
-    piece.refine = false;
-    piece.continues = last != no_run;
-    piece.origin = whole.origin + begin;
-    piece.step = (end - begin) / piece_intervals;
+    piece.is_slice = piece.refine = false;
+    piece.continues = whole.continues || last != no_run;
     piece.result = static_cast<std::int32_t>(ws.results);
     ws.results += static_cast<std::size_t>(piece.results());
     const auto own = last == no_run ? index : static_cast<std::int32_t>(ws.runs.size());
+    change(k, own, piece);
     if (last == no_run) {
       ws.runs[static_cast<std::size_t>(own)] = piece;
     } else {
@@ -374,9 +393,36 @@ void AdaptiveSampler::cut(std::int32_t index, Workspace& ws) const {
       ws.runs.push_back(piece);
     }
     last = own;
-    ws.new_pieces.push_back(own);
-    ++ws.pieces_of_ray[static_cast<std::size_t>(whole.ray)];
   }
+  ws.pieces_of_ray[static_cast<std::size_t>(whole.ray)] += count;
+}
+
+void AdaptiveSampler::cut_anew(std::int32_t index, Workspace& ws) const {
+  const double origin = ws.runs[static_cast<std::size_t>(index)].origin;
+  // Where single precision cannot tell bounds apart there is nothing between them.
+  ws.bounds.erase(std::unique(ws.bounds.begin(), ws.bounds.end()), ws.bounds.end());
+  const auto count = static_cast<std::int32_t>(ws.bounds.size()) - 1;
+  cut(index, count, ws, [&](std::int32_t k, std::int32_t own, Run& piece) {
+    const double begin = double{ws.bounds[static_cast<std::size_t>(k)]};
+    const double end = double{ws.bounds[static_cast<std::size_t>(k + 1)]};
+    piece.origin = origin + begin;
+    piece.step = (end - begin) / piece_intervals;
+    ws.new_pieces.push_back(own);
+  });
+}
+
+void AdaptiveSampler::slice(std::size_t i, Workspace& ws) const {
+  const Level& old = ws.level;
+  Level& merged = ws.merged;
+  const std::int32_t fours = (old.count[i] - 1) / 4;
+  const std::int32_t pieces = (fours + piece_intervals / 4 - 1) / (piece_intervals / 4);
+  cut(old.run[i], pieces, ws, [&](std::int32_t k, std::int32_t own, Run& piece) {
+    const std::int32_t first = 4 * (k * fours / pieces), last = 4 * ((k + 1) * fours / pieces);
+    piece.is_slice = true;
+    ws.slices.push_back({old.first[i] + first, merged.size, last - first + 1});
+    merged.add_integral(own, piece, merged.size, last - first + 1, 0);
+    merged.size += last - first + 1;
+  });
 }
 
 void AdaptiveSampler::begin_level(Workspace& ws) const {
@@ -388,11 +434,11 @@ void AdaptiveSampler::begin_level(Workspace& ws) const {
   ws.starts.clear();
   ws.results = ws.runs.size();
   constexpr int run_bits = 28, pair_bits = 13;
-  static_assert((most_nodes - 1) / 2 < 1 << pair_bits);
+  static_assert((most_first_nodes - 1) / 2 < 1 << pair_bits);
   const std::size_t whole_runs = ws.runs.size();
   for (std::size_t r = 0; r < whole_runs; ++r) {
     const double pairs = std::ceil(0.5 * ws.map.length(r) / medium_.accuracy().first_step);
-    if (2 * pairs + 1 > most_nodes) {
+    if (2 * pairs + 1 > most_first_nodes) {
       const double pieces = std::min(std::ceil(2 * pairs / piece_intervals), 0.5 * most_pieces);
       const auto run = static_cast<std::int32_t>(r), first = 0;
       const auto count = static_cast<std::int32_t>(pieces) + 1;
@@ -401,7 +447,7 @@ void AdaptiveSampler::begin_level(Workspace& ws) const {
       ws.no_weights.resize(ws.bounds.size());
       ws.map.place({std::span(&run, 1), std::span(&first, 1), std::span(&count, 1),
                     std::span(&step, 1), 0.0f, ws.bounds.data(), ws.no_weights.data()});
-      cut(run, ws);
+      cut_anew(run, ws);
       continue;
     }
     const auto cover = static_cast<std::uint64_t>(ws.runs[r].cover);
@@ -471,19 +517,10 @@ void AdaptiveSampler::refine_runs(std::span<const std::span<const Hit>> hits, Wo
   ws.sources.clear();
   for (std::size_t i = 0; i < old.run.size(); ++i) {
     Run& run = ws.runs[static_cast<std::size_t>(old.run[i])];
+    if (run.is_piece) continue;
     run.can_refine = run.refine;
     if (!run.refine) continue;
     const std::int32_t intervals = old.count[i] - 1;
-    if (2 * intervals + 1 > most_nodes) {
-      const std::int32_t pieces = (2 * intervals + piece_intervals - 1) / piece_intervals;
-      ws.bounds.clear();
-      for (std::int32_t k = 0; k <= pieces; ++k) {
-        const std::int32_t node = old.first[i] + k * intervals / pieces;
-        ws.bounds.push_back(old.nodes.s[static_cast<std::size_t>(node)]);
-      }
-      cut(old.run[i], ws);
-      continue;
-    }
     ws.sources.push_back({old.first[i], fresh.size, merged.size, intervals});
     fresh.add(old.run[i], run, intervals, double{old.step[i]});
     merged.add(old.run[i], run, 2 * intervals + 1, 0.5 * double{old.step[i]});
@@ -505,10 +542,18 @@ void AdaptiveSampler::refine_pieces(std::span<const std::span<const Hit>> hits, 
   fresh.clear();
   merged.clear();
   ws.sources.clear();
+  ws.slices.clear();
   for (std::size_t i = 0; i < old.run.size(); ++i) {
     const auto first_half = static_cast<std::size_t>(old.run[i]);
     ws.runs[first_half].can_refine = ws.runs[first_half].refine;
     if (!ws.runs[first_half].refine) continue;
+    if (ws.runs[first_half].is_slice) {
+      const float* const s = old.nodes.s.data() + old.first[i];
+      const std::int32_t last = old.count[i] - 1;
+      ws.bounds = {s[0], s[last / 2], s[last]};
+      cut_anew(old.run[i], ws);
+      continue;
+    }
     ws.sources.push_back({old.first[i], fresh.size, merged.size, piece_intervals});
     fresh.add(old.run[i], ws.runs[first_half], piece_intervals, ws.runs[first_half].step);
     const auto behind = static_cast<std::int32_t>(ws.runs.size());
@@ -538,6 +583,11 @@ void AdaptiveSampler::refine_pieces(std::span<const std::span<const Hit>> hits, 
     merged.size += piece_intervals + 1;
   }
   ws.new_pieces.clear();
+  const std::size_t even = merged.run.size();
+  for (std::size_t i = 0; i < ws.level.run.size(); ++i) {
+    const Run& run = ws.runs[static_cast<std::size_t>(ws.level.run[i])];
+    if (run.refine && !run.is_piece && 2 * ws.level.count[i] - 1 > most_nodes) slice(i, ws);
+  }
   fresh.make_room();
   merged.make_room();
   for (std::size_t i = 0; i < ws.sources.size(); ++i) {
@@ -547,11 +597,24 @@ void AdaptiveSampler::refine_pieces(std::span<const std::span<const Hit>> hits, 
       s[k] = (static_cast<float>(k) + shift) * fresh.step[i];
     }
   }
-  for (std::size_t i = 0; i < merged.run.size(); ++i) {
+  for (std::size_t i = 0; i < even; ++i) {
     std::fill_n(merged.weight.data() + merged.first[i], merged.count[i], merged.step[i]);
   }
   evaluate(hits, fresh, ws, counts);
   merge(old, ws);
+  const auto copy = [&](const auto& from, auto& to) {
+    for (const Slice& own : ws.slices) {
+      std::copy_n(from.data() + own.from, own.count, to.data() + own.to);
+    }
+  };
+  copy(ws.level.nodes.s, merged.nodes.s);
+  copy(ws.level.weight, merged.weight);
+  for (std::size_t slot = 0; slot < ws.light_slots; ++slot) {
+    copy(ws.level.nodes.light[slot], merged.nodes.light[slot]);
+  }
+  for (std::size_t k = 0; k < std::min(merged.variants, ws.level.variants) * ws.dust_slots; ++k) {
+    copy(ws.level.nodes.dust[k], merged.nodes.dust[k]);
+  }
   std::swap(ws.pieces, ws.merged);
 }
 
@@ -606,7 +669,8 @@ void AdaptiveSampler::integrate_pieces(Workspace& ws) const {
       const auto shift = level.has_variants[i] != 0 ? static_cast<std::int32_t>(v) : 0;
       ws.result.push_back(level.result[i] + shift);
     }
-    integrate(level, v, alone, ws.no_variants.data(), true, ws);
+    // What steers the refinement is that of the first variant.
+    integrate(level, v, alone, ws.no_variants.data(), v == 0, ws);
   }
 }
 
@@ -654,16 +718,16 @@ bool AdaptiveSampler::judge(std::span<const Hit> hits, std::int32_t ray, Workspa
     for (std::int32_t r = first; r != no_run; r = ws.runs[static_cast<std::size_t>(r)].next) {
       const Run& run = ws.runs[static_cast<std::size_t>(r)];
       transmitted.enter(run);
-      double error = 0, depth_error = 0;
+      double passed = 0;
       for (std::int32_t v = 0; v < run.results(); ++v) {
         const double share = transmitted.in_front(v);
+        passed += share;
         in_front += share * double{light_of(run.result + v).value};
-        error += share * light_of(run.result + v).error(scale);
-        depth_error = std::max(depth_error, depth_of(run.result + v).error(1));
         transmitted.pass(v, share_of(run.result + v));
       }
-      // An error of depth dims all the light behind.
-      error += (intensity - in_front) * depth_error;
+      // An error of depth dims all the light behind. All variants err as the first one does.
+      const double error = passed * light_of(run.result).error(scale, run.has_texture) +
+                           (intensity - in_front) * depth_of(run.result).error(1, run.has_texture);
       ws.errors.push_back(error);
       square += error * error;
     }
@@ -759,11 +823,10 @@ void AdaptiveSampler::integrate(std::span<const std::span<const Hit>> hits, RayL
     }
     std::swap(ws.active, ws.still_active);
     if (ws.active.empty()) break;
-    refine_runs(hits, ws, counts);
-    integrate_runs_of(ws.level, false, ws);
-    if (ws.pieces.run.empty() && ws.new_pieces.empty()) continue;
     refine_pieces(hits, ws, counts);
     integrate_pieces(ws);
+    refine_runs(hits, ws, counts);
+    integrate_runs_of(ws.level, false, ws);
   }
   sum_up(hits, ws, out);
   counts.transfer_seconds +=

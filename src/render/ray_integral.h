@@ -58,17 +58,20 @@ struct Steered {
     change = std::abs(better - value);
     value = better;
   }
-  /// Twice the nodes at best square an error relative to `scale`: a change smaller than that is
-  /// chance.
-  double error(double scale) const {
+  /// Twice the nodes at best square an error relative to `scale`, and leave texture_share of that
+  /// of a texture: a change smaller than that is chance.
+  double error(double scale, bool has_texture) const {
     const double earlier = double{earlier_change};
-    const double own = double{std::max(change, missed)};
+    const double least = has_texture ? texture_share * earlier : 0.0;
+    const double own = std::max(double{std::max(change, missed)}, least);
     return scale > 0 ? std::max(own, earlier * earlier / scale) : own;
   }
+  /// Textures have kinks, at which a rule converges with the second power of the nodes' distance.
+  static constexpr double texture_share = 0.15;
 };
 
-/// The transmission may fall by this factor, e^-1.5, from one node to the next: the trapezoidal rule
-/// is then wrong by a fifth of the interval's light at most.
+/// The transmission may fall by this factor, e^-1.5, from one node to the next: the trapezoidal
+/// rule is then wrong by a fifth of the interval's light at most.
 constexpr float thick_ratio = 0.223f;
 
 /// Integrals over runs; what belongs to the i-th stands at run[i].

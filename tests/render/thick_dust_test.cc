@@ -37,7 +37,7 @@ double brightness(double x, double y, double inclination, double depth) {
   double sum = 0, passed = 1, light_before = 0, opacity_before = 0;
   for (int k = 0; k <= steps; ++k) {
     const double t = -half + k * step;
-    const double z = y * sine + t * cosine, r = std::hypot(x, y * cosine - t * sine);
+    const double z = y * sine - t * cosine, r = std::hypot(x, y * cosine + t * sine);
     const double light = envelope(stars, r, z);
     const double opacity = depth / (2 * dust.z0) * envelope(dust, r, z);
     if (k > 0) {

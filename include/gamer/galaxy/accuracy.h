@@ -45,16 +45,17 @@ struct Accuracy {
   /// Densities are single precision: smaller tolerances count as this one.
   static constexpr double finest_tolerance = 3e-6;
 
-  /// The quadrature's error is a smaller part of its change where nodes are few (bench/error_bench:
-  /// a tenth at 1e-2, a third at 1e-3), hence the power of ray_error there. The features missed
-  /// fall with a high power of the first step, hence the small one here; the error of the midpoint
-  /// rule with the second power of the size, that of Gauss' with the fourth.
+  /// The quadrature's error is a part of its change that falls from a third at 1e-4 to a tenth at
+  /// 1e-2 (bench/ray_error_bench), hence the power of ray_error there; that of a star's dust, of
+  /// which no neighbours make up, is a steeper one. The features missed fall with a high power of
+  /// the first step, hence the small one here; the error of the midpoint rule with the second power
+  /// of the size, that of Gauss' with the fourth.
   static Accuracy from_tolerance(double tolerance) {
     const double t = std::max(tolerance, finest_tolerance);
-    const double ray_error = std::min(0.6 * t * std::max(std::pow(t / 1e-4, 0.35), 1.0), 0.1);
-    return {.ray_error = ray_error,
-            .star_error = 0.25 * ray_error,
-            .first_step = 0.7 * std::pow(t / 1e-3, 0.15),
+    const double coarser = std::max(t / 1e-4, 1.0);
+    return {.ray_error = std::min({1.35 * t * std::pow(coarser, 0.3), 3 * t, 0.1}),
+            .star_error = std::min(0.15 * t * std::pow(coarser, 0.35), 0.025),
+            .first_step = 0.7 * std::pow(t / 1e-3, 0.08),
             .log_envelope_threshold = std::log(0.003 * t),
             .texture_threshold = 0.01 * t,
             .faint_share = 0.01,

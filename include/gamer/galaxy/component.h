@@ -46,10 +46,12 @@ struct RayPlan {
   double begin;
   double end;  ///< empty where end <= begin
   std::vector<Focus> focuses;
+  bool has_texture;  ///< whether a component with a texture is there
 
   void clear() {
     begin = HUGE_VAL;
     end = -HUGE_VAL;
+    has_texture = false;
     focuses.clear();
   }
   void extend(double from, double to) {
