@@ -341,7 +341,9 @@ double render_image(const gamer::Ranks& ranks, const Options& options, gamer::Wo
   work->render(executor, options.progress(), report);
   if (!options.quiet) {
     fmt::print("{}\n", gamer::printable(work->text()));
-    if (const std::string text = work->darkness(); !text.empty()) warn(text);
+    for (const std::string& text : {work->darkness(), work->shortfall()}) {
+      if (!text.empty()) warn(text);
+    }
   }
   return pixels(work->job().camera);
 }

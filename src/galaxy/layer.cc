@@ -247,10 +247,6 @@ constexpr double bright_height = 3.5;
 // The steepest winding outside this radius counts for the texture's frequency.
 constexpr double twirl_core = 0.1;
 
-// Thinner layers are lost in the rounding of places along oblique rays, which are in single
-// precision: columns at this height err by 1.2e-4 rms, at a tenth of it by 2.4e-3.
-constexpr double least_height = 1e-5;
-
 /// The x with 1 - (1 + x) e^-x = u, by Newton's method from a series or asymptotic start.
 double gamma2_quantile(double u) {
   double x =

@@ -224,6 +224,10 @@ class FitsWriter final : public ImageWriter {
     std::fill_n(begin, count, true);
   }
 
+  void add_cards(const std::vector<Card>& cards) override {
+    more_cards_.insert(more_cards_.end(), cards.begin(), cards.end());
+  }
+
   void finish() override {
     const auto missing = std::find(written_.begin(), written_.end(), false);
     if (missing != written_.end()) {
@@ -235,6 +239,7 @@ class FitsWriter final : public ImageWriter {
       const int hdus = output->file.hdu_count();
       for (int hdu = 1; hdu <= hdus; ++hdu) {
         output->file.move_to(hdu);
+        if (hdu == 1) write_cards(output->file, more_cards_);
         write_checksum(output->file, data_sum(output.get(), hdu));
       }
       output->file.close();
@@ -338,6 +343,7 @@ class FitsWriter final : public ImageWriter {
   std::vector<float> floats_;    ///< a row
   std::vector<double> doubles_;  ///< a row
   std::vector<bool> written_;
+  std::vector<Card> more_cards_;
 };
 
 }  // namespace

@@ -61,6 +61,10 @@ class HealpixWriter final : public ImageWriter {
     std::fill_n(written_.begin() + first, count, true);
   }
 
+  void add_cards(const std::vector<Card>& cards) override {
+    header_.cards.insert(header_.cards.end(), cards.begin(), cards.end());
+  }
+
   void finish() override {
     const auto missing = std::find(written_.begin(), written_.end(), false);
     if (missing != written_.end()) {

@@ -222,6 +222,11 @@ class SplitWriter final : public ImageWriter {
     rest_->write_rows(first, count, rest_rows_);
   }
 
+  void add_cards(const std::vector<Card>& cards) override {
+    first_->add_cards(cards);
+    rest_->add_cards(cards);
+  }
+
   void finish() override {
     first_->finish();
     rest_->finish();

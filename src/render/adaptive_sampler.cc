@@ -25,8 +25,8 @@ constexpr std::int32_t piece_intervals = 32;
 // Rays of larger optical depths need no better relative errors than those of this one.
 constexpr double deepest = 80;
 
-// Pieces of a ray at most, which bounds memory: more nodes than any uniform march would take.
-constexpr std::int32_t most_pieces = 1 << 13;
+// Pieces of a ray at most.
+constexpr std::int32_t most_pieces = most_nodes_of_a_ray / piece_intervals;
 // Halvings of a piece at most: single precision ends before.
 constexpr int most_halvings = 24;
 

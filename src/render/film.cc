@@ -220,6 +220,9 @@ bool Film::render_frame(int number, int ranks, int threads, Executor& executor,
     work.render(executor, messages.progress, report);
   }
   if (messages.say) messages.say(work.text());
+  if (const std::string text = work.shortfall(); messages.warn && !text.empty()) {
+    messages.warn(text);
+  }
   return work.darkness().empty();
 }
 

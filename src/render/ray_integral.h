@@ -63,11 +63,14 @@ struct Steered {
   double error(double scale, bool has_texture) const {
     const double earlier = double{earlier_change};
     const double least = has_texture ? texture_share * earlier : 0.0;
-    const double own = std::max(double{std::max(change, missed)}, least);
-    return scale > 0 ? std::max(own, earlier * earlier / scale) : own;
+    double own = std::max(double{std::max(change, missed)}, least);
+    if (scale > 0) own = std::max(own, earlier * earlier / scale);
+    return has_texture ? own : smooth_weight * own;
   }
   /// Textures have kinks, at which a rule converges with the second power of the nodes' distance.
   static constexpr double texture_share = 0.15;
+  /// What is smooth errs alike on neighbouring rays, a texture by chance.
+  static constexpr double smooth_weight = 2;
 };
 
 /// The transmission may fall by this factor, e^-1.5, from one node to the next: the trapezoidal

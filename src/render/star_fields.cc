@@ -59,7 +59,7 @@ const double fade_width = std::log(4);
 
 // Where the brightest star would shine by less than this share of its light, none shines by itself:
 // the limit is so near the end of the luminosity function that nearly all candidates are below it.
-constexpr double least_weight = 1e-3;
+constexpr double least_weight = 1e-8;
 
 // Samples along a ray on which stars are counted, and where it goes: to the galaxy's centre, and to
 // four places as far from it as the field is dense.

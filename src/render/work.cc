@@ -16,6 +16,7 @@
 #include "gamer/core/error.h"
 #include "gamer/image/new_file.h"
 #include "gamer/render/resume.h"
+#include "gamer/render/sampler.h"
 #include "gamer/render/schedule.h"
 #include "gamer/render/truth.h"
 
@@ -55,19 +56,23 @@ std::vector<RowRange> blocks_of(const Renderer& renderer, Executor& executor, Ru
   return blocks;
 }
 
-/// Every rank's part of rendering; `consume` is rank 0's.
+/// Every rank's part of rendering; `consume` is rank 0's. A block's values are its pixels, then a
+/// number for each row, which add up to the block's unconverged rays.
 void run(const Renderer& renderer, std::span<const RowRange> blocks, Executor& executor,
          const Executor::Consume& consume, RankReport& report) {
-  const auto values_per_row =
+  const auto pixels_per_row =
       static_cast<std::size_t>(renderer.width()) * static_cast<std::size_t>(renderer.planes());
   std::mutex mutex;
   const auto compute = [&](RowRange rows, std::span<double> values) {
     RenderCounts counts;
-    renderer.render_rows(rows, values, counts);
+    const auto count = static_cast<std::size_t>(rows.size());
+    renderer.render_rows(rows, values.first(count * pixels_per_row), counts);
+    std::fill_n(values.end() - rows.size(), rows.size(), 0.0);
+    values.back() = static_cast<double>(counts.unconverged_rays);
     const std::lock_guard lock(mutex);
     report.counts += counts;
   };
-  executor.run(blocks, values_per_row, compute, consume);
+  executor.run(blocks, pixels_per_row + 1, compute, consume);
 }
 
 }  // namespace
@@ -235,6 +240,10 @@ std::unique_ptr<ImageWriter> Work::make_writer() const {
 /// Gives the files their names. From the journal's end on, files that stand there are the job's.
 void Work::finish(ImageWriter& writer, const std::optional<DataTable>& truth) {
   if (journal_ && std::ranges::none_of(files(), is_there)) journal_->add_end();
+  if (unconverged_rays_ > 0) {
+    writer.add_cards({{"UNCONV", static_cast<long long>(unconverged_rays_),
+                       "rays that a bound kept from the tolerance"}});
+  }
   writer.finish();
   if (truth && !options_.truth_table.empty()) {
     write_truth_table(options_.truth_table, *truth, date_);
@@ -257,9 +266,12 @@ void Work::render_rows(Executor& executor, Progress::Style style, RankReport& re
   const std::size_t row_size = static_cast<std::size_t>(renderer.width()) * renderer.planes();
   const std::size_t image_size = static_cast<std::size_t>(renderer.width()) * header_.planes();
   is_dark_ = true;
+  unconverged_rays_ = 0;
   run(
       renderer, blocks, journaled,
-      [&](RowRange rows, std::span<const double> values) {
+      [&](RowRange rows, std::span<const double> all) {
+        const auto values = all.first(static_cast<std::size_t>(rows.size()) * row_size);
+        for (const double rays : all.subspan(values.size())) unconverged_rays_ += rays;
         writer->write_rows(rows.first, rows.size(), values);
         for (std::size_t row = 0; is_dark_ && row < values.size(); row += row_size) {
           is_dark_ = !has_light(values.subspan(row, image_size), is_single);
@@ -295,6 +307,14 @@ void Work::render(Executor& executor, Progress::Style style, RankReport& report)
 
 std::string Work::plan() const {
   return fmt::format("{}: {}", files_text(job_.parameters.output, header_), size_text(header_));
+}
+
+std::string Work::shortfall() const {
+  if (unconverged_rays_ == 0) return "";
+  return fmt::format(
+      "{}: {:.0f} rays would need more than {} nodes for the tolerance and have larger errors "
+      "(card UNCONV); noises of fewer octaves or a larger sampling.tolerance would mend that",
+      files_text(job_.parameters.output, header_), unconverged_rays_, most_nodes_of_a_ray);
 }
 
 std::string Work::text() const {

@@ -11,6 +11,7 @@
 
 #include "gamer/core/near.h"
 #include "gamer/core/parameter.h"
+#include "gamer/galaxy/layer.h"
 #include "gamer/scene/catalogue.h"
 
 namespace gamer {
@@ -126,7 +127,8 @@ std::optional<std::string> made_galaxy(const std::string& name) {
         "rh = {}\n"
         "fraction = {}\n"
         "noise = false\n",
-        disk_sed, made_disk_thickness * scale_length, scale_length, 1 - share);
+        disk_sed, std::max(made_disk_thickness * scale_length, Layer::least_height), scale_length,
+        1 - share);
   }
   return text;
 }

@@ -155,6 +155,7 @@ TEST(StarPainter, SmoothLightIsDimmedByItsShare) {
     const Painted painted(
         {{{"g", field(1e6, smooth_noise)}}, "galaxy x y z\ng 0 0 0\n", view(camera, 32, 3)});
     const StarFields::Field& own = painted.fields->fields()[0];
+    ASSERT_TRUE(std::isfinite(own.limit)) << camera;
     const StellarPopulation& population = own.stars->population();
     const StarFields::DistanceScale& scale = own.scale;
     const double nearest = scale.at(0), farthest = scale.at(scale.size() - 1);

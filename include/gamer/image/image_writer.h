@@ -32,6 +32,8 @@ class ImageWriter {
   /// Rows [first, first + count): for each row, each plane, each x: values[(row * planes + plane) *
   /// width + x]. Throws RunError (disk full...).
   virtual void write_rows(int first, int count, std::span<const double> values) = 0;
+  /// Adds cards to the first header of each file, before finish(). Pictures have none.
+  virtual void add_cards(const std::vector<Card>& /*cards*/) {}
   /// Throws RunError, also when a row was never written or a file that may not be overwritten has
   /// appeared meanwhile.
   virtual void finish() = 0;

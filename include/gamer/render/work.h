@@ -97,6 +97,8 @@ class Work {
   std::string plan() const;
   /// Of the image that was made: why it has no light; empty where it has some.
   std::string darkness() const { return is_dark_ ? darkness_warning(job_) : ""; }
+  /// Which rays of it a bound kept from the tolerance; empty where none.
+  std::string shortfall() const;
   /// What was made: "x.fits: 512 x 512 pixels, 1 plane, 2.3 s".
   std::string text() const;
 
@@ -115,6 +117,7 @@ class Work {
   std::unique_ptr<Journal> journal_;
   bool is_complete_ = false;
   bool is_dark_ = false;
+  double unconverged_rays_ = 0;
   std::string hindrance_;
   double seconds_ = 0;
   int replayed_rows_ = 0;
