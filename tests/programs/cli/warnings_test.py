@@ -17,6 +17,32 @@ pixel_scale = 1
 [spectrum]
 bands = ["sdss_r"]
 """
+# Along the plane there are 10^6 periods of the noise on a ray.
+FINE = """[image]
+size = [3, 2]
+output = "out.fits"
+[camera]
+projection = "orthographic"
+position = [0, -10, 0]
+up = [0, 0, 1]
+width = 1e-5
+[spectrum]
+wavelengths = [5500]
+[sampling]
+tolerance = 1e-5
+"""
+FINE_GALAXY = """[[component]]
+class = "disk"
+sed = "flat"
+z0 = 0.2
+rh = 0.25
+arm_width = 0
+[component.noise]
+octaves = 5
+lacunarity = 4
+frequency_scale = 380
+spectral_index = -0.5
+"""
 BESIDE = "[camera]\nposition = [0, -3, 0.5]\ntarget = [0, -6, 0.5]\n"
 FILM = PARAMETERS + ("[animation]\nframes = 5\nposition = [0, -3, 0.5, 0, -3, 0.5]\n"
                      "target = [0, 0, 0, 9, -9, 0.5]\n")
@@ -51,6 +77,9 @@ CASES = {
          "scene.lst": "galaxy dx dy redshift size_kpc magnitude\nspiral 0 0 0.2 10 -21\n"},
         "camera.supersample = 2 puts a fixed grid in place of the cells",
         "tenths of a magnitude"),
+    "rays that cannot converge": (
+        {"render.par": FINE, "spiral.toml": FINE_GALAXY, "scene.lst": "galaxy x y z\nspiral 0 0 0\n"},
+        "out.fits: 6 rays would need more than 65536 nodes for the tolerance", "card UNCONV"),
     "frames of a film": ({"render.par": FILM}, "4 of 5 frames without light; frame 2: " + DARK,
                          "no galaxy is in view"),
 }
@@ -70,6 +99,11 @@ class Warnings(unittest.TestCase):
                                         lines[0])
                         self.assertIn(also, lines[0])
                     self.assertTrue(any(file.startswith("out") for file in folder.content()))
+
+    def test_the_file_counts_rays_that_cannot_converge(self):
+        with Folder(**CASES["rays that cannot converge"][0]) as folder:
+            self.assertEqual(folder.run("render.par", "scene.lst").returncode, 0)
+            self.assertIn(b"UNCONV  =                    6 /", folder.content()["out.fits"])
 
     def test_quiet_says_nothing(self):
         with Folder(**CASES["wavelengths in nm"][0]) as folder:
