@@ -801,7 +801,7 @@ struct VeinTexture::Batch {
           view.footprints != nullptr ? range_of(view.footprints, points.size) : Range{0, 0};
     }
   }
-  // Of what is seen: single precision rounds by less, so that beyond it is 0 or 1 exactly.
+  // A margin of the share that is seen: rounding is smaller, so that beyond it a share is 0 or 1.
   static constexpr double margin = 1e-5;
   /// Whether any point of any view sees something of the octave; else it is 0 to the last bit.
   bool sees(const SeenInput& octave) const {

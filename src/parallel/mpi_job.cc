@@ -282,7 +282,8 @@ class MpiJob : public Job {
   std::exception_ptr early_leave() const { return make_exception(*early_leave_); }
   /// Opens a collective call: throws when a rank has left, else orders the others to take part.
   void open(const Order& order);
-  /// Of a rank that cannot be relied on. Throws RunError "rank <rank> <what>"; end() will kill all.
+  /// Gives up on a rank that cannot be relied on. Throws RunError "rank <rank> <what>"; end() will
+  /// kill all.
   [[noreturn]] void give_up(int rank, const std::string& what);
 
   // The other ranks.

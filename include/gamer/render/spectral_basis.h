@@ -76,7 +76,7 @@ class SpectralBasis {
   std::vector<Segment> segments_;
   bool own_segments_ = false;  ///< one segment per plane, which may overlap
   std::vector<double> nodes_;
-  /// Of each node: its place in its segment, of [-1, 1], and what makes its polynomial 1 there.
+  /// The place of each node in its segment, of [-1, 1], and what makes its polynomial 1 there.
   std::vector<double> places_, scales_;
   std::vector<std::size_t> main_nodes_;
 };

@@ -95,7 +95,7 @@ class Work {
   void render(Executor& executor, Progress::Style style, RankReport& report);
   /// What is to be made: "x.fits: 512 x 512 pixels, 1 plane".
   std::string plan() const;
-  /// Of the image that was made: why it has no light; empty where it has some.
+  /// Why the image that was made has no light; empty where it has some.
   std::string darkness() const { return is_dark_ ? darkness_warning(job_) : ""; }
   /// Which rays of it a bound kept from the tolerance; empty where none.
   std::string shortfall() const;
