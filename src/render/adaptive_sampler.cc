@@ -237,7 +237,7 @@ class AdaptiveSampler : public Sampler {
   void refine_pieces(std::span<const std::span<const Hit>> hits, Workspace& ws,
                      RenderCounts& counts) const;
   /// Fills ws.merged with the light and dust of `known` nodes and ws.fresh.
-  void merge(const Level& known, Workspace& ws) const;
+  void merge(Level& known, Workspace& ws) const;
   void evaluate(std::span<const std::span<const Hit>> hits, Level& level, Workspace& ws,
                 RenderCounts& counts) const;
   /// Integrates runs as means over their variants.
@@ -474,7 +474,7 @@ void AdaptiveSampler::evaluate(std::span<const std::span<const Hit>> hits, Level
   counts.nodes += level.nodes.size();
 }
 
-void AdaptiveSampler::merge(const Level& known, Workspace& ws) const {
+void AdaptiveSampler::merge(Level& known, Workspace& ws) const {
   const Level& fresh = ws.fresh;
   Level& merged = ws.merged;
   const auto interleave = [&](const auto& even, const auto& odd, auto& out) {
@@ -498,6 +498,8 @@ void AdaptiveSampler::merge(const Level& known, Workspace& ws) const {
     interleave(known.weight, fresh.weight, merged.weight);
     for (float& weight : merged.weight) weight *= 0.5f;
   }
+  // A level that holds no runs may lack room for their slots.
+  known.nodes.make_room(ws.light_slots, ws.dust_slots, merged.variants);
   merged.nodes.make_room(ws.light_slots, ws.dust_slots, merged.variants);
   for (std::size_t slot = 0; slot < ws.light_slots; ++slot) {
     interleave(known.nodes.light[slot], fresh.nodes.light[slot], merged.nodes.light[slot]);
@@ -509,7 +511,7 @@ void AdaptiveSampler::merge(const Level& known, Workspace& ws) const {
 
 void AdaptiveSampler::refine_runs(std::span<const std::span<const Hit>> hits, Workspace& ws,
                                   RenderCounts& counts) const {
-  const Level& old = ws.level;
+  Level& old = ws.level;
   Level& fresh = ws.fresh;
   Level& merged = ws.merged;
   fresh.clear();
@@ -536,7 +538,7 @@ void AdaptiveSampler::refine_runs(std::span<const std::span<const Hit>> hits, Wo
 
 void AdaptiveSampler::refine_pieces(std::span<const std::span<const Hit>> hits, Workspace& ws,
                                     RenderCounts& counts) const {
-  const Level& old = ws.pieces;
+  Level& old = ws.pieces;
   Level& fresh = ws.fresh;
   Level& merged = ws.merged;
   fresh.clear();
