@@ -45,9 +45,9 @@ struct Accuracy {
   /// Densities are single precision: smaller tolerances count as this one.
   static constexpr double finest_tolerance = 3e-6;
 
-  /// The quadrature's error is a part of its change that falls from a third at 1e-4 to a tenth at
-  /// 1e-2 (bench/ray_error_bench), hence the power of ray_error there; that of a star's dust, of
-  /// which no neighbours make up, is a steeper one. The features missed fall with a high power of
+  /// The quadrature's error is a smaller part of its change where nodes are few, hence the power of
+  /// ray_error (bench/ray_error_bench). A star's dust has no neighbours that make up for its error,
+  /// hence the smaller star_error. The features missed fall with a high power of
   /// the first step, hence the small one here; the error of the midpoint rule with the second power
   /// of the size, that of Gauss' with the fourth.
   static Accuracy from_tolerance(double tolerance) {
