@@ -150,12 +150,27 @@ void Bulge::plan(const BallRay& ray, const Accuracy& /*accuracy*/, RayPlan& out)
   out.focuses.push_back({centre, width, nodes_per_width / width});
 }
 
-ColumnScale Bulge::column_scale(const double nearest[3], const double /*direction*/[3],
+ColumnScale Bulge::column_scale(const double nearest[3], const double direction[3],
                                 double reach) const {
-  const auto [least, largest] = std::minmax_element(axis_.begin(), axis_.end());
-  const double distance = std::hypot(nearest[0], nearest[1], nearest[2]) - reach;
+  // Columns follow q^2 = n.M n, M = A - (A d)(A d)/(d.A d), A = diag(1/axis^2): seen along d, the
+  // ellipsoid is an ellipse whose short half axis is 1/sqrt(largest eigenvalue of M).
+  std::array<double, 3> a{};
+  double dad = 0, nan = 0, nad = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    a[i] = inverse_axis_[i] * inverse_axis_[i];
+    dad += direction[i] * a[i] * direction[i];
+    nan += nearest[i] * a[i] * nearest[i];
+    nad += nearest[i] * a[i] * direction[i];
+  }
+  // M's other two eigenvalues have this sum and this product, since M d = 0.
+  double sum = 0;
+  for (std::size_t i = 0; i < 3; ++i) sum += a[i] - a[i] * a[i] * direction[i] * direction[i] / dad;
+  const double product = a[0] * a[1] * a[2] / dad;
+  const double largest = 0.5 * (sum + std::sqrt(std::max(sum * sum - 4 * product, 0.0)));
+  const double short_axis = 1 / std::sqrt(largest);
+  const double q = std::sqrt(std::max(nan - nad * nad / dad, 0.0));
   return {.envelope =
-              std::max(distance * *least / *largest, finest_cell * effective_radius() * *least)};
+              short_axis * std::max(q - reach / short_axis, finest_cell * effective_radius())};
 }
 
 double Bulge::face_on_column() const {
