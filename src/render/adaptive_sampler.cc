@@ -246,8 +246,9 @@ class AdaptiveSampler : public Sampler {
   void integrate_pieces(Workspace& ws) const;
   void integrate(const Level& level, std::size_t variant, std::span<const double> weights,
                  const std::uint8_t* has_variants, bool is_first, Workspace& ws) const;
-  /// Marks the runs of a ray that need more nodes; false when none. Counts the ray where a bound
-  /// keeps one from having them.
+  /// Marks the runs of a ray that need more nodes; false when none. A ray whose error stays above
+  /// what is allowed counts as unconverged: a bound kept a run from more nodes, or the run had been
+  /// left as it is before the runs in front turned out to be clearer.
   bool judge(std::span<const Hit> hits, std::int32_t ray, Workspace& ws,
              RenderCounts& counts) const;
   void sum_up(std::span<const std::span<const Hit>> hits, Workspace& ws, RayLight& out) const;
@@ -394,7 +395,7 @@ void AdaptiveSampler::cut(std::int32_t index, std::int32_t count, Workspace& ws,
     }
     last = own;
   }
-  ws.pieces_of_ray[static_cast<std::size_t>(whole.ray)] += count;
+  ws.pieces_of_ray[static_cast<std::size_t>(whole.ray)] += whole.is_piece ? count - 1 : count;
 }
 
 void AdaptiveSampler::cut_anew(std::int32_t index, Workspace& ws) const {
@@ -402,6 +403,10 @@ void AdaptiveSampler::cut_anew(std::int32_t index, Workspace& ws) const {
   // Where single precision cannot tell bounds apart there is nothing between them.
   ws.bounds.erase(std::unique(ws.bounds.begin(), ws.bounds.end()), ws.bounds.end());
   const auto count = static_cast<std::int32_t>(ws.bounds.size()) - 1;
+  if (count == 0) {
+    ws.runs[static_cast<std::size_t>(index)].can_refine = false;
+    return;
+  }
   cut(index, count, ws, [&](std::int32_t k, std::int32_t own, Run& piece) {
     const double begin = double{ws.bounds[static_cast<std::size_t>(k)]};
     const double end = double{ws.bounds[static_cast<std::size_t>(k + 1)]};
@@ -682,7 +687,7 @@ bool AdaptiveSampler::judge(std::span<const Hit> hits, std::int32_t ray, Workspa
   const Accuracy& accuracy = medium_.accuracy();
   const std::int32_t first = ws.first_run[static_cast<std::size_t>(ray)];
   const bool is_full = ws.pieces_of_ray[static_cast<std::size_t>(ray)] >= most_pieces;
-  bool any = false, falls_short = false;
+  bool any = false, is_within = true;
   for (std::size_t s = 0; s < planes; ++s) {
     const auto light_of = [&](std::int32_t result) -> const Steered& {
       return ws.steered[static_cast<std::size_t>(result) * 2 * planes + s];
@@ -734,18 +739,16 @@ bool AdaptiveSampler::judge(std::span<const Hit> hits, std::int32_t ray, Workspa
       square += error * error;
     }
     if (square <= allowed * allowed) continue;
+    is_within = false;
     std::size_t i = 0;
     for (std::int32_t r = first; r != no_run; r = ws.runs[static_cast<std::size_t>(r)].next) {
       Run& run = ws.runs[static_cast<std::size_t>(r)];
       if (ws.errors[i++] <= allowed / std::sqrt(count) || !run.can_refine) continue;
-      if (run.is_piece && (is_full || run.halvings >= most_halvings)) {
-        falls_short = true;
-      } else {
-        run.refine = any = true;
-      }
+      const bool is_bound = run.is_piece && (is_full || run.halvings >= most_halvings);
+      if (!is_bound) run.refine = any = true;
     }
   }
-  if (!any && falls_short) ++counts.unconverged_rays;
+  if (!any && !is_within) ++counts.unconverged_rays;
   return any;
 }
 

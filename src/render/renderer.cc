@@ -149,6 +149,21 @@ Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
       white_point_(parameters.white_point),
       largest_star_(parameters.largest_star) {
   if (!supersample_ && scene_->unit == PixelUnit::relative) supersample_ = 1;
+  if (supersample_) {
+    for (const PlacedGalaxy& placed : scene_->galaxies) {
+      const std::optional<glm::dvec2> centre = camera_.pixel(placed.centre);
+      if (!centre || !(centre->x > -2 && centre->x < camera_.width() + 1) ||
+          !(centre->y > -2 && centre->y < camera_.height() + 1)) {
+        continue;
+      }
+      const auto x = static_cast<int>(std::lround(centre->x));
+      const auto y = static_cast<int>(std::lround(centre->y));
+      for (int j = y - 1; j <= y + 1; ++j) {
+        for (int i = x - 1; i <= x + 1; ++i) centre_pixels_.emplace_back(j, i);
+      }
+    }
+    std::sort(centre_pixels_.begin(), centre_pixels_.end());
+  }
   for (const SpectralPlane& plane : spectrum.planes) {
     unit_factors_.push_back(value_of_nanojansky(plane, scene_->unit, parameters));
   }
@@ -374,6 +389,10 @@ Renderer::Evenness Renderer::evenness(const Ray& ray, double size,
   return result;
 }
 
+bool Renderer::is_at_centre(int x, int y) const {
+  return std::binary_search(centre_pixels_.begin(), centre_pixels_.end(), std::pair(y, x));
+}
+
 void Renderer::aim(int left, int right, int y, Work& work) const {
   work.left = left;
   if (supersample_) return;
@@ -386,7 +405,7 @@ void Renderer::aim(int left, int right, int y, Work& work) const {
 void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& near,
                              Work& work) const {
   const std::size_t first = work.samples.size();
-  if (supersample_) {
+  if (supersample_ && !is_at_centre(x, y)) {
     const int sub = *supersample_;
     const double weight = 1.0 / (sub * sub);
     const auto offset = [&](int i) { return (i + 0.5) / sub - 0.5; };
@@ -400,7 +419,8 @@ void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& ne
     return;
   }
   const Sample whole{x, row, static_cast<double>(x), static_cast<double>(y), 1, 1, 1};
-  const std::optional<Ray>& ray = work.middles[static_cast<std::size_t>(x - work.left)];
+  const std::optional<Ray> ray =
+      supersample_ ? camera_.ray(x, y) : work.middles[static_cast<std::size_t>(x - work.left)];
   if (!ray) return;
   // Cells look at the same galaxies.
   constexpr double reach = 2;

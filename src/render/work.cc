@@ -242,7 +242,7 @@ void Work::finish(ImageWriter& writer, const std::optional<DataTable>& truth) {
   if (journal_ && std::ranges::none_of(files(), is_there)) journal_->add_end();
   if (unconverged_rays_ > 0) {
     writer.add_cards({{"UNCONV", static_cast<long long>(unconverged_rays_),
-                       "rays that a bound kept from the tolerance"}});
+                       "rays whose error may exceed the tolerance"}});
   }
   writer.finish();
   if (truth && !options_.truth_table.empty()) {
@@ -312,7 +312,8 @@ std::string Work::plan() const {
 std::string Work::shortfall() const {
   if (unconverged_rays_ == 0) return "";
   return fmt::format(
-      "{}: {:.0f} rays would need more than {} nodes for the tolerance and have larger errors "
+      "{}: {:.0f} rays did not converge to the tolerance within {} nodes and may have larger "
+      "errors "
       "(card UNCONV); noises of fewer octaves or a larger sampling.tolerance would mend that",
       files_text(job_.parameters.output, header_), unconverged_rays_, most_nodes_of_a_ray);
 }

@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 #include <glm/vec2.hpp>
 #include <numbers>
+#include <optional>
 
 #include "gamer/image/data_table.h"
 
@@ -36,16 +39,60 @@ CelestialWcs wcs_of(const RenderParameters& parameters) {
   }
 }
 
-/// The integer value of a header's card, e.g. NAXIS1.
-int header_integer(const std::string& header, const std::string& key, const std::string& label) {
+/// The value of a header's card, without quotes and comment.
+std::optional<std::string> header_value(const std::string& header, const std::string& key) {
   const std::string start = fmt::format("{:<8}=", key);
   for (std::size_t at = 0; at < header.size();) {
     const std::size_t end = std::min(header.find('\n', at), header.size());
-    const std::string line = header.substr(at, end - at);
-    if (line.starts_with(start)) return std::atoi(line.c_str() + start.size());
+    std::string line = header.substr(at, end - at);
     at = end + 1;
+    if (!line.starts_with(start)) continue;
+    line.erase(0, start.size());
+    line.erase(std::min(line.find('/'), line.size()));
+    std::erase_if(line, [](char c) { return c == ' ' || c == '\''; });
+    return line;
   }
-  throw InputError({label, 0, 0}, fmt::format("its header has no {}", key));
+  return std::nullopt;
+}
+
+/// The size of an image along an axis, by its header.
+int header_size(const std::string& header, const std::string& key, const std::string& label) {
+  const std::optional<std::string> value = header_value(header, key);
+  if (!value) throw InputError({label, 0, 0}, fmt::format("its header has no {}", key));
+  int size = 0;
+  const auto [end, error] = std::from_chars(value->data(), value->data() + value->size(), size);
+  if (error != std::errc() || end != value->data() + value->size() || size < 1) {
+    throw InputError({label, 0, 0}, fmt::format("{} = {} is no image's size", key, *value));
+  }
+  return size;
+}
+
+/// Refuses headers whose coordinates are not those of catalogues, ICRS, or whose pixels have no
+/// scale. FK5 at 2000 is ICRS within some 0.02 arcsec.
+void check_sky_header(const std::string& header, const std::string& label) {
+  const auto number = [&](const char* key) -> std::optional<double> {
+    const std::optional<std::string> value = header_value(header, key);
+    return value ? std::optional(std::strtod(value->c_str(), nullptr)) : std::nullopt;
+  };
+  // FITS paper II: without RADESYS, equinoxes before 1984 are of FK4.
+  constexpr double first_of_fk5 = 1984, icrs_equinox = 2000;
+  std::optional<double> equinox = number("EQUINOX");
+  if (!equinox) equinox = number("EPOCH");
+  std::string frame = header_value(header, "RADESYS").value_or("");
+  if (frame.empty()) frame = header_value(header, "RADECSYS").value_or("");
+  if (frame.empty()) frame = !equinox ? "ICRS" : *equinox < first_of_fk5 ? "FK4" : "FK5";
+  if (frame != "ICRS" && !(frame == "FK5" && equinox.value_or(icrs_equinox) == icrs_equinox)) {
+    throw InputError(
+        {label, 0, 0},
+        fmt::format("its coordinates are {}{}; expected ICRS, or FK5 of the equinox 2000", frame,
+                    equinox ? fmt::format(" of the equinox {}", *equinox) : ""));
+  }
+  static constexpr std::array<const char*, 8> scales = {"CD1_1",  "CD1_2",  "CD2_1",    "CD2_2",
+                                                        "CDELT1", "CDELT2", "CD001001", "CD002002"};
+  if (std::ranges::none_of(
+          scales, [&](const char* key) { return header_value(header, key).has_value(); })) {
+    throw InputError({label, 0, 0}, "its pixels have no scale; expected CDi_j or CDELTi");
+  }
 }
 
 /// Left, right, below and above of a place.
@@ -310,8 +357,8 @@ Camera make_camera(RenderParameters& parameters, Resources& resources) {
       resources.add_file(path.string().substr(0, path.string().find('[')));
       text = &resources.add({header_name, name, header_text(path)});
     }
-    const int width = header_integer(text->content, "NAXIS1", name);
-    const int height = header_integer(text->content, "NAXIS2", name);
+    const int width = header_size(text->content, "NAXIS1", name);
+    const int height = header_size(text->content, "NAXIS2", name);
     const ParameterSet& image = parameters.section("image");
     if (image.is_given("size") && (parameters.width != width || parameters.height != height)) {
       throw InputError(image.where("size"),
@@ -319,7 +366,9 @@ Camera make_camera(RenderParameters& parameters, Resources& resources) {
                                    parameters.width, parameters.height, width, height));
     }
     parameters.set("image", "size", std::vector<double>{double(width), double(height)});
-    return Camera(parameters, CelestialWcs::from_header(text->content, name));
+    CelestialWcs wcs = CelestialWcs::from_header(text->content, name);
+    check_sky_header(text->content, name);
+    return Camera(parameters, std::move(wcs));
   } catch (const InputError& error) {
     if (std::string_view(error.what()).starts_with(parameters.sky_header_where.file + ":")) throw;
     throw InputError(parameters.sky_header_where, error.what());

@@ -23,7 +23,7 @@ class Sampler {
 std::unique_ptr<Sampler> make_uniform_sampler(const Medium& medium, double step);
 
 /// Nodes of a ray at most, for all runs on it together; twice as many where the last halving passes
-/// the bound. Rays that would need more are counted in RenderCounts::unconverged_rays.
+/// the bound. Rays that do not converge are counted in RenderCounts::unconverged_rays.
 constexpr int most_nodes_of_a_ray = 1 << 16;
 
 /// The trapezoidal rule in a coordinate that follows the envelopes, its nodes doubled until the

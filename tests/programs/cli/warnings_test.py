@@ -79,7 +79,7 @@ CASES = {
         "tenths of a magnitude"),
     "rays that cannot converge": (
         {"render.par": FINE, "spiral.toml": FINE_GALAXY, "scene.lst": "galaxy x y z\nspiral 0 0 0\n"},
-        "out.fits: 6 rays would need more than 65536 nodes for the tolerance", "card UNCONV"),
+        "out.fits: 6 rays did not converge to the tolerance within 65536 nodes", "card UNCONV"),
     "frames of a film": ({"render.par": FILM}, "4 of 5 frames without light; frame 2: " + DARK,
                          "no galaxy is in view"),
 }
