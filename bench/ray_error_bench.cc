@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "render/shipped_rays.h"
+#include "render/galaxy_rays.h"
 
 namespace gamer {
 namespace {
@@ -31,7 +31,7 @@ void print_table(const std::vector<std::string>& galaxies) {
   fmt::print("{}\n{}\n", head, rule);
   for (const std::string& galaxy : galaxies) {
     for (const double inclination : inclinations) {
-      const ShippedRays view(GAMER_BENCH_SOURCE_DIR, galaxy, inclination, rays);
+      const GalaxyRays view(GAMER_BENCH_SOURCE_DIR, galaxy, inclination, rays);
       const std::vector<double> exact = view.uniform(steps);
       fmt::print("| {} | {} |", galaxy, inclination);
       for (const double tolerance : tolerances) {

@@ -151,6 +151,10 @@ Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
   if (!supersample_ && scene_->unit == PixelUnit::relative) supersample_ = 1;
   if (supersample_) {
     for (const PlacedGalaxy& placed : scene_->galaxies) {
+      if (std::ranges::none_of(placed.galaxy->components(),
+                               [](const auto& component) { return component->has_cusp(); })) {
+        continue;
+      }
       const std::optional<glm::dvec2> centre = camera_.pixel(placed.centre);
       if (!centre || !(centre->x > -2 && centre->x < camera_.width() + 1) ||
           !(centre->y > -2 && centre->y < camera_.height() + 1)) {
@@ -159,10 +163,10 @@ Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
       const auto x = static_cast<int>(std::lround(centre->x));
       const auto y = static_cast<int>(std::lround(centre->y));
       for (int j = y - 1; j <= y + 1; ++j) {
-        for (int i = x - 1; i <= x + 1; ++i) centre_pixels_.emplace_back(j, i);
+        for (int i = x - 1; i <= x + 1; ++i) cusp_pixels_.emplace_back(j, i);
       }
     }
-    std::sort(centre_pixels_.begin(), centre_pixels_.end());
+    std::sort(cusp_pixels_.begin(), cusp_pixels_.end());
   }
   for (const SpectralPlane& plane : spectrum.planes) {
     unit_factors_.push_back(value_of_nanojansky(plane, scene_->unit, parameters));
@@ -377,6 +381,7 @@ Renderer::Evenness Renderer::evenness(const Ray& ray, double size,
     // Half a diagonal.
     const double around = length * std::numbers::sqrt2 / 2;
     for (const auto& component : placed.galaxy->components()) {
+      if (supersample_ && !component->has_cusp()) continue;
       const ColumnScale scale = component->column_scale(&nearest.x, &direction.x, around);
       result.rays = std::max(result.rays, length / (accuracy.ray_size * scale.envelope));
       result.cells = std::max(result.cells, length / (accuracy.cell_size * scale.envelope));
@@ -389,8 +394,8 @@ Renderer::Evenness Renderer::evenness(const Ray& ray, double size,
   return result;
 }
 
-bool Renderer::is_at_centre(int x, int y) const {
-  return std::binary_search(centre_pixels_.begin(), centre_pixels_.end(), std::pair(y, x));
+bool Renderer::is_at_cusp(int x, int y) const {
+  return std::binary_search(cusp_pixels_.begin(), cusp_pixels_.end(), std::pair(y, x));
 }
 
 void Renderer::aim(int left, int right, int y, Work& work) const {
@@ -405,7 +410,7 @@ void Renderer::aim(int left, int right, int y, Work& work) const {
 void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& near,
                              Work& work) const {
   const std::size_t first = work.samples.size();
-  if (supersample_ && !is_at_centre(x, y)) {
+  if (supersample_ && !is_at_cusp(x, y)) {
     const int sub = *supersample_;
     const double weight = 1.0 / (sub * sub);
     const auto offset = [&](int i) { return (i + 0.5) / sub - 0.5; };
@@ -468,7 +473,9 @@ void Renderer::refine(const Sample& cell, const std::optional<Ray>& middle, Work
         part.x += (i - 0.5 * (count - 1)) * distance * part.size;
         part.y += (j - 0.5 * (count - 1)) * distance * part.size;
         part.weight = part.size * part.size;
-        part.footprint = std::min(distance > 1 ? cell.size : part.size, cell.footprint);
+        if (!supersample_) {
+          part.footprint = std::min(distance > 1 ? cell.size : part.size, cell.footprint);
+        }
         use(part);
       }
     }

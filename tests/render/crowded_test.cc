@@ -51,8 +51,6 @@ TEST(Crowded, RowsAreTheSameInBlocksOfAnySize) {
       RenderParameters::read(parse_toml(text.parameters, "render.par"));
   const Camera camera(parameters);
   Resources resources = text_resources(text);
-  resources.add({"bandpasses/sdss_r", "bandpasses/sdss_r.band",
-                 "# wavelength: Angstrom\n# response: photons\n5500 0\n6200 1\n6900 0\n"});
   const Spectrum spectrum = load_spectrum(parameters, resources);
   const auto scene = std::make_shared<Scene>(
       read_scene(text.scene, "scene.lst", parameters, spectrum, camera, resources));

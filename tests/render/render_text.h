@@ -23,6 +23,9 @@ inline Resources text_resources(const TextScene& text) {
   for (const auto& [name, content] : text.galaxies) {
     record.push_back({"galaxies/" + name, name + ".toml", content});
   }
+  // The default band of magnitudes, as a triangle.
+  record.push_back({"bandpasses/sdss_r", "bandpasses/sdss_r.band",
+                    "# wavelength: Angstrom\n# response: photons\n5500 0\n6200 1\n6900 0\n"});
   return Resources::from_record(record);
 }
 

@@ -10,8 +10,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "render/galaxy_rays.h"
 #include "render/render_text.h"
-#include "render/shipped_rays.h"
 
 namespace gamer {
 namespace {
@@ -113,7 +113,7 @@ class RayToleranceTest : public testing::TestWithParam<std::string> {};
 TEST_P(RayToleranceTest, IsKeptFromFaceOnTo89Degrees) {
   constexpr int rays = 40;
   for (const double inclination : {0.0, 60.0, 80.0, 85.0, 89.0}) {
-    const ShippedRays view(GAMER_TEST_SOURCE_DIR, GetParam(), inclination, rays);
+    const GalaxyRays view(GAMER_TEST_SOURCE_DIR, GetParam(), inclination, rays);
     const std::vector<double> exact = view.uniform(1e5);
     for (const double tolerance : {1e-2, 1e-3, 1e-4, 3e-6}) {
       RenderCounts counts;
@@ -131,6 +131,65 @@ INSTANTIATE_TEST_SUITE_P(
     ShippedGalaxies, RayToleranceTest,
     testing::ValuesIn(galaxies_in(std::filesystem::path(GAMER_TEST_SOURCE_DIR) / "galaxies")),
     [](const auto& galaxy) { return galaxy.param; });
+
+struct SteepView {
+  const char* galaxy;
+  double inclination;
+  int seed;
+};
+
+TEST(SteepRaysTest, ConvergeInViewsWithTheMostStructure) {
+  for (const auto& [galaxy, inclination, seed] : {SteepView{"shader_galaxy", 88, 1},
+                                                  {"m51", 85, 1},
+                                                  {"ngc4594", 84, 1},
+                                                  {"dusty_barred", 85, 3}}) {
+    const GalaxyRays view(GAMER_TEST_SOURCE_DIR, galaxy, inclination, 128, seed);
+    const std::vector<double> exact = view.uniform(1e5);
+    double last = HUGE_VAL;
+    for (const double tolerance : {1e-3, 1e-4, 3e-6}) {
+      RenderCounts counts;
+      const double error = view.rms_error(view.adaptive(tolerance, counts), exact);
+      EXPECT_LT(error, std::max(tolerance, 5e-6)) << galaxy;
+      EXPECT_LT(error, last) << galaxy;
+      EXPECT_EQ(counts.unconverged_rays, 0u);
+      std::printf("%-16s tolerance %g: rms error %.2e\n", galaxy, tolerance, error);
+      last = error;
+    }
+  }
+}
+
+// Light in, behind and in front of thick clumpy dust; alone, and with the dust of another galaxy
+// within it.
+TEST(ThickTexturedDustTest, ToleranceIsKept) {
+  const auto thick = [](double depth) {
+    return Resources::from_record(
+        {{"galaxies/thick", "thick.toml",
+          "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nintensity = 1\narm_width = 0\nz0 = "
+          "0.02\n"
+          "rh = 0.25\nnoise = { octaves = 4 }\n"
+          "[[component]]\nclass = \"dust\"\narm_width = 0\nz0 = 0.04\nrh = 0.4\n"
+          "noise = { octaves = 4 }\noptical_depth = " +
+              std::to_string(depth) + "\n"}});
+  };
+  for (const double inclination : {0.0, 40.0, 75.0, 85.0}) {
+    const std::string alone =
+        fmt::format("galaxy x y z inclination pa seed\nthick 0 0 0 {} 90 1\n", inclination);
+    const std::string pair = alone + fmt::format("thick 0.1 0 0.05 {} 70 2\n", inclination + 5);
+    for (const std::string& scene : {alone, pair}) {
+      for (const double depth : {50.0, 1000.0}) {
+        const GalaxyRays view(thick(depth), scene, inclination, 40);
+        const std::vector<double> exact = view.uniform(1e5);
+        for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
+          RenderCounts counts;
+          const double error = view.rms_error(view.adaptive(tolerance, counts), exact);
+          EXPECT_LT(error, tolerance) << depth << " deep at " << inclination << " degrees";
+          std::printf("%s, depth %g, %g degrees, tolerance %g: rms error %.2e\n",
+                      scene == alone ? "alone" : "pair", depth, inclination, tolerance, error);
+        }
+      }
+    }
+  }
+}
 
 }  // namespace
 }  // namespace gamer

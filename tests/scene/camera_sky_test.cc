@@ -259,5 +259,32 @@ TEST_F(CameraHeader, WrongHeaders) {
                 "64 x 48 pixels: at pixel (0.5, 0.5) it folds the image");
 }
 
+TEST_F(CameraHeader, FrameIsThatOfCatalogues) {
+  const auto message = [&](std::vector<std::string> cards) {
+    for (const char* card : {"CTYPE1  = 'RA---TAN'", "CTYPE2  = 'DEC--TAN'", "CRPIX1  = 32.5",
+                             "CRPIX2  = 24.5", "CRVAL1  = 150.0", "CRVAL2  = 2.0"}) {
+      cards.emplace_back(card);
+    }
+    write("frame.fits", cards);
+    RenderParameters parameters = read("", "frame.fits");
+    Resources resources({});
+    try {
+      make_camera(parameters, resources);
+    } catch (const InputError& error) {
+      return std::string(error.what()).substr(label().size());
+    }
+    return std::string();
+  };
+  const std::string scale = "CDELT1  = -1.2E-4", other = "CDELT2  = 1.2E-4";
+  EXPECT_EQ(message({scale, other, "RADESYS = 'FK5     '", "EQUINOX = 2000.0"}), "");
+  EXPECT_EQ(message({scale, other, "EQUINOX = 2000.0"}), "");
+  EXPECT_EQ(message({scale, other, "RADESYS = 'FK5     '", "EQUINOX = 1975.0"}),
+            ":5:10: frame.fits: its coordinates are FK5 of the equinox 1975; expected ICRS, or FK5 "
+            "of the equinox 2000");
+  EXPECT_NE(message({scale, other, "EPOCH   = 1950.0"}).find("FK4 of the equinox 1950"),
+            std::string::npos);
+  EXPECT_EQ(message({}), ":5:10: frame.fits: its pixels have no scale; expected CDi_j or CDELTi");
+}
+
 }  // namespace
 }  // namespace gamer

@@ -21,6 +21,7 @@ class Bulge : public Component {
   double envelope_integral() const override;
   Cloud cloud(std::size_t /*size*/) const override { return {}; }
   void plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const override;
+  bool has_cusp() const override { return true; }
   ColumnScale column_scale(const double nearest[3], const double direction[3],
                            double reach) const override;
   double face_on_column() const override;

@@ -111,6 +111,9 @@ class Component {
   /// `nearest` is the ray's point closest to the centre, `direction` of length 1.
   virtual ColumnScale column_scale(const double nearest[3], const double direction[3],
                                    double reach) const = 0;
+  /// Whether the integral of the density has a cusp at the centre, about which single rays miss the
+  /// mean over a pixel by far.
+  virtual bool has_cusp() const { return false; }
   /// A typical largest integral of the envelope along a ray seen face on, galaxy radii.
   virtual double face_on_column() const = 0;
   /// The largest envelope, arm modifier aside.

@@ -79,10 +79,10 @@ class Renderer {
   struct Sums;
   /// Finds the rays through the middles of pixels [left, right) of row y, for place_samples().
   void aim(int left, int right, int y, Work& work) const;
-  /// Whether one of the pixels around it holds the centre of a galaxy, where a bulge has its cusp.
-  bool is_at_centre(int x, int y) const;
-  /// Rays of a pixel: a fixed grid, or cells where it is large for what it shows. Pixels at the
-  /// centres of galaxies have cells in any case.
+  /// Whether a pixel is one of the nine about a cusp.
+  bool is_at_cusp(int x, int y) const;
+  /// Rays of a pixel: a fixed grid, or cells where it is large for what it shows. Pixels about a
+  /// cusp have cells in any case, with a grid as that cusp needs them.
   void place_samples(int x, int y, int row, const GalaxyIndex::Found& near, Work& work) const;
   /// `middle` is the ray through the cell's.
   void refine(const Sample& cell, const std::optional<Ray>& middle, Work& work) const;
@@ -121,7 +121,7 @@ class Renderer {
   GalaxyIndex index_;
   StarPainter painter_;
   std::vector<OutputPlane> outputs_;
-  std::vector<std::pair<int, int>> centre_pixels_;  ///< [y, x] ascending, where there is a grid
+  std::vector<std::pair<int, int>> cusp_pixels_;  ///< [y, x] ascending, where there is a grid
   std::vector<double> pixel_in_ball_;  ///< of each galaxy: the longest side there, galaxy radii
   /// Of a galaxy that holds the camera: the same for each scene unit from the camera.
   std::vector<double> pixel_angle_in_ball_;

@@ -80,6 +80,12 @@ CASES = {
     "rays that cannot converge": (
         {"render.par": FINE, "spiral.toml": FINE_GALAXY, "scene.lst": "galaxy x y z\nspiral 0 0 0\n"},
         "out.fits: 6 rays did not converge to the tolerance within 65536 nodes", "card UNCONV"),
+    # The galaxy behind goes on being refined when a bound has stopped the one in front.
+    "rays that cannot converge at first": (
+        {"render.par": FINE, "spiral.toml": FINE_GALAXY,
+         "other.toml": FINE_GALAXY.replace("octaves = 5", "octaves = 3"),
+         "scene.lst": "galaxy x y z\nspiral 0 0 0\nother 0 3 0\n"},
+        "out.fits: 6 rays did not converge to the tolerance within 65536 nodes", "card UNCONV"),
     "frames of a film": ({"render.par": FILM}, "4 of 5 frames without light; frame 2: " + DARK,
                          "no galaxy is in view"),
 }

@@ -31,24 +31,31 @@ inline std::vector<std::string> galaxies_in(const std::filesystem::path& folder)
   return names;
 }
 
-/// Parallel rays, spread over the image of one shipped galaxy at an inclination (degrees), each
-/// with the footprint of a pixel of a 512th of the galaxy's diameter, at three wavelengths.
-class ShippedRays {
+/// Parallel rays, spread over the image of one galaxy at an inclination (degrees), each with the
+/// footprint of a pixel of a 512th of the galaxy's diameter, at three wavelengths.
+class GalaxyRays {
  public:
-  ShippedRays(const std::filesystem::path& project, const std::string& galaxy, double inclination,
-              int rays)
+  /// Rays through a shipped galaxy.
+  GalaxyRays(const std::filesystem::path& project, const std::string& galaxy, double inclination,
+             int rays, int seed = 1)
+      : GalaxyRays(Resources({project}),
+                   fmt::format("galaxy x y z inclination pa seed\n{} 0 0 0 {} 90 {}\n", galaxy,
+                               inclination, seed),
+                   inclination, rays) {}
+  /// Rays through all galaxies of a scene.
+  GalaxyRays(Resources resources, const std::string& scene, double inclination, int rays)
       : inclination_(inclination * std::numbers::pi / 180), rays_(static_cast<std::size_t>(rays)) {
     const ConfigNode root = parse_toml(
         "[image]\nsize = 512\n[camera]\nprojection = \"orthographic\"\nposition = [0, 0, 10]\n"
         "up = [0, 1, 0]\nwidth = 2\n[spectrum]\nwavelengths = [4300, 5750, 7400]\n",
         "view.par");
     const RenderParameters parameters = RenderParameters::read(root);
-    Resources resources({project});
     const Spectrum spectrum = load_spectrum(parameters, resources);
-    const std::string row =
-        fmt::format("galaxy x y z inclination pa\n{} 0 0 0 {} 90\n", galaxy, inclination);
     scene_ = std::make_shared<Scene>(
-        read_scene(row, "scene.lst", parameters, spectrum, Camera(parameters), resources));
+        read_scene(scene, "scene.lst", parameters, spectrum, Camera(parameters), resources));
+    for (std::size_t g = 0; g < scene_->galaxies.size(); ++g) {
+      galaxies_.push_back(static_cast<int>(g));
+    }
     // A spectral node at each wavelength.
     basis_ = std::make_shared<const SpectralBasis>(spectrum, std::vector<SpectralBasis::Probe>{}, 1,
                                                    1e-3);
@@ -88,7 +95,6 @@ class ShippedRays {
   std::vector<double> trace(const Medium& medium, const Sampler& sampler,
                             RenderCounts& counts) const {
     constexpr double pixel = 2.0 / 512, widest = 0.9, thinnest = 0.1;
-    constexpr int galaxies[] = {0};
     const double height = widest * std::max(std::cos(inclination_), thinnest);
     std::vector<std::vector<Hit>> hits(rays_);
     std::vector<std::span<const Hit>> spans;
@@ -100,7 +106,7 @@ class ShippedRays {
       };
       const Ray ray{{widest * next(0.7548776662466927), height * next(0.5698402909980532), 10},
                     {0, 0, -1}};
-      medium.hits(ray, galaxies, hits[i]);
+      medium.hits(ray, galaxies_, hits[i]);
       for (Hit& hit : hits[i]) hit.footprint = pixel;
       spans.emplace_back(hits[i]);
     }
@@ -123,6 +129,7 @@ class ShippedRays {
 
   double inclination_;
   std::size_t rays_;
+  std::vector<int> galaxies_;
   std::shared_ptr<const Scene> scene_;
   std::shared_ptr<const SpectralBasis> basis_;
 };
