@@ -80,6 +80,11 @@ CASES = {
     "rays that cannot converge": (
         {"render.par": FINE, "spiral.toml": FINE_GALAXY, "scene.lst": "galaxy x y z\nspiral 0 0 0\n"},
         "out.fits: 6 rays would need more than 65536 nodes for the tolerance", "card UNCONV"),
+    "frames of a film with such rays": (
+        {"render.par": FINE + "[animation]\nframes = 5\nposition = [0, -10, 0, 0, -1, 10]\n",
+         "spiral.toml": FINE_GALAXY, "scene.lst": "galaxy x y z\nspiral 0 0 0\n"},
+        "5 of 5 frames, the first frame 1: 30 rays would need more than 65536 nodes",
+        "card UNCONV"),
     "frames of a film": ({"render.par": FILM}, "4 of 5 frames without light; frame 2: " + DARK,
                          "no galaxy is in view"),
 }
