@@ -20,6 +20,7 @@
 #include "gamer/render/resume.h"
 #include "gamer/render/schedule.h"
 #include "gamer/render/truth.h"
+#include "image/private_folder.h"
 
 namespace gamer {
 namespace {
@@ -222,8 +223,10 @@ void Work::go_on(std::unique_ptr<Journal> journal) {
 void Work::complete(const Ranks& ranks, int threads) { gamer::complete(job_, ranks, threads); }
 
 void Work::begin() {
+  const fs::path path = journal_path(job_.parameters.output);
+  // Left by a kill at the moment when the journal began, ahead of all other files.
+  PrivateFolder::remove_left_behind(path);
   if (!journal_) {
-    const fs::path path = journal_path(job_.parameters.output);
     Journal::discard(path);
     const JournalHead head = make_journal_head(job_, truth_text(options_));
     date_ = head.date;
