@@ -63,11 +63,27 @@ struct Options {
 
 constexpr int most_threads = 4096;
 
-/// The word as a shell reads it.
+/// "$'...'", in which control characters and bytes that are not ASCII are octal numbers.
+std::string escaped_word(const std::string& word) {
+  std::string quoted = "$'";
+  for (const char c : word) {
+    if (c == '\'' || c == '\\') {
+      quoted += {'\\', c};
+    } else if (c >= ' ' && c <= '~') {
+      quoted += c;
+    } else {
+      quoted += fmt::format("\\{:03o}", static_cast<unsigned char>(c));
+    }
+  }
+  return quoted + "'";
+}
+
+/// The word as a shell reads it, in characters that print.
 std::string shell_word(const std::string& word) {
   constexpr const char* plain =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+=.,/:@%^";
   if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
+  if (gamer::printable(word) != word) return escaped_word(word);
   std::string quoted = "'";
   for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return quoted + "'";

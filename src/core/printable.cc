@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <bit>
 #include <cstdint>
 
@@ -15,18 +16,24 @@ std::uint8_t byte_at(std::string_view text, std::size_t i) {
 /// Bytes of the character of UTF-8 that `text` begins with; 0 where it is none that prints.
 std::size_t printing_length(std::string_view text) {
   constexpr std::uint8_t kDelete = 0x7F, kFirstTail = 0x80, kLastTail = 0xBF;
-  // The first byte says how many there are; what would encode less than that is wrong.
+  // The first byte says how many there are.
   const std::uint8_t first = byte_at(text, 0);
   if (first < kFirstTail) return first >= ' ' && first != kDelete ? 1 : 0;
   const auto length = static_cast<std::size_t>(std::countl_one(first));
   if (length < 2 || length > 4 || length > text.size()) return 0;
+  constexpr int kTailBits = 6;
+  std::uint32_t code = first & (kDelete >> length);
   for (std::size_t i = 1; i < length; ++i) {
-    if (byte_at(text, i) < kFirstTail || byte_at(text, i) > kLastTail) return 0;
+    const std::uint8_t tail = byte_at(text, i);
+    if (tail < kFirstTail || tail > kLastTail) return 0;
+    code = code << kTailBits | (tail - kFirstTail);
   }
-  // U+0080 to U+009F are control characters too.
-  constexpr std::uint8_t kOverlong = 0xC1, kControls = 0xC2, kLastControl = 0x9F;
-  if (first <= kOverlong || (first == kControls && byte_at(text, 1) <= kLastControl)) return 0;
-  return length;
+  // A character has its shortest form only. U+0080 to U+009F are control characters too; halves of
+  // pairs in UTF-16 are none.
+  constexpr std::array<std::uint32_t, 5> kFirst = {0, 0, 0xA0, 0x800, 0x10000};
+  constexpr std::uint32_t kFirstHalf = 0xD800, kLastHalf = 0xDFFF, kLast = 0x10FFFF;
+  const bool is_half = code >= kFirstHalf && code <= kLastHalf;
+  return code >= kFirst[length] && code <= kLast && !is_half ? length : 0;
 }
 
 }  // namespace

@@ -310,6 +310,13 @@ void Galaxy::resolve(const std::string& label) {
   follow_scale_.assign(components_.size(), 1.0);
   seen_means_.assign(components_.size(), {});
   dust_.assign(components_.size(), {});
+  // Dust is thick from this optical depth on, face on.
+  constexpr double thick = 5;
+  double depth = 0;
+  for (const auto& component : components_) {
+    if (component->absorbs()) depth += component->amplitude() * component->face_on_column();
+  }
+  skin_scale_ = static_cast<float>(thick / std::max(depth, thick));
   for (const auto& component : components_) {
     integrals_.push_back(component->envelope_integral() * axis_[0] * axis_[1] * axis_[2]);
   }
@@ -459,6 +466,7 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
                       EvaluationCounts& counts) const {
   const Clock clock;
   const double earlier_noise = counts.noise_seconds;
+  threshold *= skin_scale_;
   const BatchArray* footprints = rays != nullptr ? &rays->footprint : nullptr;
   const std::size_t count = components_.size();
   SampleBatch batch;

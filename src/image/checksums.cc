@@ -16,13 +16,16 @@
 namespace gamer {
 namespace {
 
-void check_fits_sums(const std::filesystem::path& path) {
+void check_fits_sums(const std::filesystem::path& path, int least_hdus) {
   FitsFile file = FitsFile::open(path, path.generic_string());
   const int count = file.hdu_count();
   for (int hdu = 1; hdu <= count; ++hdu) {
     file.move_to(hdu);
     file.check_sums();
   }
+  if (count >= least_hdus) return;
+  file.fail(fmt::format("it is cut off: it has {} HDU{} of {}", count, count == 1 ? "" : "s",
+                        least_hdus));
 }
 
 void check_bmp_length(const std::filesystem::path& path) {
@@ -40,13 +43,13 @@ void check_bmp_length(const std::filesystem::path& path) {
 
 }  // namespace
 
-void check_sums(const std::filesystem::path& image) {
+void check_sums(const std::filesystem::path& image, int least_hdus) {
   const std::optional<ImageSuffix> suffix = image_suffix(image);
   if (!suffix) return;
   switch (*suffix) {
     case ImageSuffix::fits:
     case ImageSuffix::fits_compressed:
-      return check_fits_sums(image);
+      return check_fits_sums(image, least_hdus);
     case ImageSuffix::png:
       return check_png_sums(image);
     case ImageSuffix::bmp:

@@ -13,6 +13,7 @@
 #include <string>
 #include <utility>
 
+#include "gamer/core/printable.h"
 #include "image/removed_on_signal.h"
 
 namespace gamer {
@@ -103,8 +104,9 @@ void say_when_stopped(const std::string& program, const std::string& rest) {
   const char* start = isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "";
   Messages texts;
   for (std::size_t i = 0; i < texts.size(); ++i) {
-    texts[i] =
-        fmt::format("{}{}: stopped by {}{}\n", start, program, ending_signals[i].second, rest);
+    const std::string text =
+        fmt::format("{}: stopped by {}{}", program, ending_signals[i].second, rest);
+    texts[i] = fmt::format("{}{}\n", start, printable(text));
   }
   const std::lock_guard lock(entries_mutex);
   messages = &all.emplace_back(std::move(texts));

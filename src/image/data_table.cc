@@ -298,17 +298,18 @@ void write_data_table(FitsFile& file, const DataTable& table, const std::vector<
   }
 }
 
-std::string header_text(const std::filesystem::path& path) {
-  std::filesystem::path name = path;
-  std::string hdu;
+std::filesystem::path header_file(const std::filesystem::path& path) {
   const std::string text = path.string();
-  const std::size_t bracket = text.rfind('[');
   std::error_code error;
-  if (text.ends_with(']') && bracket != std::string::npos &&
-      !std::filesystem::exists(path, error)) {
-    name = text.substr(0, bracket);
-    hdu = text.substr(bracket + 1, text.size() - bracket - 2);
-  }
+  if (!text.ends_with(']') || std::filesystem::exists(path, error)) return path;
+  return text.substr(0, text.rfind('['));
+}
+
+std::string header_text(const std::filesystem::path& path) {
+  const std::filesystem::path name = header_file(path);
+  std::string hdu = path.string().substr(name.string().size());
+  // "[SCI]".
+  if (!hdu.empty()) hdu = hdu.substr(1, hdu.size() - 2);
   FitsFile file = FitsFile::open(name, name.string());
   if (!hdu.empty()) {
     file.move_to_named(hdu);

@@ -36,6 +36,15 @@ namespace {
 
 // ---- Header ------------------------------------------------------------------------------------
 
+/// Whether the header's cards stand in an empty primary HDU.
+bool has_empty_primary(const OutputOptions& options, const ImageHeader& header) {
+  return options.layout == ImageLayout::extensions || !header.faces.empty();
+}
+
+bool is_compressed(const OutputOptions& options) {
+  return image_suffix(options.path) == ImageSuffix::fits_compressed;
+}
+
 /// All of one FITS file but its pixels: which HDUs there are, and their headers.
 class FitsLayout {
  public:
@@ -109,10 +118,7 @@ class FitsLayout {
   }
 
  private:
-  /// Whether the header's cards stand in an empty primary HDU.
-  bool has_head() const {
-    return options_.layout == ImageLayout::extensions || !header_.faces.empty();
-  }
+  bool has_head() const { return has_empty_primary(options_, header_); }
 
   /// Of the HDU with the planes [first, first + count).
   const std::string& unit_of(int first, int count) const {
@@ -234,7 +240,7 @@ class FitsWriter final : public ImageWriter {
       throw RunError(fmt::format("{}: row {} was never written", options_.path.string(),
                                  missing - written_.begin()));
     }
-    if (is_compressed()) compress();
+    if (is_compressed(options_)) compress();
     for (auto& output : outputs_) {
       const int hdus = output->file.hdu_count();
       for (int hdu = 1; hdu <= hdus; ++hdu) {
@@ -256,8 +262,6 @@ class FitsWriter final : public ImageWriter {
     TemporaryFile temporary;
     FitsFile file;
   };
-
-  bool is_compressed() const { return image_suffix(options_.path) == ImageSuffix::fits_compressed; }
 
   /// Of one plane of the rows. Rows of nothing but zeros are left out, since a file is zero where
   /// nothing was written; so that a mostly empty image costs little.
@@ -304,7 +308,7 @@ class FitsWriter final : public ImageWriter {
         sum.add(sum_of(plane, face));
       }
     }
-    if (!is_image || is_compressed() || has_rewritten_) return std::nullopt;
+    if (!is_image || is_compressed(options_) || has_rewritten_) return std::nullopt;
     return sum.value();
   }
 
@@ -351,6 +355,16 @@ class FitsWriter final : public ImageWriter {
 std::unique_ptr<ImageWriter> make_fits_writer(const OutputOptions& options,
                                               const ImageHeader& header) {
   return std::make_unique<FitsWriter>(options, header);
+}
+
+int fits_hdus(const OutputOptions& options, const ImageHeader& header) {
+  const auto tables = static_cast<int>(header.tables.size() + header.data_tables.size());
+  // The map's table behind an empty primary HDU.
+  if (header.healpix) return 2 + tables;
+  const int empty = has_empty_primary(options, header) || is_compressed(options) ? 1 : 0;
+  const int faces = std::max(1, static_cast<int>(header.faces.size()));
+  const int images = options.layout == ImageLayout::extensions ? header.planes() : 1;
+  return empty + faces * images + tables;
 }
 
 std::string fits_date() {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <climits>
@@ -62,6 +63,23 @@ long long number_of(std::string_view key, std::string_view stem) {
   return is_number ? std::max(number, 0LL) : 0;
 }
 
+/// The name that CFITSIO finds in a record. It takes what stands before a blank or "=", which need
+/// not be in its place, and what follows HIERARCH for a name like others.
+std::string_view name_of(std::string_view record) {
+  constexpr std::string_view kLongName = "HIERARCH ";
+  const std::size_t equals = record.find('=');
+  if (record.starts_with(kLongName) && equals != std::string_view::npos) {
+    return trim(record.substr(kLongName.size(), equals - kLongName.size()));
+  }
+  return record.substr(0, record.find_first_of(" ="));
+}
+
+/// Whether CFITSIO, which looks for it in whatever case, takes the name for GROUPS.
+bool is_groups(std::string_view name) {
+  constexpr std::string_view kGroups = "GROUPS";
+  return std::ranges::equal(name, kGroups, {}, [](unsigned char c) { return std::toupper(c); });
+}
+
 /// Whether a card's value is a string of printing ASCII.
 bool is_string(std::string_view record) {
   const bool is_text =
@@ -96,9 +114,7 @@ class Header {
   double data_blocks() const {
     constexpr double kBitsPerByte = 8;
     double pixels = axes_.empty() ? 0 : 1;
-    // The first axis of random groups is 0.
-    const bool has_groups = has_groups_ && !axes_.empty() && axes_[0] == 0;
-    for (std::size_t i = has_groups ? 1 : 0; i < axes_.size(); ++i) pixels *= axes_[i];
+    for (const double axis : axes_) pixels *= axis;
     const double values = static_cast<double>(groups_.value_or(1)) *
                           (static_cast<double>(parameters_.value_or(0)) + pixels);
     return std::ceil(bits_ / kBitsPerByte * values / kBlock);
@@ -110,8 +126,7 @@ class Header {
 
  private:
   void read_record(std::string_view record) {
-    std::string_view key = record.substr(0, kKeyword);
-    key = key.substr(0, key.find_last_not_of(' ') + 1);
+    const std::string_view key = name_of(record);
     const std::optional<long long> value = integer(record);
     if (!read_mandatory(key, value) && is_size(key)) {
       fail(fmt::format("{} stands there twice", key));
@@ -123,7 +138,7 @@ class Header {
     if (key == "PCOUNT") take_once(parameters_, key, value, INT64_MAX);
     if (key == "GCOUNT") take_once(groups_, key, value, INT64_MAX);
     if (key == "TFIELDS") take_once(columns_, key, value, kMostColumns);
-    if (key == "GROUPS") has_groups_ = trim(record.substr(kValue)).starts_with('T');
+    if (is_groups(key)) has_groups_ = true;
     read_column(key, record);
     read_compressed(key, value);
   }
@@ -201,6 +216,8 @@ class Header {
 
   void check_end() const {
     if (records_ < kFirstAxis + axis_count_) fail("cards of its sizes are missing");
+    // CFITSIO takes its size from the other axes, depending on the first GROUPS.
+    if (has_groups_ && !axes_.empty() && axes_[0] == 0) fail("random groups are no image");
     // CFITSIO takes what has TFIELDS for a table, too.
     if (hdu_ > 0 && (is_table_ || columns_)) check_table();
     if (!is_compressed_ || (bad_.empty() && has_all_axes())) return;
@@ -279,8 +296,10 @@ void check_headers(const std::filesystem::path& path, const std::string& label) 
       if (bytes.empty()) header.fail("the file ends before its header does (END)");
     }
     const double size = header.data_blocks() * kBlock;
+    // CFITSIO's products of larger sizes overflow.
     constexpr double kFarthest = 0x1p62;
-    if (size >= kFarthest) return;
+    // Also where it is no number, a product of infinity and 0.
+    if (!(size < kFarthest)) header.fail("its sizes cannot be");
     if (gzseek(file.get(), static_cast<z_off_t>(size), SEEK_CUR) < 0) return;
   }
 }

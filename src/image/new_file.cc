@@ -6,7 +6,7 @@
 #include <system_error>
 
 #include "gamer/core/error.h"
-#include "image/temporary_file.h"
+#include "image/private_folder.h"
 
 namespace gamer {
 
@@ -35,7 +35,7 @@ void check_new_file(const std::filesystem::path& path, bool overwrite) {
     }
   }
   try {
-    TemporaryFile probe(path);
+    PrivateFolder::make(path);
   } catch (const RunError& cannot_write) {
     throw InputError(fmt::format("output {}", cannot_write.what()));
   }

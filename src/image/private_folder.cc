@@ -6,7 +6,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
+#include <climits>
 #include <cstring>
 #include <string>
 #include <string_view>
@@ -26,8 +29,19 @@ constexpr std::size_t longest_stem = 200;
 /// work on one file are rare.
 constexpr int numbers_looked_at = 4;
 
-constexpr const char* lock_name = "lock";
 constexpr std::string_view part_suffix = ".part";
+
+/// Of this machine's processes: "lock.<host>". A lock tells nothing of other machines where the
+/// file system does not share locks.
+const std::string& lock_name() {
+  static const std::string name = [] {
+    std::array<char, HOST_NAME_MAX + 1> host{};
+    gethostname(host.data(), host.size() - 1);
+    std::ranges::replace(host, '/', '_');
+    return fmt::format("lock.{}", host.data());
+  }();
+  return name;
+}
 
 /// The number-th folder beside a file, from 1.
 fs::path folder_path(const fs::path& final_path, int number) {
@@ -63,7 +77,7 @@ class PrivateFolder::Opened {
 
   /// Locks a new folder; returns an errno, or 0.
   int lock_new() {
-    if (folder_ < 0 || !open_lock(O_EXCL)) return errno;
+    if (folder_ < 0 || !open_lock(O_CREAT | O_EXCL)) return errno;
     struct stat folder {
     }, lock{};
     if (fstat(folder_, &folder) != 0 || fstat(lock_, &lock) != 0) return errno;
@@ -73,13 +87,14 @@ class PrivateFolder::Opened {
     if (flock(lock_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return errno;
     return has_lock() ? 0 : ENOENT;
   }
-  /// Locks a folder of this user's whose owner has gone.
-  bool lock_left() {
+  /// Whether it is a folder that this user alone may enter.
+  bool is_own() const {
     struct stat folder {};
     return folder_ >= 0 && fstat(folder_, &folder) == 0 && folder.st_uid == geteuid() &&
-           (folder.st_mode & (S_IRWXG | S_IRWXO)) == 0 && open_lock(0) &&
-           flock(lock_, LOCK_EX | LOCK_NB) == 0 && has_lock();
+           (folder.st_mode & (S_IRWXG | S_IRWXO)) == 0;
   }
+  /// Locks a folder whose owner, on this machine, has gone.
+  bool lock_left() { return open_lock(0) && flock(lock_, LOCK_EX | LOCK_NB) == 0 && has_lock(); }
 
   /// The folder, by its descriptor.
   fs::path inside() const {
@@ -95,13 +110,14 @@ class PrivateFolder::Opened {
     }
   }
   void remove_folder() const {
-    unlinkat(folder_, lock_name, 0);
-    rmdir(path_.c_str());
+    unlinkat(folder_, lock_name().c_str(), 0);
+    remove_empty();
   }
+  void remove_empty() const { rmdir(path_.c_str()); }
 
  private:
   bool open_lock(int flags) {
-    lock_ = openat(folder_, lock_name, O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC | flags,
+    lock_ = openat(folder_, lock_name().c_str(), O_RDWR | O_NOFOLLOW | O_CLOEXEC | flags,
                    S_IRUSR | S_IWUSR);
     return lock_ >= 0;
   }
@@ -109,7 +125,7 @@ class PrivateFolder::Opened {
   bool has_lock() const {
     struct stat by_name {
     }, locked{};
-    return fstatat(folder_, lock_name, &by_name, AT_SYMLINK_NOFOLLOW) == 0 &&
+    return fstatat(folder_, lock_name().c_str(), &by_name, AT_SYMLINK_NOFOLLOW) == 0 &&
            fstat(lock_, &locked) == 0 && by_name.st_dev == locked.st_dev &&
            by_name.st_ino == locked.st_ino;
   }
@@ -123,12 +139,11 @@ PrivateFolder::PrivateFolder(std::unique_ptr<Opened> opened, const fs::path& pat
     : opened_(std::move(opened)),
       inside_(opened_->inside()),
       folder_(path, true),
-      lock_(inside_ / lock_name) {}
+      lock_(inside_ / lock_name()) {}
 
 PrivateFolder::~PrivateFolder() { opened_->remove_folder(); }
 
 std::unique_ptr<PrivateFolder> PrivateFolder::make(const fs::path& final_path) {
-  remove_left_behind(final_path);
   for (int number = 1;; ++number) {
     const fs::path path = folder_path(final_path, number);
     int error = mkdir(path.c_str(), S_IRWXU) == 0 ? 0 : errno;
@@ -154,9 +169,14 @@ void PrivateFolder::remove_left_behind(const fs::path& final_path) {
       continue;
     }
     Opened folder(path);
-    if (!folder.lock_left()) continue;
-    folder.remove_parts();
-    folder.remove_folder();
+    if (!folder.is_own()) continue;
+    if (folder.lock_left()) {
+      folder.remove_parts();
+      folder.remove_folder();
+    } else {
+      // Its process had made no lock yet, or had removed it.
+      folder.remove_empty();
+    }
   }
 }
 

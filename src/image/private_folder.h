@@ -11,16 +11,16 @@ namespace gamer {
 /// A folder for files in the making, beside the final file. Only this user may enter it, so that
 /// nobody else can put a link in a file's place.
 ///
-/// Its owner holds the lock of a file in it. A folder without a lock was left by a process that is
-/// gone. Files are named by way of the folder's descriptor where the system allows: another user
-/// may be able to move the folder, but not to give another one to the program.
+/// Its owner holds the lock of a file in it, which bears the machine's name. A folder with this
+/// machine's file that nobody has locked was left by a process that is gone. Files are named by way
+/// of the folder's descriptor where the system allows: another user may be able to move the folder,
+/// but not to give another one to the program.
 class PrivateFolder {
  public:
-  /// A new one, after those that earlier processes of this user left beside this file are removed.
-  /// Throws RunError "<final path>: cannot write: ...".
+  /// A new one. Throws RunError "<final path>: cannot write: ...".
   static std::unique_ptr<PrivateFolder> make(const std::filesystem::path& final_path);
-  /// Removes what such processes left. Folders of processes at work, of other users and on file
-  /// systems without locks stay.
+  /// Removes what earlier processes of this user and this machine left beside this file. Folders of
+  /// processes at work and on file systems without locks stay.
   static void remove_left_behind(const std::filesystem::path& final_path);
 
   /// Removes the folder. Its files are gone by then.

@@ -30,7 +30,10 @@ std::shared_ptr<PrivateFolder> folder_beside(const fs::path& final_path) {
   const std::lock_guard lock(mutex);
   std::weak_ptr<PrivateFolder>& known = folders[fs::absolute(final_path).parent_path()];
   std::shared_ptr<PrivateFolder> folder = known.lock();
-  if (folder == nullptr) known = folder = PrivateFolder::make(final_path);
+  if (folder == nullptr) {
+    PrivateFolder::remove_left_behind(final_path);
+    known = folder = PrivateFolder::make(final_path);
+  }
   return folder;
 }
 

@@ -14,7 +14,8 @@ namespace gamer {
 /// makes at a time beside each other share a folder, which bears the first one's name.
 class TemporaryFile {
  public:
-  /// Proves that the folder can be written; the file itself is left to the caller. Throws RunError.
+  /// Proves that the folder can be written, and removes what killed processes left beside this
+  /// file; the file itself is left to the caller. Throws RunError.
   explicit TemporaryFile(const std::filesystem::path& final_path);
   ~TemporaryFile();
   TemporaryFile(const TemporaryFile&) = delete;

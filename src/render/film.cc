@@ -78,6 +78,7 @@ Film::Film(const RenderJob& animation, WorkOptions options, int ranks, int threa
     own.output.overwrite = options_.overwrite;
     if (options_.resume) {
       if (are_there(files)) {
+        check_undamaged(own, options_, header_, truth_header);
         const auto tone = check_same_frame(files.front(), jobs_->record(), own);
         if (tone && !parameters_.output.tone) {
           earlier_tone_ = tone;
@@ -199,8 +200,8 @@ void Film::choose_tone(const Ranks& ranks, Executor& executor) {
   parameters_.set("image", "tone", std::vector<double>(numbers.begin(), numbers.end()));
 }
 
-bool Film::render_frame(int number, int ranks, int threads, Executor& executor,
-                        const Messages& messages, RankReport& report) {
+Film::Flaws Film::render_frame(int number, int ranks, int threads, Executor& executor,
+                               const Messages& messages, RankReport& report) {
   RenderParameters own = frame(number);
   own.output.overwrite = options_.overwrite;
   std::unique_ptr<Journal> earlier;
@@ -220,10 +221,28 @@ bool Film::render_frame(int number, int ranks, int threads, Executor& executor,
     work.render(executor, messages.progress, report);
   }
   if (messages.say) messages.say(work.text());
-  if (const std::string text = work.shortfall(); messages.warn && !text.empty()) {
-    messages.warn(text);
+  return {!work.darkness().empty(), work.unconverged_rays()};
+}
+
+void Film::warn_of(const std::map<int, Flaws>& flaws, const Messages& messages) {
+  std::vector<int> dark, unconverged;
+  double rays = 0;
+  for (const auto& [number, flaw] : flaws) {
+    if (flaw.is_dark) dark.push_back(number);
+    if (flaw.unconverged_rays > 0) unconverged.push_back(number);
+    rays += flaw.unconverged_rays;
   }
-  return work.darkness().empty();
+  if (!dark.empty()) {
+    messages.warn(fmt::format("{} of {} frames without light; frame {}: {}", dark.size(),
+                              flaws.size(), dark.front() + 1,
+                              darkness_warning(jobs_->make(frame(dark.front())))));
+  }
+  if (!unconverged.empty()) {
+    messages.warn(
+        shortfall_warning(fmt::format("{} of {} frames, the first frame {}", unconverged.size(),
+                                      flaws.size(), unconverged.front() + 1),
+                          rays));
+  }
 }
 
 void Film::render(const Ranks& ranks, int threads, Executor& executor, const Messages& messages,
@@ -240,20 +259,22 @@ void Film::render(const Ranks& ranks, int threads, Executor& executor, const Mes
   const auto count = static_cast<int>(left_.size());
   const auto number = [&](int i) { return left_[static_cast<std::size_t>(i)]; };
   const int apart = frames_apart(count, ranks.size());
-  std::vector<int> dark;
+  std::map<int, Flaws> flaws;
   if (apart > 0) {
     Progress progress(apart, is_root ? messages.progress : Progress::Style::none, stderr);
     progress.count("frames");
     const std::unique_ptr<Executor> hand_out = ranks.executor(1);
     hand_out->run(
-        even_blocks(apart, 1), 1,
+        even_blocks(apart, 1), 2,
         [&](RowRange block, std::span<double> values) {
           ThreadExecutor own(threads);
-          values[0] = render_frame(number(block.first), 1, threads, own, {}, report) ? 1 : 0;
+          const Flaws found = render_frame(number(block.first), 1, threads, own, {}, report);
+          values[0] = found.is_dark ? 1 : 0;
+          values[1] = found.unconverged_rays;
         },
         [&](RowRange block, std::span<const double> values) {
           progress.add(block.size());
-          if (values[0] == 0) dark.push_back(number(block.first));
+          flaws[number(block.first)] = {values[0] != 0, values[1]};
           if (!messages.say) return;
           messages.say(frame_path(parameters_.output.path, number(block.first), frames()).string());
         });
@@ -263,17 +284,12 @@ void Film::render(const Ranks& ranks, int threads, Executor& executor, const Mes
   }
   for (int i = apart; i < count; ++i) {
     if (is_root) {
-      if (!render_frame(number(i), ranks.size(), threads, executor, messages, report)) {
-        dark.push_back(number(i));
-      }
+      flaws[number(i)] = render_frame(number(i), ranks.size(), threads, executor, messages, report);
     } else {
       help_render(jobs_->make(frame(number(i))), options_, executor, report);
     }
   }
-  if (dark.empty() || !messages.warn) return;
-  const int first = *std::ranges::min_element(dark);
-  messages.warn(fmt::format("{} of {} frames without light; frame {}: {}", dark.size(), count,
-                            first + 1, darkness_warning(jobs_->make(frame(first)))));
+  if (messages.warn) warn_of(flaws, messages);
 }
 
 }  // namespace gamer

@@ -11,7 +11,6 @@
 #include "gamer/core/error.h"
 #include "gamer/core/simd.h"
 #include "gamer/core/version.h"
-#include "gamer/image/checksums.h"
 #include "gamer/image/fits.h"
 #include "image/image_suffix.h"
 
@@ -172,14 +171,6 @@ void check_same_job(const std::filesystem::path& image, const Record& now) {
 
 void check_same_job(const std::filesystem::path& image, const Record& then, const Record& now) {
   fail_where_different(record_differences(then, now), image.string());
-}
-
-void check_undamaged(std::span<const std::filesystem::path> files) {
-  try {
-    for (const std::filesystem::path& file : files) check_sums(file);
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("{}; --overwrite starts anew", error.what()));
-  }
 }
 
 std::int64_t journal_simd_targets(const Journal& journal) {

@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 
 #include "gamer/core/units.h"
+#include "gamer/render/sampler.h"
 
 namespace gamer {
 namespace {
@@ -141,6 +142,13 @@ bool has_light(std::span<const double> pixels, bool is_single_precision) {
 
 std::string darkness_warning(const RenderJob& job) {
   return "no light in the image: " + cause_of_darkness(job);
+}
+
+std::string shortfall_warning(const std::string& where, double rays) {
+  return fmt::format(
+      "{}: {:.0f} rays did not converge to the tolerance within {} nodes and may have larger "
+      "errors (card UNCONV); noises of fewer octaves or a larger sampling.tolerance would mend that",
+      where, rays, most_nodes_of_a_ray);
 }
 
 }  // namespace gamer

@@ -14,11 +14,13 @@
 
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
+#include "gamer/image/checksums.h"
+#include "gamer/image/fits.h"
 #include "gamer/image/new_file.h"
 #include "gamer/render/resume.h"
-#include "gamer/render/sampler.h"
 #include "gamer/render/schedule.h"
 #include "gamer/render/truth.h"
+#include "image/private_folder.h"
 
 namespace gamer {
 namespace {
@@ -116,6 +118,24 @@ std::vector<fs::path> result_files(const RenderParameters& parameters, const Wor
   return files;
 }
 
+void check_undamaged(const RenderParameters& parameters, const WorkOptions& options,
+                     const ImageHeader& image, const ImageHeader& truth) {
+  const bool has_table = options.truth && options.truth_table.empty();
+  const auto check = [](const OutputOptions& output, const ImageHeader& header, int tables) {
+    const int hdus = fits_hdus(output, header) + tables;
+    for (const fs::path& file : output_files(output, header)) check_sums(file, hdus);
+  };
+  try {
+    check(parameters.output, image, has_table ? 1 : 0);
+    if (truth.planes() > 0) check(truth_output(parameters), truth, 0);
+    // Behind an empty primary HDU.
+    constexpr int table_hdus = 2;
+    if (!options.truth_table.empty()) check_sums(options.truth_table, table_hdus);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}; --overwrite starts anew", error.what()));
+  }
+}
+
 ImageHeader wanted_truth_header(const RenderJob& job, const WorkOptions& options) {
   return options.truth && job.parameters.truth.any() ? make_truth_header(job) : ImageHeader();
 }
@@ -176,7 +196,7 @@ Work::Work(RenderJob job, WorkOptions options, int ranks, int threads,
   InputFiles(job_).check_outputs(files());
   check_output_suffix(parameters.output);
   if (options_.resume && !journal_ && !parameters.output.overwrite && are_there(files())) {
-    check_undamaged(files());
+    check_undamaged(parameters, options_, header_, truth_header_);
     check_same_job(files().front(), job_.record);
     is_complete_ = true;
     return;
@@ -203,8 +223,10 @@ void Work::go_on(std::unique_ptr<Journal> journal) {
 void Work::complete(const Ranks& ranks, int threads) { gamer::complete(job_, ranks, threads); }
 
 void Work::begin() {
+  const fs::path path = journal_path(job_.parameters.output);
+  // Left by a kill at the moment when the journal began, ahead of all other files.
+  PrivateFolder::remove_left_behind(path);
   if (!journal_) {
-    const fs::path path = journal_path(job_.parameters.output);
     Journal::discard(path);
     const JournalHead head = make_journal_head(job_, truth_text(options_));
     date_ = head.date;
@@ -311,11 +333,7 @@ std::string Work::plan() const {
 
 std::string Work::shortfall() const {
   if (unconverged_rays_ == 0) return "";
-  return fmt::format(
-      "{}: {:.0f} rays did not converge to the tolerance within {} nodes and may have larger "
-      "errors "
-      "(card UNCONV); noises of fewer octaves or a larger sampling.tolerance would mend that",
-      files_text(job_.parameters.output, header_), unconverged_rays_, most_nodes_of_a_ray);
+  return shortfall_warning(files_text(job_.parameters.output, header_), unconverged_rays_);
 }
 
 std::string Work::text() const {

@@ -348,13 +348,11 @@ Camera make_camera(RenderParameters& parameters, Resources& resources) {
     if (text == nullptr) {
       const std::filesystem::path beside =
           std::filesystem::path(parameters.sky_header_where.file).parent_path() / name;
-      // An extended name ("a.fits[1]") is no file's.
-      const std::filesystem::path file = beside.string().substr(0, beside.string().find('['));
       // A file that is there and cannot be looked at is the one that is meant.
       std::error_code error;
-      const bool is_there = std::filesystem::exists(file, error) || error;
+      const bool is_there = std::filesystem::exists(header_file(beside), error) || error;
       const std::filesystem::path path = is_there ? beside : std::filesystem::path(name);
-      resources.add_file(path.string().substr(0, path.string().find('[')));
+      resources.add_file(header_file(path));
       text = &resources.add({header_name, name, header_text(path)});
     }
     const int width = header_size(text->content, "NAXIS1", name);

@@ -6,7 +6,8 @@ namespace gamer {
 namespace {
 
 TEST(Printable, TextStaysAsItIs) {
-  for (const char* text : {"", "a.fits: no 'such' file\\n", "\u00e9\u4e2d\U0001F30C", "\u00a0"}) {
+  for (const char* text : {"", "a.fits: no 'such' file\\n", "\u00e9\u4e2d\U0001F30C", "\u00a0",
+                           "\u07ff\u0800", "\ud7ff\ue000\uffff", "\U00010000\U0010FFFF"}) {
     EXPECT_EQ(printable(text), text);
   }
 }
@@ -25,6 +26,16 @@ TEST(Printable, BytesThatAreNotUtf8AreEscaped) {
   EXPECT_EQ(printable("\xe4\xb8x"), "\\xe4\\xb8x");
   EXPECT_EQ(printable("\xc0\x8a"), "\\xc0\\x8a");
   EXPECT_EQ(printable("\xff"), "\\xff");
+  // Longer than need be: a line's end in three bytes and in four, CSI, the last of two bytes.
+  EXPECT_EQ(printable("\xe0\x80\x8a"), "\\xe0\\x80\\x8a");
+  EXPECT_EQ(printable("\xf0\x80\x80\x8a"), "\\xf0\\x80\\x80\\x8a");
+  EXPECT_EQ(printable("\xe0\x82\x9b"), "\\xe0\\x82\\x9b");
+  EXPECT_EQ(printable("\xe0\x9f\xbf"), "\\xe0\\x9f\\xbf");
+  // Halves of pairs, and what is beyond Unicode.
+  EXPECT_EQ(printable("\xed\xa0\x80"), "\\xed\\xa0\\x80");
+  EXPECT_EQ(printable("\xed\xbf\xbf"), "\\xed\\xbf\\xbf");
+  EXPECT_EQ(printable("\xf4\x90\x80\x80"), "\\xf4\\x90\\x80\\x80");
+  EXPECT_EQ(printable("\xf7\xbf\xbf\xbf"), "\\xf7\\xbf\\xbf\\xbf");
 }
 
 }  // namespace

@@ -222,6 +222,40 @@ TEST_F(HeaderCards, SizesThatCannotBe) {
   EXPECT_EQ(error(many), "x.fits: HDU 0: NAXIS has a value that cannot be");
 }
 
+TEST_F(HeaderCards, SizesThatOverflow) {
+  const std::string cannot_be = "x.fits: HDU 0: its sizes cannot be";
+  std::vector<std::string> square = image_cards("2", "4294967296");
+  square[4] = card("NAXIS2", "4294967296");
+  EXPECT_EQ(error(square), cannot_be);
+  // Infinity times 0.
+  std::vector<std::string> many = {card("SIMPLE", "T"), card("BITPIX", "8"), card("NAXIS", "20")};
+  for (int axis = 1; axis <= 20; ++axis) {
+    many.push_back(card("NAXIS" + std::to_string(axis), axis == 20 ? "0" : "9000000000000000000"));
+  }
+  many.emplace_back("END");
+  EXPECT_EQ(error(many), cannot_be);
+}
+
+TEST_F(HeaderCards, RandomGroups) {
+  std::vector<std::string> cards = image_cards("2", "0");
+  for (const char* first :
+       {"GROUPS  = F", "GROUPS    T", "GROUPS=T", "groups  = T", "HIERARCH GROUPS = T"}) {
+    cards.resize(5);
+    cards.insert(cards.end(), {first, card("GROUPS", "T"), "END"});
+    EXPECT_EQ(error(cards), "x.fits: HDU 0: random groups are no image") << first;
+    cards.erase(cards.begin() + 6);
+    EXPECT_EQ(error(cards), "x.fits: HDU 0: random groups are no image") << first;
+  }
+}
+
+TEST_F(HeaderCards, NamesThatOnlyCfitsioSees) {
+  for (const char* record : {"PCOUNT=2880", "HIERARCH PCOUNT = 2880", "PCOUNT = 2880"}) {
+    std::vector<std::string> cards = image_cards("2", "3");
+    cards.insert(cards.end() - 1, record);
+    EXPECT_EQ(error(cards), "x.fits: HDU 0: PCOUNT has a value that cannot be") << record;
+  }
+}
+
 TEST_F(HeaderCards, CardsOutOfPlace) {
   std::vector<std::string> cards = image_cards("2", "3");
   std::swap(cards[1], cards[2]);

@@ -273,7 +273,7 @@ TEST(FitsStream, Failures) {
   std::string larger = bytes;
   larger.replace(larger.find("NAXIS1  =") + 10, 20, "          2147483647");
   larger.replace(larger.find("NAXIS2  =") + 10, 20, "          2147483647");
-  EXPECT_NE(with(larger).find("is cut off"), std::string::npos) << with(larger);
+  EXPECT_EQ(with(larger), bad + ": HDU 0: its sizes cannot be");
   large.replace(naxis, 20, "          3000000000");
   EXPECT_NE(with(large), "");
   EXPECT_NE(message_of(good + "[7]"), "");

@@ -21,6 +21,7 @@
 #include "gamer/core/version.h"
 #include "gamer/image/wcs.h"
 #include "image/fits_cards.h"
+#include "image/fits_file.h"
 #include "image/image_test_util.h"
 
 namespace gamer {
@@ -86,6 +87,7 @@ TEST_P(FitsFormats, RoundTripIsCleanForFitsverify) {
   EXPECT_EQ(folder.file_count(), files.size());
   for (std::size_t i = 0; i < files.size(); ++i) {
     expect_fitsverify_clean(files[i]);
+    EXPECT_EQ(FitsFile::open(files[i], "image").hdu_count(), fits_hdus(options, header));
     const FitsImage read = read_fits(files[i]);
     EXPECT_EQ(read.image.planes(), files.size() > 1 ? 1 : header.planes());
     expect_test_image(read.image, header, format.bitpix, static_cast<int>(i));

@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <climits>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -36,6 +37,12 @@ std::set<std::string> names_in(const fs::path& folder) {
 }
 
 using Names = std::set<std::string>;
+
+std::string lock_name() {
+  char host[HOST_NAME_MAX + 1] = {};
+  gethostname(host, HOST_NAME_MAX);
+  return std::string("lock.") + host;
+}
 
 /// Another process, which makes some of these files and then waits.
 class OtherProcess {
@@ -131,11 +138,43 @@ TEST(TemporaryFile, WhatAKilledProcessLeftIsRemoved) {
   const TemporaryFolder folder;
   OtherProcess process({folder / "x.fits", folder / "x_truth.fits"});
   ASSERT_EQ(names_in(folder.path()), Names{".x.fits.1"});
-  EXPECT_EQ(names_in(folder / ".x.fits.1"), (Names{"1.part", "2.part", "lock"}));
+  EXPECT_EQ(names_in(folder / ".x.fits.1"), (Names{"1.part", "2.part", lock_name()}));
   process.stop();
-  check_new_file(folder / "y.fits", false);
+  { const TemporaryFile other(folder / "y.fits"); }
   EXPECT_EQ(names_in(folder.path()), Names{".x.fits.1"});
+  { const TemporaryFile again(folder / "x.fits"); }
+  EXPECT_EQ(names_in(folder.path()), Names{});
+}
+
+TEST(TemporaryFile, ChecksOfAFileChangeNothing) {
+  const TemporaryFolder folder;
+  OtherProcess process({folder / "x.fits"});
+  process.stop();
   check_new_file(folder / "x.fits", false);
+  EXPECT_EQ(names_in(folder.path()), Names{".x.fits.1"});
+  EXPECT_EQ(names_in(folder / ".x.fits.1"), (Names{"1.part", lock_name()}));
+}
+
+TEST(TemporaryFile, WhatAnotherMachineMakesStays) {
+  const TemporaryFolder folder;
+  OtherProcess process({folder / "x.fits"});
+  process.stop();
+  // As the lock of a machine whose locks are not seen here.
+  const fs::path made = folder / ".x.fits.1";
+  fs::rename(made / lock_name(), made / "lock.elsewhere");
+  {
+    const TemporaryFile file(folder / "x.fits");
+    EXPECT_EQ(names_in(folder.path()), (Names{".x.fits.1", ".x.fits.2"}));
+  }
+  EXPECT_EQ(names_in(folder.path()), Names{".x.fits.1"});
+  EXPECT_EQ(names_in(made), (Names{"1.part", "lock.elsewhere"}));
+}
+
+TEST(TemporaryFile, AFolderThatIsEmptyIsRemoved) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / ".x.fits.1");
+  fs::permissions(folder / ".x.fits.1", fs::perms::owner_all);
+  { const TemporaryFile file(folder / "x.fits"); }
   EXPECT_EQ(names_in(folder.path()), Names{});
 }
 
@@ -150,11 +189,11 @@ TEST(TemporaryFile, WhatALivingProcessMakesStays) {
     EXPECT_EQ(names_in(folder.path()), (Names{".x.fits.1", ".x.fits.2", ".x.fits.3"}));
   }
   first.stop();
-  check_new_file(path, false);
+  { const TemporaryFile file(path); }
   EXPECT_EQ(names_in(folder.path()), Names{".x.fits.2"});
-  EXPECT_EQ(names_in(folder / ".x.fits.2"), (Names{"1.part", "lock"}));
+  EXPECT_EQ(names_in(folder / ".x.fits.2"), (Names{"1.part", lock_name()}));
   second.stop();
-  check_new_file(path, false);
+  { const TemporaryFile file(path); }
   EXPECT_EQ(names_in(folder.path()), Names{});
 }
 

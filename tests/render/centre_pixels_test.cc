@@ -36,7 +36,7 @@ TEST(CentrePixelsTest, FluxOfStretchedBulgesIsThatAskedFor) {
   TextScene text;
   text.parameters =
       "[image]\nsize = 64\n[camera]\nprojection = \"sky\"\ncenter = [10, 20]\n"
-      "pixel_scale = 0.2\n[spectrum]\nwavelengths = [5500]\n";
+      "pixel_scale = 0.2\n[spectrum]\nbands = [\"sdss_r\"]\n";
   for (const char* axis : {"[1, 1, 1]", "[1, 0.03, 1]", "[10, 0.01, 1]"}) {
     text.galaxies["bulge"] = bulge(axis);
     for (const char* inclination : {"0", "40", "85"}) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <map>
 #include <memory>
 #include <string>
@@ -58,7 +60,7 @@ inline std::string view_from_z(int columns, int rows, double width, const std::s
   return "[image]\nsize = [" + std::to_string(columns) + ", " + std::to_string(rows) +
          "]\n[camera]\nprojection = \"orthographic\"\nposition = [0, 0, 10]\nup = [0, 1, 0]\n"
          "width = " +
-         std::to_string(width) + "\n" + more;
+         fmt::format("{}", width) + "\n" + more;
 }
 
 inline double sum_of(const Image& image, int plane = 0) {

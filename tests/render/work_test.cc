@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 #include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -10,6 +12,7 @@
 
 #include "core/error_text.h"
 #include "image/image_test_util.h"
+#include "image/temporary_file.h"
 
 namespace gamer {
 namespace {
@@ -124,6 +127,20 @@ TEST_F(WorkTest, DamagedOutputsAreNotComplete) {
             image_.string() +
                 ": HDU 0 is damaged, or another program has changed it: its DATASUM is wrong; "
                 "--overwrite starts anew");
+}
+
+TEST_F(WorkTest, WhatAKillLeftWhileTheJournalBeganIsRemoved) {
+  const pid_t process = fork();
+  if (process == 0) {
+    const TemporaryFile journal(image_.string() + ".journal");
+    std::ofstream(journal.path()) << "rows";
+    _exit(0);
+  }
+  waitpid(process, nullptr, 0);
+  const fs::path left = folder_ / ".x.fits.journal.1";
+  ASSERT_TRUE(fs::exists(left));
+  work({});
+  EXPECT_FALSE(fs::exists(left));
 }
 
 TEST_F(WorkTest, JournalsHinderAllButDryRuns) {

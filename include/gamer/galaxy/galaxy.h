@@ -44,11 +44,12 @@ class Galaxy {
 
   /// Evaluates at most batch_capacity points of the ball frame: densities[c][i] = amplitude *
   /// envelope * Phi of component c (emissivity at 5500 Angstrom, or opacity at V, per galaxy
-  /// radius). Where a component's envelope is below `threshold` threshold_scale() its Phi counts as
-  /// 1 and is not computed; Phi fades in up to 4 times that. Textures that `rays` (null for rays
-  /// that see all) do not resolve count by what is expected of them. With as many arrays as
-  /// `deviations` times components, densities[d * components + c] is that of an absorbing component
-  /// where the coherent part of what is hidden is deviations[d] standard deviations.
+  /// radius). Where a component's envelope is below `threshold` threshold_scale() over the optical
+  /// depth of thick dust, its Phi counts as 1 and is not computed; Phi fades in up to 4 times that.
+  /// Textures that `rays` (null for rays that see all) do not resolve count by what is expected of
+  /// them. With as many arrays as `deviations` times components, densities[d * components + c] is
+  /// that of an absorbing component where the coherent part of what is hidden is deviations[d]
+  /// standard deviations.
   void evaluate(const Points& points, float threshold, const RayBatch* rays,
                 std::span<const double> deviations, std::span<BatchArray> densities,
                 EvaluationCounts& counts) const;
@@ -103,6 +104,9 @@ class Galaxy {
   std::vector<double> axis_ = {1, 1, 1};
   ArmPattern arms_;
   std::vector<std::unique_ptr<Component>> components_;
+  /// By what thresholds of evaluate() are multiplied: the image of thick dust is made in its skin,
+  /// where envelopes have fallen by its optical depth.
+  float skin_scale_ = 1;
   std::vector<double> integrals_;  ///< of each component's envelope over the galaxy
   /// Index of the component whose noise also modulates component c, or -1.
   std::vector<int> followed_;

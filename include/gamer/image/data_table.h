@@ -48,5 +48,7 @@ void write_ecsv(const std::filesystem::path& path, const DataTable& table);
 /// newline each. "a.fits[2]" or "a.fits[SCI]" asks for the HDU numbered (from 0, the primary) or
 /// called so, unless a file has that name. Throws InputError.
 std::string header_text(const std::filesystem::path& path);
+/// The file that header_text() reads: without the HDU.
+std::filesystem::path header_file(const std::filesystem::path& path);
 
 }  // namespace gamer

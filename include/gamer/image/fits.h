@@ -22,10 +22,10 @@ namespace gamer {
 ///
 /// *World coordinates.* Axes 1 and 2 as given: two linear axes, or the records of a celestial WCS
 /// letter by letter, in every image HDU. Axis 3 of a cube is the wavelength: WAVE where the
-/// planes are equally spaced to 1e-9, else PLANE, their number. WAVELENn is the wavelength of the HDU's plane n; from
-/// WAVELEN10 on, FITS needs the HIERARCH form, which readers look up by the same name. The
-/// cards of planes are numbered so too, but only where an HDU has several planes. Planes of one
-/// cube have one unit.
+/// planes are equally spaced to 1e-9, else PLANE, their number. WAVELENn is the wavelength of the
+/// HDU's plane n; from WAVELEN10 on, FITS needs the HIERARCH form, which readers look up by the
+/// same name. The cards of planes are numbered so too, but only where an HDU has several planes.
+/// Planes of one cube have one unit.
 ///
 /// *Texts.* A header holds printing ASCII only: in string values any other byte, a blank at the
 /// end, and a '%' that two hexadecimal digits follow, is written as %XX (as in URLs). Long strings
@@ -42,6 +42,9 @@ namespace gamer {
 /// of header strings are.
 std::unique_ptr<ImageWriter> make_fits_writer(const OutputOptions& options,
                                               const ImageHeader& header);
+
+/// How many HDUs each file of such an image has.
+int fits_hdus(const OutputOptions& options, const ImageHeader& header);
 
 /// Now, or the time that the environment variable SOURCE_DATE_EPOCH gives in seconds since 1970, as
 /// DATE has it (UTC).

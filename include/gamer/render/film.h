@@ -3,6 +3,7 @@
 #include <array>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -65,10 +66,16 @@ class Film {
   Film(std::unique_ptr<FrameJobs> jobs, const RenderParameters& parameters, WorkOptions options);
   RenderParameters frame(int number) const;
   void choose_tone(const Ranks& ranks, Executor& executor);
-  /// Where this process is all that there is, or rank 0's part with all ranks. Returns whether the
-  /// frame has light.
-  bool render_frame(int number, int ranks, int threads, Executor& executor,
-                    const Messages& messages, RankReport& report);
+  /// What a frame that has been made is warned of.
+  struct Flaws {
+    bool is_dark = false;
+    double unconverged_rays = 0;
+  };
+  /// Where this process is all that there is, or rank 0's part with all ranks.
+  Flaws render_frame(int number, int ranks, int threads, Executor& executor,
+                     const Messages& messages, RankReport& report);
+  /// By number. One warning of each kind, the same for any number of ranks.
+  void warn_of(const std::map<int, Flaws>& flaws, const Messages& messages);
 
   std::unique_ptr<FrameJobs> jobs_;
   WorkOptions options_;

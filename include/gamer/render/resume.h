@@ -35,9 +35,6 @@ void check_same_job(const std::filesystem::path& image, const Record& now);
 /// With the record of that image, which has been read.
 void check_same_job(const std::filesystem::path& image, const Record& then, const Record& now);
 
-/// Throws InputError where a file that is there already is damaged; see check_sums().
-void check_undamaged(std::span<const std::filesystem::path> files);
-
 /// The mask of instruction sets that makes the same rows again. Throws InputError when this machine
 /// has not the journal's.
 std::int64_t journal_simd_targets(const Journal& journal);

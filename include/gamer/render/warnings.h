@@ -17,4 +17,7 @@ bool has_light(std::span<const double> pixels, bool is_single_precision);
 /// Of an image without light: says so, and the likely cause.
 std::string darkness_warning(const RenderJob& job);
 
+/// Of so many rays that a bound kept from the tolerance, in these files or frames.
+std::string shortfall_warning(const std::string& where, double rays);
+
 }  // namespace gamer

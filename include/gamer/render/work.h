@@ -45,6 +45,10 @@ std::string objects_text(const Scene& scene);
 std::vector<std::filesystem::path> result_files(const RenderParameters& parameters,
                                                 const WorkOptions& options,
                                                 const ImageHeader& image, const ImageHeader& truth);
+/// Throws InputError where one of these files, which are there already, is damaged; see
+/// check_sums().
+void check_undamaged(const RenderParameters& parameters, const WorkOptions& options,
+                     const ImageHeader& image, const ImageHeader& truth);
 /// make_truth_header(), or an empty one where no truth images are asked for.
 ImageHeader wanted_truth_header(const RenderJob& job, const WorkOptions& options);
 /// Why files may not be made with these options: one exists, or a journal holds rows of them. Empty
@@ -97,7 +101,9 @@ class Work {
   std::string plan() const;
   /// Why the image that was made has no light; empty where it has some.
   std::string darkness() const { return is_dark_ ? darkness_warning(job_) : ""; }
-  /// Which rays of it a bound kept from the tolerance; empty where none.
+  /// Rays of it that a bound kept from the tolerance.
+  double unconverged_rays() const { return unconverged_rays_; }
+  /// Says which these are; empty where none.
   std::string shortfall() const;
   /// What was made: "x.fits: 512 x 512 pixels, 1 plane, 2.3 s".
   std::string text() const;

@@ -92,6 +92,25 @@ class Film(unittest.TestCase):
                 self.assertEqual(folder.film("--resume", ranks=ranks), self.expected)
                 self.assertEqual((folder.path / NAMES[1]).stat().st_mtime_ns, kept)
 
+    def test_a_damaged_file_of_a_frame_is_named(self):
+        truth = ("--truth", "-s", "truth.segmentation=true")
+        for more in (("-s", "image.layout=files"), truth):
+            with self.subTest(more), FilmFolder() as folder:
+                films = folder.film(*more)
+                kept = folder.run(*ARGUMENTS, *more, "--resume")
+                self.assertEqual((kept.returncode, kept.stderr), (0, ""))
+                for name in (name for name in sorted(films) if name.startswith("film_0002")):
+                    whole = films[name]
+                    # A bit of the last pixels or of the last table.
+                    damaged = bytearray(whole)
+                    damaged[-2000] ^= 1
+                    folder.write(name, bytes(damaged))
+                    done = folder.run(*ARGUMENTS, *more, "--resume")
+                    self.assertEqual(done.returncode, 2, name)
+                    self.assertRegex(done.stderr, rf"^{name}: HDU [0-9].* is damaged.*; --overwrite "
+                                                  r"starts anew\n$")
+                    folder.write(name, whole)
+
     def test_a_film_that_is_killed_goes_on(self):
         size = ["-s", "image.size=[192, 144]", "-s", "sampling.tolerance=1e-3"]
         with FilmFolder() as folder:

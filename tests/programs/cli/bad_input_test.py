@@ -420,6 +420,14 @@ class BadInput(unittest.TestCase):
             for inputs in (("again.par", "scene.lst"), ("render.par", *table)):
                 self.check_refused(folder, *inputs, "-o", "sky.fits",
                                    begin="output 'sky.fits': this is the file 'sky.fits'", also="")
+            # Names of folders and files may have brackets.
+            (folder.path / "d[1]").mkdir()
+            for name in ("d[1]/h.fits", "h[2].fits", "h[3]x.fits"):
+                (folder.path / name).write_bytes(folder.content()["sky.fits"])
+                for hdu in ("", "[0]"):
+                    folder.write("again.par", header.replace("sky.fits[0]", name + hdu))
+                    self.check_refused(folder, "again.par", "scene.lst", "-o", name,
+                                       begin=f"output '{name}': this is the file '{name}'", also="")
             # An image is made again in its place.
             result = folder.run("--from-header", "sky.fits", "--overwrite")
             self.assertEqual(result.returncode, 0, result.stderr)

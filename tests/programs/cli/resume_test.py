@@ -15,8 +15,8 @@ import time
 import unittest
 
 from gamer_job import Job
-from gamer_program import (ENVIRONMENT, FILES, GALAXY, LAUNCHER, PROGRAM, RANKS, Folder, main,
-                           read_primary)
+from gamer_program import (ENVIRONMENT, FILES, GALAXY, LAUNCHER, PARAMETERS, PROGRAM, RANKS, Folder,
+                           main, read_primary)
 
 # DATE is the only thing in a file that is not the job's.
 ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
@@ -150,6 +150,24 @@ class Resume(unittest.TestCase):
                                          capture_output=True, text=True, timeout=120)
                 self.assertEqual((resumed.returncode, resumed.stderr), (0, ""))
                 self.check_complete(folder)
+
+    def test_the_command_names_any_file(self):
+        # A sequence for terminals, a line's end, a quote and a letter beyond ASCII.
+        name = "a\x1b[31m\nb'\\ é.fits"
+        with Folder() as folder:
+            with self.start(folder, "-o", name) as job:
+                self.wait_for(job, 0.3, name)
+                job.process.terminate()
+                code, out, err, _ = job.end()
+            self.assertEqual((code, out), (-signal.SIGTERM, ""))
+            self.assertTrue(err.endswith("\n") and err[:-1].isprintable(), err)
+            self.assertIn("kept in a\\x1b[31m\\nb'\\ é.fits.journal; ", err)
+            self.assertIn(r"-o $'a\033[31m\012b\'\\ \303\251.fits'", err)
+            resumed = subprocess.run(["bash", "-c", err.split("go on with: ")[1]], cwd=folder.path,
+                                     env=ENVIRONMENT, capture_output=True, text=True, timeout=120)
+            self.assertEqual((resumed.returncode, resumed.stderr), (0, ""))
+            self.assertIn("from the journal", resumed.stdout)
+            self.assertEqual(folder.content().keys() - FILES.keys(), {name})
 
     @unittest.skipUnless(LAUNCHER, "built without MPI")
     def test_signals_under_mpirun(self):
@@ -285,6 +303,38 @@ class Resume(unittest.TestCase):
                                "has changed since it began: noise.seed was 1, is 3")
             folder.write("out.fits", "precious")
             self.check_refused(folder, "--resume", begin="out.fits: ")
+
+    def test_a_file_that_is_cut_between_hdus(self):
+        parameters = PARAMETERS.replace("size = [24, 18]\n", "")
+        galaxy = GALAXY.replace('sed = "Sbc"', 'sed = "Sbc"\nintensity = 1')
+        for name, more in {"cube": (), "files": ("-s", "image.layout=files"),
+                           "extensions": ("-s", "image.layout=extensions"),
+                           "compressed": ("-o", "x.fits.fz"),
+                           "truth": ("--truth", "-s", "truth.dust_free=true"),
+                           "table": ("--truth-table", "t.fits"),
+                           "cube map": ("-s", "camera.projection=cubemap", "--truth"),
+                           "map": ("-s", "camera.projection=healpix", "-s", "camera.nside=8",
+                                   "--truth")}.items():
+            size = () if name == "map" else ("-s", "image.size=8")
+            arguments = ("render.par", "scene.lst", *size, *more)
+            files = {"spiral.toml": galaxy, "render.par": parameters}
+            with self.subTest(name), Folder(**files) as folder:
+                result = folder.run(*arguments, "-q")
+                self.assertEqual((result.returncode, result.stderr), (0, ""))
+                again = folder.run(*arguments, "--resume")
+                self.assertEqual(again.returncode, 0, again.stderr)
+                self.assertIn("complete already", again.stdout)
+                for made in sorted(folder.content().keys() - FILES.keys()):
+                    whole = folder.content()[made]
+                    hdus = [at for at in range(0, len(whole), 2880)
+                            if whole[at:at + 8] in (b"SIMPLE  ", b"XTENSION")]
+                    folder.write(made, whole[:hdus[-1]])
+                    cut = folder.run(*arguments, "--resume")
+                    self.assertEqual(cut.returncode, 2, cut.stdout)
+                    hdus_left = f"{len(hdus) - 1} HDU{'' if len(hdus) == 2 else 's'}"
+                    self.assertEqual(cut.stderr, f"{made}: it is cut off: it has {hdus_left} of "
+                                                 f"{len(hdus)}; --overwrite starts anew\n")
+                    folder.write(made, whole)
 
     def test_a_file_that_is_no_journal(self):
         with Folder() as folder:

@@ -86,6 +86,11 @@ CASES = {
          "other.toml": FINE_GALAXY.replace("octaves = 5", "octaves = 3"),
          "scene.lst": "galaxy x y z\nspiral 0 0 0\nother 0 3 0\n"},
         "out.fits: 6 rays did not converge to the tolerance within 65536 nodes", "card UNCONV"),
+    "frames of a film with such rays": (
+        {"render.par": FINE + "[animation]\nframes = 5\nposition = [0, -10, 0, 0, -1, 10]\n",
+         "spiral.toml": FINE_GALAXY, "scene.lst": "galaxy x y z\nspiral 0 0 0\n"},
+        "5 of 5 frames, the first frame 1: 30 rays did not converge to the tolerance within 65536 nodes",
+        "card UNCONV"),
     "frames of a film": ({"render.par": FILM}, "4 of 5 frames without light; frame 2: " + DARK,
                          "no galaxy is in view"),
 }
