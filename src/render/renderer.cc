@@ -151,6 +151,8 @@ Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
   if (!supersample_ && scene_->unit == PixelUnit::relative) supersample_ = 1;
   if (supersample_) {
     for (const PlacedGalaxy& placed : scene_->galaxies) {
+      // A grid of rays meets a galaxy smaller than a pixel by chance, with or without cells.
+      if (placed.bounding_radius < camera_.pixel_size(placed.centre)) continue;
       if (std::ranges::none_of(placed.galaxy->components(),
                                [](const auto& component) { return component->has_cusp(); })) {
         continue;

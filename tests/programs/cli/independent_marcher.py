@@ -869,7 +869,7 @@ class IndependentMarcher(unittest.TestCase):
                     ("ox oy oz pa", "0.3 -0.5 0.7 20",
                      orientation_along(np.array([0.3, -0.5, 0.7]), math.radians(20)))):
                 text = f"""[image]
-size = [3, 2]
+size = [30, 20]
 output = "ray.fits"
 bitpix = -64
 [camera]
@@ -884,8 +884,9 @@ tolerance = 1e-5
                 with self.subTest(projection, columns=columns), Folder() as folder:
                     image = run_gamer(folder, text, f"galaxy x y z size {columns}\n{galaxy} "
                                       f"0.1 0.2 0.3 {size} {words}\n")[0]
-                    for p, q in np.ndindex(3, 2):
-                        d = across / 3 * ((p - 1) * w + (q - 0.5) * u)
+                    # Away from the centre of the galaxy, whose pixels hold means.
+                    for p, q in ((1, 0), (1, 9), (13, 1), (13, 18), (28, 2), (28, 17)):
+                        d = across / 30 * ((p - 14.5) * w + (q - 9.5) * u)
                         at, way = ((position + d, -b) if projection == "orthographic"
                                    else (position, unit(d - b)))
                         value = own.march(turn.T @ (at - centre) / size, turn.T @ way, 20000,
