@@ -198,8 +198,8 @@ CRVAL2  =           22.0145000
 CRPIX2  =                25.00
 CDELT2  =        0.00099999998
 CROTA2  =                25.75
-EQUINOX =              1950.0
-RADECSYS= 'FK4     '
+EQUINOX =              2000.0
+RADECSYS= 'FK5     '
 """
 SWAPPED = """CTYPE1  = 'DEC--STG'
 CTYPE2  = 'RA---STG'
