@@ -271,8 +271,6 @@ std::shared_ptr<Galaxy> Galaxy::read(std::string_view text, const std::string& l
     galaxy->components_.push_back(std::move(component));
   }
   galaxy->most_cloud_points_ = settings.most_cloud_points;
-  galaxy->mean_error_ = settings.accuracy.mean_error;
-  galaxy->seen_error_ = settings.accuracy.seen_error;
   galaxy->resolve(label);
   return galaxy;
 }

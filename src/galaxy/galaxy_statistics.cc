@@ -18,15 +18,17 @@ namespace gamer {
 namespace {
 
 // Points over which the mean of a texture is taken at first, and then as many as independent points
-// would need for Accuracy::mean_error, up to the settings' limit. A component with a share f of the
-// light is allowed f^(-1/2) times as much: together the errors are this share of the galaxy's
-// light.
+// would need for this error, up to the settings' limit; the cloud's are up to four times better. A
+// component with a share f of the light is allowed f^(-1/2) times as much: together the errors are
+// this share of the galaxy's light.
 constexpr std::size_t first_cloud = std::size_t{1} << 15;
+constexpr double cloud_error = 0.004;
 // Processes share large clouds in slices of so many batches.
 constexpr std::size_t slice_batches = 128;
-// The same for what wide rays see of it relative to the whole, with Accuracy::seen_error.
+// The same for what wide rays see of it relative to the whole.
 constexpr std::size_t first_seen_cloud = std::size_t{1} << 13;
 constexpr std::size_t largest_seen_cloud = std::size_t{1} << 19;
+constexpr double seen_error = 0.0025;
 // Widths with a smaller share of it over the first cloud do not need the larger one.
 constexpr double small_error = 0.3;
 // They are of footprints up to the widest, each so many times the one before.
@@ -41,7 +43,7 @@ constexpr double largest_coherence_footprint = 1.0 / 9;
 constexpr double least_coherence = 0.05;
 constexpr double largest_coherence = 4;
 constexpr double first_factor = 1.3;
-constexpr int secants = 5;
+constexpr int secants = 4;
 // Of what comes through: light that errs by less needs no further secant.
 constexpr double light_error = 1e-3;
 
@@ -173,9 +175,8 @@ class NumberReader {
 
 }  // namespace
 
-GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy, FootprintRange footprints)
+GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy)
     : galaxy_(galaxy),
-      footprints_(footprints),
       first_error_(galaxy.components_.size(), -1.0),
       larger_(galaxy.components_.size()) {
   std::vector<Part>& first = parts_[static_cast<std::size_t>(Round::first)];
@@ -252,11 +253,8 @@ void GalaxyStatistics::take(Round round, std::size_t part, std::span<const doubl
       break;
   }
   if (component.absorbs()) {
-    std::vector<double> coherences = reader.list(), amounts = reader.list();
+    const std::vector<double> coherences = reader.list(), amounts = reader.list();
     if (coherences.empty()) return;
-    const std::vector<double> widths = dust_widths(c);
-    coherences = for_all(widths, coherences, coherences.front());
-    amounts = for_all(widths, amounts, 1);
     const auto narrower = static_cast<double>(coherences.size()) - 1;
     const double narrowest = largest_coherence_footprint * std::pow(coherence_ratio, -narrower);
     Galaxy::Dust& dust = galaxy_.dust_[c];
@@ -266,7 +264,6 @@ void GalaxyStatistics::take(Round round, std::size_t part, std::span<const doubl
     return;
   }
   if (std::vector<double> means = reader.list(); !means.empty()) {
-    means = for_all(seen_widths(c), means, 1);
     const auto narrower = static_cast<double>(means.size());
     const double narrowest = largest_seen_footprint * std::pow(footprint_ratio, -narrower);
     // What all see is 1.
@@ -283,7 +280,7 @@ void GalaxyStatistics::finish(Round round) {
   for (const Part& part : of(Round::first)) {
     const std::size_t c = part.component;
     const std::size_t first = std::min(first_cloud, galaxy_.most_cloud_points_);
-    larger_[c].points = points_needed(c, first, first_error_[c], galaxy_.mean_error_);
+    larger_[c].points = points_needed(c, first, first_error_[c], cloud_error);
     // A cloud has about as many points as it is asked for.
     const std::size_t batches = (larger_[c].points + batch_capacity - 1) / batch_capacity;
     const std::size_t count = (batches + slice_batches - 1) / slice_batches;
@@ -441,29 +438,6 @@ std::vector<double> GalaxyStatistics::dust_widths(std::size_t c) const {
   return widths(c, largest_coherence_footprint, coherence_ratio);
 }
 
-std::span<const double> GalaxyStatistics::measured(const std::vector<double>& widths) const {
-  if (widths.empty()) return {};
-  // Room for single precision's rounding.
-  constexpr double margin = 1e-5;
-  const double narrowest = footprints_.narrowest * (1 - margin);
-  const double widest = footprints_.widest * (1 + margin);
-  const auto above = std::upper_bound(widths.begin(), widths.end(), narrowest);
-  const auto first = std::min(above == widths.begin() ? above : above - 1, widths.end() - 1);
-  auto last = std::lower_bound(first, widths.end(), widest);
-  if (last == widths.end()) --last;
-  return {first, last + 1};
-}
-
-std::vector<double> GalaxyStatistics::for_all(const std::vector<double>& widths,
-                                              const std::vector<double>& values,
-                                              double narrow) const {
-  const std::span<const double> own = measured(widths);
-  std::vector<double> result(static_cast<std::size_t>(own.data() - widths.data()), narrow);
-  result.insert(result.end(), values.begin(), values.end());
-  result.resize(widths.size(), values.back());
-  return result;
-}
-
 void GalaxyStatistics::cloud_phi(std::size_t c, const Points& points,
                                  std::span<const double> widths, std::span<BatchArray> out) const {
   BatchArray shear;
@@ -513,18 +487,24 @@ void GalaxyStatistics::take_shear(const Points& points, BatchArray& out) const {
 }
 
 std::vector<double> GalaxyStatistics::measure_seen(std::size_t c) const {
-  const std::vector<double> all_widths = seen_widths(c);
-  const std::span<const double> widths = measured(all_widths);
+  const std::vector<double> widths = seen_widths(c);
   if (widths.empty()) return {};
   const std::size_t first = std::min(first_seen_cloud, galaxy_.most_cloud_points_);
   std::vector<SeenMean> means = measure_seen(c, first, widths);
-  // More points for those that need them, so many whatever the others need.
+  // More points for those that need them.
+  std::vector<std::size_t> rough;
+  std::vector<double> rough_widths;
+  std::size_t size = 0;
   for (std::size_t k = 0; k < widths.size(); ++k) {
     const double error = means[k].error / means[k].mean;
-    if (points_needed(c, first, error, small_error * galaxy_.seen_error_) == 0) continue;
-    const std::size_t size =
-        std::min(points_needed(c, first, error, galaxy_.seen_error_), largest_seen_cloud);
-    if (size > 0) means[k] = measure_seen(c, size, widths.subspan(k, 1)).front();
+    if (points_needed(c, first, error, small_error * seen_error) == 0) continue;
+    rough.push_back(k);
+    rough_widths.push_back(widths[k]);
+    size = std::max(size, std::min(points_needed(c, first, error, seen_error), largest_seen_cloud));
+  }
+  if (size > 0) {
+    const std::vector<SeenMean> better = measure_seen(c, size, rough_widths);
+    for (std::size_t k = 0; k < rough.size(); ++k) means[rough[k]] = better[k];
   }
   std::vector<double> result;
   for (const SeenMean& mean : means) result.push_back(mean.mean);
@@ -738,10 +718,9 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
                                     std::vector<double>& amounts) const {
   coherences.clear();
   amounts.clear();
-  const std::vector<double> all_widths = dust_widths(c);
-  const std::span<const double> widths = measured(all_widths);
+  const std::vector<double> widths = dust_widths(c);
   if (widths.empty()) return;
-  std::vector<double> with_all(widths.begin(), widths.end());
+  std::vector<double> with_all = widths;
   with_all.push_back(0);
   const DustRays traced = trace_dust(c, Galaxy::obliquities[obliquity], rays, with_all);
   const std::vector<BatchArray> all = traced.depths(widths.size(), 1, {});
@@ -751,15 +730,15 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
   struct Passed {
     double coherence, excess, amount;
   };
-  for (std::size_t k = 0; k < widths.size(); ++k) {
+  double guess = 1, slope = 0, wider = 0;
+  for (std::size_t k = widths.size(); k-- > 0;) {
     const auto pass = [&](double coherence) {
       const std::vector<BatchArray> depths = traced.depths(k, coherence, dust_deviations);
       const double amount = traced.amount(depths);
       return Passed{coherence, traced.light(depths, whole / amount) - wanted,
                     proper_mean(amount / whole)};
     };
-    // Secants; light grows with the variance.
-    double guess = 1, slope = 0;
+    // Secants, from what wider rays have, slope included; light grows with the variance.
     Passed last = pass(guess);
     for (int step = 0; step < secants && std::abs(last.excess) > light_error * wanted; ++step) {
       if (slope > 0) {
@@ -777,9 +756,16 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
       slope = (own.excess - last.excess) / distance;
       last = own;
     }
+    // It changes from width to width by about the same factor.
+    const double change = wider > 0 ? last.coherence / wider : 1.0;
+    wider = last.coherence;
+    guess = std::clamp(wider * std::clamp(change, 1 / first_factor, first_factor), least_coherence,
+                       largest_coherence);
     coherences.push_back(last.coherence);
     amounts.push_back(last.amount);
   }
+  std::reverse(coherences.begin(), coherences.end());
+  std::reverse(amounts.begin(), amounts.end());
 }
 
 double GalaxyStatistics::largest_phi(std::size_t c, const StarField& field) const {

@@ -40,8 +40,7 @@ FrameJobs::FrameJobs(const RenderJob& animation) : FrameJobs(animation.record) {
 }
 
 void FrameJobs::measure(const Ranks& ranks) {
-  // Cameras of other frames may be nearer.
-  measure_galaxies(std::exchange(unmeasured_, {}), {}, ranks);
+  measure_galaxies(std::exchange(unmeasured_, {}), ranks);
 }
 
 RenderJob FrameJobs::make(RenderParameters parameters) {
@@ -49,7 +48,6 @@ RenderJob FrameJobs::make(RenderParameters parameters) {
   measure(alone);
   RenderJob job = make_job(std::move(parameters), catalogue_, resources_, library_, list_.content);
   // Of a galaxy that no camera saw before; frames are made by one rank or by all at the same time.
-  job.rest.footprints.clear();
   complete(job, alone, 1);
   return recorded(std::move(job), list_.label, resources_);
 }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <map>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -266,29 +265,6 @@ void forget_columns(RenderParameters& parameters) {
 
 }  // namespace
 
-namespace {
-
-/// Of the rays of a job's image, and of those that measure galaxies for the truth.
-std::vector<FootprintRange> footprints_of(std::span<const std::shared_ptr<Galaxy>> galaxies,
-                                          const Scene& scene, const RenderParameters& parameters,
-                                          const Camera& camera) {
-  std::map<const Galaxy*, FootprintRange> by_galaxy;
-  for (const PlacedGalaxy& placed : scene.galaxies) {
-    const FootprintRange own = Renderer::footprints(parameters, camera, scene.unit, placed) |
-                               measure_footprints(parameters);
-    const auto [known, is_new] = by_galaxy.try_emplace(placed.galaxy.get(), own);
-    if (!is_new) known->second = known->second | own;
-  }
-  std::vector<FootprintRange> result;
-  for (const auto& galaxy : galaxies) {
-    const auto found = by_galaxy.find(galaxy.get());
-    result.push_back(found != by_galaxy.end() ? found->second : FootprintRange());
-  }
-  return result;
-}
-
-}  // namespace
-
 RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Resources& resources,
                    GalaxyLibrary& library, const SharedText& list) {
   const Camera camera = make_camera(parameters, resources);
@@ -296,8 +272,7 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
   auto scene = std::make_shared<Scene>(
       read_scene(catalogue, parameters, spectrum, camera, resources, library));
   if (scene->list == list) scene->list = list;
-  RenderJob::Rest rest{library.take_unmeasured(*scene), {}, nullptr};
-  rest.footprints = footprints_of(rest.galaxies, *scene, parameters, camera);
+  RenderJob::Rest rest{library.take_unmeasured(*scene), nullptr};
   if (parameters.attenuated) rest.attenuation = load_reference_band(parameters, resources);
   return {std::move(parameters), camera, std::move(spectrum),
           std::move(scene),      {},     std::move(rest)};
@@ -310,13 +285,11 @@ constexpr std::size_t galaxies_at_a_time = 4;
 
 }  // namespace
 
-void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
-                      std::span<const FootprintRange> footprints, const Ranks& ranks) {
+void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies, const Ranks& ranks) {
   std::vector<GalaxyStatistics> statistics;
   std::size_t numbers = 0;
-  for (std::size_t g = 0; g < galaxies.size(); ++g) {
-    const FootprintRange own = footprints.empty() ? FootprintRange() : footprints[g];
-    numbers = std::max(numbers, statistics.emplace_back(*galaxies[g], own).most_numbers());
+  for (const auto& galaxy : galaxies) {
+    numbers = std::max(numbers, statistics.emplace_back(*galaxy).most_numbers());
   }
   for (const GalaxyStatistics::Round round : GalaxyStatistics::rounds) {
     struct Row {
@@ -372,7 +345,7 @@ void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
 
 void complete(RenderJob& job, const Ranks& ranks, int threads) {
   const RenderJob::Rest rest = std::exchange(job.rest, {});
-  measure_galaxies(rest.galaxies, rest.footprints, ranks);
+  measure_galaxies(rest.galaxies, ranks);
   if (rest.attenuation == nullptr) return;
   apply_attenuation(job.parameters, job.camera, *rest.attenuation, ranks, threads, *job.scene);
 }

@@ -129,24 +129,7 @@ std::shared_ptr<const SpectralBasis> make_basis(const RenderParameters& paramete
                                                share * parameters.tolerance);
 }
 
-double shortest_axis(const PlacedGalaxy& placed) {
-  const auto& axis = placed.galaxy->axis();
-  return placed.radius * *std::min_element(axis.begin(), axis.end());
-}
-
 }  // namespace
-
-FootprintRange Renderer::footprints(const RenderParameters& parameters, const Camera& camera,
-                                    PixelUnit unit, const PlacedGalaxy& placed) {
-  const bool is_outside = camera.projection() == Projection::orthographic ||
-                          glm::distance(camera.origin(), placed.centre) > placed.bounding_radius;
-  if (!is_outside || parameters.supersample || unit == PixelUnit::relative) return {};
-  // As add_light() has it.
-  const double footprint =
-      std::min(camera.pixel_size(placed.centre) / shortest_axis(placed),
-               Accuracy::from_tolerance(parameters.tolerance).widest_footprint);
-  return {footprint, footprint};
-}
 
 Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
                    std::shared_ptr<const Scene> scene, const Spectrum& spectrum,
@@ -191,7 +174,9 @@ Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
     unit_factors_.push_back(value_of_nanojansky(plane, scene_->unit, parameters));
   }
   for (const PlacedGalaxy& placed : scene_->galaxies) {
-    const double shortest = shortest_axis(placed);
+    // Along the shortest semi-axis.
+    const auto& axis = placed.galaxy->axis();
+    const double shortest = placed.radius * *std::min_element(axis.begin(), axis.end());
     pixel_in_ball_.push_back(camera_.pixel_size(placed.centre) / shortest);
     pixel_angle_in_ball_.push_back(camera_.pixel_size(camera_.origin() - camera_.back()) /
                                    shortest);

@@ -15,7 +15,6 @@ GalaxyLibrary::GalaxyLibrary(const RenderParameters& parameters, std::string lab
     : seed_(parameters.seed), label_(std::move(label)), resources_(resources) {
   settings_.noise_kind = parameters.noise;
   settings_.octaves = parameters.octaves;
-  settings_.accuracy = Accuracy::from_tolerance(parameters.tolerance);
 }
 
 std::shared_ptr<const Galaxy> GalaxyLibrary::find(const std::string& type, const std::string& sed,

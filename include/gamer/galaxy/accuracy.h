@@ -41,11 +41,6 @@ struct Accuracy {
   /// Rays are no further apart, in such footprints, where there is a texture. Controls the light of
   /// clumps that rays would miss or count twice.
   double ray_spacing;
-  /// Relative error of the mean light of a galaxy's textures, if it were taken over independent
-  /// points; those that are taken are up to four times better. Controls a galaxy's flux.
-  double mean_error;
-  /// The same of what wide rays see of a texture, relative to all of it.
-  double seen_error;
 
   /// Densities are single precision: smaller tolerances count as this one.
   static constexpr double finest_tolerance = 3e-6;
@@ -58,8 +53,6 @@ struct Accuracy {
   static Accuracy from_tolerance(double tolerance) {
     const double t = std::max(tolerance, finest_tolerance);
     const double coarser = std::max(t / 1e-4, 1.0);
-    // A seed's statistics take longest where its galaxies are small and many.
-    const double rough = std::clamp(t / 1e-3, 1.0, 10.0);
     return {.ray_error = std::min({1.35 * t * std::pow(coarser, 0.3), 3 * t, 0.1}),
             .star_error = std::min(0.15 * t * std::pow(coarser, 0.35), 0.025),
             .first_step = 0.7 * std::pow(t / 1e-3, 0.08),
@@ -69,9 +62,7 @@ struct Accuracy {
             .ray_size = 0.06 * std::sqrt(t / 1e-3),
             .cell_size = 0.5 * std::pow(t / 1e-3, 0.25),
             .widest_footprint = std::sqrt(t / 1e-3) / 160,
-            .ray_spacing = 0.8,
-            .mean_error = 0.004 * rough,
-            .seen_error = 0.0025 * std::pow(rough, 0.6)};
+            .ray_spacing = 0.8};
   }
 };
 

@@ -73,8 +73,6 @@ struct GalaxySettings {
   std::optional<int> octaves;  ///< `noise.octaves` where the render parameters give it
   std::uint64_t seed = 1;
   std::shared_ptr<const Sed> sed;  ///< instead of those of the components
-  /// What the tolerance asks of the statistics of textures.
-  Accuracy accuracy = Accuracy::from_tolerance(1e-3);
   /// The mean of a texture is taken over at most so many points of its component. Fewer make a
   /// galaxy soon, but not to be rendered: <Phi> = 1 holds less well.
   std::size_t most_cloud_points = std::size_t{1} << 22;

@@ -99,8 +99,6 @@ class Galaxy {
            EvaluationCounts& counts) const;
 
   std::size_t most_cloud_points_ = 0;  ///< GalaxySettings::most_cloud_points
-  double mean_error_ = 0;              ///< Accuracy::mean_error
-  double seen_error_ = 0;              ///< Accuracy::seen_error
   std::string name_;
   std::string description_;
   std::vector<double> axis_ = {1, 1, 1};

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <iterator>
 #include <span>
@@ -15,17 +13,6 @@ namespace gamer {
 
 class StarField;
 
-/// Footprints of the rays that look at a galaxy, in its radii: by default every one.
-struct FootprintRange {
-  double narrowest = 0;
-  double widest = HUGE_VAL;
-
-  /// The least range with both.
-  FootprintRange operator|(const FootprintRange& other) const {
-    return {std::min(narrowest, other.narrowest), std::max(widest, other.widest)};
-  }
-};
-
 /// Measures the statistics of a galaxy's textures, over points spread over its components: the
 /// means by which <Phi> = 1 (also of what components follow), what wide rays see relative to that,
 /// by how much dust that they do not resolve must vary to let as much light through as all of it
@@ -34,13 +21,10 @@ struct FootprintRange {
 /// This is done in rounds, each in parts. What a part gives does not depend on the others of its
 /// round, nor on which process measures it; it may depend on those of earlier rounds, which must
 /// have been taken. A galaxy is measured when it has taken all parts of all rounds.
-///
-/// What wide rays see is measured for the footprints in a range, and is the same whatever the range
-/// is. Beyond its ends narrower rays count as if they saw all, wider ones as the widest.
 class GalaxyStatistics {
  public:
   /// Of a galaxy that was read (Galaxy::read()) and must outlive this.
-  explicit GalaxyStatistics(Galaxy& galaxy, FootprintRange footprints = {});
+  explicit GalaxyStatistics(Galaxy& galaxy);
 
   enum class Round {
     first,   ///< means over a few points, by component
@@ -121,11 +105,6 @@ class GalaxyStatistics {
   std::vector<double> widths(std::size_t c, double widest, double ratio) const;
   std::vector<double> seen_widths(std::size_t c) const;
   std::vector<double> dust_widths(std::size_t c) const;
-  /// Those of such widths that are measured: from the last below footprints_ to the first above.
-  std::span<const double> measured(const std::vector<double>& widths) const;
-  /// What was measured for them, for all widths: `narrow` for narrower ones.
-  std::vector<double> for_all(const std::vector<double>& widths, const std::vector<double>& values,
-                              double narrow) const;
   /// Phi of component c at points of its cloud, that of a followed one included, as rays of each
   /// width see it.
   void cloud_phi(std::size_t c, const Points& points, std::span<const double> widths,
@@ -148,7 +127,6 @@ class GalaxyStatistics {
   void take_shear(const Points& points, BatchArray& out) const;
 
   Galaxy& galaxy_;
-  FootprintRange footprints_;
   double light_ = 0;                                        ///< of the galaxy
   std::array<std::vector<Part>, std::size(rounds)> parts_;  ///< by round
   std::size_t most_numbers_ = 0;

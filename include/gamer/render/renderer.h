@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "gamer/galaxy/galaxy_statistics.h"
 #include "gamer/image/image.h"
 #include "gamer/parallel/executor.h"
 #include "gamer/render/galaxy_index.h"
@@ -49,10 +48,6 @@ class Renderer {
   Renderer(const RenderParameters& parameters, const Camera& camera,
            std::shared_ptr<const Scene> scene, const Spectrum& spectrum,
            const TruthImages& truth = {});
-
-  /// Of the rays with which an image in such a unit looks at a galaxy.
-  static FootprintRange footprints(const RenderParameters& parameters, const Camera& camera,
-                                   PixelUnit unit, const PlacedGalaxy& placed);
 
   int width() const { return camera_.width(); }
   int height() const { return camera_.height(); }

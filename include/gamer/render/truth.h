@@ -23,9 +23,6 @@ struct GalaxyMeasure {
   double optical_depth = 0;  ///< through the centre, first plane
 };
 
-/// Of the rays with which galaxies are measured.
-FootprintRange measure_footprints(const RenderParameters& parameters);
-
 GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                       const Camera& camera, const Spectrum& spectrum);
 
