@@ -51,7 +51,9 @@ void remember(const fs::path& path, bool is_folder) {
 void forget(const fs::path& path) {
   const std::lock_guard lock(entries_mutex);
   for (Entry* entry = entries; entry != nullptr; entry = entry->next) {
-    if (entry->is_used && path == entry->path.data()) entry->is_used = false;
+    if (!entry->is_used || path != entry->path.data()) continue;
+    entry->is_used = false;
+    return;
   }
 }
 

@@ -146,10 +146,14 @@ PrivateFolder::~PrivateFolder() { opened_->remove_folder(); }
 std::unique_ptr<PrivateFolder> PrivateFolder::make(const fs::path& final_path) {
   for (int number = 1;; ++number) {
     const fs::path path = folder_path(final_path, number);
+    // Before it is there, so that a signal at any time removes it. If the signal removes another
+    // process' folder, which it can while that is empty, that process takes a new one.
+    const RemovedOnSignal folder(path, true);
     int error = mkdir(path.c_str(), S_IRWXU) == 0 ? 0 : errno;
     if (error == EEXIST) continue;
     if (error == 0) {
       auto opened = std::make_unique<Opened>(path);
+      const RemovedOnSignal lock(opened->inside() / lock_name());
       error = opened->lock_new();
       if (error == 0) {
         return std::unique_ptr<PrivateFolder>(new PrivateFolder(std::move(opened), path));

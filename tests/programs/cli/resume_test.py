@@ -31,10 +31,10 @@ def resume_command(*arguments):
     return " ".join([str(PROGRAM), "--resume", *quoted])
 
 
-def has_begun_file(folder, pattern="*.part"):
+def has_begun_file(folder):
     """Whether a private folder holds a file in the making. That folder may vanish meanwhile."""
     try:
-        return any(folder.path.glob(".out.fits.*/" + pattern))
+        return any(folder.path.glob(".out.fits.*/*.part"))
     except FileNotFoundError:
         return False
 
@@ -220,8 +220,7 @@ class Resume(unittest.TestCase):
     def test_a_signal_before_the_journal(self):
         with Folder() as folder:
             with Job(folder, *self.arguments, "-j", "1") as job:
-                # Its lock: before that the folder is not yet the job's own.
-                job.wait_until(lambda: has_begun_file(folder, "*"))
+                job.wait_until(lambda: list(folder.path.glob(".out.fits.*")))
                 job.process.terminate()
                 code, _, err, _ = job.end()
             self.assertEqual((code, err), (-signal.SIGTERM, "gamer: stopped by SIGTERM\n"))
