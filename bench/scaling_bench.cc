@@ -75,7 +75,7 @@ Workload measure_scene(const std::string& name, int size) {
   const double read = thread_seconds();
   Workload load;
   for (const auto& galaxy : job.rest.galaxies) {
-    load.parts += GalaxyStatistics(*galaxy).parts(GalaxyStatistics::Round::seen);
+    load.parts += GalaxyStatistics(*galaxy).parts(GalaxyStatistics::Round::textures);
   }
   complete(job, Ranks(), 1);
   const double measured = thread_seconds();

@@ -75,33 +75,13 @@ namespace gamer {
 
 HWY_EXPORT(LookUp);
 
-namespace {
-
-// Steps of the table per value that is given.
-constexpr int fineness = 4;
-
-}  // namespace
-
 FootprintTable::FootprintTable(double narrowest, double ratio, const std::vector<double>& values)
-    : start_(std::log(narrowest)), step_(std::log(ratio) / fineness) {
-  const auto last = static_cast<int>(values.size()) - 1;
-  const auto at = [&](int n) {
-    return std::log(values[static_cast<std::size_t>(std::clamp(n, 0, last))]);
-  };
-  for (int n = 0; n < std::max(last, 1); ++n) {
-    const double left = 0.5 * (at(n + 1) - at(n - 1)), right = 0.5 * (at(n + 2) - at(n));
-    const double rise = at(n + 1) - at(n);
-    for (int k = 0; k < fineness; ++k) {
-      const double u = static_cast<double>(k) / fineness;
-      table_.push_back(static_cast<float>(std::exp(
-          at(n) + u * (left + u * (3 * rise - 2 * left - right + u * (left + right - 2 * rise))))));
-    }
-  }
-  table_.push_back(static_cast<float>(std::exp(at(last))));
+    : table_(values.begin(), values.end()), start_(std::log(narrowest)), step_(std::log(ratio)) {
+  if (table_.size() == 1) table_.push_back(table_.front());
 }
 
 void FootprintTable::at(std::size_t size, const float* log_footprint, float* out) const {
-  if (is_one()) {
+  if (table_.empty()) {
     std::fill_n(out, padded(size), 1.0f);
     return;
   }

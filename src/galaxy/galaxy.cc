@@ -192,6 +192,9 @@ constexpr std::size_t most_components = 64;
 // The ball is not flattened further: single precision would not resolve it.
 constexpr double smallest_stretch = 1e-9;
 
+// The seed of references: any fixed one.
+constexpr std::uint64_t reference_seed = 0x7265666572656e63;
+
 bool is_constant(const float* values, std::size_t size) {
   if (size == 0) return true;
   const Range range = range_of(values, size);
@@ -218,6 +221,25 @@ std::shared_ptr<const Galaxy> Galaxy::parse(std::string_view text, const std::st
 
 std::shared_ptr<Galaxy> Galaxy::read(std::string_view text, const std::string& label,
                                      const GalaxySettings& settings, Resources& resources) {
+  auto galaxy = read_alone(text, label, settings, resources);
+  for (std::size_t c = 0; c < galaxy->components_.size(); ++c) {
+    const Component& component = *galaxy->components_[c];
+    if (!component.absorbs() || (component.texture() == nullptr && galaxy->followed_[c] < 0)) {
+      continue;
+    }
+    galaxy->reference_ = settings.reference;
+    if (galaxy->reference_ != nullptr) return galaxy;
+    GalaxySettings fixed = settings;
+    fixed.seed = reference_seed;
+    galaxy->reference_ = read_alone(text, label, fixed, resources);
+    galaxy->reference_->is_reference_ = true;
+    return galaxy;
+  }
+  return galaxy;
+}
+
+std::shared_ptr<Galaxy> Galaxy::read_alone(std::string_view text, const std::string& label,
+                                           const GalaxySettings& settings, Resources& resources) {
   const ConfigNode root = parse_toml(text, label);
   static const std::vector<std::string> sections = {"galaxy", "arms", "component"};
   for (const auto& [key, node] : root.table()) {
@@ -271,6 +293,7 @@ std::shared_ptr<Galaxy> Galaxy::read(std::string_view text, const std::string& l
     galaxy->components_.push_back(std::move(component));
   }
   galaxy->most_cloud_points_ = settings.most_cloud_points;
+  galaxy->mean_error_ = settings.accuracy.mean_error;
   galaxy->resolve(label);
   return galaxy;
 }
@@ -307,9 +330,9 @@ void Galaxy::resolve(const std::string& label) {
     throw InputError({label, 0, 0}, "no component of the galaxy is active");
   }
   followed_.assign(components_.size(), -1);
-  follow_scale_.assign(components_.size(), 1.0);
-  seen_means_.assign(components_.size(), {});
-  dust_.assign(components_.size(), {});
+  means_.assign(components_.size(), {});
+  log_narrow_.assign(components_.size(), 0.0f);
+  dust_ = std::make_shared<const std::vector<Dust>>(components_.size());
   // Dust is thick from this optical depth on, face on.
   constexpr double thick = 5;
   double depth = 0;
@@ -333,16 +356,15 @@ void Galaxy::resolve(const std::string& label) {
     needs_winding_ = needs_winding_ || components_[c]->needs_winding();
   }
   resolve_fractions();
-  for (std::size_t c = 0; c < components_.size(); ++c) {
-    if (followed_[c] < 0) check_density(c);
-  }
+  check_densities();
 }
 
-void Galaxy::check_density(std::size_t c) const {
-  const Component& component = *components_[c];
-  if (std::isfinite(static_cast<float>(component.amplitude() * follow_scale_[c]))) return;
-  throw InputError(component.where(),
-                   "component '" + component.name() + "': its density exceeds single precision");
+void Galaxy::check_densities() const {
+  for (const auto& component : components_) {
+    if (std::isfinite(static_cast<float>(component->amplitude()))) continue;
+    throw InputError(component->where(),
+                     "component '" + component->name() + "': its density exceeds single precision");
+  }
 }
 
 void Galaxy::place(const Points& points, bool wants_shear, SampleBatch& batch) const {
@@ -500,7 +522,7 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
     phi(c, batch, need, threshold * static_cast<float>(scale), footprints, nullptr, {},
         std::span(&followed_phi[k], 1), counts);
   }
-  BatchArray log_footprints, coherence, amount;
+  BatchArray log_footprints, coherence, amount, mean;
   // Rays of one galaxy mostly have one footprint and direction: tables are looked up once then.
   const bool is_even = rays != nullptr && is_constant(rays->footprint.data(), batch.size) &&
                        is_constant(rays->obliquity.data(), batch.size);
@@ -521,7 +543,7 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
     if (component.texture() != nullptr && known == nullptr) {
       const bool varies = variants > 1 && footprints != nullptr;
       if (varies) {
-        look_up(dust_[c].coherence, places, log_footprints, rays->obliquity, coherence);
+        look_up((*dust_)[c].coherence, places, log_footprints, rays->obliquity, coherence);
         spread(coherence);
       }
       phi(c, batch, densities[c], threshold * static_cast<float>(component.threshold_scale()),
@@ -536,25 +558,28 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
                               : known != nullptr             ? known
                                                              : &own[k];
       HWY_DYNAMIC_DISPATCH(Scale)
-      (batch.size, static_cast<float>(component.amplitude() * follow_scale_[c]),
-       densities[c].data(), phi != nullptr ? phi->data() : nullptr,
-       followed != nullptr ? followed->data() : nullptr, densities[k * count + c].data());
+      (batch.size, static_cast<float>(component.amplitude()), densities[c].data(),
+       phi != nullptr ? phi->data() : nullptr, followed != nullptr ? followed->data() : nullptr,
+       densities[k * count + c].data());
     }
-    if (footprints == nullptr || (component.absorbs() && variants == 1)) continue;
-    if (component.absorbs()) {
-      look_up(dust_[c].amount, places, log_footprints, rays->obliquity, amount);
-      spread(amount);
-      // There the result must not depend on whether other rays have variants.
-      for (std::size_t i = 0; i < padded(batch.size); ++i) {
-        if (log_footprints[i] <= dust_[c].log_narrow) amount[i] = 1;
-      }
+    if (component.texture() == nullptr && followed_[c] < 0) continue;
+    if (footprints != nullptr) {
+      means_[c].at(places, log_footprints.data(), mean.data());
     } else {
-      seen_means_[c].at(places, log_footprints.data(), amount.data());
+      std::fill_n(mean.data(), padded(places), means_[c].narrowest());
+    }
+    spread(mean);
+    if (variants > 1 && footprints != nullptr) {
+      look_up((*dust_)[c].amount, places, log_footprints, rays->obliquity, amount);
       spread(amount);
+      for (std::size_t i = 0; i < padded(batch.size); ++i) {
+        // There the result must not depend on whether other rays have variants.
+        if (log_footprints[i] > log_narrow_[c]) mean[i] *= amount[i];
+      }
     }
     for (std::size_t k = 0; k < variants; ++k) {
       HWY_DYNAMIC_DISPATCH(Divide)
-      (batch.size, amount.data(), densities[k * count + c].data());
+      (batch.size, mean.data(), densities[k * count + c].data());
     }
   }
   counts.envelope_seconds += clock.seconds() - (counts.noise_seconds - earlier_noise);
@@ -575,8 +600,8 @@ void Galaxy::evaluate_component(std::size_t c, const Points& points, float thres
   if (is_textured) take_phi(c, density);
   if (follows) take_phi(static_cast<std::size_t>(followed_[c]), followed);
   HWY_DYNAMIC_DISPATCH(Scale)
-  (batch.size, static_cast<float>(follow_scale_[c]), envelope.data(),
-   is_textured ? density.data() : nullptr, follows ? followed.data() : nullptr, density.data());
+  (batch.size, 1 / means_[c].narrowest(), envelope.data(), is_textured ? density.data() : nullptr,
+   follows ? followed.data() : nullptr, density.data());
 }
 
 }  // namespace gamer

@@ -17,23 +17,19 @@
 namespace gamer {
 namespace {
 
-// Points over which the mean of a texture is taken at first, and then as many as independent points
-// would need for this error, up to the settings' limit; the cloud's are up to four times better. A
-// component with a share f of the light is allowed f^(-1/2) times as much: together the errors are
-// this share of the galaxy's light.
-constexpr std::size_t first_cloud = std::size_t{1} << 15;
-constexpr double cloud_error = 0.004;
+// Points over which a texture's statistics are taken at first. Where independent points would need
+// more for a mean with Accuracy::mean_error, it is taken over a larger cloud, up to the settings'
+// limit: at least the least one, and a margin above the need, which few points tell only about. A
+// component with a share f of the light is allowed f^(-1/2) times that error: together the errors
+// are this share of the galaxy's light.
+constexpr std::size_t first_cloud = std::size_t{1} << 13;
+constexpr double least_larger_cloud = 1 << 15;
+constexpr double cloud_margin = 1.5;
 // Processes share large clouds in slices of so many batches.
 constexpr std::size_t slice_batches = 128;
-// The same for what wide rays see of it relative to the whole.
-constexpr std::size_t first_seen_cloud = std::size_t{1} << 13;
-constexpr std::size_t largest_seen_cloud = std::size_t{1} << 19;
-constexpr double seen_error = 0.0025;
-// Widths with a smaller share of it over the first cloud do not need the larger one.
-constexpr double small_error = 0.3;
-// They are of footprints up to the widest, each so many times the one before.
-constexpr double largest_seen_footprint = 0.5;
-constexpr double footprint_ratio = 2;
+// Means are tabulated for footprints up to the widest, each so many times the one before.
+constexpr double widest_mean = 0.5;
+constexpr double mean_ratio = std::numbers::sqrt2;
 // What dust lets through is measured along so many rays, of so many points where they are face on,
 // at footprints of that ratio up to the largest.
 constexpr std::size_t coherence_rays = std::size_t{1} << 12;
@@ -43,7 +39,7 @@ constexpr double largest_coherence_footprint = 1.0 / 9;
 constexpr double least_coherence = 0.05;
 constexpr double largest_coherence = 4;
 constexpr double first_factor = 1.3;
-constexpr int secants = 4;
+constexpr int secants = 5;
 // Of what comes through: light that errs by less needs no further secant.
 constexpr double light_error = 1e-3;
 
@@ -97,42 +93,6 @@ void expect_texture(const Component& component, const Points& points, const Batc
   }
 }
 
-/// Sums over weighted points.
-struct WholeMoments {
-  double w = 0, ww = 0, x = 0, xx = 0;
-
-  void add(double weight, double all) {
-    w += weight;
-    ww += weight * weight;
-    x += weight * all;
-    xx += weight * all * all;
-  }
-  WholeMoments& operator+=(const WholeMoments& more) {
-    w += more.w;
-    ww += more.ww;
-    x += more.x;
-    xx += more.xx;
-    return *this;
-  }
-};
-
-/// The same of what is seen (y) of all (x).
-struct SeenMoments {
-  double y = 0, xy = 0, yy = 0;
-
-  void add(double weight, double all, double seen) {
-    y += weight * seen;
-    xy += weight * all * seen;
-    yy += weight * seen * seen;
-  }
-  SeenMoments& operator+=(const SeenMoments& more) {
-    y += more.y;
-    xy += more.xy;
-    yy += more.yy;
-    return *this;
-  }
-};
-
 /// Numbers of a part, one after the other.
 class NumberWriter {
  public:
@@ -175,52 +135,43 @@ class NumberReader {
 
 }  // namespace
 
-GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy)
+GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy, FootprintRange footprints)
     : galaxy_(galaxy),
-      first_error_(galaxy.components_.size(), -1.0),
-      larger_(galaxy.components_.size()) {
-  std::vector<Part>& first = parts_[static_cast<std::size_t>(Round::first)];
-  std::vector<Part>& seen = parts_[static_cast<std::size_t>(Round::seen)];
+      footprints_(footprints),
+      is_normalised_(galaxy.components_.size(), false),
+      dust_(galaxy.components_.size()) {
   for (std::size_t c = 0; c < galaxy_.components_.size(); ++c) {
     const Component& component = component_at(c);
-    const Texture* texture = component.texture();
     if (!component.absorbs()) light_ += galaxy_.luminosity(c);
-    if (texture == nullptr && galaxy_.followed_[c] < 0) continue;
-    first.push_back({c, 0});
-    for (std::size_t o = component.absorbs() ? Galaxy::obliquities.size() : 1; o-- > 0;) {
-      seen.push_back({c, o});
-    }
-    const std::size_t mean = texture != nullptr ? texture->statistics().size() : 0;
-    const std::size_t lists =
-        component.absorbs() ? 2 * dust_widths(c).size() : seen_widths(c).size() + 1;
-    // With the lists' counts, the mean of what is followed, a star field's Phi, and widths more:
-    // how sharp a texture is may show only when it is measured.
-    constexpr std::size_t others = 12;
-    most_numbers_ = std::max({most_numbers_, mean + others, lists + others, CloudMoments::count});
+    // All of them have a part in this round, since processes agree on it.
+    const Texture* texture = component.texture();
+    if (texture == nullptr) continue;
+    of(Round::textures).push_back({c, 0, 0});
+    most_numbers_ = std::max(most_numbers_, texture->statistics().size() + 1);
   }
-  // What may take long first, so that processes end together: light, then dust from long paths to
-  // short ones.
-  std::stable_partition(seen.begin(), seen.end(),
-                        [&](const Part& part) { return !component_at(part.component).absorbs(); });
+  // Footprints are single precision: there are fewer of these widths.
+  constexpr std::size_t most_widths = 200;
+  constexpr std::size_t others = 2;
+  most_numbers_ = std::max(most_numbers_, 2 * most_widths + others);
 }
 
 void GalaxyStatistics::measure(Round round, std::size_t part, std::span<double> numbers) {
-  const auto [c, index] = of(round)[part];
+  const auto [c, index, slice] = of(round)[part];
   NumberWriter writer(numbers);
   switch (round) {
-    case Round::first:
+    case Round::textures:
       normalise(c);
-      if (const Texture* texture = component_at(c).texture()) writer.add(texture->statistics());
-      writer.add(galaxy_.follow_scale_[c]);
-      writer.add(first_error_[c]);
+      writer.add(component_at(c).texture()->statistics());
+      return;
+    case Round::means:
+      measure_means(c, numbers);
       return;
     case Round::larger: {
-      const CloudMoments moments = measure_slice(c, index);
+      const CloudMoments moments = measure_slice(means_[index], slice);
       for (const double sum : moments.sums()) writer.add(sum);
       return;
     }
-    case Round::seen:
-      galaxy_.check_density(c);
+    case Round::closure:
       if (component_at(c).absorbs()) {
         std::vector<double> coherences, amounts;
         measure_dust(c, index, std::min(coherence_rays, galaxy_.most_cloud_points_), coherences,
@@ -229,75 +180,141 @@ void GalaxyStatistics::measure(Round round, std::size_t part, std::span<double> 
         writer.add(amounts);
         return;
       }
-      writer.add(measure_seen(c));
-      if (const auto* field = dynamic_cast<const StarField*>(&component_at(c))) {
-        writer.add(largest_phi(c, *field));
-      }
+      writer.add(largest_phi(c, dynamic_cast<const StarField&>(component_at(c))));
   }
 }
 
 void GalaxyStatistics::take(Round round, std::size_t part, std::span<const double> numbers) {
-  const auto [c, index] = of(round)[part];
+  const auto [c, index, slice] = of(round)[part];
   Component& component = *galaxy_.components_[c];
   NumberReader reader(numbers);
   switch (round) {
-    case Round::first:
-      if (Texture* texture = component.texture()) texture->restore(reader.list());
-      galaxy_.follow_scale_[c] = reader.number();
-      first_error_[c] = reader.number();
+    case Round::textures:
+      component.texture()->restore(reader.list());
+      is_normalised_[c] = true;
+      return;
+    case Round::means:
+      for (Mean& mean : means_) {
+        if (mean.component != c) continue;
+        mean.value = reader.number();
+        mean.error = reader.number();
+      }
       return;
     case Round::larger:
-      larger_[c].moments.add(numbers.first(CloudMoments::count));
+      means_[index].moments.add(numbers.first(CloudMoments::count));
       return;
-    case Round::seen:
+    case Round::closure:
       break;
   }
-  if (component.absorbs()) {
-    const std::vector<double> coherences = reader.list(), amounts = reader.list();
-    if (coherences.empty()) return;
-    const auto narrower = static_cast<double>(coherences.size()) - 1;
-    const double narrowest = largest_coherence_footprint * std::pow(coherence_ratio, -narrower);
-    Galaxy::Dust& dust = galaxy_.dust_[c];
-    dust.log_narrow = static_cast<float>(log_narrowest(c));
-    dust.coherence[index] = {narrowest, coherence_ratio, coherences};
-    dust.amount[index] = {narrowest, coherence_ratio, amounts};
+  if (!component.absorbs()) {
+    dynamic_cast<StarField&>(component).set_largest_phi(reader.number());
     return;
   }
-  if (std::vector<double> means = reader.list(); !means.empty()) {
-    const auto narrower = static_cast<double>(means.size());
-    const double narrowest = largest_seen_footprint * std::pow(footprint_ratio, -narrower);
-    // What all see is 1.
-    means.insert(means.begin(), 1);
-    galaxy_.seen_means_[c] = {narrowest, footprint_ratio, means};
-  }
-  if (auto* field = dynamic_cast<StarField*>(&component)) field->set_largest_phi(reader.number());
+  std::vector<double> coherences = reader.list(), amounts = reader.list();
+  if (coherences.empty()) return;
+  const std::vector<double> widths = dust_widths(c);
+  Galaxy::Dust& dust = dust_[c];
+  dust.coherence[index] = {widths.front(), coherence_ratio, for_all(widths, coherences)};
+  dust.amount[index] = {widths.front(), coherence_ratio, for_all(widths, amounts)};
 }
 
 void GalaxyStatistics::finish(Round round) {
-  if (round == Round::larger) correct_means();
-  if (round != Round::first) return;
-  std::vector<Part>& slices = parts_[static_cast<std::size_t>(Round::larger)];
-  for (const Part& part : of(Round::first)) {
-    const std::size_t c = part.component;
-    const std::size_t first = std::min(first_cloud, galaxy_.most_cloud_points_);
-    larger_[c].points = points_needed(c, first, first_error_[c], cloud_error);
-    // A cloud has about as many points as it is asked for.
-    const std::size_t batches = (larger_[c].points + batch_capacity - 1) / batch_capacity;
-    const std::size_t count = (batches + slice_batches - 1) / slice_batches;
-    for (std::size_t k = 0; k < count; ++k) slices.push_back({c, k});
-    larger_[c].slices = count;
+  switch (round) {
+    case Round::textures:
+      return plan_means();
+    case Round::means:
+      return plan_slices();
+    case Round::larger:
+      return make_tables();
+    case Round::closure:
+      if (is_reference()) {
+        galaxy_.dust_ = std::make_shared<const std::vector<Galaxy::Dust>>(dust_);
+        galaxy_.closure_range_ = footprints_;
+      }
   }
 }
 
-CloudMoments GalaxyStatistics::measure_slice(std::size_t c, std::size_t slice) {
-  Larger& own = larger_[c];
-  if (own.cloud.batches == 0) own.cloud = component_at(c).cloud(own.points);
-  const auto begin = [&](std::size_t k) { return own.cloud.batches * k / own.slices; };
-  return moments_over(own.cloud, begin(slice), begin(slice + 1),
-                      [&](const Points& points, float* out) { whole_phi(c, points, out); });
+void GalaxyStatistics::plan_means() {
+  for (std::size_t c = 0; c < galaxy_.components_.size(); ++c) {
+    const Component& component = component_at(c);
+    if (!is_textured(c) || (is_reference() && !component.absorbs())) continue;
+    of(Round::means).push_back({c, 0, 0});
+    if (is_reference()) {
+      means_.emplace_back(c, 0.0);
+      // Long paths take longest and come first, so that processes end together.
+      for (std::size_t o = Galaxy::obliquities.size(); o-- > 0;) {
+        of(Round::closure).push_back({c, o, 0});
+      }
+      continue;
+    }
+    const std::vector<double> widths = mean_widths(c);
+    const bool is_field = dynamic_cast<const StarField*>(&component) != nullptr;
+    const std::span<const double> wanted = measured(widths);
+    // Stars that are drawn see the whole texture, and so does the dust in front of them.
+    const bool sees_whole = is_field || footprints_.sees_whole;
+    if (sees_whole && wanted.front() > 0) means_.emplace_back(c, 0.0);
+    for (const double width : wanted) means_.emplace_back(c, width);
+    if (is_field) of(Round::closure).push_back({c, 0, 0});
+  }
+}
+
+void GalaxyStatistics::plan_slices() {
+  for (std::size_t m = 0; m < means_.size(); ++m) {
+    Mean& mean = means_[m];
+    const bool is_some = mean.value > 0 && std::isfinite(mean.value);
+    mean.points = points_needed(mean.component, is_some ? mean.error / mean.value : HUGE_VAL);
+    // A cloud has about as many points as it is asked for.
+    const std::size_t batches = (mean.points + batch_capacity - 1) / batch_capacity;
+    mean.slices = (batches + slice_batches - 1) / slice_batches;
+    for (std::size_t k = 0; k < mean.slices; ++k) {
+      of(Round::larger).push_back({mean.component, m, k});
+    }
+  }
+}
+
+void GalaxyStatistics::make_tables() {
+  for (Mean& mean : means_) {
+    if (mean.slices > 0) mean.value = mean.moments.mean().mean;
+    if (!(mean.value > 0) || !std::isfinite(mean.value)) {
+      const Component& component = component_at(mean.component);
+      throw InputError(component.where(),
+                       "component '" + component.name() +
+                           "': its texture is zero or infinite; change the noise's offset, "
+                           "contrast, exponent or floor");
+    }
+  }
+  for (std::size_t c = 0; c < galaxy_.components_.size(); ++c) {
+    std::vector<double> values;
+    for (const Mean& mean : means_) {
+      if (mean.component == c) values.push_back(mean.value);
+    }
+    if (values.empty()) continue;
+    if (is_reference()) {
+      galaxy_.means_[c] = {widest_mean, mean_ratio, values};
+      continue;
+    }
+    const std::vector<double> widths = mean_widths(c);
+    galaxy_.log_narrow_[c] = static_cast<float>(log_narrowest(c));
+    const bool has_more = values.size() > measured(widths).size();
+    std::vector<double> table =
+        for_all(widths, {values.begin() + (has_more ? 1 : 0), values.end()});
+    if (has_more) table.front() = values.front();
+    // The first of them, of which rays see all, stands one step below the narrowest that do not.
+    const double steps = static_cast<double>(widths.size()) - 1;
+    const double widest = steps > 0 ? widths.back() : widest_mean;
+    galaxy_.means_[c] = {widest * std::pow(mean_ratio, -steps), mean_ratio, table};
+  }
+}
+
+void GalaxyStatistics::adopt() {
+  if (galaxy_.reference_ != nullptr) galaxy_.dust_ = galaxy_.reference_->dust_;
 }
 
 void GalaxyStatistics::measure_all() {
+  if (Galaxy* reference = galaxy_.reference_.get();
+      reference != nullptr && !reference->closure_range_.covers(footprints_)) {
+    GalaxyStatistics(*reference, reference->closure_range_ | footprints_).measure_all();
+  }
   std::vector<double> numbers(most_numbers_);
   for (const Round round : rounds) {
     for (std::size_t part = 0; part < parts(round); ++part) {
@@ -306,103 +323,81 @@ void GalaxyStatistics::measure_all() {
     }
     finish(round);
   }
+  adopt();
 }
 
 double GalaxyStatistics::share(std::size_t c) const {
   return component_at(c).absorbs() || light_ == 0 ? 1 : galaxy_.luminosity(c) / light_;
 }
 
+std::size_t GalaxyStatistics::first_points() const {
+  return std::min(first_cloud, galaxy_.most_cloud_points_);
+}
+
 void GalaxyStatistics::normalise(std::size_t c) {
-  if (first_error_[c] >= 0) return;
+  if (is_normalised_[c] || component_at(c).texture() == nullptr) return;
   // Together with what it follows.
   if (galaxy_.followed_[c] >= 0) normalise(static_cast<std::size_t>(galaxy_.followed_[c]));
   Component& component = *galaxy_.components_[c];
-  const std::vector<WeightedBatch> cloud =
-      component.cloud(std::min(first_cloud, galaxy_.most_cloud_points_)).all();
+  FractalNoise::Factor factor;
+  if (galaxy_.followed_[c] >= 0) {
+    factor = [this, c](const Points& points, float* out) { followed_phi(c, points, out); };
+  }
   try {
-    if (Texture* texture = component.texture(); texture != nullptr) {
-      FractalNoise::Factor factor;
-      if (galaxy_.followed_[c] >= 0) {
-        factor = [this, c](const Points& points, float* out) { followed_phi(c, points, out); };
-      }
-      texture->normalise(cloud, factor);
-      first_error_[c] = texture->mean_error();
-    } else {
-      const CloudMean mean = mean_over(cloud, [&](std::size_t b, BatchArray& out) {
-        followed_phi(c, cloud[b].points(), out.data());
-      });
-      galaxy_.follow_scale_[c] = 1 / mean.mean;
-      first_error_[c] = mean.error / mean.mean;
-    }
+    component.texture()->normalise(component.cloud(first_points()).all(), factor);
   } catch (const InputError& error) {
     throw InputError(component.where(), "component '" + component.name() + "': " + error.what());
   }
+  is_normalised_[c] = true;
 }
 
-std::size_t GalaxyStatistics::points_needed(std::size_t c, std::size_t first, double error,
-                                            double wanted) const {
-  const double excess = error / wanted * std::sqrt(share(c));
-  const double needed = static_cast<double>(first) * excess * excess;
+std::size_t GalaxyStatistics::points_needed(std::size_t c, double error) const {
+  const double excess = error / galaxy_.mean_error_ * std::sqrt(share(c));
+  const auto first = static_cast<double>(first_points());
   const auto most = static_cast<double>(galaxy_.most_cloud_points_);
-  if (!(excess > 1) || most <= static_cast<double>(first)) return 0;
+  if (!(excess > 1) || most <= first) return 0;
+  const double needed = std::max(cloud_margin * first * excess * excess, least_larger_cloud);
   return static_cast<std::size_t>(std::min(needed, most));
 }
 
-void GalaxyStatistics::whole_phi(std::size_t c, const Points& points, float* out) const {
-  if (const Texture* texture = component_at(c).texture(); texture != nullptr) {
-    evaluate_whole(*texture, points, out);
-  } else {
-    std::fill_n(out, padded(points.size), static_cast<float>(galaxy_.follow_scale_[c]));
+void GalaxyStatistics::measure_means(std::size_t c, std::span<double> numbers) const {
+  std::vector<double> widths;
+  for (const Mean& mean : means_) {
+    if (mean.component == c) widths.push_back(mean.footprint);
   }
-  if (galaxy_.followed_[c] < 0) return;
-  // Bright clumps leave half of the layer empty, where what they follow does not matter.
-  BatchArray x, y, z, factor;
-  std::array<std::size_t, batch_capacity> place;
-  std::size_t lit = 0;
-  for (std::size_t i = 0; i < points.size; ++i) {
-    place[lit] = i;
-    x[lit] = points.x[i];
-    y[lit] = points.y[i];
-    z[lit] = points.z[i];
-    if (out[i] > 0) ++lit;
+  const Cloud cloud = component_at(c).cloud(first_points());
+  std::vector<CloudMoments> parts(cloud.batches * widths.size());
+  parallel_for(cloud.batches, [&](std::size_t b) {
+    WeightedBatch batch{};
+    cloud.fill(b, batch);
+    std::vector<BatchArray> phi(widths.size());
+    cloud_phi(c, batch.points(), widths, phi);
+    for (std::size_t w = 0; w < widths.size(); ++w) {
+      parts[b * widths.size() + w].add(batch, phi[w].data());
+    }
+  });
+  NumberWriter writer(numbers);
+  for (std::size_t w = 0; w < widths.size(); ++w) {
+    CloudMoments moments;
+    for (std::size_t b = 0; b < cloud.batches; ++b) {
+      moments.add(parts[b * widths.size() + w].sums());
+    }
+    const CloudMean mean = moments.mean();
+    writer.add(mean.mean);
+    writer.add(mean.error);
   }
-  if (lit == 0) return;
-  for (std::size_t k = lit; k < padded(lit); ++k) x[k] = y[k] = z[k] = 0;
-  followed_phi(c, {x.data(), y.data(), z.data(), lit}, factor.data());
-  for (std::size_t k = 0; k < lit; ++k) out[place[k]] *= factor[k];
 }
 
-void GalaxyStatistics::correct_means() {
-  const std::vector<Part>& measured = of(Round::first);
-  // Of a component's Phi as it is, what it follows included; 1 where the first cloud sufficed.
-  std::vector<CloudMean> means(larger_.size());
-  for (const Part& part : measured) {
-    const std::size_t c = part.component;
-    const Texture* texture = component_at(c).texture();
-    means[c] = {1, texture != nullptr ? std::pow(texture->rms(), 2) : 1.0, first_error_[c]};
-    if (larger_[c].slices == 0) continue;
-    means[c] = larger_[c].moments.mean();
-    if (!(means[c].mean > 0) || !std::isfinite(means[c].square_mean)) {
-      throw InputError(component_at(c).where(),
-                       "component '" + component_at(c).name() +
-                           "': its texture is zero or infinite; change the noise's offset, "
-                           "contrast, exponent or floor");
-    }
-  }
-  for (const Part& part : measured) {
-    const std::size_t c = part.component;
-    CloudMean mean = means[c];
-    // What is followed follows nothing, and is corrected by its own mean.
-    if (const int followed = galaxy_.followed_[c]; followed >= 0) {
-      const double before = means[static_cast<std::size_t>(followed)].mean;
-      mean = {mean.mean / before, mean.square_mean / (before * before), mean.error / before};
-    }
-    if (Texture* texture = galaxy_.components_[c]->texture(); texture != nullptr) {
-      texture->correct_mean(mean);
-    } else {
-      galaxy_.follow_scale_[c] /= mean.mean;
-    }
-  }
+CloudMoments GalaxyStatistics::measure_slice(const Mean& mean, std::size_t slice) const {
+  const std::size_t c = mean.component;
+  const Cloud cloud = component_at(c).cloud(mean.points);
+  const auto begin = [&](std::size_t k) { return cloud.batches * k / mean.slices; };
+  const std::span<const double> width(&mean.footprint, 1);
+  return moments_over(cloud, begin(slice), begin(slice + 1), [&](const Points& points, float* out) {
+    BatchArray phi;
+    cloud_phi(c, points, width, std::span(&phi, 1));
+    std::copy_n(phi.data(), padded(points.size), out);
+  });
 }
 
 bool GalaxyStatistics::hides(std::size_t c, double footprint) const {
@@ -413,7 +408,7 @@ bool GalaxyStatistics::hides(std::size_t c, double footprint) const {
 }
 
 double GalaxyStatistics::log_narrowest(std::size_t c) const {
-  double narrow = std::log(double{smallest_footprint}), wide = std::log(largest_seen_footprint);
+  double narrow = std::log(double{smallest_footprint}), wide = std::log(widest_mean);
   // Single precision's rounding counts as narrow.
   constexpr double margin = 1e-5;
   while (wide - narrow > margin) {
@@ -430,12 +425,36 @@ std::vector<double> GalaxyStatistics::widths(std::size_t c, double widest, doubl
   return widths;
 }
 
-std::vector<double> GalaxyStatistics::seen_widths(std::size_t c) const {
-  return widths(c, largest_seen_footprint, footprint_ratio);
+std::vector<double> GalaxyStatistics::mean_widths(std::size_t c) const {
+  std::vector<double> result = widths(c, widest_mean, mean_ratio);
+  result.insert(result.begin(), 0.0);
+  return result;
 }
 
 std::vector<double> GalaxyStatistics::dust_widths(std::size_t c) const {
   return widths(c, largest_coherence_footprint, coherence_ratio);
+}
+
+std::span<const double> GalaxyStatistics::measured(const std::vector<double>& widths) const {
+  if (widths.empty()) return {};
+  // Room for single precision's rounding.
+  constexpr double margin = 1e-5;
+  const double narrowest = footprints_.narrowest * (1 - margin);
+  const double widest = footprints_.widest * (1 + margin);
+  const auto above = std::upper_bound(widths.begin(), widths.end(), narrowest);
+  const auto first = std::min(above == widths.begin() ? above : above - 1, widths.end() - 1);
+  auto last = std::lower_bound(first, widths.end(), widest);
+  if (last == widths.end()) --last;
+  return {first, last + 1};
+}
+
+std::vector<double> GalaxyStatistics::for_all(const std::vector<double>& widths,
+                                              const std::vector<double>& values) const {
+  const std::span<const double> own = measured(widths);
+  std::vector<double> result(static_cast<std::size_t>(own.data() - widths.data()), values.front());
+  result.insert(result.end(), values.begin(), values.end());
+  result.resize(widths.size(), values.back());
+  return result;
 }
 
 void GalaxyStatistics::cloud_phi(std::size_t c, const Points& points,
@@ -445,8 +464,7 @@ void GalaxyStatistics::cloud_phi(std::size_t c, const Points& points,
   if (component_at(c).texture() != nullptr) {
     expect_texture(component_at(c), points, shear, widths, out);
   } else {
-    const auto scale = static_cast<float>(galaxy_.follow_scale_[c]);
-    for (BatchArray& phi : out) std::fill_n(phi.data(), batch_capacity, scale);
+    for (BatchArray& phi : out) std::fill_n(phi.data(), batch_capacity, 1.0f);
   }
   multiply_followed(c, points, shear, widths, out);
 }
@@ -484,72 +502,6 @@ void GalaxyStatistics::take_shear(const Points& points, BatchArray& out) const {
     r[i] = std::sqrt(points.x[i] * points.x[i] + points.y[i] * points.y[i]);
   }
   galaxy_.arms_.shear(r.data(), points.size, out.data());
-}
-
-std::vector<double> GalaxyStatistics::measure_seen(std::size_t c) const {
-  const std::vector<double> widths = seen_widths(c);
-  if (widths.empty()) return {};
-  const std::size_t first = std::min(first_seen_cloud, galaxy_.most_cloud_points_);
-  std::vector<SeenMean> means = measure_seen(c, first, widths);
-  // More points for those that need them.
-  std::vector<std::size_t> rough;
-  std::vector<double> rough_widths;
-  std::size_t size = 0;
-  for (std::size_t k = 0; k < widths.size(); ++k) {
-    const double error = means[k].error / means[k].mean;
-    if (points_needed(c, first, error, small_error * seen_error) == 0) continue;
-    rough.push_back(k);
-    rough_widths.push_back(widths[k]);
-    size = std::max(size, std::min(points_needed(c, first, error, seen_error), largest_seen_cloud));
-  }
-  if (size > 0) {
-    const std::vector<SeenMean> better = measure_seen(c, size, rough_widths);
-    for (std::size_t k = 0; k < rough.size(); ++k) means[rough[k]] = better[k];
-  }
-  std::vector<double> result;
-  for (const SeenMean& mean : means) result.push_back(mean.mean);
-  return result;
-}
-
-std::vector<GalaxyStatistics::SeenMean> GalaxyStatistics::measure_seen(
-    std::size_t c, std::size_t cloud_size, std::span<const double> widths) const {
-  const Cloud cloud = component_at(c).cloud(cloud_size);
-  std::vector<WholeMoments> whole_parts(cloud.batches);
-  std::vector<SeenMoments> seen_parts(cloud.batches * widths.size());
-  std::vector<double> with_all(widths.begin(), widths.end());
-  with_all.push_back(0);
-  parallel_for(cloud.batches, [&](std::size_t b) {
-    WeightedBatch batch{};
-    cloud.fill(b, batch);
-    std::vector<BatchArray> phi(with_all.size());
-    cloud_phi(c, batch.points(), with_all, phi);
-    const BatchArray& all = phi.back();
-    for (std::size_t i = 0; i < batch.size; ++i) {
-      whole_parts[b].add(double{batch.weight[i]}, double{all[i]});
-    }
-    for (std::size_t k = 0; k < widths.size(); ++k) {
-      SeenMoments& sums = seen_parts[b * widths.size() + k];
-      for (std::size_t i = 0; i < batch.size; ++i) {
-        sums.add(double{batch.weight[i]}, double{all[i]}, double{phi[k][i]});
-      }
-    }
-  });
-  // All of Phi, whose mean over the component is 1, is the control variate of what is seen of it.
-  WholeMoments whole;
-  for (const WholeMoments& part : whole_parts) whole += part;
-  const double x = whole.x / whole.w;
-  const double variance = whole.xx / whole.w - x * x;
-  std::vector<SeenMean> means;
-  for (std::size_t k = 0; k < widths.size(); ++k) {
-    SeenMoments sums;
-    for (std::size_t b = 0; b < cloud.batches; ++b) sums += seen_parts[b * widths.size() + k];
-    const double y = sums.y / whole.w;
-    const double covariance = sums.xy / whole.w - x * y;
-    const double slope = variance > 0 ? covariance / variance : 0.0;
-    const double rest = std::max(sums.yy / whole.w - y * y - slope * covariance, 0.0);
-    means.push_back({proper_mean(y - slope * (x - 1)), std::sqrt(rest * whole.ww) / whole.w});
-  }
-  return means;
 }
 
 /// Rays through a layer of dust, and what those of each width see along them.
@@ -672,7 +624,8 @@ GalaxyStatistics::DustRays GalaxyStatistics::trace_dust(std::size_t c, double pa
     to_x[i] = static_cast<float>(std::cos(angle));
     to_y[i] = static_cast<float>(std::sin(angle));
   }
-  const double scale = dust.amplitude() * galaxy_.axis_[2] * path * galaxy_.follow_scale_[c];
+  const double mean = galaxy_.means_[c].narrowest();
+  const double scale = dust.amplitude() * galaxy_.axis_[2] * path / mean;
   parallel_for(places, [&](std::size_t place) {
     const WeightedBatch& at = cloud.columns[place / heights];
     const std::size_t k = place % heights;
@@ -718,9 +671,10 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
                                     std::vector<double>& amounts) const {
   coherences.clear();
   amounts.clear();
-  const std::vector<double> widths = dust_widths(c);
+  const std::vector<double> all_widths = dust_widths(c);
+  const std::span<const double> widths = measured(all_widths);
   if (widths.empty()) return;
-  std::vector<double> with_all = widths;
+  std::vector<double> with_all(widths.begin(), widths.end());
   with_all.push_back(0);
   const DustRays traced = trace_dust(c, Galaxy::obliquities[obliquity], rays, with_all);
   const std::vector<BatchArray> all = traced.depths(widths.size(), 1, {});
@@ -730,15 +684,16 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
   struct Passed {
     double coherence, excess, amount;
   };
-  double guess = 1, slope = 0, wider = 0;
-  for (std::size_t k = widths.size(); k-- > 0;) {
+  for (std::size_t k = 0; k < widths.size(); ++k) {
+    const double expected = traced.amount(traced.depths(k, 1, {}));
     const auto pass = [&](double coherence) {
       const std::vector<BatchArray> depths = traced.depths(k, coherence, dust_deviations);
       const double amount = traced.amount(depths);
       return Passed{coherence, traced.light(depths, whole / amount) - wanted,
-                    proper_mean(amount / whole)};
+                    proper_mean(amount / expected)};
     };
-    // Secants, from what wider rays have, slope included; light grows with the variance.
+    // Secants; light grows with the variance.
+    double guess = 1, slope = 0;
     Passed last = pass(guess);
     for (int step = 0; step < secants && std::abs(last.excess) > light_error * wanted; ++step) {
       if (slope > 0) {
@@ -756,16 +711,9 @@ void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::s
       slope = (own.excess - last.excess) / distance;
       last = own;
     }
-    // It changes from width to width by about the same factor.
-    const double change = wider > 0 ? last.coherence / wider : 1.0;
-    wider = last.coherence;
-    guess = std::clamp(wider * std::clamp(change, 1 / first_factor, first_factor), least_coherence,
-                       largest_coherence);
     coherences.push_back(last.coherence);
     amounts.push_back(last.amount);
   }
-  std::reverse(coherences.begin(), coherences.end());
-  std::reverse(amounts.begin(), amounts.end());
 }
 
 double GalaxyStatistics::largest_phi(std::size_t c, const StarField& field) const {

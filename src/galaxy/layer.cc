@@ -518,16 +518,22 @@ ColumnScale Layer::column_scale(const double nearest[3], const double direction[
     scale = std::min(
         scale, std::hypot(rim_width * shape_.inner * cosine, column_lengths * shape_.z0 * sine));
   }
-  if (const double r = std::max(plane_radius(nearest, direction) - reach, 0.0); follows_arms()) {
+  const double r = std::max(plane_radius(nearest, direction) - reach, 0.0);
+  scale = std::min(scale, std::hypot(r, cusp_lengths * shape_.rh));
+  // Arms cross many rays, whose errors make up for each other as those of a texture do.
+  const double frequency = texture_frequency();
+  double texture = frequency > 0 ? texture_periods / frequency : HUGE_VAL;
+  if (follows_arms()) {
     const double fall = std::numbers::pi / shape_.arm_width;
     const double length = r > 0 ? arm_lengths * fall * r / std::hypot(1.0, arms_.shear(r)) : 0.0;
-    scale =
-        std::min({scale, std::hypot(r, cusp_lengths * shape_.rh), std::max(length, finest_arm)});
-  } else {
-    scale = std::min(scale, std::hypot(r, cusp_lengths * shape_.rh));
+    texture = std::min(texture, std::max(length, finest_arm));
   }
-  const double frequency = texture_frequency();
-  return {.envelope = scale, .texture = frequency > 0 ? texture_periods / frequency : HUGE_VAL};
+  // Rays that graze the plane pass bright places above where they meet it.
+  const double away = std::max(std::hypot(nearest[0], nearest[1]) - reach, 0.0) / shape_.rh;
+  const double above = std::max(std::abs(nearest[2]) - reach, 0.0) / shape_.z0;
+  const double near_centre = 4 * std::exp(-away - 2 * above) / std::max(cosine, shape_.z0);
+  const double brightness = std::min(std::max(std::exp(-r / shape_.rh), near_centre) / peak_, 1.0);
+  return {.envelope = scale, .texture = texture, .brightness = brightness};
 }
 
 void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const {

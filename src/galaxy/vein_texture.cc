@@ -606,9 +606,6 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr double degree = pi / 180;
 
-// The frequency is taken over about so many points.
-constexpr std::size_t frequency_points = std::size_t{1} << 14;
-
 // 2^63, above every 64-bit integer.
 constexpr double largest_seed = 0x1p63;
 
@@ -1127,14 +1124,9 @@ void VeinTexture::normalise(std::span<const WeightedBatch> cloud,
   if (!(all.mean > 0) || !std::isfinite(all.square_mean)) {
     throw InputError("the veins are zero or infinite over the whole component");
   }
-  correct_mean(all);
-  take_frequency(thinned(cloud, frequency_points));
-}
-
-void VeinTexture::correct_mean(const CloudMean& mean) {
-  scale_ /= mean.mean;
-  rms_ = std::sqrt(mean.square_mean) / mean.mean;
-  mean_error_ = mean.error / mean.mean;
+  scale_ = 1 / all.mean;
+  rms_ = std::sqrt(all.square_mean) / all.mean;
+  take_frequency(cloud);
 }
 
 void VeinTexture::phi(const WeightedBatch& batch, BatchArray& out) const {

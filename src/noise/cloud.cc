@@ -104,27 +104,5 @@ CloudMean mean_over(std::span<const WeightedBatch> cloud,
   return moments.mean();
 }
 
-// At a step that no row of a cloud's cells has.
-std::vector<WeightedBatch> thinned(std::span<const WeightedBatch> cloud, std::size_t size) {
-  std::size_t count = 0;
-  for (const WeightedBatch& batch : cloud) count += batch.size;
-  const double step = std::max(static_cast<double>(count) / static_cast<double>(size), 1.0) *
-                      (1 + 1e-3 * std::numbers::phi);
-  std::vector<WeightedBatch> result;
-  for (double at = 0; at < static_cast<double>(count); at += step) {
-    const auto index = static_cast<std::size_t>(at);
-    const WeightedBatch& from = cloud[index / batch_capacity];
-    const std::size_t i = index % batch_capacity;
-    if (result.empty() || result.back().size == batch_capacity) result.emplace_back();
-    WeightedBatch& to = result.back();
-    to.x[to.size] = from.x[i];
-    to.y[to.size] = from.y[i];
-    to.z[to.size] = from.z[i];
-    to.weight[to.size] = from.weight[i];
-    ++to.size;
-  }
-  return result;
-}
-
 }  // namespace gamer
 #endif

@@ -159,9 +159,6 @@ namespace {
 // larger ones would cost precision.
 constexpr double largest_offset = 16.0;
 
-// Mean and variance of each octave are taken over about so many points.
-constexpr std::size_t octave_cloud = std::size_t{1} << 15;
-
 // 2^63, above every 64-bit integer.
 constexpr double largest_seed = 0x1p63;
 
@@ -509,8 +506,7 @@ std::size_t FractalNoise::octaves_in_sight(float footprint) const {
   // Past it by single precision's rounding, so that nothing is seen to the last bit.
   constexpr double end = fade_end * (1 + 1e-5);
   std::size_t count = octaves_.size();
-  while (count > 0 &&
-         double{footprint} * stretch_ * double{octaves_[count - 1].frequency} >= end) {
+  while (count > 0 && double{footprint} * stretch_ * double{octaves_[count - 1].frequency} >= end) {
     --count;
   }
   return count;
@@ -621,7 +617,7 @@ void FractalNoise::normalise(std::span<const WeightedBatch> cloud, const Factor&
   }
   phi_mean_ = 1;
   correct_mean(light);
-  take_octaves(thinned(cloud, octave_cloud));
+  take_octaves(cloud);
   sharpness_ = measured_sharpness();
 }
 

@@ -40,14 +40,16 @@ FrameJobs::FrameJobs(const RenderJob& animation) : FrameJobs(animation.record) {
 }
 
 void FrameJobs::measure(const Ranks& ranks) {
-  measure_galaxies(std::exchange(unmeasured_, {}), ranks);
+  measure_galaxies(std::exchange(unmeasured_, {}), {}, ranks);
 }
 
 RenderJob FrameJobs::make(RenderParameters parameters) {
   const Ranks alone;
   measure(alone);
   RenderJob job = make_job(std::move(parameters), catalogue_, resources_, library_, list_.content);
-  // Of a galaxy that no camera saw before; frames are made by one rank or by all at the same time.
+  // Later frames may look closer at a galaxy that no camera saw before.
+  job.rest.footprints.clear();
+  // Frames are made by one rank or by all at the same time.
   complete(job, alone, 1);
   return recorded(std::move(job), list_.label, resources_);
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <map>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "gamer/core/units.h"
 #include "gamer/core/version.h"
 #include "gamer/galaxy/galaxy_statistics.h"
+#include "gamer/galaxy/star_field.h"
 #include "gamer/image/picture.h"
 #include "gamer/render/renderer.h"
 #include "gamer/render/schedule.h"
@@ -263,6 +265,31 @@ void forget_columns(RenderParameters& parameters) {
   parameters.set(settings);
 }
 
+/// The footprints of a job's image, and of the stamps on which the truth measures galaxies.
+std::vector<FootprintRange> footprints_of(std::span<const std::shared_ptr<Galaxy>> galaxies,
+                                          const Scene& scene, const RenderParameters& parameters,
+                                          const Camera& camera) {
+  // Cameras of a film's other frames may be nearer.
+  if (parameters.frames > 0) return {};
+  const auto has_stars = [](const PlacedGalaxy& placed) {
+    return std::ranges::any_of(placed.galaxy->components(), [](const auto& component) {
+      return dynamic_cast<const StarField*>(component.get()) != nullptr;
+    });
+  };
+  const bool draws_stars = std::ranges::any_of(scene.galaxies, has_stars);
+  std::map<const Galaxy*, FootprintRange> by_galaxy;
+  for (const PlacedGalaxy& placed : scene.galaxies) {
+    FootprintRange own = Renderer::footprints(parameters, camera, scene.unit, placed) |
+                         measure_footprints(parameters);
+    own.sees_whole = draws_stars;
+    const auto [known, is_new] = by_galaxy.try_emplace(placed.galaxy.get(), own);
+    if (!is_new) known->second = known->second | own;
+  }
+  std::vector<FootprintRange> result;
+  for (const auto& galaxy : galaxies) result.push_back(by_galaxy.at(galaxy.get()));
+  return result;
+}
+
 }  // namespace
 
 RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Resources& resources,
@@ -272,7 +299,8 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
   auto scene = std::make_shared<Scene>(
       read_scene(catalogue, parameters, spectrum, camera, resources, library));
   if (scene->list == list) scene->list = list;
-  RenderJob::Rest rest{library.take_unmeasured(*scene), nullptr};
+  RenderJob::Rest rest{library.take_unmeasured(*scene), {}, nullptr};
+  rest.footprints = footprints_of(rest.galaxies, *scene, parameters, camera);
   if (parameters.attenuated) rest.attenuation = load_reference_band(parameters, resources);
   return {std::move(parameters), camera, std::move(spectrum),
           std::move(scene),      {},     std::move(rest)};
@@ -283,14 +311,41 @@ namespace {
 /// Each needs some 10 MiB.
 constexpr std::size_t galaxies_at_a_time = 4;
 
+/// The references of galaxies that lack the closure for footprints at which these are looked at, in
+/// the galaxies' order, and the footprints for which they need it.
+std::vector<std::pair<Galaxy*, FootprintRange>> references_to_measure(
+    std::span<const std::shared_ptr<Galaxy>> galaxies, std::span<const FootprintRange> footprints) {
+  std::vector<std::pair<Galaxy*, FootprintRange>> result;
+  for (std::size_t g = 0; g < galaxies.size(); ++g) {
+    Galaxy* const reference = galaxies[g]->reference().get();
+    if (reference == nullptr) continue;
+    const FootprintRange own = footprints.empty() ? FootprintRange() : footprints[g];
+    const auto known = std::ranges::find(result, reference, [](const auto& r) { return r.first; });
+    if (known == result.end()) {
+      result.emplace_back(reference, own);
+    } else {
+      known->second = known->second | own;
+    }
+  }
+  std::erase_if(result, [](const auto& r) { return r.first->closure_range().covers(r.second); });
+  for (auto& [reference, range] : result) range = range | reference->closure_range();
+  return result;
+}
+
 }  // namespace
 
-void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies, const Ranks& ranks) {
+void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
+                      std::span<const FootprintRange> footprints, const Ranks& ranks) {
   std::vector<GalaxyStatistics> statistics;
-  std::size_t numbers = 0;
-  for (const auto& galaxy : galaxies) {
-    numbers = std::max(numbers, statistics.emplace_back(*galaxy).most_numbers());
+  for (const auto& [reference, range] : references_to_measure(galaxies, footprints)) {
+    statistics.emplace_back(*reference, range);
   }
+  const std::size_t references = statistics.size();
+  for (std::size_t g = 0; g < galaxies.size(); ++g) {
+    statistics.emplace_back(*galaxies[g], footprints.empty() ? FootprintRange() : footprints[g]);
+  }
+  std::size_t numbers = 0;
+  for (const GalaxyStatistics& own : statistics) numbers = std::max(numbers, own.most_numbers());
   for (const GalaxyStatistics::Round round : GalaxyStatistics::rounds) {
     struct Row {
       std::size_t galaxy, part;
@@ -341,11 +396,12 @@ void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies, const R
     }
     for (GalaxyStatistics& own : statistics) own.finish(round);
   }
+  for (GalaxyStatistics& own : std::span(statistics).subspan(references)) own.adopt();
 }
 
 void complete(RenderJob& job, const Ranks& ranks, int threads) {
   const RenderJob::Rest rest = std::exchange(job.rest, {});
-  measure_galaxies(rest.galaxies, ranks);
+  measure_galaxies(rest.galaxies, rest.footprints, ranks);
   if (rest.attenuation == nullptr) return;
   apply_attenuation(job.parameters, job.camera, *rest.attenuation, ranks, threads, *job.scene);
 }

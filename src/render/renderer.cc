@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <tuple>
 
 #include "gamer/render/schedule.h"
@@ -63,9 +64,12 @@ constexpr std::size_t most_hits_at_once = std::size_t{1} << 17;
 // and their rays worked on together.
 constexpr int tile_size = 16;
 
-// Rays on a side of a cell that is cut for its texture alone; a larger one may reach beyond the
-// galaxy.
-constexpr double most_across = 8;
+// Rays may stand further apart where a galaxy is fainter than this share of its face-on brightness.
+constexpr double bright_share = 0.15;
+constexpr double least_light = std::numeric_limits<double>::min();
+
+// Rays of a cell; one that needs more may reach beyond the galaxy, and is halved.
+constexpr int most_rays_of_cell = 64;
 
 // Halvings of a pixel at most.
 constexpr int deepest_cell = 24;
@@ -76,6 +80,47 @@ constexpr std::size_t most_rays = std::size_t{1} << 23;
 
 // Stars of star fields are looked for in areas of at most so many pixels on a side.
 constexpr int star_tile = 64, wide_star_tile = 256;
+
+/// Places of at least `count` rays in a square of side 1, by a lattice rule of rank 1:
+/// ((i + 1/2)/n, the fraction of (i + 1/2) a/n). Each coordinate alone is a midpoint rule of n
+/// points. The odd `a` makes neighbours, those in adjoining squares included, as far apart as can
+/// be; an n whose neighbours are close for their number is skipped.
+std::span<const glm::dvec2> lattice(int count) {
+  constexpr double least_distance = 0.8;
+  static const std::vector<std::vector<glm::dvec2>> lattices = [] {
+    std::vector<std::vector<glm::dvec2>> all(most_rays_of_cell + 1);
+    for (int n = most_rays_of_cell; n > 0; --n) {
+      const auto part = [n](int i) { return static_cast<double>(i % n) / n; };
+      double widest = 0;
+      int best = 1;
+      for (int a = 1; a < n; a += 2) {
+        if (std::gcd(a, n) != 1) continue;
+        double nearest = 1;
+        for (int i = 1; i < n; ++i) {
+          const double x = std::min(part(i), 1 - part(i));
+          const double y = std::min(part(a * i), 1 - part(a * i));
+          nearest = std::min(nearest, std::hypot(x, y));
+        }
+        constexpr double rounding = 1e-9;
+        if (nearest > widest + rounding) {
+          widest = nearest;
+          best = a;
+        }
+      }
+      const auto own = static_cast<std::size_t>(n);
+      if (n > 2 && n < most_rays_of_cell && widest * std::sqrt(n) < least_distance) {
+        all[own] = all[own + 1];
+        continue;
+      }
+      for (int i = 0; i < n; ++i) {
+        const double y = (i + 0.5) * best / n;
+        all[own].emplace_back((i + 0.5) / n, y - std::floor(y));
+      }
+    }
+    return all;
+  }();
+  return lattices[static_cast<std::size_t>(count)];
+}
 
 /// Probes of at most this many galaxies choose the spectral nodes.
 constexpr std::size_t most_probes = 6;
@@ -129,7 +174,25 @@ std::shared_ptr<const SpectralBasis> make_basis(const RenderParameters& paramete
                                                share * parameters.tolerance);
 }
 
+double shortest_axis(const PlacedGalaxy& placed) {
+  const auto& axis = placed.galaxy->axis();
+  return placed.radius * *std::min_element(axis.begin(), axis.end());
+}
+
 }  // namespace
+
+FootprintRange Renderer::footprints(const RenderParameters& parameters, const Camera& camera,
+                                    PixelUnit unit, const PlacedGalaxy& placed) {
+  const bool is_outside = camera.projection() == Projection::orthographic ||
+                          glm::distance(camera.origin(), placed.centre) > placed.bounding_radius;
+  if (!is_outside) return {};
+  const double pixel = camera.pixel_size(placed.centre) / shortest_axis(placed);
+  if (parameters.supersample || unit == PixelUnit::relative) {
+    return {pixel / parameters.supersample.value_or(1), pixel};
+  }
+  const double widest = Accuracy::from_tolerance(parameters.tolerance).widest_footprint;
+  return {std::min(pixel, widest), std::min(pixel, widest)};
+}
 
 Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
                    std::shared_ptr<const Scene> scene, const Spectrum& spectrum,
@@ -174,9 +237,7 @@ Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
     unit_factors_.push_back(value_of_nanojansky(plane, scene_->unit, parameters));
   }
   for (const PlacedGalaxy& placed : scene_->galaxies) {
-    // Along the shortest semi-axis.
-    const auto& axis = placed.galaxy->axis();
-    const double shortest = placed.radius * *std::min_element(axis.begin(), axis.end());
+    const double shortest = shortest_axis(placed);
     pixel_in_ball_.push_back(camera_.pixel_size(placed.centre) / shortest);
     pixel_angle_in_ball_.push_back(camera_.pixel_size(camera_.origin() - camera_.back()) /
                                    shortest);
@@ -352,6 +413,7 @@ double Renderer::optical_depth(double x, double y) const {
   index_.find(index_.around(*ray, 0), near);
   std::vector<Hit> hits;
   medium_.hits(*ray, near.galaxies, hits);
+  for (Hit& hit : hits) set_footprint(1, hit);
   const std::span<const Hit> own(hits);
   RayLight light;
   RenderCounts counts;
@@ -365,14 +427,20 @@ Renderer::Evenness Renderer::evenness(const Ray& ray, double size,
   const Accuracy& accuracy = medium_.accuracy();
   const double finest = accuracy.ray_spacing * accuracy.widest_footprint;
   const bool is_parallel = camera_.projection() == Projection::orthographic;
-  for (const int g : galaxies) {
+  const auto is_met = [&](int g) {
     const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
-    const double pixel = size * camera_.pixel_size(placed.centre);
     const glm::dvec3 offset = ray.origin - placed.centre;
     const double along = glm::dot(offset, ray.direction);
-    const double across2 = glm::dot(offset, offset) - along * along;
-    const double reach = placed.bounding_radius + pixel;
-    if (across2 > reach * reach) continue;
+    const double reach = placed.bounding_radius + size * camera_.pixel_size(placed.centre);
+    return glm::dot(offset, offset) - along * along <= reach * reach;
+  };
+  // A galaxy's faint parts may dim the light of another.
+  const double widest_spread =
+      std::ranges::count_if(galaxies, is_met) > 1 ? 1.0 : accuracy.faint_spacing;
+  for (const int g : galaxies) {
+    if (!is_met(g)) continue;
+    const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
+    const glm::dvec3 offset = ray.origin - placed.centre;
     const glm::dvec3 origin = placed.to_ball * offset;
     glm::dvec3 direction = placed.to_ball * ray.direction;
     direction /= glm::length(direction);
@@ -382,16 +450,26 @@ Renderer::Evenness Renderer::evenness(const Ray& ray, double size,
     const double length = size * pixel_in_ball_[static_cast<std::size_t>(g)];
     // Half a diagonal.
     const double around = length * std::numbers::sqrt2 / 2;
+    double envelope = HUGE_VAL, texture = HUGE_VAL, light = 0, brightest = 0;
     for (const auto& component : placed.galaxy->components()) {
       if (supersample_ && !component->has_cusp()) continue;
       const ColumnScale scale = component->column_scale(&nearest.x, &direction.x, around);
-      result.rays = std::max(result.rays, length / (accuracy.ray_size * scale.envelope));
-      result.cells = std::max(result.cells, length / (accuracy.cell_size * scale.envelope));
-      result.texture =
-          std::max(result.texture, length / std::max(accuracy.ray_size * scale.texture, finest));
-      result.texture_cells = std::max(
-          result.texture_cells, length / std::max(accuracy.cell_size * scale.texture, 2 * finest));
+      envelope = std::min(envelope, scale.envelope);
+      texture = std::min(texture, scale.texture);
+      if (component->absorbs()) continue;
+      const double column = component->amplitude() * component->face_on_column();
+      light += column * scale.brightness;
+      brightest += column;
     }
+    // Rays that stand for equal amounts of light make the error of the flux least.
+    const double faint = std::sqrt(bright_share * brightest / std::max(light, least_light));
+    const double spread = std::clamp(faint, 1.0, widest_spread);
+    // Rays across the cell, where one is enough for `share` of the envelope's scale.
+    const auto need = [&](double share, double distance) {
+      return length / std::min(share * envelope, spread * std::max(share * texture, distance));
+    };
+    result.rays = std::max(result.rays, need(accuracy.ray_size, finest));
+    result.parts = std::max(result.parts, need(accuracy.cell_size, 2 * finest));
   }
   return result;
 }
@@ -466,34 +544,49 @@ void Renderer::weigh(std::size_t first, Work& work) const {
 void Renderer::refine(const Sample& cell, const std::optional<Ray>& middle, Work& work) const {
   if (work.samples.size() > work.most_samples) return;
   const Evenness even = middle ? evenness(*middle, cell.size, work.near_pixel) : Evenness{};
-  // `count` x `count` parts `distance` apart, in units of their size.
-  const auto cut = [&](int count, double distance, const auto& use) {
+  // Calls use(part) for `count` x `count` parts of a cell, `distance` of their sizes apart.
+  const auto cut = [&](const Sample& whole, int count, double distance, const auto& use) {
     for (int j = 0; j < count; ++j) {
       for (int i = 0; i < count; ++i) {
-        Sample part = cell;
-        part.size = cell.size / count;
+        Sample part = whole;
+        part.size = whole.size / count;
         part.x += (i - 0.5 * (count - 1)) * distance * part.size;
         part.y += (j - 0.5 * (count - 1)) * distance * part.size;
         part.weight = part.size * part.size;
         if (!supersample_) {
-          part.footprint = std::min(distance > 1 ? cell.size : part.size, cell.footprint);
+          part.footprint = std::min(distance > 1 ? whole.size : part.size, whole.footprint);
         }
         use(part);
       }
     }
   };
   const auto keep = [&](const Sample& part) { work.samples.push_back(part); };
+  const auto keep_lattice = [&](const Sample& whole, int least) {
+    const std::span<const glm::dvec2> places = lattice(least);
+    const auto count = static_cast<double>(places.size());
+    for (const glm::dvec2& place : places) {
+      Sample part = whole;
+      part.size = whole.size / std::sqrt(count);
+      part.x += (place.x - 0.5) * whole.size;
+      part.y += (place.y - 0.5) * whole.size;
+      part.weight = whole.size * whole.size / count;
+      if (!supersample_) part.footprint = std::min(part.size, whole.footprint);
+      keep(part);
+    }
+  };
   constexpr double gauss = 2 * std::numbers::inv_sqrt3;
-  const double across = std::max(std::ceil(even.texture), 1.0);
-  if (middle && even.rays <= 1 && even.texture <= 1) {
-    cut(1, 1, keep);
-  } else if (!middle || cell.size <= work.finest_cell ||
-             (even.cells <= 1 && even.texture_cells <= 1)) {
-    cut(2, gauss, keep);
-  } else if (across <= most_across && even.rays <= across) {
-    cut(static_cast<int>(across), 1, keep);
+  const auto keep_gauss = [&](const Sample& part) { cut(part, 2, gauss, keep); };
+  if (middle && even.rays <= 1) return keep(cell);
+  if (!middle || cell.size <= work.finest_cell) return keep_gauss(cell);
+  // Rays of a lattice rule, or parts on a side of which each has the 2 x 2 Gauss rule.
+  const double parts = std::max(std::ceil(even.parts), 1.0);
+  const double rays = std::max(std::ceil(even.rays * even.rays), 1.0);
+  if (std::min(rays, 4 * parts * parts) > most_rays_of_cell) {
+    cut(cell, 2, 1, [&](const Sample& part) { refine(part, camera_.ray(part.x, part.y), work); });
+  } else if (rays < 4 * parts * parts) {
+    keep_lattice(cell, static_cast<int>(rays));
   } else {
-    cut(2, 1, [&](const Sample& part) { refine(part, camera_.ray(part.x, part.y), work); });
+    cut(cell, static_cast<int>(parts), 1, keep_gauss);
   }
 }
 
@@ -509,12 +602,20 @@ void Renderer::work_off(std::size_t least, const GalaxyIndex::Found& near, Work&
                      work.samples.begin() + static_cast<std::ptrdiff_t>(done));
 }
 
+void Renderer::set_footprint(double size, Hit& hit) const {
+  const auto g = static_cast<std::size_t>(hit.galaxy);
+  if (hit.begin > 0 || camera_.projection() == Projection::orthographic) {
+    hit.footprint = supersample_ ? size * pixel_in_ball_[g]
+                                 : std::min(pixel_in_ball_[g], medium_.accuracy().widest_footprint);
+  } else {
+    hit.footprint_growth = size * pixel_angle_in_ball_[g];
+  }
+}
+
 void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Found& near,
                          Work& work, Sums& sums, RenderCounts& counts) const {
   work.hits.clear();
   work.hit_ends.clear();
-  const bool is_parallel = camera_.projection() == Projection::orthographic;
-  const double widest = medium_.accuracy().widest_footprint;
   work.places.clear();
   for (const Sample& sample : samples) work.places.emplace_back(sample.x, sample.y);
   work.rays.resize(samples.size());
@@ -525,16 +626,7 @@ void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Fou
       const std::size_t first = work.hits.size();
       GalaxyIndex::find(index_.around(*ray, 0), near, work.near_ray);
       medium_.hits(*ray, work.near_ray, work.hits);
-      for (std::size_t h = first; h < work.hits.size(); ++h) {
-        Hit& hit = work.hits[h];
-        const auto g = static_cast<std::size_t>(hit.galaxy);
-        if (hit.begin > 0 || is_parallel) {
-          hit.footprint = supersample_ ? sample.footprint * pixel_in_ball_[g]
-                                       : std::min(pixel_in_ball_[g], widest);
-        } else {
-          hit.footprint_growth = sample.footprint * pixel_angle_in_ball_[g];
-        }
-      }
+      for (Hit& hit : std::span(work.hits).subspan(first)) set_footprint(sample.footprint, hit);
     }
     work.hit_ends.push_back(work.hits.size());
   }

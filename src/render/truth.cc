@@ -73,6 +73,12 @@ bool has_dust(const PlacedGalaxy& placed) {
 
 }  // namespace
 
+FootprintRange measure_footprints(const RenderParameters& parameters) {
+  // That of a round galaxy's stamp is the narrowest.
+  const double widest = Accuracy::from_tolerance(parameters.tolerance).widest_footprint;
+  return {std::min(2.0 / stamp_size, widest), widest};
+}
+
 GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                       const Camera& camera, const Spectrum& spectrum) {
   auto alone = std::make_shared<Scene>();

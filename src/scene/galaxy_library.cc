@@ -15,6 +15,7 @@ GalaxyLibrary::GalaxyLibrary(const RenderParameters& parameters, std::string lab
     : seed_(parameters.seed), label_(std::move(label)), resources_(resources) {
   settings_.noise_kind = parameters.noise;
   settings_.octaves = parameters.octaves;
+  settings_.accuracy = Accuracy::from_tolerance(parameters.tolerance);
 }
 
 std::shared_ptr<const Galaxy> GalaxyLibrary::find(const std::string& type, const std::string& sed,
@@ -45,6 +46,7 @@ void GalaxyLibrary::add(const std::string& type, const std::string& sed, std::ui
   const bool is_smooth = std::all_of(components.begin(), components.end(),
                                      [](const auto& c) { return !c->depends_on_seed(); });
   smooth_[{type, sed}] = is_smooth;
+  references_.try_emplace(type, galaxy->reference());
   galaxies_.try_emplace({type, sed, is_smooth ? 0 : seed}, std::move(galaxy));
 }
 
@@ -78,7 +80,10 @@ std::shared_ptr<Galaxy> GalaxyLibrary::make(const std::string& type, const std::
   } catch (const InputError& error) {
     throw InputError(row.where(column::galaxy), error.what());
   }
-  return Galaxy::read(text->content, text->label, settings, resources_);
+  settings.reference = references_[type];
+  std::shared_ptr<Galaxy> galaxy = Galaxy::read(text->content, text->label, settings, resources_);
+  references_[type] = galaxy->reference();
+  return galaxy;
 }
 
 }  // namespace gamer

@@ -22,7 +22,7 @@ namespace {
 TEST(FootprintTable, IsOneWhereNothingIsGiven) {
   BatchArray at, out;
   std::fill_n(at.data(), batch_capacity, -3.0f);
-  EXPECT_TRUE(FootprintTable().is_one());
+  EXPECT_EQ(FootprintTable().narrowest(), 1);
   FootprintTable().at(batch_capacity, at.data(), out.data());
   EXPECT_EQ(out[0], 1);
   EXPECT_EQ(out[batch_capacity - 1], 1);
@@ -37,7 +37,9 @@ TEST(FootprintTable, PassesThroughItsValuesAndStaysPositive) {
   }
   at[5] = -20;
   at[6] = 3;
-  for (std::size_t i = 7; i < batch_capacity; ++i) {
+  // A quarter of the way from the first to the second.
+  at[7] = static_cast<float>(std::log(0.02 * std::pow(2, 0.25)));
+  for (std::size_t i = 8; i < batch_capacity; ++i) {
     at[i] = static_cast<float>(std::log(0.02) + 3.0 * static_cast<double>(i) / batch_capacity);
   }
   for_each_simd_target([&] {
@@ -47,6 +49,8 @@ TEST(FootprintTable, PassesThroughItsValuesAndStaysPositive) {
     }
     EXPECT_FLOAT_EQ(out[5], 1);
     EXPECT_FLOAT_EQ(out[6], 4);
+    EXPECT_EQ(table.narrowest(), 1);
+    EXPECT_NEAR(out[7], 1.125, 2e-6);
     for (std::size_t i = 0; i < batch_capacity; ++i) EXPECT_GT(out[i], 0) << i;
     for (const std::size_t size : {1, 17, 63, 64, 65, 130}) {
       BatchArray first;

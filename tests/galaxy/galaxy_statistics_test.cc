@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -90,16 +91,12 @@ std::vector<float> densities_of(const Galaxy& galaxy) {
   return all;
 }
 
-/// Measured by so many processes, each of which takes what all have measured; in how many slices of
-/// larger clouds.
-std::vector<std::shared_ptr<Galaxy>> measured_apart(const std::string& text,
-                                                    const GalaxySettings& settings,
-                                                    std::size_t processes, std::size_t& slices) {
-  std::vector<std::shared_ptr<Galaxy>> galaxies;
+/// Measures the same galaxy in several processes, each of which takes what all have measured; in
+/// how many slices of larger clouds.
+void measure_together(std::span<Galaxy* const> galaxies, std::size_t& slices) {
   std::vector<GalaxyStatistics> statistics;
-  for (std::size_t p = 0; p < processes; ++p) {
-    statistics.emplace_back(*galaxies.emplace_back(read_galaxy(text, settings)));
-  }
+  for (Galaxy* const galaxy : galaxies) statistics.emplace_back(*galaxy);
+  const std::size_t processes = galaxies.size();
   const std::size_t numbers = statistics.front().most_numbers();
   for (const GalaxyStatistics::Round round : GalaxyStatistics::rounds) {
     const std::size_t parts = statistics.front().parts(round);
@@ -115,6 +112,23 @@ std::vector<std::shared_ptr<Galaxy>> measured_apart(const std::string& text,
       own.finish(round);
     }
   }
+  for (GalaxyStatistics& own : statistics) own.adopt();
+}
+
+/// Measured by so many processes, each of which takes what all have measured; in how many slices of
+/// larger clouds.
+std::vector<std::shared_ptr<Galaxy>> measured_apart(const std::string& text,
+                                                    const GalaxySettings& settings,
+                                                    std::size_t processes, std::size_t& slices) {
+  std::vector<std::shared_ptr<Galaxy>> galaxies;
+  for (std::size_t p = 0; p < processes; ++p) galaxies.push_back(read_galaxy(text, settings));
+  std::vector<Galaxy*> references, own;
+  for (const auto& galaxy : galaxies) {
+    if (galaxy->reference() != nullptr) references.push_back(galaxy->reference().get());
+    own.push_back(galaxy.get());
+  }
+  if (!references.empty()) measure_together(references, slices);
+  measure_together(own, slices);
   return galaxies;
 }
 
@@ -197,11 +211,13 @@ TEST(GalaxyStatistics, AMeanThatIsZeroOrInfiniteOverALargeCloudIsAnError) {
     const auto galaxy = read_galaxy(sparse_parts, settings);
     GalaxyStatistics statistics(*galaxy);
     std::vector<double> numbers(statistics.most_numbers());
-    for (std::size_t part = 0; part < statistics.parts(Round::first); ++part) {
-      statistics.measure(Round::first, part, numbers);
-      statistics.take(Round::first, part, numbers);
+    for (const Round round : {Round::textures, Round::means}) {
+      for (std::size_t part = 0; part < statistics.parts(round); ++part) {
+        statistics.measure(round, part, numbers);
+        statistics.take(round, part, numbers);
+      }
+      statistics.finish(round);
     }
-    statistics.finish(Round::first);
     // Sums of weights, and of the texture with them.
     std::fill(numbers.begin(), numbers.end(), light);
     numbers[0] = 1;
@@ -251,20 +267,95 @@ TEST(GalaxyStatistics, WhatARayMeetsDoesNotDependOnItsNeighbours) {
 
 TEST(GalaxyStatistics, HasPartsOfTexturedComponents) {
   using Round = GalaxyStatistics::Round;
+  const auto parts_of = [](Galaxy& galaxy) {
+    GalaxyStatistics statistics(galaxy);
+    std::vector<double> numbers(statistics.most_numbers());
+    std::vector<std::size_t> parts;
+    for (const Round round : GalaxyStatistics::rounds) {
+      parts.push_back(statistics.parts(round));
+      for (std::size_t part = 0; part < parts.back(); ++part) {
+        const Component& component = *galaxy.components()[statistics.component(round, part)];
+        EXPECT_NE(component.kind(), "bulge");
+        statistics.measure(round, part, numbers);
+        statistics.take(round, part, numbers);
+      }
+      statistics.finish(round);
+    }
+    return parts;
+  };
   const auto galaxy = read_galaxy(all_parts, quick_settings());
-  const GalaxyStatistics statistics(*galaxy);
-  // Three of light and a star field; two kinds of dust, each of three obliquities.
-  ASSERT_EQ(statistics.parts(Round::first), 6u);
-  ASSERT_EQ(statistics.parts(Round::seen), 4u + 2 * 3);
-  for (std::size_t part = 0; part < statistics.parts(Round::seen); ++part) {
-    const Component& component = *galaxy->components()[statistics.component(Round::seen, part)];
-    EXPECT_NE(component.kind(), "bulge");
-    EXPECT_EQ(component.absorbs(), part >= 4) << part;
-  }
+  // Textures of a follower, a disk, a star field and two kinds of dust; means of these and of the
+  // follower without a texture; the star field's largest Phi.
+  const std::vector<std::size_t> parts = parts_of(*galaxy);
+  EXPECT_EQ(parts[0], 5u);
+  EXPECT_EQ(parts[1], 6u);
+  EXPECT_EQ(parts[3], 1u);
+  // Two kinds of dust, each of three obliquities.
+  EXPECT_EQ(parts_of(*galaxy->reference()), (std::vector<std::size_t>{5, 2, 0, 2 * 3}));
   const auto smooth = read_galaxy(
       "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = false\n", quick_settings());
-  EXPECT_EQ(GalaxyStatistics(*smooth).parts(Round::first), 0u);
-  EXPECT_EQ(GalaxyStatistics(*smooth).parts(Round::seen), 0u);
+  EXPECT_EQ(parts_of(*smooth), (std::vector<std::size_t>{0, 0, 0, 0}));
+  EXPECT_EQ(smooth->reference(), nullptr);
+}
+
+TEST(GalaxyStatistics, SeedsShareTheClosureOfTheirReference) {
+  GalaxySettings settings = quick_settings();
+  const auto first = read_galaxy(all_parts, settings);
+  settings.seed = 8;
+  settings.reference = first->reference();
+  const auto second = read_galaxy(all_parts, settings);
+  ASSERT_EQ(second->reference(), first->reference());
+  EXPECT_FALSE(first->reference()->closure_range().covers({}));
+  GalaxyStatistics(*first).measure_all();
+  EXPECT_TRUE(first->reference()->closure_range().covers({}));
+  GalaxyStatistics(*second).measure_all();
+  // As with a reference of its own.
+  settings.reference = nullptr;
+  EXPECT_EQ(densities_of(*second), densities_of(*parse_galaxy(all_parts, settings)));
+  EXPECT_NE(densities_of(*second), densities_of(*first));
+}
+
+TEST(GalaxyStatistics, TablesAreTheSameWhateverTheRangeOfFootprints) {
+  const GalaxySettings settings = quick_settings();
+  const SpiralPoints spiral(0.5, 0.01);
+  const auto densities = [&](const FootprintRange& range, float footprint) {
+    const auto galaxy = read_galaxy(all_parts, settings);
+    GalaxyStatistics(*galaxy, range).measure_all();
+    RayBatch rays{};
+    std::fill_n(rays.footprint.data(), batch_capacity, footprint);
+    std::fill_n(rays.obliquity.data(), batch_capacity, 0.4f);
+    EvaluationCounts counts;
+    const std::size_t components = galaxy->components().size();
+    std::vector<BatchArray> all(components * dust_deviations.size());
+    galaxy->evaluate(spiral.points(), 1e-4f, &rays, dust_deviations, all, counts);
+    std::vector<float> result;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      if (k >= components && !galaxy->components()[k % components]->absorbs()) continue;
+      result.insert(result.end(), all[k].data(), all[k].data() + batch_capacity);
+    }
+    return result;
+  };
+  for (const float footprint : {0.003f, 0.02f, 0.09f}) {
+    const std::vector<float> expected = densities({}, footprint);
+    const auto width = double{footprint};
+    EXPECT_EQ(densities({width, width}, footprint), expected) << footprint;
+    EXPECT_EQ(densities({0.5 * width, width}, footprint), expected) << footprint;
+    EXPECT_EQ(densities({width, 0.3}, footprint), expected) << footprint;
+  }
+  // Drawn stars and the dust in front of them see all.
+  const auto whole = [&](const FootprintRange& range) {
+    const auto galaxy = read_galaxy(all_parts, settings);
+    GalaxyStatistics(*galaxy, range).measure_all();
+    EvaluationCounts counts;
+    std::vector<float> result;
+    for (std::size_t c = 0; c < galaxy->components().size(); ++c) {
+      BatchArray density;
+      galaxy->evaluate_component(c, spiral.points(), 1e-4f, density, counts);
+      result.insert(result.end(), density.data(), density.data() + batch_capacity);
+    }
+    return result;
+  };
+  EXPECT_EQ(whole({0.03, 0.03, true}), whole({}));
 }
 
 TEST(GalaxyStatistics, EveryPartTellsOfATextureThatCannotBeNormalised) {
@@ -275,7 +366,7 @@ TEST(GalaxyStatistics, EveryPartTellsOfATextureThatCannotBeNormalised) {
       quick_settings());
   GalaxyStatistics statistics(*galaxy);
   std::vector<double> numbers(statistics.most_numbers());
-  constexpr auto first = GalaxyStatistics::Round::first;
+  constexpr auto first = GalaxyStatistics::Round::textures;
   ASSERT_EQ(statistics.parts(first), 2u);
   for (const std::size_t part : {1u, 0u}) {
     EXPECT_EQ(error_text([&] {

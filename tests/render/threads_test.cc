@@ -55,7 +55,7 @@ std::vector<double> render(int threads) {
     galaxies.push_back(Galaxy::read(all_classes, "g.toml", settings, resources));
     library.add("g", "", seed, galaxies.back());
   }
-  measure_galaxies(galaxies, Ranks());
+  measure_galaxies(galaxies, {}, Ranks());
   const auto scene = std::make_shared<Scene>(
       read_scene(Catalogue::parse(text.scene, "scene.lst", CatalogueFormat::list), parameters,
                  spectrum, camera, resources, library));

@@ -41,6 +41,13 @@ struct Accuracy {
   /// Rays are no further apart, in such footprints, where there is a texture. Controls the light of
   /// clumps that rays would miss or count twice.
   double ray_spacing;
+  /// Rays may be at most so many times further apart where the galaxy is faint. Controls the light
+  /// of clumps there.
+  double faint_spacing;
+  /// Relative error of a texture's mean over a galaxy, if the points that it is taken over were
+  /// independent. The points are spread evenly, and their error is up to four times smaller.
+  /// Controls a galaxy's flux.
+  double mean_error;
 
   /// Densities are single precision: smaller tolerances count as this one.
   static constexpr double finest_tolerance = 3e-6;
@@ -53,16 +60,20 @@ struct Accuracy {
   static Accuracy from_tolerance(double tolerance) {
     const double t = std::max(tolerance, finest_tolerance);
     const double coarser = std::max(t / 1e-4, 1.0);
+    // Means take longest where galaxies are small and many.
+    const double rough = std::clamp(t / 1e-3, 1.0, 10.0);
     return {.ray_error = std::min({1.35 * t * std::pow(coarser, 0.3), 3 * t, 0.1}),
             .star_error = std::min(0.15 * t * std::pow(coarser, 0.35), 0.025),
-            .first_step = 0.7 * std::pow(t / 1e-3, 0.08),
+            .first_step = 0.7 * std::pow(t / 1e-3, t > 1e-3 ? 0.25 : 0.08),
             .log_envelope_threshold = std::log(0.003 * t),
             .texture_threshold = 0.01 * t,
             .faint_share = 0.01,
             .ray_size = 0.06 * std::sqrt(t / 1e-3),
             .cell_size = 0.5 * std::pow(t / 1e-3, 0.25),
             .widest_footprint = std::sqrt(t / 1e-3) / 160,
-            .ray_spacing = 0.8};
+            .ray_spacing = 0.8,
+            .faint_spacing = 2.5,
+            .mean_error = 0.004 * std::pow(rough, 0.6)};
   }
 };
 

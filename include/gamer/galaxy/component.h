@@ -24,6 +24,8 @@
 
 namespace gamer {
 
+class Galaxy;
+
 /// A ray in a galaxy's ball frame: p(t) = origin + t direction for t in [begin, end].
 struct BallRay {
   double origin[3];
@@ -64,7 +66,9 @@ struct RayPlan {
 /// infinite where there is nothing to speak of.
 struct ColumnScale {
   double envelope = HUGE_VAL;
-  double texture = HUGE_VAL;
+  double texture = HUGE_VAL;  ///< of what is spread over many rays: arms and noise
+  /// The column, textures aside, relative to face_on_column(); at most 1.
+  double brightness = 0;
 };
 
 /// Everything that components of one galaxy are built from.
@@ -73,6 +77,10 @@ struct GalaxySettings {
   std::optional<int> octaves;  ///< `noise.octaves` where the render parameters give it
   std::uint64_t seed = 1;
   std::shared_ptr<const Sed> sed;  ///< instead of those of the components
+  /// The reference of a galaxy of the same file (Galaxy::reference()), or null.
+  std::shared_ptr<Galaxy> reference = nullptr;
+  /// Says how exact the means of textures must be.
+  Accuracy accuracy = Accuracy::from_tolerance(1e-3);
   /// The mean of a texture is taken over at most so many points of its component. Fewer make a
   /// galaxy soon, but not to be rendered: <Phi> = 1 holds less well.
   std::size_t most_cloud_points = std::size_t{1} << 22;

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -21,6 +23,23 @@ struct EvaluationCounts {
   double envelope_seconds = 0;          ///< the rest
 };
 
+/// What looks at a galaxy: the footprints of rays in galaxy radii, by default all, and whether
+/// something sees its whole texture besides, such as the light of drawn stars.
+struct FootprintRange {
+  double narrowest = 0;
+  double widest = HUGE_VAL;
+  bool sees_whole = false;
+
+  bool covers(const FootprintRange& other) const {
+    return narrowest <= other.narrowest && other.widest <= widest;
+  }
+  /// The least range that holds both.
+  FootprintRange operator|(const FootprintRange& other) const {
+    return {std::min(narrowest, other.narrowest), std::max(widest, other.widest),
+            sees_whole || other.sees_whole};
+  }
+};
+
 /// A galaxy type with its noise realised for one seed: components in the ball frame (the ball of
 /// radius 1 after undoing `axis`; disk plane z = 0). Immutable once it is measured, and evaluated
 /// from many threads.
@@ -30,7 +49,8 @@ class Galaxy {
   static std::shared_ptr<const Galaxy> parse(std::string_view text, const std::string& label,
                                              const GalaxySettings& settings, Resources& resources);
   /// Reads a galaxy file. GalaxyStatistics measures what it needs before it is evaluated; all else
-  /// is known. Throws InputError.
+  /// is known. A galaxy with dust has a reference: that of the settings, which must be of the same
+  /// file and settings, or one of its own. Throws InputError.
   static std::shared_ptr<Galaxy> read(std::string_view text, const std::string& label,
                                       const GalaxySettings& settings, Resources& resources);
   static ParameterTable table();  ///< of [galaxy]
@@ -38,6 +58,11 @@ class Galaxy {
   const std::string& name() const { return name_; }
   const std::string& description() const { return description_; }
   const std::vector<double>& axis() const { return axis_; }
+  /// The galaxy of the same file, but of a fixed seed, on which the closure of hidden dust is
+  /// measured for all seeds; null where there is no dust with a texture.
+  const std::shared_ptr<Galaxy>& reference() const { return reference_; }
+  /// The footprints for which the closure has been measured on this reference.
+  const FootprintRange& closure_range() const { return closure_range_; }
   const ArmPattern& arms() const { return arms_; }
   /// The active components.
   std::span<const std::unique_ptr<Component>> components() const { return components_; }
@@ -68,22 +93,25 @@ class Galaxy {
   static constexpr std::array<double, 3> obliquities = {1, 2.5, 8};
   /// Between obliquities linear in their logarithm.
   using ByObliquity = std::array<FootprintTable, obliquities.size()>;
-  /// How dust that rays do not resolve lets through as much light as all of its texture would.
+  /// The closure of hidden dust: how dust that rays do not resolve lets through as much light as
+  /// all of its texture would.
   struct Dust {
     /// Variance of the coherent part of what is hidden, relative to what its texture says.
     ByObliquity coherence;
-    /// How much dust the variants then have; they are divided by it.
+    /// Mean density of the variants that have this variance, relative to what is expected of the
+    /// texture at that footprint.
     ByObliquity amount;
-    /// ln of the widest footprint that sees all, for which there may be no variants.
-    float log_narrow = 0;
   };
 
   friend class GalaxyStatistics;
 
+  /// Reads the file without a reference.
+  static std::shared_ptr<Galaxy> read_alone(std::string_view text, const std::string& label,
+                                            const GalaxySettings& settings, Resources& resources);
   void resolve(const std::string& label);
   void resolve_fractions();
-  /// Throws InputError where component c's exceeds single precision.
-  void check_density(std::size_t c) const;
+  /// Throws InputError where a component's density exceeds single precision.
+  void check_densities() const;
   /// Fills what components share about points.
   void place(const Points& points, bool wants_shear, SampleBatch& batch) const;
   /// Points that were turned back by a component's twirl, turned back by `twirl` more: in x, y, z.
@@ -99,6 +127,7 @@ class Galaxy {
            EvaluationCounts& counts) const;
 
   std::size_t most_cloud_points_ = 0;  ///< GalaxySettings::most_cloud_points
+  double mean_error_ = 0;              ///< Accuracy::mean_error
   std::string name_;
   std::string description_;
   std::vector<double> axis_ = {1, 1, 1};
@@ -111,13 +140,18 @@ class Galaxy {
   /// Index of the component whose noise also modulates component c, or -1.
   std::vector<int> followed_;
   std::vector<std::size_t> followed_components_;
-  /// Normalises a followed noise over a component that has none of its own; else 1.
-  std::vector<double> follow_scale_;
-  /// Of each component that emits, its followed one's Phi included: the mean over the component of
-  /// what is expected of Phi, by which it is divided. Expectations are exact only about, and where
-  /// what is seen is few clumps, the mean over them is not that of the others.
-  std::vector<FootprintTable> seen_means_;
-  std::vector<Dust> dust_;  ///< of each component that absorbs
+  /// For each component, the mean over it of what is expected of its Phi at a footprint, times that
+  /// of the component that it follows. Densities are divided by it, so that <Phi> = 1 for this seed
+  /// at every footprint.
+  std::vector<FootprintTable> means_;
+  /// For each component, ln of the widest footprint of which rays see all of it.
+  std::vector<float> log_narrow_;
+  /// For each component; set for those that absorb. Galaxies of one reference share it.
+  std::shared_ptr<const std::vector<Dust>> dust_;
+  std::shared_ptr<Galaxy> reference_;
+  bool is_reference_ = false;
+  /// The footprints for which a reference's closure has been measured.
+  FootprintRange closure_range_{HUGE_VAL, 0, false};
   bool needs_phi_ = false;
   bool needs_winding_ = false;
 };

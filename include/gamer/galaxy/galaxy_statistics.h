@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <iterator>
 #include <span>
@@ -13,25 +15,32 @@ namespace gamer {
 
 class StarField;
 
-/// Measures the statistics of a galaxy's textures, over points spread over its components: the
-/// means by which <Phi> = 1 (also of what components follow), what wide rays see relative to that,
-/// by how much dust that they do not resolve must vary to let as much light through as all of it
-/// would, and the largest Phi of star fields.
+/// Measures the statistics of a galaxy's textures.
+///
+/// Its seed decides the mean of what is expected of Phi over each component at each footprint, and
+/// the largest Phi of star fields. They are measured for every galaxy. The closure of hidden dust
+/// follows from the galaxy's file: it is measured once, on the reference of all galaxies of that
+/// file (Galaxy::reference()).
 ///
 /// This is done in rounds, each in parts. What a part gives does not depend on the others of its
 /// round, nor on which process measures it; it may depend on those of earlier rounds, which must
-/// have been taken. A galaxy is measured when it has taken all parts of all rounds.
+/// have been taken. A galaxy is measured when it has taken all parts of all rounds, and where it
+/// has a reference, when it has adopted that.
+///
+/// Tables are measured for footprints in a range. A value is the same whatever the range is. Beyond
+/// the range's ends tables are constant.
 class GalaxyStatistics {
  public:
-  /// Of a galaxy that was read (Galaxy::read()) and must outlive this.
-  explicit GalaxyStatistics(Galaxy& galaxy);
+  /// Of a galaxy that was read (Galaxy::read()) or of a reference, which must outlive this.
+  explicit GalaxyStatistics(Galaxy& galaxy, FootprintRange footprints = {});
 
   enum class Round {
-    first,   ///< means over a few points, by component
-    larger,  ///< over as many as the error needs, by slices of a component's cloud
-    seen     ///< by component that emits, and by obliquity of dust
+    textures,  ///< mean and deviation of sums of octaves, by component
+    means,     ///< means of Phi over a few points, by component
+    larger,    ///< over as many as the error needs, by slices of a cloud
+    closure    ///< of a reference's dust, by obliquity; the largest Phi of star fields
   };
-  static constexpr Round rounds[] = {Round::first, Round::larger, Round::seen};
+  static constexpr Round rounds[] = {Round::textures, Round::means, Round::larger, Round::closure};
 
   /// Of a round whose predecessors are finished.
   std::size_t parts(Round round) const { return of(round).size(); }
@@ -42,50 +51,59 @@ class GalaxyStatistics {
 
   /// Fills the beginning of `numbers`, of most_numbers() or more. In threads of parallel_for();
   /// not to be called from several. Throws InputError where a texture is constant, zero or infinite
-  /// over its component, or a density exceeds single precision.
+  /// over its component.
   void measure(Round round, std::size_t part, std::span<double> numbers);
   /// Gives the galaxy the numbers of a part; in the order of the parts.
   void take(Round round, std::size_t part, std::span<const double> numbers);
-  /// When all parts of a round are taken.
+  /// When all parts of a round are taken. Throws InputError where a texture is zero or infinite.
   void finish(Round round);
-  /// All of it, here.
+  /// Takes the closure that was measured on the galaxy's reference, if it has one.
+  void adopt();
+  /// All of it, here, that of the reference included.
   void measure_all();
 
  private:
   struct Part {
     std::size_t component;
-    std::size_t index;  ///< of a slice, or of an obliquity of dust
+    std::size_t index;  ///< of a mean, or of an obliquity of dust
+    std::size_t slice;  ///< of the mean's cloud
   };
-  /// The second cloud of a component, if it needs one.
-  struct Larger {
+  /// The mean of what is expected of a component's Phi at a footprint.
+  struct Mean {
+    Mean(std::size_t of_component, double at_footprint)
+        : component(of_component), footprint(at_footprint) {}
+
+    std::size_t component;
+    double footprint;
+    double value = 1, error = 0;
+    /// The cloud over which it is taken, if the first one does not suffice.
     std::size_t points = 0, slices = 0;
-    Cloud cloud;  ///< made where a slice of it is measured
     CloudMoments moments;
   };
 
   const Component& component_at(std::size_t c) const { return *galaxy_.components_[c]; }
+  bool is_reference() const { return galaxy_.is_reference_; }
+  bool is_textured(std::size_t c) const {
+    return component_at(c).texture() != nullptr || galaxy_.followed_[c] >= 0;
+  }
   const std::vector<Part>& of(Round round) const { return parts_[static_cast<std::size_t>(round)]; }
-  /// Takes the statistics of component c's texture over its first cloud, or Galaxy::follow_scale_
-  /// where it has none, once; before it those of what it follows.
+  std::vector<Part>& of(Round round) { return parts_[static_cast<std::size_t>(round)]; }
+  /// Takes the statistics of component c's texture over its first cloud, once; before it those of
+  /// what it follows.
   void normalise(std::size_t c);
-  /// How many points would have an error of `wanted`, of the galaxy's light, where `first` have one
-  /// of `error` of the component's; 0 where that will do.
-  std::size_t points_needed(std::size_t c, std::size_t first, double error, double wanted) const;
-  /// Of Phi, over a slice of the larger cloud.
-  CloudMoments measure_slice(std::size_t c, std::size_t slice);
-  /// Takes the means over the larger clouds. Throws InputError where one is zero or infinite.
-  void correct_means();
+  /// Makes means_ and the parts of the rounds behind the first.
+  void plan_means();
+  void plan_slices();
+  /// How many points would have the error that is wanted, of the galaxy's light, where the first
+  /// cloud has one of `error` of the component's; 0 where that will do.
+  std::size_t points_needed(std::size_t c, double error) const;
+  std::size_t first_points() const;
   /// Of the galaxy's light; 1 for dust.
   double share(std::size_t c) const;
-  struct SeenMean {
-    double mean, error;
-  };
-  /// What is expected of Phi of component c, which emits, by seen_widths(); none where they all see
-  /// it all.
-  std::vector<double> measure_seen(std::size_t c) const;
-  /// The same by such widths, over about so many points.
-  std::vector<SeenMean> measure_seen(std::size_t c, std::size_t cloud_size,
-                                     std::span<const double> widths) const;
+  /// The means of component c over its first cloud, into `numbers`: value and error of each.
+  void measure_means(std::size_t c, std::span<double> numbers) const;
+  CloudMoments measure_slice(const Mean& mean, std::size_t slice) const;
+  void make_tables();
   struct DustRays;
   /// So many rays through component c, each `path` times as long in it as one face on.
   DustRays trace_dust(std::size_t c, double path, std::size_t rays,
@@ -103,14 +121,18 @@ class GalaxyStatistics {
   double log_narrowest(std::size_t c) const;
   /// Footprints up to the widest of which rays see less, each `ratio` times the one before.
   std::vector<double> widths(std::size_t c, double widest, double ratio) const;
-  std::vector<double> seen_widths(std::size_t c) const;
+  /// Of means: those, and before them one of which rays see all.
+  std::vector<double> mean_widths(std::size_t c) const;
   std::vector<double> dust_widths(std::size_t c) const;
+  /// Those of such widths that are measured: from the last below footprints_ to the first above.
+  std::span<const double> measured(const std::vector<double>& widths) const;
+  /// What was measured for them, for all widths: that of the nearest for the others.
+  std::vector<double> for_all(const std::vector<double>& widths,
+                              const std::vector<double>& values) const;
   /// Phi of component c at points of its cloud, that of a followed one included, as rays of each
   /// width see it.
   void cloud_phi(std::size_t c, const Points& points, std::span<const double> widths,
                  std::span<BatchArray> out) const;
-  /// The same of all of it.
-  void whole_phi(std::size_t c, const Points& points, float* out) const;
   /// Multiplies arrays by Phi of the component that c follows, if any, at points that were turned
   /// back by c's twirl, as rays of as many widths see it.
   void multiply_followed(std::size_t c, const Points& points, const BatchArray& shear,
@@ -127,12 +149,13 @@ class GalaxyStatistics {
   void take_shear(const Points& points, BatchArray& out) const;
 
   Galaxy& galaxy_;
+  FootprintRange footprints_;
   double light_ = 0;                                        ///< of the galaxy
   std::array<std::vector<Part>, std::size(rounds)> parts_;  ///< by round
   std::size_t most_numbers_ = 0;
-  /// Relative error of each component's mean over its first cloud; below 0 before.
-  std::vector<double> first_error_;
-  std::vector<Larger> larger_;  ///< of each component
+  std::vector<bool> is_normalised_;  ///< for each component
+  std::vector<Mean> means_;          ///< for each component in turn, by footprint
+  std::vector<Galaxy::Dust> dust_;   ///< of a reference
 };
 
 }  // namespace gamer

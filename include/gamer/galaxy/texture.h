@@ -23,10 +23,6 @@ class Texture {
   /// that cannot be.
   virtual void normalise(std::span<const WeightedBatch> cloud,
                          const FractalNoise::Factor& factor) = 0;
-  /// Takes <Phi factor> over more points for the mean.
-  virtual void correct_mean(const CloudMean& mean) = 0;
-  /// The standard error of <Phi factor> if the cloud's points were independent.
-  virtual double mean_error() const = 0;
   /// All that normalise() took, for the same texture elsewhere.
   virtual std::vector<double> statistics() const = 0;
   virtual void restore(std::span<const double> statistics) = 0;
@@ -82,8 +78,6 @@ class FractalTexture : public Texture {
                  const FractalNoise::Factor& factor) override {
     noise_.normalise(cloud, factor);
   }
-  void correct_mean(const CloudMean& mean) override { noise_.correct_mean(mean); }
-  double mean_error() const override { return noise_.mean_error(); }
   std::vector<double> statistics() const override { return noise_.statistics(); }
   void restore(std::span<const double> statistics) override { noise_.restore(statistics); }
   bool hides(double footprint) const override { return noise_.hides(footprint); }

@@ -84,16 +84,11 @@ class VeinTexture : public Texture {
   const VeinParameters& parameters() const { return parameters_; }
 
   void normalise(std::span<const WeightedBatch> cloud, const FractalNoise::Factor& factor) override;
-  void correct_mean(const CloudMean& mean) override;
-  double mean_error() const override { return mean_error_; }
-  std::vector<double> statistics() const override {
-    return {scale_, mean_error_, rms_, frequency_};
-  }
+  std::vector<double> statistics() const override { return {scale_, rms_, frequency_}; }
   void restore(std::span<const double> statistics) override {
     scale_ = statistics[0];
-    mean_error_ = statistics[1];
-    rms_ = statistics[2];
-    frequency_ = statistics[3];
+    rms_ = statistics[1];
+    frequency_ = statistics[2];
   }
   bool hides(double footprint) const override;
   double frequency() const override { return frequency_; }
@@ -133,7 +128,6 @@ class VeinTexture : public Texture {
   std::shared_ptr<const Inputs> inputs_;  ///< of the kernels
   double finest_ = 1;                     ///< highest frequency of N, cycles per galaxy radius
   double scale_ = 1;                      ///< 1/mean
-  double mean_error_ = 0;
   double rms_ = 1;
   double frequency_ = 1;
 };

@@ -60,7 +60,4 @@ CloudMoments moments_over(const Cloud& cloud, std::size_t first, std::size_t las
 CloudMean mean_over(std::span<const WeightedBatch> cloud,
                     const std::function<void(std::size_t b, BatchArray& out)>& values);
 
-/// About `size` points of a cloud, spread over it; all where it has fewer.
-std::vector<WeightedBatch> thinned(std::span<const WeightedBatch> cloud, std::size_t size);
-
 }  // namespace gamer

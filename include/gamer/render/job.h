@@ -46,6 +46,7 @@ struct RenderJob {
   /// What complete() does, before the job is rendered.
   struct Rest {
     std::vector<std::shared_ptr<Galaxy>> galaxies;  ///< are to be measured
+    std::vector<FootprintRange> footprints;         ///< for these, by galaxy
     /// In which galaxies are to be as bright with their dust as they are without; null for none.
     std::shared_ptr<const Bandpass> attenuation;
   };
@@ -79,8 +80,10 @@ void complete(RenderJob& job, const Ranks& ranks, int threads);
 RenderJob load_job(const JobRequest& request, Resources& resources);
 RenderJob job_from_record(const Record& record);
 
-/// Measures galaxies with all ranks, each of which calls it with the same ones.
-void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies, const Ranks& ranks);
+/// Measures galaxies with all ranks, each of which calls it with the same ones, for footprints of
+/// these ranges, by galaxy; without them for all.
+void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
+                      std::span<const FootprintRange> footprints, const Ranks& ranks);
 
 /// The resolved parameters of a record. Throws InputError.
 RenderParameters recorded_render_parameters(const Record& record);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "gamer/galaxy/galaxy.h"
 #include "gamer/image/image.h"
 #include "gamer/parallel/executor.h"
 #include "gamer/render/galaxy_index.h"
@@ -49,6 +50,10 @@ class Renderer {
            std::shared_ptr<const Scene> scene, const Spectrum& spectrum,
            const TruthImages& truth = {});
 
+  /// The footprints with which an image in such a unit looks at a galaxy.
+  static FootprintRange footprints(const RenderParameters& parameters, const Camera& camera,
+                                   PixelUnit unit, const PlacedGalaxy& placed);
+
   int width() const { return camera_.width(); }
   int height() const { return camera_.height(); }
   /// Of output_planes().
@@ -88,15 +93,17 @@ class Renderer {
   void refine(const Sample& cell, const std::optional<Ray>& middle, Work& work) const;
   /// Makes the weights of a pixel's samples, from `first` on, shares of its solid angle.
   void weigh(std::size_t first, Work& work) const;
-  /// The size of a cell over the largest at which one ray (`rays`, `texture`), or four by Gauss'
-  /// rule (the others), are enough: for the envelopes and for the textures of what is there.
+  /// The size of a cell over the largest at which one ray (`rays`), or four by Gauss' rule
+  /// (`parts`), are enough for the envelopes and the textures of what is there.
   struct Evenness {
-    double rays = 0, cells = 0, texture = 0, texture_cells = 0;
+    double rays = 0, parts = 0;
   };
   Evenness evenness(const Ray& ray, double size, std::span<const int> galaxies) const;
   /// Works samples off while there are at least so many.
   void work_off(std::size_t least, const GalaxyIndex::Found& near, Work& work, Sums& sums,
                 RenderCounts& counts) const;
+  /// Gives a ray's hit what a pixel or sub-pixel of that size sees of the galaxy.
+  void set_footprint(double size, Hit& hit) const;
   void add_light(std::span<const Sample> samples, const GalaxyIndex::Found& near, Work& work,
                  Sums& sums, RenderCounts& counts) const;
   /// Whether there were any.

@@ -23,6 +23,9 @@ struct GalaxyMeasure {
   double optical_depth = 0;  ///< through the centre, first plane
 };
 
+/// The footprints of the stamps on which galaxies are measured.
+FootprintRange measure_footprints(const RenderParameters& parameters);
+
 GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                       const Camera& camera, const Spectrum& spectrum);
 

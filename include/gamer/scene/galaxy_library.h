@@ -18,8 +18,8 @@ struct Scene;
 class SceneRow;
 
 /// The galaxies of scenes, each made once per type, SED and seed. It may outlive a scene: the
-/// frames of an animation, whose cameras differ but whose [noise] does not, share one. Not for
-/// several threads at a time.
+/// frames of an animation, whose cameras differ but whose noise and tolerance do not, share one.
+/// Not for several threads at a time.
 class GalaxyLibrary {
  public:
   /// `label` is the catalogue's, beside which names are looked up. `resources` must outlive this.
@@ -53,6 +53,7 @@ class GalaxyLibrary {
   std::map<const Galaxy*, std::shared_ptr<Galaxy>> unmeasured_;
   /// Whether all seeds are the same: without noise.
   std::map<std::pair<std::string, std::string>, bool> smooth_;
+  std::map<std::string, std::shared_ptr<Galaxy>> references_;  ///< of types; null where not needed
   std::map<std::string, std::shared_ptr<const Sed>> seds_;
 };
 
