@@ -449,7 +449,7 @@ void Galaxy::resolve_fractions() {
 }
 
 void Galaxy::phi(std::size_t c, const SampleBatch& batch, const BatchArray& need, float threshold,
-                 const BatchArray* footprints, const BatchArray* coherence,
+                 const BatchArray& mean, const BatchArray* footprints, const BatchArray* coherence,
                  std::span<const double> deviations, std::span<BatchArray> out,
                  EvaluationCounts& counts) const {
   const Component& component = *components_[c];
@@ -467,20 +467,33 @@ void Galaxy::phi(std::size_t c, const SampleBatch& batch, const BatchArray& need
                      coherence != nullptr ? points.coherence : nullptr, deviations, out,
                      counts.noise_evaluations);
   }
-  const bool is_whole = points.size == batch.size;
   for (BatchArray& values : out) {
-    for (std::size_t i = 0; i < points.size; ++i) {
-      values[i] = 1 + points.fade[i] * (values[i] - 1);
-    }
-    if (is_whole) continue;
     BatchArray compacted;
     std::copy_n(values.data(), points.size, compacted.data());
-    std::fill_n(values.data(), padded(batch.size), 1.0f);
+    if (points.size < batch.size) std::fill_n(values.data(), padded(batch.size), 1.0f);
     for (std::size_t i = 0; i < points.size; ++i) {
-      values[static_cast<std::size_t>(points.index[i])] = compacted[i];
+      const auto at = static_cast<std::size_t>(points.index[i]);
+      values[at] = 1 + points.fade[i] * (compacted[i] / mean[at] - 1);
     }
   }
   counts.noise_seconds += clock.seconds();
+}
+
+void Galaxy::look_up_means(std::size_t size, const BatchArray* log_footprints,
+                           std::span<BatchArray> out) const {
+  for (std::size_t c = 0; c < components_.size(); ++c) {
+    if (log_footprints != nullptr) {
+      means_[c].at(size, log_footprints->data(), out[c].data());
+    } else {
+      std::fill_n(out[c].data(), padded(size), means_[c].narrowest());
+    }
+  }
+  // A follower's mean is that of its own Phi times the followed one's.
+  for (std::size_t c = 0; c < components_.size(); ++c) {
+    if (followed_[c] < 0) continue;
+    const BatchArray& followed = out[static_cast<std::size_t>(followed_[c])];
+    HWY_DYNAMIC_DISPATCH(Divide)(size, followed.data(), out[c].data());
+  }
 }
 
 void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* rays,
@@ -494,6 +507,21 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
   SampleBatch batch;
   place(points, footprints != nullptr, batch);
   for (std::size_t c = 0; c < count; ++c) components_[c]->envelope(batch, densities[c].data());
+  BatchArray log_footprints, coherence, amount;
+  // Rays of one galaxy mostly have one footprint and direction: tables are looked up once then.
+  const bool is_even = rays == nullptr || (is_constant(rays->footprint.data(), batch.size) &&
+                                           is_constant(rays->obliquity.data(), batch.size));
+  const std::size_t places = is_even ? 1 : batch.size;
+  const auto spread = [&](BatchArray& values) {
+    if (is_even) std::fill_n(values.data(), padded(batch.size), values[0]);
+  };
+  if (footprints != nullptr) {
+    HWY_DYNAMIC_DISPATCH(Logarithm)(places, footprints->data(), log_footprints.data());
+    spread(log_footprints);
+  }
+  const auto means = std::make_unique_for_overwrite<BatchArray[]>(count);
+  look_up_means(places, footprints != nullptr ? &log_footprints : nullptr, {means.get(), count});
+  for (std::size_t c = 0; c < count; ++c) spread(means[c]);
   // The noise of followed components is wanted wherever they or a follower matter.
   const auto followed_phi =
       std::make_unique_for_overwrite<BatchArray[]>(followed_components_.size());
@@ -519,67 +547,45 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
         scale = std::min(scale, components_[f]->threshold_scale());
       }
     }
-    phi(c, batch, need, threshold * static_cast<float>(scale), footprints, nullptr, {},
+    phi(c, batch, need, threshold * static_cast<float>(scale), means[c], footprints, nullptr, {},
         std::span(&followed_phi[k], 1), counts);
-  }
-  BatchArray log_footprints, coherence, amount, mean;
-  // Rays of one galaxy mostly have one footprint and direction: tables are looked up once then.
-  const bool is_even = rays != nullptr && is_constant(rays->footprint.data(), batch.size) &&
-                       is_constant(rays->obliquity.data(), batch.size);
-  const std::size_t places = is_even ? 1 : batch.size;
-  const auto spread = [&](BatchArray& values) {
-    if (is_even) std::fill_n(values.data(), padded(batch.size), values[0]);
-  };
-  if (footprints != nullptr) {
-    HWY_DYNAMIC_DISPATCH(Logarithm)(places, footprints->data(), log_footprints.data());
-    spread(log_footprints);
   }
   const std::size_t most_variants = std::max<std::size_t>(deviations.size(), 1);
   const auto own = std::make_unique_for_overwrite<BatchArray[]>(most_variants);
   for (std::size_t c = 0; c < count; ++c) {
     const Component& component = *components_[c];
     const std::size_t variants = component.absorbs() ? most_variants : 1;
+    const bool varies = variants > 1 && footprints != nullptr;
     const BatchArray* known = phi_of_followed(c);
-    if (component.texture() != nullptr && known == nullptr) {
-      const bool varies = variants > 1 && footprints != nullptr;
+    const bool is_textured = component.texture() != nullptr;
+    if (is_textured && known == nullptr) {
       if (varies) {
         look_up((*dust_)[c].coherence, places, log_footprints, rays->obliquity, coherence);
+        look_up((*dust_)[c].amount, places, log_footprints, rays->obliquity, amount);
         spread(coherence);
+        spread(amount);
+        // There the result must not depend on whether other rays have variants.
+        for (std::size_t i = 0; i < padded(batch.size); ++i) {
+          if (log_footprints[i] > log_narrow_[c]) means[c][i] *= amount[i];
+        }
       }
       phi(c, batch, densities[c], threshold * static_cast<float>(component.threshold_scale()),
-          footprints, varies ? &coherence : nullptr, deviations, std::span(own.get(), variants),
-          counts);
+          means[c], footprints, varies ? &coherence : nullptr, deviations,
+          std::span(own.get(), variants), counts);
     }
     const BatchArray* followed =
         followed_[c] >= 0 ? phi_of_followed(static_cast<std::size_t>(followed_[c])) : nullptr;
     // The first last: it takes the envelope's place.
     for (std::size_t k = variants; k-- > 0;) {
-      const BatchArray* phi = component.texture() == nullptr ? nullptr
-                              : known != nullptr             ? known
-                                                             : &own[k];
+      const BatchArray* phi = !is_textured ? nullptr : known != nullptr ? known : &own[k];
       HWY_DYNAMIC_DISPATCH(Scale)
       (batch.size, static_cast<float>(component.amplitude()), densities[c].data(),
        phi != nullptr ? phi->data() : nullptr, followed != nullptr ? followed->data() : nullptr,
        densities[k * count + c].data());
-    }
-    if (component.texture() == nullptr && followed_[c] < 0) continue;
-    if (footprints != nullptr) {
-      means_[c].at(places, log_footprints.data(), mean.data());
-    } else {
-      std::fill_n(mean.data(), padded(places), means_[c].narrowest());
-    }
-    spread(mean);
-    if (variants > 1 && footprints != nullptr) {
-      look_up((*dust_)[c].amount, places, log_footprints, rays->obliquity, amount);
-      spread(amount);
-      for (std::size_t i = 0; i < padded(batch.size); ++i) {
-        // There the result must not depend on whether other rays have variants.
-        if (log_footprints[i] > log_narrow_[c]) mean[i] *= amount[i];
-      }
-    }
-    for (std::size_t k = 0; k < variants; ++k) {
+      // A follower without a texture has a mean all the same.
+      if (is_textured || followed == nullptr) continue;
       HWY_DYNAMIC_DISPATCH(Divide)
-      (batch.size, mean.data(), densities[k * count + c].data());
+      (batch.size, means[c].data(), densities[k * count + c].data());
     }
   }
   counts.envelope_seconds += clock.seconds() - (counts.noise_seconds - earlier_noise);
@@ -592,15 +598,18 @@ void Galaxy::evaluate_component(std::size_t c, const Points& points, float thres
   place(points, false, batch);
   BatchArray envelope, followed;
   component.envelope(batch, envelope.data());
+  const auto means = std::make_unique_for_overwrite<BatchArray[]>(components_.size());
+  look_up_means(batch.size, nullptr, {means.get(), components_.size()});
   const auto limit = threshold * static_cast<float>(component.threshold_scale());
   const bool follows = followed_[c] >= 0, is_textured = component.texture() != nullptr;
   const auto take_phi = [&](std::size_t of, BatchArray& out) {
-    phi(of, batch, envelope, limit, nullptr, nullptr, {}, std::span(&out, 1), counts);
+    phi(of, batch, envelope, limit, means[of], nullptr, nullptr, {}, std::span(&out, 1), counts);
   };
   if (is_textured) take_phi(c, density);
   if (follows) take_phi(static_cast<std::size_t>(followed_[c]), followed);
+  const float scale = follows && !is_textured ? 1 / means[c][0] : 1.0f;
   HWY_DYNAMIC_DISPATCH(Scale)
-  (batch.size, 1 / means_[c].narrowest(), envelope.data(), is_textured ? density.data() : nullptr,
+  (batch.size, scale, envelope.data(), is_textured ? density.data() : nullptr,
    follows ? followed.data() : nullptr, density.data());
 }
 

@@ -51,6 +51,7 @@ struct Run {
   bool open;            ///< whether it begins inside a galaxy
   bool has_variants;    ///< see dust_variants.h
   bool has_texture;
+  bool shares_pixel;  ///< see Hit
   bool is_piece;
   bool is_slice;   ///< a piece with nodes of the run that it was cut from
   bool continues;  ///< a piece of which the piece before it sees the same variants of the dust
@@ -323,6 +324,7 @@ void AdaptiveSampler::find_runs(std::span<const Hit> hits, std::int32_t ray, Wor
                        .open = !(begin > 0),
                        .has_variants = has_variants,
                        .has_texture = has_texture,
+                       .shares_pixel = hits.front().shares_pixel,
                        .is_piece = false,
                        .is_slice = false,
                        .continues = false,
@@ -442,7 +444,10 @@ void AdaptiveSampler::begin_level(Workspace& ws) const {
   static_assert((most_first_nodes - 1) / 2 < 1 << pair_bits);
   const std::size_t whole_runs = ws.runs.size();
   for (std::size_t r = 0; r < whole_runs; ++r) {
-    const double pairs = std::ceil(0.5 * ws.map.length(r) / medium_.accuracy().first_step);
+    const Accuracy& accuracy = medium_.accuracy();
+    const double distance =
+        accuracy.first_step * (ws.runs[r].shares_pixel ? accuracy.shared_step : 1);
+    const double pairs = std::ceil(0.5 * ws.map.length(r) / distance);
     if (2 * pairs + 1 > most_first_nodes) {
       const double pieces = std::min(std::ceil(2 * pairs / piece_intervals), 0.5 * most_pieces);
       const auto run = static_cast<std::int32_t>(r), first = 0;
@@ -718,7 +723,8 @@ bool AdaptiveSampler::judge(std::span<const Hit> hits, std::int32_t ray, Workspa
     // An image of thick dust may be far fainter than its galaxy face on.
     const double dimmed = typical * std::exp(-0.5 * std::min(depth, deepest));
     const double scale = std::max(intensity, accuracy.faint_share * dimmed);
-    const double allowed = accuracy.ray_error * scale;
+    const double allowed =
+        accuracy.ray_error * (hits.front().shares_pixel ? accuracy.shared_error : 1) * scale;
     double in_front = 0, square = 0;
     ws.errors.clear();
     transmitted = {};

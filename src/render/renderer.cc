@@ -78,6 +78,10 @@ constexpr int deepest_cell = 24;
 // default tolerance, 5e6 at 1e-5; only disks of absurd thinness or views of no sense take more.
 constexpr std::size_t most_rays = std::size_t{1} << 23;
 
+// Rays that stand for less than this share of a pixel's side are many: their errors make up for
+// each other.
+constexpr double shared_size = 0.3;
+
 // Stars of star fields are looked for in areas of at most so many pixels on a side.
 constexpr int star_tile = 64, wide_star_tile = 256;
 
@@ -626,7 +630,10 @@ void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Fou
       const std::size_t first = work.hits.size();
       GalaxyIndex::find(index_.around(*ray, 0), near, work.near_ray);
       medium_.hits(*ray, work.near_ray, work.hits);
-      for (Hit& hit : std::span(work.hits).subspan(first)) set_footprint(sample.footprint, hit);
+      for (Hit& hit : std::span(work.hits).subspan(first)) {
+        set_footprint(sample.footprint, hit);
+        hit.shares_pixel = sample.size < shared_size;
+      }
     }
     work.hit_ends.push_back(work.hits.size());
   }

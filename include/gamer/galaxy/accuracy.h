@@ -18,6 +18,10 @@ struct Accuracy {
   /// Distance of a ray's first nodes, in units of the structure that they must not step over.
   /// Controls the features that no node finds: too rare to show in the error estimates.
   double first_step;
+  /// Rays of which many make a pixel may err by so many times more than ray_error, and their first
+  /// nodes may be so many times further apart: their errors make up for each other.
+  double shared_error;
+  double shared_step;
   /// Layers are followed to where their envelope is exp(this) times its largest value. Controls the
   /// light lost beyond.
   double log_envelope_threshold;
@@ -64,7 +68,9 @@ struct Accuracy {
     const double rough = std::clamp(t / 1e-3, 1.0, 10.0);
     return {.ray_error = std::min({1.35 * t * std::pow(coarser, 0.3), 3 * t, 0.1}),
             .star_error = std::min(0.15 * t * std::pow(coarser, 0.35), 0.025),
-            .first_step = 0.7 * std::pow(t / 1e-3, t > 1e-3 ? 0.25 : 0.08),
+            .first_step = 0.7 * std::pow(t / 1e-3, 0.08),
+            .shared_error = 2,
+            .shared_step = 1.5,
             .log_envelope_threshold = std::log(0.003 * t),
             .texture_threshold = 0.01 * t,
             .faint_share = 0.01,
@@ -73,7 +79,7 @@ struct Accuracy {
             .widest_footprint = std::sqrt(t / 1e-3) / 160,
             .ray_spacing = 0.8,
             .faint_spacing = 2.5,
-            .mean_error = 0.004 * std::pow(rough, 0.6)};
+            .mean_error = 0.003 * std::pow(rough, 0.6)};
   }
 };
 

@@ -117,12 +117,17 @@ class Galaxy {
   /// Points that were turned back by a component's twirl, turned back by `twirl` more: in x, y, z.
   Points turn_back(const Points& points, double twirl, BatchArray& x, BatchArray& y,
                    BatchArray& z) const;
+  /// Fills an array for each component with the mean of its own Phi at these footprints, or where
+  /// all is seen (null). A follower's is the mean of both textures together over that of the
+  /// followed one.
+  void look_up_means(std::size_t size, const BatchArray* log_footprints,
+                     std::span<BatchArray> out) const;
   static void look_up(const ByObliquity& tables, std::size_t size, const BatchArray& log_footprints,
                       const BatchArray& obliquity, BatchArray& out);
-  /// Fills out.size() arrays with Phi of component c, by as many deviations; 1 where it is not
-  /// needed.
+  /// Fills out.size() arrays with Phi of component c over its mean, by as many deviations; 1 where
+  /// it is not needed.
   void phi(std::size_t c, const SampleBatch& batch, const BatchArray& need, float threshold,
-           const BatchArray* footprints, const BatchArray* coherence,
+           const BatchArray& mean, const BatchArray* footprints, const BatchArray* coherence,
            std::span<const double> deviations, std::span<BatchArray> out,
            EvaluationCounts& counts) const;
 
@@ -141,8 +146,8 @@ class Galaxy {
   std::vector<int> followed_;
   std::vector<std::size_t> followed_components_;
   /// For each component, the mean over it of what is expected of its Phi at a footprint, times that
-  /// of the component that it follows. Densities are divided by it, so that <Phi> = 1 for this seed
-  /// at every footprint.
+  /// of the component that it follows. Phi is divided by it, so that <Phi> = 1 for this seed at
+  /// every footprint.
   std::vector<FootprintTable> means_;
   /// For each component, ln of the widest footprint of which rays see all of it.
   std::vector<float> log_narrow_;

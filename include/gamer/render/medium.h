@@ -32,6 +32,8 @@ struct Hit {
   /// the galaxy, to which near parts show details that far ones do not.
   double footprint_growth = 0;
 
+  bool shares_pixel = false;  ///< whether the ray is one of many of its pixel
+
   double footprint_at(double t) const { return footprint + footprint_growth * t; }
 };
 
