@@ -25,6 +25,9 @@ namespace {
 constexpr std::size_t first_cloud = std::size_t{1} << 13;
 constexpr double least_larger_cloud = 1 << 15;
 constexpr double cloud_margin = 1.5;
+// The error at most where all of a texture is seen: the dust in front of a star has no neighbours
+// that make up for its error.
+constexpr double whole_error = 0.003;
 // Processes share large clouds in slices of so many batches.
 constexpr std::size_t slice_batches = 128;
 // Means are tabulated for footprints up to the widest, each so many times the one before.
@@ -262,7 +265,7 @@ void GalaxyStatistics::plan_slices() {
   for (std::size_t m = 0; m < means_.size(); ++m) {
     Mean& mean = means_[m];
     const bool is_some = mean.value > 0 && std::isfinite(mean.value);
-    mean.points = points_needed(mean.component, is_some ? mean.error / mean.value : HUGE_VAL);
+    mean.points = points_needed(mean, is_some ? mean.error / mean.value : HUGE_VAL);
     // A cloud has about as many points as it is asked for.
     const std::size_t batches = (mean.points + batch_capacity - 1) / batch_capacity;
     mean.slices = (batches + slice_batches - 1) / slice_batches;
@@ -351,8 +354,10 @@ void GalaxyStatistics::normalise(std::size_t c) {
   is_normalised_[c] = true;
 }
 
-std::size_t GalaxyStatistics::points_needed(std::size_t c, double error) const {
-  const double excess = error / galaxy_.mean_error_ * std::sqrt(share(c));
+std::size_t GalaxyStatistics::points_needed(const Mean& mean, double error) const {
+  const double wanted =
+      mean.footprint > 0 ? galaxy_.mean_error_ : std::min(galaxy_.mean_error_, whole_error);
+  const double excess = error / wanted * std::sqrt(share(mean.component));
   const auto first = static_cast<double>(first_points());
   const auto most = static_cast<double>(galaxy_.most_cloud_points_);
   if (!(excess > 1) || most <= first) return 0;

@@ -568,10 +568,12 @@ void Renderer::refine(const Sample& cell, const std::optional<Ray>& middle, Work
   const auto keep_lattice = [&](const Sample& whole, int least) {
     const std::span<const glm::dvec2> places = lattice(least);
     const auto count = static_cast<double>(places.size());
+    // Neighbours are mirrored, so that the lattice's slant favours no direction.
+    const bool is_mirrored = (std::lround(whole.x) + std::lround(whole.y)) % 2 != 0;
     for (const glm::dvec2& place : places) {
       Sample part = whole;
       part.size = whole.size / std::sqrt(count);
-      part.x += (place.x - 0.5) * whole.size;
+      part.x += (is_mirrored ? 0.5 - place.x : place.x - 0.5) * whole.size;
       part.y += (place.y - 0.5) * whole.size;
       part.weight = whole.size * whole.size / count;
       if (!supersample_) part.footprint = std::min(part.size, whole.footprint);
@@ -587,7 +589,7 @@ void Renderer::refine(const Sample& cell, const std::optional<Ray>& middle, Work
   const double rays = std::max(std::ceil(even.rays * even.rays), 1.0);
   if (std::min(rays, 4 * parts * parts) > most_rays_of_cell) {
     cut(cell, 2, 1, [&](const Sample& part) { refine(part, camera_.ray(part.x, part.y), work); });
-  } else if (rays < 4 * parts * parts) {
+  } else if (rays > 4 && rays < 4 * parts * parts) {
     keep_lattice(cell, static_cast<int>(rays));
   } else {
     cut(cell, static_cast<int>(parts), 1, keep_gauss);

@@ -96,7 +96,7 @@ class GalaxyStatistics {
   void plan_slices();
   /// How many points would have the error that is wanted, of the galaxy's light, where the first
   /// cloud has one of `error` of the component's; 0 where that will do.
-  std::size_t points_needed(std::size_t c, double error) const;
+  std::size_t points_needed(const Mean& mean, double error) const;
   std::size_t first_points() const;
   /// Of the galaxy's light; 1 for dust.
   double share(std::size_t c) const;
