@@ -19,7 +19,7 @@ namespace {
 
 // Points over which a texture's statistics are taken at first. Where independent points would need
 // more for a mean with Accuracy::mean_error, it is taken over a larger cloud, up to the settings'
-// limit: at least the least one, and a margin above the need, which few points tell only about. A
+// limit. Few points tell the need only roughly: the larger cloud has a least size and a margin. A
 // component with a share f of the light is allowed f^(-1/2) times that error: together the errors
 // are this share of the galaxy's light.
 constexpr std::size_t first_cloud = std::size_t{1} << 13;

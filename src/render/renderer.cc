@@ -74,8 +74,8 @@ constexpr int most_rays_of_cell = 64;
 // Halvings of a pixel at most.
 constexpr int deepest_cell = 24;
 
-// Rays of a pixel at most, about 400 MB of them. A whole galaxy in one pixel takes 1.5e5 at the
-// default tolerance, 5e6 at 1e-5; only disks of absurd thinness or views of no sense take more.
+// Rays of a pixel at most, about 400 MB of them. A whole galaxy in one pixel takes some 6e4 at the
+// default tolerance; only disks of absurd thinness or views of no sense take more.
 constexpr std::size_t most_rays = std::size_t{1} << 23;
 
 // Rays that stand for less than this share of a pixel's side are many: their errors make up for

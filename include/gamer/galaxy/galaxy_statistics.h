@@ -27,11 +27,11 @@ class StarField;
 /// have been taken. A galaxy is measured when it has taken all parts of all rounds, and where it
 /// has a reference, when it has adopted that.
 ///
-/// Tables are measured for footprints in a range. A value is the same whatever the range is. Beyond
-/// the range's ends tables are constant.
+/// Tables are measured for footprints in a range. Within it a value does not depend on the range;
+/// beyond its ends tables are constant.
 class GalaxyStatistics {
  public:
-  /// Of a galaxy that was read (Galaxy::read()) or of a reference, which must outlive this.
+  /// `galaxy` was read (Galaxy::read()) or is a reference, and must outlive this.
   explicit GalaxyStatistics(Galaxy& galaxy, FootprintRange footprints = {});
 
   enum class Round {
@@ -42,7 +42,7 @@ class GalaxyStatistics {
   };
   static constexpr Round rounds[] = {Round::textures, Round::means, Round::larger, Round::closure};
 
-  /// Of a round whose predecessors are finished.
+  /// Number of parts of a round whose predecessors are finished.
   std::size_t parts(Round round) const { return of(round).size(); }
   /// Index of the component that a part is of.
   std::size_t component(Round round, std::size_t part) const { return of(round)[part].component; }
@@ -59,7 +59,7 @@ class GalaxyStatistics {
   void finish(Round round);
   /// Takes the closure that was measured on the galaxy's reference, if it has one.
   void adopt();
-  /// All of it, here, that of the reference included.
+  /// Measures everything here, on the reference too.
   void measure_all();
 
  private:
@@ -94,11 +94,11 @@ class GalaxyStatistics {
   /// Makes means_ and the parts of the rounds behind the first.
   void plan_means();
   void plan_slices();
-  /// How many points would have the error that is wanted, of the galaxy's light, where the first
-  /// cloud has one of `error` of the component's; 0 where that will do.
+  /// Number of points with which a mean has the error that is wanted, where the first cloud gives
+  /// it a relative error of `error`; 0 where the first cloud will do.
   std::size_t points_needed(const Mean& mean, double error) const;
   std::size_t first_points() const;
-  /// Of the galaxy's light; 1 for dust.
+  /// Component c's share of the galaxy's light; 1 for dust.
   double share(std::size_t c) const;
   /// The means of component c over its first cloud, into `numbers`: value and error of each.
   void measure_means(std::size_t c, std::span<double> numbers) const;
@@ -108,8 +108,9 @@ class GalaxyStatistics {
   /// So many rays through component c, each `path` times as long in it as one face on.
   DustRays trace_dust(std::size_t c, double path, std::size_t rays,
                       std::span<const double> widths) const;
-  /// Of dust, by dust_widths(): the variance of the coherent part of what is hidden, relative to
-  /// what its texture says, and how much dust the variants then have.
+  /// Measures the closure of dust at the widths of dust_widths() that are asked for: the variance
+  /// of the coherent part of what is hidden, relative to what its texture says, and the mean
+  /// density of the variants that have it.
   void measure_dust(std::size_t c, std::size_t obliquity, std::size_t rays,
                     std::vector<double>& coherences, std::vector<double>& amounts) const;
   /// The largest Phi of component c, which is a star field.
@@ -121,12 +122,13 @@ class GalaxyStatistics {
   double log_narrowest(std::size_t c) const;
   /// Footprints up to the widest of which rays see less, each `ratio` times the one before.
   std::vector<double> widths(std::size_t c, double widest, double ratio) const;
-  /// Of means: those, and before them one of which rays see all.
+  /// Footprints at which means are tabulated: 0, at which all is seen, and those that hide
+  /// something.
   std::vector<double> mean_widths(std::size_t c) const;
   std::vector<double> dust_widths(std::size_t c) const;
-  /// Those of such widths that are measured: from the last below footprints_ to the first above.
+  /// The part of `widths` that is measured: from the last below footprints_ to the first above.
   std::span<const double> measured(const std::vector<double>& widths) const;
-  /// What was measured for them, for all widths: that of the nearest for the others.
+  /// Spreads values of the measured widths over all widths: others have the nearest one's value.
   std::vector<double> for_all(const std::vector<double>& widths,
                               const std::vector<double>& values) const;
   /// Phi of component c at points of its cloud, that of a followed one included, as rays of each
@@ -155,7 +157,7 @@ class GalaxyStatistics {
   std::size_t most_numbers_ = 0;
   std::vector<bool> is_normalised_;  ///< for each component
   std::vector<Mean> means_;          ///< for each component in turn, by footprint
-  std::vector<Galaxy::Dust> dust_;   ///< of a reference
+  std::vector<Galaxy::Dust> dust_;   ///< the closure, for each component of a reference
 };
 
 }  // namespace gamer
