@@ -528,12 +528,7 @@ ColumnScale Layer::column_scale(const double nearest[3], const double direction[
     const double length = r > 0 ? arm_lengths * fall * r / std::hypot(1.0, arms_.shear(r)) : 0.0;
     texture = std::min(texture, std::max(length, finest_arm));
   }
-  // Rays that graze the plane pass bright places above where they meet it.
-  const double away = std::max(std::hypot(nearest[0], nearest[1]) - reach, 0.0) / shape_.rh;
-  const double above = std::max(std::abs(nearest[2]) - reach, 0.0) / shape_.z0;
-  const double near_centre = 4 * std::exp(-away - 2 * above) / std::max(cosine, shape_.z0);
-  const double brightness = std::min(std::max(std::exp(-r / shape_.rh), near_centre) / peak_, 1.0);
-  return {.envelope = scale, .texture = texture, .brightness = brightness};
+  return {.envelope = scale, .texture = texture};
 }
 
 void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const {

@@ -64,10 +64,6 @@ constexpr std::size_t most_hits_at_once = std::size_t{1} << 17;
 // and their rays worked on together.
 constexpr int tile_size = 16;
 
-// Rays may stand further apart where a galaxy is fainter than this share of its face-on brightness.
-constexpr double bright_share = 0.15;
-constexpr double least_light = std::numeric_limits<double>::min();
-
 // Rays of a cell; one that needs more may reach beyond the galaxy, and is halved.
 constexpr int most_rays_of_cell = 64;
 
@@ -431,20 +427,13 @@ Renderer::Evenness Renderer::evenness(const Ray& ray, double size,
   const Accuracy& accuracy = medium_.accuracy();
   const double finest = accuracy.ray_spacing * accuracy.widest_footprint;
   const bool is_parallel = camera_.projection() == Projection::orthographic;
-  const auto is_met = [&](int g) {
+  for (const int g : galaxies) {
     const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
     const glm::dvec3 offset = ray.origin - placed.centre;
     const double along = glm::dot(offset, ray.direction);
+    const double across2 = glm::dot(offset, offset) - along * along;
     const double reach = placed.bounding_radius + size * camera_.pixel_size(placed.centre);
-    return glm::dot(offset, offset) - along * along <= reach * reach;
-  };
-  // A galaxy's faint parts may dim the light of another.
-  const double widest_spread =
-      std::ranges::count_if(galaxies, is_met) > 1 ? 1.0 : accuracy.faint_spacing;
-  for (const int g : galaxies) {
-    if (!is_met(g)) continue;
-    const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
-    const glm::dvec3 offset = ray.origin - placed.centre;
+    if (across2 > reach * reach) continue;
     const glm::dvec3 origin = placed.to_ball * offset;
     glm::dvec3 direction = placed.to_ball * ray.direction;
     direction /= glm::length(direction);
@@ -454,23 +443,16 @@ Renderer::Evenness Renderer::evenness(const Ray& ray, double size,
     const double length = size * pixel_in_ball_[static_cast<std::size_t>(g)];
     // Half a diagonal.
     const double around = length * std::numbers::sqrt2 / 2;
-    double envelope = HUGE_VAL, texture = HUGE_VAL, light = 0, brightest = 0;
+    double envelope = HUGE_VAL, texture = HUGE_VAL;
     for (const auto& component : placed.galaxy->components()) {
       if (supersample_ && !component->has_cusp()) continue;
       const ColumnScale scale = component->column_scale(&nearest.x, &direction.x, around);
       envelope = std::min(envelope, scale.envelope);
       texture = std::min(texture, scale.texture);
-      if (component->absorbs()) continue;
-      const double column = component->amplitude() * component->face_on_column();
-      light += column * scale.brightness;
-      brightest += column;
     }
-    // Rays that stand for equal amounts of light make the error of the flux least.
-    const double faint = std::sqrt(bright_share * brightest / std::max(light, least_light));
-    const double spread = std::clamp(faint, 1.0, widest_spread);
     // Rays across the cell, where one is enough for `share` of the envelope's scale.
     const auto need = [&](double share, double distance) {
-      return length / std::min(share * envelope, spread * std::max(share * texture, distance));
+      return length / std::min(share * envelope, std::max(share * texture, distance));
     };
     result.rays = std::max(result.rays, need(accuracy.ray_size, finest));
     result.parts = std::max(result.parts, need(accuracy.cell_size, 2 * finest));

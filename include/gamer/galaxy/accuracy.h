@@ -45,9 +45,6 @@ struct Accuracy {
   /// Rays are no further apart, in such footprints, where there is a texture. Controls the light of
   /// clumps that rays would miss or count twice.
   double ray_spacing;
-  /// Rays may be at most so many times further apart where the galaxy is faint. Controls the light
-  /// of clumps there.
-  double faint_spacing;
   /// Relative error of a texture's mean over a galaxy, if the points that it is taken over were
   /// independent. The points are spread evenly, and their error is up to four times smaller.
   /// Controls a galaxy's flux.
@@ -78,7 +75,6 @@ struct Accuracy {
             .cell_size = 0.5 * std::pow(t / 1e-3, 0.25),
             .widest_footprint = std::sqrt(t / 1e-3) / 160,
             .ray_spacing = 0.8,
-            .faint_spacing = 2.5,
             .mean_error = 0.003 * std::pow(rough, 0.6)};
   }
 };

@@ -67,8 +67,6 @@ struct RayPlan {
 struct ColumnScale {
   double envelope = HUGE_VAL;
   double texture = HUGE_VAL;  ///< of what is spread over many rays: arms and noise
-  /// The column, textures aside, relative to face_on_column(); at most 1.
-  double brightness = 0;
 };
 
 /// Everything that components of one galaxy are built from.
