@@ -192,7 +192,7 @@ constexpr std::size_t most_components = 64;
 // The ball is not flattened further: single precision would not resolve it.
 constexpr double smallest_stretch = 1e-9;
 
-// The seed of references: any fixed one.
+// The seed of references that are shared: any fixed one.
 constexpr std::uint64_t reference_seed = 0x7265666572656e63;
 
 bool is_constant(const float* values, std::size_t size) {
@@ -227,11 +227,14 @@ std::shared_ptr<Galaxy> Galaxy::read(std::string_view text, const std::string& l
     if (!component.absorbs() || (component.texture() == nullptr && galaxy->followed_[c] < 0)) {
       continue;
     }
-    galaxy->reference_ = settings.reference;
-    if (galaxy->reference_ != nullptr) return galaxy;
-    GalaxySettings fixed = settings;
-    fixed.seed = reference_seed;
-    galaxy->reference_ = read_alone(text, label, fixed, resources);
+    const bool is_shared = settings.accuracy.shares_closure;
+    if (is_shared && settings.reference != nullptr) {
+      galaxy->reference_ = settings.reference;
+      return galaxy;
+    }
+    GalaxySettings own = settings;
+    if (is_shared) own.seed = reference_seed;
+    galaxy->reference_ = read_alone(text, label, own, resources);
     galaxy->reference_->is_reference_ = true;
     return galaxy;
   }

@@ -7,6 +7,7 @@
 #include <map>
 #include <stdexcept>
 #include <string_view>
+#include <unordered_map>
 #include <utility>
 
 #include "gamer/core/parallel_for.h"
@@ -316,15 +317,17 @@ constexpr std::size_t galaxies_at_a_time = 4;
 std::vector<std::pair<Galaxy*, FootprintRange>> references_to_measure(
     std::span<const std::shared_ptr<Galaxy>> galaxies, std::span<const FootprintRange> footprints) {
   std::vector<std::pair<Galaxy*, FootprintRange>> result;
+  std::unordered_map<Galaxy*, std::size_t> places;
   for (std::size_t g = 0; g < galaxies.size(); ++g) {
     Galaxy* const reference = galaxies[g]->reference().get();
     if (reference == nullptr) continue;
     const FootprintRange own = footprints.empty() ? FootprintRange() : footprints[g];
-    const auto known = std::ranges::find(result, reference, [](const auto& r) { return r.first; });
-    if (known == result.end()) {
+    const auto [place, is_new] = places.try_emplace(reference, result.size());
+    if (is_new) {
       result.emplace_back(reference, own);
     } else {
-      known->second = known->second | own;
+      FootprintRange& known = result[place->second].second;
+      known = known | own;
     }
   }
   std::erase_if(result, [](const auto& r) { return r.first->closure_range().covers(r.second); });

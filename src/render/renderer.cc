@@ -456,6 +456,7 @@ Renderer::Evenness Renderer::evenness(const Ray& ray, double size,
     };
     result.rays = std::max(result.rays, need(accuracy.ray_size, finest));
     result.parts = std::max(result.parts, need(accuracy.cell_size, 2 * finest));
+    result.steepness = std::max(result.steepness, length / (accuracy.cell_size * envelope));
   }
   return result;
 }
@@ -569,7 +570,8 @@ void Renderer::refine(const Sample& cell, const std::optional<Ray>& middle, Work
   // Rays of a lattice rule, or parts on a side of which each has the 2 x 2 Gauss rule.
   const double parts = std::max(std::ceil(even.parts), 1.0);
   const double rays = std::max(std::ceil(even.rays * even.rays), 1.0);
-  if (std::min(rays, 4 * parts * parts) > most_rays_of_cell) {
+  // Where the envelope is steep, a part of the cell is steeper than the rest.
+  if (std::min(rays, 4 * parts * parts) > most_rays_of_cell || even.steepness > 1) {
     cut(cell, 2, 1, [&](const Sample& part) { refine(part, camera_.ray(part.x, part.y), work); });
   } else if (rays > 4 && rays < 4 * parts * parts) {
     keep_lattice(cell, static_cast<int>(rays));

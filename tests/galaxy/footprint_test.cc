@@ -209,21 +209,32 @@ TEST(EveryDust, LetsAsMuchLightThroughAtEveryFootprint) {
       {"veins",
        "[[component]]\nclass = \"veins\"\noptical_depth = 1.5\nnoise_contrast = 0.4\n" + layer}};
   for (const auto& [name, text] : kinds) {
-    // The closure is what is expected over all seeds.
-    std::vector<std::shared_ptr<const Galaxy>> galaxies;
-    for (const std::uint64_t seed : {1, 2, 3, 4}) {
-      galaxies.push_back(parse_galaxy(arms + disk + text, settings_with(seed)));
-    }
-    for (const double path : {1.0, 1.5, 2.5, 5.0}) {
-      for (const double width : {0.01, 0.02, 0.037}) {
-        double all = 0, seen = 0;
-        for (const auto& galaxy : galaxies) {
-          all += light_through(*galaxy, path, 0);
-          seen += light_through(*galaxy, path, width);
+    // At a coarse tolerance the closure is what is expected over all seeds, at a fine one the seed's.
+    for (const double tolerance : {1e-2, 1e-3}) {
+      std::vector<std::shared_ptr<const Galaxy>> galaxies;
+      for (const std::uint64_t seed : {1, 2, 3, 4}) {
+        GalaxySettings settings = settings_with(seed);
+        settings.accuracy = Accuracy::from_tolerance(tolerance);
+        galaxies.push_back(parse_galaxy(arms + disk + text, settings));
+      }
+      for (const double path : {1.0, 1.5, 2.5, 5.0}) {
+        for (const double width : {0.01, 0.02, 0.037}) {
+          double all = 0, seen = 0, worst = 0;
+          for (const auto& galaxy : galaxies) {
+            const double own_all = light_through(*galaxy, path, 0);
+            const double own_seen = light_through(*galaxy, path, width);
+            worst = std::max(worst, std::abs(own_seen / own_all - 1));
+            all += own_all;
+            seen += own_seen;
+          }
+          std::printf("%-8s tolerance %g path %3.1f width %5.3f: mean %+.4f worst %.4f of %.3f\n",
+                      name, tolerance, path, width, seen / all - 1, worst,
+                      all / static_cast<double>(galaxies.size()));
+          EXPECT_NEAR(seen / all, 1, 1.2e-2) << name << " path " << path << " width " << width;
+          if (tolerance < 1e-2) {
+            EXPECT_LT(worst, 1.2e-2) << name << " path " << path << " width " << width;
+          }
         }
-        std::printf("%-8s path %3.1f width %5.3f: %+.4f of %.3f\n", name, path, width,
-                    seen / all - 1, all / static_cast<double>(galaxies.size()));
-        EXPECT_NEAR(seen / all, 1, 1.2e-2) << name << " path " << path << " width " << width;
       }
     }
   }

@@ -49,6 +49,9 @@ struct Accuracy {
   /// independent. The points are spread evenly, and their error is up to four times smaller.
   /// Controls a galaxy's flux.
   double mean_error;
+  /// All seeds of a galaxy's file share one closure of hidden dust. Controls what a new seed costs
+  /// against its flux, which then differs by chance from that of a closure of its own.
+  bool shares_closure;
 
   /// Densities are single precision: smaller tolerances count as this one.
   static constexpr double finest_tolerance = 3e-6;
@@ -75,7 +78,8 @@ struct Accuracy {
             .cell_size = 0.5 * std::pow(t / 1e-3, 0.25),
             .widest_footprint = std::sqrt(t / 1e-3) / 160,
             .ray_spacing = 0.8,
-            .mean_error = 0.003 * std::pow(rough, 0.6)};
+            .mean_error = 0.003 * std::pow(rough, 0.6),
+            .shares_closure = t > 3e-3};
   }
 };
 

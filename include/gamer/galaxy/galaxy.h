@@ -49,8 +49,9 @@ class Galaxy {
   static std::shared_ptr<const Galaxy> parse(std::string_view text, const std::string& label,
                                              const GalaxySettings& settings, Resources& resources);
   /// Reads a galaxy file. GalaxyStatistics measures what it needs before it is evaluated; all else
-  /// is known. A galaxy with dust has a reference: that of the settings, which must be of the same
-  /// file and settings, or one of its own. Throws InputError.
+  /// is known. A galaxy with clumpy dust has a reference. Where Accuracy::shares_closure, it is that
+  /// of the settings, which must be of the same file and settings, or a new one of a fixed seed.
+  /// Otherwise it is a new one of the galaxy's own seed. Throws InputError.
   static std::shared_ptr<Galaxy> read(std::string_view text, const std::string& label,
                                       const GalaxySettings& settings, Resources& resources);
   static ParameterTable table();  ///< of [galaxy]

@@ -18,9 +18,9 @@ class StarField;
 /// Measures the statistics of a galaxy's textures.
 ///
 /// Its seed decides the mean of what is expected of Phi over each component at each footprint, and
-/// the largest Phi of star fields. They are measured for every galaxy. The closure of hidden dust
-/// follows from the galaxy's file: it is measured once, on the reference of all galaxies of that
-/// file (Galaxy::reference()).
+/// the largest Phi of star fields. They are measured for every galaxy. The closure of hidden dust is
+/// measured on the galaxy's reference (Galaxy::reference()). At coarse tolerances all galaxies of a
+/// file share one (Accuracy::shares_closure).
 ///
 /// This is done in rounds, each in parts. What a part gives does not depend on the others of its
 /// round, nor on which process measures it; it may depend on those of earlier rounds, which must

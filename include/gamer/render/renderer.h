@@ -94,9 +94,10 @@ class Renderer {
   /// Makes the weights of a pixel's samples, from `first` on, shares of its solid angle.
   void weigh(std::size_t first, Work& work) const;
   /// The size of a cell over the largest at which one ray (`rays`), or four by Gauss' rule
-  /// (`parts`), are enough for the envelopes and the textures of what is there.
+  /// (`parts`), are enough for the envelopes and the textures of what is there. For the envelopes
+  /// alone the latter is `steepness`.
   struct Evenness {
-    double rays = 0, parts = 0;
+    double rays = 0, parts = 0, steepness = 0;
   };
   Evenness evenness(const Ray& ray, double size, std::span<const int> galaxies) const;
   /// Works samples off while there are at least so many.
