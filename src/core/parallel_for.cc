@@ -72,7 +72,7 @@ class Loop {
 };
 
 class Team;
-// Of this thread: its team, and the innermost loop that it works in.
+// This thread's team, and the innermost loop that it works in.
 thread_local Team* own_team = nullptr;
 thread_local const Loop* own_loop = nullptr;
 

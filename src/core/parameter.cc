@@ -167,7 +167,7 @@ class Reader {
     return value;
   }
 
-  /// Of a list of lists of numbers the message shows the list that would be right.
+  /// For a list of lists of numbers the message shows the list that would be right.
   void check_flat(const ConfigNode& node) const {
     std::vector<double> numbers;
     for (const ConfigNode& row : node.array()) {

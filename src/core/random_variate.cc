@@ -156,7 +156,7 @@ HWY_INLINE Attempt Try(VD mean, VU word) {
 /// ln(P(k) sqrt(2 pi k)) of the Poisson distribution for k >= 1, absolute error below 1e-12 where
 /// it is above -40: -(Stirling's error) - (k ln(k / mean) + mean - k).
 HWY_INLINE VD LogProbability(VD k, VD mean) {
-  // Of atanh(v)/v - 1 in v^2; good to 1e-16 below kSeriesEnd.
+  // Coefficients of atanh(v)/v - 1 in v^2; good to 1e-16 below kSeriesEnd.
   constexpr double kAtanh[] = {1.0 / 3, 1.0 / 5, 1.0 / 7, 1.0 / 9, 1.0 / 11, 1.0 / 13, 1.0 / 15};
   constexpr double kSeriesEnd = 0.1;
   constexpr double kStirling[] = {1.0 / 12, -1.0 / 360, 1.0 / 1260, -1.0 / 1680};

@@ -43,7 +43,7 @@ constexpr double least_coherence = 0.05;
 constexpr double largest_coherence = 4;
 constexpr double first_factor = 1.3;
 constexpr int secants = 5;
-// Of what comes through: light that errs by less needs no further secant.
+// Relative error of the light that comes through: below it no further secant is needed.
 constexpr double light_error = 1e-3;
 
 // Places at which the largest Phi of a star field is looked for, and by what it may exceed the

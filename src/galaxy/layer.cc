@@ -44,7 +44,8 @@ struct CloudInput {
 // r is linear in the share of the light inside between so many nodes.
 constexpr int cloud_nodes = 1024;
 
-// Of the light on one side of the plane; keeps the points of the cloud within finite heights.
+// Share of the light on one side of the plane; it keeps the points of the cloud within finite
+// heights.
 constexpr float largest_share = 1 - 1e-6f;
 
 // Clouds have fewer points, so that single precision counts them.
@@ -212,7 +213,7 @@ constexpr double hole_width = 0.5;
 // Nodes per period of the texture's sharpest features: fewer miss some, which no estimate shows.
 constexpr double nodes_per_period = 2;
 
-// Of lengths: no smaller one is divided by.
+// The least length that is divided by.
 constexpr double least_divisor = std::numeric_limits<double>::min();
 
 // Frequency times footprint of the finest octaves that nodes follow, of which four fifths are seen.
@@ -457,7 +458,7 @@ Cloud Layer::cloud(std::size_t size) const {
 
 ColumnCloud Layer::columns(std::size_t size, std::size_t heights) const {
   ColumnCloud result;
-  // Of equal shares of sech^2.
+  // Heights have equal shares of sech^2.
   for (std::size_t k = 0; k < heights; ++k) {
     const double share = (2 * static_cast<double>(k) + 1) / static_cast<double>(heights) - 1;
     result.heights.push_back(static_cast<float>(shape_.z0 * std::atanh(share)));

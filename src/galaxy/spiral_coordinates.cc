@@ -127,7 +127,7 @@ namespace {
 
 constexpr double turn = 2 * std::numbers::pi;
 
-// Of h: in a bar tan p would grow without end.
+// The largest tan p of h: in a bar it would grow without end.
 const double steepest_tangent = std::tan(80 * turn / 360);
 
 // The reference pitch is the median of so many radii from here outwards.

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double coldest = 1000, hottest = 1e5;  // K
 constexpr const char* power_law = "powerlaw";
-// Of a table's numbers, and of its luminosities.
+// Bounds of a table's numbers and of its luminosities.
 constexpr double smallest_entry = 1e-12, largest_entry = 1e30, largest_luminosity = 1e12;
 
 // Between temperatures of the grid: the spectrum of a mixture of neighbours differs from a
@@ -28,7 +28,7 @@ constexpr int nodes_per_class = 8;
 constexpr int deviates = 24;
 constexpr double largest_deviate = 3;
 
-// Of luminosities, relative: what powers and logarithms may get wrong.
+// Relative error of luminosities that powers and logarithms may make.
 constexpr double rounding = 1e-12;
 
 // Classes are so many times wider in luminosity at most.
@@ -289,7 +289,7 @@ StellarPopulation::GridPlace StellarPopulation::place(double temperature) const 
 
 double StellarPopulation::light(const std::function<double(double luminosity)>& share,
                                 std::vector<double>* spectrum) const {
-  // Of the sum of three even numbers: a quadratic B-spline.
+  // The density of the sum of three even numbers is a quadratic B-spline.
   static const std::vector<double> weights = [] {
     std::vector<double> result;
     for (int i = 0; i < deviates; ++i) {

@@ -91,10 +91,10 @@ struct CountedOctave {
   bool seen;
 };
 
-// Of VeinTexture's octaves.
+// The most octaves of a VeinTexture.
 constexpr int most_octaves = 32;
 
-// Of c.
+// The largest contrast c.
 constexpr float largest_contrast = 1.5f;
 
 // Unresolved veins near the centre: the arms' spacing in isotropic scales where they begin to fade
@@ -115,7 +115,7 @@ float GridMagic(double largest) {
   return static_cast<float>(1.5 * std::exp2(std::ceil(std::log2(largest))));
 }
 
-/// The same for a coordinate of a lattice.
+/// A GridMagic for a coordinate of a lattice.
 float GridMagic(double slope, int turn) {
   constexpr double most_radial = 5;  // |ln r| where helical octaves count
   return GridMagic(std::abs(slope) * most_radial + 0.5 * std::abs(turn) + largest_offset);
@@ -651,7 +651,7 @@ struct FactorMoments {
   double mean, variance;  ///< the variance over the mean's square
 };
 
-/// Of clamp(1 + c noise/sigma, 0, 2)^power.
+/// Moments of clamp(1 + c noise/sigma, 0, 2)^power.
 FactorMoments moments_of(const Noise& kind, double contrast, double power) {
   const std::vector<float>& sample = sample_of(kind);
   double sum = 0, squares = 0;

@@ -60,7 +60,7 @@ void forget(const fs::path& path) {
 constexpr std::array<std::pair<int, const char*>, 3> ending_signals = {
     {{SIGINT, "SIGINT"}, {SIGTERM, "SIGTERM"}, {SIGHUP, "SIGHUP"}}};
 
-/// What to say, by signal. Those that were replaced are kept: a handler may be reading them.
+/// What to say, by signal. Replaced messages are kept, since a handler may be reading them.
 using Messages = std::array<std::string, ending_signals.size()>;
 std::atomic<const Messages*> messages{nullptr};
 

@@ -324,7 +324,7 @@ std::string header_text(const std::filesystem::path& path) {
   constexpr std::size_t kRecordWidth = 80;
   char* records = nullptr;
   int count = 0, status = 0;
-  // Of a compressed image, the header of the image.
+  // For a compressed image this is the header of the image.
   fits_convert_hdr2str(file.handle(), kWithComments, nullptr, 0, &records, &count, &status);
   std::string header;
   if (status == 0) {

@@ -120,7 +120,7 @@ class FitsLayout {
  private:
   bool has_head() const { return has_empty_primary(options_, header_); }
 
-  /// Of the HDU with the planes [first, first + count).
+  /// Unit of the HDU with the planes [first, first + count).
   const std::string& unit_of(int first, int count) const {
     const auto unit = [this](int plane) -> const std::string& {
       const bool own = !header_.plane_units.empty() && !header_.plane_units[plane].empty();
@@ -263,8 +263,8 @@ class FitsWriter final : public ImageWriter {
     FitsFile file;
   };
 
-  /// Of one plane of the rows. Rows of nothing but zeros are left out, since a file is zero where
-  /// nothing was written; so that a mostly empty image costs little.
+  /// Writes one plane of the rows. Rows of zeros are left out, since a file is zero where nothing
+  /// was written. A mostly empty image then costs little.
   template <class Value>
   void write_plane(int plane, int first, int count, std::span<const double> values,
                    std::vector<Value>& row) {

@@ -55,7 +55,8 @@ struct Tiling {
       return pixels * static_cast<double>(side);
     });
   }
-  /// Of the tile in a row of the table, from 1; those at the image's upper edges may be smaller.
+  /// Number of pixels of the tile in a row of the table, counted from 1. Tiles at the image's upper
+  /// edges may be smaller.
   double pixels(LONGLONG row) const {
     double count = 1;
     LONGLONG rest = row - 1;

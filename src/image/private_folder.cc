@@ -31,8 +31,8 @@ constexpr int numbers_looked_at = 4;
 
 constexpr std::string_view part_suffix = ".part";
 
-/// Of this machine's processes: "lock.<host>". A lock tells nothing of other machines where the
-/// file system does not share locks.
+/// The lock's name, "lock.<host>": it is for this machine's processes. A lock tells nothing of
+/// other machines where the file system does not share locks.
 const std::string& lock_name() {
   static const std::string name = [] {
     std::array<char, HOST_NAME_MAX + 1> host{};

@@ -302,7 +302,7 @@ class Converter {
       }
       text += record;
     }
-    // Of the records that are understood, none remains.
+    // Records that are understood are removed.
     constexpr int kRemoveValid = -1;
     int rejected = 0;
     const int status = wcspih(text.data(), static_cast<int>(records.size()), WCSHDR_all,

@@ -115,7 +115,8 @@ void Deviate(std::size_t size, const SeenNoise& seen, const float* coherence, fl
   }
 }
 
-/// The same for a product: sum exp(step r - r^2/2), r^2 the coherent part of the variance of ln S.
+/// Makes `sum` that of a product: sum exp(step r - r^2/2), r^2 the coherent part of the variance of
+/// ln S.
 void DeviateFactor(std::size_t size, const SeenNoise& seen, const float* coherence, float deviation,
                    float log_variance, float* HWY_RESTRICT sum) {
   const hn::ScalableTag<float> d;
@@ -162,8 +163,8 @@ constexpr double largest_offset = 16.0;
 // 2^63, above every 64-bit integer.
 constexpr double largest_seed = 0x1p63;
 
-// Of S over the points, relative to independent octaves: below, rounding would take the place of
-// the noise.
+// The least deviation of S over the points, relative to independent octaves. Below it rounding
+// would take the place of the noise.
 constexpr double smallest_variation = 1e-4;
 
 // A coordinate of single precision times more is too coarse for the noise to be smooth (noise.h).

@@ -515,7 +515,7 @@ HWY_INLINE void EvaluateOctaves(const Combination& combination, const Points& po
   } while (first < octave_count);
 }
 
-/// Of octaves that all have open lattices, or any where Kernel::identifies.
+/// Evaluates octaves that all have open lattices, or any octaves where Kernel::identifies.
 template <class Kernel, template <class, int> class Combiner, int components>
 HWY_INLINE void EvaluateOctaves(const Combination& combination, const Points& points,
                                 const OctaveList& octaves, float* const* out) {

@@ -112,8 +112,8 @@ int prefetched_blocks(std::int64_t blocks, int ranks, int threads) {
   return blocks < std::int64_t{many} * ranks * threads ? 0 : 1 + threads / 4;
 }
 
-// Of a rank's patience: how often each says that it is at work, and how much more there is for rank
-// 0 and for ranks that are still preparing.
+// In units of a rank's patience: how often each rank says that it is at work, and the patience with
+// rank 0 and with ranks that are still preparing.
 constexpr double alive_share = 1.0 / 12;
 constexpr double long_patience = 10;
 

@@ -40,7 +40,7 @@ class WorkerPool {
 
   /// A finished block; waits for one. None when there will be no more.
   std::optional<FinishedBlock> take();
-  /// The same, but none also after `timeout`.
+  /// Takes a block as take() does; none also after `timeout`.
   std::optional<FinishedBlock> take_for(std::chrono::microseconds timeout);
 
   /// All threads have ended and all results are taken.

@@ -87,7 +87,7 @@ SkyGradient sky_gradient(const CelestialWcs& wcs, double x, double y) {
   return gradient;
 }
 
-/// The same axis in [0, pi[.
+/// The angle of the same axis in [0, pi[.
 double half_turn(double angle) {
   const double positive = angle < 0 ? angle + kPi : angle;
   return positive < kPi ? positive : 0;
@@ -414,7 +414,7 @@ LightMoments moments(const Plane& plane, const Ellipses& ellipses, double radius
   if (!(flux > 0)) return {flux, kNone, kNone, kNone, kNone, kNone};
   const double x = sums.total[1] / flux, y = sums.total[2] / flux;
   const double xx = sums.total[3] / flux - x * x, yy = sums.total[4] / flux - y * y;
-  // Of a single pixel only rounding is left.
+  // A single pixel leaves only rounding.
   constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
   const bool is_point = std::fabs(xx) + std::fabs(yy) <= kRounding * (x * x + y * y);
   if (is_point) return {flux, ellipses.x() + x, ellipses.y() + y, 0, 0, 0};

@@ -123,7 +123,8 @@ int combine_files(const OperationCall& call, Combination combination) {
     drop_calibration(header, planes);
     header.set("BUNIT", product_unit(factors));
   };
-  // Those of sums are the sum of the variances, whatever the signs; exact operands have none.
+  // The variance of a sum is the sum of the variances, whatever the signs. Exact operands have
+  // none.
   VarianceChange variance;
   variance.change = [&](const PlaneTask& task) {
     if (is_product || (skip && is_mean)) throw variance_error(call, task);

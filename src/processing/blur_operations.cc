@@ -124,7 +124,7 @@ class PsfOptions {
     if (call_.parameters.is_given(option)) fail(fmt::format("{} {}", option_name(option), why));
   }
 
-  /// Of the major axis on the pixels, deg from +y towards -x.
+  /// Position angle of the major axis on the pixels, deg from +y towards -x.
   double position_angle(const PlaneTask& task) const {
     const double asked = call_.parameters.number("position_angle");
     const auto wcs = celestial_wcs(task);
@@ -329,7 +329,7 @@ struct ModelTexts {
   std::string unit, position_angle;
 };
 
-/// Of both operations, after --psf.
+/// Parameters that both operations have after --psf.
 ParameterTable model_parameters(const ModelTexts& texts) {
   using Type = ParameterType;
   const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());

@@ -24,12 +24,12 @@ namespace {
 
 /// Stamps of so many pixels are summed directly: quicker than two transforms.
 constexpr int kDirectPixels = 25;
-/// Of the stamp's sum: good pixels with less of it say nothing.
+/// The least share of the stamp's sum: good pixels with less of it say nothing.
 constexpr double kLeastWeight = 1e-3;
 /// Largest side of a chosen transform, unless the stamp needs more: 32 MiB a thread.
 constexpr int kLargestChosenTransform = 2048;
 
-/// Of a sum of products by transforms, relative to the sum of the factors.
+/// Rounding of a sum of products by transforms, relative to the sum of the factors.
 template <class Real>
 inline constexpr double kRounding = 64 * std::numeric_limits<Real>::epsilon();
 

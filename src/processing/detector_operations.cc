@@ -56,7 +56,7 @@ class NoiseOperation {
   std::string output_unit_;
   std::map<std::string, int> labels_;
   std::vector<PlaneNoise> planes_;
-  /// Of planes_, the first of the next HDU.
+  /// The first of planes_ that belongs to the next HDU.
   std::size_t next_edited_ = 0;
   std::map<std::string, int> variances_;
 };
@@ -116,7 +116,8 @@ PlaneNoise NoiseOperation::gaussian(const PlaneTask& task) const {
   return noise;
 }
 
-/// Of the flux that MAGZERO tells of one unit: the pixel, or its arcsec^2 for a brightness.
+/// The area that MAGZERO's flux of one unit stands for: the pixel, or its arcsec^2 for a
+/// brightness.
 double calibrated_area(const PlaneTask& task) {
   if (!is_brightness(task.info.unit) || !task.info.zero_point) return 1;
   try {
@@ -251,7 +252,7 @@ void NoiseOperation::edit(FitsHeader& header, int planes) {
   next_edited_ += static_cast<std::size_t>(planes);
   for (const char* key : {"DATAMIN", "DATAMAX"}) header.remove(key);
   if (is_gaussian_) return;
-  // Of this detector alone.
+  // The saturation is this detector's alone.
   header.remove("SATURATE");
   for (int i = 1; i <= planes; ++i) header.remove(fmt::format("SATURATE{}", i));
   const auto values = [&](auto get) {

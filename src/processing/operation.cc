@@ -117,7 +117,7 @@ ConfigNode value_node(const Parameter& parameter, const std::vector<std::string>
   }
 }
 
-/// The same table with the names that users type.
+/// A table with the names that users type.
 ParameterTable option_table(const ParameterTable& table) {
   ParameterTable options = table;
   for (Parameter& parameter : options) parameter.name = dashed(parameter.name);

@@ -137,7 +137,7 @@ void load(const Plane& plane, const SpectrumOptions& options, int threads, Field
   });
 }
 
-/// Of the transform; what the window took from the power is not yet given back.
+/// Averages the transform over annuli. What the window took from the power is not yet given back.
 std::vector<PowerSpectrum::Annulus> average(Field& field) {
   const int side = std::min(field.width(), field.height());
   std::vector<PowerSpectrum::Annulus> annuli(static_cast<std::size_t>(side / 2));

@@ -30,7 +30,8 @@ class Psf::Profile {
   virtual double missing(double r) const { return 1 - energy(r); }
   /// The highest spatial frequency in the density, rad per FWHM; 0 where there is none.
   virtual double band_limit() const { return 0; }
-  /// The same density up to the radius `last`, quick to look up; null where it is quick as it is.
+  /// A table of the density up to the radius `last`, quick to look up; null where the density
+  /// itself is quick.
   virtual std::shared_ptr<const Profile> tabulated(double last) const {
     static_cast<void>(last);
     return nullptr;
@@ -381,9 +382,9 @@ class PixelIntegral {
   /// Half-width, in FWHM, of what squares wider than the FWHM could miss.
   static constexpr double kCore = 3;
   static constexpr int kDeepest = 20;
-  /// Of the difference between two rules. The error of the finer one is smaller by far: if that of
-  /// n nodes is p^(-2 n), a difference of 1e-7 between 2 and 3 leaves 3e-11, of 1e-6 between 3 and
-  /// 5 1e-10, between 5 and 8 3e-10.
+  /// Tolerance of the difference between two rules. The error of the finer one is smaller by far:
+  /// if that of n nodes is p^(-2 n), a difference of 1e-7 between 2 and 3 leaves 3e-11, of 1e-6
+  /// between 3 and 5 1e-10, between 5 and 8 3e-10.
   static constexpr double kToleranceOfFew = 1e-7;
   static constexpr double kTolerance = 1e-6;
 
@@ -548,7 +549,7 @@ Stamp make_stamp(const Psf& psf, const StampOptions& options) {
     // The corner is the farthest, along the minor axis at worst.
     const double corner = (half + 0.5) * std::numbers::sqrt2;
     const Psf quick = psf.tabulated(corner / std::sqrt(psf.model().axis_ratio));
-    // Of the flux, over all pixels.
+    // Error as a share of the flux, over all pixels.
     constexpr double kFloor = 0.01;
     const PixelIntegral integral(quick, psf.band_limit(), kFloor / static_cast<double>(count));
     const auto value = [&](int dx, int dy) {

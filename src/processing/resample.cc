@@ -33,7 +33,7 @@ class SumKernel {
 
   double radius() const { return radius_; }
 
-  /// Of the edges `first`, `first` + 1... in the running sum at x.
+  /// Weights of the edges `first`, `first` + 1... in the running sum at x.
   std::vector<double> edge_weights(double x, int first, int count) const {
     if (!is_spline_) return interpolation_weights(kernel_, x, scale_, first, count);
     std::vector<double> weights(count);

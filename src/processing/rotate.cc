@@ -57,8 +57,8 @@ class KernelTable {
 
   int taps() const { return taps_; }
 
-  /// Of pixels floor(x) - taps/2 + 1..., for the fraction of x; linear between table rows, which
-  /// leaves the second derivative / (8 kPhases^2): at most 4e-8.
+  /// Weights of pixels floor(x) - taps/2 + 1..., for the fraction of x; linear between table rows,
+  /// which leaves the second derivative / (8 kPhases^2): at most 4e-8.
   template <int Taps>
   void weights(double fraction, double* out) const {
     const double place = fraction * kPhases;

@@ -9,7 +9,7 @@ namespace gamer {
 ///   logarithm  ln(1 + a x)
 ///   asinh      asinh(a x)
 /// Relative error below 1e-15, of the power 1e-15 (1 + |a ln x|); a power's base below the smallest
-/// normal number counts as 0. The same bits on every SIMD target.
+/// normal number counts as 0. Every SIMD target gives the same bits.
 enum class ToneCurve { power, logarithm, asinh };
 
 /// v' = factor f(|x|) with the sign of x = (v - offset)/range, clipped to [0, 1] where asked for.

@@ -67,7 +67,7 @@ struct ToneChange {
   std::function<void(FitsHeader& header, std::span<const Tone> tones)> edit;
   /// Says, for each plane, what is wrong with the options.
   std::function<void(const PlaneTask& task)> check = {};
-  /// Of planes of variances; without it they are refused.
+  /// Applies the tone to planes of variances; without it they are refused.
   std::function<PlanePtr(const PlanePtr& plane, const Tone& tone)> apply_to_variance = {};
   std::function<void(FitsHeader& header)> edit_variance = {};
 };
@@ -546,7 +546,7 @@ std::optional<Rgb> channel_values(const OperationCall& call, const std::string& 
                                option_name(name), values.size()));
 }
 
-/// The same with 0 where a pixel is missing: those have no weight in what is chosen.
+/// Channels with 0 where a pixel is missing: it has no weight in what is chosen.
 std::vector<PlanePtr> finite_channels(std::span<const PlanePtr> channels) {
   return picture_channels({channels.begin(), channels.end()}, {});
 }

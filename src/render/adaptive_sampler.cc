@@ -185,7 +185,7 @@ struct Workspace {
   std::vector<Source> sources;
   std::vector<Slice> slices;
 
-  /// Of the covers, as RunCovers has it.
+  /// Slots of the covers, as RunCovers has them.
   std::vector<std::int32_t> cover_light_slots, cover_dust_slots;
   std::vector<float> extinction, flux;
   std::vector<std::size_t> steering_node;
@@ -195,7 +195,7 @@ struct Workspace {
   std::vector<std::uint8_t> no_variants;
   std::vector<std::int32_t> result;
 
-  /// Of every run, at its level, what integrate_runs() gives: [result].
+  /// What integrate_runs() gives for every run at its level: [result].
   std::vector<float> run_light, run_depth, run_transmission;
   std::vector<Steered> steered;
   std::vector<std::int32_t> active, still_active;

@@ -154,7 +154,7 @@ JobEstimate Film::estimate(int ranks, int threads, double reading) {
   const int workers = ranks * threads;
   JobEstimate film;
   film.preparing = reading + measuring;
-  // Of a frame: on a rank of its own, and with all ranks.
+  // Seconds of a frame on a rank of its own, with all ranks, and of what precedes it.
   double alone = 0, together = 0, preparing_frame = 0;
   const int probes = std::min(count, most_probes);
   for (int probe = 0; probe < probes; ++probe) {
@@ -185,7 +185,7 @@ JobEstimate Film::estimate(int ranks, int threads, double reading) {
 
 void Film::choose_tone(const Ranks& ranks, Executor& executor) {
   const auto tone = frame_tone(*jobs_, frame(parameters_.tone_frame - 1), executor);
-  // Of two tones the film would flicker.
+  // With two tones the film would flicker.
   if (ranks.rank() == 0 && earlier_tone_ && *earlier_tone_ != tone) {
     throw InputError(
         {earlier_picture_.string(), 0, 0},

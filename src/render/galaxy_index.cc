@@ -23,7 +23,7 @@ constexpr double smooth_ratio = 2;
 // orthographic projection of the sky they grow as a root.
 constexpr double beyond_edge = 2.5;
 
-// Of the grid's cells, in steps, on the sphere.
+// Half the diagonal of the grid's cells on the sphere, in steps.
 constexpr double half_diagonal = 0.75;
 
 // Chords of the sphere between neighbouring places up to which what lies between is in the ball.
@@ -32,7 +32,7 @@ constexpr double longest_chord = 0.5;
 // The upper edge of a face belongs to the next one.
 constexpr double face_end = 1e-9;
 
-// Of a ball's radius and place, beyond rounding.
+// Margin of a ball's radius and place, beyond rounding.
 constexpr double slack = 1e-12;
 
 /// A ball that holds both.
@@ -194,7 +194,7 @@ std::optional<GalaxyIndex::Ball> GalaxyIndex::pixels(int left, int right, int bo
     // With a margin of a pixel beyond the edges.
     return rays(left - 1.5, right + 0.5, bottom - 1.5, top + 0.5);
   }
-  // Of each face apart: what stands above it shows another part of the sky.
+  // Each face is apart: what stands above it shows another part of the sky.
   std::optional<Ball> all;
   for (int first = bottom - bottom % rows; first < top; first += rows) {
     const std::optional<Ball> part = rays(

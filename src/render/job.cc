@@ -174,7 +174,7 @@ std::vector<Card> make_cards(const RenderParameters& parameters, const Scene& sc
   return cards;
 }
 
-/// Of Scene::list, which has a line of names and then a row on each line.
+/// The table of Scene::list, which has a line of names and then a row on each line.
 TextTable scene_table(const SharedText& list) {
   const auto split = [](const TextLine& line, std::vector<LineWord>& words) {
     split_line(line, TextRows::Separator::blanks, scene_name, most_columns, words);

@@ -25,7 +25,7 @@ namespace gamer {
 namespace {
 
 constexpr std::string_view magic = "gamer journal 1\n";
-/// Of all versions.
+/// All versions begin with this.
 constexpr std::string_view magic_start = "gamer journal ";
 constexpr std::size_t most_pending = std::size_t{32} << 20;
 /// A process that was killed may take so long to be gone.

@@ -191,7 +191,7 @@ void PlaceNodes(const MapArrays& arrays, const NodeMap::Places& out, VectorMemor
     for (std::int32_t k = 0; k < longest; ++k) {
       const auto target = hn::Mul(hn::Set(d, static_cast<float>(k) + out.shift), step);
       for (int n = 0; n < corrections && any_other; ++n) {
-        // Of second order: u + rho ds + rho' ds^2/2.
+        // A step of second order: u + rho ds + rho' ds^2/2.
         const auto straight = hn::Mul(hn::Sub(target, u), inverse_rho);
         const auto bend = hn::Mul(hn::Mul(half, straight), hn::Mul(slope, inverse_rho));
         const auto moved = hn::NegMulAdd(straight, hn::Min(bend, half), hn::Add(s, straight));

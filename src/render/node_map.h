@@ -44,7 +44,7 @@ class NodeMap {
   std::vector<float> begin_, end_, length_;
   std::vector<std::int32_t> focus_first_, focus_count_;
   std::int32_t most_focuses_ = 0;  ///< of a run
-  /// Of all focuses; `product` is rate times width.
+  /// Numbers of all focuses; `product` is rate times width.
   std::vector<float> centre_, inverse_width_, rate_, product_;
   std::vector<Focus> sorted_;
 };

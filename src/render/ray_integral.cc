@@ -64,7 +64,7 @@ class LaneNodes {
   /// overlap.
   static constexpr std::int32_t block = 64;
 
-  /// Of the runs with these numbers; lanes beyond them repeat the last.
+  /// Takes the runs with these numbers; lanes beyond them repeat the last.
   LaneNodes(const RunNodes& runs, const RunCovers& covers, std::span<const std::uint32_t> numbers)
       : runs_(runs), numbers_(numbers) {
     const D d;
@@ -160,7 +160,7 @@ class LaneNodes {
   HWY_INLINE V light(std::int32_t n, std::size_t slot) const {
     return hn::Load(D(), place(n) + (first_light_ + slot) * hn::Lanes(D()));
   }
-  /// By which what comes through a variant's dust counts.
+  /// Weight of the light that comes through a variant's dust.
   V variant_weight(std::size_t variant) const {
     const D d;
     const V alone = hn::Set(d, variant == 0 ? 1.0f : 0.0f);
@@ -319,8 +319,8 @@ class Absorption {
   using V = hn::Vec<D>;
 
  public:
-  /// Of so many channels, which are the spectral nodes node_of(0), ...; when the first block is
-  /// gathered.
+  /// Takes so many channels, which are the spectral nodes node_of(0), ... It is made when the first
+  /// block is gathered.
   template <class NodeOf>
   Absorption(const RunCovers& covers, const LaneNodes<D>& nodes, std::size_t channels,
              const NodeOf& node_of, std::int32_t stride, float* memory)
@@ -390,7 +390,7 @@ class Absorption {
   }
 
  private:
-  /// Of a variant: log2 of its transmission.
+  /// log2 of a variant's transmission.
   HWY_INLINE V log2_transmission(std::size_t variant, std::size_t channel) const {
     const D d;
     V sum = hn::Zero(d);

@@ -17,7 +17,7 @@ namespace {
 constexpr double ray_cost = 0.05;
 constexpr double node_cost = 0.03;
 constexpr double noise_cost = 0.003;
-/// Of a pixel that no galaxy touches: cleared, finished, sent and written.
+/// Cost of a pixel that no galaxy touches: it is cleared, finished, sent and written.
 constexpr double empty_pixel_cost = 0.01;
 
 // The grid of pixels that are looked at.
@@ -25,7 +25,7 @@ constexpr int most_probed_rows = 64;
 constexpr int most_probed_columns = 64;
 constexpr int rows_per_probe = 4;
 constexpr int columns_per_probe = 64;
-// Of narrow images a column more often, to this number.
+// Narrow images have a column looked at more often, to this number.
 constexpr int few_columns = 8;
 constexpr int few_columns_per_probe = 16;
 

@@ -65,7 +65,7 @@ constexpr double least_weight = 1e-8;
 // four places as far from it as the field is dense.
 constexpr int count_samples = 200;
 
-// Of the smooth light's distances.
+// The most octaves of the smooth light's distances.
 constexpr int most_octaves = 24;
 
 // The smooth light has spectra for distances at most so many octaves apart, and for so many at

@@ -17,7 +17,7 @@ namespace {
 struct BallSpace {
   explicit BallSpace(const PlacedGalaxy& placed)
       : centre(placed.centre), from_ball(glm::inverse(placed.to_ball)) {
-    // Of a cube of half side 1.
+    // Half the diagonal of a cube of half side 1.
     radius = std::sqrt(3.0) * placed.bounding_radius;
   }
   glm::dvec3 scene(const double place[3]) const {
@@ -33,8 +33,8 @@ struct BallSpace {
 constexpr double plane_margin = 1e-3;
 constexpr double plane_slack = 1e-12;
 
-/// Of a galaxy's ball, what a tile and its margin show: what is between the planes through their
-/// edges, where the view has straight lines.
+/// The part of a galaxy's ball that a tile and its margin show. Where the view has straight lines,
+/// it is between the planes through their edges.
 class TileSpace {
  public:
   TileSpace(const Camera& camera, const StarPainter::Tile& tile, double margin,
@@ -92,7 +92,7 @@ struct StarPainter::Batch {
   std::vector<Entry> entries;
   BatchArray x, y, z, density;
 
-  // Of the lines of sight to the entries.
+  // The lines of sight to the entries.
   struct Line {
     std::size_t entry;
     int galaxy;

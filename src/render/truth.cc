@@ -24,7 +24,7 @@ constexpr int stamp_size = 64;
 // Parts on a side into which a ray's light is spread to count it by radius.
 constexpr int spread = 5;
 
-// Of the angle between a view's up and the line of sight.
+// The least sine of the angle between a view's up and the line of sight.
 constexpr double least_sine = 1e-6;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();

@@ -15,8 +15,8 @@ namespace gamer {
 namespace {
 
 constexpr int least_digits = 4;
-// Of the angle between up and the view where the horizon stays level, deg: nearer to the pole the
-// image would spin.
+// The least angle between up and the view where the horizon stays level, deg. Nearer to the pole
+// the image would spin.
 constexpr double nearest_pole = 0.5;
 
 std::vector<glm::dvec3> vectors(const std::vector<double>& numbers) {
@@ -29,7 +29,7 @@ std::vector<glm::dvec3> vectors(const std::vector<double>& numbers) {
 
 std::vector<double> numbers_of(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
-/// Of length 1, however long or short v is; not finite where it has no direction.
+/// A vector of length 1 along v, however long or short v is; not finite where v has no direction.
 glm::dvec3 direction_of(const glm::dvec3& v) {
   return glm::normalize(v / std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}));
 }
@@ -56,7 +56,7 @@ template <class Value>
 SmoothPath<Value>::SmoothPath(std::vector<double> times, std::vector<Value> values)
     : times_(std::move(times)), values_(std::move(values)) {
   const std::size_t count = values_.size();
-  // Of the pieces.
+  // Rates and lengths of the pieces.
   std::vector<Value> rates;
   std::vector<double> lengths;
   for (std::size_t i = 0; i + 1 < count; ++i) {

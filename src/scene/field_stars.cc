@@ -34,7 +34,7 @@ void visit_field_stars(const FieldStarParameters& parameters,
                        const std::function<bool(const glm::dvec3& direction, double radius)>& holds,
                        const std::function<void(const FieldStar& star)>& take) {
   if (!(parameters.number > 0)) return;
-  // Of half a cell's diagonal.
+  // Half a cell's diagonal.
   const double radius = glm::radians(height) * 0.5 * std::numbers::sqrt2;
   for (int band = 0; band < bands; ++band) {
     const double south = -90 + band * height, north = south + height;

@@ -16,6 +16,7 @@ GalaxyLibrary::GalaxyLibrary(const RenderParameters& parameters, std::string lab
   settings_.noise_kind = parameters.noise;
   settings_.octaves = parameters.octaves;
   settings_.accuracy = Accuracy::from_tolerance(parameters.tolerance);
+  if (parameters.supersample) keep_closures_apart();
 }
 
 std::shared_ptr<const Galaxy> GalaxyLibrary::find(const std::string& type, const std::string& sed,

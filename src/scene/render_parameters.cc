@@ -468,9 +468,9 @@ Projection find_projection(const std::string& kind) {
   return std::ranges::find(kinds, kind, &std::pair<std::string_view, Projection>::first)->second;
 }
 
-// Of a fisheye whose fov is not given, deg.
+// The field of a fisheye whose fov is not given, deg.
 constexpr double dome = 180;
-// Of a map of the sphere whose size is not given, pixels.
+// The size of a map of the sphere where it is not given, pixels.
 const std::vector<double> map_size = {1024, 512};
 
 /// The size of an image as it is rendered.

@@ -205,7 +205,7 @@ class SceneReader {
   GalaxyLibrary& library_;
   bool is_sky_;
   std::shared_ptr<const Bandpass> reference_;
-  /// Of each galaxy, the least and the greatest redshift at which its spectra reach all planes.
+  /// The least and the greatest redshift at which the spectra of a galaxy reach all planes.
   std::unordered_map<const Galaxy*, std::pair<double, double>> checked_;
   std::map<std::string, SharedText, std::less<>> names_;
   Scene scene_;
@@ -216,6 +216,8 @@ void SceneReader::choose_unit() {
   const bool has_magnitudes = row_.has(column::magnitude) || row_.has(column::apparent_magnitude);
   scene_.unit =
       parameters_.pixel_unit.value_or(has_magnitudes ? PixelUnit::nanojansky : PixelUnit::relative);
+  // Relative images have a grid of rays.
+  if (scene_.unit == PixelUnit::relative) library_.keep_closures_apart();
   if (has_magnitudes && scene_.unit == PixelUnit::relative) {
     throw InputError(parameters_.pixel_unit_where,
                      fmt::format("unit = \"relative\", but the objects of {} have magnitudes",
@@ -559,7 +561,7 @@ void SceneReader::add_field_stars(const ImageField& field) {
       camera_.solid_angle(0.5 * (camera_.width() - 1), 0.5 * (camera_.height() - 1)) *
       std::pow(180 / std::numbers::pi, 2);
   if (own.number * square_degrees > surely * static_cast<double>(most_stars)) refuse();
-  // Of a star of magnitude 0 of each temperature.
+  // Fluxes of a star of magnitude 0, by temperature.
   std::map<double, std::vector<double>> fluxes;
   for (int i = 0; i < field_temperatures; ++i) {
     const double temperature = field_temperature(own, i);

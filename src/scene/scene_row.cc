@@ -28,7 +28,7 @@ bool applies(Column column, bool is_sky) {
   return is_sky ? !holds(other_columns) : !holds(sky_columns);
 }
 
-/// By what the catalogue's unit is multiplied; nothing where it does not fit.
+/// Factor of a value in the catalogue's unit; nothing where the unit does not fit.
 std::optional<double> factor_of(const std::string& from, const std::string& to,
                                 const std::string& scene_unit) {
   if (from.empty()) return 1.0;

@@ -39,9 +39,9 @@ class SceneRow {
   double number(Column column) const;
   std::int64_t integer(Column column) const;
 
-  /// Of the row's value; of the row where it has none.
+  /// Where the row's value stands; where the row stands if it has none.
   SourceLocation where(Column column) const;
-  /// Of the column's name.
+  /// Where the column's name stands.
   SourceLocation name_where(Column column) const;
   [[noreturn]] void fail(Column column, const std::string& message) const;
 

@@ -19,7 +19,7 @@ namespace {
 
 using std::numbers::pi;
 
-// Of an angle, beyond rounding.
+// Margin of an angle, beyond rounding.
 constexpr double slack = 1e-12;
 
 // Just below the upper edge of a face, which is the lower one of the next.
@@ -214,7 +214,7 @@ class Faces : public SphereProjection {
 
   /// Finds what joins where, from the directions.
   void join() {
-    // Of the side: a place on each edge, not in its middle, and a step across.
+    // In units of the side: a place on each edge, not in its middle, and a step across.
     constexpr double place = 0.3, step = 1e-3, end = 1e-9;
     const int size = width();
     const auto direction_at = [&](int face, const glm::dvec2& local) {
@@ -280,7 +280,7 @@ class Cubemap final : public Faces {
   double solid_angle(double x, double y) const override {
     const int face = face_of(y, size_, side_count);
     const double u = step_ * (x - middle(size_)), v = step_ * (y - face * size_ - middle(size_));
-    // Of the rectangle from the middle to (u, v).
+    // Solid angle of the rectangle from the middle to (u, v).
     const auto corner = [](double a, double b) {
       return std::atan2(a * b, std::sqrt(1 + a * a + b * b));
     };
@@ -374,8 +374,8 @@ class Healpix final : public Faces {
   double density(double x, double y) const override { return solid_angle(x, y); }
   bool is_equal_area() const override { return true; }
 
-  /// Of the rhombus at the equator, of half diagonals pi/4 and 2/3, it is 1.03/nside; the longest
-  /// sides, of the pixels at the poles, are 1.2/nside.
+  /// The rhombus at the equator, with half diagonals pi/4 and 2/3, has sides of 1.03/nside. The
+  /// longest sides are those of the pixels at the poles, 1.2/nside.
   double pixel_angle() const override { return 1.2 / nside_; }
 
  private:

@@ -39,7 +39,7 @@ struct Range {
   float least, most;
 };
 
-/// Of at least one value, none of them a NaN.
+/// The least and the greatest of at least one value. None may be a NaN.
 Range range_of(const float* values, std::size_t size);
 
 }  // namespace gamer

@@ -94,7 +94,7 @@ class ParameterSet {
   std::int64_t integer(std::string_view name) const;
   double number(std::string_view name) const;
   const std::string& text(std::string_view name) const;
-  /// Of numbers, vector2, vector3, size2.
+  /// Values of the types numbers, vector2, vector3 and size2.
   const std::vector<double>& numbers(std::string_view name) const;
   const std::vector<std::string>& texts(std::string_view name) const;
 

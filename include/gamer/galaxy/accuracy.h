@@ -12,8 +12,8 @@ struct Accuracy {
   /// Share of a ray's intensity by which it may change when every second node is left out. Controls
   /// the quadrature's error, which is smaller: that of all nodes.
   double ray_error;
-  /// The same of the optical depth in front of a star, relative to the star's light: sums that
-  /// agree by chance are rare, but no neighbours make up for a star's.
+  /// Error of the optical depth in front of a star, relative to the star's light. No neighbours
+  /// make up for the error of a star.
   double star_error;
   /// Distance of a ray's first nodes, in units of the structure that they must not step over.
   /// Controls the features that no node finds: too rare to show in the error estimates.
@@ -49,8 +49,9 @@ struct Accuracy {
   /// independent. The points are spread evenly, and their error is up to four times smaller.
   /// Controls a galaxy's flux.
   double mean_error;
-  /// All seeds of a galaxy's file share one closure of hidden dust. Controls what a new seed costs
-  /// against its flux, which then differs by chance from that of a closure of its own.
+  /// Whether all seeds of a galaxy's file share one closure of hidden dust. Controls what a new seed
+  /// costs against its flux, which then differs by chance from that of a closure of its own. Images
+  /// with a grid of rays never share closures: pixels hide as much there at every tolerance.
   bool shares_closure;
 
   /// Densities are single precision: smaller tolerances count as this one.

@@ -37,12 +37,12 @@ class ArmPattern {
 
   /// theta(r) with its sign of handedness, radians; r in galaxy radii, >= 0.
   double winding(double r) const;
-  /// The same over a batch, absolute error below 2.5e-7 (1 + |theta| + cot p), the last term for
-  /// the logarithmic law only.
+  /// winding() of a batch of radii, absolute error below 2.5e-7 (1 + |theta| + cot p), the last
+  /// term for the logarithmic law only.
   void winding(const float* r, std::size_t size, float* theta) const;
   /// r dtheta/dr over a batch, relative error below 1e-5.
   void shear(const float* r, std::size_t size, float* out) const;
-  /// The same of one radius above 0, in double precision.
+  /// r dtheta/dr at one radius above 0, in double precision.
   double shear(double r) const;
   /// Largest |r dtheta/dr|, the cotangent of the smallest pitch angle, over [r_min, 1].
   double steepest_winding(double r_min) const;

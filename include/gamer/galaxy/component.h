@@ -124,10 +124,11 @@ class Component {
   virtual double face_on_column() const = 0;
   /// The largest envelope, arm modifier aside.
   virtual double peak() const { return 1; }
-  /// By what Accuracy::texture_threshold is multiplied for this component's envelope: its peak,
-  /// over sqrt(<Phi^2>) where it has a texture.
+  /// Factor of Accuracy::texture_threshold for this component's envelope: its peak, over
+  /// sqrt(<Phi^2>) where it has a texture.
   double threshold_scale() const { return peak() / (texture_ != nullptr ? texture_->rms() : 1.0); }
-  /// Of the texture's sharpest features, wound by the twirl, cycles per galaxy radius; 0 for none.
+  /// Frequency of the texture's sharpest features, wound by the twirl, cycles per galaxy radius; 0
+  /// without a texture.
   virtual double texture_frequency() const { return 0; }
   /// By how much wider than a ray's footprint it sees the texture: light whose features are
   /// narrower than those of their octaves would else be seen where no ray of that footprint's

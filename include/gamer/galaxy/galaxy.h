@@ -49,9 +49,9 @@ class Galaxy {
   static std::shared_ptr<const Galaxy> parse(std::string_view text, const std::string& label,
                                              const GalaxySettings& settings, Resources& resources);
   /// Reads a galaxy file. GalaxyStatistics measures what it needs before it is evaluated; all else
-  /// is known. A galaxy with clumpy dust has a reference. Where Accuracy::shares_closure, it is that
-  /// of the settings, which must be of the same file and settings, or a new one of a fixed seed.
-  /// Otherwise it is a new one of the galaxy's own seed. Throws InputError.
+  /// is known. A galaxy with clumpy dust has a reference. Where Accuracy::shares_closure, it is
+  /// that of the settings, which must be of the same file and settings, or a new one of a fixed
+  /// seed. Otherwise it is a new one of the galaxy's own seed. Throws InputError.
   static std::shared_ptr<Galaxy> read(std::string_view text, const std::string& label,
                                       const GalaxySettings& settings, Resources& resources);
   static ParameterTable table();  ///< of [galaxy]
@@ -139,8 +139,8 @@ class Galaxy {
   std::vector<double> axis_ = {1, 1, 1};
   ArmPattern arms_;
   std::vector<std::unique_ptr<Component>> components_;
-  /// By what thresholds of evaluate() are multiplied: the image of thick dust is made in its skin,
-  /// where envelopes have fallen by its optical depth.
+  /// Factor of the thresholds of evaluate(). The image of thick dust is made in its skin, where
+  /// envelopes have fallen by its optical depth.
   float skin_scale_ = 1;
   std::vector<double> integrals_;  ///< of each component's envelope over the galaxy
   /// Index of the component whose noise also modulates component c, or -1.

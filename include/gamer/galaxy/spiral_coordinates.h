@@ -59,7 +59,8 @@ class SpiralCoordinates {
   double u_gradient(double r) const;  ///< |grad u|
   double v_gradient(double r) const;  ///< |grad v|
 
-  /// Of points in the galaxy's frame. u_radial and v_radial are accurate to 1e-6 (1 + |u|).
+  /// The coordinates of points in the galaxy's frame. u_radial and v_radial are accurate to 1e-6 (1
+  /// + |u|).
   void at(const Points& points, SpiralBatch& out) const;
 
  private:
@@ -78,8 +79,8 @@ class SpiralCoordinates {
   double orientation_ = 1;
   double shift_cosine_ = 1;
   double shift_sine_ = 0;
-  /// Of a pitch that varies: u_radial, its slope, v_radial, its slope at even steps of s; slopes
-  /// per step. Else empty.
+  /// u_radial, its slope, v_radial and its slope at even steps of s, where the pitch varies; empty
+  /// where it does not. Slopes are per step.
   std::vector<double> nodes_;
   std::vector<float> table_;
 };

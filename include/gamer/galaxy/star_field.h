@@ -34,13 +34,13 @@ class StarField : public Layer {
   bool has_one_sed() const { return sed() != mean_sed_.get(); }
   /// Stars per (galaxy radii of the ball frame)^3 where envelope Phi is 1.
   double density() const { return number_ / envelope_integral_; }
-  /// Of a unit of luminosity, in the emissivity's unit times galaxy radii^3, where the component's
-  /// light is `light` (Galaxy::luminosity()).
+  /// The light of one unit of luminosity, in the emissivity's unit times galaxy radii^3, where the
+  /// component's light is `light` (Galaxy::luminosity()).
   double unit_luminosity(double light) const {
     return light / (number_ * population_.mean_luminosity());
   }
 
-  /// Of Phi; where it is larger it counts as this. 1 until a galaxy sets it.
+  /// The largest Phi that counts: larger values count as this one. It is 1 until a galaxy sets it.
   void set_largest_phi(double phi) { largest_phi_ = phi; }
   double largest_phi() const { return largest_phi_; }
 
@@ -87,7 +87,7 @@ class StarField : public Layer {
   void descend(const Cell& cell, double density, const Keep& keep, const Take& take) const;
   template <class Take>
   void fill(const Cell& cell, double expected, double bound, const Take& take) const;
-  /// Of the stars of its class, those that are fainter.
+  /// The share of stars of its class that are fainter.
   static double luminosity_share(const Candidate& candidate);
   /// A Poisson variate by inversion.
   static int poisson(double mean, double u);

@@ -55,7 +55,7 @@ class StellarPopulation {
   double luminosity_bound(std::size_t k, double u) const {
     return classes_[k].steps[static_cast<std::size_t>(u * Class::step_count)];
   }
-  /// Of a star of that luminosity, u1 to u3 even in [0, 1[: K.
+  /// Temperature of a star of that luminosity, K. u1 to u3 are even in [0, 1[.
   double temperature(double luminosity, double u1, double u2, double u3) const;
 
   /// Temperatures of the grid (K) that the population needs.

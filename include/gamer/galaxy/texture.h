@@ -49,7 +49,7 @@ class Texture {
 
   /// Whether rays of that footprint see less than all.
   virtual bool hides(double footprint) const = 0;
-  /// Of the sharpest features, cycles per galaxy radius.
+  /// Frequency of the sharpest features, cycles per galaxy radius.
   virtual double frequency() const = 0;
   /// By how much the features of Phi are narrower than those of its octaves, roughly.
   virtual double sharpness() const = 0;

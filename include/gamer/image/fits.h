@@ -54,8 +54,8 @@ std::string fits_date();
 /// another) and its text tables.
 struct FitsImage {
   Image image;
-  /// Of the primary HDU and, where that holds no pixels, then of the first one that does; without
-  /// those that describe the data's layout, compression and checksums.
+  /// Cards of the primary HDU. Where that holds no pixels, those of the first HDU that does follow.
+  /// Cards that describe the data's layout, compression and checksums are left out.
   std::vector<Card> cards;
   std::vector<TextTable> tables;
 };

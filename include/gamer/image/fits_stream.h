@@ -15,12 +15,11 @@ struct FitsHdu {
   int number = 0;    ///< from 0, the primary
   std::string name;  ///< EXTNAME, empty for none
   FitsHeader header;
-  /// Of an image of two axes or more; 0 planes where the HDU is a table or holds no pixels. Axes
-  /// beyond the second make planes, the third running fastest.
+  /// Size of an image of two axes or more; 0 planes where the HDU is a table or holds no pixels.
+  /// Axes beyond the second make planes, the third running fastest.
   int width = 0, height = 0, planes = 0;
   std::vector<long long> further_axes;  ///< pixels of the third axis, the fourth...
-  /// Of the values: integers with BSCALE or BZERO count as the floating-point numbers that they
-  /// are.
+  /// BITPIX of the values. Integers with BSCALE or BZERO count as floating-point numbers.
   int bitpix = 0;
   bool has_integers = false;  ///< in the file
 
@@ -79,8 +78,8 @@ class FitsOutput {
   /// The third axis counts the planes unless `further_axes` says how they are laid out.
   void write(const FitsHeader& header, const std::vector<PlanePtr>& planes, int bitpix, int threads,
              const std::vector<long long>& further_axes = {});
-  /// The same for planes of different wavelengths (Angstrom; empty where they have none): the
-  /// header gets the third axis, WAVE or PLANE, and cards WAVELENn, as in
+  /// Writes planes of different wavelengths (Angstrom; empty where they have none). The header gets
+  /// the third axis, WAVE or PLANE, and cards WAVELENn, as in
   /// gamer/image/fits.h.
   void write_cube(const FitsHeader& header, const std::vector<PlanePtr>& planes,
                   const std::vector<double>& wavelengths, int bitpix, int threads);

@@ -75,8 +75,8 @@ struct ImageFace {
   int column = 0, row = 0;
 };
 
-/// Of an image that is a HEALPix map: `nside` columns, and `nside` rows for each of the twelve base
-/// pixels in their order.
+/// Describes an image that is a HEALPix map: `nside` columns, and `nside` rows for each of the
+/// twelve base pixels in their order.
 struct HealpixHeader {
   int nside = 1;
   bool is_nested = false;  ///< ORDERING of the file: NESTED or RING

@@ -20,7 +20,7 @@ struct OutputOptions {
   int bitpix = -32;            ///< -32 or -64
   ImageLayout layout = ImageLayout::cube;
   bool overwrite = false;
-  /// Of a picture: PictureTone::numbers(); chosen from the picture itself where not given.
+  /// A picture's PictureTone::numbers(); chosen from the picture itself where not given.
   std::optional<std::array<double, 8>> tone = {};
 };
 

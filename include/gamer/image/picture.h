@@ -100,7 +100,7 @@ struct PictureFileOptions {
   int bits = 16;  ///< of a PNG's channel: 8 or 16; a BMP file has 8
   bool overwrite = false;
   std::string comment;  ///< a PNG's text "Comment" where not empty
-  /// Of a PNG, pack_png_table().
+  /// Tables of a PNG, as pack_png_table() makes them.
   std::vector<std::vector<unsigned char>> tables;
 };
 

@@ -52,7 +52,8 @@ class CloudMoments {
   double sums_[count] = {};
 };
 
-/// Of what `values` fills in at batches [first, last) of a cloud, in threads of parallel_for().
+/// Moments of what `values` fills in at batches [first, last) of a cloud, in threads of
+/// parallel_for().
 CloudMoments moments_over(const Cloud& cloud, std::size_t first, std::size_t last,
                           const std::function<void(const Points& points, float* out)>& values);
 

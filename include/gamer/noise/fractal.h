@@ -85,10 +85,9 @@ class FractalNoise {
  public:
   /// `thickness` (units of x) of the layer that the noise fills.
   explicit FractalNoise(const FractalParameters& parameters, double thickness = 0);
-  /// Of octaves that are given, at most most_octaves, coarse ones first, in place of those of
-  /// `parameters`: with
-  /// frequencies, weights and identifications of their own, for points, footprints and a cloud in
-  /// coordinates of the caller's choice.
+  /// Takes the octaves that are given in place of those of `parameters`: at most most_octaves,
+  /// coarse ones first. They have frequencies, weights and identifications of their own. Points,
+  /// footprints and a cloud are in coordinates of the caller's choice.
   FractalNoise(const FractalParameters& parameters, std::span<const Octave> octaves,
                double thickness = 0);
 
@@ -130,8 +129,8 @@ class FractalNoise {
            std::uint64_t& evaluations) const;
   /// Phi of it: expected over all that is hidden.
   void expect(std::size_t size, const SeenNoise& seen, float* out) const;
-  /// The same where the coherent part of it is known to be so many standard deviations, its
-  /// variance being `coherence` (null for 1) times what `seen` says.
+  /// What is expected where the coherent part of what is hidden is known: so many standard
+  /// deviations. Its variance is `coherence` (null for 1) times what `seen` says.
   void expect(std::size_t size, const SeenNoise& seen, const float* coherence, double deviation,
               float* out) const;
   /// Whether rays of that footprint see less than all.
@@ -166,14 +165,14 @@ class FractalNoise {
   /// magnitudes where billow) in batch b at b omega + k.
   void take_octave(std::size_t k, std::span<const WeightedBatch> cloud,
                    std::span<const BatchArray> values);
-  /// The same of all.
+  /// Takes mean and variance of every octave from a cloud.
   void take_octaves(std::span<const WeightedBatch> cloud);
 
   FractalParameters parameters_;
   NoiseShape shape_;
   std::vector<Octave> octaves_;
   std::vector<double> coherence_;  ///< of each octave: share of its variance, through the layer
-  /// Of what a hidden octave counts, and of its variance, that of the logarithm for a factor.
+  /// Mean and variance of each octave; those of its logarithm where octaves are factors.
   std::vector<double> octave_mean_, octave_variance_;
   std::vector<Octave> warp_octaves_;
   double independent_variance_ = 0;  ///< in units of the base noise's

@@ -30,8 +30,8 @@ class NoiseShape {
   };
   /// values[i] = scale Phi, of sums. Relative error below max(1, alpha) (2e-7 + 2e-8/|v|).
   void apply(const Standard& standard, double scale, std::size_t size, float* values) const;
-  /// The same of what is expected where the hidden variance h^2 (in [0, 1]) is not 0. Relative
-  /// error below 1 % where contrast/floor and the exponent are moderate (inverse, alpha = 1.5,
+  /// Takes what is expected where the hidden variance h^2 (in [0, 1]) is not 0. Its relative error
+  /// is below 1 % where contrast/floor and the exponent are moderate (inverse, alpha = 1.5,
   /// floor = 0.3: 0.4 %), more for sharper shapes at small h (alpha = 4, floor = 0.1: below 9 % at
   /// h = 0.05); exact at 0.
   void apply_expected(const Standard& standard, double scale, std::size_t size, const float* hidden,

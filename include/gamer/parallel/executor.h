@@ -66,7 +66,7 @@ class Executor {
   /// Workers in all ranks together.
   virtual int workers() const = 0;
 
-  /// Of all runs on this rank that came to their end.
+  /// Times of all runs on this rank that came to their end.
   virtual const RunTimes& times() const { return times_; }
 
  protected:

@@ -38,8 +38,8 @@ class Ranks {
   /// Launchers end a job when one of its processes is killed, but not all do. In an executor's run
   /// a rank that says nothing for so many seconds (at first 60; ten times as many before its first
   /// word, and for rank 0, which may be waiting for a disk) is given up: rank 0 throws RunError,
-  /// and end() then kills all. Time in which the job was suspended does not count. The same on
-  /// every rank.
+  /// and end() then kills all. Time in which the job was suspended does not count. Every rank
+  /// gives the same seconds.
   void give_up_after(double seconds) const;
 
   /// Rank 0's text on every rank.

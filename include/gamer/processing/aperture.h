@@ -79,13 +79,13 @@ double radius_of_flux(const Plane& plane, const Ellipses& ellipses, double flux,
 
 enum class BackgroundMethod { median, mean, clipped };
 
-/// Of the pixels whose centres lie between two ellipses: median and mad_sigma, mean and sigma, or
-/// clipped_background() at 3 sigma. NaN where there are no such pixels.
+/// Background of the pixels whose centres lie between two ellipses: median and mad_sigma, mean and
+/// sigma, or clipped_background() at 3 sigma. NaN where there are no such pixels.
 Background annulus_background(const Plane& plane, const Ellipses& ellipses, double inner,
                               double outer, BackgroundMethod method, int threads);
 
-/// Second moments of the light, in pixels, about its centroid (counted from 0). Of pixels as they
-/// are: their own width adds 1/12 to xx and yy.
+/// Second moments of the light, in pixels, about its centroid (counted from 0). The pixels' own
+/// width adds 1/12 to xx and yy.
 struct LightMoments {
   double flux = 0;
   double x = 0, y = 0;
@@ -94,14 +94,14 @@ struct LightMoments {
   double size() const;  ///< sqrt(xx + yy)
   double e1() const { return (xx - yy) / (xx + yy); }
   double e2() const { return 2 * xy / (xx + yy); }
-  /// Of the major axis, rad from +x towards +y, ]-pi/2, pi/2].
+  /// Angle of the major axis, rad from +x towards +y, ]-pi/2, pi/2].
   double angle() const;
   /// sqrt of the ratio of the principal moments, minor to major; NaN where one is negative.
   double axis_ratio() const;
 };
 
-/// Of the light within an ellipse, pixels weighted with their overlap. All but the flux is NaN
-/// where that is not positive.
+/// Moments of the light within an ellipse, pixels weighted with their overlap. All but the flux is
+/// NaN where that is not positive.
 LightMoments moments(const Plane& plane, const Ellipses& ellipses, double radius, double background,
                      int threads);
 

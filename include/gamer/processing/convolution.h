@@ -37,9 +37,10 @@ struct ConvolutionOptions {
 /// width * height, transforms smaller than it.
 PlanePtr convolved(PlanePtr source, Stamp stamp, const ConvolutionOptions& options = {});
 
-/// The same with a stamp that is made when the first pixels are asked for, and again where other
-/// planes were convolved in between: cubes with a large stamp for each plane need memory for a few
-/// of them only. `make` must return a stamp of `width` x `height`; what it throws, reading throws.
+/// Convolves with a stamp that is made when the first pixels are asked for, and again where other
+/// planes were convolved in between. Cubes with a large stamp for each plane then need memory for a
+/// few stamps only. `make` must return a stamp of `width` x `height`; what it throws, reading
+/// throws.
 PlanePtr convolved(PlanePtr source, int width, int height, std::function<Stamp()> make,
                    const ConvolutionOptions& options = {});
 

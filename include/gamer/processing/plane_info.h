@@ -43,8 +43,8 @@ void change_unit(FitsHeader& header, std::span<const double> factors, const std:
 /// One factor for all planes.
 void change_unit(FitsHeader& header, int planes, double factor, const std::string& unit);
 
-/// Of pixels that are no linear measure of light, or of another one: the cards that change_unit()
-/// changes go, and BUNIT.
+/// Removes BUNIT and the cards that change_unit() changes, for pixels that are no linear measure of
+/// light, or of another one.
 void drop_calibration(FitsHeader& header, int planes);
 
 /// Whether the pixels are a brightness (per solid angle or beam, or a temperature), which stays

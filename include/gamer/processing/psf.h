@@ -45,7 +45,7 @@ class Psf {
 
   /// Flux per square pixel at the radius r.
   double density(double r) const;
-  /// The same at (x, y) from the centre.
+  /// Density of the flux at (x, y) from the centre.
   double density(double x, double y) const;
   /// The share of the flux within r.
   double encircled_energy(double r) const;
@@ -59,7 +59,7 @@ class Psf {
   friend Stamp make_stamp(const Psf& psf, const StampOptions& options);
   /// Rad per pixel along the minor axis, 0 for none.
   double band_limit() const;
-  /// The same, quicker up to r.
+  /// This PSF with a table up to r, which makes it quicker.
   Psf tabulated(double r) const;
 
   PsfModel model_;

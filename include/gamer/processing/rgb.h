@@ -73,7 +73,7 @@ struct PlainTone {
 /// A function from a pixel's values to its colour, for many pixels at a time.
 class ColourOf {
  public:
-  /// The same function, many pixels at a time, to the last bit or two.
+  /// Agrees with LuptonTone to the last bit or two, and takes many pixels at a time.
   ColourOf(const LuptonTone& tone);
   template <class Function>
   requires std::is_invocable_r_v<Rgb, const Function&, const Rgb&> ColourOf(Function function)

@@ -40,10 +40,10 @@ Statistics statistics(const Plane& plane, int threads);
 std::vector<double> quantiles(const Plane& plane, std::span<const double> fractions, int threads);
 double median(const Plane& plane, int threads);
 
-/// The same of numbers in memory; infinities and NaN are left out.
+/// Quantiles of numbers in memory; infinities and NaN are left out.
 std::vector<double> quantiles(std::vector<double> values, std::span<const double> fractions);
 
-/// Of a normal distribution, sigma = mad_to_sigma * median|v - median|.
+/// A normal distribution has sigma = mad_to_sigma * median|v - median|.
 inline constexpr double mad_to_sigma = 1.482602218505602;
 
 /// mad_to_sigma * median|v - center|, center the median: a sigma that sources do not lift. NaN

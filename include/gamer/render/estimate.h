@@ -23,7 +23,7 @@ struct Preparation {
   double measuring = 0;  ///< by all together (complete())
 };
 
-/// Of a job that has been read and completed. Renders tiles of 16 x 16 pixels for up to
+/// Estimates a job that has been read and completed. Renders tiles of 16 x 16 pixels for up to
 /// `most_seconds`, at places chosen with a probability proportional to what they are thought to
 /// cost (probe_pixels()), and with `truth` measures a few galaxies for as long; times are those of
 /// the thread, not of the clock. Rank 0 hands out and writes while its threads render; the file

@@ -37,7 +37,7 @@ class Film {
   std::string pack() const;
   static std::unique_ptr<Film> unpack(std::string_view packed, WorkOptions options);
 
-  /// Of the whole film.
+  /// Number of frames of the whole film.
   int frames() const { return path_.frames(); }
   /// Those to be rendered, from 0.
   const std::vector<int>& left() const { return left_; }
@@ -45,7 +45,7 @@ class Film {
   std::string names() const;
   /// "24 x 18 pixels, 3 planes", of each frame.
   std::string size() const;
-  /// Of all frames that are to be rendered.
+  /// Number of pixels of all frames that are to be rendered.
   double pixels() const;
   /// Files that stand where the frames of a longer film had theirs.
   std::vector<std::filesystem::path> later_files() const;
@@ -85,7 +85,7 @@ class Film {
   ImageHeader header_;  ///< of a frame; on rank 0
   std::vector<std::filesystem::path> replaced_;
   std::string hindrance_;
-  /// Of a picture that is complete, and whose.
+  /// The tone of a picture that is complete, and that picture.
   std::optional<std::array<double, 8>> earlier_tone_;
   std::filesystem::path earlier_picture_;
 };

@@ -36,7 +36,7 @@ class FrameJobs {
   RenderJob make(RenderParameters parameters);
 
   const Record& record() const { return record_; }
-  /// Of the animation.
+  /// Parameters of the animation.
   const RenderParameters& parameters() const { return parameters_; }
 
  private:

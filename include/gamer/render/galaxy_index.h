@@ -46,7 +46,7 @@ class GalaxyIndex {
 
   /// Replaces `out` by the galaxies that a ray in the ball may meet, and some near them.
   void find(const Ball& rays, Found& out) const;
-  /// The same among galaxies found before.
+  /// Finds them among galaxies that were found before.
   static void find(const Ball& rays, const Found& among, std::vector<int>& out);
 
  private:

@@ -68,7 +68,7 @@ RenderParameters load_parameters(const JobRequest& request, Resources& resources
 
 /// Reads everything. Throws InputError.
 RenderJob read_job(const JobRequest& request, Resources& resources);
-/// The same job from its record, on any machine.
+/// Reads a job from its record, on any machine.
 RenderJob read_job(const Record& record);
 
 /// Does the job's rest with all ranks, each of which has it and calls this: every galaxy is

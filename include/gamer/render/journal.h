@@ -42,10 +42,10 @@ class Journal {
   /// Seconds; by default a steady clock.
   using Clock = std::function<double()>;
 
-  /// Of a job that begins.
+  /// Begins the journal of a job.
   Journal(std::filesystem::path path, const JournalHead& head, double interval, Clock clock = {});
-  /// Of a job that goes on; null when there is none. Throws InputError: no journal, damaged in its
-  /// head, or in use.
+  /// Opens the journal of a job that goes on; null when there is none. Throws InputError: no
+  /// journal, damaged in its head, or in use.
   static std::unique_ptr<Journal> open(const std::filesystem::path& path, double interval,
                                        Clock clock = {});
   /// Removes the journal of an earlier job, where there is one. Throws InputError when it is none

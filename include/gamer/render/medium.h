@@ -28,8 +28,8 @@ struct Hit {
   double nearest[3];
   double direction[3];
   double footprint = 0;  ///< width across the ray for which it stands, galaxy radii
-  /// By which that grows from the ray's origin on, galaxy radii per scene unit: of a camera within
-  /// the galaxy, to which near parts show details that far ones do not.
+  /// Growth of the footprint from the ray's origin on, galaxy radii per scene unit. It is not 0 for
+  /// a camera within the galaxy, to which near parts show details that far ones do not.
   double footprint_growth = 0;
 
   bool shares_pixel = false;  ///< whether the ray is one of many of its pixel
@@ -134,8 +134,8 @@ struct RenderCounts : EvaluationCounts {
 /// Everything that emits or absorbs in a scene.
 class Medium {
  public:
-  /// With `dust_free` there is one more spectral node, the last, at which nothing absorbs. Of the
-  /// stars of `fields` those count that do not shine by themselves; without, all.
+  /// With `dust_free` there is one more spectral node, the last, at which nothing absorbs.
+  /// Stars of `fields` that shine by themselves do not count; without `fields` all stars count.
   Medium(std::shared_ptr<const Scene> scene, std::shared_ptr<const SpectralBasis> basis,
          const Accuracy& accuracy, bool dust_free = false,
          std::shared_ptr<const StarFields> fields = nullptr);
@@ -198,7 +198,7 @@ class Medium {
     std::vector<int> light, dust;      ///< indices of components
     std::vector<std::size_t> emitter;  ///< of each of `light`
     std::vector<const Sed*> seds;      ///< of each of `light`
-    /// Of each of `light`; null for others than stars of which some shine by themselves.
+    /// The field of each of `light`; null where no stars of it shine by themselves.
     std::vector<const StarFields::Field*> fields;
     std::vector<const StarFields::Part*> field_parts;
     std::vector<double> columns;  ///< [component] typical largest line integral, with amplitude

@@ -29,7 +29,7 @@ Resources::Text* find_text(Record& record, std::string_view name);
 const Resources::Text& text_of(const Record& record, std::string_view name);
 
 std::string pack_record(const Record& record);
-/// The same in pieces, without a copy of the texts.
+/// Packs a record in pieces, without a copy of the texts.
 void pack_record(const Record& record, const std::function<void(std::string_view)>& take);
 /// Throws RunError when `packed` is none of pack_record().
 Record unpack_record(std::string_view packed);

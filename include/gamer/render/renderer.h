@@ -56,13 +56,13 @@ class Renderer {
 
   int width() const { return camera_.width(); }
   int height() const { return camera_.height(); }
-  /// Of output_planes().
+  /// Number of output_planes().
   int planes() const { return static_cast<int>(outputs_.size()); }
 
   /// values[((row - first) * planes + plane) * width + x], in the scene's unit: the mean over a
   /// pixel's rays, or its flux; NaN for pixels that show no sky, and for magnitudes of nothing.
   void render_rows(RowRange rows, std::span<double> values) const;
-  /// The same, and adds what it took.
+  /// Renders rows and adds what it took to `counts`.
   void render_rows(RowRange rows, std::span<double> values, RenderCounts& counts) const;
   /// Rows are rendered fastest in groups of so many, counted from row 0.
   static constexpr int tile_rows = 16;
@@ -131,7 +131,7 @@ class Renderer {
   std::vector<OutputPlane> outputs_;
   std::vector<std::pair<int, int>> cusp_pixels_;  ///< [y, x] ascending, where there is a grid
   std::vector<double> pixel_in_ball_;  ///< of each galaxy: the longest side there, galaxy radii
-  /// Of a galaxy that holds the camera: the same for each scene unit from the camera.
+  /// A pixel's width in the ball for each scene unit from a camera that the galaxy holds.
   std::vector<double> pixel_angle_in_ball_;
   std::vector<double> unit_factors_;  ///< [spectral plane]
   bool antialiased_stars_;

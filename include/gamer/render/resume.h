@@ -24,13 +24,13 @@ std::string program_text();
 /// Throws InputError on rank 0 when another rank is of another build; every rank's part.
 void check_same_program(const Ranks& ranks);
 
-/// Of a job that begins now, with this program and instruction set.
+/// The head of a job that begins now, with this program and instruction set.
 JournalHead make_journal_head(const RenderJob& job, std::string truth);
 
 /// Throws InputError "<label>: ..." that names all that differs: the program or, where that is the
 /// same, parameters with both values, other texts with the first line that differs, the truth.
 void check_same_job(const JournalHead& then, const JournalHead& now, const std::string& label);
-/// The same for an image that is there already: whether it is this job's. BMP pictures do not tell.
+/// Checks that an image that is there already is this job's. BMP pictures do not tell.
 void check_same_job(const std::filesystem::path& image, const Record& now);
 /// With the record of that image, which has been read.
 void check_same_job(const std::filesystem::path& image, const Record& then, const Record& now);

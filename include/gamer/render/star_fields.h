@@ -79,7 +79,7 @@ class StarFields {
 
   bool empty() const { return fields_.empty(); }
   std::span<const Field> fields() const { return fields_; }
-  /// Of a component of a placed galaxy; null where it is no star field.
+  /// The field of a component of a placed galaxy; null where it is no star field.
   const Field* find(int galaxy, std::size_t component) const;
   /// Whether all of the scene is at one distance.
   bool is_parallel() const { return is_parallel_; }

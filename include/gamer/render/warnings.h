@@ -14,10 +14,10 @@ std::vector<std::string> job_warnings(const RenderJob& job);
 /// Whether a row has light: pixels that are finite and differ from 0 in the output's precision.
 bool has_light(std::span<const double> pixels, bool is_single_precision);
 
-/// Of an image without light: says so, and the likely cause.
+/// Says that an image is without light, and the likely cause.
 std::string darkness_warning(const RenderJob& job);
 
-/// Of so many rays that a bound kept from the tolerance, in these files or frames.
+/// Says how many rays a bound kept from the tolerance, in these files or frames.
 std::string shortfall_warning(const std::string& where, double rays);
 
 }  // namespace gamer

@@ -83,7 +83,7 @@ class Work {
   const RenderJob& job() const { return job_; }
   /// To be resumed and complete already: there is nothing to do.
   bool is_complete() const { return is_complete_; }
-  /// Of a dry run: why the job itself would not begin; empty where it would.
+  /// Says after a dry run why the job itself would not begin; empty where it would.
   const std::string& hindrance() const { return hindrance_; }
   /// Before rendering, as complete() of the job.
   void complete(const Ranks& ranks, int threads);

@@ -50,7 +50,7 @@ class CameraPath {
   explicit CameraPath(const RenderParameters& parameters);
 
   int frames() const { return frames_; }
-  /// Of a frame, from 0: evenly spread from the first key to the last.
+  /// Time of a frame, counted from 0. Frames are evenly spread from the first key to the last.
   double time(int frame) const;
   View at(double time) const;
 

@@ -54,14 +54,14 @@ class Camera {
 
   /// Nothing where a pixel shows no sky.
   std::optional<Ray> ray(double x, double y) const;
-  /// The same of many places (x, y): sky views take less time for each.
+  /// Rays through many places (x, y). Sky views take less time for each than for one alone.
   void rays(std::span<const glm::dvec2> places, std::span<std::optional<Ray>> out) const;
   /// Where a point of the scene stands in the image; nothing where it does not (behind the camera).
   std::optional<glm::dvec2> pixel(const glm::dvec3& point) const;
-  /// Of the pixel centred on (x, y): sr; of an orthographic view, which has no angles, the area in
-  /// scene units^2. 0 where it shows no sky.
+  /// Solid angle of the pixel centred on (x, y), sr. Orthographic views have no angles: there it is
+  /// the area in scene units^2. It is 0 where the pixel shows no sky.
   double solid_angle(double x, double y) const;
-  /// The same of pixels of row y: of each in `x`.
+  /// Solid angles of the pixels of row y in the columns `x`.
   void solid_angles(int y, std::span<const int> x, std::span<double> out) const;
   /// Whether parts of a pixel of one size count for its light as their solid angles have it, for
   /// which density() stands, sr per pixel^2: in views of the sphere. In other views they count
@@ -101,7 +101,7 @@ class Camera {
   /// From the camera to a point, scene units; 0 for an orthographic view.
   double distance(const glm::dvec3& point) const;
 
-  /// Of a sky view.
+  /// World coordinates of a sky view.
   const std::optional<CelestialWcs>& wcs() const { return wcs_; }
 
   /// World coordinates of perspective and orthographic views: perspective: offsets from the view's

@@ -37,7 +37,7 @@ struct TextRows {
 };
 
 /// A table of objects, whatever file it came from: columns with names and units, cells as words or
-/// typed. No value is the word "-", among numbers NaN. Of text files it keeps views into the text.
+/// typed. No value is the word "-", among numbers NaN. Cells of text files are views into the text.
 /// - list: the cells are words.
 /// - ECSV: words; empty cells have no value. A column with a doubled quote in it has owned texts.
 /// - SExtractor: words; of a vector NAME the components are NAME, NAME_1, NAME_2...
@@ -69,7 +69,8 @@ class Catalogue {
   const std::vector<Column>& columns() const { return columns_; }
   std::vector<Column>& columns() { return columns_; }
   const std::string& label() const { return label_; }
-  /// Of a cell: line and column of a text (in characters); of a FITS table the label with the row.
+  /// Where a cell stands: line and column of a text (in characters), or the label of a FITS table
+  /// with the row.
   SourceLocation where(std::size_t row, std::size_t column) const;
 
  private:
@@ -80,7 +81,7 @@ class Catalogue {
   TextRows places_;  ///< of texts
 };
 
-/// By what a value in `from` is multiplied to be in `to`; nothing where either is unknown or their
+/// Factor that turns a value in `from` into one in `to`; nothing where either is unknown or their
 /// dimensions differ. Spellings, as FITS, astropy and SExtractor have them (case counts; those on
 /// one line are the same unit):
 ///   angle       deg degree degrees; rad radian; arcmin; arcsec; mas; hourangle

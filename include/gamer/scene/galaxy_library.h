@@ -25,6 +25,10 @@ class GalaxyLibrary {
   /// `label` is the catalogue's, beside which names are looked up. `resources` must outlive this.
   GalaxyLibrary(const RenderParameters& parameters, std::string label, Resources& resources);
 
+  /// Galaxies that are made from now on have closures of their own at every tolerance
+  /// (Accuracy::shares_closure).
+  void keep_closures_apart() { settings_.accuracy.shares_closure = false; }
+
   /// Not measured when it is made. Throws InputError, with the row's place where a name of it is
   /// unknown.
   std::shared_ptr<const Galaxy> find(const std::string& type, const std::string& sed,
@@ -32,8 +36,8 @@ class GalaxyLibrary {
   /// An SED that a row names.
   std::shared_ptr<const Sed> find_sed_of(const std::string& name, const SceneRow& row);
 
-  /// Of galaxies that a scene has, in its order, those that GalaxyStatistics has to measure before
-  /// they are evaluated. Later calls leave them out.
+  /// Galaxies of a scene, in its order, that GalaxyStatistics has to measure before they are
+  /// evaluated. Later calls leave them out.
   std::vector<std::shared_ptr<Galaxy>> take_unmeasured(const Scene& scene);
 
   /// Takes in a galaxy that was made by another library with the same parameters and texts.

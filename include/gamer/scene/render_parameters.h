@@ -33,7 +33,7 @@ enum class Projection {
   perspective,
   orthographic,
   sky,
-  // Of the sphere around the camera, see SphereProjection.
+  // These map the sphere around the camera: see SphereProjection.
   fisheye,
   equirectangular,
   cubemap,

@@ -59,9 +59,9 @@ struct PlacedStar {
 struct Scene {
   std::vector<PlacedGalaxy> galaxies;
   std::vector<PlacedStar> stars;
-  /// Of the pixels. `relative`: brightness times c F_nu in Angstrom^2, to be divided by the plane's
-  /// wavelength^2. Else brightness gives nJy/sr; in orthographic views with a unit of flux, nJy per
-  /// scene unit^2.
+  /// Unit of the pixels. In `relative` images brightness times c F_nu is in Angstrom^2, to be
+  /// divided by the plane's wavelength^2. Else brightness gives nJy/sr; in orthographic views with
+  /// a unit of flux, nJy per scene unit^2.
   PixelUnit unit = PixelUnit::relative;
   std::size_t objects = 0;  ///< galaxies and stars
   std::size_t rows = 0;     ///< of the catalogue
@@ -97,7 +97,7 @@ Scene read_scene(const Catalogue& catalogue, const RenderParameters& parameters,
 Scene read_scene(const Catalogue& catalogue, const RenderParameters& parameters,
                  const Spectrum& spectrum, const Camera& camera, Resources& resources,
                  GalaxyLibrary& library);
-/// Of a text, in the format of the parameters.
+/// Reads a scene from a text, in the format of the parameters.
 Scene read_scene(std::string_view text, const std::string& label,
                  const RenderParameters& parameters, const Spectrum& spectrum, const Camera& camera,
                  Resources& resources);

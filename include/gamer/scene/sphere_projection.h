@@ -28,9 +28,9 @@ class SphereProjection {
   /// Nothing outside of what the image shows.
   virtual std::optional<glm::dvec3> direction(double x, double y) const = 0;
   virtual std::optional<glm::dvec2> pixel(const glm::dvec3& direction) const = 0;
-  /// Of the pixel centred on (x, y), sr: its integral, not its middle times its sides.
+  /// Solid angle of the pixel centred on (x, y), sr: an integral, not its middle times its sides.
   virtual double solid_angle(double x, double y) const = 0;
-  /// The same at a point, sr per pixel^2.
+  /// Solid angle at a point, sr per pixel^2.
   virtual double density(double x, double y) const = 0;
   /// Whether all pixels, and parts of pixels of one size, have one solid angle.
   virtual bool is_equal_area() const { return false; }

@@ -16,7 +16,7 @@ class Cosmology {
   double comoving_distance(double redshift) const;
   double luminosity_distance(double redshift) const;        ///< (1+z) D_C
   double angular_diameter_distance(double redshift) const;  ///< D_C/(1+z)
-  /// Of `source` seen from `lens` (redshifts, lens <= source).
+  /// Distance of `source` as seen from `lens` (redshifts, lens <= source).
   double angular_diameter_distance(double lens, double source) const;
   /// 5 log10(D_L/10 pc), mag.
   double distance_modulus(double redshift) const;
