@@ -151,7 +151,7 @@ std::shared_ptr<const SpectralBasis> make_basis(const RenderParameters& paramete
   }
   std::vector<SpectralBasis::Probe> probes;
   if (!dusty.empty()) {
-    // Dust alone has a depth, if no light to take.
+    // A galaxy of dust alone has an optical depth, but no spectrum to probe it with.
     static const std::shared_ptr<const Sed> flat = [] {
       Resources none(std::vector<std::filesystem::path>{});
       return find_sed("flat", "", none);
