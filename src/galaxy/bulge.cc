@@ -65,9 +65,6 @@ namespace {
 // r0 = R_e / 3434.12 (projected half-light radius of the density itself; FACTS section 5).
 constexpr double effective_radius_in_r0 = 3434.12;
 
-// Surface brightness is exp(-this ((r/R_e)^(1/4) - 1)) times that at R_e [de Vaucouleurs 1948].
-constexpr double effective_exponent = 7.66925;
-
 // Softening in units of R_e.
 constexpr double softening_radius = 1e-5;
 
@@ -172,12 +169,8 @@ ColumnScale Bulge::column_scale(const double nearest[3], const double direction[
   const double largest = 0.5 * (sum + std::sqrt(std::max(sum * sum - 4 * product, 0.0)));
   const double short_axis = 1 / std::sqrt(largest);
   const double q = std::sqrt(std::max(nan - nad * nad / dad, 0.0));
-  const double least = finest_cell * effective_radius();
-  // The law of de Vaucouleurs, of which R_e has face_on_column().
-  const double fall =
-      effective_exponent * (std::pow(std::max(q, least) / effective_radius(), 0.25) - 1);
-  return {.envelope = short_axis * std::max(q - reach / short_axis, least),
-          .column = face_on_column() * std::exp(-fall)};
+  return {.envelope =
+              short_axis * std::max(q - reach / short_axis, finest_cell * effective_radius())};
 }
 
 double Bulge::face_on_column() const {

@@ -228,7 +228,7 @@ constexpr double seen_lengths = 9;
 constexpr double seen_heights = 5;
 
 // Columns change within so many scale lengths or heights, and periods of a texture.
-constexpr double column_lengths = 2;
+constexpr double column_lengths = 3;
 constexpr double texture_periods = 0.35;
 
 // Near the axis exp(-r/rh) has a cusp of so many scale lengths. The profile of arms changes within
@@ -529,21 +529,7 @@ ColumnScale Layer::column_scale(const double nearest[3], const double direction[
     const double length = r > 0 ? arm_lengths * fall * r / std::hypot(1.0, arms_.shear(r)) : 0.0;
     texture = std::min(texture, std::max(length, finest_arm));
   }
-  // The column is about the largest density times the length over which that falls. The ray is
-  // densest between where it is nearest to the centre and where it meets the plane.
-  const double to_plane =
-      cosine > 0 ? std::clamp(-nearest[2] / direction[2], -half_chord, half_chord) : 0.0;
-  double log_density = -HUGE_VAL;
-  for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0}) {
-    const double s = share * to_plane;
-    const double radius = std::hypot(nearest[0] + s * direction[0], nearest[1] + s * direction[1]);
-    const double z = std::abs(nearest[2] + s * direction[2]) / shape_.z0;
-    const double log_sech2 = 2 * (std::numbers::ln2 - z - std::log1p(std::exp(-2 * z)));
-    log_density = std::max(log_density, log_sech2 - radius / shape_.rh);
-  }
-  const double column =
-      2 * std::exp(log_density) / std::hypot(cosine / shape_.z0, sine / shape_.rh);
-  return {.envelope = scale, .texture = texture, .column = column};
+  return {.envelope = scale, .texture = texture};
 }
 
 void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const {

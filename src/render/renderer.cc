@@ -22,18 +22,9 @@ struct Renderer::Sample {
   int pixel;
   int row;  ///< of Sums
   double x, y;
-  double weight;      ///< of the pixel's area
-  double size;        ///< of the cell or sub-pixel for which it stands, pixels
-  double footprint;   ///< of the pixel or sub-pixel
-  double spread = 0;  ///< Evenness::footprint
-};
-
-/// What the middle ray of a cell sees of a galaxy, galaxy radii in its ball.
-struct Renderer::Glimpse {
-  double pixel = 0;
-  double envelope = HUGE_VAL, texture = HUGE_VAL;  ///< see ColumnScale
-  double light = 0;                                ///< along the ray
-  double luminosity = 0;
+  double weight;     ///< of the pixel's area
+  double size;       ///< of the cell or sub-pixel for which it stands, pixels
+  double footprint;  ///< of the pixel or sub-pixel
 };
 
 struct Renderer::Sums {
@@ -52,7 +43,6 @@ struct Renderer::Work {
   std::vector<glm::dvec2> places;
   std::vector<std::optional<Ray>> rays;
   std::vector<int> near_pixel, near_ray;
-  std::vector<Glimpse> glimpses;
   std::vector<Hit> hits;
   std::vector<std::size_t> hit_ends;
   std::vector<std::span<const Hit>> hits_of_ray;
@@ -83,9 +73,6 @@ constexpr int deepest_cell = 24;
 // Rays of a pixel at most, about 400 MB of them. A whole galaxy in one pixel takes some 6e4 at the
 // default tolerance; only disks of absurd thinness or views of no sense take more.
 constexpr std::size_t most_rays = std::size_t{1} << 23;
-
-// This share of light counts for the distance of rays even if there is no dust in front of it.
-constexpr double least_covered = 0.1;
 
 // Rays that stand for less than this share of a pixel's side are many: their errors make up for
 // each other.
@@ -203,9 +190,8 @@ FootprintRange Renderer::footprints(const RenderParameters& parameters, const Ca
   if (parameters.supersample || unit == PixelUnit::relative) {
     return {pixel / parameters.supersample.value_or(1), pixel};
   }
-  const Accuracy accuracy = Accuracy::from_tolerance(parameters.tolerance);
-  return {std::min(pixel, accuracy.widest_footprint),
-          std::min(pixel, accuracy.faint_spread * accuracy.widest_footprint)};
+  const double widest = Accuracy::from_tolerance(parameters.tolerance).widest_footprint;
+  return {std::min(pixel, widest), std::min(pixel, widest)};
 }
 
 Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
@@ -427,8 +413,7 @@ double Renderer::optical_depth(double x, double y) const {
   index_.find(index_.around(*ray, 0), near);
   std::vector<Hit> hits;
   medium_.hits(*ray, near.galaxies, hits);
-  const Sample whole{0, 0, x, y, 1, 1, 1};
-  for (Hit& hit : hits) set_footprint(whole, hit);
+  for (Hit& hit : hits) set_footprint(1, hit);
   const std::span<const Hit> own(hits);
   RayLight light;
   RenderCounts counts;
@@ -436,12 +421,13 @@ double Renderer::optical_depth(double x, double y) const {
   return medium_.depth(0, light.depth.data());
 }
 
-Renderer::Evenness Renderer::evenness(const Ray& ray, double size, Work& work) const {
+Renderer::Evenness Renderer::evenness(const Ray& ray, double size,
+                                      std::span<const int> galaxies) const {
+  Evenness result;
   const Accuracy& accuracy = medium_.accuracy();
+  const double finest = accuracy.ray_spacing * accuracy.widest_footprint;
   const bool is_parallel = camera_.projection() == Projection::orthographic;
-  double depth = 0;
-  work.glimpses.clear();
-  for (const int g : work.near_pixel) {
+  for (const int g : galaxies) {
     const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
     const glm::dvec3 offset = ray.origin - placed.centre;
     const double along = glm::dot(offset, ray.direction);
@@ -454,49 +440,23 @@ Renderer::Evenness Renderer::evenness(const Ray& ray, double size, Work& work) c
     // What lies behind the camera is not seen.
     const double way = glm::dot(origin, direction);
     const glm::dvec3 nearest = is_parallel || way < 0 ? origin - way * direction : origin;
-    Glimpse glimpse;
-    glimpse.pixel = pixel_in_ball_[static_cast<std::size_t>(g)];
+    const double length = size * pixel_in_ball_[static_cast<std::size_t>(g)];
     // Half a diagonal.
-    const double around = size * glimpse.pixel * std::numbers::sqrt2 / 2;
-    const auto components = placed.galaxy->components();
-    for (std::size_t c = 0; c < components.size(); ++c) {
-      const Component& component = *components[c];
-      if (supersample_ && !component.has_cusp()) continue;
-      const ColumnScale scale = component.column_scale(&nearest.x, &direction.x, around);
-      glimpse.envelope = std::min(glimpse.envelope, scale.envelope);
-      glimpse.texture = std::min(glimpse.texture, scale.texture);
-      if (component.absorbs()) {
-        depth += component.amplitude() * scale.column;
-      } else {
-        glimpse.light += component.amplitude() * scale.column;
-        glimpse.luminosity += placed.galaxy->luminosity(c);
-      }
+    const double around = length * std::numbers::sqrt2 / 2;
+    double envelope = HUGE_VAL, texture = HUGE_VAL;
+    for (const auto& component : placed.galaxy->components()) {
+      if (supersample_ && !component->has_cusp()) continue;
+      const ColumnScale scale = component->column_scale(&nearest.x, &direction.x, around);
+      envelope = std::min(envelope, scale.envelope);
+      texture = std::min(texture, scale.texture);
     }
-    const auto& axis = placed.galaxy->axis();
-    glimpse.luminosity /= axis[0] * axis[1] * axis[2];
-    work.glimpses.push_back(glimpse);
-  }
-  Evenness result;
-  if (work.glimpses.empty()) return result;
-  const double finest = accuracy.ray_spacing * accuracy.widest_footprint;
-  // Light that dust covers by chance counts, and some of all light besides.
-  const double covered = least_covered - std::expm1(-2 * depth);
-  result.footprint = HUGE_VAL;
-  for (const Glimpse& seen : work.glimpses) {
-    const double length = size * seen.pixel;
-    const double counts = std::max(seen.light * covered, std::numeric_limits<double>::min());
-    const double distance = std::sqrt(accuracy.light_of_ray * seen.luminosity / counts);
-    const double spread =
-        supersample_ ? 1 : std::clamp(distance / finest, 1.0, accuracy.faint_spread);
-    result.footprint = std::min(result.footprint, spread * accuracy.widest_footprint / seen.pixel);
     // Rays across the cell, where one is enough for `share` of the envelope's scale.
-    const auto need = [&](double share, double least) {
-      return length /
-             std::min(share * seen.envelope, spread * std::max(share * seen.texture, least));
+    const auto need = [&](double share, double distance) {
+      return length / std::min(share * envelope, std::max(share * texture, distance));
     };
     result.rays = std::max(result.rays, need(accuracy.ray_size, finest));
     result.parts = std::max(result.parts, need(accuracy.cell_size, 2 * finest));
-    result.steepness = std::max(result.steepness, length / (accuracy.cell_size * seen.envelope));
+    result.steepness = std::max(result.steepness, length / (accuracy.cell_size * envelope));
   }
   return result;
 }
@@ -568,10 +528,9 @@ void Renderer::weigh(std::size_t first, Work& work) const {
   for (Sample& sample : samples) sample.weight /= sum;
 }
 
-void Renderer::refine(Sample cell, const std::optional<Ray>& middle, Work& work) const {
+void Renderer::refine(const Sample& cell, const std::optional<Ray>& middle, Work& work) const {
   if (work.samples.size() > work.most_samples) return;
-  const Evenness even = middle ? evenness(*middle, cell.size, work) : Evenness{};
-  cell.spread = even.footprint;
+  const Evenness even = middle ? evenness(*middle, cell.size, work.near_pixel) : Evenness{};
   // Calls use(part) for `count` x `count` parts of a cell, `distance` of their sizes apart.
   const auto cut = [&](const Sample& whole, int count, double distance, const auto& use) {
     for (int j = 0; j < count; ++j) {
@@ -633,17 +592,13 @@ void Renderer::work_off(std::size_t least, const GalaxyIndex::Found& near, Work&
                      work.samples.begin() + static_cast<std::ptrdiff_t>(done));
 }
 
-void Renderer::set_footprint(const Sample& sample, Hit& hit) const {
+void Renderer::set_footprint(double size, Hit& hit) const {
   const auto g = static_cast<std::size_t>(hit.galaxy);
-  const double pixel = pixel_in_ball_[g];
-  if (hit.begin <= 0 && camera_.projection() != Projection::orthographic) {
-    hit.footprint_growth = sample.footprint * pixel_angle_in_ball_[g];
-  } else if (supersample_) {
-    hit.footprint = sample.footprint * pixel;
+  if (hit.begin > 0 || camera_.projection() == Projection::orthographic) {
+    hit.footprint = supersample_ ? size * pixel_in_ball_[g]
+                                 : std::min(pixel_in_ball_[g], medium_.accuracy().widest_footprint);
   } else {
-    const double widest = medium_.accuracy().widest_footprint;
-    hit.footprint = std::min(
-        pixel, std::clamp(sample.spread * pixel, widest, medium_.accuracy().faint_spread * widest));
+    hit.footprint_growth = size * pixel_angle_in_ball_[g];
   }
 }
 
@@ -662,7 +617,7 @@ void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Fou
       GalaxyIndex::find(index_.around(*ray, 0), near, work.near_ray);
       medium_.hits(*ray, work.near_ray, work.hits);
       for (Hit& hit : std::span(work.hits).subspan(first)) {
-        set_footprint(sample, hit);
+        set_footprint(sample.footprint, hit);
         hit.shares_pixel = sample.size < shared_size;
       }
     }

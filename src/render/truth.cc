@@ -19,7 +19,7 @@ namespace gamer {
 namespace {
 
 // Pixels on a side of the image that a galaxy is measured on; cells make it finer where needed.
-constexpr int stamp_size = 32;
+constexpr int stamp_size = 64;
 
 // Parts on a side into which a ray's light is spread to count it by radius.
 constexpr int spread = 5;
@@ -75,9 +75,8 @@ bool has_dust(const PlacedGalaxy& placed) {
 
 FootprintRange measure_footprints(const RenderParameters& parameters) {
   // That of a round galaxy's stamp is the narrowest.
-  const Accuracy accuracy = Accuracy::from_tolerance(parameters.tolerance);
-  const double widest = accuracy.faint_spread * accuracy.widest_footprint;
-  return {std::min(2.0 / stamp_size, accuracy.widest_footprint), widest};
+  const double widest = Accuracy::from_tolerance(parameters.tolerance).widest_footprint;
+  return {std::min(2.0 / stamp_size, widest), widest};
 }
 
 GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parameters,

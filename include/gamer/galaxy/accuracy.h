@@ -36,17 +36,12 @@ struct Accuracy {
   /// ones are cut. Control a pixel's mean over its area, by the midpoint and the 2 x 2 Gauss rule.
   double ray_size;
   double cell_size;
-  /// The widest footprint of rays through the bright parts of a galaxy that is seen from outside,
-  /// galaxy radii. Rays of small cells see no more than that of a texture, or its light would not
-  /// add up. Controls a galaxy's flux: which clumps of light and dust cover each other shows only
-  /// where they are seen.
+  /// The footprint of all rays that see a galaxy from outside in larger pixels, galaxy radii: if
+  /// rays of small cells saw more of a texture than others, its light would not add up. Textures
+  /// finer than that are seen by a ray for each cell of that size. Controls a galaxy's flux against
+  /// that in small pixels: which clumps of light and dust cover each other shows only where they
+  /// are seen.
   double widest_footprint;
-  /// Where a galaxy is faint, footprints may be so many times wider.
-  double faint_spread;
-  /// There a ray stands for at most this share of the galaxy's light, if dust dims it, and
-  /// footprints are as wide as rays are apart. Controls a galaxy's flux: rays that stand for equal
-  /// amounts of light make its error least.
-  double light_of_ray;
   /// Rays are no further apart, in such footprints, where there is a texture. Controls the light of
   /// clumps that rays would miss or count twice.
   double ray_spacing;
@@ -54,9 +49,9 @@ struct Accuracy {
   /// independent. The points are spread evenly, and their error is up to four times smaller.
   /// Controls a galaxy's flux.
   double mean_error;
-  /// Whether all seeds of a galaxy's file share one closure of hidden dust. Controls what a new
-  /// seed costs against its flux, which then differs by chance from that of a closure of its own.
-  /// Images with a grid of rays never share closures: pixels hide as much there at every tolerance.
+  /// Whether all seeds of a galaxy's file share one closure of hidden dust. Controls what a new seed
+  /// costs against its flux, which then differs by chance from that of a closure of its own. Images
+  /// with a grid of rays never share closures: pixels hide as much there at every tolerance.
   bool shares_closure;
 
   /// Densities are single precision: smaller tolerances count as this one.
@@ -70,8 +65,9 @@ struct Accuracy {
   static Accuracy from_tolerance(double tolerance) {
     const double t = std::max(tolerance, finest_tolerance);
     const double coarser = std::max(t / 1e-4, 1.0);
-    // Means take longest where galaxies are small and many.
+    // Means and cells take longest where galaxies are small and many.
     const double rough = std::clamp(t / 1e-3, 1.0, 10.0);
+    const double wider = std::pow(rough, 0.18);
     return {.ray_error = std::min({1.35 * t * std::pow(coarser, 0.3), 3 * t, 0.1}),
             .star_error = std::min(0.15 * t * std::pow(coarser, 0.35), 0.025),
             .first_step = 0.7 * std::pow(t / 1e-3, 0.08),
@@ -80,11 +76,9 @@ struct Accuracy {
             .log_envelope_threshold = std::log(0.003 * t),
             .texture_threshold = 0.01 * t,
             .faint_share = 0.01,
-            .ray_size = 0.12 * std::sqrt(t / 1e-3),
-            .cell_size = 0.75 * std::pow(t / 1e-3, 0.25),
+            .ray_size = 0.08 * std::sqrt(t / 1e-3) * wider,
+            .cell_size = 0.5 * std::pow(t / 1e-3, 0.25) * wider,
             .widest_footprint = std::sqrt(t / 1e-3) / 160,
-            .faint_spread = 4,
-            .light_of_ray = t / 60,
             .ray_spacing = 0.8,
             .mean_error = 0.003 * std::pow(rough, 0.6),
             .shares_closure = t > 3e-3};

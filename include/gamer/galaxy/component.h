@@ -62,13 +62,11 @@ struct RayPlan {
   }
 };
 
-/// A component's column along a ray, and the lengths across the ray, galaxy radii, over which it
-/// changes by about itself. They are infinite where there is nothing to speak of.
+/// Lengths across a ray, galaxy radii, over which a component's column changes by about itself;
+/// infinite where there is nothing to speak of.
 struct ColumnScale {
   double envelope = HUGE_VAL;
   double texture = HUGE_VAL;  ///< of what is spread over many rays: arms and noise
-  /// About the integral of the envelope along the ray, arms and taper aside, galaxy radii.
-  double column = 0;
 };
 
 /// Everything that components of one galaxy are built from.

@@ -79,7 +79,6 @@ class Renderer {
 
  private:
   struct Sample;
-  struct Glimpse;
   struct Work;
   /// Where light is added up: values[row * planes * width + plane * width + x], linear.
   struct Sums;
@@ -91,22 +90,21 @@ class Renderer {
   /// cusp have cells in any case, with a grid as that cusp needs them.
   void place_samples(int x, int y, int row, const GalaxyIndex::Found& near, Work& work) const;
   /// `middle` is the ray through the cell's.
-  void refine(Sample cell, const std::optional<Ray>& middle, Work& work) const;
+  void refine(const Sample& cell, const std::optional<Ray>& middle, Work& work) const;
   /// Makes the weights of a pixel's samples, from `first` on, shares of its solid angle.
   void weigh(std::size_t first, Work& work) const;
   /// The size of a cell over the largest at which one ray (`rays`), or four by Gauss' rule
   /// (`parts`), are enough for the envelopes and the textures of what is there. For the envelopes
-  /// alone the latter is `steepness`. `footprint` is that of the rays, pixels, where none needs a
-  /// narrower one than Accuracy::widest_footprint.
+  /// alone the latter is `steepness`.
   struct Evenness {
-    double rays = 0, parts = 0, steepness = 0, footprint = 0;
+    double rays = 0, parts = 0, steepness = 0;
   };
-  Evenness evenness(const Ray& ray, double size, Work& work) const;
+  Evenness evenness(const Ray& ray, double size, std::span<const int> galaxies) const;
   /// Works samples off while there are at least so many.
   void work_off(std::size_t least, const GalaxyIndex::Found& near, Work& work, Sums& sums,
                 RenderCounts& counts) const;
-  /// Gives a ray's hit what the pixel, sub-pixel or cell sees of the galaxy.
-  void set_footprint(const Sample& sample, Hit& hit) const;
+  /// Gives a ray's hit what a pixel or sub-pixel of that size sees of the galaxy.
+  void set_footprint(double size, Hit& hit) const;
   void add_light(std::span<const Sample> samples, const GalaxyIndex::Found& near, Work& work,
                  Sums& sums, RenderCounts& counts) const;
   /// Whether there were any.
