@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "gamer/core/random.h"
-#include "gamer/galaxy/dust_variants.h"
+#include "gamer/galaxy/calibration/dust_variants.h"
 #include "gamer/galaxy/galaxy.h"
 
 namespace gamer {

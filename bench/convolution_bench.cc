@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "gamer/core/random.h"
-#include "gamer/processing/convolution.h"
-#include "gamer/processing/psf.h"
+#include "processing/convolution.h"
+#include "processing/psf.h"
 
 namespace gamer {
 namespace {

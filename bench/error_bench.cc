@@ -15,8 +15,9 @@
 
 #include "gamer/core/clock.h"
 #include "gamer/core/simd.h"
+#include "gamer/job/job.h"
+#include "gamer/job/schedule.h"
 #include "gamer/parallel/executor.h"
-#include "gamer/render/job.h"
 #include "gamer/render/renderer.h"
 
 namespace gamer {

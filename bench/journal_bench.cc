@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "gamer/render/journal.h"
+#include "gamer/job/journal.h"
 
 namespace gamer {
 namespace {

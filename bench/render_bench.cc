@@ -13,7 +13,7 @@
 
 #include "gamer/core/clock.h"
 #include "gamer/core/simd.h"
-#include "gamer/render/job.h"
+#include "gamer/job/job.h"
 #include "gamer/render/renderer.h"
 
 namespace gamer {

@@ -24,14 +24,14 @@
 #include <vector>
 
 #include "gamer/core/error.h"
-#include "gamer/galaxy/galaxy_statistics.h"
+#include "gamer/galaxy/calibration/galaxy_statistics.h"
 #include "gamer/image/image_writer.h"
+#include "gamer/job/estimate.h"
+#include "gamer/job/job.h"
+#include "gamer/job/journal.h"
+#include "gamer/job/schedule.h"
 #include "gamer/parallel/ranks.h"
-#include "gamer/render/estimate.h"
-#include "gamer/render/job.h"
-#include "gamer/render/journal.h"
 #include "gamer/render/renderer.h"
-#include "gamer/render/schedule.h"
 
 namespace gamer {
 namespace {

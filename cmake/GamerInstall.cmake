@@ -5,14 +5,14 @@ include(CMakePackageConfigHelpers)
 add_library(gamer_library INTERFACE)
 add_library(gamer::gamer ALIAS gamer_library)
 set_target_properties(gamer_library PROPERTIES EXPORT_NAME gamer)
-target_link_libraries(gamer_library INTERFACE gamer_render gamer_processing)
+target_link_libraries(gamer_library INTERFACE gamer_job gamer_processing)
 
 set(gamer_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/gamer)
 
 install(TARGETS gamer gutil RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(TARGETS gamer_core gamer_noise gamer_sed gamer_image gamer_processing gamer_parallel gamer_galaxy
                 gamer_scene
-                gamer_render gamer_library
+                gamer_render gamer_job gamer_library
   EXPORT gamerTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT gamerTargets NAMESPACE gamer:: DESTINATION ${gamer_package_dir})
 install(DIRECTORY include/gamer DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.h)

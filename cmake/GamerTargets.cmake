@@ -9,10 +9,10 @@ target_compile_options(gamer_options INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   $<$<BOOL:${GAMER_WERROR}>:-Werror>)
 
-# gamer_add_layer(name LINK ...): the static library gamer_<name> from src/<name>/*.cc.
+# gamer_add_layer(name LINK ...): the static library gamer_<name> from all sources under src/<name>.
 function(gamer_add_layer name)
   cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
-  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/${name}/*.cc)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/${name}/*.cc)
   add_library(gamer_${name} STATIC ${sources})
   add_library(gamer::${name} ALIAS gamer_${name})
   set_target_properties(gamer_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)

@@ -7,11 +7,11 @@
 #include "expectations.h"
 #include "fuzz_folder.h"
 #include "gamer/core/error.h"
-#include "gamer/image/checksums.h"
 #include "gamer/image/data_table.h"
-#include "gamer/image/fits.h"
-#include "gamer/image/fits_stream.h"
-#include "gamer/processing/plane_info.h"
+#include "gamer/image/fits/checksums.h"
+#include "gamer/image/fits/fits.h"
+#include "gamer/image/fits/fits_stream.h"
+#include "processing/plane_info.h"
 
 namespace {
 

@@ -10,7 +10,7 @@
 #include "expectations.h"
 #include "gamer/core/batch.h"
 #include "gamer/galaxy/galaxy.h"
-#include "gamer/galaxy/star_field.h"
+#include "gamer/galaxy/kinds/star_field.h"
 #include "gamer/noise/noise.h"
 #include "named_texts.h"
 

@@ -14,7 +14,7 @@
 
 #include "fuzz_folder.h"
 #include "gamer/core/error.h"
-#include "gamer/image/fits_stream.h"
+#include "gamer/image/fits/fits_stream.h"
 #include "gamer/image/wcs.h"
 #include "gamer/processing/operation.h"
 

@@ -3,8 +3,9 @@
 //   render_to_memory render.par scene.lst
 
 #include <gamer/core/error.h>
+#include <gamer/job/job.h>
+#include <gamer/job/schedule.h>
 #include <gamer/parallel/executor.h>
-#include <gamer/render/job.h>
 #include <gamer/render/renderer.h>
 
 #include <iostream>

@@ -9,10 +9,10 @@
 #include <cstring>
 
 #include "core/math-inl.h"
-#include "galaxy/taper-inl.h"
+#include "galaxy/kinds/taper-inl.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/near.h"
-#include "gamer/galaxy/galaxy_statistics.h"
+#include "gamer/galaxy/calibration/galaxy_statistics.h"
 
 #ifndef GAMER_GALAXY_GALAXY_KERNEL
 #define GAMER_GALAXY_GALAXY_KERNEL

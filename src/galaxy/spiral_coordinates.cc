@@ -1,4 +1,4 @@
-#include "gamer/galaxy/spiral_coordinates.h"
+#include "galaxy/spiral_coordinates.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "galaxy/spiral_coordinates.cc"

@@ -13,8 +13,8 @@
 
 #include "gamer/core/near.h"
 #include "image/data_table_writer.h"
-#include "image/fits_cards.h"
-#include "image/fits_file.h"
+#include "image/fits/fits_cards.h"
+#include "image/fits/fits_file.h"
 
 namespace gamer {
 namespace {

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "gamer/image/data_table.h"
-#include "image/fits_file.h"
+#include "image/fits/fits_file.h"
 
 namespace gamer {
 

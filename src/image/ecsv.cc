@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "gamer/image/data_table.h"
-#include "image/fits_number.h"
+#include "image/fits/fits_number.h"
 #include "image/write_file.h"
 
 namespace gamer {

@@ -1,4 +1,4 @@
-#include "gamer/image/healpix_writer.h"
+#include "image/healpix_writer.h"
 
 #include <chealpix.h>
 #include <fmt/format.h>
@@ -11,8 +11,8 @@
 
 #include "gamer/core/error.h"
 #include "image/data_table_writer.h"
-#include "image/fits_cards.h"
-#include "image/fits_file.h"
+#include "image/fits/fits_cards.h"
+#include "image/fits/fits_file.h"
 #include "image/temporary_file.h"
 
 namespace gamer {

@@ -10,10 +10,10 @@
 #include <utility>
 
 #include "gamer/core/error.h"
-#include "gamer/image/fits.h"
-#include "gamer/image/healpix_writer.h"
+#include "gamer/image/fits/fits.h"
 #include "gamer/image/new_file.h"
 #include "gamer/image/picture.h"
+#include "image/healpix_writer.h"
 #include "image/image_suffix.h"
 #include "image/memory.h"
 #include "image/picture_size.h"

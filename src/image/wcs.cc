@@ -23,7 +23,7 @@
 
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
-#include "image/fits_number.h"
+#include "image/fits/fits_number.h"
 
 namespace gamer {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "gamer/core/error.h"
-#include "gamer/processing/arithmetic.h"
+#include "processing/arithmetic.h"
 #include "processing/operation_groups.h"
 #include "processing/plane_operation.h"
 

@@ -18,11 +18,11 @@
 #include "gamer/core/near.h"
 #include "gamer/core/units.h"
 #include "gamer/image/wcs.h"
-#include "gamer/processing/aperture.h"
-#include "gamer/processing/convolution.h"
-#include "gamer/processing/psf.h"
+#include "processing/aperture.h"
+#include "processing/convolution.h"
 #include "processing/operation_groups.h"
 #include "processing/plane_operation.h"
+#include "processing/psf.h"
 
 namespace gamer {
 namespace {

@@ -1,4 +1,4 @@
-#include "gamer/processing/comparison.h"
+#include "processing/comparison.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "gamer/processing/detector.h"
+#include "processing/detector.h"
 
 #include <algorithm>
 #include <array>

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "gamer/core/error.h"
-#include "gamer/processing/detector.h"
+#include "processing/detector.h"
 #include "processing/operation_groups.h"
 #include "processing/plane_operation.h"
 

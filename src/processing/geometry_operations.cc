@@ -8,12 +8,12 @@
 
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
-#include "gamer/processing/arithmetic.h"
-#include "gamer/processing/geometry.h"
-#include "gamer/processing/resample.h"
-#include "gamer/processing/rotate.h"
+#include "processing/arithmetic.h"
+#include "processing/geometry.h"
 #include "processing/operation_groups.h"
 #include "processing/plane_operation.h"
+#include "processing/resample.h"
+#include "processing/rotate.h"
 
 namespace gamer {
 namespace {

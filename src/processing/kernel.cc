@@ -1,4 +1,4 @@
-#include "gamer/processing/kernel.h"
+#include "processing/kernel.h"
 
 #include <algorithm>
 #include <array>

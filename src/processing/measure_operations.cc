@@ -15,14 +15,14 @@
 #include "gamer/image/data_table.h"
 #include "gamer/image/new_file.h"
 #include "gamer/image/wcs.h"
-#include "gamer/processing/aperture.h"
-#include "gamer/processing/comparison.h"
-#include "gamer/processing/power_spectrum.h"
-#include "gamer/processing/spectrum_plot.h"
-#include "gamer/processing/statistics.h"
-#include "gamer/processing/table_text.h"
+#include "processing/aperture.h"
+#include "processing/comparison.h"
 #include "processing/operation_groups.h"
 #include "processing/plane_operation.h"
+#include "processing/power_spectrum.h"
+#include "processing/spectrum_plot.h"
+#include "processing/statistics.h"
+#include "processing/table_text.h"
 
 namespace gamer {
 namespace {

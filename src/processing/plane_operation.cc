@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gamer/core/error.h"
-#include "gamer/image/record_names.h"
+#include "gamer/image/fits/record_names.h"
 
 namespace gamer {
 namespace {

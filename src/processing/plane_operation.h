@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "gamer/core/error.h"
-#include "gamer/image/fits_stream.h"
+#include "gamer/image/fits/fits_stream.h"
 #include "gamer/image/plane.h"
 #include "gamer/processing/operation.h"
-#include "gamer/processing/plane_info.h"
+#include "processing/plane_info.h"
 
 namespace gamer {
 

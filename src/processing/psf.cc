@@ -1,4 +1,4 @@
-#include "gamer/processing/psf.h"
+#include "processing/psf.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "gamer/processing/rotate.h"
+#include "processing/rotate.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "gamer/processing/geometry.h"
+#include "processing/geometry.h"
 
 namespace gamer {
 namespace {

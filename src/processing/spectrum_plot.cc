@@ -1,4 +1,4 @@
-#include "gamer/processing/spectrum_plot.h"
+#include "processing/spectrum_plot.h"
 
 #include <cairo.h>
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-#include "gamer/processing/statistics.h"
+#include "processing/statistics.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "gamer/processing/table_text.h"
+#include "processing/table_text.h"
 
 #include <fmt/format.h>
 

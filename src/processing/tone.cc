@@ -1,4 +1,4 @@
-#include "gamer/processing/tone.h"
+#include "processing/tone.h"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "gamer/core/error.h"
-#include "gamer/processing/statistics.h"
+#include "processing/statistics.h"
 #include "processing/tone_kernel.h"
 
 namespace gamer {

@@ -17,10 +17,10 @@
 #include <vector>
 
 #include "gamer/core/error.h"
-#include "gamer/processing/rgb.h"
-#include "gamer/processing/tone.h"
 #include "processing/operation_groups.h"
 #include "processing/plane_operation.h"
+#include "processing/rgb.h"
+#include "processing/tone.h"
 
 namespace gamer {
 namespace {

@@ -12,7 +12,6 @@
 #include <numeric>
 #include <tuple>
 
-#include "gamer/render/schedule.h"
 #include "gamer/sed/photometry.h"
 
 namespace gamer {
@@ -881,24 +880,6 @@ void Renderer::finish(int y, std::size_t row, Sums& sums) const {
       if (!shows_sky) value = std::numeric_limits<double>::quiet_NaN();
     }
   }
-}
-
-Image render_image(const Renderer& renderer, Executor& executor) {
-  const int width = renderer.width(), planes = renderer.planes();
-  Image image(width, renderer.height(), planes);
-  executor.run(
-      render_blocks(renderer, executor),
-      static_cast<std::size_t>(width) * static_cast<std::size_t>(planes),
-      [&](RowRange rows, std::span<double> values) { renderer.render_rows(rows, values); },
-      [&](RowRange rows, std::span<const double> values) {
-        std::size_t k = 0;
-        for (int row = rows.first; row < rows.last; ++row) {
-          for (int plane = 0; plane < planes; ++plane) {
-            for (int x = 0; x < width; ++x) image.at(x, row, plane) = values[k++];
-          }
-        }
-      });
-  return image;
 }
 
 }  // namespace gamer

@@ -11,7 +11,7 @@
 
 #include "gamer/core/near.h"
 #include "gamer/core/parameter.h"
-#include "gamer/galaxy/layer.h"
+#include "gamer/galaxy/kinds/layer.h"
 #include "gamer/scene/catalogue.h"
 
 namespace gamer {

@@ -1,4 +1,4 @@
-#include "gamer/scene/orientation.h"
+#include "scene/orientation.h"
 
 #include <algorithm>
 #include <cmath>

@@ -13,12 +13,12 @@
 #include <utility>
 
 #include "gamer/core/units.h"
-#include "gamer/galaxy/galaxy_statistics.h"
+#include "gamer/galaxy/calibration/galaxy_statistics.h"
 #include "gamer/scene/animation.h"
 #include "gamer/scene/galaxy_library.h"
-#include "gamer/scene/orientation.h"
 #include "gamer/sed/igm.h"
 #include "scene/field_stars.h"
+#include "scene/orientation.h"
 #include "scene/scene_row.h"
 
 namespace gamer {

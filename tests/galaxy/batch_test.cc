@@ -17,7 +17,7 @@
 #include "galaxy/galaxy_text.h"
 #include "gamer/core/error.h"
 #include "gamer/core/random.h"
-#include "gamer/galaxy/dust_variants.h"
+#include "gamer/galaxy/calibration/dust_variants.h"
 #include "gamer/noise/footprint.h"
 #include "gamer/noise/noise.h"
 

@@ -1,4 +1,4 @@
-#include "gamer/galaxy/bulge.h"
+#include "galaxy/kinds/bulge.h"
 
 #include <gtest/gtest.h>
 

@@ -13,8 +13,8 @@
 #include "core/each_simd_target.h"
 #include "galaxy/galaxy_text.h"
 #include "gamer/core/random.h"
-#include "gamer/galaxy/dust_variants.h"
-#include "gamer/galaxy/footprint_table.h"
+#include "gamer/galaxy/calibration/dust_variants.h"
+#include "gamer/galaxy/calibration/footprint_table.h"
 
 namespace gamer {
 namespace {
@@ -209,7 +209,8 @@ TEST(EveryDust, LetsAsMuchLightThroughAtEveryFootprint) {
       {"veins",
        "[[component]]\nclass = \"veins\"\noptical_depth = 1.5\nnoise_contrast = 0.4\n" + layer}};
   for (const auto& [name, text] : kinds) {
-    // At a coarse tolerance the closure is what is expected over all seeds, at a fine one the seed's.
+    // At a coarse tolerance the closure is what is expected over all seeds, at a fine one the
+    // seed's.
     for (const double tolerance : {1e-2, 1e-3}) {
       std::vector<std::shared_ptr<const Galaxy>> galaxies;
       for (const std::uint64_t seed : {1, 2, 3, 4}) {

@@ -9,8 +9,8 @@
 #include "core/parameter_ends.h"
 #include "galaxy/evaluate.h"
 #include "galaxy/galaxy_text.h"
-#include "gamer/galaxy/bulge.h"
-#include "gamer/galaxy/layer.h"
+#include "galaxy/kinds/bulge.h"
+#include "gamer/galaxy/kinds/layer.h"
 
 namespace gamer {
 namespace {

@@ -1,6 +1,6 @@
 // Statistics that are measured in parts, as by processes that share them.
 
-#include "gamer/galaxy/galaxy_statistics.h"
+#include "gamer/galaxy/calibration/galaxy_statistics.h"
 
 #include <gtest/gtest.h>
 
@@ -13,8 +13,8 @@
 #include "galaxy/evaluate.h"
 #include "galaxy/galaxy_text.h"
 #include "gamer/core/random.h"
-#include "gamer/galaxy/dust_variants.h"
-#include "gamer/galaxy/star_field.h"
+#include "gamer/galaxy/calibration/dust_variants.h"
+#include "gamer/galaxy/kinds/star_field.h"
 
 namespace gamer {
 namespace {

@@ -1,4 +1,4 @@
-#include "gamer/galaxy/layer.h"
+#include "gamer/galaxy/kinds/layer.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Numbers by FACTS 8.2 and 8.3 unless said.
 
-#include "gamer/galaxy/spiral_coordinates.h"
+#include "galaxy/spiral_coordinates.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Stars of a field: how many, where, and of what light.
 
-#include "gamer/galaxy/star_field.h"
+#include "gamer/galaxy/kinds/star_field.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Veins: that they close, and that they are what the class comment and FACTS 8 say.
 
-#include "gamer/galaxy/vein_texture.h"
+#include "galaxy/veins/vein_texture.h"
 
 #include <gtest/gtest.h>
 

@@ -11,15 +11,15 @@
 #include <vector>
 
 #include "core/error_text.h"
-#include "gamer/image/checksums.h"
 #include "gamer/image/data_table.h"
-#include "gamer/image/fits.h"
-#include "gamer/image/fits_stream.h"
+#include "gamer/image/fits/checksums.h"
+#include "gamer/image/fits/fits.h"
+#include "gamer/image/fits/fits_stream.h"
 #include "gamer/image/picture.h"
 #include "gamer/image/png_table.h"
 #include "gamer/image/wcs.h"
 #include "image/damage.h"
-#include "image/fits_file.h"
+#include "image/fits/fits_file.h"
 #include "image/image_test_util.h"
 
 namespace gamer {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "gamer/core/error.h"
-#include "gamer/image/fits.h"
-#include "image/fits_file.h"
+#include "gamer/image/fits/fits.h"
+#include "image/fits/fits_file.h"
 #include "image/image_test_util.h"
 
 namespace gamer {

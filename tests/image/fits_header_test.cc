@@ -1,4 +1,4 @@
-#include "gamer/image/fits_header.h"
+#include "gamer/image/fits/fits_header.h"
 
 #include <gtest/gtest.h>
 

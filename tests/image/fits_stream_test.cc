@@ -1,4 +1,4 @@
-#include "gamer/image/fits_stream.h"
+#include "gamer/image/fits/fits_stream.h"
 
 #include <fitsio.h>
 #include <gtest/gtest.h>

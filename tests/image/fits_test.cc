@@ -1,4 +1,4 @@
-#include "gamer/image/fits.h"
+#include "gamer/image/fits/fits.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -20,8 +20,8 @@
 #include "gamer/core/error.h"
 #include "gamer/core/version.h"
 #include "gamer/image/wcs.h"
-#include "image/fits_cards.h"
-#include "image/fits_file.h"
+#include "image/fits/fits_cards.h"
+#include "image/fits/fits_file.h"
 #include "image/image_test_util.h"
 
 namespace gamer {

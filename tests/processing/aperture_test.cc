@@ -1,4 +1,4 @@
-#include "gamer/processing/aperture.h"
+#include "processing/aperture.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "gamer/processing/arithmetic.h"
+#include "processing/arithmetic.h"
 
 #include <gtest/gtest.h>
 

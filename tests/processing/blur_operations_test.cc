@@ -11,13 +11,13 @@
 #include <vector>
 
 #include "gamer/core/error.h"
-#include "gamer/image/fits_stream.h"
+#include "gamer/image/fits/fits_stream.h"
 #include "gamer/image/wcs.h"
-#include "gamer/processing/convolution.h"
 #include "gamer/processing/operation.h"
-#include "gamer/processing/plane_info.h"
-#include "gamer/processing/psf.h"
 #include "image/image_test_util.h"
+#include "processing/convolution.h"
+#include "processing/plane_info.h"
+#include "processing/psf.h"
 #include "processing/synthetic_image.h"
 
 namespace gamer {

@@ -1,4 +1,4 @@
-#include "gamer/processing/convolution.h"
+#include "processing/convolution.h"
 
 #include <gtest/gtest.h>
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "gamer/core/error.h"
-#include "gamer/image/fits_stream.h"
+#include "gamer/image/fits/fits_stream.h"
 #include "gamer/processing/operation.h"
 #include "processing/operation_groups.h"
 

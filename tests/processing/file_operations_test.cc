@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "gamer/image/record_names.h"
+#include "gamer/image/fits/record_names.h"
 #include "processing/operation_fixture.h"
 
 namespace gamer {

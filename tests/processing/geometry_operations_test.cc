@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gamer/core/error.h"
-#include "gamer/image/fits_stream.h"
+#include "gamer/image/fits/fits_stream.h"
 #include "gamer/processing/operation.h"
 #include "image/image_test_util.h"
 #include "processing/synthetic_image.h"

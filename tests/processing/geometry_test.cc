@@ -1,4 +1,4 @@
-#include "gamer/processing/geometry.h"
+#include "processing/geometry.h"
 
 #include <gtest/gtest.h>
 

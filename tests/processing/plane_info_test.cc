@@ -1,4 +1,4 @@
-#include "gamer/processing/plane_info.h"
+#include "processing/plane_info.h"
 
 #include <gtest/gtest.h>
 

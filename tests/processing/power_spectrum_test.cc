@@ -1,4 +1,4 @@
-#include "gamer/processing/power_spectrum.h"
+#include "processing/power_spectrum.h"
 
 #include <fftw3.h>
 #include <gtest/gtest.h>

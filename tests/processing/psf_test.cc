@@ -1,4 +1,4 @@
-#include "gamer/processing/psf.h"
+#include "processing/psf.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "gamer/processing/resample.h"
+#include "processing/resample.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "gamer/processing/rgb.h"
+#include "processing/rgb.h"
 
 #include <gtest/gtest.h>
 

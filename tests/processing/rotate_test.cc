@@ -1,4 +1,4 @@
-#include "gamer/processing/rotate.h"
+#include "processing/rotate.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "gamer/processing/geometry.h"
+#include "processing/geometry.h"
 #include "processing/synthetic_image.h"
 
 namespace gamer {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "gamer/core/error.h"
-#include "gamer/image/fits_stream.h"
+#include "gamer/image/fits/fits_stream.h"
 #include "gamer/image/picture.h"
 #include "gamer/processing/operation.h"
 #include "image/image_test_util.h"
@@ -431,7 +431,8 @@ TEST_F(ToneOperations, RgbSaysWhatIsWrong) {
             "gutil rgb: --percentiles and --maximum exclude each other; give one");
   EXPECT_EQ(message("rgb --bits 16 in.fits new.bmp"),
             "gutil rgb: --bits 16: a BMP file has 8 bits a channel; use .png");
-  EXPECT_EQ(message("rgb in.fits out.png"), "output 'out.png': 'out.png' exists already; --overwrite replaces it");
+  EXPECT_EQ(message("rgb in.fits out.png"),
+            "output 'out.png': 'out.png' exists already; --overwrite replaces it");
   EXPECT_EQ(message("rgb in.fits in.fits"), "output 'in.fits': the name must end in .png or .bmp");
   EXPECT_FALSE(std::filesystem::exists(path("new.png")));
 }

@@ -1,4 +1,4 @@
-#include "gamer/processing/tone.h"
+#include "processing/tone.h"
 
 #include <gtest/gtest.h>
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "gamer/job/schedule.h"
 #include "gamer/sed/extinction.h"
 #include "render/render_text.h"
 

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "gamer/core/config.h"
+#include "gamer/render/march/sampler.h"
 #include "gamer/render/medium.h"
-#include "gamer/render/sampler.h"
 #include "gamer/scene/camera.h"
 #include "gamer/scene/render_parameters.h"
 #include "gamer/scene/scene.h"

@@ -10,7 +10,8 @@
 #include <fstream>
 #include <vector>
 
-#include "gamer/render/job.h"
+#include "gamer/job/job.h"
+#include "gamer/job/schedule.h"
 #include "render/render_text.h"
 
 namespace gamer {

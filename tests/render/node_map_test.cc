@@ -1,4 +1,4 @@
-#include "render/node_map.h"
+#include "render/march/node_map.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "render/ray_integral.h"
+#include "render/march/ray_integral.h"
 
 #include <gtest/gtest.h>
 

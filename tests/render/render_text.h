@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "gamer/job/schedule.h"
 #include "gamer/parallel/executor.h"
 #include "gamer/render/renderer.h"
 #include "gamer/scene/scene.h"

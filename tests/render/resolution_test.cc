@@ -10,6 +10,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "gamer/job/schedule.h"
 #include "render/render_text.h"
 
 namespace gamer {

@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "gamer/job/schedule.h"
 #include "gamer/scene/camera.h"
 #include "render/render_text.h"
 

@@ -1,6 +1,7 @@
 // Star fields in images: their light, from anywhere and at any resolution.
 
-#include "gamer/render/star_painter.h"
+#include "gamer/render/stars/star_painter.h"
+#include "gamer/job/schedule.h"
 
 #include <gtest/gtest.h>
 

@@ -10,9 +10,10 @@
 
 #include "gamer/core/parallel_for.h"
 #include "gamer/galaxy/galaxy.h"
+#include "gamer/job/job.h"
+#include "gamer/job/schedule.h"
 #include "gamer/noise/noise.h"
 #include "gamer/parallel/ranks.h"
-#include "gamer/render/job.h"
 #include "gamer/scene/galaxy_library.h"
 #include "render/render_text.h"
 

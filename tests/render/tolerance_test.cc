@@ -10,6 +10,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "gamer/job/schedule.h"
 #include "render/galaxy_rays.h"
 #include "render/render_text.h"
 

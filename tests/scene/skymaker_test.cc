@@ -6,8 +6,8 @@
 
 #include "galaxy/evaluate.h"
 #include "galaxy/galaxy_text.h"
-#include "gamer/galaxy/bulge.h"
-#include "gamer/galaxy/layer.h"
+#include "galaxy/kinds/bulge.h"
+#include "gamer/galaxy/kinds/layer.h"
 #include "gamer/scene/catalogue.h"
 #include "scene/scene_checks.h"
 

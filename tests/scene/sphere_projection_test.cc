@@ -11,8 +11,8 @@
 #include <numbers>
 #include <string>
 
-#include "gamer/image/healpix_writer.h"
 #include "gamer/scene/camera.h"
+#include "image/healpix_writer.h"
 #include "scene/scene_checks.h"
 
 namespace gamer {

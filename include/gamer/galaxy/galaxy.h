@@ -11,8 +11,8 @@
 
 #include "gamer/core/resources.h"
 #include "gamer/galaxy/arm_pattern.h"
+#include "gamer/galaxy/calibration/footprint_table.h"
 #include "gamer/galaxy/component.h"
-#include "gamer/galaxy/footprint_table.h"
 
 namespace gamer {
 

@@ -6,7 +6,7 @@
 #include <variant>
 #include <vector>
 
-#include "gamer/image/card.h"
+#include "gamer/image/fits/card.h"
 
 namespace gamer {
 

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "gamer/image/card.h"
 #include "gamer/image/data_table.h"
+#include "gamer/image/fits/card.h"
 
 namespace gamer {
 

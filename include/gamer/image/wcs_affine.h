@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "gamer/image/fits_header.h"
+#include "gamer/image/fits/fits_header.h"
 #include "gamer/image/wcs.h"
 
 namespace gamer {

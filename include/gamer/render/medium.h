@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "gamer/galaxy/accuracy.h"
-#include "gamer/galaxy/dust_variants.h"
+#include "gamer/galaxy/calibration/dust_variants.h"
 #include "gamer/galaxy/galaxy.h"
 #include "gamer/render/spectral_basis.h"
-#include "gamer/render/star_fields.h"
+#include "gamer/render/stars/star_fields.h"
 #include "gamer/scene/camera.h"
 #include "gamer/scene/scene.h"
 

@@ -11,9 +11,9 @@
 #include "gamer/image/image.h"
 #include "gamer/parallel/executor.h"
 #include "gamer/render/galaxy_index.h"
+#include "gamer/render/march/sampler.h"
 #include "gamer/render/medium.h"
-#include "gamer/render/sampler.h"
-#include "gamer/render/star_painter.h"
+#include "gamer/render/stars/star_painter.h"
 #include "gamer/scene/camera.h"
 #include "gamer/scene/render_parameters.h"
 #include "gamer/scene/scene.h"
@@ -143,8 +143,5 @@ class Renderer {
   std::optional<std::size_t> dust_free_, optical_depth_, owner_;
   std::vector<std::size_t> parts_;  ///< of each object, its first output; empty without parts
 };
-
-/// The whole image in memory, on rank 0 (elsewhere an empty one).
-Image render_image(const Renderer& renderer, Executor& executor);
 
 }  // namespace gamer

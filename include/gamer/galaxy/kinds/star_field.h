@@ -1,0 +1,146 @@
+#pragma once
+
+#include <cstdint>
+
+#include "gamer/core/random.h"
+#include "gamer/galaxy/kinds/layer.h"
+#include "gamer/galaxy/stellar_population.h"
+
+namespace gamer {
+
+/// A layer whose light is that of stars. Their number density is
+///   n = number envelope Phi / int envelope dV,
+/// their luminosities and colours those of a StellarPopulation; the component's light is their sum,
+/// its spectrum their mean. A star is a function of (seed, class of luminosity, cell of space):
+/// none is stored, and each has its place, luminosity and temperature for ever.
+///
+/// For each class the cube [-1, 1]^3 is halved along all axes until a cell's bound of the density
+/// promises few stars. A leaf gets candidates: a Poisson number, for the bound, evenly spread. A
+/// candidate is a star where envelope Phi exceeds an even random share of the bound (thinning:
+/// Lewis & Shedler 1979), so that stars follow the density within cells too and cells leave no
+/// trace.
+class StarField : public Layer {
+ public:
+  StarField(const LayerShape& shape, const ArmPattern& arms, StellarPopulation population,
+            double number, std::uint64_t seed);
+
+  std::string_view kind() const override { return "starfield"; }
+  bool depends_on_seed() const override { return true; }
+
+  const StellarPopulation& population() const { return population_; }
+  /// Stars in the galaxy.
+  double number() const { return number_; }
+  /// Whether all stars have the spectrum sed(), instead of blackbodies.
+  bool has_one_sed() const { return sed() != mean_sed_.get(); }
+  /// Stars per (galaxy radii of the ball frame)^3 where envelope Phi is 1.
+  double density() const { return number_ / envelope_integral_; }
+  /// The light of one unit of luminosity, in the emissivity's unit times galaxy radii^3, where the
+  /// component's light is `light` (Galaxy::luminosity()).
+  double unit_luminosity(double light) const {
+    return light / (number_ * population_.mean_luminosity());
+  }
+
+  /// The largest Phi that counts: larger values count as this one. It is 1 until a galaxy sets it.
+  void set_largest_phi(double phi) { largest_phi_ = phi; }
+  double largest_phi() const { return largest_phi_; }
+
+  struct Cell {
+    double centre[3];
+    double half;  ///< of its side
+    int level;
+    std::uint64_t key;
+  };
+  struct Candidate {
+    double position[3];
+    /// A star where envelope Phi exceeds it.
+    double threshold;
+    std::uint64_t key;
+  };
+  struct Star {
+    double luminosity;
+    double temperature;
+  };
+
+  /// Calls take(candidate) for all of class k, cell by cell in an order of their own; cells for
+  /// which keep(cell) is false are passed over with all in them.
+  template <class Keep, class Take>
+  void walk(std::size_t k, const Keep& keep, const Take& take) const {
+    descend({{0, 0, 0}, 1, 0, hash_words({key(), k})},
+            density() * population_.at(k).number * largest_phi_, keep, take);
+  }
+  /// What a candidate of class k is if it is a star.
+  double luminosity(std::size_t k, const Candidate& candidate) const;
+  /// Not below it, for less work.
+  double luminosity_bound(std::size_t k, const Candidate& candidate) const;
+  double temperature(double luminosity, const Candidate& candidate) const;
+
+  /// Not below the envelope anywhere in the cell.
+  double bound(const Cell& cell) const;
+
+ private:
+  static constexpr int deepest = 48;
+  // In a cell; more leave larger cells, whose bounds are looser. Another number moves all stars.
+  static constexpr double most_candidates = 16;
+
+  std::uint64_t key() const;
+  template <class Keep, class Take>
+  void descend(const Cell& cell, double density, const Keep& keep, const Take& take) const;
+  template <class Take>
+  void fill(const Cell& cell, double expected, double bound, const Take& take) const;
+  /// The share of stars of its class that are fainter.
+  static double luminosity_share(const Candidate& candidate);
+  /// A Poisson variate by inversion.
+  static int poisson(double mean, double u);
+
+  StellarPopulation population_;
+  double number_;
+  std::uint64_t seed_;
+  std::shared_ptr<const Sed> mean_sed_;
+  double envelope_integral_;
+  double largest_phi_ = 1;
+};
+
+template <class Keep, class Take>
+void StarField::descend(const Cell& cell, double density, const Keep& keep,
+                        const Take& take) const {
+  const double largest = bound(cell);
+  if (!(largest > 0) || !keep(cell)) return;
+  const double side = 2 * cell.half;
+  const double expected = density * largest * side * side * side;
+  if (expected <= most_candidates || cell.level == deepest) {
+    fill(cell, expected, largest, take);
+    return;
+  }
+  const double half = 0.5 * cell.half;
+  for (std::uint64_t octant = 0; octant < 8; ++octant) {
+    Cell part{{}, half, cell.level + 1, mix64(cell.key + (octant + 1) * golden_gamma)};
+    for (int axis = 0; axis < 3; ++axis) {
+      part.centre[axis] = cell.centre[axis] + ((octant >> axis) & 1 ? half : -half);
+    }
+    descend(part, density, keep, take);
+  }
+}
+
+template <class Take>
+void StarField::fill(const Cell& cell, double expected, double bound, const Take& take) const {
+  constexpr std::uint64_t count_word = 9;  // beyond those of the octants
+  const int count = poisson(expected, to_unit(mix64(cell.key + count_word * golden_gamma)));
+  const double scale = bound * largest_phi_;
+  const auto spread = [&](std::uint64_t bits) {
+    return cell.half * (static_cast<double>(bits) * 0x1p-31 - 1);
+  };
+  for (int i = 0; i < count; ++i) {
+    Candidate candidate;
+    candidate.key =
+        mix64(cell.key + (count_word + 1 + static_cast<std::uint64_t>(i)) * golden_gamma);
+    const std::uint64_t a = mix64(candidate.key + golden_gamma);
+    const std::uint64_t b = mix64(candidate.key + 2 * golden_gamma);
+    candidate.position[0] = cell.centre[0] + spread(a >> 32);
+    candidate.position[1] = cell.centre[1] + spread(a & 0xffffffffu);
+    candidate.position[2] = cell.centre[2] + spread(b >> 32);
+    candidate.threshold = scale * static_cast<double>(b & 0xffffffffu) * 0x1p-32;
+    take(candidate);
+  }
+}
+
+}  // namespace gamer

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gamer/image/image.h"
+#include "gamer/job/estimate.h"
+#include "gamer/job/frames.h"
+#include "gamer/job/progress.h"
+#include "gamer/job/report.h"
+#include "gamer/job/work.h"
+#include "gamer/parallel/ranks.h"
+
+namespace gamer {
+
+/// The frames of an animation that are to be rendered, each with files of its own, as if it were
+/// rendered alone. Every rank has one.
+class Film {
+ public:
+  /// What is told on rank 0.
+  struct Messages {
+    std::function<void(const std::string& line)> say;  ///< of each frame when it is made
+    std::function<void(const std::string& line)> warn;
+    Progress::Style progress = Progress::Style::none;
+  };
+
+  /// On rank 0: checks all that can be known beforehand. Throws InputError.
+  Film(const RenderJob& animation, WorkOptions options, int ranks, int threads);
+  /// For the other ranks.
+  std::string pack() const;
+  static std::unique_ptr<Film> unpack(std::string_view packed, WorkOptions options);
+
+  /// Number of frames of the whole film.
+  int frames() const { return path_.frames(); }
+  /// Those to be rendered, from 0.
+  const std::vector<int>& left() const { return left_; }
+  /// "film_0001.png to film_0120.png".
+  std::string names() const;
+  /// "24 x 18 pixels, 3 planes", of each frame.
+  std::string size() const;
+  /// Number of pixels of all frames that are to be rendered.
+  double pixels() const;
+  /// Files that stand where the frames of a longer film had theirs.
+  std::vector<std::filesystem::path> later_files() const;
+  /// See Work::hindrance().
+  const std::string& hindrance() const { return hindrance_; }
+
+  /// What rendering will take, as parts of a few frames foretell; the film itself has been read in
+  /// `reading` seconds.
+  JobEstimate estimate(int ranks, int threads, double reading);
+
+  /// Renders and writes the frames; every rank's part. Removes the files that are to be replaced
+  /// first, so that a frame that is there is one of this film. Adds where the time went to
+  /// `report`. Throws InputError, RunError.
+  void render(const Ranks& ranks, int threads, Executor& executor, const Messages& messages,
+              RankReport& report);
+
+ private:
+  Film(std::unique_ptr<FrameJobs> jobs, const RenderParameters& parameters, WorkOptions options);
+  RenderParameters frame(int number) const;
+  void choose_tone(const Ranks& ranks, Executor& executor);
+  /// What a frame that has been made is warned of.
+  struct Flaws {
+    bool is_dark = false;
+    double unconverged_rays = 0;
+  };
+  /// Where this process is all that there is, or rank 0's part with all ranks.
+  Flaws render_frame(int number, int ranks, int threads, Executor& executor,
+                     const Messages& messages, RankReport& report);
+  /// By number. One warning of each kind, the same for any number of ranks.
+  void warn_of(const std::map<int, Flaws>& flaws, const Messages& messages);
+
+  std::unique_ptr<FrameJobs> jobs_;
+  WorkOptions options_;
+  RenderParameters parameters_;
+  CameraPath path_;
+  std::vector<int> left_;
+  ImageHeader header_;  ///< of a frame; on rank 0
+  std::vector<std::filesystem::path> replaced_;
+  std::string hindrance_;
+  /// The tone of a picture that is complete, and that picture.
+  std::optional<std::array<double, 8>> earlier_tone_;
+  std::filesystem::path earlier_picture_;
+};
+
+}  // namespace gamer

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gamer/job/record.h"
+#include "gamer/parallel/executor.h"
+
+namespace gamer {
+
+/// What a job was when it began: all that its files follow from.
+struct JournalHead {
+  std::string program;     ///< name and version
+  std::string simd;        ///< instruction set, on which the last bits depend
+  std::string date;        ///< DATE of the files
+  std::string truth;       ///< where the truth goes; empty for none
+  bool overwrite = false;  ///< existing files may be replaced
+  Record record;
+};
+
+/// Finished rows on disk, so that a job that was interrupted goes on where it was.
+///
+/// The file is a line that names it, then entries: what follows (kind, section, first and last row,
+/// number of values, bytes; 64 bits each, in the machine's order), that many bytes, and the CRC-32
+/// of both. Values are double or single precision; runs of zeros are left out. An entry that is cut
+/// off or has another CRC ends what can be read; open() cuts the file there. Sections number the
+/// runs of a job (its truth, its image).
+///
+/// Entries wait in memory until the job is `interval` seconds old (or there are 32 MiB of them), so
+/// that short jobs make no file. Afterwards each is handed to the system at once, which keeps it
+/// when the process is killed, and forced to disk every `interval` seconds, which keeps it when the
+/// machine stops. The file is locked while a process uses it.
+class Journal {
+ public:
+  /// Seconds; by default a steady clock.
+  using Clock = std::function<double()>;
+
+  /// Begins the journal of a job.
+  Journal(std::filesystem::path path, const JournalHead& head, double interval, Clock clock = {});
+  /// Opens the journal of a job that goes on; null when there is none. Throws InputError: no
+  /// journal, damaged in its head, or in use.
+  static std::unique_ptr<Journal> open(const std::filesystem::path& path, double interval,
+                                       Clock clock = {});
+  /// Removes the journal of an earlier job, where there is one. Throws InputError when it is none
+  /// or in use, RunError when it cannot be removed.
+  static void discard(const std::filesystem::path& path);
+  /// Keeps the file.
+  ~Journal();
+  Journal(const Journal&) = delete;
+  Journal& operator=(const Journal&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  /// There is a file.
+  bool is_begun() const { return descriptor_ >= 0; }
+  /// Called when the file is about to get its name.
+  void when_begun(std::function<void()> call) { when_begun_ = std::move(call); }
+
+  // These throw RunError "<path>: cannot write: ...".
+  void add_rows(int section, RowRange rows, std::span<const double> values, bool single);
+  /// All rows are there: from now on files get their final names.
+  void add_end();
+  /// Removes the file: the job is done.
+  void remove();
+
+  // What open() found.
+  const JournalHead& head() const { return head_; }
+  /// In ascending order, neighbours joined.
+  std::vector<RowRange> finished(int section) const;
+  bool has_end() const { return has_end_; }
+  /// Gives the rows of a section to `consume`. Throws InputError when they do not have
+  /// `values_per_row` values, RunError when they cannot be read.
+  void replay(int section, std::size_t values_per_row, const Executor::Consume& consume) const;
+
+ private:
+  struct Entry;
+  struct Block;
+
+  Journal(std::filesystem::path path, double interval, Clock clock);
+  /// What follows the entry's numbers stands in `entry_`, after room for these.
+  void add(Entry entry);
+  void begin();
+  void write_head();
+  void write(std::span<const std::byte> bytes);
+  void sync_when_due();
+  void read_entries();
+  bool is_sound(const Entry& entry, std::uint64_t payload);
+  std::string read_text(const Entry& entry, std::uint64_t payload) const;
+
+  std::filesystem::path path_;
+  JournalHead head_;
+  double interval_;
+  Clock clock_;
+  double start_ = 0;
+  double synced_ = 0;
+  int descriptor_ = -1;
+  std::function<void()> when_begun_;
+  std::vector<std::byte> pending_;  ///< before there is a file
+  std::vector<std::byte> entry_;    ///< in the making
+  std::vector<float> floats_;
+
+  std::vector<Block> blocks_;
+  bool has_end_ = false;
+};
+
+}  // namespace gamer

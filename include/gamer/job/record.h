@@ -1,0 +1,47 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gamer/core/resources.h"
+#include "gamer/image/fits/record_names.h"
+#include "gamer/image/image.h"
+
+namespace gamer {
+
+/// All texts that a job is made of. It travels to the other ranks as one string and into the FITS
+/// file as a table.
+using Record = std::vector<Resources::Text>;
+
+/// Name of the text with the resolved parameters.
+inline constexpr const char* recorded_parameters = "render.par";
+
+/// Name of the text with the scene's list.
+inline constexpr const char* recorded_scene = "scene.lst";
+
+/// The text of that name; null where there is none.
+const Resources::Text* find_text(const Record& record, std::string_view name);
+Resources::Text* find_text(Record& record, std::string_view name);
+/// Throws InputError where there is none.
+const Resources::Text& text_of(const Record& record, std::string_view name);
+
+std::string pack_record(const Record& record);
+/// Packs a record in pieces, without a copy of the texts.
+void pack_record(const Record& record, const std::function<void(std::string_view)>& take);
+/// Throws RunError when `packed` is none of pack_record().
+Record unpack_record(std::string_view packed);
+
+/// Columns NAME, LABEL, TEXT; one row per text.
+TextTable record_table(const Record& record);
+/// Throws InputError.
+Record record_from_table(const TextTable& table);
+
+/// Whether images of that name keep the record of their job: FITS files and PNG pictures do.
+bool keeps_record(const std::filesystem::path& image);
+/// The record in an image's file. Throws InputError.
+Record read_record(const std::filesystem::path& image);
+
+}  // namespace gamer

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+
+#include "gamer/image/data_table.h"
+#include "gamer/job/job.h"
+#include "gamer/parallel/executor.h"
+
+namespace gamer {
+
+/// Checks before rendering that the table can be written: into the image's file where `path` is
+/// empty, else to `path`, .fits or .ecsv. Throws InputError.
+void check_truth_table(const std::filesystem::path& path, const OutputOptions& image);
+/// Writes it to `path`; the DATE of a FITS file is `date`. Throws RunError.
+void write_truth_table(const std::filesystem::path& path, const DataTable& table,
+                       const std::string& date);
+
+/// Makes magnitudes those of the galaxies as seen (photometry.attenuated): raises the brightness of
+/// each by what its dust takes in the reference band, at rest for absolute magnitudes. Every rank
+/// calls it with the same scene; each galaxy is measured once, in so many threads a rank.
+void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
+                       const Bandpass& reference, const Ranks& ranks, int threads, Scene& scene);
+
+/// Table TRUTH, one row per object in the order of the scene's list:
+///   object, id, galaxy, x, y (FITS pixels), ra, dec (sky views), redshift, seed, inclination
+///   (0 to 90 deg), radius (arcsec or scene units), then per plane mag_<label> and
+///   mag_dustfree_<label> (flux_... in relative images: pixel sums of a fine image, in units of
+///   brightness times scene units^2), half_light_radius, e1, e2, bulge_to_total (without dust,
+///   first plane), optical_depth. What a star has not is NaN.
+/// Every rank calls it; the table is rank 0's.
+DataTable truth_table(const RenderJob& job, Executor& executor);
+
+}  // namespace gamer

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gamer/job/job.h"
+
+namespace gamer {
+
+/// What is likely wrong with a job whose image can be made: a line for each.
+std::vector<std::string> job_warnings(const RenderJob& job);
+
+/// Whether a row has light: pixels that are finite and differ from 0 in the output's precision.
+bool has_light(std::span<const double> pixels, bool is_single_precision);
+
+/// Says that an image is without light, and the likely cause.
+std::string darkness_warning(const RenderJob& job);
+
+/// Says how many rays a bound kept from the tolerance, in these files or frames.
+std::string shortfall_warning(const std::string& where, double rays);
+
+}  // namespace gamer

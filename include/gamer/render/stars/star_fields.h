@@ -1,0 +1,95 @@
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "gamer/galaxy/kinds/star_field.h"
+#include "gamer/scene/camera.h"
+#include "gamer/scene/scene.h"
+
+namespace gamer {
+
+/// Which stars of a scene's star fields an image shows one by one, and what the light of the others
+/// is.
+///
+/// A star of luminosity L at the distance d from the camera (1 in an orthographic view) has q =
+/// L/d^2. It shines by itself with the weight w(q): 0 up to a limit q0 of its field, 1 from 4 q0
+/// on, between them the smoothstep in ln q. The rest, 1 - w, is part of the field's smooth light,
+/// whose share of the emissivity at a distance d is the mean of 1 - w(L/d^2) over the light of the
+/// population and whose spectrum is the mean of that light: points and smooth light together are,
+/// in expectation, the field's emissivity everywhere. Nothing depends on pixels or rays but q0, for
+/// which `stars_per_pixel` stars above it are expected in the pixel that sees most of them.
+class StarFields {
+ public:
+  /// A part of the smooth light with a spectrum of its own: that of what is left at one distance;
+  /// parts of neighbouring distances blend.
+  struct Part {
+    std::shared_ptr<const Sed> sed;
+    /// Share of the field's emissivity at the distances of the field's `scale`; empty: all of it
+    /// everywhere.
+    std::vector<float> share;
+  };
+  /// Distances at which shares are known, linear in between: so many an octave. As positive floats
+  /// ascend like their bits, a place on the scale is a difference of bits, whose upper part is the
+  /// index of a distance and whose rest is the way to the next.
+  class DistanceScale {
+   public:
+    static constexpr int log2_values_per_octave = 5;
+
+    DistanceScale() = default;
+    /// Reaches from `nearest` or below to `farthest` or beyond, both positive floats.
+    DistanceScale(double nearest, double farthest);
+
+    std::size_t size() const { return size_; }
+    double at(std::size_t i) const {
+      return double{std::bit_cast<float>(first_ + (static_cast<std::uint32_t>(i) << shift))};
+    }
+    std::uint32_t first_bits() const { return first_; }
+    std::uint32_t largest_offset() const { return largest_offset_; }
+    static constexpr int shift = std::numeric_limits<float>::digits - 1 - log2_values_per_octave;
+    static constexpr std::uint32_t mask = (1u << shift) - 1;
+
+   private:
+    std::uint32_t first_ = 0, largest_offset_ = 0;
+    std::size_t size_ = 0;
+  };
+  struct Field {
+    int galaxy;
+    std::size_t component;
+    const StarField* stars;
+    double limit;  ///< q0; infinite where no star shines by itself
+    std::vector<Part> parts;
+    DistanceScale scale;
+
+    /// w(q).
+    double weight(double q) const;
+    /// out = light times the part's share at these distances, in whole vectors (batch.h): nearer
+    /// than the scale as at its first one, farther as at its last.
+    void dim(const Part& part, std::span<const float> distances, const float* light,
+             float* out) const;
+  };
+
+  /// Without the camera, or with 0, all stars are smooth light.
+  StarFields(const Scene& scene, const Camera& camera, double stars_per_pixel);
+
+  bool empty() const { return fields_.empty(); }
+  std::span<const Field> fields() const { return fields_; }
+  /// The field of a component of a placed galaxy; null where it is no star field.
+  const Field* find(int galaxy, std::size_t component) const;
+  /// Whether all of the scene is at one distance.
+  bool is_parallel() const { return is_parallel_; }
+
+ private:
+  void set_limit(const Scene& scene, const Camera& camera, double stars_per_pixel, Field& field);
+  void set_parts(double nearest, double farthest, Field& field) const;
+
+  bool is_parallel_;
+  std::vector<Field> fields_;  ///< by galaxy and component
+};
+
+}  // namespace gamer

@@ -1,0 +1,144 @@
+#include "gamer/galaxy/kinds/star_field.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "gamer/core/error.h"
+
+namespace gamer {
+namespace {
+
+constexpr double largest_number = 1e15;
+
+/// With a spectrum of its own stars have no temperature.
+void check_spectrum(const ParameterSet& values, const std::string& context) {
+  if (!values.is_given("sed")) return;
+  for (const char* key : {"temperature", "temperature_slope", "temperature_scatter"}) {
+    if (!values.is_given(key)) continue;
+    throw InputError(values.where(key),
+                     fmt::format("{}'sed' and '{}' exclude each other: sed is the spectrum of all "
+                                 "stars, instead of blackbodies",
+                                 context, key));
+  }
+}
+
+}  // namespace
+
+StarField::StarField(const LayerShape& shape, const ArmPattern& arms, StellarPopulation population,
+                     double number, std::uint64_t seed)
+    : Layer(shape, arms),
+      population_(std::move(population)),
+      number_(number),
+      seed_(seed),
+      mean_sed_(population_.sed()),
+      envelope_integral_(Layer::envelope_integral()) {
+  sed_ = mean_sed_;
+}
+
+std::uint64_t StarField::key() const {
+  std::uint64_t key = seed_;
+  for (const char c : name()) key = hash_words({key, static_cast<unsigned char>(c)});
+  return key;
+}
+
+double StarField::bound(const Cell& cell) const {
+  const auto nearest = [&](int axis) {
+    return std::max(std::abs(cell.centre[axis]) - cell.half, 0.0);
+  };
+  const double x = nearest(0), y = nearest(1), z = nearest(2);
+  const double r2 = x * x + y * y;
+  const double distance = std::sqrt(r2 + z * z);
+  if (distance >= 1) return 0;
+  const LayerShape& own = shape();
+  const double e = std::exp(-2 * z / own.z0);
+  double value =
+      4 * e / ((1 + e) * (1 + e)) * std::exp(-std::sqrt(r2) / own.rh) * taper_at(distance);
+  if (own.inner > 0) {
+    const double far_x = std::abs(cell.centre[0]) + cell.half;
+    const double far_y = std::abs(cell.centre[1]) + cell.half;
+    const double q = (far_x * far_x + far_y * far_y) / (own.inner * own.inner);
+    value *= -std::expm1(-q * q);
+  }
+  return value;
+}
+
+int StarField::poisson(double mean, double u) {
+  if (u < 1 - mean) return 0;  // below exp(-mean)
+  double probability = std::exp(-mean), sum = probability;
+  int count = 0;
+  // Ends where rounding leaves nothing to add.
+  while (u >= sum && probability > 0) {
+    ++count;
+    probability *= mean / count;
+    const double next = sum + probability;
+    if (count > mean && next == sum) break;
+    sum = next;
+  }
+  return count;
+}
+
+double StarField::luminosity(std::size_t k, const Candidate& candidate) const {
+  return population_.luminosity(k, luminosity_share(candidate));
+}
+
+double StarField::luminosity_bound(std::size_t k, const Candidate& candidate) const {
+  return population_.luminosity_bound(k, luminosity_share(candidate));
+}
+
+double StarField::luminosity_share(const Candidate& candidate) {
+  return to_unit(mix64(candidate.key + 3 * golden_gamma));
+}
+
+double StarField::temperature(double luminosity, const Candidate& candidate) const {
+  const std::uint64_t bits = mix64(candidate.key + 4 * golden_gamma);
+  constexpr std::uint64_t mask = (std::uint64_t{1} << 21) - 1;
+  const auto part = [&](int shift) {
+    return (static_cast<double>((bits >> shift) & mask) + 0.5) * 0x1p-21;
+  };
+  return population_.temperature(luminosity, part(0), part(21), part(42));
+}
+
+ComponentKind starfield_kind() {
+  using component_parameters::operator+;
+  ComponentKind kind;
+  kind.name = "starfield";
+  kind.description = "stars: the nearest and brightest as points of light, the others as their sum";
+  ParameterTable light = component_parameters::light();
+  for (Parameter& parameter : light) {
+    if (parameter.name != "sed") continue;
+    parameter.required = false;
+    parameter.description = "name or file of the spectrum of all stars, instead of blackbodies";
+  }
+  kind.parameters =
+      component_parameters::common() + light + Layer::parameters() +
+      ParameterTable{{"follows",
+                      ParameterType::text,
+                      "",
+                      Interval::any(),
+                      {},
+                      "name of the disk component whose noise also modulates this one"},
+                     {"number", ParameterType::number, "", Interval::closed(1, largest_number),
+                      1e11, "of stars in the galaxy, with those that are never seen alone"}} +
+      StellarPopulation::parameters();
+  FractalParameters noise;
+  noise.octaves = 4;
+  noise.k0 = 0;
+  noise.frequency_scale = 2;
+  noise.spectral_index = 1;
+  noise.exponent = 1;
+  noise.inverse = true;
+  noise.floor = 0.3;
+  kind.noise = noise;
+  kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
+    check_spectrum(input.values, input.context);
+    return std::make_unique<StarField>(
+        Layer::read_shape(input.values), input.arms,
+        StellarPopulation(input.values, input.context, input.resources),
+        input.values.number("number"), input.settings.seed);
+  };
+  return kind;
+}
+
+}  // namespace gamer

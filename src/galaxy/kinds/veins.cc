@@ -1,0 +1,110 @@
+#include <cmath>
+#include <memory>
+#include <string_view>
+
+#include "galaxy/veins/vein_texture.h"
+#include "gamer/core/random.h"
+#include "gamer/galaxy/kinds/layer.h"
+
+namespace gamer {
+
+namespace {
+
+/// A disk without arms of its own, in which VeinTexture draws them.
+class Veins : public Layer {
+ public:
+  Veins(std::string_view kind, const LayerShape& shape, double amplitude,
+        std::unique_ptr<Texture> texture)
+      : Layer(shape, ArmPattern()), kind_(kind) {
+    amplitude_ = amplitude;
+    texture_ = std::move(texture);
+  }
+  std::string_view kind() const override { return kind_; }
+
+ private:
+  std::string_view kind_;
+};
+
+ParameterTable layer_parameters() {
+  ParameterTable table;
+  for (const Parameter& parameter : Layer::parameters()) {
+    if (parameter.name != "arm_width" && parameter.name != "twirl") table.push_back(parameter);
+  }
+  return table;
+}
+
+std::unique_ptr<Texture> make_texture(const ComponentInput& input, VeinParameters parameters,
+                                      const LayerShape& shape) {
+  const GalaxySettings& settings = input.settings;
+  parameters.small_kind = settings.noise_kind;
+  parameters.seed = settings.seed;
+  for (char c : input.name) {
+    parameters.seed = hash_words({parameters.seed, static_cast<unsigned char>(c)});
+  }
+  parameters.apply(input.values);
+  if (!input.values.is_given("octaves") && settings.octaves) parameters.octaves = *settings.octaves;
+  // The file's seeds choose the noise of this component; the row's seed still varies it.
+  if (input.values.has("seed")) {
+    parameters.seed = hash_words({parameters.seed, settings.seed});
+  }
+  parameters.pattern_seed = hash_words({parameters.pattern_seed, settings.seed});
+  if (!SpiralCoordinates::fits(input.arms)) {
+    throw InputError(input.node.where,
+                     input.context + (input.arms.has_arms()
+                                          ? "veins need arms that are evenly spread"
+                                          : "veins need [arms] with a model and at least one arm"));
+  }
+  return std::make_unique<VeinTexture>(parameters, SpiralCoordinates(input.arms, shape.shift),
+                                       2 * shape.z0);
+}
+
+LayerShape read_shape(const ParameterSet& values) {
+  constexpr double degree = std::numbers::pi / 180;
+  LayerShape shape;
+  shape.z0 = values.number("z0");
+  shape.rh = values.number("rh");
+  shape.inner = values.number("inner");
+  shape.arm_width = 0;
+  shape.shift = std::remainder(values.number("shift"), 360.0) * degree;
+  return shape;
+}
+
+}  // namespace
+
+ComponentKind veins_kind() {
+  using component_parameters::operator+;
+  ComponentKind kind;
+  kind.name = "veins";
+  kind.description =
+      "absorbing layer of veins along the arms and of spurs that leave them (Bizard 2018)";
+  const VeinParameters defaults;
+  kind.parameters = component_parameters::common() + layer_parameters() +
+                    component_parameters::dust() + defaults.table();
+  kind.make = [defaults](const ComponentInput& input) -> std::unique_ptr<Component> {
+    const LayerShape shape = read_shape(input.values);
+    return std::make_unique<Veins>(
+        "veins", shape, input.values.number("optical_depth") / (2 * shape.z0 * input.axis_z),
+        make_texture(input, defaults, shape));
+  };
+  return kind;
+}
+
+ComponentKind veins_light_kind() {
+  using component_parameters::operator+;
+  ComponentKind kind;
+  kind.name = "veins_light";
+  kind.description =
+      "light along such veins, in knots: the H II regions and young stars of their arms";
+  VeinParameters defaults;
+  defaults.density_low = 0.1;
+  defaults.clumpiness = 5;
+  kind.parameters = component_parameters::common() + component_parameters::light() +
+                    layer_parameters() + defaults.table();
+  kind.make = [defaults](const ComponentInput& input) -> std::unique_ptr<Component> {
+    const LayerShape shape = read_shape(input.values);
+    return std::make_unique<Veins>("veins_light", shape, 1.0, make_texture(input, defaults, shape));
+  };
+  return kind;
+}
+
+}  // namespace gamer

@@ -1,0 +1,294 @@
+#include "image/fits/card_record.h"
+
+#include <fitsio.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+
+#include "image/fits/fits_number.h"
+
+namespace gamer {
+namespace {
+
+/// Columns that a card's keyword takes.
+constexpr std::size_t kKeywordWidth = 8;
+constexpr std::size_t kRecordWidth = FLEN_CARD - 1;
+constexpr std::string_view kContinue = "CONTINUE  ";
+
+bool is_printing(char c) { return c >= ' ' && c <= '~'; }
+
+int hexadecimal_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  return -1;
+}
+
+bool is_escape(std::string_view text, std::size_t i) {
+  return i + 2 < text.size() && text[i] == '%' && hexadecimal_digit(text[i + 1]) >= 0 &&
+         hexadecimal_digit(text[i + 2]) >= 0;
+}
+
+/// The text between the quotes of a card's string value.
+std::string unquote(std::string_view value) {
+  std::string text;
+  if (!value.empty() && value.front() == '\'') value.remove_prefix(1);
+  if (!value.empty() && value.back() == '\'') value.remove_suffix(1);
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    text += value[i];
+    if (value[i] == '\'' && i + 1 < value.size() && value[i + 1] == '\'') ++i;
+  }
+  return text;
+}
+
+/// False where the text is not wholly a number of this type.
+template <class Number>
+bool parse_number(std::string text, Number& number) {
+  std::replace(text.begin(), text.end(), 'D', 'E');
+  const char* first = text.data() + (!text.empty() && text[0] == '+' ? 1 : 0);
+  const char* last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(first, last, number);
+  return error == std::errc() && end == last;
+}
+
+/// Everything of a card before its value.
+std::string card_prefix(const std::string& key) {
+  if (key.find_first_of("=/'") != std::string::npos || percent_encode(key) != key) {
+    throw CardError(fmt::format("'{}' cannot name a FITS card", key));
+  }
+  if (key.starts_with(hierarch)) return key + " = ";
+  if (key.size() > kKeywordWidth) return fmt::format("{}{} = ", hierarch, key);
+  return fmt::format("{:<{}}= ", key, kKeywordWidth);
+}
+
+/// A string value in quotes, cut into pieces that fit the room of the first card and of each
+/// further one; all but the last end in '&'.
+std::vector<std::string> quoted_pieces(std::string_view text, std::size_t first_room,
+                                       std::size_t next_room) {
+  std::vector<std::string> pieces;
+  std::string piece;
+  std::size_t room = first_room;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const std::string_view character = text[i] == '\'' ? "''" : text.substr(i, 1);
+    const bool last = i + 1 == text.size();
+    if (piece.size() + character.size() + (last ? 0 : 1) > room) {
+      pieces.push_back(fmt::format("'{}&'", piece));
+      piece.clear();
+      room = next_room;
+    }
+    piece += character;
+  }
+  pieces.push_back(fmt::format("'{}'", piece));
+  return pieces;
+}
+
+/// COMMENT and HISTORY.
+std::vector<std::string> line_records(const Card& card) {
+  constexpr std::size_t kLine = kRecordWidth - kKeywordWidth;
+  const std::string text = percent_encode(card.comment);
+  std::vector<std::string> records;
+  for (std::size_t first = 0; first == 0 || first < text.size(); first += kLine) {
+    records.push_back(fmt::format("{:<{}}{}", card.key, kKeywordWidth, text.substr(first, kLine)));
+  }
+  return records;
+}
+
+struct ParsedCard {
+  std::string value, comment;
+};
+
+ParsedCard parse_record(const std::string& record) {
+  char value[FLEN_VALUE] = {}, comment[FLEN_COMMENT] = {};
+  int status = 0;
+  fits_parse_value(const_cast<char*>(record.c_str()), value, comment, &status);
+  if (status != 0) {
+    fits_clear_errmsg();
+    throw CardError(fmt::format("cannot read the card '{}'", trim_right(record)));
+  }
+  return {value, comment};
+}
+
+bool is_line(std::string_view key) { return key == "COMMENT" || key == "HISTORY"; }
+
+}  // namespace
+
+std::string_view trim_right(std::string_view text) {
+  const std::size_t last = text.find_last_not_of(' ');
+  return text.substr(0, last == std::string_view::npos ? 0 : last + 1);
+}
+
+std::string percent_encode(std::string_view text) {
+  std::string encoded;
+  encoded.reserve(text.size());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool last_blank = text[i] == ' ' && i + 1 == text.size();
+    if (!is_printing(text[i]) || last_blank || is_escape(text, i)) {
+      encoded += fmt::format("%{:02X}", static_cast<unsigned char>(text[i]));
+    } else {
+      encoded += text[i];
+    }
+  }
+  return encoded;
+}
+
+std::string percent_decode(std::string_view text) {
+  std::string decoded;
+  decoded.reserve(text.size());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (is_escape(text, i)) {
+      decoded +=
+          static_cast<char>(hexadecimal_digit(text[i + 1]) * 16 + hexadecimal_digit(text[i + 2]));
+      i += 2;
+    } else {
+      decoded += text[i];
+    }
+  }
+  return decoded;
+}
+
+// CFITSIO's own functions for long names and long strings write beyond their buffers where the
+// string has many quotes or the name is too long (4.2).
+std::vector<std::string> card_records(const Card& card) {
+  if (std::holds_alternative<std::monostate>(card.value) && is_line(card.key)) {
+    return line_records(card);
+  }
+  const std::string comment = percent_encode(card.comment);
+  constexpr std::size_t kQuotes = 2;
+  /// Where numbers of standard cards end.
+  constexpr std::size_t kNumberWidth = 20;
+  const std::string prefix = card_prefix(card.key);
+  std::vector<std::string> values;
+  if (const auto* text = std::get_if<std::string>(&card.value)) {
+    // The first card must hold one (quoted) character and the '&'.
+    constexpr std::size_t kLeastRoom = 3;
+    if (prefix.size() + kQuotes + kLeastRoom > kRecordWidth) {
+      throw CardError(fmt::format("card {}: the name is too long for a FITS header", card.key));
+    }
+    values = quoted_pieces(percent_encode(*text), kRecordWidth - prefix.size() - kQuotes,
+                           kRecordWidth - kContinue.size() - kQuotes);
+  } else {
+    std::string value;
+    if (const auto* flag = std::get_if<bool>(&card.value)) {
+      value = *flag ? "T" : "F";
+    } else if (const auto* integer = std::get_if<long long>(&card.value)) {
+      value = fmt::format("{}", *integer);
+    } else if (const auto* number = std::get_if<double>(&card.value)) {
+      if (!std::isfinite(*number)) {
+        throw CardError(fmt::format("card {}: FITS headers cannot hold {}", card.key, *number));
+      }
+      value = fits_number(*number);
+    }
+    const bool standard = !prefix.starts_with(hierarch);
+    values = {standard ? fmt::format("{:>{}}", value, kNumberWidth) : value};
+    if (prefix.size() + values[0].size() > kRecordWidth) {
+      throw CardError(fmt::format("card {}: the name is too long for a FITS header", card.key));
+    }
+  }
+  std::vector<std::string> records;
+  for (const std::string& value : values) {
+    records.push_back((records.empty() ? prefix : std::string(kContinue)) + value);
+  }
+  if (!comment.empty()) records.back() = (records.back() + " / " + comment).substr(0, kRecordWidth);
+  return records;
+}
+
+bool is_continuation(std::string_view record) { return record.starts_with(kContinue); }
+
+std::string record_key(std::string_view record) {
+  char name[FLEN_KEYWORD] = {};
+  int length = 0, status = 0;
+  std::string copy(record.substr(0, kRecordWidth));
+  fits_get_keyname(copy.data(), name, &length, &status);
+  if (status != 0) {
+    fits_clear_errmsg();
+    return {};
+  }
+  std::string key = name;
+  std::transform(key.begin(), key.end(), key.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return key;
+}
+
+std::size_t card_length(std::span<const std::string> records) {
+  std::size_t length = 1;
+  while (length < records.size() && is_continuation(records[length])) ++length;
+  return length;
+}
+
+bool is_layout_record(const std::string& record) {
+  constexpr std::array kLayoutClasses = {TYP_STRUC_KEY, TYP_CMPRS_KEY, TYP_SCAL_KEY,
+                                         TYP_NULL_KEY,  TYP_DIM_KEY,   TYP_CKSUM_KEY};
+  constexpr std::array<std::string_view, 4> kLayoutKeys = {"ZHECKSUM", "ZDATASUM", "ZQUANTIZ",
+                                                           "LONGSTRN"};
+  std::string copy = record;
+  const int card_class = fits_get_keyclass(copy.data());
+  return std::find(kLayoutClasses.begin(), kLayoutClasses.end(), card_class) !=
+             kLayoutClasses.end() ||
+         std::find(kLayoutKeys.begin(), kLayoutKeys.end(), record_key(record)) != kLayoutKeys.end();
+}
+
+Card parse_card(std::span<const std::string> records) {
+  const std::string& record = records.front();
+  Card card;
+  card.key = record_key(record);
+  if (is_line(card.key)) {
+    card.comment = percent_decode(
+        trim_right(std::string_view(record).substr(std::min(record.size(), kKeywordWidth))));
+    return card;
+  }
+  if (record.starts_with(hierarch)) card.key.insert(0, hierarch);
+  ParsedCard parsed = parse_record(record);
+  char type = 'U';
+  if (!parsed.value.empty()) {
+    int status = 0;
+    fits_get_keytype(parsed.value.c_str(), &type, &status);
+    if (status != 0) {
+      fits_clear_errmsg();
+      throw CardError(fmt::format("cannot read the card '{}'", trim_right(record)));
+    }
+  }
+  switch (type) {
+    case 'U':
+      break;
+    case 'L':
+      card.value = parsed.value == "T";
+      break;
+    case 'I':
+      if (long long integer = 0; parse_number(parsed.value, integer)) {
+        card.value = integer;
+        break;
+      }
+      [[fallthrough]];
+    case 'F':
+      if (double real = 0; parse_number(parsed.value, real)) {
+        card.value = real;
+      } else {
+        card.value = parsed.value;
+      }
+      break;
+    case 'C': {
+      std::string text = unquote(parsed.value);
+      for (std::size_t i = 1; i < records.size() && !text.empty() && text.back() == '&'; ++i) {
+        std::string next = records[i];
+        // A continuation has no '=', which CFITSIO's parser looks for.
+        next.replace(0, kContinue.size(), "CONTINU = ");
+        const ParsedCard more = parse_record(next);
+        text.pop_back();
+        text += unquote(more.value);
+        parsed.comment += more.comment;
+      }
+      card.value = percent_decode(trim_right(text));
+      break;
+    }
+    default:
+      card.value = parsed.value;
+  }
+  card.comment = percent_decode(trim_right(parsed.comment));
+  return card;
+}
+
+}  // namespace gamer

@@ -1,0 +1,307 @@
+#include "image/fits/fits_scan.h"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <charconv>
+#include <climits>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "gamer/core/error.h"
+
+namespace gamer {
+namespace {
+
+constexpr std::size_t kBlock = 2880, kRecord = 80, kKeyword = 8, kValue = 10;
+/// SIMPLE or XTENSION, BITPIX and NAXIS come before.
+constexpr std::size_t kFirstAxis = 3;
+/// CFITSIO (4.2) has room for so many axes of an image, and of a compressed one (MAX_COMPRESS_DIM).
+constexpr long long kMostAxes = 99, kMostCompressedAxes = 6;
+/// The standard's limit.
+constexpr long long kMostColumns = 999;
+constexpr std::string_view kFits = "SIMPLE", kGzip = "\x1f\x8b", kEnd = "END     ";
+/// What follows the axes of a table.
+constexpr std::array<std::string_view, 3> kTableCards = {"PCOUNT", "GCOUNT", "TFIELDS"};
+/// What may follow the last HDU.
+constexpr std::string_view kFill("\0 \r\n", 4);
+
+std::string_view trim(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(' ');
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(' ') - first + 1);
+}
+
+/// The whole value of a card as an integer.
+std::optional<long long> integer(std::string_view record) {
+  if (record.substr(kKeyword, 2) != "= ") return std::nullopt;
+  std::string_view value = record.substr(kValue);
+  value = trim(value.substr(0, value.find('/')));
+  if (value.starts_with('+')) value.remove_prefix(1);
+  long long number = 0;
+  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+  if (error != std::errc() || end != value.data() + value.size()) return std::nullopt;
+  return number;
+}
+
+/// "ZTILE3" is 3 of "ZTILE"; 0 for other keys.
+long long number_of(std::string_view key, std::string_view stem) {
+  long long number = 0;
+  if (!key.starts_with(stem) || key.size() == stem.size()) return 0;
+  const std::string_view digits = key.substr(stem.size());
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  const bool is_number = error == std::errc() && end == digits.data() + digits.size();
+  return is_number ? std::max(number, 0LL) : 0;
+}
+
+/// The name that CFITSIO finds in a record. It takes what stands before a blank or "=", which need
+/// not be in its place, and what follows HIERARCH for a name like others.
+std::string_view name_of(std::string_view record) {
+  constexpr std::string_view kLongName = "HIERARCH ";
+  const std::size_t equals = record.find('=');
+  if (record.starts_with(kLongName) && equals != std::string_view::npos) {
+    return trim(record.substr(kLongName.size(), equals - kLongName.size()));
+  }
+  return record.substr(0, record.find_first_of(" ="));
+}
+
+/// Whether CFITSIO, which looks for it in whatever case, takes the name for GROUPS.
+bool is_groups(std::string_view name) {
+  constexpr std::string_view kGroups = "GROUPS";
+  return std::ranges::equal(name, kGroups, {}, [](unsigned char c) { return std::toupper(c); });
+}
+
+/// Whether a card's value is a string of printing ASCII.
+bool is_string(std::string_view record) {
+  const bool is_text =
+      std::all_of(record.begin(), record.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  if (!is_text || record.substr(kKeyword, 2) != "= ") return false;
+  const std::string_view value = trim(record.substr(kValue));
+  return value.starts_with('\'') && value.find('\'', 1) != std::string_view::npos;
+}
+
+/// The mandatory cards of one header, which must stand in their places, and those of compressed
+/// images and of columns.
+class Header {
+ public:
+  /// Messages begin with `label` and the HDU's number.
+  Header(const std::string& label, int hdu) : label_(label), hdu_(hdu) {}
+
+  /// Takes the records of the next block; false behind END.
+  bool read(std::string_view block) {
+    for (; block.size() >= kRecord; block.remove_prefix(kRecord)) {
+      const std::string_view record = block.substr(0, kRecord);
+      if (record.starts_with(kEnd)) {
+        if (!trim(record.substr(kEnd.size())).empty()) fail("text stands behind END");
+        check_end();
+        return false;
+      }
+      read_record(record);
+    }
+    return true;
+  }
+
+  /// Blocks of data.
+  double data_blocks() const {
+    constexpr double kBitsPerByte = 8;
+    double pixels = axes_.empty() ? 0 : 1;
+    for (const double axis : axes_) pixels *= axis;
+    const double values = static_cast<double>(groups_.value_or(1)) *
+                          (static_cast<double>(parameters_.value_or(0)) + pixels);
+    return std::ceil(bits_ / kBitsPerByte * values / kBlock);
+  }
+
+  [[noreturn]] void fail(const std::string& message) const {
+    throw InputError(fmt::format("{}: HDU {}: {}", label_, hdu_, message));
+  }
+
+ private:
+  void read_record(std::string_view record) {
+    const std::string_view key = name_of(record);
+    const std::optional<long long> value = integer(record);
+    if (!read_mandatory(key, value) && is_size(key)) {
+      fail(fmt::format("{} stands there twice", key));
+    }
+    if (key == "XTENSION") is_table_ = record.find("TABLE", kValue) != std::string_view::npos;
+    const std::size_t further = records_ - std::min(records_, kFirstAxis + axis_count_);
+    if (further < kTableCards.size() && key == kTableCards[further]) ++table_cards_;
+    ++records_;
+    if (key == "PCOUNT") take_once(parameters_, key, value, INT64_MAX);
+    if (key == "GCOUNT") take_once(groups_, key, value, INT64_MAX);
+    if (key == "TFIELDS") take_once(columns_, key, value, kMostColumns);
+    if (is_groups(key)) has_groups_ = true;
+    read_column(key, record);
+    read_compressed(key, value);
+  }
+
+  /// Whether the card is one that must stand in this place. Fails where it is another.
+  bool read_mandatory(std::string_view key, std::optional<long long> value) {
+    const auto expect = [&](const std::string& name, bool is_good) {
+      if (key != name) fail(fmt::format("card {} must be {}", records_ + 1, name));
+      if (!is_good) fail(fmt::format("{} has a value that cannot be", name));
+    };
+    if (records_ == 0) {
+      expect(hdu_ == 0 ? "SIMPLE" : "XTENSION", true);
+    } else if (records_ == 1) {
+      expect("BITPIX", value && is_type(*value));
+      bits_ = std::abs(static_cast<double>(*value));
+    } else if (records_ == 2) {
+      expect("NAXIS", value && *value >= 0 && *value <= kMostAxes);
+      axes_.reserve(static_cast<std::size_t>(*value));
+      axis_count_ = static_cast<std::size_t>(*value);
+    } else if (axes_.size() < axis_count_) {
+      expect(fmt::format("NAXIS{}", axes_.size() + 1), value && *value >= 0);
+      axes_.push_back(static_cast<double>(*value));
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  /// CFITSIO takes the first or the last of two.
+  bool is_size(std::string_view key) const {
+    const auto axis = static_cast<std::size_t>(number_of(key, "NAXIS"));
+    return key == "BITPIX" || key == "NAXIS" || (axis >= 1 && axis <= axis_count_);
+  }
+
+  void take_once(std::optional<long long>& to, std::string_view key, std::optional<long long> value,
+                 long long most) {
+    if (to) fail(fmt::format("{} stands there twice", key));
+    if (!value || *value < 0 || *value > most) {
+      fail(fmt::format("{} has a value that cannot be", key));
+    }
+    to = value;
+  }
+
+  void read_column(std::string_view key, std::string_view record) {
+    for (const std::string_view stem : {"TTYPE", "TFORM"}) {
+      if (number_of(key, stem) == 0 || is_string(record)) continue;
+      fail(fmt::format("a table cannot have such {}", key));
+    }
+  }
+
+  void read_compressed(std::string_view key, std::optional<long long> value) {
+    const auto check = [&](bool is_good) {
+      if (!is_good && bad_.empty()) bad_ = key;
+    };
+    if (key == "ZIMAGE") is_compressed_ = true;
+    if (key == "ZNAXIS") {
+      compressed_axes_ = value;
+      check(value && *value >= 1 && *value <= kMostCompressedAxes);
+    }
+    if (key == "ZBITPIX") check(value && is_type(*value));
+    for (const std::string_view stem : {"ZNAXIS", "ZTILE"}) {
+      const long long axis = number_of(key, stem);
+      if (axis == 0) continue;
+      check(axis <= kMostCompressedAxes && value && *value >= 1 && *value <= INT_MAX);
+      if (axis <= kMostCompressedAxes && stem == "ZNAXIS") {
+        has_axis_[static_cast<std::size_t>(axis)] = true;
+      }
+    }
+  }
+
+  static bool is_type(long long bits) {
+    constexpr std::array<long long, 6> kTypes = {8, 16, 32, 64, -32, -64};
+    return std::find(kTypes.begin(), kTypes.end(), bits) != kTypes.end();
+  }
+
+  void check_end() const {
+    if (records_ < kFirstAxis + axis_count_) fail("cards of its sizes are missing");
+    // CFITSIO takes its size from the other axes, depending on the first GROUPS.
+    if (has_groups_ && !axes_.empty() && axes_[0] == 0) fail("random groups are no image");
+    // CFITSIO takes what has TFIELDS for a table, too.
+    if (hdu_ > 0 && (is_table_ || columns_)) check_table();
+    if (!is_compressed_ || (bad_.empty() && has_all_axes())) return;
+    fail(fmt::format("a compressed image cannot have such {}", bad_.empty() ? "ZNAXISn" : bad_));
+  }
+
+  void check_table() const {
+    constexpr std::size_t kAxes = 2;
+    constexpr double kBits = 8;
+    if (axis_count_ == kAxes && bits_ == kBits && table_cards_ == kTableCards.size()) return;
+    fail(fmt::format("a table begins with BITPIX = 8, NAXIS = 2, NAXIS1, NAXIS2, {}, in this order",
+                     fmt::join(kTableCards, ", ")));
+  }
+
+  bool has_all_axes() const {
+    if (!compressed_axes_) return false;
+    for (long long axis = 1; axis <= *compressed_axes_; ++axis) {
+      if (!has_axis_[static_cast<std::size_t>(axis)]) return false;
+    }
+    return true;
+  }
+
+  const std::string& label_;
+  int hdu_;
+  std::size_t records_ = 0, axis_count_ = 0;
+  double bits_ = 0;
+  std::vector<double> axes_;
+  std::optional<long long> parameters_, groups_, columns_;
+  bool has_groups_ = false, is_compressed_ = false, is_table_ = false;
+  std::size_t table_cards_ = 0;  ///< of kTableCards, in their places
+  std::optional<long long> compressed_axes_;
+  std::vector<bool> has_axis_ = std::vector<bool>(kMostCompressedAxes + 1);
+  std::string bad_;  ///< the first key of a compressed image whose value cannot be
+};
+
+struct CloseGzip {
+  void operator()(gzFile_s* file) const { gzclose(file); }
+};
+
+}  // namespace
+
+bool begins_as_fits(std::string_view bytes) {
+  return bytes.starts_with(kFits) || bytes.starts_with(kGzip);
+}
+
+void check_headers(const std::filesystem::path& path, const std::string& label) {
+  // A pipe or a device could block for ever or never end.
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (std::filesystem::is_directory(status)) {
+    throw InputError(fmt::format("{}: it is a directory", label));
+  }
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    throw InputError(fmt::format("{}: it is not a regular file", label));
+  }
+  // Reads plain files as they are.
+  errno = 0;
+  const std::unique_ptr<gzFile_s, CloseGzip> file(gzopen(path.c_str(), "rb"));
+  if (!file) throw InputError(fmt::format("{}: cannot open it: {}", label, std::strerror(errno)));
+  std::array<char, kBlock> block{};
+  /// The next block, or what there is of it.
+  const auto read = [&]() -> std::string_view {
+    const int count = gzread(file.get(), block.data(), kBlock);
+    if (count < 0) throw InputError(fmt::format("{}: its gzip stream is damaged", label));
+    return {block.data(), static_cast<std::size_t>(count)};
+  };
+  for (int hdu = 0;; ++hdu) {
+    std::string_view bytes = read();
+    if (hdu == 0 && !bytes.starts_with(kFits)) {
+      throw InputError(fmt::format("{}: is no FITS file", label));
+    }
+    if (bytes.find_first_not_of(kFill) == std::string_view::npos) return;
+    Header header(label, hdu);
+    while (header.read(bytes)) {
+      bytes = read();
+      if (bytes.empty()) header.fail("the file ends before its header does (END)");
+    }
+    const double size = header.data_blocks() * kBlock;
+    // CFITSIO's products of larger sizes overflow.
+    constexpr double kFarthest = 0x1p62;
+    // Also where it is no number, a product of infinity and 0.
+    if (!(size < kFarthest)) header.fail("its sizes cannot be");
+    if (gzseek(file.get(), static_cast<z_off_t>(size), SEEK_CUR) < 0) return;
+  }
+}
+
+}  // namespace gamer

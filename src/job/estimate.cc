@@ -1,0 +1,169 @@
+#include "gamer/job/estimate.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <fstream>
+#include <functional>
+#include <numbers>
+#include <numeric>
+#include <vector>
+
+#include "gamer/job/report.h"
+#include "gamer/job/schedule.h"
+#include "gamer/render/galaxy_measure.h"
+#include "gamer/render/renderer.h"
+#include "image/image_suffix.h"
+#include "image/memory.h"
+#include "image/picture_size.h"
+
+namespace gamer {
+namespace {
+
+constexpr std::size_t most_tiles = 256;
+constexpr std::size_t most_measured = 16;
+constexpr double microsecond = 1e-6;
+/// Rank 0's for each value of a pixel: the journal's 1 to 10 ns and the writer's (journal_bench).
+constexpr double writing_seconds = 5e-9;
+/// Rows that wait for the journal to begin (render/journal.h).
+constexpr std::uint64_t most_pending = std::uint64_t{32} << 20;
+
+double seconds_of(clockid_t clock) {
+  timespec time{};
+  clock_gettime(clock, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+std::uint64_t resident_memory() {
+  std::uint64_t pages = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> pages >> resident;
+  return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+/// Seconds per unit of cost, in tiles around probes.
+double seconds_per_cost(const Renderer& renderer, const std::vector<Probe>& probes,
+                        double most_seconds) {
+  std::vector<double> sums(probes.size());
+  std::transform_inclusive_scan(probes.begin(), probes.end(), sums.begin(), std::plus<>(),
+                                [](const Probe& probe) { return probe.cost; });
+  const double all = sums.empty() ? 0 : sums.back();
+  if (!(all > 0)) return microsecond;
+  double seconds = 0, cost = 0;
+  for (std::size_t tile = 0; tile < most_tiles && seconds < most_seconds; ++tile) {
+    // Evenly spread after any number of tiles.
+    const double at = all * std::fmod((static_cast<double>(tile) + 0.5) * std::numbers::phi, 1.0);
+    const auto found = std::lower_bound(sums.begin(), sums.end(), at);
+    const Probe& probe =
+        probes[static_cast<std::size_t>(std::min(found, sums.end() - 1) - sums.begin())];
+    constexpr int side = Renderer::tile_rows;
+    const int left = probe.x - probe.x % side, bottom = probe.y - probe.y % side;
+    RenderCounts counts;
+    const double begin = thread_seconds();
+    renderer.count_pixels(left, std::min(left + side, renderer.width()), bottom,
+                          std::min(bottom + side, renderer.height()), counts);
+    // The first pays for what later ones find ready.
+    if (tile == 0) continue;
+    seconds += thread_seconds() - begin;
+    cost += estimated_cost(counts);
+  }
+  return cost > 0 ? seconds / cost : microsecond;
+}
+
+double truth_seconds(const RenderJob& job, double most_seconds) {
+  const std::vector<PlacedGalaxy>& galaxies = job.scene->galaxies;
+  const std::size_t count = std::min(galaxies.size(), most_measured);
+  if (count == 0) return 0;
+  const double begin = thread_seconds();
+  double seconds = 0;
+  std::size_t done = 0;
+  for (; done < count && seconds < most_seconds; ++done) {
+    const double share = std::fmod((static_cast<double>(done) + 0.5) * std::numbers::phi, 1.0);
+    const auto place = static_cast<std::size_t>(share * static_cast<double>(galaxies.size()));
+    measure(galaxies[place], job.parameters, job.camera, job.spectrum);
+    seconds = thread_seconds() - begin;
+  }
+  return seconds / static_cast<double>(done) * static_cast<double>(galaxies.size());
+}
+
+}  // namespace
+
+double process_seconds() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
+
+double thread_seconds() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
+
+JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int threads,
+                         const Preparation& preparation, double most_seconds) {
+  JobEstimate estimate;
+  const int workers = ranks * threads;
+  const double begin = process_seconds();
+  const TruthImages images = truth ? job.parameters.truth : TruthImages();
+  const Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum, images);
+  const double placing = process_seconds() - begin;
+  ThreadExecutor alone(1);
+  const std::vector<Probe> probes = probe_pixels(renderer, alone);
+  std::vector<double> costs = row_costs(probes, renderer.width(), renderer.height());
+  // One worker needs no blocks of equal cost.
+  const double together =
+      preparation.measuring + (workers == 1 ? 0 : process_seconds() - begin - placing);
+  estimate.preparing = preparation.reading + placing + together;
+  const std::uint64_t before = resident_memory();
+
+  const double unit = seconds_per_cost(renderer, probes, most_seconds);
+  if (truth) estimate.truth = truth_seconds(job, most_seconds);
+  const auto blocks =
+      workers == 1
+          ? render_blocks(renderer, alone)
+          : cost_blocks(costs, workers, most_block_rows(renderer.width(), renderer.planes()));
+  for (double& cost : costs) cost *= unit;
+  estimate.rendering = std::accumulate(costs.begin(), costs.end(), 0.0);
+  const double values = static_cast<double>(renderer.width()) * renderer.height() *
+                        static_cast<double>(renderer.planes());
+  const double writing = writing_seconds * values;
+  const double rows_seconds = workers == 1
+                                  ? estimate.rendering + writing
+                                  : std::max(time_of_blocks(blocks, costs, workers), writing);
+  // Rank 0 reads and checks before the others begin.
+  estimate.wall = (ranks > 1 ? 2 : 1) * preparation.reading + placing +
+                  (together + estimate.truth) / workers + rows_seconds;
+
+  int rows = 0;
+  for (const RowRange& block : blocks) rows = std::max(rows, block.size());
+  const auto of_rows = [&](int count) {
+    return static_cast<std::uint64_t>(count) * static_cast<std::uint64_t>(renderer.planes()) *
+           static_cast<std::uint64_t>(renderer.width()) * sizeof(double);
+  };
+  const std::uint64_t now = resident_memory();
+  const std::uint64_t of_thread = now > before ? now - before : 0;
+  const std::uint64_t working = now + static_cast<std::uint64_t>(threads - 1) * of_thread +
+                                of_rows(held_blocks(ranks, threads) * rows);
+  estimate.other_memory = std::max(peak_memory(), working);
+  const auto suffix = image_suffix(job.parameters.output.path);
+  const bool is_fits = suffix == ImageSuffix::fits || suffix == ImageSuffix::fits_compressed;
+  const std::uint64_t pending = std::min(most_pending, of_rows(renderer.height()));
+  const std::uint64_t picture =
+      is_fits ? 0 : picture_memory(renderer.width(), renderer.height(), renderer.planes());
+  estimate.memory = std::max(peak_memory(), working + pending + picture);
+  return estimate;
+}
+
+std::string estimate_text(const JobEstimate& estimate, int ranks, int threads) {
+  const auto count = [](int number, const char* what) {
+    return fmt::format("{} {}{}", number, what, number == 1 ? "" : "s");
+  };
+  std::string text = fmt::format(
+      "about {:.3g} s with {} of {}: {:.2g} s to prepare, {:.3g} core "
+      "seconds of rendering",
+      estimate.wall, count(ranks, "rank"), count(threads, "thread"), estimate.preparing,
+      estimate.rendering);
+  if (estimate.truth > 0) text += fmt::format(", {:.3g} of the truth's table", estimate.truth);
+  text += fmt::format("; memory {}", bytes_text(estimate.memory));
+  if (ranks > 1) {
+    text += fmt::format(" on rank 0, {} on each other", bytes_text(estimate.other_memory));
+  }
+  return text;
+}
+
+}  // namespace gamer

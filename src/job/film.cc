@@ -1,0 +1,296 @@
+#include "gamer/job/film.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <iterator>
+#include <sstream>
+#include <system_error>
+#include <utility>
+
+#include "gamer/core/error.h"
+#include "gamer/core/simd.h"
+#include "gamer/image/clean_up.h"
+#include "gamer/image/picture.h"
+#include "gamer/job/resume.h"
+#include "gamer/job/truth_table.h"
+#include "gamer/job/warnings.h"
+#include "gamer/render/galaxy_measure.h"
+#include "image/image_suffix.h"
+
+namespace gamer {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Name of the packed text with the numbers of the frames.
+constexpr const char* packed_frames = "frames";
+
+/// Frames on which an estimate is founded at most, and seconds for each.
+constexpr int most_probes = 3;
+constexpr double probe_seconds = 1;
+
+bool is_there(const fs::path& file) { return are_there({file}); }
+
+/// The number in "<stem>_0007<...>", from 1; 0 where there is none.
+int frame_number(const std::string& name, const std::string& stem) {
+  constexpr std::size_t least_digits = 4, most_digits = 6;
+  if (!name.starts_with(stem + "_")) return 0;
+  const std::string rest = name.substr(stem.size() + 1);
+  const auto end = std::ranges::find_if_not(rest, [](unsigned char c) { return std::isdigit(c); });
+  const std::string digits(rest.begin(), end);
+  if (digits.size() < least_digits || digits.size() > most_digits) return 0;
+  return std::stoi(digits);
+}
+
+std::string tone_text(const std::array<double, 8>& tone) {
+  return value_text(std::vector<double>(tone.begin(), tone.end()));
+}
+
+}  // namespace
+
+Film::Film(std::unique_ptr<FrameJobs> jobs, const RenderParameters& parameters, WorkOptions options)
+    : jobs_(std::move(jobs)),
+      options_(std::move(options)),
+      parameters_(parameters),
+      path_(parameters) {}
+
+Film::Film(const RenderJob& animation, WorkOptions options, int ranks, int threads)
+    : Film(std::make_unique<FrameJobs>(animation), animation.parameters, std::move(options)) {
+  header_ = make_image_header(animation);
+  const ImageHeader truth_header = wanted_truth_header(animation, options_);
+  if (options_.truth) {
+    if (!options_.truth_table.empty()) {
+      throw InputError(
+          "gamer: --truth-table: an animation has a table for each frame; --truth "
+          "puts them into the frames' files");
+    }
+    check_truth_table({}, parameters_.output);
+  }
+  check_row_memory(header_, header_.planes() + truth_header.planes(), ranks, threads);
+  const InputFiles inputs(animation);
+  for (int number = 0; number < frames(); ++number) {
+    RenderParameters own = frame(number);
+    const auto files = result_files(own, options_, header_, truth_header);
+    inputs.check_outputs(files);
+    own.output.overwrite = true;
+    check_outputs(own, header_, truth_header);
+    own.output.overwrite = options_.overwrite;
+    if (options_.resume) {
+      if (are_there(files)) {
+        check_undamaged(own, options_, header_, truth_header);
+        const auto tone = check_same_frame(files.front(), jobs_->record(), own);
+        if (tone && !parameters_.output.tone) {
+          earlier_tone_ = tone;
+          earlier_picture_ = files.front();
+        }
+        if (!is_there(journal_path(own.output))) continue;
+      }
+    } else {
+      if (hindrance_.empty()) hindrance_ = gamer::hindrance(own.output, options_, files);
+      if (!hindrance_.empty() && !options_.dry_run) throw InputError(hindrance_);
+      std::ranges::copy_if(files, std::back_inserter(replaced_), is_there);
+    }
+    left_.push_back(number);
+  }
+}
+
+std::string Film::pack() const {
+  Record record = jobs_->record();
+  record.push_back({packed_frames, "", fmt::format("{}", fmt::join(left_, " "))});
+  return pack_record(record);
+}
+
+std::unique_ptr<Film> Film::unpack(std::string_view packed, WorkOptions options) {
+  Record record = unpack_record(packed);
+  std::istringstream numbers(text_of(record, packed_frames).content.str());
+  record.pop_back();
+  auto jobs = std::make_unique<FrameJobs>(read_job(record));
+  const RenderParameters parameters = jobs->parameters();
+  std::unique_ptr<Film> film(new Film(std::move(jobs), parameters, std::move(options)));
+  for (int number = 0; numbers >> number;) film->left_.push_back(number);
+  return film;
+}
+
+RenderParameters Film::frame(int number) const {
+  return frame_parameters(parameters_, path_, number);
+}
+
+std::string Film::names() const {
+  const fs::path& output = parameters_.output.path;
+  return fmt::format("{} to {}", frame_path(output, 0, frames()).string(),
+                     frame_path(output, frames() - 1, frames()).filename().string());
+}
+
+std::string Film::size() const { return size_text(header_); }
+
+double Film::pixels() const {
+  return static_cast<double>(left_.size()) * parameters_.width * parameters_.height;
+}
+
+std::vector<fs::path> Film::later_files() const {
+  const fs::path& output = parameters_.output.path;
+  const std::string suffix = image_suffix_text(output);
+  std::string stem = output.filename().string();
+  stem.resize(stem.size() - suffix.size());
+  std::vector<fs::path> files;
+  std::error_code error;
+  fs::directory_iterator entry(output.has_parent_path() ? output.parent_path() : ".", error);
+  for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (frame_number(name, stem) <= frames() || image_suffix_text(name) != suffix) continue;
+    files.push_back(output.parent_path() / name);
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
+JobEstimate Film::estimate(int ranks, int threads, double reading) {
+  const double start = process_seconds();
+  jobs_->measure(Ranks());
+  const double measuring = process_seconds() - start;
+  const auto count = static_cast<int>(left_.size());
+  const int apart = frames_apart(count, ranks);
+  const int workers = ranks * threads;
+  JobEstimate film;
+  film.preparing = reading + measuring;
+  // Seconds of a frame on a rank of its own, with all ranks, and of what precedes it.
+  double alone = 0, together = 0, preparing_frame = 0;
+  const int probes = std::min(count, most_probes);
+  for (int probe = 0; probe < probes; ++probe) {
+    const int i = probes == 1 ? 0 : probe * (count - 1) / (probes - 1);
+    const double begin = process_seconds();
+    const RenderJob job = jobs_->make(frame(left_[static_cast<std::size_t>(i)]));
+    const double making = process_seconds() - begin;
+    const JobEstimate own = estimate_job(job, options_.truth, apart > 0 ? 1 : ranks, threads,
+                                         {making, 0}, probe_seconds);
+    const double share = 1.0 / probes;
+    preparing_frame += share * own.preparing;
+    alone += share * own.wall;
+    // All ranks prepare a frame at the same time.
+    const double twice = ranks > 1 ? making : 0;
+    together += share * (apart > 0 ? own.preparing + (own.rendering + own.truth) / workers
+                                   : own.wall - twice);
+    film.rendering += share * count * own.rendering;
+    film.truth += share * count * own.truth;
+    film.memory = std::max(film.memory, own.memory);
+    film.other_memory = std::max(film.other_memory, apart > 0 ? own.memory : own.other_memory);
+  }
+  const int each = apart / ranks, shared = count - apart;
+  film.preparing += preparing_frame * (each + shared);
+  film.wall =
+      (ranks > 1 ? 2 : 1) * reading + measuring / workers + each * alone + shared * together;
+  return film;
+}
+
+void Film::choose_tone(const Ranks& ranks, Executor& executor) {
+  const auto tone = frame_tone(*jobs_, frame(parameters_.tone_frame - 1), executor);
+  // With two tones the film would flicker.
+  if (ranks.rank() == 0 && earlier_tone_ && *earlier_tone_ != tone) {
+    throw InputError(
+        {earlier_picture_.string(), 0, 0},
+        fmt::format("the film has changed since it began: image.tone was {}, is {} "
+                    "(of frame {}, animation.tone_frame); --overwrite starts anew",
+                    tone_text(*earlier_tone_), tone_text(tone), parameters_.tone_frame));
+  }
+  const std::string text = ranks.broadcast(tone_text(tone));
+  const ConfigNode root = parse_toml("[image]\ntone = " + text, "image.tone");
+  parameters_.output.tone = RenderParameters::read(root).output.tone;
+  const auto& numbers = *parameters_.output.tone;
+  parameters_.set("image", "tone", std::vector<double>(numbers.begin(), numbers.end()));
+}
+
+Film::Flaws Film::render_frame(int number, int ranks, int threads, Executor& executor,
+                               const Messages& messages, RankReport& report) {
+  RenderParameters own = frame(number);
+  own.output.overwrite = options_.overwrite;
+  std::unique_ptr<Journal> earlier;
+  if (options_.resume) {
+    const fs::path path = journal_path(own.output);
+    earlier = Journal::open(path, options_.journal_interval);
+    // With other instructions its rows' last digits would differ: the frame begins again.
+    if (earlier && earlier->head().simd != simd_target_name(current_simd_target())) {
+      earlier.reset();
+      Journal::discard(path);
+      own.output.overwrite = true;
+    }
+  }
+  Work work(jobs_->make(std::move(own)), options_, ranks, threads, std::move(earlier));
+  if (!work.is_complete()) {
+    work.begin();
+    work.render(executor, messages.progress, report);
+  }
+  if (messages.say) messages.say(work.text());
+  return {!work.darkness().empty(), work.unconverged_rays()};
+}
+
+void Film::warn_of(const std::map<int, Flaws>& flaws, const Messages& messages) {
+  std::vector<int> dark, unconverged;
+  double rays = 0;
+  for (const auto& [number, flaw] : flaws) {
+    if (flaw.is_dark) dark.push_back(number);
+    if (flaw.unconverged_rays > 0) unconverged.push_back(number);
+    rays += flaw.unconverged_rays;
+  }
+  if (!dark.empty()) {
+    messages.warn(fmt::format("{} of {} frames without light; frame {}: {}", dark.size(),
+                              flaws.size(), dark.front() + 1,
+                              darkness_warning(jobs_->make(frame(dark.front())))));
+  }
+  if (!unconverged.empty()) {
+    messages.warn(
+        shortfall_warning(fmt::format("{} of {} frames, the first frame {}", unconverged.size(),
+                                      flaws.size(), unconverged.front() + 1),
+                          rays));
+  }
+}
+
+void Film::render(const Ranks& ranks, int threads, Executor& executor, const Messages& messages,
+                  RankReport& report) {
+  const bool is_root = ranks.rank() == 0;
+  jobs_->measure(ranks);
+  for (const fs::path& file : replaced_) fs::remove(file);
+  if (is_root) {
+    say_when_stopped("gamer", "; finished frames are kept; go on with: " + options_.resume_command);
+  }
+  if (picture_format(parameters_.output.path.string()) && !parameters_.output.tone) {
+    choose_tone(ranks, executor);
+  }
+  const auto count = static_cast<int>(left_.size());
+  const auto number = [&](int i) { return left_[static_cast<std::size_t>(i)]; };
+  const int apart = frames_apart(count, ranks.size());
+  std::map<int, Flaws> flaws;
+  if (apart > 0) {
+    Progress progress(apart, is_root ? messages.progress : Progress::Style::none, stderr);
+    progress.count("frames");
+    const std::unique_ptr<Executor> hand_out = ranks.executor(1);
+    hand_out->run(
+        even_blocks(apart, 1), 2,
+        [&](RowRange block, std::span<double> values) {
+          ThreadExecutor own(threads);
+          const Flaws found = render_frame(number(block.first), 1, threads, own, {}, report);
+          values[0] = found.is_dark ? 1 : 0;
+          values[1] = found.unconverged_rays;
+        },
+        [&](RowRange block, std::span<const double> values) {
+          progress.add(block.size());
+          flaws[number(block.first)] = {values[0] != 0, values[1]};
+          if (!messages.say) return;
+          messages.say(frame_path(parameters_.output.path, number(block.first), frames()).string());
+        });
+    // While a rank waits for a frame, all its threads do.
+    const double waiting = hand_out->times().waiting;
+    report.runs += {waiting, 0, threads * waiting, 0};
+  }
+  for (int i = apart; i < count; ++i) {
+    if (is_root) {
+      flaws[number(i)] = render_frame(number(i), ranks.size(), threads, executor, messages, report);
+    } else {
+      help_render(jobs_->make(frame(number(i))), options_, executor, report);
+    }
+  }
+  if (messages.warn) warn_of(flaws, messages);
+}
+
+}  // namespace gamer

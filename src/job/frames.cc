@@ -1,0 +1,96 @@
+#include "gamer/job/frames.h"
+#include "gamer/job/schedule.h"
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "gamer/image/picture.h"
+#include "gamer/job/resume.h"
+#include "job/make_job.h"
+
+namespace gamer {
+namespace {
+
+std::set<std::string_view> lines_of(std::string_view text) {
+  std::set<std::string_view> lines;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    lines.insert(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return lines;
+}
+
+}  // namespace
+
+FrameJobs::FrameJobs(const Record& animation)
+    : record_(animation),
+      parameters_(recorded_render_parameters(animation)),
+      resources_(Resources::from_record(animation)),
+      list_(text_of(animation, recorded_scene)),
+      catalogue_(Catalogue::parse(list_.content, list_.label, parameters_.catalogue_format)),
+      library_(parameters_, list_.label, resources_) {}
+
+FrameJobs::FrameJobs(const RenderJob& animation) : FrameJobs(animation.record) {
+  for (const PlacedGalaxy& placed : animation.scene->galaxies) {
+    library_.add(placed.type, placed.sed, placed.seed, placed.galaxy);
+  }
+  unmeasured_ = animation.rest.galaxies;
+}
+
+void FrameJobs::measure(const Ranks& ranks) {
+  measure_galaxies(std::exchange(unmeasured_, {}), {}, ranks);
+}
+
+RenderJob FrameJobs::make(RenderParameters parameters) {
+  const Ranks alone;
+  measure(alone);
+  RenderJob job = make_job(std::move(parameters), catalogue_, resources_, library_, list_.content);
+  // Later frames may look closer at a galaxy that no camera saw before.
+  job.rest.footprints.clear();
+  // Frames are made by one rank or by all at the same time.
+  complete(job, alone, 1);
+  return recorded(std::move(job), list_.label, resources_);
+}
+
+std::optional<std::array<double, 8>> check_same_frame(const std::filesystem::path& image,
+                                                      const Record& animation,
+                                                      RenderParameters parameters) {
+  if (!keeps_record(image)) return std::nullopt;
+  const Record then = read_record(image);
+  const RenderParameters own = recorded_render_parameters(then);
+  if (own.output.tone && !parameters.output.tone) {
+    const auto& numbers = *own.output.tone;
+    parameters.set("image", "tone", std::vector<double>(numbers.begin(), numbers.end()));
+  }
+  Record now = animation;
+  if (Resources::Text* text = find_text(now, recorded_parameters)) {
+    text->content = parameters.toml();
+  }
+  // A frame's list leaves out the stars that it does not show.
+  Resources::Text* all = find_text(now, recorded_scene);
+  const Resources::Text* shown = find_text(then, recorded_scene);
+  if (all != nullptr && shown != nullptr &&
+      std::ranges::includes(lines_of(all->content), lines_of(shown->content))) {
+    all->content = shown->content;
+  }
+  check_same_job(image, then, now);
+  return own.output.tone;
+}
+
+int frames_apart(int frames, int ranks) { return ranks > 1 ? frames - frames % ranks : 0; }
+
+std::array<double, 8> frame_tone(FrameJobs& jobs, RenderParameters parameters, Executor& executor) {
+  make_preview(parameters);
+  const RenderJob job = jobs.make(std::move(parameters));
+  const Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum);
+  const Image image = render_image(renderer, executor);
+  std::vector<double> wavelengths;
+  for (const SpectralPlane& plane : job.spectrum.planes) wavelengths.push_back(plane.wavelength);
+  // Elsewhere the image is empty.
+  return image.width() > 0 ? choose_tone(image, wavelengths).numbers() : std::array<double, 8>{};
+}
+
+}  // namespace gamer

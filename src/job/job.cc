@@ -1,0 +1,578 @@
+#include "gamer/job/job.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <stdexcept>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+
+#include "gamer/core/parallel_for.h"
+#include "gamer/core/units.h"
+#include "gamer/core/version.h"
+#include "gamer/galaxy/calibration/galaxy_statistics.h"
+#include "gamer/galaxy/kinds/star_field.h"
+#include "gamer/image/picture.h"
+#include "gamer/job/schedule.h"
+#include "gamer/job/truth_table.h"
+#include "gamer/render/galaxy_measure.h"
+#include "gamer/render/renderer.h"
+#include "gamer/scene/catalogue.h"
+#include "gamer/scene/galaxy_library.h"
+#include "gamer/sed/photometry.h"
+#include "image/memory.h"
+#include "job/make_job.h"
+#include "scene/text_rows.h"
+
+namespace gamer {
+namespace {
+
+// Names in the record.
+const std::string parameters_name = recorded_parameters;
+const std::string scene_name = recorded_scene;
+
+const std::filesystem::path& source_of(const JobRequest& request,
+                                       const std::filesystem::path& file) {
+  return request.from_header.empty() ? file : request.from_header;
+}
+
+/// Files that the command line names: the message begins with the name.
+const Resources::Text& read_file(Resources& resources, const std::string& name,
+                                 const std::filesystem::path& path) {
+  try {
+    return resources.read(name, path);
+  } catch (const InputError& error) {
+    throw InputError({path.generic_string(), 0, 0}, error.what());
+  }
+}
+
+}  // namespace
+
+void make_preview(RenderParameters& parameters) {
+  const auto reduced = [](int size) {
+    return static_cast<double>((size + preview_reduction - 1) / preview_reduction);
+  };
+  // The WCS of another image cannot be had at a quarter of the size.
+  if (parameters.sky_header.empty()) {
+    const double width = reduced(parameters.width);
+    if (parameters.projection == Projection::sky) {
+      parameters.set("camera", "pixel_scale",
+                     parameters.sky.pixel_scale * parameters.width / width);
+    }
+    if (parameters.projection == Projection::healpix) {
+      parameters.set("camera", "nside", static_cast<std::int64_t>(width));
+    } else {
+      const bool is_cube = parameters.projection == Projection::cubemap;
+      const double height = is_cube ? width : reduced(parameters.height);
+      parameters.set("image", "size", std::vector<double>{width, height});
+    }
+  }
+  parameters.set("camera", "supersample", std::int64_t{1});
+  parameters.set("sampling", "tolerance", std::max(parameters.tolerance, preview_tolerance));
+}
+
+namespace {
+
+/// Whether a file is read as one of parameters.
+bool holds_parameters(const std::filesystem::path& path) {
+  try {
+    Resources files(std::vector<std::filesystem::path>{});
+    return !parse_toml(files.read("", path).content, "").table().empty();
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+ConfigNode read_parameter_file(const JobRequest& request, Resources& resources) {
+  try {
+    const Resources::Text& text =
+        read_file(resources, parameters_name, source_of(request, request.parameters));
+    return parse_toml(text.content, text.label);
+  } catch (const InputError& error) {
+    if (request.from_header.empty() && holds_parameters(request.scene)) {
+      throw InputError(fmt::format("{}; the parameter file stands before the scene: gamer {} {}",
+                                   error.what(), request.scene.generic_string(),
+                                   request.parameters.generic_string()));
+    }
+    throw;
+  }
+}
+
+void set_output(const std::filesystem::path& path, RenderParameters& parameters) {
+  parameters.set("image", "output", path.string());
+  try {
+    // The record holds TOML, which is UTF-8.
+    parse_toml(parameters.toml(), "");
+  } catch (const InputError&) {
+    throw InputError({"--output", 0, 0}, "the name of the file is not valid UTF-8");
+  }
+}
+
+/// Whether a file begins as FITS does, also when it is compressed.
+bool is_fits(const std::filesystem::path& path) {
+  // To open a pipe could block for ever.
+  std::error_code error;
+  std::ifstream stream;
+  if (std::filesystem::is_regular_file(path, error)) stream.open(path, std::ios::binary);
+  char start[9] = {};
+  stream.read(start, 8);
+  const std::string name = path.string();
+  return std::string_view(start).starts_with("SIMPLE  ") || name.ends_with(".fits.gz") ||
+         name.find(".fits[") != std::string::npos;
+}
+
+std::string upper(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) {
+    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+  }
+  return result;
+}
+
+Card parameter_card(const std::string& section, const Parameter& parameter,
+                    const ParameterValue& value) {
+  Card card;
+  card.key =
+      fmt::format("HIERARCH {}{} {}", record_key_stem, upper(section), upper(parameter.name));
+  if (const auto* flag = std::get_if<bool>(&value)) {
+    card.value = *flag;
+  } else if (const auto* whole = std::get_if<std::int64_t>(&value)) {
+    card.value = static_cast<long long>(*whole);
+  } else if (const auto* real = std::get_if<double>(&value)) {
+    card.value = *real;
+  } else if (const auto* text = std::get_if<std::string>(&value)) {
+    card.value = *text;
+  } else {
+    card.value = value_text(value);
+  }
+  if (!parameter.unit.empty()) card.comment = fmt::format("[{}]", parameter.unit);
+  return card;
+}
+
+std::vector<Card> make_cards(const RenderParameters& parameters, const Scene& scene) {
+  std::vector<Card> cards = {
+      {"CREATOR", fmt::format("gamer {}", version()), "program and version"},
+  };
+  if (scene.unit == PixelUnit::relative) {
+    // Cards of their own: a long one would be broken within a word.
+    cards.insert(
+        cards.end(),
+        {{"COMMENT", {}, "relative surface brightness: integral of the emissivity along the ray,"},
+         {"COMMENT", {}, "lengths in galaxy radii; f_lambda per unit wavelength, SEDs normalised"},
+         {"COMMENT", {}, "to 1 at 5500 Angstrom"}});
+  }
+  for (const ParameterSection& section : render_parameter_sections()) {
+    const ParameterSet& values = parameters.section(section.name);
+    for (const Parameter& parameter : section.table) {
+      if (!values.has(parameter.name) || !parameters.applies(section.name, parameter.name))
+        continue;
+      cards.push_back(parameter_card(section.name, parameter, values.value(parameter.name)));
+    }
+  }
+  return cards;
+}
+
+/// The table of Scene::list, which has a line of names and then a row on each line.
+TextTable scene_table(const SharedText& list) {
+  const auto split = [](const TextLine& line, std::vector<LineWord>& words) {
+    split_line(line, TextRows::Separator::blanks, scene_name, most_columns, words);
+  };
+  TextTable table;
+  table.name = "SCENE";
+  LineReader head(list);
+  TextLine line;
+  std::vector<LineWord> words;
+  if (head.next(line)) split(line, words);
+  for (const LineWord& word : words) table.columns.emplace_back(word.text);
+  table.made_rows = [list, split](const TextTable::TakeRow& take) {
+    LineReader lines(list);
+    TextLine row;
+    std::vector<LineWord> row_words;
+    std::vector<std::string_view> cells;
+    lines.next(row);
+    while (lines.next(row)) {
+      split(row, row_words);
+      cells.clear();
+      for (const LineWord& word : row_words) cells.push_back(word.text);
+      take(cells);
+    }
+  };
+  return table;
+}
+
+/// BUNIT; of a relative image none.
+std::string unit_text(PixelUnit unit) {
+  switch (unit) {
+    case PixelUnit::relative:
+      return "";
+    case PixelUnit::nanojansky:
+      return "nJy";
+    case PixelUnit::megajansky_per_sr:
+      return "MJy/sr";
+    case PixelUnit::magnitude:
+      return "mag/arcsec2";
+    case PixelUnit::flux_density:
+      return "erg/(s.cm2.Angstrom.arcsec2)";
+    case PixelUnit::electron_per_second:
+      return "electron/s";
+  }
+  throw std::logic_error("unknown PixelUnit");
+}
+
+/// What the pixels of a plane are worth: m_AB = MAGZERO - 2.5 log10(value), of the flux per pixel
+/// or per arcsec^2; PHOTFLAM in erg/s/cm^2/Angstrom per unit of them.
+std::vector<Card> calibration_cards(const SpectralPlane& plane, const RenderJob& job) {
+  std::vector<Card> cards;
+  if (plane.band != nullptr) cards.push_back({"BAND", plane.label, "bandpass"});
+  const PixelUnit unit = job.scene->unit;
+  if (unit == PixelUnit::relative) return cards;
+  cards.push_back({"PHOTPLAM", plane.wavelength, "[Angstrom] pivot wavelength"});
+  // Magnitudes are no linear unit.
+  if (unit == PixelUnit::magnitude) return cards;
+  const bool is_flux = counts_flux(unit);
+  const double unit_in_nanojansky =
+      (is_flux ? 1 : square_arcsecond) / value_of_nanojansky(plane, unit, job.parameters);
+  const double zero_point = ab_magnitude(unit_in_nanojansky);
+  const double f_lambda =
+      nanojansky_in_cgs * speed_of_light / (plane.wavelength * plane.wavelength);
+  cards.push_back({"MAGZERO", zero_point,
+                   fmt::format("AB magnitude of 1 unit per {}", is_flux ? "pixel" : "arcsec2")});
+  cards.push_back({"PHOTZP", zero_point, "the same"});
+  cards.push_back({"PHOTFLAM", f_lambda * unit_in_nanojansky, "[erg/s/cm2/Angstrom] of 1 unit"});
+  return cards;
+}
+
+/// Adds the card of that key where all planes have the same.
+void append_common_card(ImageHeader& header, const std::string& key) {
+  const Card* common = nullptr;
+  for (const std::vector<Card>& cards : header.plane_cards) {
+    const auto found =
+        std::find_if(cards.begin(), cards.end(), [&](const Card& card) { return card.key == key; });
+    if (found == cards.end() || (common != nullptr && common->value != found->value)) return;
+    common = &*found;
+  }
+  if (common != nullptr) header.cards.push_back(*common);
+}
+
+/// The keys of the catalogue's columns do not go with the list that the record holds.
+void forget_columns(RenderParameters& parameters) {
+  std::vector<RenderParameters::Setting> settings = {{"catalogue", "hdu", std::monostate()},
+                                                     {"catalogue", "format", std::string("list")}};
+  for (const Parameter& column : scene_columns()) {
+    settings.push_back({"catalogue", column.name, std::monostate()});
+  }
+  parameters.set(settings);
+}
+
+/// The footprints of a job's image, and of the stamps on which the truth measures galaxies.
+std::vector<FootprintRange> footprints_of(std::span<const std::shared_ptr<Galaxy>> galaxies,
+                                          const Scene& scene, const RenderParameters& parameters,
+                                          const Camera& camera) {
+  // Cameras of a film's other frames may be nearer.
+  if (parameters.frames > 0) return {};
+  const auto has_stars = [](const PlacedGalaxy& placed) {
+    return std::ranges::any_of(placed.galaxy->components(), [](const auto& component) {
+      return dynamic_cast<const StarField*>(component.get()) != nullptr;
+    });
+  };
+  const bool draws_stars = std::ranges::any_of(scene.galaxies, has_stars);
+  std::map<const Galaxy*, FootprintRange> by_galaxy;
+  for (const PlacedGalaxy& placed : scene.galaxies) {
+    FootprintRange own = Renderer::footprints(parameters, camera, scene.unit, placed) |
+                         measure_footprints(parameters);
+    own.sees_whole = draws_stars;
+    const auto [known, is_new] = by_galaxy.try_emplace(placed.galaxy.get(), own);
+    if (!is_new) known->second = known->second | own;
+  }
+  std::vector<FootprintRange> result;
+  for (const auto& galaxy : galaxies) result.push_back(by_galaxy.at(galaxy.get()));
+  return result;
+}
+
+}  // namespace
+
+RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Resources& resources,
+                   GalaxyLibrary& library, const SharedText& list) {
+  const Camera camera = make_camera(parameters, resources);
+  Spectrum spectrum = load_spectrum(parameters, resources);
+  auto scene = std::make_shared<Scene>(
+      read_scene(catalogue, parameters, spectrum, camera, resources, library));
+  if (scene->list == list) scene->list = list;
+  RenderJob::Rest rest{library.take_unmeasured(*scene), {}, nullptr};
+  rest.footprints = footprints_of(rest.galaxies, *scene, parameters, camera);
+  if (parameters.attenuated) rest.attenuation = load_reference_band(parameters, resources);
+  return {std::move(parameters), camera, std::move(spectrum),
+          std::move(scene),      {},     std::move(rest)};
+}
+
+namespace {
+
+/// Each needs some 10 MiB.
+constexpr std::size_t galaxies_at_a_time = 4;
+
+/// The references of galaxies that lack the closure for footprints at which these are looked at, in
+/// the galaxies' order, and the footprints for which they need it.
+std::vector<std::pair<Galaxy*, FootprintRange>> references_to_measure(
+    std::span<const std::shared_ptr<Galaxy>> galaxies, std::span<const FootprintRange> footprints) {
+  std::vector<std::pair<Galaxy*, FootprintRange>> result;
+  std::unordered_map<Galaxy*, std::size_t> places;
+  for (std::size_t g = 0; g < galaxies.size(); ++g) {
+    Galaxy* const reference = galaxies[g]->reference().get();
+    if (reference == nullptr) continue;
+    const FootprintRange own = footprints.empty() ? FootprintRange() : footprints[g];
+    const auto [place, is_new] = places.try_emplace(reference, result.size());
+    if (is_new) {
+      result.emplace_back(reference, own);
+    } else {
+      FootprintRange& known = result[place->second].second;
+      known = known | own;
+    }
+  }
+  std::erase_if(result, [](const auto& r) { return r.first->closure_range().covers(r.second); });
+  for (auto& [reference, range] : result) range = range | reference->closure_range();
+  return result;
+}
+
+}  // namespace
+
+void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
+                      std::span<const FootprintRange> footprints, const Ranks& ranks) {
+  std::vector<GalaxyStatistics> statistics;
+  for (const auto& [reference, range] : references_to_measure(galaxies, footprints)) {
+    statistics.emplace_back(*reference, range);
+  }
+  const std::size_t references = statistics.size();
+  for (std::size_t g = 0; g < galaxies.size(); ++g) {
+    statistics.emplace_back(*galaxies[g], footprints.empty() ? FootprintRange() : footprints[g]);
+  }
+  std::size_t numbers = 0;
+  for (const GalaxyStatistics& own : statistics) numbers = std::max(numbers, own.most_numbers());
+  for (const GalaxyStatistics::Round round : GalaxyStatistics::rounds) {
+    struct Row {
+      std::size_t galaxy, part;
+    };
+    std::vector<Row> rows;
+    for (std::size_t g = 0; g < statistics.size(); ++g) {
+      for (std::size_t part = 0; part < statistics[g].parts(round); ++part) {
+        rows.push_back({g, part});
+      }
+    }
+    // Ranks take several parts at a time, fewer towards the end. A block's numbers are held twice.
+    constexpr int most = 1024;
+    const int shares = ranks.size() > 1 ? 4 * ranks.size() : 1;
+    std::vector<RowRange> blocks;
+    for (int first = 0, end = static_cast<int>(rows.size()); first < end;) {
+      const int last = first + std::clamp((end - first) / shares, 1, most);
+      blocks.push_back({first, last});
+      first = last;
+    }
+    const auto measure_block = [&](RowRange range, std::span<double> values) {
+      // The parts of a galaxy one after the other.
+      std::vector<RowRange> runs;
+      for (int row = range.first; row < range.last; ++row) {
+        const std::size_t galaxy = rows[static_cast<std::size_t>(row)].galaxy;
+        if (runs.empty() || rows[static_cast<std::size_t>(runs.back().first)].galaxy != galaxy) {
+          runs.push_back({row, row});
+        }
+        ++runs.back().last;
+      }
+      const auto measure_run = [&](std::size_t run) {
+        for (int row = runs[run].first; row < runs[run].last; ++row) {
+          const auto [g, part] = rows[static_cast<std::size_t>(row)];
+          const auto place = static_cast<std::size_t>(row - range.first) * numbers;
+          statistics[g].measure(round, part, values.subspan(place, numbers));
+        }
+      };
+      parallel_for(runs.size(), measure_run, galaxies_at_a_time);
+    };
+    std::vector<double> all;
+    // All ranks agree: parts follow from what all have taken.
+    if (!rows.empty()) all = ranks.compute_together(blocks, numbers, 1, measure_block);
+    if (all.size() != rows.size() * numbers) {
+      throw std::logic_error("ranks do not measure the same galaxies");
+    }
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+      statistics[rows[row].galaxy].take(round, rows[row].part,
+                                        std::span(all).subspan(row * numbers, numbers));
+    }
+    for (GalaxyStatistics& own : statistics) own.finish(round);
+  }
+  for (GalaxyStatistics& own : std::span(statistics).subspan(references)) own.adopt();
+}
+
+void complete(RenderJob& job, const Ranks& ranks, int threads) {
+  const RenderJob::Rest rest = std::exchange(job.rest, {});
+  measure_galaxies(rest.galaxies, rest.footprints, ranks);
+  if (rest.attenuation == nullptr) return;
+  apply_attenuation(job.parameters, job.camera, *rest.attenuation, ranks, threads, *job.scene);
+}
+
+RenderJob recorded(RenderJob job, const std::string& label, Resources& resources) {
+  forget_columns(job.parameters);
+  resources.add({scene_name, label, job.scene->list});
+  job.record = resources.record();
+  if (Resources::Text* text = find_text(job.record, parameters_name)) {
+    text->content = job.parameters.toml();
+  }
+  return job;
+}
+
+Resources open_resources(const JobRequest& request,
+                         const std::vector<std::filesystem::path>& folders) {
+  if (request.from_header.empty()) return Resources(folders);
+  return Resources::from_record(read_record(request.from_header));
+}
+
+RenderParameters load_parameters(const JobRequest& request, Resources& resources) {
+  ConfigNode root = read_parameter_file(request, resources);
+  for (const std::string& setting : request.settings) set_from_text(root, setting);
+  RenderParameters parameters = RenderParameters::read(root);
+  if (request.output) set_output(*request.output, parameters);
+  if (request.preview) make_preview(parameters);
+  parameters.output.overwrite = request.overwrite;
+  return parameters;
+}
+
+RenderJob read_job(const JobRequest& request, Resources& resources) {
+  RenderParameters parameters = load_parameters(request, resources);
+  const std::filesystem::path& path = source_of(request, request.scene);
+  const bool is_table =
+      request.from_header.empty() &&
+      (parameters.catalogue_format == CatalogueFormat::fits ||
+       (parameters.catalogue_format == CatalogueFormat::automatic && is_fits(path)));
+  std::string label;
+  const auto make = [&](const Catalogue& catalogue) {
+    label = catalogue.label();
+    GalaxyLibrary library(parameters, label, resources);
+    return make_job(std::move(parameters), catalogue, resources, library);
+  };
+  // The catalogue, which may be large, is gone when the record is made.
+  const auto make_from_text = [&] {
+    const Resources::Text& scene = read_file(resources, scene_name, path);
+    return make(Catalogue::parse(scene.content, scene.label, parameters.catalogue_format));
+  };
+  RenderJob job = is_table
+                      ? make(Catalogue::from_table(read_data_table(path, parameters.catalogue_hdu),
+                                                   path.generic_string()))
+                      : make_from_text();
+  if (is_table) resources.add_file(path);
+  job.input_files = resources.files();
+  return recorded(std::move(job), label, resources);
+}
+
+RenderParameters recorded_render_parameters(const Record& record) {
+  const Resources::Text& text = text_of(record, parameters_name);
+  return RenderParameters::read(parse_toml(text.content, text.label));
+}
+
+RenderJob read_job(const Record& record) {
+  Resources resources = Resources::from_record(record);
+  RenderParameters parameters = recorded_render_parameters(record);
+  const Resources::Text& list = text_of(record, scene_name);
+  const Catalogue catalogue =
+      Catalogue::parse(list.content, list.label, parameters.catalogue_format);
+  GalaxyLibrary library(parameters, list.label, resources);
+  RenderJob job = make_job(std::move(parameters), catalogue, resources, library, list.content);
+  job.record = record;
+  return job;
+}
+
+RenderJob load_job(const JobRequest& request, Resources& resources) {
+  RenderJob job = read_job(request, resources);
+  complete(job, Ranks(), 1);
+  return job;
+}
+
+RenderJob job_from_record(const Record& record) {
+  RenderJob job = read_job(record);
+  complete(job, Ranks(), 1);
+  return job;
+}
+
+ImageHeader make_image_header(const RenderJob& job) {
+  ImageHeader header;
+  header.width = job.camera.width();
+  header.height = job.camera.height();
+  header.unit = unit_text(job.scene->unit);
+  if (job.camera.wcs()) {
+    header.wcs_records = job.camera.wcs()->records();
+  } else if (is_sphere(job.parameters.projection)) {
+    set_sphere_axes(job.parameters, header);
+  } else {
+    header.x = job.camera.x_axis();
+    header.y = job.camera.y_axis();
+  }
+  for (const SpectralPlane& plane : job.spectrum.planes) {
+    header.wavelengths.push_back(plane.wavelength);
+    header.labels.push_back(plane.label);
+    header.plane_cards.push_back(calibration_cards(plane, job));
+  }
+  header.cards = make_cards(job.parameters, *job.scene);
+  // In a cube the cards above have numbers; readers look for plain ones.
+  if (header.planes() > 1 && job.parameters.output.layout == ImageLayout::cube) {
+    for (const char* key : {"MAGZERO", "PHOTZP"}) append_common_card(header, key);
+  }
+  header.tables = {record_table(job.record)};
+  // A picture needs no more than to be made again.
+  if (!picture_format(job.parameters.output.path.string())) {
+    header.tables.insert(header.tables.begin(), scene_table(job.scene->list));
+  }
+  return header;
+}
+
+ImageHeader make_truth_header(const RenderJob& job) {
+  ImageHeader header = make_image_header(job);
+  const std::vector<double> wavelengths = std::move(header.wavelengths);
+  const std::vector<std::vector<Card>> cards = std::move(header.plane_cards);
+  header.wavelengths.clear();
+  header.plane_cards.clear();
+  header.labels.clear();
+  header.tables.clear();
+  for (const OutputPlane& output : output_planes(*job.scene, job.spectrum, job.parameters.truth)) {
+    using Kind = OutputPlane::Kind;
+    if (output.kind == Kind::image) continue;
+    header.labels.push_back(output.label);
+    const bool is_light = output.kind == Kind::dust_free || output.kind == Kind::object ||
+                          output.kind == Kind::component;
+    header.plane_units.push_back(is_light ? header.unit : "");
+    std::vector<Card> own = is_light ? cards[output.plane] : std::vector<Card>();
+    if (output.kind == Kind::object || output.kind == Kind::component) {
+      own.push_back({"OBJECT", fmt::format("{}", output.object + 1), "row of table TRUTH"});
+    }
+    header.plane_cards.push_back(std::move(own));
+  }
+  header.unit.clear();
+  return header;
+}
+
+OutputOptions truth_output(const RenderParameters& parameters) {
+  OutputOptions options = parameters.output;
+  options.layout = ImageLayout::extensions;
+  if (!parameters.truth_path.empty()) {
+    options.path = parameters.truth_path;
+    return options;
+  }
+  // name.fits and name.fits.fz; a picture's truth is FITS too.
+  std::string name = options.path.filename().string();
+  const std::size_t suffix = name.find(".fits");
+  const std::string end = suffix == std::string::npos ? ".fits" : name.substr(suffix);
+  name = suffix == std::string::npos ? options.path.stem().string() : name.substr(0, suffix);
+  options.path = options.path.parent_path() / (name + "_truth" + end);
+  return options;
+}
+
+void check_row_memory(const ImageHeader& header, int planes, int ranks, int threads) {
+  const std::uint64_t needed = row_memory(header.width, planes, ranks, threads);
+  const std::uint64_t available = available_memory();
+  if (needed <= available) return;
+  throw InputError(
+      fmt::format("the rows of an image of {} x {} pixels and {} planes in {} thread{} need {} of "
+                  "memory; there are {}",
+                  header.width, header.height, planes, threads, threads == 1 ? "" : "s",
+                  bytes_text(needed), bytes_text(available)));
+}
+
+}  // namespace gamer

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+
+#include "gamer/core/resources.h"
+#include "gamer/core/shared_text.h"
+#include "gamer/job/job.h"
+#include "gamer/scene/catalogue.h"
+#include "gamer/scene/galaxy_library.h"
+
+namespace gamer {
+
+/// A job without its record, which is to be completed. `list` is the scene's as text, where it is
+/// known, of which no second copy is then kept. Throws InputError.
+RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Resources& resources,
+                   GalaxyLibrary& library, const SharedText& list = {});
+
+/// The job with its record. `label` is the catalogue's: what its rows name is looked up beside it.
+RenderJob recorded(RenderJob job, const std::string& label, Resources& resources);
+
+}  // namespace gamer

@@ -1,0 +1,358 @@
+#include "gamer/job/work.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <mutex>
+#include <new>
+#include <span>
+#include <system_error>
+#include <utility>
+
+#include "gamer/core/clock.h"
+#include "gamer/core/error.h"
+#include "gamer/image/fits/checksums.h"
+#include "gamer/image/fits/fits.h"
+#include "gamer/image/new_file.h"
+#include "gamer/job/resume.h"
+#include "gamer/job/schedule.h"
+#include "gamer/job/truth_table.h"
+#include "image/private_folder.h"
+
+namespace gamer {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_there(const fs::path& file) {
+  std::error_code error;
+  return fs::exists(fs::symlink_status(file, error));
+}
+
+/// Device and number of a file, of the one that a link leads to.
+std::optional<std::pair<std::uint64_t, std::uint64_t>> identity(const fs::path& file) {
+  struct stat status {};
+  if (stat(file.c_str(), &status) != 0) return std::nullopt;
+  return std::pair<std::uint64_t, std::uint64_t>(status.st_dev, status.st_ino);
+}
+
+/// Where the truth goes, which is no parameter.
+std::string truth_text(const WorkOptions& options) {
+  if (!options.truth) return "";
+  return options.truth_table.empty() ? "in the image" : "in " + options.truth_table.string();
+}
+
+Renderer make_renderer(const RenderJob& job, const WorkOptions& options) {
+  return {job.parameters, job.camera, job.scene, job.spectrum,
+          options.truth ? job.parameters.truth : TruthImages()};
+}
+
+/// Every rank's part. They count as set-up: `before`, from which times are taken, goes on.
+std::vector<RowRange> blocks_of(const Renderer& renderer, Executor& executor, RunTimes& before) {
+  const RunTimes begin = executor.times();
+  std::vector<RowRange> blocks = render_blocks(renderer, executor);
+  before += executor.times() - begin;
+  return blocks;
+}
+
+/// Every rank's part of rendering; `consume` is rank 0's. A block's values are its pixels, then a
+/// number for each row, which add up to the block's unconverged rays.
+void run(const Renderer& renderer, std::span<const RowRange> blocks, Executor& executor,
+         const Executor::Consume& consume, RankReport& report) {
+  const auto pixels_per_row =
+      static_cast<std::size_t>(renderer.width()) * static_cast<std::size_t>(renderer.planes());
+  std::mutex mutex;
+  const auto compute = [&](RowRange rows, std::span<double> values) {
+    RenderCounts counts;
+    const auto count = static_cast<std::size_t>(rows.size());
+    renderer.render_rows(rows, values.first(count * pixels_per_row), counts);
+    std::fill_n(values.end() - rows.size(), rows.size(), 0.0);
+    values.back() = static_cast<double>(counts.unconverged_rays);
+    const std::lock_guard lock(mutex);
+    report.counts += counts;
+  };
+  executor.run(blocks, pixels_per_row + 1, compute, consume);
+}
+
+}  // namespace
+
+std::string files_text(const OutputOptions& output, const ImageHeader& header) {
+  const auto files = output_files(output, header);
+  const std::string more =
+      files.size() > 1 ? fmt::format(" and {} more", files.size() - 1) : std::string();
+  return files.front().string() + more;
+}
+
+std::string size_text(const ImageHeader& header) {
+  std::string size = fmt::format("{} x {}", header.width, header.height);
+  if (!header.faces.empty()) {
+    size = fmt::format("{} x {} x {}", header.faces.size(), header.width, header.width);
+  } else if (header.healpix) {
+    size = fmt::format("12 x {0} x {0}", header.healpix->nside);
+  }
+  return fmt::format("{} pixels, {} plane{}", size, header.planes(),
+                     header.planes() == 1 ? "" : "s");
+}
+
+std::string objects_text(const Scene& scene) {
+  const std::size_t galaxies = scene.galaxies.size(), stars = scene.stars.size();
+  std::string text = fmt::format("{} galax{}", galaxies, galaxies == 1 ? "y" : "ies");
+  if (stars > 0) text += fmt::format(", {} star{}", stars, stars == 1 ? "" : "s");
+  if (scene.objects < scene.rows) {
+    text += fmt::format(" of {} rows; the others do not touch the image", scene.rows);
+  }
+  return text;
+}
+
+std::vector<fs::path> result_files(const RenderParameters& parameters, const WorkOptions& options,
+                                   const ImageHeader& image, const ImageHeader& truth) {
+  std::vector<fs::path> files = output_files(parameters.output, image);
+  if (truth.planes() > 0) {
+    const auto more = output_files(truth_output(parameters), truth);
+    files.insert(files.end(), more.begin(), more.end());
+  }
+  if (!options.truth_table.empty()) files.push_back(options.truth_table);
+  return files;
+}
+
+void check_undamaged(const RenderParameters& parameters, const WorkOptions& options,
+                     const ImageHeader& image, const ImageHeader& truth) {
+  const bool has_table = options.truth && options.truth_table.empty();
+  const auto check = [](const OutputOptions& output, const ImageHeader& header, int tables) {
+    const int hdus = fits_hdus(output, header) + tables;
+    for (const fs::path& file : output_files(output, header)) check_sums(file, hdus);
+  };
+  try {
+    check(parameters.output, image, has_table ? 1 : 0);
+    if (truth.planes() > 0) check(truth_output(parameters), truth, 0);
+    // Behind an empty primary HDU.
+    constexpr int table_hdus = 2;
+    if (!options.truth_table.empty()) check_sums(options.truth_table, table_hdus);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}; --overwrite starts anew", error.what()));
+  }
+}
+
+ImageHeader wanted_truth_header(const RenderJob& job, const WorkOptions& options) {
+  return options.truth && job.parameters.truth.any() ? make_truth_header(job) : ImageHeader();
+}
+
+std::string hindrance(const OutputOptions& output, const WorkOptions& options,
+                      const std::vector<fs::path>& files) {
+  if (output.overwrite) return "";
+  const fs::path journal = journal_path(output);
+  if (!options.resume && is_there(journal)) {
+    return fmt::format(
+        "output '{}': '{}' holds finished rows of a job that was interrupted; "
+        "--resume goes on with it, --overwrite starts anew",
+        output.path.string(), journal.string());
+  }
+  try {
+    for (const fs::path& file : files) {
+      if (is_there(file)) check_new_file(file, false);
+    }
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+void check_outputs(const RenderParameters& parameters, const ImageHeader& image,
+                   const ImageHeader& truth) {
+  check_output(parameters.output, image);
+  if (truth.planes() > 0) check_output(truth_output(parameters), truth);
+}
+
+InputFiles::InputFiles(const RenderJob& job) {
+  for (const fs::path& file : job.input_files) {
+    if (const auto id = identity(file)) files_.try_emplace(*id, file);
+  }
+}
+
+void InputFiles::check_outputs(const std::vector<fs::path>& files) const {
+  for (const fs::path& file : files) {
+    const auto id = identity(file);
+    const auto found = id ? files_.find(*id) : files_.end();
+    if (found == files_.end()) continue;
+    throw InputError(
+        fmt::format("output '{}': this is the file '{}', from which the job is made; "
+                    "choose another output",
+                    file.string(), found->second.string()));
+  }
+}
+
+bool are_there(const std::vector<fs::path>& files) { return std::ranges::all_of(files, is_there); }
+
+Work::Work(RenderJob job, WorkOptions options, int ranks, int threads,
+           std::unique_ptr<Journal> earlier)
+    : job_(std::move(job)), options_(std::move(options)) {
+  if (earlier) go_on(std::move(earlier));
+  header_ = make_image_header(job_);
+  truth_header_ = wanted_truth_header(job_, options_);
+  RenderParameters parameters = job_.parameters;
+  InputFiles(job_).check_outputs(files());
+  check_output_suffix(parameters.output);
+  if (options_.resume && !journal_ && !parameters.output.overwrite && are_there(files())) {
+    check_undamaged(parameters, options_, header_, truth_header_);
+    check_same_job(files().front(), job_.record);
+    is_complete_ = true;
+    return;
+  }
+  hindrance_ = gamer::hindrance(parameters.output, options_, files());
+  parameters.output.overwrite = true;
+  check_outputs(parameters, header_, truth_header_);
+  if (options_.truth) check_truth_table(options_.truth_table, parameters.output);
+  if (!options_.dry_run && !hindrance_.empty()) throw InputError(hindrance_);
+  check_row_memory(header_, header_.planes() + truth_header_.planes(), ranks, threads);
+}
+
+/// Makes the job the one that the journal belongs to.
+void Work::go_on(std::unique_ptr<Journal> journal) {
+  check_same_job(journal->head(), make_journal_head(job_, truth_text(options_)),
+                 journal->path().string());
+  job_.record = journal->head().record;
+  date_ = journal->head().date;
+  // What stands there after the journal's end is this job's.
+  if (journal->head().overwrite || journal->has_end()) job_.parameters.output.overwrite = true;
+  journal_ = std::move(journal);
+}
+
+void Work::complete(const Ranks& ranks, int threads) { gamer::complete(job_, ranks, threads); }
+
+void Work::begin() {
+  const fs::path path = journal_path(job_.parameters.output);
+  // Left by a kill at the moment when the journal began, ahead of all other files.
+  PrivateFolder::remove_left_behind(path);
+  if (!journal_) {
+    Journal::discard(path);
+    const JournalHead head = make_journal_head(job_, truth_text(options_));
+    date_ = head.date;
+    if (!std::isinf(options_.journal_interval)) {
+      journal_ = std::make_unique<Journal>(path, head, options_.journal_interval);
+    }
+  }
+  for (ImageHeader* header : {&header_, &truth_header_}) {
+    header->cards.push_back({"DATE", date_, "time of writing (UTC)"});
+  }
+}
+
+std::string Work::resume_hint() const {
+  return fmt::format("; finished rows are kept in {}; go on with: {}", journal_->path().string(),
+                     options_.resume_command);
+}
+
+std::vector<fs::path> Work::files() const {
+  return result_files(job_.parameters, options_, header_, truth_header_);
+}
+
+/// The image's writer, and that of the truth images where there are.
+std::unique_ptr<ImageWriter> Work::make_writer() const {
+  auto image = make_image_writer(job_.parameters.output, header_);
+  const int extra = truth_header_.planes();
+  if (extra == 0) return image;
+  const int own = header_.planes();
+  return make_split_writer(std::move(image), own,
+                           make_image_writer(truth_output(job_.parameters), truth_header_),
+                           own + extra, header_.width);
+}
+
+/// Gives the files their names. From the journal's end on, files that stand there are the job's.
+void Work::finish(ImageWriter& writer, const std::optional<DataTable>& truth) {
+  if (journal_ && std::ranges::none_of(files(), is_there)) journal_->add_end();
+  if (unconverged_rays_ > 0) {
+    writer.add_cards({{"UNCONV", static_cast<long long>(unconverged_rays_),
+                       "rays whose error may exceed the tolerance"}});
+  }
+  writer.finish();
+  if (truth && !options_.truth_table.empty()) {
+    write_truth_table(options_.truth_table, *truth, date_);
+  }
+  if (journal_) journal_->remove();
+}
+
+void Work::render_rows(Executor& executor, Progress::Style style, RankReport& report) {
+  JournaledExecutor journaled(executor, journal_.get());
+  RunTimes before = executor.times();
+  std::optional<DataTable> truth;
+  if (options_.truth) truth = truth_table(job_, journaled);
+  const Renderer renderer = make_renderer(job_, options_);
+  const auto blocks = blocks_of(renderer, executor, before);
+  if (truth && options_.truth_table.empty()) header_.data_tables = {*truth};
+  const std::unique_ptr<ImageWriter> writer = make_writer();
+  Progress progress(renderer.height(), style, stderr);
+  const bool is_single = is_single_precision(job_.parameters.output);
+  journaled.keep_single(is_single);
+  const std::size_t row_size = static_cast<std::size_t>(renderer.width()) * renderer.planes();
+  const std::size_t image_size = static_cast<std::size_t>(renderer.width()) * header_.planes();
+  is_dark_ = true;
+  unconverged_rays_ = 0;
+  run(
+      renderer, blocks, journaled,
+      [&](RowRange rows, std::span<const double> all) {
+        const auto values = all.first(static_cast<std::size_t>(rows.size()) * row_size);
+        for (const double rays : all.subspan(values.size())) unconverged_rays_ += rays;
+        writer->write_rows(rows.first, rows.size(), values);
+        for (std::size_t row = 0; is_dark_ && row < values.size(); row += row_size) {
+          is_dark_ = !has_light(values.subspan(row, image_size), is_single);
+        }
+        if (journaled.is_replaying()) {
+          progress.skip(rows.size());
+        } else {
+          progress.add(rows.size());
+        }
+      },
+      report);
+  const RunTimes times = executor.times() - before;
+  report.runs += times;
+  const Clock clock;
+  finish(*writer, truth);
+  report.writing += times.consume + clock.seconds();
+  seconds_ = progress.seconds();
+  replayed_rows_ = progress.skipped();
+}
+
+void Work::render(Executor& executor, Progress::Style style, RankReport& report) {
+  const auto fail = [&](const std::string& message) {
+    throw RunError(message + (journal_ && journal_->is_begun() ? resume_hint() : ""));
+  };
+  try {
+    render_rows(executor, style, report);
+  } catch (const RunError& error) {
+    fail(error.what());
+  } catch (const std::bad_alloc&) {
+    fail("gamer: out of memory");
+  }
+}
+
+std::string Work::plan() const {
+  return fmt::format("{}: {}", files_text(job_.parameters.output, header_), size_text(header_));
+}
+
+std::string Work::shortfall() const {
+  if (unconverged_rays_ == 0) return "";
+  return shortfall_warning(files_text(job_.parameters.output, header_), unconverged_rays_);
+}
+
+std::string Work::text() const {
+  if (is_complete_) {
+    return fmt::format("{}: complete already", files_text(job_.parameters.output, header_));
+  }
+  const std::string earlier =
+      replayed_rows_ > 0 ? fmt::format(", {} rows from the journal", replayed_rows_) : "";
+  return fmt::format("{}, {:.1f} s{}", plan(), seconds_, earlier);
+}
+
+void help_render(const RenderJob& job, const WorkOptions& options, Executor& executor,
+                 RankReport& report) {
+  RunTimes before = executor.times();
+  if (options.truth) truth_table(job, executor);
+  const Renderer renderer = make_renderer(job, options);
+  const auto blocks = blocks_of(renderer, executor, before);
+  run(renderer, blocks, executor, {}, report);
+  report.runs += executor.times() - before;
+}
+
+}  // namespace gamer

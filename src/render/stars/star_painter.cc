@@ -1,0 +1,493 @@
+#include "gamer/render/stars/star_painter.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <numeric>
+#include <optional>
+
+#include "render/march/node_map.h"
+
+namespace gamer {
+namespace {
+
+/// The space of a galaxy's ball, for cells.
+struct BallSpace {
+  explicit BallSpace(const PlacedGalaxy& placed)
+      : centre(placed.centre), from_ball(glm::inverse(placed.to_ball)) {
+    // Half the diagonal of a cube of half side 1.
+    radius = std::sqrt(3.0) * placed.bounding_radius;
+  }
+  glm::dvec3 scene(const double place[3]) const {
+    return centre + from_ball * glm::dvec3(place[0], place[1], place[2]);
+  }
+  glm::dvec3 centre;
+  glm::dmat3 from_ball;
+  double radius;
+};
+
+// Planes stand so many pixels beyond a tile's margin, and so much of a place's size, so that
+// rounding cuts off nothing that the margin holds.
+constexpr double plane_margin = 1e-3;
+constexpr double plane_slack = 1e-12;
+
+/// The part of a galaxy's ball that a tile and its margin show. Where the view has straight lines,
+/// it is between the planes through their edges.
+class TileSpace {
+ public:
+  TileSpace(const Camera& camera, const StarPainter::Tile& tile, double margin,
+            const BallSpace& space) {
+    if (camera.projection() != Projection::perspective &&
+        camera.projection() != Projection::orthographic) {
+      return;
+    }
+    const double reach = margin + plane_margin;
+    const auto make = [&](int axis, double place, double sign) -> Plane {
+      const Camera::HalfSpace half = camera.beyond(axis, place);
+      const glm::dvec3 inward = glm::transpose(space.from_ball) * (sign * half.normal);
+      const double offset =
+          sign * (glm::dot(half.normal, space.centre - camera.origin()) - half.offset);
+      const double size = std::abs(inward.x) + std::abs(inward.y) + std::abs(inward.z);
+      const double far = glm::length(half.normal) * glm::distance(space.centre, camera.origin());
+      return {inward, offset + plane_slack * (far + size), size};
+    };
+    planes_ = {make(0, tile.left - reach, 1), make(0, tile.right - 1 + reach, -1),
+               make(1, tile.bottom - reach, 1), make(1, tile.top - 1 + reach, -1)};
+  }
+
+  bool has_planes() const { return planes_.has_value(); }
+  /// False only where nothing of the cube around a place of the ball is between the planes.
+  bool may_show(const double place[3], double half) const {
+    if (!planes_) return true;
+    return std::all_of(planes_->begin(), planes_->end(), [&](const Plane& plane) {
+      const double inside = plane.inward.x * place[0] + plane.inward.y * place[1] +
+                            plane.inward.z * place[2] + plane.offset;
+      return inside >= -half * plane.size;
+    });
+  }
+
+ private:
+  struct Plane {
+    glm::dvec3 inward;
+    double offset;
+    double size;  ///< of a cube of half side 1, along `inward`
+  };
+  std::optional<std::array<Plane, 4>> planes_;
+};
+
+}  // namespace
+
+/// Candidates that are looked at together, and then the stars among them.
+struct StarPainter::Batch {
+  struct Entry {
+    glm::dvec3 place;  ///< in the scene
+    glm::dvec2 pixel;
+    double threshold;
+    double luminosity;
+    double light;  ///< w(q) L/d^2
+    StarField::Candidate candidate;
+  };
+  std::vector<Entry> entries;
+  BatchArray x, y, z, density;
+
+  // The lines of sight to the entries.
+  struct Line {
+    std::size_t entry;
+    int galaxy;
+    std::size_t component, slot;
+    Hit hit;
+    double most, least;            ///< extinction at the nodes of the basis
+    std::int32_t intervals;        ///< between the ends
+    double fine, coarse, coarser;  ///< column by all nodes, every second, every fourth
+  };
+  struct Place {
+    std::size_t run;
+    double weight, coarse_weight, coarser_weight;
+  };
+  std::vector<Line> lines;
+  std::vector<Hit> hits;
+  NodeMap map;
+  RayPlan plan;
+  std::vector<std::int32_t> runs, first, count;
+  std::vector<float> step, s, weight;
+  std::vector<Place> places;
+  std::vector<double> between;  ///< of each run, by the nodes that are added
+  std::vector<double> depth;    ///< [entry * basis nodes + j]
+  std::vector<double> flux, dust_free, mixed;
+};
+
+StarPainter::StarPainter(std::shared_ptr<const Scene> scene, const Camera& camera,
+                         const Medium& medium, const GalaxyIndex& index,
+                         std::shared_ptr<const StarFields> fields)
+    : scene_(std::move(scene)),
+      camera_(camera),
+      medium_(medium),
+      index_(index),
+      fields_(std::move(fields)) {
+  for (const StarFields::Field& field : fields_->fields()) {
+    const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(field.galaxy)];
+    const auto components = placed.galaxy->components();
+    Look look{};
+    for (std::size_t c = 0; c < field.component; ++c) {
+      look.emitter += components[c]->absorbs() ? 0 : 1;
+    }
+    look.unit = placed.brightness * placed.radius * placed.radius *
+                field.stars->unit_luminosity(placed.galaxy->luminosity(field.component));
+    if (!std::isinf(field.limit)) {
+      if (field.stars->has_one_sed()) {
+        look.weights.push_back(medium_.basis().weights(*field.stars->sed(), placed.redshift));
+      } else {
+        for (const double temperature : field.stars->population().grid()) {
+          look.weights.push_back(
+              medium_.basis().weights(*blackbody_sed(temperature), placed.redshift));
+        }
+      }
+    }
+    looks_.push_back(std::move(look));
+  }
+  order_.resize(looks_.size());
+  std::iota(order_.begin(), order_.end(), std::size_t{0});
+  std::stable_sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
+    return medium_.rank(fields_->fields()[a].galaxy) < medium_.rank(fields_->fields()[b].galaxy);
+  });
+}
+
+void StarPainter::paint(const Tile& tile, double margin,
+                        const std::function<void(const Seen&)>& take, RenderCounts& counts) const {
+  const int more = static_cast<int>(std::ceil(margin));
+  std::optional<GalaxyIndex::Ball> rays =
+      index_.pixels(tile.left - more, tile.right + more, tile.bottom - more, tile.top + more);
+  if (!rays) return;
+  bool is_at_seam = tile.bottom / camera_.face_rows() != (tile.top - 1) / camera_.face_rows();
+  for (const int x : {tile.left, tile.right - 1}) {
+    for (const int y : {tile.bottom, tile.top - 1}) {
+      is_at_seam = is_at_seam || camera_.is_near_seam({x, y}, more);
+    }
+  }
+  if (is_at_seam) {
+    // Stars beyond it: so far along both sides of pixels.
+    rays->radius += 2 * (more + 1) * camera_.pixel_size(camera_.origin() - camera_.back());
+  }
+  GalaxyIndex::Found near;
+  index_.find(*rays, near);
+  if (near.empty()) return;
+  std::vector<int> dusty;
+  for (const int g : near.galaxies) {
+    const auto components = scene_->galaxies[static_cast<std::size_t>(g)].galaxy->components();
+    if (std::any_of(components.begin(), components.end(),
+                    [](const auto& component) { return component->absorbs(); })) {
+      dusty.push_back(g);
+    }
+  }
+  Batch batch;
+  for (const std::size_t number : order_) {
+    const StarFields::Field& field = fields_->fields()[number];
+    if (std::isinf(field.limit) || std::find(near.galaxies.begin(), near.galaxies.end(),
+                                             field.galaxy) == near.galaxies.end()) {
+      continue;
+    }
+    paint_field(number, tile, margin, *rays, dusty, batch, take, counts);
+  }
+}
+
+void StarPainter::paint_field(std::size_t number, const Tile& tile, double margin,
+                              const GalaxyIndex::Ball& rays, std::span<const int> dusty,
+                              Batch& batch, const std::function<void(const Seen&)>& take,
+                              RenderCounts& counts) const {
+  const StarFields::Field& field = fields_->fields()[number];
+  const StarField& stars = *field.stars;
+  const BallSpace space(scene_->galaxies[static_cast<std::size_t>(field.galaxy)]);
+  const TileSpace tile_space(camera_, tile, margin, space);
+  const bool is_parallel = fields_->is_parallel();
+  const auto is_near = [&](const glm::dvec2& pixel) {
+    return pixel.x > tile.left - margin && pixel.x < tile.right - 1 + margin &&
+           pixel.y > tile.bottom - margin && pixel.y < tile.top - 1 + margin;
+  };
+  const auto touches_over_seam = [&](const glm::dvec2& pixel) {
+    if (!camera_.is_near_seam(pixel, margin)) return false;
+    for (int y = static_cast<int>(std::ceil(pixel.y - margin)); y <= pixel.y + margin; ++y) {
+      for (int x = static_cast<int>(std::ceil(pixel.x - margin)); x <= pixel.x + margin; ++x) {
+        const glm::ivec2 place = camera_.neighbour(pixel, x, y);
+        if (place.x >= tile.left && place.x < tile.right && place.y >= tile.bottom &&
+            place.y < tile.top) {
+          return true;
+        }
+      }
+    }
+    return false;
+  };
+  // The brightest first: their cells are the largest.
+  for (std::size_t k = stars.population().size(); k-- > 0;) {
+    const double brightest = stars.population().at(k).high;
+    const double farthest = std::sqrt(brightest / field.limit);  // of those above the limit
+    if (is_parallel && brightest < field.limit) break;
+    const auto keep = [&](const StarField::Cell& cell) {
+      if (!tile_space.may_show(cell.centre, cell.half)) return false;
+      const glm::dvec3 place = space.scene(cell.centre);
+      const double radius = cell.half * space.radius;
+      if (!is_parallel) {
+        const glm::dvec3 way = place - camera_.origin();
+        const double reach = farthest + radius;
+        if (glm::dot(way, way) > reach * reach) return false;
+      }
+      // The planes cut off more, and at less cost, than the ball around the tile's rays.
+      return tile_space.has_planes() || overlap(index_.ball_of(place, radius), rays);
+    };
+    const auto offer = [&](const StarField::Candidate& candidate) {
+      if (!tile_space.may_show(candidate.position, 0)) return;
+      const glm::dvec3 place = space.scene(candidate.position);
+      const glm::dvec3 way = place - camera_.origin();
+      const double distance2 = is_parallel ? 1 : glm::dot(way, way);
+      if (!(stars.luminosity_bound(k, candidate) > field.limit * distance2)) return;
+      if (!tile_space.has_planes()) {
+        const glm::dvec3 away = way / std::sqrt(distance2) - rays.centre;
+        if (glm::dot(away, away) > rays.radius * rays.radius) return;
+      }
+      const double luminosity = stars.luminosity(k, candidate);
+      const double q = luminosity / distance2;
+      if (!(q > field.limit)) return;
+      const std::optional<glm::dvec2> pixel = camera_.pixel(place);
+      if (!pixel || !(is_near(*pixel) || touches_over_seam(*pixel))) return;
+      batch.entries.push_back(
+          {place, *pixel, candidate.threshold, luminosity, field.weight(q) * q, candidate});
+      if (batch.entries.size() == batch_capacity) {
+        flush(number, dusty, batch, take, counts);
+      }
+    };
+    stars.walk(k, keep, offer);
+  }
+  flush(number, dusty, batch, take, counts);
+}
+
+void StarPainter::flush(std::size_t number, std::span<const int> dusty, Batch& batch,
+                        const std::function<void(const Seen&)>& take, RenderCounts& counts) const {
+  const StarFields::Field& field = fields_->fields()[number];
+  const Galaxy& galaxy = *scene_->galaxies[static_cast<std::size_t>(field.galaxy)].galaxy;
+  const std::size_t size = batch.entries.size();
+  if (size == 0) return;
+  for (std::size_t i = 0; i < padded(size); ++i) {
+    const double* place = i < size ? batch.entries[i].candidate.position : nullptr;
+    batch.x[i] = place != nullptr ? static_cast<float>(place[0]) : 0;
+    batch.y[i] = place != nullptr ? static_cast<float>(place[1]) : 0;
+    batch.z[i] = place != nullptr ? static_cast<float>(place[2]) : 0;
+  }
+  galaxy.evaluate_component(field.component, {batch.x.data(), batch.y.data(), batch.z.data(), size},
+                            0, batch.density, counts);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    if (double{batch.density[i]} > batch.entries[i].threshold) {
+      batch.entries[kept++] = batch.entries[i];
+    }
+  }
+  batch.entries.resize(kept);
+  find_depths(dusty, batch, counts);
+
+  const Look& look = looks_[number];
+  const SpectralBasis& basis = medium_.basis();
+  const std::size_t steps = basis.size(), planes = basis.planes();
+  batch.flux.resize(planes);
+  batch.dust_free.resize(planes);
+  batch.mixed.resize(planes * steps);
+  for (std::size_t i = 0; i < kept; ++i) {
+    const Batch::Entry& entry = batch.entries[i];
+    const double* weights = look.weights.front().data();
+    if (!field.stars->has_one_sed()) {
+      const auto at = field.stars->population().place(
+          field.stars->temperature(entry.luminosity, entry.candidate));
+      const std::vector<double>&cold = look.weights[at.first], &hot = look.weights[at.first + 1];
+      for (std::size_t n = 0; n < batch.mixed.size(); ++n) {
+        batch.mixed[n] = (1 - at.share) * cold[n] + at.share * hot[n];
+      }
+      weights = batch.mixed.data();
+    }
+    const double scale = look.unit * entry.light;
+    for (std::size_t p = 0; p < planes; ++p) {
+      double seen = 0, free = 0;
+      for (std::size_t j = 0; j < steps; ++j) {
+        const double own = weights[p * steps + j];
+        free += own;
+        seen += own * std::exp(-batch.depth[i * steps + j]);
+      }
+      batch.flux[p] = scale * seen;
+      batch.dust_free[p] = scale * free;
+    }
+    take({field.galaxy, look.emitter, entry.pixel, batch.flux, batch.dust_free});
+  }
+  batch.entries.clear();
+}
+
+void StarPainter::find_depths(std::span<const int> dusty, Batch& batch,
+                              RenderCounts& counts) const {
+  const std::size_t steps = medium_.basis().size();
+  batch.depth.assign(batch.entries.size() * steps, 0.0);
+  if (dusty.empty()) return;
+  batch.lines.clear();
+  batch.runs.clear();
+  batch.map.clear();
+  for (std::size_t i = 0; i < batch.entries.size(); ++i) {
+    const Batch::Entry& entry = batch.entries[i];
+    const std::optional<Ray> ray = camera_.ray(entry.pixel.x, entry.pixel.y);
+    if (!ray) continue;
+    const double end = glm::dot(entry.place - ray->origin, ray->direction);
+    batch.hits.clear();
+    medium_.hits(*ray, dusty, batch.hits);
+    for (const Hit& hit : batch.hits) {
+      if (!(hit.begin < end)) continue;
+      const auto components =
+          scene_->galaxies[static_cast<std::size_t>(hit.galaxy)].galaxy->components();
+      std::size_t slot = 0;
+      for (std::size_t c = 0; c < components.size(); ++c) {
+        if (!components[c]->absorbs()) continue;
+        const std::size_t own = slot++;
+        batch.plan.clear();
+        components[c]->plan({{hit.nearest[0], hit.nearest[1], hit.nearest[2]},
+                             {hit.direction[0], hit.direction[1], hit.direction[2]},
+                             hit.begin - hit.centre,
+                             std::min(hit.end, end) - hit.centre,
+                             0},
+                            medium_.accuracy(), batch.plan);
+        if (!(batch.plan.begin < batch.plan.end)) continue;
+        batch.map.add(batch.plan.begin, batch.plan.end, batch.plan.focuses);
+        batch.lines.push_back({i, hit.galaxy, c, own, hit, 0, 0, 0, 0, 0, 0});
+      }
+    }
+  }
+  if (batch.lines.empty()) return;
+  batch.map.measure();
+  measure_columns(batch, counts);
+  for (const Batch::Line& line : batch.lines) {
+    const Cover cover = medium_.cover(std::span(&line.hit, 1));
+    for (std::size_t j = 0; j < steps; ++j) {
+      batch.depth[line.entry * steps + j] +=
+          (4 * line.fine - line.coarse) / 3 *
+          double{medium_.extinction(cover, static_cast<int>(line.slot), j)};
+    }
+  }
+}
+
+void StarPainter::measure_columns(Batch& batch, RenderCounts& counts) const {
+  const Accuracy& accuracy = medium_.accuracy();
+  // The trapezoidal rule over the map's u, in which densities are smooth, and over every second
+  // node of it; together Simpson's. The end cuts densities off anywhere.
+  constexpr double fewest_quarters = 2, most_intervals = 8192;
+  for (std::size_t r = 0; r < batch.lines.size(); ++r) {
+    Batch::Line& line = batch.lines[r];
+    const double quarters = std::clamp(std::ceil(0.25 * batch.map.length(r) / accuracy.first_step),
+                                       fewest_quarters, 0.25 * most_intervals);
+    line.intervals = static_cast<std::int32_t>(4 * quarters);
+    const Cover cover = medium_.cover(std::span(&line.hit, 1));
+    line.most = 0;
+    line.least = HUGE_VAL;
+    for (std::size_t j = 0; j < medium_.basis().size(); ++j) {
+      const double own = medium_.extinction(cover, static_cast<int>(line.slot), j);
+      line.most = std::max(line.most, own);
+      line.least = std::min(line.least, own);
+    }
+    batch.runs.push_back(static_cast<std::int32_t>(r));
+  }
+  // Lines of one component together, in full batches.
+  std::stable_sort(batch.runs.begin(), batch.runs.end(), [&](std::int32_t a, std::int32_t b) {
+    const Batch::Line &one = batch.lines[static_cast<std::size_t>(a)],
+                      &other = batch.lines[static_cast<std::size_t>(b)];
+    return std::pair(one.galaxy, one.component) < std::pair(other.galaxy, other.component);
+  });
+  add_nodes(batch, true, counts);
+  while (true) {
+    // What is seen of a star may change by star_error of itself when every second node is left out,
+    // and by the fourfold, as for what is smooth, with the next ones; where dust leaves less than
+    // faint_share of its light, by star_error of that share.
+    std::erase_if(batch.runs, [&](std::int32_t r) {
+      const Batch::Line& line = batch.lines[static_cast<std::size_t>(r)];
+      const double left = std::exp(-line.least * line.fine);
+      const double change =
+          std::max(std::abs(line.fine - line.coarse), 0.25 * std::abs(line.coarse - line.coarser));
+      return line.most * change * std::min(left / accuracy.faint_share, 1.0) <=
+                 accuracy.star_error ||
+             2 * line.intervals > most_intervals;
+    });
+    if (batch.runs.empty()) return;
+    add_nodes(batch, false, counts);
+  }
+}
+
+void StarPainter::add_nodes(Batch& batch, bool is_first, RenderCounts& counts) const {
+  const std::size_t runs = batch.runs.size();
+  batch.first.resize(runs);
+  batch.count.resize(runs);
+  batch.step.resize(runs);
+  std::int32_t nodes = 0;
+  for (std::size_t i = 0; i < runs; ++i) {
+    const auto r = static_cast<std::size_t>(batch.runs[i]);
+    Batch::Line& line = batch.lines[r];
+    batch.first[i] = nodes;
+    batch.count[i] = line.intervals + (is_first ? 1 : 0);
+    batch.step[i] = static_cast<float>(batch.map.length(r) / line.intervals);
+    nodes += batch.count[i];
+  }
+  // Room for whole vectors of any target.
+  batch.s.resize(static_cast<std::size_t>(nodes) + batch_padding);
+  batch.weight.resize(batch.s.size());
+  batch.map.place({batch.runs, batch.first, batch.count, batch.step, is_first ? 0.0f : 0.5f,
+                   batch.s.data(), batch.weight.data()});
+  counts.nodes += static_cast<std::uint64_t>(nodes);
+
+  const auto threshold = static_cast<float>(medium_.accuracy().texture_threshold);
+  batch.between.assign(runs, 0.0);
+  batch.places.clear();
+  const auto evaluate = [&](const Batch::Line& line) {
+    const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(line.galaxy)];
+    const std::size_t size = batch.places.size();
+    for (std::size_t i = size; i < padded(size); ++i) batch.x[i] = batch.y[i] = batch.z[i] = 0;
+    placed.galaxy->evaluate_component(line.component,
+                                      {batch.x.data(), batch.y.data(), batch.z.data(), size},
+                                      threshold, batch.density, counts);
+    // Per scene unit of path.
+    const double scale = placed.galaxy->components()[line.component]->amplitude() / placed.radius;
+    for (std::size_t i = 0; i < size; ++i) {
+      const Batch::Place& place = batch.places[i];
+      const double light = scale * double{batch.density[i]};
+      batch.between[place.run] += place.weight * light;
+      if (is_first) {
+        Batch::Line& own = batch.lines[static_cast<std::size_t>(batch.runs[place.run])];
+        own.coarse += place.coarse_weight * light;
+        own.coarser += place.coarser_weight * light;
+      }
+    }
+    batch.places.clear();
+  };
+  for (std::size_t i = 0; i < runs; ++i) {
+    const Batch::Line& line = batch.lines[static_cast<std::size_t>(batch.runs[i])];
+    for (std::int32_t k = 0; k < batch.count[i]; ++k) {
+      const auto n = static_cast<std::size_t>(batch.first[i] + k);
+      const double t = double{batch.s[n]};
+      const std::size_t place = batch.places.size();
+      batch.x[place] = static_cast<float>(line.hit.nearest[0] + t * line.hit.direction[0]);
+      batch.y[place] = static_cast<float>(line.hit.nearest[1] + t * line.hit.direction[1]);
+      batch.z[place] = static_cast<float>(line.hit.nearest[2] + t * line.hit.direction[2]);
+      const bool is_end = is_first && (k == 0 || k == batch.count[i] - 1);
+      const double weight = double{batch.weight[n]} * (is_end ? 0.5 : 1.0);
+      batch.places.push_back({i, weight, k % 2 == 0 ? 2 * weight : 0, k % 4 == 0 ? 4 * weight : 0});
+      if (batch.places.size() == batch_capacity) evaluate(line);
+    }
+    const Batch::Line* next =
+        i + 1 < runs ? &batch.lines[static_cast<std::size_t>(batch.runs[i + 1])] : nullptr;
+    const bool is_last =
+        next == nullptr || next->galaxy != line.galaxy || next->component != line.component;
+    if (is_last && !batch.places.empty()) evaluate(line);
+  }
+  for (std::size_t i = 0; i < runs; ++i) {
+    Batch::Line& line = batch.lines[static_cast<std::size_t>(batch.runs[i])];
+    if (is_first) {
+      line.fine = batch.between[i];
+      continue;
+    }
+    line.coarser = line.coarse;
+    line.coarse = line.fine;
+    line.fine = 0.5 * (line.fine + batch.between[i]);
+    line.intervals *= 2;
+  }
+}
+
+}  // namespace gamer

@@ -1,0 +1,73 @@
+#include "gamer/job/progress.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <memory>
+#include <string>
+
+namespace gamer {
+namespace {
+
+/// What a run of ten blocks of ten rows, `seconds` each, prints.
+std::string output_of(Progress::Style style, double seconds, int blocks = 10, int skipped = 0) {
+  char* text = nullptr;
+  std::size_t size = 0;
+  std::FILE* stream = open_memstream(&text, &size);
+  {
+    double now = 1000;
+    Progress progress(100, style, stream, [&] { return now; });
+    progress.skip(skipped);
+    EXPECT_EQ(progress.skipped(), skipped);
+    for (int i = 0; i < blocks; ++i) {
+      now += seconds;
+      progress.add(10);
+    }
+    EXPECT_NEAR(progress.seconds(), blocks * seconds, 1e-9);
+  }
+  std::fclose(stream);
+  const std::unique_ptr<char, decltype(&std::free)> owner(text, &std::free);
+  return std::string(text, size);
+}
+
+TEST(Progress, LinesComeOnceAMinute) {
+  EXPECT_EQ(output_of(Progress::Style::lines, 25),
+            "gamer:  30 %  0.4 rows/s  2:55 left\n"
+            "gamer:  60 %  0.4 rows/s  1:40 left\n"
+            "gamer:  90 %  0.4 rows/s  0:25 left\n");
+  EXPECT_EQ(output_of(Progress::Style::lines, 1), "");
+}
+
+TEST(Progress, RowsThatWereDoneBeforeDoNotCountForTheRate) {
+  EXPECT_EQ(output_of(Progress::Style::lines, 100, 1, 80), "gamer:  90 %  0.1 rows/s  1:40 left\n");
+}
+
+TEST(Progress, LongTimesHaveHours) {
+  EXPECT_EQ(output_of(Progress::Style::lines, 1000, 1), "gamer:  10 %  0.0 rows/s  2:30:00 left\n");
+}
+
+TEST(Progress, BarIsDrawnAgainAndEndsItsLine) {
+  const std::string text = output_of(Progress::Style::bar, 2);
+  EXPECT_TRUE(
+      text.starts_with("\r[###...........................]  10 %  5.0 rows/s  0:18 left\x1b[K\r["));
+  EXPECT_TRUE(
+      text.ends_with("\r[##############################] 100 %  5.0 rows/s  0:00 left\x1b[K\n"));
+}
+
+TEST(Progress, BarIsDrawnTenTimesASecondAtMost) {
+  // Blocks at 0.04 s: drawn at 0.12 s, 0.24 s, 0.36 s, and at the end, 0.4 s.
+  const std::string text = output_of(Progress::Style::bar, 0.04);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\r'), 4);
+}
+
+TEST(Progress, NoneIsSilent) { EXPECT_EQ(output_of(Progress::Style::none, 100), ""); }
+
+TEST(Progress, AFileIsNoTerminal) {
+  std::FILE* file = std::tmpfile();
+  EXPECT_EQ(Progress::style_for(file), Progress::Style::lines);
+  std::fclose(file);
+}
+
+}  // namespace
+}  // namespace gamer

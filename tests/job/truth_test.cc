@@ -1,0 +1,243 @@
+// Calibration over redshifts and pixel scales, light through dust against integrals of its own, and
+// what the truth table says of a galaxy.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "gamer/job/schedule.h"
+#include "gamer/job/truth_table.h"
+#include "gamer/render/galaxy_measure.h"
+#include "gamer/sed/extinction.h"
+#include "render/render_text.h"
+
+namespace gamer {
+namespace {
+
+constexpr double promised = 0.002;  // mag
+
+constexpr const char* bulge = R"([[component]]
+class = "bulge"
+sed = "E"
+effective_radius = 0.1
+)";
+// Small enough for the ball to hold all of it.
+constexpr const char* compact = R"([[component]]
+class = "bulge"
+sed = "E"
+effective_radius = 0.02
+)";
+constexpr const char* spiral = R"([arms]
+model = "logarithmic"
+pitch_angle = 15
+count = 2
+[[component]]
+class = "disk"
+sed = "Sbc"
+z0 = 0.02
+rh = 0.2
+arm_width = 1
+)";
+constexpr const char* clumps = R"([arms]
+model = "logarithmic"
+pitch_angle = 15
+count = 2
+[[component]]
+class = "stars"
+sed = "Im"
+z0 = 0.02
+rh = 0.2
+arm_width = 1
+)";
+// Light and dust mixed in one proportion: tau(R) = tau_V a exp(-R/h) face on.
+constexpr const char* mixed = R"([[component]]
+class = "disk"
+sed = "Sbc"
+z0 = 0.01
+rh = 0.05
+arm_width = 0
+noise = false
+[[component]]
+class = "dust"
+z0 = 0.01
+rh = 0.05
+arm_width = 0
+noise = false
+optical_depth = 2
+)";
+
+struct Made {
+  RenderParameters parameters;
+  Camera camera;
+  Spectrum spectrum;
+  std::shared_ptr<Scene> scene;
+};
+
+Made make(const std::string& list, const std::string& toml) {
+  RenderParameters parameters = RenderParameters::read(parse_toml(toml, "render.par"));
+  Resources resources({GAMER_TEST_SOURCE_DIR});
+  resources.add({"galaxies/bulge", "bulge.toml", bulge});
+  resources.add({"galaxies/compact", "compact.toml", compact});
+  resources.add({"galaxies/spiral", "spiral.toml", spiral});
+  resources.add({"galaxies/clumps", "clumps.toml", clumps});
+  resources.add({"galaxies/mixed", "mixed.toml", mixed});
+  const Camera camera(parameters);
+  Spectrum spectrum = load_spectrum(parameters, resources);
+  auto scene = std::make_shared<Scene>(
+      read_scene(list, "scene.lst", parameters, spectrum, camera, resources));
+  if (parameters.attenuated) {
+    apply_attenuation(parameters, camera, *load_reference_band(parameters, resources), Ranks(), 2,
+                      *scene);
+  }
+  return {std::move(parameters), camera, std::move(spectrum), std::move(scene)};
+}
+
+double magnitude(const Made& made, int plane = 0) {
+  const Renderer renderer(made.parameters, made.camera, made.scene, made.spectrum);
+  ThreadExecutor executor(1);
+  return ab_magnitude(sum_of(render_image(renderer, executor), plane));
+}
+
+std::string sky(int size, double pixel_scale, const std::string& more) {
+  return fmt::format(
+      "[image]\nsize = {}\n[camera]\nprojection = \"sky\"\ncenter = [10, 20]\npixel_scale = {}\n"
+      "[spectrum]\nbands = [\"sdss_r\"]\n{}",
+      size, pixel_scale, more);
+}
+
+class Calibration : public testing::TestWithParam<double> {};
+
+// A galaxy of 6 kpc: 270 to 5 pixels wide, its half-light radius 100 to less than one.
+TEST_P(Calibration, SumOfPixelsIsTheMagnitude) {
+  const double redshift = GetParam();
+  const double radius =
+      6 * 1e-3 / Cosmology().angular_diameter_distance(redshift) * 180 * 3600 / std::numbers::pi;
+  // Twice what was measured; the textured disk's error is that of the mean of its noise.
+  struct Kind {
+    const char* type;
+    double error;  // mag
+  };
+  for (const auto& [type, error] : {Kind{"bulge", 2e-4}, {"spiral", promised}, {"clumps", 3e-3}}) {
+    for (const double scale : {0.03, 0.1, 0.3}) {
+      const int size = static_cast<int>(2.2 * radius / scale) + 6;
+      const Made made =
+          make(fmt::format("galaxy ra dec redshift size_kpc inclination pa apparent_magnitude\n"
+                           "{} 10.00001 20.00001 {} 6 40 30 22\n",
+                           type, redshift),
+               sky(size, scale, ""));
+      EXPECT_NEAR(magnitude(made), 22, error) << type << ' ' << scale;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Redshifts, Calibration, testing::Values(0.1, 0.5, 1.0, 2.0));
+
+/// Light of `mixed` face on, with dust over without, in a band: the light-weighted mean of
+/// (1 - exp(-tau))/tau over radii and wavelengths.
+double mixed_attenuation(const Bandpass& band, double redshift) {
+  Resources resources({GAMER_TEST_SOURCE_DIR});
+  const auto sed = find_sed("Sbc", "", resources);
+  const Ccm89 curve(3.1);
+  double seen = 0, all = 0;
+  const Sed::Range range = band.range();
+  for (double wavelength = range.low + 1; wavelength < range.high; wavelength += 2) {
+    const double light =
+        wavelength * sed->flux(wavelength / (1 + redshift)) * band.response(wavelength);
+    const double depth = 2 * curve.relative(wavelength / (1 + redshift));
+    double part = 0, whole = 0;
+    // R = h x, the weight x e^-x dx.
+    for (double x = 0.005; x < 14; x += 0.01) {
+      const double tau = depth * std::exp(-x);
+      part += x * std::exp(-x) * -std::expm1(-tau) / tau;
+      whole += x * std::exp(-x);
+    }
+    seen += light * part;
+    all += light * whole;
+  }
+  return seen / all;
+}
+
+TEST(Calibration, LightThroughDust) {
+  for (const double redshift : {0.1, 1.0}) {
+    const std::string list = fmt::format(
+        "galaxy ra dec redshift size_arcsec apparent_magnitude\nmixed 10 20 {} 4 22\n", redshift);
+    Made made = make(list, sky(90, 0.1, ""));
+    const double lost =
+        -2.5 * std::log10(mixed_attenuation(*made.spectrum.planes.front().band, redshift));
+    EXPECT_GT(lost, 0.2);
+    EXPECT_NEAR(magnitude(made), 22 + lost, promised);
+    EXPECT_NEAR(-2.5 * std::log10(measure(made.scene->galaxies.front(), made.parameters,
+                                          made.camera, made.spectrum)
+                                      .attenuation.front()),
+                lost, promised);
+    made = make(list, sky(90, 0.1, "[photometry]\nattenuated = true\n"));
+    EXPECT_NEAR(magnitude(made), 22, promised);
+  }
+}
+
+TEST(Measure, HalfLightRadiusAndShape) {
+  Made made = make("galaxy ra dec redshift size_arcsec apparent_magnitude\nmixed 10 20 0.1 4 22\n",
+                   sky(90, 0.1, ""));
+  // Without its dust the mixed disk is exponential: R_e = 1.678347 h (FACTS section 5).
+  PlacedGalaxy bare = made.scene->galaxies.front();
+  Resources resources({GAMER_TEST_SOURCE_DIR});
+  const std::string light = std::string(mixed).substr(0, std::string(mixed).rfind("[[component]]"));
+  bare.galaxy = Galaxy::parse(light, "bare.toml", {}, resources);
+  GalaxyMeasure result = measure(bare, made.parameters, made.camera, made.spectrum);
+  EXPECT_NEAR(result.half_light_radius / bare.radius, 1.678347 * 0.05, 6e-4);
+  EXPECT_NEAR(result.e1, 0, 1e-6);
+  EXPECT_EQ(result.optical_depth, 0);
+  EXPECT_NEAR(result.attenuation.front(), 1, 1e-9);
+
+  // The centre of the mixed slab, face on: tau_V a.
+  result = measure(made.scene->galaxies.front(), made.parameters, made.camera, made.spectrum);
+  const Ccm89 curve(3.1);
+  EXPECT_NEAR(result.optical_depth,
+              2 * curve.relative(made.spectrum.planes.front().wavelength / 1.1), 1e-3);
+  EXPECT_GT(result.half_light_radius / bare.radius, 1.678347 * 0.05);
+
+  // An inclined disk: <x'^2> = <x^2> along the node, cos^2 i of it across; the node at pa 30.
+  made = make(
+      "galaxy ra dec redshift size_arcsec apparent_magnitude inclination pa\n"
+      "mixed 10 20 0.1 4 22 60 30\n",
+      sky(90, 0.1, ""));
+  bare = made.scene->galaxies.front();
+  bare.galaxy = Galaxy::parse(light, "bare.toml", {}, resources);
+  result = measure(bare, made.parameters, made.camera, made.spectrum);
+  // <x^2> = 3 h^2, <z^2> = pi^2/12 z0^2.
+  const double along = 3 * 0.05 * 0.05, up = std::numbers::pi * std::numbers::pi / 12 * 1e-4;
+  const double across = 0.25 * along + 0.75 * up;
+  const double e = (along - across) / (along + across);
+  EXPECT_NEAR(result.e1, e * std::cos(std::numbers::pi / 3), 1e-3);
+  EXPECT_NEAR(result.e2, e * std::sin(std::numbers::pi / 3), 1e-3);
+}
+
+TEST(TruthTable, ObjectsOfAScene) {
+  const Made made = make(
+      "galaxy ra dec redshift size_arcsec apparent_magnitude id\n"
+      "star 10.001 20 0 - 20 s\ncompact 10 20 0.1 4 22 b\n",
+      sky(90, 0.1, ""));
+  const RenderJob job{made.parameters, made.camera, made.spectrum, made.scene, {}};
+  ThreadExecutor executor(2);
+  const DataTable table = truth_table(job, executor);
+  ASSERT_EQ(table.rows(), 2u);
+  const auto numbers = [&](const std::string& name) {
+    for (const DataColumn& column : table.columns) {
+      if (column.name == name) return std::get<std::vector<double>>(column.values);
+    }
+    ADD_FAILURE() << name;
+    return std::vector<double>{0, 0};
+  };
+  EXPECT_NEAR(numbers("mag_sdss_r")[0], 20, 1e-9);
+  EXPECT_NEAR(numbers("mag_sdss_r")[1], 22, 1e-9);
+  EXPECT_NEAR(numbers("ra")[0], 10.001, 1e-9);
+  EXPECT_NEAR(numbers("x")[1], 45.5, 1e-6);
+  EXPECT_EQ(numbers("bulge_to_total")[1], 1);
+  EXPECT_TRUE(std::isnan(numbers("half_light_radius")[0]));
+  EXPECT_NEAR(numbers("half_light_radius")[1], 0.08, 0.001);
+}
+
+}  // namespace
+}  // namespace gamer
