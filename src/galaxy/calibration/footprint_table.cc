@@ -1,7 +1,7 @@
 #include "gamer/galaxy/calibration/footprint_table.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "galaxy/footprint_table.cc"
+#define HWY_TARGET_INCLUDE "galaxy/calibration/footprint_table.cc"
 #include "hwy/foreach_target.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #include "galaxy/kinds/bulge.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "galaxy/bulge.cc"
+#define HWY_TARGET_INCLUDE "galaxy/kinds/bulge.cc"
 #include "hwy/foreach_target.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #include "gamer/galaxy/kinds/layer.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "galaxy/layer.cc"
+#define HWY_TARGET_INCLUDE "galaxy/kinds/layer.cc"
 #include "hwy/foreach_target.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #include "galaxy/veins/vein_texture.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "galaxy/vein_texture.cc"
+#define HWY_TARGET_INCLUDE "galaxy/veins/vein_texture.cc"
 #include "hwy/foreach_target.h"
 
 #include <algorithm>

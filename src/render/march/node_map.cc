@@ -1,7 +1,7 @@
 #include "render/march/node_map.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "render/node_map.cc"
+#define HWY_TARGET_INCLUDE "render/march/node_map.cc"
 #include "hwy/foreach_target.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #include "render/march/ray_integral.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "render/ray_integral.cc"
+#define HWY_TARGET_INCLUDE "render/march/ray_integral.cc"
 #include "hwy/foreach_target.h"
 
 #include <algorithm>

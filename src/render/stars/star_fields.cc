@@ -1,7 +1,7 @@
 #include "gamer/render/stars/star_fields.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "render/star_fields.cc"
+#define HWY_TARGET_INCLUDE "render/stars/star_fields.cc"
 #include "hwy/foreach_target.h"
 
 #include <algorithm>
