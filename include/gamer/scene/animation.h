@@ -11,10 +11,10 @@
 
 namespace gamer {
 
-/// A smooth function through values at ascending times, made of cubic Hermite pieces. The slope at
-/// a value is the slope of the parabola through it and its two neighbours. At an end it is that of
-/// the parabola through the last three values. The first derivative is continuous; parabolas are
-/// met exactly.
+/// A smooth function through values at ascending times: cubic Hermite pieces with continuous slope.
+/// The slope at a value is that of the parabola through the value and its two neighbours, and at an
+/// end that of the parabola through the last three values. Parabolas are met exactly; two values
+/// give a straight line.
 template <class Value>
 class SmoothPath {
  public:

@@ -37,16 +37,14 @@ struct TextRows {
 };
 
 /// A table of objects from any supported file. Columns have names and units; cells are words or
-/// typed. A missing value is the word "-", or NaN among numbers. Cells of text files are views into
-/// the text.
+/// typed. A missing value is the word "-", or NaN. Cells of text files are views into the text.
 /// - list: cells are words.
-/// - ECSV: cells are words; empty cells have no value. A column that contains a doubled quote owns
-///   its texts.
+/// - ECSV: cells are words; empty cells have no value. Columns with doubled quotes own their texts.
 /// - SExtractor: cells are words; components of a vector NAME are NAME, NAME_1, NAME_2...
 /// - SkyMaker: typed columns with scene names: galaxy ("star", or a made galaxy's name), px, py
 ///   (pixels from 1), apparent_magnitude, size_arcsec (radius of the ball), inclination, pa,
-///   redshift, id (row from 1). pa is counted from the image's +y towards -x: East of North where
-///   East is left.
+///   redshift, id (row from 1). pa is counted from the image's +y towards -x, which is East of
+///   North where North is up and East left.
 /// - FITS: the table's columns; empty texts have no value.
 class Catalogue {
  public:
