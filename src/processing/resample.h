@@ -37,14 +37,13 @@ PixelMap resample_map(const ResampleGrid& grid);
 /// - `area`: linear, which is the exact overlap of pixels.
 /// - `bilinear`: quadratic B-spline, the integral over the output pixel of the surface linear
 ///   between pixel centres. Smooths a little, also where the step is 1.
-/// - `bicubic`, `lanczos3`, `lanczos5`: the kernel, max(1, step) times as wide, so that what the
-///   output pixels cannot show is taken away. A step of 1 changes nothing.
+/// - `bicubic`, `lanczos3`, `lanczos5`: the kernel, max(1, step) times as wide, which removes the
+///   details that output pixels cannot show. A step of 1 changes nothing.
 ///
-/// `nearest` takes the input pixel at the output pixel's middle, and the flux only on average.
+/// `nearest` takes the input pixel at the output pixel's middle; it keeps the flux on average only.
 ///
-/// Beyond its edges the image goes on mirrored, and output pixels count no further than the edges:
-/// all flux arrives. `brightness` divides by the input area that a pixel covers. Missing pixels:
-/// missing_share.
+/// Beyond its edges the image is mirrored, and output pixels end at the edges, so all flux is kept.
+/// `brightness` divides by the input area that a pixel covers. Missing pixels: see missing_share.
 PlanePtr resample(PlanePtr source, const ResampleGrid& grid, Kernel kernel, PixelValues values);
 
 }  // namespace gamer

@@ -177,8 +177,8 @@ class SceneReader {
   void add_field_stars(const ImageField& field);
   /// Pixel coordinates of a star that touches the image; nothing for others.
   std::optional<glm::dvec2> star_pixel(const glm::dvec3& direction) const;
-  /// The flux (nJy) of the row's magnitude over that of a unit source, whose flux in the reference
-  /// band is `rest` unredshifted at 10 pc, and `observed` as it is.
+  /// Flux (nJy) of the row's magnitude over that of a unit source. In the reference band that
+  /// source has the flux `rest` unredshifted at 10 pc, and `observed` as it is seen.
   double flux_scale(const Position& position, double rest, double observed) const;
   double brightness(const PlacedGalaxy& placed, const Position& position);
   /// One shared text for all galaxies with a name.

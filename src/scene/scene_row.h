@@ -27,7 +27,7 @@ class SceneRow {
   }
   /// Replaces the value of a column of the selected row.
   void replace(Column column, double value) { replaced_[column] = value; }
-  /// Lines have ox oy oz and pa, for which replace() sets values, in place of inclination.
+  /// Makes lines have ox oy oz and pa (set by replace()) in place of inclination.
   void fix_orientation() { is_fixed_ = true; }
 
   /// Whether the catalogue has the column at all.

@@ -17,7 +17,7 @@ constexpr std::array<Line, 4> lyman_series = {
     {{1216, 0.0036}, {1026, 0.0017}, {973, 0.0012}, {950, 0.00093}}};
 constexpr double line_exponent = 3.46;
 
-/// The line absorbs where its absorber, at redshift lambda/lambda_j - 1, lies before the source.
+/// Absorption needs an absorber, at redshift lambda/lambda_j - 1, between observer and source.
 double line_depth(double wavelength, double emission) {
   double depth = 0;
   for (const Line& line : lyman_series) {
