@@ -484,7 +484,7 @@ prjprm checked_projection(const SkyView& view) {
   prjprm projection;
   prjini(&projection);
   view.projection.copy(projection.code, sizeof projection.code - 1);
-  // The set-up tells the number of parameters, even if it rejects their values.
+  // The set-up gives the number of parameters, even if it rejects their values.
   for (std::size_t i = 0; i < view.parameters.size() && i + 1 < PVN; ++i) {
     projection.pv[i + 1] = view.parameters[i];
   }

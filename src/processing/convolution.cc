@@ -241,7 +241,7 @@ int scaling_exponent(double largest) {
   return std::clamp(exponent, -kMostExponent<Real>, kMostExponent<Real>) - exponent;
 }
 
-/// A number that is not near any pixel's.
+/// Stands for "no pixel"; no pixel's number is near it.
 constexpr int kNoSource = std::numeric_limits<int>::min();
 
 /// The pixel of [0, size) that stands for x, or kNoSource.

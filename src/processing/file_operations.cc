@@ -160,8 +160,7 @@ FitsHeader single_header(const OperationCall& call, const StackedPlane& plane) {
   return header;
 }
 
-/// Copies all HDUs without pixels, except the record and the table of a third axis, which is made
-/// anew.
+/// Copies HDUs without pixels, except the record and the table of a third axis, which is made anew.
 void copy_tables(const FitsInput& input, FitsOutput& output) {
   for (std::size_t i = 0; i < input.hdus().size(); ++i) {
     const FitsHdu& hdu = input.hdus()[i];

@@ -78,7 +78,7 @@ ParameterTable with_output(ParameterTable table) {
   return table;
 }
 
-/// Checks an option's output file before work begins: suffix, folder, and that it does not exist.
+/// Checks an option's output file before work begins: suffix, folder, and --overwrite.
 void check_output(const OperationCall& call, const char* option,
                   std::initializer_list<const char*> suffixes) {
   if (!call.parameters.has(option)) return;
@@ -338,7 +338,7 @@ class Photometry {
     });
   }
 
-  /// Radius of the largest ellipse within the image, or within the annulus.
+  /// The inner radius of the annulus, else of the largest ellipse within the image.
   double default_radius() const {
     const double inner = parameters_.has("annulus") ? parameters_.numbers("annulus").front() : 0;
     if (inner > 0) return inner;

@@ -282,8 +282,7 @@ std::vector<std::string> read_text_cells(FitsFile& file, int column, LONGLONG fi
 
 void write_text_table(FitsFile& file, const TextTable& table, const std::vector<Card>& common) {
   const std::size_t columns = table.columns.size();
-  // The first pass finds the widths. The second writes the texts, which may not fit in memory
-  // together.
+  // The first pass finds the widths, the second writes the texts, which may not fit in memory.
   std::vector<std::size_t> widths(columns, 1);
   for_each_line(table, [&](int, std::span<const std::string_view> pieces) {
     for (std::size_t column = 0; column < columns; ++column) {

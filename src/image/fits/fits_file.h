@@ -51,8 +51,8 @@ class FitsFile {
   /// piece.
   void check_sums();
 
-  /// Reserves the room of the current HDU, which is the last and whose header is complete: zeros
-  /// that take no place on disk. CFITSIO would write them before the first pixel of a later row.
+  /// Reserves the data of the current HDU, the last, whose header is complete: zeros that take no
+  /// space on disk. CFITSIO would write them before the first pixel of a later row.
   void reserve_data();
   /// Flushes and closes; the destructor does so too, but cannot report an error.
   void close();

@@ -53,7 +53,7 @@ std::optional<long long> integer(std::string_view record) {
   return number;
 }
 
-/// The number after `stem` in a key, 3 for "ZTILE3" and "ZTILE"; 0 for other keys.
+/// The number after `stem` in a key: 3 for the key "ZTILE3" and the stem "ZTILE"; else 0.
 long long number_of(std::string_view key, std::string_view stem) {
   long long number = 0;
   if (!key.starts_with(stem) || key.size() == stem.size()) return 0;
