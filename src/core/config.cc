@@ -12,12 +12,12 @@ namespace gamer {
 namespace {
 
 constexpr int max_depth = 64;
-// toml++ bounds the nesting of values but not the parts of dotted keys, and frees its tables
-// recursively: without a bound of our own a long key overflows the stack.
+// toml++ bounds the nesting of values but not the parts of dotted keys, and it frees tables
+// recursively. Without this limit a long key overflows the stack.
 constexpr int max_key_parts = 16;
 const std::string too_many_parts = fmt::format("a key has more than {} parts", max_key_parts);
 
-/// Where to say that a node stands: in a file, or (a `--set`) always the same place.
+/// Places of nodes for messages: places in a file, or for `--set` always one place.
 struct Places {
   std::string file;
   bool fixed = false;
@@ -80,7 +80,7 @@ ConfigNode convert(const toml::node& node, const Places& places, int depth) {
   return result;
 }
 
-/// Message for a toml++ error, which reads "Error while parsing <what>: <problem>".
+/// Message of a toml++ error, whose text is "Error while parsing <what>: <problem>".
 std::string syntax_message(std::string_view description) {
   const std::string_view redefined = "cannot redefine existing ";
   if (const auto at = description.find(redefined); at != std::string_view::npos) {
@@ -103,7 +103,7 @@ std::string syntax_message(std::string_view description) {
   return fmt::format("not valid TOML: {}", description);
 }
 
-/// The position after the string that opens at `i`; the end of the text where nothing closes it.
+/// Position after the string that opens at `i`; the text's end where the string does not close.
 std::size_t skip_string(std::string_view text, std::size_t i) {
   const char quote = text[i];
   const bool is_multiline = i + 2 < text.size() && text[i + 1] == quote && text[i + 2] == quote;
@@ -113,7 +113,7 @@ std::size_t skip_string(std::string_view text, std::size_t i) {
       ++i;
     } else if (text.substr(i).starts_with(close)) {
       i += close.size();
-      // Up to two quotes before the closing three belong to the text.
+      // Up to two quotes before the closing three are part of the text.
       for (int k = 0; is_multiline && k < 2 && i < text.size() && text[i] == quote; ++k) ++i;
       return i;
     } else if (text[i] == '\n' && !is_multiline) {
@@ -187,12 +187,12 @@ ConfigNode* find_member(ConfigNode& node, std::string_view key) {
   return nullptr;
 }
 
-/// Whether TOML could hold the text, as it must in the record of a job.
+/// Whether the text is UTF-8, as TOML and so the record of a job require.
 bool is_utf8(std::string_view text) {
   constexpr char kLastControl = 0x1f, kDelete = 0x7f;
   std::string comment = "#";
   for (const char c : text) {
-    // Comments hold none of these; what stands around them must not join.
+    // Comments may not hold control characters; a blank keeps the bytes around them apart.
     const bool is_control = (c >= 0 && c <= kLastControl) || c == kDelete;
     comment += is_control ? ' ' : c;
   }

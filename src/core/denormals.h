@@ -6,17 +6,17 @@
 
 namespace gamer {
 
-/// While one lives, this thread takes denormal numbers (single precision: below 1.2e-38) for zero,
-/// given or computed: densities far from a galaxy's centre fall that low, where x86 cores need a
-/// hundred cycles more for each product. On other machines it does nothing. Statistics of galaxies
-/// do without: their points lie where there is light.
+/// While an instance lives, this thread treats denormal numbers (single precision: below 1.2e-38)
+/// as zero, in operands and results. Densities far from a galaxy's centre are that low, and x86
+/// cores need a hundred cycles more for each product. On other machines it does nothing. Statistics
+/// of galaxies do not need it, since their points lie where there is light.
 class DenormalsAreZero {
  public:
 #if defined(__SSE__)
   DenormalsAreZero() : before_(_mm_getcsr()) { _mm_setcsr(before_ | are_zero | flush_to_zero); }
   ~DenormalsAreZero() { _mm_setcsr(before_); }
 #else
-  // Not trivial, so that no compiler calls it unused.
+  // User-provided, so that compilers do not warn of an unused variable.
   DenormalsAreZero() {}
 #endif
   DenormalsAreZero(const DenormalsAreZero&) = delete;

@@ -1,4 +1,4 @@
-// Elementary functions in double precision, the same bits on every SIMD target: no fused
+// Elementary functions in double precision, with equal bits on every SIMD target: they use no fused
 // multiply-add. Included once per target.
 
 #if defined(GAMER_CORE_DOUBLE_MATH_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -34,8 +34,8 @@ HWY_INLINE V PartialPolynomial(D d, const V* powers, const double* coefficients)
   }
 }
 
-/// coefficients[0] + coefficients[1] x + ... by Estrin's scheme, whose parts do not wait for each
-/// other.
+/// coefficients[0] + coefficients[1] x + ... by Estrin's scheme, whose terms can be computed in
+/// parallel.
 template <class D, std::size_t count, class V = hn::Vec<D>>
 HWY_INLINE V Polynomial(D d, V x, const double (&coefficients)[count]) {
   constexpr std::size_t kPowers = std::bit_width(count - 1);

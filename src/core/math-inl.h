@@ -15,7 +15,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// e^x, relative error below 2e-7 for -87 <= x <= 88; below that range e^-87, above it e^88.
+/// e^x, relative error below 2e-7 for -87 <= x <= 88; x is clamped to that range.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Exp(D d, V x) {
   const hn::RebindToSigned<D> di;
@@ -35,16 +35,16 @@ HWY_INLINE V Exp(D d, V x) {
   return hn::Mul(p, hn::BitCast(d, exponent));
 }
 
-/// 2^x, relative error below 2e-7 for -126 <= x <= 127.9, exact at 0; below that range 2^-126.
+/// 2^x, relative error below 2e-7 for -126 <= x <= 127.9, exact at 0; smaller x count as -126.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Exp2(D d, V x) {
   const hn::RebindToSigned<D> di;
   x = hn::Max(x, hn::Set(d, -126.0f));
-  // Beyond 2^23 numbers are whole: the last bits of this one are n.
+  // Floats beyond 2^23 are whole numbers, so the last bits of this sum are n.
   const V whole = hn::Set(d, 0x1.8p23f);
   const V shifted = hn::Add(x, whole);
   const V r = hn::Sub(x, hn::Sub(shifted, whole));
-  // (2^r - 1)/r on [-1/2, 1/2], with the least largest relative error of 2^r.
+  // (2^r - 1)/r on [-1/2, 1/2]: the polynomial with the smallest maximum relative error of 2^r.
   V p = hn::Set(d, 1.326472731e-3f);
   p = hn::MulAdd(p, r, hn::Set(d, 9.671512991e-3f));
   p = hn::MulAdd(p, r, hn::Set(d, 5.550733581e-2f));
@@ -54,7 +54,7 @@ HWY_INLINE V Exp2(D d, V x) {
   return hn::BitCast(d, hn::Add(hn::BitCast(di, p), hn::ShiftLeft<23>(hn::BitCast(di, shifted))));
 }
 
-/// ln x, relative error below 1.5e-7 for normal positive x; smaller x, negative ones too, count as
+/// ln x, relative error below 1.5e-7 for normal positive x; smaller x, also negative ones, count as
 /// the smallest normal number.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Log(D d, V x) {
@@ -82,8 +82,8 @@ HWY_INLINE V Log(D d, V x) {
   return hn::MulAdd(e, hn::Set(d, 0.693359375f), hn::Add(f, y));
 }
 
-/// x^p for x >= 0 as e^(p ln x); relative error below 2e-7 (1 + |p ln x|) where Exp and Log
-/// are within their domains.
+/// x^p for x >= 0 as e^(p ln x); relative error below 2e-7 (1 + |p ln x|) in the domains of Exp and
+/// Log.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Pow(D d, V x, V p) {
   const V power = Exp(d, hn::Mul(p, Log(d, x)));
@@ -119,7 +119,7 @@ HWY_INLINE void SinCos(D d, V x, V& sine, V& cosine) {
 }
 
 /// atan(small/large) for 0 <= small <= large, absolute error below 2e-7 where `large` is a normal
-/// number; 0 where it is less.
+/// number; 0 for smaller `large`.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V AtanOfRatio(D d, V small, V large) {
   large = hn::Max(large, hn::Set(d, 1.17549435e-38f));

@@ -21,7 +21,7 @@ std::string lower(std::string_view text) {
 }
 
 std::size_t distance(const std::string& a, const std::string& b) {
-  // Three rows of the table are alive: i - 2 for transpositions, i - 1 and i.
+  // Rows of the table in use: i - 2 (for transpositions), i - 1 and i.
   std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
   for (std::size_t i = 1; i <= a.size(); ++i) {

@@ -16,7 +16,7 @@ namespace {
 
 std::atomic<int> allowed_threads = 1;
 
-// Indices that a thread takes at once: fewer where there are not so many shares for each.
+// Most indices that a thread takes at once; it takes fewer where each thread has few shares.
 constexpr std::size_t most_share = 4;
 constexpr std::size_t shares_per_thread = 4;
 
@@ -34,7 +34,7 @@ class Loop {
     }
     return false;
   }
-  /// How many threads more than one could work in it.
+  /// Number of threads besides one that could work in the loop.
   std::size_t room() const { return std::min(most_workers_, (count_ + share_ - 1) / share_) - 1; }
 
   void work_off() {
@@ -47,7 +47,7 @@ class Loop {
       }
     } catch (...) {
       next_ = count_;
-      // All before it were begun: the first of those that fail does not depend on the threads.
+      // All lower indices were begun, so the lowest that fails does not depend on the threads.
       const std::lock_guard lock(mutex_);
       if (i < failed_) {
         failed_ = i;
@@ -59,7 +59,7 @@ class Loop {
     if (failure_ != nullptr) std::rethrow_exception(failure_);
   }
 
-  std::size_t workers = 0;  ///< the team's lock guards it
+  std::size_t workers = 0;  ///< guarded by the team's lock
 
  private:
   std::size_t count_, share_, most_workers_;
@@ -76,7 +76,7 @@ class Team;
 thread_local Team* own_team = nullptr;
 thread_local const Loop* own_loop = nullptr;
 
-/// The thread that made it and others, which work in the loops that any of them begins.
+/// The thread that constructs it and further threads. They work in loops that any of them begins.
 class Team {
  public:
   explicit Team(std::size_t threads) {
@@ -85,7 +85,7 @@ class Team {
     try {
       while (others_.size() + 1 < threads) others_.emplace_back([this] { help(); });
     } catch (const std::exception&) {
-      // Fewer threads do the same.
+      // Fewer threads do the work, too.
     }
   }
   ~Team() {
@@ -99,7 +99,7 @@ class Team {
 
   std::size_t size() const { return others_.size() + 1; }
 
-  /// Returns when all of the loop is done.
+  /// Returns when the whole loop is done.
   void run(Loop& loop) {
     std::unique_lock lock(mutex_);
     open_.push_back(&loop);
@@ -107,7 +107,7 @@ class Team {
     if (waiting_ > 0) changed_.notify_all();
     work_in(loop, lock);
     while (loop.workers > 0) {
-      // Not in other loops: they may take longer, and this thread's stack would hold them.
+      // Only loops within this one: others may take longer and would nest on this thread's stack.
       if (Loop* inner = find(&loop)) {
         work_in(*inner, lock);
       } else {
@@ -134,7 +134,7 @@ class Team {
     }
   }
 
-  /// The newest loop within another, or any, that has work for one thread more.
+  /// The newest loop within `outer` (if null, any loop) that has work for one more thread.
   Loop* find(const Loop* outer) const {
     for (auto loop = open_.rbegin(); loop != open_.rend(); ++loop) {
       if ((*loop)->has_room() && (outer == nullptr || (*loop)->is_within(outer))) return *loop;
@@ -153,12 +153,12 @@ class Team {
   }
 
   std::mutex mutex_;
-  std::condition_variable begun_;    ///< a loop, or the team's end: idle threads wait
-  std::condition_variable changed_;  ///< a loop has begun or ended: threads with own loops wait
+  std::condition_variable begun_;    ///< a loop has begun or the team ends; idle threads wait
+  std::condition_variable changed_;  ///< a loop has begun or ended; threads that run loops wait
   std::vector<Loop*> open_;
   std::size_t idle_ = 0, waiting_ = 0;
   bool is_over_ = false;
-  std::vector<std::jthread> others_;  ///< the last member: their end is waited for first
+  std::vector<std::jthread> others_;  ///< last member, so that its threads are joined first
 };
 
 }  // namespace
@@ -168,7 +168,7 @@ void use_threads(int threads) { allowed_threads = std::max(threads, 1); }
 void parallel_for(std::size_t count, const std::function<void(std::size_t i)>& work,
                   std::optional<std::size_t> at_a_time) {
   const std::size_t most = std::min(at_a_time.value_or(count), count);
-  // A single index is worth a team only for loops within it, which `at_a_time` announces.
+  // A single index needs a team only for inner loops, which `at_a_time` announces.
   std::optional<Team> team;
   if (own_team == nullptr && allowed_threads > 1 && (most > 1 || at_a_time)) {
     team.emplace(static_cast<std::size_t>(allowed_threads.load()));

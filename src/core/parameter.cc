@@ -68,7 +68,7 @@ std::string quoted_choices(const std::vector<std::string>& choices, std::string_
   return fmt::format("{}", fmt::join(quoted_names, separator));
 }
 
-/// Reads values of one declaration; `name` is what messages call it, e.g. "axis[1]".
+/// Reads values of one declaration; `name` is its name in messages, e.g. "axis[1]".
 class Reader {
  public:
   Reader(const Parameter& parameter, const std::string& context)
@@ -154,7 +154,7 @@ class Reader {
       fail_type(node, name, "a number");
     }
     check_interval(node, name, x, fmt::format("{}", x));
-    // A zero has no sign: in the record -0 would be an integer.
+    // Removes the sign of zero: in the record, -0 would be an integer.
     return x == 0 ? 0 : x;
   }
 
@@ -167,7 +167,7 @@ class Reader {
     return value;
   }
 
-  /// For a list of lists of numbers the message shows the list that would be right.
+  /// For a list of lists of numbers, the message shows the right list.
   void check_flat(const ConfigNode& node) const {
     std::vector<double> numbers;
     for (const ConfigNode& row : node.array()) {
@@ -223,7 +223,7 @@ class Reader {
   const std::string& context_;
 };
 
-/// The tree that would have given `value`; a size is written with integers.
+/// The TOML node that reads as `value`; a size is written with integers.
 ConfigNode node_of(const ParameterValue& value, ParameterType type) {
   const auto node = [](ConfigNode::Data data) {
     ConfigNode result;
@@ -239,7 +239,7 @@ ConfigNode node_of(const ParameterValue& value, ParameterType type) {
     for (const std::string& text : *texts) elements.push_back(node(text));
     return node(std::move(elements));
   }
-  // 2^53: beyond it a double does not tell integers apart.
+  // 2^53: a larger double does not identify an integer.
   constexpr double exact_integers = 0x1p53;
   ConfigNode::Array elements;
   for (const double x : std::get<std::vector<double>>(value)) {
@@ -250,7 +250,7 @@ ConfigNode node_of(const ParameterValue& value, ParameterType type) {
   return node(std::move(elements));
 }
 
-/// A default in the form in which a value of the type is stored.
+/// A default in the form in which values of its type are stored.
 ParameterValue stored_default(const Parameter& parameter) {
   const ParameterValue& value = parameter.default_value;
   if (const auto* whole = std::get_if<std::int64_t>(&value)) {

@@ -13,10 +13,10 @@ std::uint8_t byte_at(std::string_view text, std::size_t i) {
   return static_cast<std::uint8_t>(text[i]);
 }
 
-/// Bytes of the character of UTF-8 that `text` begins with; 0 where it is none that prints.
+/// Length in bytes of the UTF-8 character that begins `text`; 0 where it is not printable.
 std::size_t printing_length(std::string_view text) {
   constexpr std::uint8_t kDelete = 0x7F, kFirstTail = 0x80, kLastTail = 0xBF;
-  // The first byte says how many there are.
+  // The first byte gives the number of bytes.
   const std::uint8_t first = byte_at(text, 0);
   if (first < kFirstTail) return first >= ' ' && first != kDelete ? 1 : 0;
   const auto length = static_cast<std::size_t>(std::countl_one(first));
@@ -28,8 +28,8 @@ std::size_t printing_length(std::string_view text) {
     if (tail < kFirstTail || tail > kLastTail) return 0;
     code = code << kTailBits | (tail - kFirstTail);
   }
-  // A character has its shortest form only. U+0080 to U+009F are control characters too; halves of
-  // pairs in UTF-16 are none.
+  // A character must have its shortest form. U+0080 to U+009F are control characters; UTF-16's
+  // surrogates are no characters.
   constexpr std::array<std::uint32_t, 5> kFirst = {0, 0, 0xA0, 0x800, 0x10000};
   constexpr std::uint32_t kFirstHalf = 0xD800, kLastHalf = 0xDFFF, kLast = 0x10FFFF;
   const bool is_half = code >= kFirstHalf && code <= kLastHalf;

@@ -21,14 +21,14 @@
 namespace gamer {
 namespace {
 
-/// Variates made at a time: scratch that stays in the first-level cache.
+/// Variates made at a time; their scratch arrays stay in the first-level cache.
 constexpr std::size_t kBlock = 512;
 /// The widest vectors in use: 2048 bits.
 constexpr std::size_t kMostLanes = 32;
 
 constexpr double kLeastRejectionMean = 10;
 constexpr double kLargestMean = 1e100;
-/// P(N >= 64) < 1e-29 for means below kLeastRejectionMean: no uniform number gets there.
+/// P(N >= 64) < 1e-29 for means below kLeastRejectionMean; no uniform number is so near to 1.
 constexpr std::size_t kMostInverted = 64;
 
 struct Reciprocals {
@@ -58,7 +58,7 @@ constexpr double kStirlingErrors[kStirlingTable] = {0,  // k = 0 has its own for
                                                     0.0059513701127588477356244,
                                                     0.0055547335519628013710387};
 
-/// Where work is left in a block.
+/// Indices of a block's variates that are not done.
 struct Places {
   HWY_ALIGN_MAX std::uint64_t values[kBlock + kMostLanes];
   std::size_t count = 0;
@@ -89,7 +89,7 @@ HWY_INLINE VU Mix64(VU z) {
 
 HWY_INLINE VU NextWord(VU word) { return Mix64(hn::Add(word, hn::Set(DU(), golden_gamma))); }
 
-/// The states behind the words of consecutive numbers, a vector at a time.
+/// States of splitmix64 for consecutive numbers, one vector at a time.
 class Counter {
  public:
   Counter(std::uint64_t key, std::uint64_t first)
@@ -124,11 +124,11 @@ struct Attempt {
   VD count;
   VD us;        ///< 1/2 - |U|
   VD v_low;     ///< V before its lower bits, a multiple of kVStep
-  VD a, b;      ///< of the transformation
+  VD a, b;      ///< coefficients of the transformation
   MD squeezed;  ///< accepted without the probability
 };
 
-/// U takes the upper 40 bits of the word, V starts with the other 24.
+/// U uses the upper 40 bits of the word, V begins with the lower 24.
 constexpr double kVStep = 0x1p-24;
 
 HWY_INLINE Attempt Try(VD mean, VU word) {
@@ -188,8 +188,8 @@ HWY_INLINE VD LogProbability(VD k, VD mean) {
   return hn::Neg(hn::Add(stirling, deviance));
 }
 
-/// Whether PTRS takes the count: V / (alpha (a / us^2 + b)) <= P(count), where
-/// 1 / alpha = 1.1239 + 1.1328 / (b - 3.4).
+/// Whether PTRS accepts the count: V / (alpha (a / us^2 + b)) <= P(count), where 1 / alpha = 1.1239
+/// + 1.1328 / (b - 3.4).
 HWY_INLINE MD Accepted(const Attempt& t, VD mean, VU word) {
   constexpr double kTwoPi = 6.283185307179586;
   const DD d;
@@ -210,7 +210,7 @@ HWY_INLINE MD Accepted(const Attempt& t, VD mean, VU word) {
   return hn::And(hn::Ge(t.count, hn::Zero(d)), hn::Le(left, right));
 }
 
-/// The count whose interval of the distribution function holds the word's uniform number.
+/// The count whose interval of the distribution function contains the word's uniform number.
 HWY_INLINE VD Invert(VD mean, VU word) {
   const DD d;
   const VD one = hn::Set(d, 1.0);
@@ -227,14 +227,14 @@ HWY_INLINE VD Invert(VD mean, VU word) {
   return count;
 }
 
-/// Appends the names of the lanes in `which`, without branches, as nothing foretells them.
+/// Appends the indices of the lanes in `which`, without branches, which could not be predicted.
 HWY_INLINE void Append(MD which, VU names, Places& places) {
   const DU du;
 #if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
   places.count +=
       hn::CompressStore(names, hn::RebindMask(du, which), du, places.values + places.count);
 #else
-  // CompressStore goes through a table that GCC copies to the stack each time.
+  // CompressStore uses a table, which GCC copies to the stack in each call.
   HWY_ALIGN_MAX std::uint64_t lanes[kMostLanes];
   hn::Store(names, du, lanes);
   std::uint8_t bytes[sizeof(std::uint64_t)] = {};
@@ -248,7 +248,7 @@ HWY_INLINE void Append(MD which, VU names, Places& places) {
 #endif
 }
 
-/// Room for whole vectors in both arrays.
+/// Both arrays have room for whole vectors.
 void PoissonBlock(std::uint64_t key, std::uint64_t first, std::size_t size, const double* means,
                   double* counts) {
   const DD d;
@@ -289,7 +289,7 @@ void PoissonBlock(std::uint64_t key, std::uint64_t first, std::size_t size, cons
       left_means[i] = means[pending->values[i]];
       left_words[i] = words[pending->values[i]];
     }
-    // What fills up the last vector is taken at once or forgotten.
+    // The rest of the last vector is filled with values whose results are ignored.
     std::fill_n(left_means + left, lanes, kLeastRejectionMean);
     std::fill_n(left_words + left, lanes, std::uint64_t{0});
     rejected->count = 0;
@@ -303,7 +303,7 @@ void PoissonBlock(std::uint64_t key, std::uint64_t first, std::size_t size, cons
       const MD valid = hn::FirstN(d, left - i);
       Append(hn::AndNot(taken, valid), hn::Load(du, pending->values + i), *rejected);
     }
-    // Rejected counts too: the next attempt replaces them.
+    // Rejected counts are copied too; the next attempt replaces them.
     for (std::size_t i = 0; i < left; ++i) {
       counts[pending->values[i]] = results[i];
       words[pending->values[i]] = left_words[i];
@@ -312,8 +312,8 @@ void PoissonBlock(std::uint64_t key, std::uint64_t first, std::size_t size, cons
   }
 }
 
-/// AS 241's rational functions: of 0.180625 - q^2 in the middle, of sqrt(-ln p) - 1.6 and
-/// sqrt(-ln p) - 5 in the tails.
+/// AS 241's rational functions: in the middle of 0.180625 - q^2, in the tails of sqrt(-ln p) - 1.6
+/// and sqrt(-ln p) - 5.
 constexpr double kMiddleEnd = 0.425;
 constexpr double kMiddleCentre = 0.180625;
 constexpr double kMiddleAbove[] = {3.3871328727963666080e0,  1.3314166789178437745e+2,
@@ -406,7 +406,7 @@ void PoissonVariates(std::uint64_t key, std::uint64_t first, const double* means
   for (std::size_t done = 0; done < size; done += kBlock) {
     const std::size_t count = std::min(kBlock, size - done);
     std::copy_n(means + done, count, block);
-    // What fills up the last vector.
+    // Fills the rest of the last vector.
     std::fill_n(block + count, kMostLanes, 0.0);
     PoissonBlock(key, first + done, count, block, counts);
     std::copy_n(counts, count, out + done);

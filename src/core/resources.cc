@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uintmax_t max_text_bytes = std::uintmax_t{1} << 30;
 
-/// A loop of links is there, too: to pass over it would find another file of that name.
+/// A loop of links counts as there; skipping it would find another file of that name.
 bool is_there(const fs::path& path) {
   std::error_code error;
   return fs::exists(path, error) || error == std::errc::too_many_symbolic_link_levels;
@@ -33,7 +33,7 @@ std::string read_file(const fs::path& path) {
     throw InputError(fmt::format("there is no file {}", label));
   }
   if (fs::is_directory(status)) throw InputError(fmt::format("{} is a directory", label));
-  // A pipe or a device could block for ever or never end.
+  // A pipe or device could block or never end.
   if (status.type() != fs::file_type::none && !fs::is_regular_file(status)) {
     throw InputError(fmt::format("{} is not a regular file", label));
   }
@@ -60,7 +60,7 @@ bool has_suffix(std::string_view name, std::span<const std::string> suffixes) {
   });
 }
 
-/// `name` as it may stand in a file, turned into the file names to try.
+/// File names to try for a `name` that a file gives.
 std::vector<std::string> file_names(const std::string& name,
                                     std::span<const std::string> suffixes) {
   std::vector<std::string> result;
@@ -73,8 +73,8 @@ std::vector<std::string> file_names(const std::string& name,
   return result;
 }
 
-/// Key of a file found by its path. A name looked up in the data folders holds no further '/', so
-/// that the two never meet: "seds/E", "seds/./E.sed", "seds/../E.sed", "seds//home/E.sed".
+/// Record key of a file found by its path. A name looked up in the data folders has no further '/',
+/// so the two kinds of keys differ: "seds/E", "seds/./E.sed", "seds/../E.sed", "seds//home/E.sed".
 std::string path_key(const std::string& kind, const fs::path& path) {
   const std::string text = path.generic_string();
   const bool is_below = path.is_relative() && !text.starts_with("../");
@@ -89,7 +89,7 @@ std::string noun(const std::string& kind) {
   return kind;
 }
 
-/// Adds the names, without suffix, of a folder's files that end in one of the suffixes.
+/// Adds the names, without suffix, of a folder's files that have one of the suffixes.
 void collect_names(const fs::path& folder, std::span<const std::string> suffixes,
                    std::set<std::string>& names) {
   std::error_code error;

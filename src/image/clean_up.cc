@@ -21,8 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A path in the making, where a signal handler finds it: entries are added and reused, never
-/// freed.
+/// A path to remove, readable in a signal handler: entries are added and reused, never freed.
 struct Entry {
   std::array<char, PATH_MAX> path{};
   bool is_folder = false;
@@ -60,14 +59,14 @@ void forget(const fs::path& path) {
 constexpr std::array<std::pair<int, const char*>, 3> ending_signals = {
     {{SIGINT, "SIGINT"}, {SIGTERM, "SIGTERM"}, {SIGHUP, "SIGHUP"}}};
 
-/// What to say, by signal. Replaced messages are kept, since a handler may be reading them.
+/// Messages by signal. Replaced messages are kept, since a handler may be reading them.
 using Messages = std::array<std::string, ending_signals.size()>;
 std::atomic<const Messages*> messages{nullptr};
 
-/// Only what is allowed in a signal handler.
+/// Uses only functions that a signal handler may call.
 extern "C" void remove_and_end(int signal) {
   static std::atomic_flag is_ending;
-  // Another signal, in another thread.
+  // Another thread is handling another signal.
   if (is_ending.test_and_set()) return;
   const Messages* texts = messages;
   for (std::size_t i = 0; texts != nullptr && i < texts->size(); ++i) {
@@ -75,7 +74,7 @@ extern "C" void remove_and_end(int signal) {
     const std::string& text = (*texts)[i];
     [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text.data(), text.size());
   }
-  // A folder can go once it is empty.
+  // Files are removed first, since only empty folders can be removed.
   for (const Entry* entry = entries; entry != nullptr; entry = entry->next) {
     if (entry->is_used && !entry->is_folder) unlink(entry->path.data());
   }
@@ -102,7 +101,7 @@ void clean_up_on_signals() {
 
 void say_when_stopped(const std::string& program, const std::string& rest) {
   static auto& all = *new std::list<Messages>;
-  // A progress bar may stand in the line.
+  // The cursor may be behind a progress bar.
   const char* start = isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "";
   Messages texts;
   for (std::size_t i = 0; i < texts.size(); ++i) {

@@ -38,7 +38,7 @@ bool is_image(FitsFile& file) {
   return axes >= 2;
 }
 
-/// Moves to the first HDU of which `wanted` is true; false where there is none.
+/// Moves to the first HDU for which `wanted` is true; false where there is none.
 template <class Wanted>
 bool move_to_first(FitsFile& file, Wanted wanted) {
   const int count = file.hdu_count();
@@ -92,14 +92,14 @@ class ColumnReader {
       default:
         return std::nullopt;
     }
-    // Floating-point numbers of a binary table have NaN for "none" already. Looking for it, CFITSIO
-    // would also replace infinity and what is too small to be normal.
+    // Floating-point numbers of a binary table mark "none" by NaN already. If CFITSIO looked for
+    // it, it would also replace infinities and subnormal numbers.
     reader.null_value_ = binary && (type == TFLOAT || type == TDOUBLE) ? 0 : kNone;
     return reader;
   }
 
   void read(FitsFile& file, LONGLONG first, LONGLONG count) {
-    // CFITSIO writes to it whenever it finds one (4.2).
+    // CFITSIO (4.2) writes to it when it finds a null.
     int any_null = 0;
     switch (kind_) {
       case Kind::real:
@@ -250,7 +250,7 @@ DataTable read_data_table(const std::filesystem::path& path, const std::string& 
   long block = 0;
   file.call(fits_get_num_cols, &columns);
   file.call(fits_get_num_rowsll, &rows);
-  // Before memory is taken for it.
+  // Checked before memory is allocated for the data.
   file.check_data(0);
   std::vector<ColumnReader> readers;
   for (int column = 1; column <= columns; ++column) {
@@ -308,7 +308,7 @@ std::filesystem::path header_file(const std::filesystem::path& path) {
 std::string header_text(const std::filesystem::path& path) {
   const std::filesystem::path name = header_file(path);
   std::string hdu = path.string().substr(name.string().size());
-  // "[SCI]".
+  // `hdu` has the form "[SCI]".
   if (!hdu.empty()) hdu = hdu.substr(1, hdu.size() - 2);
   FitsFile file = FitsFile::open(name, name.string());
   if (!hdu.empty()) {
@@ -324,7 +324,7 @@ std::string header_text(const std::filesystem::path& path) {
   constexpr std::size_t kRecordWidth = 80;
   char* records = nullptr;
   int count = 0, status = 0;
-  // For a compressed image this is the header of the image.
+  // For a compressed image this function gives the image's header.
   fits_convert_hdr2str(file.handle(), kWithComments, nullptr, 0, &records, &count, &status);
   std::string header;
   if (status == 0) {

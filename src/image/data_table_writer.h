@@ -7,8 +7,7 @@
 
 namespace gamer {
 
-/// A new binary table HDU after the last one; `common` cards come first. See gamer/image/fits.h for
-/// the format.
+/// Appends a binary table HDU; `common` cards come first. gamer/image/fits.h describes the format.
 void write_data_table(FitsFile& file, const DataTable& table, const std::vector<Card>& common);
 
 }  // namespace gamer

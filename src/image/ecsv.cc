@@ -30,8 +30,8 @@ std::string yaml_text(std::string_view text) {
   return result + '"';
 }
 
-/// A word of a row: readers split rows into lines before they look for quotes, so control
-/// characters become %XX.
+/// A word of a row. Control characters become %XX, since readers split rows into lines before they
+/// look for quotes.
 std::string cell_text(std::string_view text) {
   std::string word;
   for (const char c : text) {

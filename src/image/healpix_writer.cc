@@ -19,10 +19,10 @@ namespace gamer {
 namespace {
 
 constexpr std::int64_t kBasePixels = 12;
-/// Rows of the table that are written at a time.
+/// Table rows written at a time.
 constexpr std::int64_t kRowsAtOnce = std::int64_t{1} << 16;
 
-/// Every second bit, from the lowest on, without those between.
+/// Every second bit, from the lowest on, packed together.
 int even_bits(std::uint64_t bits) {
   bits &= 0x5555555555555555;
   bits = (bits | bits >> 1) & 0x3333333333333333;

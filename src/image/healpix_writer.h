@@ -8,18 +8,18 @@
 
 namespace gamer {
 
-/// A HEALPix map of the whole sphere (ImageHeader::healpix) as the HEALPix library keeps it: an
-/// empty primary HDU, then a binary table with a row per pixel and a column per plane (TTYPEn its
-/// label, TUNITn its unit, E or D as bitpix says), with PIXTYPE, ORDERING, NSIDE, FIRSTPIX,
-/// LASTPIX, INDXSCHM, OBJECT and COORDSYS ("The HEALPix Primer", appendix), and the header's cards;
-/// then the header's tables. What make_fits_writer() says of texts, checksums and common cards goes
-/// for it too. The layout of `options` has no meaning.
+/// Writes a HEALPix map of the whole sphere (ImageHeader::healpix) in the HEALPix library's format
+/// ("The HEALPix Primer", appendix). After an empty primary HDU comes a binary table with a row per
+/// pixel and a column per plane (TTYPEn its label, TUNITn its unit, E or D by bitpix). It has
+/// PIXTYPE, ORDERING, NSIDE, FIRSTPIX, LASTPIX, INDXSCHM, OBJECT, COORDSYS and the header's cards;
+/// the header's tables follow. Texts, checksums and common cards are as in make_fits_writer(). The
+/// layout of `options` has no meaning.
 ///
 /// The map is kept in memory until finish(). Throws RunError.
 std::unique_ptr<ImageWriter> make_healpix_writer(const OutputOptions& options,
                                                  const ImageHeader& header);
 
-/// Memory that it takes, bytes.
+/// Memory that the writer takes, bytes.
 std::uint64_t healpix_memory(const OutputOptions& options, const ImageHeader& header);
 
 /// Column x and row y (see ImageHeader::healpix) of a pixel of the map.

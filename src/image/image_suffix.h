@@ -8,7 +8,7 @@ namespace gamer {
 
 enum class ImageSuffix { fits, fits_compressed, png, bmp };
 
-/// The kind of file that the name asks for; nothing where the suffix is unknown.
+/// The format that the name's suffix selects; nothing for an unknown suffix.
 std::optional<ImageSuffix> image_suffix(const std::filesystem::path& path);
 
 /// The suffix as written: ".fits", ".fits.fz", ".png", ".bmp"; "" where it is unknown.

@@ -28,12 +28,12 @@ constexpr std::array<std::pair<const char*, ImageSuffix>, 4> kSuffixes = {{
     {".bmp", ImageSuffix::bmp},
 }};
 
-/// Room for the headers of a FITS file beside its cards.
+/// Space for the headers of a FITS file besides its cards.
 constexpr std::uint64_t kHeaderBytes = 16 * 1024;
 constexpr std::uint64_t kCardBytes = 80;
-/// A BMP file says its size in 32 bits.
+/// A BMP file gives its size in 32 bits.
 constexpr std::uint64_t kLargestBmp = 0xFFFFFFFF;
-/// Files that a process needs beside those of the image: the streams, libraries, sockets of MPI.
+/// Open files of a process besides the image's: streams, libraries, sockets of MPI.
 constexpr std::uint64_t kOtherFiles = 64;
 /// CFITSIO's limit of open files (NMAXFILES).
 constexpr std::uint64_t kMostFitsFiles = 10000;
@@ -66,7 +66,7 @@ std::uint64_t bytes_on_disk(ImageSuffix suffix, const OutputOptions& options,
   const std::uint64_t bytes_per_pixel = options.bitpix == -64 ? 8 : 4;
   const std::uint64_t plain =
       pixels(header) * planes * bytes_per_pixel + files * texts + (planes + 1) * kHeaderBytes;
-  // Compressing needs the plain file and, at worst, one as large beside it.
+  // Compression needs the plain file and, at worst, an equally large compressed file.
   return suffix == ImageSuffix::fits_compressed ? 2 * plain : plain;
 }
 
@@ -94,7 +94,7 @@ std::string image_suffix_text(const std::filesystem::path& path) {
   std::string longest;
   for (const auto& [text, suffix] : kSuffixes) {
     const std::string candidate = text;
-    // A name of nothing but the suffix would be a hidden file.
+    // A name that is only the suffix would be a hidden file.
     if (name.size() > candidate.size() && name.ends_with(candidate) &&
         candidate.size() > longest.size()) {
       longest = candidate;
@@ -234,7 +234,7 @@ class SplitWriter final : public ImageWriter {
 
  private:
   std::unique_ptr<ImageWriter> first_, rest_;
-  std::size_t first_values_, values_;  ///< of a row
+  std::size_t first_values_, values_;  ///< number of values of a row
   std::vector<double> first_rows_, rest_rows_;
 };
 

@@ -5,8 +5,8 @@
 
 namespace gamer {
 
-/// Bytes that this process can still take: the smaller of the machine's available memory and what
-/// the address-space limit (ulimit -v) leaves. The largest number where neither is known.
+/// Bytes that this process can still allocate: the machine's available memory, or the rest of the
+/// address-space limit (ulimit -v) if smaller. The largest number where neither is known.
 std::uint64_t available_memory();
 
 /// "1.5 GiB", for messages.

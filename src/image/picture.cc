@@ -19,18 +19,18 @@ namespace {
 
 constexpr std::size_t kMostSamples = std::size_t{1} << 20;
 constexpr double kBlackQuantile = 0.05;
-/// Distance of that quantile below the middle of a Gaussian, sigmas.
+/// Distance of the 5 % quantile below the middle of a Gaussian, sigmas.
 constexpr double kBlackSigmas = 1.645;
-/// sigma of a Gaussian over its median absolute deviation.
+/// sigma of a Gaussian divided by its median absolute deviation.
 constexpr double kSigmaPerMedian = 1.4826;
-/// Pixels count as light when they are this many sigmas above the sky.
+/// Pixels count as light if they are this many sigmas above the sky.
 constexpr double kLightSigmas = 3;
 constexpr double kBalance = 0.5;
 constexpr double kWhiteQuantile = 0.9999;
 constexpr double kReferenceLight = 0.8;
 constexpr double kReferenceLevel = 0.28;
 
-/// How much each plane gives to each channel: one channel (grey) or three.
+/// Weight of each plane in each channel; there is one channel (grey) or three.
 std::vector<std::vector<double>> channel_weights(int planes,
                                                  const std::vector<double>& wavelengths) {
   if (!wavelengths.empty() && wavelengths.size() != static_cast<std::size_t>(planes)) {
@@ -57,12 +57,12 @@ std::vector<std::vector<double>> channel_weights(int planes,
   return weights;
 }
 
-/// What is not finite becomes 0.
+/// Replaces values that are not finite by 0.
 void drop_missing(double* values, int count) {
   for (int i = 0; i < count; ++i) values[i] = std::isfinite(values[i]) ? values[i] : 0;
 }
 
-/// Writes one channel of a row: `row_of(plane)` points to the plane's values in it.
+/// Writes one channel of a row: `row_of(plane)` points to the plane's values in that row.
 template <class RowOf>
 void mix_row(const std::vector<double>& weights, int width, RowOf row_of, double* to) {
   std::fill_n(to, width, 0.0);
@@ -113,7 +113,7 @@ class MixedPlane final : public Plane {
   std::vector<double> weights_;
 };
 
-/// A plane of an image that outlives it.
+/// A plane of an image, which must outlive the plane.
 class ImageView final : public Plane {
  public:
   ImageView(const Image& image, int plane)
@@ -149,7 +149,7 @@ struct Sky {
   double level = 0, sigma = 0;
 };
 
-/// Pixels of a channel, evenly spread, and how much their right neighbours differ.
+/// Evenly spread pixels of a channel, and their differences from their right neighbours.
 struct Sample {
   std::vector<double> values, differences;
 };
@@ -183,7 +183,7 @@ Sky measure_sky(const Sample& sample) {
   return {low + kBlackSigmas * sigma, sigma};
 }
 
-/// Sum of what is more than `least` above black.
+/// Sum of v - black over pixels that are more than `least` above black.
 double sum_light(const Plane& channel, int threads, double black, double least) {
   double light = 0;
   for_each_band(channel, threads, [&](const Area& area, const double* values) {
@@ -196,7 +196,7 @@ double sum_light(const Plane& channel, int threads, double black, double least) 
   return light;
 }
 
-/// The slope for which asinh(slope reference)/asinh(slope white) is the reference level; the ratio
+/// The slope for which asinh(slope reference)/asinh(slope white) is the reference level; this ratio
 /// grows with the slope.
 double solve_slope(double reference, double white) {
   constexpr double kNearlyLinear = 1e-3, kSteepest = 1e30;
@@ -214,7 +214,7 @@ double solve_slope(double reference, double white) {
   return std::exp((low + high) / 2);
 }
 
-/// Slope and scale for sampled pixels whose black and factors are chosen.
+/// Slope and scale for sampled pixels whose black and factors are known.
 void choose_stretch(const std::vector<std::vector<double>>& channels, double threshold,
                     PictureTone& tone) {
   std::vector<double> lit, peaks;
@@ -244,7 +244,7 @@ void choose_stretch(const std::vector<std::vector<double>>& channels, double thr
     }
   }
   tone.slope = solve_slope(reference, sorted[place]);
-  // The largest channel, not the mean, must fit: a red core would be a flat disc.
+  // The largest channel must fit, not the mean: otherwise a red core would be a flat disc.
   std::vector<double>& largest = peaks;
   for (std::size_t i = 0; i < lit.size(); ++i) largest[i] *= std::asinh(tone.slope * lit[i]);
   const auto nth = largest.begin() + static_cast<std::ptrdiff_t>(place);
@@ -252,7 +252,7 @@ void choose_stretch(const std::vector<std::vector<double>>& channels, double thr
   tone.scale = 1 / *nth;
 }
 
-/// Writes the picture's rows from the top: `take(rgb)` has 3 * width values.
+/// Writes the picture's rows from the top: calls `take(rgb)` with 3 * width values.
 template <class Take>
 void for_each_picture_row(const Image& channels, const PictureTone& tone, Take take) {
   std::vector<std::uint16_t> row(static_cast<std::size_t>(channels.width()) * 3);
@@ -349,7 +349,7 @@ std::pair<int, int> picture_extent(const ImageHeader& header) {
 
 std::uint64_t picture_memory(int width, int height, int planes) {
   const std::uint64_t channels = planes == 1 ? 1 : 3;
-  // Per sampled pixel: values and differences of each channel, and copies for the quantiles.
+  // Bytes per sampled pixel: values and differences of each channel, and copies for quantiles.
   constexpr std::uint64_t kPerSample = 10 * sizeof(double);
   return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * channels *
              sizeof(double) +
@@ -408,7 +408,7 @@ PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
   for (std::size_t c = 0; c < planes; ++c) {
     if (light[c] > 0) tone.factor[c] = std::pow(mean_light / light[c], kBalance);
   }
-  // Stars are redder or bluer than each other, never greener.
+  // Stars differ in redness or blueness, but are never green.
   if (planes == 3 && *std::min_element(light.begin(), light.end()) > 0) {
     tone.factor[1] = std::sqrt(tone.factor[0] * light[0] * tone.factor[2] * light[2]) / light[1];
   }

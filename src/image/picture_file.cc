@@ -31,9 +31,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A BMP file says its size in 32 bits.
+/// A BMP file gives its size in 32 bits.
 constexpr std::uint64_t kLargestBmp = 0xFFFFFFFF;
-/// libpng takes no longer sides (PNG_USER_WIDTH_MAX).
+/// libpng's limit of a side (PNG_USER_WIDTH_MAX).
 constexpr int kLongestPngSide = 1000000;
 
 /// 16 bits to 8, rounded: 65535 = 257 * 255.
@@ -44,7 +44,7 @@ std::uint8_t to_8_bits(std::uint16_t value) {
 // ---- PNG ---------------------------------------------------------------------------------------
 
 struct PngError {
-  int error = 0;  ///< errno when libpng gave up
+  int error = 0;  ///< errno when libpng failed
   std::array<char, 256> message{};
 };
 
@@ -57,7 +57,7 @@ struct PngError {
 
 void on_png_warning(png_structp, png_const_charp) {}
 
-// False after an error. libpng leaves by longjmp, so nothing in these needs a destructor.
+// These return false after an error. libpng leaves by longjmp, which runs no destructors.
 
 bool start_png(png_structp png, png_infop info, std::FILE* file, int width, int height, int bits,
                png_const_textp texts, int text_count,
@@ -67,10 +67,10 @@ bool start_png(png_structp png, png_infop info, std::FILE* file, int width, int 
   png_set_IHDR(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), bits,
                PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
                PNG_FILTER_TYPE_DEFAULT);
-  // Beyond it files are a few per cent smaller and take several times longer.
+  // A higher level makes files a few per cent smaller and takes several times longer.
   constexpr int kCompression = 3;
   png_set_compression_level(png, kCompression);
-  // To choose among all filters takes as long as to compress.
+  // Choosing among all filters takes as long as compressing.
   png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
   png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
   png_set_text(png, info, texts, text_count);
@@ -105,7 +105,7 @@ void append_little_endian(std::string& bytes, std::uint32_t value, int size) {
   for (int i = 0; i < size; ++i) bytes += static_cast<char>(value >> (8 * i) & 0xFF);
 }
 
-/// Rows of a BMP file are filled to a multiple of four bytes.
+/// Bytes of a BMP row, padded to a multiple of four.
 std::uint64_t bmp_row_bytes(int width) {
   return (static_cast<std::uint64_t>(width) * 3 + 3) / 4 * 4;
 }
@@ -173,7 +173,7 @@ void check_picture_file(const PictureFileOptions& options, int width, int height
   check_new_file(options.name, options.overwrite);
 }
 
-/// Where the bytes go, and what it is called in messages.
+/// Destination of the bytes, and its name in messages.
 struct PictureFile::Destination {
   explicit Destination(const PictureFileOptions& options)
       : label(options.name == standard_stream ? "standard output" : options.name) {
@@ -205,7 +205,7 @@ struct PictureFile::Destination {
 
   std::string label;
   std::unique_ptr<TemporaryFile> temporary;
-  std::unique_ptr<SpoolFile> spool;  ///< where the bytes go to standard output
+  std::unique_ptr<SpoolFile> spool;  ///< holds the bytes for standard output
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> file{nullptr, &std::fclose};
 };
 
@@ -275,7 +275,7 @@ class PngEncoder final : public PictureFile::Encoder {
   std::vector<std::uint8_t> bytes_;
 };
 
-/// The file's rows stand in it from the bottom up: it is filled from its end.
+/// A BMP file has the bottom row first, so it is written from its end.
 class BmpEncoder final : public PictureFile::Encoder {
  public:
   BmpEncoder(std::FILE* file, std::string label, int width, int height)
@@ -284,7 +284,7 @@ class BmpEncoder final : public PictureFile::Encoder {
   }
 
   void write_row(std::span<const std::uint16_t> rgb) override {
-    // Orders blue, green, red.
+    // BMP's order is blue, green, red.
     for (std::size_t i = 0; i < rgb.size(); i += 3) {
       for (std::size_t channel = 0; channel < 3; ++channel) {
         row_[i + channel] = static_cast<char>(to_8_bits(rgb[i + 2 - channel]));

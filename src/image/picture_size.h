@@ -10,10 +10,10 @@ namespace gamer {
 /// Size of a BMP file, bytes.
 std::uint64_t bmp_bytes(int width, int height);
 
-/// Width and height of an image's picture: of all its faces, or its own.
+/// Width and height of an image's picture: of all its faces together, or of the image.
 std::pair<int, int> picture_extent(const ImageHeader& header);
 
-/// Memory that a picture's writer takes, bytes, from the first row to the finished file.
+/// Memory that a picture's writer takes from the first row to the finished file, bytes.
 std::uint64_t picture_memory(int width, int height, int planes);
 
 }  // namespace gamer

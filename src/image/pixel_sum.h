@@ -6,8 +6,8 @@
 
 namespace gamer {
 
-/// The FITS checksum of pixels: the ones' complement sum of their big-endian 32-bit words, which
-/// does not depend on the order in which they come.
+/// The FITS checksum of pixels: the ones' complement sum of their big-endian 32-bit words. It does
+/// not depend on the order of the pixels.
 class PixelSum {
  public:
   void add(const float* values, std::size_t count) {

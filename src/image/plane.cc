@@ -103,7 +103,7 @@ void for_each_band(const Plane& plane, int threads,
   const int tile_width = std::clamp(wanted.width, 1, plane.width());
   const int tile_height = std::clamp(wanted.height, 1, plane.height());
   const int columns = (plane.width() + tile_width - 1) / tile_width;
-  // Tiles of whole rows: a band has one for each thread.
+  // Tiles that are whole rows: a band has one tile for each thread.
   const int rows_of_tiles = columns == 1 ? std::max(threads, 1) : 1;
   const auto band_height = static_cast<int>(
       std::min<long long>(static_cast<long long>(tile_height) * rows_of_tiles, plane.height()));
@@ -130,7 +130,7 @@ void for_each_band(const Plane& plane, int threads,
     }
     return;
   }
-  // The next band is made while this thread takes one.
+  // The next band is made while this thread handles the current one.
   std::vector<double> next(band_size);
   make(0, values);
   for (int y = 0; y < plane.height(); y += band_height) {

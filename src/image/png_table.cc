@@ -23,7 +23,7 @@ constexpr std::array<char, 8> png_signature = {'\x89', 'P', 'N', 'G', '\r', '\n'
 constexpr std::size_t length_bytes = 8;
 /// A chunk is its length, its type, its data and their CRC.
 constexpr std::size_t type_at = 4, type_bytes = 4, crc_bytes = 4;
-/// As deflate packs at most.
+/// Highest compression factor of deflate.
 constexpr std::uint64_t most_packed = 1032;
 
 void append_netstring(std::string& packed, std::string_view text) {
@@ -31,7 +31,7 @@ void append_netstring(std::string& packed, std::string_view text) {
   packed += text;
 }
 
-/// Takes a text off; nothing where there is none.
+/// Removes the first netstring and returns its text; nothing where there is none.
 std::optional<std::string> take_netstring(std::string_view& packed) {
   std::size_t length = 0;
   const auto [end, error] = std::from_chars(packed.data(), packed.data() + packed.size(), length);
@@ -48,7 +48,7 @@ std::uint64_t big_endian(std::span<const unsigned char> bytes) {
   return number;
 }
 
-/// Nothing where the chunk is no table.
+/// The table in a chunk's data; nothing where they are no table.
 std::optional<TextTable> unpack_png_table(std::span<const unsigned char> data) {
   if (data.size() < length_bytes) return {};
   const std::uint64_t length = big_endian(data.first(length_bytes));
@@ -87,7 +87,7 @@ struct ChunkHead {
   std::string type;
 };
 
-/// Behind the signature. Throws InputError.
+/// Opens a PNG and skips its signature. Throws InputError.
 std::ifstream open_png(const std::filesystem::path& path) {
   const auto fail = [&](const std::string& message) {
     throw InputError({path.generic_string(), 0, 0}, message);
@@ -95,7 +95,7 @@ std::ifstream open_png(const std::filesystem::path& path) {
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) fail("there is no such file");
-  // To open a pipe could block for ever.
+  // Opening a pipe could block.
   if (!std::filesystem::is_regular_file(status)) fail("not a regular file");
   std::ifstream file(path, std::ios::binary);
   std::array<char, png_signature.size()> signature{};
@@ -111,8 +111,8 @@ std::optional<ChunkHead> read_head(std::ifstream& file) {
                    std::string(head.begin() + type_at, head.end())};
 }
 
-/// Reads a chunk in pieces as large as `piece`, which holds the last one in the end; false where
-/// the CRC is another.
+/// Reads a chunk in pieces of the size of `piece`, which finally holds the last one. False where
+/// the CRC is wrong.
 bool read_chunk(std::ifstream& file, const ChunkHead& head, std::span<unsigned char> piece) {
   uLong crc = crc32(0, reinterpret_cast<const Bytef*>(head.type.data()), type_bytes);
   for (std::uint64_t left = head.length; left > 0;) {

@@ -23,16 +23,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Leaves room for the prefix and the number within the usual limit of 255 bytes.
+/// Longest part of the file's name in a folder's name; with prefix and number it fits 255 bytes.
 constexpr std::size_t longest_stem = 200;
-/// Numbers at which folders are looked for, even where lower ones are free. As many processes at
-/// work on one file are rare.
+/// Numbers at which old folders are looked for, even after a gap. More processes at work on one
+/// file are rare.
 constexpr int numbers_looked_at = 4;
 
 constexpr std::string_view part_suffix = ".part";
 
-/// The lock's name, "lock.<host>": it is for this machine's processes. A lock tells nothing of
-/// other machines where the file system does not share locks.
+/// Name of the lock file, "lock.<host>", for this machine's processes. File systems may not share
+/// locks between machines.
 const std::string& lock_name() {
   static const std::string name = [] {
     std::array<char, HOST_NAME_MAX + 1> host{};
@@ -43,7 +43,7 @@ const std::string& lock_name() {
   return name;
 }
 
-/// The number-th folder beside a file, from 1.
+/// Path of folder `number` (from 1) beside a file.
 fs::path folder_path(const fs::path& final_path, int number) {
   const std::string stem = final_path.filename().string().substr(0, longest_stem);
   return fs::absolute(final_path).parent_path() / fmt::format(".{}.{}", stem, number);
@@ -54,7 +54,7 @@ bool is_there(const fs::path& path) {
   return lstat(path.c_str(), &status) == 0;
 }
 
-/// Whether a new folder fails so because another process has removed or replaced it meanwhile.
+/// Whether this error of a new folder means that another process has removed or replaced it.
 bool is_others_doing(int error) {
   return error == EEXIST || error == ENOENT || error == ENOTDIR || error == ELOOP ||
          error == EWOULDBLOCK;
@@ -62,7 +62,7 @@ bool is_others_doing(int error) {
 
 }  // namespace
 
-/// The descriptors of a folder and of its lock.
+/// Descriptors of a folder and its lock file.
 class PrivateFolder::Opened {
  public:
   explicit Opened(const fs::path& path)
@@ -75,28 +75,28 @@ class PrivateFolder::Opened {
   Opened(const Opened&) = delete;
   Opened& operator=(const Opened&) = delete;
 
-  /// Locks a new folder; returns an errno, or 0.
+  /// Locks a new folder; returns an errno, 0 for success.
   int lock_new() {
     if (folder_ < 0 || !open_lock(O_CREAT | O_EXCL)) return errno;
     struct stat folder {
     }, lock{};
     if (fstat(folder_, &folder) != 0 || fstat(lock_, &lock) != 0) return errno;
-    // Some servers give all files another owner than the user, but each the same one.
+    // Some servers change the owner of all files; then both have the same wrong owner.
     if (folder.st_uid != lock.st_uid) return EPERM;
-    // Not every file system has locks.
+    // Some file systems have no locks.
     if (flock(lock_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return errno;
     return has_lock() ? 0 : ENOENT;
   }
-  /// Whether it is a folder that this user alone may enter.
+  /// Whether the folder is accessible to this user alone.
   bool is_own() const {
     struct stat folder {};
     return folder_ >= 0 && fstat(folder_, &folder) == 0 && folder.st_uid == geteuid() &&
            (folder.st_mode & (S_IRWXG | S_IRWXO)) == 0;
   }
-  /// Locks a folder whose owner, on this machine, has gone.
+  /// Locks a folder of this machine whose owner process has ended.
   bool lock_left() { return open_lock(0) && flock(lock_, LOCK_EX | LOCK_NB) == 0 && has_lock(); }
 
-  /// The folder, by its descriptor.
+  /// Path of the folder by its descriptor.
   fs::path inside() const {
     const fs::path name = fmt::format("/proc/self/fd/{}", folder_);
     return access(name.c_str(), X_OK) == 0 ? name : path_;
@@ -121,7 +121,7 @@ class PrivateFolder::Opened {
                    S_IRUSR | S_IWUSR);
     return lock_ >= 0;
   }
-  /// The locked file is still in the folder: its last owner may have removed it meanwhile.
+  /// Whether the locked file is still in the folder; its last owner may have removed it.
   bool has_lock() const {
     struct stat by_name {
     }, locked{};
@@ -146,8 +146,8 @@ PrivateFolder::~PrivateFolder() { opened_->remove_folder(); }
 std::unique_ptr<PrivateFolder> PrivateFolder::make(const fs::path& final_path) {
   for (int number = 1;; ++number) {
     const fs::path path = folder_path(final_path, number);
-    // Before it is there, so that a signal at any time removes it. If the signal removes another
-    // process' folder, which it can while that is empty, that process takes a new one.
+    // Registered before mkdir(), so that a signal at any time removes the folder. A signal may
+    // remove another process' empty folder; that process then makes a new one.
     const RemovedOnSignal folder(path, true);
     int error = mkdir(path.c_str(), S_IRWXU) == 0 ? 0 : errno;
     if (error == EEXIST) continue;
@@ -178,7 +178,7 @@ void PrivateFolder::remove_left_behind(const fs::path& final_path) {
       folder.remove_parts();
       folder.remove_folder();
     } else {
-      // Its process had made no lock yet, or had removed it.
+      // The process ended before it made its lock, or after it removed it.
       folder.remove_empty();
     }
   }

@@ -8,27 +8,27 @@
 
 namespace gamer {
 
-/// A folder for files in the making, beside the final file. Only this user may enter it, so that
-/// nobody else can put a link in a file's place.
+/// A private folder for unfinished files, beside the final file. Only this user may enter it, so
+/// nobody else can replace a file by a link.
 ///
-/// Its owner holds the lock of a file in it, which bears the machine's name. A folder with this
-/// machine's file that nobody has locked was left by a process that is gone. Files are named by way
-/// of the folder's descriptor where the system allows: another user may be able to move the folder,
-/// but not to give another one to the program.
+/// Its owner holds the lock of a file in it, whose name contains the machine's. If that file is
+/// there but not locked, the owner process has ended. Where the system allows, files are opened
+/// relative to the folder's descriptor: another user may be able to move the folder, but cannot
+/// substitute another one.
 class PrivateFolder {
  public:
-  /// A new one. Throws RunError "<final path>: cannot write: ...".
+  /// Makes a new folder. Throws RunError "<final path>: cannot write: ...".
   static std::unique_ptr<PrivateFolder> make(const std::filesystem::path& final_path);
-  /// Removes what earlier processes of this user and this machine left beside this file. Folders of
-  /// processes at work and on file systems without locks stay.
+  /// Removes folders that earlier processes of this user and machine left beside this file. Folders
+  /// of running processes and on file systems without locks stay.
   static void remove_left_behind(const std::filesystem::path& final_path);
 
-  /// Removes the folder. Its files are gone by then.
+  /// Removes the folder; its files must be gone.
   ~PrivateFolder();
   PrivateFolder(const PrivateFolder&) = delete;
   PrivateFolder& operator=(const PrivateFolder&) = delete;
 
-  /// A path in the folder, for a file that the caller makes and removes.
+  /// A new path in the folder; the caller makes and removes the file.
   std::filesystem::path new_path();
 
  private:
@@ -36,7 +36,7 @@ class PrivateFolder {
   PrivateFolder(std::unique_ptr<Opened> opened, const std::filesystem::path& path);
 
   std::unique_ptr<Opened> opened_;
-  std::filesystem::path inside_;  ///< the folder, by its descriptor
+  std::filesystem::path inside_;  ///< path of the folder by its descriptor
   RemovedOnSignal folder_, lock_;
   std::atomic<int> files_{0};
 };

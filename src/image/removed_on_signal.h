@@ -4,8 +4,8 @@
 
 namespace gamer {
 
-/// A file, or a folder that is empty by then, which a signal that ends the program removes as long
-/// as this object lives.
+/// Registers a file, or a folder that will be empty. While this object lives, a signal that ends
+/// the program removes it.
 class RemovedOnSignal {
  public:
   explicit RemovedOnSignal(std::filesystem::path path, bool is_folder = false);

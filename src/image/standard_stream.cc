@@ -14,7 +14,7 @@
 namespace gamer {
 
 void open_standard_streams() {
-  // The lowest number that is free is taken.
+  // open() returns the lowest free number.
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (fcntl(stream, F_GETFD) < 0 && open("/dev/null", O_RDWR) != stream) return;
   }

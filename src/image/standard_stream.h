@@ -8,10 +8,10 @@ namespace gamer {
 /// The name that stands for standard input or output.
 inline constexpr const char* standard_stream = "-";
 
-/// Throws InputError where standard output is a terminal, which shows no files.
+/// Throws InputError where standard output is a terminal.
 void check_standard_output();
 
-/// Copies all bytes that are left, and flushes; `what` names the stream for messages. Throws
+/// Copies all remaining bytes and flushes; `what` is the stream's name in messages. Throws
 /// RunError.
 void copy_bytes(std::FILE* from, std::FILE* to, const std::string& what);
 

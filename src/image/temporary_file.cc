@@ -37,8 +37,8 @@ std::shared_ptr<PrivateFolder> folder_beside(const fs::path& final_path) {
   return folder;
 }
 
-/// Returns an errno, or 0. Where a file may not be overwritten the system looks for one, which
-/// nobody else can make meanwhile; some file systems cannot, there the caller looks.
+/// Moves a file; returns an errno, 0 for success. Without `overwrite` the system rejects an
+/// existing file atomically; on file systems that cannot, the caller must have checked.
 int move_file(const fs::path& from, const fs::path& to, bool overwrite) {
   if (!overwrite) {
     if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return 0;

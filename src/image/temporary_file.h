@@ -9,24 +9,24 @@
 
 namespace gamer {
 
-/// A file in the making, in a private folder beside the final one, so that moving it there is one
-/// step of the file system. Removed on destruction unless it was moved. The files that a process
-/// makes at a time beside each other share a folder, which bears the first one's name.
+/// An unfinished file in a private folder beside the final file, so that moving it is one step of
+/// the file system. It is removed on destruction unless it was moved. Files that a process makes at
+/// one time beside each other share a folder, which has the first file's name.
 class TemporaryFile {
  public:
-  /// Proves that the folder can be written, and removes what killed processes left beside this
-  /// file; the file itself is left to the caller. Throws RunError.
+  /// Checks that the folder can be written, and removes what killed processes left beside this
+  /// file. The caller makes the file. Throws RunError.
   explicit TemporaryFile(const std::filesystem::path& final_path);
   ~TemporaryFile();
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
-  /// Until it is moved.
+  /// Path of the file before it is moved.
   const std::filesystem::path& path() const { return file_->path(); }
   const std::filesystem::path& final_path() const { return final_path_; }
 
-  /// Forces the file to disk and moves it to its final name. Throws RunError, also when a file
-  /// stands there that may not be overwritten.
+  /// Writes the file to disk (fsync) and moves it to its final name. Throws RunError, also when a
+  /// file there must not be overwritten.
   void move_to_final(bool overwrite);
 
  private:
@@ -35,8 +35,8 @@ class TemporaryFile {
   std::optional<RemovedOnSignal> file_;
 };
 
-/// Where a stream's bytes wait, in the system's folder for temporary files: a path, for a file that
-/// the caller makes. Removed with the object.
+/// A path in the system's folder for temporary files, for the bytes of a stream. The caller makes
+/// the file; it is removed with this object.
 class SpoolFile {
  public:
   /// Throws RunError.

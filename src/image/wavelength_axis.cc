@@ -9,10 +9,10 @@
 namespace gamer {
 namespace {
 
-/// Wavelengths are a linear axis when they are equally spaced to this relative accuracy.
+/// Relative accuracy to which wavelengths of a linear axis are equally spaced.
 constexpr double kLinearTolerance = 1e-9;
 
-/// The wavelengths as a linear axis, where they are one; else the planes' numbers.
+/// A linear axis of wavelengths where they are equally spaced; else of the planes' numbers.
 LinearAxis plane_axis(const std::vector<double>& wavelengths) {
   const LinearAxis numbers = {"PLANE", "", 1, 1, 1};
   if (wavelengths.empty()) return numbers;

@@ -31,18 +31,18 @@ namespace {
 constexpr std::size_t kRecordWidth = 80, kKeywordWidth = 8;
 constexpr double kArcsecondsPerDegree = 3600, kFullCircle = 360;
 constexpr int kAxes = 2;
-/// wcsp2s(), wcss2p(): some of the points have no counterpart; which ones, another array says.
+/// Status of wcsp2s() and wcss2p(): some points have no counterpart; an array tells which.
 constexpr int kBadPixels = 8, kBadWorld = 9;
-/// Points that WCSLIB converts in one call.
+/// Points converted in one call of WCSLIB.
 constexpr std::size_t kBlock = 256;
-/// Sides of pixels. A right ascension of 360 deg has steps of 2e-10 arcsec in double precision,
-/// 0.2 % of the smallest pixel; one pixel may show the whole sky.
+/// Limits of the sides of pixels. A right ascension of 360 deg has steps of 2e-10 arcsec in double
+/// precision, 0.2 % of the smallest pixel; one largest pixel shows the whole sky.
 constexpr double kSmallestPixel = 1e-7 / kArcsecondsPerDegree, kLargestPixel = kFullCircle;  // deg
-/// The longer side of a pixel over the shorter. Matrices beyond it are singular but for rounding.
+/// Limit of the longer side of a pixel over the shorter; a matrix beyond it is nearly singular.
 constexpr double kLargestAspect = 1e6;
-/// Distance of the reference pixel at which double precision still resolves 1e-7 of a pixel.
+/// Largest distance of the reference pixel; double precision then resolves 1e-7 of a pixel.
 constexpr double kFarthestReference = 1e9;
-/// Factor of 4 along both sides, beyond the optics of any camera.
+/// Limit of a distortion's change of area: a factor of 4 along both sides, more than any camera's.
 constexpr double kLargestAreaChange = 16;
 
 std::string_view trim(std::string_view text) {
@@ -55,7 +55,7 @@ bool is_printing(std::string_view record) {
   return std::all_of(record.begin(), record.end(), [](char c) { return c >= ' ' && c <= '~'; });
 }
 
-/// Whether the card's value is a string without an end.
+/// Whether the card's value is a string without closing quote.
 bool has_open_string(std::string_view record) {
   const std::string_view value =
       trim(record.substr(std::min(record.size(), kKeywordWidth + std::size_t{2})));
@@ -82,7 +82,7 @@ std::vector<std::string> split_records(std::string_view header) {
   return records;
 }
 
-/// Whether a keyword describes the celestial axes 1 and 2, or the frame they are in.
+/// Whether a keyword describes the celestial axes 1 and 2, or their frame.
 bool concerns_celestial_axes(const std::string& key) {
   static const std::regex pattern(
       // One axis: papers I and II (Greisen & Calabretta 2002; Calabretta & Greisen 2002).
@@ -108,8 +108,8 @@ std::vector<std::string> celestial_records(const std::vector<std::string>& heade
   return kept;
 }
 
-/// What the records of axes 1 and 2 alone do not say: a further pixel axis that moves the position
-/// on the sky, tables of distortions in other HDUs.
+/// Fails where the records of axes 1 and 2 are not enough: a further pixel axis moves the position
+/// on the sky, or distortions are in tables of other HDUs.
 void check_self_contained(const std::vector<std::string>& header, const std::string& label) {
   static const std::regex coupling("(PC|CD)[12]_([3-9]|[1-9][0-9])");
   static const std::regex table("C[PQ]DIS[12] *= *'LOOKUP.*", std::regex::icase);
@@ -148,7 +148,7 @@ std::string make_text_record(const std::string& key, const std::string& text,
 
 // ---- WCSLIB ------------------------------------------------------------------------------------
 
-/// What WCSLIB says about the last error of wcsset(), the innermost reason, on one line.
+/// WCSLIB's message of the last error of wcsset(), the innermost reason, on one line.
 std::string error_words(const wcsprm& wcs, int status) {
   std::string words = wcs_errmsg[status];
   for (const wcserr* error : {wcs.cel.prj.err, wcs.cel.err, wcs.lin.err, wcs.err}) {
@@ -160,7 +160,8 @@ std::string error_words(const wcsprm& wcs, int status) {
   return words;
 }
 
-/// A set-up wcsprm. WCSLIB writes into it while converting, so it serves one thread at a time.
+/// An initialised wcsprm. WCSLIB writes into it while converting, so it serves one thread at a
+/// time.
 class Converter {
  public:
   Converter(const std::vector<std::string>& records, const std::string& label) {
@@ -170,12 +171,12 @@ class Converter {
   Converter(const Converter&) = delete;
   Converter& operator=(const Converter&) = delete;
 
-  /// Throws InputError where a distortion makes no view of an image of this size.
+  /// Throws InputError where the distortion does not suit an image of this size.
   void check_distortion(int width, int height, const std::string& label) {
     if (wcs_->lin.dispre == nullptr && wcs_->lin.disseq == nullptr) return;
-    // Distortions have an order of 9 at most: steps much finer than their turning points.
+    // Distortions have an order of 9 at most; the steps are much finer than their turning points.
     constexpr int kSteps = 32;
-    // Distance of a pixel from where the inverse puts it.
+    // Largest distance between a pixel and the place that the inverse gives it.
     constexpr double kFarthest = 0.1;
     const Jacobian middle = jacobian({(width + 1) / 2.0, (height + 1) / 2.0});
     middle.check_sides("the distortion (A_i_j, B_i_j, PVi_j...)", label);
@@ -208,16 +209,16 @@ class Converter {
     }
   }
 
-  /// NaN where there is none. Each as if it were alone.
+  /// Converts pixels independently of each other; positions without sky are NaN.
   void to_sky(std::span<const PixelPosition> pixels, std::span<SkyPosition> out) {
-    // WCSLIB 7.12 takes rows of equal x or y for something else than their points there.
+    // WCSLIB 7.12 converts rows of equal x or y differently from their single points.
     const int category = wcs_->cel.prj.category;
     const std::size_t most = category == QUADCUBE || category == HEALPIX ? 1 : kBlock;
     for (std::size_t first = 0; first < pixels.size(); first += most) {
       const std::size_t count = std::min(most, pixels.size() - first);
       const auto block = pixels.subspan(first, count);
       if (convert(block, out.subspan(first, count))) continue;
-      // What fails for one may be right for others.
+      // The block failed as a whole; single pixels may succeed.
       for (std::size_t i = 0; i < count; ++i) {
         if (!convert(block.subspan(i, 1), out.subspan(first + i, 1))) {
           out[first + i] = {kNone, kNone};
@@ -242,7 +243,7 @@ class Converter {
  private:
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-  /// A block of pixels; false when WCSLIB gives up altogether.
+  /// Converts a block of pixels; false when WCSLIB converts none of them.
   bool convert(std::span<const PixelPosition> pixels, std::span<SkyPosition> out) {
     std::array<double, kAxes * kBlock> from, intermediate, to;
     std::array<double, kBlock> phi, theta;
@@ -286,7 +287,7 @@ class Converter {
     return ra < kFullCircle ? ra : ra - kFullCircle;
   }
 
-  /// Whether all points are without counterpart (a distortion that cannot be inverted...).
+  /// Whether no point has a counterpart (a distortion that cannot be inverted...).
   static bool is_failure(int status, int some_bad) {
     if (status == WCSERR_MEMORY) throw RunError("out of memory in WCSLIB");
     return status != 0 && status != some_bad;
@@ -295,14 +296,14 @@ class Converter {
   void parse(const std::vector<std::string>& records, const std::string& label) {
     std::string text;
     for (const std::string& record : records) {
-      // Others lead WCSLIB beyond the end (7.12).
+      // Other records lead WCSLIB beyond their end (7.12).
       if (!is_printing(record) || has_open_string(record)) {
         throw InputError({label, 0, 0},
                          fmt::format("cannot read the card {}", in_quotes(trim(record))));
       }
       text += record;
     }
-    // Records that are understood are removed.
+    // Makes wcspih() remove the records that it understands.
     constexpr int kRemoveValid = -1;
     int rejected = 0;
     const int status = wcspih(text.data(), static_cast<int>(records.size()), WCSHDR_all,
@@ -335,7 +336,7 @@ class Converter {
     check_types(label);
     if (status == 0) throw no_celestial_axes(label);
     check_units(label);
-    // Once more from the start, for the details.
+    // A second run from the start gives the details.
     all_.clear();
     parse(records, label);
     unitfix(kNoTranslation, wcs_);
@@ -350,7 +351,7 @@ class Converter {
     return {{label, 0, 0}, "no celestial axes; expected RA and DEC as axes 1 and 2"};
   }
 
-  /// "RA" of "RA---TAN".
+  /// The coordinate of an axis, "RA" of "RA---TAN".
   std::string coordinate(int axis) const {
     const std::string_view type = wcs_->ctype[axis];
     return std::string(trim(type.substr(0, type.find('-'))));
@@ -364,7 +365,7 @@ class Converter {
                                                 in_quotes(first), in_quotes(second)));
   }
 
-  /// "TAN" of "RA---TAN".
+  /// The projection of an axis, "TAN" of "RA---TAN".
   std::string projection(int axis) const {
     constexpr std::size_t kPlace = 5, kWidth = 3;
     const std::string_view type = wcs_->ctype[axis];
@@ -385,7 +386,7 @@ class Converter {
 
     double area() const { return xx * yy - xy * yx; }
     void check_sides(const std::string& what, const std::string& label) const {
-      // Singular values; NaN where a number is not finite.
+      // Singular values of the matrix; NaN where a number is not finite.
       const double sum = std::hypot(xx + yy, yx - xy), difference = std::hypot(xx - yy, yx + xy);
       const double longest = (sum + difference) / 2, shortest = std::abs(sum - difference) / 2;
       if (longest <= kLargestPixel && shortest >= kSmallestPixel &&
@@ -422,14 +423,14 @@ class Converter {
                       "+-{3:.0e}",
                       axis + 1, pixel, value, kFarthestReference));
     }
-    // wcsset() has made these of CDi_j, CDELTi and CROTAi, too, in degrees.
+    // wcsset() has converted CDi_j, CDELTi and CROTAi to these, in degrees.
     const double *matrix = wcs_->lin.pc, *step = wcs_->lin.cdelt;
     const Jacobian pixel{step[0] * matrix[0], step[0] * matrix[1], step[1] * matrix[2],
                          step[1] * matrix[3]};
     pixel.check_sides("the matrix CDi_j, or CDELTi times PCi_j,", label);
   }
 
-  /// The reasons why WCSLIB finds no celestial axes.
+  /// Fails with the reason why WCSLIB finds no celestial axes.
   void check_types(const std::string& label) const {
     if (coordinate(0).empty() || coordinate(1).empty()) throw no_celestial_axes(label);
     check_frame(label);
@@ -443,7 +444,7 @@ class Converter {
     }
   }
 
-  /// WCSLIB's own words about units leak memory (7.12).
+  /// WCSLIB's own messages about units leak memory (7.12).
   void check_units(const std::string& label) const {
     for (int axis = 0; axis < kAxes; ++axis) {
       const std::string_view unit = trim(wcs_->cunit[axis]);
@@ -455,7 +456,7 @@ class Converter {
     }
   }
 
-  /// As wcspih() makes them, one per description of the axes.
+  /// The output of wcspih(): one wcsprm per description of the axes.
   struct Descriptions {
     Descriptions() = default;
     Descriptions(const Descriptions&) = delete;
@@ -472,7 +473,7 @@ class Converter {
 
 // ---- View --------------------------------------------------------------------------------------
 
-/// The projection as WCSLIB sees it. Throws InputError.
+/// The projection in WCSLIB's form. Throws InputError.
 prjprm checked_projection(const SkyView& view) {
   const std::vector<std::string> known = sky_projections();
   if (std::find(known.begin(), known.end(), view.projection) == known.end()) {
@@ -483,7 +484,7 @@ prjprm checked_projection(const SkyView& view) {
   prjprm projection;
   prjini(&projection);
   view.projection.copy(projection.code, sizeof projection.code - 1);
-  // The range of parameters is known after the set-up, whether or not that likes their values.
+  // The set-up gives the number of parameters, even if it rejects their values.
   for (std::size_t i = 0; i < view.parameters.size() && i + 1 < PVN; ++i) {
     projection.pv[i + 1] = view.parameters[i];
   }
@@ -516,9 +517,9 @@ std::vector<std::string> view_records(const SkyView& view) {
   check_finite(view);
   constexpr double kPole = 90;
   const bool zenithal = checked_projection(view).theta0 == kPole;
-  // On the pole itself the default orientation of the standard is another one than beside it, and
-  // the image would turn over. Zenithal projections get the usual one by name, for the others the
-  // right ascension, which has no meaning there, turns it back.
+  // At the pole the standard's default orientation differs from that beside it, so the image would
+  // turn over. Zenithal projections state the usual orientation. For others the right ascension,
+  // which has no meaning at the pole, turns it back.
   double ra = view.center.ra;
   if (!zenithal && view.center.dec == kPole) ra += ra < kPole * 2 ? kPole * 2 : -kPole * 2;
   std::vector<std::string> records;
@@ -538,7 +539,7 @@ std::vector<std::string> view_records(const SkyView& view) {
   number("CRVAL2", view.center.dec, "declination there");
   number("CDELT1", -view.pixel_scale / kArcsecondsPerDegree, "step per pixel");
   number("CDELT2", view.pixel_scale / kArcsecondsPerDegree, "step per pixel");
-  // +y of the image points to the East by sin, to the North by cos of its position angle.
+  // The image's +y points East by the sine and North by the cosine of its position angle.
   const double sine = sind(view.rotation), cosine = cosd(view.rotation);
   number("PC1_1", cosine, "rotation");
   number("PC1_2", -sine, "rotation");
@@ -572,7 +573,7 @@ class CelestialWcs::Impl {
   const std::vector<std::string>& records() const { return records_; }
   const std::string& label() const { return label_; }
 
-  /// Runs `use` with a converter that no other thread has.
+  /// Runs `use` with a converter that no other thread uses.
   template <class Use>
   auto with_converter(Use use) const {
     std::atomic<Converter*>& place = free_[own_place()];
@@ -591,14 +592,14 @@ class CelestialWcs::Impl {
 
  private:
   static constexpr std::size_t places = 64;
-  /// Where this thread looks first. So most threads find their own, and none waits for another.
+  /// First place where this thread looks. So most threads find their own converter, and none waits.
   static std::size_t own_place() {
     static std::atomic<std::size_t> threads = 0;
     thread_local const std::size_t own = threads++ % places;
     return own;
   }
 
-  /// One at a time: WCSLIB does not say that its parsers are safe.
+  /// Makes one converter at a time: WCSLIB does not guarantee that its parsers are thread-safe.
   std::unique_ptr<Converter> make() const {
     static std::mutex mutex;
     const std::lock_guard lock(mutex);
@@ -607,7 +608,7 @@ class CelestialWcs::Impl {
 
   std::vector<std::string> records_;
   std::string label_;
-  /// Converters that are not in use.
+  /// Unused converters.
   mutable std::array<std::atomic<Converter*>, places> free_{};
 };
 

@@ -17,10 +17,10 @@ namespace gamer {
 namespace {
 
 constexpr int kAxes = 2;
-/// Header keywords number axes with up to two digits.
+/// Keywords number at most 99 axes: two digits.
 constexpr int kMostAxes = 99;
 
-/// The linear part of a map, M[i][j], or its inverse.
+/// The matrix M[i][j] of a map, or its inverse.
 using Matrix = std::array<std::array<double, kAxes>, kAxes>;
 
 Matrix matrix_of(const PixelMap& map) { return {{{map.xx, map.xy}, {map.yx, map.yy}}}; }
@@ -28,14 +28,14 @@ Matrix matrix_of(const PixelMap& map) { return {{{map.xx, map.xy}, {map.yx, map.
 Matrix inverse(const Matrix& m) {
   const double determinant = m[0][0] * m[1][1] - m[0][1] * m[1][0];
   if (!std::isfinite(1 / determinant)) throw std::invalid_argument("a singular pixel map");
-  // Zeros without a sign: a card that says -0.0 looks odd.
+  // 0 - x gives no negative zeros: a card with -0.0 looks odd.
   return {{{m[1][1] / determinant, 0 - m[0][1] / determinant},
            {0 - m[1][0] / determinant, m[0][0] / determinant}}};
 }
 
 bool is_diagonal(const Matrix& m) { return m[0][1] == 0 && m[1][0] == 0; }
 
-/// A value that is set where it says more than its default, or where there is a card already.
+/// Sets a value that differs from its default, or that has a card already.
 void set_unless_default(FitsHeader& header, const std::string& key, double value,
                         double default_value) {
   if (value != default_value || header.has(key)) header.set(key, value);
@@ -43,7 +43,7 @@ void set_unless_default(FitsHeader& header, const std::string& key, double value
 
 // ---- One description ---------------------------------------------------------------------------
 
-/// The cards of one description: `letter` is "" for the primary one, else "A" to "Z".
+/// The cards of one description; `letter` is "" for the primary description, else "A" to "Z".
 class Description {
  public:
   Description(FitsHeader& header, std::string letter)
@@ -71,7 +71,7 @@ class Description {
     if (map.moves_only()) return;
     if (letter_.empty()) rename_old_elements();
     const Matrix m = matrix_of(map);
-    // As WCSLIB reads them: PC before CD before CROTA.
+    // WCSLIB's order of precedence: PC before CD before CROTA.
     if (has_matrix("PC")) {
       remove_rotations();
       map_pc(m);
@@ -104,7 +104,7 @@ class Description {
     return header_.number(name).value_or(default_value);
   }
 
-  /// Axes that cards of a matrix may name.
+  /// Number of axes that a matrix' cards may name.
   int axes() const {
     const double declared = number("WCSAXES" + letter_, 0);
     constexpr int kLeast = 4;
@@ -134,7 +134,7 @@ class Description {
     return false;
   }
 
-  /// CD001002 and PC001002, the names before 2002.
+  /// Renames CD001002 and PC001002, the names before 2002.
   void rename_old_elements() {
     for (const char* name : {"PC", "CD"}) {
       const int count = axes();
@@ -152,7 +152,7 @@ class Description {
 
   int latitude_axis() const {
     const std::string type = header_.text(key("CTYPE", 1)).value_or("");
-    // DEC, xLAT and xyLT.
+    // Latitudes are DEC, xLAT and xyLT.
     const bool is_first =
         type.starts_with("DEC-") || type.find("LAT-") == 1 || type.find("LT-") == 2;
     return is_first ? 1 : 2;
@@ -166,7 +166,7 @@ class Description {
     for (int i = 1; i <= kAxes; ++i) header_.remove(key("CDELT", i));
   }
 
-  /// Calabretta & Greisen 2002 (A&A 395, 1077), Eqs. 190 and 191.
+  /// Converts CROTAi by Calabretta & Greisen 2002 (A&A 395, 1077), Eqs. 190 and 191.
   void rotation_to_pc() {
     constexpr double kHalfCircle = 180;
     const double angle = rotation() * std::numbers::pi / kHalfCircle;
@@ -181,7 +181,7 @@ class Description {
   void map_cd(const Matrix& inverse_map) { multiply("CD", inverse_map, 0); }
 
   void map_pc(const Matrix& m) {
-    // The scale goes to the steps, unless a further axis shares them.
+    // The steps take the scale, unless a further axis shares them.
     const int count = axes();
     bool is_separate = true;
     for (int i = 1; i <= count; ++i) {
@@ -212,7 +212,7 @@ class Description {
     }
   }
 
-  /// The columns of pixel axes 1 and 2, times a matrix from the right.
+  /// Multiplies the columns of pixel axes 1 and 2 by a matrix from the right.
   void multiply(const char* name, const Matrix& factor, double default_diagonal) {
     for (int i = 1; i <= axes(); ++i) {
       const auto default_value = [&](int j) { return i == j ? default_diagonal : 0; };
@@ -253,7 +253,7 @@ std::vector<double> power(double a, double b, int n) {
   return terms;
 }
 
-/// f(M^-1 u).
+/// The polynomial f(M^-1 u).
 Polynomial substitute(const Polynomial& f, const Matrix& inverse_map) {
   Polynomial result;
   result.order = f.order;
@@ -344,7 +344,7 @@ class SipPair {
 
 // ---- IRAF --------------------------------------------------------------------------------------
 
-/// Image coordinates are LTM times physical ones plus LTV.
+/// Maps IRAF's physical coordinates: image coordinates are LTM times physical ones plus LTV.
 void map_physical(FitsHeader& header, const PixelMap& map) {
   const auto matrix_key = [](int i, int j) { return fmt::format("LTM{}_{}", i + 1, j + 1); };
   const auto vector_key = [](int i) { return fmt::format("LTV{}", i + 1); };
@@ -377,7 +377,7 @@ void map_physical(FitsHeader& header, const PixelMap& map) {
 
 void map_pixels(FitsHeader& header, const PixelMap& map, const std::string& label) {
   if (map.moves_only() && map.x0 == 0 && map.y0 == 0) return;
-  // Nothing is changed where something cannot be.
+  // Changes are made on a copy: after an error the header is as before.
   FitsHeader changed_header = header;
   const Matrix m = matrix_of(map);
   inverse(m);

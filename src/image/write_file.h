@@ -18,7 +18,7 @@ inline RunError write_failure(const std::filesystem::path& path, const std::stri
   return RunError(fmt::format("{}: cannot write: {}", path.string(), reason));
 }
 
-/// Runs `write(std::FILE*)` on a new file, which becomes `path` when all went well.
+/// Runs `write(std::FILE*)` on a new file, which is moved to `path` if all went well.
 template <class Write>
 void write_file(const std::filesystem::path& path, bool overwrite, Write write) {
   TemporaryFile temporary(path);

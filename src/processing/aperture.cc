@@ -32,8 +32,8 @@ double cross(Vector a, Vector b) { return a.x * b.y - a.y * b.x; }
 /// Signed area of the unit circle's sector from direction a to b.
 double sector(Vector a, Vector b) { return std::atan2(cross(a, b), dot(a, b)) / 2; }
 
-/// Signed area of the unit circle within the triangle of its centre, a and b. Continuous in a and
-/// b, also where the edge touches the circle or passes its centre.
+/// Signed area of the part of the unit circle within the triangle (centre, a, b). It is continuous
+/// in a and b, also where the edge touches the circle or passes its centre.
 double circle_in_triangle(Vector a, Vector b) {
   const Vector edge = b - a;
   const double length2 = dot(edge, edge);
@@ -87,7 +87,7 @@ SkyGradient sky_gradient(const CelestialWcs& wcs, double x, double y) {
   return gradient;
 }
 
-/// The angle of the same axis in [0, pi[.
+/// The angle in [0, pi[ of an axis.
 double half_turn(double angle) {
   const double positive = angle < 0 ? angle + kPi : angle;
   return positive < kPi ? positive : 0;
@@ -108,10 +108,10 @@ class Section final : public Plane {
   const Area area_;
 };
 
-/// The pixels of the box about an ellipse; nothing where it misses the plane.
+/// Pixels of the box around an ellipse; nothing where the box misses the plane.
 std::optional<Area> box(const Plane& plane, const Ellipses& ellipses, double radius) {
   const auto side = [](double center, double half, int size) {
-    // A pixel reaches half a pixel beyond its centre; limits keep the numbers integers.
+    // Pixels reach half a pixel beyond their centres; the limits keep the numbers in int's range.
     const double limit = size;
     const double low = std::clamp(std::floor(center - half + 0.5), 0.0, limit);
     const double high = std::clamp(std::ceil(center + half - 0.5), -1.0, limit - 1);
@@ -123,8 +123,8 @@ std::optional<Area> box(const Plane& plane, const Ellipses& ellipses, double rad
   return Area{left, bottom, right - left + 1, top - bottom + 1};
 }
 
-/// Calls use(x, y, value) for the pixels of the box about an ellipse, row by row, and
-/// end_row() after each row.
+/// Calls use(x, y, value) for the pixels of the box around an ellipse, row by row, and end_row()
+/// after each row.
 template <class Use, class EndRow>
 void for_each_pixel(const Plane& plane, const Ellipses& ellipses, double radius, int threads,
                     Use use, EndRow end_row) {
@@ -138,7 +138,7 @@ void for_each_pixel(const Plane& plane, const Ellipses& ellipses, double radius,
   });
 }
 
-/// Sums that are first made row by row, so that errors do not grow with the number of pixels.
+/// Sums made row by row, so that errors do not grow with the number of pixels.
 template <std::size_t n>
 struct RowSums {
   std::array<double, n> row{}, total{};
@@ -251,7 +251,8 @@ std::vector<ApertureSum> aperture_sums(const Plane& plane, const Ellipses& ellip
   if (radii.empty()) return results;
   std::vector<double> sorted(radii.begin(), radii.end());
   std::sort(sorted.begin(), sorted.end());
-  // Pixels count where the smallest ellipse holds them wholly, and in part in those that cut them.
+  // A pixel counts in full at the smallest ellipse that contains it, and in part at those that cut
+  // it.
   struct Counts {
     double flux = 0, area = 0;
   };
@@ -414,7 +415,7 @@ LightMoments moments(const Plane& plane, const Ellipses& ellipses, double radius
   if (!(flux > 0)) return {flux, kNone, kNone, kNone, kNone, kNone};
   const double x = sums.total[1] / flux, y = sums.total[2] / flux;
   const double xx = sums.total[3] / flux - x * x, yy = sums.total[4] / flux - y * y;
-  // A single pixel leaves only rounding.
+  // The moments of a single pixel are only rounding errors.
   constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
   const bool is_point = std::fabs(xx) + std::fabs(yy) <= kRounding * (x * x + y * y);
   if (is_point) return {flux, ellipses.x() + x, ellipses.y() + y, 0, 0, 0};

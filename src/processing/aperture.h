@@ -12,16 +12,17 @@
 namespace gamer {
 
 /// Concentric, similar ellipses on a plane of pixels. Pixel (x, y), counted from 0, is the square
-/// of side 1 about (x, y). With the offset d from the centre, (u, v) = A d lies along the major and
-/// the minor axis, v stretched, so that the ellipse of semi-major axis r is u^2 + v^2 = r^2.
+/// of side 1 around (x, y). For an offset d from the centre, (u, v) = A d has u along the major and
+/// v along the minor axis. v is stretched so that the ellipse of semi-major axis r is u^2 + v^2 =
+/// r^2.
 class Ellipses {
  public:
-  /// Semi-major axes in pixels; `angle` of the major axis in rad from +x towards +y. Throws
-  /// std::invalid_argument unless 0 < axis_ratio <= 1 and all is finite.
+  /// Ellipses with semi-major axes in pixels; `angle` of the major axis in rad from +x towards +y.
+  /// Throws std::invalid_argument unless 0 < axis_ratio <= 1 and all numbers are finite.
   Ellipses(double x, double y, double axis_ratio = 1, double angle = 0);
-  /// Ellipses on the sky, semi-major axes in arcsec; `position_angle` in rad from North towards
-  /// East. The coordinates are taken as linear, as they are at (x, y). Throws InputError where that
-  /// pixel shows no sky.
+  /// Ellipses on the sky, with semi-major axes in arcsec; `position_angle` in rad from North
+  /// towards East. The sky coordinates are linearised at (x, y). Throws InputError where that pixel
+  /// shows no sky.
   Ellipses(const CelestialWcs& wcs, double x, double y, double axis_ratio, double position_angle);
 
   double x() const { return x_; }
@@ -31,13 +32,13 @@ class Ellipses {
   /// Semi-major axis of the ellipse through that point.
   double radius(double x, double y) const;
   double area(double radius) const;  ///< pixels
-  /// Half the sides of the box about the ellipse, pixels.
+  /// Half-width of the square box around the ellipse, pixels.
   double half_width(double radius) const;
   double half_height(double radius) const;
-  /// How much of a pixel lies within the ellipse, [0, 1]: the exact area of a parallelogram and a
-  /// circle, to 1e-10.
+  /// Fraction of a pixel's area within the ellipse, [0, 1], to 1e-10: the exact overlap of a
+  /// parallelogram and a circle.
   double overlap(int x, int y, double radius) const;
-  /// The largest difference of radius() within a pixel from that of its centre.
+  /// Largest difference between radius() within a pixel and at its centre.
   double pixel_reach() const { return pixel_reach_; }
 
  private:
@@ -49,43 +50,45 @@ class Ellipses {
   double pixel_reach_ = 0;
 };
 
-/// Position angle on the sky (from North towards East, rad, [0, pi[) of a direction on the pixels
-/// (from +x towards +y, rad) at (x, y), and back. Throw InputError where that pixel shows no sky.
+/// Converts between position angles on the sky (from North towards East, rad, [0, pi[) and angles
+/// on the pixels (from +x towards +y, rad) at (x, y). Throw InputError where that pixel shows no
+/// sky.
 double position_angle_on_sky(const CelestialWcs& wcs, double x, double y, double angle);
 double angle_on_pixels(const CelestialWcs& wcs, double x, double y, double position_angle);
 struct LightMoments;
-/// That of the major axis on the sky of light with these moments on the pixels at (x, y): where
-/// pixels are no squares on the sky, it is not that of the major axis on the pixels.
+/// Position angle on the sky of the major axis of light with these moments on the pixels at (x, y).
+/// Where pixels are not square on the sky, it differs from that of the major axis on the pixels.
 double position_angle_on_sky(const CelestialWcs& wcs, double x, double y,
                              const LightMoments& light);
 
-/// What one ellipse holds. Pixels that are not finite count as missing: they add nothing.
+/// Light within one ellipse. Pixels that are not finite are missing and add nothing.
 struct ApertureSum {
   double flux = 0;           ///< sum of (v - background) * overlap
-  double area = 0;           ///< of the pixels that are there, pixels
+  double area = 0;           ///< covered area without missing pixels, pixels
   std::int64_t missing = 0;  ///< pixels that are not finite, wholly or partly inside
 };
 
-/// One for each of `radii`, in any order. Reads the box about the largest one once.
+/// One sum for each of `radii`, in any order. The box around the largest ellipse is read once.
 std::vector<ApertureSum> aperture_sums(const Plane& plane, const Ellipses& ellipses,
                                        std::span<const double> radii, double background,
                                        int threads);
 
-/// The smallest semi-major axis whose ellipse holds `flux`, from the exact growth curve: it is
-/// sampled at 64 radii up to `largest`, again and again within the first step that reaches `flux`,
-/// until few pixels remain, of which the root is found to 1e-12. NaN where no step does.
+/// The smallest semi-major axis whose ellipse contains `flux`, from the exact growth curve. The
+/// curve is sampled at 64 radii up to `largest`, then again within the first step that reaches
+/// `flux`, until few pixels remain. The root is then found to 1e-12. NaN where no step reaches
+/// `flux`.
 double radius_of_flux(const Plane& plane, const Ellipses& ellipses, double flux, double largest,
                       double background, int threads);
 
 enum class BackgroundMethod { median, mean, clipped };
 
-/// Background of the pixels whose centres lie between two ellipses: median and mad_sigma, mean and
+/// Background from pixels whose centres lie between two ellipses: median and mad_sigma, mean and
 /// sigma, or clipped_background() at 3 sigma. NaN where there are no such pixels.
 Background annulus_background(const Plane& plane, const Ellipses& ellipses, double inner,
                               double outer, BackgroundMethod method, int threads);
 
-/// Second moments of the light, in pixels, about its centroid (counted from 0). The pixels' own
-/// width adds 1/12 to xx and yy.
+/// Second moments of light in pixels^2, about its centroid (counted from 0). The finite size of
+/// pixels adds 1/12 to xx and yy.
 struct LightMoments {
   double flux = 0;
   double x = 0, y = 0;
@@ -96,25 +99,25 @@ struct LightMoments {
   double e2() const { return 2 * xy / (xx + yy); }
   /// Angle of the major axis, rad from +x towards +y, ]-pi/2, pi/2].
   double angle() const;
-  /// sqrt of the ratio of the principal moments, minor to major; NaN where one is negative.
+  /// Square root of the minor principal moment over the major; NaN where one is negative.
   double axis_ratio() const;
 };
 
-/// Moments of the light within an ellipse, pixels weighted with their overlap. All but the flux is
-/// NaN where that is not positive.
+/// Moments of the light within an ellipse, with pixels weighted by their overlap. Unless the flux
+/// is positive, all other values are NaN.
 LightMoments moments(const Plane& plane, const Ellipses& ellipses, double radius, double background,
                      int threads);
 
-/// The ellipses, moved to the centroid of what the one of `radius` holds, until they move by less
-/// than 1e-6 pixels (at most 50 times). Throws InputError where the flux is not positive.
+/// The ellipses, moved repeatedly to the centroid of the light within `radius`, until a step is
+/// below 1e-6 pixels (at most 50 steps). Throws InputError where the flux is not positive.
 Ellipses recentered(const Plane& plane, const Ellipses& ellipses, double radius, double background,
                     int threads);
 
 /// LightMoments weighted with the Gaussian ellipse that they describe (Bernstein & Jarvis 2002, AJ
 /// 123, 583, section 3.1): w = exp(-d M^-1 d / 2), M = 2 sum(w v d d) / sum(w v), about the
-/// centroid sum(w v d) = 0, repeated from a circle of `sigma` pixels at the centre of `ellipses`
-/// until M is settled to 1e-9. Pixels beyond 6 sigma or the ellipse of `radius` do not count.
-/// `flux` is that of the Gaussian, 2 sum(w v). Nothing where it does not converge in 200 steps.
+/// centroid sum(w v d) = 0. The iteration starts from a circle of `sigma` pixels at the centre of
+/// `ellipses` and ends when M changes by less than 1e-9. Pixels beyond 6 sigma or the ellipse of
+/// `radius` do not count. `flux` is the Gaussian's, 2 sum(w v). Nothing after 200 steps.
 std::optional<LightMoments> adaptive_moments(const Plane& plane, const Ellipses& ellipses,
                                              double radius, double sigma, double background,
                                              int threads);

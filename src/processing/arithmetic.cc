@@ -40,7 +40,7 @@ class CombinedPlane final : public Plane {
   }
 
  private:
-  /// Counts pixels that are there and makes the others 0.
+  /// Counts present pixels and replaces the missing ones by 0.
   static void count_there(const std::vector<double>& values, std::vector<double>& filled,
                           std::vector<int>& there) {
     for (std::size_t i = 0; i < values.size(); ++i) {

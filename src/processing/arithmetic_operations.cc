@@ -17,7 +17,7 @@ namespace {
 
 constexpr const char* kGroup = "Arithmetic";
 
-/// The planes of a further input, to be combined with those of the first.
+/// Planes of a further input, which are combined with those of the first.
 struct Operand {
   std::string name;
   std::vector<PlanePtr> planes;
@@ -45,7 +45,7 @@ Operand read_operand(const OperationCall& call, const std::string& name) {
   return operand;
 }
 
-/// The plane that goes with plane `task.index`: the one of that number, or the only one.
+/// Index of the operand's plane for plane `task.index`: the plane of that number, or the only one.
 std::size_t partner(const Operand& operand, const PlaneTask& task, const std::string& operation) {
   const std::size_t count = operand.planes.size();
   if (count != 1 && count != static_cast<std::size_t>(task.count)) {
@@ -62,7 +62,7 @@ std::size_t partner(const Operand& operand, const PlaneTask& task, const std::st
   return index;
 }
 
-/// Values that add up are in one unit, of one zero point.
+/// Checks that values to be added have one unit and one zero point.
 void check_units(const OperationCall& call, const Operand& operand, const PlaneInfo& other,
                  const PlaneTask& task) {
   constexpr double kZeroPointError = 1e-6;
@@ -79,7 +79,7 @@ void check_units(const OperationCall& call, const Operand& operand, const PlaneI
   }
 }
 
-/// The unit of a product of values in these units.
+/// The unit of a product of values with these units.
 std::string product_unit(const std::vector<std::string>& units) {
   std::string result;
   for (const std::string& unit : units) {
@@ -98,7 +98,7 @@ int combine_files(const OperationCall& call, Combination combination) {
   const bool is_product = combination == Combination::product;
   const bool can_skip = combination == Combination::sum || is_mean;
   const bool skip = can_skip && call.parameters.boolean("skip_missing");
-  std::vector<std::vector<std::string>> units;  // of the factors, for each plane
+  std::vector<std::vector<std::string>> units;  // [plane][factor]
   const PlaneChange change = [&](const PlaneTask& task) {
     std::vector<PlanePtr> planes = {task.plane};
     units.push_back({task.info.unit});
@@ -123,8 +123,8 @@ int combine_files(const OperationCall& call, Combination combination) {
     drop_calibration(header, planes);
     header.set("BUNIT", product_unit(factors));
   };
-  // The variance of a sum is the sum of the variances, whatever the signs. Exact operands have
-  // none.
+  // The variance of a sum is the sum of the variances for any signs. Exact operands have no
+  // variance.
   VarianceChange variance;
   variance.change = [&](const PlaneTask& task) {
     if (is_product || (skip && is_mean)) throw variance_error(call, task);

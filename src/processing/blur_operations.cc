@@ -33,7 +33,7 @@ const std::vector<std::string> kModels = {"gaussian", "moffat", "airy", "kolmogo
 constexpr double kLeastFwhm = 0.1, kLargestFwhm = 1000;
 constexpr double kAngstrom = 1e-10;  // m
 
-/// What the options of both operations say about a model.
+/// PSF options that both operations share.
 class PsfOptions {
  public:
   /// Throws InputError for options that do not fit together.
@@ -111,7 +111,7 @@ class PsfOptions {
   }
 
  private:
-  /// A word that is no file's name is a model's name with a typing error.
+  /// A word that names no file is a mistyped model name.
   void check_file_name(const std::string& name) const {
     const bool is_word = name.find_first_of("./[") == std::string::npos && name != "-";
     std::error_code error;
@@ -139,7 +139,7 @@ class PsfOptions {
     }
   }
 
-  /// That of the planes to convolve, where they have one; images of a PSF have North upwards.
+  /// WCS of the planes to convolve, if they have one; in images of a PSF North is up.
   static std::optional<CelestialWcs> celestial_wcs(const PlaneTask& task) {
     if (!task.plane) return std::nullopt;
     try {
@@ -149,7 +149,7 @@ class PsfOptions {
     }
   }
 
-  /// Arcsec.
+  /// FWHM of diffraction, arcsec.
   double diffraction_fwhm(const PlaneTask& task) const {
     if (!task.info.wavelength) {
       fail(
@@ -166,7 +166,7 @@ class PsfOptions {
   bool is_file_ = false;
 };
 
-/// The stamps of a PSF file: one for all planes, or one for each.
+/// The stamps of a PSF file: one for all planes, or one per plane.
 class StampFile {
  public:
   StampFile(const std::string& name, bool keep_flux) : input_(name), keep_flux_(keep_flux) {
@@ -220,7 +220,7 @@ int run_convolve(const OperationCall& call) {
                       file->count(), call.inputs.front(), task.count));
     }
     const auto index = file->count() == 1 ? std::size_t{0} : static_cast<std::size_t>(task.index);
-    // Read now for what may be wrong with it, and again when its turn comes.
+    // Read now to find errors, and again when it is used.
     if (static_cast<std::size_t>(task.index) == index) file->stamp(index);
     const Plane& plane = file->plane(index);
     return convolved(
@@ -253,7 +253,7 @@ class StampPlane final : public Plane {
   StampOptions options_;
 };
 
-/// A tangential projection with the middle pixel at (0, 0).
+/// Sets a tangential projection with the middle pixel at (0, 0).
 void set_scale(FitsHeader& header, double arcsec) {
   constexpr double kArcsecPerDegree = 3600;
   header.set("CTYPE1", std::string("RA---TAN"));
@@ -285,7 +285,7 @@ int run_psf(const OperationCall& call) {
   FitsHeader header;
   if (has_scale) {
     set_scale(header, parameters.number("pixel_scale"));
-    // Where the scale is measured; the middle pixel is known only later.
+    // The scale is measured at this pixel; the middle pixel is known only later.
     header.set("CRPIX1", 1.0);
     header.set("CRPIX2", 1.0);
   }
@@ -324,7 +324,7 @@ int run_psf(const OperationCall& call) {
   return 0;
 }
 
-/// What differs between the operations.
+/// Texts that differ between the operations.
 struct ModelTexts {
   std::string unit, position_angle;
 };

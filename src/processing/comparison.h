@@ -7,24 +7,24 @@
 
 namespace gamer {
 
-/// How far plane b is from plane a. Two NaN, or two infinities of one sign, are equal.
+/// Differences of plane b from plane a. Two NaN, or two infinities of one sign, are equal.
 struct Comparison {
   std::int64_t count = 0;       ///< pixels that are finite in both
-  std::int64_t differing = 0;   ///< of these, the unequal ones
-  std::int64_t mismatched = 0;  ///< finite in one plane only, or not finite and unlike
+  std::int64_t differing = 0;   ///< unequal pixels among these
+  std::int64_t mismatched = 0;  ///< finite in one plane only, or not finite and different
   double max_difference = 0;    ///< largest |b - a|
-  Statistics::Pixel max_at;     ///< the first such pixel, from 0
+  Statistics::Pixel max_at;     ///< first pixel with it, from 0
   double rms_difference = 0;    ///< sqrt(mean (b - a)^2)
   double max_reference = 0;     ///< largest |a|
   double rms_reference = 0;     ///< sqrt(mean a^2)
 
-  double relative_max() const;  ///< max_difference/max_reference; 0 where both are
-  double relative_rms() const;  ///< rms_difference/rms_reference; 0 where both are
-  /// No pixel is mismatched and max_difference <= absolute + relative * max_reference.
+  double relative_max() const;  ///< max_difference/max_reference; 0 where both are 0
+  double relative_rms() const;  ///< rms_difference/rms_reference; 0 where both are 0
+  /// True where no pixel is mismatched and max_difference <= absolute + relative * max_reference.
   bool within(double relative, double absolute) const;
 };
 
-/// In one pass. Throws std::invalid_argument where the sizes differ, and what the planes throw.
+/// Compares in one pass. Throws std::invalid_argument for unequal sizes, and what the planes throw.
 Comparison compare(const Plane& a, const Plane& b, int threads);
 
 }  // namespace gamer

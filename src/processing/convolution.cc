@@ -22,11 +22,11 @@
 namespace gamer {
 namespace {
 
-/// Stamps of so many pixels are summed directly: quicker than two transforms.
+/// Stamps of up to so many pixels are summed directly, which is quicker than two transforms.
 constexpr int kDirectPixels = 25;
-/// The least share of the stamp's sum: good pixels with less of it say nothing.
+/// Least share of the stamp's sum that good pixels must have for a result.
 constexpr double kLeastWeight = 1e-3;
-/// Largest side of a chosen transform, unless the stamp needs more: 32 MiB a thread.
+/// Largest side of an automatic transform, unless the stamp needs more: 32 MiB a thread.
 constexpr int kLargestChosenTransform = 2048;
 
 /// Rounding of a sum of products by transforms, relative to the sum of the factors.
@@ -42,7 +42,7 @@ struct Fftw<double> {
   using Complex = fftw_complex;
   static void* allocate(std::size_t bytes) { return fftw_malloc(bytes); }
   static void release(void* memory) { fftw_free(memory); }
-  // FFTW_ESTIMATE: plans chosen by the clock would round differently from run to run.
+  // FFTW_ESTIMATE, since plans chosen by timing would round differently from run to run.
   static Plan plan_forward(int height, int width, double* in, Complex* out) {
     return fftw_plan_dft_r2c_2d(height, width, in, out, FFTW_ESTIMATE);
   }
@@ -71,7 +71,7 @@ struct Fftw<float> {
   static void destroy(Plan plan) { fftwf_destroy_plan(plan); }
 };
 
-/// Reals that FFTW can use at full speed.
+/// An array of reals, aligned for FFTW's full speed.
 template <class Real>
 class Buffer {
  public:
@@ -88,7 +88,7 @@ class Buffer {
   std::unique_ptr<Real, Release> values_;
 };
 
-/// Transforms of one size, in place: rows of 2 (width/2 + 1) reals.
+/// In-place transforms of one size: rows of 2 (width/2 + 1) reals.
 template <class Real>
 class Transform {
  public:
@@ -116,7 +116,7 @@ class Transform {
     return static_cast<std::size_t>(stride()) * static_cast<std::size_t>(height_);
   }
 
-  /// Memory for reals() values: some that is back, or new.
+  /// Memory for reals() values: returned memory, or new.
   Buffer<Real> take_buffer() const {
     const std::lock_guard lock(mutex_);
     if (buffers_.empty()) return Buffer<Real>(reals());
@@ -143,7 +143,7 @@ class Transform {
   mutable std::vector<Buffer<Real>> buffers_;
 };
 
-/// Made once for each size.
+/// The transforms of a size, made once.
 template <class Real>
 const Transform<Real>& transform_of(int width, int height) {
   static std::mutex mutex;
@@ -154,16 +154,16 @@ const Transform<Real>& transform_of(int width, int height) {
   return *transform;
 }
 
-/// A stamp as the computation needs it: its pixels, or their transform with the 1/N of the way
-/// back.
+/// A stamp prepared for the computation: its pixels, or their transform multiplied by the 1/N of
+/// the inverse transform.
 template <class Real>
 struct Kernel {
-  Stamp stamp;  ///< without pixels where there is a transform
+  Stamp stamp;  ///< has no pixels where there is a transform
   double sum = 0;
   std::optional<Buffer<Real>> transform;
 };
 
-/// The kernels used last, whatever plane they belong to.
+/// The kernels used last, for all planes.
 class KernelCache {
  public:
   static KernelCache& get() {
@@ -228,12 +228,12 @@ void multiply(const Real* factors, std::size_t count, Real* values) {
   }
 }
 
-/// Powers of two that a tile's largest value may have: beyond them sums overflow, and small parts
-/// of it lose digits.
+/// Largest binary exponent of a tile's largest value; beyond it sums overflow. Below its negative,
+/// small values lose digits.
 template <class Real>
 inline constexpr int kMostExponent = std::numeric_limits<Real>::max_exponent / 2;
 
-/// The exponent n for which 2^n brings a tile's largest value among those that transforms can take.
+/// The exponent n for which 2^n brings a tile's largest value into the range of transforms.
 template <class Real>
 int scaling_exponent(double largest) {
   if (largest == 0) return 0;
@@ -241,7 +241,7 @@ int scaling_exponent(double largest) {
   return std::clamp(exponent, -kMostExponent<Real>, kMostExponent<Real>) - exponent;
 }
 
-/// No pixel, and next to none.
+/// Stands for "no pixel"; no pixel's number is near it.
 constexpr int kNoSource = std::numeric_limits<int>::min();
 
 /// The pixel of [0, size) that stands for x, or kNoSource.
@@ -253,16 +253,16 @@ int source_of(int x, int size, EdgeMode edge) {
   return inside < size ? inside : period - 1 - inside;
 }
 
-/// The columns that the columns [first, first + count) of an input stand for.
+/// The image columns that replace the columns [first, first + count) of an input.
 struct Columns {
   struct Run {
     int first = 0, count = 0;
   };
-  /// What to read: the second run lies behind the first in memory.
+  /// Columns to read; the second run follows the first in memory.
   Run runs[2];
-  /// For each column its place in what is read; none where it is plain.
+  /// Place of each column in the data read; empty where is_plain.
   std::vector<int> places;
-  /// Columns [lead, lead + runs[0].count) are runs[0], all others have no source.
+  /// Whether columns [lead, lead + runs[0].count) are runs[0] and all others have no source.
   bool is_plain = false;
   int lead = 0;
 
@@ -283,7 +283,7 @@ Columns make_columns(int first, int count, int size, EdgeMode edge) {
   const auto [low, high] = std::minmax_element(places.begin(), places.end());
   columns.runs[0] = {*low, *high + 1 - *low};
   if (edge == EdgeMode::wrap && count < size) {
-    // Both ends of the image, without what lies between.
+    // Both ends of the image are read, not the columns between them.
     const int start = places.front(), before_end = std::min(count, size - start);
     columns.runs[0] = {start, before_end};
     columns.runs[1] = {0, count - before_end};
@@ -295,13 +295,13 @@ Columns make_columns(int first, int count, int size, EdgeMode edge) {
   return columns;
 }
 
-/// What take_values() found.
+/// Results of take_values().
 struct Taken {
   bool has_missing = false;
   double largest = 0;  ///< size of a finite value
 };
 
-/// Multiplies by `scale`; 0 for missing pixels and those that are too large.
+/// Multiplies by `scale`; missing pixels and too large values become 0.
 template <class Real>
 Taken take_values(const double* values, int count, double scale, Real* out) {
   constexpr double kMost = static_cast<double>(std::numeric_limits<Real>::max());
@@ -374,7 +374,7 @@ class ConvolvedPlane final : public Plane {
 
  private:
   using KernelPtr = std::shared_ptr<const Kernel<Real>>;
-  /// Row by row, 1 where a pixel of a tile's input is missing; empty where none is.
+  /// Missing pixels of a tile's input, row by row: 1 where missing; empty where none is.
   using Mask = std::vector<std::uint8_t>;
   struct Rows {
     Real* values;
@@ -401,12 +401,12 @@ class ConvolvedPlane final : public Plane {
   int stamp_width_, stamp_height_;
   std::function<Stamp()> make_;
   EdgeMode edge_;
-  const Transform<Real>* transform_ = nullptr;  ///< none for direct sums
+  const Transform<Real>* transform_ = nullptr;  ///< null for direct sums
   mutable std::mutex kernel_mutex_;
 };
 
-/// Lengths that FFTW is quick at: 2^a with a >= 3, or that times 3, 5 or 25; the first that is not
-/// below `most` ends the list.
+/// Lengths for which FFTW is quick: 2^a with a >= 3, times 1, 3, 5 or 25. The first length that is
+/// not below `most` ends the list.
 std::vector<int> quick_lengths(int least, int most) {
   constexpr int kFactor = 8;
   constexpr int kOdd[] = {1, 3, 5, 25};
@@ -429,8 +429,8 @@ std::vector<int> quick_lengths(int least, int most) {
   return lengths;
 }
 
-/// The cheapest grid of tiles: n pixels cost n (log2 n + kOverhead), and more where a transform
-/// outgrows a core's cache. The factors are measured.
+/// The cheapest grid of tiles. A transform of n pixels costs n (log2 n + kOverhead), and more where
+/// it outgrows a core's cache. The factors are measured.
 template <class Real>
 const Transform<Real>* ConvolvedPlane<Real>::choose_transform(
     const ConvolutionOptions& options) const {
@@ -463,7 +463,7 @@ const Transform<Real>* ConvolvedPlane<Real>::choose_transform(
 
 template <class Real>
 auto ConvolvedPlane<Real>::get_kernel() const -> KernelPtr {
-  // Threads that need the same kernel wait for the one that makes it.
+  // Threads that need this kernel wait until one thread has made it.
   const std::lock_guard lock(kernel_mutex_);
   if (auto kernel = KernelCache::get().find(this)) {
     return std::static_pointer_cast<const Kernel<Real>>(std::move(kernel));
@@ -490,8 +490,8 @@ auto ConvolvedPlane<Real>::make_kernel() const -> KernelPtr {
   const Rows values{buffer.get(), transform_->stride()};
   std::fill_n(buffer.get(), transform_->reals(), Real{0});
   const double scale = 1.0 / (static_cast<double>(columns) * rows);
-  // The stamp's last pixel, (w, h) from its middle, stands at (0, 0), those before it at negative
-  // places: the tile's first output pixel, whose input is at (w, h), so comes out at (0, 0).
+  // The stamp's last pixel, (w, h) from its middle, goes to (0, 0), and pixels before it to
+  // negative places. So the tile's first output pixel, whose input is at (w, h), appears at (0, 0).
   for (int j = 0; j < stamp.height; ++j) {
     for (int i = 0; i < stamp.width; ++i) {
       const int y = (j + 1 - stamp.height + rows) % rows;
@@ -505,7 +505,7 @@ auto ConvolvedPlane<Real>::make_kernel() const -> KernelPtr {
   return kernel;
 }
 
-/// Makes the pixels `needed` of a tile, in `values`, which has room for the tile's input.
+/// Makes the pixels `needed` of a tile; `values` has room for the tile's input.
 template <class Real>
 void ConvolvedPlane<Real>::read_tile(const Kernel<Real>& kernel, const Area& tile,
                                      const Area& needed, Rows values, double* out,
@@ -534,7 +534,7 @@ void ConvolvedPlane<Real>::read_tile(const Kernel<Real>& kernel, const Area& til
     for (int x = 0; x < input.width; ++x) values[y][x] = is_missing(x, y) ? Real{1} : Real{0};
   }
   convolve(kernel, input, values);
-  // Weights below it are the transform's rounding.
+  // Smaller weights are rounding errors of the transform.
   const double noise = kernel.transform ? kRounding<Real> * std::abs(kernel.sum) : 0;
   for (int row = 0; row < needed.height; ++row) {
     for (int i = 0; i < needed.width; ++i) {
@@ -552,11 +552,11 @@ void ConvolvedPlane<Real>::read_tile(const Kernel<Real>& kernel, const Area& til
   }
 }
 
-/// The pixels `input`, which reaches beyond the plane, times `scale`, with 0 for those that are
-/// missing; 0 also in what is left of a transform's rows.
+/// Gathers the pixels `input`, which may reach beyond the plane, times `scale`. Missing pixels and
+/// the rest of a transform's rows are 0.
 template <class Real>
 auto ConvolvedPlane<Real>::gather(const Area& input, double scale, Rows values) const -> Input {
-  // Read in strips, in doubles: they stay in the cache.
+  // Strips are read as doubles; they stay in the cache.
   constexpr int kStripPixels = 1 << 15;
   const Columns columns = make_columns(input.x, input.width, this->width(), edge_);
   const int count = columns.read_count();
@@ -573,7 +573,7 @@ auto ConvolvedPlane<Real>::gather(const Area& input, double scale, Rows values) 
       std::fill_n(values[row++], row_end, Real{0});
       continue;
     }
-    // Rows that follow each other in the source, upwards or, in a mirror, downwards.
+    // Consecutive rows of the source, upwards or (mirrored) downwards.
     int rows = 1, step = 1;
     if (row + 1 < input.height && source_row(row + 1) == first - 1) step = -1;
     while (rows < most_rows && row + rows < input.height &&
@@ -618,7 +618,7 @@ auto ConvolvedPlane<Real>::gather(const Area& input, double scale, Rows values) 
   return result;
 }
 
-/// Replaces a tile's input by its output, which begins where the input did.
+/// Replaces a tile's input by its output, which begins at the same place.
 template <class Real>
 void ConvolvedPlane<Real>::convolve(const Kernel<Real>& kernel, const Area& input,
                                     Rows values) const {
@@ -640,7 +640,7 @@ void ConvolvedPlane<Real>::convolve(const Kernel<Real>& kernel, const Area& inpu
         for (int x = 0; x < width; ++x) sums[static_cast<std::size_t>(x)] += factor * row[x];
       }
     }
-    // No later row needs this one any more.
+    // No later row needs this row.
     std::copy(sums.begin(), sums.end(), values[y]);
   }
 }
@@ -654,7 +654,7 @@ PlanePtr convolved(PlanePtr source, int width, int height, std::function<Stamp()
   if (!fits(options.transform_width, width) || !fits(options.transform_height, height)) {
     throw std::invalid_argument("a transform smaller than the stamp");
   }
-  // A direct sum's pixels may not depend on how a tile is scaled.
+  // Direct sums stay in double precision: their pixels must not depend on a tile's scaling.
   if (options.is_single && needs_transform(width, height, options)) {
     return std::make_shared<ConvolvedPlane<float>>(std::move(source), width, height,
                                                    std::move(make), options);

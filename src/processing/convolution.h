@@ -7,40 +7,41 @@
 
 namespace gamer {
 
-/// What lies beyond the image's edges: nothing (light that leaves is lost, none comes in); the
-/// image mirrored at the outer sides of its edge pixels (... b a | a b ...); the image again.
+/// Continuation of an image beyond its edges. zero: nothing, so light that leaves is lost and none
+/// comes in. reflect: mirrored at the outer sides of the edge pixels (... b a | a b ...). wrap:
+/// repeated.
 enum class EdgeMode { zero, reflect, wrap };
 
 struct ConvolutionOptions {
   EdgeMode edge = EdgeMode::zero;
-  /// Transform in single precision: errors of about 1e-7 of the brightest pixel within a tile.
+  /// Transforms in single precision: errors of about 1e-7 of the brightest pixel within a tile.
   bool is_single = false;
-  /// Sides of the Fourier transforms, each at least the stamp's; 0: chosen for speed. Results
-  /// differ by rounding only.
+  /// Sides of the Fourier transforms, each at least the stamp's; 0: chosen for speed. They change
+  /// results by rounding only.
   int transform_width = 0;
   int transform_height = 0;
 };
 
 /// The convolution out(x, y) = sum over (i, j) of stamp(i, j) source(x - i, y - j).
 ///
-/// *Missing pixels* are NaN and infinities. They are NaN afterwards and spread no further: where
-/// the stamp covers some of them, the others count for all, out = S sum_good(stamp source) /
-/// sum_good(stamp), S the stamp's sum; NaN where the good ones hold less than 1e-3 of S. What lies
-/// beyond the edge (EdgeMode::zero) is no missing pixel.
+/// *Missing pixels* are NaN and infinities; they become NaN and spread no further. Where the stamp
+/// covers some of them, the good pixels stand for all: out = S sum_good(stamp source) /
+/// sum_good(stamp), where S is the stamp's sum. Where sum_good(stamp) < 1e-3 S, out is NaN. Places
+/// beyond the edge (EdgeMode::zero) are no missing pixels.
 ///
-/// *Method.* Stamps of up to 25 pixels directly, larger ones by tiles with FFTW (overlap-save). The
-/// tiles' grid is fixed, so the values do not depend on the area that is asked for, nor on threads.
-/// Tiles of values near the ends of the floating-point range are scaled by a power of two for it.
-/// Error in double precision, and of direct sums: about 1e-15 of the brightest pixel of a tile.
+/// *Method.* Stamps of up to 25 pixels are summed directly, larger ones use tiles with FFTW
+/// (overlap-save). The grid of tiles is fixed, so values depend neither on the area read nor on
+/// threads. Tiles near the ends of the floating-point range are scaled by a power of two. Errors in
+/// double precision and of direct sums are about 1e-15 of the tile's brightest pixel.
 ///
-/// Throws std::invalid_argument: a stamp with even sides, with values that are not finite or not
+/// Throws std::invalid_argument for a stamp with even sides, with values that are not finite or not
+/// width * height, and for transforms smaller than the stamp.
 /// width * height, transforms smaller than it.
 PlanePtr convolved(PlanePtr source, Stamp stamp, const ConvolutionOptions& options = {});
 
-/// Convolves with a stamp that is made when the first pixels are asked for, and again where other
-/// planes were convolved in between. Cubes with a large stamp for each plane then need memory for a
-/// few stamps only. `make` must return a stamp of `width` x `height`; what it throws, reading
-/// throws.
+/// Convolves with a stamp that is made when pixels are read, and made again if other planes were
+/// convolved in between. So cubes with a large stamp per plane need memory for a few stamps only.
+/// `make` must return a stamp of `width` x `height`. Reading throws what `make` throws.
 PlanePtr convolved(PlanePtr source, int width, int height, std::function<Stamp()> make,
                    const ConvolutionOptions& options = {});
 

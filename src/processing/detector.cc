@@ -12,10 +12,10 @@
 namespace gamer {
 namespace {
 
-/// Pixels worked on at a time: they stay in the first-level cache.
+/// Pixels worked on at a time; they stay in the first-level cache.
 constexpr int kPiece = 512;
 
-/// Which of a pixel's random numbers.
+/// Kinds of a pixel's random numbers.
 enum Draw : std::uint64_t { kPhotons = 1, kReadNoise, kGaussian };
 
 std::uint64_t row_key(std::uint64_t key, Draw draw, int y) {
@@ -34,15 +34,15 @@ void for_each_piece(const Area& area, double* values, Work work) {
   }
 }
 
-/// v becomes mu.
+/// Replaces v by mu.
 void expect(const Detector& detector, std::span<double> values) {
   const double scale = detector.electron_rate * detector.exposure;
   const double background = detector.background();
-  // Neither comparison is true for NaN.
+  // The comparison is false for NaN, so NaN stays.
   for (double& v : values) v = (v < 0 ? 0 : v) * scale + background;
 }
 
-/// values[i] += sigma z.
+/// values[i] += sigma z, where z is a normal variate.
 void add_normal(std::uint64_t key, int x, double sigma, std::span<double> values) {
   std::array<double, kPiece> buffer;
   const std::span normals(buffer.data(), values.size());

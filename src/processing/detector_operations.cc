@@ -20,16 +20,16 @@ namespace gamer {
 namespace {
 
 constexpr const char* kContext = "gutil noise: ";
-/// Counts of a second, which gamer writes, need no zero point.
+/// The unit that gamer writes for counts per second; it needs no zero point.
 constexpr const char* kElectronRate = "electron/s";
 
-/// What becomes of one plane.
+/// Parameters of one plane's noise.
 struct PlaneNoise {
   bool is_gaussian = false;
   double sigma = 0;
   Detector detector;
   double gain = 1;         ///< electrons per output unit
-  double unit_factor = 1;  ///< output units in one of input (times arcsec^2 of a brightness)
+  double unit_factor = 1;  ///< output units in one input unit (times arcsec^2 for a brightness)
 };
 
 class NoiseOperation {
@@ -56,7 +56,7 @@ class NoiseOperation {
   std::string output_unit_;
   std::map<std::string, int> labels_;
   std::vector<PlaneNoise> planes_;
-  /// The first of planes_ that belongs to the next HDU.
+  /// Index in planes_ of the first plane of the next HDU.
   std::size_t next_edited_ = 0;
   std::map<std::string, int> variances_;
 };
@@ -116,8 +116,7 @@ PlaneNoise NoiseOperation::gaussian(const PlaneTask& task) const {
   return noise;
 }
 
-/// The area that MAGZERO's flux of one unit stands for: the pixel, or its arcsec^2 for a
-/// brightness.
+/// Area to which the flux of MAGZERO belongs: the pixel, or its arcsec^2 for a brightness.
 double calibrated_area(const PlaneTask& task) {
   if (!is_brightness(task.info.unit) || !task.info.zero_point) return 1;
   try {
@@ -130,7 +129,7 @@ double calibrated_area(const PlaneTask& task) {
   }
 }
 
-/// electrons/s of the pixel value 1.
+/// Electrons/s of a pixel of value 1.
 double NoiseOperation::electron_rate(const PlaneTask& task) const {
   const bool has_scale = has("electrons_per_unit");
   const std::optional<double> zero_point = task.info.zero_point;
@@ -157,7 +156,7 @@ double NoiseOperation::electron_rate(const PlaneTask& task) const {
   return calibrated_area(task) * flux_ratio(*zero_point - value("zero_point", task));
 }
 
-/// electrons/s of a pixel.
+/// Electrons/s of the sky in a pixel.
 double NoiseOperation::sky_rate(const PlaneTask& task, double rate) const {
   if (has("sky_rate")) return value("sky_rate", task);
   if (!has("sky")) return 0;
@@ -226,12 +225,12 @@ PlanePtr NoiseOperation::change(const PlaneTask& task) {
                       : observed(task.plane, noise.detector, key);
 }
 
-/// The names of a plane's card, KEY or KEYn.
+/// Key of a plane's card: KEY or KEYn.
 std::string plane_key(const std::string& key, int plane, int planes) {
   return planes == 1 ? key : fmt::format("{}{}", key, plane + 1);
 }
 
-/// One card where the planes agree, else one for each.
+/// Sets one card where the planes agree, else one per plane.
 void set_common(FitsHeader& header, const std::string& key, const std::vector<double>& values,
                 const std::string& comment) {
   const int planes = static_cast<int>(values.size());
@@ -252,7 +251,7 @@ void NoiseOperation::edit(FitsHeader& header, int planes) {
   next_edited_ += static_cast<std::size_t>(planes);
   for (const char* key : {"DATAMIN", "DATAMAX"}) header.remove(key);
   if (is_gaussian_) return;
-  // The saturation is this detector's alone.
+  // The input's saturation does not apply to this detector.
   header.remove("SATURATE");
   for (int i = 1; i <= planes; ++i) header.remove(fmt::format("SATURATE{}", i));
   const auto values = [&](auto get) {
@@ -296,14 +295,14 @@ std::vector<ExtraImage> NoiseOperation::variance(const FitsHeader& header,
     image.planes.push_back(is_gaussian_ ? gaussian_variance(task.plane, noise.sigma)
                                         : observed_variance(task.plane, noise.detector));
   }
-  // Cards about values say nothing of their squares.
+  // Calibration cards do not apply to squares of values.
   drop_calibration(image.header, static_cast<int>(tasks.size()));
   const std::string unit = header.text("BUNIT").value_or("");
   if (!unit.empty()) image.header.set({"BUNIT", squared_unit(unit), "variance of the pixels"});
   const std::string name = header.text("EXTNAME").value_or("");
   const std::string extension = name.empty() ? "VARIANCE" : name + "_VARIANCE";
   image.header.set({"EXTNAME", extension, "variance of the image before"});
-  // Several images without names.
+  // Several images without names get EXTVER.
   if (const int version = ++variances_[extension]; name.empty() && version > 1) {
     image.header.set({"EXTVER", static_cast<long long>(version), ""});
   }

@@ -4,7 +4,7 @@
 
 namespace gamer {
 
-/// FFTW's planner is not safe from several threads: whoever makes or destroys a plan holds this.
+/// FFTW's planner is not thread-safe: lock this to make or destroy a plan.
 inline std::mutex& fftw_planner_mutex() {
   static std::mutex mutex;
   return mutex;

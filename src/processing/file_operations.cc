@@ -26,17 +26,17 @@ constexpr const char* kGroup = "Files and headers";
 
 // ---- stack -------------------------------------------------------------------------------------
 
-/// One plane of the inputs, with what its header says about it alone.
+/// One plane of the inputs, with its own cards.
 struct StackedPlane {
   PlanePtr plane;
   PlaneInfo info;
-  std::vector<Card> cards;  ///< under keys without a number
-  FitsHeader header;        ///< of its HDU without these
+  std::vector<Card> cards;  ///< cards of this plane, with keys without a number
+  FitsHeader header;        ///< header of its HDU without these cards
   int bitpix = 0;
   std::string file;
 };
 
-/// The cards of plane `plane`, and the header without those of any plane.
+/// Takes the cards of plane `plane`, and the header without any plane's cards.
 void take_plane_cards(const FitsHdu& hdu, int plane, StackedPlane& out) {
   FitsHeader header = hdu.header;
   for (const std::string_view key : plane_keys()) {
@@ -132,7 +132,7 @@ void check_planes_fit(const std::vector<StackedPlane>& planes, bool one_unit) {
   }
 }
 
-/// The plane's label as part of names: letters, digits and -_.+, unique among `taken`.
+/// A plane's label for file names: letters, digits and -_.+, unique among `taken`.
 std::string file_label(const PlaneInfo& info, std::size_t number, std::set<std::string>& taken) {
   std::string label = info.label.empty() ? fmt::format("{}", number) : info.label;
   for (char& c : label) {
@@ -152,7 +152,7 @@ FitsHeader single_header(const OperationCall& call, const StackedPlane& plane) {
   FitsHeader header = plane.header;
   header.remove_further_axes();
   for (Card card : plane.cards) {
-    // What the renderer writes has a number always.
+    // The renderer writes it with a number in any HDU.
     if (card.key == "WAVELEN") card.key += "1";
     header.set(card);
   }
@@ -160,7 +160,7 @@ FitsHeader single_header(const OperationCall& call, const StackedPlane& plane) {
   return header;
 }
 
-/// Everything that is no image, but the record, and the table of a third axis that is made anew.
+/// Copies HDUs without pixels, except the record and the table of a third axis, which is made anew.
 void copy_tables(const FitsInput& input, FitsOutput& output) {
   for (std::size_t i = 0; i < input.hdus().size(); ++i) {
     const FitsHdu& hdu = input.hdus()[i];
@@ -216,7 +216,7 @@ int stack_files(const OperationCall& call) {
     output.finish();
     return 0;
   }
-  // Files appear together, when all are whole.
+  // Files get their final names when all are complete.
   if (call.output == "-") {
     throw InputError("gutil stack: --layout files needs a name: out.fits makes out_<label>.fits");
   }
@@ -250,7 +250,7 @@ std::string in_capitals(std::string text) {
   return text;
 }
 
-/// Places in hdus() of the HDUs that --hdu names.
+/// Indices in hdus() of the HDUs that --hdu names.
 std::vector<std::size_t> chosen_hdus(const FitsInput& input, const std::string& text) {
   const std::string wanted = in_capitals(text);
   std::vector<std::size_t> chosen;
@@ -294,8 +294,8 @@ void check_key(const std::string& option, const std::string& key) {
                   option, in_quotes(key)));
 }
 
-/// A value in quotes, in which two quotes are one, and what follows it; nothing where the text is
-/// no such value.
+/// A value in quotes (two quotes within it mean one) and the text after it; nothing for other
+/// texts.
 std::optional<std::pair<std::string, std::string>> parse_quoted(const std::string& text) {
   if (!text.starts_with('\'')) return std::nullopt;
   std::string value;
@@ -313,8 +313,8 @@ std::optional<std::pair<std::string, std::string>> parse_quoted(const std::strin
   return std::nullopt;
 }
 
-/// "KEY=value / comment"; numbers, T and F as FITS reads them, all else a string. All of COMMENT
-/// and HISTORY is text.
+/// Parses "KEY=value / comment". Numbers, T and F are read as in FITS, other values are strings.
+/// COMMENT and HISTORY are texts as a whole.
 Card parse_setting(const std::string& text) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) {

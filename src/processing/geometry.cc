@@ -110,7 +110,7 @@ class PaddedPlane final : public Plane {
 
 // ---- Quarter turns -----------------------------------------------------------------------------
 
-/// By 90 degrees counter-clockwise, or clockwise.
+/// A plane turned by 90 degrees, counter-clockwise or clockwise.
 class TurnedPlane final : public Plane {
  public:
   TurnedPlane(PlanePtr source, bool clockwise)
@@ -118,7 +118,7 @@ class TurnedPlane final : public Plane {
         source_(std::move(source)),
         clockwise_(clockwise) {}
 
-  /// Rows are columns of the source: squares read the least of it.
+  /// Rows are columns of the source: square tiles read the least of it.
   Tile tile() const override { return {kSide, kSide}; }
 
   using Plane::read;
@@ -157,7 +157,7 @@ class TurnedPlane final : public Plane {
   bool clockwise_;
 };
 
-/// 0 to 3.
+/// Number of quarter turns within a circle, 0 to 3.
 int turns_in_circle(int count) {
   constexpr int kCircle = 4;
   return (count % kCircle + kCircle) % kCircle;
@@ -182,7 +182,7 @@ class BinnedPlane final : public Plane {
 
   using Plane::read;
   void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
-    // The source goes by in pieces of whole rows, however large the blocks are.
+    // The source is read in pieces of whole rows, for blocks of any size.
     const int width = area.width * nx_, rows = area.height * ny_;
     const int piece = std::clamp(kPiecePixels / width, 1, rows);
     std::vector<double> values(static_cast<std::size_t>(width) * piece), sums(area.width);
@@ -311,7 +311,7 @@ PlanePtr bin(PlanePtr source, int nx, int ny, PixelValues values) {
 }
 
 PixelMap bin_map(int nx, int ny) {
-  // The lower left corner, (1/2, 1/2), stays.
+  // The lower left corner, (1/2, 1/2), is fixed.
   constexpr double kCorner = 0.5;
   return {1.0 / nx, 0, 0, 1.0 / ny, kCorner - kCorner / nx, kCorner - kCorner / ny};
 }

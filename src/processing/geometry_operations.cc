@@ -20,7 +20,7 @@ namespace {
 
 constexpr const char* kGroup = "Geometry";
 
-/// Larger images are a slip of the pen.
+/// Larger images can only be typing errors.
 constexpr int kLongestSide = 1 << 18;
 constexpr double kLeastFactor = 1e-6, kMostFactor = 1e4;
 constexpr double kLargestScale = 1e6;  // arcsec
@@ -41,10 +41,10 @@ InputError error_of(const OperationCall& call, const std::string& message) {
   return InputError(fmt::format("gutil {}: {}", call.operation, message));
 }
 
-/// What an operation does with an image of some size: where its pixels go.
+/// The map of pixels that an operation applies to an image of some size.
 using MapOf = std::function<PixelMap(const FitsHeader& header, int width, int height)>;
 
-/// `change_variance` makes the planes of variances; without it they are refused.
+/// `change_variance` makes the planes of variances; if it is empty, variances are refused.
 int change_geometry(const OperationCall& call, const PlaneChange& change, const MapOf& map_of,
                     const PlaneChange& change_variance = {}) {
   const HeaderChange edit = [&](FitsHeader& header, int width, int height, int) {
@@ -62,7 +62,7 @@ int checked_side(const OperationCall& call, double side) {
   return static_cast<int>(side);
 }
 
-/// A number, or nan.
+/// The value of --fill: a number or nan.
 double fill_of(const OperationCall& call) {
   const std::string& text = call.parameters.text("fill");
   double value = 0;
@@ -78,7 +78,7 @@ Parameter fill_parameter(const char* description) {
           Interval::any(), std::string("0"),    description};
 }
 
-/// The numbers of an option, all whole.
+/// The numbers of an option, which must be whole.
 std::vector<int> whole_numbers(const OperationCall& call, const char* name) {
   std::vector<int> result;
   for (const double value : call.parameters.numbers(name)) {
@@ -90,13 +90,13 @@ std::vector<int> whole_numbers(const OperationCall& call, const char* name) {
   return result;
 }
 
-/// Whether the pixels are gamer's relative ones, a brightness without a unit.
+/// Whether the pixels are gamer's relative unit, a brightness without BUNIT.
 bool is_relative(const PlaneTask& task) {
   return task.info.unit.empty() && !task.info.zero_point &&
          task.header.text("CREATOR").value_or("").starts_with("gamer ");
 }
 
-/// flux or brightness: as --values says, else as the header does.
+/// Flux or brightness, as --values says, else as the header says.
 PixelValues values_of(const OperationCall& call, const PlaneTask& task) {
   if (call.parameters.has("values")) {
     return call.parameters.text("values") == "flux" ? PixelValues::flux : PixelValues::brightness;
@@ -216,7 +216,7 @@ Area box_of(const OperationCall& call) {
     }
     const std::vector<double>& center = parameters.numbers("center");
     const std::vector<int> size = whole_numbers(call, "size");
-    // The first pixel's centre is (1, 1); between two boxes, the upper right one.
+    // Pixel 1 has its centre at 1. Where two boxes are equally near, the upper right one is taken.
     constexpr double kHalf = 0.5;
     const auto first = [](double middle, int length) {
       return static_cast<int>(std::floor(middle - kHalf * (length + 1) + kHalf));
@@ -320,7 +320,7 @@ int pad_file(const OperationCall& call) {
       [&](const FitsHeader&, int width, int height) {
         return pad_map(margins_of(call, width, height));
       },
-      // A value that is given has no variance.
+      // The fill value has no variance.
       [&](const PlaneTask& task) { return padded(task, std::isnan(fill) ? fill : 0); });
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kLanczos3 = 3, kLanczos5 = 5;
 
-/// Exactly 0 at whole numbers, which the sine of multiples of pi is not.
+/// The Lanczos kernel, exactly 0 at whole numbers, where the sine of multiples of pi is not.
 double lanczos(double x, int radius) {
   if (x == 0) return 1;
   if (std::abs(x) >= radius || x == std::round(x)) return 0;
@@ -28,7 +28,7 @@ double cubic_convolution(double x) {
 
 constexpr int kMostDegree = 3;
 
-/// Degree of the polynomials that a kernel's weights are made to reproduce; 0: its plain weights.
+/// Degree of the polynomials that a kernel's weights reproduce; 0: plain weights.
 int reproduced_degree(Kernel kernel) {
   switch (kernel) {
     case Kernel::bicubic:

@@ -30,7 +30,7 @@ namespace {
 constexpr const char* kGroup = "Measurement";
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kLeastAxisRatio = 1e-6;  ///< of apertures; its square is far from underflow
+constexpr double kLeastAxisRatio = 1e-6;  ///< of apertures; its square does not underflow
 
 const Interval kPositive = Interval::open(0, std::numeric_limits<double>::infinity());
 const Interval kNotNegative = Interval::right_open(0, std::numeric_limits<double>::infinity());
@@ -39,7 +39,7 @@ InputError wrong(const OperationCall& call, const std::string& message) {
   return InputError(fmt::format("gutil {}: {}", call.operation, message));
 }
 
-/// Appends a value to the column of that name, a new one in the table's first row.
+/// Appends a value to the column of that name; the table's first row makes the columns.
 template <class Value>
 void put(DataTable& table, const std::string& name, const Value& value,
          const std::string& unit = {}, const std::string& description = {}) {
@@ -56,14 +56,14 @@ void put_count(DataTable& table, const std::string& name, std::int64_t value,
   put<std::int64_t>(table, name, value, unit, description);
 }
 
-/// Which plane a row speaks of.
+/// Columns that identify the plane of a row.
 void put_plane(DataTable& table, const PlaneTask& task, int hdu) {
   put_count(table, "hdu", hdu, "", "from 0, the primary");
   put_count(table, "plane", task.info.plane + 1, "", "of its HDU, from 1");
   put<std::string>(table, "label", task.info.label, "", "band, name or wavelength");
 }
 
-/// The numbers of the HDUs that a file's planes lie in, plane by plane.
+/// HDU number of each plane of a file.
 std::vector<int> hdu_numbers(const FitsInput& input) {
   std::vector<int> numbers;
   for (const FitsHdu& hdu : input.hdus()) {
@@ -78,7 +78,7 @@ ParameterTable with_output(ParameterTable table) {
   return table;
 }
 
-/// Before work begins: an option's file must have such a name, a folder, and not exist.
+/// Checks an option's output file before work begins: suffix, folder, and --overwrite.
 void check_output(const OperationCall& call, const char* option,
                   std::initializer_list<const char*> suffixes) {
   if (!call.parameters.has(option)) return;
@@ -93,7 +93,7 @@ void check_output(const OperationCall& call, const char* option,
 
 void check_table(const OperationCall& call) { check_output(call, "table", {".ecsv", ".fits"}); }
 
-/// Prints `tables` and writes `file` where --table asks for it.
+/// Prints `tables`, and writes `file` if --table is given.
 void deliver(const OperationCall& call, const std::vector<DataTable>& tables,
              const DataTable& file) {
   if (call.parameters.has("table")) {
@@ -210,7 +210,7 @@ Operation stats_operation() {
 
 // photometry
 
-/// Where and how to measure one plane.
+/// Place and parameters of the measurement of one plane.
 class Photometry {
  public:
   Photometry(const OperationCall& call, const PlaneTask& task)
@@ -291,7 +291,7 @@ class Photometry {
     std::string message;
   };
 
-  /// Errors without the file's name, which the caller adds.
+  /// Runs a function; its errors lack the file's name, which the caller adds.
   template <class Function>
   static auto or_unmeasurable(Function function) {
     try {
@@ -338,7 +338,7 @@ class Photometry {
     });
   }
 
-  /// That of the largest ellipse within the image, or that the annulus leaves.
+  /// The inner radius of the annulus, else of the largest ellipse within the image.
   double default_radius() const {
     const double inner = parameters_.has("annulus") ? parameters_.numbers("annulus").front() : 0;
     if (inner > 0) return inner;
@@ -400,7 +400,7 @@ class Photometry {
   }
 
   double position_angle() const {
-    // Moments that describe no ellipse have no direction.
+    // Moments without an axis ratio have no direction.
     if (!std::isfinite(moments_.axis_ratio())) return kNone;
     if (wcs_) {
       return or_unmeasurable([&] {
@@ -619,7 +619,7 @@ void put_annuli(DataTable& table, const PlaneTask& task, int hdu, const PowerSpe
   }
 }
 
-/// The fit of plane `number` of `count`, for the head of a table of annuli.
+/// Adds the fit of plane `number` of `count` to the head of a table of annuli.
 void add_cards(DataTable& table, const PowerSpectrum::Fit& fit, int number, int count) {
   const std::string suffix = count > 1 ? fmt::format("{}", number) : "";
   if (!std::isfinite(fit.slope)) return;

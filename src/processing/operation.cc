@@ -21,7 +21,7 @@ namespace {
 
 constexpr int kMostThreads = 4096;
 
-/// Options that every operation has; `bitpix` where it writes FITS.
+/// Options of every operation; `bitpix` only for FITS output.
 ParameterTable common_parameters(Operation::Result result) {
   ParameterTable table = {
       {"overwrite", ParameterType::boolean, "", {}, false, "replace an existing output"},
@@ -45,7 +45,7 @@ ParameterTable common_parameters(Operation::Result result) {
   return table;
 }
 
-/// "axis_ratio" is "axis-ratio".
+/// The name with dashes: "axis_ratio" becomes "axis-ratio".
 std::string dashed(std::string_view parameter) {
   std::string name(parameter);
   std::replace(name.begin(), name.end(), '_', '-');
@@ -71,7 +71,7 @@ ConfigNode node(ConfigNode::Data data) {
   return result;
 }
 
-/// A number where the text is one, else the text: the declaration says what is wrong with it.
+/// A number if the text is one, else the text; the declaration then reports what is wrong.
 ConfigNode number_node(const std::string& text) {
   if (const auto whole = parse_number<std::int64_t>(text)) return node(*whole);
   if (const auto real = parse_number<double>(text)) return node(*real);
@@ -88,7 +88,7 @@ std::vector<std::string> split(const std::string& text) {
   return parts;
 }
 
-/// What stands behind an option, as the parameter's type reads it.
+/// The words after an option, as a node of the parameter's type.
 ConfigNode value_node(const Parameter& parameter, const std::vector<std::string>& given) {
   if (parameter.type == ParameterType::boolean) return node(true);
   const std::string& text = given.front();
@@ -117,7 +117,7 @@ ConfigNode value_node(const Parameter& parameter, const std::vector<std::string>
   }
 }
 
-/// A table with the names that users type.
+/// The table with names as users type them.
 ParameterTable option_table(const ParameterTable& table) {
   ParameterTable options = table;
   for (Parameter& parameter : options) parameter.name = dashed(parameter.name);
@@ -131,8 +131,8 @@ ParameterTable all_parameters(const Operation& operation) {
   return table;
 }
 
-/// Values of options by the name of their parameter; flags have none. Lists of texts may be given
-/// one by one.
+/// Values of options by parameter name; flags have none. A list of texts may be given by repeated
+/// options.
 struct CommandLine {
   std::map<std::string, std::vector<std::string>> values;
   std::vector<std::string> files;
@@ -148,7 +148,7 @@ CommandLine read_command_line(const Operation& operation, const ParameterTable& 
   std::vector<std::string> names;
   for (const Parameter& parameter : table) {
     names.push_back(option_name(parameter.name));
-    // -j is what everybody types.
+    // -j is the usual short name.
     const std::string name = parameter.name == "threads" ? "-j,--threads" : names.back();
     if (parameter.type == ParameterType::boolean) {
       app.add_flag(name, flags[parameter.name]);
@@ -158,7 +158,7 @@ CommandLine read_command_line(const Operation& operation, const ParameterTable& 
   }
   CommandLine line;
   const std::string context = context_of(operation);
-  // CLI11 takes its arguments from the end.
+  // CLI11 takes arguments from the end.
   std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());
   try {
     app.parse(reversed);
@@ -232,7 +232,7 @@ void take_files(const Operation& operation, std::vector<std::string> files, Oper
   call.inputs = std::move(files);
 }
 
-/// The operation as it was typed, with the seed even where it was not.
+/// The operation's call as typed, always with the seed.
 std::string history_of(const Operation& operation, const OperationCall& call) {
   std::string text = fmt::format("gutil {}", operation.name);
   for (const Parameter& parameter : operation.parameters) {
@@ -298,7 +298,7 @@ const Operation& find_operation(std::string_view name) {
 OperationCall parse_call(const Operation& operation, std::span<const std::string> arguments) {
   const ParameterTable table = all_parameters(operation);
   const CommandLine line = read_command_line(operation, table, arguments);
-  // Once with the names that users type, for messages, and once with those of the code.
+  // Read twice: with the names that users type, for messages, and with the names in the code.
   ParameterTable options = option_table(table);
   for (Parameter& parameter : options) parameter.required = false;
   ParameterSet::read(options, config_of(table, line, true), context_of(operation) + "--", "");

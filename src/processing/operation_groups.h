@@ -6,7 +6,7 @@
 
 namespace gamer {
 
-/// The operations, group by group; operations() puts them together.
+/// The operations by group; operations() joins the groups.
 std::vector<Operation> blur_operations();        ///< convolve, psf
 std::vector<Operation> detector_operations();    ///< noise
 std::vector<Operation> geometry_operations();    ///< rotate, flip, crop, pad, bin, resample

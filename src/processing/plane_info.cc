@@ -18,7 +18,7 @@
 namespace gamer {
 namespace {
 
-/// The value of a plane's own card, or of one that speaks for all planes.
+/// The value of a plane's own card, or of a card for all planes.
 template <class Get>
 auto plane_value(const std::string& key, int plane, int planes, Get get) {
   auto value = get(fmt::format("{}{}", key, plane + 1));
@@ -26,14 +26,14 @@ auto plane_value(const std::string& key, int plane, int planes, Get get) {
   return value;
 }
 
-/// Magnitudes of a factor of 10 in flux.
+/// Magnitudes per factor of 10 in flux.
 constexpr double kPogson = 2.5;
 
-/// How a card follows pixels that become f times as large and mean the same light.
+/// Change of a calibration card when pixels become f times as large and mean the same light.
 struct CalibrationCard {
   std::string_view key;
-  bool is_magnitude;  ///< grows by 2.5 log10 f; else
-  double power;       ///< is multiplied by f^power
+  bool is_magnitude;  ///< grows by 2.5 log10 f; otherwise
+  double power;       ///< it is multiplied by f^power
 
   double scaled(double value, double factor) const {
     if (is_magnitude) return value - magnitudes_of(factor);
@@ -51,7 +51,7 @@ std::string numbered(std::string_view key, std::size_t number) {
   return fmt::format("{}{}", key, number);
 }
 
-/// A card that speaks of all planes becomes one for each.
+/// Replaces a card for all planes by one card per plane.
 void spread_card(FitsHeader& header, std::string_view key, std::size_t planes) {
   const std::optional<Card> common = header.card(key);
   if (!common) return;
@@ -75,15 +75,15 @@ struct UnitFactor {
   double power = 1;
 };
 
-/// The factors of a unit, with their powers: "erg/(s cm2)", "Jy beam^-1", "nJy.arcsec**(-2)".
-/// Numbers are left out; after a slash stands one factor, or a group in parentheses.
+/// Parses a unit into factors with powers: "erg/(s cm2)", "Jy beam^-1", "nJy.arcsec**(-2)". Numbers
+/// are left out. A slash applies to one factor, or a group in parentheses.
 class UnitParser {
  public:
   explicit UnitParser(std::string_view text) : text_(text) {}
 
   std::vector<UnitFactor> factors() {
     std::vector<UnitFactor> result;
-    std::vector<double> signs = {1};  // of the groups that are open
+    std::vector<double> signs = {1};  // of the open groups
     double sign = 1;
     while (at_ < text_.size()) {
       const char c = text_[at_];
@@ -115,11 +115,11 @@ class UnitParser {
  private:
   static bool is_digit(char c) { return c >= '0' && c <= '9'; }
   static bool is_letter(char c) {
-    // Other bytes are letters of UTF-8, as in the micro sign.
+    // Other bytes belong to UTF-8 letters, as the micro sign.
     return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_' || (c & '\x80') != 0;
   }
 
-  /// The power that stands next, 1 where there is none.
+  /// The power at this position, 1 if there is none.
   double power() {
     std::string_view rest = text_.substr(at_);
     if (rest.starts_with("**")) {
@@ -132,7 +132,7 @@ class UnitParser {
     if (has_parenthesis) rest.remove_prefix(1);
     if (rest.starts_with("+")) rest.remove_prefix(1);
     double value = 0;
-    // No exponents of their own: a letter e begins the next name.
+    // Exponents are not parsed: a letter e begins the next name.
     const auto [end, error] =
         std::from_chars(rest.data(), rest.data() + rest.size(), value, std::chars_format::fixed);
     if (error != std::errc()) return 1;
@@ -152,7 +152,7 @@ bool is_variance_name(std::string name) {
   return name == "VARIANCE" || name.ends_with("_VARIANCE");
 }
 
-/// Angstrom, of a plane on a third axis that is linear in wavelength.
+/// Wavelength (Angstrom) of a plane on a third axis that is linear in wavelength.
 std::optional<double> axis_wavelength(const FitsHeader& header, int plane) {
   constexpr std::array<std::string_view, 4> kTypes = {"WAVE", "AWAV", "WAVELENGTH", "LAMBDA"};
   const std::string type = header.text("CTYPE3").value_or("");
@@ -328,7 +328,7 @@ double pixel_scale(const FitsHeader& header, const std::string& label) {
                       std::cos(sky->dec * kRadian) * std::sin(sky->ra * kRadian),
                       std::sin(sky->dec * kRadian)};
   };
-  // The parallelogram of half a pixel to every side, as a vector product.
+  // Vector product of the pixel's middle lines, half a pixel to every side.
   constexpr double kHalf = 0.5;
   const auto left = at(-kHalf, 0), right = at(kHalf, 0), low = at(0, -kHalf), high = at(0, kHalf);
   const std::array a = {right[0] - left[0], right[1] - left[1], right[2] - left[2]};

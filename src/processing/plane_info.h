@@ -10,46 +10,45 @@
 
 namespace gamer {
 
-/// What the pixels are.
+/// Meaning of an image's pixels.
 enum class PlaneRole {
   light,
-  variance  ///< of the pixels of another image: EXTNAME VARIANCE or ..._VARIANCE
+  variance  ///< variance of another image's pixels: EXTNAME VARIANCE or ..._VARIANCE
 };
 
-/// What a header says about one plane of its HDU (counted from 0). Cards of a plane have its
-/// number, from 1, behind the key where the HDU has several planes ("MAGZERO2"), and none where it
-/// has one.
+/// Description of one plane of an HDU (counted from 0), from the header. In an HDU of several
+/// planes, keys of a plane's cards end in its number, from 1 ("MAGZERO2"). In an HDU of one plane
+/// they have no number.
 struct PlaneInfo {
   int plane = 0;
-  int planes = 1;     ///< of the HDU
+  int planes = 1;     ///< planes of the HDU
   std::string label;  ///< BAND, else EXTNAME, else wavelength ("5500A"), else empty
-  /// Angstrom: WAVELEN, else of a third axis that is linear in wavelength (CTYPE3 WAVE, AWAV...).
+  /// Angstrom: WAVELEN, else from a third axis linear in wavelength (CTYPE3 WAVE, AWAV...).
   std::optional<double> wavelength;
   std::optional<double> zero_point;  ///< MAGZERO: AB magnitude of one unit per pixel
-  std::string unit;                  ///< BUNIT, empty where it says nothing
+  std::string unit;                  ///< BUNIT; empty for none
   PlaneRole role = PlaneRole::light;
 };
 PlaneInfo plane_info(const FitsHeader& header, int plane, int planes);
 
-/// Cards that speak of one plane, by their key in an HDU of one plane.
+/// Keys of cards that describe one plane, as in an HDU of one plane.
 std::span<const std::string_view> plane_keys();
 
-/// The pixels of plane i are multiplied by factors[i] > 0 and mean the same light as before, in
-/// another unit: BUNIT becomes `unit`, or goes where that is empty, and the calibration follows,
-/// numbered (KEYn) or for all planes (KEY; one for each where the factors differ). MAGZERO and
-/// PHOTZP grow by 2.5 log10 f, PHOTFLAM and GAIN are divided by f, SATURATE is multiplied by it.
-/// RDNOISE, in electrons, stays.
+/// Adapts a header to pixels of plane i multiplied by factors[i] > 0, which mean the same light in
+/// another unit. BUNIT becomes `unit`, or is removed where that is empty. The calibration follows,
+/// numbered (KEYn) or for all planes (KEY; one for each where factors differ). MAGZERO and PHOTZP
+/// grow by 2.5 log10 f, PHOTFLAM and GAIN are divided by f, SATURATE is multiplied by f. RDNOISE,
+/// in electrons, stays.
 void change_unit(FitsHeader& header, std::span<const double> factors, const std::string& unit);
-/// One factor for all planes.
+/// Adapts the header to one factor for all planes.
 void change_unit(FitsHeader& header, int planes, double factor, const std::string& unit);
 
-/// Removes BUNIT and the cards that change_unit() changes, for pixels that are no linear measure of
-/// light, or of another one.
+/// Removes BUNIT and the cards that change_unit() changes. It is for pixels that are not linear in
+/// the light, or measure other light.
 void drop_calibration(FitsHeader& header, int planes);
 
-/// Whether the pixels are a brightness (per solid angle or beam, or a temperature), which stays
-/// when pixels change their size, and not a flux, which adds up. Pixels without a unit count as
-/// flux.
+/// Whether the pixels are a brightness (per solid angle or beam, or a temperature). A brightness
+/// stays when pixels change their size; a flux adds up. Pixels without a unit count as flux.
 bool is_brightness(const std::string& unit);
 
 /// Whether the pixels are magnitudes, of a flux or a brightness.
@@ -58,18 +57,18 @@ bool is_magnitude(const std::string& unit);
 void refuse_magnitudes(const std::string& operation, const std::string& label,
                        const std::string& unit);
 
-/// Every factor of a unit with twice its power: "MJy/sr" becomes "MJy2/sr2", "cm-2" "cm-4".
+/// A unit with the powers of all its factors doubled: "MJy/sr" becomes "MJy2/sr2", "cm-2" "cm-4".
 std::string squared_unit(std::string_view unit);
 
 /// The celestial coordinates of the header. Throws InputError with `label`.
 CelestialWcs celestial_wcs(const FitsHeader& header, const std::string& label);
 
-/// The ratio of fluxes of a difference of magnitudes, 10^(-m/2.5), and the inverse.
+/// The flux ratio of a difference of magnitudes, 10^(-m/2.5), and the inverse function.
 double flux_ratio(double magnitudes);
 double magnitudes_of(double flux_ratio);
 
-/// The square root of a pixel's solid angle at the reference pixel, arcsec. Throws InputError with
-/// `label` where the header has no celestial coordinates.
+/// Square root of the solid angle of the reference pixel, arcsec. Throws InputError with `label`
+/// where the header has no celestial coordinates.
 double pixel_scale(const FitsHeader& header, const std::string& label);
 
 }  // namespace gamer

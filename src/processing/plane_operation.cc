@@ -100,12 +100,12 @@ void change_planes(const OperationCall& call, const PlaneChange& change, const H
     tasks[hdu_index].push_back(task);
     if (task.info.role == PlaneRole::light) ++light_count;
   });
-  // All of them first: what is wrong with a later plane is said before work begins.
+  // All planes are prepared first, so that errors of later planes appear before work begins.
   std::vector<std::vector<PlanePtr>> planes(input.hdus().size());
   const auto is_variance = [&](std::size_t hdu) {
     return tasks[hdu].front().info.role == PlaneRole::variance;
   };
-  int first = 0, next = 0;  // of the last image of light, and after it
+  int first = 0, next = 0;  // of the last image that is no variance, and after it
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     if (tasks[i].empty()) continue;
     const int size = static_cast<int>(tasks[i].size());

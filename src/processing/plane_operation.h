@@ -17,16 +17,16 @@ namespace gamer {
 struct PlaneTask {
   PlanePtr plane;
   PlaneInfo info;
-  const FitsHeader& header;  ///< of its HDU
+  const FitsHeader& header;  ///< header of its HDU
   std::string label;         ///< file, and HDU where there are several, for messages
-  int index = 0;             ///< among all planes of the file, from 0; see change_planes()
+  int index = 0;             ///< number in the file, from 0; see change_planes()
   int count = 1;             ///< planes of the file
   int threads = 1;
 };
 
-/// Makes the planes of the output; all planes of an HDU must become one size.
+/// Makes an output plane; all planes of an HDU must become one size.
 using PlaneChange = std::function<PlanePtr(const PlaneTask& task)>;
-/// Changes the header of an image HDU of `planes` planes, `width` and `height` being the input's.
+/// Changes the header of an image HDU of `planes` planes; `width` and `height` are the input's.
 using HeaderChange = std::function<void(FitsHeader& header, int width, int height, int planes)>;
 
 /// A further image HDU of the output.
@@ -34,12 +34,12 @@ struct ExtraImage {
   FitsHeader header;
   std::vector<PlanePtr> planes;
 };
-/// Makes what follows an image HDU with the output's `header`, from its planes.
+/// Makes the HDUs that follow an image HDU, from its planes and the output's `header`.
 using ExtraImages = std::function<std::vector<ExtraImage>(const FitsHeader& header,
                                                           const std::vector<PlaneTask>& tasks)>;
 
-/// What an operation does with images that hold the variance of others. Without `change` it
-/// refuses them: what becomes of them is no plane of variances.
+/// An operation's treatment of variance images. Without `change` the operation refuses them, since
+/// its result would not be a variance.
 struct VarianceChange {
   PlaneChange change = {};
   HeaderChange edit = {};
@@ -48,37 +48,37 @@ struct VarianceChange {
 /// The InputError of an operation that cannot change the variance `task`.
 InputError variance_error(const OperationCall& call, const PlaneTask& task);
 
-/// Whether an HDU is the table of a record; see gamer/image/record_names.h. What is made of several
-/// images has no record: the first one's would make that image alone.
+/// Whether an HDU is the table of a record; see gamer/image/record_names.h. Results of several
+/// images have no record: the first image's would make that image alone.
 bool is_record(const FitsHdu& hdu);
 /// Removes the cards of a record.
 void drop_record(FitsHeader& header);
 
-/// An operation with one output: images of the first input go through `change` plane by plane and
-/// their header through `edit`, HISTORY is added, every other HDU is copied. Where there are
-/// further inputs, the record is dropped. Images of role variance go through `variance` instead;
-/// their tasks have the index of the plane whose variance they are (of the image before), and all
-/// tasks the count of the others. Throws InputError where the file holds no image.
+/// Runs an operation with one output. Images of the first input go through `change` plane by plane,
+/// and their header through `edit`. HISTORY is added, and every other HDU is copied. With further
+/// inputs the record is dropped. Images of role variance go through `variance` instead. Their tasks
+/// have the index of the plane (of the image before) whose variance they are; all tasks have the
+/// count of planes that are not variances. Throws InputError where the file has no image.
 void change_planes(const OperationCall& call, const PlaneChange& change,
                    const HeaderChange& edit = {}, const ExtraImages& extra = {},
                    const VarianceChange& variance = {});
 
-/// BITPIX of what an HDU becomes: as asked for, else its own; of integers the floating-point type
-/// that holds them.
+/// BITPIX of an output HDU: as the call says, else the input's; for integers, the floating-point
+/// type that holds them.
 int output_bitpix(const OperationCall& call, const FitsHdu& hdu);
 
-/// What messages call an HDU: the file, and the HDU's name or number where there are several.
+/// An HDU's name in messages: the file, with the HDU's name or number where there are several.
 std::string hdu_label(const FitsInput& input, const FitsHdu& hdu);
 
-/// What the header of an image HDU says about a plane. Where a file holds variances alone, as
-/// "a.fits[VARIANCE]" does, they are taken as any image.
+/// PlaneInfo of a plane of an image HDU. Where a file has only variances, as "a.fits[VARIANCE]",
+/// they count as ordinary images.
 PlaneInfo plane_info(const FitsInput& input, const FitsHdu& hdu, int plane);
 
 /// Calls `use` for every plane of a file, in order.
 void visit_planes(const FitsInput& input, int threads,
                   const std::function<void(const PlaneTask& task)>& use);
 
-/// A list with one value for all planes, or one per plane: the value of plane `index`. Throws
+/// The value for plane `index` in a list of one value for all planes or one per plane. Throws
 /// InputError "gutil <operation>: --<name> has 2 values for 3 planes".
 double plane_value(const OperationCall& call, std::string_view name, const PlaneTask& task);
 

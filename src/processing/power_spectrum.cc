@@ -25,7 +25,7 @@ struct FftwFree {
   void operator()(double* memory) const { fftw_free(memory); }
 };
 
-/// Rows of real pixels, padded so that their transform fits in the same place.
+/// Rows of real pixels, padded for an in-place transform.
 class Field {
  public:
   Field(int width, int height, const std::string& label)
@@ -137,7 +137,7 @@ void load(const Plane& plane, const SpectrumOptions& options, int threads, Field
   });
 }
 
-/// Averages the transform over annuli. What the window took from the power is not yet given back.
+/// Averages the transform over annuli. The window's loss of power is not yet corrected.
 std::vector<PowerSpectrum::Annulus> average(Field& field) {
   const int side = std::min(field.width(), field.height());
   std::vector<PowerSpectrum::Annulus> annuli(static_cast<std::size_t>(side / 2));
@@ -216,7 +216,7 @@ PowerSpectrum::Fit fit_line(const std::vector<PowerSpectrum::Annulus>& annuli, i
   }
   fit.slope = xy / xx;
   fit.amplitude = std::exp(y_mean - fit.slope * x_mean);
-  // HC3 of MacKinnon & White 1985: bins at low k scatter more.
+  // HC3 of MacKinnon & White 1985, since bins at low k scatter more.
   double squares = 0;
   for (const Bin& bin : bins) {
     const double distance = bin.log_k - x_mean;

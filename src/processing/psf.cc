@@ -20,17 +20,17 @@
 
 namespace gamer {
 
-/// Radii in units of the FWHM.
+/// A profile with radii in units of the FWHM.
 class Psf::Profile {
  public:
   virtual ~Profile() = default;
   virtual double density(double r) const = 0;
   virtual double energy(double r) const = 0;
-  /// 1 - energy(r), without the loss of digits where it is small.
+  /// 1 - energy(r), accurate where it is small.
   virtual double missing(double r) const { return 1 - energy(r); }
-  /// The highest spatial frequency in the density, rad per FWHM; 0 where there is none.
+  /// Highest spatial frequency in the density, rad per FWHM; 0 where there is no limit.
   virtual double band_limit() const { return 0; }
-  /// A table of the density up to the radius `last`, quick to look up; null where the density
+  /// A table of the density up to the radius `last`, for quick evaluation; null where the density
   /// itself is quick.
   virtual std::shared_ptr<const Profile> tabulated(double last) const {
     static_cast<void>(last);
@@ -45,7 +45,7 @@ using std::numbers::pi;
 double j0(double x) { return boost::math::cyl_bessel_j(0, x); }
 double j1(double x) { return boost::math::cyl_bessel_j(1, x); }
 
-/// Where `f`, of different signs at both ends, is zero, to the last bits.
+/// The zero of `f`, whose signs differ at both ends, to the last bits.
 template <class Function>
 double root(Function f, double low, double high) {
   constexpr int kBits = std::numeric_limits<double>::digits - 3;
@@ -121,7 +121,7 @@ class AiryProfile : public Psf::Profile {
     return peak_ * scale_ * scale_ * airy_intensity(scale_ * r, obscuration_);
   }
 
-  /// Closed for the full aperture, 1 - J0^2 - J1^2; else the sum over steps of about half a ring.
+  /// Closed form for the full aperture, 1 - J0^2 - J1^2; else a sum over steps of half a ring.
   double energy(double r) const override {
     const double x = scale_ * r;
     if (obscuration_ == 0) return 1 - missing(r);
@@ -141,7 +141,7 @@ class AiryProfile : public Psf::Profile {
     return obscuration_ == 0 ? j0(x) * j0(x) + j1(x) * j1(x) : 1 - energy(r);
   }
 
-  /// That of the aperture's autocorrelation.
+  /// Band limit of the aperture's autocorrelation.
   double band_limit() const override { return 2 * scale_; }
   std::shared_ptr<const Psf::Profile> tabulated(double last) const override;
 
@@ -149,8 +149,8 @@ class AiryProfile : public Psf::Profile {
   double obscuration_, scale_, peak_;
 };
 
-/// The amplitude by quintic Hermite interpolation; it holds no frequency above 1, so that steps of
-/// 1/16 leave 1e-12 of it.
+/// The amplitude by quintic Hermite interpolation. It holds no frequency above 1, so steps of 1/16
+/// leave errors of 1e-12.
 class AiryTable final : public AiryProfile {
  public:
   AiryTable(double obscuration, double last)
@@ -187,7 +187,7 @@ std::shared_ptr<const Psf::Profile> AiryProfile::tabulated(double last) const {
   return std::make_shared<AiryTable>(obscuration_, last);
 }
 
-/// The Kolmogorov PSF with the radius t in units of lambda/r0.
+/// The Kolmogorov PSF as a function of the radius t in units of lambda/r0.
 class KolmogorovTable {
  public:
   /// Half the structure function: 6.8839 / 2 = (24/5 Gamma(6/5))^(5/6).
@@ -211,7 +211,7 @@ class KolmogorovTable {
  private:
   static constexpr double kTableEnd = 6;
   static constexpr int kKnotsPerUnit = 64;
-  /// The asymptotic series is cut where its terms at kTableEnd are below 1e-13 of the first.
+  /// Terms of the asymptotic series; at kTableEnd further terms are below 1e-13 of the first.
   static constexpr std::size_t kTerms = 12;
 
   using Hermite = boost::math::interpolators::cardinal_quintic_hermite<std::vector<double>>;
@@ -225,9 +225,9 @@ class KolmogorovTable {
     fwhm_ = 2 * root([&](double t) { return density_(t) - density_(0) / 2; }, 0.0, 1.0);
   }
 
-  /// The transforms with f = t^3, so that the integrand is smooth at 0:
-  /// I = int 2 pi f OTF J0(2 pi f r) df, energy = r int 2 pi OTF J1(2 pi f r) df, and from these
-  /// the derivatives that the table needs.
+  /// Transforms with f = t^3, which makes the integrand smooth at 0: I = int 2 pi f OTF J0(2 pi f
+  /// r) df, energy = r int 2 pi OTF J1(2 pi f r) df. They also give the derivatives that the table
+  /// needs.
   static Hermite make_table(bool is_energy) {
     constexpr double kLeastOtf = 1e-18;
     const double last = std::pow(-std::log(kLeastOtf) / coefficient(), 1.0 / 5);
@@ -271,8 +271,8 @@ class KolmogorovTable {
                    1.0 / kKnotsPerUnit);
   }
 
-  /// The transform of the OTF's power series term by term (Gradshteyn & Ryzhik 6.561.14): in
-  /// powers of r^(-5/3), of r^2 I or of the energy beyond r.
+  /// The transform of the OTF's power series term by term (Gradshteyn & Ryzhik 6.561.14). The
+  /// series is in powers of r^(-5/3), for r^2 I or for the energy beyond r.
   static Series make_series(bool is_missing) {
     Series terms{};
     double factor = 1;  // (-coefficient)^n / n!
@@ -280,7 +280,7 @@ class KolmogorovTable {
       factor *= -coefficient() / static_cast<double>(n);
       const double s = 5.0 / 3 * static_cast<double>(n);
       const double gamma = std::tgamma(1 + s / 2);
-      // 1/Gamma(-s/2) by reflection, which holds at the poles too.
+      // 1/Gamma(-s/2) by reflection, which also holds at the poles.
       const double inverse_gamma = -std::sin(pi * s / 2) * gamma / pi;
       const double term = factor * std::pow(pi, -s - 1) * gamma * inverse_gamma;
       terms[n - 1] = is_missing ? 2 * pi * term / s : term;
@@ -342,8 +342,8 @@ struct GaussRule {
     }
   }
 
-  /// The rule whose error, for the frequency k in rad over an interval of length 1, is 1e-10 of the
-  /// amplitude: n!^4 k^(2n) / ((2n+1) (2n)!^3) (Abramowitz & Stegun 25.4.30).
+  /// The rule with an error of 1e-10 of the amplitude for frequency k, in rad over an interval of
+  /// length 1: n!^4 k^(2n) / ((2n+1) (2n)!^3) (Abramowitz & Stegun 25.4.30).
   static GaussRule for_frequency(double k) {
     constexpr double kLogError = -23;
     for (int n = 2;; ++n) {
@@ -354,12 +354,12 @@ struct GaussRule {
   }
 };
 
-/// Integrals of a PSF over pixels. One of limited band takes one rule for all of them. Others take
-/// rules of 2, 3, 5 and 8 nodes a side, up to one that differs little from the one before; where
-/// none does, the square is split into four.
+/// Integrals of a PSF over pixels. With a band limit, one rule serves all pixels. Other PSFs use
+/// rules of 2, 3, 5 and 8 nodes a side until two successive rules nearly agree; where none agree,
+/// the square is split into four.
 class PixelIntegral {
  public:
-  /// `band_limit` in rad per pixel, 0 for none. Values below `floor` need no relative accuracy.
+  /// `band_limit` in rad per pixel, 0 for none. Below `floor` values need no relative accuracy.
   PixelIntegral(const Psf& psf, double band_limit, double floor) : psf_(psf), floor_(floor) {
     const PsfModel& model = psf.model();
     const double stretch = std::sqrt(model.axis_ratio);
@@ -379,18 +379,18 @@ class PixelIntegral {
   }
 
  private:
-  /// Half-width, in FWHM, of what squares wider than the FWHM could miss.
+  /// Half-width, in FWHM, of the core that squares wider than the FWHM could miss.
   static constexpr double kCore = 3;
   static constexpr int kDeepest = 20;
-  /// Tolerance of the difference between two rules. The error of the finer one is smaller by far:
-  /// if that of n nodes is p^(-2 n), a difference of 1e-7 between 2 and 3 leaves 3e-11, of 1e-6
-  /// between 3 and 5 1e-10, between 5 and 8 3e-10.
+  /// Tolerance of the difference between two rules. The error of the finer rule is much smaller. If
+  /// the error of n nodes is p^(-2 n), a difference of 1e-7 between 2 and 3 leaves 3e-11, 1e-6
+  /// between 3 and 5 leaves 1e-10, between 5 and 8 3e-10.
   static constexpr double kToleranceOfFew = 1e-7;
   static constexpr double kTolerance = 1e-6;
 
   /// Over the square of side 2 `half` around (x, y).
   double adaptive(double x, double y, double half, int depth) const {
-    // Where the PSF is narrower than the square, nodes could miss it.
+    // Nodes could miss a PSF that is narrower than the square.
     const bool may_hide =
         2 * half > minor_ && std::abs(x) < core_ + half && std::abs(y) < core_ + half;
     if (!may_hide || depth == kDeepest) {
@@ -435,13 +435,13 @@ class PixelIntegral {
 /// The integral of a unit Gaussian over pixel i on one axis.
 double gaussian_pixel(int i, double sigma) {
   const double scale = 1 / (sigma * std::numbers::sqrt2);
-  // erfc keeps the digits of the wings.
+  // erfc is accurate in the wings.
   const double near = std::abs(i) - 0.5, far = near + 1;
   if (i == 0) return std::erf(far * scale);
   return (std::erfc(near * scale) - std::erfc(far * scale)) / 2;
 }
 
-/// Whether the axes of a Gaussian are those of the pixels; then its widths along x and y.
+/// Whether a Gaussian's axes are those of the pixels; if so, sets its widths along x and y.
 bool is_aligned(const PsfModel& model, double& sigma_x, double& sigma_y) {
   if (model.kind != PsfKind::gaussian) return false;
   const double sigma = model.fwhm / std::sqrt(2 * GaussianProfile::kExponent);
@@ -460,7 +460,7 @@ void check(bool is_good, const char* message) {
 }  // namespace
 
 double airy_fwhm(double obscuration) {
-  // Half the intensity is reached before the first zero, which is at 1.22 at most.
+  // Half the intensity lies before the first zero, which is at 1.22 at most.
   constexpr double kBeyond = 0.7;
   const double x =
       root([&](double t) { return airy_intensity(t, obscuration) - 0.5; }, 0.0, pi * kBeyond);
@@ -514,7 +514,7 @@ double Stamp::sum() const { return std::accumulate(values.begin(), values.end(),
 int stamp_size(const Psf& psf, double energy) {
   check(energy > 0 && energy < 1, "energy outside ]0, 1[");
   const double stretch = 1 / std::sqrt(psf.model().axis_ratio);
-  // Bisection over sides: the radius itself may be far beyond the largest stamp.
+  // Bisection over sides, since the radius may be far beyond the largest stamp.
   int low = 0, high = kLargestChosenStamp / 2;
   while (low < high) {
     const int middle = std::midpoint(low, high);
@@ -546,10 +546,10 @@ Stamp make_stamp(const Psf& psf, const StampOptions& options) {
       for (int dx = -half; dx <= half; ++dx) pixel(dx, dy) = row * gaussian_pixel(dx, sigma_x);
     }
   } else {
-    // The corner is the farthest, along the minor axis at worst.
+    // The corner is farthest; at worst it lies along the minor axis.
     const double corner = (half + 0.5) * std::numbers::sqrt2;
     const Psf quick = psf.tabulated(corner / std::sqrt(psf.model().axis_ratio));
-    // Error as a share of the flux, over all pixels.
+    // Allowed error of all pixels together, as a share of the flux.
     constexpr double kFloor = 0.01;
     const PixelIntegral integral(quick, psf.band_limit(), kFloor / static_cast<double>(count));
     const auto value = [&](int dx, int dy) {

@@ -11,14 +11,14 @@ namespace gamer {
 
 enum class PsfKind { gaussian, moffat, airy, kolmogorov };
 
-/// What a point source looks like. Lengths are pixels. A PSF that is not round has the ellipses
-/// r^2 = q u^2 + v^2/q = const as isophotes, u along the major axis: its area, and with it the
-/// peak, is that of the round one.
+/// Shape of a PSF. Lengths are pixels. A PSF that is not round has the isophotes r^2 = q u^2 +
+/// v^2/q = const, u along the major axis. These ellipses have the area of the round PSF's circles,
+/// so the peak is equal.
 struct PsfModel {
   PsfKind kind = PsfKind::gaussian;
-  double fwhm = 2;            ///< of the round PSF of the same area, ]0, inf[
+  double fwhm = 2;            ///< of the round PSF of equal area, ]0, inf[
   double beta = 3;            ///< exponent of the Moffat profile, ]1, inf[
-  double obscuration = 0;     ///< of the Airy pattern: inner over outer diameter, [0, 1[
+  double obscuration = 0;     ///< of the Airy pattern: inner diameter over outer, [0, 1[
   double axis_ratio = 1;      ///< q, minor over major axis, ]0, 1]
   double position_angle = 0;  ///< of the major axis, deg, from +y towards -x
 };
@@ -26,7 +26,7 @@ struct PsfModel {
 struct Stamp;
 struct StampOptions;
 
-/// A PSF with the flux 1 over the whole plane, as a function of r (above):
+/// A PSF of flux 1 over the whole plane, as a function of the r of PsfModel:
 ///
 /// - Gaussian: exp(-r^2/(2 s^2)) / (2 pi s^2), FWHM = 2 sqrt(2 ln 2) s.
 /// - Moffat 1969 (A&A 3, 455): (beta-1)/(pi a^2) (1 + r^2/a^2)^-beta,
@@ -43,13 +43,13 @@ class Psf {
 
   const PsfModel& model() const { return model_; }
 
-  /// Flux per square pixel at the radius r.
+  /// Flux per square pixel at radius r.
   double density(double r) const;
-  /// Density of the flux at (x, y) from the centre.
+  /// Flux per square pixel at (x, y) from the centre.
   double density(double x, double y) const;
-  /// The share of the flux within r.
+  /// Share of the flux within r.
   double encircled_energy(double r) const;
-  /// The radius that has the share `energy`, ]0, 1[, of the flux.
+  /// Radius that contains the share `energy`, in ]0, 1[, of the flux.
   double energy_radius(double energy) const;
 
   /// A scale-free profile: radii in units of the FWHM, flux 1.
@@ -57,9 +57,9 @@ class Psf {
 
  private:
   friend Stamp make_stamp(const Psf& psf, const StampOptions& options);
-  /// Rad per pixel along the minor axis, 0 for none.
+  /// Highest spatial frequency along the minor axis, rad per pixel; 0 for none.
   double band_limit() const;
-  /// This PSF with a table up to r, which makes it quicker.
+  /// This PSF with a table up to r for quick evaluation.
   Psf tabulated(double r) const;
 
   PsfModel model_;
@@ -67,17 +67,17 @@ class Psf {
   std::shared_ptr<const Profile> profile_;
 };
 
-/// FWHM of an Airy pattern in units of lambda/D.
+/// FWHM of an Airy pattern, in lambda/D.
 double airy_fwhm(double obscuration);
 
-/// A PSF on pixels: `width` x `height` values, both odd, bottom row first, the PSF's centre on the
-/// centre of the middle pixel.
+/// A PSF sampled on pixels: `width` x `height` values, both odd, bottom row first. The PSF's centre
+/// is the centre of the middle pixel.
 struct Stamp {
   int width = 1;
   int height = 1;
   std::vector<double> values = {1.0};
 
-  /// At (dx, dy) from the middle pixel.
+  /// The value at (dx, dy) from the middle pixel.
   double at(int dx, int dy) const {
     return values[static_cast<std::size_t>(dy + height / 2) * static_cast<std::size_t>(width) +
                   static_cast<std::size_t>(dx + width / 2)];
@@ -85,22 +85,22 @@ struct Stamp {
   double sum() const;
 };
 
-/// Longest side of a stamp whose size is chosen, and of one that is asked for or read.
+/// Longest side of a stamp whose size is automatic, and of a stamp of given size or from a file.
 inline constexpr int kLargestChosenStamp = 1023;
 inline constexpr int kLargestStamp = 4095;
 
 struct StampOptions {
-  int size = 0;           ///< odd, [1, kLargestStamp]; 0: stamp_size() of `energy`
+  int size = 0;           ///< side: odd, [1, kLargestStamp]; 0: stamp_size() of `energy`
   double energy = 0.999;  ///< ]0, 1[
-  /// Pixels are integrals over their area, to 1e-8 of the value: Gaussians along the pixels' axes
-  /// by the error function, others by Gauss-Legendre quadrature. Otherwise the density at
-  /// their centres.
+  /// Whether pixels are integrals over their area, to 1e-8 of the value; otherwise they are
+  /// densities at their centres. Gaussians along the pixels' axes use the error function, other
+  /// PSFs Gauss-Legendre quadrature.
   bool integrated = true;
-  /// Keep what lies beyond the stamp missing. Otherwise the sum becomes 1.
+  /// Whether flux beyond the stamp stays missing; otherwise the sum becomes 1.
   bool keep_missing_flux = false;
 };
 
-/// The smallest odd side whose square holds the isophote with the share `energy` of the flux; at
+/// The smallest odd side whose square contains the isophote with the share `energy` of the flux; at
 /// most kLargestChosenStamp.
 int stamp_size(const Psf& psf, double energy);
 
@@ -108,9 +108,9 @@ int stamp_size(const Psf& psf, double energy);
 /// in double precision.
 Stamp make_stamp(const Psf& psf, const StampOptions& options = {});
 
-/// A PSF from an image, its centre on the centre of the middle pixel, scaled to the sum 1 unless
-/// `keep_flux`. `label` opens messages. Throws InputError: sides that are even or above
-/// kLargestStamp, pixels that are not finite, a sum that is not positive.
+/// A PSF from an image, centred on the middle pixel, with the sum scaled to 1 unless `keep_flux`.
+/// `label` begins messages. Throws InputError for sides that are even or above kLargestStamp,
+/// pixels that are not finite, and a sum that is not positive.
 Stamp read_stamp(const Plane& image, const std::string& label, bool keep_flux = false);
 
 }  // namespace gamer

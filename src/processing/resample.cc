@@ -69,7 +69,7 @@ class AxisWeights {
     const SumKernel sum_kernel(kernel, step);
     starts_.push_back(0);
     for (int i = 0; i < output; ++i) {
-      // The outermost pixels reach the edges, whatever rounding makes of them.
+      // Clamped to the input's edges, which the outermost pixels must reach despite rounding.
       const auto end = static_cast<double>(input);
       const double low = i == 0 ? 0 : std::clamp(first + i * step, 0.0, end);
       const double high = i == output - 1 ? end : std::clamp(first + (i + 1) * step, 0.0, end);
@@ -94,7 +94,7 @@ class AxisWeights {
             sums_[i]};
   }
 
-  /// All input pixels that outputs [first, first + count) need, as begin and end.
+  /// Range (begin, end) of the input pixels that outputs [first, first + count) need.
   std::pair<int, int> reach(int first, int count) const {
     int begin = input_, end = 0;
     for (int i = first; i < first + count; ++i) {
@@ -114,13 +114,13 @@ class AxisWeights {
   }
 
   void append(const SumKernel& kernel, double low, double high) {
-    // Pixels from `begin`: those below add nothing to the difference, nor those from `end`.
+    // Only pixels in [begin, end[ add to the difference.
     const int begin = static_cast<int>(std::floor(low - kernel.radius()));
     const int end = static_cast<int>(std::ceil(high + kernel.radius()));
     std::vector<double> pixels(end - begin);
     const auto add = [&](double x, double sign) {
       const std::vector<double> edges = kernel.edge_weights(x, begin, end - begin + 1);
-      // A pixel is in the running sum at all edges above it.
+      // A pixel is part of the running sum at all edges above it.
       double above = 0;
       for (int i = end - begin - 1; i >= 0; --i) {
         above += edges[i + 1];
@@ -130,7 +130,7 @@ class AxisWeights {
     add(high, 1);
     add(low, -1);
     std::vector<double> folded(input_ < end - begin ? input_ : end - begin);
-    // Mirrored pixels lie no deeper inside than the kernel reaches outside.
+    // Mirrored pixels are as near to the edge inside as the kernel reaches outside.
     const int first = std::clamp(begin, 0, input_ - static_cast<int>(folded.size()));
     for (int i = begin; i < end; ++i) folded[mirrored(i) - first] += pixels[i - begin];
     trim(folded, first);
@@ -143,7 +143,7 @@ class AxisWeights {
     return place < input_ ? place : period - 1 - place;
   }
 
-  /// Appends without rounding errors at the ends.
+  /// Appends the weights without rounding errors at the ends.
   void trim(const std::vector<double>& pixels, int first) {
     constexpr double kRounding = 4e-15;
     double most = 0;
@@ -173,7 +173,7 @@ class ResampledPlane final : public Plane {
         rows_(source_->height(), grid.height, grid.first_y, grid.step_y, kernel,
               values == PixelValues::brightness) {}
 
-  /// Rows enough that those of the kernel's reach, read for two tiles, count little.
+  /// So many rows that the overlap of two tiles, the kernel's reach, costs little.
   Tile tile() const override {
     constexpr int kLeastRows = 64;
     const Tile usual = Plane::tile();
@@ -187,7 +187,7 @@ class ResampledPlane final : public Plane {
     const std::vector<std::vector<Share>> shares = shares_of(area, y1, y2);
     for (int j = 0; j < area.height; ++j) std::fill_n(out + j * stride, area.width, 0.0);
     Missing missing;
-    // The source goes by in pieces of whole rows, however many an output row needs.
+    // The source is read in pieces of whole rows, for any number that an output row needs.
     const int width = x2 - x1, piece = std::clamp(kPiecePixels / width, 1, y2 - y1);
     std::vector<double> values(static_cast<std::size_t>(width) * piece), row(area.width);
     for (int y = y1; y < y2; y += piece) {
@@ -212,12 +212,12 @@ class ResampledPlane final : public Plane {
  private:
   static constexpr int kPiecePixels = 1 << 16;
 
-  /// What a source row gives to an output row of the area.
+  /// Contribution of a source row to an output row of the area.
   struct Share {
     int row;
     double weight;
   };
-  /// Sums of the missing pixels' weights, and of their sizes; empty as long as there are none.
+  /// Sums of the missing pixels' weights and of the weights' absolute values; empty for none.
   struct Missing {
     std::vector<double> weight, size;
   };
@@ -243,7 +243,7 @@ class ResampledPlane final : public Plane {
     }
   }
 
-  /// Adds the weights of a row's missing pixels, and makes their values 0.
+  /// Adds the weights of a row's missing pixels and sets their values to 0.
   void take_missing(const Area& area, int x1, double* from, int width,
                     const std::vector<Share>& shares, Missing& missing) const {
     const std::size_t pixels = static_cast<std::size_t>(area.width) * area.height;
@@ -296,7 +296,7 @@ ResampleGrid grid_of_factor(int width, int height, double factor) {
     throw std::invalid_argument("a factor that is not positive");
   }
   const auto whole = [&](int size) {
-    // Below this part of a pixel a side counts as whole.
+    // A side that exceeds a whole number by less than this counts as whole.
     constexpr double kRounding = 1e-6;
     const double pixels = std::max(1.0, std::ceil(size * factor - kRounding));
     if (pixels > std::numeric_limits<int>::max()) throw std::invalid_argument("too large a factor");
@@ -320,7 +320,7 @@ ResampleGrid grid_of_size(int input_width, int input_height, int width, int heig
 }
 
 PixelMap resample_map(const ResampleGrid& grid) {
-  // Pixel 1 begins at 1/2.
+  // Pixel 1 begins at coordinate 1/2.
   constexpr double kCorner = 0.5;
   return {1 / grid.step_x,
           0,

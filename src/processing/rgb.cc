@@ -12,15 +12,15 @@
 namespace gamer {
 namespace {
 
-/// Where Astropy's F(I) meets its tangent's value.
+/// The fraction of the stretch at which Astropy's F(I) equals that fraction.
 constexpr double kFraction = 0.1;
 constexpr double kDefaultQ = 8;
-/// Pixels of a piece of work: large enough for whole tiles of compressed files, small beside them.
+/// Pixels worked on at a time: enough for whole tiles of compressed files.
 constexpr int kTilePixels = 1 << 17;
 
 double mean_of(const Rgb& rgb) { return (rgb[0] + rgb[1] + rgb[2]) / 3; }
 
-/// The picture's numbers as a plane: row 0 the top, red, green and blue side by side.
+/// A picture's numbers as a plane: row 0 is the top; red, green and blue are side by side.
 class PicturePlane final : public Plane {
  public:
   PicturePlane(std::span<const PlanePtr> channels, const ColourOf& colour, bool down_to_bytes)
@@ -67,7 +67,7 @@ class PicturePlane final : public Plane {
  private:
   /// Replaces values by the picture's numbers.
   void colour_row(const ColourOf::Channels& rgb, std::size_t count) const {
-    // 0, or NaN where a channel is not finite.
+    // 0 where all channels are finite, else NaN.
     std::vector<double> missing(count);
     for (std::size_t i = 0; i < count; ++i) {
       missing[i] = (rgb[0][i] - rgb[0][i]) + (rgb[1][i] - rgb[1][i]) + (rgb[2][i] - rgb[2][i]);

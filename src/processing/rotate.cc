@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kQuarterTurn = 90, kCircle = 360;
 
-/// 0 to 3, where the angle is a multiple of 90 degrees.
+/// Number of quarter turns, 0 to 3, where the angle is a multiple of 90 degrees.
 std::optional<int> quarter_count(double angle) {
   const double quarters = std::fmod(angle, kCircle) / kQuarterTurn;
   if (quarters != std::round(quarters)) return std::nullopt;
@@ -40,13 +40,13 @@ int whole_part(double x) {
   return toward_zero - (x < toward_zero ? 1 : 0);
 }
 
-/// Weights, of sum 1, of the pixels around a place, for places between two pixels.
+/// Table of interpolation weights, of sum 1, of the pixels around a place between pixels.
 class KernelTable {
  public:
   explicit KernelTable(Kernel kernel)
       : taps_(std::max(1, static_cast<int>(2 * kernel_radius(kernel)))) {
     weights_.resize(static_cast<std::size_t>(kPhases + 2) * taps_);
-    // A fraction may round to 1, and so needs the row behind that.
+    // A fraction may round to 1, which needs one more row.
     for (int phase = 0; phase <= kPhases + 1; ++phase) {
       const std::vector<double> row =
           taps_ == 1 ? std::vector<double>{1}
@@ -57,8 +57,8 @@ class KernelTable {
 
   int taps() const { return taps_; }
 
-  /// Weights of pixels floor(x) - taps/2 + 1..., for the fraction of x; linear between table rows,
-  /// which leaves the second derivative / (8 kPhases^2): at most 4e-8.
+  /// Weights of pixels floor(x) - taps/2 + 1... for the fraction of x. They are linear between
+  /// table rows, with an error of the second derivative / (8 kPhases^2): at most 4e-8.
   template <int Taps>
   void weights(double fraction, double* out) const {
     const double place = fraction * kPhases;
@@ -84,7 +84,7 @@ class RotatedPlane final : public Plane {
         turn_(rotation.angle),
         fill_(rotation.fill) {}
 
-  /// A square reads the least of the source.
+  /// Square tiles read the least of the source.
   Tile tile() const override { return {kSide, kSide}; }
 
   using Plane::read;
@@ -101,7 +101,7 @@ class RotatedPlane final : public Plane {
   struct Place {
     double x, y;
   };
-  /// Where in the source the centre of an output pixel falls; both counted from 0.
+  /// Place in the source of an output pixel's centre; both are counted from 0.
   Place source_place(double x, double y) const {
     constexpr double kHalf = 0.5;
     const double dx = x - kHalf * (width() - 1), dy = y - kHalf * (height() - 1);
@@ -109,7 +109,7 @@ class RotatedPlane final : public Plane {
             turn_.cosine * dy - turn_.sine * dx + kHalf * (source_->height() - 1)};
   }
 
-  /// All source pixels, within the source or not, that the block's pixels may weigh.
+  /// Source pixels with a weight in the block's pixels; some may be outside the source.
   Area reach(const Area& block) const {
     double x1 = std::numeric_limits<double>::infinity(), y1 = x1, x2 = -x1, y2 = -x1;
     for (const int x : {block.x, block.x + block.width - 1}) {
@@ -132,7 +132,7 @@ class RotatedPlane final : public Plane {
   void read_block(const Area& block, double* out, std::ptrdiff_t stride,
                   std::vector<double>& values) const {
     const Area from = reach(block);
-    // The pixels in reach, as a part of the source with a margin.
+    // The part of the source within reach, with a margin.
     const int x1 = std::clamp(from.x, 0, source_->width());
     const int x2 = std::clamp(from.x + from.width, 0, source_->width());
     const int y1 = std::clamp(from.y, 0, source_->height());
@@ -168,7 +168,7 @@ class RotatedPlane final : public Plane {
     }
   }
 
-  /// Calls use(j, i, place) for the pixels of a block, in squares that keep the source's pixels in
+  /// Calls use(j, i, place) for the pixels of a block. Small squares keep the source's pixels in
   /// the cache.
   template <class Use>
   void for_each_place(const Area& block, Use use) const {
@@ -207,7 +207,7 @@ class RotatedPlane final : public Plane {
       const double* first = values.data() +
                             static_cast<std::ptrdiff_t>(y - kBefore - from.y) * from.width +
                             (x - kBefore - from.x);
-      // Columns first: they are independent of each other.
+      // Columns are summed first, since they are independent.
       double columns[Taps] = {};
       for (int l = 0; l < Taps; ++l) {
         const double* row = first + static_cast<std::ptrdiff_t>(l) * from.width;

@@ -9,9 +9,9 @@ namespace gamer {
 struct Rotation {
   double angle = 0;  ///< deg, counter-clockwise with row 0 at the bottom, about the middle
   Kernel kernel = Kernel::lanczos3;
-  /// Whether the image grows to hold all of the turned one, instead of keeping its size.
+  /// Whether the image grows to hold the whole turned image; otherwise it keeps its size.
   bool full_canvas = false;
-  double fill = 0;  ///< value of what lies outside the image; NaN: missing
+  double fill = 0;  ///< value outside the image; NaN: missing
 };
 
 struct PlaneSize {
@@ -21,18 +21,17 @@ struct PlaneSize {
   bool operator==(const PlaneSize&) const = default;
 };
 
-/// Size of the turned image. Multiples of 90 degrees swap the sides whatever the canvas; else it is
-/// the old one, or |w cos| + |h sin| by |w sin| + |h cos|, rounded up.
+/// Size of the turned image. Multiples of 90 degrees swap the sides on any canvas. Otherwise it is
+/// the old size, or |w cos| + |h sin| by |w sin| + |h cos|, rounded up.
 PlaneSize rotated_size(int width, int height, const Rotation& rotation);
 PixelMap rotation_map(int width, int height, const Rotation& rotation);
 
-/// Turns an image. Multiples of 90 degrees copy pixels; otherwise a pixel is
-/// sum k(x - i) k(y - j) v_ij / (sum k(x - i) sum k(y - j)) where its centre falls, (x, y), so that
-/// an even image stays even; k changed as interpolation_weights() says. A turn keeps the pixels'
-/// area, and so the flux of a well-sampled image: with Lanczos kernels to 1.2e-4 for a Gaussian of
-/// sigma = 1.5 pixels, 2e-5 for 2 pixels.
-/// Kernels come from tables, to 4e-8 of the central weight. Missing pixels: missing_share, of an
-/// infinite plane whose outside is `fill`. Throws std::invalid_argument for Kernel::area, an angle
+/// Turns an image. Multiples of 90 degrees copy pixels. Otherwise a pixel whose centre falls on (x,
+/// y) is sum k(x - i) k(y - j) v_ij / (sum k(x - i) sum k(y - j)), so an even image stays even; k
+/// is corrected as in interpolation_weights(). A turn keeps the pixels' area, and so the flux of a
+/// well-sampled image: with Lanczos kernels to 1.2e-4 for a Gaussian of sigma = 1.5 pixels, 2e-5
+/// for 2 pixels. Kernels are tabulated to 4e-8 of the central weight. Missing pixels: see
+/// missing_share; the outside is `fill`. Throws std::invalid_argument for Kernel::area, an angle
 /// that is not finite, or a size that exceeds an int.
 PlanePtr rotate(PlanePtr source, const Rotation& rotation);
 

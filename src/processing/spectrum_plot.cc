@@ -25,7 +25,7 @@ constexpr double kDot = 2.5;
 struct Colour {
   double red, green, blue;
 };
-/// Okabe & Ito's, which colour-blind eyes tell apart.
+/// Colours of Okabe & Ito, distinguishable with colour blindness.
 constexpr std::array<Colour, 6> kColours = {{{0.00, 0.45, 0.70},
                                              {0.84, 0.37, 0.00},
                                              {0.00, 0.62, 0.45},
@@ -36,7 +36,7 @@ constexpr std::array<Colour, 6> kColours = {{{0.00, 0.45, 0.70},
 constexpr Colour kBlack = {0.1, 0.1, 0.1};
 constexpr Colour kGrey = {0.88, 0.88, 0.88}, kLightGrey = {0.95, 0.95, 0.95};
 
-/// One logarithmic axis: from `low` to `high` on `first` to `last` (pixels).
+/// A logarithmic axis: values `low` to `high` at pixels `first` to `last`.
 struct Axis {
   double low, high, first, last;
 
@@ -91,12 +91,12 @@ class Drawing {
     cairo_text_extents(cairo_.get(), text.c_str(), &extents);
     return extents.x_advance;
   }
-  /// `anchor` 0: the text begins at x; 1: it ends there. The baseline is at y.
+  /// Draws text on the baseline y; with `anchor` 0 it begins at x, with 1 it ends there.
   void text(const std::string& text, double x, double y, double anchor = 0) {
     cairo_move_to(cairo_.get(), x - anchor * text_width(text), y);
     cairo_show_text(cairo_.get(), text.c_str());
   }
-  /// Upwards, centred at y.
+  /// Draws text upwards, centred at y.
   void text_upwards(const std::string& text, double x, double y) {
     cairo_save(cairo_.get());
     cairo_translate(cairo_.get(), x, y);
@@ -104,7 +104,7 @@ class Drawing {
     this->text(text, 0, 0, 0.5);
     cairo_restore(cairo_.get());
   }
-  /// 10 to the `exponent`.
+  /// Draws 10 to the power `exponent`.
   void power_of_ten(int exponent, double x, double y, double anchor) {
     const std::string base = "10", raised = fmt::format("{}", exponent);
     const double base_width = text_width(base);
@@ -134,13 +134,13 @@ class Drawing {
   std::unique_ptr<cairo_t, decltype(&cairo_destroy)> cairo_;
 };
 
-/// Every how many decades a number stands at the axis.
+/// Step, in decades, between numbers at the axis.
 int decade_step(const Axis& axis) {
   constexpr double kMostNumbers = 9;
   return std::max(1, static_cast<int>(std::ceil(std::log10(axis.high / axis.low) / kMostNumbers)));
 }
 
-/// Calls tick(value, decade's exponent, multiple 1 ... 9) within the axis.
+/// Calls tick(value, decade's exponent, multiple 1 ... 9) for the axis' ticks.
 template <class Tick>
 void for_each_tick(const Axis& axis, Tick tick) {
   const auto first = static_cast<int>(std::floor(std::log10(axis.low)));
@@ -167,7 +167,7 @@ void draw_axes(Drawing& drawing, const Axis& x, const Axis& y, const std::string
   drawing.colour(kBlack);
   drawing.box(x.first, y.last, x.last, y.first);
   drawing.outline(1.5);
-  // Waves are counted: numbers as they are, also 2 and 5 where decades are few.
+  // Numbers of waves are not written as powers; with few decades 2 and 5 have numbers, too.
   const bool few_decades = x.high / x.low < 1e3;
   constexpr double kHighestPlain = 1e4;
   for_each_tick(x, [&](double value, int exponent, int multiple) {
@@ -253,7 +253,7 @@ void write_spectrum_plot(const std::filesystem::path& path, std::span<const Spec
   constexpr double kRoom = 1.1, kHeadroom = 3;
   const Axis x = {1 / kRoom, highest_k * kRoom, kLeft, kWidth - kRight};
   Axis y = {least / kRoom / kRoom, most * kHeadroom, kHeight - kBottom, kTop};
-  // A flat spectrum still needs numbers beside it.
+  // The axis of a flat spectrum still needs numbers.
   constexpr double kTwoDecades = 100;
   if (y.high / y.low < kTwoDecades) {
     y.low = std::pow(10.0, std::floor(std::log10(y.low)));

@@ -13,9 +13,9 @@ struct SpectrumCurve {
   PowerSpectrum spectrum;
 };
 
-/// A PNG picture of power against k, both logarithmic: the annuli of every curve, its fit as a
-/// straight line over the range of the fit, and the slopes in a legend. `unit` is that of the
-/// values. Complete or absent. Throws RunError where the file cannot be written.
+/// Writes a PNG picture of power against k on logarithmic axes. It has the annuli of every curve,
+/// its fit as a straight line over the fit's range, and the slopes in a legend. `unit` is the
+/// values' unit. The file is complete or absent. Throws RunError where it cannot be written.
 void write_spectrum_plot(const std::filesystem::path& path, std::span<const SpectrumCurve> curves,
                          const std::string& unit, bool overwrite);
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-/// Knuth's exact sum: a + b = sum + error.
+/// Knuth's exact sum: a + b = sum + error in exact arithmetic.
 struct TwoSum {
   double sum, error;
   TwoSum(double a, double b) : sum(a + b) {
@@ -36,7 +36,7 @@ class Sum {
   double high_ = 0, low_ = 0;
 };
 
-/// A piece of a row: moments about its own mean, while it is in the cache.
+/// Pixels of a piece of a row; its moments about its own mean are computed in the cache.
 constexpr int kPiece = 4096;
 constexpr int kLanes = 8;
 
@@ -133,7 +133,7 @@ class StatisticsPass {
     lanes.add_to(sum_);
     Sum piece_sum;
     lanes.add_to(piece_sum);
-    // Two groups' squares about their common mean: Chan, Golub & LeVeque 1983.
+    // Sums of squares about a common mean are merged as in Chan, Golub & LeVeque 1983.
     const double mean = piece_sum.value() / count;
     const double before = static_cast<double>(statistics_.count), after = before + count;
     const double difference = mean - mean_;
@@ -182,14 +182,14 @@ class StatisticsPass {
   std::array<double, kPiece> kept_;
 };
 
-/// Values in memory at a time.
+/// Largest number of values in memory.
 constexpr std::size_t kHeld = std::size_t{1} << 22;
 constexpr int kDigitBits = 16;
 constexpr int kKeyBits = 64;
 constexpr std::size_t kBins = std::size_t{1} << kDigitBits;
 constexpr std::uint64_t kSign = std::uint64_t{1} << 63;
 
-/// Unsigned integers in the order of the numbers; -0 is 0.
+/// Unsigned integers in the order of the numbers; -0 counts as 0.
 std::uint64_t key_of(double value) {
   const auto bits = std::bit_cast<std::uint64_t>(value + 0.0);
   return (bits & kSign) != 0 ? ~bits : bits | kSign;
@@ -199,7 +199,7 @@ double value_of(std::uint64_t key) {
   return std::bit_cast<double>((key & kSign) != 0 ? key & ~kSign : ~key);
 }
 
-/// One rank or two neighbouring ones, and how far between them.
+/// A quantile's rank or two neighbouring ranks, and the fraction between them.
 struct Quantile {
   std::int64_t lower = 0, upper = 0;
   double fraction = 0;
@@ -212,7 +212,7 @@ struct Quantile {
   }
   double value(double low, double high) const {
     if (fraction <= 0 || low == high) return low;
-    // From the nearer end, as NumPy; halves first where the difference overflows.
+    // From the nearer end, as in NumPy; by halves where the difference overflows.
     const double difference = high - low;
     if (!std::isfinite(difference)) return low * (1 - fraction) + high * fraction;
     return fraction < 0.5 ? low + difference * fraction : high - difference * (1 - fraction);
@@ -225,7 +225,7 @@ void check(std::span<const double> fractions) {
   }
 }
 
-/// Places all `ranks` (ascending) of values[0, count) where sorting would.
+/// Puts the values of all `ranks` (ascending) of values[0, count) where sorting would put them.
 void select_ranks(std::span<double> values, std::span<const std::int64_t> ranks) {
   if (ranks.empty()) return;
   const std::size_t middle = ranks.size() / 2;
@@ -237,7 +237,7 @@ void select_ranks(std::span<double> values, std::span<const std::int64_t> ranks)
   select_ranks(values.subspan(static_cast<std::size_t>(rank) + 1), above);
 }
 
-/// Sends `use` every finite value of |v - center|, or of v where center is NaN.
+/// Calls `use` with every finite |v - center|, or with v where center is NaN.
 void for_each_value(const Plane& plane, double center, int threads,
                     const std::function<void(const double* values, std::size_t count)>& use) {
   std::vector<double> kept;
@@ -288,14 +288,14 @@ class Selection {
   /// Keys that share their highest bits and hold wanted ranks.
   struct Group {
     std::uint64_t prefix = 0;
-    std::int64_t below = 0;  ///< values less than the group's
-    std::int64_t count = 0;  ///< its values
+    std::int64_t below = 0;  ///< number of values less than the group's
+    std::int64_t count = 0;  ///< number of its values
     std::vector<std::int64_t> ranks;
     std::vector<std::int64_t> bins;
     std::vector<double> values;
   };
 
-  /// The values themselves as long as they are few, and the bins of the first digit.
+  /// Keeps the values as long as they are few, and counts the bins of the first digit.
   void read_first() {
     first_bins_.assign(kBins, 0);
     for_each_value(plane_, center_, threads_, [&](const double* values, std::size_t count) {
@@ -326,7 +326,7 @@ class Selection {
     all.ranks = ranks;
     all.bins = std::move(first_bins_);
     std::vector<Group> groups = divide({std::move(all)});
-    // Numbers that were floats or small integers end in zeros, which settle themselves.
+    // Numbers from floats or small integers end in zeros, which need no pass.
     const int significant = kKeyBits - std::countr_zero(used_bits_ | kSign);
     for (int settled = kDigitBits;; settled += kDigitBits) {
       std::size_t candidates = 0;
@@ -338,7 +338,7 @@ class Selection {
     }
   }
 
-  /// The groups of the next digit that hold ranks.
+  /// The groups, after the next digit, that hold ranks.
   static std::vector<Group> divide(std::vector<Group> groups) {
     std::vector<Group> parts;
     for (const Group& group : groups) {
@@ -362,10 +362,10 @@ class Selection {
     return parts;
   }
 
-  /// Calls use(group, value) for every value whose highest `settled` bits are a group's.
+  /// Calls use(group, value) for every value whose highest `settled` bits are a group's bits.
   template <class Use>
   void for_each_candidate(std::vector<Group>& groups, int settled, Use use) {
-    // Most values fall at the first digit.
+    // The first digit excludes most values.
     std::vector<bool> wanted(kBins);
     const int rest = kKeyBits - settled;
     for (const Group& group : groups) wanted[group.prefix >> (settled - kDigitBits)] = true;
@@ -390,7 +390,7 @@ class Selection {
     });
   }
 
-  /// All bits but trailing zeros are settled: each group is one number.
+  /// Values of the groups when all bits but trailing zeros are settled: each group is one number.
   std::vector<double> settled_values(const std::vector<Group>& groups, int settled,
                                      std::size_t count) const {
     std::vector<double> results;
@@ -399,7 +399,7 @@ class Selection {
       std::uint64_t key = group.prefix;
       if (settled < kKeyBits) {
         key <<= kKeyBits - settled;
-        // Keys of negative numbers are complements: their zeros are ones.
+        // Keys of negative numbers are complements, so their trailing zeros are ones.
         if ((key & kSign) == 0) key |= (std::uint64_t{1} << (kKeyBits - settled)) - 1;
       }
       results.insert(results.end(), group.ranks.size(), value_of(key));

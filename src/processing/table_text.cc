@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kWidest = 120;
 constexpr std::string_view kGap = "  ";
 
-/// Letters on a screen: bytes of UTF-8 that do not continue another.
+/// Number of letters on a screen: bytes of UTF-8 that do not continue another byte.
 std::size_t letters(const std::string& text) {
   return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
     return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
@@ -36,7 +36,7 @@ bool is_text(const DataColumn& column) {
   return std::holds_alternative<std::vector<std::string>>(column.values);
 }
 
-/// Lines of words; a column is aligned to the left where `left` says so.
+/// Lines of words in columns; a column is aligned to the left where `left` is true.
 std::string aligned(const std::vector<std::vector<std::string>>& lines,
                     const std::vector<bool>& left, std::size_t& widest) {
   std::vector<std::size_t> widths(left.size());

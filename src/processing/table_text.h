@@ -7,13 +7,13 @@
 
 namespace gamer {
 
-/// A table for people: a line of names, one of units where there are any, then the rows, columns
-/// aligned, numbers of 8 digits, "-" where there is none. A table that would be wider than 120
-/// letters is turned: a line per column.
+/// A table for people, with aligned columns: a line of names, one of units if there are any, then
+/// the rows. Numbers have 8 digits; "-" means none. A table wider than 120 letters has a line per
+/// column instead.
 std::string table_text(const DataTable& table);
 
-/// {"name": {"units": {"column": "unit", ...}, "rows": [{"column": value, ...}, ...]}, ...}:
-/// numbers round trip, null where there is no finite one. Ends with a newline.
+/// Tables as JSON, {"name": {"units": {"column": "unit", ...}, "rows": [{"column": value, ...},
+/// ...]}, ...}. Finite numbers read back exactly, others are null. Ends with a newline.
 std::string table_json(std::span<const DataTable> tables);
 
 }  // namespace gamer

@@ -16,7 +16,7 @@
 namespace gamer {
 namespace {
 
-/// Planes on top of each other; what a narrower one lacks is NaN.
+/// Planes stacked on top of each other; narrower planes are filled with NaN.
 class StackedPlane final : public Plane {
  public:
   explicit StackedPlane(std::span<const PlanePtr> planes)
@@ -79,7 +79,7 @@ PlanePtr curved(PlanePtr plane, const ToneKernel& kernel) {
   });
 }
 
-/// The stretch with its function known to the loop; `f` is for x >= 0 and takes NaN to NaN.
+/// The stretch as a template, for inlining; `f` takes x >= 0 and maps NaN to NaN.
 template <class Function>
 PlanePtr stretched_by(PlanePtr plane, const Stretch& stretch, Function f) {
   const double low = stretch.limits.low, range = stretch.limits.high - stretch.limits.low;

@@ -21,12 +21,12 @@ using VD = hn::Vec<DD>;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kLeastNormal = std::numeric_limits<double>::min();
 constexpr double kLargestExponent = 700;
-/// Above it asinh(y) is ln(2 y) to the last bit.
+/// For larger y, asinh(y) equals ln(2 y) to the last bit.
 constexpr double kLargeAsinh = 0x1p28;
 
 HWY_INLINE VD Constant(double value) { return hn::Set(DD(), value); }
 
-/// ln(1 + y) for y >= 0: what 1 + y rounds away is added again.
+/// ln(1 + y) for y >= 0, corrected for the rounding of 1 + y.
 HWY_INLINE VD LogOnePlus(VD y) {
   const DD d;
   const VD one = Constant(1), u = hn::Add(one, y);

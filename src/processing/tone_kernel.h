@@ -8,12 +8,12 @@ namespace gamer {
 ///   power      x^a
 ///   logarithm  ln(1 + a x)
 ///   asinh      asinh(a x)
-/// Relative error below 1e-15, of the power 1e-15 (1 + |a ln x|); a power's base below the smallest
-/// normal number counts as 0. Every SIMD target gives the same bits.
+/// Relative errors are below 1e-15, for the power below 1e-15 (1 + |a ln x|). A power's base below
+/// the smallest normal number counts as 0. Every SIMD target gives equal bits.
 enum class ToneCurve { power, logarithm, asinh };
 
-/// v' = factor f(|x|) with the sign of x = (v - offset)/range, clipped to [0, 1] where asked for.
-/// NaN stays.
+/// v' = factor f(|x|) with the sign of x = (v - offset)/range, clipped to [0, 1] if asked for. NaN
+/// stays NaN.
 struct ToneKernel {
   ToneCurve curve = ToneCurve::power;
   double parameter = 1;

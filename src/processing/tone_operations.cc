@@ -42,7 +42,7 @@ const Parameter& per_parameter() {
   return parameter;
 }
 
-/// What is made of a plane once all planes of the file are known.
+/// An output plane, made once all planes of the file are known.
 class LatePlane final : public Plane {
  public:
   LatePlane(const PlanePtr& source, std::shared_ptr<PlanePtr> made)
@@ -60,14 +60,14 @@ class LatePlane final : public Plane {
 
 template <class Tone>
 struct ToneChange {
-  /// From planes that are measured together; what is wrong is an InputError without their name.
+  /// Measures a tone in planes together; its InputErrors do not name the planes.
   std::function<Tone(std::span<const PlaneTask> group)> measure;
   std::function<PlanePtr(const PlanePtr& plane, const Tone& tone)> apply;
-  /// `tones` of the planes of the HDU.
+  /// Changes a header; `tones` are those of the HDU's planes.
   std::function<void(FitsHeader& header, std::span<const Tone> tones)> edit;
-  /// Says, for each plane, what is wrong with the options.
+  /// Throws InputError for options that do not suit a plane.
   std::function<void(const PlaneTask& task)> check = {};
-  /// Applies the tone to planes of variances; without it they are refused.
+  /// Applies the tone to planes of variances; if it is empty, they are refused.
   std::function<PlanePtr(const PlanePtr& plane, const Tone& tone)> apply_to_variance = {};
   std::function<void(FitsHeader& header)> edit_variance = {};
 };
@@ -95,7 +95,7 @@ std::vector<Tone> measure_tones(const OperationCall& call, std::span<const Plane
   return tones;
 }
 
-/// Drives an operation whose tone is measured in its planes.
+/// Runs an operation whose tone is measured in its planes.
 template <class Tone>
 int change_tones(const OperationCall& call, const ToneChange<Tone>& change) {
   struct Late {
@@ -171,7 +171,7 @@ std::string only_target(const OperationCall& call) {
                                option_name(given[0]), option_name(given[1])));
 }
 
-/// The factor that gives the plane's total the magnitude.
+/// The tone that gives the plane's total the magnitude.
 LinearTone tone_to_magnitude(double magnitude, const PlaneTask& task) {
   if (!task.info.zero_point) {
     throw InputError("has no MAGZERO card, which --magnitude needs; --total sets the sum instead");
@@ -456,7 +456,7 @@ std::vector<Source> read_sources(const OperationCall& call) {
   return sources;
 }
 
-/// The planes that make the picture: those of --planes, else all.
+/// The planes for the picture: those of --planes, else all.
 std::vector<Source> choose_sources(const OperationCall& call, const std::vector<Source>& all) {
   if (!call.parameters.has("planes")) return all;
   std::vector<Source> chosen;
@@ -494,7 +494,7 @@ void check_sources(const OperationCall& call, const std::vector<Source>& sources
   }
 }
 
-/// Wavelengths by which channels are sorted; empty where they stay in the order given.
+/// Wavelengths that sort the channels; empty where the given order stays.
 std::vector<double> sorting_wavelengths(const OperationCall& call,
                                         const std::vector<Source>& sources) {
   const ParameterSet& parameters = call.parameters;
@@ -514,7 +514,7 @@ std::vector<double> sorting_wavelengths(const OperationCall& call,
   return wavelengths;
 }
 
-/// Options that belong to some methods alone.
+/// Checks options that belong to some methods only.
 void check_method_options(const OperationCall& call) {
   static const std::map<std::string, std::vector<std::string>> methods = {
       {"minimum", {"lupton", "stiff", "plain"}},
@@ -536,7 +536,7 @@ void check_method_options(const OperationCall& call) {
   }
 }
 
-/// One value for all channels, or one for each.
+/// One value for all channels, or one per channel.
 std::optional<Rgb> channel_values(const OperationCall& call, const std::string& name) {
   if (!call.parameters.has(name)) return std::nullopt;
   const std::vector<double>& values = call.parameters.numbers(name);
@@ -546,12 +546,12 @@ std::optional<Rgb> channel_values(const OperationCall& call, const std::string& 
                                option_name(name), values.size()));
 }
 
-/// Channels with 0 where a pixel is missing: it has no weight in what is chosen.
+/// Channels with 0 for missing pixels, which then have no weight in the choice of a tone.
 std::vector<PlanePtr> finite_channels(std::span<const PlanePtr> channels) {
   return picture_channels({channels.begin(), channels.end()}, {});
 }
 
-/// Black and white of each channel: as given, else by percentiles, else the sky and kWhite.
+/// Black and white of each channel: given values, else percentiles, else the sky and kWhite.
 std::array<Limits, 3> channel_limits(const OperationCall& call,
                                      std::span<const PlanePtr> channels) {
   constexpr double kWhite = 0.999;
@@ -602,7 +602,7 @@ std::string limits_text(const std::array<Limits, 3>& limits) {
                      limits[2].low, limits[0].high, limits[1].high, limits[2].high);
 }
 
-/// How values become colours, and the options that say so in full.
+/// The function from values to colours, and the complete options that describe it.
 struct Colours {
   ColourOf colour;
   ByteRounding rounding = ByteRounding::nearest;

@@ -15,8 +15,8 @@ namespace gamer {
 namespace {
 
 constexpr int least_digits = 4;
-// The least angle between up and the view where the horizon stays level, deg. Nearer to the pole
-// the image would spin.
+// Smallest angle between up and the view for a level horizon, deg. Nearer to the pole the image
+// would spin.
 constexpr double nearest_pole = 0.5;
 
 std::vector<glm::dvec3> vectors(const std::vector<double>& numbers) {
@@ -29,7 +29,7 @@ std::vector<glm::dvec3> vectors(const std::vector<double>& numbers) {
 
 std::vector<double> numbers_of(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
-/// A vector of length 1 along v, however long or short v is; not finite where v has no direction.
+/// Unit vector along v, for any length of v; not finite where v has no direction.
 glm::dvec3 direction_of(const glm::dvec3& v) {
   return glm::normalize(v / std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}));
 }
@@ -38,14 +38,14 @@ bool is_finite(const glm::dvec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// The turn that brings x, y, z to right, up, back of a view. Both have length 1.
+/// The turn from x, y, z to right, up, back of a view. `view` and `up` are unit vectors.
 glm::dquat turn_of(const glm::dvec3& view, const glm::dvec3& up) {
   const glm::dvec3 back = -view;
   const glm::dvec3 right = glm::normalize(glm::cross(up, back));
   return glm::quat_cast(glm::dmat3(right, glm::cross(back, right), back));
 }
 
-/// The shortest turn from one direction to another, of length 1.
+/// The shortest turn between two directions of length 1.
 glm::dquat shortest_turn(const glm::dvec3& from, const glm::dvec3& to) {
   return glm::normalize(glm::dquat(1 + glm::dot(from, to), glm::cross(from, to)));
 }
@@ -56,7 +56,7 @@ template <class Value>
 SmoothPath<Value>::SmoothPath(std::vector<double> times, std::vector<Value> values)
     : times_(std::move(times)), values_(std::move(values)) {
   const std::size_t count = values_.size();
-  // Rates and lengths of the pieces.
+  // Slopes and lengths of the pieces.
   std::vector<Value> rates;
   std::vector<double> lengths;
   for (std::size_t i = 0; i + 1 < count; ++i) {
@@ -69,7 +69,7 @@ SmoothPath<Value>::SmoothPath(std::vector<double> times, std::vector<Value> valu
       slopes_.push_back(rates[0]);
       continue;
     }
-    // The parabola through k - 1, k, k + 1; its slope grows evenly.
+    // The parabola through k - 1, k, k + 1; its slope is linear in time.
     const std::size_t k = std::clamp<std::size_t>(i, 1, count - 2);
     const double before = lengths[k - 1], after = lengths[k];
     const Value bend = (rates[k] - rates[k - 1]) * (1 / (before + after));
@@ -174,7 +174,7 @@ CameraPath::CameraPath(const RenderParameters& parameters)
 }
 
 void CameraPath::check_views(const ParameterSet& animation, Projection projection) const {
-  // As RenderParameters has it.
+  // The interval of camera.fov in RenderParameters.
   const bool may_be_most = projection != Projection::perspective;
   const double most_fov = may_be_most ? 360 : 180;
   const double least = std::sin(nearest_pole * std::acos(-1.0) / 180);

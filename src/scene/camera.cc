@@ -18,7 +18,7 @@
 namespace gamer {
 namespace {
 
-// Name of camera.header in the record.
+// Key of the header in the record.
 constexpr const char* header_name = "camera.header";
 
 /// Coordinate of the image's middle along a side of `size` pixels.
@@ -39,7 +39,7 @@ CelestialWcs wcs_of(const RenderParameters& parameters) {
   }
 }
 
-/// The value of a header's card, without quotes and comment.
+/// Value of a header's card, without quotes and comment.
 std::optional<std::string> header_value(const std::string& header, const std::string& key) {
   const std::string start = fmt::format("{:<8}=", key);
   for (std::size_t at = 0; at < header.size();) {
@@ -55,7 +55,7 @@ std::optional<std::string> header_value(const std::string& header, const std::st
   return std::nullopt;
 }
 
-/// The size of an image along an axis, by its header.
+/// Size of an image along an axis, as its header gives it.
 int header_size(const std::string& header, const std::string& key, const std::string& label) {
   const std::optional<std::string> value = header_value(header, key);
   if (!value) throw InputError({label, 0, 0}, fmt::format("its header has no {}", key));
@@ -67,14 +67,14 @@ int header_size(const std::string& header, const std::string& key, const std::st
   return size;
 }
 
-/// Refuses headers whose coordinates are not those of catalogues, ICRS, or whose pixels have no
-/// scale. FK5 at 2000 is ICRS within some 0.02 arcsec.
+/// Rejects headers whose coordinates are not ICRS, as catalogues are, or whose pixels have no
+/// scale. FK5 at 2000 agrees with ICRS to some 0.02 arcsec.
 void check_sky_header(const std::string& header, const std::string& label) {
   const auto number = [&](const char* key) -> std::optional<double> {
     const std::optional<std::string> value = header_value(header, key);
     return value ? std::optional(std::strtod(value->c_str(), nullptr)) : std::nullopt;
   };
-  // FITS paper II: without RADESYS, equinoxes before 1984 are of FK4.
+  // FITS paper II: without RADESYS, equinoxes before 1984 mean FK4.
   constexpr double first_of_fk5 = 1984, icrs_equinox = 2000;
   std::optional<double> equinox = number("EQUINOX");
   if (!equinox) equinox = number("EPOCH");
@@ -95,7 +95,7 @@ void check_sky_header(const std::string& header, const std::string& label) {
   }
 }
 
-/// Left, right, below and above of a place.
+/// Places left of, right of, below and above a place.
 using Cross = std::array<glm::dvec2, 4>;
 
 Cross cross_at(const glm::dvec2& place, double half) {
@@ -105,7 +105,7 @@ Cross cross_at(const glm::dvec2& place, double half) {
            {place.x, place.y + half}}};
 }
 
-/// The solid angle of a pixel by the rays of its cross.
+/// Solid angle of a pixel, from the rays at the ends of its cross.
 std::optional<double> angle_across(
     std::span<const std::optional<Ray>, std::tuple_size_v<Cross>> ends, double half) {
   if (!std::ranges::all_of(ends, [](const auto& end) { return end.has_value(); })) return {};
@@ -163,13 +163,13 @@ Camera::Camera(const RenderParameters& parameters, const CelestialWcs& wcs)
 
 void Camera::set_sky_pixel() {
   position_ = {0, 0, 0};
-  // The sides of pixels spread over the image, and where the first of them is.
+  // Sizes of pixels spread over the image, and the first pixel that shows sky.
   constexpr int places = 8;
   bool found = false;
   for (const int order : {0, 1}) {
     for (int j = 0; j <= places; ++j) {
       for (int i = 0; i <= places; ++i) {
-        // The middle first.
+        // The middle pixel comes first.
         const bool is_middle = 2 * i == places && 2 * j == places;
         if (is_middle != (order == 0)) continue;
         const double x = (width_ - 1) * static_cast<double>(i) / places;
@@ -261,7 +261,7 @@ double Camera::solid_angle(double x, double y) const {
     const double u = pixel_ * (x - middle(width_)), v = pixel_ * (y - middle(height_));
     return pixel_ * pixel_ / std::pow(1 + u * u + v * v, 1.5);
   }
-  // The parallelogram of the pixel's middle lines; smaller ones at the edge of the sky.
+  // Parallelogram of the pixel's middle lines; at the edge of the sky a smaller one, scaled up.
   constexpr int most_halvings = 10;
   double half = 0.5;
   for (int i = 0; i < most_halvings; ++i, half *= 0.5) {
@@ -348,7 +348,7 @@ Camera make_camera(RenderParameters& parameters, Resources& resources) {
     if (text == nullptr) {
       const std::filesystem::path beside =
           std::filesystem::path(parameters.sky_header_where.file).parent_path() / name;
-      // A file that is there and cannot be looked at is the one that is meant.
+      // A file here that cannot be examined is still the file that is meant.
       std::error_code error;
       const bool is_there = std::filesystem::exists(header_file(beside), error) || error;
       const std::filesystem::path path = is_there ? beside : std::filesystem::path(name);

@@ -13,13 +13,13 @@ TextCatalogue read_ecsv(std::string_view text, const std::string& label);
 TextCatalogue read_sextractor(std::string_view text, const std::string& label);
 TextCatalogue read_skymaker(std::string_view text, const std::string& label);
 
-/// The text format that `text` is in.
+/// The text format of `text`.
 CatalogueFormat detect_format(std::string_view text);
 
 /// Whether a line begins a table of that format.
 bool opens_ecsv(std::string_view line);
 bool opens_sextractor(std::string_view line);
-/// Whether a first row of these words is one of SkyMaker's.
+/// Whether these words are a first row of SkyMaker's format.
 bool opens_skymaker(const std::vector<LineWord>& words);
 
 }  // namespace gamer

@@ -16,7 +16,7 @@ using Separator = TextRows::Separator;
 constexpr std::string_view marker = "%ECSV";
 constexpr std::string_view known_version = "1.0";
 
-// Beyond this a head can only be a mistake; bounds the time that YAML takes.
+// A longer head can only be a mistake. The limit bounds the time that YAML takes.
 constexpr std::size_t largest_head = std::size_t{1} << 20;
 
 std::string_view without_blanks(std::string_view text) {
@@ -25,7 +25,7 @@ std::string_view without_blanks(std::string_view text) {
   return text;
 }
 
-/// What follows "%ECSV" in a first line; nothing in another.
+/// The text after "%ECSV" in a first line; empty for other lines.
 std::string_view version_of(std::string_view line) {
   line = without_blanks(line);
   if (!line.starts_with('#')) return {};
@@ -33,12 +33,12 @@ std::string_view version_of(std::string_view line) {
   return line.starts_with(marker) ? without_blanks(line.substr(marker.size())) : std::string_view();
 }
 
-/// The YAML text behind the '#' of the head's lines, and where its characters stand in the file.
+/// The YAML text after the '#' of the head's lines, and the place of its characters in the file.
 class Head {
  public:
   explicit Head(const std::string& label) : label_(label) {}
 
-  /// False for a line that is not of the head.
+  /// False for a line that is not part of the head.
   bool add(const TextLine& line) {
     if (!line.text.starts_with('#')) return false;
     if (lines_.empty()) first_line_ = line.number;
@@ -65,7 +65,7 @@ class Head {
   std::string label_;
   std::string yaml_;
   int first_line_ = 1;
-  std::vector<int> lines_;  ///< characters before the YAML
+  std::vector<int> lines_;  ///< [line]: characters before the YAML
 };
 
 struct HeadColumn {
@@ -78,7 +78,7 @@ struct HeadContents {
   Separator separator = Separator::quoted_blanks;
 };
 
-/// A text of `map`; empty where it has none.
+/// The text of a key of `map`; empty where there is none.
 std::string text_of(const YAML::Node& map, const char* key, const Head& head) {
   const YAML::Node node = map[key];
   if (!node.IsDefined() || node.IsNull()) return {};
@@ -134,7 +134,7 @@ HeadContents read_head(const Head& head) {
   }
 }
 
-/// Checks the row of names against the head and takes the units from there.
+/// Checks the row of names against the head and takes the units from the head.
 void complete(std::vector<Catalogue::Column>& columns, const std::vector<HeadColumn>& head) {
   for (std::size_t c = 0; c < std::min(columns.size(), head.size()); ++c) {
     if (columns[c].name != head[c].name) {

@@ -15,7 +15,7 @@ namespace {
 constexpr int bands = 720;
 constexpr double height = 180.0 / bands;  // deg
 
-/// The magnitude below which a share u of the stars are.
+/// The magnitude below which the share u of the stars lies.
 double magnitude_at(const FieldStarParameters& parameters, double u) {
   const double range = parameters.faint - parameters.bright;
   const double a = std::numbers::ln10 * parameters.slope * range;

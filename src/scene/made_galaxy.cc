@@ -21,8 +21,8 @@ constexpr std::string_view opening = "bulge+disk(";
 constexpr const char* arguments = "bt,re,qb,rh,bulge_sed,disk_sed";
 constexpr std::size_t argument_count = 6;
 
-/// A number in ]0, 1] to six digits. The quotient is the double nearest to them, so that its
-/// shortest text has no more.
+/// A number in ]0, 1], rounded to six digits. It is the double nearest to the decimal number, so
+/// its shortest text has no more digits.
 double rounded(double value) {
   constexpr int digits = 6;
   if (value == 0) return 0;
@@ -30,7 +30,7 @@ double rounded(double value) {
   return std::round(value * scale) / scale;
 }
 
-/// The arguments between the parentheses; commas within parentheses of their own do not count.
+/// The arguments of a name, separated by commas that are not within inner parentheses.
 std::vector<std::string_view> split_arguments(std::string_view text) {
   std::vector<std::string_view> result;
   int depth = 0;
@@ -61,7 +61,7 @@ double number(std::string_view word, const char* what, const Interval& interval)
   return value;
 }
 
-/// A SED's name, fit for a TOML text.
+/// Name of an SED, fit for a TOML text.
 std::string sed_name(std::string_view word, const char* what) {
   const bool fit = !word.empty() && std::none_of(word.begin(), word.end(), [](char c) {
     return c == '"' || c == '\\' || std::iscntrl(static_cast<unsigned char>(c)) != 0;

@@ -26,7 +26,7 @@ glm::dmat3 turn_from_z(const glm::dvec3& o) {
 }  // namespace
 
 glm::dmat3 orientation_along(const glm::dvec3& direction, double pa) {
-  // Scaled first: the squares of very long or short vectors leave the range of numbers.
+  // Scaled first, since squares of very long or short vectors overflow or underflow.
   const glm::dvec3 size = glm::abs(direction);
   const double largest = std::max({size.x, size.y, size.z});
   const double angle = glm::radians(pa);
@@ -43,8 +43,8 @@ double turn_about_axis(const glm::dmat3& axes) {
 glm::dmat3 orientation_on_sky(const Camera& camera, const glm::dvec3& centre, double inclination,
                               double pa) {
   const glm::dvec3 towards = camera.towards(centre);
-  // Where the galaxy lies straight above or below the camera, its up is not defined but its right
-  // is.
+  // For a galaxy straight above or below the camera, the image's up is undefined there, but its
+  // right is not.
   const glm::dvec3 across = glm::cross(camera.up_at(centre), towards);
   constexpr double smallest_sine = 1e-9;
   const glm::dvec3 right =

@@ -34,7 +34,8 @@ constexpr double smallest_sine = 1e-9;
 
 Interval star_temperatures() { return Interval::closed(1000, 1e5); }
 Interval positive() { return Interval::open(0, HUGE_VAL); }
-/// Finer pixels are lost in the rounding of directions; the largest shows the whole sky.
+/// Interval of pixel scales, arcsec. Rounding of directions spoils finer pixels; one pixel of the
+/// largest scale shows the whole sky.
 Interval pixel_scales() { return Interval::closed(1e-7, 360 * 3600); }
 
 struct UnitName {
@@ -78,7 +79,7 @@ constexpr FormatName formats[] = {
     {CatalogueFormat::skymaker, "skymaker"},
 };
 
-/// Besides the format, a key for each column of a scene.
+/// The format and one key for each column of a scene.
 ParameterTable catalogue_table() {
   std::vector<std::string> names;
   for (const FormatName& format : formats) names.emplace_back(format.name);
@@ -363,7 +364,7 @@ std::vector<ParameterSection> make_sections() {
   };
 }
 
-/// A key that has a meaning only while another key of its section has one of these values.
+/// A key that has a meaning only while another key of its section has one of the given values.
 struct ConditionalKey {
   std::string_view section;
   std::string_view key;
@@ -394,7 +395,7 @@ const std::vector<ConditionalKey> conditional_keys = {
     {"sampling", "step", "sampler", {"uniform"}},
 };
 
-/// What camera.header gives instead.
+/// Keys of [camera] whose values camera.header replaces.
 constexpr std::string_view header_keys[] = {"center", "pixel_scale", "rotation", "sky_projection",
                                             "projection_parameters"};
 
@@ -421,7 +422,7 @@ std::size_t index_of(std::string_view section) {
 
 glm::dvec3 vector(const std::vector<double>& values) { return {values[0], values[1], values[2]}; }
 
-/// The place of the first key that the user gave.
+/// Place of the first of the keys that the user gave.
 SourceLocation place_of(const ParameterSet& set, std::initializer_list<std::string_view> keys) {
   for (const std::string_view key : keys) {
     if (set.is_given(key)) return set.where(key);
@@ -468,12 +469,12 @@ Projection find_projection(const std::string& kind) {
   return std::ranges::find(kinds, kind, &std::pair<std::string_view, Projection>::first)->second;
 }
 
-// The field of a fisheye whose fov is not given, deg.
+// Default camera.fov of a fisheye, deg.
 constexpr double dome = 180;
-// The size of a map of the sphere where it is not given, pixels.
+// Default size of a map of the sphere, pixels.
 const std::vector<double> map_size = {1024, 512};
 
-/// The size of an image as it is rendered.
+/// Size of the rendered image.
 std::pair<int, int> resolve_size(const ParameterSet& image, const ParameterSet& camera,
                                  Projection projection) {
   const auto width = static_cast<int>(image.numbers("size")[0]);
@@ -609,7 +610,7 @@ void RenderParameters::set_view_defaults() {
   const auto is_from_command_line = [](const SourceLocation& where) {
     return where.file.starts_with("--set ");
   };
-  // Nothing on the command line could take the size out of a file made for another view.
+  // A file made for another view may give a size, which the command line cannot remove.
   if (is_from_command_line(camera.where("projection")) &&
       !is_from_command_line(image.where("size"))) {
     return;
@@ -647,7 +648,7 @@ bool RenderParameters::applies(std::string_view section_name, std::string_view k
   }
   if (section_name == "image" && key == "size") return projection != Projection::healpix;
   if (section_name == "animation") return frames > 0;
-  // How points are drawn applies to all stars, the other keys to the field's.
+  // These keys say how all stars are drawn; the other keys are about field stars.
   if (section_name == "stars" && key != "antialiased" && key != "white_point" &&
       key != "largest_radius") {
     return set.number("number") > 0;

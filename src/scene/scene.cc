@@ -27,20 +27,20 @@ namespace {
 constexpr std::string_view star_type = "star";
 constexpr const char* star_sed = "flat_fnu";
 
-// Mpc: where galaxies of a sky view stand that tell no distance.
+// Distance of a sky view's galaxies for which none is given, Mpc.
 constexpr double nominal_distance = 1000;
 constexpr double ten_parsec = 1e-5;  // Mpc
 constexpr double kiloparsec = 1e-3;  // Mpc
 
-// Stars in an image at most: they are kept in memory.
+// Largest number of stars in an image: they are kept in memory.
 constexpr std::size_t most_stars = 20'000'000;
-// Their number is known beforehand to better than this factor.
+// Factor within which the number of stars is known beforehand.
 constexpr double surely = 2;
 
-// A smaller one, of a few parsecs, tells no distance; 0 is light that is not shifted.
+// A smaller redshift (a few parsecs) gives no useful distance; 0 means light that is not shifted.
 constexpr double smallest_redshift = 1e-9;
-// nJy, and nJy/sr times pi, of a galaxy: with its peaks and in any unit they fit a pixel, whose
-// numbers end at 3e38.
+// Largest flux (nJy) and pi times the brightness (nJy/sr) of a galaxy. Its peaks then fit a pixel
+// in any unit; pixel values end at 3e38.
 constexpr double largest_flux = 1e28;
 constexpr double largest_brightness = 1e35;
 
@@ -67,7 +67,7 @@ glm::dmat3 read_axes(const SceneRow& row, const glm::dvec3& centre, const Camera
   return orientation_along(direction, row.number(pa));
 }
 
-/// Sets what follows from radius, axes and stretch.
+/// Sets to_ball and bounding_radius from radius, axes and stretch.
 void place(PlacedGalaxy& placed, const glm::dmat3& axes, const SceneRow& row) {
   const std::vector<double>& stretch = placed.galaxy->axis();
   for (int i = 0; i < 3; ++i) {
@@ -82,7 +82,7 @@ void place(PlacedGalaxy& placed, const glm::dmat3& axes, const SceneRow& row) {
   placed.bounding_radius = placed.radius * *std::max_element(stretch.begin(), stretch.end());
 }
 
-/// Whether places on the sky show in an image.
+/// Tests whether places on the sky are inside an image.
 class ImageField {
  public:
   explicit ImageField(const Camera& camera) : camera_(camera) {
@@ -103,7 +103,7 @@ class ImageField {
         least = std::min(least, glm::dot(ray->direction, center_));
       }
     }
-    // Wider fields may hold the pole or all of the sky.
+    // A wider field may contain the pole or the whole sky.
     constexpr double widest = std::numbers::pi / 6;
     const double angle = std::acos(std::clamp(least, -1.0, 1.0));
     if (angle < widest) radius_ = angle * (1 + 1e-3) + 2 * pixel_angle();
@@ -119,7 +119,7 @@ class ImageField {
     const double reach = *radius_ + radius;
     if (reach < std::numbers::pi && glm::dot(direction, center_) < std::cos(reach)) return false;
     const std::optional<glm::dvec2> pixel = camera_.pixel(direction);
-    // Distortions within a narrow field stay well below a half.
+    // In a narrow field distortions stay well below a factor of 1.5.
     const double margin = 1.5 * radius / (camera_.pixel_aspect() * pixel_angle()) + 2;
     return !pixel || (pixel->x > -margin && pixel->x < camera_.width() - 1 + margin &&
                       pixel->y > -margin && pixel->y < camera_.height() - 1 + margin);
@@ -156,7 +156,7 @@ class SceneReader {
   Scene read();
 
  private:
-  /// Where the selected row's object stands, and how far it is, Mpc.
+  /// Place of the selected row's object, and its distances in Mpc.
   struct Position {
     glm::dvec3 centre;
     double redshift = 0;
@@ -168,28 +168,29 @@ class SceneReader {
   glm::dvec3 read_direction(const ImageField& field) const;
   double read_angular_radius(const Position& position) const;
   void turn_to_north();
-  /// The selected row's orientation; that of a film is the one in its first frame.
+  /// Orientation of the selected row; in an animation, that of the first frame.
   glm::dmat3 orient(const glm::dvec3& centre);
   void read_galaxy(const Position& position, double radius);
   /// False for a star that does not touch the image.
   bool read_star(const Position& position);
   /// The stars of [stars], which follow the rows' objects.
   void add_field_stars(const ImageField& field);
-  /// Where a star stands in the image, if it touches it.
+  /// Pixel coordinates of a star that touches the image; nothing for others.
   std::optional<glm::dvec2> star_pixel(const glm::dvec3& direction) const;
-  /// The flux (nJy) of the row's magnitude over that of a unit source, whose flux in the reference
-  /// band is `rest` unredshifted at 10 pc, and `observed` as it is.
+  /// Flux (nJy) of the row's magnitude over that of a unit source. In the reference band that
+  /// source has the flux `rest` unredshifted at 10 pc, and `observed` as it is seen.
   double flux_scale(const Position& position, double rest, double observed) const;
   double brightness(const PlacedGalaxy& placed, const Position& position);
-  /// One text for all galaxies of a name.
+  /// One shared text for all galaxies with a name.
   const SharedText& shared(const std::string& name);
-  /// From the camera, scene units. From within a galaxy its flux says nothing, and its brightness
-  /// does not depend on the distance: any will do at its very centre.
+  /// Distance from the camera, scene units; 1 at a galaxy's very centre. There any distance will
+  /// do: seen from within, a galaxy's flux is meaningless, and its brightness does not depend on
+  /// distance.
   double distance_of(const glm::dvec3& centre) const {
     const double distance = camera_.distance(centre);
     return distance > 0 ? distance : 1;
   }
-  /// Angle of a scene unit at the row's distance, which an orthographic view does not show, rad.
+  /// Angle of a scene unit at the row's distance, rad; an orthographic view does not show it.
   double angle_of_unit(const Position& position) const;
   void check_band(const Sed& sed, const Bandpass& band, double redshift, const std::string& what,
                   const SourceLocation& where) const;
@@ -199,13 +200,13 @@ class SceneReader {
   const RenderParameters& parameters_;
   const Spectrum& spectrum_;
   const Camera& camera_;
-  std::optional<Camera> first_camera_;  ///< of a film
+  std::optional<Camera> first_camera_;  ///< of an animation
   Resources& resources_;
   SceneRow row_;
   GalaxyLibrary& library_;
   bool is_sky_;
   std::shared_ptr<const Bandpass> reference_;
-  /// The least and the greatest redshift at which the spectra of a galaxy reach all planes.
+  /// Least and greatest redshift at which a galaxy's spectra were found to cover all planes.
   std::unordered_map<const Galaxy*, std::pair<double, double>> checked_;
   std::map<std::string, SharedText, std::less<>> names_;
   Scene scene_;
@@ -216,7 +217,7 @@ void SceneReader::choose_unit() {
   const bool has_magnitudes = row_.has(column::magnitude) || row_.has(column::apparent_magnitude);
   scene_.unit =
       parameters_.pixel_unit.value_or(has_magnitudes ? PixelUnit::nanojansky : PixelUnit::relative);
-  // Relative images have a grid of rays.
+  // Pixels of relative images are a grid of rays.
   if (scene_.unit == PixelUnit::relative) library_.keep_closures_apart();
   if (has_magnitudes && scene_.unit == PixelUnit::relative) {
     throw InputError(parameters_.pixel_unit_where,
@@ -284,7 +285,7 @@ SceneReader::Position SceneReader::read_position(const ImageField* field) const 
   }
   if (field == nullptr) {
     position.centre = {row_.number(column::x), row_.number(column::y), row_.number(column::z)};
-    // Where the camera has a place the scene itself says how far things are.
+    // Where the camera has a position, the scene itself gives the distances.
     if (const std::optional<double> unit = parameters_.megaparsec();
         unit && has_place(camera_.projection())) {
       const double stretch = 1 + position.redshift;
@@ -296,8 +297,8 @@ SceneReader::Position SceneReader::read_position(const ImageField* field) const 
   return position;
 }
 
-/// Makes the selected row's pa, counted from the image's +y towards -x where the object stands, one
-/// from North towards East.
+/// Converts the selected row's pa from the image's frame (from +y towards -x at the object's place)
+/// to the sky's (from North towards East).
 void SceneReader::turn_to_north() {
   using namespace column;
   const double x = row_.number(px) - 1, y = row_.number(py) - 1;
@@ -368,7 +369,7 @@ void SceneReader::check_band(const Sed& sed, const Bandpass& band, double redshi
 }
 
 void SceneReader::check_planes(const PlacedGalaxy& placed) {
-  // What reaches them at two redshifts reaches them at those between.
+  // Spectra that cover the planes at two redshifts cover them at all redshifts between.
   const auto [known, is_new] =
       checked_.try_emplace(placed.galaxy.get(), placed.redshift, placed.redshift);
   auto& [least, greatest] = known->second;
@@ -379,7 +380,7 @@ void SceneReader::check_planes(const PlacedGalaxy& placed) {
     const Sed::Range range = sed != nullptr ? sed->range() : component->extinction()->range();
     for (const SpectralPlane& plane : spectrum_.planes) {
       const Sed::Range seen = plane.range();
-      // No light is left shortward of the Lyman limit that dust could absorb.
+      // Dust needs no curve shortward of the Lyman limit, where no light is left to absorb.
       const bool is_fine =
           (seen.low >= range.low * stretch ||
            (sed == nullptr && plane.band != nullptr && range.low <= lyman_limit)) &&
@@ -425,7 +426,7 @@ double SceneReader::brightness(const PlacedGalaxy& placed, const Position& posit
   const bool has_light = std::any_of(components.begin(), components.end(), [](const auto& c) {
     return std::as_const(*c).sed() != nullptr;
   });
-  // Dust alone needs no magnitude.
+  // A galaxy of dust alone needs no magnitude.
   if (!has_light && !is_absolute && !row_.is_given(column::apparent_magnitude)) return 1;
   for (std::size_t c = 0; c < components.size(); ++c) {
     const Sed* sed = components[c]->sed();
@@ -470,7 +471,7 @@ glm::dmat3 SceneReader::orient(const glm::dvec3& centre) {
   if (!first_camera_) return read_axes(row_, centre, camera_);
   const glm::dmat3 axes = read_axes(row_, centre, *first_camera_);
   if (!row_.is_given(column::inclination)) return axes;
-  // Frames have a scene that no camera turns.
+  // The list of an animation gives orientations that do not depend on the camera.
   const double turn = turn_about_axis(axes);
   row_.replace(column::ox, axes[2].x);
   row_.replace(column::oy, axes[2].y);
@@ -534,7 +535,7 @@ bool SceneReader::read_star(const Position& position) {
 }
 
 std::optional<glm::dvec2> SceneReader::star_pixel(const glm::dvec3& direction) const {
-  // Pixels around the image within which a star still touches it.
+  // Margin around the image, pixels, within which a star still touches it.
   const double margin = parameters_.white_point ? parameters_.largest_star + 1 : 1;
   const std::optional<glm::dvec2> pixel = camera_.pixel(direction);
   const bool touches = pixel && pixel->x > -margin && pixel->x < camera_.width() - 1 + margin &&
@@ -555,7 +556,8 @@ void SceneReader::add_field_stars(const ImageField& field) {
     throw InputError(own.number_where,
                      fmt::format("more than {} stars would be in the image", most_stars));
   };
-  // Before they are made one by one; other pixels are about as large as the middle one.
+  // The stars' number is checked before they are made. Other pixels are about as large as the
+  // middle one.
   const double square_degrees =
       static_cast<double>(camera_.width()) * camera_.height() *
       camera_.solid_angle(0.5 * (camera_.width() - 1), 0.5 * (camera_.height() - 1)) *
@@ -607,7 +609,7 @@ Scene SceneReader::read() {
     double radius = 0;
     if (is_sky_) {
       const double angle = is_star ? 0 : read_angular_radius(position);
-      // The longest axis that a galaxy may have.
+      // Longest axis of a galaxy, in units of its radius.
       constexpr double most_stretch = 10;
       const glm::dvec3 direction = position.centre / position.comoving_distance;
       if (!field->holds(direction, most_stretch * angle)) continue;
@@ -620,7 +622,7 @@ Scene SceneReader::read() {
     }
     if (is_star) {
       if (!read_star(position)) {
-        // Another frame may show it.
+        // Another frame may show the object.
         if (parameters_.frames > 0) list_ += row_.line();
         continue;
       }

@@ -6,15 +6,16 @@ namespace {
 using Type = ParameterType;
 
 constexpr double full_turn = 360;
-// Within these, path lengths and densities stay within single precision.
+// Between these sizes, path lengths and densities stay within single precision.
 constexpr double smallest_size = 1e-15;
 constexpr double largest_size = 1e15;
 constexpr double largest_seed = 0x1p63;
-// Brighter or fainter than anything. Pixels hold what is between these at a usual distance.
+// Nothing is brighter or fainter. At usual distances pixels hold the fluxes between these
+// magnitudes.
 constexpr double brightest_magnitude = -60;
 constexpr double faintest_magnitude = 100;
 constexpr double largest_redshift = 1000;
-// Mpc; the Sun is at 5e-12.
+// Mpc; the Sun is at 5e-12 Mpc.
 constexpr double smallest_distance = 1e-12;
 constexpr double largest_distance = 1e6;
 

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view default_word = "-";
 
-/// Columns that have a meaning in one kind of view.
+/// Columns that have a meaning in one kind of view only.
 constexpr Column sky_columns[] = {column::ra, column::dec, column::dx,       column::dy,
                                   column::px, column::py,  column::size_kpc, column::size_arcsec};
 constexpr Column other_columns[] = {column::x,  column::y,  column::z,   column::ox,
@@ -28,7 +28,7 @@ bool applies(Column column, bool is_sky) {
   return is_sky ? !holds(other_columns) : !holds(sky_columns);
 }
 
-/// Factor of a value in the catalogue's unit; nothing where the unit does not fit.
+/// Factor that converts a value from the catalogue's unit; nothing where the unit does not fit.
 std::optional<double> factor_of(const std::string& from, const std::string& to,
                                 const std::string& scene_unit) {
   if (from.empty()) return 1.0;
@@ -49,7 +49,7 @@ SceneRow::SceneRow(const Catalogue& catalogue, const RenderParameters& parameter
   const ParameterTable& columns = scene_columns();
   const bool is_sky = parameters.projection == Projection::sky;
   const CatalogueFormat format = catalogue.format();
-  // A scene list is made for gamer; of other catalogues what is not needed is left alone.
+  // A scene list is made for gamer. In other catalogues, columns that are not needed are ignored.
   const bool is_own = format == CatalogueFormat::list || format == CatalogueFormat::skymaker;
   const ColumnMap& usual = usual_columns(format);
   std::vector<std::string> names, found;
@@ -77,7 +77,7 @@ SceneRow::SceneRow(const Catalogue& catalogue, const RenderParameters& parameter
       if (mapped->second.starts_with('=')) {
         source.kind = Source::Kind::constant;
         source.constant = mapped->second.substr(1);
-        // It replaces the catalogue's own.
+        // The mapped column replaces the catalogue's column of that name.
         if (const auto own = place_of(names[c])) used[*own] = true;
         continue;
       }
@@ -247,8 +247,8 @@ std::string SceneRow::line() const {
     std::string text = word(column);
     if (replaced_.contains(column) || (sources_[c].factor != 1 && is_given(column)))
       text = fmt::format("{}", number(column));
-    // Blanks and '#' would end the word. Analytic SEDs are the same without; else only names have
-    // them.
+    // A blank or '#' would end the word. Analytic SEDs mean the same without blanks; in other
+    // columns and SEDs only names can contain these.
     if (column == column::sed && text.find('(') != std::string::npos) std::erase(text, ' ');
     for (char& letter : text) {
       if (letter == ' ' || letter == '\t' || letter == '\n' || letter == '\r' || letter == '#') {
@@ -270,7 +270,7 @@ void SceneRow::check_required(Column column) const {
 
 template <typename Number>
 Number SceneRow::parse(Column column, std::string_view text, const char* expected) const {
-  // from_chars takes no plus sign.
+  // std::from_chars rejects a plus sign.
   const bool has_plus = text.size() > 1 && text[0] == '+' && text[1] != '-';
   Number value{};
   const auto [end, error] =

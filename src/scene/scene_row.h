@@ -14,8 +14,8 @@ namespace gamer {
 
 using column::Column;
 
-/// Reads the rows of a catalogue as a scene's: finds the columns, converts units, checks each value
-/// by its column's declaration.
+/// Reads the rows of a catalogue as rows of a scene: finds the columns, converts units, and checks
+/// each value by its column's declaration.
 class SceneRow {
  public:
   /// Throws InputError: unknown, repeated and missing columns, units that do not fit.
@@ -25,9 +25,9 @@ class SceneRow {
     row_ = row;
     replaced_.clear();
   }
-  /// Another value for a column of the selected row.
+  /// Replaces the value of a column of the selected row.
   void replace(Column column, double value) { replaced_[column] = value; }
-  /// Lines have ox oy oz and pa, for which replace() sets values, in place of inclination.
+  /// Makes lines have ox oy oz and pa (set by replace()) in place of inclination.
   void fix_orientation() { is_fixed_ = true; }
 
   /// Whether the catalogue has the column at all.
@@ -39,14 +39,13 @@ class SceneRow {
   double number(Column column) const;
   std::int64_t integer(Column column) const;
 
-  /// Where the row's value stands; where the row stands if it has none.
+  /// Place of the row's value; place of the row if it has no value.
   SourceLocation where(Column column) const;
-  /// Where the column's name stands.
+  /// Place of the column's name.
   SourceLocation name_where(Column column) const;
   [[noreturn]] void fail(Column column, const std::string& message) const;
 
-  /// The names of the columns that there are, and the selected row's words, as lines of a scene
-  /// list.
+  /// The names of the catalogue's columns, and the selected row's words, as lines of a scene list.
   std::string header_line() const;
   std::string line() const;
 
@@ -58,7 +57,7 @@ class SceneRow {
     std::size_t place = 0;
     double factor = 1;
   };
-  /// Whether lines have the column.
+  /// Whether the lines of the scene list have the column.
   bool stands_in_lines(Column column) const;
   /// The row's value in its column's unit: a word, or a number.
   std::string word(Column column) const;

@@ -12,9 +12,9 @@ namespace {
 
 // One line of a head, as SExtractor 2.25 writes CATALOG_TYPE ASCII_HEAD:
 //   #   3 MAG_AUTO               Kron-like elliptical aperture magnitude             [mag]
-// A vector has one line; the number of the next one says how long it is.
+// A vector has one line; the number in the next line tells its length.
 struct HeadEntry {
-  std::size_t number = 0;  ///< of the column, from 1; 0 where it exceeds most_columns
+  std::size_t number = 0;  ///< column number, from 1; 0 where it exceeds most_columns
   std::size_t number_begin = 0;
   std::string_view name;
   std::size_t name_begin = 0;
@@ -28,7 +28,7 @@ std::size_t skip(std::string_view line, std::size_t i, bool blanks) {
   return i;
 }
 
-/// What a line "# number NAME ..." says; nothing for other lines.
+/// The entry of a line "# number NAME ..."; nothing for other lines.
 std::optional<HeadEntry> head_entry(std::string_view line) {
   std::size_t i = skip(line, 0, true);
   if (i == line.size() || line[i] != '#') return std::nullopt;
@@ -116,7 +116,7 @@ TextCatalogue read_sextractor(std::string_view text, const std::string& label) {
         location(label, line, words.back().begin),
         fmt::format("the row has {} value{} for {} columns", count, count == 1 ? "" : "s", last));
   }
-  // The length of a vector in the last line of the head shows in the rows.
+  // Only the rows tell the length of a vector in the head's last line.
   RowCollector rows(text, label, TextRows::Separator::blanks,
                     expand(head, count == 0 ? last : count));
   if (count != 0) rows.add(line);

@@ -18,10 +18,10 @@
 namespace gamer {
 namespace {
 
-// The words of a row, as SkyMaker reads them (its src/list.c and config/sample.list) and Stuff
-// writes them (its doc/src/Output.rst). Positions are FITS pixels; position angles are degrees
-// counterclockwise from the image's x axis to the major axis; radii are those along the major axis
-// (src/galaxies.c, make_sersic). SkyMaker's own output adds the area of the noise.
+// The words of a row as SkyMaker reads them (its src/list.c, config/sample.list) and Stuff writes
+// them (its doc/src/Output.rst). Positions are FITS pixels. Position angles are degrees
+// counterclockwise from the image's x axis to the major axis; radii lie along it (src/galaxies.c,
+// make_sersic). SkyMaker's output has one more word, the noise area.
 enum Word : std::size_t {
   code,
   x,
@@ -62,20 +62,20 @@ constexpr double galaxy_code = 200;
 constexpr std::size_t star_words = magnitude + 1;
 constexpr std::size_t galaxy_words = disk_angle + 1;
 
-// SkyMaker draws no disk with less of the light.
+// SkyMaker draws no disk with a smaller share of the light.
 constexpr double smallest_disk_share = 0.001;
 
-// Radii in arcsec: beyond these a list can only be wrong.
+// Radii in arcsec; values outside can only be mistakes.
 constexpr double smallest_radius = 1e-6;
 constexpr double largest_radius = 1e6;
 
-// The envelopes are whole out to so many radii; 1 % of a bulge's light is farther out, and of a
-// disk's 0.05 %.
+// Radii up to which the envelopes are complete, in effective radii and scale lengths. 1 % of a
+// bulge's light lies farther out, and 0.05 % of a disk's.
 constexpr double bulge_reach = 20;
 constexpr double disk_reach = 10;
 
-// A part smaller than this share of the ball is made this large: it is a point beside the other
-// part, and densities stay within single precision.
+// Smallest size of a part as a share of the ball; smaller parts get this size. Such a part is a
+// point beside the other part, and densities stay within single precision.
 constexpr double smallest_share = 1e-6;
 
 constexpr double smallest_flattening = 0.1;
@@ -85,7 +85,7 @@ constexpr double edge_on = 90;
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* star = "star";
 
-/// A row's numbers, with their places for messages.
+/// The numbers of a row, with their places for messages.
 class Row {
  public:
   Row(const std::string& label, const TextLine& line, const std::vector<LineWord>& words)
@@ -112,7 +112,7 @@ class Row {
  private:
   double parse(Word word) const {
     std::string_view text = words_[word].text;
-    // from_chars takes no plus sign, SkyMaker writes it.
+    // std::from_chars rejects the plus sign that SkyMaker writes.
     if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
     double value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -129,8 +129,8 @@ class Row {
   std::array<double, word_count> values_{};
 };
 
-/// The SED of a disk of that type: the nearest of Stuff's types -6, -2, 2, 4, 6, 10 (its default
-/// SEDs; of -6 and -2 E, of 2 and 4 Sbc, of 6 Scd, of 10 Im), the later one midway.
+/// SED of a disk by its type: that of the nearest of Stuff's types -6, -2, 2, 4, 6, 10 (its default
+/// SEDs: -6 and -2 E, 2 and 4 Sbc, 6 Scd, 10 Im), midway that of the later type.
 const char* disk_sed(double type) {
   constexpr double first_sbc = 0;
   constexpr double first_scd = 5;
@@ -140,7 +140,7 @@ const char* disk_sed(double type) {
   return type < first_im ? "Scd" : "Im";
 }
 
-/// What a galaxy's row becomes.
+/// The made galaxy of a row, its size and orientation.
 struct Shape {
   std::string type;
   double radius;       ///< of the ball, arcsec
@@ -156,8 +156,8 @@ double disk_cosine2(double aspect) {
   return std::clamp((aspect * aspect - q0 * q0) / (1 - q0 * q0), 0.0, 1.0);
 }
 
-/// The flattening of an oblate bulge that has the aspect ratio q at that inclination:
-/// q^2 = cos^2 i + (c/a)^2 sin^2 i. The nearest possible where none does.
+/// Flattening of an oblate bulge whose aspect ratio is q at that inclination: q^2 = cos^2 i +
+/// (c/a)^2 sin^2 i. Where none fits, the nearest possible one.
 double bulge_flattening(double aspect, double cosine2) {
   if (cosine2 == 1) return 1;
   const double square = (aspect * aspect - cosine2) / (1 - cosine2);
@@ -195,7 +195,7 @@ Shape shape_of(const Row& row) {
     shape.inclination = std::acos(std::sqrt(cosine2)) / degree;
     if (bulge) made.flattening = bulge_flattening(made.flattening, cosine2);
   } else {
-    // Any flattening below the aspect ratio would do; it is seen from its equator.
+    // Any flattening up to the aspect ratio would do; this one is seen edge-on.
     made.flattening = std::max(made.flattening, smallest_flattening);
   }
   shape.type = made.name();

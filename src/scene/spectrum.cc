@@ -14,7 +14,7 @@ std::shared_ptr<const Bandpass> find(const std::string& name, const SourceLocati
   try {
     return find_bandpass(name, where.file, resources);
   } catch (const InputError& error) {
-    // A message about the file itself carries its own place.
+    // Messages about the file's contents have a place of their own.
     throw InputError(where, error.what());
   }
 }

@@ -19,10 +19,10 @@ namespace {
 
 using std::numbers::pi;
 
-// Margin of an angle, beyond rounding.
+// Margin for angles, larger than rounding errors.
 constexpr double slack = 1e-12;
 
-// Just below the upper edge of a face, which is the lower one of the next.
+// The largest coordinate within a face; its upper edge is the next face's lower edge.
 constexpr double most = 1 - slack;
 
 double middle(int size) { return 0.5 * (size - 1); }
@@ -44,7 +44,7 @@ class Fisheye final : public SphereProjection {
     const double across = std::hypot(direction.x, direction.y);
     const double angle = std::atan2(across, direction.z);
     if (angle > limit_ * (1 + slack)) return std::nullopt;
-    // Straight behind: any place of the circle.
+    // Straight behind the camera, any place on the circle is right.
     const glm::dvec2 way = across > 0 ? glm::dvec2(direction.x, direction.y) / across
                                       : glm::dvec2(0, angle > 0 ? -1 : 0);
     return glm::dvec2(middle(width()), middle(height())) + angle / step_ * way;
@@ -52,7 +52,7 @@ class Fisheye final : public SphereProjection {
 
   double solid_angle(double x, double y) const override {
     if (!direction(x, y)) return 0;
-    // Gauss-Legendre: sin(angle)/angle is smooth.
+    // Gauss-Legendre quadrature; sin(angle)/angle is smooth.
     constexpr double node = 0.3872983346207417;  // sqrt(3/5)/2
     constexpr std::array<double, 3> nodes = {-node, 0, node};
     constexpr std::array<double, 3> weights = {5.0 / 18, 8.0 / 18, 5.0 / 18};
@@ -61,7 +61,7 @@ class Fisheye final : public SphereProjection {
       for (std::size_t j = 0; j < nodes.size(); ++j) {
         const double u = step_ * (x + nodes[i] - middle(width()));
         const double v = step_ * (y + nodes[j] - middle(height()));
-        // Beyond the point behind there is nothing.
+        // Angles above pi do not exist: they add nothing.
         sum += weights[i] * weights[j] * std::max(sine_ratio(std::hypot(u, v)), 0.0);
       }
     }
@@ -82,7 +82,7 @@ class Fisheye final : public SphereProjection {
     const double length = glm::length(way), rim = limit_ / step_;
     glm::dvec2 place(x, y);
     if (is_whole() && length > rim) {
-      // Through the point behind, and to the nearest pixel whose middle is in the circle.
+      // Continues through the point behind, to the nearest pixel whose middle is in the circle.
       double left = 2 * rim - length;
       do {
         place = glm::round(centre - std::max(left, 0.0) / length * way);
@@ -98,11 +98,11 @@ class Fisheye final : public SphereProjection {
   }
 
  private:
-  /// Whether the circle is the whole sphere, its rim the point behind.
+  /// Whether the circle is the whole sphere; its rim is then the point behind the camera.
   bool is_whole() const { return limit_ > pi * (1 - slack); }
   static double sine_ratio(double angle) { return angle > 0 ? std::sin(angle) / angle : 1; }
 
-  double limit_;  ///< angle from forward
+  double limit_;  ///< largest angle from forward, rad
   double step_;   ///< rad per pixel
 };
 
@@ -123,7 +123,7 @@ class Equirectangular final : public SphereProjection {
   }
 
   double solid_angle(double, double y) const override {
-    // sin b2 - sin b1.
+    // The difference sin b2 - sin b1.
     return across_ * 2 * std::cos(along_ * (y - middle(height()))) * std::sin(along_ / 2);
   }
 
@@ -134,7 +134,7 @@ class Equirectangular final : public SphereProjection {
   double pixel_angle() const override { return std::max(across_, along_); }
 
   glm::ivec2 neighbour(const glm::dvec2&, int x, int y) const override {
-    // Over a pole half a turn away.
+    // Beyond a pole, the longitude changes by half a turn.
     if (y < 0 || y >= height()) {
       x += width() / 2;
       y = y < 0 ? -1 - y : 2 * height() - 1 - y;
@@ -150,8 +150,8 @@ class Equirectangular final : public SphereProjection {
 struct Side {
   glm::dvec3 right, up, forward;
   const char* name;
-  double longitude, latitude;  ///< of its middle, deg
-  int column, row;             ///< in a picture of all, which is a cross
+  double longitude, latitude;  ///< of the side's middle, deg
+  int column, row;             ///< in a picture of all sides, which is a cross
 };
 
 constexpr int side_count = 6;
@@ -168,7 +168,7 @@ const std::array<Side, side_count>& sides() {
   return all;
 }
 
-/// Number of the face that a row stands in.
+/// Number of the face that contains a row.
 int face_of(double y, int face_rows, int faces) {
   return std::clamp(static_cast<int>(std::floor((y + 0.5) / face_rows)), 0, faces - 1);
 }
@@ -182,7 +182,7 @@ class Faces : public SphereProjection {
     const int size = width();
     int face = face_of(at.y, size, height() / size);
     y -= face * size;
-    // Around a corner it goes over two edges.
+    // Around a corner the way crosses two edges.
     constexpr int most_edges = 3;
     for (int i = 0; i < most_edges; ++i) {
       const int edge = x < 0       ? left_edge
@@ -212,9 +212,9 @@ class Faces : public SphereProjection {
  protected:
   Faces(int size, int faces) : SphereProjection(size, faces * size) {}
 
-  /// Finds what joins where, from the directions.
+  /// Finds which edges join, from their directions.
   void join() {
-    // In units of the side: a place on each edge, not in its middle, and a step across.
+    // A place on each edge, away from its middle, and a step across it; in units of the side.
     constexpr double place = 0.3, step = 1e-3, end = 1e-9;
     const int size = width();
     const auto direction_at = [&](int face, const glm::dvec2& local) {
@@ -299,7 +299,7 @@ class Cubemap final : public Faces {
 
  private:
   int size_;
-  double step_;  ///< at unit distance
+  double step_;  ///< pixel size at unit distance
 };
 
 constexpr int base_pixels = 12;
@@ -316,8 +316,8 @@ class Healpix final : public Faces {
   std::optional<glm::dvec3> direction(double x, double y) const override {
     const int face = face_of(y, nside_, base_pixels);
     const double east = (x + 0.5) / nside_, west = (y + 0.5) / nside_ - face;
-    // Rows of base pixels: their southern corners stand 2, 3, 4 half diagonals below the North
-    // pole; their middles at so many eighths of a turn.
+    // Distance below the North pole in half diagonals; southern corners of base pixels have 2, 3,
+    // 4. Their middles have these longitudes in eighths of a turn.
     const double down = 2 + face / 4 - east - west;
     const int middle_eighth = 2 * (face % 4) + (face / 4 == 1 ? 0 : 1);
     // Towards a pole: sigma = sqrt(3 (1 - |sin b|)).
@@ -331,7 +331,7 @@ class Healpix final : public Faces {
     } else {
       cosine = std::sqrt((1 - sine) * (1 + sine));
     }
-    // Eighths from the middle of the face, in units of sigma.
+    // Distance from the middle of the face, in eighths of a turn and units of sigma.
     const double away = sigma > 0 ? (east - west) / sigma : 0;
     const double longitude = pi / 4 * (middle_eighth + away);
     return glm::dvec3(-cosine * std::sin(longitude), sine, cosine * std::cos(longitude));
@@ -340,14 +340,14 @@ class Healpix final : public Faces {
   std::optional<glm::dvec2> pixel(const glm::dvec3& direction) const override {
     const double longitude = std::atan2(-direction.x, direction.z);
     const double sine = std::clamp(direction.y, -1.0, 1.0);
-    // Quarter turns, [0, 4).
+    // Longitude in quarter turns, [0, 4).
     double turns = longitude / (pi / 2);
     if (turns < 0) turns += 4;
     if (turns >= 4) turns = 0;
     int face = 0;
     double east = 0, west = 0;
     if (std::abs(sine) <= 2.0 / 3) {
-      // Lines of constant y rise, of constant x fall with the longitude.
+      // With the longitude, lines of constant y rise and lines of constant x fall.
       const double falling = 0.5 + turns + 0.75 * sine, rising = 0.5 + turns - 0.75 * sine;
       const int f = static_cast<int>(std::floor(falling)), r = static_cast<int>(std::floor(rising));
       face = f == r ? f % 4 + 4 : f > r ? r % 4 : f % 4 + 8;
@@ -357,7 +357,7 @@ class Healpix final : public Faces {
       const int quarter = std::min(static_cast<int>(turns), 3);
       const double within = turns - quarter;
       const double across = std::hypot(direction.x, direction.z);
-      // 1 - |sin b|, also near the pole.
+      // Here 1 - |sin b| keeps its digits near the pole.
       const double sigma = std::sqrt(3 * across * across / (1 + std::abs(sine)));
       const double first = std::min(within * sigma, 1.0);
       const double second = std::min((1 - within) * sigma, 1.0);
@@ -374,8 +374,8 @@ class Healpix final : public Faces {
   double density(double x, double y) const override { return solid_angle(x, y); }
   bool is_equal_area() const override { return true; }
 
-  /// The rhombus at the equator, with half diagonals pi/4 and 2/3, has sides of 1.03/nside. The
-  /// longest sides are those of the pixels at the poles, 1.2/nside.
+  /// The longest sides are those of the pixels at the poles, 1.2/nside. For comparison, the rhombus
+  /// at the equator, with half diagonals pi/4 and 2/3, has sides of 1.03/nside.
   double pixel_angle() const override { return 1.2 / nside_; }
 
  private:
@@ -384,8 +384,8 @@ class Healpix final : public Faces {
 
 struct FrameName {
   SphereFrame frame;
-  const char *longitude, *latitude;  ///< as CTYPE has them, four letters
-  char letter;                       ///< of COORDSYS
+  const char *longitude, *latitude;  ///< four letters of CTYPE
+  char letter;                       ///< COORDSYS
 };
 
 constexpr FrameName frames[] = {
@@ -460,7 +460,7 @@ void set_sphere_axes(const RenderParameters& parameters, ImageHeader& header) {
         auto [x, y] = axes("TAN", width, width, 2.0 / width, 2.0 / width);
         x.reference_value = side.longitude;
         y.reference_value = side.latitude;
-        // Needed where the middle is a pole.
+        // Sides whose middle is a pole need these cards.
         header.faces.push_back({side.name,
                                 x,
                                 y,

@@ -13,7 +13,7 @@ using Separator = TextRows::Separator;
 constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
 constexpr std::string_view no_value = "-";
 
-/// Continuation bytes of UTF-8 take no column of their own.
+/// Continuation bytes of UTF-8 do not count as columns.
 bool starts_character(char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }
 
 std::size_t skip_blanks(std::string_view line, std::size_t i) {
@@ -21,7 +21,7 @@ std::size_t skip_blanks(std::string_view line, std::size_t i) {
   return i;
 }
 
-/// Keeps the first words and counts all.
+/// Keeps the first words and counts all words.
 class WordKeeper {
  public:
   WordKeeper(std::vector<LineWord>& words, std::size_t most) : words_(words), most_(most) {
@@ -47,7 +47,7 @@ void split_at_blanks(std::string_view line, WordKeeper& words) {
   }
 }
 
-/// The word whose opening quote stands at `i`, which becomes the place behind its closing one.
+/// The quoted word whose opening quote is at `i`; `i` moves behind the closing quote.
 LineWord quoted_word(const TextLine& line, const std::string& label, std::size_t& i) {
   LineWord word{{}, i};
   for (++i; i < line.text.size(); ++i) {
@@ -156,7 +156,7 @@ std::size_t split_line(const TextLine& line, Separator separator, const std::str
 std::size_t expected_rows(std::string_view text, std::size_t begin, std::size_t words) {
   const std::string_view rest = text.substr(begin);
   const auto lines = static_cast<std::size_t>(std::count(rest.begin(), rest.end(), '\n')) + 1;
-  // A word and what separates it from the next take two bytes or more, an empty one a comma.
+  // A word and its separator take two bytes or more; an empty word and its comma take one.
   return std::min(lines, rest.size() / words + 1);
 }
 

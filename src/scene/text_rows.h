@@ -30,25 +30,25 @@ class LineReader {
 
 /// One word of a line.
 struct LineWord {
-  std::string_view text;  ///< of a quoted word what is between its quotes
+  std::string_view text;  ///< without the quotes of a quoted word
   std::size_t begin = 0;  ///< in the line, bytes
   bool escaped = false;   ///< has doubled quotes
 };
 
-/// The number of columns beyond which a table can only be a mistake.
+/// A table with more columns than this can only be a mistake.
 inline constexpr std::size_t most_columns = 10000;
 
 bool is_blank(char c);
 
-/// `word` in `line`, for messages.
+/// Place of a word that begins at byte `begin` of `line`, for messages.
 SourceLocation location(const std::string& label, const TextLine& line, std::size_t begin);
 
-/// Sets `words` to the first `most` words of a line; the number of all of them. Throws InputError:
-/// a quote that is not closed, or that is followed by more of the word.
+/// Sets `words` to the first `most` words of a line and returns the number of all words. Throws
+/// InputError for a quote that is not closed, or is followed by more of the word.
 std::size_t split_line(const TextLine& line, TextRows::Separator separator,
                        const std::string& label, std::size_t most, std::vector<LineWord>& words);
 
-/// The number of rows to make room for: at most one per line left, each of at least `words` words.
+/// Number of rows to reserve: at most one per remaining line, each of at least `words` words.
 std::size_t expected_rows(std::string_view text, std::size_t begin, std::size_t words);
 
 /// What the reader of a text format returns.
@@ -57,13 +57,13 @@ struct TextCatalogue {
   TextRows places;
 };
 
-/// Collects rows of words under columns of which name, unit and place are known.
+/// Collects rows of words under columns of known name, unit and place.
 class RowCollector {
  public:
   RowCollector(std::string_view text, const std::string& label, TextRows::Separator separator,
                std::vector<Catalogue::Column> columns);
-  /// Adds the words of a line, unless it has none. Throws InputError where their number is not that
-  /// of the columns.
+  /// Adds the words of a line, if it has any. Throws InputError where their number differs from
+  /// that of the columns.
   void add(const TextLine& line);
   TextCatalogue finish() && { return std::move(table_); }
 
@@ -73,8 +73,8 @@ class RowCollector {
   std::vector<LineWord> words_;
 };
 
-/// Columns from the words of a line that names them; units are left empty. Throws InputError where
-/// they are too many.
+/// Columns named by the words of a line; units are left empty. Throws InputError for too many
+/// columns.
 std::vector<Catalogue::Column> named_columns(const TextLine& line, TextRows::Separator separator,
                                              const std::string& label);
 

@@ -12,8 +12,7 @@ enum class Dimension { none, angle, distance, wavelength, magnitude, image };
 struct Unit {
   std::string_view name;
   Dimension dimension;
-  double
-      size;  ///< in the dimension's smallest unit here, so that ratios of whole numbers are exact
+  double size;  ///< in the dimension's smallest unit, so that ratios of whole numbers are exact
 };
 
 constexpr double degree = 3.6e6;  ///< mas

@@ -15,8 +15,8 @@
 namespace gamer {
 namespace {
 
-/// Longest piece of the quadrature, relative to the wavelength. Over it the light of a cold
-/// blackbody may rise by e^1.5, which three points integrate to 1e-5.
+/// Longest piece of the quadrature, relative to the wavelength. Within it the light of a cold
+/// blackbody may rise by e^1.5; three points integrate this to 1e-5.
 constexpr double longest_piece = 1e-2;
 
 /// A point of the Gauss rule on [-1, 1].
@@ -26,7 +26,7 @@ struct GaussPoint {
 const std::array<GaussPoint, 3> gauss_points = {
     {{-std::sqrt(0.6), 5.0 / 9}, {0, 8.0 / 9}, {std::sqrt(0.6), 5.0 / 9}}};
 
-/// From X-rays to radio; bounds the number of pieces.
+/// From X-rays to radio; the range bounds the number of pieces.
 const Interval band_wavelengths = Interval::closed(1, 1e10);  // Angstrom
 const Interval throughputs = Interval::left_open(0, 1);
 

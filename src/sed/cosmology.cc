@@ -13,7 +13,7 @@ constexpr double largest_redshift = 1e4;
 constexpr double parsec_per_megaparsec = 1e6;
 constexpr double modulus_distance = 10;  // pc
 
-// The estimate of the quadrature's error is pessimistic, so this gives 1e-9 with ease.
+// The quadrature overestimates its error, so this gives 1e-9 easily.
 constexpr double quadrature_tolerance = 1e-10;
 constexpr unsigned quadrature_depth = 15;
 

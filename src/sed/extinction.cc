@@ -16,20 +16,20 @@ namespace {
 
 constexpr double angstrom_per_micron = 1e4;
 
-// Where the pieces of CCM89 begin and end, x in 1/um.
+// Ends of the pieces of CCM89, x in 1/um.
 constexpr double infrared_start = 0.3;
 constexpr double optical_start = 1.1;
 constexpr double ultraviolet_start = 3.3;
 constexpr double far_terms_start = 5.9;
 constexpr double far_ultraviolet_start = 8.0;
 
-/// End of the curve, Angstrom: the Lyman limit, past which hydrogen absorbs more than dust.
+/// End of the curve, Angstrom: the Lyman limit. Shortward of it hydrogen absorbs more than dust.
 constexpr double shortest_wavelength = 912.0;
 
 const Interval r_v_interval = Interval::closed(2, 6);
 
-/// The wavelength that stands for V in the check of a file, and how far from 1 the curve may be
-/// there: effective wavelengths of V differ by about 50 Angstrom, A(lambda) by 0.03 % per Angstrom.
+/// Wavelength of V in the check of a file, and the curve's largest deviation from 1 there.
+/// Effective wavelengths of V differ by about 50 Angstrom, A(lambda) by 0.03 % per Angstrom.
 constexpr double v_wavelength = 5500.0;
 constexpr double v_tolerance = 0.05;
 

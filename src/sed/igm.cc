@@ -17,7 +17,7 @@ constexpr std::array<Line, 4> lyman_series = {
     {{1216, 0.0036}, {1026, 0.0017}, {973, 0.0012}, {950, 0.00093}}};
 constexpr double line_exponent = 3.46;
 
-/// The absorber at which the light has the line's wavelength lies between observer and source.
+/// Absorption needs an absorber, at redshift lambda/lambda_j - 1, between observer and source.
 double line_depth(double wavelength, double emission) {
   double depth = 0;
   for (const Line& line : lyman_series) {
@@ -29,8 +29,8 @@ double line_depth(double wavelength, double emission) {
   return depth;
 }
 
-/// Footnote 3 of the paper. The sums of powers are integrals over absorbers between the redshift
-/// at which the light had the Lyman limit, or the observer, and the source.
+/// Footnote 3 of the paper. Sums of powers are integrals over absorbers up to the source. They
+/// begin at the redshift where the light has the Lyman limit, or at the observer.
 double continuum_depth(double wavelength, double emission) {
   const double limit = wavelength / lyman_limit;
   if (limit >= emission) return 0;
@@ -41,7 +41,8 @@ double continuum_depth(double wavelength, double emission) {
   const double cube = limit * limit * limit;
   const double depth = 0.25 * cube * rise(0.46) + 9.4 * limit * std::sqrt(limit) * rise(0.18) +
                        0.7 * cube * rise(-1.32) - 0.023 * rise(1.68);
-  // The last term takes the thickest clouds for opaque, which they are not to extreme ultraviolet.
+  // The last term treats the thickest clouds as opaque, which they are not in the extreme
+  // ultraviolet.
   return std::max(depth, 0.0);
 }
 

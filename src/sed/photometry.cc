@@ -13,13 +13,13 @@ namespace {
 constexpr double planck_constant = 6.62607015e-34;  // J s, exact
 constexpr double nanojansky_in_si = 1e-35;          // W/m^2/Hz
 
-/// What arrives at an observed wavelength, per unit of it: (1+z)^-1 S(lambda/(1+z)) X.
+/// Observed light per unit of observed wavelength: (1+z)^-1 S(lambda/(1+z)) X.
 double source(const Sed& sed, double wavelength, double redshift, Igm igm) {
   const double transmitted = igm == Igm::madau95 ? madau95_transmission(wavelength, redshift) : 1.0;
   return sed.flux(wavelength / (1 + redshift)) * transmitted / (1 + redshift);
 }
 
-/// Observed wavelengths within a range at which what arrives bends or jumps, ascending.
+/// Observed wavelengths within a range at which the observed light bends or jumps, ascending.
 std::vector<double> kinks(const Sed& sed, const Sed::Range& range, double redshift, Igm igm) {
   const double stretch = 1 + redshift;
   const std::span<const double> rows = sed.kinks();

@@ -29,7 +29,7 @@ constexpr double second_radiation_constant = 1.438776877503933e8;
 const Interval temperatures = Interval::left_open(0, 1e7);  // K
 const Interval power_law_indices = Interval::closed(-100, 100);
 
-/// How f_lambda follows from the column of a file: value * lambda^power.
+/// Conversion of a file's column to f_lambda: value * lambda^power.
 struct FluxKind {
   std::string_view name;
   int power;
@@ -38,7 +38,7 @@ constexpr std::array<FluxKind, 3> flux_kinds = {{{"flambda", 0}, {"fnu", -2}, {"
 
 class TableSed : public Sed {
  public:
-  /// `table`: values relative to that at the reference wavelength.
+  /// `table` has values relative to the value at the reference wavelength.
   TableSed(std::string name, TwoColumns table, int power)
       : Sed(std::move(name)), table_(std::move(table)), power_(power) {}
 
@@ -75,8 +75,8 @@ class BlackbodySed : public Sed {
         reference_x_(scale_ / sed_reference_wavelength),
         reference_(std::expm1(reference_x_)) {}
 
-  /// (lambda_0/lambda)^5 (exp(x_0) - 1)/(exp(x) - 1), x = hc/(lambda k T); where a term could
-  /// overflow, by its logarithm. At the temperatures that SEDs may have none underflows.
+  /// (lambda_0/lambda)^5 (exp(x_0) - 1)/(exp(x) - 1), x = hc/(lambda k T); by its logarithm where a
+  /// term could overflow. No term underflows at the temperatures of SEDs.
   double flux(double wavelength) const override {
     if (std::isinf(wavelength)) return 0;
     const double x = scale_ / wavelength, r = wavelength / sed_reference_wavelength;
@@ -96,11 +96,11 @@ class BlackbodySed : public Sed {
   double reference_;  // exp(x_0) - 1
 };
 
-/// An analytic SED as it may be named: identifier, or identifier(number unit).
+/// Name of an analytic SED: identifier, or identifier(number unit).
 struct Analytic {
   std::string_view identifier;
-  std::string_view argument;  ///< how lists show it; empty where none is taken
-  std::string_view unit;      ///< that must follow the number
+  std::string_view argument;  ///< argument in lists; empty for none
+  std::string_view unit;      ///< unit required after the number
   std::string_view example;
   const Interval* interval;
   std::shared_ptr<const Sed> (*make)(const std::string& name, double argument);
@@ -196,14 +196,14 @@ std::shared_ptr<const Sed> parse_sed(std::string_view text, const std::string& l
     throw InputError(where, fmt::format("no flux at {} Angstrom, where SEDs are normalised",
                                         sed_reference_wavelength));
   }
-  // Denormal numbers have few digits.
+  // Denormal numbers have too few digits.
   if (reference < std::numeric_limits<double>::min()) {
     throw InputError(where,
                      fmt::format("the flux at {} Angstrom, {}, is too small to normalise by it",
                                  sed_reference_wavelength, reference));
   }
   for (double& value : table.values) value /= reference;
-  // The power is not positive, so that this bounds the flux of the whole range.
+  // The power is not positive, so this bounds the flux of the whole range.
   const double bound = *std::max_element(table.values.begin(), table.values.end()) *
                        std::pow(table.wavelengths.front() / sed_reference_wavelength, power);
   if (!std::isfinite(bound)) {

@@ -23,7 +23,7 @@ struct Unit {
 };
 constexpr std::array<Unit, 3> wavelength_units = {{{"Angstrom", 1.0}, {"nm", 10.0}, {"um", 1e4}}};
 
-/// Wavelengths in the order of their bits, 64 intervals an octave.
+/// Intervals of wavelength by the bits of doubles, 64 an octave.
 constexpr int dropped_bits = 46;
 std::uint64_t start_of(double wavelength) {
   return std::bit_cast<std::uint64_t>(wavelength) >> dropped_bits;
@@ -80,7 +80,7 @@ struct HeadEntry {
   SourceLocation where;
 };
 
-// Adds "key: value" of a comment's text; prose is left alone.
+// Adds the "key: value" of a comment's text; other text is ignored.
 void read_head_line(std::string_view line, std::size_t hash, const SourceLocation& where,
                     std::vector<HeadEntry>& head) {
   const std::size_t colon = line.find(':', hash);
@@ -92,7 +92,7 @@ void read_head_line(std::string_view line, std::size_t hash, const SourceLocatio
   head.push_back({lower(key), std::string(value), value_where});
 }
 
-// What the head says of `key`, or null.
+// The head's entry of `key`, or null.
 const HeadEntry* find_entry(const std::vector<HeadEntry>& head, const std::string& key) {
   const HeadEntry* entry = nullptr;
   for (const HeadEntry& candidate : head) {
@@ -117,7 +117,7 @@ double read_number(const std::vector<HeadEntry>& head, const HeadNumber& number)
   return value;
 }
 
-// The one of `choices` that the head gives for `key`, as an index.
+// Index of the one of `choices` that the head gives for `key`.
 std::size_t choose(const std::vector<HeadEntry>& head, const std::string& label,
                    const std::string& key, const std::vector<std::string>& choices) {
   const HeadEntry* entry = find_entry(head, key);
@@ -147,7 +147,7 @@ void TwoColumns::make_starts() {
   const std::uint64_t first = start_of(wavelengths.front()), last = start_of(wavelengths.back());
   std::size_t i = 1;
   for (std::uint64_t start = first; start <= last; ++start) {
-    // The first row, but the first of all, that lies above the beginning of the interval.
+    // The lowest row, except the very first, that lies above the interval's beginning.
     const double begin = std::bit_cast<double>(start << dropped_bits);
     while (i + 1 < wavelengths.size() && wavelengths[i] <= begin) ++i;
     starts_.push_back(static_cast<std::uint32_t>(i));

@@ -11,32 +11,32 @@
 
 namespace gamer {
 
-/// A number that the head of a two-column file may give: "# <key>: <number>".
+/// An optional number in the head of a two-column file: "# <key>: <number>".
 struct HeadNumber {
   std::string key;  ///< lower case
   Interval interval;
   double default_value;
 };
 
-/// What the head of a two-column file has to say of its second column, "# <key>: <one of kinds>",
-/// and may say besides.
+/// Format of a two-column file's head. The kind of the second column is required, "# <key>: <one of
+/// kinds>"; numbers are optional.
 struct TwoColumnFormat {
   std::string key;
   std::vector<std::string> kinds;
   std::vector<HeadNumber> numbers = {};
 };
 
-/// A function of wavelength read from a file of two columns: wavelength (head "# wavelength:
-/// Angstrom|nm|um") and a value that is never negative. '#' opens a comment anywhere; comment lines
-/// "# key: value" before the first row are the head. Keys and units may be in any case.
+/// A function of wavelength from a file of two columns: wavelength (head "# wavelength:
+/// Angstrom|nm|um") and a value that is never negative. '#' begins a comment anywhere. Comment
+/// lines "# key: value" before the first row are the head. Keys and units may be in any case.
 struct TwoColumns {
-  std::string kind;                   ///< of the values, as spelled in TwoColumnFormat
+  std::string kind;                   ///< kind of the values, as spelled in TwoColumnFormat
   std::vector<double> wavelengths;    ///< Angstrom, positive, ascending, at least two
   std::vector<double> values;         ///< finite, not negative, not all zero
-  std::vector<SourceLocation> where;  ///< of each value
+  std::vector<SourceLocation> where;  ///< place of each value
   std::vector<double> numbers;        ///< in the order of TwoColumnFormat
 
-  /// Linear in wavelength. Precondition: within range().
+  /// Linear interpolation in wavelength. Precondition: `wavelength` is within range().
   double interpolate(double wavelength) const;
   bool covers(double wavelength) const;
   Sed::Range range() const { return {wavelengths.front(), wavelengths.back()}; }
@@ -45,8 +45,8 @@ struct TwoColumns {
   friend TwoColumns parse_two_columns(std::string_view, const std::string&, const TwoColumnFormat&);
   void make_starts();
 
-  /// Bands of thousands of galaxies are integrated, each at hundreds of wavelengths: for each
-  /// of 64 intervals an octave, where the search for a row begins.
+  /// First row to search for each of 64 intervals an octave. It makes the integration of thousands
+  /// of bands, each at hundreds of wavelengths, fast.
   std::vector<std::uint32_t> starts_;
 };
 

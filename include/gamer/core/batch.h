@@ -4,10 +4,10 @@
 
 namespace gamer {
 
-/// Points of a batch are worked on together: enough to hide the dispatch, few enough for all arrays
-/// of a galaxy's evaluation to stay in a small second-level cache. Arrays handed to kernels are
-/// padded to a multiple of `batch_padding` floats and aligned to `batch_alignment` bytes; kernels
-/// may read and write the padding.
+/// Number of points of a batch. It is large enough to hide the cost of dispatch, and small enough
+/// for a galaxy's arrays to stay in a small second-level cache. Kernels' arrays are padded to a
+/// multiple of `batch_padding` floats and aligned to `batch_alignment` bytes; kernels may read and
+/// write the padding.
 inline constexpr std::size_t batch_capacity = 512;
 inline constexpr std::size_t batch_padding = 16;
 inline constexpr std::size_t batch_alignment = 64;
@@ -22,7 +22,7 @@ struct alignas(batch_alignment) BatchArray {
   float operator[](std::size_t i) const { return values[i]; }
 };
 
-/// `size` points as structure of arrays (aligned and padded as above).
+/// `size` points as a structure of arrays, aligned and padded as above.
 struct Points {
   const float* x;
   const float* y;
@@ -30,7 +30,7 @@ struct Points {
   std::size_t size;
 };
 
-/// `size` rounded up to whole vectors of any target.
+/// `size` rounded up to whole vectors of any SIMD target.
 inline constexpr std::size_t padded(std::size_t size) {
   return (size + batch_padding - 1) / batch_padding * batch_padding;
 }
@@ -39,7 +39,7 @@ struct Range {
   float least, most;
 };
 
-/// The least and the greatest of at least one value. None may be a NaN.
+/// The least and the greatest value; size >= 1. No value may be NaN.
 Range range_of(const float* values, std::size_t size);
 
 }  // namespace gamer

@@ -4,7 +4,7 @@
 
 namespace gamer {
 
-/// Time since it was made.
+/// A stopwatch that starts when it is constructed.
 class Clock {
  public:
   double seconds() const {

@@ -11,7 +11,7 @@
 
 namespace gamer {
 
-/// A TOML document as a tree that remembers where every value stood. It hides the TOML library from
+/// A node of a TOML document; it remembers where every value stood. It hides the TOML library from
 /// the rest of the program. Keys keep the order of the file.
 class ConfigNode {
  public:
@@ -20,8 +20,8 @@ class ConfigNode {
   using Data = std::variant<bool, std::int64_t, double, std::string, Array, Table>;
 
   Data data = Table{};
-  SourceLocation where;      ///< of the value; of the document's root the file alone
-  SourceLocation key_where;  ///< of the key; for an array's element the same as `where`
+  SourceLocation where;      ///< place of the value; for the document's root, the file alone
+  SourceLocation key_where;  ///< place of the key; for an array's element equal to `where`
 
   bool is_table() const { return std::holds_alternative<Table>(data); }
   bool is_array() const { return std::holds_alternative<Array>(data); }
@@ -35,13 +35,14 @@ class ConfigNode {
   std::string type_name() const;
 };
 
-/// Parses TOML text; `file` is used in locations. Throws InputError: syntax, duplicate keys, dates
-/// and times (no parameter takes them), nesting deeper than 64 or a key of more than 16 parts.
+/// Parses TOML text; `file` names it in locations. Throws InputError for wrong syntax, duplicate
+/// keys, dates and times (no parameter takes them), nesting deeper than 64, a key of more than 16
+/// parts.
 ConfigNode parse_toml(std::string_view text, const std::string& file);
 
-/// Applies "section.key=value", value in TOML syntax (a bare word that is no TOML value counts as a
-/// string). Creates tables on the way; replaces what was there. The location is `--set
-/// section.key`. Throws InputError.
+/// Applies "section.key=value" to the tree; the value is in TOML syntax, and a bare word that is no
+/// TOML value counts as a string. Missing tables are created and an old value is replaced. The
+/// location is `--set section.key`. Throws InputError.
 void set_from_text(ConfigNode& root, std::string_view assignment);
 
 }  // namespace gamer

@@ -11,11 +11,11 @@ struct SourceLocation {
   int line = 0;
   int column = 0;
 
-  /// "file:line:column", leaving out what is unknown.
+  /// "file:line:column", without the parts that are unknown.
   std::string text() const;
 };
 
-/// Wrong input or usage: the user can mend it. Programs end with exit code 2.
+/// Wrong input or usage, which the user can correct. Programs end with exit code 2.
 class InputError : public std::runtime_error {
  public:
   explicit InputError(const std::string& message) : std::runtime_error(message) {}

@@ -6,18 +6,18 @@
 
 namespace gamer {
 
-/// Threads of this process that parallel_for() may work in; 1 until it is called. Where images are
-/// rendered an Executor has threads of its own.
+/// Sets the number of threads of this process that parallel_for() may use; 1 until it is called.
+/// Rendering uses an Executor, which has threads of its own.
 void use_threads(int threads);
 
-/// Calls work(i) for every i in [0, count), in any order and from several threads at a time;
-/// returns when all are done. Where work throws the loop ends, and what it threw for the least
-/// index is thrown on. Results must not depend on the threads: what is summed is kept by index and
-/// summed afterwards.
+/// Calls work(i) for every i in [0, count), in any order and from several threads at a time, and
+/// returns when all are done. If work throws, the loop ends, and the exception of the lowest index
+/// is rethrown. Results must not depend on the threads: keep terms by index and sum them
+/// afterwards.
 ///
-/// Loops may be nested. With `at_a_time` no more indices than that are worked on at any time, and
-/// threads take them one by one, as large work, or such as needs much memory, asks for; the other
-/// threads help in the loops within it.
+/// Loops may be nested. `at_a_time` limits the number of indices in work at any time, for work that
+/// is large or needs much memory. Threads then take indices one by one, and the other threads help
+/// in inner loops.
 void parallel_for(std::size_t count, const std::function<void(std::size_t i)>& work,
                   std::optional<std::size_t> at_a_time = {});
 

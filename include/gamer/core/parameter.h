@@ -28,7 +28,7 @@ struct Interval {
     return open(-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity());
   }
 
-  bool contains(double x) const;  ///< false for NaN; infinities only where a closed end is infinite
+  bool contains(double x) const;  ///< false for NaN, and for infinity but at closed infinite ends
   std::string text() const;       ///< "[0, 1[" in the notation of the docs
 };
 
@@ -46,12 +46,12 @@ enum class ParameterType {
   noise,    ///< a sub-table read with a table of its own, or false
 };
 
-/// monostate: not given and no default (an optional or a required parameter).
+/// monostate: no value was given and there is no default (an optional or a required parameter).
 using ParameterValue = std::variant<std::monostate, bool, std::int64_t, double, std::string,
                                     std::vector<double>, std::vector<std::string>>;
 
-/// The declaration of one parameter. Parsing, range checks, lists, docs and property tests all read
-/// it; nothing about a parameter stands anywhere else.
+/// The declaration of one parameter. Parsing, range checks, lists, docs and property tests read it;
+/// it is the only description of the parameter.
 struct Parameter {
   std::string name;
   ParameterType type = ParameterType::number;
@@ -64,13 +64,13 @@ struct Parameter {
 
   /// "number, deg, ]0, 180[" for lists and messages.
   std::string type_text() const;
-  /// The default in TOML syntax; "required" or "none" when there is none.
+  /// The default in TOML syntax; without a default, "required" or "none".
   std::string default_text() const;
 };
 
 using ParameterTable = std::vector<Parameter>;
 
-/// The value in TOML syntax (numbers round-trip).
+/// The value in TOML syntax; numbers read back exactly.
 std::string value_text(const ParameterValue& value);
 
 /// The values of one ParameterTable, as read from one config table.
@@ -80,16 +80,16 @@ class ParameterSet {
   /// All defaults.
   explicit ParameterSet(const ParameterTable& table);
 
-  /// Reads `node` (a table). Keys in `skip` are left for the caller. `context` opens messages
+  /// Reads `node` (a table). Keys in `skip` are ignored here. `context` begins each message
   /// ("component 'arms': "). Throws InputError for an unknown key (with near names; `known_where`
-  /// says where it stood, e.g. "in [spectrum]"), a wrong type, a value outside its interval or not
-  /// finite, or a missing required key. Integers serve as numbers, never the other way round. A
-  /// parameter of type `noise` that holds a table is given but has no value: the caller reads it.
+  /// says where it stood, e.g. "in [spectrum]"), a wrong type, a value not finite or outside its
+  /// interval, or a missing required key. Integers serve as numbers, but not numbers as integers. A
+  /// parameter of type `noise` given as a table has no value here; the caller reads the table.
   static ParameterSet read(const ParameterTable& table, const ConfigNode& node,
                            const std::string& context, const std::string& known_where,
                            std::span<const std::string> skip = {});
 
-  /// These throw std::logic_error when `name` is not declared or has no value of that type.
+  /// These getters throw std::logic_error when `name` is undeclared or has no value of that type.
   bool boolean(std::string_view name) const;
   std::int64_t integer(std::string_view name) const;
   double number(std::string_view name) const;
@@ -100,10 +100,10 @@ class ParameterSet {
 
   const ParameterValue& value(std::string_view name) const;
   bool has(std::string_view name) const;       ///< has a value, given or default
-  bool is_given(std::string_view name) const;  ///< stood in the file
+  bool is_given(std::string_view name) const;  ///< whether the file gives it
   SourceLocation where(std::string_view name) const;
 
-  /// Checks `value` against the declaration and stores it; the same errors as read(), without a
+  /// Checks `value` against the declaration and stores it; throws as read() does, without a
   /// location. monostate removes an optional value.
   void set(std::string_view name, const ParameterValue& value);
 
@@ -122,7 +122,7 @@ class ParameterSet {
   std::string context_;
 };
 
-/// A GitHub-style Markdown table of the declarations, and the same for a terminal.
+/// A table of the declarations in GitHub's Markdown, and one for a terminal.
 std::string markdown_table(const ParameterTable& table);
 std::string terminal_table(const ParameterTable& table);
 

@@ -5,10 +5,9 @@
 
 namespace gamer {
 
-/// `text` for one line of a terminal: line ends and tabs become \n, \r and \t, other control
-/// characters (of ASCII and of Unicode, U+0080 to U+009F) and bytes that are not UTF-8 become
-/// \xNN. Names of files and what files hold could otherwise move the cursor or begin a line of
-/// their own.
+/// `text` made safe for one line of a terminal. Line ends and tabs become \n, \r and \t. Other
+/// control characters (of ASCII, and U+0080 to U+009F) and bytes that are not UTF-8 become \xNN.
+/// Without this, file names and contents could move the cursor or imitate other lines.
 std::string printable(std::string_view text);
 
 }  // namespace gamer

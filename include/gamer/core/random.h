@@ -5,7 +5,8 @@
 
 namespace gamer {
 
-/// Randomness as a function of what it is for (seed, object, sample), never of order.
+/// Random numbers are functions of their purpose (seed, object, sample), never of the order of
+/// calls.
 
 /// The finaliser of splitmix64 (Steele, Lea & Flood 2014, doi:10.1145/2660193.2660195, with
 /// Stafford's variant 13 of the constants): a bijection that mixes all 64 bits. mix64(0) = 0.
@@ -15,7 +16,7 @@ constexpr std::uint64_t mix64(std::uint64_t z) {
   return z ^ (z >> 31);
 }
 
-/// 2^64 over the golden ratio, splitmix64's increment.
+/// 2^64 divided by the golden ratio: the increment of splitmix64.
 inline constexpr std::uint64_t golden_gamma = 0x9e3779b97f4a7c15u;
 
 /// A hash of the words, their order and their number.

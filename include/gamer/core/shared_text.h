@@ -8,7 +8,7 @@
 
 namespace gamer {
 
-/// A text that does not change. Copies share it, so that the list of a large scene is held once.
+/// An immutable text. Copies share it, so that the list of a large scene is stored once.
 class SharedText {
  public:
   SharedText() : SharedText(std::string()) {}

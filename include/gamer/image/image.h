@@ -13,7 +13,7 @@
 
 namespace gamer {
 
-/// A stack of planes of one size. Row 0 is the bottom of the picture, as in FITS.
+/// A stack of planes of equal size. Row 0 is the bottom of the picture, as in FITS.
 class Image {
  public:
   Image() = default;
@@ -58,50 +58,50 @@ struct TextTable {
   std::vector<Card> cards;
 
   using TakeRow = std::function<void(std::span<const std::string_view>)>;
-  /// Where they would take much room, instead of `rows`: calls its argument with one after the
-  /// other, every time the same.
+  /// Used instead of `rows` where they would need much memory. It calls its argument with each row
+  /// in turn, in every call the same rows.
   std::function<void(const TakeRow&)> made_rows = {};
 
-  /// Calls `take` with each row, whichever of the two there are.
+  /// Calls `take` with each row of `rows` or of `made_rows`.
   void for_each_row(const TakeRow& take) const;
 };
 
-/// One of the parts of an image that stand one above the other, each in an HDU of its own.
+/// One face of an image whose faces stand one above the other; each is an HDU of its own.
 struct ImageFace {
-  std::string label;  ///< "FRONT"; EXTNAME, before the plane's label where planes are extensions
+  std::string label;  ///< "FRONT"; begins EXTNAME; a plane's label follows in extensions
   LinearAxis x, y;
   std::vector<Card> cards;
-  /// Where it stands in a picture of all, in faces from the lower left.
+  /// Place of the face in a picture of all faces, counted in faces from the lower left.
   int column = 0, row = 0;
 };
 
-/// Describes an image that is a HEALPix map: `nside` columns, and `nside` rows for each of the
-/// twelve base pixels in their order.
+/// Describes an image that is a HEALPix map. It has `nside` columns, and `nside` rows for each of
+/// the twelve base pixels in HEALPix order.
 struct HealpixHeader {
   int nside = 1;
-  bool is_nested = false;  ///< ORDERING of the file: NESTED or RING
+  bool is_nested = false;  ///< ORDERING of the file is NESTED (otherwise RING)
   char frame = 'G';        ///< COORDSYS
 };
 
-/// Everything about an image but its pixels.
+/// The description of an image: all but its pixels.
 struct ImageHeader {
   int width = 0;
   int height = 0;
   std::string unit;  ///< BUNIT
   LinearAxis x, y;
-  /// 80-character records of a celestial WCS (CelestialWcs::records()), instead of x and y.
+  /// 80-character records of a celestial WCS (CelestialWcs::records()), which replace x and y.
   std::vector<std::string> wcs_records;
-  /// Empty, or the parts of the image from its bottom, of one height, instead of x and y.
+  /// The image's faces from its bottom, of equal height, which replace x and y; empty for none.
   std::vector<ImageFace> faces;
   std::optional<HealpixHeader> healpix;
-  /// One per plane, Angstrom; the third axis of a cube.
+  /// Wavelengths of the planes, Angstrom; the third axis of a cube.
   std::vector<double> wavelengths;
-  /// One per plane: EXTNAME and file name suffix, e.g. "5500A".
+  /// One label per plane, e.g. "5500A": EXTNAME and suffix of the file name.
   std::vector<std::string> labels;
-  /// Empty, or one per plane: BUNIT of the plane's HDU, where it is not `unit`. A cube has one.
+  /// BUNIT of each plane's HDU; empty where all are `unit`. The planes of a cube have one unit.
   std::vector<std::string> plane_units;
   /// Empty, or one list per plane: cards that differ from plane to plane. In an HDU of several
-  /// planes the plane's number, from 1, is added to the key, as in WAVELENn.
+  /// planes the key gets the plane's number (from 1), as in WAVELENn.
   std::vector<std::vector<Card>> plane_cards;
   std::vector<Card> cards;
   std::vector<TextTable> tables;

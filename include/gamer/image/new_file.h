@@ -4,9 +4,9 @@
 
 namespace gamer {
 
-/// Before work begins: throws InputError "output '<path>': ..." where such a file cannot be made:
-/// its folder does not exist or cannot be written, a folder has that name, or a file exists that
-/// may not be overwritten. Nothing that stands there changes.
+/// Checks, before work begins, that a file can be made; changes nothing. Throws InputError "output
+/// '<path>': ..." where its folder does not exist or cannot be written, a folder has that name, or
+/// a file exists that must not be overwritten.
 void check_new_file(const std::filesystem::path& path, bool overwrite);
 
 }  // namespace gamer

@@ -19,9 +19,9 @@ struct Area {
   bool operator==(const Area&) const = default;
 };
 
-/// One plane of pixels whose values are made where they are asked for: a stored image, or an
-/// operation on other planes. Work on a plane of any size so needs memory only for the area that is
-/// asked for. Row 0 is the bottom. Missing pixels are NaN.
+/// One plane of pixels whose values are made on demand: a stored image, or an operation on other
+/// planes. So work on a plane of any size needs memory only for the area read. Row 0 is the bottom.
+/// Missing pixels are NaN.
 class Plane {
  public:
   /// Throws std::invalid_argument when a side is not positive.
@@ -35,16 +35,16 @@ class Plane {
   Area whole() const { return {0, 0, width_, height_}; }
 
   /// Writes pixel (area.x + i, area.y + j) to out[j * stride + i]. `area` lies within the plane;
-  /// stride >= area.width. Safe from several threads at a time. Throws what its sources throw.
+  /// stride >= area.width. Safe from several threads at a time. Throws what the sources throw.
   virtual void read(const Area& area, double* out, std::ptrdiff_t stride) const = 0;
   void read(const Area& area, double* out) const { read(area, out, area.width); }
 
-  /// Areas of this size are made at the least cost per pixel; the plane's edges cut them.
+  /// Size of the areas with the least cost per pixel; the plane's edges cut them.
   struct Tile {
     int width = 0;
     int height = 0;
   };
-  /// Whole rows, 2^18 pixels or so, unless an operation says otherwise.
+  /// Whole rows of about 2^18 pixels, unless an operation says otherwise.
   virtual Tile tile() const;
 
  private:
@@ -56,7 +56,7 @@ using PlanePtr = std::shared_ptr<const Plane>;
 /// Pixels in memory, bottom row first.
 class MemoryPlane final : public Plane {
  public:
-  /// Throws std::invalid_argument when `values` are not width * height.
+  /// Throws std::invalid_argument unless there are width * height values.
   MemoryPlane(int width, int height, std::vector<double> values);
   using Plane::read;
   void read(const Area& area, double* out, std::ptrdiff_t stride) const override;
@@ -68,21 +68,21 @@ class MemoryPlane final : public Plane {
 /// A copy of one plane of an image.
 PlanePtr memory_plane(const Image& image, int plane = 0);
 
-/// `change(area, values)` on what `source` has: values[j * area.width + i] for pixel (area.x + i,
-/// area.y + j), changed in place. Called from several threads at a time, for any areas.
+/// A change of pixels in place: values[j * area.width + i] is pixel (area.x + i, area.y + j). It is
+/// called from several threads at a time, for any areas. changed() applies it to `source`.
 using PixelChange = std::function<void(const Area& area, double* values)>;
 PlanePtr changed(PlanePtr source, PixelChange change);
 
-/// Splits the plane into bands of whole rows, bottom first; `threads` make the tiles of a band,
-/// then `take(area, values)` has it in this thread. Throws what the plane or `take` throws.
+/// Splits the plane into bands of whole rows, bottom first. `threads` threads make the tiles of a
+/// band, then this thread calls `take(area, values)`. Throws what the plane or `take` throws.
 void for_each_band(const Plane& plane, int threads,
                    const std::function<void(const Area& area, const double* values)>& take);
 
-/// Calls `use(block)` for squares of at most `side` pixels that cover the area: for planes whose
-/// sources would be read too widely for a whole one.
+/// Calls `use(block)` for blocks of at most side x side pixels that cover the area. It serves
+/// planes that would read too much of their sources for a large area.
 void for_each_block(const Area& area, int side, const std::function<void(const Area& block)>& use);
 
-/// All of it in memory: an Image of one plane.
+/// The whole plane in memory: an Image of one plane.
 Image evaluate(const Plane& plane, int threads = 1);
 
 }  // namespace gamer

@@ -11,17 +11,17 @@
 
 namespace gamer {
 
-/// A smooth function through values at ascending times: cubic Hermite pieces whose slopes are those
-/// of the parabola through a value and its two neighbours (Catmull-Rom for any spacing); at the
-/// ends of the parabola through the last three. Its first derivative is continuous; parabolas are
-/// met exactly, straight lines even between two values.
+/// A smooth function through values at ascending times: cubic Hermite pieces with continuous slope.
+/// The slope at a value is that of the parabola through the value and its two neighbours, and at an
+/// end that of the parabola through the last three values. Parabolas are met exactly; two values
+/// give a straight line.
 template <class Value>
 class SmoothPath {
  public:
   SmoothPath() = default;
-  /// As many values as times.
+  /// `times` and `values` have one size.
   SmoothPath(std::vector<double> times, std::vector<Value> values);
-  /// Between the first time and the last.
+  /// The value at a time between the first and the last.
   Value at(double time) const;
 
  private:
@@ -31,12 +31,12 @@ class SmoothPath {
 
 /// The camera's path of [animation] through its key frames.
 ///
-/// Positions and targets follow a SmoothPath, and so do the logarithms of fov and width. Where
-/// animation.up is not given, camera.up is up all the time: the horizon stays level. Where it is
-/// given, it says how the view is rolled at each key; the turns between (unit quaternions with
-/// signs that make neighbours nearest) follow a SmoothPath of their four components, and the
-/// shortest turn then brings that view's direction to the target, so that there is no sudden roll
-/// even where the path passes straight above what it looks at.
+/// Positions and targets follow a SmoothPath, and so do the logarithms of fov and width. Without
+/// animation.up, camera.up is up in every frame, so that the horizon stays level. With
+/// animation.up, each key has its own roll; the view's turns are unit quaternions with signs that
+/// make neighbours nearest. Their four components follow a SmoothPath. The shortest turn then
+/// points the view at the target. So there is no sudden roll, even where the path passes straight
+/// above the target.
 class CameraPath {
  public:
   struct View {
@@ -44,13 +44,14 @@ class CameraPath {
     double fov = 0, width = 0;  ///< as camera.fov, camera.width
   };
 
-  /// Throws InputError: a projection without target, lists of different length, times that do not
-  /// ascend, fov or width that the projection has not; in any frame a view without direction, too
-  /// near to up (level horizon), beyond the projection's fov or the range of numbers.
+  /// Throws InputError for a projection without a target, lists of different lengths, times that do
+  /// not ascend, and fov or width where the projection has none. Throws it also where a frame's
+  /// view has no direction, is too near to up (level horizon), or exceeds the projection's fov or
+  /// the range of numbers.
   explicit CameraPath(const RenderParameters& parameters);
 
   int frames() const { return frames_; }
-  /// Time of a frame, counted from 0. Frames are evenly spread from the first key to the last.
+  /// Time of a frame (from 0). Frames are evenly spread from the first key to the last.
   double time(int frame) const;
   View at(double time) const;
 
@@ -59,7 +60,7 @@ class CameraPath {
 
   int frames_;
   std::vector<double> times_;
-  View constant_;  ///< where there are no keys
+  View constant_;  ///< the view where there are no keys
   std::optional<SmoothPath<glm::dvec3>> position_, target_;
   std::optional<SmoothPath<glm::dquat>> turn_;
   std::optional<SmoothPath<double>> log_fov_, log_width_;
@@ -69,8 +70,8 @@ class CameraPath {
 /// least four.
 std::filesystem::path frame_path(const std::filesystem::path& output, int frame, int frames);
 
-/// The parameters of one frame, from 0, as if it were rendered alone: [camera] as the path has it
-/// there, the outputs' names with the frame's number, no [animation].
+/// The parameters that render one frame (from 0) alone: [camera] is taken from the path, output
+/// names carry the frame's number, and there is no [animation].
 RenderParameters frame_parameters(const RenderParameters& parameters, const CameraPath& path,
                                   int frame);
 

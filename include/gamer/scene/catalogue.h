@@ -22,7 +22,7 @@ enum class CatalogueFormat {
   skymaker,    ///< rows without names that begin with 100 (star) or 200 (galaxy)
 };
 
-/// Where the rows of a text stand, so that a message can point at a cell.
+/// Places of a text's rows, so that a message can point at a cell.
 struct TextRows {
   enum class Separator {
     blanks,         ///< a word that begins with '#' begins a comment
@@ -31,20 +31,20 @@ struct TextRows {
   };
   std::string_view text;
   Separator separator = Separator::blanks;
-  std::vector<std::size_t> begins;  ///< [row]: of its line, in bytes
-  std::vector<std::int32_t> lines;  ///< [row], from 1
-  std::vector<std::size_t> words;   ///< [column]: its word within the row
+  std::vector<std::size_t> begins;  ///< [row]: first byte of its line
+  std::vector<std::int32_t> lines;  ///< [row]: line number, from 1
+  std::vector<std::size_t> words;   ///< [column]: index of its word within the row
 };
 
-/// A table of objects, whatever file it came from: columns with names and units, cells as words or
-/// typed. No value is the word "-", among numbers NaN. Cells of text files are views into the text.
-/// - list: the cells are words.
-/// - ECSV: words; empty cells have no value. A column with a doubled quote in it has owned texts.
-/// - SExtractor: words; of a vector NAME the components are NAME, NAME_1, NAME_2...
-/// - SkyMaker: typed columns, those of a scene: galaxy ("star", or a made galaxy's name), px, py
-///   (pixels, the first is 1), apparent_magnitude, size_arcsec (the ball's radius), inclination,
-///   pa, redshift, id (the row, from 1). The pa is counted from the image's +y towards -x, which
-///   is East of North where North is up and East is left.
+/// A table of objects from any supported file. Columns have names and units; cells are words or
+/// typed. A missing value is the word "-", or NaN. Cells of text files are views into the text.
+/// - list: cells are words.
+/// - ECSV: cells are words; empty cells have no value. Columns with doubled quotes own their texts.
+/// - SExtractor: cells are words; components of a vector NAME are NAME, NAME_1, NAME_2...
+/// - SkyMaker: typed columns with scene names: galaxy ("star", or a made galaxy's name), px, py
+///   (pixels from 1), apparent_magnitude, size_arcsec (radius of the ball), inclination, pa,
+///   redshift, id (row from 1). pa is counted from the image's +y towards -x, which is East of
+///   North where North is up and East left.
 /// - FITS: the table's columns; empty texts have no value.
 class Catalogue {
  public:
@@ -57,9 +57,9 @@ class Catalogue {
     Cells cells;
   };
 
-  /// A text in any of the text formats. Throws InputError with line and column: no names of
-  /// columns; a row with more or fewer values than columns; a bad head; a wrong value in a SkyMaker
-  /// list.
+  /// Parses a text format. Throws InputError with line and column for missing column names, a row
+  /// whose number of values differs from that of columns, a bad head, or a wrong value in a
+  /// SkyMaker list.
   static Catalogue parse(std::string_view text, const std::string& label, CatalogueFormat format);
   /// From a FITS table; rows count from 1 in messages ("catalogue.fits, row 12").
   static Catalogue from_table(DataTable table, const std::string& label);
@@ -69,8 +69,8 @@ class Catalogue {
   const std::vector<Column>& columns() const { return columns_; }
   std::vector<Column>& columns() { return columns_; }
   const std::string& label() const { return label_; }
-  /// Where a cell stands: line and column of a text (in characters), or the label of a FITS table
-  /// with the row.
+  /// Place of a cell: line and column (in characters) of a text, or a FITS table's label and the
+  /// row.
   SourceLocation where(std::size_t row, std::size_t column) const;
 
  private:
@@ -78,12 +78,12 @@ class Catalogue {
   std::string label_;
   std::size_t rows_ = 0;
   std::vector<Column> columns_;
-  TextRows places_;  ///< of texts
+  TextRows places_;  ///< places of a text's rows
 };
 
 /// Factor that turns a value in `from` into one in `to`; nothing where either is unknown or their
-/// dimensions differ. Spellings, as FITS, astropy and SExtractor have them (case counts; those on
-/// one line are the same unit):
+/// dimensions differ. Spellings are those of FITS, astropy and SExtractor, in exact case. Each line
+/// is a dimension; spellings between semicolons mean one unit:
 ///   angle       deg degree degrees; rad radian; arcmin; arcsec; mas; hourangle
 ///   distance    pc; kpc; Mpc; Gpc
 ///   wavelength  Angstrom angstrom Angstroms AA; nm; um micron; m
@@ -92,22 +92,22 @@ class Catalogue {
 ///   none        empty
 std::optional<double> unit_factor(std::string_view from, std::string_view to);
 
-/// Which column of a catalogue serves for which column of the scene: scene name -> catalogue name,
-/// or "=word" for the same word in every row. Names not mapped keep their own.
+/// Which catalogue column serves as which scene column: scene name -> catalogue name, or "=word"
+/// for one word in every row. Names not mapped keep their own.
 using ColumnMap = std::map<std::string, std::string>;
 
-/// The names that a format's own columns have in a scene, used where the user maps nothing: for
-/// SExtractor ALPHA_J2000 -> ra, MAG_AUTO -> apparent_magnitude...; empty for the others.
+/// Scene names of a format's own columns, used where the user maps nothing. For SExtractor
+/// ALPHA_J2000 -> ra, MAG_AUTO -> apparent_magnitude...; empty for other formats.
 const ColumnMap& usual_columns(CatalogueFormat format);
 
-/// A galaxy of a bulge and a disk, as SkyMaker describes them, has a made type: its name is
+/// The galaxy file's text of a made type: a galaxy of a bulge and a disk, as SkyMaker describes it.
+/// The type's name is
 ///   bulge+disk(bt,re,qb,rh,bulge_sed,disk_sed)
-/// bt the bulge's share of the light, [0, 1]; re its effective radius along its equator and rh the
-/// disk's scale length, galaxy radii, ]0, 1]; qb the bulge's flattening c/a, ]0, 1]; and the SEDs
-/// of both. Neither has noise, arms or dust; the disk's scale height is 0.1 rh. What bt leaves
-/// without light is left out, and its re or rh may be 0. Returns the galaxy file's text, or nothing
-/// for names that do not begin with "bulge+disk(". Throws InputError (without a location) for wrong
-/// arguments.
+/// bt is the bulge's share of the light, in [0, 1]; re its effective radius along its equator; rh
+/// the disk's scale length. re and rh are in galaxy radii, ]0, 1]; qb is the bulge's flattening
+/// c/a, ]0, 1]. A component without light is left out; its re or rh may be 0. The disk's scale
+/// height is 0.1 rh. There is no noise, arm or dust. Returns nothing for names that do not begin
+/// with "bulge+disk(". Throws InputError (without a location) for wrong arguments.
 std::optional<std::string> made_galaxy(const std::string& name);
 
 }  // namespace gamer

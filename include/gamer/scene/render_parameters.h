@@ -20,8 +20,8 @@
 
 namespace gamer {
 
-/// The declared sections of a render parameter file: [image], [camera], [spectrum], [photometry]...
-/// The only place where these keys stand.
+/// A declared section of a render parameter file ([image], [camera], [spectrum], [photometry]...).
+/// These declarations are the only place where its keys stand.
 struct ParameterSection {
   std::string name;
   std::string description;
@@ -39,21 +39,21 @@ enum class Projection {
   cubemap,
   healpix
 };
-/// Whether the camera stands at a place in a scene of lengths.
+/// Whether the camera has a position in a scene of lengths.
 constexpr bool has_place(Projection projection) {
   return projection != Projection::orthographic && projection != Projection::sky;
 }
-/// Whether the view is one of the sphere around the camera.
+/// Whether the view maps the sphere around the camera.
 constexpr bool is_sphere(Projection projection) {
   return has_place(projection) && projection != Projection::perspective;
 }
-/// How the longitudes and latitudes of a view of the sphere are called.
+/// Names of the longitudes and latitudes of a view of the sphere.
 enum class SphereFrame { galactic, equatorial, ecliptic };
 enum class SamplerKind { uniform, adaptive };
 
 inline constexpr int most_band_samples = 64;
 
-/// What the pixels of an image count.
+/// What the value of a pixel is.
 enum class PixelUnit {
   relative,            ///< integral of relative emissivity along the ray, f_lambda
   nanojansky,          ///< flux density of the pixel
@@ -63,12 +63,12 @@ enum class PixelUnit {
   electron_per_second  ///< detected by the telescope of [photometry]
 };
 
-/// Whether pixels count the flux of their area, not its brightness.
+/// Whether a pixel's value is the flux of its area (otherwise it is a brightness).
 constexpr bool counts_flux(PixelUnit unit) {
   return unit == PixelUnit::nanojansky || unit == PixelUnit::electron_per_second;
 }
 
-/// Which further images are made of a scene; [truth].
+/// The further images that are made of a scene; section [truth].
 struct TruthImages {
   enum class Parts { none, objects, components };
   Parts parts = Parts::none;
@@ -78,9 +78,9 @@ struct TruthImages {
   bool any() const { return parts != Parts::none || dust_free || optical_depth || segmentation; }
 };
 
-/// The stars of the sky's own field; [stars].
+/// Stars of the sky's field; section [stars].
 struct FieldStarParameters {
-  double number = 0;  ///< per square degree, between the magnitudes
+  double number = 0;  ///< per square degree, between the two magnitudes
   double bright = 14, faint = 24;
   double slope = 0.2;                     ///< dN/dm ~ 10^(slope m)
   double coldest = 3000, hottest = 9000;  ///< K
@@ -91,16 +91,17 @@ struct FieldStarParameters {
 /// The render parameters, resolved: every key has its value.
 class RenderParameters {
  public:
-  RenderParameters();  ///< all defaults
-  /// Reads a parameter file's tree (after --set). Throws InputError: unknown sections and keys,
-  /// types, intervals; keys that conflict (camera.fov given for an orthographic view, image.size
-  /// for a HEALPix map, sampling.step for the adaptive sampler); a camera whose target is its
-  /// position or whose up is parallel to the view; wavelengths or bands empty or repeated; a unit
-  /// that lacks what it needs.
+  RenderParameters();  ///< the defaults
+  /// Reads a parameter file's tree (after --set). Throws InputError for unknown sections and keys,
+  /// wrong types, values out of their interval, wavelengths or bands that are empty or repeated,
+  /// and a unit that lacks what it needs. It throws for conflicting keys: camera.fov in an
+  /// orthographic view, image.size of a HEALPix map, sampling.step with the adaptive sampler. It
+  /// throws for a camera whose target is its position or whose up is parallel to the view.
   static RenderParameters read(const ConfigNode& root);
-  /// Every key that applies, with its value, as a parameter file that reads back to the same.
+  /// Every key that applies, with its value, as a parameter file; reading it gives equal
+  /// parameters.
   std::string toml() const;
-  /// Replaces one value; the errors of read(), without a location.
+  /// Replaces one value; throws as read() does, without a location.
   void set(std::string_view section, std::string_view key, const ParameterValue& value);
   /// Replaces several values at once.
   struct Setting {
@@ -108,17 +109,18 @@ class RenderParameters {
     ParameterValue value;
   };
   void set(const std::vector<Setting>& settings);
-  /// Whether a key has a meaning with these values: camera.fov has none for an orthographic view.
+  /// Whether a key has a meaning with the other values; camera.fov has none in an orthographic
+  /// view.
   bool applies(std::string_view section, std::string_view key) const;
-  /// [section] of the resolved parameters.
+  /// The values of one section.
   const ParameterSet& section(std::string_view name) const;
 
-  /// Pixels as they are rendered: a cubemap's six sides, or the twelve base pixels of a HEALPix
-  /// map, stand one above the other.
+  /// Size of the rendered image, pixels. The six sides of a cubemap, or the twelve base pixels of a
+  /// HEALPix map, stand one above the other.
   int width = 512;
   int height = 512;
   OutputOptions output;
-  /// As asked for; none where the scene decides: relative where it has no magnitudes, else nJy.
+  /// The unit given; if none, the scene decides: relative where it has no magnitudes, else nJy.
   std::optional<PixelUnit> pixel_unit;
   SourceLocation pixel_unit_where;
 
@@ -129,21 +131,22 @@ class RenderParameters {
   double fov = 45;            ///< deg, across the width (perspective, fisheye)
   double camera_width = 2.5;  ///< scene units, across the width
   SphereFrame frame = SphereFrame::galactic;
-  bool is_nested = false;  ///< a HEALPix map
-  SkyView sky;             ///< without the size; of a sky view without a header
+  bool is_nested = false;  ///< ordering of a HEALPix map
+  SkyView sky;             ///< a sky view without a header; its size is not set here
   std::string sky_header;  ///< path of the FITS file that gives size and WCS; empty for none
   SourceLocation sky_header_where;
-  std::optional<int> supersample;  ///< only where the file gives it
+  std::optional<int> supersample;  ///< none unless the file gives it
   double stars_per_pixel = 0;
   FieldStarParameters field_stars;
   bool antialiased_stars = true;
-  /// Stars whose pixel would exceed it (in the image's unit) are discs; none: all are points.
+  /// Stars whose pixel would exceed this value (in the image's unit) are discs; none: all are
+  /// points.
   std::optional<double> white_point;
-  double largest_star = 8;  ///< radius, pixels
+  double largest_star = 8;  ///< largest radius of a star's disc, pixels
 
   std::vector<double> wavelengths;  ///< Angstrom
   SourceLocation wavelengths_where;
-  std::vector<std::string> bands;  ///< planes after those of the wavelengths
+  std::vector<std::string> bands;  ///< their planes follow the wavelengths' planes
   SourceLocation bands_where;
   std::optional<int> band_samples;
   Igm igm = Igm::none;
@@ -156,14 +159,14 @@ class RenderParameters {
   Cosmology cosmology;
 
   const Noise* noise = nullptr;
-  std::optional<int> octaves;  ///< only where the file gives it
+  std::optional<int> octaves;  ///< none unless the file gives it
   std::uint64_t seed = 1;
 
   SamplerKind sampler = SamplerKind::adaptive;
   double step = 0.01;  ///< galaxy radii
   double tolerance = 1e-3;
 
-  std::string unit;  ///< of scene lengths: "" (arbitrary), "pc", "kpc", "Mpc"
+  std::string unit;  ///< unit of scene lengths: "" (arbitrary), "pc", "kpc", "Mpc"
   /// Mpc per scene unit; 1 in a sky view, whose scene is comoving space; none where arbitrary.
   std::optional<double> megaparsec() const;
 
@@ -172,10 +175,10 @@ class RenderParameters {
   ColumnMap catalogue_columns;
 
   int frames = 0;      ///< of [animation]; 0 for a single image
-  int tone_frame = 1;  ///< whose picture sets the tone of all, from 1
+  int tone_frame = 1;  ///< frame, from 1, whose picture sets the tone of all
 
   TruthImages truth;
-  std::filesystem::path truth_path;  ///< of the truth images; empty: beside the image
+  std::filesystem::path truth_path;  ///< path of the truth images; empty: beside the image
 
  private:
   void set_view_defaults();

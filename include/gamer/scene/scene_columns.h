@@ -6,7 +6,7 @@
 
 namespace gamer {
 
-/// Places of the columns of a scene in scene_columns().
+/// Indices of a scene's columns in scene_columns().
 namespace column {
 enum Column : std::size_t {
   galaxy,

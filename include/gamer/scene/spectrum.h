@@ -12,17 +12,17 @@
 
 namespace gamer {
 
-/// One plane of an image: what is seen at one wavelength, or through a band.
+/// One plane of an image: the light at one wavelength or through one band.
 struct SpectralPlane {
   std::string label;                     ///< "5500A" or the band's name
-  double wavelength = 0;                 ///< Angstrom; of a band the pivot
+  double wavelength = 0;                 ///< Angstrom; the pivot of a band
   std::shared_ptr<const Bandpass> band;  ///< null for a wavelength
 
-  /// Wavelengths that the plane sees, both ends included.
+  /// Observed wavelengths of the plane's light, both ends included.
   Sed::Range range() const;
   /// The flux of light with that SED, c F_nu in Angstrom^2: band_flux() or monochromatic_flux().
   double flux(const Sed& sed, double redshift, Igm igm) const;
-  /// That flux, shared among the wavelengths that the plane sees.
+  /// flux(), shared among the wavelengths of the plane's light.
   FluxSamples samples(const Sed& sed, double redshift, Igm igm) const;
 };
 
@@ -32,15 +32,16 @@ struct Spectrum {
   Igm igm = Igm::none;
 };
 
-/// What 1 nJy (units of flux) or 1 nJy/sr (of surface brightness) is in a plane's pixels; for
-/// magnitudes, nJy/arcsec^2; for relative ones, what c F_nu of 1 Angstrom^2 is: f_lambda.
+/// Pixel value of 1 nJy (units of flux) or 1 nJy/sr (of surface brightness). For magnitudes it is
+/// the value in nJy/arcsec^2; for relative units, f_lambda of c F_nu = 1 Angstrom^2.
 double value_of_nanojansky(const SpectralPlane& plane, PixelUnit unit,
                            const RenderParameters& parameters);
 
-/// Finds the bands. Throws InputError where a name is given: unknown bands, planes with one label.
+/// Finds the bands. Throws InputError, at the place of the name, for unknown bands and equal
+/// labels.
 Spectrum load_spectrum(const RenderParameters& parameters, Resources& resources);
 
-/// photometry.reference_band. Throws InputError where it is named.
+/// The band of photometry.reference_band. Throws InputError with the place of its name.
 std::shared_ptr<const Bandpass> load_reference_band(const RenderParameters& parameters,
                                                     Resources& resources);
 

@@ -11,8 +11,8 @@
 
 namespace gamer {
 
-/// A bandpass: the response T(lambda) of a photon-counting detector, relative; linear in wavelength
-/// between its rows and zero outside them.
+/// The relative response T(lambda) of a photon-counting detector; it is linear in wavelength
+/// between the rows and zero outside them.
 class Bandpass {
  public:
   /// `wavelengths` (Angstrom, > 0, ascending) and `response` (>= 0, not all zero) have one size, at
@@ -33,10 +33,10 @@ class Bandpass {
   double pivot() const { return pivot_; }
   double mean() const { return mean_; }
 
-  /// A quadrature over the band: int f T dlambda = sum of weight[k] f(wavelength[k]). Three Gauss
-  /// points on pieces that end at the rows and at `kinks`, where f bends or jumps (Angstrom,
-  /// ascending), so exact where f T is of degree five on a piece. A piece is at most a hundredth of
-  /// the wavelength long. Pieces where T = 0 are left out.
+  /// A quadrature over the band: int f T dlambda = sum of weight[k] f(wavelength[k]). Pieces end at
+  /// the rows and at `kinks` (Angstrom, ascending), where f bends or jumps. A piece has three Gauss
+  /// points, exact where f T is of degree five, and is at most a hundredth of the wavelength long.
+  /// Pieces where T = 0 are left out.
   struct Nodes {
     std::vector<double> wavelength;  ///< Angstrom, ascending
     std::vector<double> weight;      ///< Angstrom
@@ -50,16 +50,16 @@ class Bandpass {
   double width_ = 0, log_width_ = 0, pivot_ = 0, mean_ = 0;
 };
 
-/// Reads a two-column file: "# wavelength: Angstrom|nm|um" and "# response: photons|energy" in its
-/// head (response per photon, or per unit of energy, which is divided row by row by the wavelength
-/// and scaled to keep its largest value), optionally "# throughput: 0.45", the absolute response
-/// where the column is 1, in ]0, 1]. Throws InputError with line and column: as parse_sed, and for
-/// wavelengths outside [1, 1e10] Angstrom and responses whose integrals overflow or vanish.
+/// Reads a two-column file with "# wavelength: Angstrom|nm|um" and "# response: photons|energy" in
+/// its head. A response per unit of energy is divided row by row by the wavelength and scaled to
+/// keep its largest value. "# throughput: 0.45" (optional, in ]0, 1]) is the absolute response
+/// where the column is 1. Throws InputError with line and column: as parse_sed, and for wavelengths
+/// outside [1, 1e10] Angstrom and responses whose integrals overflow or vanish.
 std::shared_ptr<const Bandpass> parse_bandpass(std::string_view text, const std::string& label,
                                                const std::string& name);
 
-/// A file found through `resources` (kind "bandpasses", suffix ".band"). Throws InputError: unknown
-/// names (with near ones) without a location, which the caller knows.
+/// A file found through `resources` (kind "bandpasses", suffix ".band"). Throws InputError; for an
+/// unknown name (with near ones) it has no location, which the caller adds.
 std::shared_ptr<const Bandpass> find_bandpass(const std::string& name, const std::string& beside,
                                               Resources& resources);
 

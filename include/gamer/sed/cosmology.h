@@ -2,9 +2,8 @@
 
 namespace gamer {
 
-/// Flat LambdaCDM without radiation: E(z) = sqrt(Omega_m (1+z)^3 + 1 - Omega_m). Distances in Mpc,
-/// by adaptive quadrature of D_C = (c/H0) int dz/E to a relative 1e-9. Redshifts are >= 0 and
-/// below 1e4.
+/// Flat LambdaCDM without radiation: E(z) = sqrt(Omega_m (1+z)^3 + 1 - Omega_m). Distances are in
+/// Mpc; D_C = (c/H0) int dz/E by adaptive quadrature to a relative 1e-9. Redshifts are in [0, 1e4[.
 class Cosmology {
  public:
   /// H0 in km/s/Mpc, > 0; omega_m in [0, 1]. Throws std::invalid_argument.
@@ -16,7 +15,7 @@ class Cosmology {
   double comoving_distance(double redshift) const;
   double luminosity_distance(double redshift) const;        ///< (1+z) D_C
   double angular_diameter_distance(double redshift) const;  ///< D_C/(1+z)
-  /// Distance of `source` as seen from `lens` (redshifts, lens <= source).
+  /// Distance of `source` as seen from `lens`; both are redshifts, lens <= source.
   double angular_diameter_distance(double lens, double source) const;
   /// 5 log10(D_L/10 pc), mag.
   double distance_modulus(double redshift) const;

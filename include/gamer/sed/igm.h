@@ -4,7 +4,7 @@
 
 namespace gamer {
 
-/// Angstrom; as Madau 1995 has it. Shortward of it no light is left for dust to absorb.
+/// The Lyman limit of Madau 1995, Angstrom. Shortward of it no light is left for dust to absorb.
 inline constexpr double lyman_limit = 912;
 
 /// Mean transmission exp(-tau) of the intergalactic medium towards a source at `redshift` z;
@@ -17,15 +17,15 @@ inline constexpr double lyman_limit = 912;
 ///              - 0.7 x^3 (n^-1.32 - e^-1.32) - 0.023 (e^1.68 - n^1.68) for x < e (footnote 3),
 ///              n = max(x, 1), and 0 where that is negative.
 ///
-/// The paper has n = x: with x < 1 this would count absorbers behind the observer. The continuum
-/// agrees with the integral over the paper's distribution of clouds, to 0.02 in transmission for
-/// z <= 5; shortward of 74 Angstrom in the rest frame it can fall with z. Higher lines of the
-/// series and metals (2 % of the light at z = 3) are not in. The result is 1 longward of Lyman
-/// alpha at the source, and at z = 0. Precondition: z >= 0.
+/// The paper has n = x, which for x < 1 would count absorbers behind the observer. For z <= 5 the
+/// continuum agrees to 0.02 in transmission with the integral over the paper's distribution of
+/// clouds. Shortward of 74 Angstrom in the rest frame tau can fall with z. Higher lines of the
+/// series and metals (2 % of the light at z = 3) are neglected. The transmission is 1 longward of
+/// Lyman alpha at the source, and at z = 0. Precondition: z >= 0.
 double madau95_transmission(double wavelength, double redshift);
 
-/// Observed wavelengths, ascending, at which the transmission bends or jumps: lambda_j,
-/// lambda_j e and the Lyman limit likewise.
+/// Observed wavelengths, ascending, at which the transmission bends or jumps: lambda_j and the
+/// Lyman limit, each also times e.
 std::array<double, 10> madau95_kinks(double redshift);
 
 }  // namespace gamer

@@ -11,11 +11,11 @@
 
 namespace gamer {
 
-/// Where every SED is normalised to 1; FACTS section 2.
+/// Wavelength at which every SED is normalised to 1; FACTS section 2.
 inline constexpr double sed_reference_wavelength = 5500.0;  // Angstrom
 
-/// A spectral energy distribution in the rest frame: relative flux per wavelength, f_lambda,
-/// normalised to 1 at `sed_reference_wavelength`.
+/// A spectral energy distribution in the rest frame: f_lambda (flux per wavelength), normalised to
+/// 1 at `sed_reference_wavelength`.
 class Sed {
  public:
   virtual ~Sed() = default;
@@ -40,28 +40,27 @@ class Sed {
   std::string name_;
 };
 
-/// Reads a two-column file: "# wavelength: Angstrom|nm|um" and "# flux: flambda|fnu|fphotons" in
-/// its head. The column of the file is interpolated linearly in wavelength as it is given, then
-/// turned into f_lambda at the wavelength asked for: f_nu / lambda^2, photons / lambda. A constant
-/// f_nu of two rows so stays constant between them.
+/// Reads a two-column file with "# wavelength: Angstrom|nm|um" and "# flux: flambda|fnu|fphotons"
+/// in its head. The column is interpolated linearly in wavelength, then converted to f_lambda: f_nu
+/// / lambda^2, photons / lambda. So a constant f_nu stays constant between two rows.
 ///
-/// Throws InputError with line and column: missing units (shows the line to add), columns that are
-/// no numbers, wavelengths not positive or not ascending, negative or all-zero flux, fewer than two
-/// rows, no coverage of 5500 Angstrom or no flux there.
+/// Throws InputError with line and column: missing units (the message has the line to add), words
+/// that are not numbers, wavelengths not positive or not ascending, negative or all-zero flux,
+/// fewer than two rows, no coverage of 5500 Angstrom or no flux there.
 std::shared_ptr<const Sed> parse_sed(std::string_view text, const std::string& label,
                                      const std::string& name);
 
 /// An analytic SED, or a file found through `resources` (kind "seds"). `beside` is the file that
-/// names it. Analytic are, with lambda_0 = 5500 Angstrom,
+/// names it. The analytic SEDs, with lambda_0 = 5500 Angstrom, are
 ///
 ///   flat               f_lambda = 1
 ///   flat_fnu           f_lambda = (lambda/lambda_0)^-2
 ///   powerlaw(p)        f_lambda = (lambda/lambda_0)^p, p in [-100, 100]
 ///   blackbody(T K)     f_lambda = B_lambda(T)/B_lambda0(T) by Planck's law, T in ]0, 1e7]
 ///
-/// defined at all wavelengths above 0; where a ratio exceeds the largest double (cold blackbodies
-/// in the far infrared) that double stands for it. Throws InputError: unknown names (with near
-/// ones) and bad arguments without a location, which the caller knows; see parse_sed for the rest.
+/// They are defined at all wavelengths above 0. Where a ratio exceeds the largest double (cold
+/// blackbodies in the far infrared), that double replaces it. Throws InputError: as parse_sed, and,
+/// without a location (the caller adds it), for unknown names (with near ones) and bad arguments.
 std::shared_ptr<const Sed> find_sed(const std::string& name, const std::string& beside,
                                     Resources& resources);
 

@@ -14,7 +14,7 @@
 namespace gamer {
 namespace {
 
-/// Columns that a card's keyword takes.
+/// Width of a card's keyword, columns.
 constexpr std::size_t kKeywordWidth = 8;
 constexpr std::size_t kRecordWidth = FLEN_CARD - 1;
 constexpr std::string_view kContinue = "CONTINUE  ";
@@ -45,7 +45,7 @@ std::string unquote(std::string_view value) {
   return text;
 }
 
-/// False where the text is not wholly a number of this type.
+/// False unless the whole text is a number of this type.
 template <class Number>
 bool parse_number(std::string text, Number& number) {
   std::replace(text.begin(), text.end(), 'D', 'E');
@@ -55,7 +55,7 @@ bool parse_number(std::string text, Number& number) {
   return error == std::errc() && end == last;
 }
 
-/// Everything of a card before its value.
+/// The part of a card before its value.
 std::string card_prefix(const std::string& key) {
   if (key.find_first_of("=/'") != std::string::npos || percent_encode(key) != key) {
     throw CardError(fmt::format("'{}' cannot name a FITS card", key));
@@ -65,8 +65,8 @@ std::string card_prefix(const std::string& key) {
   return fmt::format("{:<{}}= ", key, kKeywordWidth);
 }
 
-/// A string value in quotes, cut into pieces that fit the room of the first card and of each
-/// further one; all but the last end in '&'.
+/// A string value in quotes, cut into pieces that fit the room of the first card and of further
+/// cards; all pieces but the last end in '&'.
 std::vector<std::string> quoted_pieces(std::string_view text, std::size_t first_room,
                                        std::size_t next_room) {
   std::vector<std::string> pieces;
@@ -86,7 +86,7 @@ std::vector<std::string> quoted_pieces(std::string_view text, std::size_t first_
   return pieces;
 }
 
-/// COMMENT and HISTORY.
+/// Records of a COMMENT or HISTORY card.
 std::vector<std::string> line_records(const Card& card) {
   constexpr std::size_t kLine = kRecordWidth - kKeywordWidth;
   const std::string text = percent_encode(card.comment);
@@ -150,20 +150,20 @@ std::string percent_decode(std::string_view text) {
   return decoded;
 }
 
-// CFITSIO's own functions for long names and long strings write beyond their buffers where the
-// string has many quotes or the name is too long (4.2).
+// CFITSIO's functions (4.2) for long names and strings overflow their buffers where a string has
+// many quotes or a name is too long.
 std::vector<std::string> card_records(const Card& card) {
   if (std::holds_alternative<std::monostate>(card.value) && is_line(card.key)) {
     return line_records(card);
   }
   const std::string comment = percent_encode(card.comment);
   constexpr std::size_t kQuotes = 2;
-  /// Where numbers of standard cards end.
+  /// Column where numbers of standard cards end.
   constexpr std::size_t kNumberWidth = 20;
   const std::string prefix = card_prefix(card.key);
   std::vector<std::string> values;
   if (const auto* text = std::get_if<std::string>(&card.value)) {
-    // The first card must hold one (quoted) character and the '&'.
+    // The first card must have room for one (quoted) character and the '&'.
     constexpr std::size_t kLeastRoom = 3;
     if (prefix.size() + kQuotes + kLeastRoom > kRecordWidth) {
       throw CardError(fmt::format("card {}: the name is too long for a FITS header", card.key));
@@ -274,7 +274,7 @@ Card parse_card(std::span<const std::string> records) {
       std::string text = unquote(parsed.value);
       for (std::size_t i = 1; i < records.size() && !text.empty() && text.back() == '&'; ++i) {
         std::string next = records[i];
-        // A continuation has no '=', which CFITSIO's parser looks for.
+        // CFITSIO's parser looks for '=', which a continuation has not.
         next.replace(0, kContinue.size(), "CONTINU = ");
         const ParsedCard more = parse_record(next);
         text.pop_back();

@@ -29,7 +29,7 @@ void check_fits_sums(const std::filesystem::path& path, int least_hdus) {
 }
 
 void check_bmp_length(const std::filesystem::path& path) {
-  // "BM", then the length of the file, little-endian.
+  // A BMP file begins with "BM", then its length in bytes, little-endian.
   std::array<unsigned char, 6> head{};
   std::ifstream file(path, std::ios::binary);
   file.read(reinterpret_cast<char*>(head.data()), head.size());

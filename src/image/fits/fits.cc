@@ -36,7 +36,7 @@ namespace {
 
 // ---- Header ------------------------------------------------------------------------------------
 
-/// Whether the header's cards stand in an empty primary HDU.
+/// Whether the header's cards are in an empty primary HDU.
 bool has_empty_primary(const OutputOptions& options, const ImageHeader& header) {
   return options.layout == ImageLayout::extensions || !header.faces.empty();
 }
@@ -45,7 +45,7 @@ bool is_compressed(const OutputOptions& options) {
   return image_suffix(options.path) == ImageSuffix::fits_compressed;
 }
 
-/// All of one FITS file but its pixels: which HDUs there are, and their headers.
+/// Structure of one FITS file: its HDUs and their headers, but no pixels.
 class FitsLayout {
  public:
   FitsLayout(const OutputOptions& options, ImageHeader header)
@@ -55,7 +55,7 @@ class FitsLayout {
 
   const ImageHeader& header() const { return header_; }
 
-  /// Where the first pixel of a plane's row stands.
+  /// Place of the first pixel of a plane's row.
   struct Place {
     std::size_t file = 0;
     int hdu = 1;
@@ -64,7 +64,7 @@ class FitsLayout {
   Place place(int plane, int row) const {
     const int face = row / face_height();
     const LONGLONG first = static_cast<LONGLONG>(row % face_height()) * header_.width + 1;
-    // Behind the empty primary HDU.
+    // The empty primary HDU comes first.
     const int own = header_.faces.empty() ? 1 : face + 2;
     switch (options_.layout) {
       case ImageLayout::cube:
@@ -77,12 +77,12 @@ class FitsLayout {
     throw std::invalid_argument("unknown image layout");
   }
 
-  /// At least one.
+  /// Number of faces, at least one.
   int faces() const { return std::max(1, static_cast<int>(header_.faces.size())); }
   int face_height() const { return header_.height / faces(); }
 
-  /// Makes the HDUs of file number `index`. `fill(face, first, count)` is called when the current
-  /// HDU is the new one of these planes, before further HDUs follow it.
+  /// Makes the HDUs of file number `index`. After each new HDU of planes, and before the next HDU,
+  /// it calls `fill(face, first, count)`.
   template <class Fill>
   void make(FitsFile& file, int index, bool compressed, Fill fill) const {
     const bool extensions = options_.layout == ImageLayout::extensions;
@@ -134,7 +134,7 @@ class FitsLayout {
     return unit(first);
   }
 
-  /// Axes 1 and 2.
+  /// Writes axes 1 and 2.
   void write_plane_axes(FitsFile& file, const ImageFace* face) const {
     if (header_.wcs_records.empty()) {
       std::vector<Card> cards;
@@ -165,7 +165,7 @@ class FitsLayout {
     cards.insert(cards.end(), common_.begin(), common_.end());
     const std::string& unit = unit_of(first, count);
     if (!unit.empty()) cards.push_back({"BUNIT", unit, "unit of the pixels"});
-    // Counted by name: a compressed image is a table, of two axes.
+    // Must be told by name: a compressed image is a table of two axes.
     cards.push_back({"WCSAXES", count > 1 ? 3LL : 2LL, "number of world axes"});
     write_cards(file, cards);
     write_plane_axes(file, face);
@@ -254,7 +254,7 @@ class FitsWriter final : public ImageWriter {
   }
 
  private:
-  /// One file in the making.
+  /// One unfinished file.
   struct Output {
     explicit Output(const std::filesystem::path& path)
         : temporary(path), file(FitsFile::create(temporary.path(), path.string())) {}
@@ -263,8 +263,8 @@ class FitsWriter final : public ImageWriter {
     FitsFile file;
   };
 
-  /// Writes one plane of the rows. Rows of zeros are left out, since a file is zero where nothing
-  /// was written. A mostly empty image then costs little.
+  /// Writes one plane of the rows. Rows of zeros are skipped, since unwritten parts of a file are
+  /// zero. So a mostly empty image costs little.
   template <class Value>
   void write_plane(int plane, int first, int count, std::span<const double> values,
                    std::vector<Value>& row) {
@@ -296,7 +296,7 @@ class FitsWriter final : public ImageWriter {
 
   PixelSum& sum_of(int plane, int face) { return sums_[plane * layout_.faces() + face]; }
 
-  /// The checksum of an HDU's pixels, where it is known.
+  /// The checksum of an HDU's pixels, if known.
   std::optional<std::uint32_t> data_sum(const Output* output, int hdu) {
     PixelSum sum;
     bool is_image = false;
@@ -312,9 +312,9 @@ class FitsWriter final : public ImageWriter {
     return sum.value();
   }
 
-  /// Replaces the plain files by compressed ones. Done when all rows are there, so that the bytes
-  /// do not depend on the order in which they came. Rows are written by us, since CFITSIO's
-  /// fits_img_compress() turns infinity into NaN and the smallest numbers into 0 (4.2).
+  /// Replaces the plain files by compressed files. This waits for all rows, so that the bytes do
+  /// not depend on the rows' order. It does not use CFITSIO's fits_img_compress(), which turns
+  /// infinity into NaN and the smallest numbers into 0 (4.2).
   void compress() {
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
       FitsFile& plain = outputs_[i]->file;
@@ -343,7 +343,7 @@ class FitsWriter final : public ImageWriter {
   int width_, height_, planes_;
   std::vector<std::unique_ptr<Output>> outputs_;
   std::vector<PixelSum> sums_;   ///< [plane][face]
-  bool has_rewritten_ = false;   ///< rows came twice: the sums are wrong
+  bool has_rewritten_ = false;   ///< some rows came twice: the sums are wrong
   std::vector<float> floats_;    ///< a row
   std::vector<double> doubles_;  ///< a row
   std::vector<bool> written_;
@@ -359,7 +359,7 @@ std::unique_ptr<ImageWriter> make_fits_writer(const OutputOptions& options,
 
 int fits_hdus(const OutputOptions& options, const ImageHeader& header) {
   const auto tables = static_cast<int>(header.tables.size() + header.data_tables.size());
-  // The map's table behind an empty primary HDU.
+  // The map is a table after an empty primary HDU.
   if (header.healpix) return 2 + tables;
   const int empty = has_empty_primary(options, header) || is_compressed(options) ? 1 : 0;
   const int faces = std::max(1, static_cast<int>(header.faces.size()));

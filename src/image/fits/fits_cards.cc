@@ -16,12 +16,12 @@
 namespace gamer {
 namespace {
 
-/// First column of a text table: the number of the line that the other columns hold.
+/// First column of a text table: number of the line in the other columns.
 constexpr const char* kLineColumn = "LINE";
-/// The number there where a row goes on with the line above.
+/// Its value in rows that continue a line.
 constexpr int kContinuedLine = 0;
-/// Longer lines are cut into pieces of so many bytes, so that columns stay narrow: CFITSIO takes
-/// none wider than 28799.
+/// Longer lines are cut into pieces of so many bytes, which keeps columns narrow. CFITSIO allows no
+/// column wider than 28799.
 constexpr std::size_t kLongestPiece = 200;
 
 std::string read_record(FitsFile& file, int number) {
@@ -36,13 +36,13 @@ int record_count(FitsFile& file) {
   return count;
 }
 
-/// The lines of one cell of a text table, one after the other. The newline that ends a text stays
-/// with its last line, so that the last line is never empty unless the text is.
+/// The successive lines of one cell of a text table. A newline at the end of a text stays with its
+/// last line, so only an empty text has an empty last line.
 class CellLines {
  public:
   explicit CellLines(std::string_view text) : rest_(text) {}
 
-  /// Nothing when there are no more.
+  /// The next line; nothing at the end.
   std::optional<std::string_view> next() {
     if (is_done_) return std::nullopt;
     const std::size_t inner = rest_.empty() ? 0 : rest_.size() - 1;
@@ -59,8 +59,8 @@ class CellLines {
   bool is_done_ = false;
 };
 
-/// Calls take(number, pieces) for each line that a table has in the file: its number in column
-/// kLineColumn, and for each column at most kLongestPiece bytes, not encoded.
+/// Calls take(number, pieces) for each line of the table in the file. `number` goes to kLineColumn;
+/// `pieces` has at most kLongestPiece bytes per column, not encoded.
 template <class Take>
 void for_each_line(const TextTable& table, const Take& take) {
   const std::size_t columns = table.columns.size();
@@ -92,8 +92,7 @@ void for_each_line(const TextTable& table, const Take& take) {
   });
 }
 
-/// The inverse, from decoded lines; a shorter cell than its neighbours in the row has empty lines
-/// at its end.
+/// Joins decoded lines to a cell. A cell with fewer lines than its row has empty lines at its end.
 std::string join_lines(const std::vector<std::string>& lines) {
   std::size_t count = lines.size();
   while (count > 0 && lines[count - 1].empty()) --count;
@@ -128,14 +127,14 @@ constexpr const char* kNoChecksum = "0000000000000000";
 constexpr const char* kChecksumComment = "checksum of this HDU";
 constexpr const char* kDataSumComment = "checksum of the data";
 
-/// Ones' complement sum of 32 bits.
+/// A ones' complement sum, reduced to 32 bits.
 std::uint64_t folded(std::uint64_t sum) {
   constexpr std::uint64_t kWord = 0xFFFFFFFF;
   while (sum > kWord) sum = (sum & kWord) + (sum >> 32);
   return sum;
 }
 
-/// The checksum of the current header, as it stands in the file: its records, END and blanks.
+/// The checksum of the current header as stored: its records, END and blanks.
 std::uint64_t header_sum(FitsFile& file) {
   constexpr std::size_t kRecord = FLEN_CARD - 1, kWord = 4;
   LONGLONG begin = 0, data = 0, end = 0;
@@ -253,7 +252,7 @@ void write_checksum(FitsFile& file, std::optional<std::uint32_t> data_sum) {
   }
   file.call(fits_update_key_str, "CHECKSUM", kNoChecksum, kChecksumComment);
   file.call(fits_update_key_str, "DATASUM", fmt::format("{}", *data_sum).c_str(), kDataSumComment);
-  // Brings the header into its final form.
+  // This brings the header into its final form.
   file.call(fits_flush_buffer, 0);
   const std::uint64_t sum = folded(header_sum(file) + *data_sum);
   constexpr int kComplement = 1;
@@ -283,7 +282,7 @@ std::vector<std::string> read_text_cells(FitsFile& file, int column, LONGLONG fi
 
 void write_text_table(FitsFile& file, const TextTable& table, const std::vector<Card>& common) {
   const std::size_t columns = table.columns.size();
-  // Once for the widths, once for the texts, which may take more room than there is.
+  // The first pass finds the widths, the second writes the texts, which may not fit in memory.
   std::vector<std::size_t> widths(columns, 1);
   for_each_line(table, [&](int, std::span<const std::string_view> pieces) {
     for (std::size_t column = 0; column < columns; ++column) {
@@ -352,7 +351,7 @@ TextTable read_text_table(FitsFile& file) {
   LONGLONG count = 0;
   file.call(fits_get_num_cols, &columns);
   file.call(fits_get_num_rowsll, &count);
-  // Before memory is taken for it.
+  // Checked before memory is allocated for the data.
   file.check_data(0);
   std::vector<int> numbers(static_cast<std::size_t>(count));
   if (count > 0) {

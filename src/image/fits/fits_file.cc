@@ -32,7 +32,7 @@ std::optional<int> whole_number(std::string_view text) {
   return number;
 }
 
-/// Whether the text in brackets is a section, "10:90,*", and no HDU.
+/// Whether the text in brackets is a section, "10:90,*", not an HDU.
 bool is_section(std::string_view text) {
   return text.find_first_of(":*") != std::string_view::npos &&
          text.find_first_not_of("0123456789:*-, ") == std::string_view::npos;
@@ -42,7 +42,7 @@ struct Extension {
   std::string hdu, section;  ///< empty for none
 };
 
-/// What "[SCI][10:90,*]" says; nothing where it is not so shaped.
+/// The parts of "[SCI][10:90,*]"; nothing for a text of another form.
 std::optional<Extension> parse_extension(std::string_view text) {
   Extension extension;
   while (!text.empty()) {
@@ -68,7 +68,7 @@ FitsFile FitsFile::create(const std::filesystem::path& path, std::string label) 
   FitsFile file(std::move(label), true);
   int status = 0;
   errno = 0;
-  // The "diskfile" calls take the name as it is: brackets and the like mean nothing.
+  // The "diskfile" functions take the name literally, also brackets and the like.
   fits_create_diskfile(&file.handle_, std::filesystem::absolute(path).c_str(), &status);
   if (status != 0) file.fail(status);
   return file;
@@ -87,7 +87,7 @@ FitsFile FitsFile::open(const std::filesystem::path& path, std::string label, bo
   return file;
 }
 
-// CFITSIO's own reader of extended names (4.2) writes beyond its buffers where they are long.
+// CFITSIO's reader of extended names (4.2) overflows its buffers where names are long.
 FitsFile FitsFile::open_extended(const std::string& name) {
   const std::size_t bracket = name.find('[');
   const auto extension = parse_extension(std::string_view(name).substr(bracket));
@@ -105,7 +105,7 @@ FitsFile FitsFile::open_extended(const std::string& name) {
   }
   if (!extension->hdu.empty()) file.move_to_named(extension->hdu);
   if (extension->section.empty()) return file;
-  // Given no HDU, the first image.
+  // Without an HDU, the name means the first image.
   for (int hdu = 2, axes = 0; extension->hdu.empty() && hdu <= count; ++hdu) {
     file.call(fits_get_img_dim, &axes);
     if (axes > 0) break;
@@ -207,7 +207,7 @@ void FitsFile::check_sums() {
 
 void FitsFile::reserve_data() {
   LONGLONG begin = 0, data = 0, end = 0;
-  // Fixes where the data begin.
+  // This fixes the position of the data.
   call(fits_set_hdustruc);
   call(fits_flush_buffer, 0);
   call(fits_get_hduaddrll, &begin, &data, &end);

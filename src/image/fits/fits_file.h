@@ -9,18 +9,18 @@
 namespace gamer {
 
 /// An open FITS file. call() runs one CFITSIO function on it and turns a bad status into an
-/// exception that carries CFITSIO's own words: RunError where the file is written, InputError where
-/// it is read.
+/// exception with CFITSIO's words: RunError for a file that is written, InputError for one that is
+/// read.
 class FitsFile {
  public:
   /// A new file; messages name it `label` (the final name, not the temporary one).
   static FitsFile create(const std::filesystem::path& path, std::string label);
-  /// An existing file, read only. `written` marks a file of our own making, whose errors are
-  /// failures while running and not wrong input.
+  /// Opens an existing file read-only. `written` marks a file of this program, whose errors are
+  /// RunErrors.
   static FitsFile open(const std::filesystem::path& path, std::string label, bool written = false);
 
-  /// By an extended name, "a.fits[1]" or "a.fits[SCI,2][10:90,10:90]"; read only. The HDU is
-  /// current, or the section of its image in its place.
+  /// Opens "a.fits[1]" or "a.fits[SCI,2][10:90,10:90]" read-only. The current HDU is the one named,
+  /// or the given section of its image.
   static FitsFile open_extended(const std::string& name);
 
   FitsFile(FitsFile&& other) noexcept;
@@ -37,22 +37,22 @@ class FitsFile {
 
   /// Moves to an HDU, counted from 1.
   void move_to(int hdu);
-  /// Moves to the HDU called or, from 0, numbered `hdu`; "SCI,2" is that of EXTVER 2.
+  /// Moves to the HDU with this name or number (from 0); "SCI,2" means EXTVER 2.
   void move_to_named(const std::string& hdu);
   int hdu_count();
-  /// A string value of the current header; "" where it has none.
+  /// A string value of the current header; "" for none.
   std::string text(const std::string& key);
 
-  /// The data of the current HDU, `bytes` of them where they are an image's, must be there:
-  /// otherwise a few bytes could ask for any amount of memory. The fill of the last record may be
+  /// Fails unless the current HDU's data are in the file (`bytes` of them if it is an image).
+  /// Otherwise a small file could ask for any amount of memory. The fill of the last record may be
   /// missing, unless `with_fill`.
   void check_data(double bytes, bool with_fill = false);
-  /// The current HDU's DATASUM and CHECKSUM, where it has them, must be right. Reads it whole,
-  /// piece by piece.
+  /// Fails where the current HDU's DATASUM or CHECKSUM is wrong. Reads the whole HDU, piece by
+  /// piece.
   void check_sums();
 
-  /// Reserves the room of the current HDU, which is the last and whose header is complete: zeros
-  /// that take no place on disk. CFITSIO would write them before the first pixel of a later row.
+  /// Reserves the data of the current HDU, the last, whose header is complete: zeros that take no
+  /// space on disk. CFITSIO would write them before the first pixel of a later row.
   void reserve_data();
   /// Flushes and closes; the destructor does so too, but cannot report an error.
   void close();

@@ -24,7 +24,7 @@ std::string in_capitals(std::string_view text) {
   return result;
 }
 
-/// Without HIERARCH, in capitals.
+/// The key without HIERARCH, in capitals.
 std::string plain_key(std::string_view key) {
   if (key.starts_with(hierarch)) key.remove_prefix(hierarch.size());
   return in_capitals(key);

@@ -4,8 +4,8 @@
 
 namespace gamer {
 
-/// The fewest digits that read back as the same number, with the point that FITS and YAML want of a
-/// number that is no integer, and FITS' capital E.
+/// The number with the fewest digits that read back to it. It has the point that FITS and YAML
+/// require in floating-point numbers, and FITS' capital E.
 std::string fits_number(double value);
 
 }  // namespace gamer

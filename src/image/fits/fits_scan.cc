@@ -23,16 +23,16 @@ namespace gamer {
 namespace {
 
 constexpr std::size_t kBlock = 2880, kRecord = 80, kKeyword = 8, kValue = 10;
-/// SIMPLE or XTENSION, BITPIX and NAXIS come before.
+/// Number of cards before NAXIS1: SIMPLE or XTENSION, BITPIX, NAXIS.
 constexpr std::size_t kFirstAxis = 3;
-/// CFITSIO (4.2) has room for so many axes of an image, and of a compressed one (MAX_COMPRESS_DIM).
+/// CFITSIO's (4.2) limits of axes of an image, and of a compressed image (MAX_COMPRESS_DIM).
 constexpr long long kMostAxes = 99, kMostCompressedAxes = 6;
-/// The standard's limit.
+/// Limit of the FITS standard.
 constexpr long long kMostColumns = 999;
 constexpr std::string_view kFits = "SIMPLE", kGzip = "\x1f\x8b", kEnd = "END     ";
-/// What follows the axes of a table.
+/// Cards that follow the axes of a table.
 constexpr std::array<std::string_view, 3> kTableCards = {"PCOUNT", "GCOUNT", "TFIELDS"};
-/// What may follow the last HDU.
+/// Bytes that may follow the last HDU.
 constexpr std::string_view kFill("\0 \r\n", 4);
 
 std::string_view trim(std::string_view text) {
@@ -53,7 +53,7 @@ std::optional<long long> integer(std::string_view record) {
   return number;
 }
 
-/// "ZTILE3" is 3 of "ZTILE"; 0 for other keys.
+/// The number after `stem` in a key: 3 for the key "ZTILE3" and the stem "ZTILE"; else 0.
 long long number_of(std::string_view key, std::string_view stem) {
   long long number = 0;
   if (!key.starts_with(stem) || key.size() == stem.size()) return 0;
@@ -63,8 +63,8 @@ long long number_of(std::string_view key, std::string_view stem) {
   return is_number ? std::max(number, 0LL) : 0;
 }
 
-/// The name that CFITSIO finds in a record. It takes what stands before a blank or "=", which need
-/// not be in its place, and what follows HIERARCH for a name like others.
+/// The name that CFITSIO finds in a record. It takes the text before a blank or "=" in any column,
+/// and the text after HIERARCH counts as an ordinary name.
 std::string_view name_of(std::string_view record) {
   constexpr std::string_view kLongName = "HIERARCH ";
   const std::size_t equals = record.find('=');
@@ -74,7 +74,7 @@ std::string_view name_of(std::string_view record) {
   return record.substr(0, record.find_first_of(" ="));
 }
 
-/// Whether CFITSIO, which looks for it in whatever case, takes the name for GROUPS.
+/// Whether CFITSIO, which ignores case, takes the name as GROUPS.
 bool is_groups(std::string_view name) {
   constexpr std::string_view kGroups = "GROUPS";
   return std::ranges::equal(name, kGroups, {}, [](unsigned char c) { return std::toupper(c); });
@@ -89,14 +89,14 @@ bool is_string(std::string_view record) {
   return value.starts_with('\'') && value.find('\'', 1) != std::string_view::npos;
 }
 
-/// The mandatory cards of one header, which must stand in their places, and those of compressed
+/// The mandatory cards of one header, which must be in their places, and the cards of compressed
 /// images and of columns.
 class Header {
  public:
   /// Messages begin with `label` and the HDU's number.
   Header(const std::string& label, int hdu) : label_(label), hdu_(hdu) {}
 
-  /// Takes the records of the next block; false behind END.
+  /// Reads the records of the next block; false after END.
   bool read(std::string_view block) {
     for (; block.size() >= kRecord; block.remove_prefix(kRecord)) {
       const std::string_view record = block.substr(0, kRecord);
@@ -110,7 +110,7 @@ class Header {
     return true;
   }
 
-  /// Blocks of data.
+  /// Number of data blocks.
   double data_blocks() const {
     constexpr double kBitsPerByte = 8;
     double pixels = axes_.empty() ? 0 : 1;
@@ -143,7 +143,7 @@ class Header {
     read_compressed(key, value);
   }
 
-  /// Whether the card is one that must stand in this place. Fails where it is another.
+  /// Whether this place requires a certain card. Fails where the card is a different one.
   bool read_mandatory(std::string_view key, std::optional<long long> value) {
     const auto expect = [&](const std::string& name, bool is_good) {
       if (key != name) fail(fmt::format("card {} must be {}", records_ + 1, name));
@@ -167,7 +167,7 @@ class Header {
     return true;
   }
 
-  /// CFITSIO takes the first or the last of two.
+  /// Whether the card gives a size. Of two such cards CFITSIO uses the first or the last.
   bool is_size(std::string_view key) const {
     const auto axis = static_cast<std::size_t>(number_of(key, "NAXIS"));
     return key == "BITPIX" || key == "NAXIS" || (axis >= 1 && axis <= axis_count_);
@@ -216,9 +216,9 @@ class Header {
 
   void check_end() const {
     if (records_ < kFirstAxis + axis_count_) fail("cards of its sizes are missing");
-    // CFITSIO takes its size from the other axes, depending on the first GROUPS.
+    // CFITSIO computes the size from the other axes, depending on the first GROUPS.
     if (has_groups_ && !axes_.empty() && axes_[0] == 0) fail("random groups are no image");
-    // CFITSIO takes what has TFIELDS for a table, too.
+    // CFITSIO treats every HDU with TFIELDS as a table.
     if (hdu_ > 0 && (is_table_ || columns_)) check_table();
     if (!is_compressed_ || (bad_.empty() && has_all_axes())) return;
     fail(fmt::format("a compressed image cannot have such {}", bad_.empty() ? "ZNAXISn" : bad_));
@@ -247,10 +247,10 @@ class Header {
   std::vector<double> axes_;
   std::optional<long long> parameters_, groups_, columns_;
   bool has_groups_ = false, is_compressed_ = false, is_table_ = false;
-  std::size_t table_cards_ = 0;  ///< of kTableCards, in their places
+  std::size_t table_cards_ = 0;  ///< cards of kTableCards found in their places
   std::optional<long long> compressed_axes_;
   std::vector<bool> has_axis_ = std::vector<bool>(kMostCompressedAxes + 1);
-  std::string bad_;  ///< the first key of a compressed image whose value cannot be
+  std::string bad_;  ///< first key of a compressed image with an impossible value
 };
 
 struct CloseGzip {
@@ -264,7 +264,7 @@ bool begins_as_fits(std::string_view bytes) {
 }
 
 void check_headers(const std::filesystem::path& path, const std::string& label) {
-  // A pipe or a device could block for ever or never end.
+  // A pipe or device could block or never end.
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   if (std::filesystem::is_directory(status)) {
@@ -273,12 +273,12 @@ void check_headers(const std::filesystem::path& path, const std::string& label) 
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
     throw InputError(fmt::format("{}: it is not a regular file", label));
   }
-  // Reads plain files as they are.
+  // gzopen() reads plain files unchanged.
   errno = 0;
   const std::unique_ptr<gzFile_s, CloseGzip> file(gzopen(path.c_str(), "rb"));
   if (!file) throw InputError(fmt::format("{}: cannot open it: {}", label, std::strerror(errno)));
   std::array<char, kBlock> block{};
-  /// The next block, or what there is of it.
+  /// The next block, or the rest of the file.
   const auto read = [&]() -> std::string_view {
     const int count = gzread(file.get(), block.data(), kBlock);
     if (count < 0) throw InputError(fmt::format("{}: its gzip stream is damaged", label));
@@ -296,9 +296,9 @@ void check_headers(const std::filesystem::path& path, const std::string& label) 
       if (bytes.empty()) header.fail("the file ends before its header does (END)");
     }
     const double size = header.data_blocks() * kBlock;
-    // CFITSIO's products of larger sizes overflow.
+    // CFITSIO's products overflow for larger sizes.
     constexpr double kFarthest = 0x1p62;
-    // Also where it is no number, a product of infinity and 0.
+    // True also for NaN, the product of infinity and 0.
     if (!(size < kFarthest)) header.fail("its sizes cannot be");
     if (gzseek(file.get(), static_cast<z_off_t>(size), SEEK_CUR) < 0) return;
   }

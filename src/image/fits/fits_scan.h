@@ -6,16 +6,16 @@
 
 namespace gamer {
 
-/// Whether a file that begins with these bytes may be FITS, plain or compressed by gzip.
+/// Whether a file that begins with these bytes may be FITS, plain or compressed with gzip.
 bool begins_as_fits(std::string_view bytes);
-/// So many bytes tell.
+/// Number of bytes that begins_as_fits() needs.
 inline constexpr std::size_t fits_beginning = 6;
 
-/// Walks over the headers of a FITS file (plain or gzip) before CFITSIO does. CFITSIO (4.2)
-/// believes their cards: it writes beyond its buffers, divides by zero, counts without end or reads
-/// memory that nothing was written to. Throws InputError with `label` and the HDU where a header
-/// has no END, mandatory cards are missing, out of place, there twice or have values that cannot
-/// be, or the cards of a compressed image or a column do. The data are not looked at.
+/// Checks the headers of a FITS file (plain or gzip) before CFITSIO reads them. CFITSIO (4.2)
+/// trusts their cards: it overflows buffers, divides by zero, loops without end or reads
+/// uninitialised memory. Throws InputError with `label` and the HDU where a header has no END, or
+/// where mandatory cards are missing, misplaced, repeated or have impossible values. Cards of
+/// compressed images and columns are checked, too; data are not.
 void check_headers(const std::filesystem::path& path, const std::string& label);
 
 }  // namespace gamer

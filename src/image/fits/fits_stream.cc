@@ -39,7 +39,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Pixels that are converted at a time: 64 KiB of floats.
+/// Pixels converted at a time: 64 KiB of floats.
 constexpr std::size_t kPiece = std::size_t{1} << 14;
 
 using CFile = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
@@ -51,12 +51,12 @@ bool is_compressed(FitsFile& file) {
   return compressed;
 }
 
-/// Sizes of the current HDU's image, with planes = 0 where it holds none.
+/// Reads the sizes of the current HDU's image; planes = 0 where there is none.
 void read_shape(FitsFile& file, FitsHdu& hdu) {
   int type = 0, axes = 0;
   file.call(fits_get_hdu_type, &type);
   file.check_data(0);
-  // CFITSIO calls compressed images images, which others call tables.
+  // CFITSIO presents a compressed image as an image, other readers as a table.
   const bool compressed = is_compressed(file);
   if (type != IMAGE_HDU && !compressed) return;
   file.call(fits_get_img_dim, &axes);
@@ -97,7 +97,7 @@ std::string hdu_name(FitsFile& file) {
   int status = 0;
   fits_read_key_str(file.handle(), "EXTNAME", name, nullptr, &status);
   fits_clear_errmsg();
-  // What CFITSIO calls compressed images that have no name.
+  // CFITSIO's name of compressed images without a name.
   return std::string_view(name) == "COMPRESSED_IMAGE" ? "" : name;
 }
 
@@ -119,7 +119,7 @@ FitsHdu read_hdu(FitsFile& file, int number) {
   return hdu;
 }
 
-/// Planes keep their numbers, by which the header speaks of them.
+/// Fails for sections that renumber planes, since the header refers to planes by number.
 void check_section(const std::string& name) {
   const std::string last = name.substr(name.rfind('[') + 1);
   std::size_t comma = last.find(',');
@@ -161,7 +161,7 @@ class FitsInput::File {
   const std::string& name() const { return name_; }
   const std::vector<FitsHdu>& hdus() const { return hdus_; }
 
-  /// The file with that HDU current, for copies. Not while planes are read.
+  /// The file with that HDU current, for copies; not to be used while planes are read.
   FitsFile& at(std::size_t hdu) {
     file_->move_to(hdus_[hdu].number + 1);
     return *file_;
@@ -221,7 +221,7 @@ class FitsInput::File {
     return FitsFile::open(spool_->path(), name_);
   }
 
-  /// An axis whose coordinates stand in a table is nothing without it.
+  /// Adds the table that holds the coordinates of an axis, which the axis requires.
   void add_coordinate_table() {
     const std::optional<std::string> wanted = hdus_.front().header.text("PS3_0");
     const int count = wanted ? file_->hdu_count() : 0;
@@ -232,8 +232,8 @@ class FitsInput::File {
     }
   }
 
-  /// Whole rows; CFITSIO's own conversion to double is slower than reading pieces that stay in the
-  /// cache.
+  /// Reads whole rows. CFITSIO's own conversion to double is slower than reading pieces that stay
+  /// in the cache.
   void read_floats(const FitsHdu& hdu, int plane, int y, std::size_t count, double* out) {
     std::array<float, kPiece> piece;
     LONGLONG first = (static_cast<LONGLONG>(plane) * hdu.height + y) * hdu.width + 1;
@@ -253,15 +253,15 @@ class FitsInput::File {
                      count, type, out);
   }
 
-  /// Consecutive pixels of the current HDU; `first` counts from 1.
+  /// Reads consecutive pixels of the current HDU; `first` counts from 1.
   void read_consecutive(const FitsHdu& hdu, LONGLONG first, std::size_t count, int type,
                         void* out) {
     double blank = std::numeric_limits<double>::quiet_NaN();
     float float_blank = std::numeric_limits<float>::quiet_NaN();
     void* null = nullptr;
-    // Floating-point numbers are read as they are: looking for blanks, CFITSIO would also replace
-    // infinity and what is too small to be normal. Integers, and floating-point numbers that were
-    // quantised, have a value for "blank".
+    // Floating-point numbers are read unchanged: if CFITSIO looked for blanks, it would also
+    // replace infinities and subnormal numbers. Integers, and floating-point numbers that were
+    // quantised, have a special value for "blank".
     if (hdu.has_integers || is_quantised()) {
       null = type == TFLOAT ? static_cast<void*>(&float_blank) : static_cast<void*>(&blank);
     }
@@ -277,8 +277,8 @@ class FitsInput::File {
     return status == 0 && std::string_view(value) != "NONE";
   }
 
-  /// Tiles of compressed images are rows, and decompressing one costs the same for all its pixels:
-  /// keeps blocks of rows that were read last, since areas beside this one ask for them next.
+  /// Tiles of compressed images are rows, and any part of a tile costs as much as the whole. So the
+  /// last rows read are kept in blocks for the neighbouring areas, which are asked for next.
   void read_from_rows(const FitsHdu& hdu, int plane, const Area& area, double* out,
                       std::ptrdiff_t stride) {
     for (int row = 0; row < area.height; ++row) {
@@ -328,7 +328,7 @@ class FitsInput::File {
   std::vector<FitsHdu> hdus_;
   std::mutex mutex_;
 
-  std::list<RowBlock> blocks_;  ///< the last used first
+  std::list<RowBlock> blocks_;  ///< most recently used first
 };
 
 namespace {
@@ -461,7 +461,7 @@ class FitsOutput::File {
         if (!header.has(fmt::format("CTYPE{}", axis)))
           append_axis(cards, axis, {"PIXEL", "", 1, 1, 1});
       }
-      // By name: a compressed image is a table, of two axes.
+      // Must be told by name: a compressed image is a table of two axes.
       header.set_first({"WCSAXES", 3LL, "number of world axes"});
       append_third_axis(cards, wavelengths, header.records());
       for (const Card& card : cards) header.set(card);
@@ -508,7 +508,7 @@ class FitsOutput::File {
     }
   }
 
-  /// Whether a plane has values that 32 bits hold, and others that they do not, being too small.
+  /// Whether a plane has values that a float holds, and values too small for a float.
   struct FloatRange {
     bool is_seen = false;
     bool is_lost = false;
@@ -523,7 +523,7 @@ class FitsOutput::File {
       return;
     }
     std::array<float, kPiece> piece;
-    // Whole tiles where tiles are compressed.
+    // Compressed files are written in whole tiles.
     const std::size_t most = compressed_ ? count : piece.size();
     std::vector<float> tiles(compressed_ ? count : 0);
     float* floats = compressed_ ? tiles.data() : piece.data();
@@ -567,7 +567,7 @@ class FitsOutput::File {
   std::optional<TemporaryFile> temporary_;
   std::optional<SpoolFile> spool_;
   std::optional<FitsFile> file_;
-  std::map<int, std::uint32_t> data_sums_;  ///< of HDUs, from 1, where they are known
+  std::map<int, std::uint32_t> data_sums_;  ///< [HDU, from 1]: the sum, where known
 };
 
 FitsOutput::FitsOutput(const FitsOutputOptions& options) : file_(std::make_unique<File>(options)) {}

@@ -20,8 +20,8 @@
 namespace gamer {
 namespace {
 
-/// Bytes of an element of a column of variable arrays; 0 where it is none, or of no type that tiles
-/// have.
+/// Bytes of an element of a column of variable arrays; 0 for other columns and for types that tiles
+/// never have.
 LONGLONG element_size(int type) {
   switch (-type) {
     case TBYTE:
@@ -39,7 +39,7 @@ LONGLONG element_size(int type) {
   }
 }
 
-/// How a compressed image is cut into tiles, along each axis.
+/// Division of a compressed image into tiles, along each axis.
 struct Tiling {
   std::vector<LONGLONG> image, tile;
 
@@ -55,8 +55,8 @@ struct Tiling {
       return pixels * static_cast<double>(side);
     });
   }
-  /// Number of pixels of the tile in a row of the table, counted from 1. Tiles at the image's upper
-  /// edges may be smaller.
+  /// Number of pixels of the tile in a table row, counted from 1. Tiles at the image's upper edges
+  /// may be smaller.
   double pixels(LONGLONG row) const {
     double count = 1;
     LONGLONG rest = row - 1;
@@ -74,8 +74,8 @@ struct Tiling {
   }
 };
 
-/// A tile of HCOMPRESS says its own size, which CFITSIO (4.2) believes: "DD99", then the two sides,
-/// the scale, the sum and the numbers of bit planes of three quadrants.
+/// A tile of HCOMPRESS states its own size, which CFITSIO (4.2) trusts. It begins with "DD99", the
+/// two sides, the scale, the sum and the numbers of bit planes of three quadrants.
 void check_hcompress_tiles(FitsFile& file, int hdu, int column, LONGLONG rows,
                            const Tiling& tiling) {
   constexpr std::size_t kHead = 25, kSides = 2, kBitPlanes = 22;
@@ -105,7 +105,7 @@ void check_hcompress_tiles(FitsFile& file, int hdu, int column, LONGLONG rows,
   }
 }
 
-/// Whether DATASUM says that the HDU's data are as they were written.
+/// Whether the HDU's data agree with DATASUM.
 bool has_good_data_sum(FitsFile& file) {
   int data = 0, all = 0, status = 0;
   fits_verify_chksum(file.handle(), &data, &all, &status);
@@ -113,8 +113,8 @@ bool has_good_data_sum(FitsFile& file) {
   return status == 0 && data == 1;
 }
 
-/// The bytes that are packed in a gzip stream; none where it is cut off, of which CFITSIO (4.2)
-/// asks for more without end.
+/// Number of bytes that a gzip stream unpacks to. Nothing for a truncated stream, which CFITSIO
+/// (4.2) would read without end.
 std::optional<std::uint64_t> unpacked_size(std::vector<unsigned char>& stream) {
   constexpr int kGzipWindow = 15 + 16;
   constexpr std::size_t kInflateBlock = std::size_t{1} << 20;
@@ -133,14 +133,14 @@ std::optional<std::uint64_t> unpacked_size(std::vector<unsigned char>& stream) {
   return status == Z_STREAM_END ? std::optional(size) : std::nullopt;
 }
 
-/// What a gzip stream that is as it was written says in its end, modulo 2^32.
+/// The unpacked size that an intact gzip stream states at its end, modulo 2^32.
 std::uint64_t stated_size(std::span<const unsigned char> end) {
   std::uint64_t size = 0;
   for (std::size_t i = end.size(); i-- > 0;) size = size << 8 | end[i];
   return size;
 }
 
-/// Tiles of pixels of `pixel` bytes, or of any number of bytes that a pixel may have.
+/// Checks tiles of pixels of `pixel` bytes, or of any size that a pixel may have.
 void check_gzip_tiles(FitsFile& file, int hdu, int column, LONGLONG rows, const Tiling& tiling,
                       std::optional<int> pixel, bool is_trusted) {
   constexpr LONGLONG kEnd = 4;
@@ -159,7 +159,7 @@ void check_gzip_tiles(FitsFile& file, int hdu, int column, LONGLONG rows, const 
     const double pixels = tiling.pixels(row);
     const double most = pixel.value_or(static_cast<int>(sizeof(double))) * pixels;
     const auto bytes = static_cast<double>(*size);
-    // CFITSIO follows a null pointer where numbers of another type than the image's are in it.
+    // CFITSIO follows a null pointer where a tile's numbers have another type than the image.
     if (bytes > most || (pixel && bytes < most)) {
       file.fail(fmt::format("HDU {}: tile {} holds {} bytes; its {} pixels need {}", hdu, row,
                             *size, pixels, most));
@@ -180,7 +180,7 @@ Tiling read_tiling(FitsFile& file, int hdu, const std::vector<LONGLONG>& sizes) 
     }
     tiling.tile.push_back(size);
   }
-  // A tile is decompressed as a whole.
+  // Whole tiles are decompressed.
   const double bytes = sizeof(double) * tiling.largest_tile();
   if (bytes > static_cast<double>(available_memory()) / 2) {
     file.fail(fmt::format("HDU {}: tiles of {:.3g} bytes need too much memory", hdu, bytes));
@@ -202,7 +202,7 @@ void check_tiles(FitsFile& file, int hdu, int bitpix, const std::vector<LONGLONG
   char method_text[FLEN_VALUE] = {};
   file.call(fits_read_key_str, "ZCMPTYPE", method_text, nullptr);
   const std::string_view method = method_text;
-  // Decompressing twice costs as much as all else.
+  // A second decompression costs as much as everything else.
   const bool is_trusted = has_good_data_sum(file);
   for (const std::string_view name :
        {"COMPRESSED_DATA", "GZIP_COMPRESSED_DATA", "UNCOMPRESSED_DATA"}) {
@@ -228,7 +228,7 @@ void check_tiles(FitsFile& file, int hdu, int bitpix, const std::vector<LONGLONG
     }
     if (!is_good) file.fail(fmt::format("HDU {}: tiles in {} lie outside the file", hdu, name));
     if (name == "GZIP_COMPRESSED_DATA") {
-      // What another method could not pack, as it was.
+      // This column has tiles that the other method could not compress, with unchanged numbers.
       check_gzip_tiles(file, hdu, column, rows, tiling, std::abs(bitpix) / CHAR_BIT, is_trusted);
     } else if (is_trusted || name == "UNCOMPRESSED_DATA") {
       continue;

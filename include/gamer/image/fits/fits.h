@@ -10,61 +10,61 @@
 
 namespace gamer {
 
-/// FITS through CFITSIO: `.fits`, and `.fits.fz` (GZIP_2 tiles of one row, lossless). Throws
-/// RunError.
+/// A writer of FITS files through CFITSIO: `.fits`, and `.fits.fz` (GZIP_2 tiles of one row,
+/// lossless). Throws RunError.
 ///
-/// *HDUs.* Layout `cube`: the primary HDU holds all planes (two axes where there is one plane).
-/// `extensions`: an empty primary HDU with the header's cards, then one image HDU per plane,
-/// EXTNAME its label. `files`: one file per plane, which is its primary HDU. In compressed files
-/// the image of the primary HDU stands in the first extension. The tables follow. Every HDU has
-/// DATE (UTC), ORIGIN and CREATOR (of this run and version unless the header's cards give them),
-/// CHECKSUM and DATASUM; the bytes of the file follow from these cards and the pixels alone.
+/// *HDUs.* In layout `cube` the primary HDU holds all planes (two axes if there is one plane). In
+/// `extensions` an empty primary HDU has the header's cards; one image HDU per plane follows, whose
+/// EXTNAME is the plane's label. In `files` each plane is the primary HDU of its own file. In
+/// compressed files the primary HDU's image is in the first extension. The tables follow. Every HDU
+/// has DATE (UTC), ORIGIN, CREATOR (this run and version unless the header's cards give them),
+/// CHECKSUM and DATASUM. The file's bytes depend on these cards and the pixels alone.
 ///
-/// *World coordinates.* Axes 1 and 2 as given: two linear axes, or the records of a celestial WCS
-/// letter by letter, in every image HDU. Axis 3 of a cube is the wavelength: WAVE where the
-/// planes are equally spaced to 1e-9, else PLANE, their number. WAVELENn is the wavelength of the
-/// HDU's plane n; from WAVELEN10 on, FITS needs the HIERARCH form, which readers look up by the
-/// same name. The cards of planes are numbered so too, but only where an HDU has several planes.
-/// Planes of one cube have one unit.
+/// *World coordinates.* Axes 1 and 2 of every image HDU are two linear axes, or the unchanged
+/// records of a celestial WCS. Axis 3 of a cube is the wavelength: WAVE where the planes are
+/// equally spaced to 1e-9, else PLANE, the plane's number. WAVELENn is the wavelength of plane n of
+/// the HDU. From WAVELEN10 on, FITS needs the HIERARCH form, which readers find under the plain
+/// name. Cards of planes have such numbers only in an HDU of several planes. Planes of one cube
+/// have one unit.
 ///
-/// *Texts.* A header holds printing ASCII only: in string values any other byte, a blank at the
-/// end, and a '%' that two hexadecimal digits follow, is written as %XX (as in URLs). Long strings
-/// go on in CONTINUE cards; names that are not standard keywords are HIERARCH cards, in capitals.
-/// Numbers read back exactly; not finite ones are an error.
+/// *Texts.* A header holds printing ASCII only. In string values any other byte, a blank at the
+/// end, and a '%' before two hexadecimal digits are written as %XX (as in URLs). Long strings
+/// continue in CONTINUE cards. Names that are not standard keywords are HIERARCH cards, in
+/// capitals. Numbers read back exactly; numbers that are not finite are an error.
 ///
-/// *Text tables.* One binary table each. A row of the TextTable becomes one table row per line of
-/// its longest cell; the first column, LINE, counts these lines from 1, so that 1 opens a row. A
-/// line of more than 200 bytes goes on in further table rows, LINE = 0. The newline that ends a
-/// text is %0A at the end of its last line. The bytes are encoded as those of header strings are.
+/// *Text tables.* Each is a binary table. A row of the TextTable becomes one table row per line of
+/// its longest cell. The first column, LINE, counts these lines from 1, so 1 begins a row. A line
+/// of more than 200 bytes continues in further table rows with LINE = 0. A newline at the end of a
+/// text is %0A at the end of its last line. Bytes are encoded as in header strings.
 ///
-/// *Data tables.* One binary table each, after the text tables: columns of type D (NaN where there
-/// is no number), K and A, with TUNITn, and the description as TCOMMn. Texts are encoded as those
-/// of header strings are.
+/// *Data tables.* Each is a binary table after the text tables, with columns of type D (NaN where
+/// there is no number), K and A, TUNITn, and descriptions in TCOMMn. Texts are encoded as in header
+/// strings.
 std::unique_ptr<ImageWriter> make_fits_writer(const OutputOptions& options,
                                               const ImageHeader& header);
 
-/// How many HDUs each file of such an image has.
+/// Number of HDUs in each file of such an image.
 int fits_hdus(const OutputOptions& options, const ImageHeader& header);
 
-/// Now, or the time that the environment variable SOURCE_DATE_EPOCH gives in seconds since 1970, as
-/// DATE has it (UTC).
+/// The value of DATE (UTC): now, or the time in the environment variable SOURCE_DATE_EPOCH, in
+/// seconds since 1970.
 std::string fits_date();
 
-/// A FITS file read back whole: the image (planes of a cube, or of the image extensions one after
-/// another) and its text tables.
+/// A whole FITS file in memory: the image and the text tables. The image's planes are those of a
+/// cube, or of the image extensions in order.
 struct FitsImage {
   Image image;
-  /// Cards of the primary HDU. Where that holds no pixels, those of the first HDU that does follow.
-  /// Cards that describe the data's layout, compression and checksums are left out.
+  /// Cards of the primary HDU; if it holds no pixels, cards of the first HDU that does follow.
+  /// Cards of data layout, compression and checksums are left out.
   std::vector<Card> cards;
   std::vector<TextTable> tables;
 };
 
-/// Reads any FITS images of two axes or more, compressed or not; those of several HDUs must have
-/// one size. Throws InputError.
+/// Reads FITS images of two axes or more, compressed or not. Images of several HDUs must have one
+/// size. Throws InputError.
 FitsImage read_fits(const std::filesystem::path& path);
 
-/// Only the text table `name`; throws InputError when the file has none.
+/// Reads only the text table `name`. Throws InputError when the file has none.
 TextTable read_fits_table(const std::filesystem::path& path, const std::string& name);
 
 }  // namespace gamer

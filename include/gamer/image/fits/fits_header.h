@@ -9,12 +9,12 @@
 
 namespace gamer {
 
-/// The header of one image HDU without the cards that describe how its data lie in the file
-/// (SIMPLE, NAXISn, BSCALE, compression, checksums...): 80-character records, kept letter by letter
-/// and in order where nobody changes them.
+/// The header of one image HDU as 80-character records. Records that nobody changes keep their text
+/// and order. Cards of the data's layout (SIMPLE, NAXISn, BSCALE, compression, checksums...) are
+/// left out.
 ///
-/// Keys are standard keywords ("CRPIX1") or the words after HIERARCH; upper and lower case are the
-/// same. Values of long strings include their CONTINUE records.
+/// Keys are standard keywords ("CRPIX1") or the words after HIERARCH; case does not matter. Values
+/// of long strings include their CONTINUE records.
 class FitsHeader {
  public:
   FitsHeader() = default;
@@ -23,38 +23,36 @@ class FitsHeader {
   const std::vector<std::string>& records() const { return records_; }
 
   bool has(std::string_view key) const;
-  /// Nothing where there is no such card or its value is no number.
+  /// Nothing where there is no such card or its value is not a number.
   std::optional<double> number(std::string_view key) const;
-  /// The value as a string without quotes; numbers as they stand there.
+  /// The value as a string without quotes; numbers as written in the card.
   std::optional<std::string> text(std::string_view key) const;
   /// The whole card; nothing where there is none.
   std::optional<Card> card(std::string_view key) const;
 
-  /// Replaces the value, and the comment unless the new one is empty, in its place, or appends the
-  /// card. COMMENT and HISTORY (value monostate) are always appended, over several records where
-  /// they are long. Throws InputError for a key or value that FITS cannot hold, or a key of the
-  /// data's layout.
+  /// Replaces the card's value in its place, or appends the card; an empty new comment keeps the
+  /// old one. COMMENT and HISTORY (monostate) are always appended, over several records if long.
+  /// Throws InputError for a key or value that FITS cannot hold, or a key of the data's layout.
   void set(const Card& card);
   void set(const std::string& key, double value) { set({key, value, {}}); }
   void set(const std::string& key, const std::string& value) { set({key, value, {}}); }
   /// Sets a card that must stand before all others (WCSAXES before the axes it counts).
   void set_first(const Card& card);
-  /// Returns whether there was one. All cards of that key go, also the lines of COMMENT.
+  /// Removes all cards of that key, also all lines of COMMENT. Returns whether there was one.
   bool remove(std::string_view key);
-  /// Takes the world coordinates of the third axis and later ones out, and the word that there are
-  /// more than two.
+  /// Removes the world coordinates of axes 3 and up, and the card that counts more than two axes.
   void remove_further_axes();
-  /// Appends records as they are: 80 characters each.
+  /// Appends records of 80 characters unchanged.
   void append(const std::vector<std::string>& records);
 
-  /// Words of a record: its key in capitals, without HIERARCH. "" for blank lines and CONTINUE.
+  /// A record's key in capitals, without HIERARCH; "" for blank lines and CONTINUE.
   static std::string key_of(std::string_view record);
-  /// Whether a card of that key describes the data's layout, and so is none of ours.
+  /// Whether a card of that key describes the data's layout, and so is not in a FitsHeader.
   static bool is_structural(std::string_view key);
 
  private:
   std::optional<std::size_t> find(std::string_view key) const;
-  /// Records from `first` that belong to its card: 1 and the CONTINUEs.
+  /// Number of records from `first` that form its card: 1 and the CONTINUEs.
   std::size_t length(std::size_t first) const;
 
   std::vector<std::string> records_;
