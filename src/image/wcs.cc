@@ -108,8 +108,8 @@ std::vector<std::string> celestial_records(const std::vector<std::string>& heade
   return kept;
 }
 
-/// Fails where the records of axes 1 and 2 are not enough: a further pixel axis moves the position
-/// on the sky, or distortions are in tables of other HDUs.
+/// Fails where the records of axes 1 and 2 are not enough. Either a further pixel axis moves the
+/// position on the sky, or distortions are in tables of other HDUs.
 void check_self_contained(const std::vector<std::string>& header, const std::string& label) {
   static const std::regex coupling("(PC|CD)[12]_([3-9]|[1-9][0-9])");
   static const std::regex table("C[PQ]DIS[12] *= *'LOOKUP.*", std::regex::icase);

@@ -35,8 +35,7 @@ struct ConvolutionOptions {
 /// double precision and of direct sums are about 1e-15 of the tile's brightest pixel.
 ///
 /// Throws std::invalid_argument for a stamp with even sides, with values that are not finite or not
-/// width * height, and for transforms smaller than the stamp.
-/// width * height, transforms smaller than it.
+/// width * height. Throws it for transforms smaller than the stamp.
 PlanePtr convolved(PlanePtr source, Stamp stamp, const ConvolutionOptions& options = {});
 
 /// Convolves with a stamp that is made when pixels are read, and made again if other planes were

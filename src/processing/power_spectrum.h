@@ -21,10 +21,10 @@ struct SpectrumOptions {
   bool opacity = false;    ///< values are opacities, replaced by tau = -ln(1 - v)
   bool logarithm = false;  ///< takes the logarithm of the values (or tau) first
   double white_level = 0;  ///< subtracted from the power, >= 0
-  double psf_fwhm = 0;     ///< FWHM of a Gaussian PSF to correct for, pixels
-  double lowest = 4;       ///< lowest k of the fit
-  double highest = 0;      ///< highest k of the fit; 0: N/4
-  int bins = 12;           ///< bins of the fit, equal in ln k
+  double psf_fwhm = 0;  ///< of a Gaussian PSF, pixels; its squared transfer function is divided out
+  double lowest = 4;    ///< lowest k of the fit
+  double highest = 0;   ///< highest k of the fit; 0: N/4
+  int bins = 12;        ///< bins of the fit, equal in ln k
 };
 
 /// Azimuthally averaged power spectrum of an image. f is the spatial frequency in cycles per pixel
@@ -62,7 +62,7 @@ struct PowerSpectrum {
 /// ln k of bins with equal weights. A bin has the mean power and the mean ln k of its modes.
 ///
 /// The whole plane is kept in memory, 8 bytes per pixel. Throws InputError with `label` where that
-/// exceeds the available memory, a side is below 2 pixels or no pixel is usable; throws what the
+/// exceeds the available memory, a side is below 2 pixels or no pixel is usable. Throws what the
 /// plane throws.
 PowerSpectrum power_spectrum(const Plane& plane, const SpectrumOptions& options,
                              const std::string& label, int threads);

@@ -225,7 +225,7 @@ class KolmogorovTable {
     fwhm_ = 2 * root([&](double t) { return density_(t) - density_(0) / 2; }, 0.0, 1.0);
   }
 
-  /// Transforms with f = t^3, which makes the integrand smooth at 0: I = int 2 pi f OTF J0(2 pi f
+  /// Transforms with f = t^3, which makes the integrand smooth at 0. I = int 2 pi f OTF J0(2 pi f
   /// r) df, energy = r int 2 pi OTF J1(2 pi f r) df. They also give the derivatives that the table
   /// needs.
   static Hermite make_table(bool is_energy) {

@@ -129,8 +129,8 @@ class Row {
   std::array<double, word_count> values_{};
 };
 
-/// SED of a disk by its type: that of the nearest of Stuff's types -6, -2, 2, 4, 6, 10 (its default
-/// SEDs: -6 and -2 E, 2 and 4 Sbc, 6 Scd, 10 Im), midway that of the later type.
+/// SED of a disk: that of the nearest of Stuff's types, midway of the later one. Its default SEDs
+/// are E (types -6, -2), Sbc (2, 4), Scd (6) and Im (10).
 const char* disk_sed(double type) {
   constexpr double first_sbc = 0;
   constexpr double first_scd = 5;

@@ -316,8 +316,8 @@ class Healpix final : public Faces {
   std::optional<glm::dvec3> direction(double x, double y) const override {
     const int face = face_of(y, nside_, base_pixels);
     const double east = (x + 0.5) / nside_, west = (y + 0.5) / nside_ - face;
-    // Distance below the North pole in half diagonals; southern corners of base pixels have 2, 3,
-    // 4. Their middles have these longitudes in eighths of a turn.
+    // Distance below the North pole in half diagonals; base pixels have their southern corners at
+    // 2, 3, 4. The longitude of a base pixel's middle is in eighths of a turn.
     const double down = 2 + face / 4 - east - west;
     const int middle_eighth = 2 * (face % 4) + (face / 4 == 1 ? 0 : 1);
     // Towards a pole: sigma = sqrt(3 (1 - |sin b|)).

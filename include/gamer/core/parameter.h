@@ -81,10 +81,11 @@ class ParameterSet {
   explicit ParameterSet(const ParameterTable& table);
 
   /// Reads `node` (a table). Keys in `skip` are ignored here. `context` begins each message
-  /// ("component 'arms': "). Throws InputError for an unknown key (with near names; `known_where`
-  /// says where it stood, e.g. "in [spectrum]"), a wrong type, a value not finite or outside its
-  /// interval, or a missing required key. Integers serve as numbers, but not numbers as integers. A
-  /// parameter of type `noise` given as a table has no value here; the caller reads the table.
+  /// ("component 'arms': "). Throws InputError for a wrong type, a value not finite or outside its
+  /// interval, a missing required key, or an unknown key. The message has near names and
+  /// `known_where`, the place of an unknown key, e.g. "in [spectrum]". Integers serve as numbers,
+  /// but not numbers as integers. A parameter of type `noise` given as a table has no value here;
+  /// the caller reads the table.
   static ParameterSet read(const ParameterTable& table, const ConfigNode& node,
                            const std::string& context, const std::string& known_where,
                            std::span<const std::string> skip = {});

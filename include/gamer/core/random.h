@@ -8,8 +8,8 @@ namespace gamer {
 /// Random numbers are functions of their purpose (seed, object, sample), never of the order of
 /// calls.
 
-/// The finaliser of splitmix64 (Steele, Lea & Flood 2014, doi:10.1145/2660193.2660195, with
-/// Stafford's variant 13 of the constants): a bijection that mixes all 64 bits. mix64(0) = 0.
+/// The finaliser of splitmix64 (Steele, Lea & Flood 2014, doi:10.1145/2660193.2660195), with
+/// Stafford's variant 13 of the constants. It is a bijection that mixes all 64 bits; mix64(0) = 0.
 constexpr std::uint64_t mix64(std::uint64_t z) {
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
   z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
@@ -30,9 +30,9 @@ constexpr std::uint64_t hash_words(std::initializer_list<std::uint64_t> words) {
 constexpr double to_unit(std::uint64_t x) { return static_cast<double>(x >> 11) * 0x1p-53; }
 
 /// Roberts' R3 sequence (M. Roberts 2018, "The unreasonable effectiveness of quasirandom
-/// sequences"): point i is frac(1/2 + i (1/g, 1/g^2, 1/g^3)) with g = 1.2207..., the root of
-/// g^4 = g + 1 that generalises the golden ratio to three dimensions. Fixed-point arithmetic
-/// keeps it exact to 2^-53 for i < 2^11 and to i 2^-64 beyond.
+/// sequences"): point i is frac(1/2 + i (1/g, 1/g^2, 1/g^3)) with g = 1.2207... This root of g^4 =
+/// g + 1 generalises the golden ratio to three dimensions. Fixed-point arithmetic keeps it exact to
+/// 2^-53 for i < 2^11 and to i 2^-64 beyond.
 struct R3Sequence {
   void point(std::uint64_t i, double out[3]) const {
     constexpr std::uint64_t half = std::uint64_t{1} << 63;

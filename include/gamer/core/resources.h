@@ -27,13 +27,13 @@ class Resources {
   /// Serves a record; never touches the disk.
   static Resources from_record(std::vector<Text> record);
 
-  /// The text of a named datum. `kind` is "galaxies" or "seds"; `name` is a bare name or a file
-  /// name (`suffixes` are tried, e.g. ".toml"); `beside` is the label of the file that names it. A
+  /// The text of a named datum. `kind` is "galaxies" or "seds". `name` is a bare name or a file
+  /// name; `suffixes` are tried, e.g. ".toml". `beside` is the label of the file that names it. A
   /// name with a '/' is a path relative to that file's folder and is searched nowhere else. The
-  /// record's key is kind/name for a text found in `folders`, and kind/./path (kind/../path,
-  /// kind//path) for one found by path, so that equal names of different files stay apart. Throws
-  /// InputError without a location (the caller adds it): nothing found (with near names), a file
-  /// that is not regular, is unreadable, exceeds 1024 MiB or has NUL bytes.
+  /// record's key is kind/name for a text found in `folders`, kind/./path (kind/../path,
+  /// kind//path) for one found by path. So equal names of different files stay apart. Throws
+  /// InputError without a location (the caller adds it), with near names if nothing is found.
+  /// Throws it for files that are not regular, are unreadable, exceed 1024 MiB or have NUL bytes.
   const Text& find(const std::string& kind, const std::string& name, const std::string& beside,
                    std::span<const std::string> suffixes);
 

@@ -47,9 +47,9 @@ std::vector<std::filesystem::path> output_files(const OutputOptions& options,
 void check_output_suffix(const OutputOptions& options);
 
 /// Checks everything that can be known before rendering and leaves nothing behind. Throws
-/// InputError for an unknown suffix, a folder that is missing, not writable or too full, an
-/// existing file (unless overwrite), equal labels, more files than can be open, and a picture that
-/// is too large for memory or (BMP) for its format.
+/// InputError for an unknown suffix, an existing file (unless overwrite), equal labels and more
+/// files than can be open. Throws it for a folder that is missing, not writable or too full. Throws
+/// it for a picture that is too large for memory or (BMP) for its format.
 void check_output(const OutputOptions& options, const ImageHeader& header);
 
 /// A writer that passes the first `first_planes` planes of each row to `first` and the others to

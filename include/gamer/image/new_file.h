@@ -5,8 +5,8 @@
 namespace gamer {
 
 /// Checks, before work begins, that a file can be made; changes nothing. Throws InputError "output
-/// '<path>': ..." where its folder does not exist or cannot be written, a folder has that name, or
-/// a file exists that must not be overwritten.
+/// '<path>': ..." where its folder is missing or not writable, a folder has that name, or an
+/// existing file must not be overwritten.
 void check_new_file(const std::filesystem::path& path, bool overwrite);
 
 }  // namespace gamer

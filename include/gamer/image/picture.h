@@ -33,12 +33,12 @@ std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double sl
 /// Makes a picture of an image without any choices by the user.
 ///
 /// *Channels.* One plane is grey. Otherwise the planes are sorted by wavelength, and the longest is
-/// red. Of two planes, green is their mean. More than three planes form three groups of nearly
+/// red. With two planes, green is their mean. More than three planes form three groups of nearly
 /// equal number; a channel is the mean of its group. Planes without wavelengths count as sorted,
 /// reddest first. Pixels that are not finite are black.
 ///
-/// *Black.* Each channel's sky m = q05 + 1.645 sigma is subtracted; negative results become 0. q05
-/// is the 5 % quantile, and sigma the noise 1.4826 median|v(x+1) - v(x)|/sqrt 2, at most (q50 -
+/// *Black.* Each channel's sky m = q05 + 1.645 sigma is subtracted; negative results become 0. The
+/// 5 % quantile is q05. The noise sigma is 1.4826 median|v(x+1) - v(x)|/sqrt 2, at most (q50 -
 /// q05)/1.645. In a noise-free image with dark corners, m = 0; in an image with sky and noise, m is
 /// the sky.
 ///
@@ -101,8 +101,9 @@ struct PictureFileOptions {
   std::vector<std::vector<unsigned char>> tables;
 };
 
-/// Throws InputError for an unknown suffix, other bits, a missing folder, an existing file (unless
-/// overwrite), more pixels than the format holds, or standard output that is a terminal.
+/// Throws InputError for an unknown suffix, other bits, a missing folder or an existing file
+/// (unless overwrite). Throws it for more pixels than the format holds and a terminal as standard
+/// output.
 void check_picture_file(const PictureFileOptions& options, int width, int height);
 
 /// A picture file written row by row from the top; it is complete or absent. It is a PNG (RGB,

@@ -12,9 +12,9 @@
 namespace gamer {
 
 /// A smooth function through values at ascending times: cubic Hermite pieces with continuous slope.
-/// The slope at a value is that of the parabola through the value and its two neighbours, and at an
-/// end that of the parabola through the last three values. Parabolas are met exactly; two values
-/// give a straight line.
+/// The slope at a value is that of the parabola through the value and its two neighbours. At an end
+/// the parabola passes through the last three values. Parabolas are met exactly; two values give a
+/// straight line.
 template <class Value>
 class SmoothPath {
  public:

@@ -56,7 +56,7 @@ class Camera {
   std::optional<Ray> ray(double x, double y) const;
   /// Rays through many places (x, y). In sky views this is faster than one call of ray() for each.
   void rays(std::span<const glm::dvec2> places, std::span<std::optional<Ray>> out) const;
-  /// Pixel coordinates of a point of the scene; nothing where it is not seen (behind the camera).
+  /// Pixel coordinates of a point of the scene; nothing where it has none (behind the camera).
   std::optional<glm::dvec2> pixel(const glm::dvec3& point) const;
   /// Solid angle of the pixel centred on (x, y), sr; 0 where the pixel shows no sky. In
   /// orthographic views, which have no angles, it is the pixel's area in scene units^2.

@@ -57,9 +57,9 @@ class Catalogue {
     Cells cells;
   };
 
-  /// Parses a text format. Throws InputError with line and column for missing column names, a row
-  /// whose number of values differs from that of columns, a bad head, or a wrong value in a
-  /// SkyMaker list.
+  /// Parses a text format. Throws InputError with line and column for missing column names, a bad
+  /// head, or a wrong value in a SkyMaker list. Throws it for a row whose number of values is not
+  /// that of columns.
   static Catalogue parse(std::string_view text, const std::string& label, CatalogueFormat format);
   /// From a FITS table; rows count from 1 in messages ("catalogue.fits, row 12").
   static Catalogue from_table(DataTable table, const std::string& label);
@@ -103,11 +103,11 @@ const ColumnMap& usual_columns(CatalogueFormat format);
 /// The galaxy file's text of a made type: a galaxy of a bulge and a disk, as SkyMaker describes it.
 /// The type's name is
 ///   bulge+disk(bt,re,qb,rh,bulge_sed,disk_sed)
-/// bt is the bulge's share of the light, in [0, 1]; re its effective radius along its equator; rh
-/// the disk's scale length. re and rh are in galaxy radii, ]0, 1]; qb is the bulge's flattening
-/// c/a, ]0, 1]. A component without light is left out; its re or rh may be 0. The disk's scale
-/// height is 0.1 rh. There is no noise, arm or dust. Returns nothing for names that do not begin
-/// with "bulge+disk(". Throws InputError (without a location) for wrong arguments.
+/// The bulge's share of the light is bt, in [0, 1], its effective radius along the equator re, its
+/// flattening c/a qb, in ]0, 1]. The disk's scale length is rh. Both re and rh are in galaxy radii,
+/// in ]0, 1]. A component without light is left out; its re or rh may be 0. The disk's scale height
+/// is 0.1 rh. There is no noise, arm or dust. Returns nothing for names that do not begin with
+/// "bulge+disk(". Throws InputError (without a location) for wrong arguments.
 std::optional<std::string> made_galaxy(const std::string& name);
 
 }  // namespace gamer

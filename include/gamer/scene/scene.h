@@ -85,11 +85,11 @@ struct Scene {
 /// type, SED and seed share one Galaxy, and without noise the seed does not count. If any object
 /// has a magnitude, all have one, except galaxies of dust alone.
 ///
-/// Throws InputError with the place of the cell for: unknown, repeated or missing columns; wrong
-/// units; bad numbers; values out of their interval; an empty scene (a sky view may be empty); zero
-/// orientation; both ox.. and inclination; incomplete or repeated positions, sizes and magnitudes;
-/// a missing distance; unknown galaxies (with near names); planes outside the range of an SED or
-/// extinction curve at the galaxy's redshift.
+/// Throws InputError with the place of the cell. Columns: unknown, repeated or missing; wrong
+/// units. Values: bad numbers, out of their interval, zero orientation, unknown galaxies (with near
+/// names). Rows: both ox.. and inclination; incomplete or repeated positions, sizes and magnitudes;
+/// a missing distance; planes outside the range of an SED or extinction curve at the redshift.
+/// Scenes: empty (a sky view may be empty).
 Scene read_scene(const Catalogue& catalogue, const RenderParameters& parameters,
                  const Spectrum& spectrum, const Camera& camera, Resources& resources);
 /// Reads a scene with the galaxies of a library, and adds those that the library lacks. Once they

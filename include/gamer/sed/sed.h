@@ -45,8 +45,8 @@ class Sed {
 /// / lambda^2, photons / lambda. So a constant f_nu stays constant between two rows.
 ///
 /// Throws InputError with line and column: missing units (the message has the line to add), words
-/// that are not numbers, wavelengths not positive or not ascending, negative or all-zero flux,
-/// fewer than two rows, no coverage of 5500 Angstrom or no flux there.
+/// that are not numbers, fewer than two rows. Wavelengths must be positive and ascending and cover
+/// 5500 Angstrom. Flux must not be negative or all zero, or zero at 5500 Angstrom.
 std::shared_ptr<const Sed> parse_sed(std::string_view text, const std::string& label,
                                      const std::string& name);
 

@@ -167,7 +167,7 @@ class Header {
     return true;
   }
 
-  /// Whether the card gives a size. Of two such cards CFITSIO uses the first or the last.
+  /// Whether the card gives a size. If there are two such cards CFITSIO uses the first or last.
   bool is_size(std::string_view key) const {
     const auto axis = static_cast<std::size_t>(number_of(key, "NAXIS"));
     return key == "BITPIX" || key == "NAXIS" || (axis >= 1 && axis <= axis_count_);
