@@ -67,7 +67,6 @@ struct Accuracy {
     const double coarser = std::max(t / 1e-4, 1.0);
     // Means and cells take longest where galaxies are small and many.
     const double rough = std::clamp(t / 1e-3, 1.0, 10.0);
-    const double wider = std::pow(rough, 0.18);
     return {.ray_error = std::min({1.35 * t * std::pow(coarser, 0.3), 3 * t, 0.1}),
             .star_error = std::min(0.15 * t * std::pow(coarser, 0.35), 0.025),
             .first_step = 0.7 * std::pow(t / 1e-3, 0.08),
@@ -76,8 +75,8 @@ struct Accuracy {
             .log_envelope_threshold = std::log(0.003 * t),
             .texture_threshold = 0.01 * t,
             .faint_share = 0.01,
-            .ray_size = 0.08 * std::sqrt(t / 1e-3) * wider,
-            .cell_size = 0.5 * std::pow(t / 1e-3, 0.25) * wider,
+            .ray_size = 0.06 * std::sqrt(t / 1e-3) * std::pow(rough, 0.3),
+            .cell_size = 0.5 * std::pow(t / 1e-3, 0.25) * std::pow(rough, 0.18),
             .widest_footprint = std::sqrt(t / 1e-3) / 160,
             .ray_spacing = 0.8,
             .mean_error = 0.003 * std::pow(rough, 0.6),

@@ -228,7 +228,7 @@ constexpr double seen_lengths = 9;
 constexpr double seen_heights = 5;
 
 // Columns change within so many scale lengths or heights, and periods of a texture.
-constexpr double column_lengths = 3;
+constexpr double column_lengths = 2;
 constexpr double texture_periods = 0.35;
 
 // Near the axis exp(-r/rh) has a cusp of so many scale lengths. The profile of arms changes within
