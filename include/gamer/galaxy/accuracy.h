@@ -65,7 +65,7 @@ struct Accuracy {
   static Accuracy from_tolerance(double tolerance) {
     const double t = std::max(tolerance, finest_tolerance);
     const double coarser = std::max(t / 1e-4, 1.0);
-    // Means and cells take longest where galaxies are small and many.
+    // Means take longest where galaxies are small and many.
     const double rough = std::clamp(t / 1e-3, 1.0, 10.0);
     return {.ray_error = std::min({1.35 * t * std::pow(coarser, 0.3), 3 * t, 0.1}),
             .star_error = std::min(0.15 * t * std::pow(coarser, 0.35), 0.025),
@@ -75,8 +75,8 @@ struct Accuracy {
             .log_envelope_threshold = std::log(0.003 * t),
             .texture_threshold = 0.01 * t,
             .faint_share = 0.01,
-            .ray_size = 0.06 * std::sqrt(t / 1e-3) * std::pow(rough, 0.3),
-            .cell_size = 0.5 * std::pow(t / 1e-3, 0.25) * std::pow(rough, 0.18),
+            .ray_size = 0.06 * std::sqrt(t / 1e-3),
+            .cell_size = 0.5 * std::pow(t / 1e-3, 0.25),
             .widest_footprint = std::sqrt(t / 1e-3) / 160,
             .ray_spacing = 0.8,
             .mean_error = 0.003 * std::pow(rough, 0.6),
