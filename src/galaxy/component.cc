@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
+#include <utility>
 
 #include "gamer/core/near.h"
 #include "gamer/core/random.h"
@@ -86,11 +88,26 @@ ParameterTable dust() {
 
 }  // namespace component_parameters
 
-std::span<const ComponentKind> component_kinds() {
-  static const std::array<ComponentKind, 7> kinds = {
-      bulge_kind(), disk_kind(),        stars_kind(),    dust_kind(),
-      veins_kind(), veins_light_kind(), starfield_kind()};
+namespace {
+
+std::vector<ComponentKind>& registry() {
+  static std::vector<ComponentKind> kinds = {bulge_kind(),    disk_kind(),  stars_kind(),
+                                             dust_kind(),     veins_kind(), veins_light_kind(),
+                                             starfield_kind()};
   return kinds;
+}
+
+}  // namespace
+
+std::span<const ComponentKind> component_kinds() { return registry(); }
+
+void register_component_kind(ComponentKind kind) {
+  for (const ComponentKind& known : registry()) {
+    if (known.name == kind.name) {
+      throw std::invalid_argument("register_component_kind: there is a kind " + kind.name);
+    }
+  }
+  registry().push_back(std::move(kind));
 }
 
 const ComponentKind& find_component_kind(const std::string& name, const SourceLocation& where) {

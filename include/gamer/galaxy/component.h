@@ -199,8 +199,11 @@ struct ComponentKind {
   std::function<std::unique_ptr<Component>(const ComponentInput&)> make;
 };
 
-/// All kinds; to add one, add its declaration here.
+/// All kinds: those of gamer, then those registered.
 std::span<const ComponentKind> component_kinds();
+/// Adds a kind of a program's own, before galaxies are read or threads are started. Throws
+/// std::invalid_argument if there is one of that name.
+void register_component_kind(ComponentKind kind);
 /// Throws InputError at `where` for an unknown name, with near ones.
 const ComponentKind& find_component_kind(const std::string& name, const SourceLocation& where);
 
