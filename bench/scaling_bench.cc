@@ -102,7 +102,7 @@ Workload measure_scene(const std::string& name, int size) {
   return load;
 }
 
-/// The same view with `growth` times the pixels on a side.
+/// The workload's view with `growth` times the pixels on a side.
 Workload grown(const Workload& load, int growth) {
   Workload result = load;
   result.width *= growth;
@@ -117,7 +117,7 @@ Workload grown(const Workload& load, int growth) {
   return result;
 }
 
-/// Of a value that is not zero: journal and file, on the folder for temporary files.
+/// Seconds to write a value that is not zero: journal and file, in the folder for temporary files.
 double measure_writing() {
   constexpr int width = 2048, rows = 16, blocks = 64, planes = 3;
   const fs::path folder = fs::temp_directory_path();
@@ -143,7 +143,7 @@ double measure_writing() {
   return seconds / (static_cast<double>(values.size()) * blocks);
 }
 
-/// Of rank 0's thread that hands out, for each block; every rank's part.
+/// Seconds a block that the thread of rank 0 takes to hand it out. Every rank calls it.
 double measure_messages(const Ranks& ranks) {
   constexpr int blocks = 4000;
   const auto executor = ranks.executor(1);

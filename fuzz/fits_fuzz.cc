@@ -16,14 +16,14 @@
 namespace {
 
 /// More rows tell nothing new.
-constexpr long long kMostPixels = 1 << 20;
+constexpr long long most_pixels = 1 << 20;
 
 void read_streams(const std::string& name) {
   const gamer::FitsInput input(name);
   for (std::size_t i = 0; i < input.hdus().size(); ++i) {
     const gamer::FitsHdu& hdu = input.hdus()[i];
     if (!hdu.is_image()) continue;
-    const int rows = static_cast<int>(std::clamp(kMostPixels / hdu.width, 1LL, 1LL * hdu.height));
+    const int rows = static_cast<int>(std::clamp(most_pixels / hdu.width, 1LL, 1LL * hdu.height));
     std::vector<double> values(static_cast<std::size_t>(hdu.width) * rows);
     for (const int plane : {0, hdu.planes - 1}) {
       gamer::plane_info(hdu.header, plane, hdu.planes);

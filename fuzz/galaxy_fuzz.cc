@@ -17,7 +17,7 @@
 namespace {
 
 // What the file says is checked the same with few points as with many.
-constexpr std::size_t kCloudPoints = 2 * gamer::batch_capacity;
+constexpr std::size_t cloud_points = 2 * gamer::batch_capacity;
 
 bool is_proper(double value) { return std::isfinite(value) && value >= 0; }
 
@@ -86,7 +86,7 @@ void read(std::string_view text) {
       end == std::string_view::npos ? named_texts() : named_texts(text.substr(end + 1));
   gamer::GalaxySettings settings;
   settings.noise_kind = &gamer::simplex_noise();
-  settings.most_cloud_points = kCloudPoints;
+  settings.most_cloud_points = cloud_points;
   const auto galaxy = gamer::Galaxy::parse(text.substr(0, end), "x.toml", settings, texts);
   check_densities(*galaxy, nullptr);
   gamer::RayBatch rays{};

@@ -20,7 +20,7 @@
 
 namespace {
 
-constexpr rlim_t kLargestFile = 1 << 20;
+constexpr rlim_t largest_file = 1 << 20;
 
 gamer::PlanePtr plane(int width, int height, double peak) {
   std::vector<double> values(static_cast<std::size_t>(width) * height);
@@ -37,24 +37,25 @@ class Images {
  public:
   explicit Images(const FuzzFolder& folder) {
     folder.enter();
-    constexpr int kWidth = 17, kHeight = 14, kPsf = 5;
+    constexpr int image_width = 17, image_height = 14, psf_file = 5;
     gamer::SkyView view;
-    view.width = kWidth;
-    view.height = kHeight;
+    view.width = image_width;
+    view.height = image_height;
     view.center = {150, 2};
     gamer::FitsHeader header;
     header.append(gamer::CelestialWcs(view).records());
     header.set("BUNIT", std::string("nJy"));
     for (const char* key : {"MAGZERO1", "MAGZERO2", "MAGZERO3"}) header.set(key, 31.4);
     gamer::FitsOutput image({"in.fits", true});
-    image.write_cube(
-        header, {plane(kWidth, kHeight, 3), plane(kWidth, kHeight, 2), plane(kWidth, kHeight, 1)},
-        {4400, 5500, 8000}, -32, 1);
+    image.write_cube(header,
+                     {plane(image_width, image_height, 3), plane(image_width, image_height, 2),
+                      plane(image_width, image_height, 1)},
+                     {4400, 5500, 8000}, -32, 1);
     image.finish();
     gamer::FitsOutput psf({"psf.fits", true});
-    psf.write({}, {plane(kPsf, kPsf, 1)}, -64, 1);
+    psf.write({}, {plane(psf_file, psf_file, 1)}, -64, 1);
     psf.finish();
-    const rlimit limit = {kLargestFile, kLargestFile};
+    const rlimit limit = {largest_file, largest_file};
     setrlimit(RLIMIT_FSIZE, &limit);
     std::signal(SIGXFSZ, SIG_IGN);
   }

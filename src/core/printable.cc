@@ -15,25 +15,25 @@ std::uint8_t byte_at(std::string_view text, std::size_t i) {
 
 /// Length in bytes of the UTF-8 character that begins `text`; 0 where it is not printable.
 std::size_t printing_length(std::string_view text) {
-  constexpr std::uint8_t kDelete = 0x7F, kFirstTail = 0x80, kLastTail = 0xBF;
+  constexpr std::uint8_t delete = 0x7F, first_tail = 0x80, last_tail = 0xBF;
   // The first byte gives the number of bytes.
   const std::uint8_t first = byte_at(text, 0);
-  if (first < kFirstTail) return first >= ' ' && first != kDelete ? 1 : 0;
+  if (first < first_tail) return first >= ' ' && first != delete ? 1 : 0;
   const auto length = static_cast<std::size_t>(std::countl_one(first));
   if (length < 2 || length > 4 || length > text.size()) return 0;
-  constexpr int kTailBits = 6;
-  std::uint32_t code = first & (kDelete >> length);
+  constexpr int tail_bits = 6;
+  std::uint32_t code = first & (delete >> length);
   for (std::size_t i = 1; i < length; ++i) {
     const std::uint8_t tail = byte_at(text, i);
-    if (tail < kFirstTail || tail > kLastTail) return 0;
-    code = code << kTailBits | (tail - kFirstTail);
+    if (tail < first_tail || tail > last_tail) return 0;
+    code = code << tail_bits | (tail - first_tail);
   }
   // A character must have its shortest form. U+0080 to U+009F are control characters; UTF-16's
   // surrogates are no characters.
-  constexpr std::array<std::uint32_t, 5> kFirst = {0, 0, 0xA0, 0x800, 0x10000};
-  constexpr std::uint32_t kFirstHalf = 0xD800, kLastHalf = 0xDFFF, kLast = 0x10FFFF;
-  const bool is_half = code >= kFirstHalf && code <= kLastHalf;
-  return code >= kFirst[length] && code <= kLast && !is_half ? length : 0;
+  constexpr std::array<std::uint32_t, 5> first_code = {0, 0, 0xA0, 0x800, 0x10000};
+  constexpr std::uint32_t first_half = 0xD800, last_half = 0xDFFF, last = 0x10FFFF;
+  const bool is_half = code >= first_half && code <= last_half;
+  return code >= first_code[length] && code <= last && !is_half ? length : 0;
 }
 
 }  // namespace

@@ -22,26 +22,26 @@ namespace gamer {
 namespace {
 
 /// Variates made at a time; their scratch arrays stay in the first-level cache.
-constexpr std::size_t kBlock = 512;
+constexpr std::size_t block_size = 512;
 /// The widest vectors in use: 2048 bits.
-constexpr std::size_t kMostLanes = 32;
+constexpr std::size_t most_lanes = 32;
 
-constexpr double kLeastRejectionMean = 10;
-constexpr double kLargestMean = 1e100;
-/// P(N >= 64) < 1e-29 for means below kLeastRejectionMean; no uniform number is so near to 1.
-constexpr std::size_t kMostInverted = 64;
+constexpr double least_rejection_mean = 10;
+constexpr double largest_mean = 1e100;
+/// P(N >= 64) < 1e-29 for means below least_rejection_mean; no uniform number is so near to 1.
+constexpr std::size_t most_inverted = 64;
 
 struct Reciprocals {
   constexpr Reciprocals() {
-    for (std::size_t k = 1; k <= kMostInverted; ++k) values[k] = 1 / static_cast<double>(k);
+    for (std::size_t k = 1; k <= most_inverted; ++k) values[k] = 1 / static_cast<double>(k);
   }
-  double values[kMostInverted + 1] = {};
+  double values[most_inverted + 1] = {};
 };
-constexpr Reciprocals kReciprocals;
+constexpr Reciprocals reciprocals;
 
 /// Stirling's error, ln k! - ln(sqrt(2 pi k) k^k e^-k), where the series is too short.
-constexpr std::size_t kStirlingTable = 16;
-constexpr double kStirlingErrors[kStirlingTable] = {0,  // k = 0 has its own formula
+constexpr std::size_t stirling_table = 16;
+constexpr double stirling_errors[stirling_table] = {0,  // k = 0 has its own formula
                                                     0.0810614667953272582196702,
                                                     0.0413406959554092940938221,
                                                     0.0276779256849983391487893,
@@ -60,7 +60,7 @@ constexpr double kStirlingErrors[kStirlingTable] = {0,  // k = 0 has its own for
 
 /// Indices of a block's variates that are not done.
 struct Places {
-  HWY_ALIGN_MAX std::uint64_t values[kBlock + kMostLanes];
+  HWY_ALIGN_MAX std::uint64_t values[block_size + most_lanes];
   std::size_t count = 0;
 };
 
@@ -74,7 +74,7 @@ namespace gamer {
 namespace HWY_NAMESPACE {
 namespace {
 
-using DD = hn::CappedTag<double, kMostLanes>;
+using DD = hn::CappedTag<double, most_lanes>;
 using DU = hn::RebindToUnsigned<DD>;
 using VD = hn::Vec<DD>;
 using VU = hn::Vec<DU>;
@@ -110,8 +110,8 @@ class Counter {
 
 /// The upper 52 bits as a number in [1, 2).
 HWY_INLINE VD OneToTwo(VU word) {
-  constexpr std::uint64_t kOne = 0x3ff0000000000000u;
-  return hn::BitCast(DD(), hn::Or(hn::ShiftRight<12>(word), hn::Set(DU(), kOne)));
+  constexpr std::uint64_t bits_of_one = 0x3ff0000000000000u;
+  return hn::BitCast(DD(), hn::Or(hn::ShiftRight<12>(word), hn::Set(DU(), bits_of_one)));
 }
 
 /// Uniform in ]-1/2, 1/2[, on a grid that is symmetric about 0.
@@ -123,19 +123,19 @@ HWY_INLINE VD Centred(VU word) {
 struct Attempt {
   VD count;
   VD us;        ///< 1/2 - |U|
-  VD v_low;     ///< V before its lower bits, a multiple of kVStep
+  VD v_low;     ///< V before its lower bits, a multiple of v_step
   VD a, b;      ///< coefficients of the transformation
   MD squeezed;  ///< accepted without the probability
 };
 
 /// U uses the upper 40 bits of the word, V begins with the lower 24.
-constexpr double kVStep = 0x1p-24;
+constexpr double v_step = 0x1p-24;
 
 HWY_INLINE Attempt Try(VD mean, VU word) {
-  constexpr std::uint64_t kUpper = ~std::uint64_t{0xffffff};
+  constexpr std::uint64_t upper_bits = ~std::uint64_t{0xffffff};
   const DD d;
   const VD half = hn::Set(d, 0.5);
-  const VD u = hn::Add(hn::Sub(OneToTwo(hn::And(word, hn::Set(DU(), kUpper))), hn::Set(d, 1.5)),
+  const VD u = hn::Add(hn::Sub(OneToTwo(hn::And(word, hn::Set(DU(), upper_bits))), hn::Set(d, 1.5)),
                        hn::Set(d, 0x1p-41));
   Attempt t;
   t.v_low = hn::Sub(OneToTwo(hn::ShiftLeft<40>(word)), hn::Set(d, 1.0));
@@ -149,17 +149,18 @@ HWY_INLINE Attempt Try(VD mean, VU word) {
   t.count = hn::Floor(hn::Add(hn::Add(hn::Mul(slope, u), mean), hn::Set(d, 0.43)));
   const VD v_r = hn::Sub(hn::Set(d, 0.9277), hn::Mul(hn::Set(d, 3.6224), hn::Mul(both, t.us)));
   t.squeezed =
-      hn::And(hn::Ge(t.us, hn::Set(d, 0.07)), hn::Le(hn::Add(t.v_low, hn::Set(d, kVStep)), v_r));
+      hn::And(hn::Ge(t.us, hn::Set(d, 0.07)), hn::Le(hn::Add(t.v_low, hn::Set(d, v_step)), v_r));
   return t;
 }
 
 /// ln(P(k) sqrt(2 pi k)) of the Poisson distribution for k >= 1, absolute error below 1e-12 where
 /// it is above -40: -(Stirling's error) - (k ln(k / mean) + mean - k).
 HWY_INLINE VD LogProbability(VD k, VD mean) {
-  // Coefficients of atanh(v)/v - 1 in v^2; good to 1e-16 below kSeriesEnd.
-  constexpr double kAtanh[] = {1.0 / 3, 1.0 / 5, 1.0 / 7, 1.0 / 9, 1.0 / 11, 1.0 / 13, 1.0 / 15};
-  constexpr double kSeriesEnd = 0.1;
-  constexpr double kStirling[] = {1.0 / 12, -1.0 / 360, 1.0 / 1260, -1.0 / 1680};
+  // Coefficients of atanh(v)/v - 1 in v^2; good to 1e-16 below series_end.
+  constexpr double atanh_terms[] = {1.0 / 3,  1.0 / 5,  1.0 / 7, 1.0 / 9,
+                                    1.0 / 11, 1.0 / 13, 1.0 / 15};
+  constexpr double series_end = 0.1;
+  constexpr double stirling_terms[] = {1.0 / 12, -1.0 / 360, 1.0 / 1260, -1.0 / 1680};
   const DD d;
   const hn::RebindToSigned<DD> di;
   const VD difference = hn::Sub(k, mean);
@@ -169,20 +170,21 @@ HWY_INLINE VD LogProbability(VD k, VD mean) {
   const VD v = hn::Mul(difference, hn::Mul(both, k));
   const VD v2 = hn::Mul(v, v);
   // k ln(k/mean) + mean - k = 2 k atanh(v) - difference = difference v + 2 k (atanh(v) - v).
-  VD deviance = hn::Add(hn::Mul(difference, v),
-                        hn::Mul(hn::Mul(hn::Add(k, k), v), hn::Mul(v2, Polynomial(d, v2, kAtanh))));
-  const MD far = hn::Gt(hn::Abs(v), hn::Set(d, kSeriesEnd));
+  VD deviance =
+      hn::Add(hn::Mul(difference, v),
+              hn::Mul(hn::Mul(hn::Add(k, k), v), hn::Mul(v2, Polynomial(d, v2, atanh_terms))));
+  const MD far = hn::Gt(hn::Abs(v), hn::Set(d, series_end));
   if (!hn::AllFalse(d, far)) {
     const VD direct = hn::Sub(hn::Mul(k, LogDouble(d, hn::Div(k, mean))), difference);
     deviance = hn::IfThenElse(far, direct, deviance);
   }
   const VD inverse = hn::Mul(both, sum);
-  VD stirling = hn::Mul(inverse, Polynomial(d, hn::Mul(inverse, inverse), kStirling));
-  const VD end = hn::Set(d, static_cast<double>(kStirlingTable - 1));
+  VD stirling = hn::Mul(inverse, Polynomial(d, hn::Mul(inverse, inverse), stirling_terms));
+  const VD end = hn::Set(d, static_cast<double>(stirling_table - 1));
   const MD few = hn::Le(k, end);
   if (!hn::AllFalse(d, few)) {
     const VD index = hn::Min(k, end);
-    stirling = hn::IfThenElse(few, hn::GatherIndex(d, kStirlingErrors, hn::ConvertTo(di, index)),
+    stirling = hn::IfThenElse(few, hn::GatherIndex(d, stirling_errors, hn::ConvertTo(di, index)),
                               stirling);
   }
   return hn::Neg(hn::Add(stirling, deviance));
@@ -191,18 +193,18 @@ HWY_INLINE VD LogProbability(VD k, VD mean) {
 /// Whether PTRS accepts the count: V / (alpha (a / us^2 + b)) <= P(count), where 1 / alpha = 1.1239
 /// + 1.1328 / (b - 3.4).
 HWY_INLINE MD Accepted(const Attempt& t, VD mean, VU word) {
-  constexpr double kTwoPi = 6.283185307179586;
+  constexpr double two_pi = 6.283185307179586;
   const DD d;
   const VD one = hn::Set(d, 1.0);
   const VD rest = hn::Add(hn::Sub(OneToTwo(NextWord(hn::Not(word))), one), hn::Set(d, 0x1p-53));
-  const VD v = hn::Add(t.v_low, hn::Mul(rest, hn::Set(d, kVStep)));
+  const VD v = hn::Add(t.v_low, hn::Mul(rest, hn::Set(d, v_step)));
   const VD b3 = hn::Sub(t.b, hn::Set(d, 3.4));
   const VD us2 = hn::Mul(t.us, t.us);
   const VD above = hn::Mul(hn::Add(hn::Mul(hn::Set(d, 1.1239), b3), hn::Set(d, 1.1328)), us2);
   const VD below = hn::Mul(b3, hn::Add(t.a, hn::Mul(t.b, us2)));
   const VD share = hn::Mul(v, hn::Div(above, below));
   const VD k = hn::Max(t.count, one);
-  const VD root = hn::Sqrt(hn::Mul(hn::Set(d, kTwoPi), k));
+  const VD root = hn::Sqrt(hn::Mul(hn::Set(d, two_pi), k));
   const VD log_probability = LogProbability(k, mean);
   const MD none = hn::Eq(t.count, hn::Zero(d));
   const VD left = LogDouble(d, hn::Mul(share, hn::IfThenElse(none, one, root)));
@@ -217,12 +219,12 @@ HWY_INLINE VD Invert(VD mean, VU word) {
   VD rest = hn::Add(hn::Sub(OneToTwo(word), one), hn::Set(d, 0x1p-53));
   VD probability = ExpDouble(d, hn::Neg(mean));
   VD count = hn::Zero(d);
-  for (std::size_t k = 1; k <= kMostInverted; ++k) {
+  for (std::size_t k = 1; k <= most_inverted; ++k) {
     rest = hn::Sub(rest, probability);
     const MD beyond = hn::Ge(rest, hn::Zero(d));
     if (hn::AllFalse(d, beyond)) break;
     count = hn::Add(count, hn::IfThenElseZero(beyond, one));
-    probability = hn::Mul(probability, hn::Mul(mean, hn::Set(d, kReciprocals.values[k])));
+    probability = hn::Mul(probability, hn::Mul(mean, hn::Set(d, reciprocals.values[k])));
   }
   return count;
 }
@@ -235,7 +237,7 @@ HWY_INLINE void Append(MD which, VU names, Places& places) {
       hn::CompressStore(names, hn::RebindMask(du, which), du, places.values + places.count);
 #else
   // CompressStore uses a table, which GCC copies to the stack in each call.
-  HWY_ALIGN_MAX std::uint64_t lanes[kMostLanes];
+  HWY_ALIGN_MAX std::uint64_t lanes[most_lanes];
   hn::Store(names, du, lanes);
   std::uint8_t bytes[sizeof(std::uint64_t)] = {};
   hn::StoreMaskBits(DD(), which, bytes);
@@ -254,7 +256,7 @@ void PoissonBlock(std::uint64_t key, std::uint64_t first, std::size_t size, cons
   const DD d;
   const DU du;
   const std::size_t lanes = hn::Lanes(d);
-  HWY_ALIGN_MAX std::uint64_t words[kBlock + kMostLanes];
+  HWY_ALIGN_MAX std::uint64_t words[block_size + most_lanes];
   Places lists[2];
   Places* pending = &lists[0];
   Places* rejected = &lists[1];
@@ -263,12 +265,12 @@ void PoissonBlock(std::uint64_t key, std::uint64_t first, std::size_t size, cons
   for (std::size_t i = 0; i < size; i += lanes) {
     const VU word = counter.Next();
     const VD mean = hn::Load(d, means + i);
-    const MD small = hn::Lt(mean, hn::Set(d, kLeastRejectionMean));
-    const MD large = hn::And(hn::Ge(mean, hn::Set(d, kLeastRejectionMean)),
-                             hn::Le(mean, hn::Set(d, kLargestMean)));
+    const MD small = hn::Lt(mean, hn::Set(d, least_rejection_mean));
+    const MD large = hn::And(hn::Ge(mean, hn::Set(d, least_rejection_mean)),
+                             hn::Le(mean, hn::Set(d, largest_mean)));
     VD result = mean;
     if (!hn::AllFalse(d, large)) {
-      const Attempt t = Try(hn::IfThenElse(large, mean, hn::Set(d, kLeastRejectionMean)), word);
+      const Attempt t = Try(hn::IfThenElse(large, mean, hn::Set(d, least_rejection_mean)), word);
       result = hn::IfThenElse(large, t.count, result);
       hn::Store(word, du, words + i);
       Append(hn::AndNot(t.squeezed, large), names, *pending);
@@ -280,9 +282,9 @@ void PoissonBlock(std::uint64_t key, std::uint64_t first, std::size_t size, cons
     hn::Store(result, d, counts + i);
     names = hn::Add(names, hn::Set(du, static_cast<std::uint64_t>(lanes)));
   }
-  HWY_ALIGN_MAX double left_means[kBlock + kMostLanes];
-  HWY_ALIGN_MAX std::uint64_t left_words[kBlock + kMostLanes];
-  HWY_ALIGN_MAX double results[kBlock + kMostLanes];
+  HWY_ALIGN_MAX double left_means[block_size + most_lanes];
+  HWY_ALIGN_MAX std::uint64_t left_words[block_size + most_lanes];
+  HWY_ALIGN_MAX double results[block_size + most_lanes];
   while (pending->count > 0) {
     const std::size_t left = pending->count;
     for (std::size_t i = 0; i < left; ++i) {
@@ -290,7 +292,7 @@ void PoissonBlock(std::uint64_t key, std::uint64_t first, std::size_t size, cons
       left_words[i] = words[pending->values[i]];
     }
     // The rest of the last vector is filled with values whose results are ignored.
-    std::fill_n(left_means + left, lanes, kLeastRejectionMean);
+    std::fill_n(left_means + left, lanes, least_rejection_mean);
     std::fill_n(left_words + left, lanes, std::uint64_t{0});
     rejected->count = 0;
     for (std::size_t i = 0; i < left; i += lanes) {
@@ -314,13 +316,13 @@ void PoissonBlock(std::uint64_t key, std::uint64_t first, std::size_t size, cons
 
 /// AS 241's rational functions: in the middle of 0.180625 - q^2, in the tails of sqrt(-ln p) - 1.6
 /// and sqrt(-ln p) - 5.
-constexpr double kMiddleEnd = 0.425;
-constexpr double kMiddleCentre = 0.180625;
-constexpr double kMiddleAbove[] = {3.3871328727963666080e0,  1.3314166789178437745e+2,
+constexpr double middle_end = 0.425;
+constexpr double middle_centre = 0.180625;
+constexpr double middle_above[] = {3.3871328727963666080e0,  1.3314166789178437745e+2,
                                    1.9715909503065514427e+3, 1.3731693765509461125e+4,
                                    4.5921953931549871457e+4, 6.7265770927008700853e+4,
                                    3.3430575583588128105e+4, 2.5090809287301226727e+3};
-constexpr double kMiddleBelow[] = {1.0,
+constexpr double middle_below[] = {1.0,
                                    4.2313330701600911252e+1,
                                    6.8718700749205790830e+2,
                                    5.3941960214247511077e+3,
@@ -328,12 +330,12 @@ constexpr double kMiddleBelow[] = {1.0,
                                    3.9307895800092710610e+4,
                                    2.8729085735721942674e+4,
                                    5.2264952788528545610e+3};
-constexpr double kTailCentre = 1.6;
-constexpr double kTailAbove[] = {1.42343711074968357734e0,  4.63033784615654529590e0,
+constexpr double tail_centre = 1.6;
+constexpr double tail_above[] = {1.42343711074968357734e0,  4.63033784615654529590e0,
                                  5.76949722146069140550e0,  3.64784832476320460504e0,
                                  1.27045825245236838258e0,  2.41780725177450611770e-1,
                                  2.27238449892691845833e-2, 7.74545014278341407640e-4};
-constexpr double kTailBelow[] = {1.0,
+constexpr double tail_below[] = {1.0,
                                  2.05319162663775882187e0,
                                  1.67638483018380384940e0,
                                  6.89767334985100004550e-1,
@@ -341,12 +343,12 @@ constexpr double kTailBelow[] = {1.0,
                                  1.51986665636164571966e-2,
                                  5.47593808499534494600e-4,
                                  1.05075007164441684324e-9};
-constexpr double kFarCentre = 5;
-constexpr double kFarAbove[] = {6.65790464350110377720e0,  5.46378491116411436990e0,
+constexpr double far_centre = 5;
+constexpr double far_above[] = {6.65790464350110377720e0,  5.46378491116411436990e0,
                                 1.78482653991729133580e0,  2.96560571828504891230e-1,
                                 2.65321895265761230930e-2, 1.24266094738807843860e-3,
                                 2.71155556874348757815e-5, 2.01033439929228813265e-7};
-constexpr double kFarBelow[] = {1.0,
+constexpr double far_below[] = {1.0,
                                 5.99832206555887937690e-1,
                                 1.36929880922735805310e-1,
                                 1.48753612908506148525e-2,
@@ -359,13 +361,13 @@ HWY_INLINE VD Tail(VD q) {
   const DD d;
   const VD p = hn::Sub(hn::Set(d, 0.5), hn::Abs(q));
   const VD r = hn::Sqrt(hn::Neg(LogDouble(d, p)));
-  const VD near = hn::Sub(r, hn::Set(d, kTailCentre));
-  VD z = hn::Div(Polynomial(d, near, kTailAbove), Polynomial(d, near, kTailBelow));
-  const MD is_far = hn::Gt(r, hn::Set(d, kFarCentre));
+  const VD near = hn::Sub(r, hn::Set(d, tail_centre));
+  VD z = hn::Div(Polynomial(d, near, tail_above), Polynomial(d, near, tail_below));
+  const MD is_far = hn::Gt(r, hn::Set(d, far_centre));
   if (!hn::AllFalse(d, is_far)) {
-    const VD far = hn::Sub(r, hn::Set(d, kFarCentre));
+    const VD far = hn::Sub(r, hn::Set(d, far_centre));
     z = hn::IfThenElse(is_far,
-                       hn::Div(Polynomial(d, far, kFarAbove), Polynomial(d, far, kFarBelow)), z);
+                       hn::Div(Polynomial(d, far, far_above), Polynomial(d, far, far_below)), z);
   }
   return hn::CopySign(z, q);
 }
@@ -375,18 +377,18 @@ void NormalBlock(std::uint64_t key, std::uint64_t first, std::size_t size, doubl
   const DD d;
   const DU du;
   const std::size_t lanes = hn::Lanes(d);
-  HWY_ALIGN_MAX double uniform[kBlock + kMostLanes];
-  HWY_ALIGN_MAX double tails[kBlock + kMostLanes];
+  HWY_ALIGN_MAX double uniform[block_size + most_lanes];
+  HWY_ALIGN_MAX double tails[block_size + most_lanes];
   Places places;
   Counter counter(key, first);
   VU names = hn::Iota(du, std::uint64_t{0});
   for (std::size_t i = 0; i < size; i += lanes) {
     const VD q = Centred(counter.Next());
-    const VD r = hn::Sub(hn::Set(d, kMiddleCentre), hn::Mul(q, q));
-    const VD z = hn::Div(Polynomial(d, r, kMiddleAbove), Polynomial(d, r, kMiddleBelow));
+    const VD r = hn::Sub(hn::Set(d, middle_centre), hn::Mul(q, q));
+    const VD z = hn::Div(Polynomial(d, r, middle_above), Polynomial(d, r, middle_below));
     hn::Store(hn::Mul(q, z), d, out + i);
     hn::Store(q, d, uniform + i);
-    Append(hn::Gt(hn::Abs(q), hn::Set(d, kMiddleEnd)), names, places);
+    Append(hn::Gt(hn::Abs(q), hn::Set(d, middle_end)), names, places);
     names = hn::Add(names, hn::Set(du, static_cast<std::uint64_t>(lanes)));
   }
   for (std::size_t i = 0; i < places.count; ++i) tails[i] = uniform[places.values[i]];
@@ -401,22 +403,22 @@ void NormalBlock(std::uint64_t key, std::uint64_t first, std::size_t size, doubl
 
 void PoissonVariates(std::uint64_t key, std::uint64_t first, const double* means, double* out,
                      std::size_t size) {
-  HWY_ALIGN_MAX double block[kBlock + kMostLanes];
-  HWY_ALIGN_MAX double counts[kBlock + kMostLanes];
-  for (std::size_t done = 0; done < size; done += kBlock) {
-    const std::size_t count = std::min(kBlock, size - done);
+  HWY_ALIGN_MAX double block[block_size + most_lanes];
+  HWY_ALIGN_MAX double counts[block_size + most_lanes];
+  for (std::size_t done = 0; done < size; done += block_size) {
+    const std::size_t count = std::min(block_size, size - done);
     std::copy_n(means + done, count, block);
     // Fills the rest of the last vector.
-    std::fill_n(block + count, kMostLanes, 0.0);
+    std::fill_n(block + count, most_lanes, 0.0);
     PoissonBlock(key, first + done, count, block, counts);
     std::copy_n(counts, count, out + done);
   }
 }
 
 void NormalVariates(std::uint64_t key, std::uint64_t first, double* out, std::size_t size) {
-  HWY_ALIGN_MAX double block[kBlock + kMostLanes];
-  for (std::size_t done = 0; done < size; done += kBlock) {
-    const std::size_t count = std::min(kBlock, size - done);
+  HWY_ALIGN_MAX double block[block_size + most_lanes];
+  for (std::size_t done = 0; done < size; done += block_size) {
+    const std::size_t count = std::min(block_size, size - done);
     NormalBlock(key, first + done, count, block);
     std::copy_n(block, count, out + done);
   }

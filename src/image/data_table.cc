@@ -19,7 +19,7 @@
 namespace gamer {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 bool is_table(FitsFile& file) {
   int type = 0, status = 0;
@@ -94,7 +94,7 @@ class ColumnReader {
     }
     // Floating-point numbers of a binary table mark "none" by NaN already. If CFITSIO looked for
     // it, it would also replace infinities and subnormal numbers.
-    reader.null_value_ = binary && (type == TFLOAT || type == TDOUBLE) ? 0 : kNone;
+    reader.null_value_ = binary && (type == TFLOAT || type == TDOUBLE) ? 0 : no_value;
     return reader;
   }
 
@@ -116,11 +116,11 @@ class ColumnReader {
         break;
       }
       case Kind::logical: {
-        constexpr char kUndefined = 2;
+        constexpr char undefined = 2;
         std::vector<char> block(static_cast<std::size_t>(count));
-        file.call(fits_read_col_log, number_, first, LONGLONG{1}, count, kUndefined, block.data(),
+        file.call(fits_read_col_log, number_, first, LONGLONG{1}, count, undefined, block.data(),
                   &any_null);
-        for (const char flag : block) add_integer(flag, flag == kUndefined);
+        for (const char flag : block) add_integer(flag, flag == undefined);
         break;
       }
       case Kind::text:
@@ -145,7 +145,7 @@ class ColumnReader {
     }
     if (!nulls_.empty()) {
       reals_.assign(integers_.begin(), integers_.end());
-      for (const std::size_t row : nulls_) reals_[row] = kNone;
+      for (const std::size_t row : nulls_) reals_[row] = no_value;
       kind_ = Kind::real;
     }
     if (kind_ == Kind::real) {
@@ -168,7 +168,7 @@ class ColumnReader {
 
   Kind kind_ = Kind::real;
   int number_ = 0;
-  double null_value_ = kNone;
+  double null_value_ = no_value;
   std::vector<double> reals_;
   std::vector<std::int64_t> integers_;
   std::vector<std::size_t> nulls_;  ///< rows
@@ -199,14 +199,14 @@ std::string column_form(const DataColumn& column) {
 }
 
 void write_column(FitsFile& file, int number, const DataColumn& column) {
-  constexpr LONGLONG kFirst = 1;
+  constexpr LONGLONG first_code = 1;
   if (const auto* reals = std::get_if<std::vector<double>>(&column.values)) {
-    file.call(fits_write_col_dbl, number, kFirst, kFirst, static_cast<LONGLONG>(reals->size()),
-              const_cast<double*>(reals->data()));
+    file.call(fits_write_col_dbl, number, first_code, first_code,
+              static_cast<LONGLONG>(reals->size()), const_cast<double*>(reals->data()));
   } else if (const auto* integers = std::get_if<std::vector<std::int64_t>>(&column.values)) {
     std::vector<LONGLONG> values(integers->begin(), integers->end());
-    file.call(fits_write_col_lnglng, number, kFirst, kFirst, static_cast<LONGLONG>(values.size()),
-              values.data());
+    file.call(fits_write_col_lnglng, number, first_code, first_code,
+              static_cast<LONGLONG>(values.size()), values.data());
   } else {
     std::vector<std::string> texts = std::get<std::vector<std::string>>(column.values);
     std::vector<char*> pointers;
@@ -214,8 +214,8 @@ void write_column(FitsFile& file, int number, const DataColumn& column) {
       text = percent_encode(text);
       pointers.push_back(text.data());
     }
-    file.call(fits_write_col_str, number, kFirst, kFirst, static_cast<LONGLONG>(texts.size()),
-              pointers.data());
+    file.call(fits_write_col_str, number, first_code, first_code,
+              static_cast<LONGLONG>(texts.size()), pointers.data());
   }
 }
 
@@ -320,17 +320,17 @@ std::string header_text(const std::filesystem::path& path) {
     file.fail("no image of two axes in it");
   }
 
-  constexpr int kWithComments = 0;
-  constexpr std::size_t kRecordWidth = 80;
+  constexpr int with_comments = 0;
+  constexpr std::size_t record_width = 80;
   char* records = nullptr;
   int count = 0, status = 0;
   // For a compressed image this function gives the image's header.
-  fits_convert_hdr2str(file.handle(), kWithComments, nullptr, 0, &records, &count, &status);
+  fits_convert_hdr2str(file.handle(), with_comments, nullptr, 0, &records, &count, &status);
   std::string header;
   if (status == 0) {
     const std::string_view all = records;
-    for (std::size_t first = 0; first < all.size(); first += kRecordWidth) {
-      header += fmt::format("{}\n", all.substr(first, kRecordWidth));
+    for (std::size_t first = 0; first < all.size(); first += record_width) {
+      header += fmt::format("{}\n", all.substr(first, record_width));
     }
   }
   int free_status = 0;

@@ -108,8 +108,8 @@ void write_ecsv(const std::filesystem::path& path, const DataTable& table) {
       throw std::invalid_argument(fmt::format("table {}: columns differ in length", table.name));
     }
   }
-  constexpr bool kOverwrite = true;
-  write_file(path, kOverwrite, [&](std::FILE* file) {
+  constexpr bool overwrite = true;
+  write_file(path, overwrite, [&](std::FILE* file) {
     const auto write = [&](const std::string& text) {
       if (std::fwrite(text.data(), 1, text.size(), file) != text.size()) {
         throw write_failure(path, std::strerror(errno));

@@ -18,9 +18,9 @@
 namespace gamer {
 namespace {
 
-constexpr std::int64_t kBasePixels = 12;
+constexpr std::int64_t base_pixels = 12;
 /// Table rows written at a time.
-constexpr std::int64_t kRowsAtOnce = std::int64_t{1} << 16;
+constexpr std::int64_t rows_at_once = std::int64_t{1} << 16;
 
 /// Every second bit, from the lowest on, packed together.
 int even_bits(std::uint64_t bits) {
@@ -45,7 +45,7 @@ class HealpixWriter final : public ImageWriter {
                   static_cast<std::size_t>(header.planes())),
         values_(row_size_ * static_cast<std::size_t>(header.height)),
         written_(static_cast<std::size_t>(header.height)) {
-    if (header.width != header.healpix->nside || header.height != kBasePixels * header.width) {
+    if (header.width != header.healpix->nside || header.height != base_pixels * header.width) {
       throw std::invalid_argument("HEALPix writer: not nside x 12 nside pixels");
     }
   }
@@ -91,7 +91,7 @@ class HealpixWriter final : public ImageWriter {
 
   void write_map(const std::vector<Card>& common) {
     const HealpixHeader& map = *header_.healpix;
-    const std::int64_t pixels = kBasePixels * map.nside * map.nside;
+    const std::int64_t pixels = base_pixels * map.nside * map.nside;
     const auto planes = static_cast<std::size_t>(header_.planes());
     std::vector<std::string> labels = header_.labels, units;
     for (std::size_t p = 0; p < planes; ++p) {
@@ -121,8 +121,8 @@ class HealpixWriter final : public ImageWriter {
 
     std::vector<std::size_t> places;
     std::vector<Value> column;
-    for (std::int64_t first = 0; first < pixels; first += kRowsAtOnce) {
-      const std::int64_t count = std::min(kRowsAtOnce, pixels - first);
+    for (std::int64_t first = 0; first < pixels; first += rows_at_once) {
+      const std::int64_t count = std::min(rows_at_once, pixels - first);
       places.clear();
       for (std::int64_t pixel = first; pixel < first + count; ++pixel) {
         const HealpixPlace place = healpix_place(map.nside, map.is_nested, pixel);

@@ -21,7 +21,7 @@
 namespace gamer {
 namespace {
 
-constexpr std::array<std::pair<const char*, ImageSuffix>, 4> kSuffixes = {{
+constexpr std::array<std::pair<const char*, ImageSuffix>, 4> suffixes = {{
     {".fits", ImageSuffix::fits},
     {".fits.fz", ImageSuffix::fits_compressed},
     {".png", ImageSuffix::png},
@@ -29,14 +29,14 @@ constexpr std::array<std::pair<const char*, ImageSuffix>, 4> kSuffixes = {{
 }};
 
 /// Space for the headers of a FITS file besides its cards.
-constexpr std::uint64_t kHeaderBytes = 16 * 1024;
-constexpr std::uint64_t kCardBytes = 80;
+constexpr std::uint64_t header_bytes = 16 * 1024;
+constexpr std::uint64_t card_bytes = 80;
 /// A BMP file gives its size in 32 bits.
-constexpr std::uint64_t kLargestBmp = 0xFFFFFFFF;
+constexpr std::uint64_t largest_bmp = 0xFFFFFFFF;
 /// Open files of a process besides the image's: streams, libraries, sockets of MPI.
-constexpr std::uint64_t kOtherFiles = 64;
+constexpr std::uint64_t other_files = 64;
 /// CFITSIO's limit of open files (NMAXFILES).
-constexpr std::uint64_t kMostFitsFiles = 10000;
+constexpr std::uint64_t most_fits_files = 10000;
 
 bool is_fits(ImageSuffix suffix) {
   return suffix == ImageSuffix::fits || suffix == ImageSuffix::fits_compressed;
@@ -54,9 +54,9 @@ std::uint64_t bytes_on_disk(ImageSuffix suffix, const OutputOptions& options,
     return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * 3 *
            sizeof(std::uint16_t);
   }
-  std::uint64_t texts = header.cards.size() * kCardBytes;
+  std::uint64_t texts = header.cards.size() * card_bytes;
   for (const TextTable& table : header.tables) {
-    texts += table.cards.size() * kCardBytes;
+    texts += table.cards.size() * card_bytes;
     table.for_each_row([&](std::span<const std::string_view> row) {
       for (const std::string_view cell : row) texts += cell.size();
     });
@@ -65,7 +65,7 @@ std::uint64_t bytes_on_disk(ImageSuffix suffix, const OutputOptions& options,
   const std::uint64_t files = options.layout == ImageLayout::files ? planes : 1;
   const std::uint64_t bytes_per_pixel = options.bitpix == -64 ? 8 : 4;
   const std::uint64_t plain =
-      pixels(header) * planes * bytes_per_pixel + files * texts + (planes + 1) * kHeaderBytes;
+      pixels(header) * planes * bytes_per_pixel + files * texts + (planes + 1) * header_bytes;
   // Compression needs the plain file and, at worst, an equally large compressed file.
   return suffix == ImageSuffix::fits_compressed ? 2 * plain : plain;
 }
@@ -73,17 +73,17 @@ std::uint64_t bytes_on_disk(ImageSuffix suffix, const OutputOptions& options,
 std::uint64_t most_open_files() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) {
-    return kMostFitsFiles;
+    return most_fits_files;
   }
   const std::uint64_t current = limit.rlim_cur;
-  return std::min(kMostFitsFiles, current > kOtherFiles ? current - kOtherFiles : 1);
+  return std::min(most_fits_files, current > other_files ? current - other_files : 1);
 }
 
 }  // namespace
 
 std::optional<ImageSuffix> image_suffix(const std::filesystem::path& path) {
   const std::string text = image_suffix_text(path);
-  for (const auto& [name, suffix] : kSuffixes) {
+  for (const auto& [name, suffix] : suffixes) {
     if (text == name) return suffix;
   }
   return std::nullopt;
@@ -92,7 +92,7 @@ std::optional<ImageSuffix> image_suffix(const std::filesystem::path& path) {
 std::string image_suffix_text(const std::filesystem::path& path) {
   const std::string name = path.filename().string();
   std::string longest;
-  for (const auto& [text, suffix] : kSuffixes) {
+  for (const auto& [text, suffix] : suffixes) {
     const std::string candidate = text;
     // A name that is only the suffix would be a hidden file.
     if (name.size() > candidate.size() && name.ends_with(candidate) &&
@@ -120,7 +120,7 @@ std::vector<std::filesystem::path> output_files(const OutputOptions& options,
 void check_output_suffix(const OutputOptions& options) {
   if (image_suffix(options.path)) return;
   std::string allowed;
-  for (const auto& [text, kind] : kSuffixes) {
+  for (const auto& [text, kind] : suffixes) {
     allowed += fmt::format("{}{}", allowed.empty() ? "" : ", ", text);
   }
   throw InputError(fmt::format("output '{}': unknown kind of file; the name must end in one of {}",
@@ -163,7 +163,7 @@ void check_output(const OutputOptions& options, const ImageHeader& header) {
 
   const std::uint64_t bytes = bytes_on_disk(*suffix, options, header);
   const auto [width, height] = picture_extent(header);
-  if (*suffix == ImageSuffix::bmp && bytes > kLargestBmp) {
+  if (*suffix == ImageSuffix::bmp && bytes > largest_bmp) {
     fail(
         fmt::format("{} x {} pixels are too many for a BMP file (4 GiB); use .png", width, height));
   }

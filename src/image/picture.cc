@@ -17,18 +17,18 @@
 namespace gamer {
 namespace {
 
-constexpr std::size_t kMostSamples = std::size_t{1} << 20;
-constexpr double kBlackQuantile = 0.05;
+constexpr std::size_t most_samples = std::size_t{1} << 20;
+constexpr double black_quantile = 0.05;
 /// Distance of the 5 % quantile below the middle of a Gaussian, sigmas.
-constexpr double kBlackSigmas = 1.645;
+constexpr double black_sigmas = 1.645;
 /// sigma of a Gaussian divided by its median absolute deviation.
-constexpr double kSigmaPerMedian = 1.4826;
+constexpr double sigma_per_median = 1.4826;
 /// Pixels count as light if they are this many sigmas above the sky.
-constexpr double kLightSigmas = 3;
-constexpr double kBalance = 0.5;
-constexpr double kWhiteQuantile = 0.9999;
-constexpr double kReferenceLight = 0.8;
-constexpr double kReferenceLevel = 0.28;
+constexpr double light_sigmas = 3;
+constexpr double balance = 0.5;
+constexpr double white_quantile = 0.9999;
+constexpr double reference_light = 0.8;
+constexpr double reference_level = 0.28;
 
 /// Weight of each plane in each channel; there is one channel (grey) or three.
 std::vector<std::vector<double>> channel_weights(int planes,
@@ -173,14 +173,14 @@ Sample take_sample(const Plane& channel, int threads, std::size_t stride) {
 
 Sky measure_sky(const Sample& sample) {
   std::vector<double> values = sample.values, differences = sample.differences;
-  const double low = quantile(values, kBlackQuantile);
+  const double low = quantile(values, black_quantile);
   const double middle = quantile(values, 0.5);
   double sigma = 0;
   if (!differences.empty()) {
-    sigma = std::min(kSigmaPerMedian * quantile(differences, 0.5) / std::sqrt(2.0),
-                     (middle - low) / kBlackSigmas);
+    sigma = std::min(sigma_per_median * quantile(differences, 0.5) / std::sqrt(2.0),
+                     (middle - low) / black_sigmas);
   }
-  return {low + kBlackSigmas * sigma, sigma};
+  return {low + black_sigmas * sigma, sigma};
 }
 
 /// Sum of v - black over pixels that are more than `least` above black.
@@ -199,13 +199,13 @@ double sum_light(const Plane& channel, int threads, double black, double least) 
 /// The slope for which asinh(slope reference)/asinh(slope white) is the reference level; this ratio
 /// grows with the slope.
 double solve_slope(double reference, double white) {
-  constexpr double kNearlyLinear = 1e-3, kSteepest = 1e30;
-  constexpr int kBisections = 100;
-  double low = std::log(kNearlyLinear / white), high = std::log(kSteepest / white);
-  for (int i = 0; i < kBisections; ++i) {
+  constexpr double nearly_linear = 1e-3, steepest = 1e30;
+  constexpr int bisections = 100;
+  double low = std::log(nearly_linear / white), high = std::log(steepest / white);
+  for (int i = 0; i < bisections; ++i) {
     const double middle = (low + high) / 2;
     const double slope = std::exp(middle);
-    if (std::asinh(slope * reference) > kReferenceLevel * std::asinh(slope * white)) {
+    if (std::asinh(slope * reference) > reference_level * std::asinh(slope * white)) {
       high = middle;
     } else {
       low = middle;
@@ -233,12 +233,12 @@ void choose_stretch(const std::vector<std::vector<double>>& channels, double thr
   std::vector<double> sorted = lit;
   std::sort(sorted.begin(), sorted.end(), std::greater<>());
   const auto place =
-      static_cast<std::size_t>((1 - kWhiteQuantile) * static_cast<double>(lit.size()));
+      static_cast<std::size_t>((1 - white_quantile) * static_cast<double>(lit.size()));
   const double total = std::accumulate(sorted.begin(), sorted.end(), 0.0);
   double sum = 0, reference = sorted.back();
   for (const double value : sorted) {
     sum += value;
-    if (sum >= kReferenceLight * total) {
+    if (sum >= reference_light * total) {
       reference = value;
       break;
     }
@@ -350,10 +350,10 @@ std::pair<int, int> picture_extent(const ImageHeader& header) {
 std::uint64_t picture_memory(int width, int height, int planes) {
   const std::uint64_t channels = planes == 1 ? 1 : 3;
   // Bytes per sampled pixel: values and differences of each channel, and copies for quantiles.
-  constexpr std::uint64_t kPerSample = 10 * sizeof(double);
+  constexpr std::uint64_t per_sample = 10 * sizeof(double);
   return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * channels *
              sizeof(double) +
-         kMostSamples * kPerSample;
+         most_samples * per_sample;
 }
 
 std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double slope, double scale) {
@@ -390,7 +390,7 @@ PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
   const std::size_t planes = channels.size();
   const std::size_t count = static_cast<std::size_t>(channels[0]->width()) *
                             static_cast<std::size_t>(channels[0]->height());
-  const std::size_t stride = (count + kMostSamples - 1) / kMostSamples;
+  const std::size_t stride = (count + most_samples - 1) / most_samples;
   PictureTone tone;
   std::vector<std::vector<double>> samples;
   std::array<double, 3> sigma{}, light{};
@@ -399,14 +399,14 @@ PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
     const Sky sky = measure_sky(sample);
     sigma[c] = sky.sigma;
     tone.black[c] = black ? (*black)[c] : sky.level;
-    light[c] = sum_light(*channels[c], threads, tone.black[c], kLightSigmas * sky.sigma);
+    light[c] = sum_light(*channels[c], threads, tone.black[c], light_sigmas * sky.sigma);
     samples.push_back(std::move(sample.values));
   }
   const auto lights = std::span(light).first(planes);
   const double mean_light =
       std::accumulate(lights.begin(), lights.end(), 0.0) / static_cast<double>(planes);
   for (std::size_t c = 0; c < planes; ++c) {
-    if (light[c] > 0) tone.factor[c] = std::pow(mean_light / light[c], kBalance);
+    if (light[c] > 0) tone.factor[c] = std::pow(mean_light / light[c], balance);
   }
   // Stars differ in redness or blueness, but are never green.
   if (planes == 3 && *std::min_element(light.begin(), light.end()) > 0) {
@@ -426,7 +426,7 @@ PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
     tone.black.fill(tone.black[0]);
     tone.factor.fill(tone.factor[0]);
   }
-  choose_stretch(samples, kLightSigmas * std::sqrt(variance), tone);
+  choose_stretch(samples, light_sigmas * std::sqrt(variance), tone);
   return tone;
 }
 

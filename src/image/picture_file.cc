@@ -32,9 +32,9 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A BMP file gives its size in 32 bits.
-constexpr std::uint64_t kLargestBmp = 0xFFFFFFFF;
+constexpr std::uint64_t largest_bmp = 0xFFFFFFFF;
 /// libpng's limit of a side (PNG_USER_WIDTH_MAX).
-constexpr int kLongestPngSide = 1000000;
+constexpr int longest_png_side = 1000000;
 
 /// 16 bits to 8, rounded: 65535 = 257 * 255.
 std::uint8_t to_8_bits(std::uint16_t value) {
@@ -68,8 +68,8 @@ bool start_png(png_structp png, png_infop info, std::FILE* file, int width, int 
                PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
                PNG_FILTER_TYPE_DEFAULT);
   // A higher level makes files a few per cent smaller and takes several times longer.
-  constexpr int kCompression = 3;
-  png_set_compression_level(png, kCompression);
+  constexpr int compression_level = 3;
+  png_set_compression_level(png, compression_level);
   // Choosing among all filters takes as long as compressing.
   png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
   png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
@@ -99,7 +99,7 @@ bool end_png(png_structp png, png_infop info) {
 
 // ---- BMP ---------------------------------------------------------------------------------------
 
-constexpr std::uint32_t kBmpFileHeader = 14, kBmpInfoHeader = 40;
+constexpr std::uint32_t bmp_file_header = 14, bmp_info_header = 40;
 
 void append_little_endian(std::string& bytes, std::uint32_t value, int size) {
   for (int i = 0; i < size; ++i) bytes += static_cast<char>(value >> (8 * i) & 0xFF);
@@ -111,22 +111,22 @@ std::uint64_t bmp_row_bytes(int width) {
 }
 
 std::string bmp_header(int width, int height) {
-  constexpr std::uint32_t kBitsPerPixel = 24, kPlanes = 1, kUncompressed = 0;
-  constexpr std::uint32_t kPixelsPerMetre = 2835;  // 72 dots per inch
+  constexpr std::uint32_t bits_per_pixel = 24, planes = 1, uncompressed = 0;
+  constexpr std::uint32_t pixels_per_metre = 2835;  // 72 dots per inch
   const auto file_bytes = static_cast<std::uint32_t>(bmp_bytes(width, height));
   std::string header = "BM";
   append_little_endian(header, file_bytes, 4);
   append_little_endian(header, 0, 4);
-  append_little_endian(header, kBmpFileHeader + kBmpInfoHeader, 4);
-  append_little_endian(header, kBmpInfoHeader, 4);
+  append_little_endian(header, bmp_file_header + bmp_info_header, 4);
+  append_little_endian(header, bmp_info_header, 4);
   append_little_endian(header, static_cast<std::uint32_t>(width), 4);
   append_little_endian(header, static_cast<std::uint32_t>(height), 4);
-  append_little_endian(header, kPlanes, 2);
-  append_little_endian(header, kBitsPerPixel, 2);
-  append_little_endian(header, kUncompressed, 4);
-  append_little_endian(header, file_bytes - kBmpFileHeader - kBmpInfoHeader, 4);
-  append_little_endian(header, kPixelsPerMetre, 4);
-  append_little_endian(header, kPixelsPerMetre, 4);
+  append_little_endian(header, planes, 2);
+  append_little_endian(header, bits_per_pixel, 2);
+  append_little_endian(header, uncompressed, 4);
+  append_little_endian(header, file_bytes - bmp_file_header - bmp_info_header, 4);
+  append_little_endian(header, pixels_per_metre, 4);
+  append_little_endian(header, pixels_per_metre, 4);
   append_little_endian(header, 0, 4);
   append_little_endian(header, 0, 4);
   return header;
@@ -135,7 +135,7 @@ std::string bmp_header(int width, int height) {
 }  // namespace
 
 std::uint64_t bmp_bytes(int width, int height) {
-  return kBmpFileHeader + kBmpInfoHeader +
+  return bmp_file_header + bmp_info_header +
          bmp_row_bytes(width) * static_cast<std::uint64_t>(height);
 }
 
@@ -155,9 +155,9 @@ void check_picture_file(const PictureFileOptions& options, int width, int height
     fail(fmt::format("{} bits a channel; a picture has 8 or 16", options.bits));
   }
   const bool is_bmp = options.format == PictureFormat::bmp;
-  if (!is_bmp && std::max(width, height) > kLongestPngSide) {
+  if (!is_bmp && std::max(width, height) > longest_png_side) {
     fail(fmt::format("{} x {} pixels are too many for a PNG file ({} a side)", width, height,
-                     kLongestPngSide));
+                     longest_png_side));
   }
   if (options.name == standard_stream) {
     check_standard_output();
@@ -166,7 +166,7 @@ void check_picture_file(const PictureFileOptions& options, int width, int height
   if (picture_format(options.name) != options.format) {
     fail(fmt::format("the name must end in {}", is_bmp ? ".bmp" : ".png or .bmp"));
   }
-  if (is_bmp && bmp_bytes(width, height) > kLargestBmp) {
+  if (is_bmp && bmp_bytes(width, height) > largest_bmp) {
     fail(
         fmt::format("{} x {} pixels are too many for a BMP file (4 GiB); use .png", width, height));
   }
@@ -291,7 +291,7 @@ class BmpEncoder final : public PictureFile::Encoder {
       }
     }
     --left_;
-    const auto place = static_cast<off_t>(kBmpFileHeader + kBmpInfoHeader) +
+    const auto place = static_cast<off_t>(bmp_file_header + bmp_info_header) +
                        static_cast<off_t>(row_.size()) * left_;
     if (fseeko(file_, place, SEEK_SET) != 0) fail();
     write(row_);

@@ -14,7 +14,7 @@ namespace gamer {
 namespace {
 
 /// Pixels of a tile: 2 MiB of doubles, so that a few of them stay in a core's cache.
-constexpr int kTilePixels = 1 << 18;
+constexpr int tile_pixels = 1 << 18;
 
 class ChangedPlane final : public Plane {
  public:
@@ -70,7 +70,7 @@ Plane::Plane(int width, int height) : width_(width), height_(height) {
   if (width < 1 || height < 1) throw std::invalid_argument("a plane without pixels");
 }
 
-Plane::Tile Plane::tile() const { return {width_, std::clamp(kTilePixels / width_, 1, height_)}; }
+Plane::Tile Plane::tile() const { return {width_, std::clamp(tile_pixels / width_, 1, height_)}; }
 
 MemoryPlane::MemoryPlane(int width, int height, std::vector<double> values)
     : Plane(width, height), values_(std::move(values)) {

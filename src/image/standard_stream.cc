@@ -26,8 +26,8 @@ void check_standard_output() {
 }
 
 void copy_bytes(std::FILE* from, std::FILE* to, const std::string& what) {
-  constexpr std::size_t kBlock = std::size_t{1} << 20;
-  std::vector<char> block(kBlock);
+  constexpr std::size_t block_size = std::size_t{1} << 20;
+  std::vector<char> block(block_size);
   std::size_t count = 0;
   while ((count = std::fread(block.data(), 1, block.size(), from)) > 0) {
     if (std::fwrite(block.data(), 1, count, to) != count) {

@@ -10,7 +10,7 @@ namespace gamer {
 namespace {
 
 /// Relative accuracy to which wavelengths of a linear axis are equally spaced.
-constexpr double kLinearTolerance = 1e-9;
+constexpr double linear_tolerance = 1e-9;
 
 /// A linear axis of wavelengths where they are equally spaced; else of the planes' numbers.
 LinearAxis plane_axis(const std::vector<double>& wavelengths) {
@@ -22,7 +22,7 @@ LinearAxis plane_axis(const std::vector<double>& wavelengths) {
   if (step == 0) return numbers;
   for (std::size_t i = 0; i < count; ++i) {
     const double linear = first + step * static_cast<double>(i);
-    if (!(std::abs(wavelengths[i] - linear) <= kLinearTolerance * std::abs(wavelengths[i]))) {
+    if (!(std::abs(wavelengths[i] - linear) <= linear_tolerance * std::abs(wavelengths[i]))) {
       return numbers;
     }
   }
@@ -45,11 +45,11 @@ void append_third_axis(std::vector<Card>& cards, const std::vector<double>& wave
   const LinearAxis axis = plane_axis(wavelengths);
   append_axis(cards, 3, axis);
   // "CDi_j", then the letter of an alternate description.
-  constexpr std::size_t kLetter = 5;
+  constexpr std::size_t letter_place = 5;
   std::set<std::string> letters;
   for (const std::string& record : plane_axes) {
     if (record.starts_with("CD1_") || record.starts_with("CD2_")) {
-      letters.insert(record.substr(kLetter, record[kLetter] == ' ' ? 0 : 1));
+      letters.insert(record.substr(letter_place, record[letter_place] == ' ' ? 0 : 1));
     }
   }
   for (const std::string& letter : letters) {

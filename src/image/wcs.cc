@@ -28,22 +28,22 @@
 namespace gamer {
 namespace {
 
-constexpr std::size_t kRecordWidth = 80, kKeywordWidth = 8;
-constexpr double kArcsecondsPerDegree = 3600, kFullCircle = 360;
-constexpr int kAxes = 2;
+constexpr std::size_t record_width = 80, keyword_width = 8;
+constexpr double arcseconds_per_degree = 3600, full_circle = 360;
+constexpr int axis_count = 2;
 /// Status of wcsp2s() and wcss2p(): some points have no counterpart; an array tells which.
-constexpr int kBadPixels = 8, kBadWorld = 9;
+constexpr int bad_pixels = 8, bad_world = 9;
 /// Points converted in one call of WCSLIB.
-constexpr std::size_t kBlock = 256;
+constexpr std::size_t block_size = 256;
 /// Limits of the sides of pixels. A right ascension of 360 deg has steps of 2e-10 arcsec in double
 /// precision, 0.2 % of the smallest pixel; one largest pixel shows the whole sky.
-constexpr double kSmallestPixel = 1e-7 / kArcsecondsPerDegree, kLargestPixel = kFullCircle;  // deg
+constexpr double smallest_pixel = 1e-7 / arcseconds_per_degree, largest_pixel = full_circle;  // deg
 /// Limit of the longer side of a pixel over the shorter; a matrix beyond it is nearly singular.
-constexpr double kLargestAspect = 1e6;
+constexpr double largest_aspect = 1e6;
 /// Largest distance of the reference pixel; double precision then resolves 1e-7 of a pixel.
-constexpr double kFarthestReference = 1e9;
+constexpr double farthest_reference = 1e9;
 /// Limit of a distortion's change of area: a factor of 4 along both sides, more than any camera's.
-constexpr double kLargestAreaChange = 16;
+constexpr double largest_area_change = 16;
 
 std::string_view trim(std::string_view text) {
   const std::size_t first = text.find_first_not_of(' ');
@@ -58,24 +58,24 @@ bool is_printing(std::string_view record) {
 /// Whether the card's value is a string without closing quote.
 bool has_open_string(std::string_view record) {
   const std::string_view value =
-      trim(record.substr(std::min(record.size(), kKeywordWidth + std::size_t{2})));
+      trim(record.substr(std::min(record.size(), keyword_width + std::size_t{2})));
   return value.starts_with('\'') && value.find('\'', 1) == std::string_view::npos;
 }
 
-std::string_view keyword(std::string_view record) { return trim(record.substr(0, kKeywordWidth)); }
+std::string_view keyword(std::string_view record) { return trim(record.substr(0, keyword_width)); }
 
 // ---- Records -----------------------------------------------------------------------------------
 
 std::vector<std::string> split_records(std::string_view header) {
   std::vector<std::string> records;
   while (!header.empty()) {
-    const std::size_t end = std::min(header.find_first_of("\r\n"), kRecordWidth);
+    const std::size_t end = std::min(header.find_first_of("\r\n"), record_width);
     std::string record(header.substr(0, end));
     header.remove_prefix(std::min(end, header.size()));
     const bool is_line_end = !header.empty() && (header.front() == '\n' || header.front() == '\r');
     if (is_line_end) header.remove_prefix(1);
     if (record.empty()) continue;
-    record.resize(kRecordWidth, ' ');
+    record.resize(record_width, ' ');
     if (keyword(record) == "END") break;
     records.push_back(std::move(record));
   }
@@ -132,18 +132,18 @@ void check_self_contained(const std::vector<std::string>& header, const std::str
 
 std::string make_record(const std::string& key, const std::string& value,
                         const std::string& comment) {
-  constexpr int kNumberWidth = 20;
+  constexpr int number_width = 20;
   std::string record =
-      fmt::format("{:<{}}= {:>{}} / {}", key, kKeywordWidth, value, kNumberWidth, comment);
-  record.resize(kRecordWidth, ' ');
+      fmt::format("{:<{}}= {:>{}} / {}", key, keyword_width, value, number_width, comment);
+  record.resize(record_width, ' ');
   return record;
 }
 
 std::string make_text_record(const std::string& key, const std::string& text,
                              const std::string& comment) {
-  constexpr int kLeastWidth = 8, kQuotedWidth = 20;
-  const std::string quoted = fmt::format("'{:<{}}'", text, kLeastWidth);
-  return make_record(key, fmt::format("{:<{}}", quoted, kQuotedWidth), comment);
+  constexpr int least_width = 8, quoted_width = 20;
+  const std::string quoted = fmt::format("'{:<{}}'", text, least_width);
+  return make_record(key, fmt::format("{:<{}}", quoted, quoted_width), comment);
 }
 
 // ---- WCSLIB ------------------------------------------------------------------------------------
@@ -175,15 +175,15 @@ class Converter {
   void check_distortion(int width, int height, const std::string& label) {
     if (wcs_->lin.dispre == nullptr && wcs_->lin.disseq == nullptr) return;
     // Distortions have an order of 9 at most; the steps are much finer than their turning points.
-    constexpr int kSteps = 32;
+    constexpr int step_count = 32;
     // Largest distance between a pixel and the place that the inverse gives it.
-    constexpr double kFarthest = 0.1;
+    constexpr double farthest = 0.1;
     const Jacobian middle = jacobian({(width + 1) / 2.0, (height + 1) / 2.0});
     middle.check_sides("the distortion (A_i_j, B_i_j, PVi_j...)", label);
-    for (int j = 0; j <= kSteps; ++j) {
-      for (int i = 0; i <= kSteps; ++i) {
-        const PixelPosition place{0.5 + static_cast<double>(width) * i / kSteps,
-                                  0.5 + static_cast<double>(height) * j / kSteps};
+    for (int j = 0; j <= step_count; ++j) {
+      for (int i = 0; i <= step_count; ++i) {
+        const PixelPosition place{0.5 + static_cast<double>(width) * i / step_count,
+                                  0.5 + static_cast<double>(height) * j / step_count};
         const auto fail = [&](const std::string& what) {
           throw InputError({label, 0, 0},
                            fmt::format("the distortion (A_i_j, B_i_j, PVi_j...) is no view of {} x "
@@ -192,18 +192,18 @@ class Converter {
         };
         const double change = jacobian(place).area() / middle.area();
         if (!(change > 0)) fail("it folds the image");
-        if (change > kLargestAreaChange || 1 / change > kLargestAreaChange) {
+        if (change > largest_area_change || 1 / change > largest_area_change) {
           fail(
               fmt::format("a pixel has {:.3g} times the area of the middle one; expected a factor "
                           "of {} at most",
-                          change, kLargestAreaChange));
+                          change, largest_area_change));
         }
-        const std::array<double, kAxes> from = {place.x, place.y};
-        std::array<double, kAxes> intermediate, back{};
+        const std::array<double, axis_count> from = {place.x, place.y};
+        std::array<double, axis_count> intermediate, back{};
         const bool has_inverse =
-            linp2x(&wcs_->lin, 1, kAxes, from.data(), intermediate.data()) == 0 &&
-            linx2p(&wcs_->lin, 1, kAxes, intermediate.data(), back.data()) == 0 &&
-            std::hypot(back[0] - place.x, back[1] - place.y) < kFarthest;
+            linp2x(&wcs_->lin, 1, axis_count, from.data(), intermediate.data()) == 0 &&
+            linx2p(&wcs_->lin, 1, axis_count, intermediate.data(), back.data()) == 0 &&
+            std::hypot(back[0] - place.x, back[1] - place.y) < farthest;
         if (!has_inverse) fail("it has no inverse");
       }
     }
@@ -213,7 +213,7 @@ class Converter {
   void to_sky(std::span<const PixelPosition> pixels, std::span<SkyPosition> out) {
     // WCSLIB 7.12 converts rows of equal x or y differently from their single points.
     const int category = wcs_->cel.prj.category;
-    const std::size_t most = category == QUADCUBE || category == HEALPIX ? 1 : kBlock;
+    const std::size_t most = category == QUADCUBE || category == HEALPIX ? 1 : block_size;
     for (std::size_t first = 0; first < pixels.size(); first += most) {
       const std::size_t count = std::min(most, pixels.size() - first);
       const auto block = pixels.subspan(first, count);
@@ -221,45 +221,45 @@ class Converter {
       // The block failed as a whole; single pixels may succeed.
       for (std::size_t i = 0; i < count; ++i) {
         if (!convert(block.subspan(i, 1), out.subspan(first + i, 1))) {
-          out[first + i] = {kNone, kNone};
+          out[first + i] = {no_value, no_value};
         }
       }
     }
   }
 
   std::optional<PixelPosition> to_pixel(const SkyPosition& sky) {
-    std::array<double, kAxes> from, intermediate, to;
+    std::array<double, axis_count> from, intermediate, to;
     double phi = 0, theta = 0;
     int bad = 0;
     from[wcs_->lng] = sky.ra;
     from[wcs_->lat] = sky.dec;
-    const int status =
-        wcss2p(wcs_, 1, kAxes, from.data(), &phi, &theta, intermediate.data(), to.data(), &bad);
-    is_failure(status, kBadWorld);
+    const int status = wcss2p(wcs_, 1, axis_count, from.data(), &phi, &theta, intermediate.data(),
+                              to.data(), &bad);
+    is_failure(status, bad_world);
     if (status != 0 || !std::isfinite(to[0] + to[1])) return std::nullopt;
     return PixelPosition{to[0], to[1]};
   }
 
  private:
-  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  static constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
   /// Converts a block of pixels; false when WCSLIB converts none of them.
   bool convert(std::span<const PixelPosition> pixels, std::span<SkyPosition> out) {
-    std::array<double, kAxes * kBlock> from, intermediate, to;
-    std::array<double, kBlock> phi, theta;
-    std::array<int, kBlock> bad;
+    std::array<double, axis_count * block_size> from, intermediate, to;
+    std::array<double, block_size> phi, theta;
+    std::array<int, block_size> bad;
     const std::size_t count = pixels.size();
     for (std::size_t i = 0; i < count; ++i) {
-      from[kAxes * i] = pixels[i].x;
-      from[kAxes * i + 1] = pixels[i].y;
+      from[axis_count * i] = pixels[i].x;
+      from[axis_count * i + 1] = pixels[i].y;
     }
-    const int status = wcsp2s(wcs_, static_cast<int>(count), kAxes, from.data(),
+    const int status = wcsp2s(wcs_, static_cast<int>(count), axis_count, from.data(),
                               intermediate.data(), phi.data(), theta.data(), to.data(), bad.data());
-    if (is_failure(status, kBadPixels)) return false;
+    if (is_failure(status, bad_pixels)) return false;
     for (std::size_t i = 0; i < count; ++i) {
-      const double ra = to[kAxes * i + wcs_->lng], dec = to[kAxes * i + wcs_->lat];
+      const double ra = to[axis_count * i + wcs_->lng], dec = to[axis_count * i + wcs_->lat];
       if (status != 0 && bad[i] != 0) {
-        out[i] = {kNone, kNone};
+        out[i] = {no_value, no_value};
       } else if (std::isfinite(ra + dec)) {
         out[i] = {in_circle(ra), dec};
       } else {
@@ -271,20 +271,20 @@ class Converter {
 
   /// WCSLIB finds no latitude exactly on the central meridian of PCO (7.12).
   SkyPosition sky_beside(const PixelPosition& pixel) {
-    constexpr double kNudge = 1e-7;  // pixels
-    const std::array<double, kAxes> from = {pixel.x + kNudge, pixel.y + kNudge};
-    std::array<double, kAxes> intermediate, to;
+    constexpr double nudge = 1e-7;  // pixels
+    const std::array<double, axis_count> from = {pixel.x + nudge, pixel.y + nudge};
+    std::array<double, axis_count> intermediate, to;
     double phi = 0, theta = 0;
     int bad = 0;
-    const int status =
-        wcsp2s(wcs_, 1, kAxes, from.data(), intermediate.data(), &phi, &theta, to.data(), &bad);
-    if (status != 0 || !std::isfinite(to[0] + to[1])) return {kNone, kNone};
+    const int status = wcsp2s(wcs_, 1, axis_count, from.data(), intermediate.data(), &phi, &theta,
+                              to.data(), &bad);
+    if (status != 0 || !std::isfinite(to[0] + to[1])) return {no_value, no_value};
     return {in_circle(to[wcs_->lng]), to[wcs_->lat]};
   }
 
   static double in_circle(double ra) {
-    if (ra < 0) ra += kFullCircle;
-    return ra < kFullCircle ? ra : ra - kFullCircle;
+    if (ra < 0) ra += full_circle;
+    return ra < full_circle ? ra : ra - full_circle;
   }
 
   /// Whether no point has a counterpart (a distortion that cannot be inverted...).
@@ -304,28 +304,28 @@ class Converter {
       text += record;
     }
     // Makes wcspih() remove the records that it understands.
-    constexpr int kRemoveValid = -1;
+    constexpr int remove_valid = -1;
     int rejected = 0;
     const int status = wcspih(text.data(), static_cast<int>(records.size()), WCSHDR_all,
-                              kRemoveValid, &rejected, &all_.count, &all_.list);
+                              remove_valid, &rejected, &all_.count, &all_.list);
     if (status != 0) {
       throw InputError({label, 0, 0},
                        fmt::format("WCSLIB cannot read the header: {}", wcshdr_errmsg[status]));
     }
     if (rejected > 0) {
-      const std::string rest = text.substr(0, std::min(text.find('\0'), kRecordWidth));
+      const std::string rest = text.substr(0, std::min(text.find('\0'), record_width));
       throw InputError({label, 0, 0},
                        fmt::format("cannot read the card {}", in_quotes(trim(rest))));
     }
     for (int i = 0; i < all_.count; ++i) {
       if (all_.list[i].alt[0] == ' ') wcs_ = &all_.list[i];
     }
-    if (wcs_ == nullptr || wcs_->naxis != kAxes) throw no_celestial_axes(label);
+    if (wcs_ == nullptr || wcs_->naxis != axis_count) throw no_celestial_axes(label);
   }
 
   void set(const std::vector<std::string>& records, const std::string& label) {
-    constexpr int kNoTranslation = 0;
-    unitfix(kNoTranslation, wcs_);
+    constexpr int no_translation = 0;
+    unitfix(no_translation, wcs_);
     const int status = wcsset(wcs_);
     if (status == 0 && wcs_->lng >= 0 && wcs_->lat >= 0) {
       check_frame(label);
@@ -339,7 +339,7 @@ class Converter {
     // A second run from the start gives the details.
     all_.clear();
     parse(records, label);
-    unitfix(kNoTranslation, wcs_);
+    unitfix(no_translation, wcs_);
     wcserr_enable(1);
     wcsset(wcs_);
     const std::string words = error_words(*wcs_, status);
@@ -367,13 +367,14 @@ class Converter {
 
   /// The projection of an axis, "TAN" of "RA---TAN".
   std::string projection(int axis) const {
-    constexpr std::size_t kPlace = 5, kWidth = 3;
+    constexpr std::size_t place_begin = 5, image_width = 3;
     const std::string_view type = wcs_->ctype[axis];
-    return std::string(trim(type.size() > kPlace ? type.substr(kPlace, kWidth) : ""));
+    return std::string(
+        trim(type.size() > place_begin ? type.substr(place_begin, image_width) : ""));
   }
 
   void check_projection_is_named(const std::string& label) const {
-    for (int axis = 0; axis < kAxes; ++axis) {
+    for (int axis = 0; axis < axis_count; ++axis) {
       if (!projection(axis).empty()) continue;
       throw InputError({label, 0, 0}, fmt::format("CTYPE{} = {} names no projection", axis + 1,
                                                   in_quotes(trim(wcs_->ctype[axis]))));
@@ -389,8 +390,8 @@ class Converter {
       // Singular values of the matrix; NaN where a number is not finite.
       const double sum = std::hypot(xx + yy, yx - xy), difference = std::hypot(xx - yy, yx + xy);
       const double longest = (sum + difference) / 2, shortest = std::abs(sum - difference) / 2;
-      if (longest <= kLargestPixel && shortest >= kSmallestPixel &&
-          longest <= kLargestAspect * shortest) {
+      if (longest <= largest_pixel && shortest >= smallest_pixel &&
+          longest <= largest_aspect * shortest) {
         return;
       }
       throw InputError(
@@ -398,30 +399,30 @@ class Converter {
           fmt::format(
               "{} gives pixels of {:.3g} x {:.3g} deg; expected sides from {:.3g} to {} deg, "
               "the longer at most {:.0e} times the shorter",
-              what, longest, shortest, kSmallestPixel, kLargestPixel, kLargestAspect));
+              what, longest, shortest, smallest_pixel, largest_pixel, largest_aspect));
     }
   };
 
   Jacobian jacobian(const PixelPosition& at) {
-    constexpr int kEnds = 4;
-    constexpr double kHalf = 0.5;
-    const std::array<double, kAxes* kEnds> from = {at.x - kHalf, at.y, at.x + kHalf, at.y, at.x,
-                                                   at.y - kHalf, at.x, at.y + kHalf};
-    std::array<double, kAxes * kEnds> to;
-    to.fill(kNone);
-    linp2x(&wcs_->lin, kEnds, kAxes, from.data(), to.data());
+    constexpr int end_count = 4;
+    constexpr double one_half = 0.5;
+    const std::array<double, axis_count* end_count> from = {
+        at.x - one_half, at.y, at.x + one_half, at.y, at.x, at.y - one_half, at.x, at.y + one_half};
+    std::array<double, axis_count * end_count> to;
+    to.fill(no_value);
+    linp2x(&wcs_->lin, end_count, axis_count, from.data(), to.data());
     return {to[2] - to[0], to[6] - to[4], to[3] - to[1], to[7] - to[5]};
   }
 
   void check_numbers(const std::string& label) const {
-    for (int axis = 0; axis < kAxes; ++axis) {
+    for (int axis = 0; axis < axis_count; ++axis) {
       const double pixel = wcs_->crpix[axis], value = wcs_->crval[axis];
-      if (std::abs(pixel) <= kFarthestReference && std::isfinite(value)) continue;
+      if (std::abs(pixel) <= farthest_reference && std::isfinite(value)) continue;
       throw InputError(
           {label, 0, 0},
           fmt::format("CRPIX{0} = {1}, CRVAL{0} = {2}; expected finite numbers, CRPIX{0} within "
                       "+-{3:.0e}",
-                      axis + 1, pixel, value, kFarthestReference));
+                      axis + 1, pixel, value, farthest_reference));
     }
     // wcsset() has converted CDi_j, CDELTi and CROTAi to these, in degrees.
     const double *matrix = wcs_->lin.pc, *step = wcs_->lin.cdelt;
@@ -436,7 +437,7 @@ class Converter {
     check_frame(label);
     check_projection_is_named(label);
     const std::vector<std::string> known = sky_projections();
-    for (int axis = 0; axis < kAxes; ++axis) {
+    for (int axis = 0; axis < axis_count; ++axis) {
       const std::string code = projection(axis);
       if (std::find(known.begin(), known.end(), code) != known.end()) continue;
       throw InputError({label, 0, 0}, fmt::format("CTYPE{}: unknown projection {}{}", axis + 1,
@@ -446,7 +447,7 @@ class Converter {
 
   /// WCSLIB's own messages about units leak memory (7.12).
   void check_units(const std::string& label) const {
-    for (int axis = 0; axis < kAxes; ++axis) {
+    for (int axis = 0; axis < axis_count; ++axis) {
       const std::string_view unit = trim(wcs_->cunit[axis]);
       double scale = 0, offset = 0, power = 0;
       if (unit.empty() || wcsunits(wcs_->cunit[axis], "deg", &scale, &offset, &power) == 0)
@@ -489,8 +490,8 @@ prjprm checked_projection(const SkyView& view) {
     projection.pv[i + 1] = view.parameters[i];
   }
   const int status = prjset(&projection);
-  constexpr int kFirstFactor = 100;
-  const int first = projection.pvrange / kFirstFactor, count = projection.pvrange % kFirstFactor;
+  constexpr int first_factor = 100;
+  const int first = projection.pvrange / first_factor, count = projection.pvrange % first_factor;
   const auto most = static_cast<std::size_t>(std::max(first + count - 1, 0));
   std::string problem;
   if (view.parameters.size() > most) {
@@ -515,13 +516,14 @@ void check_finite(const SkyView& view) {
 
 std::vector<std::string> view_records(const SkyView& view) {
   check_finite(view);
-  constexpr double kPole = 90;
-  const bool zenithal = checked_projection(view).theta0 == kPole;
+  constexpr double pole_latitude = 90;
+  const bool zenithal = checked_projection(view).theta0 == pole_latitude;
   // At the pole the standard's default orientation differs from that beside it, so the image would
   // turn over. Zenithal projections state the usual orientation. For others the right ascension,
   // which has no meaning at the pole, turns it back.
   double ra = view.center.ra;
-  if (!zenithal && view.center.dec == kPole) ra += ra < kPole * 2 ? kPole * 2 : -kPole * 2;
+  if (!zenithal && view.center.dec == pole_latitude)
+    ra += ra < pole_latitude * 2 ? pole_latitude * 2 : -pole_latitude * 2;
   std::vector<std::string> records;
   const auto text = [&](const char* key, const std::string& value, const char* comment) {
     records.push_back(make_text_record(key, value, comment));
@@ -537,8 +539,8 @@ std::vector<std::string> view_records(const SkyView& view) {
   number("CRPIX2", (view.height + 1.0) / 2, "middle of the image");
   number("CRVAL1", ra, "right ascension there");
   number("CRVAL2", view.center.dec, "declination there");
-  number("CDELT1", -view.pixel_scale / kArcsecondsPerDegree, "step per pixel");
-  number("CDELT2", view.pixel_scale / kArcsecondsPerDegree, "step per pixel");
+  number("CDELT1", -view.pixel_scale / arcseconds_per_degree, "step per pixel");
+  number("CDELT2", view.pixel_scale / arcseconds_per_degree, "step per pixel");
   // The image's +y points East by the sine and North by the cosine of its position angle.
   const double sine = sind(view.rotation), cosine = cosd(view.rotation);
   number("PC1_1", cosine, "rotation");
@@ -548,7 +550,7 @@ std::vector<std::string> view_records(const SkyView& view) {
   for (std::size_t i = 0; i < view.parameters.size(); ++i) {
     number(fmt::format("PV2_{}", i + 1), view.parameters[i], "parameter of the projection");
   }
-  if (zenithal) number("LONPOLE", kPole * 2, "native longitude of the celestial pole");
+  if (zenithal) number("LONPOLE", pole_latitude * 2, "native longitude of the celestial pole");
   text("RADESYS", "ICRS", "");
   number("EQUINOX", 2000, "");
   return records;

@@ -16,12 +16,12 @@
 namespace gamer {
 namespace {
 
-constexpr int kAxes = 2;
+constexpr int axis_count = 2;
 /// Keywords number at most 99 axes: two digits.
-constexpr int kMostAxes = 99;
+constexpr int most_axes = 99;
 
 /// The matrix M[i][j] of a map, or its inverse.
-using Matrix = std::array<std::array<double, kAxes>, kAxes>;
+using Matrix = std::array<std::array<double, axis_count>, axis_count>;
 
 Matrix matrix_of(const PixelMap& map) { return {{{map.xx, map.xy}, {map.yx, map.yy}}}; }
 
@@ -51,12 +51,12 @@ class Description {
 
   bool exists() const {
     for (const char* name : {"CTYPE", "CRPIX", "CRVAL", "CDELT"}) {
-      for (int i = 1; i <= kAxes; ++i) {
+      for (int i = 1; i <= axis_count; ++i) {
         if (header_.has(key(name, i))) return true;
       }
     }
-    for (int i = 1; i <= kAxes; ++i) {
-      for (int j = 1; j <= kAxes; ++j) {
+    for (int i = 1; i <= axis_count; ++i) {
+      for (int j = 1; j <= axis_count; ++j) {
         if (header_.has(key("CD", i, j)) || header_.has(key("PC", i, j))) return true;
       }
     }
@@ -83,7 +83,7 @@ class Description {
       remove_rotations();
       map_pc(m);
     } else if (is_diagonal(m)) {
-      for (int i = 1; i <= kAxes; ++i) {
+      for (int i = 1; i <= axis_count; ++i) {
         const std::string step = key("CDELT", i);
         header_.set(step, number(step, 1) / m[i - 1][i - 1]);
       }
@@ -107,13 +107,14 @@ class Description {
   /// Number of axes that a matrix' cards may name.
   int axes() const {
     const double declared = number("WCSAXES" + letter_, 0);
-    constexpr int kLeast = 4;
-    return declared > kLeast ? static_cast<int>(std::min<double>(declared, kMostAxes)) : kLeast;
+    constexpr int least_count = 4;
+    return declared > least_count ? static_cast<int>(std::min<double>(declared, most_axes))
+                                  : least_count;
   }
 
   void refuse_tables(const std::string& label) const {
     for (const char* name : {"CPDIS", "CQDIS", "D2IMDIS"}) {
-      for (int i = 1; i <= kAxes; ++i) {
+      for (int i = 1; i <= axis_count; ++i) {
         const std::string card = key(name, i);
         if (!header_.has(card)) continue;
         throw InputError({label, 0, 0},
@@ -159,18 +160,18 @@ class Description {
   }
   double rotation() const { return number(key("CROTA", latitude_axis()), 0); }
   void remove_rotations() {
-    for (int i = 1; i <= kAxes; ++i) header_.remove(key("CROTA", i));
+    for (int i = 1; i <= axis_count; ++i) header_.remove(key("CROTA", i));
   }
   void remove_beside_cd() {
     remove_rotations();
-    for (int i = 1; i <= kAxes; ++i) header_.remove(key("CDELT", i));
+    for (int i = 1; i <= axis_count; ++i) header_.remove(key("CDELT", i));
   }
 
   /// Converts CROTAi by Calabretta & Greisen 2002 (A&A 395, 1077), Eqs. 190 and 191.
   void rotation_to_pc() {
-    constexpr double kHalfCircle = 180;
-    const double angle = rotation() * std::numbers::pi / kHalfCircle;
-    const int latitude = latitude_axis(), longitude = kAxes + 1 - latitude;
+    constexpr double half_circle = 180;
+    const double angle = rotation() * std::numbers::pi / half_circle;
+    const int latitude = latitude_axis(), longitude = axis_count + 1 - latitude;
     const double ratio = number(key("CDELT", latitude), 1) / number(key("CDELT", longitude), 1);
     header_.set(key("PC", longitude, longitude), std::cos(angle));
     header_.set(key("PC", longitude, latitude), -ratio * std::sin(angle));
@@ -186,14 +187,14 @@ class Description {
     bool is_separate = true;
     for (int i = 1; i <= count; ++i) {
       for (int j = 1; j <= count; ++j) {
-        const bool couples = (i <= kAxes) != (j <= kAxes);
+        const bool couples = (i <= axis_count) != (j <= axis_count);
         is_separate = is_separate && !(couples && number(key("PC", i, j), 0) != 0);
       }
     }
     Matrix turn = inverse(m);
     const bool has_steps_only =
         is_diagonal(m) && number(key("PC", 1, 2), 0) == 0 && number(key("PC", 2, 1), 0) == 0;
-    std::array<double, kAxes> scale = {1, 1};
+    std::array<double, axis_count> scale = {1, 1};
     if (is_separate && has_steps_only) {
       scale = {m[0][0], m[1][1]};
       turn = {{{1, 0}, {0, 1}}};
@@ -205,7 +206,7 @@ class Description {
       }
     }
     multiply("PC", turn, 1);
-    for (int i = 1; i <= kAxes; ++i) {
+    for (int i = 1; i <= axis_count; ++i) {
       if (scale[i - 1] == 1) continue;
       const std::string step = key("CDELT", i);
       header_.set(step, number(step, 1) / scale[i - 1]);
@@ -218,7 +219,7 @@ class Description {
       const auto default_value = [&](int j) { return i == j ? default_diagonal : 0; };
       const double a = number(key(name, i, 1), default_value(1));
       const double b = number(key(name, i, 2), default_value(2));
-      for (int j = 1; j <= kAxes; ++j) {
+      for (int j = 1; j <= axis_count; ++j) {
         set_unless_default(header_, key(name, i, j), a * factor[0][j - 1] + b * factor[1][j - 1],
                            default_value(j));
       }
@@ -231,12 +232,12 @@ class Description {
 
 // ---- SIP ---------------------------------------------------------------------------------------
 
-constexpr int kMostSipOrder = 9;
+constexpr int most_sip_order = 9;
 
 /// Coefficients of u^p v^q with p + q <= order.
 struct Polynomial {
   int order = 0;
-  std::array<std::array<double, kMostSipOrder + 1>, kMostSipOrder + 1> terms = {};
+  std::array<std::array<double, most_sip_order + 1>, most_sip_order + 1> terms = {};
 };
 
 /// (a u + b v)^n as the coefficients of u^(n - k) v^k.
@@ -285,13 +286,13 @@ class SipPair {
                                            substitute(read(1, label), inverse_map)};
     const std::array<std::optional<double>, 2> bounds = {header_.number(bound_key(0)),
                                                          header_.number(bound_key(1))};
-    for (int i = 0; i < kAxes; ++i) {
+    for (int i = 0; i < axis_count; ++i) {
       Polynomial f;
-      for (int k = 0; k < kAxes; ++k) {
+      for (int k = 0; k < axis_count; ++k) {
         if (m[i][k] == 0) continue;
         f.order = std::max(f.order, old[k].order);
-        for (int p = 0; p <= kMostSipOrder; ++p) {
-          for (int q = 0; q <= kMostSipOrder; ++q) f.terms[p][q] += m[i][k] * old[k].terms[p][q];
+        for (int p = 0; p <= most_sip_order; ++p) {
+          for (int q = 0; q <= most_sip_order; ++q) f.terms[p][q] += m[i][k] * old[k].terms[p][q];
         }
       }
       write(i, f);
@@ -310,10 +311,10 @@ class SipPair {
 
   Polynomial read(int i, const std::string& label) const {
     const double order = header_.number(order_key(i)).value_or(0);
-    if (!(order >= 0 && order <= kMostSipOrder && order == std::floor(order))) {
+    if (!(order >= 0 && order <= most_sip_order && order == std::floor(order))) {
       throw InputError({label, 0, 0}, fmt::format("{} = {}; SIP polynomials have an order from 0 "
                                                   "to {}",
-                                                  order_key(i), order, kMostSipOrder));
+                                                  order_key(i), order, most_sip_order));
     }
     Polynomial f;
     f.order = static_cast<int>(order);
@@ -327,8 +328,8 @@ class SipPair {
 
   void write(int i, const Polynomial& f) {
     header_.set({order_key(i), static_cast<long long>(f.order), {}});
-    for (int p = 0; p <= kMostSipOrder; ++p) {
-      for (int q = 0; p + q <= kMostSipOrder; ++q) {
+    for (int p = 0; p <= most_sip_order; ++p) {
+      for (int q = 0; p + q <= most_sip_order; ++q) {
         if (p + q <= f.order) {
           set_unless_default(header_, term_key(i, p, q), f.terms[p][q], 0);
         } else {
@@ -352,9 +353,9 @@ void map_physical(FitsHeader& header, const PixelMap& map) {
   Matrix old;
   PixelPosition zero = {header.number(vector_key(0)).value_or(0),
                         header.number(vector_key(1)).value_or(0)};
-  for (int i = 0; i < kAxes; ++i) {
+  for (int i = 0; i < axis_count; ++i) {
     exists = exists || header.has(vector_key(i));
-    for (int j = 0; j < kAxes; ++j) {
+    for (int j = 0; j < axis_count; ++j) {
       exists = exists || header.has(matrix_key(i, j));
       old[i][j] = header.number(matrix_key(i, j)).value_or(i == j ? 1 : 0);
     }
@@ -365,8 +366,8 @@ void map_physical(FitsHeader& header, const PixelMap& map) {
   header.set(vector_key(1), zero.y);
   if (map.moves_only()) return;
   const Matrix m = matrix_of(map);
-  for (int i = 0; i < kAxes; ++i) {
-    for (int j = 0; j < kAxes; ++j) {
+  for (int i = 0; i < axis_count; ++i) {
+    for (int j = 0; j < axis_count; ++j) {
       set_unless_default(header, matrix_key(i, j), m[i][0] * old[0][j] + m[i][1] * old[1][j],
                          i == j ? 1 : 0);
     }

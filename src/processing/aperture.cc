@@ -17,8 +17,8 @@
 namespace gamer {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kPi = std::numbers::pi;
+constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
+constexpr double pi_value = std::numbers::pi;
 
 struct Vector {
   double x = 0, y = 0;
@@ -59,19 +59,19 @@ using Vector3 = std::array<double, 3>;
 double dot(const Vector3& a, const Vector3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 SkyGradient sky_gradient(const CelestialWcs& wcs, double x, double y) {
-  constexpr double kStep = 0.5;
-  constexpr double kDegree = kPi / 180;
+  constexpr double step_size = 0.5;
+  constexpr double degree = pi_value / 180;
   const auto direction = [&](double dx, double dy) {
     const auto sky = wcs.sky(PixelPosition{x + 1 + dx, y + 1 + dy});
     if (!sky) {
       throw InputError(fmt::format("pixel ({:.6g}, {:.6g}) shows no sky", x + 1 + dx, y + 1 + dy));
     }
-    const double ra = sky->ra * kDegree, dec = sky->dec * kDegree;
+    const double ra = sky->ra * degree, dec = sky->dec * degree;
     return Vector3{std::cos(dec) * std::cos(ra), std::cos(dec) * std::sin(ra), std::sin(dec)};
   };
   direction(0, 0);
   const SkyPosition center = *wcs.sky(PixelPosition{x + 1, y + 1});
-  const double ra = center.ra * kDegree, dec = center.dec * kDegree;
+  const double ra = center.ra * degree, dec = center.dec * degree;
   const Vector3 east = {-std::sin(ra), std::cos(ra), 0};
   const Vector3 north = {-std::sin(dec) * std::cos(ra), -std::sin(dec) * std::sin(ra),
                          std::cos(dec)};
@@ -79,18 +79,18 @@ SkyGradient sky_gradient(const CelestialWcs& wcs, double x, double y) {
   const auto derivative = [&](double dx, double dy, double& to_east, double& to_north) {
     const Vector3 after = direction(dx, dy), before = direction(-dx, -dy);
     const Vector3 difference = {after[0] - before[0], after[1] - before[1], after[2] - before[2]};
-    to_east = dot(difference, east) / (2 * kStep * arcsecond);
-    to_north = dot(difference, north) / (2 * kStep * arcsecond);
+    to_east = dot(difference, east) / (2 * step_size * arcsecond);
+    to_north = dot(difference, north) / (2 * step_size * arcsecond);
   };
-  derivative(kStep, 0, gradient.east.x, gradient.north.x);
-  derivative(0, kStep, gradient.east.y, gradient.north.y);
+  derivative(step_size, 0, gradient.east.x, gradient.north.x);
+  derivative(0, step_size, gradient.east.y, gradient.north.y);
   return gradient;
 }
 
 /// The angle in [0, pi[ of an axis.
 double half_turn(double angle) {
-  const double positive = angle < 0 ? angle + kPi : angle;
-  return positive < kPi ? positive : 0;
+  const double positive = angle < 0 ? angle + pi_value : angle;
+  return positive < pi_value ? positive : 0;
 }
 
 /// A part of a plane.
@@ -191,7 +191,7 @@ double Ellipses::radius(double x, double y) const {
   return std::sqrt(u * u + v * v);
 }
 
-double Ellipses::area(double radius) const { return kPi * radius * radius / determinant_; }
+double Ellipses::area(double radius) const { return pi_value * radius * radius / determinant_; }
 
 double Ellipses::half_width(double radius) const {
   return radius * std::hypot(uy_, vy_) / determinant_;
@@ -305,9 +305,9 @@ std::vector<ApertureSum> aperture_sums(const Plane& plane, const Ellipses& ellip
 
 double radius_of_flux(const Plane& plane, const Ellipses& ellipses, double flux, double largest,
                       double background, int threads) {
-  constexpr int kSteps = 64;
-  constexpr double kFewPixels = 1 << 18;
-  if (!(flux > 0) || !(largest > 0)) return kNone;
+  constexpr int step_count = 64;
+  constexpr double few_pixels = 1 << 18;
+  if (!(flux > 0) || !(largest > 0)) return no_value;
   double low = 0, high = largest, low_flux = 0;
   const auto ring_pixels = [&] {
     return ellipses.area(high + ellipses.pixel_reach()) -
@@ -316,12 +316,12 @@ double radius_of_flux(const Plane& plane, const Ellipses& ellipses, double flux,
   double ring = std::numeric_limits<double>::infinity(), before = ring;
   do {
     std::vector<double> radii;
-    for (int i = 1; i <= kSteps; ++i) radii.push_back(low + (high - low) * i / kSteps);
+    for (int i = 1; i <= step_count; ++i) radii.push_back(low + (high - low) * i / step_count);
     const std::vector<ApertureSum> sums =
         aperture_sums(plane, ellipses, radii, background, threads);
     const auto reached = std::find_if(sums.begin(), sums.end(),
                                       [&](const ApertureSum& sum) { return sum.flux >= flux; });
-    if (reached == sums.end()) return kNone;
+    if (reached == sums.end()) return no_value;
     const auto step = static_cast<std::size_t>(reached - sums.begin());
     if (step > 0) {
       low = radii[step - 1];
@@ -330,7 +330,7 @@ double radius_of_flux(const Plane& plane, const Ellipses& ellipses, double flux,
     high = radii[step];
     before = ring;
     ring = ring_pixels();
-  } while (ring > kFewPixels && ring < before / 2);
+  } while (ring > few_pixels && ring < before / 2);
   struct Pixel {
     int x, y;
     double value, overlap;
@@ -355,9 +355,9 @@ double radius_of_flux(const Plane& plane, const Ellipses& ellipses, double flux,
   const double at_low = low_flux - flux, at_high = excess(high);
   if (!(at_high > 0)) return high;
   std::uintmax_t evaluations = 100;
-  constexpr int kBits = 40;  // 1e-12
+  constexpr int bit_count = 40;  // 1e-12
   const auto [left, right] = boost::math::tools::toms748_solve(
-      excess, low, high, at_low, at_high, boost::math::tools::eps_tolerance<double>(kBits),
+      excess, low, high, at_low, at_high, boost::math::tools::eps_tolerance<double>(bit_count),
       evaluations);
   return (left + right) / 2;
 }
@@ -365,19 +365,19 @@ double radius_of_flux(const Plane& plane, const Ellipses& ellipses, double flux,
 Background annulus_background(const Plane& plane, const Ellipses& ellipses, double inner,
                               double outer, BackgroundMethod method, int threads) {
   const std::optional<Area> area = box(plane, ellipses, outer);
-  if (!area) return {kNone, kNone, 0};
+  if (!area) return {no_value, no_value, 0};
   const PlanePtr ring =
       changed(std::make_shared<Section>(plane, *area), [&](const Area& part, double* values) {
         for (int y = 0; y < part.height; ++y) {
           for (int x = 0; x < part.width; ++x, ++values) {
             const double radius = ellipses.radius(area->x + part.x + x, area->y + part.y + y);
-            if (!(radius >= inner && radius <= outer)) *values = kNone;
+            if (!(radius >= inner && radius <= outer)) *values = no_value;
           }
         }
       });
   if (method == BackgroundMethod::clipped) {
-    constexpr double kClip = 3;
-    return clipped_background(*ring, kClip, threads);
+    constexpr double clip = 3;
+    return clipped_background(*ring, clip, threads);
   }
   const Statistics all = statistics(*ring, threads);
   if (method == BackgroundMethod::mean) return {all.mean, all.sigma, all.count};
@@ -412,22 +412,22 @@ LightMoments moments(const Plane& plane, const Ellipses& ellipses, double radius
       },
       [&] { sums.end_row(); });
   const double flux = sums.total[0];
-  if (!(flux > 0)) return {flux, kNone, kNone, kNone, kNone, kNone};
+  if (!(flux > 0)) return {flux, no_value, no_value, no_value, no_value, no_value};
   const double x = sums.total[1] / flux, y = sums.total[2] / flux;
   const double xx = sums.total[3] / flux - x * x, yy = sums.total[4] / flux - y * y;
   // The moments of a single pixel are only rounding errors.
-  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
-  const bool is_point = std::fabs(xx) + std::fabs(yy) <= kRounding * (x * x + y * y);
+  constexpr double rounding_error = 8 * std::numeric_limits<double>::epsilon();
+  const bool is_point = std::fabs(xx) + std::fabs(yy) <= rounding_error * (x * x + y * y);
   if (is_point) return {flux, ellipses.x() + x, ellipses.y() + y, 0, 0, 0};
   return {flux, ellipses.x() + x, ellipses.y() + y, xx, yy, sums.total[5] / flux - x * y};
 }
 
 Ellipses recentered(const Plane& plane, const Ellipses& ellipses, double radius, double background,
                     int threads) {
-  constexpr int kMostSteps = 50;
-  constexpr double kSettled = 1e-6;
+  constexpr int most_steps = 50;
+  constexpr double settled = 1e-6;
   Ellipses moved = ellipses;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < most_steps; ++step) {
     const LightMoments light = moments(plane, moved, radius, background, threads);
     if (!(light.flux > 0) || !std::isfinite(light.x + light.y)) {
       throw InputError(
@@ -436,7 +436,7 @@ Ellipses recentered(const Plane& plane, const Ellipses& ellipses, double radius,
     }
     const double distance = std::hypot(light.x - moved.x(), light.y - moved.y());
     moved = moved.moved_to(light.x, light.y);
-    if (distance < kSettled) break;
+    if (distance < settled) break;
   }
   return moved;
 }
@@ -444,14 +444,14 @@ Ellipses recentered(const Plane& plane, const Ellipses& ellipses, double radius,
 std::optional<LightMoments> adaptive_moments(const Plane& plane, const Ellipses& ellipses,
                                              double radius, double sigma, double background,
                                              int threads) {
-  constexpr int kMostSteps = 200;
-  constexpr double kSettled = 1e-9;
-  constexpr double kReach = 6;  // exp(-18) = 1.5e-8
+  constexpr int most_steps = 200;
+  constexpr double settled = 1e-9;
+  constexpr double reach_factor = 6;  // exp(-18) = 1.5e-8
   double xx = sigma * sigma, yy = xx, xy = 0;
   double center_x = ellipses.x(), center_y = ellipses.y();
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < most_steps; ++step) {
     const double determinant = xx * yy - xy * xy;
-    const double reach = kReach * std::sqrt(std::max(xx, yy));
+    const double reach = reach_factor * std::sqrt(std::max(xx, yy));
     RowSums<6> sums;
     for_each_pixel(
         plane, Ellipses(center_x, center_y), reach, threads,
@@ -459,7 +459,7 @@ std::optional<LightMoments> adaptive_moments(const Plane& plane, const Ellipses&
           if (!std::isfinite(value)) return;
           const double dx = x - center_x, dy = y - center_y;
           const double distance2 = (yy * dx * dx - 2 * xy * dx * dy + xx * dy * dy) / determinant;
-          if (distance2 > kReach * kReach || ellipses.radius(x, y) > radius) return;
+          if (distance2 > reach_factor * reach_factor || ellipses.radius(x, y) > radius) return;
           const double light = (value - background) * std::exp(-distance2 / 2);
           sums.row[0] += light;
           sums.row[1] += light * dx;
@@ -488,7 +488,7 @@ std::optional<LightMoments> adaptive_moments(const Plane& plane, const Ellipses&
     xx = next.xx;
     yy = next.yy;
     xy = next.xy;
-    if (change < kSettled * scale) return next;
+    if (change < settled * scale) return next;
   }
   return std::nullopt;
 }

@@ -15,7 +15,7 @@
 namespace gamer {
 namespace {
 
-constexpr const char* kGroup = "Arithmetic";
+constexpr const char* group_name = "Arithmetic";
 
 /// Planes of a further input, which are combined with those of the first.
 struct Operand {
@@ -65,14 +65,14 @@ std::size_t partner(const Operand& operand, const PlaneTask& task, const std::st
 /// Checks that values to be added have one unit and one zero point.
 void check_units(const OperationCall& call, const Operand& operand, const PlaneInfo& other,
                  const PlaneTask& task) {
-  constexpr double kZeroPointError = 1e-6;
+  constexpr double zero_point_error = 1e-6;
   const PlaneInfo& own = task.info;
   if (!other.unit.empty() && !own.unit.empty() && other.unit != own.unit) {
     throw InputError(fmt::format("gutil {}: the pixels of {} are in {}, those of {} in {}",
                                  call.operation, operand.name, other.unit, task.label, own.unit));
   }
   if (!other.zero_point || !own.zero_point) return;
-  if (std::abs(*other.zero_point - *own.zero_point) > kZeroPointError) {
+  if (std::abs(*other.zero_point - *own.zero_point) > zero_point_error) {
     throw InputError(fmt::format(
         "gutil {}: MAGZERO of {} is {}, of {} {}; gutil scale --unit makes them the same",
         call.operation, operand.name, *other.zero_point, task.label, *own.zero_point));
@@ -146,7 +146,7 @@ Operation combining(const char* name, Combination combination, const char* summa
                     const std::string& description) {
   Operation operation;
   operation.name = name;
-  operation.group = kGroup;
+  operation.group = group_name;
   operation.summary = summary;
   operation.description =
       description +
@@ -209,7 +209,7 @@ int scale_file(const OperationCall& call) {
 std::vector<Operation> arithmetic_operations() {
   Operation scale;
   scale.name = "scale";
-  scale.group = kGroup;
+  scale.group = group_name;
   scale.summary = "Multiply by a number and add one";
   scale.description =
       "v' = factor v + offset. Without --unit the light changes and the unit stays; with --unit "

@@ -28,10 +28,10 @@ namespace gamer {
 namespace {
 
 /// In the order of PsfKind.
-const std::vector<std::string> kModels = {"gaussian", "moffat", "airy", "kolmogorov"};
+const std::vector<std::string> models = {"gaussian", "moffat", "airy", "kolmogorov"};
 /// FWHM in pixels.
-constexpr double kLeastFwhm = 0.1, kLargestFwhm = 1000;
-constexpr double kAngstrom = 1e-10;  // m
+constexpr double least_fwhm = 0.1, largest_fwhm = 1000;
+constexpr double angstrom = 1e-10;  // m
 
 /// PSF options that both operations share.
 class PsfOptions {
@@ -39,8 +39,8 @@ class PsfOptions {
   /// Throws InputError for options that do not fit together.
   explicit PsfOptions(const OperationCall& call) : call_(call) {
     const std::string& name = call.parameters.text("psf");
-    const auto model = std::find(kModels.begin(), kModels.end(), name);
-    if (model == kModels.end()) {
+    const auto model = std::find(models.begin(), models.end(), name);
+    if (model == models.end()) {
       is_file_ = true;
       check_file_name(name);
       for (const char* option : {"fwhm", "unit", "beta", "obscuration", "diameter", "axis_ratio",
@@ -49,7 +49,7 @@ class PsfOptions {
       }
       return;
     }
-    kind_ = static_cast<PsfKind>(model - kModels.begin());
+    kind_ = static_cast<PsfKind>(model - models.begin());
     if (kind_ != PsfKind::moffat) refuse("beta", "is of --psf moffat only");
     if (kind_ != PsfKind::airy) {
       refuse("obscuration", "is of --psf airy only");
@@ -88,9 +88,9 @@ class PsfOptions {
     const bool has_diameter = call_.parameters.has("diameter");
     const double asked = has_diameter ? diffraction_fwhm(task) : plane_value(call_, "fwhm", task);
     model.fwhm = needs_scale() ? asked / pixel_scale(task.header, task.label) : asked;
-    if (!(model.fwhm >= kLeastFwhm && model.fwhm <= kLargestFwhm)) {
+    if (!(model.fwhm >= least_fwhm && model.fwhm <= largest_fwhm)) {
       fail(fmt::format("plane {}: a FWHM of {:.6g} pixels; [{}, {}] are possible", task.index + 1,
-                       model.fwhm, kLeastFwhm, kLargestFwhm));
+                       model.fwhm, least_fwhm, largest_fwhm));
     }
     return Psf(model);
   }
@@ -117,7 +117,7 @@ class PsfOptions {
     std::error_code error;
     if (!is_word || std::filesystem::exists(name, error)) return;
     fail(fmt::format("--psf is {}; a model ({}) or a FITS file is needed{}", in_quotes(name),
-                     fmt::join(kModels, ", "), did_you_mean(name, kModels)));
+                     fmt::join(models, ", "), did_you_mean(name, models)));
   }
 
   void refuse(const char* option, const char* why) const {
@@ -129,10 +129,10 @@ class PsfOptions {
     const double asked = call_.parameters.number("position_angle");
     const auto wcs = celestial_wcs(task);
     if (!wcs) return asked;
-    constexpr double kDegree = std::numbers::pi / 180;
+    constexpr double degree = std::numbers::pi / 180;
     const double x = (task.plane->width() - 1) / 2.0, y = (task.plane->height() - 1) / 2.0;
     try {
-      return angle_on_pixels(*wcs, x, y, asked * kDegree) / kDegree - 90;
+      return angle_on_pixels(*wcs, x, y, asked * degree) / degree - 90;
     } catch (const InputError& error) {
       fail(fmt::format("{}: --position-angle is from North, at the middle of the image, but {}",
                        task.label, error.what()));
@@ -157,7 +157,7 @@ class PsfOptions {
                       "give --fwhm",
                       task.label, task.index + 1));
     }
-    const double ratio = *task.info.wavelength * kAngstrom / call_.parameters.number("diameter");
+    const double ratio = *task.info.wavelength * angstrom / call_.parameters.number("diameter");
     return airy_fwhm(call_.parameters.number("obscuration")) * ratio / arcsecond;
   }
 
@@ -255,15 +255,15 @@ class StampPlane final : public Plane {
 
 /// Sets a tangential projection with the middle pixel at (0, 0).
 void set_scale(FitsHeader& header, double arcsec) {
-  constexpr double kArcsecPerDegree = 3600;
+  constexpr double arcsec_per_degree = 3600;
   header.set("CTYPE1", std::string("RA---TAN"));
   header.set("CTYPE2", std::string("DEC--TAN"));
   header.set("CUNIT1", std::string("deg"));
   header.set("CUNIT2", std::string("deg"));
   header.set("CRVAL1", 0.0);
   header.set("CRVAL2", 0.0);
-  header.set("CDELT1", -arcsec / kArcsecPerDegree);
-  header.set("CDELT2", arcsec / kArcsecPerDegree);
+  header.set("CDELT1", -arcsec / arcsec_per_degree);
+  header.set("CDELT2", arcsec / arcsec_per_degree);
 }
 
 int run_psf(const OperationCall& call) {
@@ -317,8 +317,8 @@ int run_psf(const OperationCall& call) {
   std::vector<PlanePtr> planes;
   for (const Psf& psf : psfs) planes.push_back(std::make_shared<StampPlane>(psf, stamp));
   FitsOutput output({call.output, call.overwrite});
-  constexpr int kDouble = -64;
-  output.write_cube(header, planes, wavelengths, call.bitpix == 0 ? kDouble : call.bitpix,
+  constexpr int double_bitpix = -64;
+  output.write_cube(header, planes, wavelengths, call.bitpix == 0 ? double_bitpix : call.bitpix,
                     call.threads);
   output.finish();
   return 0;
@@ -357,12 +357,12 @@ ParameterTable model_parameters(const ModelTexts& texts) {
       {"size",
        Type::integer,
        "pixels",
-       Interval::closed(1, kLargestStamp),
+       Interval::closed(1, largest_stamp),
        {},
        "side of the PSF's image, odd (default: by --energy)"},
       {"energy", Type::number, "", Interval::open(0, 1), StampOptions().energy,
        fmt::format("share of the flux within the PSF's image, which is at most {0} x {0} pixels",
-                   kLargestChosenStamp)},
+                   largest_chosen_stamp)},
       {"sampling",
        Type::choice,
        "",
@@ -373,7 +373,7 @@ ParameterTable model_parameters(const ModelTexts& texts) {
       {"keep_missing_flux", Type::boolean, "", {}, false, "do not scale the PSF's sum to 1"}};
 }
 
-constexpr const char* kModelText =
+constexpr const char* model_text =
     "Models, with the radius r and the FWHM w: gaussian exp(-4 ln2 r^2/w^2); moffat "
     "(1 + r^2/a^2)^-beta, w = 2 a sqrt(2^(1/beta) - 1); airy [(2 J1(x)/x - e^2 2 J1(e x)/(e x)) / "
     "(1 - e^2)]^2, x = pi r D/lambda, with the obscuration e; kolmogorov, the transform of "
@@ -386,7 +386,7 @@ Operation convolve_operation() {
   convolve.group = "Blur";
   convolve.summary = "Convolve with a point-spread function";
   convolve.description =
-      std::string("out(x, y) = sum over (i, j) of psf(i, j) in(x - i, y - j). ") + kModelText +
+      std::string("out(x, y) = sum over (i, j) of psf(i, j) in(x - i, y - j). ") + model_text +
       "The PSF's sum is 1, so that flux is kept, but for what leaves the image with --edge zero.\n"
       "\n"
       "Any other text of --psf is a FITS file (extended names too) with odd sides, centred on its "
@@ -407,7 +407,7 @@ Operation convolve_operation() {
                           "",
                           {},
                           {},
-                          fmt::format("{}, or a FITS file", fmt::join(kModels, ", ")),
+                          fmt::format("{}, or a FITS file", fmt::join(models, ", ")),
                           {},
                           true}};
   for (Parameter& parameter :
@@ -442,7 +442,7 @@ Operation psf_operation() {
   psf.group = "Blur";
   psf.summary = "Write the image of a point-spread function";
   psf.description =
-      std::string(kModelText) +
+      std::string(model_text) +
       "The image has odd sides, the PSF's centre on the middle pixel, and the sum 1. Several "
       "widths or wavelengths make a cube, whose third axis is evenly spaced wavelengths or the "
       "number of the plane. The header "
@@ -450,7 +450,7 @@ Operation psf_operation() {
       "--pixel-scale celestial coordinates of that scale, North upwards and East to the left.";
   psf.least_inputs = 0;
   psf.most_inputs = 0;
-  psf.parameters = {{"psf", ParameterType::choice, "", {}, {}, "model", kModels, true}};
+  psf.parameters = {{"psf", ParameterType::choice, "", {}, {}, "model", models, true}};
   for (Parameter& parameter :
        model_parameters({"of --fwhm; arcsec needs --pixel-scale",
                          "of the major axis, from +y towards -x: from North towards East with "

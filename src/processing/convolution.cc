@@ -23,15 +23,15 @@ namespace gamer {
 namespace {
 
 /// Stamps of up to so many pixels are summed directly, which is quicker than two transforms.
-constexpr int kDirectPixels = 25;
+constexpr int direct_pixels = 25;
 /// Least share of the stamp's sum that good pixels must have for a result.
-constexpr double kLeastWeight = 1e-3;
+constexpr double least_weight = 1e-3;
 /// Largest side of an automatic transform, unless the stamp needs more: 32 MiB a thread.
-constexpr int kLargestChosenTransform = 2048;
+constexpr int largest_chosen_transform = 2048;
 
 /// Rounding of a sum of products by transforms, relative to the sum of the factors.
 template <class Real>
-inline constexpr double kRounding = 64 * std::numeric_limits<Real>::epsilon();
+inline constexpr double rounding_error = 64 * std::numeric_limits<Real>::epsilon();
 
 template <class Real>
 struct Fftw;
@@ -183,7 +183,7 @@ class KernelCache {
   void insert(const void* owner, std::shared_ptr<const void> kernel) {
     const std::lock_guard lock(mutex_);
     entries_.push_front({owner, std::move(kernel)});
-    if (entries_.size() > kMost) entries_.pop_back();
+    if (entries_.size() > most_value) entries_.pop_back();
   }
 
   void remove(const void* owner) {
@@ -192,7 +192,7 @@ class KernelCache {
   }
 
  private:
-  static constexpr std::size_t kMost = 4;
+  static constexpr std::size_t most_value = 4;
   struct Entry {
     const void* owner;
     std::shared_ptr<const void> kernel;
@@ -231,23 +231,23 @@ void multiply(const Real* factors, std::size_t count, Real* values) {
 /// Largest binary exponent of a tile's largest value; beyond it sums overflow. Below its negative,
 /// small values lose digits.
 template <class Real>
-inline constexpr int kMostExponent = std::numeric_limits<Real>::max_exponent / 2;
+inline constexpr int most_exponent = std::numeric_limits<Real>::max_exponent / 2;
 
 /// The exponent n for which 2^n brings a tile's largest value into the range of transforms.
 template <class Real>
 int scaling_exponent(double largest) {
   if (largest == 0) return 0;
   const int exponent = std::ilogb(largest);
-  return std::clamp(exponent, -kMostExponent<Real>, kMostExponent<Real>) - exponent;
+  return std::clamp(exponent, -most_exponent<Real>, most_exponent<Real>) - exponent;
 }
 
 /// Stands for "no pixel"; no pixel's number is near it.
-constexpr int kNoSource = std::numeric_limits<int>::min();
+constexpr int no_source = std::numeric_limits<int>::min();
 
-/// The pixel of [0, size) that stands for x, or kNoSource.
+/// The pixel of [0, size) that stands for x, or no_source.
 int source_of(int x, int size, EdgeMode edge) {
   if (x >= 0 && x < size) return x;
-  if (edge == EdgeMode::zero) return kNoSource;
+  if (edge == EdgeMode::zero) return no_source;
   const int period = edge == EdgeMode::wrap ? size : 2 * size;
   const int inside = (x % period + period) % period;
   return inside < size ? inside : period - 1 - inside;
@@ -304,13 +304,13 @@ struct Taken {
 /// Multiplies by `scale`; missing pixels and too large values become 0.
 template <class Real>
 Taken take_values(const double* values, int count, double scale, Real* out) {
-  constexpr double kMost = static_cast<double>(std::numeric_limits<Real>::max());
+  constexpr double most_value = static_cast<double>(std::numeric_limits<Real>::max());
   Taken taken;
   int missing = 0;
   for (int i = 0; i < count; ++i) {
     const double size = std::abs(values[i]), scaled = scale * values[i];
     const bool is_good = size <= std::numeric_limits<double>::max();
-    out[i] = std::abs(scaled) <= kMost ? static_cast<Real>(scaled) : Real{0};
+    out[i] = std::abs(scaled) <= most_value ? static_cast<Real>(scaled) : Real{0};
     taken.largest = std::max(taken.largest, is_good ? size : 0);
     missing += is_good ? 0 : 1;
   }
@@ -320,7 +320,7 @@ Taken take_values(const double* values, int count, double scale, Real* out) {
 
 bool needs_transform(int width, int height, const ConvolutionOptions& options) {
   return options.transform_width > 0 || options.transform_height > 0 ||
-         width * height > kDirectPixels;
+         width * height > direct_pixels;
 }
 
 template <class Real>
@@ -408,20 +408,20 @@ class ConvolvedPlane final : public Plane {
 /// Lengths for which FFTW is quick: 2^a with a >= 3, times 1, 3, 5 or 25. The first length that is
 /// not below `most` ends the list.
 std::vector<int> quick_lengths(int least, int most) {
-  constexpr int kFactor = 8;
-  constexpr int kOdd[] = {1, 3, 5, 25};
+  constexpr int size_factor = 8;
+  constexpr int odd_factors[] = {1, 3, 5, 25};
   std::vector<int> lengths;
   const int first_beyond = [&] {
     int best = std::numeric_limits<int>::max();
-    for (const int odd : kOdd) {
-      int n = odd * kFactor;
+    for (const int odd : odd_factors) {
+      int n = odd * size_factor;
       while (n < most) n *= 2;
       best = std::min(best, n);
     }
     return best;
   }();
-  for (const int odd : kOdd) {
-    for (int n = odd * kFactor; n <= first_beyond; n *= 2) {
+  for (const int odd : odd_factors) {
+    for (int n = odd * size_factor; n <= first_beyond; n *= 2) {
       if (n >= least) lengths.push_back(n);
     }
   }
@@ -429,16 +429,16 @@ std::vector<int> quick_lengths(int least, int most) {
   return lengths;
 }
 
-/// The cheapest grid of tiles. A transform of n pixels costs n (log2 n + kOverhead), and more where
+/// The cheapest grid of tiles. A transform of n pixels costs n (log2 n + overhead), and more where
 /// it outgrows a core's cache. The factors are measured.
 template <class Real>
 const Transform<Real>* ConvolvedPlane<Real>::choose_transform(
     const ConvolutionOptions& options) const {
-  constexpr double kCacheBytes = 2 << 20, kBeyondCache = 1.5, kOverhead = 16;
+  constexpr double cache_bytes = 2 << 20, beyond_cache = 1.5, overhead = 16;
   const auto lengths = [](int asked, int size, int stamp) {
     if (asked > 0) return std::vector{asked};
     const long long all = static_cast<long long>(size) + stamp - 1;
-    const long long most = std::min<long long>(all, std::max(kLargestChosenTransform, 2 * stamp));
+    const long long most = std::min<long long>(all, std::max(largest_chosen_transform, 2 * stamp));
     return quick_lengths(stamp, static_cast<int>(most));
   };
   double best = std::numeric_limits<double>::infinity();
@@ -449,9 +449,9 @@ const Transform<Real>* ConvolvedPlane<Real>::choose_transform(
           std::ceil(static_cast<double>(this->width()) / (columns - stamp_width_ + 1)) *
           std::ceil(static_cast<double>(this->height()) / (rows - stamp_height_ + 1));
       const double pixels = static_cast<double>(columns) * rows;
-      const bool is_cached = pixels * sizeof(Real) <= kCacheBytes;
+      const bool is_cached = pixels * sizeof(Real) <= cache_bytes;
       const double cost =
-          tiles * pixels * (std::log2(pixels) + kOverhead) * (is_cached ? 1 : kBeyondCache);
+          tiles * pixels * (std::log2(pixels) + overhead) * (is_cached ? 1 : beyond_cache);
       if (cost >= best) continue;
       best = cost;
       best_width = columns;
@@ -535,7 +535,7 @@ void ConvolvedPlane<Real>::read_tile(const Kernel<Real>& kernel, const Area& til
   }
   convolve(kernel, input, values);
   // Smaller weights are rounding errors of the transform.
-  const double noise = kernel.transform ? kRounding<Real> * std::abs(kernel.sum) : 0;
+  const double noise = kernel.transform ? rounding_error<Real> * std::abs(kernel.sum) : 0;
   for (int row = 0; row < needed.height; ++row) {
     for (int i = 0; i < needed.width; ++i) {
       const int x = left + i, y = low + row;
@@ -544,7 +544,7 @@ void ConvolvedPlane<Real>::read_tile(const Kernel<Real>& kernel, const Area& til
       if (is_missing(x + half_width, y + half_height)) {
         value = std::numeric_limits<double>::quiet_NaN();
       } else if (std::abs(lost) > noise) {
-        const bool is_enough = weight > 0 && weight >= kLeastWeight * kernel.sum;
+        const bool is_enough = weight > 0 && weight >= least_weight * kernel.sum;
         value =
             is_enough ? value * (kernel.sum / weight) : std::numeric_limits<double>::quiet_NaN();
       }
@@ -557,10 +557,10 @@ void ConvolvedPlane<Real>::read_tile(const Kernel<Real>& kernel, const Area& til
 template <class Real>
 auto ConvolvedPlane<Real>::gather(const Area& input, double scale, Rows values) const -> Input {
   // Strips are read as doubles; they stay in the cache.
-  constexpr int kStripPixels = 1 << 15;
+  constexpr int strip_pixels = 1 << 15;
   const Columns columns = make_columns(input.x, input.width, this->width(), edge_);
   const int count = columns.read_count();
-  const int most_rows = std::max(kStripPixels / std::max(count, 1), 1);
+  const int most_rows = std::max(strip_pixels / std::max(count, 1), 1);
   std::vector<double> strip(static_cast<std::size_t>(count) * static_cast<std::size_t>(most_rows));
   std::vector<double> line(columns.is_plain ? 0 : static_cast<std::size_t>(input.width));
   const int row_end = transform_ == nullptr ? input.width : transform_->width();
@@ -569,7 +569,7 @@ auto ConvolvedPlane<Real>::gather(const Area& input, double scale, Rows values) 
   const auto source_row = [&](int row) { return source_of(input.y + row, this->height(), edge_); };
   for (int row = 0; row < input.height;) {
     const int first = source_row(row);
-    if (first == kNoSource) {
+    if (first == no_source) {
       std::fill_n(values[row++], row_end, Real{0});
       continue;
     }

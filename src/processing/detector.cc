@@ -13,10 +13,10 @@ namespace gamer {
 namespace {
 
 /// Pixels worked on at a time; they stay in the first-level cache.
-constexpr int kPiece = 512;
+constexpr int piece_size = 512;
 
 /// Kinds of a pixel's random numbers.
-enum Draw : std::uint64_t { kPhotons = 1, kReadNoise, kGaussian };
+enum Draw : std::uint64_t { photons = 1, read_noise_name, gaussian };
 
 std::uint64_t row_key(std::uint64_t key, Draw draw, int y) {
   return hash_words({key, draw, static_cast<std::uint64_t>(y)});
@@ -27,8 +27,8 @@ template <class Work>
 void for_each_piece(const Area& area, double* values, Work work) {
   for (int row = 0; row < area.height; ++row) {
     double* first = values + static_cast<std::ptrdiff_t>(row) * area.width;
-    for (int i = 0; i < area.width; i += kPiece) {
-      const auto size = static_cast<std::size_t>(std::min(kPiece, area.width - i));
+    for (int i = 0; i < area.width; i += piece_size) {
+      const auto size = static_cast<std::size_t>(std::min(piece_size, area.width - i));
       work(area.x + i, area.y + row, std::span(first + i, size));
     }
   }
@@ -44,7 +44,7 @@ void expect(const Detector& detector, std::span<double> values) {
 
 /// values[i] += sigma z, where z is a normal variate.
 void add_normal(std::uint64_t key, int x, double sigma, std::span<double> values) {
-  std::array<double, kPiece> buffer;
+  std::array<double, piece_size> buffer;
   const std::span normals(buffer.data(), values.size());
   normal_variates(key, static_cast<std::uint64_t>(x), normals);
   for (std::size_t i = 0; i < values.size(); ++i) values[i] += sigma * normals[i];
@@ -64,8 +64,8 @@ PlanePtr observed(PlanePtr source, const Detector& detector, std::uint64_t key) 
   return changed(std::move(source), [=](const Area& area, double* values) {
     for_each_piece(area, values, [&](int x, int y, std::span<double> piece) {
       expect(detector, piece);
-      poisson_variates(row_key(key, kPhotons, y), static_cast<std::uint64_t>(x), piece, piece);
-      if (read_noise > 0) add_normal(row_key(key, kReadNoise, y), x, read_noise, piece);
+      poisson_variates(row_key(key, photons, y), static_cast<std::uint64_t>(x), piece, piece);
+      if (read_noise > 0) add_normal(row_key(key, read_noise_name, y), x, read_noise, piece);
       for (double& v : piece) {
         v = (v > most ? most : v) * detector.per_electron + detector.offset;
       }
@@ -86,7 +86,7 @@ PlanePtr observed_variance(PlanePtr source, const Detector& detector) {
 PlanePtr with_gaussian_noise(PlanePtr source, double sigma, std::uint64_t key) {
   return changed(std::move(source), [=](const Area& area, double* values) {
     for_each_piece(area, values, [&](int x, int y, std::span<double> piece) {
-      add_normal(row_key(key, kGaussian, y), x, sigma, piece);
+      add_normal(row_key(key, gaussian, y), x, sigma, piece);
     });
   });
 }

@@ -19,9 +19,9 @@
 namespace gamer {
 namespace {
 
-constexpr const char* kContext = "gutil noise: ";
+constexpr const char* context = "gutil noise: ";
 /// The unit that gamer writes for counts per second; it needs no zero point.
-constexpr const char* kElectronRate = "electron/s";
+constexpr const char* electron_rate_unit = "electron/s";
 
 /// Parameters of one plane's noise.
 struct PlaneNoise {
@@ -66,34 +66,34 @@ NoiseOperation::NoiseOperation(const OperationCall& call) : call_(call) {
   output_unit_ = parameters.text("output_unit");
   is_gaussian_ = has("sigma") || has("snr");
   const auto exclude = [](const char* a, const char* b) {
-    throw InputError(fmt::format("{}{} and {} exclude each other; leave one out", kContext,
+    throw InputError(fmt::format("{}{} and {} exclude each other; leave one out", context,
                                  option_name(a), option_name(b)));
   };
   if (has("sigma") && has("snr")) exclude("sigma", "snr");
   if (has("sky") && has("sky_rate")) exclude("sky", "sky_rate");
   if (is_gaussian_) {
-    constexpr const char* kDetector[] = {
+    constexpr const char* detector_name[] = {
         "exposure", "exposures", "zero_point", "electrons_per_unit", "sky",
         "sky_rate", "dark",      "read_noise", "full_well",          "output_unit",
         "gain",     "bias",      "keep_sky"};
-    for (const char* name : kDetector) {
+    for (const char* name : detector_name) {
       if (!parameters.is_given(name)) continue;
       throw InputError(
           fmt::format("{}{} is of a detector and does not go with {}, plain Gaussian "
                       "noise; leave one out",
-                      kContext, option_name(name), has("sigma") ? "--sigma" : "--snr"));
+                      context, option_name(name), has("sigma") ? "--sigma" : "--snr"));
     }
     return;
   }
   if (!has("exposure")) {
     throw InputError(fmt::format(
         "{}which noise? --exposure (s) for a detector, --sigma or --snr for plain Gaussian noise",
-        kContext));
+        context));
   }
   for (const char* name : {"gain", "bias"}) {
     if (parameters.is_given(name) && output_unit_ != "ADU") {
       throw InputError(fmt::format("{}{} is of the converter to ADU; add --output-unit ADU",
-                                   kContext, option_name(name)));
+                                   context, option_name(name)));
     }
   }
 }
@@ -109,7 +109,7 @@ PlaneNoise NoiseOperation::gaussian(const PlaneTask& task) const {
   const double norm = signal_norm(*task.plane, task.threads);
   if (!(norm > 0 && std::isfinite(norm))) {
     throw InputError(fmt::format("{}--snr needs light: plane {} of {} has {}; --sigma needs none",
-                                 kContext, task.info.plane + 1, task.label,
+                                 context, task.info.plane + 1, task.label,
                                  norm > 0 ? "infinite pixels" : "none"));
   }
   noise.sigma = norm / ratio;
@@ -125,7 +125,7 @@ double calibrated_area(const PlaneTask& task) {
     throw InputError(
         fmt::format("{}a surface brightness ({}) becomes electrons by the size of "
                     "pixels: {}; give --electrons-per-unit",
-                    kContext, task.info.unit, error.what()));
+                    context, task.info.unit, error.what()));
   }
 }
 
@@ -137,21 +137,21 @@ double NoiseOperation::electron_rate(const PlaneTask& task) const {
     throw InputError(fmt::format(
         "{}{} has MAGZERO, so --zero-point and --electrons-per-unit exclude each other; leave one "
         "out",
-        kContext, task.label));
+        context, task.label));
   }
   if (has_scale) return value("electrons_per_unit", task);
   if (!has("zero_point")) {
-    if (task.info.unit == kElectronRate) return 1;
+    if (task.info.unit == electron_rate_unit) return 1;
     throw InputError(fmt::format(
         "{}how many electrons is light? Give --zero-point (AB magnitude of 1 electron/s){}",
-        kContext,
+        context,
         zero_point ? ""
                    : fmt::format(" or, as {} has no MAGZERO, --electrons-per-unit", task.label)));
   }
   if (!zero_point) {
     throw InputError(
         fmt::format("{}--zero-point needs MAGZERO, and {} has none; give --electrons-per-unit",
-                    kContext, task.label));
+                    context, task.label));
   }
   return calibrated_area(task) * flux_ratio(*zero_point - value("zero_point", task));
 }
@@ -169,13 +169,13 @@ double NoiseOperation::sky_rate(const PlaneTask& task, double rate) const {
     throw InputError(fmt::format(
         "{}--sky needs --zero-point (AB magnitude of 1 electron/s), as {} has no MAGZERO; "
         "or give --sky-rate",
-        kContext, task.label));
+        context, task.label));
   }
   try {
     const double scale = pixel_scale(task.header, task.label);
     return scale * scale * flux_ratio(value("sky", task) - zero_point);
   } catch (const InputError& error) {
-    throw InputError(fmt::format("{}--sky needs the size of pixels: {}; give --sky-rate", kContext,
+    throw InputError(fmt::format("{}--sky needs the size of pixels: {}; give --sky-rate", context,
                                  error.what()));
   }
 }
@@ -198,7 +198,7 @@ PlaneNoise NoiseOperation::ccd(const PlaneTask& task) const {
         fmt::format("{}a pixel of value 1 of {} would be {:.6g} electrons, and the sky {:.6g}; "
                     "check the zero points, "
                     "--sky and --exposure",
-                    kContext, task.label, electrons, background_counts));
+                    context, task.label, electrons, background_counts));
   }
   if (output_unit_ == "same") {
     noise.gain = electrons;
@@ -324,11 +324,11 @@ int run_noise(const OperationCall& call) {
 }
 
 ParameterTable noise_parameters() {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  constexpr double kMostExposures = 1e6;
-  constexpr double kLargestSeed = 0x1p63;
-  const Interval not_negative = Interval::right_open(0, kInfinity);
-  const Interval positive = Interval::open(0, kInfinity);
+  constexpr double positive_infinity = std::numeric_limits<double>::infinity();
+  constexpr double most_exposures = 1e6;
+  constexpr double largest_seed = 0x1p63;
+  const Interval not_negative = Interval::right_open(0, positive_infinity);
+  const Interval positive = Interval::open(0, positive_infinity);
   const auto list = [](const char* name, const char* unit, const Interval& interval,
                        const char* description) {
     return Parameter{name, ParameterType::numbers, unit, interval, {}, description};
@@ -342,7 +342,7 @@ ParameterTable noise_parameters() {
   };
   return {
       list("exposure", "s", positive, "exposure time, of all exposures together; or one per plane"),
-      {"exposures", ParameterType::integer, "", Interval::closed(1, kMostExposures),
+      {"exposures", ParameterType::integer, "", Interval::closed(1, most_exposures),
        std::int64_t{1}, "exposures that are added up: each has read noise and a full well"},
       list("zero_point", "mag", Interval::any(),
            "AB magnitude that gives 1 electron/s; or one per plane"),
@@ -371,7 +371,7 @@ ParameterTable noise_parameters() {
       list("snr", "", positive,
            "plain Gaussian noise that gives the plane this signal-to-noise ratio; or one per "
            "plane"),
-      {"seed", ParameterType::integer, "", Interval::right_open(0, kLargestSeed), std::int64_t{1},
+      {"seed", ParameterType::integer, "", Interval::right_open(0, largest_seed), std::int64_t{1},
        "another seed, other noise"},
       flag("variance", "add the expected variance of each image as an image after it"),
   };

@@ -22,7 +22,7 @@
 namespace gamer {
 namespace {
 
-constexpr const char* kGroup = "Files and headers";
+constexpr const char* group_name = "Files and headers";
 
 // ---- stack -------------------------------------------------------------------------------------
 
@@ -280,14 +280,14 @@ std::string trim(const std::string& word) {
 
 /// Throws InputError, beginning with `option`, for a key that no card of a FITS file can have.
 void check_key(const std::string& option, const std::string& key) {
-  constexpr std::size_t kStandardLength = 8;
-  constexpr std::string_view kStandard = "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_";
-  constexpr std::string_view kLongKey = "HIERARCH ";
+  constexpr std::size_t standard_length = 8;
+  constexpr std::string_view standard = "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_";
+  constexpr std::string_view long_key = "HIERARCH ";
   std::string name = in_capitals(key);
-  if (name.starts_with(kLongKey)) name = trim(name.substr(kLongKey.size()));
+  if (name.starts_with(long_key)) name = trim(name.substr(long_key.size()));
   const bool is_reserved = name == "CONTINUE" || name == "HIERARCH";
   const bool is_odd =
-      name.size() <= kStandardLength && name.find_first_not_of(kStandard) != std::string::npos;
+      name.size() <= standard_length && name.find_first_not_of(standard) != std::string::npos;
   if (!is_reserved && !is_odd) return;
   throw InputError(
       fmt::format("gutil header: {}: {} cannot name a card; up to 8 letters, digits, - and _ can",
@@ -457,7 +457,7 @@ int run_header(const OperationCall& call) {
 std::vector<Operation> file_operations() {
   Operation stack;
   stack.name = "stack";
-  stack.group = kGroup;
+  stack.group = group_name;
   stack.summary = "Put planes of several files into one, or take a cube apart";
   stack.description =
       "All planes of all files, in order, become a cube, one extension each, or one file each "
@@ -495,7 +495,7 @@ std::vector<Operation> file_operations() {
 
   Operation header;
   header.name = "header";
-  header.group = kGroup;
+  header.group = group_name;
   header.summary = "Show, set, delete or copy header cards";
   header.description =
       "Without --set, --delete and --copy the cards are printed; with any of them a file is "

@@ -9,7 +9,7 @@
 namespace gamer {
 namespace {
 
-constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+constexpr double missing_value = std::numeric_limits<double>::quiet_NaN();
 
 // ---- Flip --------------------------------------------------------------------------------------
 
@@ -119,18 +119,18 @@ class TurnedPlane final : public Plane {
         clockwise_(clockwise) {}
 
   /// Rows are columns of the source: square tiles read the least of it.
-  Tile tile() const override { return {kSide, kSide}; }
+  Tile tile() const override { return {side_length, side_length}; }
 
   using Plane::read;
   void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
     std::vector<double> values;
-    for_each_block(area, kSide, [&](const Area& block) {
+    for_each_block(area, side_length, [&](const Area& block) {
       turn(block, out + (block.y - area.y) * stride + block.x - area.x, stride, values);
     });
   }
 
  private:
-  static constexpr int kSide = 512;
+  static constexpr int side_length = 512;
 
   void turn(const Area& area, double* out, std::ptrdiff_t stride,
             std::vector<double>& values) const {
@@ -159,8 +159,8 @@ class TurnedPlane final : public Plane {
 
 /// Number of quarter turns within a circle, 0 to 3.
 int turns_in_circle(int count) {
-  constexpr int kCircle = 4;
-  return (count % kCircle + kCircle) % kCircle;
+  constexpr int full_circle = 4;
+  return (count % full_circle + full_circle) % full_circle;
 }
 
 // ---- Bin ---------------------------------------------------------------------------------------
@@ -184,7 +184,7 @@ class BinnedPlane final : public Plane {
   void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
     // The source is read in pieces of whole rows, for blocks of any size.
     const int width = area.width * nx_, rows = area.height * ny_;
-    const int piece = std::clamp(kPiecePixels / width, 1, rows);
+    const int piece = std::clamp(piece_pixels / width, 1, rows);
     std::vector<double> values(static_cast<std::size_t>(width) * piece), sums(area.width);
     std::vector<long long> missing(area.width);
     for (int first = 0; first < rows; first += piece) {
@@ -198,7 +198,7 @@ class BinnedPlane final : public Plane {
   }
 
  private:
-  static constexpr int kPiecePixels = 1 << 16;
+  static constexpr int piece_pixels = 1 << 16;
 
   void add(const double* row, std::vector<double>& sums, std::vector<long long>& missing) const {
     for (std::size_t i = 0; i < sums.size(); ++i, row += nx_) {
@@ -221,7 +221,7 @@ class BinnedPlane final : public Plane {
       const auto lost = static_cast<double>(missing[i]);
       out[i] = sums[i] * scale_;
       if (lost >= missing_share * pixels_) {
-        out[i] = kMissing;
+        out[i] = missing_value;
       } else if (lost > 0) {
         out[i] *= pixels_ / (pixels_ - lost);
       }
@@ -312,8 +312,13 @@ PlanePtr bin(PlanePtr source, int nx, int ny, PixelValues values) {
 
 PixelMap bin_map(int nx, int ny) {
   // The lower left corner, (1/2, 1/2), is fixed.
-  constexpr double kCorner = 0.5;
-  return {1.0 / nx, 0, 0, 1.0 / ny, kCorner - kCorner / nx, kCorner - kCorner / ny};
+  constexpr double corner_offset = 0.5;
+  return {1.0 / nx,
+          0,
+          0,
+          1.0 / ny,
+          corner_offset - corner_offset / nx,
+          corner_offset - corner_offset / ny};
 }
 
 }  // namespace gamer

@@ -18,14 +18,14 @@
 namespace gamer {
 namespace {
 
-constexpr const char* kGroup = "Geometry";
+constexpr const char* group_name = "Geometry";
 
 /// Larger images can only be typing errors.
-constexpr int kLongestSide = 1 << 18;
-constexpr double kLeastFactor = 1e-6, kMostFactor = 1e4;
-constexpr double kLargestScale = 1e6;  // arcsec
+constexpr int longest_side = 1 << 18;
+constexpr double least_factor = 1e-6, most_factor = 1e4;
+constexpr double largest_scale = 1e6;  // arcsec
 
-constexpr const char* kWcsText =
+constexpr const char* wcs_text =
     "All world coordinates of the header follow (CRPIXi; CDi_j, PCi_j, CDELTi, CROTAi; SIP "
     "polynomials; LTVi, LTMi_j), further axes stay, and so do the other cards. Distortions in "
     "tables (CPDISi, CQDISi, D2IMDISi) cannot follow: an error. Variances (EXTNAME VARIANCE, "
@@ -33,7 +33,7 @@ constexpr const char* kWcsText =
     "error. Tables in other HDUs are copied as "
     "they are, with any pixel positions in them.";
 
-constexpr const char* kMissingText =
+constexpr const char* missing_text =
     "An output pixel is missing (NaN) where missing pixels carry a quarter or more of its weights "
     "(without sign); else the present ones stand for all.";
 
@@ -55,9 +55,9 @@ int change_geometry(const OperationCall& call, const PlaneChange& change, const 
 }
 
 int checked_side(const OperationCall& call, double side) {
-  if (side > kLongestSide) {
+  if (side > longest_side) {
     throw error_of(
-        call, fmt::format("the image becomes {:.0f} pixels long; at most {}", side, kLongestSide));
+        call, fmt::format("the image becomes {:.0f} pixels long; at most {}", side, longest_side));
   }
   return static_cast<int>(side);
 }
@@ -118,7 +118,7 @@ Parameter values_parameter() {
 
 // ---- rotate ------------------------------------------------------------------------------------
 
-constexpr double kQuarterTurn = 90;  // deg
+constexpr double quarter_turn = 90;  // deg
 
 int rotate_file(const OperationCall& call) {
   const Rotation rotation = {call.parameters.number("angle"),
@@ -130,13 +130,13 @@ int rotate_file(const OperationCall& call) {
       [&](const FitsHeader&, int width, int height) {
         return rotation_map(width, height, rotation);
       },
-      std::fmod(rotation.angle, kQuarterTurn) == 0 ? turn : PlaneChange());
+      std::fmod(rotation.angle, quarter_turn) == 0 ? turn : PlaneChange());
 }
 
 Operation rotate_operation() {
   Operation operation;
   operation.name = "rotate";
-  operation.group = kGroup;
+  operation.group = group_name;
   operation.summary = "Turn by any angle";
   operation.description = fmt::format(
       "Turns about the middle of the image, counter-clockwise with the first row at the bottom. A "
@@ -144,7 +144,7 @@ Operation rotate_operation() {
       "centre falls in the input: the total flux of well-sampled images is kept (Gaussians of "
       "sigma 1.6 pixels or more, Lanczos kernels: to 1e-4). Multiples of 90 degrees copy the "
       "pixels and swap the sides, whatever --canvas says. {} {}",
-      kMissingText, kWcsText);
+      missing_text, wcs_text);
   std::vector<std::string> kernels;
   for (const std::string& name : kernel_names()) {
     if (kernel_of(name) != Kernel::area) kernels.push_back(name);
@@ -187,9 +187,9 @@ int flip_file(const OperationCall& call) {
 Operation flip_operation() {
   Operation operation;
   operation.name = "flip";
-  operation.group = kGroup;
+  operation.group = group_name;
   operation.summary = "Mirror";
-  operation.description = fmt::format("Copies pixels in reverse order along an axis. {}", kWcsText);
+  operation.description = fmt::format("Copies pixels in reverse order along an axis. {}", wcs_text);
   operation.parameters = {{"axis",
                            ParameterType::choice,
                            "",
@@ -217,15 +217,15 @@ Area box_of(const OperationCall& call) {
     const std::vector<double>& center = parameters.numbers("center");
     const std::vector<int> size = whole_numbers(call, "size");
     // Pixel 1 has its centre at 1. Where two boxes are equally near, the upper right one is taken.
-    constexpr double kHalf = 0.5;
+    constexpr double one_half = 0.5;
     const auto first = [](double middle, int length) {
-      return static_cast<int>(std::floor(middle - kHalf * (length + 1) + kHalf));
+      return static_cast<int>(std::floor(middle - one_half * (length + 1) + one_half));
     };
     return {first(center[0], size[0]), first(center[1], size[1]), size[0], size[1]};
   }
   const std::vector<int> ends = whole_numbers(call, "box");
-  constexpr std::size_t kEnds = 4;
-  if (ends.size() != kEnds) {
+  constexpr std::size_t end_count = 4;
+  if (ends.size() != end_count) {
     throw error_of(call, fmt::format("--box has {} numbers; expected x1,x2,y1,y2", ends.size()));
   }
   if (ends[0] > ends[1] || ends[2] > ends[3]) {
@@ -255,21 +255,21 @@ int crop_file(const OperationCall& call) {
 Operation crop_operation() {
   Operation operation;
   operation.name = "crop";
-  operation.group = kGroup;
+  operation.group = group_name;
   operation.summary = "Cut out a box";
   operation.description = fmt::format(
       "The pixels of a box that lies within the image, in FITS pixels (the first is 1, ends are "
       "included), or of a size about a place. {}",
-      kWcsText);
-  constexpr double kFarthest = 1e9;
-  const Interval pixel = Interval::closed(-kFarthest, kFarthest);
+      wcs_text);
+  constexpr double farthest = 1e9;
+  const Interval pixel = Interval::closed(-farthest, farthest);
   operation.parameters = {
       {"box", ParameterType::numbers, "pixels", pixel, {}, "x1,x2,y1,y2"},
       {"center", ParameterType::vector2, "pixels", pixel, {}, "middle of the box: x,y"},
       {"size",
        ParameterType::size2,
        "pixels",
-       Interval::closed(1, kLongestSide),
+       Interval::closed(1, longest_side),
        {},
        "of the box: n, or width,height"},
   };
@@ -288,8 +288,8 @@ Margins margins_of(const OperationCall& call, int width, int height) {
   if (parameters.has("margin")) {
     const std::vector<int> margin = whole_numbers(call, "margin");
     if (margin.size() == 1) return {margin[0], margin[0], margin[0], margin[0]};
-    constexpr std::size_t kSides = 4;
-    if (margin.size() != kSides) {
+    constexpr std::size_t side_count = 4;
+    if (margin.size() != side_count) {
       throw error_of(call, fmt::format("--margin has {} numbers; expected one, or "
                                        "left,right,bottom,top",
                                        margin.size()));
@@ -327,23 +327,23 @@ int pad_file(const OperationCall& call) {
 Operation pad_operation() {
   Operation operation;
   operation.name = "pad";
-  operation.group = kGroup;
+  operation.group = group_name;
   operation.summary = "Add a margin";
   operation.description = fmt::format(
       "Pixels of one value around the image. With --size it stands in the middle; an odd pixel is "
       "added at the right and at the top. {}",
-      kWcsText);
+      wcs_text);
   operation.parameters = {
       {"margin",
        ParameterType::numbers,
        "pixels",
-       Interval::closed(0, kLongestSide),
+       Interval::closed(0, longest_side),
        {},
        "one for all sides, or left,right,bottom,top"},
       {"size",
        ParameterType::size2,
        "pixels",
-       Interval::closed(1, kLongestSide),
+       Interval::closed(1, longest_side),
        {},
        "of the output: n, or width,height"},
       fill_parameter("value of the margin, or nan"),
@@ -386,17 +386,17 @@ int bin_file(const OperationCall& call) {
 Operation bin_operation() {
   Operation operation;
   operation.name = "bin";
-  operation.group = kGroup;
+  operation.group = group_name;
   operation.summary = "Join blocks of pixels";
   operation.description = fmt::format(
       "Blocks of nx x ny pixels become one: the sum of a flux, the mean of a brightness. The "
       "variance of a sum is the sum of the variances, of a mean their sum / (nx ny)^2. {} {}",
-      kMissingText, kWcsText);
+      missing_text, wcs_text);
   operation.parameters = {
       {"factor",
        ParameterType::size2,
        "pixels",
-       Interval::closed(1, kLongestSide),
+       Interval::closed(1, longest_side),
        {},
        "side of a block: n, or nx,ny",
        {},
@@ -429,7 +429,7 @@ ResampleGrid grid_of(const OperationCall& call, const FitsHeader& header, int wi
     const double old_scale = pixel_scale(header, call.inputs.front());
     const double scale = parameters.number("scale");
     factor = old_scale / scale;
-    if (!(factor >= kLeastFactor && factor <= kMostFactor)) {
+    if (!(factor >= least_factor && factor <= most_factor)) {
       throw error_of(
           call, fmt::format("--scale {}: the input has pixels of {:.6g} arcsec", scale, old_scale));
     }
@@ -460,7 +460,7 @@ int resample_file(const OperationCall& call) {
 Operation resample_operation() {
   Operation operation;
   operation.name = "resample";
-  operation.group = kGroup;
+  operation.group = group_name;
   operation.summary = "Pixels of another size";
   operation.description = fmt::format(
       "An output pixel is the difference, between its edges, of the running sum of the input "
@@ -470,24 +470,24 @@ Operation resample_operation() {
       "that nothing aliases. nearest copies, and keeps flux on average only. With --factor and "
       "--scale the middle stays and the outermost pixels may reach over the edges; they hold the "
       "flux up to there. {} {}",
-      kMissingText, kWcsText);
+      missing_text, wcs_text);
   operation.parameters = {
       {"factor",
        ParameterType::number,
        "",
-       Interval::closed(kLeastFactor, kMostFactor),
+       Interval::closed(least_factor, most_factor),
        {},
        "pixels of the output per pixel of the input, along a side"},
       {"scale",
        ParameterType::number,
        "arcsec",
-       Interval::left_open(0, kLargestScale),
+       Interval::left_open(0, largest_scale),
        {},
        "side of an output pixel; needs celestial coordinates"},
       {"size",
        ParameterType::size2,
        "pixels",
-       Interval::closed(1, kLongestSide),
+       Interval::closed(1, longest_side),
        {},
        "of the output, over all of the input: n, or width,height"},
       {"kernel",

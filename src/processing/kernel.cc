@@ -9,7 +9,7 @@
 namespace gamer {
 namespace {
 
-constexpr int kLanczos3 = 3, kLanczos5 = 5;
+constexpr int lanczos3_width = 3, lanczos5_width = 5;
 
 /// The Lanczos kernel, exactly 0 at whole numbers, where the sine of multiples of pi is not.
 double lanczos(double x, int radius) {
@@ -26,7 +26,7 @@ double cubic_convolution(double x) {
   return 0;
 }
 
-constexpr int kMostDegree = 3;
+constexpr int most_degree = 3;
 
 /// Degree of the polynomials that a kernel's weights reproduce; 0: plain weights.
 int reproduced_degree(Kernel kernel) {
@@ -35,15 +35,15 @@ int reproduced_degree(Kernel kernel) {
       return 2;
     case Kernel::lanczos3:
     case Kernel::lanczos5:
-      return kMostDegree;
+      return most_degree;
     default:
       return 0;
   }
 }
 
 /// Solves a symmetric, positive definite system of `n` equations; `b` becomes the solution.
-using System = std::array<std::array<double, kMostDegree + 1>, kMostDegree + 1>;
-void solve(System& a, std::array<double, kMostDegree + 1>& b, int n) {
+using System = std::array<std::array<double, most_degree + 1>, most_degree + 1>;
+void solve(System& a, std::array<double, most_degree + 1>& b, int n) {
   for (int i = 0; i < n; ++i) {
     for (int j = i + 1; j < n; ++j) {
       const double factor = a[j][i] / a[i][i];
@@ -69,9 +69,9 @@ double kernel_radius(Kernel kernel) {
     case Kernel::bicubic:
       return 2;
     case Kernel::lanczos3:
-      return kLanczos3;
+      return lanczos3_width;
     case Kernel::lanczos5:
-      return kLanczos5;
+      return lanczos5_width;
   }
   throw std::invalid_argument("no such kernel");
 }
@@ -86,9 +86,9 @@ double kernel_value(Kernel kernel, double x) {
     case Kernel::bicubic:
       return cubic_convolution(x);
     case Kernel::lanczos3:
-      return lanczos(x, kLanczos3);
+      return lanczos(x, lanczos3_width);
     case Kernel::lanczos5:
-      return lanczos(x, kLanczos5);
+      return lanczos(x, lanczos5_width);
   }
   throw std::invalid_argument("no such kernel");
 }
@@ -107,10 +107,10 @@ std::vector<double> interpolation_weights(Kernel kernel, double x, double scale,
     return w * w * w;
   };
   System moments = {};
-  std::array<double, kMostDegree + 1> lacking = {1};
+  std::array<double, most_degree + 1> lacking = {1};
   for (int i = 0; i < count; ++i) {
     const double u = (first + i - x) / reach;
-    std::array<double, 2 * kMostDegree + 1> powers = {1};
+    std::array<double, 2 * most_degree + 1> powers = {1};
     for (int m = 1; m <= 2 * degree; ++m) powers[m] = powers[m - 1] * u;
     for (int m = 0; m <= degree; ++m) {
       lacking[m] -= weights[i] * powers[m];

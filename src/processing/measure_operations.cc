@@ -27,13 +27,13 @@
 namespace gamer {
 namespace {
 
-constexpr const char* kGroup = "Measurement";
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kLeastAxisRatio = 1e-6;  ///< of apertures; its square does not underflow
+constexpr const char* group_name = "Measurement";
+constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
+constexpr double degree = std::numbers::pi / 180;
+constexpr double least_axis_ratio = 1e-6;  ///< of apertures; its square does not underflow
 
-const Interval kPositive = Interval::open(0, std::numeric_limits<double>::infinity());
-const Interval kNotNegative = Interval::right_open(0, std::numeric_limits<double>::infinity());
+const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
+const Interval not_negative = Interval::right_open(0, std::numeric_limits<double>::infinity());
 
 InputError wrong(const OperationCall& call, const std::string& message) {
   return InputError(fmt::format("gutil {}: {}", call.operation, message));
@@ -140,7 +140,7 @@ int run_stats(const OperationCall& call) {
     const std::vector<double> ordered = quantiles(plane, fractions, call.threads);
     const bool has_pixels = all.count > 0;
     const auto place = [&](int coordinate) {
-      return has_pixels ? static_cast<double>(coordinate + 1) : kNone;
+      return has_pixels ? static_cast<double>(coordinate + 1) : no_value;
     };
     put_plane(table, task, hdus[static_cast<std::size_t>(task.index)]);
     put<std::string>(table, "unit", task.info.unit, "", "of the pixels");
@@ -187,7 +187,7 @@ void check_percentiles(const OperationCall& call) {
 Operation stats_operation() {
   Operation operation;
   operation.name = "stats";
-  operation.group = kGroup;
+  operation.group = group_name;
   operation.summary = "Counts, sum, extremes, mean, sigma, median and percentiles of every plane";
   operation.description =
       "One row per plane, over its finite pixels: sigma = sqrt(mean((v - mean)^2)); a percentile "
@@ -199,7 +199,7 @@ Operation stats_operation() {
   operation.parameters = with_output(
       {{"percentiles", ParameterType::numbers, "", Interval::closed(0, 100),
         std::vector<double>{1, 5, 25, 75, 95, 99}, "percentiles to list"},
-       {"clip", ParameterType::number, "sigma", kPositive, {}, "also the clipped mean and sigma"}});
+       {"clip", ParameterType::number, "sigma", positive, {}, "also the clipped mean and sigma"}});
   operation.example = "stats --percentiles 5,95 --clip 3 in.fits";
   operation.run = [](const OperationCall& call) {
     check_percentiles(call);
@@ -263,8 +263,8 @@ class Photometry {
         wcs_ ? wcs_->sky({ellipses_->x() + 1, ellipses_->y() + 1}) : std::nullopt;
     put(table, "x", ellipses_->x() + 1, "pixel", "centre");
     put(table, "y", ellipses_->y() + 1, "pixel");
-    put(table, "ra", sky ? sky->ra : kNone, "deg");
-    put(table, "dec", sky ? sky->dec : kNone, "deg");
+    put(table, "ra", sky ? sky->ra : no_value, "deg");
+    put(table, "dec", sky ? sky->dec : no_value, "deg");
     put(table, "background", background_.level, "", "per pixel");
     put(table, "background_sigma", background_.sigma);
     put(table, "image_flux", image_flux_, "", "of all pixels");
@@ -328,7 +328,7 @@ class Photometry {
   Ellipses shape() {
     const auto [x, y] = center();
     const double ratio = parameters_.number("axis_ratio");
-    const double position_angle = parameters_.number("position_angle") * kDegree;
+    const double position_angle = parameters_.number("position_angle") * degree;
     if (!wcs_) return Ellipses(x, y, ratio, position_angle + std::numbers::pi / 2);
     return or_unmeasurable([&, x_pixel = x, y_pixel = y] {
       pixel_area_ = std::numbers::pi / Ellipses(*wcs_, x_pixel, y_pixel, 1, 0).area(1);
@@ -388,7 +388,7 @@ class Photometry {
                        .flux;
     half_light_radius_ =
         radius_of_flux(plane_, *ellipses_, total_ / 2, reach, background_.level, threads);
-    moments_ = {kNone, kNone, kNone, kNone, kNone, kNone};
+    moments_ = {no_value, no_value, no_value, no_value, no_value, no_value};
     if (!parameters_.has("weight_sigma")) {
       moments_ = moments(plane_, *ellipses_, reach, background_.level, threads);
     } else if (const auto adaptive =
@@ -401,20 +401,20 @@ class Photometry {
 
   double position_angle() const {
     // Moments without an axis ratio have no direction.
-    if (!std::isfinite(moments_.axis_ratio())) return kNone;
+    if (!std::isfinite(moments_.axis_ratio())) return no_value;
     if (wcs_) {
       return or_unmeasurable([&] {
                return position_angle_on_sky(*wcs_, ellipses_->x(), ellipses_->y(), moments_);
              }) /
-             kDegree;
+             degree;
     }
-    const double from_y = moments_.angle() / kDegree - 90;
+    const double from_y = moments_.angle() / degree - 90;
     return from_y < 0 ? from_y + 180 : from_y;
   }
 
   /// AB magnitude of factor * value; NaN without a zero point or light.
   double magnitude(double factor, double value) const {
-    if (!task_.info.zero_point || !(value > 0)) return kNone;
+    if (!task_.info.zero_point || !(value > 0)) return no_value;
     return *task_.info.zero_point + magnitudes_of(factor * value);
   }
 
@@ -425,7 +425,7 @@ class Photometry {
   bool in_arcsec_ = false;
   std::optional<CelestialWcs> wcs_;
   std::optional<Ellipses> ellipses_;
-  double pixel_area_ = kNone;  ///< arcsec^2
+  double pixel_area_ = no_value;  ///< arcsec^2
   Background background_;
   std::vector<double> radii_;
   std::vector<ApertureSum> sums_;
@@ -471,7 +471,7 @@ int run_photometry(const OperationCall& call) {
 Operation photometry_operation() {
   Operation operation;
   operation.name = "photometry";
-  operation.group = kGroup;
+  operation.group = group_name;
   operation.summary = "Fluxes and magnitudes in apertures, half-light radius, moments";
   operation.description =
       "Circles or ellipses about --center, --position or the middle of the image; pixels count "
@@ -512,7 +512,7 @@ Operation photometry_operation() {
       {"radius",
        ParameterType::numbers,
        "--unit",
-       kPositive,
+       positive,
        {},
        "semi-major axes (default: the largest within the image, or up to the annulus)"},
       {"unit",
@@ -522,7 +522,7 @@ Operation photometry_operation() {
        std::string("pixel"),
        "of all radii",
        {"pixel", "arcsec"}},
-      {"axis_ratio", ParameterType::number, "", Interval::closed(kLeastAxisRatio, 1), 1.0,
+      {"axis_ratio", ParameterType::number, "", Interval::closed(least_axis_ratio, 1), 1.0,
        "minor to major"},
       {"position_angle", ParameterType::number, "deg", Interval::any(), 0.0,
        "of the major axis, from North towards East; without celestial coordinates from +y towards "
@@ -530,7 +530,7 @@ Operation photometry_operation() {
       {"annulus",
        ParameterType::vector2,
        "--unit",
-       kNotNegative,
+       not_negative,
        {},
        "inner,outer semi-major axis of the background (default: none is subtracted)"},
       {"background",
@@ -543,13 +543,13 @@ Operation photometry_operation() {
       {"total",
        ParameterType::number,
        "unit of the pixels",
-       kPositive,
+       positive,
        {},
        "flux of which the half-light radius holds half"},
       {"weight_sigma",
        ParameterType::number,
        "pixels",
-       kPositive,
+       positive,
        {},
        "adaptive moments, from a Gaussian of that sigma"},
   });
@@ -668,7 +668,7 @@ int run_spectrum(const OperationCall& call) {
 Operation spectrum_operation() {
   Operation operation;
   operation.name = "spectrum";
-  operation.group = kGroup;
+  operation.group = group_name;
   operation.summary = "Azimuthally averaged power spectrum and its slope";
   operation.description =
       "The mean is subtracted, the window applied, and |F|^2/sum(w^2) averaged over the modes "
@@ -698,14 +698,14 @@ Operation spectrum_operation() {
        false,
        "pixels are opacities: take tau = -ln(1 - v)"},
       {"log", ParameterType::boolean, "", {}, false, "take the natural logarithm first"},
-      {"white", ParameterType::number, "(unit of the pixels)^2", kNotNegative, 0.0,
+      {"white", ParameterType::number, "(unit of the pixels)^2", not_negative, 0.0,
        "power of white noise to subtract: its sigma^2"},
-      {"psf_fwhm", ParameterType::number, "pixel", kNotNegative, 0.0,
+      {"psf_fwhm", ParameterType::number, "pixel", not_negative, 0.0,
        "divide by the squared transfer function of such a Gaussian (after --white)"},
       {"range",
        ParameterType::vector2,
        "",
-       Interval::right_open(1, kPositive.high),
+       Interval::right_open(1, positive.high),
        {},
        "k1,k2 of the fit (default: 4,N/4)"},
       {"bins", ParameterType::integer, "", Interval::closed(3, 1000), std::int64_t{12},
@@ -762,7 +762,7 @@ int run_compare(const OperationCall& call) {
         result.within(call.parameters.number("tolerance"), call.parameters.number("absolute"));
     all_within = all_within && within;
     const auto place = [&](int coordinate) {
-      return result.differing > 0 ? static_cast<double>(coordinate + 1) : kNone;
+      return result.differing > 0 ? static_cast<double>(coordinate + 1) : no_value;
     };
     put_plane(table, task, hdus[index]);
     put(table, "max", result.max_difference, "", "largest |b - a|");
@@ -783,7 +783,7 @@ int run_compare(const OperationCall& call) {
 Operation compare_operation() {
   Operation operation;
   operation.name = "compare";
-  operation.group = kGroup;
+  operation.group = group_name;
   operation.summary = "Differences of two files of the same size; exit code 1 beyond a tolerance";
   operation.description =
       "Plane by plane: the largest |b - a| and where it is, the rms of b - a, both also by the "
@@ -795,8 +795,8 @@ Operation compare_operation() {
   operation.least_inputs = operation.most_inputs = 2;
   operation.result = Operation::Result::text;
   operation.parameters = with_output(
-      {{"tolerance", ParameterType::number, "largest |a|", kNotNegative, 0.0, "relative tolerance"},
-       {"absolute", ParameterType::number, "unit of the pixels", kNotNegative, 0.0,
+      {{"tolerance", ParameterType::number, "largest |a|", not_negative, 0.0, "relative tolerance"},
+       {"absolute", ParameterType::number, "unit of the pixels", not_negative, 0.0,
         "absolute tolerance"}});
   operation.example = "compare --tolerance 1e-6 in.fits in2.fits";
   operation.run = run_compare;

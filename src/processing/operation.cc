@@ -19,7 +19,7 @@
 namespace gamer {
 namespace {
 
-constexpr int kMostThreads = 4096;
+constexpr int most_threads = 4096;
 
 /// Options of every operation; `bitpix` only for FITS output.
 ParameterTable common_parameters(Operation::Result result) {
@@ -28,7 +28,7 @@ ParameterTable common_parameters(Operation::Result result) {
       {"threads",
        ParameterType::integer,
        "",
-       Interval::closed(1, kMostThreads),
+       Interval::closed(1, most_threads),
        {},
        "threads (default: all cores); also -j"}};
   if (result == Operation::Result::fits) {

@@ -27,7 +27,7 @@ auto plane_value(const std::string& key, int plane, int planes, Get get) {
 }
 
 /// Magnitudes per factor of 10 in flux.
-constexpr double kPogson = 2.5;
+constexpr double pogson = 2.5;
 
 /// Change of a calibration card when pixels become f times as large and mean the same light.
 struct CalibrationCard {
@@ -41,11 +41,11 @@ struct CalibrationCard {
   }
 };
 
-constexpr std::array<CalibrationCard, 5> kCalibration = {{{"MAGZERO", true, 0},
-                                                          {"PHOTZP", true, 0},
-                                                          {"PHOTFLAM", false, -1},
-                                                          {"GAIN", false, -1},
-                                                          {"SATURATE", false, 1}}};
+constexpr std::array<CalibrationCard, 5> calibration_cards = {{{"MAGZERO", true, 0},
+                                                               {"PHOTZP", true, 0},
+                                                               {"PHOTFLAM", false, -1},
+                                                               {"GAIN", false, -1},
+                                                               {"SATURATE", false, 1}}};
 
 std::string numbered(std::string_view key, std::size_t number) {
   return fmt::format("{}{}", key, number);
@@ -154,23 +154,23 @@ bool is_variance_name(std::string name) {
 
 /// Wavelength (Angstrom) of a plane on a third axis that is linear in wavelength.
 std::optional<double> axis_wavelength(const FitsHeader& header, int plane) {
-  constexpr std::array<std::string_view, 4> kTypes = {"WAVE", "AWAV", "WAVELENGTH", "LAMBDA"};
+  constexpr std::array<std::string_view, 4> types = {"WAVE", "AWAV", "WAVELENGTH", "LAMBDA"};
   const std::string type = header.text("CTYPE3").value_or("");
   const auto value = header.number("CRVAL3");
-  if (std::find(kTypes.begin(), kTypes.end(), type) == kTypes.end() || !value) return std::nullopt;
-  constexpr std::array<std::pair<std::string_view, double>, 9> kUnits = {{{"m", 1e10},
-                                                                          {"cm", 1e8},
-                                                                          {"mm", 1e7},
-                                                                          {"um", 1e4},
-                                                                          {"micron", 1e4},
-                                                                          {"nm", 10},
-                                                                          {"pm", 1e-2},
-                                                                          {"angstrom", 1},
-                                                                          {"a", 1}}};
+  if (std::find(types.begin(), types.end(), type) == types.end() || !value) return std::nullopt;
+  constexpr std::array<std::pair<std::string_view, double>, 9> units = {{{"m", 1e10},
+                                                                         {"cm", 1e8},
+                                                                         {"mm", 1e7},
+                                                                         {"um", 1e4},
+                                                                         {"micron", 1e4},
+                                                                         {"nm", 10},
+                                                                         {"pm", 1e-2},
+                                                                         {"angstrom", 1},
+                                                                         {"a", 1}}};
   const std::string unit = in_small_letters(header.text("CUNIT3").value_or("m"));
-  const auto known = std::find_if(kUnits.begin(), kUnits.end(),
+  const auto known = std::find_if(units.begin(), units.end(),
                                   [&](const auto& entry) { return entry.first == unit; });
-  if (known == kUnits.end()) return std::nullopt;
+  if (known == units.end()) return std::nullopt;
   const double step = header.number("CD3_3").value_or(header.number("CDELT3").value_or(1) *
                                                       header.number("PC3_3").value_or(1));
   const double pixel = plane + 1 - header.number("CRPIX3").value_or(0);
@@ -204,10 +204,10 @@ PlaneInfo plane_info(const FitsHeader& header, int plane, int planes) {
 }
 
 std::span<const std::string_view> plane_keys() {
-  static constexpr std::array<std::string_view, 11> kKeys = {
+  static constexpr std::array<std::string_view, 11> keys = {
       "WAVELEN", "BAND",    "PHOTPLAM", "MAGZERO", "PHOTZP",  "PHOTFLAM",
       "FILTER",  "EXPTIME", "GAIN",     "RDNOISE", "SATURATE"};
-  return kKeys;
+  return keys;
 }
 
 void change_unit(FitsHeader& header, std::span<const double> factors, const std::string& unit) {
@@ -218,7 +218,7 @@ void change_unit(FitsHeader& header, std::span<const double> factors, const std:
   }
   const bool is_one = std::all_of(factors.begin(), factors.end(),
                                   [&](double factor) { return factor == factors.front(); });
-  for (const CalibrationCard& card : kCalibration) {
+  for (const CalibrationCard& card : calibration_cards) {
     const auto change = [&](const std::string& key, double factor) {
       if (const auto old = header.number(key)) header.set(key, card.scaled(*old, factor));
     };
@@ -237,7 +237,7 @@ void change_unit(FitsHeader& header, int planes, double factor, const std::strin
 
 void drop_calibration(FitsHeader& header, int planes) {
   header.remove("BUNIT");
-  for (const CalibrationCard& card : kCalibration) {
+  for (const CalibrationCard& card : calibration_cards) {
     header.remove(card.key);
     for (int plane = 1; plane <= planes; ++plane) {
       header.remove(numbered(card.key, static_cast<std::size_t>(plane)));
@@ -246,19 +246,19 @@ void drop_calibration(FitsHeader& header, int planes) {
 }
 
 bool is_brightness(const std::string& unit) {
-  constexpr std::array<std::string_view, 8> kAngles = {"arcsec", "arcmin", "deg",       "mas",
-                                                       "uas",    "rad",    "arcsecond", "degree"};
-  constexpr std::array<std::string_view, 2> kAreas = {"sr", "beam"};
-  constexpr std::array<std::string_view, 3> kTemperatures = {"K", "mK", "uK"};
+  constexpr std::array<std::string_view, 8> angles = {"arcsec", "arcmin", "deg",       "mas",
+                                                      "uas",    "rad",    "arcsecond", "degree"};
+  constexpr std::array<std::string_view, 2> areas = {"sr", "beam"};
+  constexpr std::array<std::string_view, 3> temperatures = {"K", "mK", "uK"};
   const auto is_in = [](const auto& names, std::string_view name) {
     return std::find(names.begin(), names.end(), name) != names.end();
   };
   const std::vector<UnitFactor> factors = UnitParser(unit).factors();
   return std::any_of(factors.begin(), factors.end(), [&](const UnitFactor& factor) {
     const std::string name = in_small_letters(factor.name);
-    return (is_in(kAngles, name) && factor.power <= -2) ||
-           (is_in(kAreas, name) && factor.power <= -1) ||
-           (is_in(kTemperatures, factor.name) && factor.power > 0);
+    return (is_in(angles, name) && factor.power <= -2) ||
+           (is_in(areas, name) && factor.power <= -1) ||
+           (is_in(temperatures, factor.name) && factor.power > 0);
   });
 }
 
@@ -313,9 +313,9 @@ CelestialWcs celestial_wcs(const FitsHeader& header, const std::string& label) {
   return CelestialWcs::from_header(records, label);
 }
 
-double flux_ratio(double magnitudes) { return std::pow(10, -magnitudes / kPogson); }
+double flux_ratio(double magnitudes) { return std::pow(10, -magnitudes / pogson); }
 
-double magnitudes_of(double flux_ratio) { return -kPogson * std::log10(flux_ratio); }
+double magnitudes_of(double flux_ratio) { return -pogson * std::log10(flux_ratio); }
 
 double pixel_scale(const FitsHeader& header, const std::string& label) {
   const CelestialWcs wcs = celestial_wcs(header, label);
@@ -323,14 +323,15 @@ double pixel_scale(const FitsHeader& header, const std::string& label) {
   const auto at = [&](double dx, double dy) {
     const auto sky = wcs.sky({x + dx, y + dy});
     if (!sky) throw InputError(fmt::format("{}: its reference pixel shows no sky", label));
-    constexpr double kRadian = std::numbers::pi / 180;
-    return std::array{std::cos(sky->dec * kRadian) * std::cos(sky->ra * kRadian),
-                      std::cos(sky->dec * kRadian) * std::sin(sky->ra * kRadian),
-                      std::sin(sky->dec * kRadian)};
+    constexpr double radian = std::numbers::pi / 180;
+    return std::array{std::cos(sky->dec * radian) * std::cos(sky->ra * radian),
+                      std::cos(sky->dec * radian) * std::sin(sky->ra * radian),
+                      std::sin(sky->dec * radian)};
   };
   // Vector product of the pixel's middle lines, half a pixel to every side.
-  constexpr double kHalf = 0.5;
-  const auto left = at(-kHalf, 0), right = at(kHalf, 0), low = at(0, -kHalf), high = at(0, kHalf);
+  constexpr double one_half = 0.5;
+  const auto left = at(-one_half, 0), right = at(one_half, 0), low = at(0, -one_half),
+             high = at(0, one_half);
   const std::array a = {right[0] - left[0], right[1] - left[1], right[2] - left[2]};
   const std::array b = {high[0] - low[0], high[1] - low[1], high[2] - low[2]};
   const double area =

@@ -28,11 +28,10 @@ int image_count(const FitsInput& input) {
 }  // namespace
 
 int output_bitpix(const OperationCall& call, const FitsHdu& hdu) {
-  constexpr int kFloat = -32, kDouble = -64, kSmallInteger = 16;
+  constexpr int float = -32, double_bitpix = -64, small_integer = 16;
   if (call.bitpix != 0) return call.bitpix;
-  const bool fits_in_float =
-      hdu.bitpix == kFloat || (hdu.bitpix > 0 && hdu.bitpix <= kSmallInteger);
-  return fits_in_float ? kFloat : kDouble;
+  const bool fits_in_float = hdu.bitpix == float || (hdu.bitpix > 0 && hdu.bitpix <= small_integer);
+  return fits_in_float ? float : double_bitpix;
 }
 
 std::string hdu_label(const FitsInput& input, const FitsHdu& hdu) {

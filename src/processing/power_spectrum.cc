@@ -17,9 +17,9 @@
 namespace gamer {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kPi = std::numbers::pi;
-constexpr double kSigmaPerFwhm = 1 / 2.3548200450309493;
+constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
+constexpr double pi_value = std::numbers::pi;
+constexpr double sigma_per_fwhm = 1 / 2.3548200450309493;
 
 struct FftwFree {
   void operator()(double* memory) const { fftw_free(memory); }
@@ -111,7 +111,7 @@ std::vector<double> window(const SpectrumOptions& options, int side) {
   for (int i = 0; i < side; ++i) {
     const double distance = std::min(i, side - 1 - i) + 0.5;
     if (distance >= rise) continue;
-    const double sine = std::sin(kPi / 2 * distance / rise);
+    const double sine = std::sin(pi_value / 2 * distance / rise);
     weights[static_cast<std::size_t>(i)] = sine * sine;
   }
   return weights;
@@ -166,11 +166,11 @@ std::vector<PowerSpectrum::Annulus> average(Field& field) {
 }
 
 void correct(const SpectrumOptions& options, PowerSpectrum::Annulus& annulus) {
-  constexpr double kLeastTransfer = 1e-6;
-  const double phase = 2 * kPi * options.psf_fwhm * kSigmaPerFwhm * annulus.frequency;
+  constexpr double least_transfer = 1e-6;
+  const double phase = 2 * pi_value * options.psf_fwhm * sigma_per_fwhm * annulus.frequency;
   const double transfer = std::exp(-phase * phase);
   annulus.power =
-      transfer < kLeastTransfer ? kNone : (annulus.power - options.white_level) / transfer;
+      transfer < least_transfer ? no_value : (annulus.power - options.white_level) / transfer;
 }
 
 /// The mean power and mean ln k of the modes in one bin.
@@ -181,7 +181,7 @@ struct Bin {
 PowerSpectrum::Fit fit_line(const std::vector<PowerSpectrum::Annulus>& annuli, int side,
                             const SpectrumOptions& options) {
   PowerSpectrum::Fit fit;
-  fit.slope = fit.slope_error = fit.amplitude = kNone;
+  fit.slope = fit.slope_error = fit.amplitude = no_value;
   fit.lowest = options.lowest;
   fit.highest = options.highest > 0 ? options.highest : side / 4.0;
   if (!(fit.lowest < fit.highest)) return fit;
@@ -200,8 +200,8 @@ PowerSpectrum::Fit fit_line(const std::vector<PowerSpectrum::Annulus>& annuli, i
   }
   std::erase_if(bins, [](const Bin& bin) { return !(bin.power > 0); });
   fit.bins = static_cast<int>(bins.size());
-  constexpr int kLeastBins = 3;
-  if (fit.bins < kLeastBins) return fit;
+  constexpr int least_bins = 3;
+  if (fit.bins < least_bins) return fit;
   double x_mean = 0, y_mean = 0;
   for (Bin& bin : bins) {
     bin.log_k /= bin.modes;
@@ -248,15 +248,15 @@ PowerSpectrum power_spectrum(const Plane& plane, const SpectrumOptions& options,
     throw InputError(fmt::format("{}: no pixel has a value that can be used", label));
   }
   const Shape logarithms = options.logarithm ? values : shape(field, [](double value) {
-    return value > 0 ? std::log(value) : kNone;
+    return value > 0 ? std::log(value) : no_value;
   });
   result.count = values.count;
   result.missing = static_cast<std::int64_t>(plane.width()) * plane.height() - values.count;
   result.mean = values.mean;
   result.sigma = values.sigma;
   result.skewness = values.skewness;
-  result.log_sigma = logarithms.count > 1 ? logarithms.sigma : kNone;
-  result.log_skewness = logarithms.count > 1 ? logarithms.skewness : kNone;
+  result.log_sigma = logarithms.count > 1 ? logarithms.sigma : no_value;
+  result.log_skewness = logarithms.count > 1 ? logarithms.skewness : no_value;
 
   const std::vector<double> across = window(options, plane.width());
   const std::vector<double> up = window(options, plane.height());

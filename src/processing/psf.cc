@@ -48,22 +48,22 @@ double j1(double x) { return boost::math::cyl_bessel_j(1, x); }
 /// The zero of `f`, whose signs differ at both ends, to the last bits.
 template <class Function>
 double root(Function f, double low, double high) {
-  constexpr int kBits = std::numeric_limits<double>::digits - 3;
-  constexpr std::uintmax_t kMostSteps = 200;
-  std::uintmax_t steps = kMostSteps;
+  constexpr int bit_count = std::numeric_limits<double>::digits - 3;
+  constexpr std::uintmax_t most_steps = 200;
+  std::uintmax_t steps = most_steps;
   const auto [a, b] = boost::math::tools::toms748_solve(
-      f, low, high, boost::math::tools::eps_tolerance<double>(kBits), steps);
+      f, low, high, boost::math::tools::eps_tolerance<double>(bit_count), steps);
   return std::midpoint(a, b);
 }
 
 class GaussianProfile final : public Psf::Profile {
  public:
   /// exp(-k r^2) k/pi, k = 4 ln 2.
-  static constexpr double kExponent = 4 * std::numbers::ln2;
+  static constexpr double exponent = 4 * std::numbers::ln2;
 
-  double density(double r) const override { return kExponent / pi * std::exp(-kExponent * r * r); }
-  double energy(double r) const override { return -std::expm1(-kExponent * r * r); }
-  double missing(double r) const override { return std::exp(-kExponent * r * r); }
+  double density(double r) const override { return exponent / pi * std::exp(-exponent * r * r); }
+  double energy(double r) const override { return -std::expm1(-exponent * r * r); }
+  double missing(double r) const override { return std::exp(-exponent * r * r); }
 };
 
 class MoffatProfile final : public Psf::Profile {
@@ -129,8 +129,8 @@ class AiryProfile : public Psf::Profile {
     const double step = x / std::max(steps, 1);
     double sum = 0;
     for (int i = 0; i < steps; ++i) {
-      constexpr unsigned kNodes = 10;
-      sum += boost::math::quadrature::gauss<double, kNodes>::integrate(
+      constexpr unsigned node_count = 10;
+      sum += boost::math::quadrature::gauss<double, node_count>::integrate(
           [&](double t) { return 2 * pi * t * airy_intensity(t, obscuration_); }, i * step,
           (i + 1) * step);
     }
@@ -165,19 +165,19 @@ class AiryTable final : public AiryProfile {
   using Hermite = boost::math::interpolators::cardinal_quintic_hermite<std::vector<double>>;
 
   static Hermite make_table(double obscuration, double last) {
-    constexpr int kKnotsPerUnit = 16;
+    constexpr int knots_per_unit = 16;
     const double e = obscuration, e2 = e * e, norm = 1 / (1 - e2);
-    const auto count = static_cast<std::size_t>(last * kKnotsPerUnit) + 2;
+    const auto count = static_cast<std::size_t>(last * knots_per_unit) + 2;
     std::vector<double> values(count), slopes(count), curvatures(count);
     for (std::size_t i = 0; i < count; ++i) {
-      const double x = static_cast<double>(i) / kKnotsPerUnit;
+      const double x = static_cast<double>(i) / knots_per_unit;
       const Jinc outer(x), inner(e * x);
       values[i] = norm * (outer.value - e2 * inner.value);
       slopes[i] = norm * (outer.slope - e2 * e * inner.slope);
       curvatures[i] = norm * (outer.curvature - e2 * e2 * inner.curvature);
     }
     return Hermite(std::move(values), std::move(slopes), std::move(curvatures), 0.0,
-                   1.0 / kKnotsPerUnit);
+                   1.0 / knots_per_unit);
   }
 
   Hermite amplitude_;
@@ -199,23 +199,23 @@ class KolmogorovTable {
   }
 
   double density(double t) const {
-    if (t < kTableEnd) return density_(t);
+    if (t < table_end) return density_(t);
     return tail(t, density_terms_) / (t * t);
   }
-  double energy(double t) const { return t < kTableEnd ? energy_(t) : 1 - missing(t); }
+  double energy(double t) const { return t < table_end ? energy_(t) : 1 - missing(t); }
   double missing(double t) const {
-    return t < kTableEnd ? 1 - energy_(t) : tail(t, missing_terms_);
+    return t < table_end ? 1 - energy_(t) : tail(t, missing_terms_);
   }
   double fwhm() const { return fwhm_; }
 
  private:
-  static constexpr double kTableEnd = 6;
-  static constexpr int kKnotsPerUnit = 64;
-  /// Terms of the asymptotic series; at kTableEnd further terms are below 1e-13 of the first.
-  static constexpr std::size_t kTerms = 12;
+  static constexpr double table_end = 6;
+  static constexpr int knots_per_unit = 64;
+  /// Terms of the asymptotic series; at table_end further terms are below 1e-13 of the first.
+  static constexpr std::size_t term_count = 12;
 
   using Hermite = boost::math::interpolators::cardinal_quintic_hermite<std::vector<double>>;
-  using Series = std::array<double, kTerms>;
+  using Series = std::array<double, term_count>;
 
   KolmogorovTable()
       : density_(make_table(false)),
@@ -229,18 +229,18 @@ class KolmogorovTable {
   /// r) df, energy = r int 2 pi OTF J1(2 pi f r) df. They also give the derivatives that the table
   /// needs.
   static Hermite make_table(bool is_energy) {
-    constexpr double kLeastOtf = 1e-18;
-    const double last = std::pow(-std::log(kLeastOtf) / coefficient(), 1.0 / 5);
-    constexpr int kPanels = 12;
-    constexpr unsigned kNodes = 30;
+    constexpr double least_otf = 1e-18;
+    const double last = std::pow(-std::log(least_otf) / coefficient(), 1.0 / 5);
+    constexpr int panels = 12;
+    constexpr unsigned node_count = 30;
     struct Node {
       double frequency = 0;
       double weight = 0;  ///< of df
     };
     std::vector<Node> nodes;
-    using Gauss = boost::math::quadrature::gauss<double, kNodes>;
-    const double half = last / kPanels / 2;
-    for (int panel = 0; panel < kPanels; ++panel) {
+    using Gauss = boost::math::quadrature::gauss<double, node_count>;
+    const double half = last / panels / 2;
+    for (int panel = 0; panel < panels; ++panel) {
       for (std::size_t i = 0; i < Gauss::abscissa().size(); ++i) {
         for (const double side : {-1.0, 1.0}) {
           const double t = (2 * panel + 1 + side * Gauss::abscissa()[i]) * half;
@@ -249,10 +249,10 @@ class KolmogorovTable {
         }
       }
     }
-    constexpr auto kKnots = static_cast<std::size_t>(kTableEnd) * kKnotsPerUnit + 1;
-    std::vector<double> values(kKnots), slopes(kKnots), curvatures(kKnots);
-    for (std::size_t knot = 0; knot < kKnots; ++knot) {
-      const double r = static_cast<double>(knot) / kKnotsPerUnit;
+    constexpr auto knots = static_cast<std::size_t>(table_end) * knots_per_unit + 1;
+    std::vector<double> values(knots), slopes(knots), curvatures(knots);
+    for (std::size_t knot = 0; knot < knots; ++knot) {
+      const double r = static_cast<double>(knot) / knots_per_unit;
       double density = 0, slope = 0, curvature = 0, energy = 0;
       for (const Node& node : nodes) {
         const double k = 2 * pi * node.frequency, x = k * r;
@@ -268,7 +268,7 @@ class KolmogorovTable {
       curvatures[knot] = is_energy ? 2 * pi * (density + r * slope) : curvature;
     }
     return Hermite(std::move(values), std::move(slopes), std::move(curvatures), 0.0,
-                   1.0 / kKnotsPerUnit);
+                   1.0 / knots_per_unit);
   }
 
   /// The transform of the OTF's power series term by term (Gradshteyn & Ryzhik 6.561.14). The
@@ -276,7 +276,7 @@ class KolmogorovTable {
   static Series make_series(bool is_missing) {
     Series terms{};
     double factor = 1;  // (-coefficient)^n / n!
-    for (std::size_t n = 1; n <= kTerms; ++n) {
+    for (std::size_t n = 1; n <= term_count; ++n) {
       factor *= -coefficient() / static_cast<double>(n);
       const double s = 5.0 / 3 * static_cast<double>(n);
       const double gamma = std::tgamma(1 + s / 2);
@@ -292,7 +292,7 @@ class KolmogorovTable {
     const double root3 = std::cbrt(t);
     const double y = 1 / (t * root3 * root3);
     double sum = 0;
-    for (std::size_t n = kTerms; n > 0; --n) sum = (sum + terms[n - 1]) * y;
+    for (std::size_t n = term_count; n > 0; --n) sum = (sum + terms[n - 1]) * y;
     return sum;
   }
 
@@ -345,11 +345,11 @@ struct GaussRule {
   /// The rule with an error of 1e-10 of the amplitude for frequency k, in rad over an interval of
   /// length 1: n!^4 k^(2n) / ((2n+1) (2n)!^3) (Abramowitz & Stegun 25.4.30).
   static GaussRule for_frequency(double k) {
-    constexpr double kLogError = -23;
+    constexpr double log_error_bound = -23;
     for (int n = 2;; ++n) {
       const double log_error = 4 * std::lgamma(n + 1.0) + 2 * n * std::log(k) -
                                std::log(2 * n + 1.0) - 3 * std::lgamma(2 * n + 1.0);
-      if (log_error < kLogError) return GaussRule(n);
+      if (log_error < log_error_bound) return GaussRule(n);
     }
   }
 };
@@ -364,7 +364,7 @@ class PixelIntegral {
     const PsfModel& model = psf.model();
     const double stretch = std::sqrt(model.axis_ratio);
     minor_ = model.fwhm * stretch;
-    core_ = kCore * model.fwhm / stretch;
+    core_ = core_radius * model.fwhm / stretch;
     if (band_limit > 0) {
       rules_ = {GaussRule::for_frequency(band_limit)};
     } else {
@@ -374,34 +374,34 @@ class PixelIntegral {
 
   /// Over the pixel whose centre is (x, y).
   double operator()(double x, double y) const {
-    constexpr double kHalf = 0.5;
-    return rules_.size() == 1 ? sum(rules_.front(), x, y, kHalf) : adaptive(x, y, kHalf, 0);
+    constexpr double one_half = 0.5;
+    return rules_.size() == 1 ? sum(rules_.front(), x, y, one_half) : adaptive(x, y, one_half, 0);
   }
 
  private:
   /// Half-width, in FWHM, of the core that squares wider than the FWHM could miss.
-  static constexpr double kCore = 3;
-  static constexpr int kDeepest = 20;
+  static constexpr double core_radius = 3;
+  static constexpr int deepest = 20;
   /// Tolerance of the difference between two rules. The error of the finer rule is much smaller. If
   /// the error of n nodes is p^(-2 n), a difference of 1e-7 between 2 and 3 leaves 3e-11, 1e-6
   /// between 3 and 5 leaves 1e-10, between 5 and 8 3e-10.
-  static constexpr double kToleranceOfFew = 1e-7;
-  static constexpr double kTolerance = 1e-6;
+  static constexpr double tolerance_of_few = 1e-7;
+  static constexpr double relative_tolerance = 1e-6;
 
   /// Over the square of side 2 `half` around (x, y).
   double adaptive(double x, double y, double half, int depth) const {
     // Nodes could miss a PSF that is narrower than the square.
     const bool may_hide =
         2 * half > minor_ && std::abs(x) < core_ + half && std::abs(y) < core_ + half;
-    if (!may_hide || depth == kDeepest) {
+    if (!may_hide || depth == deepest) {
       double value = sum(rules_.front(), x, y, half);
-      double tolerance = kToleranceOfFew;
+      double tolerance = tolerance_of_few;
       for (std::size_t i = 1; i < rules_.size(); ++i) {
         const double coarse = std::exchange(value, sum(rules_[i], x, y, half));
         if (std::abs(value - coarse) <= tolerance * (value + floor_)) return value;
-        tolerance = kTolerance;
+        tolerance = relative_tolerance;
       }
-      if (depth == kDeepest) return value;
+      if (depth == deepest) return value;
     }
     const double quarter = half / 2;
     double total = 0;
@@ -444,7 +444,7 @@ double gaussian_pixel(int i, double sigma) {
 /// Whether a Gaussian's axes are those of the pixels; if so, sets its widths along x and y.
 bool is_aligned(const PsfModel& model, double& sigma_x, double& sigma_y) {
   if (model.kind != PsfKind::gaussian) return false;
-  const double sigma = model.fwhm / std::sqrt(2 * GaussianProfile::kExponent);
+  const double sigma = model.fwhm / std::sqrt(2 * GaussianProfile::exponent);
   const double turn = std::remainder(model.position_angle, 180.0);
   const double stretch = std::sqrt(model.axis_ratio);
   sigma_x = sigma * stretch;
@@ -461,9 +461,9 @@ void check(bool is_good, const char* message) {
 
 double airy_fwhm(double obscuration) {
   // Half the intensity lies before the first zero, which is at 1.22 at most.
-  constexpr double kBeyond = 0.7;
+  constexpr double beyond_share = 0.7;
   const double x =
-      root([&](double t) { return airy_intensity(t, obscuration) - 0.5; }, 0.0, pi * kBeyond);
+      root([&](double t) { return airy_intensity(t, obscuration) - 0.5; }, 0.0, pi * beyond_share);
   return 2 * x / pi;
 }
 
@@ -515,7 +515,7 @@ int stamp_size(const Psf& psf, double energy) {
   check(energy > 0 && energy < 1, "energy outside ]0, 1[");
   const double stretch = 1 / std::sqrt(psf.model().axis_ratio);
   // Bisection over sides, since the radius may be far beyond the largest stamp.
-  int low = 0, high = kLargestChosenStamp / 2;
+  int low = 0, high = largest_chosen_stamp / 2;
   while (low < high) {
     const int middle = std::midpoint(low, high);
     const double reach = (middle + 0.5) / stretch;
@@ -530,7 +530,7 @@ int stamp_size(const Psf& psf, double energy) {
 
 Stamp make_stamp(const Psf& psf, const StampOptions& options) {
   const int size = options.size == 0 ? stamp_size(psf, options.energy) : options.size;
-  check(size >= 1 && size <= kLargestStamp && size % 2 == 1, "size is not odd or too large");
+  check(size >= 1 && size <= largest_stamp && size % 2 == 1, "size is not odd or too large");
   const std::size_t count = static_cast<std::size_t>(size) * static_cast<std::size_t>(size);
   const int half = size / 2;
   Stamp stamp{size, size, std::vector<double>(count)};
@@ -550,8 +550,8 @@ Stamp make_stamp(const Psf& psf, const StampOptions& options) {
     const double corner = (half + 0.5) * std::numbers::sqrt2;
     const Psf quick = psf.tabulated(corner / std::sqrt(psf.model().axis_ratio));
     // Allowed error of all pixels together, as a share of the flux.
-    constexpr double kFloor = 0.01;
-    const PixelIntegral integral(quick, psf.band_limit(), kFloor / static_cast<double>(count));
+    constexpr double floor_value = 0.01;
+    const PixelIntegral integral(quick, psf.band_limit(), floor_value / static_cast<double>(count));
     const auto value = [&](int dx, int dy) {
       return options.integrated ? integral(dx, dy) : quick.density(dx, dy);
     };
@@ -586,9 +586,9 @@ Stamp read_stamp(const Plane& image, const std::string& label, bool keep_flux) {
                     "crop or pad it to odd sides",
                     label, width, height));
   }
-  if (width > kLargestStamp || height > kLargestStamp) {
+  if (width > largest_stamp || height > largest_stamp) {
     throw InputError(fmt::format("{}: a PSF of {} x {} pixels; at most {} x {}", label, width,
-                                 height, kLargestStamp, kLargestStamp));
+                                 height, largest_stamp, largest_stamp));
   }
   Stamp stamp{width, height, {}};
   stamp.values.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));

@@ -86,11 +86,11 @@ struct Stamp {
 };
 
 /// Longest side of a stamp whose size is automatic, and of a stamp of given size or from a file.
-inline constexpr int kLargestChosenStamp = 1023;
-inline constexpr int kLargestStamp = 4095;
+inline constexpr int largest_chosen_stamp = 1023;
+inline constexpr int largest_stamp = 4095;
 
 struct StampOptions {
-  int size = 0;           ///< side: odd, [1, kLargestStamp]; 0: stamp_size() of `energy`
+  int size = 0;           ///< side: odd, [1, largest_stamp]; 0: stamp_size() of `energy`
   double energy = 0.999;  ///< ]0, 1[
   /// Whether pixels are integrals over their area, to 1e-8 of the value; otherwise they are
   /// densities at their centres. Gaussians along the pixels' axes use the error function, other
@@ -101,7 +101,7 @@ struct StampOptions {
 };
 
 /// The smallest odd side whose square contains the isophote with the share `energy` of the flux; at
-/// most kLargestChosenStamp.
+/// most largest_chosen_stamp.
 int stamp_size(const Psf& psf, double energy);
 
 /// Throws std::invalid_argument for options outside their intervals, or a stamp whose sum is zero
@@ -109,7 +109,7 @@ int stamp_size(const Psf& psf, double energy);
 Stamp make_stamp(const Psf& psf, const StampOptions& options = {});
 
 /// A PSF from an image, centred on the middle pixel, with the sum scaled to 1 unless `keep_flux`.
-/// `label` begins messages. Throws InputError for sides that are even or above kLargestStamp,
+/// `label` begins messages. Throws InputError for sides that are even or above largest_stamp,
 /// pixels that are not finite, and a sum that is not positive.
 Stamp read_stamp(const Plane& image, const std::string& label, bool keep_flux = false);
 

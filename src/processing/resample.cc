@@ -23,7 +23,7 @@ class SumKernel {
         break;
       case Kernel::bilinear:
         is_spline_ = true;
-        radius_ = kSplineRadius;
+        radius_ = spline_radius;
         break;
       default:
         scale_ = std::max(1.0, step);
@@ -42,12 +42,12 @@ class SumKernel {
   }
 
  private:
-  static constexpr double kSplineRadius = 1.5;
+  static constexpr double spline_radius = 1.5;
 
   static double quadratic_spline(double d) {
-    constexpr double kHalf = 0.5, kThreeQuarters = 0.75;
-    if (d < kHalf) return kThreeQuarters - d * d;
-    return d < kSplineRadius ? kHalf * (kSplineRadius - d) * (kSplineRadius - d) : 0;
+    constexpr double one_half = 0.5, three_quarters = 0.75;
+    if (d < one_half) return three_quarters - d * d;
+    return d < spline_radius ? one_half * (spline_radius - d) * (spline_radius - d) : 0;
   }
 
   Kernel kernel_;
@@ -107,8 +107,8 @@ class AxisWeights {
 
  private:
   void append_nearest(double low, double high) {
-    constexpr double kHalf = 0.5;
-    firsts_.push_back(std::min(static_cast<int>(kHalf * (low + high)), input_ - 1));
+    constexpr double one_half = 0.5;
+    firsts_.push_back(std::min(static_cast<int>(one_half * (low + high)), input_ - 1));
     weights_.push_back(high - low);
     sums_.push_back(high - low);
   }
@@ -145,10 +145,10 @@ class AxisWeights {
 
   /// Appends the weights without rounding errors at the ends.
   void trim(const std::vector<double>& pixels, int first) {
-    constexpr double kRounding = 4e-15;
+    constexpr double rounding_error = 4e-15;
     double most = 0;
     for (const double weight : pixels) most = std::max(most, std::abs(weight));
-    const auto counts = [&](double weight) { return std::abs(weight) > kRounding * most; };
+    const auto counts = [&](double weight) { return std::abs(weight) > rounding_error * most; };
     const auto from = std::find_if(pixels.begin(), pixels.end(), counts);
     const auto to = std::find_if(pixels.rbegin(), pixels.rend(), counts).base();
     firsts_.push_back(first + static_cast<int>(from - pixels.begin()));
@@ -175,9 +175,9 @@ class ResampledPlane final : public Plane {
 
   /// So many rows that the overlap of two tiles, the kernel's reach, costs little.
   Tile tile() const override {
-    constexpr int kLeastRows = 64;
+    constexpr int least_rows = 64;
     const Tile usual = Plane::tile();
-    return {usual.width, std::min(std::max(usual.height, kLeastRows), height())};
+    return {usual.width, std::min(std::max(usual.height, least_rows), height())};
   }
 
   using Plane::read;
@@ -188,7 +188,7 @@ class ResampledPlane final : public Plane {
     for (int j = 0; j < area.height; ++j) std::fill_n(out + j * stride, area.width, 0.0);
     Missing missing;
     // The source is read in pieces of whole rows, for any number that an output row needs.
-    const int width = x2 - x1, piece = std::clamp(kPiecePixels / width, 1, y2 - y1);
+    const int width = x2 - x1, piece = std::clamp(piece_pixels / width, 1, y2 - y1);
     std::vector<double> values(static_cast<std::size_t>(width) * piece), row(area.width);
     for (int y = y1; y < y2; y += piece) {
       const int count = std::min(piece, y2 - y);
@@ -210,7 +210,7 @@ class ResampledPlane final : public Plane {
   }
 
  private:
-  static constexpr int kPiecePixels = 1 << 16;
+  static constexpr int piece_pixels = 1 << 16;
 
   /// Contribution of a source row to an output row of the area.
   struct Share {
@@ -297,15 +297,15 @@ ResampleGrid grid_of_factor(int width, int height, double factor) {
   }
   const auto whole = [&](int size) {
     // A side that exceeds a whole number by less than this counts as whole.
-    constexpr double kRounding = 1e-6;
-    const double pixels = std::max(1.0, std::ceil(size * factor - kRounding));
+    constexpr double rounding_error = 1e-6;
+    const double pixels = std::max(1.0, std::ceil(size * factor - rounding_error));
     if (pixels > std::numeric_limits<int>::max()) throw std::invalid_argument("too large a factor");
     return static_cast<int>(pixels);
   };
-  constexpr double kHalf = 0.5;
+  constexpr double one_half = 0.5;
   ResampleGrid grid = {whole(width), whole(height), 1 / factor, 1 / factor, 0, 0};
-  grid.first_x = kHalf * (width - grid.width * grid.step_x);
-  grid.first_y = kHalf * (height - grid.height * grid.step_y);
+  grid.first_x = one_half * (width - grid.width * grid.step_x);
+  grid.first_y = one_half * (height - grid.height * grid.step_y);
   return grid;
 }
 
@@ -321,13 +321,13 @@ ResampleGrid grid_of_size(int input_width, int input_height, int width, int heig
 
 PixelMap resample_map(const ResampleGrid& grid) {
   // Pixel 1 begins at coordinate 1/2.
-  constexpr double kCorner = 0.5;
+  constexpr double corner_offset = 0.5;
   return {1 / grid.step_x,
           0,
           0,
           1 / grid.step_y,
-          kCorner - (kCorner + grid.first_x) / grid.step_x,
-          kCorner - (kCorner + grid.first_y) / grid.step_y};
+          corner_offset - (corner_offset + grid.first_x) / grid.step_x,
+          corner_offset - (corner_offset + grid.first_y) / grid.step_y};
 }
 
 PlanePtr resample(PlanePtr source, const ResampleGrid& grid, Kernel kernel, PixelValues values) {

@@ -13,10 +13,10 @@ namespace gamer {
 namespace {
 
 /// The fraction of the stretch at which Astropy's F(I) equals that fraction.
-constexpr double kFraction = 0.1;
-constexpr double kDefaultQ = 8;
+constexpr double bright_fraction = 0.1;
+constexpr double default_q = 8;
 /// Pixels worked on at a time: enough for whole tiles of compressed files.
-constexpr int kTilePixels = 1 << 17;
+constexpr int tile_pixels = 1 << 17;
 
 double mean_of(const Rgb& rgb) { return (rgb[0] + rgb[1] + rgb[2]) / 3; }
 
@@ -30,7 +30,7 @@ class PicturePlane final : public Plane {
         down_to_bytes_(down_to_bytes) {}
 
   Tile tile() const override {
-    return {width(), std::clamp(3 * kTilePixels / width(), 1, height())};
+    return {width(), std::clamp(3 * tile_pixels / width(), 1, height())};
   }
 
   void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
@@ -73,10 +73,10 @@ class PicturePlane final : public Plane {
       missing[i] = (rgb[0][i] - rgb[0][i]) + (rgb[1][i] - rgb[1][i]) + (rgb[2][i] - rgb[2][i]);
     }
     colour_(rgb, count);
-    constexpr int kByte = 255, kByteIn16Bits = 257, kMost16Bits = 65535;
-    const int steps = down_to_bytes_ ? kByte : kMost16Bits;
+    constexpr int byte = 255, byte_in16_bits = 257, most16_bits = 65535;
+    const int steps = down_to_bytes_ ? byte : most16_bits;
     const double up_from = down_to_bytes_ ? 1 : 0.5;
-    const int factor = down_to_bytes_ ? kByteIn16Bits : 1;
+    const int factor = down_to_bytes_ ? byte_in16_bits : 1;
     for (double* const values : rgb) {
       for (std::size_t i = 0; i < count; ++i) {
         const double value = values[i] + missing[i];
@@ -98,7 +98,8 @@ class PicturePlane final : public Plane {
 Rgb LuptonTone::operator()(const Rgb& rgb) const {
   Rgb light;
   for (std::size_t c = 0; c < 3; ++c) light[c] = scale[c] * (rgb[c] - minimum[c]);
-  Rgb result = lupton_stretch(light, q / stretch, kFraction / std::asinh(kFraction * q));
+  Rgb result =
+      lupton_stretch(light, q / stretch, bright_fraction / std::asinh(bright_fraction * q));
   for (double& value : result) value = std::max(value, 0.0);
   return result;
 }
@@ -109,7 +110,7 @@ ColourOf::ColourOf(const LuptonTone& tone)
                                tone.q / tone.stretch,
                                0,
                                1,
-                               kFraction / std::asinh(kFraction * tone.q),
+                               bright_fraction / std::asinh(bright_fraction * tone.q),
                                false};
         std::vector<double> intensities(count), stretched(count);
         for (std::size_t c = 0; c < rgb.size(); ++c) {
@@ -136,7 +137,7 @@ ColourOf::ColourOf(const LuptonTone& tone)
 LuptonTone choose_lupton(std::span<const PlanePtr> channels, const LuptonChoice& choice,
                          int threads) {
   LuptonTone tone;
-  tone.q = choice.q.value_or(kDefaultQ);
+  tone.q = choice.q.value_or(default_q);
   if (choice.minimum && choice.scale && choice.stretch) {
     tone.minimum = *choice.minimum;
     tone.scale = *choice.scale;
@@ -153,9 +154,9 @@ LuptonTone choose_lupton(std::span<const PlanePtr> channels, const LuptonChoice&
     tone.stretch = 1;
   } else if (choice.q) {
     const double one = std::sinh(1 / automatic.scale) / automatic.slope;
-    tone.stretch = tone.q * one / std::sinh(std::asinh(kFraction * tone.q) / kFraction);
+    tone.stretch = tone.q * one / std::sinh(std::asinh(bright_fraction * tone.q) / bright_fraction);
   } else {
-    tone.q = std::sinh(kFraction / automatic.scale) / kFraction;
+    tone.q = std::sinh(bright_fraction / automatic.scale) / bright_fraction;
     tone.stretch = tone.q / automatic.slope;
   }
   return tone;

@@ -14,11 +14,11 @@
 namespace gamer {
 namespace {
 
-constexpr double kQuarterTurn = 90, kCircle = 360;
+constexpr double quarter_turn = 90, full_circle = 360;
 
 /// Number of quarter turns, 0 to 3, where the angle is a multiple of 90 degrees.
 std::optional<int> quarter_count(double angle) {
-  const double quarters = std::fmod(angle, kCircle) / kQuarterTurn;
+  const double quarters = std::fmod(angle, full_circle) / quarter_turn;
   if (quarters != std::round(quarters)) return std::nullopt;
   return static_cast<int>(quarters);
 }
@@ -27,8 +27,8 @@ struct Turn {
   double cosine, sine;
 
   explicit Turn(double angle) {
-    constexpr double kHalfCircle = 180;
-    const double radians = std::fmod(angle, kCircle) * std::numbers::pi / kHalfCircle;
+    constexpr double half_circle = 180;
+    const double radians = std::fmod(angle, full_circle) * std::numbers::pi / half_circle;
     cosine = std::cos(radians);
     sine = std::sin(radians);
   }
@@ -45,12 +45,12 @@ class KernelTable {
  public:
   explicit KernelTable(Kernel kernel)
       : taps_(std::max(1, static_cast<int>(2 * kernel_radius(kernel)))) {
-    weights_.resize(static_cast<std::size_t>(kPhases + 2) * taps_);
+    weights_.resize(static_cast<std::size_t>(phases + 2) * taps_);
     // A fraction may round to 1, which needs one more row.
-    for (int phase = 0; phase <= kPhases + 1; ++phase) {
+    for (int phase = 0; phase <= phases + 1; ++phase) {
       const std::vector<double> row =
           taps_ == 1 ? std::vector<double>{1}
-                     : interpolation_weights(kernel, phase / kPhases, 1, 1 - taps_ / 2, taps_);
+                     : interpolation_weights(kernel, phase / phases, 1, 1 - taps_ / 2, taps_);
       std::copy(row.begin(), row.end(), &weights_[static_cast<std::size_t>(phase) * taps_]);
     }
   }
@@ -58,10 +58,10 @@ class KernelTable {
   int taps() const { return taps_; }
 
   /// Weights of pixels floor(x) - taps/2 + 1... for the fraction of x. They are linear between
-  /// table rows, with an error of the second derivative / (8 kPhases^2): at most 4e-8.
+  /// table rows, with an error of the second derivative / (8 phases^2): at most 4e-8.
   template <int Taps>
   void weights(double fraction, double* out) const {
-    const double place = fraction * kPhases;
+    const double place = fraction * phases;
     const auto row = static_cast<std::size_t>(place);
     const double part = place - static_cast<double>(row);
     const double* low = &weights_[row * Taps];
@@ -69,7 +69,7 @@ class KernelTable {
   }
 
  private:
-  static constexpr double kPhases = 4096;
+  static constexpr double phases = 4096;
 
   int taps_;
   std::vector<double> weights_;
@@ -85,28 +85,28 @@ class RotatedPlane final : public Plane {
         fill_(rotation.fill) {}
 
   /// Square tiles read the least of the source.
-  Tile tile() const override { return {kSide, kSide}; }
+  Tile tile() const override { return {side_length, side_length}; }
 
   using Plane::read;
   void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
     std::vector<double> values;
-    for_each_block(area, kSide, [&](const Area& block) {
+    for_each_block(area, side_length, [&](const Area& block) {
       read_block(block, out + (block.y - area.y) * stride + block.x - area.x, stride, values);
     });
   }
 
  private:
-  static constexpr int kSide = 256;
+  static constexpr int side_length = 256;
 
   struct Place {
     double x, y;
   };
   /// Place in the source of an output pixel's centre; both are counted from 0.
   Place source_place(double x, double y) const {
-    constexpr double kHalf = 0.5;
-    const double dx = x - kHalf * (width() - 1), dy = y - kHalf * (height() - 1);
-    return {turn_.cosine * dx + turn_.sine * dy + kHalf * (source_->width() - 1),
-            turn_.cosine * dy - turn_.sine * dx + kHalf * (source_->height() - 1)};
+    constexpr double one_half = 0.5;
+    const double dx = x - one_half * (width() - 1), dy = y - one_half * (height() - 1);
+    return {turn_.cosine * dx + turn_.sine * dy + one_half * (source_->width() - 1),
+            turn_.cosine * dy - turn_.sine * dx + one_half * (source_->height() - 1)};
   }
 
   /// Source pixels with a weight in the block's pixels; some may be outside the source.
@@ -152,19 +152,19 @@ class RotatedPlane final : public Plane {
         {x1, y1, x2 - x1, y2 - y1},
         values.data() + static_cast<std::ptrdiff_t>(y1 - from.y) * from.width + (x1 - from.x),
         from.width);
-    constexpr int kBilinear = 2, kBicubic = 4, kLanczos3 = 6;
+    constexpr int bilinear = 2, bicubic = 4, lanczos3_width = 6;
     switch (table_.taps()) {
       case 1:
         return take_nearest(block, out, stride, values, from);
-      case kBilinear:
-        return interpolate<kBilinear>(block, out, stride, values, from);
-      case kBicubic:
-        return interpolate<kBicubic>(block, out, stride, values, from);
-      case kLanczos3:
-        return interpolate<kLanczos3>(block, out, stride, values, from);
+      case bilinear:
+        return interpolate<bilinear>(block, out, stride, values, from);
+      case bicubic:
+        return interpolate<bicubic>(block, out, stride, values, from);
+      case lanczos3_width:
+        return interpolate<lanczos3_width>(block, out, stride, values, from);
       default:
-        constexpr int kLanczos5 = 10;
-        return interpolate<kLanczos5>(block, out, stride, values, from);
+        constexpr int lanczos5_width = 10;
+        return interpolate<lanczos5_width>(block, out, stride, values, from);
     }
   }
 
@@ -172,10 +172,10 @@ class RotatedPlane final : public Plane {
   /// the cache.
   template <class Use>
   void for_each_place(const Area& block, Use use) const {
-    constexpr int kSquare = 32;
-    for (int y = 0; y < block.height; y += kSquare) {
-      for (int x = 0; x < block.width; x += kSquare) {
-        const int y2 = std::min(y + kSquare, block.height), x2 = std::min(x + kSquare, block.width);
+    constexpr int square = 32;
+    for (int y = 0; y < block.height; y += square) {
+      for (int x = 0; x < block.width; x += square) {
+        const int y2 = std::min(y + square, block.height), x2 = std::min(x + square, block.width);
         for (int j = y; j < y2; ++j) {
           for (int i = x; i < x2; ++i) {
             use(j, i, source_place(block.x + i, block.y + j));
@@ -187,10 +187,10 @@ class RotatedPlane final : public Plane {
 
   void take_nearest(const Area& block, double* out, std::ptrdiff_t stride,
                     const std::vector<double>& values, const Area& from) const {
-    constexpr double kHalf = 0.5;
+    constexpr double one_half = 0.5;
     for_each_place(block, [&](int j, int i, const Place& place) {
-      const int x = whole_part(place.x + kHalf) - from.x;
-      const int y = whole_part(place.y + kHalf) - from.y;
+      const int x = whole_part(place.x + one_half) - from.x;
+      const int y = whole_part(place.y + one_half) - from.y;
       out[j * stride + i] = values[static_cast<std::size_t>(y) * from.width + x];
     });
   }
@@ -203,10 +203,10 @@ class RotatedPlane final : public Plane {
       double wx[Taps], wy[Taps];
       table_.weights<Taps>(place.x - x, wx);
       table_.weights<Taps>(place.y - y, wy);
-      constexpr int kBefore = Taps / 2 - 1;
+      constexpr int before = Taps / 2 - 1;
       const double* first = values.data() +
-                            static_cast<std::ptrdiff_t>(y - kBefore - from.y) * from.width +
-                            (x - kBefore - from.x);
+                            static_cast<std::ptrdiff_t>(y - before - from.y) * from.width +
+                            (x - before - from.x);
       // Columns are summed first, since they are independent.
       double columns[Taps] = {};
       for (int l = 0; l < Taps; ++l) {
@@ -256,8 +256,8 @@ PlaneSize rotated_size(int width, int height, const Rotation& rotation) {
   if (!rotation.full_canvas) return {width, height};
   const Turn turn(rotation.angle);
   const auto whole = [](double size) {
-    constexpr double kRounding = 1e-9;
-    const double pixels = std::ceil(size * (1 - kRounding));
+    constexpr double rounding_error = 1e-9;
+    const double pixels = std::ceil(size * (1 - rounding_error));
     if (pixels > std::numeric_limits<int>::max()) throw std::invalid_argument("too large a canvas");
     return static_cast<int>(pixels);
   };
@@ -272,10 +272,10 @@ PixelMap rotation_map(int width, int height, const Rotation& rotation) {
   const PlaneSize size = rotated_size(width, height, rotation);
   const Turn turn(rotation.angle);
   PixelMap map = {turn.cosine, -turn.sine, turn.sine, turn.cosine, 0, 0};
-  constexpr double kHalf = 0.5;
-  const PixelPosition middle = map({kHalf * (width + 1), kHalf * (height + 1)});
-  map.x0 = kHalf * (size.width + 1) - middle.x;
-  map.y0 = kHalf * (size.height + 1) - middle.y;
+  constexpr double one_half = 0.5;
+  const PixelPosition middle = map({one_half * (width + 1), one_half * (height + 1)});
+  map.x0 = one_half * (size.width + 1) - middle.x;
+  map.y0 = one_half * (size.height + 1) - middle.y;
   return map;
 }
 

@@ -15,26 +15,27 @@
 namespace gamer {
 namespace {
 
-constexpr int kWidth = 1200, kHeight = 900;
-constexpr double kLeft = 130, kRight = 40, kTop = 40, kBottom = 95;  ///< margins
-constexpr double kFontSize = 24;
-constexpr double kSuperscript = 0.7;  ///< of the font's size
-constexpr double kTick = 10, kMinorTick = 5;
-constexpr double kDot = 2.5;
+constexpr int image_width = 1200, image_height = 900;
+constexpr double left_margin = 130, right_margin = 40, top_margin = 40,
+                 bottom_margin = 95;  ///< margins
+constexpr double font_size = 24;
+constexpr double superscript = 0.7;  ///< of the font's size
+constexpr double tick_length = 10, minor_tick = 5;
+constexpr double dot_radius = 2.5;
 
 struct Colour {
   double red, green, blue;
 };
 /// Colours of Okabe & Ito, distinguishable with colour blindness.
-constexpr std::array<Colour, 6> kColours = {{{0.00, 0.45, 0.70},
-                                             {0.84, 0.37, 0.00},
-                                             {0.00, 0.62, 0.45},
-                                             {0.80, 0.47, 0.65},
-                                             {0.34, 0.71, 0.91},
-                                             {0.90, 0.62, 0.00}}};
+constexpr std::array<Colour, 6> colours = {{{0.00, 0.45, 0.70},
+                                            {0.84, 0.37, 0.00},
+                                            {0.00, 0.62, 0.45},
+                                            {0.80, 0.47, 0.65},
+                                            {0.34, 0.71, 0.91},
+                                            {0.90, 0.62, 0.00}}};
 
-constexpr Colour kBlack = {0.1, 0.1, 0.1};
-constexpr Colour kGrey = {0.88, 0.88, 0.88}, kLightGrey = {0.95, 0.95, 0.95};
+constexpr Colour black = {0.1, 0.1, 0.1};
+constexpr Colour grey = {0.88, 0.88, 0.88}, light_grey = {0.95, 0.95, 0.95};
 
 /// A logarithmic axis: values `low` to `high` at pixels `first` to `last`.
 struct Axis {
@@ -44,22 +45,22 @@ struct Axis {
     return first + (last - first) * std::log(value / low) / std::log(high / low);
   }
   bool contains(double value) const {
-    constexpr double kRounding = 1e-9;
-    return value >= low * (1 - kRounding) && value <= high * (1 + kRounding);
+    constexpr double rounding_error = 1e-9;
+    return value >= low * (1 - rounding_error) && value <= high * (1 + rounding_error);
   }
 };
 
 class Drawing {
  public:
   Drawing()
-      : surface_(cairo_image_surface_create(CAIRO_FORMAT_RGB24, kWidth, kHeight),
+      : surface_(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image_width, image_height),
                  &cairo_surface_destroy),
         cairo_(cairo_create(surface_.get()), &cairo_destroy) {
     cairo_set_source_rgb(cairo_.get(), 1, 1, 1);
     cairo_paint(cairo_.get());
     cairo_select_font_face(cairo_.get(), "sans-serif", CAIRO_FONT_SLANT_NORMAL,
                            CAIRO_FONT_WEIGHT_NORMAL);
-    cairo_set_font_size(cairo_.get(), kFontSize);
+    cairo_set_font_size(cairo_.get(), font_size);
   }
 
   void colour(const Colour& colour, double opacity = 1) {
@@ -108,10 +109,10 @@ class Drawing {
   void power_of_ten(int exponent, double x, double y, double anchor) {
     const std::string base = "10", raised = fmt::format("{}", exponent);
     const double base_width = text_width(base);
-    cairo_set_font_size(cairo_.get(), kSuperscript * kFontSize);
+    cairo_set_font_size(cairo_.get(), superscript * font_size);
     const double left = x - anchor * (base_width + text_width(raised));
-    text(raised, left + base_width, y - kFontSize / 2.5);
-    cairo_set_font_size(cairo_.get(), kFontSize);
+    text(raised, left + base_width, y - font_size / 2.5);
+    cairo_set_font_size(cairo_.get(), font_size);
     text(base, left, y);
   }
 
@@ -136,8 +137,8 @@ class Drawing {
 
 /// Step, in decades, between numbers at the axis.
 int decade_step(const Axis& axis) {
-  constexpr double kMostNumbers = 9;
-  return std::max(1, static_cast<int>(std::ceil(std::log10(axis.high / axis.low) / kMostNumbers)));
+  constexpr double most_numbers = 9;
+  return std::max(1, static_cast<int>(std::ceil(std::log10(axis.high / axis.low) / most_numbers)));
 }
 
 /// Calls tick(value, decade's exponent, multiple 1 ... 9) for the axis' ticks.
@@ -155,39 +156,41 @@ void for_each_tick(const Axis& axis, Tick tick) {
 
 void draw_axes(Drawing& drawing, const Axis& x, const Axis& y, const std::string& unit) {
   for_each_tick(x, [&](double value, int, int multiple) {
-    drawing.colour(multiple == 1 ? kGrey : kLightGrey);
+    drawing.colour(multiple == 1 ? grey : light_grey);
     drawing.line(x(value), y.first, x(value), y.last, 1);
   });
   const int step = decade_step(y);
   for_each_tick(y, [&](double value, int exponent, int multiple) {
     if (multiple != 1 || exponent % step != 0) return;
-    drawing.colour(kGrey);
+    drawing.colour(grey);
     drawing.line(x.first, y(value), x.last, y(value), 1);
   });
-  drawing.colour(kBlack);
+  drawing.colour(black);
   drawing.box(x.first, y.last, x.last, y.first);
   drawing.outline(1.5);
   // Numbers of waves are not written as powers; with few decades 2 and 5 have numbers, too.
   const bool few_decades = x.high / x.low < 1e3;
-  constexpr double kHighestPlain = 1e4;
+  constexpr double highest_plain = 1e4;
   for_each_tick(x, [&](double value, int exponent, int multiple) {
-    drawing.line(x(value), y.first, x(value), y.first - (multiple == 1 ? kTick : kMinorTick), 1.5);
+    drawing.line(x(value), y.first, x(value), y.first - (multiple == 1 ? tick_length : minor_tick),
+                 1.5);
     const bool numbered = multiple == 1 || (few_decades && (multiple == 2 || multiple == 5));
     if (!numbered) return;
-    if (value <= kHighestPlain) {
-      drawing.text(fmt::format("{:.0f}", value), x(value), y.first + 1.3 * kFontSize, 0.5);
+    if (value <= highest_plain) {
+      drawing.text(fmt::format("{:.0f}", value), x(value), y.first + 1.3 * font_size, 0.5);
     } else {
-      drawing.power_of_ten(exponent, x(value), y.first + 1.3 * kFontSize, 0.5);
+      drawing.power_of_ten(exponent, x(value), y.first + 1.3 * font_size, 0.5);
     }
   });
   for_each_tick(y, [&](double value, int exponent, int multiple) {
-    drawing.line(x.first, y(value), x.first + (multiple == 1 ? kTick : kMinorTick), y(value), 1.5);
+    drawing.line(x.first, y(value), x.first + (multiple == 1 ? tick_length : minor_tick), y(value),
+                 1.5);
     if (multiple == 1 && exponent % step == 0) {
-      drawing.power_of_ten(exponent, x.first - kTick, y(value) + kFontSize / 3, 1);
+      drawing.power_of_ten(exponent, x.first - tick_length, y(value) + font_size / 3, 1);
     }
   });
-  drawing.text("k (waves per shorter side)", (x.first + x.last) / 2, kHeight - kFontSize, 0.5);
-  drawing.text_upwards(unit.empty() ? "power" : fmt::format("power ({})²", unit), 1.5 * kFontSize,
+  drawing.text("k (waves per shorter side)", (x.first + x.last) / 2, image_height - font_size, 0.5);
+  drawing.text_upwards(unit.empty() ? "power" : fmt::format("power ({})²", unit), 1.5 * font_size,
                        (y.first + y.last) / 2);
 }
 
@@ -197,7 +200,7 @@ void draw_curve(Drawing& drawing, const Axis& x, const Axis& y, const PowerSpect
   drawing.clip();
   drawing.colour(colour, 0.7);
   for (const PowerSpectrum::Annulus& annulus : spectrum.annuli) {
-    if (annulus.power > 0) drawing.dot(x(annulus.k), y(annulus.power), kDot);
+    if (annulus.power > 0) drawing.dot(x(annulus.k), y(annulus.power), dot_radius);
   }
   const PowerSpectrum::Fit& fit = spectrum.fit;
   if (std::isfinite(fit.slope)) {
@@ -222,15 +225,15 @@ void draw_legend(Drawing& drawing, const Axis& x, const Axis& y,
   for (const SpectrumCurve& curve : curves) {
     widest = std::max(widest, drawing.text_width(legend_text(curve)));
   }
-  const double left = x.last - kFontSize - widest;
-  double baseline = y.last + 1.8 * kFontSize;
-  for (std::size_t i = 0; i < curves.size(); ++i, baseline += 1.4 * kFontSize) {
+  const double left = x.last - font_size - widest;
+  double baseline = y.last + 1.8 * font_size;
+  for (std::size_t i = 0; i < curves.size(); ++i, baseline += 1.4 * font_size) {
     const std::string text = legend_text(curves[i]);
     if (text.empty()) continue;
-    drawing.colour(kColours[i % kColours.size()]);
-    drawing.line(left - 1.7 * kFontSize, baseline - kFontSize / 3, left - 0.4 * kFontSize,
-                 baseline - kFontSize / 3, 3);
-    drawing.colour(kBlack);
+    drawing.colour(colours[i % colours.size()]);
+    drawing.line(left - 1.7 * font_size, baseline - font_size / 3, left - 0.4 * font_size,
+                 baseline - font_size / 3, 3);
+    drawing.colour(black);
     drawing.text(text, left, baseline);
   }
 }
@@ -250,19 +253,19 @@ void write_spectrum_plot(const std::filesystem::path& path, std::span<const Spec
     }
   }
   if (!(most > 0)) least = most = 1;
-  constexpr double kRoom = 1.1, kHeadroom = 3;
-  const Axis x = {1 / kRoom, highest_k * kRoom, kLeft, kWidth - kRight};
-  Axis y = {least / kRoom / kRoom, most * kHeadroom, kHeight - kBottom, kTop};
+  constexpr double room = 1.1, headroom = 3;
+  const Axis x = {1 / room, highest_k * room, left_margin, image_width - right_margin};
+  Axis y = {least / room / room, most * headroom, image_height - bottom_margin, top_margin};
   // The axis of a flat spectrum still needs numbers.
-  constexpr double kTwoDecades = 100;
-  if (y.high / y.low < kTwoDecades) {
+  constexpr double two_decades = 100;
+  if (y.high / y.low < two_decades) {
     y.low = std::pow(10.0, std::floor(std::log10(y.low)));
     y.high = std::pow(10.0, std::ceil(std::log10(y.high)));
   }
   Drawing drawing;
   draw_axes(drawing, x, y, unit);
   for (std::size_t i = 0; i < curves.size(); ++i) {
-    draw_curve(drawing, x, y, curves[i].spectrum, kColours[i % kColours.size()]);
+    draw_curve(drawing, x, y, curves[i].spectrum, colours[i % colours.size()]);
   }
   draw_legend(drawing, x, y, curves);
   drawing.write(path, overwrite);

@@ -11,7 +11,7 @@
 namespace gamer {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 /// Knuth's exact sum: a + b = sum + error in exact arithmetic.
 struct TwoSum {
@@ -37,16 +37,16 @@ class Sum {
 };
 
 /// Pixels of a piece of a row; its moments about its own mean are computed in the cache.
-constexpr int kPiece = 4096;
-constexpr int kLanes = 8;
+constexpr int piece_size = 4096;
+constexpr int lane_count = 8;
 
 /// Independent sums that compilers turn into vector code.
 class LaneSums {
  public:
   void add(const double* values, int count) {
     int i = 0;
-    for (; i + kLanes <= count; i += kLanes) {
-      for (int lane = 0; lane < kLanes; ++lane) {
+    for (; i + lane_count <= count; i += lane_count) {
+      for (int lane = 0; lane < lane_count; ++lane) {
         const TwoSum result(high_[lane], values[i + lane]);
         high_[lane] = result.sum;
         low_[lane] += result.error;
@@ -59,21 +59,21 @@ class LaneSums {
     }
   }
   void add_to(Sum& sum) const {
-    for (int lane = 0; lane < kLanes; ++lane) {
+    for (int lane = 0; lane < lane_count; ++lane) {
       sum.add(high_[lane]);
       if (std::isfinite(high_[lane])) sum.add(low_[lane]);
     }
   }
 
  private:
-  std::array<double, kLanes> high_{}, low_{};
+  std::array<double, lane_count> high_{}, low_{};
 };
 
 double squares_about(const double* values, int count, double mean) {
-  std::array<double, kLanes> sums{};
+  std::array<double, lane_count> sums{};
   int i = 0;
-  for (; i + kLanes <= count; i += kLanes) {
-    for (int lane = 0; lane < kLanes; ++lane) {
+  for (; i + lane_count <= count; i += lane_count) {
+    for (int lane = 0; lane < lane_count; ++lane) {
       const double difference = values[i + lane] - mean;
       sums[lane] += difference * difference;
     }
@@ -88,17 +88,17 @@ class StatisticsPass {
  public:
   void take(const Area& area, const double* values) {
     for (int row = 0; row < area.height; ++row) {
-      for (int x = 0; x < area.width; x += kPiece) {
+      for (int x = 0; x < area.width; x += piece_size) {
         const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(row) * area.width + x;
-        take_piece(values + first, std::min(kPiece, area.width - x), area.x + x, area.y + row);
+        take_piece(values + first, std::min(piece_size, area.width - x), area.x + x, area.y + row);
       }
     }
   }
 
   Statistics result() {
     if (statistics_.count == 0) {
-      statistics_.sum = statistics_.min = statistics_.max = kNone;
-      statistics_.mean = statistics_.sigma = kNone;
+      statistics_.sum = statistics_.min = statistics_.max = no_value;
+      statistics_.mean = statistics_.sigma = no_value;
       return statistics_;
     }
     const auto count = static_cast<double>(statistics_.count);
@@ -145,12 +145,12 @@ class StatisticsPass {
 
   void take_extremes(const double* values, int length, const double* finite, int count, int x,
                      int y) {
-    std::array<double, kLanes> lows, highs;
+    std::array<double, lane_count> lows, highs;
     lows.fill(finite[0]);
     highs.fill(finite[0]);
     int i = 0;
-    for (; i + kLanes <= count; i += kLanes) {
-      for (int lane = 0; lane < kLanes; ++lane) {
+    for (; i + lane_count <= count; i += lane_count) {
+      for (int lane = 0; lane < lane_count; ++lane) {
         const double value = finite[i + lane];
         lows[lane] = value < lows[lane] ? value : lows[lane];
         highs[lane] = value > highs[lane] ? value : highs[lane];
@@ -179,24 +179,24 @@ class StatisticsPass {
   Statistics statistics_;
   Sum sum_;
   double mean_ = 0, squares_ = 0;
-  std::array<double, kPiece> kept_;
+  std::array<double, piece_size> kept_;
 };
 
 /// Largest number of values in memory.
-constexpr std::size_t kHeld = std::size_t{1} << 22;
-constexpr int kDigitBits = 16;
-constexpr int kKeyBits = 64;
-constexpr std::size_t kBins = std::size_t{1} << kDigitBits;
-constexpr std::uint64_t kSign = std::uint64_t{1} << 63;
+constexpr std::size_t held = std::size_t{1} << 22;
+constexpr int digit_bits = 16;
+constexpr int key_bits = 64;
+constexpr std::size_t bin_count = std::size_t{1} << digit_bits;
+constexpr std::uint64_t sign = std::uint64_t{1} << 63;
 
 /// Unsigned integers in the order of the numbers; -0 counts as 0.
 std::uint64_t key_of(double value) {
   const auto bits = std::bit_cast<std::uint64_t>(value + 0.0);
-  return (bits & kSign) != 0 ? ~bits : bits | kSign;
+  return (bits & sign) != 0 ? ~bits : bits | sign;
 }
 
 double value_of(std::uint64_t key) {
-  return std::bit_cast<double>((key & kSign) != 0 ? key & ~kSign : ~key);
+  return std::bit_cast<double>((key & sign) != 0 ? key & ~sign : ~key);
 }
 
 /// A quantile's rank or two neighbouring ranks, and the fraction between them.
@@ -262,7 +262,7 @@ class Selection {
 
   std::vector<double> quantiles(std::span<const double> fractions) {
     read_first();
-    if (count_ == 0) return std::vector<double>(fractions.size(), kNone);
+    if (count_ == 0) return std::vector<double>(fractions.size(), no_value);
     std::vector<Quantile> wanted;
     std::vector<std::int64_t> ranks;
     for (const double q : fractions) {
@@ -297,14 +297,14 @@ class Selection {
 
   /// Keeps the values as long as they are few, and counts the bins of the first digit.
   void read_first() {
-    first_bins_.assign(kBins, 0);
+    first_bins_.assign(bin_count, 0);
     for_each_value(plane_, center_, threads_, [&](const double* values, std::size_t count) {
       count_ += static_cast<std::int64_t>(count);
       for (std::size_t i = 0; i < count; ++i) {
         used_bits_ |= std::bit_cast<std::uint64_t>(values[i]);
-        ++first_bins_[key_of(values[i]) >> (kKeyBits - kDigitBits)];
+        ++first_bins_[key_of(values[i]) >> (key_bits - digit_bits)];
       }
-      if (static_cast<std::size_t>(count_) <= kHeld) {
+      if (static_cast<std::size_t>(count_) <= held) {
         held_.insert(held_.end(), values, values + count);
       } else {
         held_ = {};
@@ -313,7 +313,7 @@ class Selection {
   }
 
   std::vector<double> find(const std::vector<std::int64_t>& ranks) {
-    if (static_cast<std::size_t>(count_) <= kHeld) {
+    if (static_cast<std::size_t>(count_) <= held) {
       select_ranks(held_, ranks);
       std::vector<double> values;
       for (const std::int64_t rank : ranks) {
@@ -327,12 +327,12 @@ class Selection {
     all.bins = std::move(first_bins_);
     std::vector<Group> groups = divide({std::move(all)});
     // Numbers from floats or small integers end in zeros, which need no pass.
-    const int significant = kKeyBits - std::countr_zero(used_bits_ | kSign);
-    for (int settled = kDigitBits;; settled += kDigitBits) {
+    const int significant = key_bits - std::countr_zero(used_bits_ | sign);
+    for (int settled = digit_bits;; settled += digit_bits) {
       std::size_t candidates = 0;
       for (const Group& group : groups) candidates += static_cast<std::size_t>(group.count);
       if (settled >= significant) return settled_values(groups, settled, ranks.size());
-      if (candidates <= kHeld) return collected_values(groups, settled);
+      if (candidates <= held) return collected_values(groups, settled);
       count_digits(groups, settled);
       groups = divide(std::move(groups));
     }
@@ -344,11 +344,11 @@ class Selection {
     for (const Group& group : groups) {
       std::int64_t below = group.below;
       std::size_t next = 0;
-      for (std::size_t bin = 0; bin < kBins && next < group.ranks.size(); ++bin) {
+      for (std::size_t bin = 0; bin < bin_count && next < group.ranks.size(); ++bin) {
         const std::int64_t above = below + group.bins[bin];
         if (group.ranks[next] < above) {
           Group part;
-          part.prefix = group.prefix << kDigitBits | bin;
+          part.prefix = group.prefix << digit_bits | bin;
           part.below = below;
           part.count = group.bins[bin];
           for (; next < group.ranks.size() && group.ranks[next] < above; ++next) {
@@ -366,13 +366,13 @@ class Selection {
   template <class Use>
   void for_each_candidate(std::vector<Group>& groups, int settled, Use use) {
     // The first digit excludes most values.
-    std::vector<bool> wanted(kBins);
-    const int rest = kKeyBits - settled;
-    for (const Group& group : groups) wanted[group.prefix >> (settled - kDigitBits)] = true;
+    std::vector<bool> wanted(bin_count);
+    const int rest = key_bits - settled;
+    for (const Group& group : groups) wanted[group.prefix >> (settled - digit_bits)] = true;
     for_each_value(plane_, center_, threads_, [&](const double* values, std::size_t count) {
       for (std::size_t i = 0; i < count; ++i) {
         const std::uint64_t key = key_of(values[i]);
-        if (!wanted[key >> (kKeyBits - kDigitBits)]) continue;
+        if (!wanted[key >> (key_bits - digit_bits)]) continue;
         const std::uint64_t prefix = key >> rest;
         const auto group = std::lower_bound(
             groups.begin(), groups.end(), prefix,
@@ -383,10 +383,10 @@ class Selection {
   }
 
   void count_digits(std::vector<Group>& groups, int settled) {
-    for (Group& group : groups) group.bins.assign(kBins, 0);
-    const int shift = kKeyBits - settled - kDigitBits;
+    for (Group& group : groups) group.bins.assign(bin_count, 0);
+    const int shift = key_bits - settled - digit_bits;
     for_each_candidate(groups, settled, [&](Group& group, double value) {
-      ++group.bins[(key_of(value) >> shift) & (kBins - 1)];
+      ++group.bins[(key_of(value) >> shift) & (bin_count - 1)];
     });
   }
 
@@ -397,10 +397,10 @@ class Selection {
     results.reserve(count);
     for (const Group& group : groups) {
       std::uint64_t key = group.prefix;
-      if (settled < kKeyBits) {
-        key <<= kKeyBits - settled;
+      if (settled < key_bits) {
+        key <<= key_bits - settled;
         // Keys of negative numbers are complements, so their trailing zeros are ones.
-        if ((key & kSign) == 0) key |= (std::uint64_t{1} << (kKeyBits - settled)) - 1;
+        if ((key & sign) == 0) key |= (std::uint64_t{1} << (key_bits - settled)) - 1;
       }
       results.insert(results.end(), group.ranks.size(), value_of(key));
     }
@@ -441,7 +441,7 @@ Statistics statistics(const Plane& plane, int threads) {
 
 std::vector<double> quantiles(const Plane& plane, std::span<const double> fractions, int threads) {
   check(fractions);
-  return Selection(plane, kNone, threads).quantiles(fractions);
+  return Selection(plane, no_value, threads).quantiles(fractions);
 }
 
 double median(const Plane& plane, int threads) {
@@ -451,23 +451,23 @@ double median(const Plane& plane, int threads) {
 std::vector<double> quantiles(std::vector<double> values, std::span<const double> fractions) {
   check(fractions);
   std::erase_if(values, [](double value) { return !std::isfinite(value); });
-  if (values.empty()) return std::vector<double>(fractions.size(), kNone);
+  if (values.empty()) return std::vector<double>(fractions.size(), no_value);
   const int count = static_cast<int>(values.size());
   return quantiles(MemoryPlane(count, 1, std::move(values)), fractions, 1);
 }
 
 double mad_sigma(const Plane& plane, double center, int threads) {
-  if (!std::isfinite(center)) return kNone;
+  if (!std::isfinite(center)) return no_value;
   return mad_to_sigma * Selection(plane, center, threads).quantiles(std::array{0.5}).front();
 }
 
 Background clipped_background(const Plane& plane, double clip, int threads) {
   if (!(clip > 0)) throw std::invalid_argument("a clip that is not positive");
-  constexpr int kMostPasses = 20;
+  constexpr int most_passes = 20;
   Background background;
   background.level = median(plane, threads);
   background.sigma = mad_sigma(plane, background.level, threads);
-  for (int pass = 0; pass < kMostPasses; ++pass) {
+  for (int pass = 0; pass < most_passes; ++pass) {
     const double reach = clip * background.sigma;
     const double low = background.level - reach, high = background.level + reach;
     StatisticsPass kept;
@@ -476,7 +476,7 @@ Background clipped_background(const Plane& plane, double clip, int threads) {
       const std::size_t size = static_cast<std::size_t>(area.width) * area.height;
       values.resize(size);
       for (std::size_t i = 0; i < size; ++i) {
-        values[i] = all[i] >= low && all[i] <= high ? all[i] : kNone;
+        values[i] = all[i] >= low && all[i] <= high ? all[i] : no_value;
       }
       kept.take(area, values.data());
     });

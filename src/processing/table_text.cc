@@ -10,8 +10,8 @@
 namespace gamer {
 namespace {
 
-constexpr std::size_t kWidest = 120;
-constexpr std::string_view kGap = "  ";
+constexpr std::size_t widest_column = 120;
+constexpr std::string_view gap = "  ";
 
 /// Number of letters on a screen: bytes of UTF-8 that do not continue another byte.
 std::size_t letters(const std::string& text) {
@@ -48,7 +48,7 @@ std::string aligned(const std::vector<std::vector<std::string>>& lines,
   for (const auto& line : lines) {
     std::string words;
     for (std::size_t i = 0; i < line.size(); ++i) {
-      if (i > 0) words += kGap;
+      if (i > 0) words += gap;
       const std::string fill(widths[i] - letters(line[i]), ' ');
       words += left[i] ? line[i] + fill : fill + line[i];
     }
@@ -120,7 +120,7 @@ std::string json_value(const DataColumn& column, std::size_t row) {
 std::string table_text(const DataTable& table) {
   std::size_t widest = 0;
   std::string text = upright(table, widest);
-  return widest > kWidest ? turned(table) : text;
+  return widest > widest_column ? turned(table) : text;
 }
 
 std::string table_json(std::span<const DataTable> tables) {

@@ -173,12 +173,12 @@ PlanePtr stretched(PlanePtr plane, const Stretch& stretch) {
 }
 
 double default_softening(Stretch::Function function) {
-  constexpr double kLogarithm = 1000, kAsinh = 0.1;
+  constexpr double logarithm_scale = 1000, asinh_scale = 0.1;
   switch (function) {
     case Stretch::Function::logarithm:
-      return kLogarithm;
+      return logarithm_scale;
     case Stretch::Function::asinh:
-      return kAsinh;
+      return asinh_scale;
     default:
       return 1;
   }

@@ -18,11 +18,11 @@ namespace {
 using DD = hn::ScalableTag<double>;
 using VD = hn::Vec<DD>;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kLeastNormal = std::numeric_limits<double>::min();
-constexpr double kLargestExponent = 700;
+constexpr double positive_infinity = std::numeric_limits<double>::infinity();
+constexpr double least_normal = std::numeric_limits<double>::min();
+constexpr double largest_exponent = 700;
 /// For larger y, asinh(y) equals ln(2 y) to the last bit.
-constexpr double kLargeAsinh = 0x1p28;
+constexpr double large_asinh = 0x1p28;
 
 HWY_INLINE VD Constant(double value) { return hn::Set(DD(), value); }
 
@@ -32,28 +32,28 @@ HWY_INLINE VD LogOnePlus(VD y) {
   const VD one = Constant(1), u = hn::Add(one, y);
   const VD lost = hn::Sub(y, hn::Sub(u, one));
   const VD result = hn::Add(LogDouble(d, u), hn::Div(lost, u));
-  return hn::IfThenElse(hn::Ge(y, Constant(kInfinity)), y, result);
+  return hn::IfThenElse(hn::Ge(y, Constant(positive_infinity)), y, result);
 }
 
 HWY_INLINE VD ArcSinh(VD y) {
   const DD d;
-  const VD bounded = hn::Min(y, Constant(kLargeAsinh)), one = Constant(1);
+  const VD bounded = hn::Min(y, Constant(large_asinh)), one = Constant(1);
   const VD square = hn::Mul(bounded, bounded);
   const VD root = hn::Sqrt(hn::Add(one, square));
   const VD result = LogOnePlus(hn::Add(bounded, hn::Div(square, hn::Add(one, root))));
-  const VD large = hn::Add(LogDouble(d, y), Constant(kLn2High + kLn2Low));
-  return hn::IfThenElse(hn::Gt(y, Constant(kLargeAsinh)),
-                        hn::IfThenElse(hn::Ge(y, Constant(kInfinity)), y, large), result);
+  const VD large = hn::Add(LogDouble(d, y), Constant(ln2_high + ln2_low));
+  return hn::IfThenElse(hn::Gt(y, Constant(large_asinh)),
+                        hn::IfThenElse(hn::Ge(y, Constant(positive_infinity)), y, large), result);
 }
 
 HWY_INLINE VD Power(VD x, VD exponent) {
   const DD d;
   const VD power = hn::Mul(exponent, LogDouble(d, x));
-  const VD most = Constant(kLargestExponent), least = Constant(-kLargestExponent);
+  const VD most = Constant(largest_exponent), least = Constant(-largest_exponent);
   VD result = ExpDouble(d, hn::Max(hn::Min(power, most), least));
-  result = hn::IfThenElse(hn::Or(hn::Gt(power, most), hn::Ge(x, Constant(kInfinity))),
-                          Constant(kInfinity), result);
-  return hn::IfThenZeroElse(hn::Or(hn::Lt(power, least), hn::Lt(x, Constant(kLeastNormal))),
+  result = hn::IfThenElse(hn::Or(hn::Gt(power, most), hn::Ge(x, Constant(positive_infinity))),
+                          Constant(positive_infinity), result);
+  return hn::IfThenZeroElse(hn::Or(hn::Lt(power, least), hn::Lt(x, Constant(least_normal))),
                             result);
 }
 

@@ -25,8 +25,8 @@
 namespace gamer {
 namespace {
 
-constexpr const char* kGroup = "Brightness and colour";
-constexpr double kPercent = 0.01;
+constexpr const char* group_name = "Brightness and colour";
+constexpr double percent = 0.01;
 
 // ---- One tone for each plane or for the file ---------------------------------------------------
 
@@ -154,12 +154,12 @@ std::vector<PlanePtr> planes_of(std::span<const PlaneTask> group) {
 
 // ---- normalise ---------------------------------------------------------------------------------
 
-constexpr std::array<const char*, 5> kTargets = {"total", "peak", "mean", "percentile_range",
-                                                 "magnitude"};
+constexpr std::array<const char*, 5> targets = {"total", "peak", "mean", "percentile_range",
+                                                "magnitude"};
 
 std::string only_target(const OperationCall& call) {
   std::vector<std::string> given, all;
-  for (const char* name : kTargets) {
+  for (const char* name : targets) {
     all.push_back(option_name(name));
     if (call.parameters.has(name)) given.emplace_back(name);
   }
@@ -195,7 +195,7 @@ int normalise(const OperationCall& call) {
   std::array<double, 2> range{};
   if (target == "percentile_range") {
     const std::vector<double>& percentiles = parameters.numbers(target);
-    range = {percentiles[0] * kPercent, percentiles[1] * kPercent};
+    range = {percentiles[0] * percent, percentiles[1] * percent};
     if (!(range[0] < range[1])) {
       throw InputError(fmt::format("gutil normalise: --percentile-range {}: low must be below high",
                                    fmt::join(percentiles, ",")));
@@ -252,7 +252,7 @@ Operation normalise_operation() {
   Operation operation;
   operation.name = "normalise";
   operation.aliases = {"normalize"};
-  operation.group = kGroup;
+  operation.group = group_name;
   operation.summary = "Bring the pixels to a total, peak, mean, range or magnitude";
   operation.description =
       "v' = f v, one factor f for all planes of the file (default, keeps colours) or for each "
@@ -316,7 +316,7 @@ int correct_gamma(const OperationCall& call) {
 Operation gamma_operation() {
   Operation operation;
   operation.name = "gamma";
-  operation.group = kGroup;
+  operation.group = group_name;
   operation.summary = "Gamma correction";
   operation.description =
       "v' = (v/max)^gamma, max the largest pixel of the file or of each plane (--per plane), or "
@@ -375,8 +375,8 @@ int stretch_file(const OperationCall& call) {
   }
   const auto measure = [&](std::span<const PlaneTask> group) {
     if (limits == "limits") return Limits{ends[0], ends[1]};
-    const Limits measured = quantile_limits(planes_of(group), ends[0] * kPercent,
-                                            ends[1] * kPercent, group.front().threads);
+    const Limits measured = quantile_limits(planes_of(group), ends[0] * percent, ends[1] * percent,
+                                            group.front().threads);
     tone_to_unit_range(measured);
     return measured;
   };
@@ -394,7 +394,7 @@ int stretch_file(const OperationCall& call) {
 Operation stretch_operation() {
   Operation operation;
   operation.name = "stretch";
-  operation.group = kGroup;
+  operation.group = group_name;
   operation.summary = "Linear, sqrt, log or asinh stretch between two limits";
   operation.description =
       "With x = (v - low)/(high - low) and softening a: linear v' = x; sqrt v' = sqrt(x); log v' = "
@@ -434,7 +434,7 @@ Operation stretch_operation() {
 
 // ---- rgb ---------------------------------------------------------------------------------------
 
-constexpr double kDefaultDisplayGamma = 2.2;
+constexpr double default_display_gamma = 2.2;
 
 struct Source {
   PlanePtr plane;
@@ -551,10 +551,11 @@ std::vector<PlanePtr> finite_channels(std::span<const PlanePtr> channels) {
   return picture_channels({channels.begin(), channels.end()}, {});
 }
 
-/// Black and white of each channel: given values, else percentiles, else the sky and kWhite.
+/// Black and white of each channel: given values, else percentiles, else the sky and
+/// white_quantile.
 std::array<Limits, 3> channel_limits(const OperationCall& call,
                                      std::span<const PlanePtr> channels) {
-  constexpr double kWhite = 0.999;
+  constexpr double white_quantile = 0.999;
   const std::optional<Rgb> low = channel_values(call, "minimum");
   const std::optional<Rgb> high = channel_values(call, "maximum");
   const bool has_percentiles = call.parameters.has("percentiles");
@@ -570,15 +571,16 @@ std::array<Limits, 3> channel_limits(const OperationCall& call,
           fmt::format("gutil rgb: --percentiles {}: low must be below high", fmt::join(ends, ",")));
     }
     for (std::size_t c = 0; c < channels.size(); ++c) {
-      limits[c] = quantile_limits(channels.subspan(c, 1), ends[0] * kPercent, ends[1] * kPercent,
+      limits[c] = quantile_limits(channels.subspan(c, 1), ends[0] * percent, ends[1] * percent,
                                   call.threads);
     }
   } else {
     const Rgb black = low ? *low : automatic_tone(finite_channels(channels), call.threads).black;
     for (std::size_t c = 0; c < channels.size(); ++c) {
-      const double white =
-          high ? (*high)[c]
-               : quantile_limits(channels.subspan(c, 1), kWhite, kWhite, call.threads).high;
+      const double white = high ? (*high)[c]
+                                : quantile_limits(channels.subspan(c, 1), white_quantile,
+                                                  white_quantile, call.threads)
+                                      .high;
       limits[c] = {black[c], white};
     }
   }
@@ -589,10 +591,10 @@ std::array<Limits, 3> channel_limits(const OperationCall& call,
   }
   for (std::size_t c = 0; c < 3; ++c) {
     if (limits[c].low < limits[c].high) continue;
-    constexpr std::array<const char*, 3> kNames = {"red", "green", "blue"};
+    constexpr std::array<const char*, 3> names = {"red", "green", "blue"};
     throw InputError(fmt::format(
         "gutil rgb: black at {:.6g} and white at {:.6g} in {}: give --minimum below --maximum",
-        limits[c].low, limits[c].high, kNames[c]));
+        limits[c].low, limits[c].high, names[c]));
   }
   return limits;
 }
@@ -628,7 +630,7 @@ Colours choose_colours(const OperationCall& call, std::span<const PlanePtr> chan
   }
   if (method == "stiff") {
     const StiffTone tone = {channel_limits(call, channels),
-                            number("gamma").value_or(kDefaultDisplayGamma),
+                            number("gamma").value_or(default_display_gamma),
                             parameters.number("luminance_gamma"), parameters.number("saturation")};
     return {tone, ByteRounding::nearest, limits_text(tone.limits)};
   }
@@ -682,7 +684,7 @@ int make_rgb(const OperationCall& call) {
 Operation rgb_operation() {
   Operation operation;
   operation.name = "rgb";
-  operation.group = kGroup;
+  operation.group = group_name;
   operation.summary = "Colour picture (PNG, BMP)";
   operation.description =
       "Red, green and blue are three files of one plane each, the three planes of a file, or those "
@@ -707,7 +709,7 @@ Operation rgb_operation() {
   operation.most_inputs = 3;
   operation.result = Operation::Result::picture;
   const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
-  constexpr double kLargestQ = 1e10;
+  constexpr double largest_q = 1e10;
   operation.parameters = {
       {"method",
        ParameterType::choice,
@@ -750,7 +752,7 @@ Operation rgb_operation() {
       {"q",
        ParameterType::number,
        "",
-       Interval::left_open(0, kLargestQ),
+       Interval::left_open(0, largest_q),
        {},
        "lupton: asinh softening (default: chosen; with --stretch 8)"},
       {"maximum",

@@ -40,7 +40,7 @@ RenderParameters stamp_view(const PlacedGalaxy& galaxy, const RenderParameters& 
 }  // namespace
 
 FootprintRange measure_footprints(const RenderParameters& parameters) {
-  // That of a round galaxy's stamp is the narrowest.
+  // The stamp of a round galaxy has the narrowest footprint.
   const double widest = Accuracy::from_tolerance(parameters.tolerance).widest_footprint;
   return {std::min(2.0 / stamp_size, widest), widest};
 }

@@ -91,7 +91,7 @@ class BlackbodySed : public Sed {
   Range range() const override { return all_wavelengths; }
 
  private:
-  double scale_;  // hc/(kT), Angstrom
+  double scale_;  // hc/(t), Angstrom
   double reference_x_;
   double reference_;  // exp(x_0) - 1
 };

@@ -43,10 +43,10 @@ HWY_EXPORT(LogOf);
 namespace {
 
 /// A multiple of the lanes of any target.
-constexpr std::size_t kSize = 1 << 16;
+constexpr std::size_t size_of_side = 1 << 16;
 
 double at(std::size_t i, double low, double high) {
-  return low + (high - low) * (static_cast<double>(i) + 0.5) / kSize;
+  return low + (high - low) * (static_cast<double>(i) + 0.5) / size_of_side;
 }
 
 /// Largest relative error, and whether all targets give the same bits.
@@ -72,16 +72,16 @@ double largest_error(const std::vector<double>& x, Function function, Exact exac
 
 TEST(DoubleMath, ExpIsWithinItsError) {
   std::vector<double> x;
-  for (std::size_t i = 0; i < kSize; ++i) x.push_back(at(i, -10, 0));
-  for (std::size_t i = 0; i < kSize; ++i) x.push_back(at(i, -700, 700));
+  for (std::size_t i = 0; i < size_of_side; ++i) x.push_back(at(i, -10, 0));
+  for (std::size_t i = 0; i < size_of_side; ++i) x.push_back(at(i, -700, 700));
   const auto exp_of = [](auto... a) { HWY_DYNAMIC_DISPATCH(ExpOf)(a...); };
   EXPECT_LT(largest_error(x, exp_of, [](long double v) { return std::exp(v); }), 4e-16);
 }
 
 TEST(DoubleMath, LogIsWithinItsError) {
   std::vector<double> x;
-  for (std::size_t i = 0; i < kSize; ++i) x.push_back(at(i, 0.5, 2));
-  for (std::size_t i = 0; i < kSize; ++i) x.push_back(std::exp(at(i, -700, 700)));
+  for (std::size_t i = 0; i < size_of_side; ++i) x.push_back(at(i, 0.5, 2));
+  for (std::size_t i = 0; i < size_of_side; ++i) x.push_back(std::exp(at(i, -700, 700)));
   const auto log_of = [](auto... a) { HWY_DYNAMIC_DISPATCH(LogOf)(a...); };
   EXPECT_LT(largest_error(x, log_of, [](long double v) { return std::log(v); }), 2e-16);
   const std::vector<double> ones(64, 1.0);

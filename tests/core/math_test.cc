@@ -104,7 +104,7 @@ std::vector<float> spread(double low, double high) {
   return x;
 }
 
-/// The same, evenly spread in the logarithm.
+/// Numbers from low to high, evenly spread in the logarithm.
 std::vector<float> spread_logarithm(double low, double high) {
   std::vector<float> x = spread(std::log(low), std::log(high));
   for (float& value : x) value = static_cast<float>(std::exp(double{value}));

@@ -14,17 +14,17 @@
 namespace gamer {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
 /// The sizes of samples, and of the pieces in which they are made.
-constexpr std::size_t kSample = 10'000'000, kPiece = 1 << 16;
+constexpr std::size_t sample_size = 10'000'000, piece_size = 1 << 16;
 
-/// Calls use(values) until kSample values are made: make(first, values).
+/// Calls use(values) until sample_size values are made: make(first, values).
 template <class Make, class Use>
 void sample(Make make, Use use) {
   std::vector<double> values;
-  for (std::size_t first = 0; first < kSample; first += kPiece) {
-    values.assign(std::min(kPiece, kSample - first), 0.0);
+  for (std::size_t first = 0; first < sample_size; first += piece_size) {
+    values.assign(std::min(piece_size, sample_size - first), 0.0);
     make(first, values);
     use(values);
   }
@@ -34,7 +34,7 @@ void sample(Make make, Use use) {
 /// 1931): (chi2/f)^(1/3) is normal with mean 1 - 2/(9f) and variance 2/(9f). Bins of few are
 /// joined with the next.
 double chi_square_sigmas(const std::vector<double>& found, const std::vector<double>& expected) {
-  constexpr double kLeast = 20;
+  constexpr double least_count = 20;
   double chi_square = 0, seen = 0, wanted = 0;
   int bins = 0;
   double left = 0;
@@ -44,7 +44,7 @@ double chi_square_sigmas(const std::vector<double>& found, const std::vector<dou
     wanted += expected[i];
     left -= expected[i];
     const bool is_last = i + 1 == expected.size();
-    if (!is_last && (wanted < kLeast || left < kLeast)) continue;
+    if (!is_last && (wanted < least_count || left < least_count)) continue;
     chi_square += (seen - wanted) * (seen - wanted) / wanted;
     ++bins;
     seen = wanted = 0;
@@ -63,10 +63,10 @@ TEST_P(PoissonDistribution, PassesAChiSquareTest) {
   std::vector<double> expected;
   for (long k = low; k <= high; ++k) {
     const auto x = static_cast<double>(k);
-    expected.push_back(kSample * std::exp(x * std::log(mean) - mean - std::lgamma(x + 1)));
+    expected.push_back(sample_size * std::exp(x * std::log(mean) - mean - std::lgamma(x + 1)));
   }
   std::vector<double> found(expected.size());
-  const std::vector<double> means(kPiece, mean);
+  const std::vector<double> means(piece_size, mean);
   sample(
       [&](std::size_t first, std::vector<double>& values) {
         poisson_variates(hash_words({42}), first, {means.data(), values.size()}, values);
@@ -98,7 +98,7 @@ class LargePoisson : public testing::TestWithParam<double> {};
 // distribution, whose central moments are mu, mu + 3 mu^2 and, of sixth order, 15 mu^3 + ...
 TEST_P(LargePoisson, HasItsMoments) {
   const double mean = GetParam();
-  const std::vector<double> means(kPiece, mean);
+  const std::vector<double> means(piece_size, mean);
   double first_sum = 0, second = 0, third = 0;
   sample(
       [&](std::size_t first, std::vector<double>& values) {
@@ -112,7 +112,7 @@ TEST_P(LargePoisson, HasItsMoments) {
           third += z * z * z;
         }
       });
-  constexpr double n = kSample;
+  constexpr double n = sample_size;
   EXPECT_LT(std::abs(first_sum / n), 4 / std::sqrt(n));
   EXPECT_LT(std::abs(second / n - 1), 4 * std::sqrt((2 + 1 / mean) / n));
   EXPECT_LT(std::abs(third / n - 1 / std::sqrt(mean)), 4 * std::sqrt(15 / n));
@@ -122,22 +122,24 @@ INSTANTIATE_TEST_SUITE_P(Means, LargePoisson, testing::Values(1e3, 1e5, 1e7, 1e9
 
 TEST(NormalVariates, PassAChiSquareTest) {
   // Equal steps in z, the tails beyond 6 in the end bins.
-  constexpr int kBins = 600;
-  constexpr double kEnd = 6;
+  constexpr int bin_count = 600;
+  constexpr double end_record = 6;
   const auto below = [](double z) { return 0.5 * std::erfc(-z / std::numbers::sqrt2); };
-  std::vector<double> found(kBins), expected(kBins);
-  for (int i = 0; i < kBins; ++i) {
-    const double low = i == 0 ? -100 : -kEnd + 2 * kEnd * i / kBins;
-    const double high = i + 1 == kBins ? 100 : -kEnd + 2 * kEnd * (i + 1) / kBins;
+  std::vector<double> found(bin_count), expected(bin_count);
+  for (int i = 0; i < bin_count; ++i) {
+    const double low = i == 0 ? -100 : -end_record + 2 * end_record * i / bin_count;
+    const double high =
+        i + 1 == bin_count ? 100 : -end_record + 2 * end_record * (i + 1) / bin_count;
     // The upper half by symmetry: it has no small differences of numbers near 1.
     expected[static_cast<std::size_t>(i)] =
-        kSample * (low >= 0 ? below(-low) - below(-high) : below(high) - below(low));
+        sample_size * (low >= 0 ? below(-low) - below(-high) : below(high) - below(low));
   }
   sample([](std::size_t first, std::vector<double>& values) { normal_variates(5, first, values); },
          [&](const std::vector<double>& values) {
            for (const double v : values) {
-             const int bin = static_cast<int>(std::floor((v + kEnd) / (2 * kEnd) * kBins));
-             ++found[static_cast<std::size_t>(std::clamp(bin, 0, kBins - 1))];
+             const int bin =
+                 static_cast<int>(std::floor((v + end_record) / (2 * end_record) * bin_count));
+             ++found[static_cast<std::size_t>(std::clamp(bin, 0, bin_count - 1))];
            }
          });
   EXPECT_LT(std::abs(chi_square_sigmas(found, expected)), 4);
@@ -146,11 +148,11 @@ TEST(NormalVariates, PassAChiSquareTest) {
 TEST(NormalVariates, InvertTheDistributionFunction) {
   // The uniform number of a variate is known, so that erfc gives it back. Of 10^6 the least
   // probable is in a tail of 1e-6 or so.
-  constexpr std::size_t kCount = 1'000'000;
-  std::vector<double> values(kCount);
+  constexpr std::size_t count = 1'000'000;
+  std::vector<double> values(count);
   normal_variates(9, 100, values);
   double largest = 0;
-  for (std::size_t i = 0; i < kCount; ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     const std::uint64_t word = mix64(9 + (100 + i + 1) * golden_gamma);
     const double p = (static_cast<double>(word >> 12) + 0.5) * 0x1p-52;
     const double tail = std::min(p, 1 - p);
@@ -162,11 +164,11 @@ TEST(NormalVariates, InvertTheDistributionFunction) {
 }
 
 TEST(RandomVariates, AreFunctionsOfKeyAndNumber) {
-  constexpr std::size_t kCount = 3000;
-  std::vector<double> means(kCount);
+  constexpr std::size_t count = 3000;
+  std::vector<double> means(count);
   // Neighbours of all methods, so that vectors are mixed.
-  for (std::size_t i = 0; i < kCount; ++i) means[i] = std::pow(10.0, to_unit(mix64(i)) * 7 - 2);
-  std::vector<double> counts(kCount), normals(kCount);
+  for (std::size_t i = 0; i < count; ++i) means[i] = std::pow(10.0, to_unit(mix64(i)) * 7 - 2);
+  std::vector<double> counts(count), normals(count);
   poisson_variates(1, 7, means, counts);
   normal_variates(1, 7, normals);
   for (const std::size_t first : {0u, 1u, 5u, 511u, 1030u}) {
@@ -178,18 +180,18 @@ TEST(RandomVariates, AreFunctionsOfKeyAndNumber) {
       EXPECT_TRUE(std::equal(some.begin(), some.end(), normals.begin() + first));
     }
   }
-  std::vector<double> other(kCount);
+  std::vector<double> other(count);
   normal_variates(2, 7, other);
   EXPECT_NE(other, normals);
 }
 
 TEST(RandomVariates, AreTheSameOnEveryTarget) {
-  constexpr std::size_t kCount = 200'000;
-  std::vector<double> means(kCount);
-  for (std::size_t i = 0; i < kCount; ++i) means[i] = std::pow(10.0, to_unit(mix64(i)) * 12 - 2);
+  constexpr std::size_t count = 200'000;
+  std::vector<double> means(count);
+  for (std::size_t i = 0; i < count; ++i) means[i] = std::pow(10.0, to_unit(mix64(i)) * 12 - 2);
   std::vector<double> counts, normals;
   for_each_simd_target([&] {
-    std::vector<double> c(kCount), z(kCount);
+    std::vector<double> c(count), z(count);
     poisson_variates(3, 0, means, c);
     normal_variates(3, 0, z);
     if (counts.empty()) counts = c, normals = z;
@@ -199,7 +201,7 @@ TEST(RandomVariates, AreTheSameOnEveryTarget) {
 }
 
 TEST(PoissonVariates, StandWithoutLightAndWithTooMuch) {
-  const std::vector<double> means = {0, -0.0, -5, -1e300, kNan, 1e100, 1e101, INFINITY, 12, 0};
+  const std::vector<double> means = {0, -0.0, -5, -1e300, nan_value, 1e100, 1e101, INFINITY, 12, 0};
   std::vector<double> counts(means.size());
   for_each_simd_target([&] {
     poisson_variates(1, 0, means, counts);
@@ -215,10 +217,10 @@ TEST(PoissonVariates, StandWithoutLightAndWithTooMuch) {
 }
 
 TEST(RandomVariates, DoNotCorrelate) {
-  // Of neighbours, and of the streams of neighbouring keys.
-  constexpr std::size_t kCount = 2'000'000;
-  const std::vector<double> means(kCount, 20.0);
-  std::vector<double> counts(kCount), others(kCount), normals(kCount);
+  // Correlations of neighbours, and of the streams of neighbouring keys.
+  constexpr std::size_t count = 2'000'000;
+  const std::vector<double> means(count, 20.0);
+  std::vector<double> counts(count), others(count), normals(count);
   poisson_variates(1, 0, means, counts);
   poisson_variates(2, 0, means, others);
   normal_variates(hash_words({1}), 0, normals);
@@ -227,8 +229,8 @@ TEST(RandomVariates, DoNotCorrelate) {
   const auto correlation = [&](const std::vector<double>& a, const std::vector<double>& b,
                                std::size_t lag) {
     double sum = 0;
-    for (std::size_t i = lag; i < kCount; ++i) sum += a[i] * b[i - lag];
-    return sum / std::sqrt(static_cast<double>(kCount));
+    for (std::size_t i = lag; i < count; ++i) sum += a[i] * b[i - lag];
+    return sum / std::sqrt(static_cast<double>(count));
   };
   for (const std::size_t lag : {1u, 2u, 3u, 8u, 512u, 1000u}) {
     EXPECT_LT(std::abs(correlation(counts, counts, lag)), 4) << lag;

@@ -177,7 +177,7 @@ TEST(StarField, NumbersFollowTheDensity) {
     EXPECT_NEAR((static_cast<double>(stars.size()) - number) / std::sqrt(number), 0,
                 noise == "noise = false" ? 3.5 : 12);
     for (const FoundStar& star : stars) found[cell_of(star.place)] += 1;
-    // The same integral by points of a sequence.
+    // The integral again, by points of a sequence.
     constexpr std::uint64_t points = 2'000'000;
     std::vector<Vector> places;
     std::vector<double> volumes;

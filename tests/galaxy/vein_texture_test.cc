@@ -203,7 +203,7 @@ TEST(VeinTexture, SpursLeaveArmsAtTheirAngleAndCurl) {
     // v = const - u cot(angle) - curvature u^2: the slope at the arm itself.
     const double slope = -(v2 - v1) / 0.04 - p.spur_curvature * 0.12;
     EXPECT_NEAR(std::atan2(1, slope) / degree, angle, 0.5);
-    // The same in the galaxy: between the crest near the arm and the arm.
+    // Distances in the galaxy: between the crest near the arm and the arm.
     if (angle == 60) {
       for (const auto& [u, expected] : {std::pair{0.5, 21.2}, std::pair{0.9, 13.4}}) {
         double guess = v1;

@@ -23,25 +23,26 @@ class Damage {
 
   /// FITS: bytes as below, and cards that are changed, removed or repeated, and blocks swapped.
   std::string of_fits(std::string bytes) {
-    constexpr std::size_t kRecord = 80, kBlock = 2880;
+    constexpr std::size_t record_size = 80, block_size = 2880;
     switch (below(7)) {
       case 0: {
-        const std::size_t a = below(bytes.size() / kBlock), b = below(bytes.size() / kBlock);
-        const std::string moved = bytes.substr(a * kBlock, kBlock);
-        bytes.replace(a * kBlock, kBlock, bytes.substr(b * kBlock, kBlock));
-        bytes.replace(b * kBlock, kBlock, moved);
+        const std::size_t a = below(bytes.size() / block_size),
+                          b = below(bytes.size() / block_size);
+        const std::string moved = bytes.substr(a * block_size, block_size);
+        bytes.replace(a * block_size, block_size, bytes.substr(b * block_size, block_size));
+        bytes.replace(b * block_size, block_size, moved);
         return bytes;
       }
       case 1:
-        return bytes.erase(below(bytes.size() / kBlock) * kBlock, kBlock);
+        return bytes.erase(below(bytes.size() / block_size) * block_size, block_size);
       case 2: {
         const std::size_t from = card(bytes), to = card(bytes);
-        return bytes.replace(to, kRecord, bytes.substr(from, kRecord));
+        return bytes.replace(to, record_size, bytes.substr(from, record_size));
       }
       case 3:
       case 4: {
         std::string value(values_[below(values_.size())]);
-        value.resize(kRecord - 10, ' ');
+        value.resize(record_size - 10, ' ');
         return bytes.replace(card(bytes) + 10, value.size(), value);
       }
       default:
@@ -103,9 +104,9 @@ class Damage {
  private:
   /// Where one of the cards with a value begins; 0 where there is none.
   std::size_t card(const std::string& bytes) {
-    constexpr std::size_t kRecord = 80;
+    constexpr std::size_t record_size = 80;
     std::vector<std::size_t> cards;
-    for (std::size_t i = 0; i + kRecord <= bytes.size(); i += kRecord) {
+    for (std::size_t i = 0; i + record_size <= bytes.size(); i += record_size) {
       if (bytes[i] >= 'A' && bytes[i] <= 'Z' && bytes.compare(i + 8, 2, "= ") == 0) {
         cards.push_back(i);
       }

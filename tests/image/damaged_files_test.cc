@@ -66,8 +66,8 @@ void read_planes(const std::string& name) {
   const FitsInput input(name);
   for (std::size_t i = 0; i < input.hdus().size(); ++i) {
     const FitsHdu& hdu = input.hdus()[i];
-    constexpr long long kMostPixels = 1 << 20;
-    if (!hdu.is_image() || 1LL * hdu.width * hdu.height > kMostPixels) continue;
+    constexpr long long most_pixels = 1 << 20;
+    if (!hdu.is_image() || 1LL * hdu.width * hdu.height > most_pixels) continue;
     std::vector<double> values(static_cast<std::size_t>(hdu.width) * hdu.height);
     for (const int plane : {0, hdu.planes - 1}) {
       input.plane(i, plane)->read({0, 0, hdu.width, hdu.height}, values.data());

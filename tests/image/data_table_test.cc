@@ -16,8 +16,8 @@
 namespace gamer {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
+constexpr double positive_infinity = std::numeric_limits<double>::infinity();
 
 using Reals = std::vector<double>;
 using Integers = std::vector<std::int64_t>;
@@ -43,16 +43,16 @@ void expect_values(const DataColumn& column, const Values& expected) {
   EXPECT_EQ(std::get<Values>(column.values), expected) << column.name;
 }
 
-const Reals kReals = {0.1, kNan, -1e-310, kInfinity, 1.0 / 3};
-const Integers kIntegers = {1, -2, std::numeric_limits<std::int64_t>::max(),
-                            std::numeric_limits<std::int64_t>::min(), 0};
-const Texts kTexts = {"plain", "two words", "", "Sérsic\n%41 ", "'\"#,"};
+const Reals some_reals = {0.1, nan_value, -1e-310, positive_infinity, 1.0 / 3};
+const Integers integers = {1, -2, std::numeric_limits<std::int64_t>::max(),
+                           std::numeric_limits<std::int64_t>::min(), 0};
+const Texts some_texts = {"plain", "two words", "", "Sérsic\n%41 ", "'\"#,"};
 
 DataTable test_table() {
   return {"TRUTH",
-          {{"ra", "deg", "right ascension: \"the\" angle", kReals},
-           {"id", "", "", kIntegers},
-           {"name", "", std::string(100, 'd'), kTexts},
+          {{"ra", "deg", "right ascension: \"the\" angle", some_reals},
+           {"id", "", "", integers},
+           {"name", "", std::string(100, 'd'), some_texts},
            {"flux_sdss_g", "nJy", "", Reals{1, 2, 3, 4, 5}}},
           {{"GAMERVER", 1LL, "version"}, {"NOTE", std::string("about \\ it"), ""}}};
 }
@@ -84,9 +84,9 @@ TEST(DataTables, RoundTripIsCleanForFitsverify) {
         EXPECT_EQ(table.columns[i].unit, written.columns[i].unit);
         EXPECT_EQ(table.columns[i].description, written.columns[i].description);
       }
-      expect_reals(table.columns[0], kReals);
-      expect_values(table.columns[1], kIntegers);
-      expect_values(table.columns[2], kTexts);
+      expect_reals(table.columns[0], some_reals);
+      expect_values(table.columns[1], integers);
+      expect_values(table.columns[2], some_texts);
       ASSERT_EQ(table.cards.size(), 2U);
       EXPECT_EQ(table.cards[1].key, "NOTE");
       EXPECT_EQ(table.cards[1].value, written.cards[1].value);
@@ -170,7 +170,7 @@ TEST(DataTables, BinaryTableOfAnotherProgram) {
     file.call(fits_set_tscale, 3, 1.0, 0.0);
     write_integers(file, 3, {2, -99, -4});
     write_integers(file, 4, {-5, 6, 2147483647});
-    Reals reals = {1.5, kNan, kInfinity};
+    Reals reals = {1.5, nan_value, positive_infinity};
     file.call(fits_write_col_dbl, 5, LONGLONG{1}, LONGLONG{1}, LONGLONG{3}, reals.data());
     write_texts(file, 8, {"ab", "", "%41 x"});
     char flags[] = {1, 0, 1};
@@ -187,14 +187,14 @@ TEST(DataTables, BinaryTableOfAnotherProgram) {
   ASSERT_EQ(names, (Texts{"c1", "c2", "c3", "c4", "c5", "c8", "c11", "c13", "c15"}));
   EXPECT_EQ(table.columns[0].unit, "mag");
   EXPECT_EQ(table.columns[0].description, "first");
-  expect_reals(table.columns[0], {1, kNan, 3});
+  expect_reals(table.columns[0], {1, nan_value, 3});
   expect_values(table.columns[1], Integers{0, 40000, 65535});
-  expect_reals(table.columns[2], {11, kNan, 8});
+  expect_reals(table.columns[2], {11, nan_value, 8});
   expect_values(table.columns[3], Integers{-5, 6, 2147483647});
-  expect_reals(table.columns[4], {1.5, kNan, kInfinity});
+  expect_reals(table.columns[4], {1.5, nan_value, positive_infinity});
   expect_values(table.columns[5], Texts{"ab", "", "%41 x"});
   // The third flag was never written.
-  expect_reals(table.columns[6], {1, 0, kNan});
+  expect_reals(table.columns[6], {1, 0, nan_value});
   expect_values(table.columns[7], Integers{0, 1, 255});
   expect_values(table.columns[8], Integers{1, 1LL << 60, -1});
   ASSERT_EQ(table.cards.size(), 1U);
@@ -217,7 +217,7 @@ TEST(DataTables, AsciiTable) {
   }
   const DataTable table = read_data_table(path, "1");
   ASSERT_EQ(table.columns.size(), 4U);
-  expect_reals(table.columns[0], {1, kNan, 30});
+  expect_reals(table.columns[0], {1, nan_value, 30});
   expect_reals(table.columns[1], {1.5, -2.25, 0});
   EXPECT_EQ(table.columns[1].unit, "deg");
   expect_values(table.columns[2], Texts{"ab", "y y y", ""});
@@ -368,11 +368,12 @@ TEST(HeaderText, WrongFilesAreInputErrors) {
 
 TEST(Ecsv, Text) {
   TemporaryFolder folder;
-  const DataTable table = {"T",
-                           {{"x", "deg", "a \"b\" \\", Reals{0.1, kNan, -kInfinity, 1e300}},
-                            {"n", "", "", Integers{1, -2, 3, 4}},
-                            {"the name", "", "", Texts{"a", "b c", "", "\"\n"}}},
-                           {{"SEED", 5LL, ""}, {"SMALL", 1e-7, ""}, {"YES", true, ""}}};
+  const DataTable table = {
+      "T",
+      {{"x", "deg", "a \"b\" \\", Reals{0.1, nan_value, -positive_infinity, 1e300}},
+       {"n", "", "", Integers{1, -2, 3, 4}},
+       {"the name", "", "", Texts{"a", "b c", "", "\"\n"}}},
+      {{"SEED", 5LL, ""}, {"SMALL", 1e-7, ""}, {"YES", true, ""}}};
   write_ecsv(folder / "a.ecsv", table);
   EXPECT_EQ(folder.file_count(), 1U);
   EXPECT_EQ(

@@ -15,7 +15,7 @@
 namespace gamer {
 namespace {
 
-constexpr int kWidth = 37, kHeight = 11;
+constexpr int image_width = 37, image_height = 11;
 
 std::vector<double> values_of(const Plane& plane) {
   std::vector<double> values(static_cast<std::size_t>(plane.width()) * plane.height());
@@ -29,7 +29,7 @@ bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 std::vector<double> difficult(double first) {
-  std::vector<double> values(kWidth * kHeight);
+  std::vector<double> values(image_width * image_height);
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = first + static_cast<double>(i) / 8;
   values[3] = std::numeric_limits<double>::quiet_NaN();
   values[5] = std::numeric_limits<double>::infinity();
@@ -39,7 +39,7 @@ std::vector<double> difficult(double first) {
 }
 
 PlanePtr plane_of(std::vector<double> values) {
-  return std::make_shared<MemoryPlane>(kWidth, kHeight, std::move(values));
+  return std::make_shared<MemoryPlane>(image_width, image_height, std::move(values));
 }
 
 /// Writes an image in tiles that do not divide it, of which none can be quantised, so that its
@@ -113,7 +113,7 @@ TEST_P(FitsStreamTest, PixelsAndHeadersComeBack) {
     ASSERT_EQ(images.size(), 2u);
     const FitsHdu& cube = input.hdus()[images[0]];
     EXPECT_EQ(cube.planes, 2);
-    EXPECT_EQ(cube.width, kWidth);
+    EXPECT_EQ(cube.width, image_width);
     EXPECT_EQ(cube.bitpix, bitpix);
     EXPECT_EQ(cube.header.text("OBJECT"), "M100");
     EXPECT_EQ(input.hdus()[images[1]].name, "OTHER");
@@ -122,7 +122,7 @@ TEST_P(FitsStreamTest, PixelsAndHeadersComeBack) {
     EXPECT_TRUE(same_bits(values_of(*input.plane(images[1], 0)), second));
     std::vector<double> part(6);
     input.plane(images[0], 1)->read({4, 6, 3, 2}, part.data());
-    EXPECT_EQ(part[4], second[7 * kWidth + 5]);
+    EXPECT_EQ(part[4], second[7 * image_width + 5]);
   }
 }
 
@@ -214,13 +214,13 @@ TEST(FitsStream, PlanesTooSmallForFloats) {
   TemporaryFolder folder;
   FitsOutput output({folder / "a.fits", true});
   // Wings that vanish are no loss.
-  std::vector<double> wings(kWidth * kHeight, 1e-60);
+  std::vector<double> wings(image_width * image_height, 1e-60);
   wings[0] = 1;
   output.write({}, {plane_of(wings)}, -32, 1);
   wings[0] = 0;
   EXPECT_THROW(output.write({}, {plane_of(wings)}, -32, 1), RunError);
   FitsOutput zeros({folder / "b.fits", true});
-  zeros.write({}, {plane_of(std::vector<double>(kWidth * kHeight))}, -32, 1);
+  zeros.write({}, {plane_of(std::vector<double>(image_width * image_height))}, -32, 1);
 }
 
 TEST(FitsStream, ExtendedNames) {
@@ -241,7 +241,7 @@ TEST(FitsStream, ExtendedNames) {
   const FitsInput section(name + "[SCI][3:5,2:3]");
   ASSERT_EQ(section.hdus().size(), 1u);
   EXPECT_EQ(section.hdus()[0].width, 3);
-  EXPECT_EQ(values_of(*section.plane(0, 0))[1], difficult(100)[kWidth + 3]);
+  EXPECT_EQ(values_of(*section.plane(0, 0))[1], difficult(100)[image_width + 3]);
   EXPECT_NE(message_of(name + "[SCI][*,*,2:2]").find("a section of the third axis"),
             std::string::npos);
 }

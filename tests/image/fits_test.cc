@@ -59,8 +59,8 @@ void expect_test_image(const Image& image, const ImageHeader& header, int bitpix
   }
 }
 
-const std::vector<double> kOne = {5500}, kThree = {4400, 5500, 8000},
-                          kLinear = {4000.1, 4000.4, 4000.7, 4001.0};
+const std::vector<double> bits_of_one = {5500}, three = {4400, 5500, 8000},
+                          linear = {4000.1, 4000.4, 4000.7, 4001.0};
 
 // ---- Pixels ------------------------------------------------------------------------------------
 
@@ -108,7 +108,7 @@ std::vector<FormatCase> all_formats() {
     for (const int bitpix : {-32, -64}) {
       for (const ImageLayout layout :
            {ImageLayout::cube, ImageLayout::extensions, ImageLayout::files}) {
-        for (const auto& wavelengths : {kOne, kThree, kLinear}) {
+        for (const auto& wavelengths : {bits_of_one, three, linear}) {
           cases.push_back({suffix, bitpix, layout, wavelengths});
         }
       }
@@ -130,7 +130,7 @@ INSTANTIATE_TEST_SUITE_P(All, FitsFormats, testing::ValuesIn(all_formats()), for
 TEST(FitsWriter, OrderOfRowsDoesNotChangeTheBytes) {
   for (const char* suffix : {".fits", ".fits.fz"}) {
     TemporaryFolder folder;
-    ImageHeader header = test_header(300, 7, kThree);
+    ImageHeader header = test_header(300, 7, three);
     header.cards = {{"DATE", std::string("2020-02-02T02:02:02"), "fixed"}};
     const OutputOptions first{folder / (std::string("a") + suffix), -32, ImageLayout::cube, false};
     OutputOptions second = first;
@@ -154,7 +154,7 @@ TEST(FitsDate, IsNowOrTheSourcesDate) {
 
 TEST(FitsWriter, TakesBlocksOfRows) {
   TemporaryFolder folder;
-  const ImageHeader header = test_header(5, 11, kThree);
+  const ImageHeader header = test_header(5, 11, three);
   const OutputOptions options{folder / "a.fits", -64, ImageLayout::extensions, false};
   auto writer = make_fits_writer(options, header);
   writer->write_rows(4, 7, test_rows(header, 4, 7));
@@ -165,7 +165,7 @@ TEST(FitsWriter, TakesBlocksOfRows) {
 
 TEST(FitsWriter, KeepsInfinityAndNan) {
   TemporaryFolder folder;
-  const ImageHeader header = test_header(3, 1, kOne);
+  const ImageHeader header = test_header(3, 1, bits_of_one);
   const OutputOptions options{folder / "a.fits.fz", -32, ImageLayout::cube, false};
   auto writer = make_fits_writer(options, header);
   const double infinity = std::numeric_limits<double>::infinity();
@@ -182,7 +182,7 @@ TEST(FitsWriter, RowsOfZerosTakeNoRoomOnDisk) {
     for (const int bitpix : {-32, -64}) {
       TemporaryFolder folder;
       constexpr int width = 5000, height = 400;
-      const ImageHeader header = test_header(width, height, kThree);
+      const ImageHeader header = test_header(width, height, three);
       const OutputOptions options{folder / "a.fits", bitpix, layout, false};
       auto writer = make_fits_writer(options, header);
       const auto zeros = [](int rows) {
@@ -217,7 +217,7 @@ TEST(FitsWriter, RowsOfZerosTakeNoRoomOnDisk) {
 
 TEST(FitsWriter, RowsMayComeAgain) {
   TemporaryFolder folder;
-  const ImageHeader header = test_header(50, 3, kThree);
+  const ImageHeader header = test_header(50, 3, three);
   const OutputOptions options{folder / "a.fits", -32, ImageLayout::cube, false};
   auto writer = make_fits_writer(options, header);
   writer->write_rows(0, 3, test_rows(header, 0, 3));
@@ -234,7 +234,7 @@ TEST(FitsWriter, RowsMayComeAgain) {
 TEST(FitsWriter, NothingBeforeFinishAndNothingLeftWithoutIt) {
   for (const ImageLayout layout : {ImageLayout::cube, ImageLayout::files}) {
     TemporaryFolder folder;
-    const ImageHeader header = test_header(8, 4, kThree);
+    const ImageHeader header = test_header(8, 4, three);
     const OutputOptions options{folder / "a.fits", -32, layout, false};
     {
       auto writer = make_fits_writer(options, header);
@@ -253,7 +253,7 @@ TEST(FitsWriter, NothingBeforeFinishAndNothingLeftWithoutIt) {
 
 TEST(FitsWriter, MissingRowIsAnError) {
   TemporaryFolder folder;
-  const ImageHeader header = test_header(8, 4, kOne);
+  const ImageHeader header = test_header(8, 4, bits_of_one);
   const OutputOptions options{folder / "a.fits", -32, ImageLayout::cube, false};
   {
     auto writer = make_fits_writer(options, header);
@@ -265,7 +265,7 @@ TEST(FitsWriter, MissingRowIsAnError) {
 
 TEST(FitsWriter, FileThatAppearsMeanwhileIsKept) {
   TemporaryFolder folder;
-  const ImageHeader header = test_header(8, 4, kOne);
+  const ImageHeader header = test_header(8, 4, bits_of_one);
   const OutputOptions options{folder / "a.fits", -32, ImageLayout::cube, false};
   {
     auto writer = make_fits_writer(options, header);
@@ -279,7 +279,7 @@ TEST(FitsWriter, FileThatAppearsMeanwhileIsKept) {
 
 TEST(FitsWriter, OverwriteReplacesAndObeysUmask) {
   TemporaryFolder folder;
-  const ImageHeader header = test_header(8, 4, kOne);
+  const ImageHeader header = test_header(8, 4, bits_of_one);
   const OutputOptions options{folder / "a.fits", -32, ImageLayout::cube, true};
   std::ofstream(options.path) << "old";
   write_test_image(options, header);
@@ -293,7 +293,7 @@ TEST(FitsWriter, OverwriteReplacesAndObeysUmask) {
 
 TEST(FitsWriter, NameIsTakenLiterally) {
   TemporaryFolder folder;
-  const ImageHeader header = test_header(8, 4, kOne);
+  const ImageHeader header = test_header(8, 4, bits_of_one);
   for (const char* name : {"a[1].fits", "!b.fits", "c(d).fits", " e'.fits", "g+1.fits.fz"}) {
     const OutputOptions options{folder / name, -32, ImageLayout::cube, false};
     write_test_image(options, header);
@@ -313,7 +313,7 @@ TEST(FitsWriter, FullDiskIsARunErrorThatLeavesNothing) {
       const rlimit limit{20000, 20000};
       setrlimit(RLIMIT_FSIZE, &limit);
       int code = 1;
-      const ImageHeader header = test_header(256, 256, kThree);
+      const ImageHeader header = test_header(256, 256, three);
       // Values that do not compress.
       std::vector<double> values(256 * 256 * 3);
       std::mt19937_64 random(1);
@@ -342,7 +342,7 @@ TEST(FitsWriter, FullDiskIsARunErrorThatLeavesNothing) {
 
 TEST(FitsCards, EveryKindOfValueRoundTrips) {
   TemporaryFolder folder;
-  ImageHeader header = test_header(4, 4, kOne);
+  ImageHeader header = test_header(4, 4, bits_of_one);
   const std::vector<double> doubles = {0.1,    1.0 / 3, 1,     1e20,     -1e-300,
                                        5e-324, 1e22,    1e308, 123456.0, 0.0};
   for (std::size_t i = 0; i < doubles.size(); ++i) {
@@ -402,7 +402,7 @@ TEST(FitsCards, EveryKindOfValueRoundTrips) {
 
 TEST(FitsCards, NoUnitNoBunit) {
   TemporaryFolder folder;
-  ImageHeader header = test_header(4, 4, kOne);
+  ImageHeader header = test_header(4, 4, bits_of_one);
   header.unit.clear();
   const OutputOptions options{folder / "a.fits", -32, ImageLayout::cube, false};
   write_test_image(options, header);
@@ -413,7 +413,7 @@ TEST(FitsCards, NoUnitNoBunit) {
 
 TEST(FitsCards, AxesWithoutTypeAndPlanesWithoutWavelengthAreClean) {
   TemporaryFolder folder;
-  ImageHeader header = test_header(4, 4, kThree);
+  ImageHeader header = test_header(4, 4, three);
   header.x = header.y = LinearAxis{};
   header.wavelengths.clear();
   header.unit.clear();
@@ -425,7 +425,7 @@ TEST(FitsCards, AxesWithoutTypeAndPlanesWithoutWavelengthAreClean) {
 TEST(FitsCards, ValuesThatFitsCannotHoldAreErrors) {
   TemporaryFolder folder;
   const OutputOptions options{folder / "a.fits", -32, ImageLayout::cube, false};
-  ImageHeader header = test_header(4, 4, kOne);
+  ImageHeader header = test_header(4, 4, bits_of_one);
   header.cards = {{"BAD", std::nan(""), ""}};
   EXPECT_THROW(make_fits_writer(options, header), RunError);
   header.cards = {{"HIERARCH GAMER " + std::string(70, 'K'), 0.1, ""}};
@@ -451,7 +451,7 @@ TEST(FitsCards, PercentEncoding) {
 
 TEST(FitsTable, TextsOfAnyKindRoundTrip) {
   TemporaryFolder folder;
-  ImageHeader header = test_header(4, 4, kOne);
+  ImageHeader header = test_header(4, 4, bits_of_one);
   std::string megabytes;
   for (int i = 0; i < 60000; ++i) megabytes += "line " + std::to_string(i) + " of a long text\n";
   header.tables = {
@@ -495,7 +495,7 @@ TEST(FitsTable, TextsOfAnyKindRoundTrip) {
 TEST(FitsTable, OneRowPerLine) {
   TemporaryFolder folder;
   if (astropy_python().empty()) GTEST_SKIP() << "no Python with Astropy";
-  ImageHeader header = test_header(4, 4, kOne);
+  ImageHeader header = test_header(4, 4, bits_of_one);
   header.tables = {{"T", {"NAME", "TEXT"}, {{"a", "x\ny é\n"}, {"b", "z"}}, {}}};
   const OutputOptions options{folder / "a.fits", -32, ImageLayout::cube, false};
   write_test_image(options, header);
@@ -518,7 +518,7 @@ std::string astropy(const std::filesystem::path& path, const std::string& script
 }
 
 /// World coordinates of the pixel (x, y, z), counted from 1, in degrees and Angstrom.
-const std::string kWorld =
+const std::string world =
     "def world(hdu, *pixel):\n"
     "    w = WCS(hdu.header)\n"
     "    c = w.wcs_pix2world([pixel], 1)[0]\n"
@@ -528,15 +528,15 @@ const std::string kWorld =
 TEST(FitsWorldCoordinates, LinearWavelengths) {
   if (astropy_python().empty()) GTEST_SKIP() << "no Python with Astropy";
   TemporaryFolder folder;
-  const ImageHeader header = test_header(8, 4, kLinear);
+  const ImageHeader header = test_header(8, 4, linear);
   for (const char* name : {"a.fits", "a.fits.fz"}) {
     const OutputOptions options{folder / name, -32, ImageLayout::cube, false};
     write_test_image(options, header);
     // 0.1 - 0.25 (1 - 4.5) = 0.975; -0.2 + 0.25 (4 - 2.5) = 0.175; the third wavelength.
     EXPECT_EQ(
-        astropy(options.path, kWorld + "i = [x for x in h if x.is_image and x.data is not None]\n"
-                                       "print(i[0].header[\"CTYPE3\"], i[0].header[\"CUNIT3\"])\n"
-                                       "world(i[0], 1, 4, 3)\n"),
+        astropy(options.path, world + "i = [x for x in h if x.is_image and x.data is not None]\n"
+                                      "print(i[0].header[\"CTYPE3\"], i[0].header[\"CUNIT3\"])\n"
+                                      "world(i[0], 1, 4, 3)\n"),
         "WAVE Angstrom\n0.975 0.175 4000.7\n");
   }
 }
@@ -545,16 +545,16 @@ TEST(FitsWorldCoordinates, LinearWavelengths) {
 TEST(FitsWorldCoordinates, UnevenWavelengthsAreCounted) {
   if (astropy_python().empty()) GTEST_SKIP() << "no Python with Astropy";
   TemporaryFolder folder;
-  const ImageHeader header = test_header(8, 4, kThree);
+  const ImageHeader header = test_header(8, 4, three);
   for (const char* name : {"a.fits", "a.fits.fz"}) {
     const OutputOptions options{folder / name, -64, ImageLayout::cube, false};
     write_test_image(options, header);
     EXPECT_EQ(astropy(options.path,
-                      kWorld + "i = [x for x in h if x.is_image and x.data is not None]\n"
-                               "print(i[0].header[\"CTYPE3\"])\n"
-                               "world(i[0], 1, 4, 1)\nworld(i[0], 8, 1, 2)\nworld(i[0], 1, 4, 3)\n"
-                               "print(i[0].data[2, 1, 5], [i[0].header[f\"WAVELEN{n}\"] for n in "
-                               "(1, 2, 3)])\n"),
+                      world + "i = [x for x in h if x.is_image and x.data is not None]\n"
+                              "print(i[0].header[\"CTYPE3\"])\n"
+                              "world(i[0], 1, 4, 1)\nworld(i[0], 8, 1, 2)\nworld(i[0], 1, 4, 3)\n"
+                              "print(i[0].data[2, 1, 5], [i[0].header[f\"WAVELEN{n}\"] for n in "
+                              "(1, 2, 3)])\n"),
               "PLANE\n0.975 0.175 1\n-0.775 -0.575 2\n0.975 0.175 3\n"
               "-68.7 [4400.0, 5500.0, 8000.0]\n");
   }
@@ -569,33 +569,33 @@ TEST(FitsWorldCoordinates, ManyPlanesHaveTheirWavelengths) {
   write_test_image(options, test_header(4, 3, wavelengths));
   expect_fitsverify_clean(options.path);
   EXPECT_EQ(
-      astropy(options.path, kWorld + "print(h[0].header[\"WAVELEN9\"], h[0].header[\"WAVELEN30\"],"
-                                     " h[0].data.shape)\nworld(h[0], 1, 1, 30)\n"),
+      astropy(options.path, world + "print(h[0].header[\"WAVELEN9\"], h[0].header[\"WAVELEN30\"],"
+                                    " h[0].data.shape)\nworld(h[0], 1, 1, 30)\n"),
       "4144.0 5131.0 (30, 3, 4)\n0.475 -0.45 30\n");
 }
 
 TEST(FitsWorldCoordinates, ExtensionsAndFilesHaveTwoAxes) {
   if (astropy_python().empty()) GTEST_SKIP() << "no Python with Astropy";
   TemporaryFolder folder;
-  const ImageHeader header = test_header(8, 4, kThree);
+  const ImageHeader header = test_header(8, 4, three);
   OutputOptions options{folder / "a.fits", -32, ImageLayout::extensions, false};
   write_test_image(options, header);
   EXPECT_EQ(
-      astropy(options.path, kWorld + "print(h[0].data, [x.name for x in h[1:]])\n"
-                                     "world(h[\"5500A\"], 1, 4)\n"
-                                     "print(h[\"5500A\"].header[\"WAVELEN1\"], h[1].data.shape)"),
+      astropy(options.path, world + "print(h[0].data, [x.name for x in h[1:]])\n"
+                                    "world(h[\"5500A\"], 1, 4)\n"
+                                    "print(h[\"5500A\"].header[\"WAVELEN1\"], h[1].data.shape)"),
       "None ['4400A', '5500A', '8000A']\n0.975 0.175\n5500.0 (4, 8)\n");
   options.layout = ImageLayout::files;
   write_test_image(options, header);
-  EXPECT_EQ(astropy(folder / "a_8000A.fits", kWorld + "print(len(h), h[0].name)\n"
-                                                      "world(h[0], 1, 4)\n"),
+  EXPECT_EQ(astropy(folder / "a_8000A.fits", world + "print(len(h), h[0].name)\n"
+                                                     "world(h[0], 1, 4)\n"),
             "1 8000A\n0.975 0.175\n");
 }
 
 // ---- Celestial coordinates ---------------------------------------------------------------------
 
 /// A header with a matrix and two more descriptions of the axes.
-const std::vector<std::string> kMatrixRecords = {"CTYPE1  = 'RA---TAN'           / first",
+const std::vector<std::string> matrix_records = {"CTYPE1  = 'RA---TAN'           / first",
                                                  "CRPIX1  =    4.500000000000000000",
                                                  "CRVAL1  = 1.0E-2",
                                                  "CTYPE2  = 'DEC--TAN'",
@@ -616,7 +616,7 @@ const std::vector<std::string> kMatrixRecords = {"CTYPE1  = 'RA---TAN'          
                                                  "CDELT1B = 2.0",
                                                  "CDELT2B = 2.0"};
 
-const std::vector<std::string> kSipRecords = {"CTYPE1  = 'RA---TAN-SIP'",
+const std::vector<std::string> sip_records = {"CTYPE1  = 'RA---TAN-SIP'",
                                               "CTYPE2  = 'DEC--TAN-SIP'",
                                               "CRPIX1  = 4.5",
                                               "CRPIX2  = 2.5",
@@ -636,7 +636,7 @@ std::vector<std::string> padded(std::vector<std::string> records) {
   return records;
 }
 
-const char* kReadCelestial = R"(
+const char* read_celestial = R"(
 import sys
 from astropy.io import fits
 from astropy.wcs import WCS
@@ -666,11 +666,11 @@ TEST_P(CelestialFormats, RecordsAreReproducedAndAstropyAgrees) {
   view.rotation = 20;
   view.width = 8;
   view.height = 4;
-  std::ofstream(folder / "read.py") << kReadCelestial;
+  std::ofstream(folder / "read.py") << read_celestial;
   std::string command = astropy_python() + " -W ignore '" + (folder / "read.py").string() + "'";
   std::string expected;
   for (const auto& records :
-       {padded(kMatrixRecords), padded(kSipRecords), CelestialWcs(view).records()}) {
+       {padded(matrix_records), padded(sip_records), CelestialWcs(view).records()}) {
     ImageHeader header = test_header(8, 4, format.wavelengths);
     header.wcs_records = records;
     const std::string name = std::to_string(records.size()) + format.suffix;
@@ -682,10 +682,10 @@ TEST_P(CelestialFormats, RecordsAreReproducedAndAstropyAgrees) {
     EXPECT_EQ(wcs.records(), records);
     const SkyPosition sky = *wcs.sky({1, 4});
     const bool third_axis = format.layout == ImageLayout::cube && format.wavelengths.size() > 1 &&
-                            records.size() != kSipRecords.size();
+                            records.size() != sip_records.size();
     expected += fmt::format("{:.11f} {:.11f}", sky.ra, sky.dec);
-    // Of those that are not evenly spaced the number.
-    const double first = format.wavelengths == kThree ? 1 : format.wavelengths[0];
+    // Wavelengths that are not evenly spaced are counted.
+    const double first = format.wavelengths == three ? 1 : format.wavelengths[0];
     expected += third_axis ? fmt::format(" {:.6g}\n", first) : "\n";
     command += " '" + path.string() + "'";
   }
@@ -697,7 +697,7 @@ std::vector<FormatCase> single_precision_formats() {
   std::vector<FormatCase> cases = all_formats();
   std::erase_if(cases, [](const FormatCase& format) {
     return format.bitpix != -32 ||
-           (format.layout != ImageLayout::cube && format.wavelengths != kThree);
+           (format.layout != ImageLayout::cube && format.wavelengths != three);
   });
   return cases;
 }
@@ -709,7 +709,7 @@ INSTANTIATE_TEST_SUITE_P(All, CelestialFormats, testing::ValuesIn(single_precisi
 
 TEST(FitsPlanes, UnitsAndCards) {
   TemporaryFolder folder;
-  ImageHeader header = test_header(4, 3, kThree);
+  ImageHeader header = test_header(4, 3, three);
   header.plane_units = {"mag", "", "MJy/sr"};
   for (int i = 0; i < 3; ++i) {
     header.plane_cards.push_back({{"PHOTPLAM", 100.5 * i, "pivot"},
@@ -764,7 +764,7 @@ TEST(ReadFits, WrongFilesAreInputErrors) {
   EXPECT_THROW(read_fits(folder.path()), InputError);
 
   const OutputOptions options{folder / "a.fits", -64, ImageLayout::cube, false};
-  write_test_image(options, test_header(64, 64, kOne));
+  write_test_image(options, test_header(64, 64, bits_of_one));
   std::filesystem::resize_file(options.path, 2880 * 4);
   try {
     read_fits(options.path);

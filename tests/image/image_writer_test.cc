@@ -14,7 +14,7 @@
 namespace gamer {
 namespace {
 
-const std::vector<double> kTwo = {4400, 5500};
+const std::vector<double> two = {4400, 5500};
 
 std::string message_of(const OutputOptions& options, const ImageHeader& header) {
   try {
@@ -46,7 +46,7 @@ int in_child(const std::function<int()>& body) {
 }
 
 TEST(OutputFiles, NamesFollowTheLayout) {
-  const ImageHeader header = test_header(4, 4, kTwo);
+  const ImageHeader header = test_header(4, 4, two);
   using Paths = std::vector<std::filesystem::path>;
   EXPECT_EQ(output_files({"d/a.fits"}, header), Paths{"d/a.fits"});
   OutputOptions options{"d/a.b.fits.fz", -32, ImageLayout::files, false};
@@ -59,7 +59,7 @@ TEST(OutputFiles, NamesFollowTheLayout) {
 
 TEST(CheckOutput, GoodOutputPassesAndLeavesNothing) {
   TemporaryFolder folder;
-  const ImageHeader header = test_header(100, 100, kTwo);
+  const ImageHeader header = test_header(100, 100, two);
   for (const char* name : {"a.fits", "a.fits.fz", "a.png", "a.bmp"}) {
     EXPECT_EQ(message_of({folder / name}, header), "") << name;
   }
@@ -68,7 +68,7 @@ TEST(CheckOutput, GoodOutputPassesAndLeavesNothing) {
 
 TEST(CheckOutput, UnknownSuffix) {
   TemporaryFolder folder;
-  const ImageHeader header = test_header(4, 4, kTwo);
+  const ImageHeader header = test_header(4, 4, two);
   for (const char* name : {"a.jpg", "a.fit", "a", ".fits", "fits", "a.fits.gz", "a.FITS"}) {
     const std::string message = message_of({folder / name}, header);
     EXPECT_TRUE(contains(message, ".fits, .fits.fz, .png, .bmp")) << name << ": " << message;
@@ -77,13 +77,12 @@ TEST(CheckOutput, UnknownSuffix) {
 
 TEST(CheckOutput, WrongBitpix) {
   TemporaryFolder folder;
-  EXPECT_TRUE(
-      contains(message_of({folder / "a.fits", 16}, test_header(4, 4, kTwo)), "bitpix = 16"));
+  EXPECT_TRUE(contains(message_of({folder / "a.fits", 16}, test_header(4, 4, two)), "bitpix = 16"));
 }
 
 TEST(CheckOutput, Folder) {
   TemporaryFolder folder;
-  const ImageHeader header = test_header(4, 4, kTwo);
+  const ImageHeader header = test_header(4, 4, two);
   EXPECT_TRUE(contains(message_of({folder / "none/a.fits"}, header), "does not exist"));
   std::ofstream(folder / "file") << "x";
   EXPECT_NE(message_of({folder / "file/a.fits"}, header), "");
@@ -98,7 +97,7 @@ TEST(CheckOutput, Folder) {
 TEST(CheckOutput, FolderThatCannotBeWritten) {
   if (geteuid() == 0) {
     // Root writes everywhere but into the kernel's own folders.
-    EXPECT_NE(message_of({"/proc/a.fits"}, test_header(4, 4, kTwo)), "");
+    EXPECT_NE(message_of({"/proc/a.fits"}, test_header(4, 4, two)), "");
     return;
   }
   TemporaryFolder folder;
@@ -107,12 +106,12 @@ TEST(CheckOutput, FolderThatCannotBeWritten) {
   std::filesystem::permissions(
       sealed, std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
   EXPECT_TRUE(
-      contains(message_of({sealed / "a.fits"}, test_header(4, 4, kTwo)), "Permission denied"));
+      contains(message_of({sealed / "a.fits"}, test_header(4, 4, two)), "Permission denied"));
 }
 
 TEST(CheckOutput, ExistingFile) {
   TemporaryFolder folder;
-  const ImageHeader header = test_header(4, 4, kTwo);
+  const ImageHeader header = test_header(4, 4, two);
   std::ofstream(folder / "a_5500A.fits") << "x";
   OutputOptions options{folder / "a.fits", -32, ImageLayout::files, false};
   EXPECT_TRUE(contains(message_of(options, header), "a_5500A.fits' exists"));
@@ -127,7 +126,7 @@ TEST(CheckOutput, ExistingFile) {
 
 TEST(CheckOutput, Labels) {
   TemporaryFolder folder;
-  ImageHeader header = test_header(4, 4, kTwo);
+  ImageHeader header = test_header(4, 4, two);
   const OutputOptions options{folder / "a.fits", -32, ImageLayout::files, false};
   header.labels = {"a", "a"};
   EXPECT_TRUE(contains(message_of(options, header), "label 'a'"));
@@ -137,7 +136,7 @@ TEST(CheckOutput, Labels) {
 
 TEST(CheckOutput, DiskTooSmall) {
   TemporaryFolder folder;
-  const ImageHeader header = test_header(1000000, 1000000, kTwo);
+  const ImageHeader header = test_header(1000000, 1000000, two);
   const std::string message = message_of({folder / "a.fits", -64}, header);
   // 1e12 pixels of 8 bytes in 2 planes.
   EXPECT_TRUE(contains(message, "needs 14.6 TiB on disk")) << message;
@@ -145,7 +144,7 @@ TEST(CheckOutput, DiskTooSmall) {
 
 TEST(CheckOutput, PictureTooLarge) {
   TemporaryFolder folder;
-  const ImageHeader header = test_header(1000000, 1000000, kTwo);
+  const ImageHeader header = test_header(1000000, 1000000, two);
   // 3 channels of 8 bytes and the picture's 6.
   const std::string message = message_of({folder / "a.png"}, header);
   EXPECT_TRUE(contains(message, "needs 21.8 TiB of memory")) << message;
@@ -155,7 +154,7 @@ TEST(CheckOutput, PictureTooLarge) {
 TEST(CheckOutput, PictureBeyondTheAddressSpaceLimit) {
   TemporaryFolder folder;
   const OutputOptions options{folder / "a.png"};
-  const ImageHeader header = test_header(4000, 4000, kTwo);
+  const ImageHeader header = test_header(4000, 4000, two);
   EXPECT_EQ(message_of(options, header), "");
 #ifdef __SANITIZE_ADDRESS__
   GTEST_SKIP() << "the sanitizer needs the whole address space";

@@ -53,7 +53,7 @@ Image galaxy(int size, double background = 0, double noise = 0) {
   return image;
 }
 
-const std::vector<double> kWavelengths = {4400, 5500, 8000};
+const std::vector<double> some_wavelengths = {4400, 5500, 8000};
 
 // ---- Lupton's formula --------------------------------------------------------------------------
 
@@ -147,7 +147,7 @@ TEST(MakePicture, NothingToSeeIsBlack) {
   for (const double value : {0.0, 3.0, -1.0, std::nan(""), infinity}) {
     Image image(4, 3, 3);
     std::fill_n(image.plane(0), 36, value);
-    const Picture picture = make_picture(image, kWavelengths);
+    const Picture picture = make_picture(image, some_wavelengths);
     for (const std::uint16_t channel : picture.rgb) EXPECT_EQ(channel, 0) << value;
   }
   Image image(4, 3, 1);
@@ -164,7 +164,8 @@ TEST(MakePicture, DoesNotDependOnTheUnit) {
   const double factors[] = {0x1p40, 0x1p-60, 0x1p20};
   for (const double factor : factors) {
     for (int i = 0; i < 64 * 64 * 3; ++i) scaled.plane(0)[i] = factor * image.plane(0)[i];
-    const Picture a = make_picture(image, kWavelengths), b = make_picture(scaled, kWavelengths);
+    const Picture a = make_picture(image, some_wavelengths),
+                  b = make_picture(scaled, some_wavelengths);
     for (std::size_t i = 0; i < a.rgb.size(); ++i) ASSERT_NEAR(a.rgb[i], b.rgb[i], 1);
   }
 }
@@ -197,13 +198,13 @@ void expect_natural(const Picture& picture) {
 }
 
 TEST(MakePicture, GalaxyLooksNatural) {
-  const Picture picture = make_picture(galaxy(256), kWavelengths);
+  const Picture picture = make_picture(galaxy(256), some_wavelengths);
   expect_natural(picture);
   EXPECT_EQ(pixel(picture, 0, 0), (Colour{0, 0, 0}));
 }
 
 TEST(MakePicture, SkyAndNoiseAreTakenAway) {
-  expect_natural(make_picture(galaxy(256, 5, 0.002), kWavelengths));
+  expect_natural(make_picture(galaxy(256, 5, 0.002), some_wavelengths));
 }
 
 // ---- Files -------------------------------------------------------------------------------------
@@ -392,10 +393,10 @@ TEST(PictureFile, WhatCannotBeWrittenIsSaidBefore) {
 
 TEST(AutomaticTone, IsThatOfMakePictureWhateverTheThreads) {
   const Image image = galaxy(128, 5, 0.002);
-  const Picture picture = make_picture(image, kWavelengths);
+  const Picture picture = make_picture(image, some_wavelengths);
   const std::vector<PlanePtr> planes = {memory_plane(image, 0), memory_plane(image, 1),
                                         memory_plane(image, 2)};
-  const auto channels = picture_channels(planes, kWavelengths);
+  const auto channels = picture_channels(planes, some_wavelengths);
   ASSERT_EQ(channels.size(), 3U);
   const PictureTone tone = automatic_tone(channels, 1), same = automatic_tone(channels, 3);
   EXPECT_EQ(tone.black, same.black);
@@ -438,9 +439,9 @@ TEST(AutomaticTone, SixteenBits) {
 TEST(PictureWriter, SameAsMakePictureInAnyOrder) {
   const int size = 32;
   const Image image = galaxy(size);
-  ImageHeader header = test_header(size, size, kWavelengths);
+  ImageHeader header = test_header(size, size, some_wavelengths);
   TemporaryFolder folder;
-  write_png(folder / "expected.png", make_picture(image, kWavelengths));
+  write_png(folder / "expected.png", make_picture(image, some_wavelengths));
   auto writer = make_image_writer({folder / "a.png"}, header);
   for (int i = 0; i < size; ++i) {
     const int y = i * 7 % size;
@@ -489,7 +490,7 @@ TEST(PictureWriter, FacesStandWhereTheySay) {
 
 TEST(PictureWriter, MissingRowOrAppearedFileIsAnError) {
   TemporaryFolder folder;
-  const ImageHeader header = test_header(4, 2, kWavelengths);
+  const ImageHeader header = test_header(4, 2, some_wavelengths);
   auto writer = make_image_writer({folder / "a.bmp"}, header);
   writer->write_rows(0, 1, test_rows(header, 0, 1));
   EXPECT_THROW(writer->finish(), RunError);

@@ -22,10 +22,10 @@ FitsHeader header_of(const std::string& projection, const Cards& cards) {
   return header;
 }
 
-const Cards kReference = {{"CRPIX1", 60.25}, {"CRPIX2", 41.5}, {"CRVAL1", 150.1}, {"CRVAL2", 2.2}};
+const Cards reference = {{"CRPIX1", 60.25}, {"CRPIX2", 41.5}, {"CRVAL1", 150.1}, {"CRVAL2", 2.2}};
 
 FitsHeader with(const std::string& projection, Cards cards) {
-  cards.insert(cards.begin(), kReference.begin(), kReference.end());
+  cards.insert(cards.begin(), reference.begin(), reference.end());
   return header_of(projection, cards);
 }
 
@@ -55,7 +55,7 @@ struct NamedHeader {
   FitsHeader header;
 };
 std::vector<NamedHeader> headers() {
-  FitsHeader swapped = header_of("TAN", kReference);
+  FitsHeader swapped = header_of("TAN", reference);
   swapped.set("CTYPE1", std::string("DEC--TAN"));
   swapped.set("CTYPE2", std::string("RA---TAN"));
   swapped.set("CRVAL1", 2.2);
@@ -119,7 +119,7 @@ double separation(const SkyPosition& a, const SkyPosition& b) {
 
 /// Every description, every map: each pixel keeps its place on the sky.
 TEST(MapPixels, KeepsTheSky) {
-  constexpr double kPixel = 5e-5;  // deg
+  constexpr double some_pixel = 5e-5;  // deg
   for (const NamedHeader& old : headers()) {
     const CelestialWcs before = CelestialWcs::from_header(text_of(old.header), old.name);
     for (const auto& [name, map] : maps()) {
@@ -136,7 +136,7 @@ TEST(MapPixels, KeepsTheSky) {
         }
       }
       // A last digit of 150 deg is worth 6e-10 pixels.
-      EXPECT_LT(worst / kPixel, 1e-9);
+      EXPECT_LT(worst / some_pixel, 1e-9);
       const bool has_rotation = header.has("CROTA1") || header.has("CROTA2");
       EXPECT_EQ(has_rotation, old.name.starts_with("crota") && map.moves_only());
     }

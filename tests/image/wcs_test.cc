@@ -15,7 +15,7 @@
 namespace gamer {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180, kArcsecond = kDegree / 3600;
+constexpr double degree = std::numbers::pi / 180, arcsecond = degree / 3600;
 
 // ---- Closed forms ------------------------------------------------------------------------------
 
@@ -38,7 +38,7 @@ struct ZenithalPoint {
 
 ZenithalPoint zenithal(const std::string& projection, const SkyPosition& center,
                        const SkyPosition& sky) {
-  const double d0 = center.dec * kDegree, d = sky.dec * kDegree, a = (sky.ra - center.ra) * kDegree;
+  const double d0 = center.dec * degree, d = sky.dec * degree, a = (sky.ra - center.ra) * degree;
   const double east = std::cos(d) * std::sin(a);
   const double north = std::cos(d0) * std::sin(d) - std::sin(d0) * std::cos(d) * std::cos(a);
   const double toward = std::sin(d0) * std::sin(d) + std::cos(d0) * std::cos(d) * std::cos(a);
@@ -48,7 +48,7 @@ ZenithalPoint zenithal(const std::string& projection, const SkyPosition& center,
   if (projection == "SIN") radius = std::sin(c);
   if (projection == "STG") radius = 2 * std::tan(c / 2);
   if (projection == "ZEA") radius = 2 * std::sin(c / 2);
-  const double scale = sine == 0 ? 0 : radius / sine / kDegree;
+  const double scale = sine == 0 ? 0 : radius / sine / degree;
   return {scale * east, scale * north, c};
 }
 
@@ -59,8 +59,8 @@ double separation(const SkyPosition& a, const SkyPosition& b) {
 
 class ClosedForm : public testing::TestWithParam<const char*> {};
 
-/// Of points up to 36000 pixels from the centre, where the last digit of an angle, 1e-16 rad, is
-/// worth 1e-10 pixels.
+/// The points are up to 36000 pixels from the centre, where the last digit of an angle, 1e-16 rad,
+/// is worth 1e-10 pixels.
 TEST_P(ClosedForm, GridAcrossThePoleAndRaZero) {
   const std::string projection = GetParam();
   double worst_pixel = 0, worst_sky = 0;
@@ -75,15 +75,15 @@ TEST_P(ClosedForm, GridAcrossThePoleAndRaZero) {
       view.width = 4000;
       view.height = 3001;
       const CelestialWcs wcs(view);
-      const double s = view.pixel_scale / 3600, sine = std::sin(rotation * kDegree),
-                   cosine = std::cos(rotation * kDegree);
+      const double s = view.pixel_scale / 3600, sine = std::sin(rotation * degree),
+                   cosine = std::cos(rotation * degree);
       // East is to the left and North up, both turned from North towards East.
       const Plane plane = {-s * cosine, s * sine, s * sine, s * cosine};
       for (int i = -4; i <= 4; ++i) {
         for (int j = -4; j <= 4; ++j) {
           const double dec = center.dec + 0.25 * j;
           if (std::abs(dec) > 90) continue;
-          const double stretch = std::max(std::cos(dec * kDegree), 0.02);
+          const double stretch = std::max(std::cos(dec * degree), 0.02);
           const double ra = std::fmod(center.ra + 0.25 * i / stretch + 720, 360);
           const ZenithalPoint point = zenithal(projection, center, {ra, dec});
           const PixelPosition beside = plane.pixels(point.x, point.y);
@@ -102,7 +102,7 @@ TEST_P(ClosedForm, GridAcrossThePoleAndRaZero) {
     }
   }
   EXPECT_LT(worst_pixel, 2e-9);
-  EXPECT_LT(worst_sky / kArcsecond, 4e-10);
+  EXPECT_LT(worst_sky / arcsecond, 4e-10);
 }
 
 INSTANTIATE_TEST_SUITE_P(Zenithal, ClosedForm, testing::Values("TAN", "SIN", "STG", "ZEA"),
@@ -122,7 +122,7 @@ SkyView test_view() {
 /// From `a` to `b`, from North towards East, deg.
 double position_angle(const SkyPosition& a, const SkyPosition& b) {
   const ZenithalPoint point = zenithal("TAN", a, b);
-  return std::atan2(point.x, point.y) / kDegree;
+  return std::atan2(point.x, point.y) / degree;
 }
 
 /// Parameters without which a projection is not defined.
@@ -145,7 +145,7 @@ TEST(SkyViews, UpIsThePositionAngle) {
     const SkyPosition up = *wcs.sky({middle.x, middle.y + 10});
     const double angle = position_angle(center, up);
     EXPECT_NEAR(std::remainder(angle - rotation, 360), 0, 3e-9);
-    EXPECT_NEAR(separation(center, up) / kArcsecond, 1, 2e-10);
+    EXPECT_NEAR(separation(center, up) / arcsecond, 1, 2e-10);
     // Left of up is East of it.
     const double left = position_angle(center, *wcs.sky({middle.x - 10, middle.y}));
     EXPECT_NEAR(std::remainder(left - rotation - 90, 360), 0, 3e-9);
@@ -165,7 +165,7 @@ TEST_P(EveryProjection, MiddleIsTheCenterAndNorthIsUp) {
       const CelestialWcs wcs(view);
       const auto center = wcs.sky(middle);
       ASSERT_TRUE(center.has_value()) << dec;
-      EXPECT_LT(separation(view.center, *center) / kArcsecond, 8e-10) << dec;
+      EXPECT_LT(separation(view.center, *center) / arcsecond, 8e-10) << dec;
       const auto pixel = wcs.pixel(view.center);
       ASSERT_TRUE(pixel.has_value()) << dec;
       EXPECT_LT(std::hypot(pixel->x - middle.x, pixel->y - middle.y), 2e-8) << dec;
@@ -299,9 +299,9 @@ std::string header_of(const std::vector<std::string>& cards) {
   return header;
 }
 
-const std::vector<std::string> kTan = {"CTYPE1  = 'RA---TAN'", "CTYPE2  = 'DEC--TAN'",
-                                       "CRPIX1  = 50.5",       "CRPIX2  = 25.5",
-                                       "CRVAL1  = 0.01",       "CRVAL2  = 40.0"};
+const std::vector<std::string> tan_header = {"CTYPE1  = 'RA---TAN'", "CTYPE2  = 'DEC--TAN'",
+                                             "CRPIX1  = 50.5",       "CRPIX2  = 25.5",
+                                             "CRVAL1  = 0.01",       "CRVAL2  = 40.0"};
 
 std::vector<std::string> with(std::vector<std::string> cards,
                               const std::vector<std::string>& more) {
@@ -309,7 +309,7 @@ std::vector<std::string> with(std::vector<std::string> cards,
   return cards;
 }
 
-/// Sky to pixels as kTan and the matrix say.
+/// Sky to pixels as tan_header and the matrix say.
 void expect_plane(const CelestialWcs& wcs, const Plane& plane) {
   for (const double ra : {359.98, 0.0, 0.005, 0.04}) {
     for (const double dec : {39.97, 40.0, 40.02}) {
@@ -328,15 +328,15 @@ void expect_plane(const CelestialWcs& wcs, const Plane& plane) {
   }
 }
 
-const std::vector<std::string> kMatrix = {"CD1_1   = -7.0E-05", "CD1_2   = 2.0E-5",
-                                          "CD2_1   = 2.1E-05", "CD2_2   = 7.1E-5"};
-constexpr Plane kMatrixPlane = {-7e-5, 2e-5, 2.1e-5, 7.1e-5};
+const std::vector<std::string> matrix_header = {"CD1_1   = -7.0E-05", "CD1_2   = 2.0E-5",
+                                                "CD2_1   = 2.1E-05", "CD2_2   = 7.1E-5"};
+constexpr Plane matrix_plane = {-7e-5, 2e-5, 2.1e-5, 7.1e-5};
 
 TEST(SkyHeaders, MatrixForms) {
   const auto read = [](const std::vector<std::string>& more) {
-    return CelestialWcs::from_header(header_of(with(kTan, more)), "test");
+    return CelestialWcs::from_header(header_of(with(tan_header, more)), "test");
   };
-  expect_plane(read(kMatrix), kMatrixPlane);
+  expect_plane(read(matrix_header), matrix_plane);
   expect_plane(read({"CDELT1  = -2E-4", "CDELT2  = 1E-4"}), {-2e-4, 0, 0, 1e-4});
   expect_plane(read({"CDELT1  = -2E-4", "CDELT2  = 1E-4", "PC1_2   = 0.25", "PC2_1   = -0.5"}),
                {-2e-4, -0.5e-4, -0.5e-4, 1e-4});
@@ -347,10 +347,10 @@ TEST(SkyHeaders, MatrixForms) {
   expect_plane(read({"CUNIT1  = 'arcsec'", "CUNIT2  = 'degrees'", "CDELT1  = -0.72",
                      "CDELT2  = 1E-4", "CRVAL1  = 36.0"}),
                {-2e-4, 0, 0, 1e-4});
-  expect_plane(read(with(kMatrix, {"NAXIS   = 3", "WCSAXES = 3", "CTYPE3  = 'WAVE-TAB'",
-                                   "PS3_0   = 'WCS-TABLE'", "PS3_1   = 'WAVELENGTH'",
-                                   "CD3_3   = 1.0", "CD1_3   = 0.0"})),
-               kMatrixPlane);
+  expect_plane(read(with(matrix_header, {"NAXIS   = 3", "WCSAXES = 3", "CTYPE3  = 'WAVE-TAB'",
+                                         "PS3_0   = 'WCS-TABLE'", "PS3_1   = 'WAVELENGTH'",
+                                         "CD3_3   = 1.0", "CD1_3   = 0.0"})),
+               matrix_plane);
 }
 
 TEST(SkyHeaders, DeclinationFirst) {
@@ -364,29 +364,29 @@ TEST(SkyHeaders, DeclinationFirst) {
 
 /// The distortion of SIP: u' = u + A(u, v), v' = v + B(u, v), from the reference pixel (Shupe et
 /// al. 2005, ASPC 347, 491).
-const std::vector<std::string> kSip = {"CTYPE1  = 'RA---TAN-SIP'",
-                                       "CTYPE2  = 'DEC--TAN-SIP'",
-                                       "CRPIX1  = 50.5",
-                                       "CRPIX2  = 25.5",
-                                       "CRVAL1  = 0.01",
-                                       "CRVAL2  = 40.0",
-                                       "CD1_1   = -7.0E-05",
-                                       "CD1_2   = 2.0E-5",
-                                       "CD2_1   = 2.1E-05",
-                                       "CD2_2   = 7.1E-5",
-                                       "A_ORDER = 2",
-                                       "A_2_0   = 1.0E-5",
-                                       "A_0_2   = 2E-6",
-                                       "B_ORDER = 2",
-                                       "B_1_1   = -1.3E-5",
-                                       "AP_ORDER= 1",
-                                       "AP_1_0  = 0.0",
-                                       "BP_ORDER= 1",
-                                       "BP_0_1  = 0.0"};
+const std::vector<std::string> sip_header = {"CTYPE1  = 'RA---TAN-SIP'",
+                                             "CTYPE2  = 'DEC--TAN-SIP'",
+                                             "CRPIX1  = 50.5",
+                                             "CRPIX2  = 25.5",
+                                             "CRVAL1  = 0.01",
+                                             "CRVAL2  = 40.0",
+                                             "CD1_1   = -7.0E-05",
+                                             "CD1_2   = 2.0E-5",
+                                             "CD2_1   = 2.1E-05",
+                                             "CD2_2   = 7.1E-5",
+                                             "A_ORDER = 2",
+                                             "A_2_0   = 1.0E-5",
+                                             "A_0_2   = 2E-6",
+                                             "B_ORDER = 2",
+                                             "B_1_1   = -1.3E-5",
+                                             "AP_ORDER= 1",
+                                             "AP_1_0  = 0.0",
+                                             "BP_ORDER= 1",
+                                             "BP_0_1  = 0.0"};
 
 TEST(SkyHeaders, Sip) {
-  const CelestialWcs wcs = CelestialWcs::from_header(header_of(kSip), "test");
-  EXPECT_EQ(wcs.records().size(), kSip.size());
+  const CelestialWcs wcs = CelestialWcs::from_header(header_of(sip_header), "test");
+  EXPECT_EQ(wcs.records().size(), sip_header.size());
   for (const double x : {1.0, 40.0, 1000.0}) {
     for (const double y : {-20.0, 25.5, 800.0}) {
       const double u = x - 50.5, v = y - 25.5;
@@ -394,7 +394,7 @@ TEST(SkyHeaders, Sip) {
       const auto sky = wcs.sky({x, y});
       ASSERT_TRUE(sky.has_value());
       const ZenithalPoint point = zenithal("TAN", {0.01, 40}, *sky);
-      const PixelPosition beside = kMatrixPlane.pixels(point.x, point.y);
+      const PixelPosition beside = matrix_plane.pixels(point.x, point.y);
       EXPECT_NEAR(beside.x, bent_u, 6e-10);
       EXPECT_NEAR(beside.y, bent_v, 6e-10);
       const auto pixel = wcs.pixel(*sky);
@@ -449,7 +449,7 @@ TEST(SkyHeaders, WrongOnesAreInputErrors) {
     return input_error([&] { CelestialWcs::from_header(header_of(cards), "a.fits"); });
   };
   const auto axes = [&](const std::string& first, const std::string& second) {
-    std::vector<std::string> cards = with(kTan, kMatrix);
+    std::vector<std::string> cards = with(tan_header, matrix_header);
     cards[0] = fmt::format("CTYPE1  = '{}'", first);
     cards[1] = fmt::format("CTYPE2  = '{}'", second);
     return error(cards);
@@ -473,23 +473,24 @@ TEST(SkyHeaders, WrongOnesAreInputErrors) {
             "a.fits: Inconsistent projection types (expected DEC--TAN, got DEC--SIN in CTYPE2)");
   EXPECT_EQ(axes("RA---COE", "DEC--COE"),
             "a.fits: Invalid parameters for conic equal area projection");
-  EXPECT_EQ(error(with(kTan, {"CD1_1   = 0.0"})), "a.fits: PCi_ja matrix is singular");
-  EXPECT_EQ(error(with(kTan, {"CDELT1  = 'abc'"})),
+  EXPECT_EQ(error(with(tan_header, {"CD1_1   = 0.0"})), "a.fits: PCi_ja matrix is singular");
+  EXPECT_EQ(error(with(tan_header, {"CDELT1  = 'abc'"})),
             "a.fits: cannot read the card 'CDELT1  = "
             "'abc''");
   for (const char* unit : {"furlong", "kpc"}) {
-    EXPECT_EQ(error(with(kTan, {fmt::format("CUNIT2  = '{}'", unit)})),
+    EXPECT_EQ(error(with(tan_header, {fmt::format("CUNIT2  = '{}'", unit)})),
               fmt::format("a.fits: CUNIT2 = '{}' is no unit of angles", unit));
   }
-  EXPECT_EQ(error(with(kTan, {"CTYPE3  = 'WAVE'", "PC1_3   = 0.1"})),
+  EXPECT_EQ(error(with(tan_header, {"CTYPE3  = 'WAVE'", "PC1_3   = 0.1"})),
             "a.fits: PC1_3: axes 1 and 2 depend on a further pixel axis");
-  EXPECT_EQ(error(with(kTan, {"CPDIS1  = 'Lookup'"})),
+  EXPECT_EQ(error(with(tan_header, {"CPDIS1  = 'Lookup'"})),
             "a.fits: CPDIS1: distortions in look-up tables are not supported");
 }
 
 TEST(SkyHeaders, PixelsHaveSensibleSides) {
   const auto error = [](const std::vector<std::string>& cards) {
-    return input_error([&] { CelestialWcs::from_header(header_of(with(kTan, cards)), "a.fits"); });
+    return input_error(
+        [&] { CelestialWcs::from_header(header_of(with(tan_header, cards)), "a.fits"); });
   };
   const auto matrix = [&](const char* xx, const char* xy, const char* yx, const char* yy) {
     return error({fmt::format("CD1_1   = {}", xx), fmt::format("CD1_2   = {}", xy),
@@ -511,7 +512,8 @@ TEST(SkyHeaders, PixelsHaveSensibleSides) {
 
 TEST(SkyHeaders, DistortionsThatFoldOrTearTheImageAreInputErrors) {
   const auto error = [](const std::string& type, const std::vector<std::string>& cards) {
-    std::vector<std::string> all = with(with(kTan, kMatrix), {"CRPIX1  = 16.5", "CRPIX2  = 16.5"});
+    std::vector<std::string> all =
+        with(with(tan_header, matrix_header), {"CRPIX1  = 16.5", "CRPIX2  = 16.5"});
     all[0] = fmt::format("CTYPE1  = 'RA---{}'", type);
     all[1] = fmt::format("CTYPE2  = 'DEC--{}'", type);
     const CelestialWcs wcs = CelestialWcs::from_header(header_of(with(all, cards)), "a.fits");
@@ -603,7 +605,7 @@ TEST(SkyArrays, AreTheSameAsOneByOneInEveryProjection) {
 
 /// The distortion makes WCSLIB use memory of its own for each call.
 TEST(SkyArrays, ManyThreadsGetTheSame) {
-  const CelestialWcs wcs = CelestialWcs::from_header(header_of(kSip), "test");
+  const CelestialWcs wcs = CelestialWcs::from_header(header_of(sip_header), "test");
   const auto sum = [&wcs](int seed) {
     double total = 0;
     for (int i = 0; i < 20000; ++i) {
@@ -614,11 +616,11 @@ TEST(SkyArrays, ManyThreadsGetTheSame) {
     }
     return total;
   };
-  constexpr int kThreads = 8;
-  std::array<double, kThreads> alone, together;
-  for (int i = 0; i < kThreads; ++i) alone[i] = sum(i);
+  constexpr int thread_count = 8;
+  std::array<double, thread_count> alone, together;
+  for (int i = 0; i < thread_count; ++i) alone[i] = sum(i);
   std::vector<std::jthread> threads;
-  for (int i = 0; i < kThreads; ++i) {
+  for (int i = 0; i < thread_count; ++i) {
     threads.emplace_back([&, i] { together[i] = sum(i); });
   }
   threads.clear();

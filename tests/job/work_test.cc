@@ -119,9 +119,9 @@ TEST_F(WorkTest, DamagedOutputsAreNotComplete) {
   work(options);
   options.resume = true;
   std::string bytes = file_bytes(image_);
-  constexpr std::size_t kBlock = 2880;
+  constexpr std::size_t block_size = 2880;
   const std::size_t end = bytes.find("END" + std::string(77, ' '));
-  bytes[(end / kBlock + 1) * kBlock] ^= 1;
+  bytes[(end / block_size + 1) * block_size] ^= 1;
   std::ofstream(image_, std::ios::binary) << bytes;
   EXPECT_EQ(error_text([&] { Work(job(), options, 1, 1, nullptr); }),
             image_.string() +

@@ -18,8 +18,8 @@
 namespace gamer {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double pi_value = std::numbers::pi;
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
 /// The overlap by integrating the ellipse's chord over the pixel, piece by piece between kinks.
 double overlap_by_chords(double x, double y, double x0, double y0, double a, double ratio,
@@ -51,8 +51,8 @@ double overlap_by_chords(double x, double y, double x0, double y0, double a, dou
     // The sine takes away the roots at the ends.
     const double middle = (kinks[i] + kinks[i + 1]) / 2, half = (kinks[i + 1] - kinks[i]) / 2;
     area += boost::math::quadrature::gauss_kronrod<double, 31>::integrate(
-        [&](double t) { return half * std::cos(t) * chord(middle + half * std::sin(t)); }, -kPi / 2,
-        kPi / 2, 10, 1e-13);
+        [&](double t) { return half * std::cos(t) * chord(middle + half * std::sin(t)); },
+        -pi_value / 2, pi_value / 2, 10, 1e-13);
   }
   return area;
 }
@@ -61,11 +61,11 @@ TEST(Ellipses, OverlapIsExact) {
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> unit(0, 1);
   for (int i = 0; i < 20000; ++i) {
-    const double ratio = i % 3 == 0 ? 1 : 0.1 + 0.9 * unit(random), angle = kPi * unit(random);
+    const double ratio = i % 3 == 0 ? 1 : 0.1 + 0.9 * unit(random), angle = pi_value * unit(random);
     const double a = std::pow(10, 4 * unit(random) - 1);
     const double x0 = unit(random), y0 = unit(random);
     // A pixel near the rim.
-    const double t = 2 * kPi * unit(random), c = std::cos(angle), s = std::sin(angle);
+    const double t = 2 * pi_value * unit(random), c = std::cos(angle), s = std::sin(angle);
     const double u = a * std::cos(t), v = a * ratio * std::sin(t);
     const int x = static_cast<int>(std::lround(x0 + u * c - v * s + 2 * unit(random) - 1));
     const int y = static_cast<int>(std::lround(y0 + u * s + v * c + 2 * unit(random) - 1));
@@ -77,23 +77,23 @@ TEST(Ellipses, OverlapIsExact) {
 
 TEST(Ellipses, OverlapOfPlainCases) {
   const Ellipses circles(0, 0);
-  EXPECT_NEAR(circles.overlap(0, 0, 0.5), kPi / 4, 1e-15);
-  EXPECT_NEAR(circles.overlap(0, 0, 1e-7), kPi * 1e-14, 1e-24);
+  EXPECT_NEAR(circles.overlap(0, 0, 0.5), pi_value / 4, 1e-15);
+  EXPECT_NEAR(circles.overlap(0, 0, 1e-7), pi_value * 1e-14, 1e-24);
   EXPECT_EQ(circles.overlap(0, 0, 0), 0);
   EXPECT_EQ(circles.overlap(0, 0, std::sqrt(0.5)), 1);
   EXPECT_EQ(circles.overlap(5, 5, 4), 0);
   // The centre on a corner and on an edge of the pixel; the rim through corners.
-  EXPECT_NEAR(Ellipses(0.5, 0.5).overlap(0, 0, 1), kPi / 4, 1e-15);
-  EXPECT_NEAR(Ellipses(0.5, 0).overlap(0, 0, 0.5), kPi / 8, 1e-15);
-  EXPECT_NEAR(Ellipses(-0.5, -0.5).overlap(0, 0, 1), kPi / 4, 1e-15);
+  EXPECT_NEAR(Ellipses(0.5, 0.5).overlap(0, 0, 1), pi_value / 4, 1e-15);
+  EXPECT_NEAR(Ellipses(0.5, 0).overlap(0, 0, 0.5), pi_value / 8, 1e-15);
+  EXPECT_NEAR(Ellipses(-0.5, -0.5).overlap(0, 0, 1), pi_value / 4, 1e-15);
   // All pixels together are the ellipse.
   const Ellipses tilted(10.3, 9.8, 0.3, 0.7);
   double area = 0;
   for (int y = 0; y < 20; ++y) {
     for (int x = 0; x < 20; ++x) area += tilted.overlap(x, y, 8);
   }
-  EXPECT_NEAR(area, kPi * 8 * 8 * 0.3, 1e-12);
-  EXPECT_NEAR(tilted.area(8), kPi * 8 * 8 * 0.3, 1e-12);
+  EXPECT_NEAR(area, pi_value * 8 * 8 * 0.3, 1e-12);
+  EXPECT_NEAR(tilted.area(8), pi_value * 8 * 8 * 0.3, 1e-12);
 }
 
 /// A profile integrated over pixels by Gauss's rule, finer towards the centre.
@@ -128,21 +128,22 @@ MemoryPlane profile_plane(int size, double x0, double y0, const std::function<do
 
 /// Pixels spread light evenly over themselves: twice a side's variance of 1/12 is added to sigma^2.
 TEST(Aperture, Gaussian) {
-  constexpr double kSigma = 8, kSeen = 64 + 1.0 / 6, kX = 100.3, kY = 99.6;
-  const MemoryPlane plane = profile_plane(201, kX, kY, [](double r) {
-    return std::exp(-r * r / (2 * kSigma * kSigma)) / (2 * kPi * kSigma * kSigma);
+  constexpr double true_sigma = 8, seen = 64 + 1.0 / 6, true_x = 100.3, true_y = 99.6;
+  const MemoryPlane plane = profile_plane(201, true_x, true_y, [](double r) {
+    return std::exp(-r * r / (2 * true_sigma * true_sigma)) /
+           (2 * pi_value * true_sigma * true_sigma);
   });
-  const Ellipses circles(kX, kY);
+  const Ellipses circles(true_x, true_y);
   const std::vector<double> radii = {40, 6, 12, 12, 20};
   const std::vector<ApertureSum> sums = aperture_sums(plane, circles, radii, 0, 2);
   for (std::size_t i = 0; i < radii.size(); ++i) {
-    const double wanted = 1 - std::exp(-radii[i] * radii[i] / (2 * kSeen));
+    const double wanted = 1 - std::exp(-radii[i] * radii[i] / (2 * seen));
     EXPECT_NEAR(sums[i].flux / wanted, 1, 2e-4) << radii[i];
-    EXPECT_NEAR(sums[i].area, kPi * radii[i] * radii[i], 1e-9);
+    EXPECT_NEAR(sums[i].area, pi_value * radii[i] * radii[i], 1e-9);
     EXPECT_EQ(sums[i].missing, 0);
   }
   EXPECT_EQ(sums[2].flux, sums[3].flux);
-  EXPECT_NEAR(radius_of_flux(plane, circles, 0.5, 90, 0, 2) / (1.1774100226 * std::sqrt(kSeen)), 1,
+  EXPECT_NEAR(radius_of_flux(plane, circles, 0.5, 90, 0, 2) / (1.1774100226 * std::sqrt(seen)), 1,
               6e-5);
 }
 
@@ -151,45 +152,48 @@ TEST(Aperture, Gaussian) {
 // profile's. Of the exponential that is up to 2e-4, of the other one 4.5e-4.
 
 TEST(Aperture, EllipticalExponential) {
-  constexpr double kScale = 20, kRatio = 0.5, kAngle = 0.6;
-  const double total = 2 * kPi * kScale * kScale * kRatio;
+  constexpr double scale = 20, true_ratio = 0.5, true_angle = 0.6;
+  const double total = 2 * pi_value * scale * scale * true_ratio;
   const MemoryPlane plane = profile_plane(
-      401, 200, 200.4, [](double r) { return std::exp(-r / kScale); }, kRatio, kAngle);
-  const Ellipses ellipses(200, 200.4, kRatio, kAngle);
-  constexpr double kPixels = (1 + 1 / (kRatio * kRatio)) / (2 * kScale * kScale) / 12;
+      401, 200, 200.4, [](double r) { return std::exp(-r / scale); }, true_ratio, true_angle);
+  const Ellipses ellipses(200, 200.4, true_ratio, true_angle);
+  constexpr double pixel_count = (1 + 1 / (true_ratio * true_ratio)) / (2 * scale * scale) / 12;
   for (const double h : {1, 2, 4, 9}) {
-    const double flux = aperture_sums(plane, ellipses, std::array{h * kScale}, 0, 2)[0].flux;
-    EXPECT_NEAR(flux / total, 1 - (1 + h + kPixels * h) * std::exp(-h), 1e-5) << h;
+    const double flux = aperture_sums(plane, ellipses, std::array{h * scale}, 0, 2)[0].flux;
+    EXPECT_NEAR(flux / total, 1 - (1 + h + pixel_count * h) * std::exp(-h), 1e-5) << h;
   }
-  constexpr double kHalf = 1.678347;
-  EXPECT_NEAR(radius_of_flux(plane, ellipses, total / 2, 190, 0, 2) / (kHalf * kScale),
-              1 + kPixels / kHalf, 1.7e-5);
+  constexpr double one_half = 1.678347;
+  EXPECT_NEAR(radius_of_flux(plane, ellipses, total / 2, 190, 0, 2) / (one_half * scale),
+              1 + pixel_count / one_half, 1.7e-5);
 }
 
 TEST(Aperture, DeVaucouleurs) {
-  constexpr double kRadius = 30, kB = 7.669249443;
-  const MemoryPlane plane = profile_plane(
-      401, 200, 200, [](double r) { return std::exp(-kB * (std::pow(r / kRadius, 0.25) - 1)); });
+  constexpr double true_radius = 30, sersic_b = 7.669249443;
+  const MemoryPlane plane = profile_plane(401, 200, 200, [](double r) {
+    return std::exp(-sersic_b * (std::pow(r / true_radius, 0.25) - 1));
+  });
   // 8 pi exp(b) b^-8 Gamma(8) = 22.66523 R_e^2.
-  const double total = 22.66523 * kRadius * kRadius;
+  const double total = 22.66523 * true_radius * true_radius;
   const Ellipses circles(200, 200);
   for (const double radius : {15, 30, 60, 180}) {
-    const double wanted = boost::math::gamma_p(8.0, kB * std::pow(radius / kRadius, 0.25));
+    const double wanted =
+        boost::math::gamma_p(8.0, sersic_b * std::pow(radius / true_radius, 0.25));
     const double flux = aperture_sums(plane, circles, std::array{radius}, 0, 2)[0].flux;
-    const double root = std::pow(radius / kRadius, 0.25);
-    const double pixels = 2 * kPi / 12 * kB / 4 * root * std::exp(-kB * (root - 1));
+    const double root = std::pow(radius / true_radius, 0.25);
+    const double pixels =
+        2 * pi_value / 12 * sersic_b / 4 * root * std::exp(-sersic_b * (root - 1));
     EXPECT_NEAR((flux + pixels) / total / wanted, 1, 5.2e-5) << radius;
   }
-  EXPECT_NEAR(radius_of_flux(plane, circles, total / 2, 200, 0, 2) / kRadius,
-              1 + kB / 4 / 12 / (kRadius * kRadius), 1.5e-5);
+  EXPECT_NEAR(radius_of_flux(plane, circles, total / 2, 200, 0, 2) / true_radius,
+              1 + sersic_b / 4 / 12 / (true_radius * true_radius), 1.5e-5);
 }
 
 TEST(Aperture, UniformLightFillsTheEllipse) {
   const MemoryPlane plane(64, 48, std::vector<double>(64 * 48, 3.0));
   const Ellipses ellipses(30.25, 20.5, 0.6, 2);
   const ApertureSum sum = aperture_sums(plane, ellipses, std::array{15.0}, 1, 2)[0];
-  EXPECT_NEAR(sum.flux, 2 * kPi * 225 * 0.6, 1e-9);
-  EXPECT_NEAR(radius_of_flux(plane, ellipses, kPi * 100 * 0.6 * 3, 15, 0, 1), 10, 1e-10);
+  EXPECT_NEAR(sum.flux, 2 * pi_value * 225 * 0.6, 1e-9);
+  EXPECT_NEAR(radius_of_flux(plane, ellipses, pi_value * 100 * 0.6 * 3, 15, 0, 1), 10, 1e-10);
   // Beyond the plane there is nothing.
   const ApertureSum all = aperture_sums(plane, ellipses, std::array{1000.0}, 0, 2)[0];
   EXPECT_NEAR(all.area, 64 * 48, 1e-9);
@@ -199,16 +203,16 @@ TEST(Aperture, UniformLightFillsTheEllipse) {
 
 TEST(Aperture, MissingPixelsAddNothing) {
   std::vector<double> values(21 * 21, 1.0);
-  values[10 * 21 + 10] = kNan;
+  values[10 * 21 + 10] = nan_value;
   values[10 * 21 + 15] = std::numeric_limits<double>::infinity();
-  values[0] = kNan;
+  values[0] = nan_value;
   const MemoryPlane plane(21, 21, values);
   const std::vector<ApertureSum> sums =
       aperture_sums(plane, Ellipses(10, 10), std::array{3.0, 5.0}, 0, 1);
   EXPECT_EQ(sums[0].missing, 1);
-  EXPECT_NEAR(sums[0].flux, kPi * 9 - 1, 1e-12);
+  EXPECT_NEAR(sums[0].flux, pi_value * 9 - 1, 1e-12);
   EXPECT_EQ(sums[1].missing, 2);
-  EXPECT_NEAR(sums[1].area, kPi * 25 - 1 - Ellipses(10, 10).overlap(15, 10, 5), 1e-12);
+  EXPECT_NEAR(sums[1].area, pi_value * 25 - 1 - Ellipses(10, 10).overlap(15, 10, 5), 1e-12);
 }
 
 /// A growth curve that falls again: the first radius counts.
@@ -219,7 +223,7 @@ TEST(Aperture, GrowthThatFalls) {
   }
   const double radius =
       radius_of_flux(MemoryPlane(101, 101, values), Ellipses(50, 50), 600, 50, 0, 1);
-  EXPECT_NEAR(radius, std::sqrt(600 / kPi), 1e-10);
+  EXPECT_NEAR(radius, std::sqrt(600 / pi_value), 1e-10);
 }
 
 /// The radius is the same whether the ring fits into memory at once or after several passes.
@@ -236,7 +240,7 @@ TEST(Aperture, HalfLightOfALargePlane) {
       }
     }
   };
-  const double total = 2 * kPi * 400 * 400;
+  const double total = 2 * pi_value * 400 * 400;
   EXPECT_NEAR(radius_of_flux(Exponential(), Ellipses(1999.5, 1999.5), total / 2, 1990, 0, 2),
               1.678346990 * 400, 2e-4);
 }
@@ -249,7 +253,7 @@ TEST(Aperture, BackgroundOfAnAnnulus) {
       double& value = values[y * 101 + x];
       const double r = std::hypot(x - 50, y - 50);
       value = r < 20 || r > 40 ? 1000 : 5 + (x + 2 * y) % 3;
-      if (y == 50 && x == 80) value = kNan;
+      if (y == 50 && x == 80) value = nan_value;
       if (y == 50 && x == 20) value = 1e6;
       if (value < 10) {
         count += 1;
@@ -294,7 +298,7 @@ TEST(Moments, OfAnEllipticalGaussian) {
   for (const auto& [result, tolerance] : {std::pair(plain, 1e-14), std::pair(*adaptive, 2e-6)}) {
     EXPECT_NEAR(result.x, 80.3, 80 * tolerance);
     EXPECT_NEAR(result.y, 79.1, 80 * tolerance);
-    EXPECT_NEAR(result.flux / (2 * kPi * a * ratio), 1, tolerance);
+    EXPECT_NEAR(result.flux / (2 * pi_value * a * ratio), 1, tolerance);
     EXPECT_NEAR(result.xx, xx, 100 * tolerance);
     EXPECT_NEAR(result.yy, yy, 100 * tolerance);
     EXPECT_NEAR(result.xy, xy, 100 * tolerance);
@@ -327,9 +331,9 @@ TEST(Ellipses, OnTheSky) {
   const CelestialWcs wcs(view);
   // The major axis points to a position angle of 40 deg: 15 deg from +y, which is 25 deg from
   // North, towards East, which is towards -x.
-  const double degree = kPi / 180;
+  const double degree = pi_value / 180;
   const Ellipses ellipses(wcs, 50, 50, 0.5, 40 * degree);
-  EXPECT_NEAR(ellipses.area(3), kPi * 9 * 0.5 / 0.04, 2.3e-8);
+  EXPECT_NEAR(ellipses.area(3), pi_value * 9 * 0.5 / 0.04, 2.3e-8);
   const double dx = -std::sin(15 * degree), dy = std::cos(15 * degree);
   EXPECT_NEAR(ellipses.radius(50 + 10 * dx, 50 + 10 * dy), 2, 1.5e-10);
   EXPECT_NEAR(ellipses.radius(50 + 10 * dy, 50 - 10 * dx), 4, 1.5e-10);
@@ -364,7 +368,7 @@ TEST(Moments, PositionAngleOnSkyOfStretchedPixels) {
       "test");
   const double determinant = east_x * north_y - east_y * north_x;
   for (const double degrees : {0.0, 30.0, 75.0, 120.0, 179.0}) {
-    const double angle = degrees * kPi / 180, c = std::cos(angle), s = std::sin(angle);
+    const double angle = degrees * pi_value / 180, c = std::cos(angle), s = std::sin(angle);
     // Variances on the sky, major axis 3, minor 2, then on the pixels.
     const double ee = 9 * s * s + 4 * c * c, nn = 9 * c * c + 4 * s * s, en = 5 * s * c;
     const double xe = north_y / determinant, xn = -east_y / determinant;
@@ -374,7 +378,7 @@ TEST(Moments, PositionAngleOnSkyOfStretchedPixels) {
     light.yy = ye * ye * ee + 2 * ye * yn * en + yn * yn * nn;
     light.xy = xe * ye * ee + (xe * yn + xn * ye) * en + xn * yn * nn;
     const double found = position_angle_on_sky(wcs, 50, 50, light);
-    EXPECT_NEAR(std::remainder(found - angle, kPi), 0, 2e-8) << degrees;
+    EXPECT_NEAR(std::remainder(found - angle, pi_value), 0, 2e-8) << degrees;
   }
 }
 

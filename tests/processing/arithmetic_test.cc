@@ -11,7 +11,7 @@
 namespace gamer {
 namespace {
 
-constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+constexpr double missing_value = std::numeric_limits<double>::quiet_NaN();
 
 PlanePtr plane(std::vector<double> values) {
   return std::make_shared<MemoryPlane>(2, 2, std::move(values));
@@ -43,8 +43,8 @@ TEST(Combined, APartOfThePlanes) {
 }
 
 TEST(Combined, MissingPixels) {
-  const std::vector<PlanePtr> planes = {plane({1, kMissing, 3, kMissing}),
-                                        plane({5, 6, 7, kMissing})};
+  const std::vector<PlanePtr> planes = {plane({1, missing_value, 3, missing_value}),
+                                        plane({5, 6, 7, missing_value})};
   const std::vector<double> strict = values_of(combined(planes, Combination::mean));
   EXPECT_EQ(strict[0], 3);
   EXPECT_TRUE(std::isnan(strict[1]));

@@ -23,9 +23,9 @@
 namespace gamer {
 namespace {
 
-constexpr int kWidth = 60, kHeight = 48;
-constexpr double kScale = 0.05;  // arcsec
-const std::vector<double> kWavelengths = {4000, 5500, 8000};
+constexpr int image_width = 60, image_height = 48;
+constexpr double scale = 0.05;  // arcsec
+const std::vector<double> some_wavelengths = {4000, 5500, 8000};
 
 Image read_image(const FitsInput& input, int plane) { return evaluate(*input.plane(0, plane)); }
 
@@ -46,7 +46,8 @@ class BlurOperations : public testing::Test {
   /// Three planes on the sky, their brightness 1, 2 and 3, and one without coordinates.
   BlurOperations() {
     for (int i = 0; i < 3; ++i) {
-      planes_.push_back(make_plane(kWidth, kHeight, {Gaussian{26, 20, 3, 2, 30, 10.0 * (i + 1)}}));
+      planes_.push_back(
+          make_plane(image_width, image_height, {Gaussian{26, 20, 3, 2, 30, 10.0 * (i + 1)}}));
     }
     FitsHeader header;
     header.set("BUNIT", std::string("nJy"));
@@ -57,10 +58,10 @@ class BlurOperations : public testing::Test {
     header.set("CRPIX2", 31.0);
     header.set("CRVAL1", 150.1);
     header.set("CRVAL2", 2.2);
-    header.set("CDELT1", -kScale / 3600);
-    header.set("CDELT2", kScale / 3600);
-    for (std::size_t i = 0; i < kWavelengths.size(); ++i) {
-      header.set("WAVELEN" + std::to_string(i + 1), kWavelengths[i]);
+    header.set("CDELT1", -scale / 3600);
+    header.set("CDELT2", scale / 3600);
+    for (std::size_t i = 0; i < some_wavelengths.size(); ++i) {
+      header.set("WAVELEN" + std::to_string(i + 1), some_wavelengths[i]);
     }
     write("in.fits", header, planes_);
   }
@@ -179,7 +180,7 @@ TEST_F(BlurOperations, WidthsByDiffraction) {
   for (int i = 0; i < 3; ++i) {
     // FWHM = .97198 lambda/D, rad; 206264.8 arcsec in one.
     const double fwhm =
-        .97198 * kWavelengths[static_cast<std::size_t>(i)] * 1e-10 / 2.4 * 206264.8 / kScale;
+        .97198 * some_wavelengths[static_cast<std::size_t>(i)] * 1e-10 / 2.4 * 206264.8 / scale;
     const Image image = expected(i, {PsfKind::airy, fwhm, 3, .33}, stamp);
     EXPECT_LT(largest_difference(read_image(out, i), image), 1e-4);
   }
@@ -190,13 +191,13 @@ TEST_F(BlurOperations, PositionAnglesAreOnTheSky) {
   FitsHeader header;
   SkyView view;
   view.center = {150, 30};
-  view.pixel_scale = kScale;
+  view.pixel_scale = scale;
   view.rotation = 70;
-  view.width = kWidth;
-  view.height = kHeight;
+  view.width = image_width;
+  view.height = image_height;
   header.append(CelestialWcs(view).records());
-  const PlanePtr point =
-      make_plane(kWidth, kHeight, [](int x, int y) { return x == 30 && y == 24 ? 1.0 : 0.0; });
+  const PlanePtr point = make_plane(image_width, image_height,
+                                    [](int x, int y) { return x == 30 && y == 24 ? 1.0 : 0.0; });
   write("turned.fits", header, {point});
   write("flat.fits", {}, {point});
   const std::string convolve =

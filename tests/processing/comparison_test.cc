@@ -9,12 +9,12 @@
 namespace gamer {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
+constexpr double positive_infinity = std::numeric_limits<double>::infinity();
 
 TEST(Comparison, OfFewNumbers) {
-  const MemoryPlane a(4, 2, {1, 2, -8, 4, 5, 6, kNan, 8});
-  const MemoryPlane b(4, 2, {1, 2.5, -8, 4, 3, 8, 7, kNan});
+  const MemoryPlane a(4, 2, {1, 2, -8, 4, 5, 6, nan_value, 8});
+  const MemoryPlane b(4, 2, {1, 2.5, -8, 4, 3, 8, 7, nan_value});
   const Comparison result = compare(a, b, 2);
   EXPECT_EQ(result.count, 6);
   EXPECT_EQ(result.differing, 3);
@@ -40,8 +40,8 @@ TEST(Comparison, Tolerances) {
 }
 
 TEST(Comparison, EqualPlanes) {
-  const MemoryPlane a(5, 1, {kNan, kInfinity, -kInfinity, 0.0, 3});
-  const MemoryPlane b(5, 1, {kNan, kInfinity, -kInfinity, -0.0, 3});
+  const MemoryPlane a(5, 1, {nan_value, positive_infinity, -positive_infinity, 0.0, 3});
+  const MemoryPlane b(5, 1, {nan_value, positive_infinity, -positive_infinity, -0.0, 3});
   const Comparison result = compare(a, b, 1);
   EXPECT_EQ(result.count, 2);
   EXPECT_EQ(result.differing, 0);
@@ -50,9 +50,10 @@ TEST(Comparison, EqualPlanes) {
   EXPECT_EQ(zeros.relative_max(), 0);
   EXPECT_EQ(zeros.relative_rms(), 0);
   const Comparison signs =
-      compare(MemoryPlane(1, 1, {kInfinity}), MemoryPlane(1, 1, {-kInfinity}), 1);
+      compare(MemoryPlane(1, 1, {positive_infinity}), MemoryPlane(1, 1, {-positive_infinity}), 1);
   EXPECT_FALSE(signs.within(0, 0));
-  EXPECT_EQ(compare(MemoryPlane(1, 1, {0}), MemoryPlane(1, 1, {1}), 1).relative_max(), kInfinity);
+  EXPECT_EQ(compare(MemoryPlane(1, 1, {0}), MemoryPlane(1, 1, {1}), 1).relative_max(),
+            positive_infinity);
 }
 
 TEST(Comparison, RefusesOtherSizes) {

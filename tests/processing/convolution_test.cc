@@ -16,8 +16,8 @@
 namespace gamer {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
+constexpr double positive_infinity = std::numeric_limits<double>::infinity();
 
 /// Without any symmetry, sum 1.
 Stamp skew_stamp(int width, int height) {
@@ -62,7 +62,7 @@ Image direct_sum(const Image& image, const Stamp& stamp, EdgeMode edge) {
           }
         }
       }
-      out.at(x, y) = std::isfinite(image.at(x, y)) ? sum * all / (all - lost) : kNan;
+      out.at(x, y) = std::isfinite(image.at(x, y)) ? sum * all / (all - lost) : nan_value;
     }
   }
   return out;
@@ -74,7 +74,7 @@ double largest_difference(const Image& a, const Image& b) {
   for (int y = 0; y < a.height(); ++y) {
     for (int x = 0; x < a.width(); ++x) {
       const double p = a.at(x, y), q = b.at(x, y);
-      if (std::isnan(p) != std::isnan(q)) return kInfinity;
+      if (std::isnan(p) != std::isnan(q)) return positive_infinity;
       if (!std::isnan(p)) largest = std::max(largest, std::abs(p - q));
     }
   }
@@ -204,7 +204,7 @@ TEST(Convolution, WidensGaussians) {
 /// Flux of an image within a circle around a pixel. Within pixels that the circle cuts, light
 /// follows the image's gradient.
 double aperture_sum(const Image& image, int x0, int y0, double radius) {
-  constexpr int kParts = 40;
+  constexpr int parts = 40;
   double sum = 0;
   for (int y = 1; y < image.height() - 1; ++y) {
     for (int x = 1; x < image.width() - 1; ++x) {
@@ -216,11 +216,11 @@ double aperture_sum(const Image& image, int x0, int y0, double radius) {
       }
       const double slope_x = (image.at(x + 1, y) - image.at(x - 1, y)) / 2;
       const double slope_y = (image.at(x, y + 1) - image.at(x, y - 1)) / 2;
-      for (int j = 0; j < kParts; ++j) {
-        for (int i = 0; i < kParts; ++i) {
-          const double dx = (i + 0.5) / kParts - 0.5, dy = (j + 0.5) / kParts - 0.5;
+      for (int j = 0; j < parts; ++j) {
+        for (int i = 0; i < parts; ++i) {
+          const double dx = (i + 0.5) / parts - 0.5, dy = (j + 0.5) / parts - 0.5;
           if (std::hypot(x - x0 + dx, y - y0 + dy) > radius) continue;
-          sum += (image.at(x, y) + slope_x * dx + slope_y * dy) / (kParts * kParts);
+          sum += (image.at(x, y) + slope_x * dx + slope_y * dy) / (parts * parts);
         }
       }
     }
@@ -288,11 +288,11 @@ TEST(Convolution, WidthOfPointSources) {
 
 TEST(Convolution, MissingPixelsStayMissingAndDoNotSpread) {
   Image image = evaluate(*noise_plane(64, 48));
-  image.at(20, 20) = kNan;
-  image.at(21, 20) = kInfinity;
-  image.at(0, 0) = -kInfinity;
+  image.at(20, 20) = nan_value;
+  image.at(21, 20) = positive_infinity;
+  image.at(0, 0) = -positive_infinity;
   for (int y = 30; y < 40; ++y) {
-    for (int x = 40; x < 60; ++x) image.at(x, y) = kNan;
+    for (int x = 40; x < 60; ++x) image.at(x, y) = nan_value;
   }
   for (const auto& [width, height] : {std::pair{3, 3}, std::pair{11, 9}}) {
     const Stamp stamp = skew_stamp(width, height);
@@ -325,7 +325,7 @@ TEST(Convolution, MissingPixelsStayMissingAndDoNotSpread) {
 TEST(Convolution, GoodPixelsCountForMissingOnes) {
   const Stamp stamp = skew_stamp(9, 9);
   const PlanePtr flat =
-      make_plane(40, 40, [](int x, int y) { return (x * 7 + y * 3) % 5 == 0 ? kNan : 2.5; });
+      make_plane(40, 40, [](int x, int y) { return (x * 7 + y * 3) % 5 == 0 ? nan_value : 2.5; });
   const Image out = evaluate(*convolved(flat, stamp, {EdgeMode::reflect}));
   for (int y = 0; y < 40; ++y) {
     for (int x = 0; x < 40; ++x) {
@@ -336,7 +336,8 @@ TEST(Convolution, GoodPixelsCountForMissingOnes) {
       }
     }
   }
-  const Image none = evaluate(*convolved(make_plane(9, 9, [](int, int) { return kNan; }), stamp));
+  const Image none =
+      evaluate(*convolved(make_plane(9, 9, [](int, int) { return nan_value; }), stamp));
   EXPECT_TRUE(
       std::all_of(none.plane(0), none.plane(0) + 81, [](double v) { return std::isnan(v); }));
 }
@@ -407,7 +408,7 @@ TEST(Convolution, WrongStamps) {
   const PlanePtr image = noise_plane(5, 5);
   EXPECT_THROW(convolved(image, Stamp{2, 1, {1, 1}}), std::invalid_argument);
   EXPECT_THROW(convolved(image, Stamp{3, 1, {1, 1}}), std::invalid_argument);
-  EXPECT_THROW(convolved(image, Stamp{1, 1, {kNan}}), std::invalid_argument);
+  EXPECT_THROW(convolved(image, Stamp{1, 1, {nan_value}}), std::invalid_argument);
   ConvolutionOptions options;
   options.transform_width = 8;
   EXPECT_THROW(convolved(image, skew_stamp(9, 3), options), std::invalid_argument);

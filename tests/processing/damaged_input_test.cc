@@ -35,8 +35,8 @@ TEST_F(DamagedInput, CutFiles) {
       {"add", "good.fits", "in.fits", "out.fits"},
       {"convolve", "--psf", "gaussian", "--fwhm", "2", "in.fits", "out.fits"}};
   const std::size_t size = std::filesystem::file_size(folder_ / "good.fits");
-  constexpr unsigned kCuts = 200;
-  for (unsigned seed = 0; seed < kCuts; ++seed) {
+  constexpr unsigned cuts = 200;
+  for (unsigned seed = 0; seed < cuts; ++seed) {
     const std::size_t end = Damage(seed).below(size);
     cut(end);
     std::filesystem::remove(folder_ / "out.fits");

@@ -18,7 +18,7 @@
 namespace gamer {
 namespace {
 
-constexpr double kScale = 0.2;  ///< arcsec, of a pixel
+constexpr double scale = 0.2;  ///< arcsec, of a pixel
 
 /// One image HDU to be written.
 struct TestHdu {
@@ -92,8 +92,8 @@ std::vector<Card> celestial() {
           {"CRPIX2", 1.0, ""},
           {"CRVAL1", 10.0, ""},
           {"CRVAL2", 20.0, ""},
-          {"CDELT1", -kScale / 3600, ""},
-          {"CDELT2", kScale / 3600, ""},
+          {"CDELT1", -scale / 3600, ""},
+          {"CDELT2", scale / 3600, ""},
           {"CUNIT1", std::string("deg"), ""},
           {"CUNIT2", std::string("deg"), ""}};
 }
@@ -133,65 +133,65 @@ double largest_error(const std::vector<double>& values, Expected expected) {
   return largest;
 }
 
-/// Of the size of a pixel, measured in the WCS between points half a pixel apart.
-constexpr double kSkyError = 2e-9;
+/// Relative error of the size of a pixel, measured in the WCS between points half a pixel apart.
+constexpr double sky_error = 2e-9;
 
-constexpr int kSide = 500;
-constexpr double kPixels = kSide * kSide;
-const std::vector<double> kFlat(kSide* kSide, 50.0);
+constexpr int side_length = 500;
+constexpr double pixel_count = side_length * side_length;
+const std::vector<double> flat(side_length* side_length, 50.0);
 
-constexpr const char* kCcd =
+constexpr const char* ccd =
     "--exposure 300 --exposures 3 --zero-point 27 --sky 21 --dark 0.01 "
     "--read-noise 4 ";
 
-/// By hand, of a pixel of 50 nJy under kCcd.
-const double kElectronsPerUnit = std::pow(10, -0.4 * (31.4 - 27)) * 300;
-const double kBackground = (std::pow(10, -0.4 * (21 - 27)) * kScale * kScale + 0.01) * 300;
-const double kVariance = 50 * kElectronsPerUnit + kBackground + 3 * 4 * 4;
+/// By hand, of a pixel of 50 nJy under ccd.
+const double electrons_per_unit = std::pow(10, -0.4 * (31.4 - 27)) * 300;
+const double true_background = (std::pow(10, -0.4 * (21 - 27)) * scale * scale + 0.01) * 300;
+const double true_variance = 50 * electrons_per_unit + true_background + 3 * 4 * 4;
 
 TEST_F(NoiseOperation, KeepsUnitAndZeroPoint) {
-  write("in.fits", kSide, kSide, {{{kFlat}, nanojansky()}});
-  noise(kCcd);
+  write("in.fits", side_length, side_length, {{{flat}, nanojansky()}});
+  noise(ccd);
   const FitsInput out = output();
   const auto values = pixels(out);
-  const double sigma = std::sqrt(kVariance) / kElectronsPerUnit;
-  EXPECT_LT(std::abs(mean(values) - 50), 4 * sigma / kSide);
-  EXPECT_LT(std::abs(variance(values) / (sigma * sigma) - 1), 4 * std::sqrt(2 / kPixels));
+  const double sigma = std::sqrt(true_variance) / electrons_per_unit;
+  EXPECT_LT(std::abs(mean(values) - 50), 4 * sigma / side_length);
+  EXPECT_LT(std::abs(variance(values) / (sigma * sigma) - 1), 4 * std::sqrt(2 / pixel_count));
   const FitsHeader& header = out.hdus().front().header;
   EXPECT_EQ(header.text("BUNIT"), "nJy");
   EXPECT_EQ(header.number("MAGZERO"), 31.4);
-  EXPECT_NEAR(*header.number("GAIN"), kElectronsPerUnit, 1e-12 * kElectronsPerUnit);
+  EXPECT_NEAR(*header.number("GAIN"), electrons_per_unit, 1e-12 * electrons_per_unit);
   EXPECT_EQ(header.number("EXPTIME"), 300);
   EXPECT_NEAR(*header.number("RDNOISE"), 4 * std::sqrt(3.0), 1e-14);
   EXPECT_FALSE(header.has("SATURATE"));
   ASSERT_TRUE(header.has("HISTORY"));
-  noise(std::string(kCcd) + "--keep-sky");
+  noise(std::string(ccd) + "--keep-sky");
   const auto kept = pixels(output());
-  const double sky = kBackground / kElectronsPerUnit;
-  EXPECT_LT(largest_error(kept, [&](std::size_t i) { return values[i] + sky; }), kSkyError);
+  const double sky = true_background / electrons_per_unit;
+  EXPECT_LT(largest_error(kept, [&](std::size_t i) { return values[i] + sky; }), sky_error);
 }
 
 TEST_F(NoiseOperation, WritesElectronsAndAdu) {
-  write("in.fits", kSide, kSide,
-        {{{kFlat}, with(nanojansky(), {{"PHOTZP", 31.4, ""}, {"PHOTFLAM", 2e-20, ""}})}});
-  noise(kCcd);
+  write("in.fits", side_length, side_length,
+        {{{flat}, with(nanojansky(), {{"PHOTZP", 31.4, ""}, {"PHOTFLAM", 2e-20, ""}})}});
+  noise(ccd);
   const auto same = pixels(output());
-  noise(std::string(kCcd) + "--output-unit electron --keep-sky --full-well 1090");
+  noise(std::string(ccd) + "--output-unit electron --keep-sky --full-well 1090");
   const FitsInput electrons = output();
   const auto counts = pixels(electrons);
   const double full = 1090 * 3;
   int clipped = 0;
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    const double expected = same[i] * kElectronsPerUnit + kBackground;
+    const double expected = same[i] * electrons_per_unit + true_background;
     if (expected > full) ++clipped;
   }
   EXPECT_LT(largest_error(counts,
                           [&](std::size_t i) {
-                            return std::min(same[i] * kElectronsPerUnit + kBackground, full);
+                            return std::min(same[i] * electrons_per_unit + true_background, full);
                           }),
-            kSkyError);
+            sky_error);
   EXPECT_GT(clipped, 100);
-  EXPECT_LT(clipped, kSide * kSide - 100);
+  EXPECT_LT(clipped, side_length * side_length - 100);
   FitsHeader header = electrons.hdus().front().header;
   EXPECT_EQ(header.text("BUNIT"), "electron");
   EXPECT_EQ(header.number("SATURATE"), full);
@@ -199,34 +199,34 @@ TEST_F(NoiseOperation, WritesElectronsAndAdu) {
   // One electron in 300 s at 27 mag per electron/s.
   EXPECT_NEAR(*header.number("MAGZERO"), 27 + 2.5 * std::log10(300), 1e-12);
   EXPECT_NEAR(*header.number("PHOTZP"), 27 + 2.5 * std::log10(300), 1e-12);
-  EXPECT_NEAR(*header.number("PHOTFLAM") * kElectronsPerUnit / 2e-20, 1, 1e-12);
+  EXPECT_NEAR(*header.number("PHOTFLAM") * electrons_per_unit / 2e-20, 1, 1e-12);
 
-  noise(std::string(kCcd) + "--output-unit ADU --gain 1.5 --bias 200 --full-well 1e6");
+  noise(std::string(ccd) + "--output-unit ADU --gain 1.5 --bias 200 --full-well 1e6");
   const FitsInput adu = output();
   const auto units = pixels(adu);
   EXPECT_LT(
-      largest_error(units, [&](std::size_t i) { return same[i] * kElectronsPerUnit / 1.5 + 200; }),
+      largest_error(units, [&](std::size_t i) { return same[i] * electrons_per_unit / 1.5 + 200; }),
       1e-12);
   header = adu.hdus().front().header;
   EXPECT_EQ(header.text("BUNIT"), "adu");
   EXPECT_EQ(header.number("GAIN"), 1.5);
-  EXPECT_NEAR(*header.number("SATURATE") / ((3e6 - kBackground) / 1.5 + 200), 1, kSkyError);
+  EXPECT_NEAR(*header.number("SATURATE") / ((3e6 - true_background) / 1.5 + 200), 1, sky_error);
   EXPECT_NEAR(*header.number("MAGZERO"), 27 + 2.5 * std::log10(300 / 1.5), 1e-12);
 }
 
 TEST_F(NoiseOperation, MeasuresWhatTheVarianceSays) {
-  std::vector<double> steps(kFlat.size());
+  std::vector<double> steps(flat.size());
   for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = i < steps.size() / 2 ? 0 : 200;
-  write("in.fits", kSide, kSide,
-        {{{steps, kFlat},
+  write("in.fits", side_length, side_length,
+        {{{steps, flat},
           with(celestial(), {{"BUNIT", std::string("nJy"), ""},
                              {"EXTNAME", std::string("SKY"), ""},
                              {"MAGZERO1", 31.4, ""},
                              {"MAGZERO2", 30.4, ""}})},
-         {{kFlat}, with(nanojansky(), {{"EXTNAME", std::string("DEEP"), ""}})},
-         {{kFlat}, nanojansky()},
-         {{kFlat}, nanojansky()}});
-  noise(std::string(kCcd) + "--variance");
+         {{flat}, with(nanojansky(), {{"EXTNAME", std::string("DEEP"), ""}})},
+         {{flat}, nanojansky()},
+         {{flat}, nanojansky()}});
+  noise(std::string(ccd) + "--variance");
   const FitsInput out = output();
   ASSERT_EQ(out.hdus().size(), 8u);
   const char* names[] = {"SKY", "SKY_VARIANCE", "DEEP", "DEEP_VARIANCE",
@@ -240,14 +240,14 @@ TEST_F(NoiseOperation, MeasuresWhatTheVarianceSays) {
       const double v = variances[static_cast<std::size_t>(first)];
       EXPECT_EQ(variances[static_cast<std::size_t>(last) - 1], v);
       const double found = variance({values.begin() + first, values.begin() + last});
-      EXPECT_LT(std::abs(found / v - 1), 4 * std::sqrt(4 / kPixels)) << hdu << ' ' << plane;
+      EXPECT_LT(std::abs(found / v - 1), 4 * std::sqrt(4 / pixel_count)) << hdu << ' ' << plane;
     }
     return variances.back();
   };
-  const double square = kElectronsPerUnit * kElectronsPerUnit;
-  EXPECT_NEAR(check(0, 0) * square / (kVariance + 150 * kElectronsPerUnit), 1, kSkyError);
+  const double square = electrons_per_unit * electrons_per_unit;
+  EXPECT_NEAR(check(0, 0) * square / (true_variance + 150 * electrons_per_unit), 1, sky_error);
   check(0, 1);
-  EXPECT_NEAR(check(2, 0) * square / kVariance, 1, kSkyError);
+  EXPECT_NEAR(check(2, 0) * square / true_variance, 1, sky_error);
   check(4, 0);
   const FitsHeader& header = out.hdus()[1].header;
   EXPECT_EQ(header.text("BUNIT"), "nJy2");
@@ -282,12 +282,13 @@ TEST_F(NoiseOperation, IsTheSameForAnyPlaneOrder) {
   const auto electrons = [&](const std::vector<Card>& bands) {
     return with({{"BUNIT", std::string("electron/s"), ""}}, bands);
   };
-  write("gri.fits", kSide, kSide,
-        {{{kFlat, kFlat, kFlat}, electrons({band("g", 1, 3), band("r", 2, 3), band("i", 3, 3)})}});
-  write("ig.fits", kSide, kSide, {{{kFlat, kFlat}, electrons({band("i", 1, 2), band("g", 2, 2)})}});
-  write("r.fits", kSide, kSide, {{{kFlat}, electrons({band("r", 1, 1)})}});
-  write("gg.fits", kSide, kSide,
-        {{{kFlat}, electrons({band("g", 1, 1)})}, {{kFlat}, electrons({band("g", 1, 1)})}});
+  write("gri.fits", side_length, side_length,
+        {{{flat, flat, flat}, electrons({band("g", 1, 3), band("r", 2, 3), band("i", 3, 3)})}});
+  write("ig.fits", side_length, side_length,
+        {{{flat, flat}, electrons({band("i", 1, 2), band("g", 2, 2)})}});
+  write("r.fits", side_length, side_length, {{{flat}, electrons({band("r", 1, 1)})}});
+  write("gg.fits", side_length, side_length,
+        {{{flat}, electrons({band("g", 1, 1)})}, {{flat}, electrons({band("g", 1, 1)})}});
   for (const char* options : {"--exposure 10 --read-noise 3", "--sigma 2", "--snr 30"}) {
     for (const char* name : {"gri", "ig", "r", "gg"}) {
       noise(options, std::string(name) + ".fits", std::string(name) + "_out.fits");
@@ -306,66 +307,67 @@ TEST_F(NoiseOperation, IsTheSameForAnyPlaneOrder) {
 }
 
 TEST_F(NoiseOperation, RepeatsWithItsSeedAndThreads) {
-  write("in.fits", kSide, kSide, {{{kFlat}, nanojansky()}});
-  noise(kCcd);
+  write("in.fits", side_length, side_length, {{{flat}, nanojansky()}});
+  noise(ccd);
   const auto first = pixels(output());
-  noise(std::string(kCcd) + "--seed 1 --threads 3");
+  noise(std::string(ccd) + "--seed 1 --threads 3");
   EXPECT_EQ(pixels(output()), first);
-  noise(std::string(kCcd) + "--seed 2");
+  noise(std::string(ccd) + "--seed 2");
   EXPECT_NE(pixels(output()), first);
 }
 
 TEST_F(NoiseOperation, TakesSurfaceBrightnessAndElectronRates) {
-  write("in.fits", kSide, kSide, {{{kFlat}, nanojansky()}});
-  noise(std::string(kCcd) + "--output-unit electron");
+  write("in.fits", side_length, side_length, {{{flat}, nanojansky()}});
+  noise(std::string(ccd) + "--output-unit electron");
   const FitsInput flux = output();
   const auto expected = pixels(flux);
   const auto expect_same = [&](const std::vector<double>& values) {
     // The mean may round to another side of an integer here and there.
     int differ = 0;
     for (std::size_t i = 0; i < values.size(); ++i) {
-      if (std::abs(values[i] - expected[i]) > kBackground * kSkyError) ++differ;
+      if (std::abs(values[i] - expected[i]) > true_background * sky_error) ++differ;
     }
     EXPECT_LT(differ, 10);
   };
-  // The same light per arcsec^2.
-  constexpr double kArea = kScale * kScale;
-  write("in.fits", kSide, kSide,
-        {{{std::vector<double>(kFlat.size(), 50 / kArea)},
+  // An image of surface brightness: the light per arcsec^2.
+  constexpr double area = scale * scale;
+  write("in.fits", side_length, side_length,
+        {{{std::vector<double>(flat.size(), 50 / area)},
           with(celestial(), {{"BUNIT", std::string("nJy/arcsec2"), ""}, {"MAGZERO", 31.4, ""}})}});
-  noise(std::string(kCcd) + "--output-unit electron");
+  noise(std::string(ccd) + "--output-unit electron");
   expect_same(pixels(output()));
   EXPECT_NEAR(*output().hdus()[0].header.number("MAGZERO"),
               *flux.hdus()[0].header.number("MAGZERO"), 1e-9);
-  // The same in electrons/s, whose zero point then is 27 without being told.
-  const double rate = kElectronsPerUnit / 300;
-  write("in.fits", kSide, kSide,
-        {{{std::vector<double>(kFlat.size(), 50 * rate)},
+  // An image in electrons/s, whose zero point then is 27 without being told.
+  const double rate = electrons_per_unit / 300;
+  write("in.fits", side_length, side_length,
+        {{{std::vector<double>(flat.size(), 50 * rate)},
           with(celestial(), {{"BUNIT", std::string("electron/s"), ""}, {"MAGZERO", 27.0, ""}})}});
   const std::string rest = "--exposure 300 --exposures 3 --dark 0.01 --read-noise 4 ";
   noise(rest + "--sky 21 --output-unit electron");
   expect_same(pixels(output()));
   // Relative units.
-  write("in.fits", kSide, kSide, {{{std::vector<double>(kFlat.size(), 0.5)}, celestial()}});
+  write("in.fits", side_length, side_length,
+        {{{std::vector<double>(flat.size(), 0.5)}, celestial()}});
   noise(rest + "--sky 21 --zero-point 27 --output-unit electron --electrons-per-unit " +
         digits(100 * rate));
   expect_same(pixels(output()));
   EXPECT_FALSE(output().hdus()[0].header.has("MAGZERO"));
   noise(rest + "--output-unit electron --electrons-per-unit " + digits(100 * rate) +
-        " --sky-rate " + digits(kBackground / 300 - 0.01));
+        " --sky-rate " + digits(true_background / 300 - 0.01));
   expect_same(pixels(output()));
 }
 
 TEST_F(NoiseOperation, GivesTheSignalToNoiseRatioAskedFor) {
-  const std::vector<double> other(kFlat.size(), 2.0);
-  write("in.fits", kSide, kSide, {{{kFlat, other}, {}}});
+  const std::vector<double> other(flat.size(), 2.0);
+  write("in.fits", side_length, side_length, {{{flat, other}, {}}});
   noise("--snr 1000,200");
-  const double n = kPixels;
+  const double n = pixel_count;
   const auto first = pixels(output(), 0, 0), second = pixels(output(), 0, 1);
-  EXPECT_NEAR(std::sqrt(variance(first)) / (50 * kSide / 1000.0), 1, 4 / std::sqrt(2 * n));
-  EXPECT_NEAR(std::sqrt(variance(second)) / (2 * kSide / 200.0), 1, 4 / std::sqrt(2 * n));
+  EXPECT_NEAR(std::sqrt(variance(first)) / (50 * side_length / 1000.0), 1, 4 / std::sqrt(2 * n));
+  EXPECT_NEAR(std::sqrt(variance(second)) / (2 * side_length / 200.0), 1, 4 / std::sqrt(2 * n));
   noise("--sigma 0,0.5");
-  EXPECT_EQ(pixels(output(), 0, 0), kFlat);
+  EXPECT_EQ(pixels(output(), 0, 0), flat);
   EXPECT_NEAR(std::sqrt(variance(pixels(output(), 0, 1))) / 0.5, 1, 4 / std::sqrt(2 * n));
 }
 

@@ -10,7 +10,7 @@
 namespace gamer {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
 PlanePtr constant(int width, int height, double value) {
   return std::make_shared<MemoryPlane>(
@@ -47,14 +47,14 @@ TEST_P(CcdEquation, GivesMeanAndVarianceOfAMillionPixels) {
   detector.read_noise = 2.5;
   detector.per_electron = 0.1;
   detector.offset = -7;
-  constexpr int kSide = 1000;
+  constexpr int side_length = 1000;
   const double value = 0.2 * GetParam();
-  const PlanePtr source = constant(kSide, kSide, value);
+  const PlanePtr source = constant(side_length, side_length, value);
   const Moments m = moments(values_of(observed(source, detector, noise_key(1, "r"))));
 
   const double mu = (3 * value + 0.4 * GetParam() + 0.02) * 500;
   const double variance = mu + 4 * 2.5 * 2.5;
-  constexpr double n = kSide * kSide;
+  constexpr double n = side_length * side_length;
   EXPECT_LT(std::abs(m.mean - (0.1 * mu - 7)), 4 * 0.1 * std::sqrt(variance / n));
   // The fourth central moment is 3 variance^2 + mu.
   const double error = std::sqrt((2 + mu / (variance * variance)) / n);
@@ -74,22 +74,23 @@ TEST(Detector, ReachesTheSignalToNoiseOfTheCcdEquation) {
   detector.dark_rate = 0.002;
   detector.exposure = 600;
   detector.read_noise = 5;
-  constexpr int kPixels = 50, kApertures = 100'000;
-  constexpr double kSignalToNoise = 5.5054;
-  const PlanePtr source = constant(kPixels, kApertures, 2.0 / kPixels);
+  constexpr int pixel_count = 50, apertures = 100'000;
+  constexpr double signal_to_noise = 5.5054;
+  const PlanePtr source = constant(pixel_count, apertures, 2.0 / pixel_count);
 
-  std::vector<double> sums(kApertures);
+  std::vector<double> sums(apertures);
   const auto counts = values_of(observed(source, detector, noise_key(3, "V")));
-  for (std::size_t i = 0; i < counts.size(); ++i) sums[i / kPixels] += counts[i];
+  for (std::size_t i = 0; i < counts.size(); ++i) sums[i / pixel_count] += counts[i];
   const Moments m = moments(sums);
-  const double ratio = (m.mean - kPixels * detector.background()) / std::sqrt(m.variance);
-  const double error = std::sqrt((1 + kSignalToNoise * kSignalToNoise / 2) / kApertures);
-  EXPECT_NEAR(ratio, kSignalToNoise, 4 * error);
+  const double ratio = (m.mean - pixel_count * detector.background()) / std::sqrt(m.variance);
+  const double error = std::sqrt((1 + signal_to_noise * signal_to_noise / 2) / apertures);
+  EXPECT_NEAR(ratio, signal_to_noise, 4 * error);
 
   double variance = 0;
-  for (const double v : values_of(observed_variance(constant(kPixels, 1, 2.0 / kPixels), detector)))
+  for (const double v :
+       values_of(observed_variance(constant(pixel_count, 1, 2.0 / pixel_count), detector)))
     variance += v;
-  EXPECT_NEAR(2 * 600 / std::sqrt(variance), kSignalToNoise, 5e-5);
+  EXPECT_NEAR(2 * 600 / std::sqrt(variance), signal_to_noise, 5e-5);
 }
 
 TEST(Detector, CountsWholeElectronsWithoutReadNoise) {
@@ -105,8 +106,8 @@ TEST(Detector, KeepsMissingPixelsAndTakesNegativeOnesForDark) {
   Detector detector;
   detector.sky_rate = 10;
   detector.read_noise = 3;
-  const auto plane = std::make_shared<MemoryPlane>(4, 1, std::vector<double>{-5, 0, kNan, 0});
-  const auto dark = std::make_shared<MemoryPlane>(4, 1, std::vector<double>{0, 0, kNan, 0});
+  const auto plane = std::make_shared<MemoryPlane>(4, 1, std::vector<double>{-5, 0, nan_value, 0});
+  const auto dark = std::make_shared<MemoryPlane>(4, 1, std::vector<double>{0, 0, nan_value, 0});
   const auto v = values_of(observed(plane, detector, 1));
   const auto expected = values_of(observed(dark, detector, 1));
   EXPECT_TRUE(std::isnan(v[2]));
@@ -135,10 +136,10 @@ TEST(Detector, Saturates) {
 }
 
 TEST(Noise, DoesNotDependOnTilesAndThreads) {
-  constexpr int kWidth = 1201, kHeight = 300;
-  std::vector<double> ramp(static_cast<std::size_t>(kWidth) * kHeight);
+  constexpr int image_width = 1201, image_height = 300;
+  std::vector<double> ramp(static_cast<std::size_t>(image_width) * image_height);
   for (std::size_t i = 0; i < ramp.size(); ++i) ramp[i] = 1e-3 * static_cast<double>(i);
-  const auto source = std::make_shared<MemoryPlane>(kWidth, kHeight, ramp);
+  const auto source = std::make_shared<MemoryPlane>(image_width, image_height, ramp);
   Detector detector;
   detector.read_noise = 1;
   const std::uint64_t key = noise_key(1, "r");
@@ -152,7 +153,7 @@ TEST(Noise, DoesNotDependOnTilesAndThreads) {
       for (int j = 0; j < area.height; ++j) {
         for (int i = 0; i < area.width; ++i) {
           ASSERT_EQ(part[static_cast<std::size_t>(j * (area.width + 2) + i)],
-                    whole[static_cast<std::size_t>((area.y + j) * kWidth + area.x + i)]);
+                    whole[static_cast<std::size_t>((area.y + j) * image_width + area.x + i)]);
         }
       }
     }
@@ -160,11 +161,11 @@ TEST(Noise, DoesNotDependOnTilesAndThreads) {
 }
 
 TEST(Noise, DoesNotCorrelate) {
-  constexpr int kSide = 1000;
+  constexpr int side_length = 1000;
   Detector detector;
   detector.read_noise = 2;
   detector.sky_rate = 40;
-  const PlanePtr source = constant(kSide, kSide, 0);
+  const PlanePtr source = constant(side_length, side_length, 0);
   const auto normalised = [&](std::uint64_t key, bool gaussian) {
     auto values =
         values_of(gaussian ? with_gaussian_noise(source, 1, key) : observed(source, detector, key));
@@ -181,7 +182,8 @@ TEST(Noise, DoesNotCorrelate) {
   for (const bool gaussian : {false, true}) {
     const auto first = normalised(noise_key(1, "r"), gaussian);
     // The next pixel, the one above, and those beside that.
-    for (const std::size_t lag : {1, 2, kSide - 1, kSide, kSide + 1, 2 * kSide}) {
+    for (const std::size_t lag :
+         {1, 2, side_length - 1, side_length, side_length + 1, 2 * side_length}) {
       EXPECT_LT(std::abs(correlation(first, first, lag)), 4) << lag;
     }
     for (const std::uint64_t key : {noise_key(2, "r"), noise_key(1, "i"), noise_key(1, "r", 1)}) {
@@ -201,11 +203,12 @@ TEST(Noise, KeysTellPlanesApart) {
 }
 
 TEST(GaussianNoise, HasItsSigma) {
-  constexpr int kSide = 1000;
-  const Moments m = moments(values_of(with_gaussian_noise(constant(kSide, kSide, 5), 0.25, 1)));
-  EXPECT_LT(std::abs(m.mean - 5), 4 * 0.25 / kSide);
-  EXPECT_LT(std::abs(m.variance / (0.25 * 0.25) - 1), 4 * std::sqrt(2.0) / kSide);
-  const auto plane = std::make_shared<MemoryPlane>(2, 1, std::vector<double>{kNan, 3});
+  constexpr int side_length = 1000;
+  const Moments m =
+      moments(values_of(with_gaussian_noise(constant(side_length, side_length, 5), 0.25, 1)));
+  EXPECT_LT(std::abs(m.mean - 5), 4 * 0.25 / side_length);
+  EXPECT_LT(std::abs(m.variance / (0.25 * 0.25) - 1), 4 * std::sqrt(2.0) / side_length);
+  const auto plane = std::make_shared<MemoryPlane>(2, 1, std::vector<double>{nan_value, 3});
   EXPECT_TRUE(std::isnan(values_of(with_gaussian_noise(plane, 1, 1))[0]));
   EXPECT_EQ(values_of(with_gaussian_noise(plane, 0, 1))[1], 3);
   EXPECT_TRUE(std::isnan(values_of(gaussian_variance(plane, 0.5))[0]));
@@ -213,17 +216,17 @@ TEST(GaussianNoise, HasItsSigma) {
 }
 
 TEST(SignalNorm, IsThatOfAMatchedFilter) {
-  const auto plane = std::make_shared<MemoryPlane>(3, 1, std::vector<double>{3, kNan, -4});
+  const auto plane = std::make_shared<MemoryPlane>(3, 1, std::vector<double>{3, nan_value, -4});
   EXPECT_EQ(signal_norm(*plane), 5);
   // The flux of a known profile, fitted by least squares to its noisy images, has this ratio.
-  constexpr int kImages = 20'000;
+  constexpr int image_count = 20'000;
   const std::vector<double> profile = {0.1, 0.5, 1, 0.7, 0.2};
   std::vector<double> images, fluxes;
-  for (int i = 0; i < kImages; ++i) images.insert(images.end(), profile.begin(), profile.end());
-  const auto source = std::make_shared<MemoryPlane>(5, kImages, images);
+  for (int i = 0; i < image_count; ++i) images.insert(images.end(), profile.begin(), profile.end());
+  const auto source = std::make_shared<MemoryPlane>(5, image_count, images);
   const auto noisy = values_of(with_gaussian_noise(source, 0.1, 1));
   const double norm = signal_norm(MemoryPlane(5, 1, profile));
-  for (int i = 0; i < kImages; ++i) {
+  for (int i = 0; i < image_count; ++i) {
     double flux = 0;
     for (std::size_t k = 0; k < profile.size(); ++k) {
       flux += noisy[static_cast<std::size_t>(i) * 5 + k] * profile[k] / (norm * norm);
@@ -232,7 +235,7 @@ TEST(SignalNorm, IsThatOfAMatchedFilter) {
   }
   const Moments m = moments(fluxes);
   EXPECT_LT(std::abs(m.mean / std::sqrt(m.variance) / (norm / 0.1) - 1),
-            4 / std::sqrt(2.0 * kImages));
+            4 / std::sqrt(2.0 * image_count));
 }
 
 }  // namespace

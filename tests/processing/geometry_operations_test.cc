@@ -15,8 +15,8 @@
 namespace gamer {
 namespace {
 
-constexpr int kWidth = 60, kHeight = 48;
-const Gaussian kSource = {26.4, 27.9, 3.2, 2.6, 30, 100};
+constexpr int image_width = 60, image_height = 48;
+const Gaussian source_header = {26.4, 27.9, 3.2, 2.6, 30, 100};
 
 std::vector<std::string> words(const std::string& text) {
   std::istringstream stream(text);
@@ -27,7 +27,7 @@ std::vector<std::string> words(const std::string& text) {
 
 class GeometryOperations : public testing::Test {
  protected:
-  GeometryOperations() { write("in.fits", "nJy", kWidth, kHeight); }
+  GeometryOperations() { write("in.fits", "nJy", image_width, image_height); }
 
   /// Two planes, the second twice as bright, on the sky: turned, and with a polynomial.
   void write(const std::string& name, const std::string& unit, int width, int height) const {
@@ -47,12 +47,12 @@ class GeometryOperations : public testing::Test {
     header.set("A_2_0", 2e-4);
     header.set("B_1_1", -3e-4);
     header.set("BUNIT", unit);
-    Gaussian bright = kSource;
+    Gaussian bright = source_header;
     bright.peak *= 2;
     FitsOutput output({(folder_ / name).string(), true});
     output.write(header,
-                 {make_plane(width, height, {kSource}), make_plane(width, height, {bright})}, -64,
-                 1);
+                 {make_plane(width, height, {source_header}), make_plane(width, height, {bright})},
+                 -64, 1);
     output.finish();
   }
 
@@ -105,9 +105,10 @@ TEST_F(GeometryOperations, PixelsAndCoordinatesAgree) {
     int width, height;
     double pixels = 1e-4;  ///< error of the centroid
   };
-  const double flux = 100 * 2 * std::numbers::pi * kSource.sigma_long * kSource.sigma_short;
+  const double flux =
+      100 * 2 * std::numbers::pi * source_header.sigma_long * source_header.sigma_short;
   const CelestialWcs before = wcs_of(FitsInput((folder_ / "in.fits").string()).hdus()[0]);
-  const auto sky = before.sky({kSource.x + 1, kSource.y + 1});
+  const auto sky = before.sky({source_header.x + 1, source_header.y + 1});
   for (const Case& c : {Case{"flip", 60, 48},
                         {"flip --axis y", 60, 48},
                         {"flip --axis both", 60, 48},
@@ -146,7 +147,7 @@ TEST_F(GeometryOperations, PixelsAndCoordinatesAgree) {
 }
 
 TEST_F(GeometryOperations, BrightnessAverages) {
-  write("bright.fits", "MJy/sr", kWidth, kHeight);
+  write("bright.fits", "MJy/sr", image_width, image_height);
   const auto sum = [&](const std::string& command, const std::string& input) {
     return moments_of(evaluate(*run(command, input).plane(0, 0))).sum;
   };

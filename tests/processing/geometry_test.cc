@@ -11,7 +11,7 @@
 namespace gamer {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
 /// Whether parts of a plane, whatever their size, hold what the whole does.
 void expect_same_in_parts(const PlanePtr& plane) {
@@ -80,7 +80,7 @@ TEST(Geometry, CropAndPad) {
     }
   }
   expect_same_in_parts(padded);
-  EXPECT_TRUE(std::isnan(evaluate(*pad(source, margins, kNan)).at(0, 0)));
+  EXPECT_TRUE(std::isnan(evaluate(*pad(source, margins, nan_value)).at(0, 0)));
   EXPECT_EQ(difference(evaluate(*crop(padded, {2, 4, 13, 8})), old), 0);
 
   EXPECT_THROW(crop(source, {0, 0, 14, 8}), std::invalid_argument);
@@ -155,8 +155,8 @@ TEST(Geometry, Bin) {
 /// A quarter of a block missing makes it missing; less, and the others stand for all.
 TEST(Geometry, BinMissing) {
   for (int missing = 0; missing <= 9; ++missing) {
-    const PlanePtr source =
-        make_plane(3, 3, [&](int x, int y) { return 3 * y + x < missing ? kNan : 5.0 + 0 * x; });
+    const PlanePtr source = make_plane(
+        3, 3, [&](int x, int y) { return 3 * y + x < missing ? nan_value : 5.0 + 0 * x; });
     const double flux = evaluate(*bin(source, 3, 3, PixelValues::flux)).at(0, 0);
     const double mean = evaluate(*bin(source, 3, 3, PixelValues::brightness)).at(0, 0);
     if (missing <= 2) {
@@ -166,7 +166,8 @@ TEST(Geometry, BinMissing) {
       EXPECT_TRUE(std::isnan(flux) && std::isnan(mean)) << missing;
     }
   }
-  const PlanePtr one = make_plane(4, 4, [](int x, int y) { return x == 1 && y == 1 ? kNan : 1.0; });
+  const PlanePtr one =
+      make_plane(4, 4, [](int x, int y) { return x == 1 && y == 1 ? nan_value : 1.0; });
   const Image image = evaluate(*bin(one, 2, 2, PixelValues::flux));
   EXPECT_TRUE(std::isnan(image.at(0, 0)));
   EXPECT_EQ(image.at(1, 0), 4);

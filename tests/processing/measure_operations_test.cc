@@ -22,31 +22,33 @@
 namespace gamer {
 namespace {
 
-constexpr int kSize = 120;
-constexpr double kScale = 0.2;  ///< arcsec, of a pixel
-constexpr double kZeroPoint = 31.4;
+constexpr int size_of_side = 120;
+constexpr double scale = 0.2;  ///< arcsec, of a pixel
+constexpr double zero_point = 31.4;
 
 /// An elliptical Gaussian of flux 1000, its major axis 30 deg from +y towards -x, on a background
 /// of 5.
-constexpr double kX = 60.3, kY = 55.8, kMajor = 7, kRatio = 0.6, kFlux = 1000, kBackground = 5;
+constexpr double true_x = 60.3, true_y = 55.8, true_major = 7, true_ratio = 0.6, true_flux = 1000,
+                 true_background = 5;
 
 /// Pixels hold the light at their centres and spread it evenly: the variances grow by 1/12, and the
 /// product of the axes by this factor, 1.0032. What the ellipses of another axis ratio hold then
 /// differs in second order only.
-const double kPixelation = std::sqrt((1 + 1 / (12 * kMajor * kMajor)) *
-                                     (1 + 1 / (12 * kMajor * kMajor * kRatio * kRatio)));
+const double pixelation =
+    std::sqrt((1 + 1 / (12 * true_major * true_major)) *
+              (1 + 1 / (12 * true_major * true_major * true_ratio * true_ratio)));
 
 std::vector<double> source(double flux) {
   std::vector<double> values;
   const double turn = 30 * std::numbers::pi / 180;
-  for (int y = 0; y < kSize; ++y) {
-    for (int x = 0; x < kSize; ++x) {
-      const double dx = x + 1 - kX, dy = y + 1 - kY;
+  for (int y = 0; y < size_of_side; ++y) {
+    for (int x = 0; x < size_of_side; ++x) {
+      const double dx = x + 1 - true_x, dy = y + 1 - true_y;
       const double along = -dx * std::sin(turn) + dy * std::cos(turn);
-      const double across = (dx * std::cos(turn) + dy * std::sin(turn)) / kRatio;
-      const double peak = flux / (2 * std::numbers::pi * kMajor * kMajor * kRatio);
-      values.push_back(kBackground +
-                       peak * std::exp(-(along * along + across * across) / (2 * kMajor * kMajor)));
+      const double across = (dx * std::cos(turn) + dy * std::sin(turn)) / true_ratio;
+      const double peak = flux / (2 * std::numbers::pi * true_major * true_major * true_ratio);
+      values.push_back(true_background + peak * std::exp(-(along * along + across * across) /
+                                                         (2 * true_major * true_major)));
     }
   }
   return values;
@@ -58,19 +60,19 @@ class MeasureOperations : public testing::Test {
 
   /// One HDU; +y is 20 deg east of North where it lies on the sky.
   void write(const std::string& name, const std::vector<std::vector<double>>& planes,
-             bool on_sky = false, const std::string& unit = "nJy", int width = kSize,
-             int height = kSize) {
+             bool on_sky = false, const std::string& unit = "nJy", int width = size_of_side,
+             int height = size_of_side) {
     FitsHeader header;
     header.set("BUNIT", unit);
     for (std::size_t i = 1; i <= planes.size(); ++i) {
       const std::string suffix = planes.size() > 1 ? std::to_string(i) : "";
-      header.set("MAGZERO" + suffix, kZeroPoint);
+      header.set("MAGZERO" + suffix, zero_point);
       header.set("BAND" + suffix, "band" + std::to_string(i));
     }
     if (on_sky) {
       SkyView view;
       view.center = {150, 60};
-      view.pixel_scale = kScale;
+      view.pixel_scale = scale;
       view.rotation = 20;
       view.width = width;
       view.height = height;
@@ -182,53 +184,53 @@ TEST_F(MeasureOperations, PrintsTextOrJson) {
 }
 
 TEST_F(MeasureOperations, PhotometryOfAGaussian) {
-  write("in.fits", {source(kFlux), source(2 * kFlux)});
+  write("in.fits", {source(true_flux), source(2 * true_flux)});
   const DataTable table = measure(
       "photometry --center 58,58 --recenter --radius 7,42 --axis-ratio 0.6 --position-angle 30 "
       "--annulus 45,55 in.fits");
   ASSERT_EQ(table.rows(), 4u);
-  EXPECT_NEAR(number(table, "x"), kX, 4e-9);
-  EXPECT_NEAR(number(table, "y"), kY, 4e-9);
-  EXPECT_NEAR(number(table, "background"), kBackground, 1e-10);
-  EXPECT_NEAR(number(table, "flux", 0) / kFlux, 1 - std::exp(-0.5 / kPixelation), 5.7e-5);
-  EXPECT_NEAR(number(table, "flux", 1) / kFlux, 1, 3e-8);
-  EXPECT_NEAR(number(table, "flux", 3) / kFlux, 2, 6e-8);
-  EXPECT_NEAR(number(table, "magnitude", 1), kZeroPoint - 7.5, 3e-8);
+  EXPECT_NEAR(number(table, "x"), true_x, 4e-9);
+  EXPECT_NEAR(number(table, "y"), true_y, 4e-9);
+  EXPECT_NEAR(number(table, "background"), true_background, 1e-10);
+  EXPECT_NEAR(number(table, "flux", 0) / true_flux, 1 - std::exp(-0.5 / pixelation), 5.7e-5);
+  EXPECT_NEAR(number(table, "flux", 1) / true_flux, 1, 3e-8);
+  EXPECT_NEAR(number(table, "flux", 3) / true_flux, 2, 6e-8);
+  EXPECT_NEAR(number(table, "magnitude", 1), zero_point - 7.5, 3e-8);
   EXPECT_NEAR(number(table, "area", 1), std::numbers::pi * 42 * 42 * 0.6, 1e-8);
-  EXPECT_NEAR(number(table, "half_light_radius") / (1.1774100 * kMajor), std::sqrt(kPixelation),
+  EXPECT_NEAR(number(table, "half_light_radius") / (1.1774100 * true_major), std::sqrt(pixelation),
               9e-5);
-  const double xx = kMajor * kMajor * (0.25 + 0.75 * kRatio * kRatio);
-  const double yy = kMajor * kMajor * (0.75 + 0.25 * kRatio * kRatio);
+  const double xx = true_major * true_major * (0.25 + 0.75 * true_ratio * true_ratio);
+  const double yy = true_major * true_major * (0.75 + 0.25 * true_ratio * true_ratio);
   EXPECT_NEAR(number(table, "ixx"), xx, 2e-5);
   EXPECT_NEAR(number(table, "iyy"), yy, 2e-5);
   EXPECT_NEAR(number(table, "size"), std::sqrt(xx + yy), 2e-6);
   EXPECT_NEAR(number(table, "e1"), (xx - yy) / (xx + yy), 2e-9);
-  EXPECT_NEAR(number(table, "axis_ratio"), kRatio, 4e-9);
+  EXPECT_NEAR(number(table, "axis_ratio"), true_ratio, 4e-9);
   EXPECT_NEAR(number(table, "position_angle"), 30, 4e-8);
   EXPECT_TRUE(std::isnan(number(table, "ra")));
   EXPECT_TRUE(std::isnan(number(table, "surface_brightness")));
 }
 
 TEST_F(MeasureOperations, PhotometryOnTheSky) {
-  write("in.fits", {source(kFlux)}, true);
+  write("in.fits", {source(true_flux)}, true);
   const SkyPosition center =
-      *CelestialWcs::from_header(header_text(path("in.fits")), "in.fits").sky({kX, kY});
+      *CelestialWcs::from_header(header_text(path("in.fits")), "in.fits").sky({true_x, true_y});
   // +y is 20 deg east of North, so the major axis 50 deg.
   const DataTable table = measure(
       fmt::format("photometry --position {},{} --unit arcsec --radius 1.4,8.4 --axis-ratio 0.6 "
                   "--position-angle 50 --annulus 9,11 --weight-sigma 4 in.fits",
                   center.ra, center.dec));
-  EXPECT_NEAR(number(table, "x"), kX, 1e-8);
-  EXPECT_NEAR(number(table, "y"), kY, 1e-8);
-  EXPECT_NEAR(number(table, "flux", 0) / kFlux, 1 - std::exp(-0.5 / kPixelation), 5.7e-5);
-  EXPECT_NEAR(number(table, "flux", 1) / kFlux, 1, 3e-8);
-  EXPECT_NEAR(number(table, "half_light_radius") / (1.1774100 * kMajor * kScale),
-              std::sqrt(kPixelation), 9e-5);
+  EXPECT_NEAR(number(table, "x"), true_x, 1e-8);
+  EXPECT_NEAR(number(table, "y"), true_y, 1e-8);
+  EXPECT_NEAR(number(table, "flux", 0) / true_flux, 1 - std::exp(-0.5 / pixelation), 5.7e-5);
+  EXPECT_NEAR(number(table, "flux", 1) / true_flux, 1, 3e-8);
+  EXPECT_NEAR(number(table, "half_light_radius") / (1.1774100 * true_major * scale),
+              std::sqrt(pixelation), 9e-5);
   EXPECT_NEAR(
       number(table, "surface_brightness", 1),
-      number(table, "magnitude", 1) + 2.5 * std::log10(number(table, "area", 1) * kScale * kScale),
+      number(table, "magnitude", 1) + 2.5 * std::log10(number(table, "area", 1) * scale * scale),
       1e-6);
-  EXPECT_NEAR(number(table, "axis_ratio"), kRatio, 4e-9);
+  EXPECT_NEAR(number(table, "axis_ratio"), true_ratio, 4e-9);
   EXPECT_NEAR(number(table, "position_angle"), 50, 2.5e-4);
   // In pixels the angle is on the sky as well.
   const DataTable pixels = measure(
@@ -249,12 +251,12 @@ TEST_F(MeasureOperations, PhotometryOfASinglePixelHasNoDirection) {
 }
 
 TEST_F(MeasureOperations, BrightnessesCountPerSolidAngle) {
-  write("in.fits", {std::vector<double>(kSize * kSize, 3)}, true, "nJy/arcsec2");
+  write("in.fits", {std::vector<double>(size_of_side * size_of_side, 3)}, true, "nJy/arcsec2");
   const DataTable table = measure("photometry --radius 10 in.fits");
   const double area = std::numbers::pi * 100;
-  EXPECT_NEAR(number(table, "magnitude"), kZeroPoint - 2.5 * std::log10(3 * area * kScale * kScale),
+  EXPECT_NEAR(number(table, "magnitude"), zero_point - 2.5 * std::log10(3 * area * scale * scale),
               1e-6);
-  EXPECT_NEAR(number(table, "surface_brightness"), kZeroPoint - 2.5 * std::log10(3), 1e-9);
+  EXPECT_NEAR(number(table, "surface_brightness"), zero_point - 2.5 * std::log10(3), 1e-9);
   EXPECT_NEAR(number(table, "half_light_radius"), 10 / std::sqrt(2), 1e-9);
 }
 
@@ -306,10 +308,10 @@ TEST_F(MeasureOperations, Spectrum) {
 }
 
 TEST_F(MeasureOperations, CompareAnswersByItsExitCode) {
-  std::vector<double> values = source(kFlux);
+  std::vector<double> values = source(true_flux);
   write("a.fits", {values, values});
   std::vector<double> other = values;
-  other[3 * kSize + 7] += 0.25;
+  other[3 * size_of_side + 7] += 0.25;
   write("b.fits", {values, other});
   EXPECT_EQ(run("compare a.fits a.fits"), 0);
   EXPECT_EQ(run("compare a.fits b.fits"), 1);
@@ -322,7 +324,7 @@ TEST_F(MeasureOperations, CompareAnswersByItsExitCode) {
   EXPECT_NEAR(number(table, "max", 1), 0.25, 1e-12);
   EXPECT_EQ(number(table, "x", 1), 8);
   EXPECT_EQ(number(table, "y", 1), 4);
-  EXPECT_NEAR(number(table, "rms", 1), 0.25 / kSize, 1e-12);
+  EXPECT_NEAR(number(table, "rms", 1), 0.25 / size_of_side, 1e-12);
   EXPECT_EQ(number(table, "differing", 1), 1);
   EXPECT_EQ(text(table, "within", 0), "yes");
   EXPECT_EQ(text(table, "within", 1), "no");
@@ -332,7 +334,7 @@ TEST_F(MeasureOperations, CompareAnswersByItsExitCode) {
 }
 
 TEST_F(MeasureOperations, SaysWhatIsWrong) {
-  write("in.fits", {source(kFlux)});
+  write("in.fits", {source(true_flux)});
   write("small.fits", {{1, 2, 3, 4, 5, 6}}, true, "nJy", 3, 2);
   EXPECT_EQ(error("compare in.fits small.fits"),
             "gutil compare: in.fits has images of 120 x 120 x 1 pixels, small.fits of 3 x 2 x 1; "

@@ -30,7 +30,7 @@ class Variances : public SmallFiles {
             {{even(2), even(4)}, cards("B_VARIANCE", squares)}};
   }
 
-  /// Of a pixel of both planes of all HDUs.
+  /// Compares a pixel of both planes of all HDUs.
   void expect_pixels(const std::vector<std::vector<double>>& expected) const {
     const FitsInput output = file();
     ASSERT_EQ(output.hdus().size(), expected.size());

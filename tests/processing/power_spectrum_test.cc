@@ -15,7 +15,7 @@
 namespace gamer {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double pi_value = std::numbers::pi;
 
 /// A periodic Gaussian field of power k^slope.
 std::vector<double> power_law(int side, double slope, unsigned seed) {
@@ -67,9 +67,9 @@ TEST(PowerSpectrum, OfPeriodicFieldsHasTheirSlope) {
 
 /// Slopes scatter as their standard errors say.
 TEST(PowerSpectrum, ErrorOfTheSlope) {
-  constexpr int kFields = 50;
+  constexpr int fields = 50;
   double sum = 0, squares = 0, errors = 0;
-  for (unsigned seed = 1; seed <= kFields; ++seed) {
+  for (unsigned seed = 1; seed <= fields; ++seed) {
     const MemoryPlane plane(256, 256, power_law(256, -2.9, seed));
     const auto fit = power_spectrum(plane, with_window(SpectrumWindow::none), "field", 1).fit;
     sum += fit.slope;
@@ -77,21 +77,21 @@ TEST(PowerSpectrum, ErrorOfTheSlope) {
     errors += std::pow(fit.slope_error, 2);
   }
   // Few modes at low k bias the logarithm.
-  EXPECT_NEAR(sum / kFields, -2.88, 0.02);
+  EXPECT_NEAR(sum / fields, -2.88, 0.02);
   EXPECT_GT(std::sqrt(errors / squares), 0.8);
   EXPECT_LT(std::sqrt(errors / squares), 1.6);
 }
 
 /// Mean slopes of cuts of 256^2 from 1024^2: leakage from the edges and what windows do to it.
 TEST(PowerSpectrum, OfCutsDependsOnTheWindow) {
-  constexpr int kFields = 16;
+  constexpr int fields = 16;
   const auto mean_slopes = [](double slope) {
     std::array<double, 3> sums{};
-    for (unsigned seed = 1; seed <= kFields; ++seed) {
+    for (unsigned seed = 1; seed <= fields; ++seed) {
       const MemoryPlane plane = cut(power_law(1024, slope, seed), 1024, 256);
       for (std::size_t i = 0; i < sums.size(); ++i) {
         const SpectrumOptions options = with_window(static_cast<SpectrumWindow>(i));
-        sums[i] += power_spectrum(plane, options, "field", 1).fit.slope / kFields;
+        sums[i] += power_spectrum(plane, options, "field", 1).fit.slope / fields;
       }
     }
     return sums;
@@ -111,7 +111,7 @@ MemoryPlane wave(int width, int height, int kx, int ky, double amplitude) {
     for (int x = 0; x < width; ++x) {
       const double phase =
           static_cast<double>(kx) * x / width + static_cast<double>(ky) * y / height;
-      values.push_back(7 + amplitude * std::cos(2 * kPi * phase + 0.3));
+      values.push_back(7 + amplitude * std::cos(2 * pi_value * phase + 0.3));
     }
   }
   return MemoryPlane(width, height, std::move(values));
@@ -193,7 +193,7 @@ TEST(PowerSpectrum, DividesByThePsf) {
   for (const std::size_t i : {std::size_t{9}, std::size_t{99}}) {
     const double f = static_cast<double>(i + 1) / 512;
     EXPECT_NEAR(divided.annuli[i].power / plain.annuli[i].power,
-                std::exp(std::pow(2 * kPi * sigma * f, 2)), 1e-6);
+                std::exp(std::pow(2 * pi_value * sigma * f, 2)), 1e-6);
   }
   EXPECT_TRUE(std::isnan(divided.annuli[255].power));
 }
@@ -233,7 +233,7 @@ TEST(PowerSpectrum, OfExponentialsHasTheirSkewness) {
       power_spectrum(MemoryPlane(1000, 1000, values), SpectrumOptions(), "values", 1);
   // Skewness 2; the logarithm is Gumbel's: sigma pi/sqrt 6, skewness -1.1395.
   EXPECT_NEAR(spectrum.skewness, 2, 0.03);
-  EXPECT_NEAR(spectrum.log_sigma, kPi / std::sqrt(6), 0.005);
+  EXPECT_NEAR(spectrum.log_sigma, pi_value / std::sqrt(6), 0.005);
   EXPECT_NEAR(spectrum.log_skewness, -1.1395, 0.02);
 }
 

@@ -47,16 +47,16 @@ TEST(PsfModels, HalfOfThePeakAtHalfTheWidth) {
 /// The flux within a radius is the integral of the density, by Simpson's rule.
 TEST(PsfModels, EnergyIsTheIntegralOfTheDensity) {
   for (const Psf& psf : models(2)) {
-    constexpr int kSteps = 4000;
-    constexpr double kRadius = 30;
+    constexpr int step_count = 4000;
+    constexpr double true_radius = 30;
     double sum = 0;
-    for (int i = 0; i <= kSteps; ++i) {
-      const double r = kRadius * i / kSteps;
-      const double weight = i == 0 || i == kSteps ? 1 : i % 2 == 1 ? 4 : 2;
+    for (int i = 0; i <= step_count; ++i) {
+      const double r = true_radius * i / step_count;
+      const double weight = i == 0 || i == step_count ? 1 : i % 2 == 1 ? 4 : 2;
       sum += weight * 2 * pi * r * psf.density(r);
     }
-    sum *= kRadius / kSteps / 3;
-    EXPECT_NEAR(psf.encircled_energy(kRadius), sum, 1e-9);
+    sum *= true_radius / step_count / 3;
+    EXPECT_NEAR(psf.encircled_energy(true_radius), sum, 1e-9);
     EXPECT_EQ(psf.encircled_energy(0), 0);
   }
 }
@@ -139,10 +139,10 @@ TEST(PsfModels, KolmogorovTransferFunction) {
   const Psf psf({PsfKind::kolmogorov, 0.97586});
   const double f = 0.3;
   double sum = 0;
-  constexpr double kStep = 2e-3, kEnd = 100;
-  for (int i = 1; i * kStep < kEnd; ++i) {
-    const double r = i * kStep;
-    sum += kStep * 2 * pi * r * psf.density(r) * std::cyl_bessel_j(0, 2 * pi * f * r);
+  constexpr double step_size = 2e-3, end_record = 100;
+  for (int i = 1; i * step_size < end_record; ++i) {
+    const double r = i * step_size;
+    sum += step_size * 2 * pi * r * psf.density(r) * std::cyl_bessel_j(0, 2 * pi * f * r);
   }
   EXPECT_NEAR(sum, std::exp(-3.4419 * std::pow(f, 5.0 / 3)), 4e-6);
 }
@@ -292,7 +292,7 @@ TEST(Stamps, SizeFollowsFromTheEnergy) {
       }
     }
   }
-  EXPECT_EQ(stamp_size(airy(40, 0), 0.9999), kLargestChosenStamp);
+  EXPECT_EQ(stamp_size(airy(40, 0), 0.9999), largest_chosen_stamp);
   const Psf round({PsfKind::gaussian, 10}), flat({PsfKind::gaussian, 10, 3, 0, .25, 0});
   EXPECT_NEAR(stamp_size(flat, 0.999), 2 * stamp_size(round, 0.999), 2);
   EXPECT_EQ(make_stamp(round).width, stamp_size(round, 0.999));
@@ -300,7 +300,7 @@ TEST(Stamps, SizeFollowsFromTheEnergy) {
 
 TEST(Stamps, WrongOptions) {
   const Psf psf({PsfKind::gaussian, 2});
-  for (const int size : {-1, 2, kLargestStamp + 2}) {
+  for (const int size : {-1, 2, largest_stamp + 2}) {
     StampOptions options;
     options.size = size;
     EXPECT_THROW(make_stamp(psf, options), std::invalid_argument);

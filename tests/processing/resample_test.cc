@@ -14,11 +14,11 @@
 namespace gamer {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
-/// Those that keep flux exactly.
-const std::vector<Kernel> kExact = {Kernel::area, Kernel::bilinear, Kernel::bicubic,
-                                    Kernel::lanczos3, Kernel::lanczos5};
+/// The kernels that keep flux exactly.
+const std::vector<Kernel> exact = {Kernel::area, Kernel::bilinear, Kernel::bicubic,
+                                   Kernel::lanczos3, Kernel::lanczos5};
 
 PlanePtr row_plane(const std::vector<double>& values) {
   return std::make_shared<MemoryPlane>(static_cast<int>(values.size()), 1, values);
@@ -26,7 +26,7 @@ PlanePtr row_plane(const std::vector<double>& values) {
 
 /// Every input pixel, also at the edges, in every grid.
 TEST(Resample, KeepsTheFluxOfEveryPixel) {
-  for (const Kernel kernel : kExact) {
+  for (const Kernel kernel : exact) {
     for (const double factor : {0.07, 0.3, 0.5, 0.83, 1.0, 1.1, 2.0, 3.7}) {
       for (const int pixel : {0, 1, 5, 10, 19}) {
         std::vector<double> values(20);
@@ -39,7 +39,7 @@ TEST(Resample, KeepsTheFluxOfEveryPixel) {
   }
   const PlanePtr noise = noise_plane(53, 41);
   const double flux = moments_of(evaluate(*noise)).sum;
-  for (const Kernel kernel : kExact) {
+  for (const Kernel kernel : exact) {
     const Image image =
         evaluate(*resample(noise, grid_of_size(53, 41, 31, 77), kernel, PixelValues::flux));
     EXPECT_NEAR(moments_of(image).sum / flux, 1, 1e-14);
@@ -171,7 +171,7 @@ TEST(Resample, PlacesFollow) {
   const Gaussian old = {33.4, 21.7, 4, 3, 20, 1};
   const PlanePtr source = make_plane(71, 50, {old});
   const Moments before = moments_of(evaluate(*source));
-  for (const Kernel kernel : kExact) {
+  for (const Kernel kernel : exact) {
     for (const ResampleGrid& grid : {grid_of_factor(71, 50, 0.41), grid_of_factor(71, 50, 1.63),
                                      grid_of_size(71, 50, 90, 30)}) {
       const Image image = evaluate(*resample(source, grid, kernel, PixelValues::flux));
@@ -192,7 +192,7 @@ TEST(Resample, Grids) {
   EXPECT_EQ(grid_of_factor(1, 1, 1e-5).width, 1);
   EXPECT_EQ(grid_of_factor(1, 1, 4).width, 4);
   EXPECT_THROW(grid_of_factor(1, 1, 0), std::invalid_argument);
-  EXPECT_THROW(grid_of_factor(1, 1, kNan), std::invalid_argument);
+  EXPECT_THROW(grid_of_factor(1, 1, nan_value), std::invalid_argument);
   EXPECT_THROW(grid_of_factor(1000, 1, 1e9), std::invalid_argument);
   EXPECT_THROW(grid_of_size(4, 4, 0, 1), std::invalid_argument);
   // One pixel, from and to.
@@ -210,7 +210,7 @@ TEST(Resample, Grids) {
 /// A row of holes: missing where they weigh a quarter, and nothing beyond the kernel's reach.
 TEST(Resample, MissingPixels) {
   const PlanePtr holed = make_plane(
-      60, 45, [](int x, int y) { return x == 30 && y == 20 ? kNan : 1 + 0.1 * x + 0.05 * y; });
+      60, 45, [](int x, int y) { return x == 30 && y == 20 ? nan_value : 1 + 0.1 * x + 0.05 * y; });
   const PlanePtr whole = make_plane(60, 45, [](int x, int y) { return 1 + 0.1 * x + 0.05 * y; });
   for (const std::string& name : kernel_names()) {
     for (const double factor : {0.4, 1.0, 2.3}) {

@@ -16,8 +16,8 @@
 namespace gamer {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr Limits kUnit = {0, 1};
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
+constexpr Limits unit = {0, 1};
 
 std::array<int, 3> bytes_of(const Rgb& rgb) {
   return {static_cast<int>(255 * rgb[0]), static_cast<int>(255 * rgb[1]),
@@ -238,7 +238,7 @@ TEST(StiffTone, FollowsTheRecipe) {
 
 TEST(StiffTone, PlainFacts) {
   StiffTone tone;
-  tone.limits = {kUnit, kUnit, kUnit};
+  tone.limits = {unit, unit, unit};
   const Rgb colour = tone({0.25, 0.5, 0.125});
   EXPECT_NEAR(colour[0], std::pow(0.25, 1 / 2.2), 1e-15);
   EXPECT_NEAR(colour[1], std::pow(0.5, 1 / 2.2), 1e-15);
@@ -339,13 +339,13 @@ TEST(WriteRgb, MissingPixelsAreBlackAndOnePlaneIsGrey) {
     return std::make_shared<MemoryPlane>(width, 1, std::move(values));
   };
   const double infinity = std::numeric_limits<double>::infinity();
-  const std::vector<PlanePtr> channels = {row({1, kNan, 1, 1, -5}), row({1, 1, infinity, 1, 1}),
-                                          row({1, 1, 1, kNan, 1})};
+  const std::vector<PlanePtr> channels = {
+      row({1, nan_value, 1, 1, -5}), row({1, 1, infinity, 1, 1}), row({1, 1, 1, nan_value, 1})};
   write_rgb(options_for(folder / "a.png", 8), channels, white, ByteRounding::down, 1);
   EXPECT_EQ(read_png(folder / "a.png").values,
             (std::vector<std::uint16_t>{255, 255, 255, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 255, 255}));
   const ColourOf same = [](const Rgb& rgb) { return rgb; };
-  const std::vector<PlanePtr> grey = {row({0.2, kNan, 0.6})};
+  const std::vector<PlanePtr> grey = {row({0.2, nan_value, 0.6})};
   write_rgb(options_for(folder / "grey.png", 8), grey, same, ByteRounding::nearest, 1);
   EXPECT_EQ(read_png(folder / "grey.png").values,
             (std::vector<std::uint16_t>{51, 51, 51, 0, 0, 0, 153, 153, 153}));

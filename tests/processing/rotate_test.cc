@@ -14,10 +14,11 @@
 namespace gamer {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kDegree = std::numbers::pi / 180;
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN(),
+                 degree = std::numbers::pi / 180;
 
-const std::vector<Kernel> kKernels = {Kernel::nearest, Kernel::bilinear, Kernel::bicubic,
-                                      Kernel::lanczos3, Kernel::lanczos5};
+const std::vector<Kernel> kernels = {Kernel::nearest, Kernel::bilinear, Kernel::bicubic,
+                                     Kernel::lanczos3, Kernel::lanczos5};
 
 /// A bulge and a disk as a camera shows them: nothing sharper than sigma = 1.6 pixels, FWHM 3.8.
 std::vector<Gaussian> galaxy() {
@@ -31,7 +32,7 @@ TEST(Rotate, KeepsFlux) {
   // Also the angles where the grids share points, 26.57 and 36.87 degrees.
   std::vector<double> angles = {0.01, 1, 45, 89.5, 26.565051177077990, 36.869897645844021};
   for (double angle = -178; angle < 180; angle += 13.7) angles.push_back(angle);
-  for (const Kernel kernel : kKernels) {
+  for (const Kernel kernel : kernels) {
     for (const double angle : angles) {
       const Image image = evaluate(*rotate(source, {angle, kernel, true, 0}), 2);
       worst[kernel] = std::max(worst[kernel], std::abs(moments_of(image).sum / flux - 1));
@@ -47,10 +48,10 @@ TEST(Rotate, KeepsFlux) {
 
 TEST(Rotate, MultiplesOfARightAngleCopyPixels) {
   const PlanePtr source = noise_plane(37, 20);
-  for (const Kernel kernel : kKernels) {
+  for (const Kernel kernel : kernels) {
     for (const bool full : {false, true}) {
       for (int quarters = -9; quarters <= 9; ++quarters) {
-        const Rotation rotation = {90.0 * quarters, kernel, full, kNan};
+        const Rotation rotation = {90.0 * quarters, kernel, full, nan_value};
         const Image image = evaluate(*rotate(source, rotation));
         EXPECT_EQ(difference(image, evaluate(*quarter_turns(source, quarters))), 0);
         const PlaneSize size = rotated_size(37, 20, rotation);
@@ -87,9 +88,9 @@ TEST(Rotate, ThereAndBack) {
 }
 
 TEST(Rotate, EqualsTheTurnedGaussian) {
-  constexpr int kWidth = 140, kHeight = 111;
+  constexpr int image_width = 140, image_height = 111;
   const Gaussian old = {83.4, 42.7, 5, 2.5, 20, 1};
-  const PlanePtr source = make_plane(kWidth, kHeight, {old});
+  const PlanePtr source = make_plane(image_width, image_height, {old});
   const Moments before = moments_of(evaluate(*source));
   struct Errors {
     Kernel kernel;
@@ -105,15 +106,16 @@ TEST(Rotate, EqualsTheTurnedGaussian) {
       for (const bool full : {false, true}) {
         const Rotation rotation = {angle, bound.kernel, full, 0};
         const Image image = evaluate(*rotate(source, rotation));
-        const double c = std::cos(angle * kDegree), s = std::sin(angle * kDegree);
-        const double dx = old.x - (kWidth - 1) / 2.0, dy = old.y - (kHeight - 1) / 2.0;
+        const double c = std::cos(angle * degree), s = std::sin(angle * degree);
+        const double dx = old.x - (image_width - 1) / 2.0, dy = old.y - (image_height - 1) / 2.0;
         Gaussian turned = old;
         turned.x = (image.width() - 1) / 2.0 + c * dx - s * dy;
         turned.y = (image.height() - 1) / 2.0 + s * dx + c * dy;
         turned.angle += angle;
         const PlanePtr expected = make_plane(image.width(), image.height(), {turned});
         worst.value = std::max(worst.value, difference(image, evaluate(*expected)));
-        const PixelPosition place = rotation_map(kWidth, kHeight, rotation)({old.x + 1, old.y + 1});
+        const PixelPosition place =
+            rotation_map(image_width, image_height, rotation)({old.x + 1, old.y + 1});
         EXPECT_NEAR(place.x, turned.x + 1, 1e-12);
         EXPECT_NEAR(place.y, turned.y + 1, 1e-12);
         const Moments after = moments_of(image);
@@ -140,8 +142,8 @@ TEST(Rotate, EqualsTheTurnedGaussian) {
 TEST(Rotate, KernelTables) {
   const PlanePtr source = noise_plane(60, 50);
   const Image old = evaluate(*source);
-  const double angle = 28.3, c = std::cos(angle * kDegree), s = std::sin(angle * kDegree);
-  for (const Kernel kernel : kKernels) {
+  const double angle = 28.3, c = std::cos(angle * degree), s = std::sin(angle * degree);
+  for (const Kernel kernel : kernels) {
     if (kernel == Kernel::nearest) continue;
     const Image image = evaluate(*rotate(source, {angle, kernel, false, 0}));
     const int radius = static_cast<int>(kernel_radius(kernel));
@@ -169,7 +171,7 @@ TEST(Rotate, KernelTables) {
 
 TEST(Rotate, EvenImagesStayEven) {
   const PlanePtr source = make_plane(50, 40, [](int, int) { return 3.0; });
-  for (const Kernel kernel : kKernels) {
+  for (const Kernel kernel : kernels) {
     const Image image = evaluate(*rotate(source, {31, kernel, false, 0}));
     for (int x = 15; x < 35; ++x) EXPECT_NEAR(image.at(x, 20), 3, 1e-14);
     // The outside counts as what the image is filled with.
@@ -187,7 +189,7 @@ TEST(Rotate, Canvas) {
   EXPECT_EQ(rotated_size(100, 50, {-30, Kernel::bilinear, true, 0}), (PlaneSize{112, 94}));
   EXPECT_EQ(rotated_size(1, 1, {45, Kernel::bilinear, true, 0}), (PlaneSize{2, 2}));
   const PlanePtr source = make_plane(60, 30, [](int, int) { return 1.0; });
-  const Image image = evaluate(*rotate(source, {30, Kernel::bilinear, true, kNan}));
+  const Image image = evaluate(*rotate(source, {30, Kernel::bilinear, true, nan_value}));
   int present = 0;
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x) {
@@ -224,11 +226,12 @@ TEST(Rotate, PartsAreTheWhole) {
 /// No missing pixel vanishes, none spreads beyond the kernel, and what is left is right.
 TEST(Rotate, MissingPixels) {
   const Gaussian light = {40, 40, 12, 12, 0, 1};
-  for (const Kernel kernel : kKernels) {
+  for (const Kernel kernel : kernels) {
     for (int k = 0; k < 12; ++k) {
       const int hole_x = 30 + k, hole_y = 45 - 2 * k;
-      const PlanePtr source = make_plane(
-          81, 81, [&](int x, int y) { return x == hole_x && y == hole_y ? kNan : light.at(x, y); });
+      const PlanePtr source = make_plane(81, 81, [&](int x, int y) {
+        return x == hole_x && y == hole_y ? nan_value : light.at(x, y);
+      });
       const Rotation rotation = {45 - 4.0 * k, kernel, false, 0};
       const Image image = evaluate(*rotate(source, rotation));
       const Image full = evaluate(*rotate(make_plane(81, 81, {light}), rotation));
@@ -257,7 +260,7 @@ TEST(Rotate, MissingPixels) {
 TEST(Rotate, Errors) {
   const PlanePtr source = noise_plane(4, 4);
   EXPECT_THROW(rotate(source, {10, Kernel::area, false, 0}), std::invalid_argument);
-  EXPECT_THROW(rotate(source, {kNan, Kernel::bilinear, false, 0}), std::invalid_argument);
+  EXPECT_THROW(rotate(source, {nan_value, Kernel::bilinear, false, 0}), std::invalid_argument);
   EXPECT_THROW(rotated_size(2000000000, 2000000000, {45, Kernel::bilinear, true, 0}),
                std::invalid_argument);
 }

@@ -11,8 +11,8 @@
 namespace gamer {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
+constexpr double positive_infinity = std::numeric_limits<double>::infinity();
 
 PlanePtr row(std::vector<double> values) {
   const auto count = static_cast<int>(values.size());
@@ -43,10 +43,10 @@ std::vector<double> mixed_values(int count, unsigned seed) {
   for (int i = 0; i < count; ++i) {
     switch (kind(random)) {
       case 0:
-        values.push_back(kNan);
+        values.push_back(nan_value);
         break;
       case 1:
-        values.push_back(i % 2 == 0 ? kInfinity : -kInfinity);
+        values.push_back(i % 2 == 0 ? positive_infinity : -positive_infinity);
         break;
       case 2:
         values.push_back(i % 2 == 0 ? 0.0 : -0.0);
@@ -74,8 +74,8 @@ double sorted_quantile(const std::vector<double>& values, double q) {
 
 TEST(Statistics, OfFewNumbers) {
   // np.array([3, -1, nan, 7, inf, -1, 7, -inf]): mean 3, std 3.5777087639996634.
-  const Statistics result =
-      statistics(MemoryPlane(4, 2, {3, -1, kNan, 7, kInfinity, -1, 7, -kInfinity}), 1);
+  const Statistics result = statistics(
+      MemoryPlane(4, 2, {3, -1, nan_value, 7, positive_infinity, -1, 7, -positive_infinity}), 1);
   EXPECT_EQ(result.count, 5);
   EXPECT_EQ(result.nans, 1);
   EXPECT_EQ(result.infinities, 2);
@@ -102,13 +102,13 @@ TEST(Statistics, PositionsCountRowsFromTheBottom) {
 }
 
 TEST(Statistics, NothingFinite) {
-  const Statistics result = statistics(*row({kNan, kInfinity}), 1);
+  const Statistics result = statistics(*row({nan_value, positive_infinity}), 1);
   EXPECT_EQ(result.count, 0);
   for (const double value : {result.sum, result.min, result.max, result.mean, result.sigma}) {
     EXPECT_TRUE(std::isnan(value));
   }
-  EXPECT_TRUE(std::isnan(median(*row({kNan, -kInfinity}), 1)));
-  EXPECT_TRUE(std::isnan(mad_sigma(*row({kNan}), kNan, 1)));
+  EXPECT_TRUE(std::isnan(median(*row({nan_value, -positive_infinity}), 1)));
+  EXPECT_TRUE(std::isnan(mad_sigma(*row({nan_value}), nan_value, 1)));
 }
 
 TEST(Statistics, OnePixelAndEqualPixels) {
@@ -147,7 +147,7 @@ TEST(Statistics, DenormalsAndOverflow) {
   const double tiny = std::numeric_limits<double>::denorm_min();
   EXPECT_EQ(statistics(*row({tiny, tiny, 3 * tiny}), 1).sum, 5 * tiny);
   EXPECT_EQ(median(*row({tiny, -tiny, 3 * tiny}), 1), tiny);
-  EXPECT_EQ(statistics(*row({1e308, 1e308}), 1).sum, kInfinity);
+  EXPECT_EQ(statistics(*row({1e308, 1e308}), 1).sum, positive_infinity);
   const double largest = std::numeric_limits<double>::max();
   EXPECT_EQ(median(*row({-largest, largest}), 1), 0);
 }
@@ -170,25 +170,25 @@ TEST(Quantiles, ZeroHasNoSign) { EXPECT_FALSE(std::signbit(median(*row({-0.0, -0
 
 /// Large planes, whose values are not held: radix selection, with all four digits, ties and floats.
 TEST(Quantiles, OfLargePlanes) {
-  constexpr int kWidth = 2500, kHeight = 1800;
+  constexpr int image_width = 2500, image_height = 1800;
   const std::vector<double> fractions = {0, 0.01, 0.3, 0.5, 0.75, 0.99999, 1};
   const auto hash = [](int x, int y) {
-    auto state = static_cast<std::uint64_t>(y) * kWidth + static_cast<std::uint64_t>(x) + 1;
+    auto state = static_cast<std::uint64_t>(y) * image_width + static_cast<std::uint64_t>(x) + 1;
     state = (state ^ (state >> 31)) * 0x9E3779B97F4A7C15u;
     state = (state ^ (state >> 29)) * 0xBF58476D1CE4E5B9u;
     return static_cast<double>(state >> 11) * 0x1p-53;
   };
   const std::vector<std::function<double(int, int)>> formulae = {
-      [&](int x, int y) { return hash(x, y) < 0.001 ? kNan : std::log(hash(x, y)); },
+      [&](int x, int y) { return hash(x, y) < 0.001 ? nan_value : std::log(hash(x, y)); },
       // The first three digits are the same everywhere.
       [&](int x, int y) { return 1 + std::floor(60000 * hash(x, y)) * 0x1p-52; },
       [&](int x, int y) { return -static_cast<double>(static_cast<float>(hash(x, y))); },
       [&](int x, int y) { return std::floor(5 * hash(x, y)) - 2; }, [](int, int) { return -0.1; }};
   for (const auto& formula : formulae) {
-    const FormulaPlane plane(kWidth, kHeight, formula);
+    const FormulaPlane plane(image_width, image_height, formula);
     const Image image = evaluate(plane);
     const std::vector<double> ordered =
-        sorted(std::vector<double>(image.plane(0), image.plane(0) + kWidth * kHeight));
+        sorted(std::vector<double>(image.plane(0), image.plane(0) + image_width * image_height));
     const std::vector<double> found = quantiles(plane, fractions, 2);
     for (std::size_t i = 0; i < fractions.size(); ++i) {
       EXPECT_DOUBLE_EQ(found[i], sorted_quantile(ordered, fractions[i])) << fractions[i];
@@ -198,7 +198,7 @@ TEST(Quantiles, OfLargePlanes) {
 
 TEST(Quantiles, RefuseOtherFractions) {
   EXPECT_THROW(quantiles(*row({1}), std::vector<double>{1.5}, 1), std::invalid_argument);
-  EXPECT_THROW(quantiles(*row({1}), std::vector<double>{kNan}, 1), std::invalid_argument);
+  EXPECT_THROW(quantiles(*row({1}), std::vector<double>{nan_value}, 1), std::invalid_argument);
 }
 
 TEST(Background, OfNoiseWithSources) {

@@ -58,7 +58,7 @@ struct Moments {
   PixelPosition centroid;
   double xx = 0, xy = 0, yy = 0;
 
-  /// Of the long axis, deg, in ]-90, 90].
+  /// Position angle of the long axis, deg, in ]-90, 90].
   double angle() const { return 0.5 * std::atan2(2 * xy, xx - yy) * 180 / std::numbers::pi; }
 };
 

@@ -7,13 +7,13 @@
 namespace gamer {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
 DataTable small_table() {
   DataTable table;
   table.name = "fluxes";
   table.columns = {{"label", "", "", std::vector<std::string>{"r", ""}},
-                   {"flux", "nJy", "", std::vector<double>{1.0 / 3, kNan}},
+                   {"flux", "nJy", "", std::vector<double>{1.0 / 3, nan_value}},
                    {"count", "", "", std::vector<std::int64_t>{12345, -1}}};
   return table;
 }

@@ -13,8 +13,8 @@
 namespace gamer {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
+constexpr double positive_infinity = std::numeric_limits<double>::infinity();
 
 double exact(const ToneKernel& kernel, double x) {
   const long double size = std::abs(x), a = kernel.parameter;
@@ -71,8 +71,8 @@ TEST(ToneKernel, SpecialValuesAtAnyPlaceOfAVector) {
     for_each_simd_target([&] {
       for (std::size_t count = 1; count < 40; ++count) {
         std::vector<double> values(count, 1.0);
-        values.front() = kNan;
-        values.back() = count % 2 == 0 ? kInfinity : -kInfinity;
+        values.front() = nan_value;
+        values.back() = count % 2 == 0 ? positive_infinity : -positive_infinity;
         values[count / 2] = 0;
         apply_tone(kernel, values.data(), count);
         if (count > 2) {
@@ -83,7 +83,7 @@ TEST(ToneKernel, SpecialValuesAtAnyPlaceOfAVector) {
         EXPECT_EQ(values[count / 2], 0);
       }
       kernel.clip = true;
-      std::vector<double> values = {kNan, -3, kInfinity, -kInfinity, 0.3};
+      std::vector<double> values = {nan_value, -3, positive_infinity, -positive_infinity, 0.3};
       apply_tone(kernel, values.data(), values.size());
       EXPECT_TRUE(std::isnan(values[0]));
       EXPECT_EQ(values[1], 0);

@@ -19,11 +19,11 @@
 namespace gamer {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr int kWidth = 40, kHeight = 30;
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
+constexpr int image_width = 40, image_height = 30;
 
 /// A spot of light on a ramp, brighter from plane to plane.
-std::vector<double> spot(int plane, int width = kWidth, int height = kHeight) {
+std::vector<double> spot(int plane, int width = image_width, int height = image_height) {
   std::vector<double> values;
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
@@ -31,14 +31,14 @@ std::vector<double> spot(int plane, int width = kWidth, int height = kHeight) {
       values.push_back((plane + 1) * (std::exp(-r / 4) + 0.01 * x / width));
     }
   }
-  values[5] = kNan;
+  values[5] = nan_value;
   return values;
 }
 
 using Images = std::vector<std::vector<double>>;
 
 void write_fits(const std::filesystem::path& path, const FitsHeader& header, const Images& planes,
-                int width = kWidth) {
+                int width = image_width) {
   FitsOutput output({path.string(), true});
   std::vector<PlanePtr> pixels;
   for (const std::vector<double>& values : planes) {
@@ -157,7 +157,7 @@ TEST_F(ToneOperations, NormaliseTheFileKeepsColours) {
 }
 
 TEST_F(ToneOperations, NormaliseEachPlane) {
-  const double count = kWidth * kHeight - 1;
+  const double count = image_width * image_height - 1;
   run("normalise --total 5 --per plane in.fits out.fits");
   for (const auto& plane : read_fits(path("out.fits")).planes) EXPECT_NEAR(sum(plane), 5, 1e-12);
   run("normalise --mean 0.25 --per plane in.fits out.fits --overwrite");
@@ -247,7 +247,7 @@ TEST_F(ToneOperations, NormaliseSaysWhatIsWrong) {
             "gutil normalise: --reference goes with --per file");
   EXPECT_EQ(message("normalise --magnitude 20,21 --per plane in.fits out.fits"),
             "gutil normalise: --magnitude has 2 values for 3 planes; give one, or one for each");
-  write_fits(path("dark.fits"), {}, {std::vector<double>(kWidth, 0.0)});
+  write_fits(path("dark.fits"), {}, {std::vector<double>(image_width, 0.0)});
   EXPECT_EQ(message("normalise --total 1 dark.fits out.fits"),
             "gutil normalise: dark.fits: the sum of the pixels is 0, which no positive factor "
             "brings to 1");
@@ -299,7 +299,7 @@ TEST_F(ToneOperations, StretchBetweenLimits) {
             "gutil stretch: --limits and --percentiles exclude each other; give one");
   EXPECT_EQ(message("stretch --function sqrt --softening 3 in.fits new.fits"),
             "gutil stretch: --softening goes with log and asinh, not sqrt");
-  write_fits(path("flat.fits"), {}, {std::vector<double>(kWidth, 2.0)});
+  write_fits(path("flat.fits"), {}, {std::vector<double>(image_width, 2.0)});
   EXPECT_EQ(message("stretch flat.fits new.fits"),
             "gutil stretch: flat.fits: 2 and 2 span no range of values that becomes 0 to 1");
 }
@@ -312,10 +312,10 @@ std::array<int, 3> pixel(const ReadPng& picture, int x, int y) {
   return {picture.at(x, row, 0), picture.at(x, row, 1), picture.at(x, row, 2)};
 }
 
-constexpr const char* kPlain = "rgb --method plain --minimum 0 --maximum 255 --bits 8";
+constexpr const char* plain_header = "rgb --method plain --minimum 0 --maximum 255 --bits 8";
 
 TEST_F(ToneOperations, ChannelsFromPlanesAndFiles) {
-  const auto flat = [](double value) { return std::vector<double>(kWidth * 2, value); };
+  const auto flat = [](double value) { return std::vector<double>(image_width * 2, value); };
   FitsHeader header;
   for (int plane = 1; plane <= 3; ++plane) {
     header.set("WAVELEN" + std::to_string(plane), 1000.0 * plane);
@@ -330,7 +330,7 @@ TEST_F(ToneOperations, ChannelsFromPlanesAndFiles) {
     run(line + " out.png --overwrite");
     return pixel(read_png(path("out.png")), 3, 1);
   };
-  const std::string plain = kPlain;
+  const std::string plain = plain_header;
   EXPECT_EQ(colour(plain + " cube.fits"), (std::array{30, 20, 10}));
   EXPECT_EQ(colour(plain + " --order given cube.fits"), (std::array{10, 20, 30}));
   EXPECT_EQ(colour(plain + " --planes 3,1,1 cube.fits"), (std::array{30, 10, 10}));
@@ -339,7 +339,7 @@ TEST_F(ToneOperations, ChannelsFromPlanesAndFiles) {
   EXPECT_EQ(colour(plain + " f2.fits"), (std::array{2, 2, 2}));
   EXPECT_EQ(colour(plain + " cube.fits[0][1:5,1:2]"), (std::array{30, 20, 10}));
   run(plain + " cube.fits out.png --overwrite");
-  EXPECT_EQ(read_png(path("out.png")).width, kWidth);
+  EXPECT_EQ(read_png(path("out.png")).width, image_width);
 }
 
 TEST_F(ToneOperations, LuptonBytesOfAFile) {
@@ -355,7 +355,7 @@ TEST_F(ToneOperations, LuptonBytesOfAFile) {
 
 TEST_F(ToneOperations, AutomaticPictureIsTheRenderers) {
   run("rgb --method auto in.fits out.png");
-  Image image(kWidth, kHeight, 3);
+  Image image(image_width, image_height, 3);
   for (int plane = 0; plane < 3; ++plane) {
     const auto values = spot(plane);
     std::copy(values.begin(), values.end(), image.plane(plane));
@@ -381,16 +381,16 @@ TEST_F(ToneOperations, TopRowAndMissingPixel) {
   const ReadPng picture = read_png(path("out.png"));
   // The spot is at (12, 20), from the lower left.
   int brightest = 0, place = 0;
-  for (int i = 0; i < kWidth * kHeight; ++i) {
+  for (int i = 0; i < image_width * image_height; ++i) {
     const int light = picture.values[3 * i] + picture.values[3 * i + 1] + picture.values[3 * i + 2];
     if (light > brightest) brightest = light, place = i;
   }
-  EXPECT_EQ(place % kWidth, 12);
-  EXPECT_EQ(place / kWidth, kHeight - 1 - 20);
+  EXPECT_EQ(place % image_width, 12);
+  EXPECT_EQ(place / image_width, image_height - 1 - 20);
   EXPECT_EQ(pixel(picture, 5, 0), (std::array{0, 0, 0}));
   const std::string bmp = file_bytes(path("out.bmp"));
-  const std::size_t spot_byte = 54 + 3 * (20 * kWidth + 12);
-  EXPECT_EQ(static_cast<unsigned char>(bmp[spot_byte + 2]), picture.at(12, kHeight - 21, 0));
+  const std::size_t spot_byte = 54 + 3 * (20 * image_width + 12);
+  EXPECT_EQ(static_cast<unsigned char>(bmp[spot_byte + 2]), picture.at(12, image_height - 21, 0));
 }
 
 TEST_F(ToneOperations, RgbSaysWhatIsWrong) {

@@ -16,7 +16,7 @@
 namespace gamer {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
 PlanePtr plane(int width, std::vector<double> values) {
   const int height = static_cast<int>(values.size()) / width;
@@ -42,7 +42,7 @@ std::vector<double> random_values(int count, unsigned seed) {
 
 TEST(Normalise, TotalPeakAndMeanOfOnePlane) {
   std::vector<double> values = random_values(5000, 1);
-  values[17] = kNan;
+  values[17] = nan_value;
   const std::vector<PlanePtr> planes = {plane(100, values)};
   const auto after = [&](const LinearTone& tone) {
     std::vector<double> result = values_of(*linear_tone(planes[0], tone));
@@ -61,8 +61,8 @@ TEST(Normalise, TotalPeakAndMeanOfOnePlane) {
 }
 
 TEST(Normalise, PlanesTogetherWhateverTheirSize) {
-  const std::vector<PlanePtr> planes = {plane(3, {1, 2, 3, 4, 5, 6}), plane(2, {10, 20, 30, kNan}),
-                                        plane(4, {7, 8, 9, 5})};
+  const std::vector<PlanePtr> planes = {plane(3, {1, 2, 3, 4, 5, 6}),
+                                        plane(2, {10, 20, 30, nan_value}), plane(4, {7, 8, 9, 5})};
   EXPECT_DOUBLE_EQ(tone_to_total(planes, 110, 2).factor, 1);
   EXPECT_DOUBLE_EQ(tone_to_peak(planes, 60, 2).factor, 2);
   EXPECT_DOUBLE_EQ(tone_to_mean(planes, 110.0 / 13, 2).factor, 1);
@@ -95,7 +95,8 @@ std::string message_of(Call call) {
 
 TEST(Normalise, WhatCannotBeScaledIsAnError) {
   const std::vector<PlanePtr> dark = {plane(2, {0, 0})}, negative = {plane(2, {-3, 1})};
-  const std::vector<PlanePtr> empty = {plane(2, {kNan, kNan})}, tiny = {plane(1, {1e-300})};
+  const std::vector<PlanePtr> empty = {plane(2, {nan_value, nan_value})},
+                              tiny = {plane(1, {1e-300})};
   EXPECT_EQ(message_of([&] { tone_to_total(dark, 1, 1); }),
             "the sum of the pixels is 0, which no positive factor brings to 1");
   EXPECT_EQ(message_of([&] { tone_to_mean(negative, 2, 1); }),
@@ -117,7 +118,7 @@ TEST(Normalise, WhatCannotBeScaledIsAnError) {
 // ---- gamma -------------------------------------------------------------------------------------
 
 TEST(GammaTone, IsThePowerOfTheFractionOfTheMaximum) {
-  const auto values = values_of(*gamma_tone(plane(6, {0, 1, 2, 4, -1, kNan}), 4, 0.5));
+  const auto values = values_of(*gamma_tone(plane(6, {0, 1, 2, 4, -1, nan_value}), 4, 0.5));
   EXPECT_EQ(values[0], 0);
   EXPECT_DOUBLE_EQ(values[1], 0.5);
   EXPECT_DOUBLE_EQ(values[2], std::sqrt(0.5));
@@ -178,11 +179,11 @@ TEST(Stretch, ClipsOrGoesOnOddly) {
   using F = Stretch::Function;
   for (const F function : {F::linear, F::square_root, F::logarithm, F::asinh}) {
     const double softening = default_softening(function);
-    const auto clipped = stretch(function, softening, true, {-0.5, 1.5, kNan});
+    const auto clipped = stretch(function, softening, true, {-0.5, 1.5, nan_value});
     EXPECT_EQ(clipped[0], 0);
     EXPECT_DOUBLE_EQ(clipped[1], 1);
     EXPECT_TRUE(std::isnan(clipped[2]));
-    const auto open = stretch(function, softening, false, {-0.5, 0.5, 1.5, kNan});
+    const auto open = stretch(function, softening, false, {-0.5, 0.5, 1.5, nan_value});
     EXPECT_DOUBLE_EQ(open[0], -open[1]);
     EXPECT_GT(open[2], 1);
     EXPECT_TRUE(std::isnan(open[3]));

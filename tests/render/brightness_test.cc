@@ -13,7 +13,7 @@
 namespace gamer {
 namespace {
 
-// Of the sum of a galaxy's pixels.
+// Largest error of the sum of a galaxy's pixels.
 constexpr double promised = 0.002;  // mag
 
 constexpr double arcsecond = std::numbers::pi / (180 * 3600);

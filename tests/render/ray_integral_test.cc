@@ -90,7 +90,7 @@ class RunsTest : public testing::Test {
         {run.data(), 2, light_.data(), depth_.data(), transmission_.data(), steered_.data()});
   }
 
-  /// Of run i at spectral node j.
+  /// Light of run i at spectral node j.
   double light(std::size_t i, std::size_t j) const { return double{light_[4 * i + j]}; }
   double depth(std::size_t i, std::size_t j) const { return double{depth_[2 * i + j]}; }
   double transmission(std::size_t i, std::size_t j) const {

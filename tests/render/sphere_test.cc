@@ -71,7 +71,7 @@ TEST(SphereViews, AGalaxyHasOneFluxWhereverItStands) {
     for (const View& view : views) {
       const double found =
           flux({{{"disk", disk}}, scene, std::string(view.camera) + "target = [0, 1, 0]\n" + rest});
-      // Of the sky behind, pixels whose middle is beyond the rim of a fisheye show nothing.
+      // Pixels whose middle is beyond the rim of a fisheye show no sky.
       const bool is_at_rim = view.name == std::string("fisheye") && place.x == 0 && place.y < 0;
       EXPECT_NEAR(found / expected, 1, is_at_rim ? 3e-3 : 1e-3)
           << view.name << ' ' << place.x << ' ' << place.y << ' ' << place.z;

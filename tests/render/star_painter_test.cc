@@ -117,7 +117,7 @@ TEST(StarPainter, LightIsThatOfAllStars) {
   }
 }
 
-// Of so many stars, those above the limit are the very brightest and would hardly shine.
+// The stars are so many that those above the limit are the very brightest and would hardly shine.
 TEST(StarPainter, NoStarShinesAmongTooMany) {
   const auto limit = [](double number) {
     const Painted painted(
@@ -130,7 +130,7 @@ TEST(StarPainter, NoStarShinesAmongTooMany) {
   EXPECT_EQ(sums(many, view(parallel, 32, 2)), sums(many, view(parallel, 32, 0)));
 }
 
-// The same sum at any resolution, times the area of a pixel, and by the square of the distance.
+// The sum is equal at any resolution, times the area of a pixel, and by the square of the distance.
 TEST(StarPainter, LightDoesNotDependOnResolutionAndDistance) {
   const std::string text = field(1e6, smooth_noise);
   const auto flux = [&](double distance, int size) {

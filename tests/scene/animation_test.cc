@@ -132,7 +132,7 @@ TEST(CameraPath, UpKeysAreMet) {
   EXPECT_LT(distance(view.up, {0, 1, 0}), 1e-14);
 }
 
-// Of any length.
+// The keys may have any length.
 TEST(CameraPath, UpKeysAreDirections) {
   const auto ups = [](const char* numbers) {
     return path_of(std::string("[animation]\nframes = 2\nposition = [0, -3, 0, 0, -3, 1]\nup = ") +

@@ -188,7 +188,7 @@ class CameraHeader : public testing::Test {
     std::ofstream(folder_ / name, std::ios::binary) << text;
   }
 
-  /// Of a parameter file in the folder.
+  /// The parameters of a file in the folder.
   RenderParameters read(const std::string& image, const std::string& header) const {
     return RenderParameters::read(parse_toml(
         "[image]\n" + image + "\n[camera]\nprojection = \"sky\"\nheader = \"" + header + "\"\n",

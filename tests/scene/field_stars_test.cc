@@ -183,7 +183,7 @@ TEST(FieldStars, ImagesThatOverlapShowTheSameStars) {
     result.push_back(image(240, "center = [0.1, 60.05]\npixel_scale = 3\nrotation = 30"));
     return result;
   }();
-  // Of both images, well inside.
+  // The star is well inside both images.
   const auto is_inside = [](const Camera& camera, const glm::dvec3& direction) {
     const auto pixel = camera.pixel(direction);
     return pixel && pixel->x > 0 && pixel->y > 0 && pixel->x < camera.width() - 1 &&

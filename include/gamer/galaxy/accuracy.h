@@ -49,9 +49,9 @@ struct Accuracy {
   /// independent. The points are spread evenly, and their error is up to four times smaller.
   /// Controls a galaxy's flux.
   double mean_error;
-  /// Whether all seeds of a galaxy's file share one closure of hidden dust. Controls what a new seed
-  /// costs against its flux, which then differs by chance from that of a closure of its own. Images
-  /// with a grid of rays never share closures: pixels hide as much there at every tolerance.
+  /// Whether all seeds of a galaxy's file share one closure of hidden dust. Controls what a new
+  /// seed costs against its flux, which then differs by chance from that of a closure of its own.
+  /// Images with a grid of rays never share closures: pixels hide as much there at every tolerance.
   bool shares_closure;
 
   /// Densities are single precision: smaller tolerances count as this one.

@@ -15,9 +15,9 @@ namespace gamer {
 namespace {
 
 /// Width of a card's keyword, columns.
-constexpr std::size_t kKeywordWidth = 8;
-constexpr std::size_t kRecordWidth = FLEN_CARD - 1;
-constexpr std::string_view kContinue = "CONTINUE  ";
+constexpr std::size_t keyword_width = 8;
+constexpr std::size_t record_width = FLEN_CARD - 1;
+constexpr std::string_view continue = "CONTINUE  ";
 
 bool is_printing(char c) { return c >= ' ' && c <= '~'; }
 
@@ -61,8 +61,8 @@ std::string card_prefix(const std::string& key) {
     throw CardError(fmt::format("'{}' cannot name a FITS card", key));
   }
   if (key.starts_with(hierarch)) return key + " = ";
-  if (key.size() > kKeywordWidth) return fmt::format("{}{} = ", hierarch, key);
-  return fmt::format("{:<{}}= ", key, kKeywordWidth);
+  if (key.size() > keyword_width) return fmt::format("{}{} = ", hierarch, key);
+  return fmt::format("{:<{}}= ", key, keyword_width);
 }
 
 /// A string value in quotes, cut into pieces that fit the room of the first card and of further
@@ -88,11 +88,11 @@ std::vector<std::string> quoted_pieces(std::string_view text, std::size_t first_
 
 /// Records of a COMMENT or HISTORY card.
 std::vector<std::string> line_records(const Card& card) {
-  constexpr std::size_t kLine = kRecordWidth - kKeywordWidth;
+  constexpr std::size_t line = record_width - keyword_width;
   const std::string text = percent_encode(card.comment);
   std::vector<std::string> records;
-  for (std::size_t first = 0; first == 0 || first < text.size(); first += kLine) {
-    records.push_back(fmt::format("{:<{}}{}", card.key, kKeywordWidth, text.substr(first, kLine)));
+  for (std::size_t first = 0; first == 0 || first < text.size(); first += line) {
+    records.push_back(fmt::format("{:<{}}{}", card.key, keyword_width, text.substr(first, line)));
   }
   return records;
 }
@@ -157,19 +157,19 @@ std::vector<std::string> card_records(const Card& card) {
     return line_records(card);
   }
   const std::string comment = percent_encode(card.comment);
-  constexpr std::size_t kQuotes = 2;
+  constexpr std::size_t two_quotes = 2;
   /// Column where numbers of standard cards end.
-  constexpr std::size_t kNumberWidth = 20;
+  constexpr std::size_t number_width = 20;
   const std::string prefix = card_prefix(card.key);
   std::vector<std::string> values;
   if (const auto* text = std::get_if<std::string>(&card.value)) {
     // The first card must have room for one (quoted) character and the '&'.
-    constexpr std::size_t kLeastRoom = 3;
-    if (prefix.size() + kQuotes + kLeastRoom > kRecordWidth) {
+    constexpr std::size_t least_room = 3;
+    if (prefix.size() + two_quotes + least_room > record_width) {
       throw CardError(fmt::format("card {}: the name is too long for a FITS header", card.key));
     }
-    values = quoted_pieces(percent_encode(*text), kRecordWidth - prefix.size() - kQuotes,
-                           kRecordWidth - kContinue.size() - kQuotes);
+    values = quoted_pieces(percent_encode(*text), record_width - prefix.size() - two_quotes,
+                           record_width - continue.size() - two_quotes);
   } else {
     std::string value;
     if (const auto* flag = std::get_if<bool>(&card.value)) {
@@ -183,25 +183,25 @@ std::vector<std::string> card_records(const Card& card) {
       value = fits_number(*number);
     }
     const bool standard = !prefix.starts_with(hierarch);
-    values = {standard ? fmt::format("{:>{}}", value, kNumberWidth) : value};
-    if (prefix.size() + values[0].size() > kRecordWidth) {
+    values = {standard ? fmt::format("{:>{}}", value, number_width) : value};
+    if (prefix.size() + values[0].size() > record_width) {
       throw CardError(fmt::format("card {}: the name is too long for a FITS header", card.key));
     }
   }
   std::vector<std::string> records;
   for (const std::string& value : values) {
-    records.push_back((records.empty() ? prefix : std::string(kContinue)) + value);
+    records.push_back((records.empty() ? prefix : std::string(continue)) + value);
   }
-  if (!comment.empty()) records.back() = (records.back() + " / " + comment).substr(0, kRecordWidth);
+  if (!comment.empty()) records.back() = (records.back() + " / " + comment).substr(0, record_width);
   return records;
 }
 
-bool is_continuation(std::string_view record) { return record.starts_with(kContinue); }
+bool is_continuation(std::string_view record) { return record.starts_with(continue); }
 
 std::string record_key(std::string_view record) {
   char name[FLEN_KEYWORD] = {};
   int length = 0, status = 0;
-  std::string copy(record.substr(0, kRecordWidth));
+  std::string copy(record.substr(0, record_width));
   fits_get_keyname(copy.data(), name, &length, &status);
   if (status != 0) {
     fits_clear_errmsg();
@@ -220,15 +220,15 @@ std::size_t card_length(std::span<const std::string> records) {
 }
 
 bool is_layout_record(const std::string& record) {
-  constexpr std::array kLayoutClasses = {TYP_STRUC_KEY, TYP_CMPRS_KEY, TYP_SCAL_KEY,
+  constexpr std::array layout_classes = {TYP_STRUC_KEY, TYP_CMPRS_KEY, TYP_SCAL_KEY,
                                          TYP_NULL_KEY,  TYP_DIM_KEY,   TYP_CKSUM_KEY};
-  constexpr std::array<std::string_view, 4> kLayoutKeys = {"ZHECKSUM", "ZDATASUM", "ZQUANTIZ",
+  constexpr std::array<std::string_view, 4> layout_keys = {"ZHECKSUM", "ZDATASUM", "ZQUANTIZ",
                                                            "LONGSTRN"};
   std::string copy = record;
   const int card_class = fits_get_keyclass(copy.data());
-  return std::find(kLayoutClasses.begin(), kLayoutClasses.end(), card_class) !=
-             kLayoutClasses.end() ||
-         std::find(kLayoutKeys.begin(), kLayoutKeys.end(), record_key(record)) != kLayoutKeys.end();
+  return std::find(layout_classes.begin(), layout_classes.end(), card_class) !=
+             layout_classes.end() ||
+         std::find(layout_keys.begin(), layout_keys.end(), record_key(record)) != layout_keys.end();
 }
 
 Card parse_card(std::span<const std::string> records) {
@@ -237,7 +237,7 @@ Card parse_card(std::span<const std::string> records) {
   card.key = record_key(record);
   if (is_line(card.key)) {
     card.comment = percent_decode(
-        trim_right(std::string_view(record).substr(std::min(record.size(), kKeywordWidth))));
+        trim_right(std::string_view(record).substr(std::min(record.size(), keyword_width))));
     return card;
   }
   if (record.starts_with(hierarch)) card.key.insert(0, hierarch);
@@ -275,7 +275,7 @@ Card parse_card(std::span<const std::string> records) {
       for (std::size_t i = 1; i < records.size() && !text.empty() && text.back() == '&'; ++i) {
         std::string next = records[i];
         // CFITSIO's parser looks for '=', which a continuation has not.
-        next.replace(0, kContinue.size(), "CONTINU = ");
+        next.replace(0, continue.size(), "CONTINU = ");
         const ParsedCard more = parse_record(next);
         text.pop_back();
         text += unquote(more.value);

@@ -326,9 +326,9 @@ class FitsWriter final : public ImageWriter {
         for (int plane = first_plane; plane < first_plane + count; ++plane) {
           plain.move_to(layout_.place(plane, first_row).hdu);
           for (int y = 0; y < layout_.face_height(); ++y, to += width_) {
-            constexpr double kKeepAll = 0;
+            constexpr double keep_all = 0;
             plain.call(fits_read_img_dbl, 1L, layout_.place(plane, first_row + y).element,
-                       LONGLONG{width_}, kKeepAll, row.data(), nullptr);
+                       LONGLONG{width_}, keep_all, row.data(), nullptr);
             packed->file.call(fits_write_img_dbl, 1L, to, LONGLONG{width_}, row.data());
           }
         }

@@ -17,12 +17,12 @@ namespace gamer {
 namespace {
 
 /// First column of a text table: number of the line in the other columns.
-constexpr const char* kLineColumn = "LINE";
+constexpr const char* line_column = "LINE";
 /// Its value in rows that continue a line.
-constexpr int kContinuedLine = 0;
+constexpr int continued_line = 0;
 /// Longer lines are cut into pieces of so many bytes, which keeps columns narrow. CFITSIO allows no
 /// column wider than 28799.
-constexpr std::size_t kLongestPiece = 200;
+constexpr std::size_t longest_piece = 200;
 
 std::string read_record(FitsFile& file, int number) {
   char record[FLEN_CARD] = {};
@@ -59,8 +59,8 @@ class CellLines {
   bool is_done_ = false;
 };
 
-/// Calls take(number, pieces) for each line of the table in the file. `number` goes to kLineColumn;
-/// `pieces` has at most kLongestPiece bytes per column, not encoded.
+/// Calls take(number, pieces) for each line of the table in the file. `number` goes to line_column;
+/// `pieces` has at most longest_piece bytes per column, not encoded.
 template <class Take>
 void for_each_line(const TextTable& table, const Take& take) {
   const std::size_t columns = table.columns.size();
@@ -81,12 +81,12 @@ void for_each_line(const TextTable& table, const Take& take) {
         longest = std::max(longest, lines[column].value_or("").size());
       }
       if (!is_there) break;
-      for (std::size_t begin = 0; begin == 0 || begin < longest; begin += kLongestPiece) {
+      for (std::size_t begin = 0; begin == 0 || begin < longest; begin += longest_piece) {
         for (std::size_t column = 0; column < columns; ++column) {
           const std::string_view line = lines[column].value_or("");
-          pieces[column] = line.substr(std::min(begin, line.size()), kLongestPiece);
+          pieces[column] = line.substr(std::min(begin, line.size()), longest_piece);
         }
-        take(begin == 0 ? number : kContinuedLine, pieces);
+        take(begin == 0 ? number : continued_line, pieces);
       }
     }
   });
@@ -112,44 +112,44 @@ std::string read_column_name(FitsFile& file, int column) {
 
 /// The cells of one column, decoded.
 std::vector<std::string> read_text_column(FitsFile& file, int column, LONGLONG count) {
-  constexpr LONGLONG kBlock = 1024;
+  constexpr LONGLONG block_size = 1024;
   std::vector<std::string> texts;
-  for (LONGLONG first = 0; first < count; first += kBlock) {
+  for (LONGLONG first = 0; first < count; first += block_size) {
     for (const std::string& text :
-         read_text_cells(file, column, first + 1, std::min(kBlock, count - first))) {
+         read_text_cells(file, column, first + 1, std::min(block_size, count - first))) {
       texts.push_back(percent_decode(text));
     }
   }
   return texts;
 }
 
-constexpr const char* kNoChecksum = "0000000000000000";
-constexpr const char* kChecksumComment = "checksum of this HDU";
-constexpr const char* kDataSumComment = "checksum of the data";
+constexpr const char* no_checksum = "0000000000000000";
+constexpr const char* checksum_comment = "checksum of this HDU";
+constexpr const char* data_sum_comment = "checksum of the data";
 
 /// A ones' complement sum, reduced to 32 bits.
 std::uint64_t folded(std::uint64_t sum) {
-  constexpr std::uint64_t kWord = 0xFFFFFFFF;
-  while (sum > kWord) sum = (sum & kWord) + (sum >> 32);
+  constexpr std::uint64_t word_size = 0xFFFFFFFF;
+  while (sum > word_size) sum = (sum & word_size) + (sum >> 32);
   return sum;
 }
 
 /// The checksum of the current header as stored: its records, END and blanks.
 std::uint64_t header_sum(FitsFile& file) {
-  constexpr std::size_t kRecord = FLEN_CARD - 1, kWord = 4;
+  constexpr std::size_t record_size = FLEN_CARD - 1, word_size = 4;
   LONGLONG begin = 0, data = 0, end = 0;
   file.call(fits_get_hduaddrll, &begin, &data, &end);
   std::string text;
   for (std::string record : read_records(file)) {
-    record.resize(kRecord, ' ');
+    record.resize(record_size, ' ');
     text += record;
   }
   text += "END";
   text.resize(static_cast<std::size_t>(data - begin), ' ');
   std::uint64_t sum = 0;
-  for (std::size_t i = 0; i < text.size(); i += kWord) {
+  for (std::size_t i = 0; i < text.size(); i += word_size) {
     std::uint32_t word = 0;
-    for (std::size_t k = 0; k < kWord; ++k) {
+    for (std::size_t k = 0; k < word_size; ++k) {
       word = word << 8 | static_cast<unsigned char>(text[i + k]);
     }
     sum += word;
@@ -240,8 +240,8 @@ std::vector<Card> read_cards(FitsFile& file) {
 }
 
 void reserve_checksum(FitsFile& file) {
-  file.call(fits_update_key_str, "CHECKSUM", kNoChecksum, kChecksumComment);
-  file.call(fits_update_key_str, "DATASUM", "0", kDataSumComment);
+  file.call(fits_update_key_str, "CHECKSUM", no_checksum, checksum_comment);
+  file.call(fits_update_key_str, "DATASUM", "0", data_sum_comment);
 }
 
 void write_checksum(FitsFile& file, std::optional<std::uint32_t> data_sum) {
@@ -250,15 +250,15 @@ void write_checksum(FitsFile& file, std::optional<std::uint32_t> data_sum) {
     file.call(fits_get_chksum, &sum, &unused);
     data_sum = static_cast<std::uint32_t>(sum);
   }
-  file.call(fits_update_key_str, "CHECKSUM", kNoChecksum, kChecksumComment);
-  file.call(fits_update_key_str, "DATASUM", fmt::format("{}", *data_sum).c_str(), kDataSumComment);
+  file.call(fits_update_key_str, "CHECKSUM", no_checksum, checksum_comment);
+  file.call(fits_update_key_str, "DATASUM", fmt::format("{}", *data_sum).c_str(), data_sum_comment);
   // This brings the header into its final form.
   file.call(fits_flush_buffer, 0);
   const std::uint64_t sum = folded(header_sum(file) + *data_sum);
-  constexpr int kComplement = 1;
+  constexpr int complement_mask = 1;
   char text[FLEN_VALUE] = {};
-  fits_encode_chksum(static_cast<unsigned long>(sum), kComplement, text);
-  file.call(fits_modify_key_str, "CHECKSUM", text, kChecksumComment);
+  fits_encode_chksum(static_cast<unsigned long>(sum), complement_mask, text);
+  file.call(fits_modify_key_str, "CHECKSUM", text, checksum_comment);
 }
 
 std::vector<std::string> read_text_cells(FitsFile& file, int column, LONGLONG first,
@@ -290,7 +290,7 @@ void write_text_table(FitsFile& file, const TextTable& table, const std::vector<
     }
   });
 
-  std::vector<std::string> names = {kLineColumn}, forms = {"1J"};
+  std::vector<std::string> names = {line_column}, forms = {"1J"};
   for (std::size_t column = 0; column < columns; ++column) {
     names.push_back(table.columns[column]);
     forms.push_back(fmt::format("{}A", widths[column]));
@@ -305,7 +305,7 @@ void write_text_table(FitsFile& file, const TextTable& table, const std::vector<
   cards.insert(cards.end(), table.cards.begin(), table.cards.end());
   write_cards(file, cards);
 
-  constexpr std::size_t kBlock = 1024;
+  constexpr std::size_t block_size = 1024;
   LONGLONG written = 0;
   std::vector<int> numbers;
   std::vector<std::vector<std::string>> texts(columns);
@@ -328,7 +328,7 @@ void write_text_table(FitsFile& file, const TextTable& table, const std::vector<
     for (std::size_t column = 0; column < columns; ++column) {
       texts[column].push_back(percent_encode(pieces[column]));
     }
-    if (numbers.size() == kBlock) write_block();
+    if (numbers.size() == block_size) write_block();
   });
   write_block();
 }
@@ -342,7 +342,7 @@ bool is_text_table(FitsFile& file) {
     file.call(fits_get_coltype, column, &type, nullptr, nullptr);
     if (type != (column == 1 ? TLONG : TSTRING)) return false;
   }
-  return columns > 0 && read_column_name(file, 1) == kLineColumn;
+  return columns > 0 && read_column_name(file, 1) == line_column;
 }
 
 TextTable read_text_table(FitsFile& file) {
@@ -365,7 +365,7 @@ TextTable read_text_table(FitsFile& file) {
     auto row = table.rows.begin();
     std::vector<std::string> lines;
     for (std::size_t i = 0; i < texts.size(); ++i) {
-      if (numbers[i] == kContinuedLine) {
+      if (numbers[i] == continued_line) {
         lines.back() += texts[i];
       } else {
         lines.push_back(texts[i]);

@@ -181,10 +181,10 @@ std::string FitsFile::text(const std::string& key) {
 void FitsFile::check_data(double bytes, bool with_fill) {
   LONGLONG header = 0, data = 0, end = 0;
   call(fits_get_hduaddrll, &header, &data, &end);
-  constexpr LONGLONG kRecord = 2880;
+  constexpr LONGLONG record_size = 2880;
   const LONGLONG size = handle_->Fptr->filesize;
   // CFITSIO's own sum may have overflowed.
-  const double needed = std::max(static_cast<double>(with_fill ? end : end - kRecord + 1),
+  const double needed = std::max(static_cast<double>(with_fill ? end : end - record_size + 1),
                                  static_cast<double>(data) + bytes);
   if (end >= data && needed <= static_cast<double>(size)) return;
   int hdu = 0;
@@ -196,13 +196,13 @@ void FitsFile::check_data(double bytes, bool with_fill) {
 void FitsFile::check_sums() {
   int data = 0, whole = 0, hdu = 0;
   call(fits_verify_chksum, &data, &whole);
-  constexpr int kWrong = -1;
-  if (data != kWrong && whole != kWrong) return;
+  constexpr int wrong = -1;
+  if (data != wrong && whole != wrong) return;
   fits_get_hdu_num(handle_, &hdu);
   const std::string name = text("EXTNAME");
   fail(fmt::format("HDU {}{} is damaged, or another program has changed it: its {} is wrong",
                    hdu - 1, name.empty() ? "" : fmt::format(" ({})", name),
-                   data == kWrong ? "DATASUM" : "CHECKSUM"));
+                   data == wrong ? "DATASUM" : "CHECKSUM"));
 }
 
 void FitsFile::reserve_data() {

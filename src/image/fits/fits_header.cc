@@ -15,7 +15,7 @@
 namespace gamer {
 namespace {
 
-constexpr std::size_t kRecordWidth = 80;
+constexpr std::size_t record_width = 80;
 
 std::string in_capitals(std::string_view text) {
   std::string result(text);
@@ -33,7 +33,7 @@ std::string plain_key(std::string_view key) {
 }  // namespace
 
 FitsHeader::FitsHeader(std::vector<std::string> records) : records_(std::move(records)) {
-  for (std::string& record : records_) record.resize(kRecordWidth, ' ');
+  for (std::string& record : records_) record.resize(record_width, ' ');
 }
 
 std::string FitsHeader::key_of(std::string_view record) {
@@ -111,7 +111,7 @@ void FitsHeader::set(const Card& card) {
   } catch (const CardError& error) {
     throw InputError(error.what());
   }
-  for (std::string& record : records) record.resize(kRecordWidth, ' ');
+  for (std::string& record : records) record.resize(record_width, ' ');
   if (!first) {
     append(records);
     return;
@@ -157,7 +157,7 @@ void FitsHeader::remove_further_axes() {
 
 void FitsHeader::append(const std::vector<std::string>& records) {
   for (std::string record : records) {
-    record.resize(kRecordWidth, ' ');
+    record.resize(record_width, ' ');
     records_.push_back(std::move(record));
   }
 }

@@ -22,18 +22,18 @@
 namespace gamer {
 namespace {
 
-constexpr std::size_t kBlock = 2880, kRecord = 80, kKeyword = 8, kValue = 10;
+constexpr std::size_t block_size = 2880, record_size = 80, keyword = 8, value_begin = 10;
 /// Number of cards before NAXIS1: SIMPLE or XTENSION, BITPIX, NAXIS.
-constexpr std::size_t kFirstAxis = 3;
+constexpr std::size_t first_axis = 3;
 /// CFITSIO's (4.2) limits of axes of an image, and of a compressed image (MAX_COMPRESS_DIM).
-constexpr long long kMostAxes = 99, kMostCompressedAxes = 6;
+constexpr long long most_axes = 99, most_compressed_axes = 6;
 /// Limit of the FITS standard.
-constexpr long long kMostColumns = 999;
-constexpr std::string_view kFits = "SIMPLE", kGzip = "\x1f\x8b", kEnd = "END     ";
+constexpr long long most_columns = 999;
+constexpr std::string_view fits = "SIMPLE", gzip = "\x1f\x8b", end_record = "END     ";
 /// Cards that follow the axes of a table.
-constexpr std::array<std::string_view, 3> kTableCards = {"PCOUNT", "GCOUNT", "TFIELDS"};
+constexpr std::array<std::string_view, 3> table_cards = {"PCOUNT", "GCOUNT", "TFIELDS"};
 /// Bytes that may follow the last HDU.
-constexpr std::string_view kFill("\0 \r\n", 4);
+constexpr std::string_view fill("\0 \r\n", 4);
 
 std::string_view trim(std::string_view text) {
   const std::size_t first = text.find_first_not_of(' ');
@@ -43,8 +43,8 @@ std::string_view trim(std::string_view text) {
 
 /// The whole value of a card as an integer.
 std::optional<long long> integer(std::string_view record) {
-  if (record.substr(kKeyword, 2) != "= ") return std::nullopt;
-  std::string_view value = record.substr(kValue);
+  if (record.substr(keyword, 2) != "= ") return std::nullopt;
+  std::string_view value = record.substr(value_begin);
   value = trim(value.substr(0, value.find('/')));
   if (value.starts_with('+')) value.remove_prefix(1);
   long long number = 0;
@@ -66,26 +66,26 @@ long long number_of(std::string_view key, std::string_view stem) {
 /// The name that CFITSIO finds in a record. It takes the text before a blank or "=" in any column,
 /// and the text after HIERARCH counts as an ordinary name.
 std::string_view name_of(std::string_view record) {
-  constexpr std::string_view kLongName = "HIERARCH ";
+  constexpr std::string_view long_name = "HIERARCH ";
   const std::size_t equals = record.find('=');
-  if (record.starts_with(kLongName) && equals != std::string_view::npos) {
-    return trim(record.substr(kLongName.size(), equals - kLongName.size()));
+  if (record.starts_with(long_name) && equals != std::string_view::npos) {
+    return trim(record.substr(long_name.size(), equals - long_name.size()));
   }
   return record.substr(0, record.find_first_of(" ="));
 }
 
 /// Whether CFITSIO, which ignores case, takes the name as GROUPS.
 bool is_groups(std::string_view name) {
-  constexpr std::string_view kGroups = "GROUPS";
-  return std::ranges::equal(name, kGroups, {}, [](unsigned char c) { return std::toupper(c); });
+  constexpr std::string_view groups = "GROUPS";
+  return std::ranges::equal(name, groups, {}, [](unsigned char c) { return std::toupper(c); });
 }
 
 /// Whether a card's value is a string of printing ASCII.
 bool is_string(std::string_view record) {
   const bool is_text =
       std::all_of(record.begin(), record.end(), [](char c) { return c >= ' ' && c <= '~'; });
-  if (!is_text || record.substr(kKeyword, 2) != "= ") return false;
-  const std::string_view value = trim(record.substr(kValue));
+  if (!is_text || record.substr(keyword, 2) != "= ") return false;
+  const std::string_view value = trim(record.substr(value_begin));
   return value.starts_with('\'') && value.find('\'', 1) != std::string_view::npos;
 }
 
@@ -98,10 +98,10 @@ class Header {
 
   /// Reads the records of the next block; false after END.
   bool read(std::string_view block) {
-    for (; block.size() >= kRecord; block.remove_prefix(kRecord)) {
-      const std::string_view record = block.substr(0, kRecord);
-      if (record.starts_with(kEnd)) {
-        if (!trim(record.substr(kEnd.size())).empty()) fail("text stands behind END");
+    for (; block.size() >= record_size; block.remove_prefix(record_size)) {
+      const std::string_view record = block.substr(0, record_size);
+      if (record.starts_with(end_record)) {
+        if (!trim(record.substr(end_record.size())).empty()) fail("text stands behind END");
         check_end();
         return false;
       }
@@ -112,12 +112,12 @@ class Header {
 
   /// Number of data blocks.
   double data_blocks() const {
-    constexpr double kBitsPerByte = 8;
+    constexpr double bits_per_byte = 8;
     double pixels = axes_.empty() ? 0 : 1;
     for (const double axis : axes_) pixels *= axis;
     const double values = static_cast<double>(groups_.value_or(1)) *
                           (static_cast<double>(parameters_.value_or(0)) + pixels);
-    return std::ceil(bits_ / kBitsPerByte * values / kBlock);
+    return std::ceil(bits_ / bits_per_byte * values / block_size);
   }
 
   [[noreturn]] void fail(const std::string& message) const {
@@ -131,13 +131,13 @@ class Header {
     if (!read_mandatory(key, value) && is_size(key)) {
       fail(fmt::format("{} stands there twice", key));
     }
-    if (key == "XTENSION") is_table_ = record.find("TABLE", kValue) != std::string_view::npos;
-    const std::size_t further = records_ - std::min(records_, kFirstAxis + axis_count_);
-    if (further < kTableCards.size() && key == kTableCards[further]) ++table_cards_;
+    if (key == "XTENSION") is_table_ = record.find("TABLE", value_begin) != std::string_view::npos;
+    const std::size_t further = records_ - std::min(records_, first_axis + axis_count_);
+    if (further < table_cards.size() && key == table_cards[further]) ++table_cards_;
     ++records_;
     if (key == "PCOUNT") take_once(parameters_, key, value, INT64_MAX);
     if (key == "GCOUNT") take_once(groups_, key, value, INT64_MAX);
-    if (key == "TFIELDS") take_once(columns_, key, value, kMostColumns);
+    if (key == "TFIELDS") take_once(columns_, key, value, most_columns);
     if (is_groups(key)) has_groups_ = true;
     read_column(key, record);
     read_compressed(key, value);
@@ -155,7 +155,7 @@ class Header {
       expect("BITPIX", value && is_type(*value));
       bits_ = std::abs(static_cast<double>(*value));
     } else if (records_ == 2) {
-      expect("NAXIS", value && *value >= 0 && *value <= kMostAxes);
+      expect("NAXIS", value && *value >= 0 && *value <= most_axes);
       axes_.reserve(static_cast<std::size_t>(*value));
       axis_count_ = static_cast<std::size_t>(*value);
     } else if (axes_.size() < axis_count_) {
@@ -196,26 +196,26 @@ class Header {
     if (key == "ZIMAGE") is_compressed_ = true;
     if (key == "ZNAXIS") {
       compressed_axes_ = value;
-      check(value && *value >= 1 && *value <= kMostCompressedAxes);
+      check(value && *value >= 1 && *value <= most_compressed_axes);
     }
     if (key == "ZBITPIX") check(value && is_type(*value));
     for (const std::string_view stem : {"ZNAXIS", "ZTILE"}) {
       const long long axis = number_of(key, stem);
       if (axis == 0) continue;
-      check(axis <= kMostCompressedAxes && value && *value >= 1 && *value <= INT_MAX);
-      if (axis <= kMostCompressedAxes && stem == "ZNAXIS") {
+      check(axis <= most_compressed_axes && value && *value >= 1 && *value <= INT_MAX);
+      if (axis <= most_compressed_axes && stem == "ZNAXIS") {
         has_axis_[static_cast<std::size_t>(axis)] = true;
       }
     }
   }
 
   static bool is_type(long long bits) {
-    constexpr std::array<long long, 6> kTypes = {8, 16, 32, 64, -32, -64};
-    return std::find(kTypes.begin(), kTypes.end(), bits) != kTypes.end();
+    constexpr std::array<long long, 6> types = {8, 16, 32, 64, -32, -64};
+    return std::find(types.begin(), types.end(), bits) != types.end();
   }
 
   void check_end() const {
-    if (records_ < kFirstAxis + axis_count_) fail("cards of its sizes are missing");
+    if (records_ < first_axis + axis_count_) fail("cards of its sizes are missing");
     // CFITSIO computes the size from the other axes, depending on the first GROUPS.
     if (has_groups_ && !axes_.empty() && axes_[0] == 0) fail("random groups are no image");
     // CFITSIO treats every HDU with TFIELDS as a table.
@@ -225,11 +225,12 @@ class Header {
   }
 
   void check_table() const {
-    constexpr std::size_t kAxes = 2;
-    constexpr double kBits = 8;
-    if (axis_count_ == kAxes && bits_ == kBits && table_cards_ == kTableCards.size()) return;
+    constexpr std::size_t axis_count = 2;
+    constexpr double bit_count = 8;
+    if (axis_count_ == axis_count && bits_ == bit_count && table_cards_ == table_cards.size())
+      return;
     fail(fmt::format("a table begins with BITPIX = 8, NAXIS = 2, NAXIS1, NAXIS2, {}, in this order",
-                     fmt::join(kTableCards, ", ")));
+                     fmt::join(table_cards, ", ")));
   }
 
   bool has_all_axes() const {
@@ -247,9 +248,9 @@ class Header {
   std::vector<double> axes_;
   std::optional<long long> parameters_, groups_, columns_;
   bool has_groups_ = false, is_compressed_ = false, is_table_ = false;
-  std::size_t table_cards_ = 0;  ///< cards of kTableCards found in their places
+  std::size_t table_cards_ = 0;  ///< cards of table_cards found in their places
   std::optional<long long> compressed_axes_;
-  std::vector<bool> has_axis_ = std::vector<bool>(kMostCompressedAxes + 1);
+  std::vector<bool> has_axis_ = std::vector<bool>(most_compressed_axes + 1);
   std::string bad_;  ///< first key of a compressed image with an impossible value
 };
 
@@ -260,7 +261,7 @@ struct CloseGzip {
 }  // namespace
 
 bool begins_as_fits(std::string_view bytes) {
-  return bytes.starts_with(kFits) || bytes.starts_with(kGzip);
+  return bytes.starts_with(fits) || bytes.starts_with(gzip);
 }
 
 void check_headers(const std::filesystem::path& path, const std::string& label) {
@@ -277,29 +278,29 @@ void check_headers(const std::filesystem::path& path, const std::string& label) 
   errno = 0;
   const std::unique_ptr<gzFile_s, CloseGzip> file(gzopen(path.c_str(), "rb"));
   if (!file) throw InputError(fmt::format("{}: cannot open it: {}", label, std::strerror(errno)));
-  std::array<char, kBlock> block{};
+  std::array<char, block_size> block{};
   /// The next block, or the rest of the file.
   const auto read = [&]() -> std::string_view {
-    const int count = gzread(file.get(), block.data(), kBlock);
+    const int count = gzread(file.get(), block.data(), block_size);
     if (count < 0) throw InputError(fmt::format("{}: its gzip stream is damaged", label));
     return {block.data(), static_cast<std::size_t>(count)};
   };
   for (int hdu = 0;; ++hdu) {
     std::string_view bytes = read();
-    if (hdu == 0 && !bytes.starts_with(kFits)) {
+    if (hdu == 0 && !bytes.starts_with(fits)) {
       throw InputError(fmt::format("{}: is no FITS file", label));
     }
-    if (bytes.find_first_not_of(kFill) == std::string_view::npos) return;
+    if (bytes.find_first_not_of(fill) == std::string_view::npos) return;
     Header header(label, hdu);
     while (header.read(bytes)) {
       bytes = read();
       if (bytes.empty()) header.fail("the file ends before its header does (END)");
     }
-    const double size = header.data_blocks() * kBlock;
+    const double size = header.data_blocks() * block_size;
     // CFITSIO's products overflow for larger sizes.
-    constexpr double kFarthest = 0x1p62;
+    constexpr double farthest = 0x1p62;
     // True also for NaN, the product of infinity and 0.
-    if (!(size < kFarthest)) header.fail("its sizes cannot be");
+    if (!(size < farthest)) header.fail("its sizes cannot be");
     if (gzseek(file.get(), static_cast<z_off_t>(size), SEEK_CUR) < 0) return;
   }
 }

@@ -40,7 +40,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Pixels converted at a time: 64 KiB of floats.
-constexpr std::size_t kPiece = std::size_t{1} << 14;
+constexpr std::size_t piece_size = std::size_t{1} << 14;
 
 using CFile = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
@@ -77,9 +77,9 @@ void read_shape(FitsFile& file, FitsHdu& hdu) {
   int stored = 0;
   file.call(fits_get_img_type, &stored);
   if (!compressed) {
-    constexpr double kBitsPerByte = 8;
+    constexpr double bits_per_byte = 8;
     file.check_data(static_cast<double>(sizes[0]) * static_cast<double>(sizes[1]) *
-                    static_cast<double>(planes) * std::abs(stored) / kBitsPerByte);
+                    static_cast<double>(planes) * std::abs(stored) / bits_per_byte);
   }
   file.call(fits_get_img_equivtype, &hdu.bitpix);
   hdu.has_integers = stored > 0;
@@ -235,7 +235,7 @@ class FitsInput::File {
   /// Reads whole rows. CFITSIO's own conversion to double is slower than reading pieces that stay
   /// in the cache.
   void read_floats(const FitsHdu& hdu, int plane, int y, std::size_t count, double* out) {
-    std::array<float, kPiece> piece;
+    std::array<float, piece_size> piece;
     LONGLONG first = (static_cast<LONGLONG>(plane) * hdu.height + y) * hdu.width + 1;
     for (std::size_t done = 0; done < count;) {
       const std::size_t size = std::min(piece.size(), count - done);
@@ -295,7 +295,7 @@ class FitsInput::File {
   };
 
   const RowBlock& row_block(const FitsHdu& hdu, int plane, int row) {
-    constexpr std::size_t kMostValues = std::size_t{1} << 25, kBlocks = 32;
+    constexpr std::size_t most_values = std::size_t{1} << 25, block_count = 32;
     const auto found = std::find_if(blocks_.begin(), blocks_.end(), [&](const RowBlock& block) {
       return block.hdu == hdu.number && block.plane == plane && row >= block.first &&
              row < block.first + block.count;
@@ -306,12 +306,12 @@ class FitsInput::File {
     }
     const auto width = static_cast<std::size_t>(hdu.width);
     const auto rows = static_cast<int>(std::clamp<std::size_t>(
-        kMostValues / kBlocks / width, 1, static_cast<std::size_t>(hdu.height)));
+        most_values / block_count / width, 1, static_cast<std::size_t>(hdu.height)));
     const int first = row / rows * rows, count = std::min(rows, hdu.height - first);
     const std::size_t size = width * static_cast<std::size_t>(count);
     std::size_t kept = size;
     for (const RowBlock& block : blocks_) kept += block.values.size();
-    while (!blocks_.empty() && kept > kMostValues) {
+    while (!blocks_.empty() && kept > most_values) {
       kept -= blocks_.back().values.size();
       blocks_.pop_back();
     }
@@ -386,12 +386,12 @@ class FitsOutput::File {
   }
 
   void copy(const FitsInput& input, std::size_t hdu) {
-    constexpr int kNoRoom = 0;
+    constexpr int no_room = 0;
     int status = 0;
     FitsFile& from = input.file()->at(hdu);
-    constexpr bool kWithFill = true;
-    from.check_data(0, kWithFill);
-    fits_copy_hdu(from.handle(), file_->handle(), kNoRoom, &status);
+    constexpr bool with_fill = true;
+    from.check_data(0, with_fill);
+    fits_copy_hdu(from.handle(), file_->handle(), no_room, &status);
     if (status != 0) file_->call([status](fitsfile*, int* result) { *result = status; });
   }
 
@@ -522,7 +522,7 @@ class FitsOutput::File {
                   static_cast<void*>(const_cast<double*>(values)));
       return;
     }
-    std::array<float, kPiece> piece;
+    std::array<float, piece_size> piece;
     // Compressed files are written in whole tiles.
     const std::size_t most = compressed_ ? count : piece.size();
     std::vector<float> tiles(compressed_ ? count : 0);
@@ -538,13 +538,13 @@ class FitsOutput::File {
   }
 
   void to_floats(const double* values, std::size_t count, float* out, FloatRange& range) const {
-    constexpr std::uint32_t kInfinity = 0x7F800000, kWithoutSign = 0x7FFFFFFF;
+    constexpr std::uint32_t positive_infinity = 0x7F800000, without_sign = 0x7FFFFFFF;
     for (std::size_t i = 0; i < count; ++i) out[i] = static_cast<float>(values[i]);
     std::uint32_t infinities = 0;
     std::int32_t largest = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t bits = std::bit_cast<std::uint32_t>(out[i]) & kWithoutSign;
-      infinities += bits == kInfinity ? 1 : 0;
+      const std::uint32_t bits = std::bit_cast<std::uint32_t>(out[i]) & without_sign;
+      infinities += bits == positive_infinity ? 1 : 0;
       largest = std::max(largest, static_cast<std::int32_t>(bits));
     }
     if (largest >= std::bit_cast<std::int32_t>(std::numeric_limits<float>::min())) {

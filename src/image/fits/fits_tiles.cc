@@ -78,16 +78,16 @@ struct Tiling {
 /// two sides, the scale, the sum and the numbers of bit planes of three quadrants.
 void check_hcompress_tiles(FitsFile& file, int hdu, int column, LONGLONG rows,
                            const Tiling& tiling) {
-  constexpr std::size_t kHead = 25, kSides = 2, kBitPlanes = 22;
-  constexpr unsigned kMostBitPlanes = 62;
+  constexpr std::size_t head_size = 25, side_count = 2, bit_planes = 22;
+  constexpr unsigned most_bit_planes = 62;
   for (LONGLONG row = 1; row <= rows; ++row) {
     LONGLONG length = 0, offset = 0;
     file.call(fits_read_descriptll, column, row, &length, &offset);
     if (length == 0) continue;
-    std::array<unsigned char, kHead> head{};
-    bool is_good = length >= static_cast<LONGLONG>(kHead);
+    std::array<unsigned char, head_size> head{};
+    bool is_good = length >= static_cast<LONGLONG>(head_size);
     if (is_good) {
-      file.call(fits_read_col_byt, column, row, LONGLONG{1}, static_cast<LONGLONG>(kHead),
+      file.call(fits_read_col_byt, column, row, LONGLONG{1}, static_cast<LONGLONG>(head_size),
                 static_cast<unsigned char>(0), head.data(), nullptr);
       const auto side = [&head](std::size_t at) {
         std::uint32_t value = 0;
@@ -95,9 +95,9 @@ void check_hcompress_tiles(FitsFile& file, int hdu, int column, LONGLONG rows,
         return static_cast<double>(value);
       };
       is_good = head[0] == 0xDD && head[1] == 0x99 &&
-                side(kSides) * side(kSides + 4) <= tiling.pixels(row) &&
-                std::all_of(head.begin() + kBitPlanes, head.end(),
-                            [](unsigned char planes) { return planes <= kMostBitPlanes; });
+                side(side_count) * side(side_count + 4) <= tiling.pixels(row) &&
+                std::all_of(head.begin() + bit_planes, head.end(),
+                            [](unsigned char planes) { return planes <= most_bit_planes; });
     }
     if (!is_good) {
       file.fail(fmt::format("HDU {}: tile {} is no good HCOMPRESS stream", hdu, row));
@@ -116,13 +116,13 @@ bool has_good_data_sum(FitsFile& file) {
 /// Number of bytes that a gzip stream unpacks to. Nothing for a truncated stream, which CFITSIO
 /// (4.2) would read without end.
 std::optional<std::uint64_t> unpacked_size(std::vector<unsigned char>& stream) {
-  constexpr int kGzipWindow = 15 + 16;
-  constexpr std::size_t kInflateBlock = std::size_t{1} << 20;
-  std::vector<unsigned char> block(kInflateBlock);
+  constexpr int gzip_window = 15 + 16;
+  constexpr std::size_t inflate_block = std::size_t{1} << 20;
+  std::vector<unsigned char> block(inflate_block);
   z_stream zip{};
   zip.next_in = stream.data();
   zip.avail_in = static_cast<uInt>(std::min<std::size_t>(stream.size(), UINT_MAX));
-  int status = inflateInit2(&zip, kGzipWindow);
+  int status = inflateInit2(&zip, gzip_window);
   while (status == Z_OK) {
     zip.next_out = block.data();
     zip.avail_out = static_cast<uInt>(block.size());
@@ -143,13 +143,13 @@ std::uint64_t stated_size(std::span<const unsigned char> end) {
 /// Checks tiles of pixels of `pixel` bytes, or of any size that a pixel may have.
 void check_gzip_tiles(FitsFile& file, int hdu, int column, LONGLONG rows, const Tiling& tiling,
                       std::optional<int> pixel, bool is_trusted) {
-  constexpr LONGLONG kEnd = 4;
+  constexpr LONGLONG end_record = 4;
   std::vector<unsigned char> stream;
   for (LONGLONG row = 1; row <= rows; ++row) {
     LONGLONG length = 0, offset = 0;
     file.call(fits_read_descriptll, column, row, &length, &offset);
     if (length == 0) continue;
-    const LONGLONG taken = is_trusted ? std::min(kEnd, length) : length;
+    const LONGLONG taken = is_trusted ? std::min(end_record, length) : length;
     stream.resize(static_cast<std::size_t>(taken));
     file.call(fits_read_col_byt, column, row, length - taken + 1, taken,
               static_cast<unsigned char>(0), stream.data(), nullptr);
@@ -215,10 +215,10 @@ void check_tiles(FitsFile& file, int hdu, int bitpix, const std::vector<LONGLONG
     file.call(fits_get_coltypell, column, &type, &repeat, &width);
     const LONGLONG size = element_size(type);
     bool is_good = size > 0;
-    constexpr LONGLONG kRows = 4096;
-    std::vector<LONGLONG> lengths(kRows), offsets(kRows);
-    for (LONGLONG row = 0; row < rows && is_good; row += kRows) {
-      const LONGLONG count = std::min(kRows, rows - row);
+    constexpr LONGLONG most_rows = 4096;
+    std::vector<LONGLONG> lengths(most_rows), offsets(most_rows);
+    for (LONGLONG row = 0; row < rows && is_good; row += most_rows) {
+      const LONGLONG count = std::min(most_rows, rows - row);
       file.call(fits_read_descriptsll, column, row + 1, count, lengths.data(), offsets.data());
       for (LONGLONG i = 0; i < count; ++i) {
         const LONGLONG length = lengths[i], offset = offsets[i];

@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# Checks the style of the whole source: clang-format, then the rules of scripts/lint.py. With --tidy
+# also the names and the checks of .clang-tidy, which take minutes and need a build in build/release.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+mapfile -t files < <(git ls-files '*.h' '*.cc' '*.cpp')
+clang-format --dry-run --Werror "${files[@]}"
+python3 scripts/lint.py
+
+if [[ ${1:-} == --tidy ]]; then
+  mapfile -t sources < <(git ls-files 'src/*.cc' 'apps/*.cpp')
+  printf '%s\n' "${sources[@]}" | xargs -P "$(nproc)" -n 4 clang-tidy -p build/release --quiet
+fi
