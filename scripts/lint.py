@@ -8,6 +8,7 @@
 - No comment or paragraph begins with words that leave its subject open ("The same", "Of ...",
   "By which ...", "Those that ...", "That of ...").
 - A comment's lines have at most 100 columns.
+- A section of docs/facts.md that is cited is there, and so is every file that a document names.
 """
 
 import pathlib
@@ -29,7 +30,9 @@ BELOW = {
     "render": ["core", "noise", "sed", "image", "parallel", "galaxy", "scene"],
     "job": ["core", "noise", "sed", "image", "parallel", "galaxy", "scene", "render"],
 }
-OPEN_BEGINNING = re.compile(r"(The same\b(?! \w+ (as|for|in|of|whatever)\b)|Of [a-z]|By which\b|Those (that|which|of)\b|That of\b)")
+OPEN_BEGINNING = re.compile(
+    r"(The same\b(?! \w+ (as|for|in|of|whatever)\b)|Of [a-z]|By which\b|Those (that|which|of)\b|That of\b)"
+)
 CONSTANT = re.compile(r"\b(constexpr|const)\b[^;=(]*\bk[A-Z]\w*\s*[=({\[]")
 COLUMNS = 100
 
@@ -75,6 +78,22 @@ def check_document(path, complain):
         before = line
 
 
+def check_references(path, sections, complain):
+    """It finds citations of sections and names of files that are not there."""
+    for number, line in enumerate(path.read_text().splitlines(), 1):
+        for section in re.findall(r"docs/facts\.md section (\d+(?:\.\d+)?)", line):
+            if section not in sections:
+                complain(path, number, f"docs/facts.md has no section {section}")
+        if path.suffix != ".md":
+            continue
+        links = re.findall(r"\]\((?!https?:|#)([^)#\s]+)", line)
+        named = re.findall(r"`((?:src|include|docs|tests|scripts|scenes|galaxies|bench|apps|examples)/[\w./-]+)`", line)
+        for name in links + named:
+            base = path.parent if name in links else ROOT
+            if not (base / name).exists() and not list(ROOT.glob(name + ".*")):
+                complain(path, number, f"there is no {name}")
+
+
 def main():
     found = []
 
@@ -82,10 +101,17 @@ def main():
         found.append(f"{path.relative_to(ROOT)}:{number}: {what}")
 
     folders = ("src", "include", "apps", "tests", "bench", "fuzz", "examples")
-    for path in tracked(*[f"{folder}/**.{end}" for folder in folders for end in ("h", "cc", "cpp")]):
+    code = tracked(*[f"{folder}/**.{end}" for folder in folders for end in ("h", "cc", "cpp")])
+    for path in code:
         check_code(path, complain)
-    for path in tracked("*.md", "docs/*.md"):
+    documents = tracked("*.md", "docs/*.md")
+    facts = (ROOT / "docs/facts.md").read_text()
+    sections = set(re.findall(r"^## (\d+)\. ", facts, re.MULTILINE))
+    sections |= set(re.findall(r"^\*\*(\d+\.\d+) ", facts, re.MULTILINE))
+    for path in documents:
         check_document(path, complain)
+    for path in code + documents + tracked("*.py", "*.sh"):
+        check_references(path, sections, complain)
     print("\n".join(found), end="\n" if found else "")
     return 1 if found else 0
 

@@ -40,7 +40,7 @@ std::vector<float> batch_winding(const ArmPattern& arms, const std::vector<float
   return theta;
 }
 
-/// FACTS section 6, A = 1.
+/// docs/facts.md section 6, A = 1.
 struct WindingRow {
   double b, n;
   double theta[6];
@@ -136,7 +136,7 @@ TEST(RingermacherMead, EndsAtTheCentreWithoutOverflow) {
 }
 
 TEST(Logarithmic, FollowsItsPitch) {
-  // FACTS section 6: tan p = ln(beta); M51 and the Milky Way.
+  // docs/facts.md section 6: tan p = ln(beta); M51 and the Milky Way.
   const double known[][2] = {{17.853, 1.38}, {12.579, 1.25}};
   for (const auto& [pitch, beta] : known) {
     const ArmPattern arms = logarithmic(pitch, 0.1);

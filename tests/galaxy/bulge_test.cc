@@ -88,7 +88,7 @@ TEST(Bulge, EnvelopeOnEveryTarget) {
 }
 
 TEST(Bulge, IntegralOfASmallBulge) {
-  // FACTS section 5: L = 833501.93 r0^3; stretching multiplies it.
+  // docs/facts.md section 5: L = 833501.93 r0^3; stretching multiplies it.
   const double r0 = 1e-6;
   const double sphere = 833501.93 * r0 * r0 * r0;
   EXPECT_NEAR(Bulge(r0, {1, 1, 1}).envelope_integral() / sphere, 1, 2e-6);
@@ -155,7 +155,7 @@ double column(const Bulge& bulge, double x, double scale) {
 }
 
 TEST(Bulge, ProjectsToTheDeVaucouleursLaw) {
-  // FACTS section 5, Sigma(R)/Sigma(R_e); a bulge so small that the taper is far away.
+  // docs/facts.md section 5, Sigma(R)/Sigma(R_e); a bulge so small that the taper is far away.
   const double known[][2] = {{0.001, 609.54}, {0.003, 384.24}, {0.01, 198.81}, {0.03, 90.462},
                              {0.1, 29.009},   {0.3, 7.3584},   {3, 0.088915},  {10, 0.0025957}};
   const double effective_radius = 0.003;

@@ -96,7 +96,7 @@ TEST(Galaxy, WithoutNoiseDensityIsAmplitudeTimesEnvelope) {
   EXPECT_TRUE(galaxy->components()[1]->absorbs());
 }
 
-// DESIGN section 4: tau_V face-on through the middle, whatever the galaxy's stretch.
+// tau_V is the optical depth face-on through the middle, whatever the galaxy's stretch.
 TEST(Galaxy, OpticalDepthThroughTheMiddle) {
   for (const double stretch : {1.0, 0.5}) {
     const auto galaxy = parse_galaxy("[galaxy]\naxis = [1, 1, " + std::to_string(stretch) + "]\n" +
@@ -297,7 +297,7 @@ TEST(Galaxy, FractionsShareTheLight) {
 }
 
 TEST(Galaxy, LuminosityOfADisk) {
-  // FACTS section 5: 4 pi h^2 z0, times I_m and the galaxy's stretch.
+  // docs/facts.md section 5: 4 pi h^2 z0, times I_m and the galaxy's stretch.
   const auto galaxy =
       parse_galaxy("[galaxy]\naxis = [2, 1, 0.5]\n" +
                    layer_text("disk", "rh = 0.02\nz0 = 0.003\nintensity = 5\nnoise = false"));

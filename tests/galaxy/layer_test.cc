@@ -118,7 +118,7 @@ TEST(Layer, EnvelopeOnEveryTarget) {
   }
 }
 
-// FACTS section 6: 45 degrees away from an arm.
+// docs/facts.md section 6: 45 degrees away from an arm.
 TEST(Layer, ArmModifier) {
   for (const auto& [width, expected] : {std::pair{1.2, 0.70807}, std::pair{0.2, 0.94409}}) {
     const ArmPattern arms = arms_of("model = \"ringermacher-mead\"");
@@ -162,7 +162,7 @@ TEST(Layer, PeakIsTheLargestEnvelope) {
 }
 
 TEST(Layer, IntegralOfASmallLayerIsThatOfAnInfiniteOne) {
-  // FACTS section 5: 4 pi h^2 z0.
+  // docs/facts.md section 5: 4 pi h^2 z0.
   for (const double scale : {1.0, 1e-3, 1e-6}) {
     const double rh = 0.02 * scale;
     const double z0 = 0.004 * scale;

@@ -1,4 +1,4 @@
-// Numbers by FACTS 8.2 and 8.3 unless said.
+// Numbers by docs/facts.md section 8.2 and 8.3 unless said.
 
 #include "galaxy/spiral_coordinates.h"
 
@@ -182,7 +182,8 @@ TEST(SpiralCoordinates, NeedEvenlySpreadArms) {
   EXPECT_THROW(SpiralCoordinates(ArmPattern(), 0), std::invalid_argument);
 }
 
-// Stretch 3 along 60 degrees. FACTS counts y in the other sense, which a lattice does not know.
+// Stretch 3 along 60 degrees. docs/facts.md section 8 counts y in the other sense, which a lattice
+// does not know.
 TEST(HelicalMap, ImagesAndAnglesOfTheTable) {
   struct Row {
     double frequency;

@@ -1,4 +1,4 @@
-// Veins: that they close, and that they are what the class comment and FACTS 8 say.
+// Veins: that they close, and that they are what the class comment and docs/facts.md section 8 say.
 
 #include "galaxy/veins/vein_texture.h"
 

@@ -180,7 +180,7 @@ TEST(Calibration, LightThroughDust) {
 TEST(Measure, HalfLightRadiusAndShape) {
   Made made = make("galaxy ra dec redshift size_arcsec apparent_magnitude\nmixed 10 20 0.1 4 22\n",
                    sky(90, 0.1, ""));
-  // Without its dust the mixed disk is exponential: R_e = 1.678347 h (FACTS section 5).
+  // Without its dust the mixed disk is exponential: R_e = 1.678347 h (docs/facts.md section 5).
   PlacedGalaxy bare = made.scene->galaxies.front();
   Resources resources({GAMER_TEST_SOURCE_DIR});
   const std::string light = std::string(mixed).substr(0, std::string(mixed).rfind("[[component]]"));

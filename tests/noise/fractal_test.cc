@@ -492,7 +492,8 @@ TEST(EveryNoise, SeedsDiffer) {
   });
 }
 
-// FACTS: of one octave of Perlin noise; with 6 octaves the product's variance.
+// docs/facts.md section 7: the variance of one octave of Perlin noise; with 6 octaves the product's
+// variance.
 TEST(Multiplicative, VariancesAndLogarithms) {
   struct Row {
     double amplitude, variance, log_mean, log_variance;
@@ -509,7 +510,7 @@ TEST(Multiplicative, VariancesAndLogarithms) {
     double clamped = 0, logs = 0, squares = 0;
     for (const double f : factor) {
       clamped += f == 0 ? 1 : 0;
-      // FACTS bounds the logarithm of the factors that are 0.
+      // docs/facts.md section 7 bounds the logarithm of the factors that are 0.
       const double logarithm = std::log(std::max(f, 1e-3));
       logs += logarithm;
       squares += logarithm * logarithm;

@@ -29,7 +29,7 @@ const std::vector<Vector>& scattered() {
 }
 
 double variance_by_definition(const Noise& noise) {
-  if (name_of(noise) == "perlin") return 35054270.0 / 480729249.0;  // FACTS section 7
+  if (name_of(noise) == "perlin") return 35054270.0 / 480729249.0;  // docs/facts.md section 7
   if (name_of(noise) == "value") return std::pow(181.0 / 231, 3) / 3;
   if (name_of(noise) == "cell") return 1.0 / 3;
   // Simplex: 2 lattice points per unit volume, <(g . r)^2> = 2 r^2/3, hence
@@ -55,7 +55,7 @@ TEST(BaseNoise, Moments) {
     EXPECT_NEAR(sums[1] / count, 0, 4 * std::sqrt(variance / count));
     EXPECT_NEAR(sums[3] / count, 0, 0.01 * std::pow(variance, 1.5));
     if (name_of(*noise) == "simplex") {
-      EXPECT_NEAR(std::sqrt(variance), 0.3925, 5e-4);  // FACTS section 7
+      EXPECT_NEAR(std::sqrt(variance), 0.3925, 5e-4);  // docs/facts.md section 7
     }
     if (name_of(*noise) == "perlin") {
       EXPECT_NEAR(sums[4] / count / (variance * variance), 2.54, 0.005);

@@ -68,7 +68,8 @@ INSTANTIATE_TEST_SUITE_P(Rates, CcdEquation,
                          testing::Values(0.0, 1e-4, 1e-3, 0.01, 0.1, 1.0, 100.0, 1e5));
 
 TEST(Detector, ReachesTheSignalToNoiseOfTheCcdEquation) {
-  // FACTS 11: S = 2, B = 1.5, D = 0.002 electrons/s, t = 600 s, n = 50 pixels, R = 5: S/N 5.5054.
+  // docs/facts.md section 11: S = 2, B = 1.5, D = 0.002 electrons/s, t = 600 s, n = 50 pixels, R =
+  // 5: S/N 5.5054.
   Detector detector;
   detector.sky_rate = 1.5;
   detector.dark_rate = 0.002;

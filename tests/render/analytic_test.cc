@@ -1,4 +1,5 @@
-// Whole renders, noise off, default tolerance, against closed forms and the tables of FACTS.
+// Whole renders, noise off, default tolerance, against closed forms and the tables of
+// docs/facts.md.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -59,7 +60,7 @@ TEST_P(InclinedDiskTest, LineIntegralsAsTabulated) {
   EXPECT_NEAR(image.at(4, 3) / (length * expected.minor), 1, tolerance);
 }
 
-// FACTS section 5.
+// docs/facts.md section 5.
 INSTANTIATE_TEST_SUITE_P(Analytic, InclinedDiskTest,
                          testing::Values(InclinedDisk{30, .427294, .169005, .260717},
                                          InclinedDisk{60, .641050, .281897, .308458},
@@ -132,7 +133,7 @@ TEST(AnalyticTest, DeVaucouleursBulge) {
     return render_text(text).at(4, 0);
   };
   const double scale = surface_brightness(1);
-  // FACTS section 5: R/R_e, Sigma/Sigma(R_e).
+  // docs/facts.md section 5: R/R_e, Sigma/Sigma(R_e).
   const double table[][2] = {{.001, 609.54}, {.003, 384.24}, {.01, 198.81},
                              {.03, 90.462},  {.1, 29.009},   {.3, 7.3584},
                              {3, .088915},   {10, .0025957}, {20, .00019844}};
@@ -329,7 +330,7 @@ TEST(OverlapTest, DustDimsBlueMoreThanRedByTheExtinctionLaw) {
   const Image clear = render_text(text);
   text.scene = "galaxy x y z\nfront 0 0 2.5\nback 0 0 0\n";
   const Image dimmed = render_text(text);
-  // FACTS section 1: A(4400)/A(V) = 1.32452, A(7000)/A(V) = 0.75017.
+  // docs/facts.md section 1: A(4400)/A(V) = 1.32452, A(7000)/A(V) = 0.75017.
   for (int x = 0; x < 5; ++x) {
     const double blue = std::log(clear.at(x, 0, 0) / dimmed.at(x, 0, 0));
     const double red = std::log(clear.at(x, 0, 1) / dimmed.at(x, 0, 1));

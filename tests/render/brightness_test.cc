@@ -81,7 +81,7 @@ TEST(Brightness, ApparentMagnitudeOnTheSky) {
   }
 }
 
-// FACTS section 4: m = M + distance modulus + K_rr of E.
+// docs/facts.md section 4: m = M + distance modulus + K_rr of E.
 TEST(Brightness, AbsoluteMagnitudeOnTheSky) {
   const double table[][3] = {
       {0.1, 38.3152, 0.126}, {0.5, 42.2612, 1.035}, {1, 44.1002, 2.551}, {2, 45.9572, 4.934}};
@@ -119,7 +119,7 @@ TEST(Brightness, MagnitudesInAnOrthographicView) {
   EXPECT_NEAR(magnitude_of(sum_of(apparent)), 23, promised);
 }
 
-// Colours of FACTS section 2: g - r and r - i of E.
+// Colours of docs/facts.md section 2: g - r and r - i of E.
 TEST(Brightness, ColoursAreThoseOfTheSpectrum) {
   const Image image = render("galaxy dx dy size_arcsec apparent_magnitude\ndisk 0 0 1.6 20\n",
                              sky(40, "[spectrum]\nbands = [\"sdss_g\", \"sdss_r\", \"sdss_i\"]\n"));
@@ -137,7 +137,7 @@ TEST(Brightness, UnitsOfPixelsAgree) {
   };
   const Image flux = in_unit("nJy"), mega = in_unit("MJy/sr"), mag = in_unit("mag/arcsec^2"),
               density = in_unit("erg/s/cm^2/A/arcsec^2"), electrons = in_unit("electron/s");
-  // SDSS r by the trapezoid rule on FACTS section 3's rows, fine between them.
+  // SDSS r by the trapezoid rule on docs/facts.md section 3's rows, fine between them.
   constexpr double rows[][2] = {{5400, 0},    {5500, .248}, {5600, .655}, {5700, .844},
                                 {5800, .915}, {6000, .937}, {6200, .992}, {6400, .995},
                                 {6600, .994}, {6800, .975}, {6900, .695}, {7000, .181},
@@ -168,13 +168,13 @@ TEST(Brightness, UnitsOfPixelsAgree) {
       // A pixel is 0.01 arcsec^2: 5 mag.
       EXPECT_NEAR(mag.at(x, y), magnitude_of(f) - 5, 1e-6);
       EXPECT_NEAR(density.at(x, y) / (f * 1e-32 * 2.99792458e18 / pivot2 / 0.01), 1, 1e-6);
-      // FACTS section 4: photons per m^2 of an AB magnitude.
+      // docs/facts.md section 4: photons per m^2 of an AB magnitude.
       const double rate = 5.47954e10 * std::pow(10, -0.4 * 31.4) * log_width;
       EXPECT_NEAR(electrons.at(x, y) / (f * rate * 4 * 0.5), 1, 3e-6);
     }
   }
   EXPECT_GT(bright, 100);
-  // FACTS section 4: 1 MJy/sr = 20.4721 mag/arcsec^2.
+  // docs/facts.md section 4: 1 MJy/sr = 20.4721 mag/arcsec^2.
   EXPECT_NEAR(mag.at(8, 8) + 2.5 * std::log10(mega.at(8, 8)), 20.4721, 5e-5);
 }
 

@@ -90,7 +90,8 @@ TEST(SkyScene, AllWaysToGiveAPositionAgree) {
   }
 }
 
-// FACTS section 4: at z = 0.5, 1 arcsec is 6.1042 kpc and D_C = 1888.625 Mpc; at 2: 8.3709 kpc.
+// docs/facts.md section 4: at z = 0.5, 1 arcsec is 6.1042 kpc and D_C = 1888.625 Mpc; at 2: 8.3709
+// kpc.
 TEST(SkyScene, SizesAgreeThroughTheCosmology) {
   const Scene scene = read(
       "galaxy dx dy redshift size_kpc size_arcsec\n"
@@ -115,8 +116,8 @@ TEST(SkyScene, DistancesStandWhereTheySay) {
   EXPECT_EQ(g[0].redshift, 0);
   EXPECT_NEAR(glm::length(g[1].centre), 1000 / 1.1, 1e-9);
   EXPECT_EQ(g[1].redshift, 0.1);
-  // FACTS section 4: D_C(3); the farther one stands behind, though its angular-diameter distance
-  // is the smaller.
+  // docs/facts.md section 4: D_C(3); the farther one stands behind, though its angular-diameter
+  // distance is the smaller.
   EXPECT_NEAR(glm::length(g[3].centre) / 6355.685, 1, 1e-6);
   EXPECT_LT(glm::length(g[2].centre), glm::length(g[3].centre));
   EXPECT_NEAR(g[4].radius, 10e-3, 1e-15);
@@ -424,7 +425,7 @@ TEST(SkyScene, StarsHaveTheirMagnitude) {
            "[spectrum]\nwavelengths = [4000]\nbands = [\"sdss_r\", \"red\"]\n");
   ASSERT_EQ(scene.stars.size(), 2u);
   EXPECT_LT(glm::length(scene.stars[0].pixel - glm::dvec2(9, 19.5)), 1e-8);
-  // FACTS section 4: m = 25 is 363.078 nJy.
+  // docs/facts.md section 4: m = 25 is 363.078 nJy.
   for (const double flux : scene.stars[0].flux) EXPECT_NEAR(flux / 363.078, 1, 1e-5);
   // f_lambda constant: f_nu grows with the square of the pivot; of a box a b, pivot^2 =
   // (b^2 - a^2)/(2 ln(b/a)).

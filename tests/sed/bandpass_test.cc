@@ -32,7 +32,8 @@ double integral(const Bandpass& band, double (*f)(double)) {
 
 struct Shipped {
   std::string name;
-  double pivot, mean, width;  // FACTS section 3, Angstrom; mean and width 0 where it gives none
+  double pivot, mean,
+      width;  // docs/facts.md section 3, Angstrom; mean and width 0 where it gives none
   // Values for the rows as shipped, by Gauss quadrature of order 8 between all rows in NumPy.
   double exact_pivot, exact_mean, exact_width, exact_log_width;
   double throughput;

@@ -11,7 +11,7 @@
 namespace gamer {
 namespace {
 
-// FACTS section 4; each tolerance is half a unit of the last place given.
+// docs/facts.md section 4; each tolerance is half a unit of the last place given.
 TEST(Cosmology, CheckValues) {
   struct Row {
     double z, comoving, luminosity, angular, modulus, kpc_per_arcsec, volume_per_arcmin2;

@@ -12,7 +12,7 @@
 namespace gamer {
 namespace {
 
-// FACTS section 1; each tolerance is half a unit of the last place given.
+// docs/facts.md section 1; each tolerance is half a unit of the last place given.
 TEST(Ccm89, CheckValues) {
   struct Row {
     double wavelength;
@@ -33,7 +33,7 @@ TEST(Ccm89, CheckValues) {
   }
 }
 
-// FACTS section 1: the far-ultraviolet polynomial goes on to 912 Angstrom.
+// docs/facts.md section 1: the far-ultraviolet polynomial goes on to 912 Angstrom.
 TEST(Ccm89, ReachesTheLymanLimit) { EXPECT_NEAR(Ccm89(3.1).relative(912), 6.880, 0.5e-3); }
 
 TEST(Ccm89, UnityAtV) {
@@ -43,7 +43,7 @@ TEST(Ccm89, UnityAtV) {
   }
 }
 
-// FACTS section 1, R_V = 3.1; the steps are given to one place.
+// docs/facts.md section 1, R_V = 3.1; the steps are given to one place.
 TEST(Ccm89, StepsAtTheJoins) {
   const Ccm89 curve(3.1);
   const auto step = [&](double x) {

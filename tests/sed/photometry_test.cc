@@ -23,15 +23,15 @@ std::shared_ptr<const Sed> analytic(const std::string& name) {
 }
 
 /// AB magnitude of light with F = c f_nu, f_lambda in erg/s/cm^2/Angstrom: m = -2.5 log10(f_nu) -
-/// 48.60, FACTS section 4.
+/// 48.60, docs/facts.md section 4.
 double magnitude_cgs(double flux) { return -2.5 * std::log10(flux / 2.99792458e18) - 48.60; }
 
 double magnitude(const Sed& sed, const std::string& band) {
   return magnitude_cgs(band_flux(sed, *shipped_band(band), 0));
 }
 
-// FACTS section 2: colours of the full templates and what the compact ones add to them. Both are
-// rounded to 0.001; 0.02 is asked for.
+// docs/facts.md section 2: colours of the full templates and what the compact ones add to them.
+// Both are rounded to 0.001; 0.02 is asked for.
 TEST(Photometry, ColoursOfTheTemplates) {
   struct Pair {
     std::string blue, red;
@@ -66,7 +66,8 @@ TEST(Photometry, ColoursOfTheTemplates) {
   }
 }
 
-// FACTS section 4, z = 0.1, 0.5, 1, 2; the tolerance is half a unit of the last place given.
+// docs/facts.md section 4, z = 0.1, 0.5, 1, 2; the tolerance is half a unit of the last place
+// given.
 TEST(Photometry, KCorrections) {
   struct Row {
     std::string sed, band;
@@ -92,7 +93,7 @@ TEST(Photometry, KCorrections) {
   }
 }
 
-// FACTS section 4: the spectrum of E with f_lambda(5500) = 1e-17 erg/s/cm^2/Angstrom.
+// docs/facts.md section 4: the spectrum of E with f_lambda(5500) = 1e-17 erg/s/cm^2/Angstrom.
 TEST(Photometry, AbsoluteMagnitudes) {
   struct Row {
     std::string band;
@@ -200,7 +201,7 @@ TEST(Photometry, KCorrectionAtRestIsTheColour) {
   }
 }
 
-// m = M + distance modulus + K, by hand from L_lambda: FACTS section 4.
+// m = M + distance modulus + K, by hand from L_lambda: docs/facts.md section 4.
 TEST(Photometry, ApparentMagnitudeOfALuminosity) {
   constexpr double z = 1;
   constexpr double luminosity = 1e40;  // erg/s/Angstrom at 5500 Angstrom
@@ -276,7 +277,7 @@ TEST(Photometry, Covers) {
 }
 
 TEST(Photometry, Constants) {
-  // FACTS section 4.
+  // docs/facts.md section 4.
   EXPECT_NEAR(nanojansky(25), 363.078, 0.5e-3);
   EXPECT_NEAR(nanojansky(0) * 1e-9, 3630.78, 0.5e-2);
   EXPECT_NEAR(nanojansky(31.4), 1, 1e-15);

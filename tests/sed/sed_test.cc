@@ -32,7 +32,8 @@ std::string text_error(const std::string& text) {
   return error_text([&] { parse_sed(text, "x.sed", "x"); });
 }
 
-// The nodes where the shipped templates differ most from their neighbours, from FACTS section 2.
+// The nodes where the shipped templates differ most from their neighbours, from docs/facts.md
+// section 2.
 TEST(ShippedSeds, AgreeWithTheTable) {
   struct Row {
     double wavelength;

@@ -68,7 +68,7 @@ struct SeenNoise {
   BatchArray coherent;  ///< of its part that is the same through the layer
 };
 
-/// The fractal noise of GAMER Eqs. 3-6 (DESIGN section 4):
+/// The fractal noise of GAMER Eqs. 3-6 (docs/noise.md):
 ///   S(x) = sum_{k=1..omega} (k0 + f_s k)^-nu P((k0 + f_s k) x + o_k),  s = (S - mu) / sigma,
 ///   Phi(offset + contrast s) of NoiseShape, divided by its mean,
 /// or of another combination S of octaves. Multiplicative and ridged ones are densities already:

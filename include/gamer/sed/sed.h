@@ -11,7 +11,7 @@
 
 namespace gamer {
 
-/// Wavelength at which every SED is normalised to 1; FACTS section 2.
+/// Wavelength at which every SED is normalised to 1; docs/facts.md section 2.
 inline constexpr double sed_reference_wavelength = 5500.0;  // Angstrom
 
 /// A spectral energy distribution in the rest frame: f_lambda (flux per wavelength), normalised to

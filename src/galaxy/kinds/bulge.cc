@@ -62,7 +62,7 @@ HWY_EXPORT(BulgeEnvelope);
 
 namespace {
 
-// r0 = R_e / 3434.12 (projected half-light radius of the density itself; FACTS section 5).
+// r0 = R_e / 3434.12 (projected half-light radius of the density itself; docs/facts.md section 5).
 constexpr double effective_radius_in_r0 = 3434.12;
 
 // Softening in units of R_e.
