@@ -70,7 +70,7 @@ void evaluate(benchmark::State& state, const std::string& component, bool footpr
   }
   const auto all = static_cast<double>(state.iterations() * batches * batch_capacity);
   state.counters["ns/point"] =
-      benchmark::Counter(1e-9 * all, benchmark::Counter::is_rate | benchmark::Counter::invert);
+      benchmark::Counter(1e-9 * all, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
   state.counters["noises/point"] = static_cast<double>(counts.noise_evaluations) / all;
 }
 

@@ -95,7 +95,7 @@ int main(int argc, char** argv) {
   const auto add = [](const std::string& name, auto function, auto... arguments) {
     benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& state) {
       function(state, arguments...);
-    })->Unit(benchmark::millisecond);
+    })->Unit(benchmark::kMillisecond);
   };
   for (const int size : {3, 5, 15, 65, 257, 1001}) {
     for (const bool is_single : {false, true}) {

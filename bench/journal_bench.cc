@@ -30,12 +30,12 @@ void add_blocks(benchmark::State& state, double value, bool single) {
   const double count = static_cast<double>(state.iterations()) * blocks * block_rows *
                        static_cast<double>(values_per_row);
   state.counters["value"] =
-      benchmark::Counter(count, benchmark::Counter::is_rate | benchmark::Counter::invert);
+      benchmark::Counter(count, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
-BENCHMARK_CAPTURE(add_blocks, single, 1.1, true)->Unit(benchmark::millisecond);
-BENCHMARK_CAPTURE(add_blocks, double, 1.1, false)->Unit(benchmark::millisecond);
-BENCHMARK_CAPTURE(add_blocks, empty, 0.0, true)->Unit(benchmark::millisecond);
+BENCHMARK_CAPTURE(add_blocks, single, 1.1, true)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(add_blocks, double, 1.1, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(add_blocks, empty, 0.0, true)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace gamer

@@ -92,7 +92,7 @@ void evaluate(benchmark::State& state, const Noise& noise, const Task& task, std
   }
   state.counters["evaluations"] =
       benchmark::Counter(static_cast<double>(state.iterations()) * octave_count * batch_capacity,
-                         benchmark::Counter::is_rate);
+                         benchmark::Counter::kIsRate);
   use_simd_targets(0);
 }
 
@@ -101,7 +101,7 @@ void reach_peak(benchmark::State& state, std::int64_t target) {
   for (auto _ : state) benchmark::DoNotOptimize(work_at_peak());
   state.counters["FLOP"] = benchmark::Counter(
       static_cast<double>(state.iterations()) * static_cast<double>(peak_operations()),
-      benchmark::Counter::is_rate);
+      benchmark::Counter::kIsRate);
   use_simd_targets(0);
 }
 

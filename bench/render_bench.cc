@@ -60,7 +60,7 @@ void render(benchmark::State& state, const std::string& scene,
   const auto rendered = static_cast<double>(state.iterations()) * pixels;
   // Printed as time per pixel: with invert a rate of pixels becomes seconds.
   state.counters["per_pixel"] =
-      benchmark::Counter(rendered, benchmark::Counter::is_rate | benchmark::Counter::invert);
+      benchmark::Counter(rendered, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
   state.counters["nodes_per_pixel"] = static_cast<double>(counts.nodes) / rendered;
   state.counters["rays_per_pixel"] = static_cast<double>(counts.rays) / rendered;
   const auto noise = static_cast<double>(counts.noise_evaluations);
@@ -140,14 +140,14 @@ void render_field(benchmark::State& state, const std::string& components, bool i
   for (auto _ : state) renderer.render_rows({0, 256}, values);
   state.counters["per_pixel"] =
       benchmark::Counter(static_cast<double>(state.iterations()) * 256 * 256,
-                         benchmark::Counter::is_rate | benchmark::Counter::invert);
+                         benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
 void add(const std::string& name, const std::string& scene,
          const std::vector<std::string>& settings = {}, std::int64_t target = 0) {
   benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& state) {
     render(state, scene, settings, target);
-  })->Unit(benchmark::millisecond);
+  })->Unit(benchmark::kMillisecond);
 }
 
 }  // namespace
@@ -173,7 +173,7 @@ int main(int argc, char** argv) {
   for (const int others : {0, 99900}) {
     benchmark::RegisterBenchmark(("crowd/100 of " + std::to_string(100 + others)).c_str(),
                                  [=](benchmark::State& state) { render_crowd(state, others); })
-        ->Unit(benchmark::millisecond);
+        ->Unit(benchmark::kMillisecond);
   }
   for (const bool is_inside : {false, true}) {
     for (const std::string components :
@@ -181,7 +181,7 @@ int main(int argc, char** argv) {
       benchmark::RegisterBenchmark(
           ((is_inside ? "stars/inside/" : "stars/outside/") + components).c_str(),
           [=](benchmark::State& state) { render_field(state, components, is_inside); })
-          ->Unit(benchmark::millisecond);
+          ->Unit(benchmark::kMillisecond);
     }
   }
   for (const char* tolerance : {"1e-2", "1e-3", "1e-4"}) {

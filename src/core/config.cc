@@ -189,11 +189,11 @@ ConfigNode* find_member(ConfigNode& node, std::string_view key) {
 
 /// Whether the text is UTF-8, as TOML and so the record of a job require.
 bool is_utf8(std::string_view text) {
-  constexpr char last_control = 0x1f, delete = 0x7f;
+  constexpr char last_control = 0x1f, delete_code = 0x7f;
   std::string comment = "#";
   for (const char c : text) {
     // Comments may not hold control characters; a blank keeps the bytes around them apart.
-    const bool is_control = (c >= 0 && c <= last_control) || c == delete;
+    const bool is_control = (c >= 0 && c <= last_control) || c == delete_code;
     comment += is_control ? ' ' : c;
   }
   try {

@@ -15,14 +15,14 @@ std::uint8_t byte_at(std::string_view text, std::size_t i) {
 
 /// Length in bytes of the UTF-8 character that begins `text`; 0 where it is not printable.
 std::size_t printing_length(std::string_view text) {
-  constexpr std::uint8_t delete = 0x7F, first_tail = 0x80, last_tail = 0xBF;
+  constexpr std::uint8_t delete_code = 0x7F, first_tail = 0x80, last_tail = 0xBF;
   // The first byte gives the number of bytes.
   const std::uint8_t first = byte_at(text, 0);
-  if (first < first_tail) return first >= ' ' && first != delete ? 1 : 0;
+  if (first < first_tail) return first >= ' ' && first != delete_code ? 1 : 0;
   const auto length = static_cast<std::size_t>(std::countl_one(first));
   if (length < 2 || length > 4 || length > text.size()) return 0;
   constexpr int tail_bits = 6;
-  std::uint32_t code = first & (delete >> length);
+  std::uint32_t code = first & (delete_code >> length);
   for (std::size_t i = 1; i < length; ++i) {
     const std::uint8_t tail = byte_at(text, i);
     if (tail < first_tail || tail > last_tail) return 0;

@@ -10,6 +10,7 @@
 
 #include "core/math-inl.h"
 #include "gamer/core/batch.h"
+#include "gamer/core/units.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace gamer {
@@ -80,7 +81,6 @@ HWY_EXPORT(LogarithmicShear);
 namespace {
 
 constexpr double turn = 2 * std::numbers::pi;
-constexpr double degree = turn / 360;
 constexpr double default_logarithmic_scale = 0.1;
 constexpr double default_ringermacher_mead_scale = 1.0;
 

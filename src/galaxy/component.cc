@@ -200,9 +200,7 @@ void ComponentReader::read_noise(Component& component, const ComponentKind& kind
   FractalParameters parameters = *kind.noise;
   parameters.kind = settings.noise_kind;
   if (settings.octaves) parameters.octaves = *settings.octaves;
-  std::uint64_t seed = settings.seed;
-  for (char c : component.name_) seed = hash_words({seed, static_cast<unsigned char>(c)});
-  parameters.seed = seed;
+  parameters.seed = hash_text(settings.seed, component.name_);
   const ConfigNode* noise = node.find("noise");
   if (noise != nullptr && !noise->is_table()) {
     const bool* on = std::get_if<bool>(&noise->data);

@@ -160,9 +160,6 @@ namespace {
 // larger ones would cost precision.
 constexpr double largest_offset = 16.0;
 
-// 2^63, above every 64-bit integer.
-constexpr double largest_seed = 0x1p63;
-
 // The least deviation of S over the points, relative to independent octaves. Below it rounding
 // would take the place of the noise.
 constexpr double smallest_variation = 1e-4;

@@ -60,7 +60,6 @@ double dot(const Vector3& a, const Vector3& b) { return a[0] * b[0] + a[1] * b[1
 
 SkyGradient sky_gradient(const CelestialWcs& wcs, double x, double y) {
   constexpr double step_size = 0.5;
-  constexpr double degree = pi_value / 180;
   const auto direction = [&](double dx, double dy) {
     const auto sky = wcs.sky(PixelPosition{x + 1 + dx, y + 1 + dy});
     if (!sky) {

@@ -129,7 +129,6 @@ class PsfOptions {
     const double asked = call_.parameters.number("position_angle");
     const auto wcs = celestial_wcs(task);
     if (!wcs) return asked;
-    constexpr double degree = std::numbers::pi / 180;
     const double x = (task.plane->width() - 1) / 2.0, y = (task.plane->height() - 1) / 2.0;
     try {
       return angle_on_pixels(*wcs, x, y, asked * degree) / degree - 90;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "gamer/core/error.h"
+#include "gamer/core/units.h"
 #include "gamer/image/data_table.h"
 #include "gamer/image/new_file.h"
 #include "gamer/image/wcs.h"
@@ -29,7 +30,6 @@ namespace {
 
 constexpr const char* group_name = "Measurement";
 constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
-constexpr double degree = std::numbers::pi / 180;
 constexpr double least_axis_ratio = 1e-6;  ///< of apertures; its square does not underflow
 
 const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());

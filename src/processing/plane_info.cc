@@ -323,10 +323,9 @@ double pixel_scale(const FitsHeader& header, const std::string& label) {
   const auto at = [&](double dx, double dy) {
     const auto sky = wcs.sky({x + dx, y + dy});
     if (!sky) throw InputError(fmt::format("{}: its reference pixel shows no sky", label));
-    constexpr double radian = std::numbers::pi / 180;
-    return std::array{std::cos(sky->dec * radian) * std::cos(sky->ra * radian),
-                      std::cos(sky->dec * radian) * std::sin(sky->ra * radian),
-                      std::sin(sky->dec * radian)};
+    return std::array{std::cos(sky->dec * degree) * std::cos(sky->ra * degree),
+                      std::cos(sky->dec * degree) * std::sin(sky->ra * degree),
+                      std::sin(sky->dec * degree)};
   };
   // Vector product of the pixel's middle lines, half a pixel to every side.
   constexpr double one_half = 0.5;

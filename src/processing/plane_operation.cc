@@ -28,10 +28,11 @@ int image_count(const FitsInput& input) {
 }  // namespace
 
 int output_bitpix(const OperationCall& call, const FitsHdu& hdu) {
-  constexpr int float = -32, double_bitpix = -64, small_integer = 16;
+  constexpr int float_bitpix = -32, double_bitpix = -64, small_integer = 16;
   if (call.bitpix != 0) return call.bitpix;
-  const bool fits_in_float = hdu.bitpix == float || (hdu.bitpix > 0 && hdu.bitpix <= small_integer);
-  return fits_in_float ? float : double_bitpix;
+  const bool fits_in_float =
+      hdu.bitpix == float_bitpix || (hdu.bitpix > 0 && hdu.bitpix <= small_integer);
+  return fits_in_float ? float_bitpix : double_bitpix;
 }
 
 std::string hdu_label(const FitsInput& input, const FitsHdu& hdu) {

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "gamer/core/near.h"
+#include "gamer/core/random.h"
 #include "gamer/scene/scene_columns.h"
 
 namespace gamer {
@@ -27,8 +28,6 @@ constexpr double largest_star_radius = 64;
 constexpr double largest_h0 = 1e4;
 // Galaxy radii: 2e6 steps across a galaxy.
 constexpr double smallest_step = 1e-6;
-// 2^63, above every 64-bit integer.
-constexpr double largest_seed = 0x1p63;
 // Below this sine of the angle between them, two directions count as parallel.
 constexpr double smallest_sine = 1e-9;
 

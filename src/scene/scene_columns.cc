@@ -1,4 +1,5 @@
 #include "gamer/scene/scene_columns.h"
+#include "gamer/core/random.h"
 
 namespace gamer {
 namespace {
@@ -9,7 +10,6 @@ constexpr double full_turn = 360;
 // Between these sizes, path lengths and densities stay within single precision.
 constexpr double smallest_size = 1e-15;
 constexpr double largest_size = 1e15;
-constexpr double largest_seed = 0x1p63;
 // Nothing is brighter or fainter. At usual distances pixels hold the fluxes between these
 // magnitudes.
 constexpr double brightest_magnitude = -60;

@@ -11,6 +11,7 @@
 
 #include "gamer/core/near.h"
 #include "gamer/core/parameter.h"
+#include "gamer/core/units.h"
 #include "gamer/galaxy/sample_batch.h"
 #include "scene/catalogue_readers.h"
 #include "scene/made_galaxy.h"
@@ -80,7 +81,6 @@ constexpr double smallest_share = 1e-6;
 
 constexpr double smallest_flattening = 0.1;
 
-constexpr double degree = std::numbers::pi / 180;
 constexpr double edge_on = 90;
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* star = "star";

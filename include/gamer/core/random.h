@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <initializer_list>
+#include <string_view>
 
 namespace gamer {
 
@@ -25,6 +26,15 @@ constexpr std::uint64_t hash_words(std::initializer_list<std::uint64_t> words) {
   for (const std::uint64_t word : words) h = mix64(h ^ word) + golden_gamma;
   return mix64(h);
 }
+
+/// A hash of a seed and a text, such as the name of a component.
+constexpr std::uint64_t hash_text(std::uint64_t seed, std::string_view text) {
+  for (const char c : text) seed = hash_words({seed, static_cast<unsigned char>(c)});
+  return seed;
+}
+
+/// The end of the interval of seeds that a user may give, 2^63: above every 64-bit integer.
+inline constexpr double largest_seed = 0x1p63;
 
 /// The upper 53 bits as a number in [0, 1).
 constexpr double to_unit(std::uint64_t x) { return static_cast<double>(x >> 11) * 0x1p-53; }

@@ -14,6 +14,7 @@
 #include "core/math-inl.h"
 #include "galaxy/kinds/taper-inl.h"
 #include "gamer/core/random.h"
+#include "gamer/core/units.h"
 #include "gamer/noise/footprint.h"
 
 #ifndef GAMER_GALAXY_LAYER_KERNEL
@@ -199,7 +200,6 @@ HWY_EXPORT(PlaceCloud);
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr double degree = pi / 180;
 
 // Nodes are even within so many scale heights or lengths of the layer's brightest place.
 constexpr double layer_width = 1.5;
@@ -334,12 +334,12 @@ ParameterTable Layer::parameters() {
   };
 }
 
-LayerShape Layer::read_shape(const ParameterSet& values) {
+LayerShape Layer::read_shape(const ParameterSet& values, bool has_arm_width) {
   LayerShape shape;
   shape.z0 = values.number("z0");
   shape.rh = values.number("rh");
   shape.inner = values.number("inner");
-  shape.arm_width = values.number("arm_width");
+  shape.arm_width = has_arm_width ? values.number("arm_width") : 0.0;
   shape.shift = std::remainder(values.number("shift"), 360.0) * degree;
   return shape;
 }

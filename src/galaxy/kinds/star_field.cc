@@ -37,11 +37,7 @@ StarField::StarField(const LayerShape& shape, const ArmPattern& arms, StellarPop
   sed_ = mean_sed_;
 }
 
-std::uint64_t StarField::key() const {
-  std::uint64_t key = seed_;
-  for (const char c : name()) key = hash_words({key, static_cast<unsigned char>(c)});
-  return key;
-}
+std::uint64_t StarField::key() const { return hash_text(seed_, name()); }
 
 double StarField::bound(const Cell& cell) const {
   const auto nearest = [&](int axis) {

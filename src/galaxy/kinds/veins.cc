@@ -37,10 +37,7 @@ std::unique_ptr<Texture> make_texture(const ComponentInput& input, VeinParameter
                                       const LayerShape& shape) {
   const GalaxySettings& settings = input.settings;
   parameters.small_kind = settings.noise_kind;
-  parameters.seed = settings.seed;
-  for (char c : input.name) {
-    parameters.seed = hash_words({parameters.seed, static_cast<unsigned char>(c)});
-  }
+  parameters.seed = hash_text(settings.seed, input.name);
   parameters.apply(input.values);
   if (!input.values.is_given("octaves") && settings.octaves) parameters.octaves = *settings.octaves;
   // The file's seeds choose the noise of this component; the row's seed still varies it.
@@ -58,17 +55,6 @@ std::unique_ptr<Texture> make_texture(const ComponentInput& input, VeinParameter
                                        2 * shape.z0);
 }
 
-LayerShape read_shape(const ParameterSet& values) {
-  constexpr double degree = std::numbers::pi / 180;
-  LayerShape shape;
-  shape.z0 = values.number("z0");
-  shape.rh = values.number("rh");
-  shape.inner = values.number("inner");
-  shape.arm_width = 0;
-  shape.shift = std::remainder(values.number("shift"), 360.0) * degree;
-  return shape;
-}
-
 }  // namespace
 
 ComponentKind veins_kind() {
@@ -81,7 +67,7 @@ ComponentKind veins_kind() {
   kind.parameters = component_parameters::common() + layer_parameters() +
                     component_parameters::dust() + defaults.table();
   kind.make = [defaults](const ComponentInput& input) -> std::unique_ptr<Component> {
-    const LayerShape shape = read_shape(input.values);
+    const LayerShape shape = Layer::read_shape(input.values, false);
     return std::make_unique<Veins>(
         "veins", shape, input.values.number("optical_depth") / (2 * shape.z0 * input.axis_z),
         make_texture(input, defaults, shape));
@@ -101,7 +87,7 @@ ComponentKind veins_light_kind() {
   kind.parameters = component_parameters::common() + component_parameters::light() +
                     layer_parameters() + defaults.table();
   kind.make = [defaults](const ComponentInput& input) -> std::unique_ptr<Component> {
-    const LayerShape shape = read_shape(input.values);
+    const LayerShape shape = Layer::read_shape(input.values, false);
     return std::make_unique<Veins>("veins_light", shape, 1.0, make_texture(input, defaults, shape));
   };
   return kind;

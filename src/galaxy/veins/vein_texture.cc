@@ -18,6 +18,7 @@
 #include "gamer/core/error.h"
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
+#include "gamer/core/units.h"
 #include "gamer/noise/footprint.h"
 #include "noise/perlin-inl.h"
 
@@ -604,10 +605,6 @@ HWY_EXPORT(Scaled);
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr double degree = pi / 180;
-
-// 2^63, above every 64-bit integer.
-constexpr double largest_seed = 0x1p63;
 
 double kappa_of(double width) { return 1 / (4 * pi * pi * width * width); }
 

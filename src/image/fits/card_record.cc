@@ -17,7 +17,7 @@ namespace {
 /// Width of a card's keyword, columns.
 constexpr std::size_t keyword_width = 8;
 constexpr std::size_t record_width = FLEN_CARD - 1;
-constexpr std::string_view continue = "CONTINUE  ";
+constexpr std::string_view continue_card = "CONTINUE  ";
 
 bool is_printing(char c) { return c >= ' ' && c <= '~'; }
 
@@ -169,7 +169,7 @@ std::vector<std::string> card_records(const Card& card) {
       throw CardError(fmt::format("card {}: the name is too long for a FITS header", card.key));
     }
     values = quoted_pieces(percent_encode(*text), record_width - prefix.size() - two_quotes,
-                           record_width - continue.size() - two_quotes);
+                           record_width - continue_card.size() - two_quotes);
   } else {
     std::string value;
     if (const auto* flag = std::get_if<bool>(&card.value)) {
@@ -190,13 +190,13 @@ std::vector<std::string> card_records(const Card& card) {
   }
   std::vector<std::string> records;
   for (const std::string& value : values) {
-    records.push_back((records.empty() ? prefix : std::string(continue)) + value);
+    records.push_back((records.empty() ? prefix : std::string(continue_card)) + value);
   }
   if (!comment.empty()) records.back() = (records.back() + " / " + comment).substr(0, record_width);
   return records;
 }
 
-bool is_continuation(std::string_view record) { return record.starts_with(continue); }
+bool is_continuation(std::string_view record) { return record.starts_with(continue_card); }
 
 std::string record_key(std::string_view record) {
   char name[FLEN_KEYWORD] = {};
@@ -275,7 +275,7 @@ Card parse_card(std::span<const std::string> records) {
       for (std::size_t i = 1; i < records.size() && !text.empty() && text.back() == '&'; ++i) {
         std::string next = records[i];
         // CFITSIO's parser looks for '=', which a continuation has not.
-        next.replace(0, continue.size(), "CONTINU = ");
+        next.replace(0, continue_card.size(), "CONTINU = ");
         const ParsedCard more = parse_record(next);
         text.pop_back();
         text += unquote(more.value);

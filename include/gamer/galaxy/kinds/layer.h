@@ -45,7 +45,8 @@ class Layer : public Component {
 
   /// Declarations of z0 ... twirl, shared by the kinds.
   static ParameterTable parameters();
-  static LayerShape read_shape(const ParameterSet& values);
+  /// The shape by those parameters. A kind without `arm_width` is as bright between its arms.
+  static LayerShape read_shape(const ParameterSet& values, bool has_arm_width = true);
 
  private:
   struct Cells;
