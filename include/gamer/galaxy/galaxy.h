@@ -68,20 +68,24 @@ class Galaxy {
   /// The active components.
   std::span<const std::unique_ptr<Component>> components() const { return components_; }
 
-  /// Evaluates at most batch_capacity points of the ball frame: densities[c][i] = amplitude *
-  /// envelope * Phi of component c (emissivity at 5500 Angstrom, or opacity at V, per galaxy
-  /// radius). Where a component's envelope is below `threshold` threshold_scale() over the optical
-  /// depth of thick dust, its Phi counts as 1 and is not computed; Phi fades in up to 4 times that.
-  /// Textures that `rays` (null for rays that see all) do not resolve count by what is expected of
-  /// them. With as many arrays as `deviations` times components, densities[d * components + c] is
-  /// that of an absorbing component where the coherent part of what is hidden is deviations[d]
-  /// standard deviations.
+  /// Evaluates the density of each component c at point i of the ball frame:
+  ///   densities[c][i] = amplitude * envelope * Phi,
+  /// the emissivity at 5500 Angstrom or the extinction coefficient at V, per galaxy radius. There
+  /// are at most batch_capacity points.
+  ///
+  /// Phi counts as 1, and is not computed, where the envelope is below `threshold` times
+  /// threshold_scale(), divided by the optical depth of thick dust. Phi fades in up to 4 times
+  /// that.
+  ///
+  /// Octaves that a footprint of `rays` hides count by their expectation; null rays see all. With
+  /// `deviations` there are that many sets of arrays. In set d, densities[d * components + c], the
+  /// coherent part of the hidden dust is deviations[d] standard deviations.
   void evaluate(const Points& points, float threshold, const RayBatch* rays,
                 std::span<const double> deviations, std::span<BatchArray> densities,
                 EvaluationCounts& counts) const;
 
-  /// Envelope * Phi of component c alone (evaluate() is `amplitude` times it), at no more than
-  /// batch_capacity points, for rays that see all of its texture.
+  /// Envelope * Phi of component c alone, at no more than batch_capacity points, for rays that see
+  /// all of its texture. evaluate() gives `amplitude` times that.
   void evaluate_component(std::size_t c, const Points& points, float threshold, BatchArray& density,
                           EvaluationCounts& counts) const;
 
@@ -90,17 +94,17 @@ class Galaxy {
   double luminosity(std::size_t c) const;
 
  private:
-  /// Path per height, of rays at which what dust lets through is measured.
+  /// Paths per height of the rays on which the closure of dust is measured.
   static constexpr std::array<double, 3> obliquities = {1, 2.5, 8};
-  /// Between obliquities linear in their logarithm.
+  /// A table for each obliquity. Between them values are linear in ln obliquity.
   using ByObliquity = std::array<FootprintTable, obliquities.size()>;
-  /// The closure of hidden dust: how dust that rays do not resolve lets through as much light as
-  /// all of its texture would.
+  /// The closure of hidden dust. With it, dust that rays do not resolve lets through as much light
+  /// as all of its texture would.
   struct Dust {
-    /// Variance of the coherent part of what is hidden, relative to what its texture says.
+    /// Variance of the coherent part of the hidden dust, relative to that of its texture's model.
     ByObliquity coherence;
-    /// Mean density of the variants that have this variance, relative to what is expected of the
-    /// texture at that footprint.
+    /// Mean density of the variants with this variance, relative to the texture's expectation at
+    /// that footprint.
     ByObliquity amount;
   };
 
@@ -115,11 +119,11 @@ class Galaxy {
   void check_densities() const;
   /// Fills what components share about points.
   void place(const Points& points, bool wants_shear, SampleBatch& batch) const;
-  /// Points that were turned back by a component's twirl, turned back by `twirl` more: in x, y, z.
+  /// Turns points that were turned back by a component's twirl back by `twirl` more, in x, y, z.
   Points turn_back(const Points& points, double twirl, BatchArray& x, BatchArray& y,
                    BatchArray& z) const;
-  /// Fills an array for each component with the mean of its own Phi at these footprints, or where
-  /// all is seen (null). A follower's is the mean of both textures together over that of the
+  /// Fills an array for each component with the mean of its own Phi at these footprints. Null
+  /// footprints see all. The mean of a follower is that of both textures together over that of the
   /// followed one.
   void look_up_means(std::size_t size, const BatchArray* log_footprints,
                      std::span<BatchArray> out) const;
@@ -146,13 +150,12 @@ class Galaxy {
   /// Index of the component whose noise also modulates component c, or -1.
   std::vector<int> followed_;
   std::vector<std::size_t> followed_components_;
-  /// For each component, the mean over it of what is expected of its Phi at a footprint, times that
-  /// of the component that it follows. Phi is divided by it, so that <Phi> = 1 for this seed at
-  /// every footprint.
+  /// For each component, the mean of its Phi at a footprint, times the Phi of the component that it
+  /// follows. Phi is divided by it, so that <Phi> = 1 for this seed at every footprint.
   std::vector<FootprintTable> means_;
-  /// For each component, ln of the widest footprint of which rays see all of it.
+  /// For each component, ln of the widest footprint that hides nothing of it.
   std::vector<float> log_narrow_;
-  /// For each component; set for those that absorb. Galaxies of one reference share it.
+  /// The closure of each component that absorbs. Galaxies of one reference share it.
   std::shared_ptr<const std::vector<Dust>> dust_;
   std::shared_ptr<Galaxy> reference_;
   bool is_reference_ = false;

@@ -9,9 +9,9 @@
 
 namespace gamer {
 
-/// What breaks a component up: Phi(x), with <Phi> = 1 over the component's own envelope. It is
-/// evaluated at points turned back about the axis by twirl * theta(r), so that its features
-/// are wound in the sense of the arms (at twirl = 1 along them).
+/// The factor Phi(x) that breaks a component up. Its mean over the component's envelope is 1. It is
+/// evaluated at points turned back about the axis by twirl * theta(r). Its features are thus wound
+/// in the sense of the arms, and along them at twirl = 1.
 class Texture {
  public:
   explicit Texture(double twirl) : twirl_(twirl) {}
@@ -19,45 +19,45 @@ class Texture {
 
   double twirl() const { return twirl_; }
 
-  /// Makes <Phi factor> = 1 over `cloud` (weighted); `factor` may be empty. Throws InputError where
-  /// that cannot be.
+  /// Makes <Phi factor> = 1 over the weighted `cloud`. An empty `factor` is 1. Throws InputError
+  /// where that cannot be.
   virtual void normalise(std::span<const WeightedBatch> cloud,
                          const FractalNoise::Factor& factor) = 0;
-  /// All that normalise() took, for the same texture elsewhere.
+  /// All that normalise() measured, so that restore() can give it to an equal texture.
   virtual std::vector<double> statistics() const = 0;
   virtual void restore(std::span<const double> statistics) = 0;
 
-  /// Fills out.size() arrays with Phi. With footprints (galaxy radii; null for none) it is what is
-  /// expected of Phi given what such rays see; out[d] where the coherent part of the rest is
-  /// deviations[d] standard deviations, its variance being `coherence` (null for 1) times the
-  /// model's, or with one array and no deviations over all that is hidden. A point's value does not
-  /// depend on the others of the batch. Counts the base noises that were evaluated.
+  /// Fills out.size() arrays with Phi. With footprints (galaxy radii; null for none) octaves that
+  /// they hide count by their expectation. With deviations, out[d] is the expectation where the
+  /// coherent part of the hidden octaves is deviations[d] standard deviations. Its variance is
+  /// `coherence` (null for 1) times that of the model. A point's value does not depend on the
+  /// others of the batch. Adds the base noises that were evaluated to `evaluations`.
   void evaluate(const Points& points, const float* footprints, const float* coherence,
                 std::span<const double> deviations, std::span<BatchArray> out,
                 std::uint64_t& evaluations) const;
 
-  /// evaluate() with footprints in two steps. What rays see of the same points by as many sets of
-  /// footprints, of which `out` is for expect() alone: what is common to them is evaluated once. Of
-  /// all points alike: those of which all is seen may differ by rounding from what they are
-  /// elsewhere. For deviations the coherent part is wanted.
+  /// The first of two steps of evaluate() with footprints: the octaves that rays see, for several
+  /// sets of footprints at the same points. Octaves that the sets have in common are evaluated
+  /// once. All points take the same path, so that points that see all may differ by rounding from
+  /// evaluate(). expect() with deviations needs `wants_coherent`.
   virtual void see(const Points& points, std::span<const float* const> footprints,
                    bool wants_coherent, std::span<SeenNoise> out,
                    std::uint64_t& evaluations) const = 0;
-  /// Phi of one of them.
+  /// The second step: Phi by one of the sets.
   virtual void expect(std::size_t size, const SeenNoise& seen, const float* coherence,
                       std::span<const double> deviations, std::span<BatchArray> out) const = 0;
 
-  /// Whether rays of that footprint see less than all.
+  /// Whether that footprint hides something.
   virtual bool hides(double footprint) const = 0;
   /// Frequency of the sharpest features, cycles per galaxy radius.
   virtual double frequency() const = 0;
-  /// By how much the features of Phi are narrower than those of its octaves, roughly.
+  /// About how many times narrower the features of Phi are than those of its octaves.
   virtual double sharpness() const = 0;
   /// sqrt(<(Phi factor)^2>), at least 1.
   virtual double rms() const = 0;
 
  protected:
-  /// Phi, where all is seen.
+  /// Phi for rays that see all.
   virtual void evaluate_whole(const Points& points, BatchArray& out,
                               std::uint64_t& evaluations) const = 0;
 

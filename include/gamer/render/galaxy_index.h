@@ -13,9 +13,9 @@ namespace gamer {
 
 /// Finds the galaxies that rays of a camera may meet, without looking at the others.
 ///
-/// A camera's rays are points: of an orthographic view their origins, else their directions, of
-/// length 1. A galaxy is a ball around the ray to its centre, of its bounding radius R or, seen
-/// from the distance d, of the chord 2 sin(asin(R/d)/2); what meets the galaxy lies in the ball.
+/// A camera's rays are points here: their origins in an orthographic view, else their directions of
+/// length 1. A galaxy is a ball around the ray to its centre, which holds all rays that meet it.
+/// Its radius is the bounding radius R or, seen from the distance d, the chord 2 sin(asin(R/d)/2).
 /// The balls stand in a binary tree of balls, split at the median of the longer side.
 class GalaxyIndex {
  public:
@@ -35,8 +35,7 @@ class GalaxyIndex {
 
   /// Holds all rays of the pixels [left, right) x [bottom, top); nothing where none shows sky.
   std::optional<Ball> pixels(int left, int right, int bottom, int top) const;
-  /// False where none of these pixels' rays meets a galaxy; quick for many pixels, true where that
-  /// is not plain.
+  /// False where surely none of these pixels' rays meets a galaxy. It is quick for many pixels.
   bool may_meet(int left, int right, int bottom, int top) const;
   /// Holds what passes a ray within that many pixels, as Camera::pixel_size() knows them.
   Ball around(const Ray& ray, double pixels) const;

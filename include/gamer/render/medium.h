@@ -106,8 +106,9 @@ struct RayNodes {
 
 class Medium;
 
-/// What came through on each ray of a bundle: per light component of every hit galaxy, in the order
-/// of the ray's hits, the integral G_j = int e exp(-tau_j) ds at each spectral node.
+/// The light that reaches the camera on each ray of a bundle. For each light component of every hit
+/// galaxy, in the order of the ray's hits, it holds G_j = int e exp(-tau_j) ds at each spectral
+/// node j.
 struct RayLight {
   std::vector<std::size_t> begin;      ///< of each ray's part of `light`
   std::vector<double> light;           ///< [begin[ray] + component * nodes + j]
@@ -147,10 +148,10 @@ class Medium {
   const Accuracy& accuracy() const { return accuracy_; }
   double radius(int galaxy) const { return placed(galaxy).radius; }
 
-  /// Appends the ray's hits among `candidates`, nearest first. What is said of galaxies below holds
-  /// for those that some ray has hit.
+  /// Appends the ray's hits among `candidates`, nearest first. The functions below that take a
+  /// galaxy need one that some ray has hit.
   void hits(const Ray& ray, std::span<const int> candidates, std::vector<Hit>& out) const;
-  /// What the hit galaxy's components need on the ray, in t - hit.centre.
+  /// The plan of the hit galaxy's components on the ray, in t - hit.centre.
   void plan(const Hit& hit, RayPlan& out) const;
 
   /// The cover of these hits.
@@ -164,15 +165,15 @@ class Medium {
   /// Where the light slots of a cover of the ray stand in RayLight::light.
   void places(const RayLight& light, std::size_t ray, const Cover& cover,
               std::vector<std::size_t>& out) const;
-  /// What dust slot `slot` of a cover does at spectral node j, relative to V.
+  /// The extinction of a cover's dust slot at spectral node j, relative to V.
   float extinction(const Cover& cover, int slot, std::size_t j) const;
 
   /// Whether a hit needs the variants of dust_variants.h.
   bool has_variants(const Hit& hit) const;
 
-  /// Fills light and dust of the nodes, with one variant (what is expected of the hidden noise) or
-  /// all. `hits_of_ray[i]` are those of ray i. Nodes of a run with one galaxy lie on its hit, but
-  /// for rounding.
+  /// Fills light and dust of the nodes. One variant is the expectation over the hidden noise; else
+  /// there are all of dust_variants.h. `hits_of_ray[i]` are the hits of ray i. Nodes of a run with
+  /// one galaxy lie on its hit, but for rounding.
   void evaluate(std::span<const std::span<const Hit>> hits_of_ray, std::span<const Cover> covers,
                 std::size_t variants, RayNodes& nodes, RenderCounts& counts) const;
 
@@ -184,16 +185,16 @@ class Medium {
   /// mixed with it, in the s-th steering plane.
   double typical_brightness(int galaxy, std::size_t s) const;
 
-  /// Adds the surface brightness of a hit galaxy's light component in every plane: `light` has its
-  /// G_j. With `dust_free`, what it would be without dust.
+  /// Adds the surface brightness of a hit galaxy's light component to every plane. `light` has its
+  /// G_j. With `dust_free` it is the brightness without dust.
   void add_planes(int galaxy, std::size_t component, const double* light, bool dust_free,
                   std::span<double> out) const;
   /// Optical depth at a plane's pivot wavelength, `depth` those at the nodes.
   double depth(std::size_t plane, const double* depth) const;
 
  private:
-  /// What galaxies of one type and seed have in common; those with stars of their own have one
-  /// each.
+  /// What galaxies of one type and seed have in common. A galaxy that draws its stars has a kind of
+  /// its own.
   struct Kind {
     std::vector<int> light, dust;      ///< indices of components
     std::vector<std::size_t> emitter;  ///< of each of `light`
@@ -205,9 +206,9 @@ class Medium {
     std::vector<double>
         dust_columns;  ///< [dust component] the same before a stretch along the axis
   };
-  /// What those of one redshift share besides. It stands in arrays for all galaxies, of which there
-  /// may be a million, and is filled when a ray first meets one of them: a rank pays for those that
-  /// its rows show.
+  /// What galaxies of one kind and redshift share. It stands in arrays for all galaxies, which may
+  /// be a million. It is filled when a ray first meets one of them, so that a rank pays only for
+  /// the galaxies in its rows.
   struct Share {
     /// In weights_: [light component][plane * basis nodes + j], then the sums over the nodes
     /// [light component][steering plane], then typical brightnesses [steering plane].
@@ -228,8 +229,8 @@ class Medium {
   };
   struct Scratch;
   static Scratch& scratch();
-  /// Fills the galaxy's slots, which begin at those given, at the nodes of the stretches, and with
-  /// 0 at the others of their runs.
+  /// Fills the galaxy's slots, from the given first ones on, at the nodes of the stretches. At the
+  /// other nodes of their runs the slots become 0.
   void fill(int galaxy, std::span<const Stretch> stretches, std::size_t first_light,
             std::size_t first_dust, std::size_t variants, RayNodes& nodes,
             RenderCounts& counts) const;

@@ -89,13 +89,13 @@ class Renderer {
   /// Rays of a pixel: a fixed grid, or cells where it is large for what it shows. Pixels about a
   /// cusp have cells in any case, with a grid as that cusp needs them.
   void place_samples(int x, int y, int row, const GalaxyIndex::Found& near, Work& work) const;
-  /// `middle` is the ray through the cell's.
+  /// Adds the rays of a cell, or cuts it. `middle` is the ray through its middle.
   void refine(const Sample& cell, const std::optional<Ray>& middle, Work& work) const;
   /// Makes the weights of a pixel's samples, from `first` on, shares of its solid angle.
   void weigh(std::size_t first, Work& work) const;
-  /// The size of a cell over the largest at which one ray (`rays`), or four by Gauss' rule
-  /// (`parts`), are enough for the envelopes and the textures of what is there. For the envelopes
-  /// alone the latter is `steepness`.
+  /// How large a cell is for what it shows: its side over the largest side at which one ray
+  /// (`rays`) or four rays by Gauss' rule (`parts`) are enough for envelopes and textures.
+  /// `steepness` is `parts` for envelopes alone.
   struct Evenness {
     double rays = 0, parts = 0, steepness = 0;
   };
@@ -107,7 +107,7 @@ class Renderer {
   void set_footprint(double size, Hit& hit) const;
   void add_light(std::span<const Sample> samples, const GalaxyIndex::Found& near, Work& work,
                  Sums& sums, RenderCounts& counts) const;
-  /// Whether there were any.
+  /// Adds the scene's own stars; says whether there were any.
   bool add_stars(RowRange rows, Sums& sums) const;
   void add_field_stars(RowRange rows, Sums& sums, RenderCounts& counts) const;
   /// Calls take(x, y, share) for the pixels among which the light of a star is shared, `flux` its
@@ -117,7 +117,7 @@ class Renderer {
   void add_star(const PlacedStar& star, RowRange rows, Sums& sums) const;
   /// Pixels within which a star touches others.
   double star_reach() const { return white_point_ ? largest_star_ + 1 : 1; }
-  /// Makes a row's sums what the image shows.
+  /// Turns a row's sums into the values of the image.
   void finish(int y, std::size_t row, Sums& sums) const;
 
   Camera camera_;

@@ -10,12 +10,12 @@
 
 namespace gamer {
 
-/// How few wavelengths carry the light of all planes through dust.
+/// The few wavelengths, called spectral nodes, that carry the light of all planes through dust.
 ///
 /// A component's light that reaches the camera at the observed wavelength lambda is
-/// F(lambda) G(lambda), F its spectrum and G(lambda) = int e exp(-tau(s, lambda)) ds: without dust
-/// a constant, with dust a smooth function, since extinction curves are. G is marched at a few
-/// *nodes* lambda_j and interpolated, G(lambda) = sum_j l_j(lambda) G_j, so that a plane's flux is
+/// F(lambda) G(lambda). F is its spectrum and G(lambda) = int e exp(-tau(s, lambda)) ds. Without
+/// dust G is constant; with dust it is smooth, since extinction curves are. G is marched at a few
+/// nodes lambda_j and interpolated, G(lambda) = sum_j l_j(lambda) G_j. A plane's flux is then
 ///   sum_j W_j G_j,  W_j = (1+z)^-1 int lambda F(lambda/(1+z)) X T l_j dlambda / int T
 ///   dlambda/lambda,
 /// an integral over the band in which spectrum, response and (through l_j) extinction are evaluated

@@ -17,18 +17,17 @@ class StarField;
 
 /// Measures the statistics of a galaxy's textures.
 ///
-/// Its seed decides the mean of what is expected of Phi over each component at each footprint, and
-/// the largest Phi of star fields. They are measured for every galaxy. The closure of hidden dust
-/// is measured on the galaxy's reference (Galaxy::reference()). At coarse tolerances all galaxies
-/// of a file share one (Accuracy::shares_closure).
+/// A galaxy's seed decides the mean of Phi over each component at each footprint, and the largest
+/// Phi of star fields. They are measured for every galaxy. The closure of hidden dust is measured
+/// on the galaxy's reference (Galaxy::reference()). At coarse tolerances all galaxies of a file
+/// share one reference (Accuracy::shares_closure).
 ///
-/// This is done in rounds, each in parts. What a part gives does not depend on the others of its
-/// round, nor on which process measures it; it may depend on those of earlier rounds, which must
-/// have been taken. A galaxy is measured when it has taken all parts of all rounds, and where it
-/// has a reference, when it has adopted that.
+/// The work is done in rounds, and each round in parts. A part may use the results of earlier
+/// rounds. It does not use other parts of its own round, and any process may measure it. A galaxy
+/// is complete when it has taken all parts of all rounds and adopted its reference's closure.
 ///
-/// Tables are measured for footprints in a range. Within it a value does not depend on the range;
-/// beyond its ends tables are constant.
+/// Tables hold values for a range of footprints. A value does not depend on that range. Beyond its
+/// ends tables are constant.
 class GalaxyStatistics {
  public:
   /// `galaxy` was read (Galaxy::read()) or is a reference, and must outlive this.
@@ -37,25 +36,26 @@ class GalaxyStatistics {
   enum class Round {
     textures,  ///< mean and deviation of sums of octaves, by component
     means,     ///< means of Phi over a few points, by component
-    larger,    ///< over as many as the error needs, by slices of a cloud
+    larger,    ///< means over as many points as the error needs, by slices of a cloud
     closure    ///< of a reference's dust, by obliquity; the largest Phi of star fields
   };
   static constexpr Round rounds[] = {Round::textures, Round::means, Round::larger, Round::closure};
 
   /// Number of parts of a round whose predecessors are finished.
   std::size_t parts(Round round) const { return of(round).size(); }
-  /// Index of the component that a part is of.
+  /// Index of the component to which a part belongs.
   std::size_t component(Round round, std::size_t part) const { return of(round)[part].component; }
   /// A part has at most so many numbers.
   std::size_t most_numbers() const { return most_numbers_; }
 
-  /// Fills the beginning of `numbers`, of most_numbers() or more. In threads of parallel_for();
-  /// not to be called from several. Throws InputError where a texture is constant, zero or infinite
-  /// over its component.
+  /// Measures a part and fills the beginning of `numbers`, whose size is at least most_numbers().
+  /// It uses the threads of parallel_for(), and is called from one thread at a time. Throws
+  /// InputError where a texture is constant, zero or infinite over its component.
   void measure(Round round, std::size_t part, std::span<double> numbers);
-  /// Gives the galaxy the numbers of a part; in the order of the parts.
+  /// Gives the galaxy the numbers of a part. Parts are taken in their order.
   void take(Round round, std::size_t part, std::span<const double> numbers);
-  /// When all parts of a round are taken. Throws InputError where a texture is zero or infinite.
+  /// Ends a round of which all parts are taken. Throws InputError where a texture is zero or
+  /// infinite.
   void finish(Round round);
   /// Takes the closure that was measured on the galaxy's reference, if it has one.
   void adopt();
@@ -68,7 +68,7 @@ class GalaxyStatistics {
     std::size_t index;  ///< of a mean, or of an obliquity of dust
     std::size_t slice;  ///< of the mean's cloud
   };
-  /// The mean of what is expected of a component's Phi at a footprint.
+  /// The mean of a component's Phi at a footprint.
   struct Mean {
     Mean(std::size_t of_component, double at_footprint)
         : component(of_component), footprint(at_footprint) {}
@@ -76,7 +76,7 @@ class GalaxyStatistics {
     std::size_t component;
     double footprint;
     double value = 1, error = 0;
-    /// The cloud over which it is taken, if the first one does not suffice.
+    /// Points and slices of the larger cloud, if the first one does not suffice.
     std::size_t points = 0, slices = 0;
     CloudMoments moments;
   };
@@ -88,14 +88,14 @@ class GalaxyStatistics {
   }
   const std::vector<Part>& of(Round round) const { return parts_[static_cast<std::size_t>(round)]; }
   std::vector<Part>& of(Round round) { return parts_[static_cast<std::size_t>(round)]; }
-  /// Takes the statistics of component c's texture over its first cloud, once; before it those of
-  /// what it follows.
+  /// Takes the statistics of component c's texture over its first cloud, once. The component that
+  /// it follows comes before it.
   void normalise(std::size_t c);
   /// Makes means_ and the parts of the rounds behind the first.
   void plan_means();
   void plan_slices();
-  /// Number of points with which a mean has the error that is wanted, where the first cloud gives
-  /// it a relative error of `error`; 0 where the first cloud will do.
+  /// The number of points that gives a mean the wanted error, if the first cloud's relative error
+  /// is `error`. It is 0 where the first cloud suffices.
   std::size_t points_needed(const Mean& mean, double error) const;
   std::size_t first_points() const;
   /// Component c's share of the galaxy's light; 1 for dust.
@@ -105,12 +105,11 @@ class GalaxyStatistics {
   CloudMoments measure_slice(const Mean& mean, std::size_t slice) const;
   void make_tables();
   struct DustRays;
-  /// So many rays through component c, each `path` times as long in it as one face on.
+  /// Traces so many rays through component c. Their paths in it are `path` times those face on.
   DustRays trace_dust(std::size_t c, double path, std::size_t rays,
                       std::span<const double> widths) const;
-  /// Measures the closure of dust at the widths of dust_widths() that are asked for: the variance
-  /// of the coherent part of what is hidden, relative to what its texture says, and the mean
-  /// density of the variants that have it.
+  /// Measures the closure of dust at the measured widths of dust_widths(): Dust::coherence and
+  /// Dust::amount for one obliquity.
   void measure_dust(std::size_t c, std::size_t obliquity, std::size_t rays,
                     std::vector<double>& coherences, std::vector<double>& amounts) const;
   /// The largest Phi of component c, which is a star field.
@@ -118,21 +117,22 @@ class GalaxyStatistics {
 
   /// Whether rays of that footprint see less than all of component c and what it follows.
   bool hides(std::size_t c, double footprint) const;
-  /// ln of the widest footprint of which rays see all of component c and what it follows.
+  /// ln of the widest footprint that hides nothing of component c and what it follows.
   double log_narrowest(std::size_t c) const;
-  /// Footprints up to the widest of which rays see less, each `ratio` times the one before.
+  /// Footprints that hide something, up to `widest`, each `ratio` times the one before.
   std::vector<double> widths(std::size_t c, double widest, double ratio) const;
   /// Footprints at which means are tabulated: 0, at which all is seen, and those that hide
   /// something.
   std::vector<double> mean_widths(std::size_t c) const;
   std::vector<double> dust_widths(std::size_t c) const;
-  /// The part of `widths` that is measured: from the last below footprints_ to the first above.
+  /// The part of `widths` that is measured. It reaches from the last below footprints_ to the first
+  /// above.
   std::span<const double> measured(const std::vector<double>& widths) const;
-  /// Spreads values of the measured widths over all widths: others have the nearest one's value.
+  /// Spreads values of the measured widths over all widths. The others get the nearest value.
   std::vector<double> for_all(const std::vector<double>& widths,
                               const std::vector<double>& values) const;
-  /// Phi of component c at points of its cloud, that of a followed one included, as rays of each
-  /// width see it.
+  /// Phi of component c at points of its cloud, as rays of each width see it. The Phi of a followed
+  /// component is a factor of it.
   void cloud_phi(std::size_t c, const Points& points, std::span<const double> widths,
                  std::span<BatchArray> out) const;
   /// Multiplies arrays by Phi of the component that c follows, if any, at points that were turned

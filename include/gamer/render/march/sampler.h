@@ -7,9 +7,10 @@
 
 namespace gamer {
 
-/// Integrates G_j = int e exp(-int kappa_j ds') ds along rays for every light component and
-/// spectral node, all in one march. Densities are single precision, and denormal numbers count as
-/// 0. Each ray's result depends on that ray alone. Used from many threads.
+/// Integrates G_j = int e exp(-int kappa_j ds') ds along rays, for every light component and
+/// spectral node in one march; e is the emissivity and kappa_j the extinction coefficient at node
+/// j. Densities are single precision, and denormal numbers count as 0. A ray's result depends on
+/// that ray alone. A sampler is used from many threads.
 class Sampler {
  public:
   virtual ~Sampler() = default;
@@ -22,8 +23,8 @@ class Sampler {
 /// second order in the step. Where galaxies overlap the smallest of their steps holds.
 std::unique_ptr<Sampler> make_uniform_sampler(const Medium& medium, double step);
 
-/// Nodes of a ray at most, for all runs on it together; twice as many where the last halving passes
-/// the bound. Rays that do not converge are counted in RenderCounts::unconverged_rays.
+/// Bound of the nodes of a ray, for all runs on it together. The last halving may pass it, up to
+/// twice as many. Rays that do not converge are counted in RenderCounts::unconverged_rays.
 constexpr int most_nodes_of_a_ray = 1 << 16;
 
 /// The trapezoidal rule in a coordinate that follows the envelopes, its nodes doubled until the

@@ -14,29 +14,29 @@
 
 namespace gamer {
 
-/// Which stars of a scene's star fields an image shows one by one, and what the light of the others
-/// is.
+/// The stars of a scene's star fields: which an image shows one by one, and the smooth light of the
+/// others.
 ///
 /// A star of luminosity L at the distance d from the camera (1 in an orthographic view) has q =
 /// L/d^2. It shines by itself with the weight w(q): 0 up to a limit q0 of its field, 1 from 4 q0
-/// on, between them the smoothstep in ln q. The rest, 1 - w, is part of the field's smooth light,
-/// whose share of the emissivity at a distance d is the mean of 1 - w(L/d^2) over the light of the
-/// population and whose spectrum is the mean of that light: points and smooth light together are,
-/// in expectation, the field's emissivity everywhere. Nothing depends on pixels or rays but q0, for
-/// which `stars_per_pixel` stars above it are expected in the pixel that sees most of them.
+/// on, between them the smoothstep in ln q. The rest, 1 - w, is part of the field's smooth light.
+/// At a distance d the smooth light's share of the emissivity is the mean of 1 - w(L/d^2) over the
+/// light of the population. Its spectrum is the mean of that light. Points and smooth light
+/// together are thus, in expectation, the field's emissivity everywhere. Only q0 depends on pixels:
+/// the pixel that sees most stars above it expects `stars_per_pixel` of them.
 class StarFields {
  public:
-  /// A part of the smooth light with a spectrum of its own: that of what is left at one distance;
-  /// parts of neighbouring distances blend.
+  /// A part of the smooth light, with the spectrum that the light has at one distance. Parts of
+  /// neighbouring distances blend.
   struct Part {
     std::shared_ptr<const Sed> sed;
     /// Share of the field's emissivity at the distances of the field's `scale`; empty: all of it
     /// everywhere.
     std::vector<float> share;
   };
-  /// Distances at which shares are known, linear in between: so many an octave. As positive floats
-  /// ascend like their bits, a place on the scale is a difference of bits, whose upper part is the
-  /// index of a distance and whose rest is the way to the next.
+  /// Distances at which shares are known, a number per octave; shares are linear in between.
+  /// Positive floats ascend like their bits, so that a place on the scale is a difference of bits.
+  /// Its upper part is the index of a distance, and the rest is the way to the next.
   class DistanceScale {
    public:
     static constexpr int log2_values_per_octave = 5;
