@@ -9,17 +9,18 @@ namespace gamer {
 /// from_tolerance() together keep the rms relative error over the pixels above 1 % of an image's
 /// peak below the tolerance (tests/render/tolerance_test.cc measures it).
 struct Accuracy {
-  /// Share of a ray's intensity by which it may change when every second node is left out. Controls
-  /// the quadrature's error, which is smaller: that of all nodes.
+  /// Share by which a ray's intensity may change when every second node is left out. Controls the
+  /// quadrature's error, which is smaller since it is that of all nodes.
   double ray_error;
   /// Error of the optical depth in front of a star, relative to the star's light. No neighbours
   /// make up for the error of a star.
   double star_error;
   /// Distance of a ray's first nodes, in units of the structure that they must not step over.
-  /// Controls the features that no node finds: too rare to show in the error estimates.
+  /// Controls the light of features that no node finds. They are too rare to show in error
+  /// estimates.
   double first_step;
-  /// Rays of which many make a pixel may err by so many times more than ray_error, and their first
-  /// nodes may be so many times further apart: their errors make up for each other.
+  /// Where many rays make a pixel, each may err by so many times ray_error, and its first nodes may
+  /// be so many times further apart. The errors of such rays average out.
   double shared_error;
   double shared_step;
   /// Layers are followed to where their envelope is exp(this) times its largest value. Controls the
@@ -31,27 +32,26 @@ struct Accuracy {
   /// Rays fainter than this share of the face-on centre of the brightest galaxy on them need not
   /// meet ray_error relatively, only in units of that share.
   double faint_share;
-  /// A cell of a pixel is one ray where it is smaller than this share of the length over which the
-  /// brightness changes there, and four where it is smaller than cell_size of that length; larger
-  /// ones are cut. Control a pixel's mean over its area, by the midpoint and the 2 x 2 Gauss rule.
+  /// A cell of a pixel has one ray (midpoint rule) if it is smaller than ray_size times the length
+  /// over which the brightness changes. It has four (2 x 2 Gauss rule) if it is smaller than
+  /// cell_size times that length. Larger cells are cut. Both control a pixel's mean over its area.
   double ray_size;
   double cell_size;
-  /// The footprint of all rays that see a galaxy from outside in larger pixels, galaxy radii: if
-  /// rays of small cells saw more of a texture than others, its light would not add up. Textures
-  /// finer than that are seen by a ray for each cell of that size. Controls a galaxy's flux against
-  /// that in small pixels: which clumps of light and dust cover each other shows only where they
-  /// are seen.
+  /// The widest footprint of rays that see a galaxy from outside, galaxy radii. All rays in larger
+  /// pixels have it, since the light of a texture adds up only if all see equally much of it.
+  /// Controls a galaxy's flux: which clumps of light and dust cover each other shows only where
+  /// they are seen.
   double widest_footprint;
-  /// Rays are no further apart, in such footprints, where there is a texture. Controls the light of
-  /// clumps that rays would miss or count twice.
+  /// Largest distance of rays where there is a texture, in footprints. Controls the light of clumps
+  /// that rays would miss or count twice.
   double ray_spacing;
   /// Relative error of a texture's mean over a galaxy, if the points that it is taken over were
   /// independent. The points are spread evenly, and their error is up to four times smaller.
   /// Controls a galaxy's flux.
   double mean_error;
-  /// Whether all seeds of a galaxy's file share one closure of hidden dust. Controls what a new
-  /// seed costs against its flux, which then differs by chance from that of a closure of its own.
-  /// Images with a grid of rays never share closures: pixels hide as much there at every tolerance.
+  /// Whether all seeds of a galaxy's file share one closure of hidden dust. A new seed is then
+  /// cheap, but its flux differs by chance from that with a closure of its own. Images with a grid
+  /// of rays never share closures, since their pixels hide as much at every tolerance.
   bool shares_closure;
 
   /// Densities are single precision: smaller tolerances count as this one.

@@ -7,7 +7,7 @@
 
 namespace gamer {
 
-/// What a job will take, as a part of it foretells.
+/// The time and memory that a job will take, extrapolated from a part of it.
 struct JobEstimate {
   double preparing = 0;            ///< core seconds: reading, statistics of noise, placing
   double rendering = 0;            ///< seconds of one core
@@ -23,11 +23,11 @@ struct Preparation {
   double measuring = 0;  ///< by all together (complete())
 };
 
-/// Estimates a job that has been read and completed. Renders tiles of 16 x 16 pixels for up to
-/// `most_seconds`, at places chosen with a probability proportional to what they are thought to
-/// cost (probe_pixels()), and with `truth` measures a few galaxies for as long; times are those of
-/// the thread, not of the clock. Rank 0 hands out and writes while its threads render; the file
-/// system's own time is not in it.
+/// Estimates a job that has been read and completed. It renders tiles of 16 x 16 pixels for up to
+/// `most_seconds`. A place is chosen with a probability proportional to its cost by probe_pixels().
+/// With `truth` it measures a few galaxies for as long. Times are those of the thread, not of the
+/// clock. Rank 0 is taken to hand out and write while its threads render. The file system's own
+/// time is left out.
 JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int threads,
                          const Preparation& preparation, double most_seconds = 2);
 

@@ -55,8 +55,8 @@ std::optional<std::array<double, 8>> check_same_frame(const std::filesystem::pat
                                                       const Record& animation,
                                                       RenderParameters parameters);
 
-/// How many of so many frames each rank should render on its own, whole: as many as share out
-/// evenly. The rows of the others are shared by all ranks.
+/// The number of frames that each rank should render on its own: as many as share out evenly. All
+/// ranks share the rows of the other frames.
 int frames_apart(int frames, int ranks);
 
 /// The tone (PictureTone::numbers()) of a frame's picture, from a picture of a quarter of its size

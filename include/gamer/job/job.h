@@ -20,7 +20,7 @@
 
 namespace gamer {
 
-/// What a user asks for: two files, or an image to be made again, and what to change in them.
+/// A user's request: two files, or an image to be made again, and the changes to them.
 struct JobRequest {
   std::filesystem::path parameters;             ///< *.par
   std::filesystem::path scene;                  ///< *.lst
@@ -71,8 +71,8 @@ RenderJob read_job(const JobRequest& request, Resources& resources);
 /// Reads a job from its record, on any machine.
 RenderJob read_job(const Record& record);
 
-/// Does the job's rest with all ranks, each of which has it and calls this: every galaxy is
-/// measured once, in so many threads a rank. Throws InputError, where a texture cannot be
+/// Completes a job that has been read. Every rank has the job and calls this. Each galaxy is
+/// measured once, in so many threads a rank. Throws InputError where a texture cannot be
 /// normalised.
 void complete(RenderJob& job, const Ranks& ranks, int threads);
 
@@ -80,8 +80,8 @@ void complete(RenderJob& job, const Ranks& ranks, int threads);
 RenderJob load_job(const JobRequest& request, Resources& resources);
 RenderJob job_from_record(const Record& record);
 
-/// Measures galaxies with all ranks, each of which calls it with the same ones, for footprints of
-/// these ranges, by galaxy; without them for all.
+/// Measures galaxies with all ranks. Every rank calls it with the same galaxies and ranges of
+/// footprints, one for each galaxy. Without ranges it measures all footprints.
 void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
                       std::span<const FootprintRange> footprints, const Ranks& ranks);
 

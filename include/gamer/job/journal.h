@@ -15,7 +15,7 @@
 
 namespace gamer {
 
-/// What a job was when it began: all that its files follow from.
+/// A job as it was when it began: everything that its files follow from.
 struct JournalHead {
   std::string program;     ///< name and version
   std::string simd;        ///< instruction set, on which the last bits depend
@@ -27,16 +27,16 @@ struct JournalHead {
 
 /// Finished rows on disk, so that a job that was interrupted goes on where it was.
 ///
-/// The file is a line that names it, then entries: what follows (kind, section, first and last row,
-/// number of values, bytes; 64 bits each, in the machine's order), that many bytes, and the CRC-32
-/// of both. Values are double or single precision; runs of zeros are left out. An entry that is cut
-/// off or has another CRC ends what can be read; open() cuts the file there. Sections number the
-/// runs of a job (its truth, its image).
+/// The file is a line that names it, then entries. An entry is a head of six numbers of 64 bits in
+/// the machine's order (kind, section, first and last row, number of values, bytes), that many
+/// bytes, and the CRC-32 of both. Values are double or single precision, and runs of zeros are left
+/// out. An entry that is cut off or has another CRC ends what can be read; open() cuts the file
+/// there. Sections number the runs of a job: its truth, its image.
 ///
-/// Entries wait in memory until the job is `interval` seconds old (or there are 32 MiB of them), so
-/// that short jobs make no file. Afterwards each is handed to the system at once, which keeps it
-/// when the process is killed, and forced to disk every `interval` seconds, which keeps it when the
-/// machine stops. The file is locked while a process uses it.
+/// Entries wait in memory until the job is `interval` seconds old, or until there are 32 MiB of
+/// them. Short jobs thus make no file. Afterwards each entry is handed to the system at once, which
+/// keeps it when the process is killed. Every `interval` seconds the file is forced to disk, which
+/// keeps it when the machine stops. The file is locked while a process uses it.
 class Journal {
  public:
   /// Seconds; by default a steady clock.
@@ -44,8 +44,8 @@ class Journal {
 
   /// Begins the journal of a job.
   Journal(std::filesystem::path path, const JournalHead& head, double interval, Clock clock = {});
-  /// Opens the journal of a job that goes on; null when there is none. Throws InputError: no
-  /// journal, damaged in its head, or in use.
+  /// Opens the journal of a job that goes on; null when there is none. Throws InputError when the
+  /// file is no journal, is damaged in its head or is in use.
   static std::unique_ptr<Journal> open(const std::filesystem::path& path, double interval,
                                        Clock clock = {});
   /// Removes the journal of an earlier job, where there is one. Throws InputError when it is none

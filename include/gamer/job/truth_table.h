@@ -15,9 +15,10 @@ void check_truth_table(const std::filesystem::path& path, const OutputOptions& i
 void write_truth_table(const std::filesystem::path& path, const DataTable& table,
                        const std::string& date);
 
-/// Makes magnitudes those of the galaxies as seen (photometry.attenuated): raises the brightness of
-/// each by what its dust takes in the reference band, at rest for absolute magnitudes. Every rank
-/// calls it with the same scene; each galaxy is measured once, in so many threads a rank.
+/// Makes magnitudes those of the galaxies as observed (photometry.attenuated). It raises the
+/// brightness of each by the light that its dust takes in the reference band, which is at rest for
+/// absolute magnitudes. Every rank calls it with the same scene. Each galaxy is measured once, in
+/// so many threads a rank.
 void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
                        const Bandpass& reference, const Ranks& ranks, int threads, Scene& scene);
 

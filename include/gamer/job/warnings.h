@@ -8,7 +8,7 @@
 
 namespace gamer {
 
-/// What is likely wrong with a job whose image can be made: a line for each.
+/// Warnings about a job whose image can be made, one line each.
 std::vector<std::string> job_warnings(const RenderJob& job);
 
 /// Whether a row has light: pixels that are finite and differ from 0 in the output's precision.

@@ -21,7 +21,7 @@
 
 namespace gamer {
 
-/// How a job is done, besides what its image is made from.
+/// How a job is done; nothing of it changes the image.
 struct WorkOptions {
   bool truth = false;                 ///< table TRUTH and the images of [truth]
   std::filesystem::path truth_table;  ///< the table's own file; empty: into the image's
@@ -45,14 +45,13 @@ std::string objects_text(const Scene& scene);
 std::vector<std::filesystem::path> result_files(const RenderParameters& parameters,
                                                 const WorkOptions& options,
                                                 const ImageHeader& image, const ImageHeader& truth);
-/// Throws InputError where one of these files, which are there already, is damaged; see
-/// check_sums().
+/// Checks these existing files by check_sums(). Throws InputError where one is damaged.
 void check_undamaged(const RenderParameters& parameters, const WorkOptions& options,
                      const ImageHeader& image, const ImageHeader& truth);
 /// make_truth_header(), or an empty one where no truth images are asked for.
 ImageHeader wanted_truth_header(const RenderJob& job, const WorkOptions& options);
-/// Why files may not be made with these options: one exists, or a journal holds rows of them. Empty
-/// where nothing hinders.
+/// The reason why files may not be made with these options: one exists, or a journal holds rows of
+/// them. Empty where nothing hinders.
 std::string hindrance(const OutputOptions& output, const WorkOptions& options,
                       const std::vector<std::filesystem::path>& files);
 /// What check_output() does, for the image and its truth images.

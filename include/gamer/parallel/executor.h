@@ -51,15 +51,15 @@ class Executor {
 
   virtual ~Executor() = default;
 
-  /// Computes these blocks of rows, handed out in the order given to whoever is free. They may
-  /// differ in size and leave rows out; none is empty and no row stands in two. Every rank calls
-  /// it; the blocks are those that rank 0 gives, others may give none. It may be called again and
-  /// again. Results wait for `consume` in a bounded queue: when it is slow, workers wait.
+  /// Computes these blocks of rows. Free workers get them in the given order. Blocks may differ in
+  /// size and leave rows out, but none is empty and no row is in two. Every rank calls run(), as
+  /// often as it likes; only the blocks that rank 0 gives count. Results wait for `consume` in a
+  /// bounded queue. Workers wait while it is full.
   ///
-  /// What compute or consume throws (on any rank) ends the run on every rank, as soon as the blocks
-  /// being computed are done; run() then throws it on rank 0 (when it came from another rank, as
-  /// InputError or RunError with its message) and on the others throws Stopped. Throws
-  /// std::invalid_argument when a block is empty or begins before row 0.
+  /// An exception of compute or consume on any rank ends the run on every rank, once the blocks
+  /// being computed are done. Rank 0 then throws it; one from another rank becomes an InputError or
+  /// RunError with its message. The other ranks throw Stopped. Throws std::invalid_argument when a
+  /// block is empty or begins before row 0.
   virtual void run(std::span<const RowRange> blocks, std::size_t values_per_row,
                    const Compute& compute, const Consume& consume) = 0;
 
@@ -76,14 +76,14 @@ class Executor {
   RunTimes times_;
 };
 
-/// Thrown on ranks other than 0 when the job ended elsewhere: nothing to report, exit code `code`
-/// (2 for an InputError, else 1).
+/// Thrown on ranks other than 0 when the job ended elsewhere. There is nothing to report. The exit
+/// code is `code`: 2 for an InputError, else 1.
 struct Stopped {
   int code = 1;
 };
 
-/// Threads of this process. With one thread everything runs in the caller's; with more, that many
-/// compute while the caller's thread consumes.
+/// The threads of this process. With one thread everything runs in that of the caller. With more,
+/// so many threads compute while the caller's consumes.
 class ThreadExecutor : public Executor {
  public:
   /// Throws std::invalid_argument when threads < 1.

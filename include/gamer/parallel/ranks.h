@@ -17,9 +17,9 @@ class Job;
 /// one in main, before anything else.
 ///
 /// Every rank calls the same functions in the same order, each from the thread that made the
-/// object. A rank that cannot go on calls end() at any time (~Ranks does when main did not): where
-/// the others are waiting or next call, rank 0 throws what ended and the rest throw Stopped, so
-/// that every rank comes to its end() and none hangs.
+/// object. A rank that cannot go on calls end() at any time; ~Ranks does so when main did not. The
+/// other ranks notice where they wait or at their next call: rank 0 throws the reason, and the rest
+/// throw Stopped. Thus every rank comes to its end() and none hangs.
 class Ranks {
  public:
   /// MPI is started only when the environment shows an MPI launcher, so that a program alone starts
@@ -35,11 +35,11 @@ class Ranks {
   int rank() const;
   int size() const;
 
-  /// Launchers end a job when one of its processes is killed, but not all do. In an executor's run
-  /// a rank that says nothing for so many seconds (at first 60; ten times as many before its first
-  /// word, and for rank 0, which may be waiting for a disk) is given up: rank 0 throws RunError,
-  /// and end() then kills all. Time in which the job was suspended does not count. Every rank
-  /// gives the same seconds.
+  /// Sets after how many seconds a silent rank is given up, 60 at first. Not every launcher ends a
+  /// job when one of its processes is killed. In an executor's run rank 0 then throws RunError, and
+  /// end() kills all. Ten times as many seconds count before a rank's first word, and for rank 0,
+  /// which may wait for a disk. Time in which the job was suspended does not count. Every rank
+  /// gives the same number.
   void give_up_after(double seconds) const;
 
   /// Rank 0's text on every rank.
@@ -49,9 +49,9 @@ class Ranks {
   /// The bits that are set on every rank.
   std::int64_t common_bits(std::int64_t bits) const;
 
-  /// Numbers that all ranks compute together, in so many threads each, and that every rank then
-  /// has: `values_per_row` for each row up to the last of the blocks; 0 in rows of none. Blocks are
-  /// handed out in their order, as by executor(); every rank gives the same.
+  /// Computes numbers with all ranks, in so many threads each, and gives them to every rank. There
+  /// are `values_per_row` for each row up to the last of the blocks, and 0 in rows outside them.
+  /// Blocks are handed out in their order, as by executor(). Every rank gives the same blocks.
   std::vector<double> compute_together(std::span<const RowRange> blocks, std::size_t values_per_row,
                                        int threads, const Executor::Compute& compute) const;
 
@@ -59,11 +59,11 @@ class Ranks {
   /// rank asks, and also computes. With one rank it is the ThreadExecutor. Must not outlive this.
   std::unique_ptr<Executor> executor(int threads) const;
 
-  /// Ends the job; every rank's last call, with its exit code and, when it failed, what to report.
-  /// On rank 0 `report` is called, at most once: with rank 0's message or else another rank's that
-  /// rank 0 has not thrown. Returns the job's exit code on every rank: rank 0's, or another rank's
-  /// when rank 0 succeeded. No rank returns before the report is made, since launchers kill the
-  /// other ranks once one has exited with a failure.
+  /// Ends the job. It is every rank's last call, with its exit code and, after a failure, a
+  /// message. Rank 0 calls `report` at most once, with its own message or one of another rank that
+  /// it has not thrown. Every rank returns the job's exit code: that of rank 0, or that of another
+  /// rank when rank 0 succeeded. No rank returns before the report is made, since launchers kill
+  /// the other ranks once one has exited with a failure.
   int end(int code, const std::string& message = {},
           const std::function<void(const std::string&)>& report = {});
 
