@@ -271,10 +271,11 @@ TEST(GalaxyFile, ErrorsOfComponents) {
             "g.toml:1:1: missing key 'class' in [[component]]");
   EXPECT_EQ(galaxy_error("[[component]]\nclass = 3"),
             "g.toml:2:9: class must be a string, not an integer");
+  // smooth_shape_test.cc registers the last one.
   EXPECT_EQ(
       galaxy_error("[[component]]\nclass = \"bulg\""),
       "g.toml:2:9: unknown class 'bulg'; known are 'bulge', 'disk', 'stars', 'dust', 'veins', "
-      "'veins_light', 'starfield'; did you mean 'bulge'?");
+      "'veins_light', 'starfield', 'gaussian'; did you mean 'bulge'?");
   EXPECT_EQ(galaxy_error("[[component]]\nclass = \"disk\""),
             "g.toml:1:1: component 'disk1': missing key 'sed' in a [[component]] of class 'disk'");
   EXPECT_EQ(
