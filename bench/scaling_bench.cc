@@ -1,6 +1,6 @@
 // What efficiency is to be expected of many ranks. Renders scenes once, strip by strip, and
 // measures what the rows cost, what preparing, writing and messages cost; then hands out the
-// schedule's blocks to so many ranks in a simulation of the protocol (src/parallel/mpi_job.cc).
+// schedule's blocks to so many ranks in a simulation of the protocol (src/parallel/mpi).
 //
 //   scaling_bench [--json FILE] [--growth 1,16] [--ranks 64,256,1024,4096] [--latency US]
 //                 [--bandwidth GB/S] SCENE...        names of scenes/, SCENE:SIZE for another size

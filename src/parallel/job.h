@@ -10,7 +10,7 @@
 
 namespace gamer {
 
-/// Several processes, as Ranks describes them; mpi_job.cc implements it.
+/// Several processes, as Ranks describes them; mpi/mpi_job.cc implements it.
 class Job {
  public:
   virtual ~Job() = default;
