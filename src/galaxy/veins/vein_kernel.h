@@ -1,0 +1,165 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include "galaxy/spiral_coordinates.h"
+#include "gamer/core/batch.h"
+#include "gamer/noise/noise.h"
+
+namespace gamer {
+
+// The part of VeinTexture that works on whole vectors: its inputs, and functions that run the best
+// instruction set of this machine. Arrays are those of batches (batch.h).
+
+/// How an octave counts whose frequency is that of radius 1 over r (helical) or the same
+/// everywhere.
+struct SeenInput {
+  float sharpest;  ///< frequency, as seen by footprints
+  bool helical;
+};
+
+/// A HelicalMap, and the height in its cells; the grids of x and y.
+struct MapInput {
+  float x_slope, y_slope, z_slope;
+  float p, q;
+  float x_magic, y_magic;
+};
+
+/// An octave of the displacement.
+struct DisplacementOctave {
+  Octave octave;
+  SeenInput seen;
+  float variance;
+};
+
+struct DisplacementInput {
+  MapInput map;
+  std::vector<DisplacementOctave> octaves;
+};
+
+struct VeinInput {
+  float count, inverse_count, cycle;
+  float magic;                          ///< of the grid of u
+  float vein_kappa, vein_y, vein_mean;  ///< y of InverseI0Exp(), I0e(kappa) = <A>
+  float vein_square;                    ///< <A^2> - <A>^2
+  float spur_kappa, spur_y, spur_mean;
+  float spur_square;  ///< of G(t), times <(strength fade)^2>
+  float rate, slope, curvature, inverse_length, strength, variation;
+  float inverse_rise;  ///< of the fade within the arm
+  int branches;
+  std::vector<float> phases;  ///< of each arm's spurs; then zeros, padded()
+  std::uint32_t seed;
+  float high, low, mean;  ///< D_h - D_l, D_l, V where it is not resolved
+  float core;             ///< isotropic scale
+  float square_start;     ///< footprint^2 from which veins are widened
+  float relative;         ///< ((D_h - D_l)/<density>)^2
+};
+
+/// An octave of N.
+struct MultiplyInput {
+  Octave octave;
+  MapInput map;  ///< of a helical one
+  SeenInput seen;
+  float contrast;      ///< c/sigma
+  float variance;      ///< of the factor; of a helical one c^2
+  float layers;        ///< 2 thickness frequency
+  float blend_shift;   ///< the helical blend's argument is blend_shift + s/ln 2
+  float clumpiness;    ///< power of a Cartesian factor
+  float inverse_mean;  ///< of that power
+};
+
+/// An octave that counts in a batch, its index, and whether any of the batch's views sees it.
+struct CountedOctave {
+  const MultiplyInput* in;
+  std::size_t index;
+  bool seen;
+};
+
+// The most octaves of a VeinTexture.
+constexpr int most_octaves = 32;
+
+// The largest contrast c.
+constexpr float largest_contrast = 1.5f;
+
+// Unresolved veins near the centre: the arms' spacing in isotropic scales where they begin to fade
+// and are gone.
+constexpr float core_begin = 0.4f;
+constexpr float core_end = 1.2f;
+
+// Spurs fade where the arms' pitch is so much steeper than the reference one: in a bar.
+constexpr float bar_begin = 1.8f;
+constexpr float bar_end = 3.5f;
+
+// Offsets only keep lattice points of different octaves apart; they stay on the grid below.
+constexpr double largest_offset = 16.0;
+constexpr double offset_steps = 1024;
+
+/// What rounds to the spacing of single precision at that size, when added and taken away again.
+inline float grid_magic(double largest) {
+  return static_cast<float>(1.5 * std::exp2(std::ceil(std::log2(largest))));
+}
+
+/// A grid_magic() for a coordinate of a lattice.
+inline float grid_magic(double slope, int turn) {
+  constexpr double most_radial = 5;  // |ln r| where helical octaves count
+  return grid_magic(std::abs(slope) * most_radial + 0.5 * std::abs(turn) + largest_offset);
+}
+
+// For how many standard deviations a coherent hidden factor is followed.
+constexpr float largest_deviation = 1.2f;
+
+// InverseI0Exp() has one polynomial below this argument and one above.
+constexpr float bessel_border = 2.5f;
+// Its y over the variance of a Gaussian of period 1: kappa = 1/(4 pi^2 variance) is the argument.
+constexpr auto y_factor =
+    static_cast<float>(4 * bessel_border * std::numbers::pi * std::numbers::pi);
+
+/// What one set of footprints makes of a batch of points.
+struct VeinView {
+  const float* footprints;  ///< null where all is seen
+  float* density;           ///< (D_h - D_l) V + D_l, then times N
+  float* coherent;          ///< variance of the logarithm that is hidden and coherent, or null
+  Range widths;             ///< of the footprints, 0 where there are none
+  std::size_t whole;        ///< so many octaves of the displacement are seen by all
+  /// Whether any point does not see all of an octave of N.
+  std::array<bool, most_octaves> fades;
+  BatchArray displacement;
+  BatchArray unseen;   ///< variance of the displacement that is not seen
+  BatchArray product;  ///< of the Cartesian octaves of N
+
+  VeinView(const float* seen_by, float* density_out, float* coherent_out)
+      : footprints(seen_by), density(density_out), coherent(coherent_out) {}
+};
+
+/// The displacement as views see it, and the variance of what they do not.
+void fill_displacement(const Points& points, const SpiralBatch& spiral, const DisplacementInput& in,
+                       std::span<VeinView> views);
+/// (D_h - D_l) V + D_l; footprints, `coherent` and what follows `in` but the density may be null.
+void fill_veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
+                const float* displacement, const float* unseen, const VeinInput& in, float* density,
+                float* coherent, float* arms, float* spurs, float* veins);
+/// Multiplies the densities by what is seen of `count` helical octaves of N. With `cycles` lattice
+/// points are identified in both directions.
+void multiply_helical(const Points& points, const SpiralBatch& spiral, const CountedOctave* counted,
+                      std::size_t count, bool cycles, std::span<const VeinView> views);
+/// out = clamp(1 + contrast value, 0, 2)^power.
+void fill_factors(std::size_t size, const float* value, float contrast, float power, float* out);
+/// Multiplies the products by what is seen of a Cartesian octave of N, given by its factor. Where
+/// all of it is seen, that is the factor itself, to the last bit.
+void multiply_cartesian(std::size_t size, const float* value, const CountedOctave& octave,
+                        std::span<VeinView> views);
+void multiply_by(std::size_t size, const float* value, float* density);
+/// out = scale density, times the factor of a deviation of the coherent part; `coherence` may be
+/// null.
+void deviate(std::size_t size, const float* density, const float* coherent, const float* coherence,
+             float scale, float deviation, float* out);
+/// out = scale density.
+void fill_scaled(std::size_t size, const float* density, float scale, float* out);
+
+}  // namespace gamer
