@@ -15,4 +15,10 @@ std::vector<Operation> file_operations();        ///< stack, header
 std::vector<Operation> tone_operations();        ///< normalise, gamma, stretch, rgb
 std::vector<Operation> measure_operations();     ///< stats, photometry, spectrum, compare
 
+/// Operations of these groups with files of their own.
+Operation photometry_operation();
+Operation rgb_operation();
+
+inline constexpr const char* tone_group = "Brightness and colour";
+
 }  // namespace gamer

@@ -19,13 +19,11 @@
 #include "gamer/core/error.h"
 #include "processing/operation_groups.h"
 #include "processing/plane_operation.h"
-#include "processing/rgb.h"
 #include "processing/tone.h"
 
 namespace gamer {
 namespace {
 
-constexpr const char* group_name = "Brightness and colour";
 constexpr double percent = 0.01;
 
 // ---- One tone for each plane or for the file ---------------------------------------------------
@@ -252,7 +250,7 @@ Operation normalise_operation() {
   Operation operation;
   operation.name = "normalise";
   operation.aliases = {"normalize"};
-  operation.group = group_name;
+  operation.group = tone_group;
   operation.summary = "Bring the pixels to a total, peak, mean, range or magnitude";
   operation.description =
       "v' = f v, one factor f for all planes of the file (default, keeps colours) or for each "
@@ -316,7 +314,7 @@ int correct_gamma(const OperationCall& call) {
 Operation gamma_operation() {
   Operation operation;
   operation.name = "gamma";
-  operation.group = group_name;
+  operation.group = tone_group;
   operation.summary = "Gamma correction";
   operation.description =
       "v' = (v/max)^gamma, max the largest pixel of the file or of each plane (--per plane), or "
@@ -394,7 +392,7 @@ int stretch_file(const OperationCall& call) {
 Operation stretch_operation() {
   Operation operation;
   operation.name = "stretch";
-  operation.group = group_name;
+  operation.group = tone_group;
   operation.summary = "Linear, sqrt, log or asinh stretch between two limits";
   operation.description =
       "With x = (v - low)/(high - low) and softening a: linear v' = x; sqrt v' = sqrt(x); log v' = "
@@ -429,365 +427,6 @@ Operation stretch_operation() {
   };
   operation.example = "stretch --function asinh --percentiles 1,99.9 in.fits out.fits";
   operation.run = stretch_file;
-  return operation;
-}
-
-// ---- rgb ---------------------------------------------------------------------------------------
-
-constexpr double default_display_gamma = 2.2;
-
-struct Source {
-  PlanePtr plane;
-  PlaneInfo info;
-  std::string label;
-};
-
-std::vector<Source> read_sources(const OperationCall& call) {
-  std::vector<Source> sources;
-  for (const std::string& name : call.inputs) {
-    const FitsInput input(name);
-    visit_planes(input, call.threads, [&](const PlaneTask& task) {
-      if (task.info.role == PlaneRole::variance) return;
-      const std::string plane =
-          task.info.planes > 1 ? fmt::format(" (plane {})", task.info.plane + 1) : "";
-      sources.push_back({task.plane, task.info, task.label + plane});
-    });
-  }
-  return sources;
-}
-
-/// The planes for the picture: those of --planes, else all.
-std::vector<Source> choose_sources(const OperationCall& call, const std::vector<Source>& all) {
-  if (!call.parameters.has("planes")) return all;
-  std::vector<Source> chosen;
-  for (const double number : call.parameters.numbers("planes")) {
-    if (number != std::floor(number) || number > static_cast<double>(all.size())) {
-      throw InputError(fmt::format("gutil rgb: --planes {}: there is no plane {}, only 1 to {}",
-                                   fmt::join(call.parameters.numbers("planes"), ","), number,
-                                   all.size()));
-    }
-    chosen.push_back(all[static_cast<std::size_t>(number) - 1]);
-  }
-  return chosen;
-}
-
-void check_sources(const OperationCall& call, const std::vector<Source>& sources) {
-  const Source& first = sources.front();
-  for (const Source& source : sources) {
-    const Plane &a = *first.plane, &b = *source.plane;
-    if (a.width() != b.width() || a.height() != b.height()) {
-      throw InputError(
-          fmt::format("gutil rgb: {} has {} x {} pixels, {} has {} x {}; channels are of one size",
-                      first.label, a.width(), a.height(), source.label, b.width(), b.height()));
-    }
-    if (is_magnitude(source.info.unit)) {
-      throw InputError(fmt::format(
-          "gutil rgb: the pixels of {} are magnitudes ({}); a picture needs light, such as nJy",
-          source.label, source.info.unit));
-    }
-  }
-  const bool fits = sources.size() == 1 || sources.size() == 3;
-  if (!fits && call.parameters.text("method") != "auto") {
-    const std::string few = sources.size() > 3 ? "choose three by --planes r,g,b" : "give three";
-    throw InputError(fmt::format("gutil rgb: {} planes in {}; {}, or take --method auto",
-                                 sources.size(), fmt::join(call.inputs, ", "), few));
-  }
-}
-
-/// Wavelengths that sort the channels; empty where the given order stays.
-std::vector<double> sorting_wavelengths(const OperationCall& call,
-                                        const std::vector<Source>& sources) {
-  const ParameterSet& parameters = call.parameters;
-  const bool by_wavelength = parameters.text("order") == "wavelength";
-  if (parameters.has("planes")) {
-    if (by_wavelength && parameters.is_given("order")) {
-      throw InputError(
-          "gutil rgb: --planes are red, green and blue as given; --order goes without");
-    }
-    return {};
-  }
-  std::vector<double> wavelengths;
-  for (const Source& source : sources) {
-    if (!by_wavelength || !source.info.wavelength) return {};
-    wavelengths.push_back(*source.info.wavelength);
-  }
-  return wavelengths;
-}
-
-/// Checks options that belong to some methods only.
-void check_method_options(const OperationCall& call) {
-  static const std::map<std::string, std::vector<std::string>> methods = {
-      {"minimum", {"lupton", "stiff", "plain"}},
-      {"scale", {"lupton"}},
-      {"stretch", {"lupton"}},
-      {"q", {"lupton"}},
-      {"maximum", {"stiff", "plain"}},
-      {"percentiles", {"stiff", "plain"}},
-      {"gamma", {"stiff", "plain"}},
-      {"luminance_gamma", {"stiff"}},
-      {"saturation", {"stiff"}}};
-  const std::string& method = call.parameters.text("method");
-  for (const auto& [name, known] : methods) {
-    if (!call.parameters.is_given(name)) continue;
-    if (std::find(known.begin(), known.end(), method) == known.end()) {
-      throw InputError(fmt::format("gutil rgb: {} goes with --method {}, not {}", option_name(name),
-                                   fmt::join(known, " or "), method));
-    }
-  }
-}
-
-/// One value for all channels, or one per channel.
-std::optional<Rgb> channel_values(const OperationCall& call, const std::string& name) {
-  if (!call.parameters.has(name)) return std::nullopt;
-  const std::vector<double>& values = call.parameters.numbers(name);
-  if (values.size() == 1) return Rgb{values[0], values[0], values[0]};
-  if (values.size() == 3) return Rgb{values[0], values[1], values[2]};
-  throw InputError(fmt::format("gutil rgb: {} has {} values; give one, or one for each channel",
-                               option_name(name), values.size()));
-}
-
-/// Channels with 0 for missing pixels, which then have no weight in the choice of a tone.
-std::vector<PlanePtr> finite_channels(std::span<const PlanePtr> channels) {
-  return picture_channels({channels.begin(), channels.end()}, {});
-}
-
-/// Black and white of each channel: given values, else percentiles, else the sky and
-/// white_quantile.
-std::array<Limits, 3> channel_limits(const OperationCall& call,
-                                     std::span<const PlanePtr> channels) {
-  constexpr double white_quantile = 0.999;
-  const std::optional<Rgb> low = channel_values(call, "minimum");
-  const std::optional<Rgb> high = channel_values(call, "maximum");
-  const bool has_percentiles = call.parameters.has("percentiles");
-  if (has_percentiles && (low || high)) {
-    throw InputError(fmt::format("gutil rgb: --percentiles and {} exclude each other; give one",
-                                 low ? "--minimum" : "--maximum"));
-  }
-  std::array<Limits, 3> limits;
-  if (has_percentiles) {
-    const std::vector<double>& ends = call.parameters.numbers("percentiles");
-    if (!(ends[0] < ends[1])) {
-      throw InputError(
-          fmt::format("gutil rgb: --percentiles {}: low must be below high", fmt::join(ends, ",")));
-    }
-    for (std::size_t c = 0; c < channels.size(); ++c) {
-      limits[c] = quantile_limits(channels.subspan(c, 1), ends[0] * percent, ends[1] * percent,
-                                  call.threads);
-    }
-  } else {
-    const Rgb black = low ? *low : automatic_tone(finite_channels(channels), call.threads).black;
-    for (std::size_t c = 0; c < channels.size(); ++c) {
-      const double white = high ? (*high)[c]
-                                : quantile_limits(channels.subspan(c, 1), white_quantile,
-                                                  white_quantile, call.threads)
-                                      .high;
-      limits[c] = {black[c], white};
-    }
-  }
-  if (channels.size() == 1) {
-    for (std::size_t c = 1; c < 3; ++c) {
-      limits[c] = {low ? (*low)[c] : limits[0].low, high ? (*high)[c] : limits[0].high};
-    }
-  }
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (limits[c].low < limits[c].high) continue;
-    constexpr std::array<const char*, 3> names = {"red", "green", "blue"};
-    throw InputError(fmt::format(
-        "gutil rgb: black at {:.6g} and white at {:.6g} in {}: give --minimum below --maximum",
-        limits[c].low, limits[c].high, names[c]));
-  }
-  return limits;
-}
-
-std::string limits_text(const std::array<Limits, 3>& limits) {
-  return fmt::format("--minimum {},{},{} --maximum {},{},{}", limits[0].low, limits[1].low,
-                     limits[2].low, limits[0].high, limits[1].high, limits[2].high);
-}
-
-/// The function from values to colours, and the complete options that describe it.
-struct Colours {
-  ColourOf colour;
-  ByteRounding rounding = ByteRounding::nearest;
-  std::string options;
-};
-
-Colours choose_colours(const OperationCall& call, std::span<const PlanePtr> channels) {
-  const ParameterSet& parameters = call.parameters;
-  const std::string& method = parameters.text("method");
-  const auto number = [&](const char* name) -> std::optional<double> {
-    if (!parameters.has(name)) return std::nullopt;
-    return parameters.number(name);
-  };
-  if (method == "lupton") {
-    const LuptonTone tone =
-        choose_lupton(finite_channels(channels),
-                      {channel_values(call, "minimum"), channel_values(call, "scale"),
-                       number("stretch"), number("q")},
-                      call.threads);
-    return {tone, ByteRounding::down,
-            fmt::format("--minimum {} --scale {} --stretch {} --q {}", fmt::join(tone.minimum, ","),
-                        fmt::join(tone.scale, ","), tone.stretch, tone.q)};
-  }
-  if (method == "stiff") {
-    const StiffTone tone = {channel_limits(call, channels),
-                            number("gamma").value_or(default_display_gamma),
-                            parameters.number("luminance_gamma"), parameters.number("saturation")};
-    return {tone, ByteRounding::nearest, limits_text(tone.limits)};
-  }
-  if (method == "plain") {
-    const PlainTone tone = {channel_limits(call, channels), number("gamma").value_or(1)};
-    return {tone, ByteRounding::nearest, limits_text(tone.limits)};
-  }
-  const PictureTone tone = automatic_tone(channels, call.threads);
-  return {[tone](const Rgb& rgb) { return tone.colour(rgb); }, ByteRounding::nearest, ""};
-}
-
-PictureFileOptions picture_options(const OperationCall& call) {
-  PictureFileOptions options;
-  options.name = call.output;
-  options.format = picture_format(call.output).value_or(PictureFormat::png);
-  options.overwrite = call.overwrite;
-  const bool has_bits = call.parameters.has("bits");
-  if (has_bits && call.parameters.text("bits") == "8") options.bits = 8;
-  if (has_bits && options.bits == 16 && options.format == PictureFormat::bmp) {
-    throw InputError("gutil rgb: --bits 16: a BMP file has 8 bits a channel; use .png");
-  }
-  return options;
-}
-
-int make_rgb(const OperationCall& call) {
-  check_method_options(call);
-  PictureFileOptions options = picture_options(call);
-  const std::vector<Source> sources = choose_sources(call, read_sources(call));
-  check_sources(call, sources);
-  check_picture_file(options, sources.front().plane->width(), sources.front().plane->height());
-  std::vector<PlanePtr> planes;
-  for (const Source& source : sources) planes.push_back(source.plane);
-  const std::vector<double> wavelengths = sorting_wavelengths(call, sources);
-  const bool is_auto = call.parameters.text("method") == "auto";
-  if (!is_auto && !wavelengths.empty()) {
-    std::vector<std::size_t> order(planes.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&](auto a, auto b) { return wavelengths[a] > wavelengths[b]; });
-    std::transform(order.begin(), order.end(), planes.begin(),
-                   [&](std::size_t i) { return sources[i].plane; });
-  }
-  const std::vector<PlanePtr> channels = is_auto ? picture_channels(planes, wavelengths) : planes;
-  const Colours colours = choose_colours(call, channels);
-  options.comment = call.history;
-  if (!colours.options.empty()) options.comment += "; " + colours.options;
-  write_rgb(options, channels, colours.colour, colours.rounding, call.threads);
-  return 0;
-}
-
-Operation rgb_operation() {
-  Operation operation;
-  operation.name = "rgb";
-  operation.group = group_name;
-  operation.summary = "Colour picture (PNG, BMP)";
-  operation.description =
-      "Red, green and blue are three files of one plane each, the three planes of a file, or those "
-      "that --planes names, counted from 1 over all files; one plane alone is grey; variances "
-      "(EXTNAME VARIANCE, ..._VARIANCE) are left out. Where all have "
-      "a wavelength (WAVELEN) the longest is red, otherwise, or with --order given, the first. The "
-      "picture's top row is the image's last. Pixels that are missing in a channel are black.\n"
-      "lupton (Lupton et al. 2004): c' = scale (c - minimum), I = (r' + g' + b')/3, c' becomes c' "
-      "F(I)/I, F(I) = 0.1 asinh(Q I/stretch)/asinh(0.1 Q), and all three are divided by the "
-      "largest where that is above 1, so hue stays. With --minimum 0 --scale 1 and 8 bits these "
-      "are the bytes of Astropy's make_lupton_rgb (but for its rounding of a saturated 255 to 254 "
-      "at "
-      "times). What is not given is chosen: minimum is the sky, scale balances the channels, "
-      "stretch and Q show the outer disk as well as the nucleus.\n"
-      "stiff (Bertin 2012): x = (c - minimum)/(maximum - minimum), Y = mean x, c' = (Y + "
-      "saturation "
-      "(x - Y)) Y^(1/luminance-gamma - 1), and the channel is c'^(1/gamma).\n"
-      "plain: x^(1/gamma), each channel on its own.\n"
-      "auto: any number of planes, as the renderer makes its pictures.\n"
-      "The PNG's text 'Comment' names the values that were used.";
-  operation.least_inputs = 1;
-  operation.most_inputs = 3;
-  operation.result = Operation::Result::picture;
-  const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
-  constexpr double largest_q = 1e10;
-  operation.parameters = {
-      {"method",
-       ParameterType::choice,
-       "",
-       {},
-       std::string("lupton"),
-       "how values become colours",
-       {"lupton", "stiff", "plain", "auto"}},
-      {"planes",
-       ParameterType::vector3,
-       "",
-       Interval::right_open(1, std::numeric_limits<double>::infinity()),
-       {},
-       "planes red,green,blue, from 1"},
-      {"order",
-       ParameterType::choice,
-       "",
-       {},
-       std::string("wavelength"),
-       "longest wavelength first, or the planes as given, red first",
-       {"wavelength", "given"}},
-      {"minimum",
-       ParameterType::numbers,
-       "unit of the pixels",
-       Interval::any(),
-       {},
-       "black, one for all or red,green,blue (default: the sky)"},
-      {"scale",
-       ParameterType::numbers,
-       "",
-       positive,
-       {},
-       "lupton: factors of the channels, one for all or red,green,blue (default: chosen)"},
-      {"stretch",
-       ParameterType::number,
-       "unit of the pixels",
-       positive,
-       {},
-       "lupton: linear stretch (default: chosen)"},
-      {"q",
-       ParameterType::number,
-       "",
-       Interval::left_open(0, largest_q),
-       {},
-       "lupton: asinh softening (default: chosen; with --stretch 8)"},
-      {"maximum",
-       ParameterType::numbers,
-       "unit of the pixels",
-       Interval::any(),
-       {},
-       "stiff, plain: white, one for all or red,green,blue (default: the 99.9 % percentile)"},
-      {"percentiles",
-       ParameterType::vector2,
-       "%",
-       Interval::closed(0, 100),
-       {},
-       "stiff, plain: black and white of each channel instead"},
-      {"gamma",
-       ParameterType::number,
-       "",
-       positive,
-       {},
-       "stiff (default 2.2), plain (default 1): gamma of the display"},
-      {"luminance_gamma", ParameterType::number, "", positive, 1.0,
-       "stiff: further gamma of the luminance alone"},
-      {"saturation", ParameterType::number, "",
-       Interval::right_open(0, std::numeric_limits<double>::infinity()), 1.0,
-       "stiff: 0 is grey, 1 leaves the colours, above is more colourful"},
-      {"bits",
-       ParameterType::choice,
-       "",
-       {},
-       {},
-       "bits a channel of a PNG (default 16); a BMP has 8",
-       {"8", "16"}},
-  };
-  operation.example = "rgb in.fits out.png";
-  operation.run = make_rgb;
   return operation;
 }
 

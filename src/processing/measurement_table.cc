@@ -1,0 +1,78 @@
+#include "processing/measurement_table.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <filesystem>
+
+#include "gamer/image/new_file.h"
+#include "processing/table_text.h"
+
+namespace gamer {
+
+InputError wrong(const OperationCall& call, const std::string& message) {
+  return InputError(fmt::format("gutil {}: {}", call.operation, message));
+}
+
+void put_count(DataTable& table, const std::string& name, std::int64_t value,
+               const std::string& unit, const std::string& description) {
+  put<std::int64_t>(table, name, value, unit, description);
+}
+
+void put_plane(DataTable& table, const PlaneTask& task, int hdu) {
+  put_count(table, "hdu", hdu, "", "from 0, the primary");
+  put_count(table, "plane", task.info.plane + 1, "", "of its HDU, from 1");
+  put<std::string>(table, "label", task.info.label, "", "band, name or wavelength");
+}
+
+std::vector<int> hdu_numbers(const FitsInput& input) {
+  std::vector<int> numbers;
+  for (const FitsHdu& hdu : input.hdus()) {
+    numbers.insert(numbers.end(), static_cast<std::size_t>(hdu.planes), hdu.number);
+  }
+  return numbers;
+}
+
+ParameterTable with_output(ParameterTable table) {
+  table.push_back({"json", ParameterType::boolean, "", {}, false, "print JSON, not a table"});
+  table.push_back({"table", ParameterType::text, "", {}, {}, "write a table too: .ecsv or .fits"});
+  return table;
+}
+
+void check_output(const OperationCall& call, const char* option,
+                  std::initializer_list<const char*> suffixes) {
+  if (!call.parameters.has(option)) return;
+  const std::filesystem::path path = call.parameters.text(option);
+  const std::string context = fmt::format("--{} '{}'", option, path.string());
+  if (std::find(suffixes.begin(), suffixes.end(), path.extension().string()) == suffixes.end()) {
+    throw wrong(call, fmt::format("{}: expected a name that ends in {}", context,
+                                  fmt::join(suffixes, " or ")));
+  }
+  check_new_file(path, call.overwrite);
+}
+
+void check_table(const OperationCall& call) { check_output(call, "table", {".ecsv", ".fits"}); }
+
+void deliver(const OperationCall& call, const std::vector<DataTable>& tables,
+             const DataTable& file) {
+  if (call.parameters.has("table")) {
+    const std::filesystem::path path = call.parameters.text("table");
+    if (path.extension() == ".fits") {
+      write_fits_table(path, file);
+    } else {
+      write_ecsv(path, file);
+    }
+  }
+  std::string text;
+  if (call.parameters.boolean("json")) {
+    text = table_json(tables);
+  } else {
+    for (const DataTable& table : tables) {
+      if (!text.empty()) text += '\n';
+      text += table_text(table);
+    }
+  }
+  call.print(text);
+}
+
+}  // namespace gamer

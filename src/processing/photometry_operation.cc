@@ -1,0 +1,375 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gamer/core/units.h"
+#include "gamer/image/wcs.h"
+#include "processing/aperture.h"
+#include "processing/measurement_table.h"
+#include "processing/operation_groups.h"
+
+namespace gamer {
+namespace {
+
+constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
+constexpr double least_axis_ratio = 1e-6;  ///< of apertures; its square does not underflow
+
+/// Place and parameters of the measurement of one plane.
+class Photometry {
+ public:
+  Photometry(const OperationCall& call, const PlaneTask& task)
+      : call_(call), parameters_(call.parameters), task_(task), plane_(*task.plane) {
+    in_arcsec_ = parameters_.text("unit") == "arcsec";
+    const bool needs_sky = in_arcsec_ || parameters_.has("position");
+    try {
+      wcs_ = celestial_wcs(task.header, task.label);
+    } catch (const InputError& error) {
+      if (needs_sky) {
+        throw wrong(call, fmt::format("--{} needs celestial coordinates: {}",
+                                      in_arcsec_ ? "unit arcsec" : "position", error.what()));
+      }
+    }
+    try {
+      ellipses_ = shape();
+      measure();
+    } catch (const Unmeasurable& error) {
+      throw wrong(call, fmt::format("{}: {}", task.label, error.message));
+    }
+  }
+
+  void put_apertures(DataTable& table, int hdu) const {
+    for (std::size_t i = 0; i < radii_.size(); ++i) put_aperture(table, hdu, i);
+  }
+
+  void put_aperture(DataTable& table, int hdu, std::size_t i) const {
+    const ApertureSum& sum = sums_[i];
+    put_plane(table, task_, hdu);
+    put<std::string>(table, "unit", task_.info.unit, "", "of the pixels");
+    put(table, "radius", radii_[i], parameters_.text("unit"), "semi-major axis");
+    put(table, "flux", sum.flux, "", "sum of the pixels, background subtracted");
+    put(table, "magnitude", magnitude(is_brightness(task_.info.unit) ? pixel_area_ : 1, sum.flux),
+        "mag", "AB");
+    put(table, "mean", sum.flux / sum.area, "", "flux per pixel");
+    put(table, "surface_brightness",
+        magnitude(is_brightness(task_.info.unit) ? 1 : 1 / pixel_area_, sum.flux / sum.area),
+        "mag/arcsec2", "AB");
+    put(table, "area", sum.area, "pixel2", "of the pixels that are there");
+    put_count(table, "missing", sum.missing, "", "pixels that are not finite");
+  }
+
+  void put_shape(DataTable& table, int hdu) const {
+    put_plane(table, task_, hdu);
+    put_shape_values(table);
+  }
+
+  void put_shape_values(DataTable& table) const {
+    const std::optional<SkyPosition> sky =
+        wcs_ ? wcs_->sky({ellipses_->x() + 1, ellipses_->y() + 1}) : std::nullopt;
+    put(table, "x", ellipses_->x() + 1, "pixel", "centre");
+    put(table, "y", ellipses_->y() + 1, "pixel");
+    put(table, "ra", sky ? sky->ra : no_value, "deg");
+    put(table, "dec", sky ? sky->dec : no_value, "deg");
+    put(table, "background", background_.level, "", "per pixel");
+    put(table, "background_sigma", background_.sigma);
+    put(table, "image_flux", image_flux_, "", "of all pixels");
+    put(table, "total_flux", total_, "", "of which half_light_radius holds half");
+    put(table, "half_light_radius", half_light_radius_, parameters_.text("unit"),
+        "semi-major axis");
+    put(table, "centroid_x", moments_.x + 1, "pixel");
+    put(table, "centroid_y", moments_.y + 1, "pixel");
+    put(table, "ixx", moments_.xx, "pixel2");
+    put(table, "iyy", moments_.yy, "pixel2");
+    put(table, "ixy", moments_.xy, "pixel2");
+    put(table, "size", moments_.size(), "pixel", "sqrt(ixx + iyy)");
+    put(table, "e1", moments_.e1(), "", "(ixx - iyy)/(ixx + iyy)");
+    put(table, "e2", moments_.e2(), "", "2 ixy/(ixx + iyy)");
+    put(table, "axis_ratio", moments_.axis_ratio(), "", "of the moments");
+    put(table, "position_angle", position_angle_, "deg",
+        "of the moments' major axis, on the sky if known");
+  }
+
+  std::size_t apertures() const { return radii_.size(); }
+
+ private:
+  struct Unmeasurable {
+    std::string message;
+  };
+
+  /// Runs a function; its errors lack the file's name, which the caller adds.
+  template <class Function>
+  static auto or_unmeasurable(Function function) {
+    try {
+      return function();
+    } catch (const InputError& error) {
+      throw Unmeasurable{error.what()};
+    }
+  }
+
+  std::pair<double, double> center() const {
+    double x = (plane_.width() - 1) / 2.0, y = (plane_.height() - 1) / 2.0;
+    if (parameters_.has("center")) {
+      x = parameters_.numbers("center")[0] - 1;
+      y = parameters_.numbers("center")[1] - 1;
+    } else if (parameters_.has("position")) {
+      const double ra = parameters_.numbers("position")[0],
+                   dec = parameters_.numbers("position")[1];
+      const auto pixel = wcs_->pixel({ra, dec});
+      if (!pixel) {
+        throw wrong(call_,
+                    fmt::format("--position {:g},{:g} has no pixel in {}", ra, dec, task_.label));
+      }
+      x = pixel->x - 1;
+      y = pixel->y - 1;
+    }
+    if (!(x >= -0.5 && x <= plane_.width() - 0.5 && y >= -0.5 && y <= plane_.height() - 0.5)) {
+      throw wrong(call_, fmt::format("the centre ({:.6g}, {:.6g}) lies outside {}, which has {} x "
+                                     "{} pixels",
+                                     x + 1, y + 1, task_.label, plane_.width(), plane_.height()));
+    }
+    return {x, y};
+  }
+
+  Ellipses shape() {
+    const auto [x, y] = center();
+    const double ratio = parameters_.number("axis_ratio");
+    const double position_angle = parameters_.number("position_angle") * degree;
+    if (!wcs_) return Ellipses(x, y, ratio, position_angle + std::numbers::pi / 2);
+    return or_unmeasurable([&, x_pixel = x, y_pixel = y] {
+      pixel_area_ = std::numbers::pi / Ellipses(*wcs_, x_pixel, y_pixel, 1, 0).area(1);
+      if (in_arcsec_) return Ellipses(*wcs_, x_pixel, y_pixel, ratio, position_angle);
+      return Ellipses(x_pixel, y_pixel, ratio,
+                      angle_on_pixels(*wcs_, x_pixel, y_pixel, position_angle));
+    });
+  }
+
+  /// The inner radius of the annulus, else of the largest ellipse within the image.
+  double default_radius() const {
+    const double inner = parameters_.has("annulus") ? parameters_.numbers("annulus").front() : 0;
+    if (inner > 0) return inner;
+    const double x = std::min(ellipses_->x() + 0.5, plane_.width() - 0.5 - ellipses_->x());
+    const double y = std::min(ellipses_->y() + 0.5, plane_.height() - 0.5 - ellipses_->y());
+    return std::min(x / ellipses_->half_width(1), y / ellipses_->half_height(1));
+  }
+
+  void measure_background() {
+    if (!parameters_.has("annulus")) return;
+    const std::string& name = parameters_.text("background");
+    const BackgroundMethod method = name == "mean"     ? BackgroundMethod::mean
+                                    : name == "median" ? BackgroundMethod::median
+                                                       : BackgroundMethod::clipped;
+    const std::vector<double>& annulus = parameters_.numbers("annulus");
+    background_ =
+        annulus_background(plane_, *ellipses_, annulus[0], annulus[1], method, call_.threads);
+    if (background_.count == 0) {
+      throw wrong(call_, fmt::format("--annulus {:g},{:g} holds no finite pixel of {}", annulus[0],
+                                     annulus[1], task_.label));
+    }
+  }
+
+  void measure() {
+    const int threads = call_.threads;
+    measure_background();
+    const auto largest = [&] { return *std::max_element(radii_.begin(), radii_.end()); };
+    const auto set_radii = [&] {
+      radii_ = parameters_.has("radius") ? parameters_.numbers("radius")
+                                         : std::vector<double>{default_radius()};
+    };
+    set_radii();
+    if (parameters_.boolean("recenter")) {
+      ellipses_ = or_unmeasurable(
+          [&] { return recentered(plane_, *ellipses_, largest(), background_.level, threads); });
+      measure_background();
+      set_radii();
+    }
+    const double reach = largest();
+    const Statistics all = statistics(plane_, threads);
+    image_flux_ = all.sum - background_.level * static_cast<double>(all.count);
+    sums_ = aperture_sums(plane_, *ellipses_, radii_, background_.level, threads);
+    total_ = parameters_.has("total")
+                 ? parameters_.number("total")
+                 : sums_[static_cast<std::size_t>(std::max_element(radii_.begin(), radii_.end()) -
+                                                  radii_.begin())]
+                       .flux;
+    half_light_radius_ =
+        radius_of_flux(plane_, *ellipses_, total_ / 2, reach, background_.level, threads);
+    moments_ = {no_value, no_value, no_value, no_value, no_value, no_value};
+    if (!parameters_.has("weight_sigma")) {
+      moments_ = moments(plane_, *ellipses_, reach, background_.level, threads);
+    } else if (const auto adaptive =
+                   adaptive_moments(plane_, *ellipses_, reach, parameters_.number("weight_sigma"),
+                                    background_.level, threads)) {
+      moments_ = *adaptive;
+    }
+    position_angle_ = position_angle();
+  }
+
+  double position_angle() const {
+    // Moments without an axis ratio have no direction.
+    if (!std::isfinite(moments_.axis_ratio())) return no_value;
+    if (wcs_) {
+      return or_unmeasurable([&] {
+               return position_angle_on_sky(*wcs_, ellipses_->x(), ellipses_->y(), moments_);
+             }) /
+             degree;
+    }
+    const double from_y = moments_.angle() / degree - 90;
+    return from_y < 0 ? from_y + 180 : from_y;
+  }
+
+  /// AB magnitude of factor * value; NaN without a zero point or light.
+  double magnitude(double factor, double value) const {
+    if (!task_.info.zero_point || !(value > 0)) return no_value;
+    return *task_.info.zero_point + magnitudes_of(factor * value);
+  }
+
+  const OperationCall& call_;
+  const ParameterSet& parameters_;
+  const PlaneTask& task_;
+  const Plane& plane_;
+  bool in_arcsec_ = false;
+  std::optional<CelestialWcs> wcs_;
+  std::optional<Ellipses> ellipses_;
+  double pixel_area_ = no_value;  ///< arcsec^2
+  Background background_;
+  std::vector<double> radii_;
+  std::vector<ApertureSum> sums_;
+  double image_flux_ = 0, total_ = 0, half_light_radius_ = 0;
+  LightMoments moments_;
+  double position_angle_ = 0;
+};
+
+int run_photometry(const OperationCall& call) {
+  check_table(call);
+  const ParameterSet& parameters = call.parameters;
+  if (parameters.has("center") && parameters.has("position")) {
+    throw wrong(call, "--center and --position both say where; give one");
+  }
+  if (parameters.has("annulus")) {
+    const std::vector<double>& annulus = parameters.numbers("annulus");
+    if (!(annulus[0] < annulus[1])) {
+      throw wrong(call, fmt::format("--annulus {:g},{:g}: the outer radius must be larger than the "
+                                    "inner one",
+                                    annulus[0], annulus[1]));
+    }
+  }
+  DataTable apertures, shapes, joined;
+  apertures.name = "apertures";
+  shapes.name = "shapes";
+  joined.name = "photometry";
+  const FitsInput input(call.inputs.front());
+  const std::vector<int> hdus = hdu_numbers(input);
+  visit_planes(input, call.threads, [&](const PlaneTask& task) {
+    const Photometry photometry(call, task);
+    const int hdu = hdus[static_cast<std::size_t>(task.index)];
+    photometry.put_apertures(apertures, hdu);
+    photometry.put_shape(shapes, hdu);
+    for (std::size_t i = 0; i < photometry.apertures(); ++i) {
+      photometry.put_aperture(joined, hdu, i);
+      photometry.put_shape_values(joined);
+    }
+  });
+  deliver(call, {apertures, shapes}, joined);
+  return 0;
+}
+
+}  // namespace
+
+Operation photometry_operation() {
+  Operation operation;
+  operation.name = "photometry";
+  operation.group = measurement_group;
+  operation.summary = "Fluxes and magnitudes in apertures, half-light radius, moments";
+  operation.description =
+      "Circles or ellipses about --center, --position or the middle of the image; pixels count "
+      "with the exact area that lies inside. flux is the sum of the pixels less the background of "
+      "--annulus; magnitude = MAGZERO - 2.5 log10(flux) (of brightnesses, times the pixel's solid "
+      "angle), none where MAGZERO is missing or flux <= 0. half_light_radius is the smallest "
+      "semi-major axis that holds half of --total, by default of the flux within the largest "
+      "aperture. The moments are those of the light within the largest aperture about its "
+      "centroid, of pixels as they are, in the directions of x and y: size = sqrt(ixx + iyy), e1 = "
+      "(ixx - iyy)/(ixx + iyy), e2 = 2 ixy/(ixx + iyy); with --weight-sigma they are weighted with "
+      "the Gaussian ellipse that they describe (adaptive moments). Position angles, given and "
+      "measured, are on the sky, from North towards East (as of convolve), by the coordinates "
+      "at the centre; without celestial coordinates from +y towards -x. position_angle is that of "
+      "the "
+      "moments as the sky shows them; it is empty, as is axis_ratio, where all light is in one "
+      "pixel. Missing pixels add nothing "
+      "and are counted. A table (--table) joins both tables, a row per plane and radius.";
+  operation.result = Operation::Result::text;
+  operation.parameters = with_output({
+      {"center",
+       ParameterType::vector2,
+       "pixels",
+       Interval::any(),
+       {},
+       "x,y as FITS counts (default: the middle)"},
+      {"position",
+       ParameterType::vector2,
+       "deg",
+       Interval::any(),
+       {},
+       "ra,dec, instead of --center"},
+      {"recenter",
+       ParameterType::boolean,
+       "",
+       {},
+       false,
+       "move to the centroid within the largest aperture, again and again"},
+      {"radius",
+       ParameterType::numbers,
+       "--unit",
+       positive,
+       {},
+       "semi-major axes (default: the largest within the image, or up to the annulus)"},
+      {"unit",
+       ParameterType::choice,
+       "",
+       {},
+       std::string("pixel"),
+       "of all radii",
+       {"pixel", "arcsec"}},
+      {"axis_ratio", ParameterType::number, "", Interval::closed(least_axis_ratio, 1), 1.0,
+       "minor to major"},
+      {"position_angle", ParameterType::number, "deg", Interval::any(), 0.0,
+       "of the major axis, from North towards East; without celestial coordinates from +y towards "
+       "-x"},
+      {"annulus",
+       ParameterType::vector2,
+       "--unit",
+       not_negative,
+       {},
+       "inner,outer semi-major axis of the background (default: none is subtracted)"},
+      {"background",
+       ParameterType::choice,
+       "",
+       {},
+       std::string("median"),
+       "of the annulus; clipped: mean within 3 sigma",
+       {"median", "mean", "clipped"}},
+      {"total",
+       ParameterType::number,
+       "unit of the pixels",
+       positive,
+       {},
+       "flux of which the half-light radius holds half"},
+      {"weight_sigma",
+       ParameterType::number,
+       "pixels",
+       positive,
+       {},
+       "adaptive moments, from a Gaussian of that sigma"},
+  });
+  operation.example = "photometry --radius 2,4,8 --axis-ratio 0.7 --position-angle 30 in.fits";
+  operation.run = run_photometry;
+  return operation;
+}
+
+}  // namespace gamer
