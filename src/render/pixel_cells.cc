@@ -1,0 +1,227 @@
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+#include <numeric>
+
+#include "render/renderer_work.h"
+
+namespace gamer {
+
+// Where the rays of a pixel are: a grid, or cells where the pixel is large for what it shows.
+
+namespace {
+
+// Rays of a cell; one that needs more may reach beyond the galaxy, and is halved.
+constexpr int most_rays_of_cell = 64;
+
+// Halvings of a pixel at most.
+constexpr int deepest_cell = 24;
+
+// Rays of a pixel at most, about 400 MB of them. A whole galaxy in one pixel takes some 6e4 at the
+// default tolerance; only disks of absurd thinness or views of no sense take more.
+constexpr std::size_t most_rays = std::size_t{1} << 23;
+
+/// Places of at least `count` rays in a square of side 1, by a lattice rule of rank 1:
+/// ((i + 1/2)/n, the fraction of (i + 1/2) a/n). Each coordinate alone is a midpoint rule of n
+/// points. The odd `a` makes neighbours, those in adjoining squares included, as far apart as can
+/// be; an n whose neighbours are close for their number is skipped.
+std::span<const glm::dvec2> lattice(int count) {
+  constexpr double least_distance = 0.8;
+  static const std::vector<std::vector<glm::dvec2>> lattices = [] {
+    std::vector<std::vector<glm::dvec2>> all(most_rays_of_cell + 1);
+    for (int n = most_rays_of_cell; n > 0; --n) {
+      const auto part = [n](int i) { return static_cast<double>(i % n) / n; };
+      double widest = 0;
+      int best = 1;
+      for (int a = 1; a < n; a += 2) {
+        if (std::gcd(a, n) != 1) continue;
+        double nearest = 1;
+        for (int i = 1; i < n; ++i) {
+          const double x = std::min(part(i), 1 - part(i));
+          const double y = std::min(part(a * i), 1 - part(a * i));
+          nearest = std::min(nearest, std::hypot(x, y));
+        }
+        constexpr double rounding = 1e-9;
+        if (nearest > widest + rounding) {
+          widest = nearest;
+          best = a;
+        }
+      }
+      const auto own = static_cast<std::size_t>(n);
+      if (n > 2 && n < most_rays_of_cell && widest * std::sqrt(n) < least_distance) {
+        all[own] = all[own + 1];
+        continue;
+      }
+      for (int i = 0; i < n; ++i) {
+        const double y = (i + 0.5) * best / n;
+        all[own].emplace_back((i + 0.5) / n, y - std::floor(y));
+      }
+    }
+    return all;
+  }();
+  return lattices[static_cast<std::size_t>(count)];
+}
+
+}  // namespace
+
+Renderer::Evenness Renderer::evenness(const Ray& ray, double size,
+                                      std::span<const int> galaxies) const {
+  Evenness result;
+  const Accuracy& accuracy = medium_.accuracy();
+  const double finest = accuracy.ray_spacing * accuracy.widest_footprint;
+  const bool is_parallel = camera_.projection() == Projection::orthographic;
+  for (const int g : galaxies) {
+    const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
+    const glm::dvec3 offset = ray.origin - placed.centre;
+    const double along = glm::dot(offset, ray.direction);
+    const double across2 = glm::dot(offset, offset) - along * along;
+    const double reach = placed.bounding_radius + size * camera_.pixel_size(placed.centre);
+    if (across2 > reach * reach) continue;
+    const glm::dvec3 origin = placed.to_ball * offset;
+    glm::dvec3 direction = placed.to_ball * ray.direction;
+    direction /= glm::length(direction);
+    // What lies behind the camera is not seen.
+    const double way = glm::dot(origin, direction);
+    const glm::dvec3 nearest = is_parallel || way < 0 ? origin - way * direction : origin;
+    const double length = size * pixel_in_ball_[static_cast<std::size_t>(g)];
+    // Half a diagonal.
+    const double around = length * std::numbers::sqrt2 / 2;
+    double envelope = HUGE_VAL, texture = HUGE_VAL;
+    for (const auto& component : placed.galaxy->components()) {
+      if (supersample_ && !component->has_cusp()) continue;
+      const ColumnScale scale = component->column_scale(&nearest.x, &direction.x, around);
+      envelope = std::min(envelope, scale.envelope);
+      texture = std::min(texture, scale.texture);
+    }
+    // Rays across the cell, where one is enough for `share` of the envelope's scale.
+    const auto need = [&](double share, double distance) {
+      return length / std::min(share * envelope, std::max(share * texture, distance));
+    };
+    result.rays = std::max(result.rays, need(accuracy.ray_size, finest));
+    result.parts = std::max(result.parts, need(accuracy.cell_size, 2 * finest));
+    result.steepness = std::max(result.steepness, length / (accuracy.cell_size * envelope));
+  }
+  return result;
+}
+
+bool Renderer::is_at_cusp(int x, int y) const {
+  return std::binary_search(cusp_pixels_.begin(), cusp_pixels_.end(), std::pair(y, x));
+}
+
+void Renderer::aim(int left, int right, int y, Work& work) const {
+  work.left = left;
+  if (supersample_) return;
+  work.places.clear();
+  for (int x = left; x < right; ++x) work.places.emplace_back(x, y);
+  work.middles.resize(work.places.size());
+  camera_.rays(work.places, work.middles);
+}
+
+void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& near,
+                             Work& work) const {
+  const std::size_t first = work.samples.size();
+  if (supersample_ && !is_at_cusp(x, y)) {
+    const int sub = *supersample_;
+    const double weight = 1.0 / (sub * sub);
+    const auto offset = [&](int i) { return (i + 0.5) / sub - 0.5; };
+    for (int j = 0; j < sub; ++j) {
+      for (int i = 0; i < sub; ++i) {
+        work.samples.push_back(
+            {x, row, x + offset(i), y + offset(j), weight, 1.0 / sub, 1.0 / sub});
+      }
+    }
+    weigh(first, work);
+    return;
+  }
+  const Sample whole{x, row, static_cast<double>(x), static_cast<double>(y), 1, 1, 1};
+  const std::optional<Ray> ray =
+      supersample_ ? camera_.ray(x, y) : work.middles[static_cast<std::size_t>(x - work.left)];
+  if (!ray) return;
+  // Cells look at the same galaxies.
+  constexpr double reach = 2;
+  GalaxyIndex::find(index_.around(*ray, reach), near, work.near_pixel);
+  const auto fits = [&](int deepest) {
+    work.samples.resize(first);
+    work.finest_cell = std::ldexp(1.0, -deepest);
+    work.most_samples = first + most_rays;
+    refine(whole, ray, work);
+    return work.samples.size() <= work.most_samples;
+  };
+  if (!fits(deepest_cell)) {
+    int good = 0;
+    for (int bad = deepest_cell; bad - good > 1;) {
+      const int between = (good + bad) / 2;
+      (fits(between) ? good : bad) = between;
+    }
+    fits(good);
+  }
+  weigh(first, work);
+}
+
+void Renderer::weigh(std::size_t first, Work& work) const {
+  const std::span<Sample> samples = std::span(work.samples).subspan(first);
+  if (!camera_.weighs_parts() || samples.size() == 1) return;
+  // So that what is even stays so, also where a part of the pixel shows no sky.
+  double sum = 0;
+  for (Sample& sample : samples) {
+    sample.weight *= camera_.density(sample.x, sample.y);
+    sum += sample.weight;
+  }
+  if (!(sum > 0)) return;
+  for (Sample& sample : samples) sample.weight /= sum;
+}
+
+void Renderer::refine(const Sample& cell, const std::optional<Ray>& middle, Work& work) const {
+  if (work.samples.size() > work.most_samples) return;
+  const Evenness even = middle ? evenness(*middle, cell.size, work.near_pixel) : Evenness{};
+  // Calls use(part) for `count` x `count` parts of a cell, `distance` of their sizes apart.
+  const auto cut = [&](const Sample& whole, int count, double distance, const auto& use) {
+    for (int j = 0; j < count; ++j) {
+      for (int i = 0; i < count; ++i) {
+        Sample part = whole;
+        part.size = whole.size / count;
+        part.x += (i - 0.5 * (count - 1)) * distance * part.size;
+        part.y += (j - 0.5 * (count - 1)) * distance * part.size;
+        part.weight = part.size * part.size;
+        if (!supersample_) {
+          part.footprint = std::min(distance > 1 ? whole.size : part.size, whole.footprint);
+        }
+        use(part);
+      }
+    }
+  };
+  const auto keep = [&](const Sample& part) { work.samples.push_back(part); };
+  const auto keep_lattice = [&](const Sample& whole, int least) {
+    const std::span<const glm::dvec2> places = lattice(least);
+    const auto count = static_cast<double>(places.size());
+    // Neighbours are mirrored, so that the lattice's slant favours no direction.
+    const bool is_mirrored = (std::lround(whole.x) + std::lround(whole.y)) % 2 != 0;
+    for (const glm::dvec2& place : places) {
+      Sample part = whole;
+      part.size = whole.size / std::sqrt(count);
+      part.x += (is_mirrored ? 0.5 - place.x : place.x - 0.5) * whole.size;
+      part.y += (place.y - 0.5) * whole.size;
+      part.weight = whole.size * whole.size / count;
+      if (!supersample_) part.footprint = std::min(part.size, whole.footprint);
+      keep(part);
+    }
+  };
+  constexpr double gauss = 2 * std::numbers::inv_sqrt3;
+  const auto keep_gauss = [&](const Sample& part) { cut(part, 2, gauss, keep); };
+  if (middle && even.rays <= 1) return keep(cell);
+  if (!middle || cell.size <= work.finest_cell) return keep_gauss(cell);
+  // Rays of a lattice rule, or parts on a side of which each has the 2 x 2 Gauss rule.
+  const double parts = std::max(std::ceil(even.parts), 1.0);
+  const double rays = std::max(std::ceil(even.rays * even.rays), 1.0);
+  // Where the envelope is steep, a part of the cell is steeper than the rest.
+  if (std::min(rays, 4 * parts * parts) > most_rays_of_cell || even.steepness > 1) {
+    cut(cell, 2, 1, [&](const Sample& part) { refine(part, camera_.ray(part.x, part.y), work); });
+  } else if (rays > 4 && rays < 4 * parts * parts) {
+    keep_lattice(cell, static_cast<int>(rays));
+  } else {
+    cut(cell, static_cast<int>(parts), 1, keep_gauss);
+  }
+}
+
+}  // namespace gamer

@@ -1,0 +1,162 @@
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "gamer/sed/photometry.h"
+#include "render/renderer_work.h"
+
+namespace gamer {
+
+// How an image shows stars: as discs, or as points whose light is shared among pixels.
+
+namespace {
+
+// Stars of star fields are looked for in areas of at most so many pixels on a side.
+constexpr int star_tile = 64, wide_star_tile = 256;
+
+}  // namespace
+
+void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, double area_scale,
+                         const std::function<void(int x, int y, double share)>& take) const {
+  if (white_point_) {
+    const double x = std::round(pixel.x), y = std::round(pixel.y);
+    const glm::ivec2 own_pixel = camera_.neighbour(pixel, static_cast<int>(x), static_cast<int>(y));
+    const double area = camera_.solid_angle(own_pixel.x, own_pixel.y);
+    double value = 0;
+    for (std::size_t p = 0; p < flux.size() && area > 0; ++p) {
+      const double brightness = flux[p] * area_scale / area * unit_factors_[p];
+      value = std::max(value, counts_flux(scene_->unit) ? brightness * area : brightness);
+    }
+    const double white_point =
+        scene_->unit == PixelUnit::magnitude ? nanojansky(*white_point_) : *white_point_;
+    if (value > white_point) {
+      // A disc of that brightness, its edge a pixel wide.
+      const double radius =
+          std::min(std::sqrt(value / (std::numbers::pi * white_point)), largest_star_);
+      const auto cover = [&](double i, double j) {
+        return std::clamp(radius + 0.5 - std::hypot(i - pixel.x, j - pixel.y), 0.0, 1.0);
+      };
+      const double reach = std::ceil(radius + 1);
+      double sum = 0;
+      for (const bool is_second : {false, true}) {
+        for (double j = y - reach; j <= y + reach; ++j) {
+          for (double i = x - reach; i <= x + reach; ++i) {
+            const double own = cover(i, j);
+            if (!is_second) {
+              sum += own;
+            } else if (own > 0) {
+              const glm::ivec2 place =
+                  camera_.neighbour(pixel, static_cast<int>(i), static_cast<int>(j));
+              take(place.x, place.y, own / sum);
+            }
+          }
+        }
+      }
+      return;
+    }
+  }
+  if (!antialiased_stars_) {
+    const glm::ivec2 place = camera_.neighbour(pixel, static_cast<int>(std::round(pixel.x)),
+                                               static_cast<int>(std::round(pixel.y)));
+    take(place.x, place.y, 1);
+    return;
+  }
+  // A point: shared among the four nearest pixels so that its centroid is where it is.
+  const double left = std::floor(pixel.x), below = std::floor(pixel.y);
+  for (const double y : {below, below + 1}) {
+    const double share_y = 1 - std::abs(pixel.y - y);
+    for (const double x : {left, left + 1}) {
+      const double share = share_y * (1 - std::abs(pixel.x - x));
+      if (!(share > 0)) continue;
+      const glm::ivec2 place = camera_.neighbour(pixel, static_cast<int>(x), static_cast<int>(y));
+      take(place.x, place.y, share);
+    }
+  }
+}
+
+bool Renderer::add_stars(RowRange rows, Sums& sums) const {
+  const double reach = star_reach();
+  bool any = !seam_stars_.empty();
+  const auto begin = std::partition_point(
+      stars_.begin(), stars_.end(),
+      [&](const PlacedStar* star) { return star->pixel.y <= rows.first - reach; });
+  for (auto placed = begin; placed != stars_.end() && (*placed)->pixel.y < rows.last - 1 + reach;
+       ++placed) {
+    any = true;
+    add_star(**placed, rows, sums);
+  }
+  for (const PlacedStar* star : seam_stars_) add_star(*star, rows, sums);
+  return any;
+}
+
+void Renderer::add_star(const PlacedStar& star, RowRange rows, Sums& sums) const {
+  using Kind = OutputPlane::Kind;
+  const auto width = static_cast<std::size_t>(camera_.width());
+  const std::size_t spectral = medium_.basis().planes();
+  share_out(star.pixel, star.flux, star.area_scale, [&](int x, int y, double share) {
+    if (y < rows.first || y >= rows.last || x < 0 || x >= camera_.width()) return;
+    const double area = camera_.solid_angle(x, y) / star.area_scale;
+    if (!(area > 0)) return;
+    const auto row = static_cast<std::size_t>(y - rows.first);
+    const auto column = static_cast<std::size_t>(x);
+    for (std::size_t o = 0; o < outputs_.size(); ++o) {
+      const Kind kind = outputs_[o].kind;
+      const bool is_own = kind == Kind::object && outputs_[o].object == star.object;
+      if (kind != Kind::image && kind != Kind::dust_free && !is_own) continue;
+      sums.values[(row * outputs_.size() + o) * width + column] +=
+          share * star.flux[outputs_[o].plane] / area;
+    }
+    for (std::size_t p = 0; p < spectral && owner_; ++p) {
+      sums.owners[row * width + column][star.object] +=
+          share * star.flux[p] / area * unit_factors_[p];
+    }
+  });
+}
+
+void Renderer::add_field_stars(RowRange rows, Sums& sums, RenderCounts& counts) const {
+  if (star_fields_->empty()) return;
+  const auto width = static_cast<std::size_t>(camera_.width());
+  const std::size_t spectral = medium_.basis().planes();
+  const int step = white_point_ ? wide_star_tile : star_tile;
+  const auto paint = [&](const StarPainter::Tile& tile) {
+    painter_.paint(
+        tile, star_reach(),
+        [&](const StarPainter::Seen& star) {
+          const std::size_t object = scene_->galaxies[static_cast<std::size_t>(star.galaxy)].object;
+          share_out(star.pixel, star.flux, 1, [&](int x, int y, double share) {
+            if (x < tile.left || x >= tile.right || y < tile.bottom || y >= tile.top) return;
+            const double area = camera_.solid_angle(x, y);
+            if (!(area > 0)) return;
+            const auto row = static_cast<std::size_t>(y - rows.first);
+            const auto column = static_cast<std::size_t>(x);
+            double* const pixel = sums.values.data() + row * outputs_.size() * width + column;
+            const auto add = [&](std::size_t first, std::span<const double> flux) {
+              for (std::size_t p = 0; p < spectral; ++p) {
+                pixel[(first + p) * width] += share * flux[p] / area;
+              }
+            };
+            add(0, star.flux);
+            if (dust_free_) add(*dust_free_, star.dust_free);
+            if (!parts_.empty()) {
+              const std::size_t first = parts_[object];
+              const bool is_whole = outputs_[first].kind == OutputPlane::Kind::object;
+              add(first + (is_whole ? 0 : star.emitter * spectral), star.flux);
+            }
+            for (std::size_t p = 0; p < spectral && owner_; ++p) {
+              sums.owners[row * width + column][object] +=
+                  share * star.flux[p] / area * unit_factors_[p];
+            }
+          });
+        },
+        counts);
+  };
+  for (int bottom = rows.first; bottom < rows.last; bottom += step) {
+    for (int left = 0; left < camera_.width(); left += step) {
+      paint({left, std::min(left + step, camera_.width()), bottom,
+             std::min(bottom + step, rows.last)});
+    }
+  }
+}
+
+}  // namespace gamer
