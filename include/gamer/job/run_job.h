@@ -1,0 +1,25 @@
+#pragma once
+
+#include <optional>
+
+#include "gamer/job/job.h"
+#include "gamer/job/work.h"
+#include "gamer/parallel/ranks.h"
+
+namespace gamer {
+
+/// What a run of the program is to do, besides answers that need no job.
+struct RunOptions {
+  JobRequest request;
+  std::optional<int> threads;  ///< per process; by default all cores, one under a launcher
+  bool print_config = false;   ///< print the resolved parameters instead
+  WorkOptions work;
+  bool quiet = false;    ///< say nothing but errors
+  bool verbose = false;  ///< say more, and where the time went
+};
+
+/// Runs a job from its files to the finished image or film, and tells about it on the standard
+/// streams. Every rank calls it with equal options. Throws InputError, RunError and Stopped.
+void run_job(const Ranks& ranks, const RunOptions& options);
+
+}  // namespace gamer

@@ -1,0 +1,231 @@
+#include "gamer/job/run_job.h"
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gamer/core/clock.h"
+#include "gamer/core/error.h"
+#include "gamer/core/parallel_for.h"
+#include "gamer/core/printable.h"
+#include "gamer/core/resources.h"
+#include "gamer/core/simd.h"
+#include "gamer/image/clean_up.h"
+#include "gamer/job/estimate.h"
+#include "gamer/job/film.h"
+#include "gamer/job/journal.h"
+#include "gamer/job/progress.h"
+#include "gamer/job/report.h"
+#include "gamer/job/resume.h"
+#include "gamer/job/warnings.h"
+
+namespace gamer {
+namespace {
+
+Progress::Style progress_style(const RunOptions& options) {
+  return options.quiet ? Progress::Style::none : Progress::style_for(stderr);
+}
+
+/// The journal of an earlier run of this job; null when there is none.
+std::unique_ptr<Journal> find_journal(const RunOptions& options) {
+  Resources resources = open_resources(options.request, default_data_folders());
+  const RenderParameters parameters = load_parameters(options.request, resources);
+  return Journal::open(journal_path(parameters.output), options.work.journal_interval);
+}
+
+/// What rank 0 has to do: an image, or a film, or nothing any more.
+struct Task {
+  std::unique_ptr<Work> work;
+  std::unique_ptr<Film> film;
+};
+
+void tell_size_of_work(const RenderJob& job, int workers) {
+  fmt::print(stderr, "gamer: {}, {} worker{}, SIMD {}\n", objects_text(*job.scene), workers,
+             workers == 1 ? "" : "s", simd_target_name(current_simd_target()));
+}
+
+void tell_estimate(const JobEstimate& estimate, int ranks, int threads,
+                   const std::string& hindrance) {
+  fmt::print("{}\n", estimate_text(estimate, ranks, threads));
+  if (!hindrance.empty()) fmt::print("{}\n", printable(hindrance));
+}
+
+Task prepare_image(const RunOptions& options, RenderJob job, int ranks, int threads,
+                   std::unique_ptr<Journal> earlier) {
+  auto work =
+      std::make_unique<Work>(std::move(job), options.work, ranks, threads, std::move(earlier));
+  if (work->is_complete()) {
+    if (!options.quiet) fmt::print("{}\n", printable(work->text()));
+    return {};
+  }
+  if (options.work.dry_run) {
+    fmt::print("would write {}, {}\n", printable(work->plan()), objects_text(*work->job().scene));
+    Preparation preparation{process_seconds(), 0};
+    work->complete(Ranks(), threads);
+    preparation.measuring = process_seconds() - preparation.reading;
+    tell_estimate(estimate_job(work->job(), options.work.truth, ranks, threads, preparation), ranks,
+                  threads, work->hindrance());
+    return {};
+  }
+  if (options.verbose) tell_size_of_work(work->job(), ranks * threads);
+  return {std::move(work), nullptr};
+}
+
+Task prepare_film(const RunOptions& options, const RenderJob& job, int ranks, int threads) {
+  auto film = std::make_unique<Film>(job, options.work, ranks, threads);
+  if (const auto later = film->later_files(); !later.empty() && !options.quiet) {
+    const std::string files =
+        later.size() == 1
+            ? "is a frame of a longer film and stays"
+            : fmt::format("and {} more are frames of a longer film and stay", later.size() - 1);
+    fmt::print(stderr, "gamer: {} {}: this one ends with frame {}\n",
+               printable(later.front().string()), files, film->frames());
+  }
+  if (film->left().empty()) {
+    if (!options.quiet) fmt::print("{}: complete already\n", printable(film->names()));
+    return {};
+  }
+  if (options.work.dry_run) {
+    fmt::print("would write {}: {} of {} frames, {}, {}\n", printable(film->names()),
+               film->left().size(), film->frames(), film->size(), objects_text(*job.scene));
+    tell_estimate(film->estimate(ranks, threads, process_seconds()), ranks, threads,
+                  film->hindrance());
+    return {};
+  }
+  if (options.verbose) tell_size_of_work(job, ranks * threads);
+  return {nullptr, std::move(film)};
+}
+
+void warn(const std::string& text) { fmt::print(stderr, "gamer: warning: {}\n", printable(text)); }
+
+void warn_of(const RunOptions& options, const RenderJob& job) {
+  // A preview has one ray a pixel, and is none to measure.
+  if (options.quiet || options.request.preview) return;
+  for (const std::string& text : job_warnings(job)) warn(text);
+}
+
+/// On rank 0: reads and checks everything.
+Task prepare(const RunOptions& options, int ranks, int threads, std::unique_ptr<Journal> earlier) {
+  Resources resources = open_resources(options.request, default_data_folders());
+  if (options.print_config) {
+    fmt::print("{}", load_parameters(options.request, resources).toml());
+    return {};
+  }
+  RenderJob job = read_job(options.request, resources);
+  warn_of(options, job);
+  if (job.parameters.frames > 0) return prepare_film(options, job, ranks, threads);
+  return prepare_image(options, std::move(job), ranks, threads, std::move(earlier));
+}
+
+/// From then on a signal says how to go on.
+void announce(const Work& work) {
+  if (work.journal() == nullptr) return;
+  const std::string hint = work.resume_hint();
+  if (work.journal()->is_begun()) {
+    say_when_stopped("gamer", hint);
+  } else {
+    work.journal()->when_begun([hint] { say_when_stopped("gamer", hint); });
+  }
+}
+
+/// Every rank's part. `pixels` are those of all images.
+void say_where_the_time_went(const Ranks& ranks, const RankReport& own, double pixels) {
+  std::vector<RankReport> reports;
+  for (const std::string& packed : ranks.gather(pack_report(own))) {
+    reports.push_back(unpack_report(packed));
+  }
+  fmt::print(stderr, "{}", report_text(reports, pixels));
+}
+
+/// Every rank's part; returns the pixels of the image.
+double render_image(const Ranks& ranks, const RunOptions& options, Work* work, std::string packed,
+                    int threads, Executor& executor, RankReport& report) {
+  const auto pixels = [](const Camera& camera) {
+    return static_cast<double>(camera.width()) * camera.height();
+  };
+  if (ranks.rank() != 0) {
+    RenderJob job = read_job(unpack_record(std::exchange(packed, {})));
+    complete(job, ranks, threads);
+    help_render(job, options.work, executor, report);
+    return pixels(job.camera);
+  }
+  packed.clear();
+  packed.shrink_to_fit();
+  work->complete(ranks, threads);
+  work->begin();
+  announce(*work);
+  work->render(executor, progress_style(options), report);
+  if (!options.quiet) {
+    fmt::print("{}\n", printable(work->text()));
+    for (const std::string& text : {work->darkness(), work->shortfall()}) {
+      if (!text.empty()) warn(text);
+    }
+  }
+  return pixels(work->job().camera);
+}
+
+/// Every rank's part; returns the pixels of all frames.
+double render_film(const Ranks& ranks, const RunOptions& options, std::unique_ptr<Film> film,
+                   std::string packed, int threads, Executor& executor, RankReport& report) {
+  if (film == nullptr) film = Film::unpack(packed, options.work);
+  packed.clear();
+  packed.shrink_to_fit();
+  Film::Messages messages;
+  messages.progress = progress_style(options);
+  if (!options.quiet) {
+    messages.say = [](const std::string& line) { fmt::print("{}\n", printable(line)); };
+    messages.warn = warn;
+  }
+  film->render(ranks, threads, executor, messages, report);
+  return film->pixels();
+}
+
+}  // namespace
+
+void run_job(const Ranks& ranks, const RunOptions& options) {
+  const Clock clock;
+  std::unique_ptr<Journal> earlier;
+  std::int64_t simd_targets = supported_simd_targets();
+  if (ranks.rank() == 0 && options.work.resume && !options.print_config) {
+    earlier = find_journal(options);
+    if (earlier) simd_targets = journal_simd_targets(*earlier);
+  }
+  simd_targets = ranks.common_bits(simd_targets);
+  if (simd_targets == 0) {
+    throw InputError("gamer: a rank's machine has not the instructions of the journal's rows");
+  }
+  use_simd_targets(simd_targets);
+  const int threads = options.threads.value_or(ranks.size() == 1 ? available_cores() : 1);
+  use_threads(threads);
+  const std::unique_ptr<Executor> executor = ranks.executor(threads);
+
+  RankReport report;
+  report.threads = threads;
+  Task task;
+  if (ranks.rank() == 0) task = prepare(options, ranks.size(), threads, std::move(earlier));
+  std::string film = ranks.broadcast(task.film ? task.film->pack() : "");
+  // Alone the record need not travel.
+  const bool travels = task.work && ranks.size() > 1;
+  std::string image = ranks.broadcast(travels ? pack_record(task.work->job().record) : "");
+  double pixels = 0;
+  if (!film.empty()) {
+    pixels = render_film(ranks, options, std::move(task.film), std::move(film), threads, *executor,
+                         report);
+  } else if (task.work || !image.empty()) {
+    pixels =
+        render_image(ranks, options, task.work.get(), std::move(image), threads, *executor, report);
+  } else {
+    return;
+  }
+  if (!options.verbose) return;
+  report.wall = clock.seconds();
+  report.peak_memory = peak_memory();
+  say_where_the_time_went(ranks, report, pixels);
+}
+
+}  // namespace gamer
