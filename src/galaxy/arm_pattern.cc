@@ -46,7 +46,7 @@ void RingermacherMeadShear(const float* HWY_RESTRICT r, std::size_t size, float 
   const hn::ScalableTag<float> d;
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
     const auto radius = hn::Max(hn::Load(d, r + i), hn::Set(d, 1e-30f));
-    // Beyond 80 nothing is left of the exponential; infinities are kept out.
+    // Beyond 80 the exponential is 0, and infinities are kept out.
     const auto ratio = hn::Min(hn::Div(hn::Set(d, a), radius), hn::Set(d, 80.0f));
     const auto y = hn::Mul(Exp(d, hn::Neg(ratio)), hn::Set(d, b));
     const auto slope = hn::Div(y, hn::MulAdd(y, y, hn::Set(d, 1.0f)));

@@ -16,8 +16,8 @@ namespace gamer {
 
 namespace {
 
-// Keep emissivities and their sums within single precision, and 10^-10 of them above its denormal
-// numbers, in galaxies of any size (sums are per scene unit).
+// These bounds keep emissivities and their sums within single precision in galaxies of any size,
+// and 10^-10 of them above its denormal numbers. Sums are per scene unit.
 constexpr double largest_intensity = 1e30, smallest_intensity = 1e-12;
 
 // Features so many times narrower than their octaves are still followed by rays a footprint apart.
@@ -184,7 +184,7 @@ void ComponentReader::read_light(Component& component, const ParameterSet& value
     component.sed_ = settings.sed;
     return;
   }
-  // Stars without have their own.
+  // Star fields without `sed` have spectra of their own.
   if (!values.has("sed")) return;
   try {
     component.sed_ = find_sed(values.text("sed"), values.where("sed").file, resources);

@@ -19,7 +19,7 @@
 namespace gamer {
 namespace {
 
-/// Room for what a vector store writes beyond the last point.
+/// A batch has room for the numbers that a vector store writes beyond the last point.
 constexpr std::size_t compacted_capacity = batch_capacity + batch_padding;
 
 /// The points of a batch that need a texture's noise, turned back by its twirl.
@@ -97,7 +97,8 @@ void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float thr
   const auto limit = hn::Set(d, threshold);
   const auto fade_scale = hn::Set(d, 1 / (threshold * (fade_factor - 1)));
   std::size_t size = 0;
-  // Through a register: to compress into memory is slow. What is stored beyond is overwritten.
+  // Numbers are compressed in a register, since compressing into memory is slow. Numbers stored
+  // beyond the end are overwritten.
   const auto keep = [&](auto values, auto mask, float* to)
                         HWY_ATTR { hn::StoreU(hn::Compress(values, mask), d, to + size); };
   for (std::size_t i = 0; i < batch.size; i += lanes) {
@@ -192,7 +193,7 @@ constexpr std::size_t most_components = 64;
 // The ball is not flattened further: single precision would not resolve it.
 constexpr double smallest_stretch = 1e-9;
 
-// The seed of references that are shared: any fixed one.
+// The seed of shared references; any fixed number would do.
 constexpr std::uint64_t reference_seed = 0x7265666572656e63;
 
 bool is_constant(const float* values, std::size_t size) {
@@ -543,7 +544,7 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
         HWY_DYNAMIC_DISPATCH(Largest)(batch.size, densities[f].data(), need.data());
       }
     }
-    // Whichever of them needs the noise most decides.
+    // The component that needs the noise most decides.
     double scale = components_[c]->threshold_scale();
     for (std::size_t f = 0; f < count; ++f) {
       if (followed_[f] == static_cast<int>(c)) {
@@ -567,7 +568,7 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
         look_up((*dust_)[c].amount, places, log_footprints, rays->obliquity, amount);
         spread(coherence);
         spread(amount);
-        // There the result must not depend on whether other rays have variants.
+        // The result of rays without variants must not depend on those of others.
         for (std::size_t i = 0; i < padded(batch.size); ++i) {
           if (log_footprints[i] > log_narrow_[c]) means[c][i] *= amount[i];
         }
@@ -578,7 +579,7 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
     }
     const BatchArray* followed =
         followed_[c] >= 0 ? phi_of_followed(static_cast<std::size_t>(followed_[c])) : nullptr;
-    // The first last: it takes the envelope's place.
+    // The first variant comes last, since it takes the envelope's place.
     for (std::size_t k = variants; k-- > 0;) {
       const BatchArray* phi = !is_textured ? nullptr : known != nullptr ? known : &own[k];
       HWY_DYNAMIC_DISPATCH(Scale)

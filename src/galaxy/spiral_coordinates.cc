@@ -55,7 +55,7 @@ void SpiralKernel(const Points& points, const SpiralKernelInput& in, SpiralBatch
     const auto y = hn::Load(d, points.y + i);
     const auto along = hn::MulAdd(x, hn::Set(d, in.cosine), hn::Mul(y, hn::Set(d, in.sine)));
     const auto across = hn::MulSub(y, hn::Set(d, in.cosine), hn::Mul(x, hn::Set(d, in.sine)));
-    // Turns by octants: at the cut they are +-1/2 exactly.
+    // Angles are found by octants, so that they are exactly +-1/2 turn at the cut.
     const auto a = hn::Abs(along);
     const auto b = hn::Abs(across);
     auto turns = hn::Mul(AtanOfRatio(d, hn::Min(a, b), hn::Max(a, b)),
@@ -64,7 +64,7 @@ void SpiralKernel(const Points& points, const SpiralKernelInput& in, SpiralBatch
     turns = hn::IfThenElse(hn::Lt(along, hn::Zero(d)), hn::Sub(hn::Set(d, 0.5f), turns), turns);
     hn::Store(hn::CopySign(turns, hn::Mul(across, hn::Set(d, in.orientation))), d,
               out.turns.data() + i);
-    // Far below what any galaxy shows, and squares of it are normal numbers.
+    // This is far below what any galaxy shows, and its squares are normal numbers.
     const auto square = hn::Max(hn::MulAdd(x, x, hn::Mul(y, y)), hn::Set(d, 1e-12f));
     const auto s = hn::Mul(Log(d, square), hn::Set(d, 0.5f));
     const auto inverse = hn::Div(one, hn::Sqrt(square));

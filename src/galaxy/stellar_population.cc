@@ -149,7 +149,7 @@ StellarPopulation::StellarPopulation(const ParameterSet& values, const std::stri
   } else {
     read_table(values, context, resources);
   }
-  // From numbers to shares.
+  // Numbers become shares.
   double number = 0, light = 0;
   for (const Class& own : classes_) {
     number += own.number;

@@ -10,7 +10,7 @@ namespace gamer {
 
 namespace {
 
-// Galaxies that are looked at one by one.
+// A leaf of the tree has at most so many galaxies.
 constexpr int most_in_leaf = 8;
 
 // Pixels between the places at which the rays of a region are taken.
@@ -26,7 +26,8 @@ constexpr double beyond_edge = 2.5;
 // Half the diagonal of the grid's cells on the sphere, in steps.
 constexpr double half_diagonal = 0.75;
 
-// Chords of the sphere between neighbouring places up to which what lies between is in the ball.
+// Neighbouring places are at most such a chord of the sphere apart; the ball then holds what lies
+// between.
 constexpr double longest_chord = 0.5;
 
 // The upper edge of a face belongs to the next one.
@@ -147,7 +148,7 @@ GalaxyIndex::Ball GalaxyIndex::ball_of(const glm::dvec3& centre, double radius) 
   } else {
     ball.centre = -camera_.towards(centre);
     const double sine = radius / camera_.distance(centre);
-    // From within it is everywhere.
+    // Seen from within, a galaxy is everywhere.
     ball.radius = sine < 1 ? sine * std::sqrt(2 / (1 + std::sqrt(1 - sine * sine))) : 2;
   }
   ball.radius = ball.radius * (1 + slack) + slack * room;
@@ -267,7 +268,7 @@ void GalaxyIndex::find(const Ball& rays, Found& out) const {
 }
 
 void GalaxyIndex::find(const Ball& rays, const Found& among, std::vector<int>& out) {
-  // Without branches: most are not met.
+  // The loop has no branches, since most galaxies are not met.
   const std::size_t count = among.galaxies.size();
   out.resize(count);
   std::size_t size = 0;

@@ -196,7 +196,7 @@ void Medium::make_shares() {
     last = key(g);
     spectra_[static_cast<std::size_t>(g)].share = static_cast<std::uint32_t>(shares_.size() - 1);
   }
-  // Not touched before they are needed, so that they take no memory till then.
+  // The arrays take no memory until they are written.
   weights_ = std::make_unique_for_overwrite<double[]>(weights);
   extinction_ = std::make_unique_for_overwrite<float[]>(extinction);
   is_ready_ = std::make_unique<std::atomic<bool>[]>(shares_.size());

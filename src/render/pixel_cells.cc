@@ -12,14 +12,15 @@ namespace gamer {
 
 namespace {
 
-// Rays of a cell; one that needs more may reach beyond the galaxy, and is halved.
+// Largest number of rays of a cell. A cell that needs more may reach beyond the galaxy; it is
+// halved.
 constexpr int most_rays_of_cell = 64;
 
-// Halvings of a pixel at most.
+// Largest number of halvings of a pixel.
 constexpr int deepest_cell = 24;
 
-// Rays of a pixel at most, about 400 MB of them. A whole galaxy in one pixel takes some 6e4 at the
-// default tolerance; only disks of absurd thinness or views of no sense take more.
+// Largest number of rays of a pixel, about 400 MB. A whole galaxy in one pixel takes some 6e4 at
+// the default tolerance. Only absurdly thin disks or senseless views take more.
 constexpr std::size_t most_rays = std::size_t{1} << 23;
 
 /// Places of at least `count` rays in a square of side 1, by a lattice rule of rank 1:
@@ -81,7 +82,7 @@ Renderer::Evenness Renderer::evenness(const Ray& ray, double size,
     const glm::dvec3 origin = placed.to_ball * offset;
     glm::dvec3 direction = placed.to_ball * ray.direction;
     direction /= glm::length(direction);
-    // What lies behind the camera is not seen.
+    // The camera sees nothing that lies behind it.
     const double way = glm::dot(origin, direction);
     const glm::dvec3 nearest = is_parallel || way < 0 ? origin - way * direction : origin;
     const double length = size * pixel_in_ball_[static_cast<std::size_t>(g)];
@@ -138,7 +139,7 @@ void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& ne
   const std::optional<Ray> ray =
       supersample_ ? camera_.ray(x, y) : work.middles[static_cast<std::size_t>(x - work.left)];
   if (!ray) return;
-  // Cells look at the same galaxies.
+  // All cells of a pixel choose from these galaxies.
   constexpr double reach = 2;
   GalaxyIndex::find(index_.around(*ray, reach), near, work.near_pixel);
   const auto fits = [&](int deepest) {
@@ -162,7 +163,7 @@ void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& ne
 void Renderer::weigh(std::size_t first, Work& work) const {
   const std::span<Sample> samples = std::span(work.samples).subspan(first);
   if (!camera_.weighs_parts() || samples.size() == 1) return;
-  // So that what is even stays so, also where a part of the pixel shows no sky.
+  // Even light stays even, also where a part of the pixel shows no sky.
   double sum = 0;
   for (Sample& sample : samples) {
     sample.weight *= camera_.density(sample.x, sample.y);

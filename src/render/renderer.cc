@@ -19,20 +19,20 @@ namespace gamer {
 
 namespace {
 
-// Rays that are worked on together: enough to fill batches after refinement, few enough for what
-// their nodes hold to stay in the second-level cache.
+// Number of rays that are worked on together. They fill batches after refinement, and the data of
+// their nodes stay in the second-level cache.
 constexpr std::size_t rays_at_once = 256;
 
-// Hits of rays that are worked on together, if these are several: nodes of a run are kept for each
-// galaxy in it, 40 kB for each of thousands in a row.
+// Largest number of hits of several rays that are worked on together. The nodes of a run are kept
+// for each of its galaxies, 40 kB for each of thousands behind each other.
 constexpr std::size_t most_hits_at_once = std::size_t{1} << 17;
 
 // Galaxies are looked for in tiles of so many pixels on a side, counted from the image's corner,
 // and their rays worked on together.
 constexpr int tile_size = 16;
 
-// Rays that stand for less than this share of a pixel's side are many: their errors make up for
-// each other.
+// A ray that stands for less than this share of a pixel's side is one of many, whose errors average
+// out.
 constexpr double shared_size = 0.3;
 
 /// Probes of at most this many galaxies choose the spectral nodes.
@@ -81,7 +81,7 @@ std::shared_ptr<const SpectralBasis> make_basis(const RenderParameters& paramete
       probes.push_back(probe);
     }
   }
-  // A share of the tolerance that leaves room for the quadrature's.
+  // The rest of the tolerance is for the quadrature.
   constexpr double share = 0.1;
   return std::make_shared<const SpectralBasis>(spectrum, probes, parameters.band_samples,
                                                share * parameters.tolerance);
@@ -242,7 +242,7 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
     }
     work_off(1, near, work, sums, counts);
   };
-  // Halves of halves, so that empty sky costs little.
+  // Rows of tiles are halved again and again, so that empty sky costs little.
   const std::function<void(int, int, int, int)> render_tiles = [&](int left, int right, int bottom,
                                                                    int top) {
     const int tiles = (right - left + tile_size - 1) / tile_size;
@@ -280,7 +280,7 @@ void Renderer::count_pixels(int left, int right, int bottom, int top, RenderCoun
   for (int y = bottom; y < top; ++y) {
     aim(left, right, y, work);
     for (int x = left; x < right; ++x) {
-      // All in one row: nobody looks at them.
+      // All pixels go to one row, since nobody looks at them.
       place_samples(x, y, 0, near, work);
       work_off(rays_at_once, near, work, sums, counts);
     }
@@ -301,7 +301,7 @@ void Renderer::sample_light(const std::function<void(double x, double y, double 
     index_.find(*rays, near);
     aim(0, camera_.width(), y, work);
     for (int x = 0; x < camera_.width(); ++x) place_samples(x, y, 0, near, work);
-    // Each ray as a pixel of its own.
+    // Each ray becomes a pixel of its own.
     for (std::size_t begin = 0; begin < work.samples.size(); begin += width) {
       const std::span<Sample> part =
           std::span(work.samples).subspan(begin, std::min(width, work.samples.size() - begin));

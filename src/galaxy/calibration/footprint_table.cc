@@ -53,7 +53,7 @@ void LookUp(const TableInput& in, std::size_t size, const float* HWY_RESTRICT po
       hn::Store(hn::ConvertTo(di, node), di, at + filled);
       hn::Store(hn::Sub(place, node), d, share + filled);
     }
-    // One load for two numbers, where a gather has one for each.
+    // A load takes two numbers at once; a gather would load each by itself.
     for (std::size_t k = 0; k < filled; ++k) {
       std::memcpy(neighbours + 2 * k, in.values + at[k], 2 * sizeof(float));
     }

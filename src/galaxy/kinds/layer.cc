@@ -210,7 +210,8 @@ constexpr double nodes_per_width = 1.2;
 constexpr double cusp_width = 0.15;
 constexpr double hole_width = 0.5;
 
-// Nodes per period of the texture's sharpest features: fewer miss some, which no estimate shows.
+// Nodes per period of the texture's sharpest features. Fewer nodes miss some, and no estimate shows
+// it.
 constexpr double nodes_per_period = 2;
 
 // The least length that is divided by.
@@ -220,10 +221,10 @@ constexpr double least_divisor = std::numeric_limits<double>::min();
 // Finer ones are too faint to be missed for long: doubled nodes find them.
 constexpr double seen_cycles = fade_begin + 4 * (fade_end - fade_begin) / 15;
 
-// Integrals over the layer end at this many scale lengths: (1 + x) e^-x of the light is beyond.
+// Integrals over the layer end at this many scale lengths x; (1 + x) e^-x of the light is beyond.
 constexpr double reach = 30;
 
-// Beyond these the layer's column does not count: e^-9 and sech^2 of 5.
+// The layer's column does not count beyond so many scale lengths (e^-9) and heights (sech^2 of 5).
 constexpr double seen_lengths = 9;
 constexpr double seen_heights = 5;
 
@@ -232,7 +233,7 @@ constexpr double column_lengths = 2;
 constexpr double texture_periods = 0.35;
 
 // Near the axis exp(-r/rh) has a cusp of so many scale lengths. The profile of arms changes within
-// so many of the lengths over which it falls by e, but finer than finest_arm galaxy radii is where
+// so many of the lengths over which it falls by e. Where that is below finest_arm galaxy radii
 // there is little light.
 constexpr double cusp_lengths = 0.5;
 constexpr double arm_lengths = 1;
@@ -241,7 +242,7 @@ constexpr double finest_arm = 1.0 / 96;
 // A hole's rim is this share of its radius wide.
 constexpr double rim_width = 0.6;
 
-// Where the layer is bright: within these multiples of the scale length and height.
+// The layer is bright within these multiples of the scale length and height.
 constexpr double bright_radius = 3;
 constexpr double bright_height = 3.5;
 
@@ -261,8 +262,8 @@ double gamma2_quantile(double u) {
   return x;
 }
 
-/// The side of the cubes of which `count` fill a box; where that is thinner, of the squares that
-/// fill its widest face, or of the pieces of its longest edge.
+/// The side of the cubes of which `count` fill a box. In a thinner box it is the side of the
+/// squares that fill its widest face, or the length of the pieces of its longest edge.
 double cell_side(std::array<double, 3> extents, double count) {
   std::sort(extents.begin(), extents.end());
   const auto [thin, middle, longest] = extents;
@@ -481,7 +482,7 @@ ColumnCloud Layer::columns(std::size_t size, std::size_t heights) const {
     for (std::size_t i = 0; i < batch.size; ++i) {
       batch.x[i] = samples.r[i] * std::cos(samples.phi[i]);
       batch.y[i] = samples.r[i] * std::sin(samples.phi[i]);
-      // Without the part of the height.
+      // The columns' weights leave out the part of the height.
       batch.weight[i] *= 1 - share[i] * share[i];
     }
   }
@@ -497,7 +498,7 @@ double Layer::texture_frequency() const {
 
 bool Layer::hides_texture(double footprint) const {
   if (texture() == nullptr) return false;
-  // Also where single precision rounds the footprint up.
+  // The margin covers a footprint that single precision rounds up.
   constexpr double margin = 1 + 1e-5;
   return texture()->hides(footprint * margin * footprint_scale() *
                           stretch_of(texture()->twirl() * largest_shear_));
@@ -521,7 +522,7 @@ ColumnScale Layer::column_scale(const double nearest[3], const double direction[
   }
   const double r = std::max(plane_radius(nearest, direction) - reach, 0.0);
   scale = std::min(scale, std::hypot(r, cusp_lengths * shape_.rh));
-  // Arms cross many rays, whose errors make up for each other as those of a texture do.
+  // Arms cross many rays, whose errors average out like those of a texture.
   const double frequency = texture_frequency();
   double texture = frequency > 0 ? texture_periods / frequency : HUGE_VAL;
   if (follows_arms()) {

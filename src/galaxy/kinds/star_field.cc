@@ -64,7 +64,7 @@ int StarField::poisson(double mean, double u) {
   if (u < 1 - mean) return 0;  // below exp(-mean)
   double probability = std::exp(-mean), sum = probability;
   int count = 0;
-  // Ends where rounding leaves nothing to add.
+  // The sum ends where rounding leaves nothing to add.
   while (u >= sum && probability > 0) {
     ++count;
     probability *= mean / count;

@@ -14,25 +14,25 @@ namespace gamer {
 
 namespace {
 
-// Nodes of a run at least, so that every second one still makes a cubic. Runs that begin with more
-// than most_first_nodes, or come to more than most_nodes, are cut into pieces.
+// A run has at least fewest_nodes, so that every second one still makes a cubic. Runs that begin
+// with more than most_first_nodes, or come to more than most_nodes, are cut into pieces.
 constexpr std::int32_t fewest_nodes = 9;
 constexpr std::int32_t most_first_nodes = 129;
 constexpr std::int32_t most_nodes = 2 * most_first_nodes - 1;
 
-// Between the nodes of a piece. Four times as far apart they still make a cubic.
+// Number of intervals of a piece. Every fourth node still makes a cubic.
 constexpr std::int32_t piece_intervals = 32;
 // Rays of larger optical depths need no better relative errors than those of this one.
 constexpr double deepest = 80;
 
-// Pieces of a ray at most.
+// Largest number of pieces of a ray.
 constexpr std::int32_t most_pieces = most_nodes_of_a_ray / piece_intervals;
-// Halvings of a piece at most: single precision ends before.
+// Largest number of halvings of a piece; single precision ends before.
 constexpr int most_halvings = 24;
 
 constexpr std::int32_t no_run = -1;
 
-/// The stretch of a ray that a galaxy fills, and how.
+/// The stretch of a ray that a galaxy fills, with its focuses.
 struct Part {
   Hit hit;
   double begin, end;
@@ -110,8 +110,8 @@ struct Level {
   }
 };
 
-/// Where a refined run's nodes come from: known ones, and fresh ones between them. A run without
-/// known nodes has fresh ones alone.
+/// The nodes of a refined run: known ones, and fresh ones between them. A run without known nodes
+/// has fresh ones alone.
 struct Source {
   std::int32_t known, fresh, merged;
   std::int32_t count;  ///< of the fresh ones
@@ -123,8 +123,8 @@ struct Slice {
   std::int32_t from, to, count;
 };
 
-/// The share of light that passes the runs so far: what all variants of the dust share, and what
-/// each passes of it where pieces of one run follow each other.
+/// The share of light that passes the runs so far. One factor is common to all variants of the
+/// dust; pieces of one run add a factor of each variant.
 class Transmitted {
  public:
   /// Moves on to a run.
@@ -134,7 +134,7 @@ class Transmitted {
     own_.fill(1.0);
     variants_ = run.results();
   }
-  /// In front of the run, in a variant, times that variant's weight.
+  /// The share of light that passes what is in front of the run, in a variant, times its weight.
   double in_front(std::int32_t variant) const {
     return common_ * weight(variant) * own_[static_cast<std::size_t>(variant)];
   }
@@ -402,7 +402,7 @@ void AdaptiveSampler::cut(std::int32_t index, std::int32_t count, Workspace& ws,
 
 void AdaptiveSampler::cut_anew(std::int32_t index, Workspace& ws) const {
   const double origin = ws.runs[static_cast<std::size_t>(index)].origin;
-  // Where single precision cannot tell bounds apart there is nothing between them.
+  // There is nothing between bounds that single precision cannot tell apart.
   ws.bounds.erase(std::unique(ws.bounds.begin(), ws.bounds.end()), ws.bounds.end());
   const auto count = static_cast<std::int32_t>(ws.bounds.size()) - 1;
   if (count == 0) {
@@ -681,7 +681,7 @@ void AdaptiveSampler::integrate_pieces(Workspace& ws) const {
       const auto shift = level.has_variants[i] != 0 ? static_cast<std::int32_t>(v) : 0;
       ws.result.push_back(level.result[i] + shift);
     }
-    // What steers the refinement is that of the first variant.
+    // The first variant steers the refinement.
     integrate(level, v, alone, ws.no_variants.data(), v == 0, ws);
   }
 }

@@ -20,7 +20,7 @@
 namespace gamer {
 namespace {
 
-// By all nodes, by every second and by every fourth one.
+// The rules by all nodes, by every second and by every fourth node.
 constexpr std::size_t strides = 3;
 
 }  // namespace

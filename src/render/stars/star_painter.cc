@@ -28,8 +28,8 @@ struct BallSpace {
   double radius;
 };
 
-// Planes stand so many pixels beyond a tile's margin, and so much of a place's size, so that
-// rounding cuts off nothing that the margin holds.
+// Planes stand so many pixels, and so large a share of a place's size, beyond a tile's margin.
+// Rounding then cuts off nothing that the margin holds.
 constexpr double plane_margin = 1e-3;
 constexpr double plane_slack = 1e-12;
 
@@ -167,7 +167,7 @@ void StarPainter::paint(const Tile& tile, double margin,
     }
   }
   if (is_at_seam) {
-    // Stars beyond it: so far along both sides of pixels.
+    // Stars beyond the tile are looked for so far along both sides of pixels.
     rays->radius += 2 * (more + 1) * camera_.pixel_size(camera_.origin() - camera_.back());
   }
   GalaxyIndex::Found near;
@@ -218,7 +218,7 @@ void StarPainter::paint_field(std::size_t number, const Tile& tile, double margi
     }
     return false;
   };
-  // The brightest first: their cells are the largest.
+  // The brightest stars come first, since their cells are the largest.
   for (std::size_t k = stars.population().size(); k-- > 0;) {
     const double brightest = stars.population().at(k).high;
     const double farthest = std::sqrt(brightest / field.limit);  // of those above the limit
