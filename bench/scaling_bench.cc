@@ -74,7 +74,7 @@ Workload measure_scene(const std::string& name, int size) {
   RenderJob job = read_job(request, resources);
   const double read = thread_seconds();
   Workload load;
-  for (const auto& galaxy : job.rest.galaxies) {
+  for (const auto& galaxy : job.pending.galaxies) {
     load.parts += GalaxyStatistics(*galaxy).parts(GalaxyStatistics::Round::textures);
   }
   complete(job, Ranks(), 1);

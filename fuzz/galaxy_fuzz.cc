@@ -62,7 +62,7 @@ void check_plan(const gamer::Component& component) {
   }
 }
 
-void check_stars(const gamer::StarField& field) {
+void check_stars(const gamer::StarField& field, double largest_phi) {
   for (std::size_t k = 0; k < field.population().size(); ++k) {
     const gamer::StellarPopulation::Class& stars = field.population().at(k);
     expect(is_proper(stars.number) && is_proper(stars.light) && stars.low <= stars.high,
@@ -70,7 +70,7 @@ void check_stars(const gamer::StarField& field) {
     // Some of the many: only so many cells are opened.
     int cells = 100;
     field.walk(
-        k, [&](const gamer::StarField::Cell&) { return --cells > 0; },
+        k, largest_phi, [&](const gamer::StarField::Cell&) { return --cells > 0; },
         [&](const gamer::StarField::Candidate& candidate) {
           const double luminosity = field.luminosity(k, candidate);
           const double temperature = field.temperature(luminosity, candidate);
@@ -92,10 +92,11 @@ void read(std::string_view text) {
   gamer::RayBatch rays{};
   std::fill_n(rays.footprint.data(), gamer::batch_capacity, 0.05f);
   check_densities(*galaxy, &rays);
-  for (const auto& component : galaxy->components()) {
+  for (std::size_t c = 0; c < galaxy->components().size(); ++c) {
+    const auto& component = galaxy->components()[c];
     check_plan(*component);
-    if (const auto* field = dynamic_cast<const gamer::StarField*>(component.get())) {
-      check_stars(*field);
+    if (const gamer::StarField* field = component->star_field()) {
+      check_stars(*field, galaxy->calibration().largest_phi[c]);
     }
     expect(is_proper(component->face_on_column()), "the column is proper");
   }

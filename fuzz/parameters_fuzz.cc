@@ -45,7 +45,7 @@ void read(std::string_view text) {
   }
   gamer::RenderParameters parameters = gamer::RenderParameters::read(root);
   check_record(parameters);
-  if (parameters.frames > 0) check_frames(parameters);
+  if (parameters.animation.frames > 0) check_frames(parameters);
   gamer::Resources texts = named_texts();
   gamer::load_spectrum(parameters, texts);
   const gamer::Camera camera = gamer::make_camera(parameters, texts);

@@ -295,6 +295,99 @@ std::string Interval::text() const {
   return fmt::format("{}{}, {}{}", low_open ? ']' : '[', low, high, high_open ? '[' : ']');
 }
 
+namespace {
+
+/// A declaration with its default, or none.
+template <class T>
+Parameter declare(std::string name, ParameterType type, std::string unit, Interval interval,
+                  std::optional<T> default_value, std::string description) {
+  Parameter result{std::move(name), type, std::move(unit), interval, {}, std::move(description)};
+  if (default_value) result.default_value = std::move(*default_value);
+  return result;
+}
+
+}  // namespace
+
+Parameter Parameter::boolean(std::string name, std::optional<bool> default_value,
+                             std::string description) {
+  return declare(std::move(name), ParameterType::boolean, "", Interval::any(), default_value,
+                 std::move(description));
+}
+
+Parameter Parameter::integer(std::string name, std::string unit, Interval interval,
+                             std::optional<std::int64_t> default_value, std::string description) {
+  return declare(std::move(name), ParameterType::integer, std::move(unit), interval,
+                 std::move(default_value), std::move(description));
+}
+
+Parameter Parameter::number(std::string name, std::string unit, Interval interval,
+                            std::optional<double> default_value, std::string description) {
+  return declare(std::move(name), ParameterType::number, std::move(unit), interval,
+                 std::move(default_value), std::move(description));
+}
+
+Parameter Parameter::vector2(std::string name, std::string unit, Interval interval,
+                             std::optional<std::vector<double>> default_value,
+                             std::string description) {
+  return declare(std::move(name), ParameterType::vector2, std::move(unit), interval,
+                 std::move(default_value), std::move(description));
+}
+
+Parameter Parameter::vector3(std::string name, std::string unit, Interval interval,
+                             std::optional<std::vector<double>> default_value,
+                             std::string description) {
+  return declare(std::move(name), ParameterType::vector3, std::move(unit), interval,
+                 std::move(default_value), std::move(description));
+}
+
+Parameter Parameter::numbers(std::string name, std::string unit, Interval interval,
+                             std::optional<std::vector<double>> default_value,
+                             std::string description) {
+  return declare(std::move(name), ParameterType::numbers, std::move(unit), interval,
+                 std::move(default_value), std::move(description));
+}
+
+Parameter Parameter::size2(std::string name, std::string unit, Interval interval,
+                           std::optional<std::int64_t> default_value, std::string description) {
+  return declare(std::move(name), ParameterType::size2, std::move(unit), interval,
+                 std::move(default_value), std::move(description));
+}
+
+Parameter Parameter::text(std::string name, std::optional<std::string> default_value,
+                          std::string description) {
+  return declare(std::move(name), ParameterType::text, "", Interval::any(),
+                 std::move(default_value), std::move(description));
+}
+
+Parameter Parameter::choice(std::string name, std::vector<std::string> choices,
+                            std::optional<std::string> default_value, std::string description) {
+  Parameter result = declare(std::move(name), ParameterType::choice, "", Interval::any(),
+                             std::move(default_value), std::move(description));
+  result.choices = std::move(choices);
+  return result;
+}
+
+Parameter Parameter::texts(std::string name, std::optional<std::vector<std::string>> default_value,
+                           std::string description) {
+  return declare(std::move(name), ParameterType::texts, "", Interval::any(),
+                 std::move(default_value), std::move(description));
+}
+
+Parameter Parameter::noise(std::string name, std::string description) {
+  return declare<bool>(std::move(name), ParameterType::noise, "", Interval::any(), std::nullopt,
+                       std::move(description));
+}
+
+ParameterTable operator+(ParameterTable a, const ParameterTable& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+Parameter required(Parameter parameter) {
+  parameter.required = true;
+  return parameter;
+}
+
 std::string Parameter::type_text() const {
   std::string result;
   switch (type) {

@@ -30,70 +30,67 @@ double Component::footprint_scale() const {
   return std::max(texture_->sharpness() / followed_sharpness, 1.0);
 }
 
-namespace component_parameters {
-
-ParameterTable operator+(ParameterTable a, const ParameterTable& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
-
-ParameterTable common() {
-  return {
-      {"class", ParameterType::text, "", Interval::any(), {}, "kind of component", {}, true},
-      {"name",
-       ParameterType::text,
-       "",
-       Interval::any(),
-       {},
-       "unique within the galaxy; default the class and its index"},
-      {"active", ParameterType::boolean, "", Interval::any(), true, "false leaves it out"},
-  };
-}
-
-ParameterTable light() {
-  return {
-      {"sed",
-       ParameterType::text,
-       "",
-       Interval::any(),
-       {},
-       "name or file of its spectrum in `seds/`",
-       {},
-       true},
-      {"intensity",
-       ParameterType::number,
-       "",
-       Interval::closed(0, largest_intensity),
-       {},
-       "I_m, central emissivity at 5500 Angstrom where envelope and noise are 1: 0 or at least "
-       "1e-12; default 1"},
-      {"fraction",
-       ParameterType::number,
-       "",
-       Interval::left_open(0, 1),
-       {},
-       "instead of `intensity`: share of the galaxy's dust-free light at 5500 Angstrom"},
-  };
-}
-
-ParameterTable dust() {
-  return {
-      {"optical_depth", ParameterType::number, "", Interval::closed(0, 1000), 1.0,
-       "tau_V, face-on optical depth at V through the middle"},
-      {"extinction", ParameterType::text, "", Interval::any(), std::string("ccm89"),
-       "extinction curve: \"ccm89\" or a file"},
-      {"r_v", ParameterType::number, "", Interval::closed(2, 6), 3.1, "R_V of ccm89"},
-  };
-}
-
-}  // namespace component_parameters
-
 namespace {
 
+/// The keys of all kinds.
+ParameterTable common_parameters() {
+  return {
+      required(Parameter::text("class", std::nullopt, "kind of component")),
+      Parameter::text("name", std::nullopt,
+                      "unique within the galaxy; default the class and its index"),
+      Parameter::boolean("active", true, "false leaves it out"),
+  };
+}
+
+/// The keys of light.
+ParameterTable light_parameters(bool has_own_spectrum) {
+  return {
+      has_own_spectrum
+          ? Parameter::text("sed", std::nullopt,
+                            "name or file of the spectrum of all stars, instead of blackbodies")
+          : required(
+                Parameter::text("sed", std::nullopt, "name or file of its spectrum in `seds/`")),
+      Parameter::number("intensity", "", Interval::closed(0, largest_intensity), std::nullopt,
+                        "I_m, central emissivity at 5500 Angstrom where envelope and noise are 1: "
+                        "0 or at least 1e-12; default 1"),
+      Parameter::number(
+          "fraction", "", Interval::left_open(0, 1), std::nullopt,
+          "instead of `intensity`: share of the galaxy's dust-free light at 5500 Angstrom"),
+  };
+}
+
+/// The keys of what absorbs.
+ParameterTable dust_parameters() {
+  return {
+      Parameter::number("optical_depth", "", Interval::closed(0, 1000), 1.0,
+                        "tau_V, face-on optical depth at V through the middle"),
+      Parameter::text("extinction", "ccm89", "extinction curve: \"ccm89\" or a file"),
+      Parameter::number("r_v", "", Interval::closed(2, 6), 3.1, "R_V of ccm89"),
+  };
+}
+
+/// The kind with the parameters that its traits say.
+ComponentKind with_shared_parameters(ComponentKind kind) {
+  ParameterTable parameters = common_parameters();
+  if (kind.traits.emits) parameters = parameters + light_parameters(kind.traits.has_own_spectrum);
+  if (kind.traits.absorbs) parameters = parameters + dust_parameters();
+  if (kind.traits.can_follow) {
+    parameters.push_back(Parameter::text(
+        "follows", std::nullopt, "name of the disk component whose noise also modulates this one"));
+  }
+  kind.parameters = parameters + kind.parameters;
+  return kind;
+}
+
 std::vector<ComponentKind>& registry() {
-  static std::vector<ComponentKind> kinds = {bulge_kind(),    disk_kind(),  stars_kind(),
-                                             dust_kind(),     veins_kind(), veins_light_kind(),
-                                             starfield_kind()};
+  static std::vector<ComponentKind> kinds = [] {
+    std::vector<ComponentKind> result;
+    for (const auto kind : {bulge_kind, disk_kind, stars_kind, dust_kind, veins_kind,
+                            veins_light_kind, starfield_kind}) {
+      result.push_back(with_shared_parameters(kind()));
+    }
+    return result;
+  }();
   return kinds;
 }
 
@@ -107,7 +104,7 @@ void register_component_kind(ComponentKind kind) {
       throw std::invalid_argument("register_component_kind: there is a kind " + kind.name);
     }
   }
-  registry().push_back(std::move(kind));
+  registry().push_back(with_shared_parameters(std::move(kind)));
 }
 
 const ComponentKind& find_component_kind(const std::string& name, const SourceLocation& where) {
@@ -249,17 +246,13 @@ std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int ind
   check_lengths(values, context);
   std::unique_ptr<Component> component =
       kind.make(ComponentInput{values, node, context, arms, axis_z, settings, name, resources});
+  component->kind_ = kind.name;
+  component->traits_ = kind.traits;
   component->name_ = name;
   component->active_ = values.boolean("active");
   component->where_ = node.where;
-  const auto declares = [&](const char* key) {
-    for (const Parameter& parameter : kind.parameters) {
-      if (parameter.name == key) return true;
-    }
-    return false;
-  };
-  if (declares("sed")) read_light(*component, values, context, settings, resources);
-  if (declares("optical_depth")) {
+  if (kind.traits.emits) read_light(*component, values, context, settings, resources);
+  if (kind.traits.absorbs) {
     component->spectrum_where_ = values.where("extinction");
     try {
       component->extinction_ = find_extinction(values.text("extinction"), values.number("r_v"),
@@ -271,7 +264,7 @@ std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int ind
       throw InputError(values.where("r_v"), context + "'r_v' belongs to extinction = \"ccm89\"");
     }
   }
-  if (declares("follows") && values.has("follows")) {
+  if (kind.traits.can_follow && values.has("follows")) {
     component->follows_ = values.text("follows");
     component->follows_where_ = values.where("follows");
   }

@@ -1,190 +1,13 @@
 #include "gamer/galaxy/galaxy.h"
 
-#undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "galaxy/galaxy.cc"
-#include "hwy/foreach_target.h"
-
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <utility>
 
-#include "core/math-inl.h"
-#include "galaxy/kinds/taper-inl.h"
-#include "gamer/core/clock.h"
 #include "gamer/core/near.h"
 #include "gamer/galaxy/calibration/galaxy_statistics.h"
 
-#ifndef GAMER_GALAXY_GALAXY_KERNEL
-#define GAMER_GALAXY_GALAXY_KERNEL
 namespace gamer {
-namespace {
-
-/// A batch has room for the numbers that a vector store writes beyond the last point.
-constexpr std::size_t compacted_capacity = batch_capacity + batch_padding;
-
-/// The points of a batch that need a texture's noise, turned back by its twirl.
-struct alignas(batch_alignment) CompactedPoints {
-  float x[compacted_capacity];
-  float y[compacted_capacity];
-  float z[compacted_capacity];
-  float winding[compacted_capacity];
-  float fade[compacted_capacity];
-  float footprint[compacted_capacity];  ///< in the texture's coordinates; only where wanted
-  float coherence[compacted_capacity];  ///< only where wanted
-  std::int32_t index[compacted_capacity];
-  std::size_t size = 0;
-};
-
-// Phi fades in between the threshold and this many times it.
-constexpr float fade_factor = 4;
-
-}  // namespace
-}  // namespace gamer
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
-
-void Share(const Points& points, bool needs_phi, SampleBatch& batch) {
-  const hn::ScalableTag<float> d;
-  for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
-    const auto x = hn::Load(d, points.x + i);
-    const auto y = hn::Load(d, points.y + i);
-    const auto z = hn::Load(d, points.z + i);
-    const auto r2 = hn::MulAdd(x, x, hn::Mul(y, y));
-    const auto radius = hn::Sqrt(hn::MulAdd(z, z, r2));
-    hn::Store(x, d, batch.x.data() + i);
-    hn::Store(y, d, batch.y.data() + i);
-    hn::Store(z, d, batch.z.data() + i);
-    hn::Store(hn::Sqrt(r2), d, batch.r.data() + i);
-    if (needs_phi) hn::Store(Atan2(d, y, x), d, batch.phi.data() + i);
-    hn::Store(Taper(d, radius), d, batch.taper.data() + i);
-  }
-}
-
-void Radius(const Points& points, float* HWY_RESTRICT out) {
-  const hn::ScalableTag<float> d;
-  for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
-    const auto x = hn::Load(d, points.x + i);
-    const auto y = hn::Load(d, points.y + i);
-    hn::Store(hn::Sqrt(hn::MulAdd(x, x, hn::Mul(y, y))), d, out + i);
-  }
-}
-
-/// Turns (x, y) about the axis by -twirl theta; `to_x` and `to_y` may be x and y.
-void TurnBack(std::size_t size, const float* x, const float* y, const float* winding, float twirl,
-              float* to_x, float* to_y) {
-  const hn::ScalableTag<float> d;
-  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    auto sine = hn::Zero(d);
-    auto cosine = hn::Zero(d);
-    SinCos(d, hn::Mul(hn::Load(d, winding + i), hn::Set(d, -twirl)), sine, cosine);
-    const auto from_x = hn::Load(d, x + i);
-    const auto from_y = hn::Load(d, y + i);
-    hn::Store(hn::NegMulAdd(sine, from_y, hn::Mul(cosine, from_x)), d, to_x + i);
-    hn::Store(hn::MulAdd(sine, from_x, hn::Mul(cosine, from_y)), d, to_y + i);
-  }
-}
-
-/// `footprints` and `coherence` may be null.
-void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float threshold, float twirl,
-             bool has_winding, const float* footprints, float footprint_scale,
-             const float* coherence, CompactedPoints& out) {
-  const hn::ScalableTag<float> d;
-  const hn::RebindToSigned<decltype(d)> di;
-  const std::size_t lanes = hn::Lanes(d);
-  const auto limit = hn::Set(d, threshold);
-  const auto fade_scale = hn::Set(d, 1 / (threshold * (fade_factor - 1)));
-  std::size_t size = 0;
-  // Numbers are compressed in a register, since compressing into memory is slow. Numbers stored
-  // beyond the end are overwritten.
-  const auto keep = [&](auto values, auto mask, float* to)
-                        HWY_ATTR { hn::StoreU(hn::Compress(values, mask), d, to + size); };
-  for (std::size_t i = 0; i < batch.size; i += lanes) {
-    const auto value = hn::Load(d, need + i);
-    const auto index = hn::Iota(di, static_cast<std::int32_t>(i));
-    const auto inside = hn::Lt(index, hn::Set(di, static_cast<std::int32_t>(batch.size)));
-    const auto mask = hn::And(hn::Gt(value, limit), hn::RebindMask(d, inside));
-    if (hn::AllFalse(d, mask)) continue;
-    const auto fade = hn::Min(hn::Mul(hn::Sub(value, limit), fade_scale), hn::Set(d, 1.0f));
-    keep(hn::Load(d, batch.x.data() + i), mask, out.x);
-    keep(hn::Load(d, batch.y.data() + i), mask, out.y);
-    keep(hn::Load(d, batch.z.data() + i), mask, out.z);
-    if (has_winding) keep(hn::Load(d, batch.winding.data() + i), mask, out.winding);
-    keep(fade, mask, out.fade);
-    if (footprints != nullptr) {
-      auto footprint = hn::Mul(hn::Load(d, footprints + i), hn::Set(d, footprint_scale));
-      if (has_winding && twirl != 0) {
-        const auto half = hn::Mul(hn::Abs(hn::Load(d, batch.shear.data() + i)),
-                                  hn::Set(d, 0.5f * (twirl < 0 ? -twirl : twirl)));
-        const auto root = hn::Sqrt(hn::MulAdd(half, half, hn::Set(d, 1.0f)));
-        footprint = hn::Mul(footprint, hn::Add(half, root));
-      }
-      keep(footprint, mask, out.footprint);
-    }
-    if (coherence != nullptr) keep(hn::Load(d, coherence + i), mask, out.coherence);
-    hn::StoreU(hn::Compress(index, hn::RebindMask(di, mask)), di, out.index + size);
-    size += hn::CountTrue(d, mask);
-  }
-  out.size = size;
-  // Whole vectors are worked on: the padding must hold harmless numbers.
-  for (std::size_t i = size; i < padded(size); ++i) {
-    out.x[i] = out.y[i] = out.z[i] = out.winding[i] = out.footprint[i] = 0;
-  }
-  if (has_winding && twirl != 0) TurnBack(size, out.x, out.y, out.winding, twirl, out.x, out.y);
-}
-
-// `out` may be one of the others.
-void Scale(std::size_t size, float amplitude, const float* envelope, const float* phi,
-           const float* followed_phi, float* out) {
-  const hn::ScalableTag<float> d;
-  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    auto value = hn::Mul(hn::Load(d, envelope + i), hn::Set(d, amplitude));
-    if (phi != nullptr) value = hn::Mul(value, hn::Load(d, phi + i));
-    if (followed_phi != nullptr) value = hn::Mul(value, hn::Load(d, followed_phi + i));
-    hn::Store(value, d, out + i);
-  }
-}
-
-void Logarithm(std::size_t size, const float* HWY_RESTRICT values, float* HWY_RESTRICT out) {
-  const hn::ScalableTag<float> d;
-  const auto least = hn::Set(d, smallest_footprint);
-  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    hn::Store(Log(d, hn::Max(hn::Load(d, values + i), least)), d, out + i);
-  }
-}
-
-void Divide(std::size_t size, const float* HWY_RESTRICT divisor, float* HWY_RESTRICT values) {
-  const hn::ScalableTag<float> d;
-  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    hn::Store(hn::Div(hn::Load(d, values + i), hn::Load(d, divisor + i)), d, values + i);
-  }
-}
-
-void Largest(std::size_t size, const float* HWY_RESTRICT a, float* HWY_RESTRICT b) {
-  const hn::ScalableTag<float> d;
-  for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    hn::Store(hn::Max(hn::Load(d, a + i), hn::Load(d, b + i)), d, b + i);
-  }
-}
-
-// NOLINTNEXTLINE(google-readability-namespace-comments)
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
-namespace gamer {
-
-HWY_EXPORT(Share);
-HWY_EXPORT(Radius);
-HWY_EXPORT(TurnBack);
-HWY_EXPORT(Compact);
-HWY_EXPORT(Scale);
-HWY_EXPORT(Logarithm);
-HWY_EXPORT(Divide);
-HWY_EXPORT(Largest);
 
 namespace {
 
@@ -196,20 +19,14 @@ constexpr double smallest_stretch = 1e-9;
 // The seed of shared references; any fixed number would do.
 constexpr std::uint64_t reference_seed = 0x7265666572656e63;
 
-bool is_constant(const float* values, std::size_t size) {
-  if (size == 0) return true;
-  const Range range = range_of(values, size);
-  return range.least == range.most;
-}
-
 }  // namespace
 
 ParameterTable Galaxy::table() {
   return {
-      {"name", ParameterType::text, "", Interval::any(), std::string(), "for people"},
-      {"description", ParameterType::text, "", Interval::any(), std::string(), "for people"},
-      {"axis", ParameterType::vector3, "", Interval::left_open(0, 10), std::vector<double>{1, 1, 1},
-       "stretch of the whole galaxy along x, y, z"},
+      Parameter::text("name", std::string(), "for people"),
+      Parameter::text("description", std::string(), "for people"),
+      Parameter::vector3("axis", "", Interval::left_open(0, 10), std::vector<double>{1, 1, 1},
+                         "stretch of the whole galaxy along x, y, z"),
   };
 }
 
@@ -321,7 +138,8 @@ void Galaxy::resolve(const std::string& label) {
       throw InputError(c->follows_where(),
                        context + "which is no component" + did_you_mean(c->follows(), names));
     }
-    if (components_[followed].get() == c.get() || components_[followed]->kind() != "disk" ||
+    if (components_[followed].get() == c.get() ||
+        !components_[followed]->traits().can_be_followed ||
         components_[followed]->texture() == nullptr) {
       throw InputError(c->follows_where(), context + "which is no disk with noise");
     }
@@ -334,9 +152,7 @@ void Galaxy::resolve(const std::string& label) {
     throw InputError({label, 0, 0}, "no component of the galaxy is active");
   }
   followed_.assign(components_.size(), -1);
-  means_.assign(components_.size(), {});
-  log_narrow_.assign(components_.size(), 0.0f);
-  dust_ = std::make_shared<const std::vector<Dust>>(components_.size());
+  calibration_ = GalaxyCalibration(components_.size());
   // Dust is thick from this optical depth on, face on.
   constexpr double thick = 5;
   double depth = 0;
@@ -356,7 +172,7 @@ void Galaxy::resolve(const std::string& label) {
         followed_components_.push_back(followed);
       }
     }
-    needs_phi_ = needs_phi_ || components_[c]->needs_phi();
+    needs_azimuth_ = needs_azimuth_ || components_[c]->needs_azimuth();
     needs_winding_ = needs_winding_ || components_[c]->needs_winding();
   }
   resolve_fractions();
@@ -368,50 +184,6 @@ void Galaxy::check_densities() const {
     if (std::isfinite(static_cast<float>(component->amplitude()))) continue;
     throw InputError(component->where(),
                      "component '" + component->name() + "': its density exceeds single precision");
-  }
-}
-
-void Galaxy::place(const Points& points, bool wants_shear, SampleBatch& batch) const {
-  batch.size = points.size;
-  HWY_DYNAMIC_DISPATCH(Share)(points, needs_phi_, batch);
-  if (!needs_winding_) return;
-  arms_.winding(batch.r.data(), batch.size, batch.winding.data());
-  if (wants_shear) arms_.shear(batch.r.data(), batch.size, batch.shear.data());
-}
-
-Points Galaxy::turn_back(const Points& points, double twirl, BatchArray& x, BatchArray& y,
-                         BatchArray& z) const {
-  BatchArray r, winding;
-  HWY_DYNAMIC_DISPATCH(Radius)(points, r.data());
-  arms_.winding(r.data(), points.size, winding.data());
-  HWY_DYNAMIC_DISPATCH(TurnBack)
-  (points.size, points.x, points.y, winding.data(), static_cast<float>(twirl), x.data(), y.data());
-  std::copy_n(points.z, padded(points.size), z.data());
-  return {x.data(), y.data(), z.data(), points.size};
-}
-
-void Galaxy::look_up(const ByObliquity& tables, std::size_t size, const BatchArray& log_footprints,
-                     const BatchArray& obliquity, BatchArray& out) {
-  std::array<float, obliquities.size()> logs;
-  for (std::size_t o = 0; o < logs.size(); ++o) {
-    logs[o] = static_cast<float>(std::log(obliquities[o]));
-  }
-  // Rays of a batch mostly lie between the same two obliquities.
-  const auto [least, most] = range_of(obliquity.data(), size);
-  std::size_t o = 0;
-  while (o + 2 < logs.size() && logs[o + 1] <= least) ++o;
-  std::array<BatchArray, 2> nodes;
-  float *low = nodes[0].data(), *high = nodes[1].data();
-  tables[o].at(size, log_footprints.data(), low);
-  std::copy_n(low, padded(size), out.data());
-  for (; o + 1 < logs.size() && logs[o] <= most; ++o) {
-    tables[o + 1].at(size, log_footprints.data(), high);
-    const float per_width = 1 / (logs[o + 1] - logs[o]);
-    for (std::size_t i = 0; i < padded(size); ++i) {
-      const float share = std::clamp((obliquity[i] - logs[o]) * per_width, 0.0f, 1.0f);
-      if (obliquity[i] >= logs[o]) out[i] = low[i] + share * (high[i] - low[i]);
-    }
-    std::swap(low, high);
   }
 }
 
@@ -452,170 +224,4 @@ void Galaxy::resolve_fractions() {
   }
 }
 
-void Galaxy::phi(std::size_t c, const SampleBatch& batch, const BatchArray& need, float threshold,
-                 const BatchArray& mean, const BatchArray* footprints, const BatchArray* coherence,
-                 std::span<const double> deviations, std::span<BatchArray> out,
-                 EvaluationCounts& counts) const {
-  const Component& component = *components_[c];
-  const Texture& texture = *component.texture();
-  CompactedPoints points;
-  HWY_DYNAMIC_DISPATCH(Compact)
-  (batch, need.data(), threshold, static_cast<float>(texture.twirl()), needs_winding_,
-   footprints != nullptr ? footprints->data() : nullptr,
-   static_cast<float>(component.footprint_scale()),
-   coherence != nullptr ? coherence->data() : nullptr, points);
-  const Clock clock;
-  if (points.size > 0) {
-    texture.evaluate({points.x, points.y, points.z, points.size},
-                     footprints != nullptr ? points.footprint : nullptr,
-                     coherence != nullptr ? points.coherence : nullptr, deviations, out,
-                     counts.noise_evaluations);
-  }
-  for (BatchArray& values : out) {
-    BatchArray compacted;
-    std::copy_n(values.data(), points.size, compacted.data());
-    if (points.size < batch.size) std::fill_n(values.data(), padded(batch.size), 1.0f);
-    for (std::size_t i = 0; i < points.size; ++i) {
-      const auto at = static_cast<std::size_t>(points.index[i]);
-      values[at] = 1 + points.fade[i] * (compacted[i] / mean[at] - 1);
-    }
-  }
-  counts.noise_seconds += clock.seconds();
-}
-
-void Galaxy::look_up_means(std::size_t size, const BatchArray* log_footprints,
-                           std::span<BatchArray> out) const {
-  for (std::size_t c = 0; c < components_.size(); ++c) {
-    if (log_footprints != nullptr) {
-      means_[c].at(size, log_footprints->data(), out[c].data());
-    } else {
-      std::fill_n(out[c].data(), padded(size), means_[c].narrowest());
-    }
-  }
-  // A follower's mean is that of its own Phi times the followed one's.
-  for (std::size_t c = 0; c < components_.size(); ++c) {
-    if (followed_[c] < 0) continue;
-    const BatchArray& followed = out[static_cast<std::size_t>(followed_[c])];
-    HWY_DYNAMIC_DISPATCH(Divide)(size, followed.data(), out[c].data());
-  }
-}
-
-void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* rays,
-                      std::span<const double> deviations, std::span<BatchArray> densities,
-                      EvaluationCounts& counts) const {
-  const Clock clock;
-  const double earlier_noise = counts.noise_seconds;
-  threshold *= skin_scale_;
-  const BatchArray* footprints = rays != nullptr ? &rays->footprint : nullptr;
-  const std::size_t count = components_.size();
-  SampleBatch batch;
-  place(points, footprints != nullptr, batch);
-  for (std::size_t c = 0; c < count; ++c) components_[c]->envelope(batch, densities[c].data());
-  BatchArray log_footprints, coherence, amount;
-  // Rays of one galaxy mostly have one footprint and direction: tables are looked up once then.
-  const bool is_even = rays == nullptr || (is_constant(rays->footprint.data(), batch.size) &&
-                                           is_constant(rays->obliquity.data(), batch.size));
-  const std::size_t places = is_even ? 1 : batch.size;
-  const auto spread = [&](BatchArray& values) {
-    if (is_even) std::fill_n(values.data(), padded(batch.size), values[0]);
-  };
-  if (footprints != nullptr) {
-    HWY_DYNAMIC_DISPATCH(Logarithm)(places, footprints->data(), log_footprints.data());
-    spread(log_footprints);
-  }
-  const auto means = std::make_unique_for_overwrite<BatchArray[]>(count);
-  look_up_means(places, footprints != nullptr ? &log_footprints : nullptr, {means.get(), count});
-  for (std::size_t c = 0; c < count; ++c) spread(means[c]);
-  // The noise of followed components is wanted wherever they or a follower matter.
-  const auto followed_phi =
-      std::make_unique_for_overwrite<BatchArray[]>(followed_components_.size());
-  const auto phi_of_followed = [&](std::size_t c) -> const BatchArray* {
-    for (std::size_t k = 0; k < followed_components_.size(); ++k) {
-      if (followed_components_[k] == c) return &followed_phi[k];
-    }
-    return nullptr;
-  };
-  BatchArray need;
-  for (std::size_t k = 0; k < followed_components_.size(); ++k) {
-    const std::size_t c = followed_components_[k];
-    std::memcpy(need.data(), densities[c].data(), padded(batch.size) * sizeof(float));
-    for (std::size_t f = 0; f < count; ++f) {
-      if (followed_[f] == static_cast<int>(c)) {
-        HWY_DYNAMIC_DISPATCH(Largest)(batch.size, densities[f].data(), need.data());
-      }
-    }
-    // The component that needs the noise most decides.
-    double scale = components_[c]->threshold_scale();
-    for (std::size_t f = 0; f < count; ++f) {
-      if (followed_[f] == static_cast<int>(c)) {
-        scale = std::min(scale, components_[f]->threshold_scale());
-      }
-    }
-    phi(c, batch, need, threshold * static_cast<float>(scale), means[c], footprints, nullptr, {},
-        std::span(&followed_phi[k], 1), counts);
-  }
-  const std::size_t most_variants = std::max<std::size_t>(deviations.size(), 1);
-  const auto own = std::make_unique_for_overwrite<BatchArray[]>(most_variants);
-  for (std::size_t c = 0; c < count; ++c) {
-    const Component& component = *components_[c];
-    const std::size_t variants = component.absorbs() ? most_variants : 1;
-    const bool varies = variants > 1 && footprints != nullptr;
-    const BatchArray* known = phi_of_followed(c);
-    const bool is_textured = component.texture() != nullptr;
-    if (is_textured && known == nullptr) {
-      if (varies) {
-        look_up((*dust_)[c].coherence, places, log_footprints, rays->obliquity, coherence);
-        look_up((*dust_)[c].amount, places, log_footprints, rays->obliquity, amount);
-        spread(coherence);
-        spread(amount);
-        // The result of rays without variants must not depend on those of others.
-        for (std::size_t i = 0; i < padded(batch.size); ++i) {
-          if (log_footprints[i] > log_narrow_[c]) means[c][i] *= amount[i];
-        }
-      }
-      phi(c, batch, densities[c], threshold * static_cast<float>(component.threshold_scale()),
-          means[c], footprints, varies ? &coherence : nullptr, deviations,
-          std::span(own.get(), variants), counts);
-    }
-    const BatchArray* followed =
-        followed_[c] >= 0 ? phi_of_followed(static_cast<std::size_t>(followed_[c])) : nullptr;
-    // The first variant comes last, since it takes the envelope's place.
-    for (std::size_t k = variants; k-- > 0;) {
-      const BatchArray* phi = !is_textured ? nullptr : known != nullptr ? known : &own[k];
-      HWY_DYNAMIC_DISPATCH(Scale)
-      (batch.size, static_cast<float>(component.amplitude()), densities[c].data(),
-       phi != nullptr ? phi->data() : nullptr, followed != nullptr ? followed->data() : nullptr,
-       densities[k * count + c].data());
-      // A follower without a texture has a mean all the same.
-      if (is_textured || followed == nullptr) continue;
-      HWY_DYNAMIC_DISPATCH(Divide)
-      (batch.size, means[c].data(), densities[k * count + c].data());
-    }
-  }
-  counts.envelope_seconds += clock.seconds() - (counts.noise_seconds - earlier_noise);
-}
-
-void Galaxy::evaluate_component(std::size_t c, const Points& points, float threshold,
-                                BatchArray& density, EvaluationCounts& counts) const {
-  const Component& component = *components_[c];
-  SampleBatch batch;
-  place(points, false, batch);
-  BatchArray envelope, followed;
-  component.envelope(batch, envelope.data());
-  const auto means = std::make_unique_for_overwrite<BatchArray[]>(components_.size());
-  look_up_means(batch.size, nullptr, {means.get(), components_.size()});
-  const auto limit = threshold * static_cast<float>(component.threshold_scale());
-  const bool follows = followed_[c] >= 0, is_textured = component.texture() != nullptr;
-  const auto take_phi = [&](std::size_t of, BatchArray& out) {
-    phi(of, batch, envelope, limit, means[of], nullptr, nullptr, {}, std::span(&out, 1), counts);
-  };
-  if (is_textured) take_phi(c, density);
-  if (follows) take_phi(static_cast<std::size_t>(followed_[c]), followed);
-  const float scale = follows && !is_textured ? 1 / means[c][0] : 1.0f;
-  HWY_DYNAMIC_DISPATCH(Scale)
-  (batch.size, scale, envelope.data(), is_textured ? density.data() : nullptr,
-   follows ? followed.data() : nullptr, density.data());
-}
-
 }  // namespace gamer
-#endif

@@ -121,20 +121,21 @@ class MixedSed : public Sed {
 
 ParameterTable StellarPopulation::parameters() {
   return {
-      {"luminosity_function", ParameterType::text, "", Interval::any(), std::string(power_law),
-       "`powerlaw`, or a file in `luminosities/` with columns L, dN/dlnL and, if it has three, T"},
-      {"luminosity_low", ParameterType::number, "", Interval::closed(1e-12, 1), 1e-3,
-       "of the faintest stars, at 5500 Angstrom; 1 may be the Sun's (powerlaw)"},
-      {"luminosity_high", ParameterType::number, "", Interval::closed(10, 1e12), 1e5,
-       "of the brightest (powerlaw)"},
-      {"luminosity_slope", ParameterType::number, "", Interval::closed(-10, 10), 1.7,
-       "dN/dL ~ L^-slope (powerlaw)"},
-      {"temperature", ParameterType::number, "K", Interval::closed(coldest, hottest), 5000.0,
-       "of stars of luminosity 1; not where the file has temperatures"},
-      {"temperature_slope", ParameterType::number, "", Interval::closed(-2, 2), 0.05,
-       "T ~ L^slope; not where the file has temperatures"},
-      {"temperature_scatter", ParameterType::number, "dex", Interval::closed(0, 0.5), 0.13,
-       "standard deviation of log10 T at one luminosity"},
+      Parameter::text("luminosity_function", std::string(power_law),
+                      "`powerlaw`, or a file in `luminosities/` with columns L, dN/dlnL and, if it "
+                      "has three, T"),
+      Parameter::number("luminosity_low", "", Interval::closed(1e-12, 1), 1e-3,
+                        "of the faintest stars, at 5500 Angstrom; 1 may be the Sun's (powerlaw)"),
+      Parameter::number("luminosity_high", "", Interval::closed(10, 1e12), 1e5,
+                        "of the brightest (powerlaw)"),
+      Parameter::number("luminosity_slope", "", Interval::closed(-10, 10), 1.7,
+                        "dN/dL ~ L^-slope (powerlaw)"),
+      Parameter::number("temperature", "K", Interval::closed(coldest, hottest), 5000.0,
+                        "of stars of luminosity 1; not where the file has temperatures"),
+      Parameter::number("temperature_slope", "", Interval::closed(-2, 2), 0.05,
+                        "T ~ L^slope; not where the file has temperatures"),
+      Parameter::number("temperature_scatter", "dex", Interval::closed(0, 0.5), 0.13,
+                        "standard deviation of log10 T at one luminosity"),
   };
 }
 

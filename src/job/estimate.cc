@@ -44,11 +44,11 @@ std::uint64_t resident_memory() {
 }
 
 /// Seconds per unit of cost, in tiles around probes.
-double seconds_per_cost(const Renderer& renderer, const std::vector<Probe>& probes,
+double seconds_per_cost(const Renderer& renderer, const std::vector<ProbedPixel>& probes,
                         double most_seconds) {
   std::vector<double> sums(probes.size());
   std::transform_inclusive_scan(probes.begin(), probes.end(), sums.begin(), std::plus<>(),
-                                [](const Probe& probe) { return probe.cost; });
+                                [](const ProbedPixel& probe) { return probe.cost; });
   const double all = sums.empty() ? 0 : sums.back();
   if (!(all > 0)) return microsecond;
   double seconds = 0, cost = 0;
@@ -56,7 +56,7 @@ double seconds_per_cost(const Renderer& renderer, const std::vector<Probe>& prob
     // Evenly spread after any number of tiles.
     const double at = all * std::fmod((static_cast<double>(tile) + 0.5) * std::numbers::phi, 1.0);
     const auto found = std::lower_bound(sums.begin(), sums.end(), at);
-    const Probe& probe =
+    const ProbedPixel& probe =
         probes[static_cast<std::size_t>(std::min(found, sums.end() - 1) - sums.begin())];
     constexpr int side = Renderer::tile_rows;
     const int left = probe.x - probe.x % side, bottom = probe.y - probe.y % side;
@@ -99,11 +99,11 @@ JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int thread
   JobEstimate estimate;
   const int workers = ranks * threads;
   const double begin = process_seconds();
-  const TruthImages images = truth ? job.parameters.truth : TruthImages();
+  const TruthSettings images = truth ? job.parameters.truth : TruthSettings();
   const Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum, images);
   const double placing = process_seconds() - begin;
   ThreadExecutor alone(1);
-  const std::vector<Probe> probes = probe_pixels(renderer, alone);
+  const std::vector<ProbedPixel> probes = probe_pixels(renderer, alone);
   std::vector<double> costs = row_costs(probes, renderer.width(), renderer.height());
   // One worker needs no blocks of equal cost.
   const double together =
@@ -140,7 +140,7 @@ JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int thread
   const std::uint64_t working = now + static_cast<std::uint64_t>(threads - 1) * of_thread +
                                 of_rows(held_blocks(ranks, threads) * rows);
   estimate.other_memory = std::max(peak_memory(), working);
-  const auto suffix = image_suffix(job.parameters.output.path);
+  const auto suffix = image_suffix(job.parameters.image.output.path);
   const bool is_fits = suffix == ImageSuffix::fits || suffix == ImageSuffix::fits_compressed;
   const std::uint64_t pending = std::min(most_pending, of_rows(renderer.height()));
   const std::uint64_t picture =

@@ -50,13 +50,13 @@ std::string tone_text(const std::array<double, 8>& tone) {
 
 }  // namespace
 
-Film::Film(std::unique_ptr<FrameJobs> jobs, const RenderParameters& parameters, WorkOptions options)
+Film::Film(std::unique_ptr<FrameJobs> jobs, const RenderParameters& parameters, JobOptions options)
     : jobs_(std::move(jobs)),
       options_(std::move(options)),
       parameters_(parameters),
       path_(parameters) {}
 
-Film::Film(const RenderJob& animation, WorkOptions options, int ranks, int threads)
+Film::Film(const RenderJob& animation, JobOptions options, int ranks, int threads)
     : Film(std::make_unique<FrameJobs>(animation), animation.parameters, std::move(options)) {
   header_ = make_image_header(animation);
   const ImageHeader truth_header = wanted_truth_header(animation, options_);
@@ -66,7 +66,7 @@ Film::Film(const RenderJob& animation, WorkOptions options, int ranks, int threa
           "gamer: --truth-table: an animation has a table for each frame; --truth "
           "puts them into the frames' files");
     }
-    check_truth_table({}, parameters_.output);
+    check_truth_table({}, parameters_.image.output);
   }
   check_row_memory(header_, header_.planes() + truth_header.planes(), ranks, threads);
   const InputFiles inputs(animation);
@@ -74,21 +74,21 @@ Film::Film(const RenderJob& animation, WorkOptions options, int ranks, int threa
     RenderParameters own = frame(number);
     const auto files = result_files(own, options_, header_, truth_header);
     inputs.check_outputs(files);
-    own.output.overwrite = true;
+    own.image.output.overwrite = true;
     check_outputs(own, header_, truth_header);
-    own.output.overwrite = options_.overwrite;
+    own.image.output.overwrite = options_.overwrite;
     if (options_.resume) {
       if (are_there(files)) {
         check_undamaged(own, options_, header_, truth_header);
         const auto tone = check_same_frame(files.front(), jobs_->record(), own);
-        if (tone && !parameters_.output.tone) {
+        if (tone && !parameters_.image.output.tone) {
           earlier_tone_ = tone;
           earlier_picture_ = files.front();
         }
-        if (!is_there(journal_path(own.output))) continue;
+        if (!is_there(journal_path(own.image.output))) continue;
       }
     } else {
-      if (hindrance_.empty()) hindrance_ = gamer::hindrance(own.output, options_, files);
+      if (hindrance_.empty()) hindrance_ = gamer::hindrance(own.image.output, options_, files);
       if (!hindrance_.empty() && !options_.dry_run) throw InputError(hindrance_);
       std::ranges::copy_if(files, std::back_inserter(replaced_), is_there);
     }
@@ -102,7 +102,7 @@ std::string Film::pack() const {
   return pack_record(record);
 }
 
-std::unique_ptr<Film> Film::unpack(std::string_view packed, WorkOptions options) {
+std::unique_ptr<Film> Film::unpack(std::string_view packed, JobOptions options) {
   Record record = unpack_record(packed);
   std::istringstream numbers(text_of(record, packed_frames).content.str());
   record.pop_back();
@@ -118,7 +118,7 @@ RenderParameters Film::frame(int number) const {
 }
 
 std::string Film::names() const {
-  const fs::path& output = parameters_.output.path;
+  const fs::path& output = parameters_.image.output.path;
   return fmt::format("{} to {}", frame_path(output, 0, frames()).string(),
                      frame_path(output, frames() - 1, frames()).filename().string());
 }
@@ -130,7 +130,7 @@ double Film::pixels() const {
 }
 
 std::vector<fs::path> Film::later_files() const {
-  const fs::path& output = parameters_.output.path;
+  const fs::path& output = parameters_.image.output.path;
   const std::string suffix = image_suffix_text(output);
   std::string stem = output.filename().string();
   stem.resize(stem.size() - suffix.size());
@@ -185,38 +185,38 @@ JobEstimate Film::estimate(int ranks, int threads, double reading) {
 }
 
 void Film::choose_tone(const Ranks& ranks, Executor& executor) {
-  const auto tone = frame_tone(*jobs_, frame(parameters_.tone_frame - 1), executor);
+  const auto tone = frame_tone(*jobs_, frame(parameters_.animation.tone_frame - 1), executor);
   // With two tones the film would flicker.
   if (ranks.rank() == 0 && earlier_tone_ && *earlier_tone_ != tone) {
     throw InputError(
         {earlier_picture_.string(), 0, 0},
         fmt::format("the film has changed since it began: image.tone was {}, is {} "
                     "(of frame {}, animation.tone_frame); --overwrite starts anew",
-                    tone_text(*earlier_tone_), tone_text(tone), parameters_.tone_frame));
+                    tone_text(*earlier_tone_), tone_text(tone), parameters_.animation.tone_frame));
   }
   const std::string text = ranks.broadcast(tone_text(tone));
   const ConfigNode root = parse_toml("[image]\ntone = " + text, "image.tone");
-  parameters_.output.tone = RenderParameters::read(root).output.tone;
-  const auto& numbers = *parameters_.output.tone;
+  parameters_.image.output.tone = RenderParameters::read(root).image.output.tone;
+  const auto& numbers = *parameters_.image.output.tone;
   parameters_.set("image", "tone", std::vector<double>(numbers.begin(), numbers.end()));
 }
 
 Film::Flaws Film::render_frame(int number, int ranks, int threads, Executor& executor,
                                const Messages& messages, RankReport& report) {
   RenderParameters own = frame(number);
-  own.output.overwrite = options_.overwrite;
+  own.image.output.overwrite = options_.overwrite;
   std::unique_ptr<Journal> earlier;
   if (options_.resume) {
-    const fs::path path = journal_path(own.output);
+    const fs::path path = journal_path(own.image.output);
     earlier = Journal::open(path, options_.journal_interval);
     // With other instructions its rows' last digits would differ: the frame begins again.
     if (earlier && earlier->head().simd != simd_target_name(current_simd_target())) {
       earlier.reset();
       Journal::discard(path);
-      own.output.overwrite = true;
+      own.image.output.overwrite = true;
     }
   }
-  Work work(jobs_->make(std::move(own)), options_, ranks, threads, std::move(earlier));
+  ImageTask work(jobs_->make(std::move(own)), options_, ranks, threads, std::move(earlier));
   if (!work.is_complete()) {
     work.begin();
     work.render(executor, messages.progress, report);
@@ -254,7 +254,7 @@ void Film::render(const Ranks& ranks, int threads, Executor& executor, const Mes
   if (is_root) {
     say_when_stopped("gamer", "; finished frames are kept; go on with: " + options_.resume_command);
   }
-  if (picture_format(parameters_.output.path.string()) && !parameters_.output.tone) {
+  if (picture_format(parameters_.image.output.path.string()) && !parameters_.image.output.tone) {
     choose_tone(ranks, executor);
   }
   const auto count = static_cast<int>(left_.size());
@@ -277,7 +277,8 @@ void Film::render(const Ranks& ranks, int threads, Executor& executor, const Mes
           progress.add(block.size());
           flaws[number(block.first)] = {values[0] != 0, values[1]};
           if (!messages.say) return;
-          messages.say(frame_path(parameters_.output.path, number(block.first), frames()).string());
+          messages.say(
+              frame_path(parameters_.image.output.path, number(block.first), frames()).string());
         });
     // While a rank waits for a frame, all its threads do.
     const double waiting = hand_out->times().waiting;

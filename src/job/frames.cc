@@ -30,14 +30,14 @@ FrameJobs::FrameJobs(const Record& animation)
       parameters_(recorded_render_parameters(animation)),
       resources_(Resources::from_record(animation)),
       list_(text_of(animation, recorded_scene)),
-      catalogue_(Catalogue::parse(list_.content, list_.label, parameters_.catalogue_format)),
+      catalogue_(Catalogue::parse(list_.content, list_.label, parameters_.catalogue.format)),
       library_(parameters_, list_.label, resources_) {}
 
 FrameJobs::FrameJobs(const RenderJob& animation) : FrameJobs(animation.record) {
   for (const PlacedGalaxy& placed : animation.scene->galaxies) {
     library_.add(placed.type, placed.sed, placed.seed, placed.galaxy);
   }
-  unmeasured_ = animation.rest.galaxies;
+  unmeasured_ = animation.pending.galaxies;
 }
 
 void FrameJobs::measure(const Ranks& ranks) {
@@ -49,7 +49,7 @@ RenderJob FrameJobs::make(RenderParameters parameters) {
   measure(alone);
   RenderJob job = make_job(std::move(parameters), catalogue_, resources_, library_, list_.content);
   // Later frames may look closer at a galaxy that no camera saw before.
-  job.rest.footprints.clear();
+  job.pending.footprints.clear();
   // Frames are made by one rank or by all at the same time.
   complete(job, alone, 1);
   return recorded(std::move(job), list_.label, resources_);
@@ -61,8 +61,8 @@ std::optional<std::array<double, 8>> check_same_frame(const std::filesystem::pat
   if (!keeps_record(image)) return std::nullopt;
   const Record then = read_record(image);
   const RenderParameters own = recorded_render_parameters(then);
-  if (own.output.tone && !parameters.output.tone) {
-    const auto& numbers = *own.output.tone;
+  if (own.image.output.tone && !parameters.image.output.tone) {
+    const auto& numbers = *own.image.output.tone;
     parameters.set("image", "tone", std::vector<double>(numbers.begin(), numbers.end()));
   }
   Record now = animation;
@@ -77,7 +77,7 @@ std::optional<std::array<double, 8>> check_same_frame(const std::filesystem::pat
     all->content = shown->content;
   }
   check_same_job(image, then, now);
-  return own.output.tone;
+  return own.image.output.tone;
 }
 
 int frames_apart(int frames, int ranks) { return ranks > 1 ? frames - frames % ranks : 0; }

@@ -56,22 +56,23 @@ void make_preview(RenderParameters& parameters) {
     return static_cast<double>((size + preview_reduction - 1) / preview_reduction);
   };
   // The WCS of another image cannot be had at a quarter of the size.
-  if (parameters.sky_header.empty()) {
+  if (parameters.camera.header.empty()) {
     const double width = reduced(parameters.width);
-    if (parameters.projection == Projection::sky) {
+    if (parameters.camera.projection == Projection::sky) {
       parameters.set("camera", "pixel_scale",
-                     parameters.sky.pixel_scale * parameters.width / width);
+                     parameters.camera.sky.pixel_scale * parameters.width / width);
     }
-    if (parameters.projection == Projection::healpix) {
+    if (parameters.camera.projection == Projection::healpix) {
       parameters.set("camera", "nside", static_cast<std::int64_t>(width));
     } else {
-      const bool is_cube = parameters.projection == Projection::cubemap;
+      const bool is_cube = parameters.camera.projection == Projection::cubemap;
       const double height = is_cube ? width : reduced(parameters.height);
       parameters.set("image", "size", std::vector<double>{width, height});
     }
   }
   parameters.set("camera", "supersample", std::int64_t{1});
-  parameters.set("sampling", "tolerance", std::max(parameters.tolerance, preview_tolerance));
+  parameters.set("sampling", "tolerance",
+                 std::max(parameters.sampling.tolerance, preview_tolerance));
 }
 
 namespace {
@@ -272,10 +273,10 @@ std::vector<FootprintRange> footprints_of(std::span<const std::shared_ptr<Galaxy
                                           const Scene& scene, const RenderParameters& parameters,
                                           const Camera& camera) {
   // Cameras of a film's other frames may be nearer.
-  if (parameters.frames > 0) return {};
+  if (parameters.animation.frames > 0) return {};
   const auto has_stars = [](const PlacedGalaxy& placed) {
     return std::ranges::any_of(placed.galaxy->components(), [](const auto& component) {
-      return dynamic_cast<const StarField*>(component.get()) != nullptr;
+      return component->star_field() != nullptr;
     });
   };
   const bool draws_stars = std::ranges::any_of(scene.galaxies, has_stars);
@@ -301,11 +302,12 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
   auto scene = std::make_shared<Scene>(
       read_scene(catalogue, parameters, spectrum, camera, resources, library));
   if (scene->list == list) scene->list = list;
-  RenderJob::Rest rest{library.take_unmeasured(*scene), {}, nullptr};
-  rest.footprints = footprints_of(rest.galaxies, *scene, parameters, camera);
-  if (parameters.attenuated) rest.attenuation = load_reference_band(parameters, resources);
+  RenderJob::Pending pending{library.take_unmeasured(*scene), {}, nullptr};
+  pending.footprints = footprints_of(pending.galaxies, *scene, parameters, camera);
+  if (parameters.photometry.attenuated)
+    pending.attenuation = load_reference_band(parameters, resources);
   return {std::move(parameters), camera, std::move(spectrum),
-          std::move(scene),      {},     std::move(rest)};
+          std::move(scene),      {},     std::move(pending)};
 }
 
 namespace {
@@ -331,8 +333,9 @@ std::vector<std::pair<Galaxy*, FootprintRange>> references_to_measure(
       known = known | own;
     }
   }
-  std::erase_if(result, [](const auto& r) { return r.first->closure_range().covers(r.second); });
-  for (auto& [reference, range] : result) range = range | reference->closure_range();
+  std::erase_if(
+      result, [](const auto& r) { return r.first->calibration().closure_range.covers(r.second); });
+  for (auto& [reference, range] : result) range = range | reference->calibration().closure_range;
   return result;
 }
 
@@ -404,10 +407,10 @@ void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
 }
 
 void complete(RenderJob& job, const Ranks& ranks, int threads) {
-  const RenderJob::Rest rest = std::exchange(job.rest, {});
-  measure_galaxies(rest.galaxies, rest.footprints, ranks);
-  if (rest.attenuation == nullptr) return;
-  apply_attenuation(job.parameters, job.camera, *rest.attenuation, ranks, threads, *job.scene);
+  const RenderJob::Pending pending = std::exchange(job.pending, {});
+  measure_galaxies(pending.galaxies, pending.footprints, ranks);
+  if (pending.attenuation == nullptr) return;
+  apply_attenuation(job.parameters, job.camera, *pending.attenuation, ranks, threads, *job.scene);
 }
 
 RenderJob recorded(RenderJob job, const std::string& label, Resources& resources) {
@@ -432,7 +435,7 @@ RenderParameters load_parameters(const JobRequest& request, Resources& resources
   RenderParameters parameters = RenderParameters::read(root);
   if (request.output) set_output(*request.output, parameters);
   if (request.preview) make_preview(parameters);
-  parameters.output.overwrite = request.overwrite;
+  parameters.image.output.overwrite = request.overwrite;
   return parameters;
 }
 
@@ -441,8 +444,8 @@ RenderJob read_job(const JobRequest& request, Resources& resources) {
   const std::filesystem::path& path = source_of(request, request.scene);
   const bool is_table =
       request.from_header.empty() &&
-      (parameters.catalogue_format == CatalogueFormat::fits ||
-       (parameters.catalogue_format == CatalogueFormat::automatic && is_fits(path)));
+      (parameters.catalogue.format == CatalogueFormat::fits ||
+       (parameters.catalogue.format == CatalogueFormat::automatic && is_fits(path)));
   std::string label;
   const auto make = [&](const Catalogue& catalogue) {
     label = catalogue.label();
@@ -452,10 +455,10 @@ RenderJob read_job(const JobRequest& request, Resources& resources) {
   // The catalogue, which may be large, is gone when the record is made.
   const auto make_from_text = [&] {
     const Resources::Text& scene = read_file(resources, scene_name, path);
-    return make(Catalogue::parse(scene.content, scene.label, parameters.catalogue_format));
+    return make(Catalogue::parse(scene.content, scene.label, parameters.catalogue.format));
   };
   RenderJob job = is_table
-                      ? make(Catalogue::from_table(read_data_table(path, parameters.catalogue_hdu),
+                      ? make(Catalogue::from_table(read_data_table(path, parameters.catalogue.hdu),
                                                    path.generic_string()))
                       : make_from_text();
   if (is_table) resources.add_file(path);
@@ -473,7 +476,7 @@ RenderJob read_job(const Record& record) {
   RenderParameters parameters = recorded_render_parameters(record);
   const Resources::Text& list = text_of(record, scene_name);
   const Catalogue catalogue =
-      Catalogue::parse(list.content, list.label, parameters.catalogue_format);
+      Catalogue::parse(list.content, list.label, parameters.catalogue.format);
   GalaxyLibrary library(parameters, list.label, resources);
   RenderJob job = make_job(std::move(parameters), catalogue, resources, library, list.content);
   job.record = record;
@@ -499,7 +502,7 @@ ImageHeader make_image_header(const RenderJob& job) {
   header.unit = unit_text(job.scene->unit);
   if (job.camera.wcs()) {
     header.wcs_records = job.camera.wcs()->records();
-  } else if (is_sphere(job.parameters.projection)) {
+  } else if (is_sphere(job.parameters.camera.projection)) {
     set_sphere_axes(job.parameters, header);
   } else {
     header.x = job.camera.x_axis();
@@ -512,12 +515,12 @@ ImageHeader make_image_header(const RenderJob& job) {
   }
   header.cards = make_cards(job.parameters, *job.scene);
   // In a cube the cards above have numbers; readers look for plain ones.
-  if (header.planes() > 1 && job.parameters.output.layout == ImageLayout::cube) {
+  if (header.planes() > 1 && job.parameters.image.output.layout == ImageLayout::cube) {
     for (const char* key : {"MAGZERO", "PHOTZP"}) append_common_card(header, key);
   }
   header.tables = {record_table(job.record)};
   // A picture needs no more than to be made again.
-  if (!picture_format(job.parameters.output.path.string())) {
+  if (!picture_format(job.parameters.image.output.path.string())) {
     header.tables.insert(header.tables.begin(), scene_table(job.scene->list));
   }
   return header;
@@ -549,10 +552,10 @@ ImageHeader make_truth_header(const RenderJob& job) {
 }
 
 OutputOptions truth_output(const RenderParameters& parameters) {
-  OutputOptions options = parameters.output;
+  OutputOptions options = parameters.image.output;
   options.layout = ImageLayout::extensions;
-  if (!parameters.truth_path.empty()) {
-    options.path = parameters.truth_path;
+  if (!parameters.truth.path.empty()) {
+    options.path = parameters.truth.path;
     return options;
   }
   // name.fits and name.fits.fz; a picture's truth is FITS too.

@@ -145,7 +145,7 @@ void check_same_program(const Ranks& ranks) {
 
 JournalHead make_journal_head(const RenderJob& job, std::string truth) {
   return {program_text(),   simd_target_name(current_simd_target()), fits_date(),
-          std::move(truth), job.parameters.output.overwrite,         job.record};
+          std::move(truth), job.parameters.image.output.overwrite,   job.record};
 }
 
 void check_same_job(const JournalHead& then, const JournalHead& now, const std::string& label) {

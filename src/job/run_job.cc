@@ -35,12 +35,12 @@ Progress::Style progress_style(const RunOptions& options) {
 std::unique_ptr<Journal> find_journal(const RunOptions& options) {
   Resources resources = open_resources(options.request, default_data_folders());
   const RenderParameters parameters = load_parameters(options.request, resources);
-  return Journal::open(journal_path(parameters.output), options.work.journal_interval);
+  return Journal::open(journal_path(parameters.image.output), options.work.journal_interval);
 }
 
 /// What rank 0 has to do: an image, or a film, or nothing any more.
 struct Task {
-  std::unique_ptr<Work> work;
+  std::unique_ptr<ImageTask> work;
   std::unique_ptr<Film> film;
 };
 
@@ -58,7 +58,7 @@ void tell_estimate(const JobEstimate& estimate, int ranks, int threads,
 Task prepare_image(const RunOptions& options, RenderJob job, int ranks, int threads,
                    std::unique_ptr<Journal> earlier) {
   auto work =
-      std::make_unique<Work>(std::move(job), options.work, ranks, threads, std::move(earlier));
+      std::make_unique<ImageTask>(std::move(job), options.work, ranks, threads, std::move(earlier));
   if (work->is_complete()) {
     if (!options.quiet) fmt::print("{}\n", printable(work->text()));
     return {};
@@ -118,12 +118,12 @@ Task prepare(const RunOptions& options, int ranks, int threads, std::unique_ptr<
   }
   RenderJob job = read_job(options.request, resources);
   warn_of(options, job);
-  if (job.parameters.frames > 0) return prepare_film(options, job, ranks, threads);
+  if (job.parameters.animation.frames > 0) return prepare_film(options, job, ranks, threads);
   return prepare_image(options, std::move(job), ranks, threads, std::move(earlier));
 }
 
 /// From then on a signal says how to go on.
-void announce(const Work& work) {
+void announce(const ImageTask& work) {
   if (work.journal() == nullptr) return;
   const std::string hint = work.resume_hint();
   if (work.journal()->is_begun()) {
@@ -143,8 +143,8 @@ void say_where_the_time_went(const Ranks& ranks, const RankReport& own, double p
 }
 
 /// Every rank's part; returns the pixels of the image.
-double render_image(const Ranks& ranks, const RunOptions& options, Work* work, std::string packed,
-                    int threads, Executor& executor, RankReport& report) {
+double render_image(const Ranks& ranks, const RunOptions& options, ImageTask* work,
+                    std::string packed, int threads, Executor& executor, RankReport& report) {
   const auto pixels = [](const Camera& camera) {
     return static_cast<double>(camera.width()) * camera.height();
   };

@@ -45,12 +45,12 @@ double estimated_cost(const RenderCounts& counts) {
          noise_cost * static_cast<double>(counts.noise_evaluations);
 }
 
-std::vector<Probe> probe_pixels(const Renderer& renderer, Executor& executor) {
+std::vector<ProbedPixel> probe_pixels(const Renderer& renderer, Executor& executor) {
   const int width = renderer.width(), height = renderer.height();
   const int rows = std::clamp(height / rows_per_probe, 1, most_probed_rows);
   const int few = std::min(width / few_columns_per_probe, few_columns);
   const int columns = std::clamp(std::max(width / columns_per_probe, few), 1, most_probed_columns);
-  std::vector<Probe> probes;
+  std::vector<ProbedPixel> probes;
   for (int row = 0; row < rows; ++row) {
     const int y = static_cast<int>((row + 0.5) * height / rows);
     // Multiples of the golden ratio: columns of different rows do not align.
@@ -60,14 +60,14 @@ std::vector<Probe> probe_pixels(const Renderer& renderer, Executor& executor) {
     }
   }
   const auto per_row = static_cast<std::size_t>(columns);
-  const auto probe_of = [&](RowRange range, std::size_t i) -> Probe& {
+  const auto probe_of = [&](RowRange range, std::size_t i) -> ProbedPixel& {
     return probes[static_cast<std::size_t>(range.first) * per_row + i];
   };
   executor.run(
       even_blocks(rows, 1), per_row,
       [&](RowRange range, std::span<double> costs) {
         for (std::size_t i = 0; i < costs.size(); ++i) {
-          const Probe& probe = probe_of(range, i);
+          const ProbedPixel& probe = probe_of(range, i);
           RenderCounts counts;
           renderer.count_pixels(probe.x, probe.x + 1, probe.y, probe.y + 1, counts);
           costs[i] = estimated_cost(counts);
@@ -79,7 +79,7 @@ std::vector<Probe> probe_pixels(const Renderer& renderer, Executor& executor) {
   return probes;
 }
 
-std::vector<double> row_costs(std::span<const Probe> probes, int width, int height) {
+std::vector<double> row_costs(std::span<const ProbedPixel> probes, int width, int height) {
   std::vector<double> probed;
   int columns = 0;
   for (std::size_t i = 0; i < probes.size(); ++i) {

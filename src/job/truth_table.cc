@@ -26,7 +26,7 @@ std::vector<double> free_flux(const PlacedGalaxy& placed, const Spectrum& spectr
   const auto components = placed.galaxy->components();
   for (std::size_t c = 0; c < components.size(); ++c) {
     const Component& component = *components[c];
-    if (component.absorbs() || (bulge_only && component.kind() != "bulge")) continue;
+    if (component.absorbs() || (bulge_only && !component.traits().is_bulge)) continue;
     for (std::size_t p = 0; p < flux.size(); ++p) {
       flux[p] += placed.galaxy->luminosity(c) * placed.radius * placed.radius *
                  spectrum.planes[p].flux(*component.sed(), placed.redshift, spectrum.igm);
@@ -77,7 +77,7 @@ void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
   Spectrum band;
   band.planes = {
       {reference.name(), reference.pivot(), std::make_shared<const Bandpass>(reference)}};
-  band.igm = parameters.igm;
+  band.igm = parameters.spectrum.igm;
   std::vector<PlacedGalaxy*> dusty;
   for (PlacedGalaxy& placed : scene.galaxies) {
     if (has_dust(placed)) dusty.push_back(&placed);
@@ -99,77 +99,178 @@ void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
   }
 }
 
-DataTable truth_table(const RenderJob& job, Executor& executor) {
-  const Scene& scene = *job.scene;
-  const Camera& camera = job.camera;
-  const std::size_t planes = job.spectrum.planes.size();
-  const bool is_sky = camera.projection() == Projection::sky;
-  const bool is_relative = scene.unit == PixelUnit::relative;
-  std::vector<const PlacedGalaxy*> galaxies(scene.objects, nullptr);
-  std::vector<const PlacedStar*> stars(scene.objects, nullptr);
-  for (const PlacedGalaxy& placed : scene.galaxies) galaxies[placed.object] = &placed;
-  for (const PlacedStar& star : scene.stars) stars[star.object] = &star;
+namespace {
 
-  // x, y, ra, dec, redshift, inclination, radius, r50, e1, e2, B/T, tau, then with and without
-  // dust.
-  enum Value { x, y, ra, dec, redshift, inclination, radius, r50, e1, e2, ratio, depth, first };
-  const std::size_t per_object = first + 2 * planes;
-  std::vector<double> all(scene.objects * per_object, nan);
-  const auto describe = [&](std::size_t object, std::span<double> row) {
-    std::fill(row.begin(), row.end(), nan);
-    if (const PlacedStar* star = stars[object]) {
-      const SkyPosition sky = sky_of(star->direction);
-      row[x] = star->pixel.x + 1;
-      row[y] = star->pixel.y + 1;
-      row[ra] = sky.ra;
-      row[dec] = sky.dec;
-      for (std::size_t p = 0; p < planes; ++p) {
-        row[first + p] = row[first + planes + p] = ab_magnitude(star->flux[p]);
-      }
-      return;
-    }
-    const PlacedGalaxy& placed = *galaxies[object];
-    if (const auto pixel = camera.pixel(placed.centre)) {
-      row[x] = pixel->x + 1;
-      row[y] = pixel->y + 1;
-    }
-    const SkyPosition sky = sky_of(placed.centre);
-    row[ra] = sky.ra;
-    row[dec] = sky.dec;
-    row[redshift] = placed.redshift;
-    // Row 2 of to_ball is the galaxy's axis over its semi-axis.
-    const glm::dvec3 axis =
-        glm::normalize(glm::dvec3(placed.to_ball[0].z, placed.to_ball[1].z, placed.to_ball[2].z));
-    const double cosine = std::abs(glm::dot(axis, camera.towards(placed.centre)));
-    row[inclination] = glm::degrees(std::acos(std::min(cosine, 1.0)));
-    const double length = is_sky ? arcsecond * glm::length(placed.centre) : 1;
-    row[radius] = placed.radius / length;
-    const GalaxyMeasure measured = measure(placed, job.parameters, camera, job.spectrum);
-    row[r50] = measured.half_light_radius / length;
-    row[e1] = measured.e1;
-    row[e2] = measured.e2;
-    row[depth] = measured.optical_depth;
-    const std::vector<double> free = free_flux(placed, job.spectrum, false);
-    const std::vector<double> bulge = free_flux(placed, job.spectrum, true);
-    row[ratio] = free.front() > 0 ? bulge.front() / free.front() : nan;
-    const double distance = camera.distance(placed.centre);
-    const bool has_angle = camera.projection() != Projection::orthographic;
-    for (std::size_t p = 0; p < planes; ++p) {
-      double flux = placed.brightness * free[p];
-      if (has_angle) flux /= distance * distance;
-      if (is_relative) {
-        flux /= job.spectrum.planes[p].wavelength * job.spectrum.planes[p].wavelength;
-      }
-      const double seen = flux * measured.attenuation[p];
-      row[first + p] = is_relative ? seen : ab_magnitude(seen);
-      row[first + planes + p] = is_relative ? flux : ab_magnitude(flux);
-    }
+/// The rows of the truth table.
+class TruthRows {
+ public:
+  explicit TruthRows(const RenderJob& job);
+
+  /// Numbers of an object: those of Value, then by plane its light with and without dust.
+  std::size_t size() const { return first_plane + 2 * planes(); }
+  /// Fills the numbers of an object.
+  void describe(std::size_t object, std::span<double> row) const;
+  /// The table of the numbers of all objects.
+  DataTable table(std::span<const double> all) const;
+
+ private:
+  enum Value {
+    x,
+    y,
+    ra,
+    dec,
+    redshift,
+    inclination,
+    radius,
+    half_light_radius,
+    e1,
+    e2,
+    bulge_to_total,
+    optical_depth,
+    first_plane
   };
+  std::size_t planes() const { return job_.spectrum.planes.size(); }
+  bool is_sky() const { return job_.camera.projection() == Projection::sky; }
+  bool is_relative() const { return job_.scene->unit == PixelUnit::relative; }
+  void describe_star(const PlacedStar& star, std::span<double> row) const;
+  void describe_galaxy(const PlacedGalaxy& placed, std::span<double> row) const;
+  void describe_light(const PlacedGalaxy& placed, const GalaxyMeasure& measured,
+                      std::span<double> row) const;
+
+  const RenderJob& job_;
+  std::vector<const PlacedGalaxy*> galaxies_;  ///< by object; null for stars
+  std::vector<const PlacedStar*> stars_;
+};
+
+TruthRows::TruthRows(const RenderJob& job)
+    : job_(job), galaxies_(job.scene->objects, nullptr), stars_(job.scene->objects, nullptr) {
+  for (const PlacedGalaxy& placed : job.scene->galaxies) galaxies_[placed.object] = &placed;
+  for (const PlacedStar& star : job.scene->stars) stars_[star.object] = &star;
+}
+
+void TruthRows::describe(std::size_t object, std::span<double> row) const {
+  std::fill(row.begin(), row.end(), nan);
+  if (stars_[object] != nullptr) {
+    describe_star(*stars_[object], row);
+  } else {
+    describe_galaxy(*galaxies_[object], row);
+  }
+}
+
+void TruthRows::describe_star(const PlacedStar& star, std::span<double> row) const {
+  const SkyPosition sky = sky_of(star.direction);
+  row[x] = star.pixel.x + 1;
+  row[y] = star.pixel.y + 1;
+  row[ra] = sky.ra;
+  row[dec] = sky.dec;
+  for (std::size_t p = 0; p < planes(); ++p) {
+    row[first_plane + p] = row[first_plane + planes() + p] = ab_magnitude(star.flux[p]);
+  }
+}
+
+void TruthRows::describe_galaxy(const PlacedGalaxy& placed, std::span<double> row) const {
+  const Camera& camera = job_.camera;
+  if (const auto pixel = camera.pixel(placed.centre)) {
+    row[x] = pixel->x + 1;
+    row[y] = pixel->y + 1;
+  }
+  const SkyPosition sky = sky_of(placed.centre);
+  row[ra] = sky.ra;
+  row[dec] = sky.dec;
+  row[redshift] = placed.redshift;
+  const double cosine = std::abs(glm::dot(placed.pole, camera.towards(placed.centre)));
+  row[inclination] = glm::degrees(std::acos(std::min(cosine, 1.0)));
+  const double length = is_sky() ? arcsecond * glm::length(placed.centre) : 1;
+  row[radius] = placed.radius / length;
+  const GalaxyMeasure measured = measure(placed, job_.parameters, camera, job_.spectrum);
+  row[half_light_radius] = measured.half_light_radius / length;
+  row[e1] = measured.e1;
+  row[e2] = measured.e2;
+  row[optical_depth] = measured.optical_depth;
+  describe_light(placed, measured, row);
+}
+
+void TruthRows::describe_light(const PlacedGalaxy& placed, const GalaxyMeasure& measured,
+                               std::span<double> row) const {
+  const std::vector<double> free = free_flux(placed, job_.spectrum, false);
+  const std::vector<double> bulge = free_flux(placed, job_.spectrum, true);
+  row[bulge_to_total] = free.front() > 0 ? bulge.front() / free.front() : nan;
+  const double distance = job_.camera.distance(placed.centre);
+  const bool has_angle = job_.camera.projection() != Projection::orthographic;
+  for (std::size_t p = 0; p < planes(); ++p) {
+    double flux = placed.brightness * placed.magnification * free[p];
+    if (has_angle) flux /= distance * distance;
+    if (is_relative()) {
+      const double wavelength = job_.spectrum.planes[p].wavelength;
+      flux /= wavelength * wavelength;
+    }
+    const double seen = flux * measured.attenuation[p];
+    row[first_plane + p] = is_relative() ? seen : ab_magnitude(seen);
+    row[first_plane + planes() + p] = is_relative() ? flux : ab_magnitude(flux);
+  }
+}
+
+DataTable TruthRows::table(std::span<const double> all) const {
+  DataTable table;
+  table.name = "TRUTH";
+  const std::size_t objects = galaxies_.size();
+  const auto numbers = [&](const std::string& name, const std::string& unit,
+                           const std::string& description, std::size_t value) {
+    std::vector<double> column;
+    for (std::size_t object = 0; object < objects; ++object) {
+      column.push_back(all[object * size() + value]);
+    }
+    table.columns.push_back({name, unit, description, std::move(column)});
+  };
+  std::vector<std::int64_t> number, seed;
+  std::vector<std::string> id, type;
+  for (std::size_t object = 0; object < objects; ++object) {
+    const PlacedGalaxy* placed = galaxies_[object];
+    number.push_back(static_cast<std::int64_t>(object) + 1);
+    id.push_back(placed != nullptr ? placed->id : stars_[object]->id);
+    type.push_back(placed != nullptr ? placed->type.str() : "star");
+    seed.push_back(placed != nullptr ? static_cast<std::int64_t>(placed->seed) : 0);
+  }
+  table.columns.push_back({"object", "", "number in the segmentation, from 1", number});
+  table.columns.push_back({"id", "", "the scene's", id});
+  table.columns.push_back({"galaxy", "", "type", type});
+  numbers("x", "pixel", "centre, FITS pixel", x);
+  numbers("y", "pixel", "centre, FITS pixel", y);
+  if (is_sky()) {
+    numbers("ra", "deg", "right ascension", ra);
+    numbers("dec", "deg", "declination", dec);
+  }
+  const std::string length = is_sky() ? "arcsec" : job_.parameters.scene.unit;
+  numbers("redshift", "", "", redshift);
+  table.columns.push_back({"seed", "", "", seed});
+  numbers("inclination", "deg", "0 is face-on", inclination);
+  numbers("radius", length, "of the galaxy's ball", radius);
+  const std::string quantity = is_relative() ? "flux" : "mag";
+  const std::string unit = is_relative() ? "" : "mag";
+  for (std::size_t p = 0; p < planes(); ++p) {
+    const std::string& label = job_.spectrum.planes[p].label;
+    numbers(quantity + "_" + label, unit, "as seen through its dust", first_plane + p);
+    numbers(quantity + "_dustfree_" + label, unit, "without dust", first_plane + planes() + p);
+  }
+  numbers("half_light_radius", length, "first plane, through its dust", half_light_radius);
+  numbers("e1", "", "(Q_NN - Q_EE)/(Q_NN + Q_EE), first plane", e1);
+  numbers("e2", "", "2 Q_NE/(Q_NN + Q_EE)", e2);
+  numbers("bulge_to_total", "", "light without dust, first plane", bulge_to_total);
+  numbers("optical_depth", "", "through the centre, first plane", optical_depth);
+  return table;
+}
+
+}  // namespace
+
+DataTable truth_table(const RenderJob& job, Executor& executor) {
+  const TruthRows truth(job);
+  const std::size_t per_object = truth.size();
+  std::vector<double> all(job.scene->objects * per_object, nan);
   executor.run(
-      even_blocks(static_cast<int>(scene.objects), 1), per_object,
+      even_blocks(static_cast<int>(job.scene->objects), 1), per_object,
       [&](RowRange rows, std::span<double> values) {
         for (int row = rows.first; row < rows.last; ++row) {
-          describe(
+          truth.describe(
               static_cast<std::size_t>(row),
               values.subspan(static_cast<std::size_t>(row - rows.first) * per_object, per_object));
         }
@@ -179,53 +280,7 @@ DataTable truth_table(const RenderJob& job, Executor& executor) {
                   all.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(rows.first) *
                                                             per_object));
       });
-
-  DataTable table;
-  table.name = "TRUTH";
-  const auto numbers = [&](const std::string& name, const std::string& unit,
-                           const std::string& description, std::size_t value) {
-    std::vector<double> column;
-    for (std::size_t object = 0; object < scene.objects; ++object) {
-      column.push_back(all[object * per_object + value]);
-    }
-    table.columns.push_back({name, unit, description, std::move(column)});
-  };
-  std::vector<std::int64_t> number, seed;
-  std::vector<std::string> id, type;
-  for (std::size_t object = 0; object < scene.objects; ++object) {
-    const PlacedGalaxy* placed = galaxies[object];
-    number.push_back(static_cast<std::int64_t>(object) + 1);
-    id.push_back(placed != nullptr ? placed->id : stars[object]->id);
-    type.push_back(placed != nullptr ? placed->type.str() : "star");
-    seed.push_back(placed != nullptr ? static_cast<std::int64_t>(placed->seed) : 0);
-  }
-  table.columns.push_back({"object", "", "number in the segmentation, from 1", number});
-  table.columns.push_back({"id", "", "the scene's", id});
-  table.columns.push_back({"galaxy", "", "type", type});
-  numbers("x", "pixel", "centre, FITS pixel", x);
-  numbers("y", "pixel", "centre, FITS pixel", y);
-  if (is_sky) {
-    numbers("ra", "deg", "right ascension", ra);
-    numbers("dec", "deg", "declination", dec);
-  }
-  const std::string length = is_sky ? "arcsec" : job.parameters.unit;
-  numbers("redshift", "", "", redshift);
-  table.columns.push_back({"seed", "", "", seed});
-  numbers("inclination", "deg", "0 is face-on", inclination);
-  numbers("radius", length, "of the galaxy's ball", radius);
-  const std::string quantity = is_relative ? "flux" : "mag";
-  const std::string unit = is_relative ? "" : "mag";
-  for (std::size_t p = 0; p < planes; ++p) {
-    const std::string& label = job.spectrum.planes[p].label;
-    numbers(quantity + "_" + label, unit, "as seen through its dust", first + p);
-    numbers(quantity + "_dustfree_" + label, unit, "without dust", first + planes + p);
-  }
-  numbers("half_light_radius", length, "first plane, through its dust", r50);
-  numbers("e1", "", "(Q_NN - Q_EE)/(Q_NN + Q_EE), first plane", e1);
-  numbers("e2", "", "2 Q_NE/(Q_NN + Q_EE)", e2);
-  numbers("bulge_to_total", "", "light without dust, first plane", ratio);
-  numbers("optical_depth", "", "through the centre, first plane", depth);
-  return table;
+  return truth.table(all);
 }
 
 }  // namespace gamer

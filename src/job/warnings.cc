@@ -123,12 +123,12 @@ std::string cause_of_darkness(const RenderJob& job) {
 
 std::vector<std::string> job_warnings(const RenderJob& job) {
   std::vector<std::string> warnings;
-  if (job.parameters.supersample && job.scene->unit != PixelUnit::relative) {
+  if (job.parameters.camera.supersample && job.scene->unit != PixelUnit::relative) {
     warnings.push_back(fmt::format(
         "camera.supersample = {} puts a fixed grid in place of the cells that keep a pixel's flux: "
         "galaxies of few pixels lose or gain tenths of a magnitude; without the key "
         "sampling.tolerance holds",
-        *job.parameters.supersample));
+        *job.parameters.camera.supersample));
   }
   return warnings;
 }

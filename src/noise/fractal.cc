@@ -156,19 +156,9 @@ HWY_EXPORT(Displace);
 
 namespace {
 
-// Offsets stay within a few cells: they only keep lattice points of different octaves apart, and
-// larger ones would cost precision.
-constexpr double largest_offset = 16.0;
-
 // The least deviation of S over the points, relative to independent octaves. Below it rounding
 // would take the place of the noise.
 constexpr double smallest_variation = 1e-4;
-
-// A coordinate of single precision times more is too coarse for the noise to be smooth (noise.h).
-constexpr double largest_frequency = 1e5;
-
-// Where a component names a combination of scale-free octaves and no lacunarity.
-constexpr double usual_lacunarity = 2.0;
 
 // The warp's octaves.
 constexpr double warp_lacunarity = 2.0;
@@ -177,220 +167,20 @@ constexpr double warp_gain = 0.5;
 // |P| has creases, across which it changes about twice as fast as P.
 constexpr double crease_sharpness = 2.0;
 
-// With this floor |v|^-20 stays within single precision.
-constexpr double smallest_floor = 1e-2;
-
-struct CombinationName {
-  const char* name;
-  Combination::Kind kind;
-};
-constexpr CombinationName combination_names[] = {
-    {"additive", Combination::Kind::additive},
-    {"multiplicative", Combination::Kind::multiplicative},
-    {"ridged", Combination::Kind::ridged},
-    {"billow", Combination::Kind::billow}};
-
-/// Whether octaves of that combination are a density by themselves.
-bool is_natural(Combination::Kind kind) {
-  return kind == Combination::Kind::multiplicative || kind == Combination::Kind::ridged;
-}
-
 NoiseShape::Parameters shape_of(const FractalParameters& p) {
-  if (is_natural(p.combination.kind)) return {1, false, 0, 1, p.floor, true};
+  if (p.is_density()) return {1, false, 0, 1, p.floor, true};
   return {p.exponent, p.inverse, p.offset, p.contrast, p.floor, false};
 }
 
-double frequency_of(const FractalParameters& p, int k) {
-  if (p.lacunarity == 0) return p.k0 + p.frequency_scale * k;
-  return (p.k0 + p.frequency_scale) * std::pow(p.lacunarity, k - 1);
-}
-
-double weight_of(const FractalParameters& p, int k) {
-  switch (p.combination.kind) {
-    case Combination::Kind::multiplicative:
-      return p.amplitude;
-    case Combination::Kind::ridged:
-      return std::pow(frequency_of(p, k) / frequency_of(p, 1), -p.spectral_index);
-    default:
-      return std::pow(frequency_of(p, k), -p.spectral_index);
-  }
-}
-
-/// Gives an octave its own lattice: offsets from hash(0), hash(1), hash(2), the seed from hash(3).
-template <typename Hash>
-void scatter(Octave& octave, Hash&& hash) {
-  for (std::uint64_t axis = 0; axis < 3; ++axis) {
-    octave.offset[axis] = static_cast<float>(largest_offset * to_unit(hash(axis)));
-  }
-  octave.seed = static_cast<std::uint32_t>(hash(3));
-}
-
 }  // namespace
-
-ParameterTable FractalParameters::table() const {
-  std::string combination_name;
-  std::vector<std::string> combinations;
-  for (const CombinationName& known : combination_names) {
-    combinations.emplace_back(known.name);
-    if (known.kind == combination.kind) combination_name = known.name;
-  }
-  return {
-      {"kind",
-       ParameterType::choice,
-       "",
-       Interval::any(),
-       {},
-       "base noise P; `noise.kind` of the render parameters where not given",
-       noise_names()},
-      {"combination", ParameterType::choice, "", Interval::any(), combination_name,
-       "of octaves: additive sum w n; multiplicative product of 1 + a n in [0, 2]; ridged "
-       "multifractal of (o - |n|)^2; billow sum w |n|",
-       combinations},
-      {"octaves", ParameterType::integer, "", Interval::closed(1, double{most_octaves}),
-       std::int64_t{octaves},
-       "omega, number of octaves; `noise.octaves` of the render parameters where neither says"},
-      {"k0", ParameterType::number, "cycles per galaxy radius", Interval::closed(0, 1000), k0,
-       "offset of the frequencies k0 + f_s k"},
-      {"frequency_scale", ParameterType::number, "cycles per galaxy radius",
-       Interval::left_open(0, 1000), frequency_scale, "f_s, spacing of the frequencies"},
-      {"lacunarity",
-       ParameterType::number,
-       "",
-       Interval::closed(0, 4),
-       {},
-       "l, ratio of the frequencies (k0 + f_s) l^(k - 1), above 1; 0: k0 + f_s k. Default: 0 where "
-       "additive or billow, else 2"},
-      {"spectral_index", ParameterType::number, "", Interval::closed(-10, 10), spectral_index,
-       "nu: octave k of frequency f has weight f^-nu"},
-      {"amplitude", ParameterType::number, "", Interval::left_open(0, 4), amplitude,
-       "a, of every octave where multiplicative"},
-      {"ridge_offset", ParameterType::number, "", Interval::left_open(0, 4),
-       double{combination.ridge_offset}, "o, height of the ridges"},
-      {"ridge_gain", ParameterType::number, "", Interval::left_open(0, 100),
-       double{combination.ridge_gain},
-       "G: a ridge of height s carries finer ones by G s, at most 1"},
-      {"warp", ParameterType::number, "galaxy radii", Interval::closed(0, 10), warp,
-       "rms displacement of the noise along each axis by a vector noise"},
-      {"warp_frequency", ParameterType::number, "cycles per galaxy radius",
-       Interval::left_open(0, 1000), warp_frequency, "of the displacement's first octave"},
-      {"warp_octaves", ParameterType::integer, "", Interval::closed(1, 16),
-       std::int64_t{warp_octaves},
-       "of the displacement: 1 varies the lacunarity, more warp the domain"},
-      {"exponent", ParameterType::number, "", Interval::closed(-20, 20), exponent,
-       "alpha, power of the shaped noise"},
-      {"theta",
-       ParameterType::choice,
-       "",
-       Interval::any(),
-       std::string(inverse ? "inverse" : "linear"),
-       "shape: linear max(v, 0)^alpha or inverse max(|v|, floor)^-alpha",
-       {"linear", "inverse"}},
-      {"offset", ParameterType::number, "sigmas", Interval::closed(-10, 10), offset,
-       "added to the normalised sum"},
-      {"contrast", ParameterType::number, "", Interval::left_open(0, 10), contrast,
-       "factor of the normalised sum"},
-      {"floor", ParameterType::number, "sigmas", Interval::closed(smallest_floor, 10), floor,
-       "least |v| of the inverse shape"},
-      {"seed",
-       ParameterType::integer,
-       "",
-       Interval::closed(0, largest_seed),
-       {},
-       "seed of this component's noise; default: from the galaxy's seed and the component's name"},
-  };
-}
-
-void FractalParameters::apply(const ParameterSet& values, const std::string& context) {
-  if (values.has("kind")) kind = &find_noise(values.text("kind"));
-  for (const CombinationName& known : combination_names) {
-    if (known.name == values.text("combination")) combination.kind = known.kind;
-  }
-  octaves = static_cast<int>(values.integer("octaves"));
-  k0 = values.number("k0");
-  frequency_scale = values.number("frequency_scale");
-  if (values.has("lacunarity")) {
-    lacunarity = values.number("lacunarity");
-  } else if (is_natural(combination.kind)) {
-    lacunarity = usual_lacunarity;
-  }
-  spectral_index = values.number("spectral_index");
-  amplitude = values.number("amplitude");
-  combination.ridge_offset = static_cast<float>(values.number("ridge_offset"));
-  combination.ridge_gain = static_cast<float>(values.number("ridge_gain"));
-  warp = values.number("warp");
-  warp_frequency = values.number("warp_frequency");
-  warp_octaves = static_cast<int>(values.integer("warp_octaves"));
-  exponent = values.number("exponent");
-  inverse = values.text("theta") == "inverse";
-  offset = values.number("offset");
-  contrast = values.number("contrast");
-  floor = values.number("floor");
-  if (values.has("seed")) seed = static_cast<std::uint64_t>(values.integer("seed"));
-
-  const auto refuse = [&](const char* key, const std::string& why) {
-    if (values.is_given(key)) throw InputError(values.where(key), context + key + why);
-  };
-  const std::string& name = values.text("combination");
-  if (is_natural(combination.kind)) {
-    for (const char* key : {"exponent", "theta", "offset", "contrast", "floor"}) {
-      refuse(key, " shapes sums of octaves; combination = \"" + name +
-                      "\" is a density as it is, so leave it out");
-    }
-  }
-  if (combination.kind != Combination::Kind::ridged) {
-    for (const char* key : {"ridge_offset", "ridge_gain"}) {
-      refuse(key, " belongs to combination = \"ridged\", not \"" + name + "\"");
-    }
-  }
-  if (combination.kind == Combination::Kind::multiplicative) {
-    refuse("spectral_index",
-           " weighs terms of a sum; combination = \"multiplicative\" has amplitude instead");
-  } else {
-    refuse("amplitude", " belongs to combination = \"multiplicative\", not \"" + name + "\"");
-  }
-  if (warp == 0) {
-    for (const char* key : {"warp_frequency", "warp_octaves"}) {
-      refuse(key, " has no meaning without warp");
-    }
-  }
-  if (lacunarity > 0 && lacunarity <= 1) {
-    throw InputError(values.where("lacunarity"),
-                     context + "lacunarity must be above 1, or 0 for linear frequencies");
-  }
-  if (frequency_of(*this, octaves) > largest_frequency) {
-    throw InputError(values.where(values.is_given("lacunarity") ? "lacunarity" : "octaves"),
-                     context + "lacunarity " + value_text(lacunarity) + " gives octave " +
-                         std::to_string(octaves) +
-                         " more than 1e5 cycles per galaxy radius; take fewer octaves");
-  }
-  if (!inverse && exponent < 0) {
-    throw InputError(values.where("exponent"),
-                     context +
-                         "exponent below 0 has no meaning where theta is 'linear'; use "
-                         "theta = \"inverse\" with a positive exponent");
-  }
-}
-
-std::vector<Octave> FractalParameters::make_octaves() const {
-  std::vector<Octave> result(static_cast<std::size_t>(octaves));
-  for (int k = 1; k <= octaves; ++k) {
-    Octave& octave = result[static_cast<std::size_t>(k - 1)];
-    octave.frequency = static_cast<float>(frequency_of(*this, k));
-    octave.weight = static_cast<float>(weight_of(*this, k));
-    scatter(octave, [&](std::uint64_t part) {
-      return hash_words({seed, static_cast<std::uint64_t>(k), part});
-    });
-  }
-  return result;
-}
 
 FractalNoise::FractalNoise(const FractalParameters& parameters, double thickness)
     : parameters_(parameters), shape_(shape_of(parameters)) {
   make_warp();
   const std::vector<Octave> octaves = parameters.make_octaves();
   for (int k = 1; k <= parameters.octaves; ++k) {
-    add_octave(octaves[static_cast<std::size_t>(k - 1)], frequency_of(parameters, k),
-               weight_of(parameters, k), thickness);
+    add_octave(octaves[static_cast<std::size_t>(k - 1)], parameters.frequency(k),
+               parameters.weight(k), thickness);
   }
   assume_independence();
 }
@@ -467,7 +257,7 @@ void FractalNoise::assume_independence() {
   sharpness_ = measured_sharpness();
 }
 
-bool FractalNoise::is_density() const { return is_natural(parameters_.combination.kind); }
+bool FractalNoise::is_density() const { return parameters_.is_density(); }
 
 NoiseShape::Standard FractalNoise::standard() const {
   if (is_density()) return {1, 0};

@@ -4,11 +4,11 @@
 #include <cstring>
 #include <utility>
 
-#include "parallel/job.h"
+#include "parallel/rank_group.h"
 
 namespace gamer {
 
-Ranks::Ranks(int* argc, char*** argv) : job_(join_job(argc, argv)) {}
+Ranks::Ranks(int* argc, char*** argv) : job_(join_group(argc, argv)) {}
 
 Ranks::Ranks() = default;
 

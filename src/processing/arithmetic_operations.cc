@@ -161,12 +161,8 @@ Operation combining(const char* name, Combination combination, const char* summa
   operation.most_inputs = 0;
   operation.least_inputs = 2;
   if (combination == Combination::sum || combination == Combination::mean) {
-    operation.parameters = {{"skip_missing",
-                             ParameterType::boolean,
-                             "",
-                             {},
-                             false,
-                             "leave missing pixels out instead"}};
+    operation.parameters = {
+        Parameter::boolean("skip_missing", false, "leave missing pixels out instead")};
   }
   operation.example = fmt::format("{} in.fits in2.fits out.fits", name);
   operation.run = [combination](const OperationCall& call) {
@@ -216,11 +212,11 @@ std::vector<Operation> arithmetic_operations() {
       "the light stays and BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and SATURATE follow. Variances "
       "(EXTNAME VARIANCE, ..._VARIANCE) are multiplied by factor^2.";
   scale.parameters = {
-      {"factor", ParameterType::numbers, "", Interval::any(), std::vector<double>{1},
-       "one for all planes, or one for each"},
-      {"offset", ParameterType::numbers, "unit of the pixels", Interval::any(),
-       std::vector<double>{0}, "one for all planes, or one for each"},
-      {"unit", ParameterType::text, "", {}, {}, "new BUNIT, of which the old is --factor"},
+      Parameter::numbers("factor", "", Interval::any(), std::vector<double>{1},
+                         "one for all planes, or one for each"),
+      Parameter::numbers("offset", "unit of the pixels", Interval::any(), std::vector<double>{0},
+                         "one for all planes, or one for each"),
+      Parameter::text("unit", std::nullopt, "new BUNIT, of which the old is --factor"),
   };
   scale.example = "scale --factor 1e-3 --unit uJy in.fits out.fits";
   scale.run = scale_file;

@@ -330,46 +330,30 @@ struct ModelTexts {
 
 /// Parameters that both operations have after --psf.
 ParameterTable model_parameters(const ModelTexts& texts) {
-  using Type = ParameterType;
   const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   return {
-      {"fwhm",
-       Type::numbers,
-       "pixels or arcsec",
-       positive,
-       {},
-       "full width at half maximum of models; one value, or one for each plane"},
-      {"unit", Type::choice, "", {}, std::string("pixel"), texts.unit, {"pixel", "arcsec"}},
-      {"beta", Type::number, "", Interval::left_open(1, 100), 3.0,
-       "exponent of the Moffat profile"},
-      {"obscuration", Type::number, "", Interval::closed(0, 0.95), 0.0,
-       "central obscuration of the Airy pattern, inner over outer diameter"},
-      {"diameter",
-       Type::number,
-       "m",
-       positive,
-       {},
-       "aperture of the Airy pattern: its width follows from the planes' wavelengths"},
-      {"axis_ratio", Type::number, "", Interval::closed(0.1, 1), 1.0,
-       "minor over major axis; the area stays that of the FWHM"},
-      {"position_angle", Type::number, "deg", Interval::any(), 0.0, texts.position_angle},
-      {"size",
-       Type::integer,
-       "pixels",
-       Interval::closed(1, largest_stamp),
-       {},
-       "side of the PSF's image, odd (default: by --energy)"},
-      {"energy", Type::number, "", Interval::open(0, 1), StampOptions().energy,
-       fmt::format("share of the flux within the PSF's image, which is at most {0} x {0} pixels",
-                   largest_chosen_stamp)},
-      {"sampling",
-       Type::choice,
-       "",
-       {},
-       std::string("integrated"),
-       "over the pixels, or at their centres",
-       {"integrated", "point"}},
-      {"keep_missing_flux", Type::boolean, "", {}, false, "do not scale the PSF's sum to 1"}};
+      Parameter::numbers("fwhm", "pixels or arcsec", positive, std::nullopt,
+                         "full width at half maximum of models; one value, or one for each plane"),
+      Parameter::choice("unit", {"pixel", "arcsec"}, "pixel", texts.unit),
+      Parameter::number("beta", "", Interval::left_open(1, 100), 3.0,
+                        "exponent of the Moffat profile"),
+      Parameter::number("obscuration", "", Interval::closed(0, 0.95), 0.0,
+                        "central obscuration of the Airy pattern, inner over outer diameter"),
+      Parameter::number(
+          "diameter", "m", positive, std::nullopt,
+          "aperture of the Airy pattern: its width follows from the planes' wavelengths"),
+      Parameter::number("axis_ratio", "", Interval::closed(0.1, 1), 1.0,
+                        "minor over major axis; the area stays that of the FWHM"),
+      Parameter::number("position_angle", "deg", Interval::any(), 0.0, texts.position_angle),
+      Parameter::integer("size", "pixels", Interval::closed(1, largest_stamp), std::nullopt,
+                         "side of the PSF's image, odd (default: by --energy)"),
+      Parameter::number(
+          "energy", "", Interval::open(0, 1), StampOptions().energy,
+          fmt::format("share of the flux within the PSF's image, which is at most {0} x {0} pixels",
+                      largest_chosen_stamp)),
+      Parameter::choice("sampling", {"integrated", "point"}, "integrated",
+                        "over the pixels, or at their centres"),
+      Parameter::boolean("keep_missing_flux", false, "do not scale the PSF's sum to 1")};
 }
 
 constexpr const char* model_text =
@@ -401,14 +385,8 @@ Operation convolve_operation() {
       "the "
       "others count for all. Single precision is quicker and good to about 1e-7 of the brightest "
       "pixel around. The header stays, with one HISTORY card more.";
-  convolve.parameters = {{"psf",
-                          ParameterType::text,
-                          "",
-                          {},
-                          {},
-                          fmt::format("{}, or a FITS file", fmt::join(models, ", ")),
-                          {},
-                          true}};
+  convolve.parameters = {required(Parameter::text(
+      "psf", std::nullopt, fmt::format("{}, or a FITS file", fmt::join(models, ", "))))};
   for (Parameter& parameter :
        model_parameters({"of --fwhm; arcsec through the celestial coordinates",
                          "of the major axis, from North towards East; without celestial "
@@ -416,20 +394,10 @@ Operation convolve_operation() {
     convolve.parameters.push_back(std::move(parameter));
   }
   convolve.parameters.push_back(
-      {"edge",
-       ParameterType::choice,
-       "",
-       {},
-       std::string("zero"),
-       "beyond the edges: nothing, the image mirrored, or the image again",
-       {"zero", "reflect", "wrap"}});
-  convolve.parameters.push_back({"precision",
-                                 ParameterType::choice,
-                                 "",
-                                 {},
-                                 std::string("double"),
-                                 "of the computation",
-                                 {"double", "single"}});
+      Parameter::choice("edge", {"zero", "reflect", "wrap"}, "zero",
+                        "beyond the edges: nothing, the image mirrored, or the image again"));
+  convolve.parameters.push_back(
+      Parameter::choice("precision", {"double", "single"}, "double", "of the computation"));
   convolve.example = "convolve --psf moffat --fwhm 3.5 --beta 3 in.fits out.fits";
   convolve.run = run_convolve;
   return convolve;
@@ -449,7 +417,7 @@ Operation psf_operation() {
       "--pixel-scale celestial coordinates of that scale, North upwards and East to the left.";
   psf.least_inputs = 0;
   psf.most_inputs = 0;
-  psf.parameters = {{"psf", ParameterType::choice, "", {}, {}, "model", models, true}};
+  psf.parameters = {required(Parameter::choice("psf", models, std::nullopt, "model"))};
   for (Parameter& parameter :
        model_parameters({"of --fwhm; arcsec needs --pixel-scale",
                          "of the major axis, from +y towards -x: from North towards East with "
@@ -457,18 +425,10 @@ Operation psf_operation() {
     psf.parameters.push_back(std::move(parameter));
   }
   const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
-  psf.parameters.push_back({"pixel_scale",
-                            ParameterType::number,
-                            "arcsec",
-                            Interval::left_open(0, 3600),
-                            {},
-                            "side of a pixel"});
-  psf.parameters.push_back({"wavelength",
-                            ParameterType::numbers,
-                            "Angstrom",
-                            positive,
-                            {},
-                            "for --diameter; one value, or one for each plane"});
+  psf.parameters.push_back(Parameter::number("pixel_scale", "arcsec", Interval::left_open(0, 3600),
+                                             std::nullopt, "side of a pixel"));
+  psf.parameters.push_back(Parameter::numbers("wavelength", "Angstrom", positive, std::nullopt,
+                                              "for --diameter; one value, or one for each plane"));
   psf.example = "psf --psf airy --fwhm 3 --obscuration 0.33 --size 65 out.fits";
   psf.run = run_psf;
   return psf;

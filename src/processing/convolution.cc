@@ -1,23 +1,19 @@
 #include "processing/convolution.h"
 
-#include <fftw3.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <list>
-#include <map>
 #include <memory>
 #include <mutex>
-#include <new>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
-#include "processing/fftw_planner.h"
+#include "processing/fft.h"
 
 namespace gamer {
 namespace {
@@ -32,127 +28,6 @@ constexpr int largest_chosen_transform = 2048;
 /// Rounding of a sum of products by transforms, relative to the sum of the factors.
 template <class Real>
 inline constexpr double rounding_error = 64 * std::numeric_limits<Real>::epsilon();
-
-template <class Real>
-struct Fftw;
-
-template <>
-struct Fftw<double> {
-  using Plan = fftw_plan;
-  using Complex = fftw_complex;
-  static void* allocate(std::size_t bytes) { return fftw_malloc(bytes); }
-  static void release(void* memory) { fftw_free(memory); }
-  // FFTW_ESTIMATE, since plans chosen by timing would round differently from run to run.
-  static Plan plan_forward(int height, int width, double* in, Complex* out) {
-    return fftw_plan_dft_r2c_2d(height, width, in, out, FFTW_ESTIMATE);
-  }
-  static Plan plan_backward(int height, int width, Complex* in, double* out) {
-    return fftw_plan_dft_c2r_2d(height, width, in, out, FFTW_ESTIMATE);
-  }
-  static void forward(Plan plan, double* in, Complex* out) { fftw_execute_dft_r2c(plan, in, out); }
-  static void backward(Plan plan, Complex* in, double* out) { fftw_execute_dft_c2r(plan, in, out); }
-  static void destroy(Plan plan) { fftw_destroy_plan(plan); }
-};
-
-template <>
-struct Fftw<float> {
-  using Plan = fftwf_plan;
-  using Complex = fftwf_complex;
-  static void* allocate(std::size_t bytes) { return fftwf_malloc(bytes); }
-  static void release(void* memory) { fftwf_free(memory); }
-  static Plan plan_forward(int height, int width, float* in, Complex* out) {
-    return fftwf_plan_dft_r2c_2d(height, width, in, out, FFTW_ESTIMATE);
-  }
-  static Plan plan_backward(int height, int width, Complex* in, float* out) {
-    return fftwf_plan_dft_c2r_2d(height, width, in, out, FFTW_ESTIMATE);
-  }
-  static void forward(Plan plan, float* in, Complex* out) { fftwf_execute_dft_r2c(plan, in, out); }
-  static void backward(Plan plan, Complex* in, float* out) { fftwf_execute_dft_c2r(plan, in, out); }
-  static void destroy(Plan plan) { fftwf_destroy_plan(plan); }
-};
-
-/// An array of reals, aligned for FFTW's full speed.
-template <class Real>
-class Buffer {
- public:
-  explicit Buffer(std::size_t size)
-      : values_(static_cast<Real*>(Fftw<Real>::allocate(size * sizeof(Real)))) {
-    if (!values_) throw std::bad_alloc();
-  }
-  Real* get() const { return values_.get(); }
-
- private:
-  struct Release {
-    void operator()(Real* values) const { Fftw<Real>::release(values); }
-  };
-  std::unique_ptr<Real, Release> values_;
-};
-
-/// In-place transforms of one size: rows of 2 (width/2 + 1) reals.
-template <class Real>
-class Transform {
- public:
-  Transform(int width, int height) : width_(width), height_(height) {
-    using Api = Fftw<Real>;
-    const Buffer<Real> buffer(reals());
-    Real* const real = buffer.get();
-    const std::lock_guard lock(fftw_planner_mutex());
-    forward_ = Api::plan_forward(height, width, real, complex(real));
-    backward_ = Api::plan_backward(height, width, complex(real), real);
-    if (forward_ == nullptr || backward_ == nullptr) throw std::bad_alloc();
-  }
-  ~Transform() {
-    const std::lock_guard lock(fftw_planner_mutex());
-    Fftw<Real>::destroy(forward_);
-    Fftw<Real>::destroy(backward_);
-  }
-  Transform(const Transform&) = delete;
-  Transform& operator=(const Transform&) = delete;
-
-  int width() const { return width_; }
-  int height() const { return height_; }
-  std::ptrdiff_t stride() const { return 2 * (width_ / 2 + 1); }
-  std::size_t reals() const {
-    return static_cast<std::size_t>(stride()) * static_cast<std::size_t>(height_);
-  }
-
-  /// Memory for reals() values: returned memory, or new.
-  Buffer<Real> take_buffer() const {
-    const std::lock_guard lock(mutex_);
-    if (buffers_.empty()) return Buffer<Real>(reals());
-    Buffer<Real> buffer = std::move(buffers_.back());
-    buffers_.pop_back();
-    return buffer;
-  }
-  void give_back(Buffer<Real> buffer) const {
-    const std::lock_guard lock(mutex_);
-    buffers_.push_back(std::move(buffer));
-  }
-
-  void forward(Real* values) const { Fftw<Real>::forward(forward_, values, complex(values)); }
-  void backward(Real* values) const { Fftw<Real>::backward(backward_, complex(values), values); }
-
- private:
-  static typename Fftw<Real>::Complex* complex(Real* values) {
-    return reinterpret_cast<typename Fftw<Real>::Complex*>(values);
-  }
-
-  int width_, height_;
-  typename Fftw<Real>::Plan forward_ = nullptr, backward_ = nullptr;
-  mutable std::mutex mutex_;
-  mutable std::vector<Buffer<Real>> buffers_;
-};
-
-/// The transforms of a size, made once.
-template <class Real>
-const Transform<Real>& transform_of(int width, int height) {
-  static std::mutex mutex;
-  static std::map<std::pair<int, int>, std::unique_ptr<Transform<Real>>> all;
-  const std::lock_guard lock(mutex);
-  auto& transform = all[{width, height}];
-  if (!transform) transform = std::make_unique<Transform<Real>>(width, height);
-  return *transform;
-}
 
 /// A stamp prepared for the computation: its pixels, or their transform multiplied by the 1/N of
 /// the inverse transform.

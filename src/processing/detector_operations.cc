@@ -331,19 +331,12 @@ ParameterTable noise_parameters() {
   const Interval positive = Interval::open(0, positive_infinity);
   const auto list = [](const char* name, const char* unit, const Interval& interval,
                        const char* description) {
-    return Parameter{name, ParameterType::numbers, unit, interval, {}, description};
-  };
-  const auto number = [](const char* name, const char* unit, const Interval& interval,
-                         ParameterValue value, const char* description) {
-    return Parameter{name, ParameterType::number, unit, interval, std::move(value), description};
-  };
-  const auto flag = [](const char* name, const char* description) {
-    return Parameter{name, ParameterType::boolean, "", {}, false, description};
+    return Parameter::numbers(name, unit, interval, std::nullopt, description);
   };
   return {
       list("exposure", "s", positive, "exposure time, of all exposures together; or one per plane"),
-      {"exposures", ParameterType::integer, "", Interval::closed(1, most_exposures),
-       std::int64_t{1}, "exposures that are added up: each has read noise and a full well"},
+      Parameter::integer("exposures", "", Interval::closed(1, most_exposures), 1,
+                         "exposures that are added up: each has read noise and a full well"),
       list("zero_point", "mag", Interval::any(),
            "AB magnitude that gives 1 electron/s; or one per plane"),
       list("electrons_per_unit", "electron/s", positive,
@@ -353,27 +346,25 @@ ParameterTable noise_parameters() {
            "AB surface brightness of the sky; or one per plane"),
       list("sky_rate", "electron/s", not_negative,
            "sky, electrons per second and pixel; or one per plane"),
-      number("dark", "electron/s", not_negative, 0.0, "dark current of a pixel"),
-      number("read_noise", "electron", not_negative, 0.0, "rms of a pixel, of one exposure"),
-      number("full_well", "electron", positive, {}, "most counts of a pixel, of one exposure"),
-      {"output_unit",
-       ParameterType::choice,
-       "",
-       {},
-       std::string("same"),
-       "of the output: the input's, electrons, or ADU",
-       {"same", "electron", "ADU"}},
-      number("gain", "electron/ADU", positive, 1.0, "electrons of 1 ADU"),
-      number("bias", "ADU", Interval::any(), 0.0, "what the converter adds"),
-      flag("keep_sky", "leave the mean of sky and dark current in the image"),
+      Parameter::number("dark", "electron/s", not_negative, 0.0, "dark current of a pixel"),
+      Parameter::number("read_noise", "electron", not_negative, 0.0,
+                        "rms of a pixel, of one exposure"),
+      Parameter::number("full_well", "electron", positive, std::nullopt,
+                        "most counts of a pixel, of one exposure"),
+      Parameter::choice("output_unit", {"same", "electron", "ADU"}, "same",
+                        "of the output: the input's, electrons, or ADU"),
+      Parameter::number("gain", "electron/ADU", positive, 1.0, "electrons of 1 ADU"),
+      Parameter::number("bias", "ADU", Interval::any(), 0.0, "what the converter adds"),
+      Parameter::boolean("keep_sky", false, "leave the mean of sky and dark current in the image"),
       list("sigma", "pixel units", not_negative,
            "plain Gaussian noise of this rms; or one per plane"),
       list("snr", "", positive,
            "plain Gaussian noise that gives the plane this signal-to-noise ratio; or one per "
            "plane"),
-      {"seed", ParameterType::integer, "", Interval::right_open(0, largest_seed), std::int64_t{1},
-       "another seed, other noise"},
-      flag("variance", "add the expected variance of each image as an image after it"),
+      Parameter::integer("seed", "", Interval::right_open(0, largest_seed), 1,
+                         "another seed, other noise"),
+      Parameter::boolean("variance", false,
+                         "add the expected variance of each image as an image after it"),
   };
 }
 

@@ -469,26 +469,10 @@ std::vector<Operation> file_operations() {
       "Variances (EXTNAME VARIANCE, ..._VARIANCE) are left out.";
   stack.most_inputs = 0;
   stack.parameters = {
-      {"layout",
-       ParameterType::choice,
-       "",
-       {},
-       std::string("cube"),
-       "what to make",
-       {"cube", "extensions", "files"}},
-      {"order",
-       ParameterType::choice,
-       "",
-       {},
-       std::string("given"),
-       "order of the planes",
-       {"given", "wavelength"}},
-      {"planes",
-       ParameterType::numbers,
-       "",
-       Interval::any(),
-       {},
-       "only these, counted from 1 over all files, in this order"},
+      Parameter::choice("layout", {"cube", "extensions", "files"}, "cube", "what to make"),
+      Parameter::choice("order", {"given", "wavelength"}, "given", "order of the planes"),
+      Parameter::numbers("planes", "", Interval::any(), std::nullopt,
+                         "only these, counted from 1 over all files, in this order"),
   };
   stack.example = "stack --order wavelength in.fits in2.fits out.fits";
   stack.run = stack_files;
@@ -504,23 +488,15 @@ std::vector<Operation> file_operations() {
   header.result = Operation::Result::text;
   const std::vector<std::string> none;
   header.parameters = {
-      {"hdu",
-       ParameterType::text,
-       "",
-       {},
-       std::string("first"),
-       "name or number (from 0) of the HDU; first: the first image; all"},
-      {"get", ParameterType::texts, "", {}, none, "print only the value of this card (repeatable)"},
-      {"set",
-       ParameterType::texts,
-       "",
-       {},
-       none,
-       "KEY=value or KEY=value / comment (repeatable); 'text' in quotes is never a number, and '' "
-       "in it is one quote"},
-      {"delete", ParameterType::texts, "", {}, none, "card to delete (repeatable)"},
-      {"copy", ParameterType::texts, "", {}, none, "card to copy (repeatable)"},
-      {"from", ParameterType::text, "", {}, {}, "file that --copy copies from"},
+      Parameter::text("hdu", "first",
+                      "name or number (from 0) of the HDU; first: the first image; all"),
+      Parameter::texts("get", none, "print only the value of this card (repeatable)"),
+      Parameter::texts("set", none,
+                       "KEY=value or KEY=value / comment (repeatable); 'text' in quotes is never a "
+                       "number, and '' in it is one quote"),
+      Parameter::texts("delete", none, "card to delete (repeatable)"),
+      Parameter::texts("copy", none, "card to copy (repeatable)"),
+      Parameter::text("from", std::nullopt, "file that --copy copies from"),
   };
   header.example = "header --get BUNIT in.fits";
   header.run = run_header;

@@ -106,14 +106,10 @@ PixelValues values_of(const OperationCall& call, const PlaneTask& task) {
 }
 
 Parameter values_parameter() {
-  return {"values",
-          ParameterType::choice,
-          "",
-          {},
-          {},
-          "flux adds up, brightness averages (default: as BUNIT says; per solid angle is "
-          "brightness, and so are gamer's relative images, which have none)",
-          {"flux", "brightness"}};
+  return Parameter::choice(
+      "values", {"flux", "brightness"}, std::nullopt,
+      "flux adds up, brightness averages (default: as BUNIT says; per solid angle is brightness, "
+      "and so are gamer's relative images, which have none)");
 }
 
 // ---- rotate ------------------------------------------------------------------------------------
@@ -150,21 +146,11 @@ Operation rotate_operation() {
     if (kernel_of(name) != Kernel::area) kernels.push_back(name);
   }
   operation.parameters = {
-      {"angle", ParameterType::number, "deg", Interval::any(), {}, "counter-clockwise", {}, true},
-      {"kernel",
-       ParameterType::choice,
-       "",
-       {},
-       std::string("lanczos3"),
-       "interpolation between pixels",
-       kernels},
-      {"canvas",
-       ParameterType::choice,
-       "",
-       {},
-       std::string("same"),
-       "keep the size, or grow to hold all of the turned image",
-       {"same", "full"}},
+      required(
+          Parameter::number("angle", "deg", Interval::any(), std::nullopt, "counter-clockwise")),
+      Parameter::choice("kernel", kernels, "lanczos3", "interpolation between pixels"),
+      Parameter::choice("canvas", {"same", "full"}, "same",
+                        "keep the size, or grow to hold all of the turned image"),
       fill_parameter("value outside the input, or nan"),
   };
   operation.example = "rotate --angle 30 --canvas full in.fits out.fits";
@@ -190,13 +176,8 @@ Operation flip_operation() {
   operation.group = group_name;
   operation.summary = "Mirror";
   operation.description = fmt::format("Copies pixels in reverse order along an axis. {}", wcs_text);
-  operation.parameters = {{"axis",
-                           ParameterType::choice,
-                           "",
-                           {},
-                           std::string("x"),
-                           "x: left becomes right; y: bottom becomes top",
-                           {"x", "y", "both"}}};
+  operation.parameters = {Parameter::choice("axis", {"x", "y", "both"}, "x",
+                                            "x: left becomes right; y: bottom becomes top")};
   operation.example = "flip --axis y in.fits out.fits";
   operation.run = flip_file;
   return operation;
@@ -264,14 +245,10 @@ Operation crop_operation() {
   constexpr double farthest = 1e9;
   const Interval pixel = Interval::closed(-farthest, farthest);
   operation.parameters = {
-      {"box", ParameterType::numbers, "pixels", pixel, {}, "x1,x2,y1,y2"},
-      {"center", ParameterType::vector2, "pixels", pixel, {}, "middle of the box: x,y"},
-      {"size",
-       ParameterType::size2,
-       "pixels",
-       Interval::closed(1, longest_side),
-       {},
-       "of the box: n, or width,height"},
+      Parameter::numbers("box", "pixels", pixel, std::nullopt, "x1,x2,y1,y2"),
+      Parameter::vector2("center", "pixels", pixel, std::nullopt, "middle of the box: x,y"),
+      Parameter::size2("size", "pixels", Interval::closed(1, longest_side), std::nullopt,
+                       "of the box: n, or width,height"),
   };
   operation.example = "crop --box 2,9,3,8 in.fits out.fits";
   operation.run = crop_file;
@@ -334,18 +311,10 @@ Operation pad_operation() {
       "added at the right and at the top. {}",
       wcs_text);
   operation.parameters = {
-      {"margin",
-       ParameterType::numbers,
-       "pixels",
-       Interval::closed(0, longest_side),
-       {},
-       "one for all sides, or left,right,bottom,top"},
-      {"size",
-       ParameterType::size2,
-       "pixels",
-       Interval::closed(1, longest_side),
-       {},
-       "of the output: n, or width,height"},
+      Parameter::numbers("margin", "pixels", Interval::closed(0, longest_side), std::nullopt,
+                         "one for all sides, or left,right,bottom,top"),
+      Parameter::size2("size", "pixels", Interval::closed(1, longest_side), std::nullopt,
+                       "of the output: n, or width,height"),
       fill_parameter("value of the margin, or nan"),
   };
   operation.example = "pad --margin 5,5,2,3 --fill nan in.fits out.fits";
@@ -393,20 +362,9 @@ Operation bin_operation() {
       "variance of a sum is the sum of the variances, of a mean their sum / (nx ny)^2. {} {}",
       missing_text, wcs_text);
   operation.parameters = {
-      {"factor",
-       ParameterType::size2,
-       "pixels",
-       Interval::closed(1, longest_side),
-       {},
-       "side of a block: n, or nx,ny",
-       {},
-       true},
-      {"trim",
-       ParameterType::boolean,
-       "",
-       {},
-       false,
-       "leave pixels at the right and top out that fill no block"},
+      required(Parameter::size2("factor", "pixels", Interval::closed(1, longest_side), std::nullopt,
+                                "side of a block: n, or nx,ny")),
+      Parameter::boolean("trim", false, "leave pixels at the right and top out that fill no block"),
       values_parameter(),
   };
   operation.example = "bin --factor 2 --trim in.fits out.fits";
@@ -472,31 +430,13 @@ Operation resample_operation() {
       "flux up to there. {} {}",
       missing_text, wcs_text);
   operation.parameters = {
-      {"factor",
-       ParameterType::number,
-       "",
-       Interval::closed(least_factor, most_factor),
-       {},
-       "pixels of the output per pixel of the input, along a side"},
-      {"scale",
-       ParameterType::number,
-       "arcsec",
-       Interval::left_open(0, largest_scale),
-       {},
-       "side of an output pixel; needs celestial coordinates"},
-      {"size",
-       ParameterType::size2,
-       "pixels",
-       Interval::closed(1, longest_side),
-       {},
-       "of the output, over all of the input: n, or width,height"},
-      {"kernel",
-       ParameterType::choice,
-       "",
-       {},
-       std::string("lanczos3"),
-       "interpolation of the running sum",
-       kernel_names()},
+      Parameter::number("factor", "", Interval::closed(least_factor, most_factor), std::nullopt,
+                        "pixels of the output per pixel of the input, along a side"),
+      Parameter::number("scale", "arcsec", Interval::left_open(0, largest_scale), std::nullopt,
+                        "side of an output pixel; needs celestial coordinates"),
+      Parameter::size2("size", "pixels", Interval::closed(1, longest_side), std::nullopt,
+                       "of the output, over all of the input: n, or width,height"),
+      Parameter::choice("kernel", kernel_names(), "lanczos3", "interpolation of the running sum"),
       values_parameter(),
   };
   operation.example = "resample --factor 1.5 --kernel area in.fits out.fits";

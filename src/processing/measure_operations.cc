@@ -107,9 +107,10 @@ Operation stats_operation() {
       "sigma, again and again from the median and mad_sigma.";
   operation.result = Operation::Result::text;
   operation.parameters = with_output(
-      {{"percentiles", ParameterType::numbers, "", Interval::closed(0, 100),
-        std::vector<double>{1, 5, 25, 75, 95, 99}, "percentiles to list"},
-       {"clip", ParameterType::number, "sigma", positive, {}, "also the clipped mean and sigma"}});
+      {Parameter::numbers("percentiles", "", Interval::closed(0, 100),
+                          std::vector<double>{1, 5, 25, 75, 95, 99}, "percentiles to list"),
+       Parameter::number("clip", "sigma", positive, std::nullopt,
+                         "also the clipped mean and sigma")});
   operation.example = "stats --percentiles 5,95 --clip 3 in.fits";
   operation.run = [](const OperationCall& call) {
     check_percentiles(call);
@@ -242,35 +243,21 @@ Operation spectrum_operation() {
       "memory whole, 8 bytes per pixel.";
   operation.result = Operation::Result::text;
   operation.parameters = with_output({
-      {"window",
-       ParameterType::choice,
-       "",
-       {},
-       std::string("hann"),
-       "none, hann, or cosine (rises over --taper at every edge)",
-       {"none", "hann", "cosine"}},
-      {"taper", ParameterType::number, "side", Interval::left_open(0, 0.5), 0.1,
-       "length of the cosine's rise"},
-      {"opacity",
-       ParameterType::boolean,
-       "",
-       {},
-       false,
-       "pixels are opacities: take tau = -ln(1 - v)"},
-      {"log", ParameterType::boolean, "", {}, false, "take the natural logarithm first"},
-      {"white", ParameterType::number, "(unit of the pixels)^2", not_negative, 0.0,
-       "power of white noise to subtract: its sigma^2"},
-      {"psf_fwhm", ParameterType::number, "pixel", not_negative, 0.0,
-       "divide by the squared transfer function of such a Gaussian (after --white)"},
-      {"range",
-       ParameterType::vector2,
-       "",
-       Interval::right_open(1, positive.high),
-       {},
-       "k1,k2 of the fit (default: 4,N/4)"},
-      {"bins", ParameterType::integer, "", Interval::closed(3, 1000), std::int64_t{12},
-       "of the fit"},
-      {"plot", ParameterType::text, "", {}, {}, "write a plot: .png"},
+      Parameter::choice("window", {"none", "hann", "cosine"}, "hann",
+                        "none, hann, or cosine (rises over --taper at every edge)"),
+      Parameter::number("taper", "side", Interval::left_open(0, 0.5), 0.1,
+                        "length of the cosine's rise"),
+      Parameter::boolean("opacity", false, "pixels are opacities: take tau = -ln(1 - v)"),
+      Parameter::boolean("log", false, "take the natural logarithm first"),
+      Parameter::number("white", "(unit of the pixels)^2", not_negative, 0.0,
+                        "power of white noise to subtract: its sigma^2"),
+      Parameter::number(
+          "psf_fwhm", "pixel", not_negative, 0.0,
+          "divide by the squared transfer function of such a Gaussian (after --white)"),
+      Parameter::vector2("range", "", Interval::right_open(1, positive.high), std::nullopt,
+                         "k1,k2 of the fit (default: 4,N/4)"),
+      Parameter::integer("bins", "", Interval::closed(3, 1000), 12, "of the fit"),
+      Parameter::text("plot", std::nullopt, "write a plot: .png"),
   });
   operation.example = "spectrum --window hann --bins 8 in.fits";
   operation.run = run_spectrum;
@@ -355,9 +342,9 @@ Operation compare_operation() {
   operation.least_inputs = operation.most_inputs = 2;
   operation.result = Operation::Result::text;
   operation.parameters = with_output(
-      {{"tolerance", ParameterType::number, "largest |a|", not_negative, 0.0, "relative tolerance"},
-       {"absolute", ParameterType::number, "unit of the pixels", not_negative, 0.0,
-        "absolute tolerance"}});
+      {Parameter::number("tolerance", "largest |a|", not_negative, 0.0, "relative tolerance"),
+       Parameter::number("absolute", "unit of the pixels", not_negative, 0.0,
+                         "absolute tolerance")});
   operation.example = "compare --tolerance 1e-6 in.fits in2.fits";
   operation.run = run_compare;
   return operation;

@@ -34,8 +34,8 @@ std::vector<int> hdu_numbers(const FitsInput& input) {
 }
 
 ParameterTable with_output(ParameterTable table) {
-  table.push_back({"json", ParameterType::boolean, "", {}, false, "print JSON, not a table"});
-  table.push_back({"table", ParameterType::text, "", {}, {}, "write a table too: .ecsv or .fits"});
+  table.push_back(Parameter::boolean("json", false, "print JSON, not a table"));
+  table.push_back(Parameter::text("table", std::nullopt, "write a table too: .ecsv or .fits"));
   return table;
 }
 

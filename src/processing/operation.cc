@@ -24,23 +24,14 @@ constexpr int most_threads = 4096;
 /// Options of every operation; `bitpix` only for FITS output.
 ParameterTable common_parameters(Operation::Result result) {
   ParameterTable table = {
-      {"overwrite", ParameterType::boolean, "", {}, false, "replace an existing output"},
-      {"threads",
-       ParameterType::integer,
-       "",
-       Interval::closed(1, most_threads),
-       {},
-       "threads (default: all cores); also -j"}};
+      Parameter::boolean("overwrite", false, "replace an existing output"),
+      Parameter::integer("threads", "", Interval::closed(1, most_threads), std::nullopt,
+                         "threads (default: all cores); also -j")};
   if (result == Operation::Result::fits) {
     table.push_back(
-        {"bitpix",
-         ParameterType::choice,
-         "",
-         {},
-         {},
-         "FITS data type of the output, in bits (default: the input's; of integers, the "
-         "floating-point type that holds them)",
-         {"-32", "-64"}});
+        Parameter::choice("bitpix", {"-32", "-64"}, std::nullopt,
+                          "FITS data type of the output, in bits (default: the input's; of "
+                          "integers, the floating-point type that holds them)"));
   }
   return table;
 }

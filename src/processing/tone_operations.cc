@@ -29,14 +29,10 @@ constexpr double percent = 0.01;
 // ---- One tone for each plane or for the file ---------------------------------------------------
 
 const Parameter& per_parameter() {
-  static const Parameter parameter = {
-      "per",
-      ParameterType::choice,
-      "",
-      {},
-      std::string("file"),
-      "what is measured together: all planes of the file, which keeps colours, or each plane alone",
-      {"file", "plane"}};
+  static const Parameter parameter =
+      Parameter::choice("per", {"file", "plane"}, "file",
+                        "what is measured together: all planes of the file, which keeps colours, "
+                        "or each plane alone");
   return parameter;
 }
 
@@ -265,28 +261,17 @@ Operation normalise_operation() {
       "..._VARIANCE) are not measured, and multiplied by f^2.";
   const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   operation.parameters = {
-      {"total", ParameterType::number, "", positive, {}, "sum of the pixels"},
-      {"peak", ParameterType::number, "", positive, {}, "largest pixel"},
-      {"mean", ParameterType::number, "", positive, {}, "mean of the pixels"},
-      {"percentile_range",
-       ParameterType::vector2,
-       "%",
-       Interval::closed(0, 100),
-       {},
-       "percentiles low,high that become 0 and 1"},
-      {"magnitude",
-       ParameterType::numbers,
-       "mag",
-       Interval::any(),
-       {},
-       "AB magnitude of the sum: one for all planes, or one for each"},
+      Parameter::number("total", "", positive, std::nullopt, "sum of the pixels"),
+      Parameter::number("peak", "", positive, std::nullopt, "largest pixel"),
+      Parameter::number("mean", "", positive, std::nullopt, "mean of the pixels"),
+      Parameter::vector2("percentile_range", "%", Interval::closed(0, 100), std::nullopt,
+                         "percentiles low,high that become 0 and 1"),
+      Parameter::numbers("magnitude", "mag", Interval::any(), std::nullopt,
+                         "AB magnitude of the sum: one for all planes, or one for each"),
       per_parameter(),
-      {"reference",
-       ParameterType::integer,
-       "",
-       Interval::right_open(1, std::numeric_limits<double>::infinity()),
-       {},
-       "with --per file: the plane, from 1, that is measured for all"},
+      Parameter::integer(
+          "reference", "", Interval::right_open(1, std::numeric_limits<double>::infinity()),
+          std::nullopt, "with --per file: the plane, from 1, that is measured for all"),
   };
   operation.example = "normalise --peak 1 in.fits out.fits";
   operation.run = normalise;
@@ -324,13 +309,9 @@ Operation gamma_operation() {
       "of light any more: BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and SATURATE go.";
   const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   operation.parameters = {
-      {"gamma", ParameterType::number, "", positive, {}, "the exponent", {}, true},
-      {"maximum",
-       ParameterType::number,
-       "unit of the pixels",
-       positive,
-       {},
-       "what becomes 1 (default: the largest pixel)"},
+      required(Parameter::number("gamma", "", positive, std::nullopt, "the exponent")),
+      Parameter::number("maximum", "unit of the pixels", positive, std::nullopt,
+                        "what becomes 1 (default: the largest pixel)"),
       per_parameter(),
   };
   operation.example = "gamma --gamma 0.4545 in.fits out.fits";
@@ -401,28 +382,15 @@ Operation stretch_operation() {
       "[0, 1], or with --no-clip v'(-x) = -v'(x). Missing pixels stay missing. The pixels are no "
       "linear measure of light any more: BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and SATURATE go.";
   operation.parameters = {
-      {"function",
-       ParameterType::choice,
-       "",
-       {},
-       std::string("asinh"),
-       "the stretch",
-       {"linear", "sqrt", "log", "asinh"}},
-      {"softening",
-       ParameterType::number,
-       "",
-       Interval::open(0, std::numeric_limits<double>::infinity()),
-       {},
-       "a of log (default 1000; larger bends more) and asinh (default 0.1; smaller bends more)"},
-      {"percentiles", ParameterType::vector2, "%", Interval::closed(0, 100),
-       std::vector<double>{0, 100}, "limits low,high as percentiles"},
-      {"limits",
-       ParameterType::vector2,
-       "unit of the pixels",
-       Interval::any(),
-       {},
-       "limits low,high as values"},
-      {"no_clip", ParameterType::boolean, "", {}, false, "keep what is beyond the limits"},
+      Parameter::choice("function", {"linear", "sqrt", "log", "asinh"}, "asinh", "the stretch"),
+      Parameter::number(
+          "softening", "", Interval::open(0, std::numeric_limits<double>::infinity()), std::nullopt,
+          "a of log (default 1000; larger bends more) and asinh (default 0.1; smaller bends more)"),
+      Parameter::vector2("percentiles", "%", Interval::closed(0, 100), std::vector<double>{0, 100},
+                         "limits low,high as percentiles"),
+      Parameter::vector2("limits", "unit of the pixels", Interval::any(), std::nullopt,
+                         "limits low,high as values"),
+      Parameter::boolean("no_clip", false, "keep what is beyond the limits"),
       per_parameter(),
   };
   operation.example = "stretch --function asinh --percentiles 1,99.9 in.fits out.fits";

@@ -22,18 +22,18 @@ RenderParameters stamp_view(const PlacedGalaxy& galaxy, const RenderParameters& 
                             const Camera& camera) {
   RenderParameters view = parameters;
   view.width = view.height = stamp_size;
-  view.projection = Projection::orthographic;
-  view.position = galaxy.centre + 2 * galaxy.bounding_radius * camera.towards(galaxy.centre);
-  view.target = galaxy.centre;
-  view.up = camera.up_at(galaxy.centre);
+  view.camera.projection = Projection::orthographic;
+  view.camera.position = galaxy.centre + 2 * galaxy.bounding_radius * camera.towards(galaxy.centre);
+  view.camera.target = galaxy.centre;
+  view.camera.up = camera.up_at(galaxy.centre);
   // At the pole of a view of the sphere up is along the line of sight.
-  if (glm::length(glm::cross(view.up, camera.towards(galaxy.centre))) < least_sine) {
-    view.up = camera.right();
+  if (glm::length(glm::cross(view.camera.up, camera.towards(galaxy.centre))) < least_sine) {
+    view.camera.up = camera.right();
   }
-  view.camera_width = 2 * galaxy.bounding_radius;
-  view.supersample.reset();
+  view.camera.width = 2 * galaxy.bounding_radius;
+  view.camera.supersample.reset();
   // Stars count with the smooth light.
-  view.stars_per_pixel = 0;
+  view.sampling.stars_per_pixel = 0;
   return view;
 }
 
@@ -41,7 +41,7 @@ RenderParameters stamp_view(const PlacedGalaxy& galaxy, const RenderParameters& 
 
 FootprintRange measure_footprints(const RenderParameters& parameters) {
   // The stamp of a round galaxy has the narrowest footprint.
-  const double widest = Accuracy::from_tolerance(parameters.tolerance).widest_footprint;
+  const double widest = Accuracy::from_tolerance(parameters.sampling.tolerance).widest_footprint;
   return {std::min(2.0 / stamp_size, widest), widest};
 }
 
@@ -54,7 +54,7 @@ GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parame
   alone->unit = PixelUnit::nanojansky;
   const RenderParameters view = stamp_view(galaxy, parameters, camera);
   const Camera stamp(view);
-  TruthImages images;
+  TruthSettings images;
   images.dust_free = true;
   const Renderer renderer(view, stamp, alone, spectrum, images);
 
@@ -101,7 +101,7 @@ GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parame
   for (const Light& light : lights) {
     inside += light.flux;
     if (inside >= 0.5 * sum) {
-      result.half_light_radius = light.radius * view.camera_width / stamp_size;
+      result.half_light_radius = light.radius * view.camera.width / stamp_size;
       break;
     }
   }

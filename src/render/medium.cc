@@ -41,8 +41,8 @@ struct Medium::Scratch {
   RayBatch rays;
   std::vector<BatchArray> densities;
   HitTable table;
-  std::vector<std::vector<Stretch>> members;  ///< of each galaxy of each cover
-  std::vector<std::size_t> first_group;       ///< of each cover
+  std::vector<std::vector<NodesInBall>> members;  ///< of each galaxy of each cover
+  std::vector<std::size_t> first_group;           ///< of each cover
 };
 
 Medium::Scratch& Medium::scratch() {
@@ -147,10 +147,10 @@ void Medium::make_kinds() {
       spectra_.push_back({placed.brightness, kind->second, 0});
       if (!is_new) continue;
     }
-    Kind& made = kinds_.emplace_back();
+    GalaxyClass& made = kinds_.emplace_back();
     std::size_t emitters = 0;
     const auto add_light = [&](std::size_t c, const Sed* sed, const StarFields::Field* field,
-                               const StarFields::Part* part) {
+                               const StarFields::SmoothPart* part) {
       made.light.push_back(static_cast<int>(c));
       made.emitter.push_back(emitters);
       made.seds.push_back(sed);
@@ -167,7 +167,7 @@ void Medium::make_kinds() {
         continue;
       }
       if (const StarFields::Field* field = field_of(c)) {
-        for (const StarFields::Part& part : field->parts) {
+        for (const StarFields::SmoothPart& part : field->parts) {
           add_light(c, part.sed.get(), part.share.empty() ? nullptr : field, &part);
         }
       } else {
@@ -212,7 +212,8 @@ void Medium::prepare(int galaxy) const {
   is_ready_[number].store(true, std::memory_order_release);
 }
 
-void Medium::fill_share(const PlacedGalaxy& galaxy, const Kind& kind, const Share& share) const {
+void Medium::fill_share(const PlacedGalaxy& galaxy, const GalaxyClass& kind,
+                        const SharedSpectra& share) const {
   const auto components = galaxy.galaxy->components();
   const std::size_t steps = basis_->size();
   double* weights = weights_.get() + share.weights;
@@ -407,19 +408,20 @@ void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray,
   s.table.build(hits_of_ray);
   s.members.resize(std::max(s.members.size(), groups));
   for (std::size_t group = 0; group < groups; ++group) s.members[group].clear();
-  for (const RayNodes::Run& run : nodes.runs) {
-    const std::vector<int>& galaxies = covers[static_cast<std::size_t>(run.cover)].galaxies;
-    const auto begin = nodes.s.begin() + run.first, end = begin + run.count;
-    // Most runs are of one galaxy, and all of their nodes are on its hit.
+  for (const RayNodes::Segment& segment : nodes.segments) {
+    const std::vector<int>& galaxies = covers[static_cast<std::size_t>(segment.cover)].galaxies;
+    const auto begin = nodes.s.begin() + segment.first, end = begin + segment.count;
+    // Most segments are of one galaxy, and all of their nodes are on its hit.
     const bool is_alone = galaxies.size() == 1;
-    const auto ray = static_cast<std::size_t>(run.ray);
+    const auto ray = static_cast<std::size_t>(segment.ray);
     for (std::size_t k = 0; k < galaxies.size(); ++k) {
       const Hit& hit = hits_of_ray[ray][s.table.find(ray, galaxies[k])];
-      const auto first = is_alone ? begin : std::lower_bound(begin, end, hit.begin - run.origin);
-      const auto last = is_alone ? end : std::upper_bound(first, end, hit.end - run.origin);
-      s.members[s.first_group[static_cast<std::size_t>(run.cover)] + k].push_back(
+      const auto first =
+          is_alone ? begin : std::lower_bound(begin, end, hit.begin - segment.origin);
+      const auto last = is_alone ? end : std::upper_bound(first, end, hit.end - segment.origin);
+      s.members[s.first_group[static_cast<std::size_t>(segment.cover)] + k].push_back(
           {&hit, static_cast<std::int32_t>(first - nodes.s.begin()),
-           static_cast<std::int32_t>(last - first), run.first, run.count, run.origin});
+           static_cast<std::int32_t>(last - first), segment.first, segment.count, segment.origin});
     }
   }
   for (std::size_t c = 0; c < covers.size(); ++c) {
@@ -433,11 +435,11 @@ void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray,
   }
 }
 
-void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t first_light,
+void Medium::fill(int galaxy, std::span<const NodesInBall> stretches, std::size_t first_light,
                   std::size_t first_dust, std::size_t variants, RayNodes& nodes,
                   RenderCounts& counts) const {
   Scratch& s = scratch();
-  const Kind& own = kind(galaxy);
+  const GalaxyClass& own = kind(galaxy);
   const Galaxy& type = *placed(galaxy).galaxy;
   const auto scale = static_cast<float>(1 / placed(galaxy).radius);
   const auto threshold = static_cast<float>(accuracy_.texture_threshold);
@@ -445,12 +447,12 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
   s.densities.resize(std::max(s.densities.size(), variants * components));
   const bool has_fields = std::any_of(own.fields.begin(), own.fields.end(),
                                       [](const auto* field) { return field != nullptr; });
-  for (const Stretch& stretch : stretches) {
-    if (stretch.count == stretch.run_count) continue;
+  for (const NodesInBall& stretch : stretches) {
+    if (stretch.count == stretch.segment_count) continue;
     const auto clear_around = [&](std::vector<float>& slot) {
-      const auto begin = slot.begin() + stretch.run_first, first = slot.begin() + stretch.first;
+      const auto begin = slot.begin() + stretch.segment_first, first = slot.begin() + stretch.first;
       std::fill(begin, first, 0.0f);
-      std::fill(first + stretch.count, begin + stretch.run_count, 0.0f);
+      std::fill(first + stretch.count, begin + stretch.segment_count, 0.0f);
     };
     for (std::size_t m = 0; m < own.light.size(); ++m) clear_around(nodes.light[first_light + m]);
     for (std::size_t v = 0; v < variants; ++v) {
@@ -468,7 +470,7 @@ void Medium::fill(int galaxy, std::span<const Stretch> stretches, std::size_t fi
     std::size_t size = 0;
     bool has_footprints = false;
     while (next < stretches.size() && size < batch_capacity) {
-      const Stretch& stretch = stretches[next];
+      const NodesInBall& stretch = stretches[next];
       if (stretch.count == 0) {
         ++next;
         continue;

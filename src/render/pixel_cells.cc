@@ -4,7 +4,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "render/renderer_work.h"
+#include "render/renderer_workspace.h"
 
 namespace gamer {
 
@@ -66,9 +66,9 @@ std::span<const glm::dvec2> lattice(int count) {
 
 }  // namespace
 
-Renderer::Evenness Renderer::evenness(const Ray& ray, double size,
-                                      std::span<const int> galaxies) const {
-  Evenness result;
+Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
+                                          std::span<const int> galaxies) const {
+  Coarseness result;
   const Accuracy& accuracy = medium_.accuracy();
   const double finest = accuracy.ray_spacing * accuracy.widest_footprint;
   const bool is_parallel = camera_.projection() == Projection::orthographic;
@@ -110,7 +110,7 @@ bool Renderer::is_at_cusp(int x, int y) const {
   return std::binary_search(cusp_pixels_.begin(), cusp_pixels_.end(), std::pair(y, x));
 }
 
-void Renderer::aim(int left, int right, int y, Work& work) const {
+void Renderer::aim(int left, int right, int y, Workspace& work) const {
   work.left = left;
   if (supersample_) return;
   work.places.clear();
@@ -120,7 +120,7 @@ void Renderer::aim(int left, int right, int y, Work& work) const {
 }
 
 void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& near,
-                             Work& work) const {
+                             Workspace& work) const {
   const std::size_t first = work.samples.size();
   if (supersample_ && !is_at_cusp(x, y)) {
     const int sub = *supersample_;
@@ -160,7 +160,7 @@ void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& ne
   weigh(first, work);
 }
 
-void Renderer::weigh(std::size_t first, Work& work) const {
+void Renderer::weigh(std::size_t first, Workspace& work) const {
   const std::span<Sample> samples = std::span(work.samples).subspan(first);
   if (!camera_.weighs_parts() || samples.size() == 1) return;
   // Even light stays even, also where a part of the pixel shows no sky.
@@ -173,9 +173,9 @@ void Renderer::weigh(std::size_t first, Work& work) const {
   for (Sample& sample : samples) sample.weight /= sum;
 }
 
-void Renderer::refine(const Sample& cell, const std::optional<Ray>& middle, Work& work) const {
+void Renderer::refine(const Sample& cell, const std::optional<Ray>& middle, Workspace& work) const {
   if (work.samples.size() > work.most_samples) return;
-  const Evenness even = middle ? evenness(*middle, cell.size, work.near_pixel) : Evenness{};
+  const Coarseness coarse = middle ? coarseness(*middle, cell.size, work.near_pixel) : Coarseness{};
   // Calls use(part) for `count` x `count` parts of a cell, `distance` of their sizes apart.
   const auto cut = [&](const Sample& whole, int count, double distance, const auto& use) {
     for (int j = 0; j < count; ++j) {
@@ -210,13 +210,13 @@ void Renderer::refine(const Sample& cell, const std::optional<Ray>& middle, Work
   };
   constexpr double gauss = 2 * std::numbers::inv_sqrt3;
   const auto keep_gauss = [&](const Sample& part) { cut(part, 2, gauss, keep); };
-  if (middle && even.rays <= 1) return keep(cell);
+  if (middle && coarse.rays <= 1) return keep(cell);
   if (!middle || cell.size <= work.finest_cell) return keep_gauss(cell);
   // Rays of a lattice rule, or parts on a side of which each has the 2 x 2 Gauss rule.
-  const double parts = std::max(std::ceil(even.parts), 1.0);
-  const double rays = std::max(std::ceil(even.rays * even.rays), 1.0);
+  const double parts = std::max(std::ceil(coarse.parts), 1.0);
+  const double rays = std::max(std::ceil(coarse.rays * coarse.rays), 1.0);
   // Where the envelope is steep, a part of the cell is steeper than the rest.
-  if (std::min(rays, 4 * parts * parts) > most_rays_of_cell || even.steepness > 1) {
+  if (std::min(rays, 4 * parts * parts) > most_rays_of_cell || coarse.steepness > 1) {
     cut(cell, 2, 1, [&](const Sample& part) { refine(part, camera_.ray(part.x, part.y), work); });
   } else if (rays > 4 && rays < 4 * parts * parts) {
     keep_lattice(cell, static_cast<int>(rays));

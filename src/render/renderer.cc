@@ -13,7 +13,7 @@
 #include <tuple>
 
 #include "gamer/sed/photometry.h"
-#include "render/renderer_work.h"
+#include "render/renderer_workspace.h"
 
 namespace gamer {
 
@@ -23,8 +23,8 @@ namespace {
 // their nodes stay in the second-level cache.
 constexpr std::size_t rays_at_once = 256;
 
-// Largest number of hits of several rays that are worked on together. The nodes of a run are kept
-// for each of its galaxies, 40 kB for each of thousands behind each other.
+// Largest number of hits of several rays that are worked on together. The nodes of a segment are
+// kept for each of its galaxies, 40 kB for each of thousands behind each other.
 constexpr std::size_t most_hits_at_once = std::size_t{1} << 17;
 
 // Galaxies are looked for in tiles of so many pixels on a side, counted from the image's corner,
@@ -83,13 +83,14 @@ std::shared_ptr<const SpectralBasis> make_basis(const RenderParameters& paramete
   }
   // The rest of the tolerance is for the quadrature.
   constexpr double share = 0.1;
-  return std::make_shared<const SpectralBasis>(spectrum, probes, parameters.band_samples,
-                                               share * parameters.tolerance);
+  return std::make_shared<const SpectralBasis>(spectrum, probes, parameters.spectrum.band_samples,
+                                               share * parameters.sampling.tolerance);
 }
 
+/// Shortest half axis of a galaxy's ball in the image, scene units.
 double shortest_axis(const PlacedGalaxy& placed) {
   const auto& axis = placed.galaxy->axis();
-  return placed.radius * *std::min_element(axis.begin(), axis.end());
+  return placed.radius * *std::min_element(axis.begin(), axis.end()) / placed.source_stretch;
 }
 
 }  // namespace
@@ -100,30 +101,31 @@ FootprintRange Renderer::footprints(const RenderParameters& parameters, const Ca
                           glm::distance(camera.origin(), placed.centre) > placed.bounding_radius;
   if (!is_outside) return {};
   const double pixel = camera.pixel_size(placed.centre) / shortest_axis(placed);
-  if (parameters.supersample || unit == PixelUnit::relative) {
-    return {pixel / parameters.supersample.value_or(1), pixel};
+  if (parameters.camera.supersample || unit == PixelUnit::relative) {
+    return {pixel / parameters.camera.supersample.value_or(1), pixel};
   }
-  const double widest = Accuracy::from_tolerance(parameters.tolerance).widest_footprint;
+  const double widest = Accuracy::from_tolerance(parameters.sampling.tolerance).widest_footprint;
   return {std::min(pixel, widest), std::min(pixel, widest)};
 }
 
 Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
                    std::shared_ptr<const Scene> scene, const Spectrum& spectrum,
-                   const TruthImages& truth)
+                   const TruthSettings& truth)
     : camera_(camera),
-      supersample_(parameters.supersample),
+      supersample_(parameters.camera.supersample),
       scene_(std::move(scene)),
-      star_fields_(
-          std::make_shared<const StarFields>(*scene_, camera_, parameters.stars_per_pixel)),
+      star_fields_(std::make_shared<const StarFields>(*scene_, camera_,
+                                                      parameters.sampling.stars_per_pixel)),
       medium_(scene_, make_basis(parameters, *scene_, spectrum),
-              Accuracy::from_tolerance(parameters.tolerance), truth.dust_free, star_fields_),
+              Accuracy::from_tolerance(parameters.sampling.tolerance), truth.dust_free,
+              star_fields_),
       sampler_(make_sampler(medium_, parameters)),
       index_(*scene_, camera_),
       painter_(scene_, camera_, medium_, index_, star_fields_),
-      outputs_(output_planes(*scene_, spectrum, truth)),
-      antialiased_stars_(parameters.antialiased_stars),
-      white_point_(parameters.white_point),
-      largest_star_(parameters.largest_star) {
+      layout_(output_planes(*scene_, spectrum, truth), scene_->objects, spectrum.planes.size()),
+      antialiased_stars_(parameters.stars.antialiased),
+      white_point_(parameters.stars.white_point),
+      largest_star_(parameters.stars.largest_radius) {
   if (!supersample_ && scene_->unit == PixelUnit::relative) supersample_ = 1;
   if (supersample_) {
     for (const PlacedGalaxy& placed : scene_->galaxies) {
@@ -155,18 +157,6 @@ Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
     pixel_angle_in_ball_.push_back(camera_.pixel_size(camera_.origin() - camera_.back()) /
                                    shortest);
   }
-  for (std::size_t o = 0; o < outputs_.size(); ++o) {
-    using Kind = OutputPlane::Kind;
-    const OutputPlane& output = outputs_[o];
-    if (output.kind == Kind::dust_free && !dust_free_) dust_free_ = o;
-    if (output.kind == Kind::optical_depth && !optical_depth_) optical_depth_ = o;
-    if (output.kind == Kind::owner) owner_ = o;
-    const bool is_part = output.kind == Kind::object || output.kind == Kind::component;
-    if (is_part && output.component == 0 && output.plane == 0) {
-      parts_.resize(scene_->objects);
-      parts_[output.object] = o;
-    }
-  }
   for (const PlacedStar& star : scene_->stars) {
     (camera_.is_near_seam(star.pixel, star_reach()) ? seam_stars_ : stars_).push_back(&star);
   }
@@ -177,41 +167,6 @@ Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
   }
 }
 
-std::vector<OutputPlane> output_planes(const Scene& scene, const Spectrum& spectrum,
-                                       const TruthImages& truth) {
-  using Kind = OutputPlane::Kind;
-  std::vector<OutputPlane> outputs;
-  const auto add = [&](Kind kind, const std::string& prefix, std::size_t object = 0,
-                       std::size_t component = 0) {
-    for (std::size_t p = 0; p < spectrum.planes.size(); ++p) {
-      outputs.push_back({kind, p, object, component, prefix + spectrum.planes[p].label});
-    }
-  };
-  add(Kind::image, "");
-  if (truth.dust_free) add(Kind::dust_free, "DUSTFREE_");
-  if (truth.optical_depth) add(Kind::optical_depth, "TAU_");
-  if (truth.segmentation) {
-    outputs.push_back({Kind::owner, 0, 0, 0, "SEGMENTATION"});
-    outputs.push_back({Kind::share, 0, 0, 0, "SHARE"});
-  }
-  if (truth.parts == TruthImages::Parts::none) return outputs;
-  std::vector<const PlacedGalaxy*> galaxies(scene.objects, nullptr);
-  for (const PlacedGalaxy& placed : scene.galaxies) galaxies[placed.object] = &placed;
-  for (std::size_t object = 0; object < scene.objects; ++object) {
-    if (truth.parts == TruthImages::Parts::objects || galaxies[object] == nullptr) {
-      add(Kind::object, fmt::format("OBJECT_{}_", object + 1), object);
-      continue;
-    }
-    std::size_t light = 0;
-    for (const auto& component : galaxies[object]->galaxy->components()) {
-      if (component->absorbs()) continue;
-      add(Kind::component, fmt::format("OBJECT_{}_{}_", object + 1, component->name()), object,
-          light++);
-    }
-  }
-  return outputs;
-}
-
 void Renderer::render_rows(RowRange rows, std::span<double> values) const {
   RenderCounts counts;
   render_rows(rows, values, counts);
@@ -219,12 +174,9 @@ void Renderer::render_rows(RowRange rows, std::span<double> values) const {
 
 void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts& counts) const {
   const int width = camera_.width();
-  std::fill(values.begin(), values.end(), 0.0);
-  Sums sums{values, {}};
-  if (owner_) {
-    sums.owners.resize(static_cast<std::size_t>(rows.size()) * static_cast<std::size_t>(width));
-  }
-  Work work;
+  LightSums sums(layout_, unit_factors_, static_cast<std::size_t>(width), values);
+  sums.clear();
+  Workspace work;
   GalaxyIndex::Found near;
   bool is_empty = true;
   const auto render_tile = [&](int left, int right, int bottom, int top) {
@@ -273,10 +225,9 @@ void Renderer::count_pixels(int left, int right, int bottom, int top, RenderCoun
   index_.find(*rays, near);
   if (near.empty()) return;
   const auto width = static_cast<std::size_t>(camera_.width());
-  std::vector<double> values(outputs_.size() * width);
-  Sums sums{values, {}};
-  if (owner_) sums.owners.resize(width);
-  Work work;
+  std::vector<double> values(layout_.size() * width);
+  LightSums sums(layout_, unit_factors_, width, values);
+  Workspace work;
   for (int y = bottom; y < top; ++y) {
     aim(left, right, y, work);
     for (int x = left; x < right; ++x) {
@@ -292,9 +243,10 @@ void Renderer::sample_light(const std::function<void(double x, double y, double 
                                                      std::span<const double> values)>& take) const {
   const auto width = static_cast<std::size_t>(camera_.width());
   RenderCounts counts;
-  Work work;
+  Workspace work;
   GalaxyIndex::Found near;
-  std::vector<double> sums(outputs_.size() * width), values(outputs_.size());
+  std::vector<double> row(layout_.size() * width), values(layout_.size());
+  LightSums sums(layout_, unit_factors_, width, row);
   for (int y = 0; y < camera_.height(); ++y) {
     const auto rays = index_.pixels(0, camera_.width(), y, y + 1);
     if (!rays) continue;
@@ -306,12 +258,10 @@ void Renderer::sample_light(const std::function<void(double x, double y, double 
       const std::span<Sample> part =
           std::span(work.samples).subspan(begin, std::min(width, work.samples.size() - begin));
       for (std::size_t i = 0; i < part.size(); ++i) part[i].pixel = static_cast<int>(i);
-      std::fill(sums.begin(), sums.end(), 0.0);
-      Sums target{sums, {}};
-      if (owner_) target.owners.resize(width);
-      add_light(part, near, work, target, counts);
+      sums.clear();
+      add_light(part, near, work, sums, counts);
       for (std::size_t i = 0; i < part.size(); ++i) {
-        for (std::size_t o = 0; o < values.size(); ++o) values[o] = sums[o * width + i];
+        for (std::size_t o = 0; o < values.size(); ++o) values[o] = row[o * width + i];
         take(part[i].x, part[i].y, part[i].weight, values);
       }
     }
@@ -334,8 +284,8 @@ double Renderer::optical_depth(double x, double y) const {
   return medium_.depth(0, light.depth.data());
 }
 
-void Renderer::work_off(std::size_t least, const GalaxyIndex::Found& near, Work& work, Sums& sums,
-                        RenderCounts& counts) const {
+void Renderer::work_off(std::size_t least, const GalaxyIndex::Found& near, Workspace& work,
+                        LightSums& sums, RenderCounts& counts) const {
   std::size_t done = 0;
   while (work.samples.size() - done >= least) {
     const std::size_t count = std::min(work.samples.size() - done, rays_at_once);
@@ -357,7 +307,7 @@ void Renderer::set_footprint(double size, Hit& hit) const {
 }
 
 void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Found& near,
-                         Work& work, Sums& sums, RenderCounts& counts) const {
+                         Workspace& work, LightSums& sums, RenderCounts& counts) const {
   work.hits.clear();
   work.hit_ends.clear();
   work.places.clear();
@@ -391,54 +341,59 @@ void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Fou
   }
   sampler_->integrate(work.hits_of_ray, work.light, counts);
 
-  const auto width = static_cast<std::size_t>(camera_.width());
-  const std::size_t spectral = medium_.basis().planes(), nodes = medium_.nodes();
-  work.planes.resize(spectral);
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const auto x = static_cast<std::size_t>(samples[i].pixel);
-    const auto row = static_cast<std::size_t>(samples[i].row);
-    const double weight = samples[i].weight;
-    const double* light = work.light.light.data() + work.light.begin[i];
-    double* const pixel = sums.values.data() + row * outputs_.size() * width + x;
-    // Adds work.planes to the outputs from `first` on.
-    const auto add = [&](std::size_t first) {
-      for (std::size_t p = 0; p < spectral; ++p) {
-        pixel[(first + p) * width] += weight * work.planes[p];
-      }
-    };
-    for (const Hit& hit : work.hits_of_ray[i]) {
-      const std::size_t object = scene_->galaxies[static_cast<std::size_t>(hit.galaxy)].object;
-      for (std::size_t c = 0; c < medium_.light_components(hit.galaxy); ++c, light += nodes) {
-        std::fill(work.planes.begin(), work.planes.end(), 0.0);
-        medium_.add_planes(hit.galaxy, c, light, false, work.planes);
-        add(0);
-        if (owner_) {
-          for (std::size_t p = 0; p < spectral; ++p) {
-            sums.owners[row * width + x][object] += weight * work.planes[p] * unit_factors_[p];
-          }
-        }
-        if (!parts_.empty()) {
-          const std::size_t first = parts_[object];
-          const bool is_whole = outputs_[first].kind == OutputPlane::Kind::object;
-          add(first + (is_whole ? 0 : medium_.emitter(hit.galaxy, c) * spectral));
-        }
-        if (dust_free_) {
-          std::fill(work.planes.begin(), work.planes.end(), 0.0);
-          medium_.add_planes(hit.galaxy, c, light, true, work.planes);
-          add(*dust_free_);
-        }
-      }
-    }
-    for (std::size_t p = 0; p < spectral && optical_depth_; ++p) {
-      pixel[(*optical_depth_ + p) * width] +=
-          weight * medium_.depth(p, work.light.depth.data() + i * nodes);
-    }
-  }
+  for (std::size_t i = 0; i < samples.size(); ++i) add_ray(samples[i], i, work, sums);
 }
 
-void Renderer::finish(int y, std::size_t row, Sums& sums) const {
-  const auto width = static_cast<std::size_t>(camera_.width());
-  double* const values = sums.values.data() + row * outputs_.size() * width;
+void Renderer::add_ray(const Sample& sample, std::size_t ray, Workspace& work,
+                       LightSums& sums) const {
+  const auto row = static_cast<std::size_t>(sample.row), x = static_cast<std::size_t>(sample.pixel);
+  const std::size_t nodes = medium_.nodes();
+  const double* light = work.light.light.data() + work.light.begin[ray];
+  // Fills an array with a component's light times the ray's weight.
+  const auto fill = [&](const Hit& hit, std::size_t c, bool is_dust_free,
+                        std::vector<double>& planes) {
+    planes.assign(layout_.spectral(), 0.0);
+    medium_.add_planes(hit.galaxy, c, light, is_dust_free, planes);
+    for (double& plane : planes) plane *= sample.weight;
+  };
+  for (const Hit& hit : work.hits_of_ray[ray]) {
+    const std::size_t object = scene_->galaxies[static_cast<std::size_t>(hit.galaxy)].object;
+    for (std::size_t c = 0; c < medium_.light_components(hit.galaxy); ++c, light += nodes) {
+      fill(hit, c, false, work.seen);
+      if (layout_.dust_free()) fill(hit, c, true, work.dust_free);
+      sums.add(row, x, {object, medium_.emitter(hit.galaxy, c)}, work.seen, work.dust_free);
+    }
+  }
+  if (!layout_.optical_depth()) return;
+  work.depth.clear();
+  for (std::size_t p = 0; p < layout_.spectral(); ++p) {
+    work.depth.push_back(sample.weight * medium_.depth(p, work.light.depth.data() + ray * nodes));
+  }
+  sums.add_depth(row, x, work.depth);
+}
+
+std::vector<double> Renderer::areas_of(int y, std::size_t row, LightSums& sums) const {
+  const std::size_t width = sums.width();
+  std::vector<double> areas(width, 1.0);
+  if (!counts_flux(scene_->unit)) return areas;
+  std::vector<int> lit;
+  for (std::size_t x = 0; x < width; ++x) {
+    const double* const pixel = sums.pixel(row, x);
+    for (std::size_t o = 0; o < layout_.size(); ++o) {
+      if (pixel[o * width] == 0) continue;
+      lit.push_back(static_cast<int>(x));
+      break;
+    }
+  }
+  std::vector<double> own(lit.size());
+  camera_.solid_angles(y, lit, own);
+  for (std::size_t i = 0; i < lit.size(); ++i) areas[static_cast<std::size_t>(lit[i])] = own[i];
+  return areas;
+}
+
+void Renderer::finish(int y, std::size_t row, LightSums& sums) const {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::size_t width = sums.width();
   std::vector<std::optional<Ray>> middles;
   if (camera_.has_edge()) {
     std::vector<glm::dvec2> places;
@@ -446,51 +401,28 @@ void Renderer::finish(int y, std::size_t row, Sums& sums) const {
     middles.resize(width);
     camera_.rays(places, middles);
   }
-  std::vector<double> areas(width, 1.0);
-  if (counts_flux(scene_->unit)) {
-    std::vector<int> lit;
-    for (std::size_t x = 0; x < width; ++x) {
-      bool has_light = false;
-      for (std::size_t o = 0; o < outputs_.size(); ++o) {
-        has_light = has_light || values[o * width + x] != 0;
-      }
-      if (has_light) lit.push_back(static_cast<int>(x));
-    }
-    std::vector<double> own(lit.size());
-    camera_.solid_angles(y, lit, own);
-    for (std::size_t i = 0; i < lit.size(); ++i) areas[static_cast<std::size_t>(lit[i])] = own[i];
-  }
+  const std::vector<double> areas = areas_of(y, row, sums);
   for (std::size_t x = 0; x < width; ++x) {
-    double* const pixel = values + x;
+    double* const pixel = sums.pixel(row, x);
     const bool shows_sky = middles.empty() || middles[x].has_value();
-    const double area = areas[x];
-    std::pair<std::size_t, double> owner{0, 0.0};
-    double whole = 0;
-    if (owner_) {
-      for (const auto& [object, light] : sums.owners[row * width + x]) {
-        whole += light;
-        if (light > owner.second) owner = {object + 1, light};
-      }
-    }
-    for (std::size_t o = 0; o < outputs_.size(); ++o) {
+    const LightSums::Owner owner = sums.owner(row, x);
+    for (std::size_t o = 0; o < layout_.size(); ++o) {
       double& value = pixel[o * width];
       const double sum = value;
-      switch (outputs_[o].kind) {
+      switch (layout_.planes()[o].kind) {
         case OutputPlane::Kind::optical_depth:
           break;
         case OutputPlane::Kind::owner:
-          value = static_cast<double>(owner.first);
+          value = static_cast<double>(owner.number);
           break;
         case OutputPlane::Kind::share:
-          value = whole > 0 ? owner.second / whole : 0;
+          value = owner.share;
           break;
         default:
-          value = sum * area * unit_factors_[outputs_[o].plane];
-          if (scene_->unit == PixelUnit::magnitude) {
-            value = sum > 0 ? ab_magnitude(value) : std::numeric_limits<double>::quiet_NaN();
-          }
+          value = sum * areas[x] * unit_factors_[layout_.planes()[o].plane];
+          if (scene_->unit == PixelUnit::magnitude) value = sum > 0 ? ab_magnitude(value) : nan;
       }
-      if (!shows_sky) value = std::numeric_limits<double>::quiet_NaN();
+      if (!shows_sky) value = nan;
     }
   }
 }

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "gamer/sed/photometry.h"
-#include "render/renderer_work.h"
+#include "render/renderer_workspace.h"
 
 namespace gamer {
 
@@ -75,7 +75,7 @@ void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, 
   }
 }
 
-bool Renderer::add_stars(RowRange rows, Sums& sums) const {
+bool Renderer::add_stars(RowRange rows, LightSums& sums) const {
   const double reach = star_reach();
   bool any = !seam_stars_.empty();
   const auto begin = std::partition_point(
@@ -90,66 +90,38 @@ bool Renderer::add_stars(RowRange rows, Sums& sums) const {
   return any;
 }
 
-void Renderer::add_star(const PlacedStar& star, RowRange rows, Sums& sums) const {
-  using Kind = OutputPlane::Kind;
-  const auto width = static_cast<std::size_t>(camera_.width());
-  const std::size_t spectral = medium_.basis().planes();
+void Renderer::add_star(const PlacedStar& star, RowRange rows, LightSums& sums) const {
+  std::vector<double> light(layout_.spectral());
   share_out(star.pixel, star.flux, star.area_scale, [&](int x, int y, double share) {
     if (y < rows.first || y >= rows.last || x < 0 || x >= camera_.width()) return;
     const double area = camera_.solid_angle(x, y) / star.area_scale;
     if (!(area > 0)) return;
-    const auto row = static_cast<std::size_t>(y - rows.first);
-    const auto column = static_cast<std::size_t>(x);
-    for (std::size_t o = 0; o < outputs_.size(); ++o) {
-      const Kind kind = outputs_[o].kind;
-      const bool is_own = kind == Kind::object && outputs_[o].object == star.object;
-      if (kind != Kind::image && kind != Kind::dust_free && !is_own) continue;
-      sums.values[(row * outputs_.size() + o) * width + column] +=
-          share * star.flux[outputs_[o].plane] / area;
-    }
-    for (std::size_t p = 0; p < spectral && owner_; ++p) {
-      sums.owners[row * width + column][star.object] +=
-          share * star.flux[p] / area * unit_factors_[p];
-    }
+    for (std::size_t p = 0; p < light.size(); ++p) light[p] = share * star.flux[p] / area;
+    sums.add(static_cast<std::size_t>(y - rows.first), static_cast<std::size_t>(x),
+             {star.object, 0}, light, light);
   });
 }
 
-void Renderer::add_field_stars(RowRange rows, Sums& sums, RenderCounts& counts) const {
+void Renderer::add_field_stars(RowRange rows, LightSums& sums, RenderCounts& counts) const {
   if (star_fields_->empty()) return;
-  const auto width = static_cast<std::size_t>(camera_.width());
-  const std::size_t spectral = medium_.basis().planes();
   const int step = white_point_ ? wide_star_tile : star_tile;
+  std::vector<double> seen(layout_.spectral()), dust_free(layout_.spectral());
   const auto paint = [&](const StarPainter::Tile& tile) {
-    painter_.paint(
-        tile, star_reach(),
-        [&](const StarPainter::Seen& star) {
-          const std::size_t object = scene_->galaxies[static_cast<std::size_t>(star.galaxy)].object;
-          share_out(star.pixel, star.flux, 1, [&](int x, int y, double share) {
-            if (x < tile.left || x >= tile.right || y < tile.bottom || y >= tile.top) return;
-            const double area = camera_.solid_angle(x, y);
-            if (!(area > 0)) return;
-            const auto row = static_cast<std::size_t>(y - rows.first);
-            const auto column = static_cast<std::size_t>(x);
-            double* const pixel = sums.values.data() + row * outputs_.size() * width + column;
-            const auto add = [&](std::size_t first, std::span<const double> flux) {
-              for (std::size_t p = 0; p < spectral; ++p) {
-                pixel[(first + p) * width] += share * flux[p] / area;
-              }
-            };
-            add(0, star.flux);
-            if (dust_free_) add(*dust_free_, star.dust_free);
-            if (!parts_.empty()) {
-              const std::size_t first = parts_[object];
-              const bool is_whole = outputs_[first].kind == OutputPlane::Kind::object;
-              add(first + (is_whole ? 0 : star.emitter * spectral), star.flux);
-            }
-            for (std::size_t p = 0; p < spectral && owner_; ++p) {
-              sums.owners[row * width + column][object] +=
-                  share * star.flux[p] / area * unit_factors_[p];
-            }
-          });
-        },
-        counts);
+    const auto take = [&](const StarPainter::Seen& star) {
+      const std::size_t object = scene_->galaxies[static_cast<std::size_t>(star.galaxy)].object;
+      share_out(star.pixel, star.flux, 1, [&](int x, int y, double share) {
+        if (x < tile.left || x >= tile.right || y < tile.bottom || y >= tile.top) return;
+        const double area = camera_.solid_angle(x, y);
+        if (!(area > 0)) return;
+        for (std::size_t p = 0; p < seen.size(); ++p) {
+          seen[p] = share * star.flux[p] / area;
+          if (layout_.dust_free()) dust_free[p] = share * star.dust_free[p] / area;
+        }
+        sums.add(static_cast<std::size_t>(y - rows.first), static_cast<std::size_t>(x),
+                 {object, star.emitter}, seen, dust_free);
+      });
+    };
+    painter_.paint(tile, star_reach(), take, counts);
   };
   for (int bottom = rows.first; bottom < rows.last; bottom += step) {
     for (int left = 0; left < camera_.width(); left += step) {

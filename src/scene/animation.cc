@@ -94,11 +94,11 @@ template class SmoothPath<glm::dvec3>;
 template class SmoothPath<glm::dquat>;
 
 CameraPath::CameraPath(const RenderParameters& parameters)
-    : frames_(parameters.frames),
-      constant_{parameters.position, parameters.target, parameters.up, parameters.fov,
-                parameters.camera_width} {
+    : frames_(parameters.animation.frames),
+      constant_{parameters.camera.position, parameters.camera.target, parameters.camera.up,
+                parameters.camera.fov, parameters.camera.width} {
   const ParameterSet& animation = parameters.section("animation");
-  if (parameters.projection == Projection::sky) {
+  if (parameters.camera.projection == Projection::sky) {
     throw InputError(animation.where("frames"),
                      "frames: an animation moves a camera with a target; a sky view has none");
   }
@@ -170,7 +170,7 @@ CameraPath::CameraPath(const RenderParameters& parameters)
     }
     turn_.emplace(times_, std::move(turns));
   }
-  check_views(animation, parameters.projection);
+  check_views(animation, parameters.camera.projection);
 }
 
 void CameraPath::check_views(const ParameterSet& animation, Projection projection) const {
@@ -250,12 +250,12 @@ RenderParameters frame_parameters(const RenderParameters& parameters, const Came
       {"camera", "position", numbers_of(view.position)},
       {"camera", "target", numbers_of(view.target)},
       {"camera", "up", numbers_of(view.up)},
-      {"image", "output", frame_path(parameters.output.path, frame, frames).string()}};
+      {"image", "output", frame_path(parameters.image.output.path, frame, frames).string()}};
   if (parameters.applies("camera", "fov")) settings.push_back({"camera", "fov", view.fov});
   if (parameters.applies("camera", "width")) settings.push_back({"camera", "width", view.width});
-  if (!parameters.truth_path.empty()) {
+  if (!parameters.truth.path.empty()) {
     settings.push_back(
-        {"truth", "output", frame_path(parameters.truth_path, frame, frames).string()});
+        {"truth", "output", frame_path(parameters.truth.path, frame, frames).string()});
   }
   for (const Parameter& parameter : parameters.section("animation").table()) {
     settings.push_back({"animation", parameter.name, std::monostate()});

@@ -25,7 +25,7 @@ constexpr const char* header_name = "camera.header";
 double middle(int size) { return 0.5 * (size - 1); }
 
 SkyView view_of(const RenderParameters& parameters) {
-  SkyView view = parameters.sky;
+  SkyView view = parameters.camera.sky;
   view.width = parameters.width;
   view.height = parameters.height;
   return view;
@@ -130,24 +130,24 @@ SkyPosition sky_of(const glm::dvec3& direction) {
 Camera::Camera(const RenderParameters& parameters)
     : width_(parameters.width),
       height_(parameters.height),
-      projection_(parameters.projection),
-      position_(parameters.position),
-      unit_(parameters.unit),
+      projection_(parameters.camera.projection),
+      position_(parameters.camera.position),
+      unit_(parameters.scene.unit),
       sphere_(make_sphere_projection(parameters)) {
   if (projection_ == Projection::sky) {
-    if (!parameters.sky_header.empty()) {
-      throw InputError(parameters.sky_header_where, "the header of this sky view is not read");
+    if (!parameters.camera.header.empty()) {
+      throw InputError(parameters.camera.header_where, "the header of this sky view is not read");
     }
     wcs_ = wcs_of(parameters);
     set_sky_pixel();
     return;
   }
-  back_ = glm::normalize(parameters.position - parameters.target);
+  back_ = glm::normalize(parameters.camera.position - parameters.camera.target);
   const double across = projection_ == Projection::perspective
-                            ? 2 * std::tan(glm::radians(parameters.fov) / 2)
-                            : parameters.camera_width;
+                            ? 2 * std::tan(glm::radians(parameters.camera.fov) / 2)
+                            : parameters.camera.width;
   pixel_ = sphere_ ? sphere_->pixel_angle() : across / width_;
-  right_ = glm::normalize(glm::cross(glm::normalize(parameters.up), back_));
+  right_ = glm::normalize(glm::cross(glm::normalize(parameters.camera.up), back_));
   up_ = glm::cross(back_, right_);
 }
 
@@ -155,7 +155,7 @@ Camera::Camera(const RenderParameters& parameters, const CelestialWcs& wcs)
     : width_(parameters.width),
       height_(parameters.height),
       projection_(Projection::sky),
-      unit_(parameters.unit),
+      unit_(parameters.scene.unit),
       wcs_(wcs) {
   wcs.check_distortion(width_, height_);
   set_sky_pixel();
@@ -339,15 +339,15 @@ LinearAxis Camera::y_axis() const {
 }
 
 Camera make_camera(RenderParameters& parameters, Resources& resources) {
-  if (parameters.projection != Projection::sky || parameters.sky_header.empty()) {
+  if (parameters.camera.projection != Projection::sky || parameters.camera.header.empty()) {
     return Camera(parameters);
   }
-  const std::string& name = parameters.sky_header;
+  const std::string& name = parameters.camera.header;
   const Resources::Text* text = resources.recorded(header_name);
   try {
     if (text == nullptr) {
       const std::filesystem::path beside =
-          std::filesystem::path(parameters.sky_header_where.file).parent_path() / name;
+          std::filesystem::path(parameters.camera.header_where.file).parent_path() / name;
       // A file here that cannot be examined is still the file that is meant.
       std::error_code error;
       const bool is_there = std::filesystem::exists(header_file(beside), error) || error;
@@ -368,8 +368,9 @@ Camera make_camera(RenderParameters& parameters, Resources& resources) {
     check_sky_header(text->content, name);
     return Camera(parameters, std::move(wcs));
   } catch (const InputError& error) {
-    if (std::string_view(error.what()).starts_with(parameters.sky_header_where.file + ":")) throw;
-    throw InputError(parameters.sky_header_where, error.what());
+    if (std::string_view(error.what()).starts_with(parameters.camera.header_where.file + ":"))
+      throw;
+    throw InputError(parameters.camera.header_where, error.what());
   }
 }
 

@@ -1,22 +1,25 @@
 #include "gamer/scene/galaxy_library.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <optional>
 
 #include "gamer/core/random.h"
 #include "gamer/scene/catalogue.h"
 #include "gamer/scene/scene.h"
+#include "gamer/sed/photometry.h"
 #include "scene/scene_row.h"
 
 namespace gamer {
 
 GalaxyLibrary::GalaxyLibrary(const RenderParameters& parameters, std::string label,
                              Resources& resources)
-    : seed_(parameters.seed), label_(std::move(label)), resources_(resources) {
-  settings_.noise_kind = parameters.noise;
-  settings_.octaves = parameters.octaves;
-  settings_.accuracy = Accuracy::from_tolerance(parameters.tolerance);
-  if (parameters.supersample) keep_closures_apart();
+    : seed_(parameters.noise.seed), label_(std::move(label)), resources_(resources) {
+  settings_.noise_kind = parameters.noise.kind;
+  settings_.octaves = parameters.noise.octaves;
+  settings_.accuracy = Accuracy::from_tolerance(parameters.sampling.tolerance);
+  if (parameters.camera.supersample) keep_closures_apart();
 }
 
 std::shared_ptr<const Galaxy> GalaxyLibrary::find(const std::string& type, const std::string& sed,
@@ -29,6 +32,32 @@ std::shared_ptr<const Galaxy> GalaxyLibrary::find(const std::string& type, const
   unmeasured_.emplace(galaxy.get(), galaxy);
   add(type, sed, seed, galaxy);
   return galaxy;
+}
+
+LightProfile GalaxyLibrary::light_profile(const std::string& type, const std::string& sed,
+                                          std::uint64_t seed, double redshift, const Bandpass* band,
+                                          const SceneRow& row) {
+  TypeProfile& known = profiles_[{type, sed}];
+  if (known.galaxy == nullptr) {
+    known.galaxy = find(type, sed, seed, row);
+    for (const auto& component : known.galaxy->components()) {
+      known.components.emplace_back(*component);
+    }
+  }
+  std::vector<double> light;
+  for (std::size_t c = 0; c < known.components.size(); ++c) {
+    const Sed* spectrum = known.galaxy->components()[c]->sed();
+    const double flux = spectrum == nullptr                  ? 0.0
+                        : band == nullptr                    ? 1.0
+                        : covers(*spectrum, *band, redshift) ? band_flux(*spectrum, *band, redshift)
+                                                             : 0.0;
+    light.push_back(flux * known.galaxy->luminosity(c));
+  }
+  if (std::ranges::none_of(light, [](double value) { return value > 0; })) {
+    row.fail(column::galaxy,
+             fmt::format("galaxy '{}' has no light that could have a half-light radius", type));
+  }
+  return LightProfile(known.components, light, known.galaxy->axis());
 }
 
 std::vector<std::shared_ptr<Galaxy>> GalaxyLibrary::take_unmeasured(const Scene& scene) {

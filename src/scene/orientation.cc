@@ -40,8 +40,7 @@ double turn_about_axis(const glm::dmat3& axes) {
   return glm::degrees(std::atan2(x.y, x.x));
 }
 
-glm::dmat3 orientation_on_sky(const Camera& camera, const glm::dvec3& centre, double inclination,
-                              double pa) {
+SkyAxes sky_axes(const Camera& camera, const glm::dvec3& centre) {
   const glm::dvec3 towards = camera.towards(centre);
   // For a galaxy straight above or below the camera, the image's up is undefined there, but its
   // right is not.
@@ -51,8 +50,12 @@ glm::dmat3 orientation_on_sky(const Camera& camera, const glm::dvec3& centre, do
       glm::length(across) > smallest_sine
           ? glm::normalize(across)
           : glm::normalize(camera.right() - glm::dot(camera.right(), towards) * towards);
-  const glm::dvec3 up = glm::cross(towards, right);
+  return {towards, glm::cross(towards, right), right};
+}
 
+glm::dmat3 orientation_on_sky(const Camera& camera, const glm::dvec3& centre, double inclination,
+                              double pa) {
+  const auto [towards, up, right] = sky_axes(camera, centre);
   const double a = glm::radians(pa), i = glm::radians(inclination);
   const glm::dvec3 node = std::cos(a) * up - std::sin(a) * right;
   const glm::dvec3 axis = std::cos(i) * towards + std::sin(i) * glm::cross(node, towards);

@@ -7,6 +7,13 @@
 
 namespace gamer {
 
+/// Unit vectors at a place: to the camera, and the image's up (+y, in a sky view North) and right
+/// (+x, the other way from East).
+struct SkyAxes {
+  glm::dvec3 towards, up, right;
+};
+SkyAxes sky_axes(const Camera& camera, const glm::dvec3& centre);
+
 /// Orientation matrices of galaxies: the columns are the galaxy's x, y and z axes in the scene.
 /// Angles are in degrees.
 

@@ -16,8 +16,16 @@ namespace {
 constexpr std::string_view default_word = "-";
 
 /// Columns that have a meaning in one kind of view only.
-constexpr Column sky_columns[] = {column::ra, column::dec, column::dx,       column::dy,
-                                  column::px, column::py,  column::size_kpc, column::size_arcsec};
+constexpr Column sky_columns[] = {column::ra,
+                                  column::dec,
+                                  column::dx,
+                                  column::dy,
+                                  column::px,
+                                  column::py,
+                                  column::size_kpc,
+                                  column::size_arcsec,
+                                  column::half_light_radius,
+                                  column::half_light_radius_kpc};
 constexpr Column other_columns[] = {column::x,  column::y,  column::z,   column::ox,
                                     column::oy, column::oz, column::size};
 
@@ -47,7 +55,7 @@ std::optional<double> factor_of(const std::string& from, const std::string& to,
 SceneRow::SceneRow(const Catalogue& catalogue, const RenderParameters& parameters)
     : catalogue_(catalogue) {
   const ParameterTable& columns = scene_columns();
-  const bool is_sky = parameters.projection == Projection::sky;
+  const bool is_sky = parameters.camera.projection == Projection::sky;
   const CatalogueFormat format = catalogue.format();
   // A scene list is made for gamer. In other catalogues, columns that are not needed are ignored.
   const bool is_own = format == CatalogueFormat::list || format == CatalogueFormat::skymaker;
@@ -69,8 +77,8 @@ SceneRow::SceneRow(const Catalogue& catalogue, const RenderParameters& parameter
   sources_.resize(columns.size());
   for (std::size_t c = 0; c < columns.size(); ++c) {
     Source& source = sources_[c];
-    const auto mapped = parameters.catalogue_columns.find(names[c]);
-    const bool is_mapped = mapped != parameters.catalogue_columns.end();
+    const auto mapped = parameters.catalogue.columns.find(names[c]);
+    const bool is_mapped = mapped != parameters.catalogue.columns.end();
     std::optional<std::size_t> place;
     if (is_mapped) {
       const SourceLocation where = parameters.section("catalogue").where(names[c]);
@@ -101,7 +109,8 @@ SceneRow::SceneRow(const Catalogue& catalogue, const RenderParameters& parameter
       throw InputError(from.where, fmt::format("column '{}' has no meaning in {} view", names[c],
                                                is_sky ? "a sky" : "this, which is no sky"));
     }
-    const std::optional<double> factor = factor_of(from.unit, columns[c].unit, parameters.unit);
+    const std::optional<double> factor =
+        factor_of(from.unit, columns[c].unit, parameters.scene.unit);
     if (!factor) {
       throw InputError(
           from.where,
@@ -226,7 +235,7 @@ void SceneRow::fail(Column column, const std::string& message) const {
 bool SceneRow::stands_in_lines(Column column) const {
   if (!is_fixed_) return has(column);
   using namespace column;
-  return column != inclination &&
+  return column != inclination && column != axis_ratio &&
          (has(column) || column == ox || column == oy || column == oz || column == pa);
 }
 

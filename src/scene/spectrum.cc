@@ -56,24 +56,24 @@ double value_of_nanojansky(const SpectralPlane& plane, PixelUnit unit,
     case PixelUnit::flux_density:
       return nanojansky_in_cgs * speed_of_light / squared * square_arcsecond;
     case PixelUnit::electron_per_second:
-      return photon_rate_per_nanojansky(*plane.band, parameters.telescope_area,
-                                        parameters.throughput);
+      return photon_rate_per_nanojansky(*plane.band, parameters.photometry.area,
+                                        parameters.photometry.throughput);
   }
   throw std::logic_error("unknown PixelUnit");
 }
 
 Spectrum load_spectrum(const RenderParameters& parameters, Resources& resources) {
   Spectrum spectrum;
-  spectrum.igm = parameters.igm;
-  for (const double wavelength : parameters.wavelengths) {
+  spectrum.igm = parameters.spectrum.igm;
+  for (const double wavelength : parameters.spectrum.wavelengths) {
     spectrum.planes.push_back({fmt::format("{}A", wavelength), wavelength, nullptr});
   }
-  for (const std::string& name : parameters.bands) {
-    auto band = find(name, parameters.bands_where, resources);
+  for (const std::string& name : parameters.spectrum.bands) {
+    auto band = find(name, parameters.spectrum.bands_where, resources);
     const std::string label = short_name(name);
     for (const SpectralPlane& other : spectrum.planes) {
       if (other.label == label) {
-        throw InputError(parameters.bands_where,
+        throw InputError(parameters.spectrum.bands_where,
                          fmt::format("two planes would be called '{}'", label));
       }
     }
@@ -85,7 +85,8 @@ Spectrum load_spectrum(const RenderParameters& parameters, Resources& resources)
 
 std::shared_ptr<const Bandpass> load_reference_band(const RenderParameters& parameters,
                                                     Resources& resources) {
-  return find(parameters.reference_band, parameters.reference_band_where, resources);
+  return find(parameters.photometry.reference_band, parameters.photometry.reference_band_where,
+              resources);
 }
 
 }  // namespace gamer

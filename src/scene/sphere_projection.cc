@@ -422,9 +422,9 @@ std::unique_ptr<SphereProjection> make_healpix(int nside) {
 }
 
 std::unique_ptr<SphereProjection> make_sphere_projection(const RenderParameters& parameters) {
-  switch (parameters.projection) {
+  switch (parameters.camera.projection) {
     case Projection::fisheye:
-      return make_fisheye(parameters.width, parameters.height, glm::radians(parameters.fov));
+      return make_fisheye(parameters.width, parameters.height, glm::radians(parameters.camera.fov));
     case Projection::equirectangular:
       return make_equirectangular(parameters.width, parameters.height);
     case Projection::cubemap:
@@ -437,7 +437,7 @@ std::unique_ptr<SphereProjection> make_sphere_projection(const RenderParameters&
 }
 
 void set_sphere_axes(const RenderParameters& parameters, ImageHeader& header) {
-  const FrameName& name = name_of(parameters.frame);
+  const FrameName& name = name_of(parameters.camera.frame);
   const auto axes = [&](const std::string& projection, int width, int height, double step_x,
                         double step_y) {
     return std::pair(LinearAxis{fmt::format("{}-{}", name.longitude, projection), "deg",
@@ -446,9 +446,9 @@ void set_sphere_axes(const RenderParameters& parameters, ImageHeader& header) {
                                 middle(height) + 1, 0, glm::degrees(step_y)});
   };
   const int width = parameters.width, height = parameters.height;
-  switch (parameters.projection) {
+  switch (parameters.camera.projection) {
     case Projection::fisheye: {
-      const double step = glm::radians(parameters.fov) / width;
+      const double step = glm::radians(parameters.camera.fov) / width;
       std::tie(header.x, header.y) = axes("ARC", width, height, step, step);
       return;
     }
@@ -470,7 +470,7 @@ void set_sphere_axes(const RenderParameters& parameters, ImageHeader& header) {
       }
       return;
     case Projection::healpix:
-      header.healpix = HealpixHeader{width, parameters.is_nested, name.letter};
+      header.healpix = HealpixHeader{width, parameters.camera.is_nested, name.letter};
       return;
     default:
       return;

@@ -15,30 +15,22 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 ParameterTable table() {
   return {
-      {"z0", ParameterType::number, "galaxy radii", Interval::left_open(0, 1), 0.02,
-       "scale height"},
-      {"fov", ParameterType::number, "deg", Interval::open(0, 180), 45, "angle"},
-      {"ratio", ParameterType::number, "", Interval::right_open(0, infinity), {}, "no default"},
-      {"count", ParameterType::integer, "", Interval::closed(0, 64), 2, "arms"},
-      {"active", ParameterType::boolean, "", Interval::any(), true, "whether"},
-      {"name", ParameterType::text, "", Interval::any(), "x", "a name"},
-      {"kind",
-       ParameterType::choice,
-       "",
-       Interval::any(),
-       "simplex",
-       "base noise",
-       {"simplex", "perlin"}},
-      {"axis", ParameterType::vector3, "", Interval::left_open(0, 10), std::vector<double>{1, 1, 1},
-       "stretch"},
-      {"wavelengths", ParameterType::numbers, "Angstrom", Interval::open(0, infinity),
-       std::vector<double>{5500}, "planes"},
-      {"size", ParameterType::size2, "pixels", Interval::closed(1, 1000000), 512, "image size"},
-      {"noise", ParameterType::noise, "", Interval::any(), {}, "noise"},
-      {"center", ParameterType::vector2, "deg", Interval::closed(-90, 360),
-       std::vector<double>{0, 0}, "sky"},
-      {"bands", ParameterType::texts, "", Interval::any(), std::vector<std::string>{"a \"b\"", "c"},
-       "planes"},
+      Parameter::number("z0", "galaxy radii", Interval::left_open(0, 1), 0.02, "scale height"),
+      Parameter::number("fov", "deg", Interval::open(0, 180), 45, "angle"),
+      Parameter::number("ratio", "", Interval::right_open(0, infinity), std::nullopt, "no default"),
+      Parameter::integer("count", "", Interval::closed(0, 64), 2, "arms"),
+      Parameter::boolean("active", true, "whether"),
+      Parameter::text("name", "x", "a name"),
+      Parameter::choice("kind", {"simplex", "perlin"}, "simplex", "base noise"),
+      Parameter::vector3("axis", "", Interval::left_open(0, 10), std::vector<double>{1, 1, 1},
+                         "stretch"),
+      Parameter::numbers("wavelengths", "Angstrom", Interval::open(0, infinity),
+                         std::vector<double>{5500}, "planes"),
+      Parameter::size2("size", "pixels", Interval::closed(1, 1000000), 512, "image size"),
+      Parameter::noise("noise", "noise"),
+      Parameter::vector2("center", "deg", Interval::closed(-90, 360), std::vector<double>{0, 0},
+                         "sky"),
+      Parameter::texts("bands", std::vector<std::string>{"a \"b\"", "c"}, "planes"),
   };
 }
 
@@ -207,7 +199,7 @@ TEST(ParameterSet, UnknownKey) {
 
 TEST(ParameterSet, MissingKey) {
   ParameterTable parameters = table();
-  parameters.push_back({"sed", ParameterType::text, "", Interval::any(), {}, "SED", {}, true});
+  parameters.push_back(required(Parameter::text("sed", std::nullopt, "SED")));
   const ConfigNode root = parse_toml("[[component]]\n  [[component]]\nz0 = 1\n", "m100.toml");
   EXPECT_EQ(error_text([&] {
               ParameterSet::read(parameters, root.find("component")->array()[1], "",
@@ -283,7 +275,7 @@ TEST(ValueText, RoundTripsThroughToml) {
   const double numbers[] = {0.1, 1.0 / 3, 1e-300, 1.7976931348623157e308, -5e-324, 512, 1e22};
   for (const double x : numbers) {
     const ConfigNode root = parse_toml("x = " + value_text(x), "a.par");
-    const ParameterTable one = {{"x", ParameterType::number, "", Interval::any(), {}, "x"}};
+    const ParameterTable one = {Parameter::number("x", "", Interval::any(), std::nullopt, "x")};
     EXPECT_EQ(ParameterSet::read(one, root, "", "").number("x"), x) << value_text(x);
   }
   const std::string odd = "a\"b\\c\n\x01é";

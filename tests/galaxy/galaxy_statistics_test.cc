@@ -83,10 +83,8 @@ std::vector<float> densities_of(const Galaxy& galaxy) {
   take(nullptr, {});
   take(&rays, {});
   take(&rays, dust_deviations);
-  for (const auto& component : galaxy.components()) {
-    if (const auto* field = dynamic_cast<const StarField*>(component.get())) {
-      all.push_back(static_cast<float>(field->largest_phi()));
-    }
+  for (const double phi : galaxy.calibration().largest_phi) {
+    all.push_back(static_cast<float>(phi));
   }
   return all;
 }
@@ -306,9 +304,9 @@ TEST(GalaxyStatistics, SeedsShareTheClosureOfTheirReferenceAtCoarseTolerances) {
   settings.reference = first->reference();
   const auto second = read_galaxy(all_parts, settings);
   ASSERT_EQ(second->reference(), first->reference());
-  EXPECT_FALSE(first->reference()->closure_range().covers({}));
+  EXPECT_FALSE(first->reference()->calibration().closure_range.covers({}));
   GalaxyStatistics(*first).measure_all();
-  EXPECT_TRUE(first->reference()->closure_range().covers({}));
+  EXPECT_TRUE(first->reference()->calibration().closure_range.covers({}));
   GalaxyStatistics(*second).measure_all();
   // As with a reference of its own.
   settings.reference = nullptr;

@@ -17,12 +17,6 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr double degree = pi / 180;
 
-class PlainLayer : public Layer {
- public:
-  using Layer::Layer;
-  std::string_view kind() const override { return "plain"; }
-};
-
 double taper(double radius) {
   if (radius <= 0.7) return 1;
   if (radius >= 1) return 0;
@@ -52,7 +46,7 @@ double envelope(const LayerShape& shape, const ArmPattern& arms, double r, doubl
 /// A batch as the galaxy makes it.
 void fill(SampleBatch& batch, std::size_t i, double r, double phi, double z) {
   batch.r[i] = static_cast<float>(r);
-  batch.phi[i] = static_cast<float>(phi);
+  batch.azimuth[i] = static_cast<float>(phi);
   batch.z[i] = static_cast<float>(z);
   batch.x[i] = static_cast<float>(r * std::cos(phi));
   batch.y[i] = static_cast<float>(r * std::sin(phi));
@@ -94,7 +88,7 @@ TEST(Layer, EnvelopeOnEveryTarget) {
   for (const Case& c : cases()) {
     SCOPED_TRACE(c.name);
     const ArmPattern arms = arms_of(c.arms);
-    const PlainLayer layer(c.shape, arms);
+    const Layer layer(c.shape, arms);
     for_each_simd_target([&] {
       double worst = 0;
       for (std::uint64_t b = 0; b < 40; ++b) {
@@ -109,7 +103,7 @@ TEST(Layer, EnvelopeOnEveryTarget) {
         BatchArray out;
         layer.envelope(batch, out.data());
         for (std::size_t i = 0; i < batch_capacity; ++i) {
-          const double exact = envelope(c.shape, arms, batch.r[i], batch.phi[i], batch.z[i]);
+          const double exact = envelope(c.shape, arms, batch.r[i], batch.azimuth[i], batch.z[i]);
           worst = std::max(worst, std::abs(out[i] - exact));
         }
       }
@@ -124,7 +118,7 @@ TEST(Layer, ArmModifier) {
     const ArmPattern arms = arms_of("model = \"ringermacher-mead\"");
     LayerShape shape;
     shape.arm_width = width;
-    const PlainLayer layer(shape, arms);
+    const Layer layer(shape, arms);
     const double r = 0.3;
     const double on_arm = std::remainder(arms.winding(r), 2 * pi);
     const double peak = envelope_at(layer, arms, r, on_arm, 0);
@@ -140,9 +134,9 @@ TEST(Layer, ShiftTurnsTheArms) {
   const ArmPattern arms = arms_of("model = \"logarithmic\"\ncount = 3");
   LayerShape shape;
   shape.arm_width = 4;
-  const PlainLayer still(shape, arms);
+  const Layer still(shape, arms);
   shape.shift = 20 * degree;
-  const PlainLayer shifted(shape, arms);
+  const Layer shifted(shape, arms);
   for (const double phi : {-1.0, 0.0, 0.3, 1.2}) {
     EXPECT_NEAR(envelope_at(shifted, arms, 0.4, phi + 20 * degree, 0.01),
                 envelope_at(still, arms, 0.4, phi, 0.01), 1e-6);
@@ -157,7 +151,7 @@ TEST(Layer, PeakIsTheLargestEnvelope) {
     for (double x = 0; x < 30; x += 1e-4) {
       largest = std::max(largest, envelope(shape, ArmPattern(), x * rh, 0, 0));
     }
-    EXPECT_NEAR(PlainLayer(shape, ArmPattern()).peak() / largest, 1, 2e-4) << rh << " " << inner;
+    EXPECT_NEAR(Layer(shape, ArmPattern()).peak() / largest, 1, 2e-4) << rh << " " << inner;
   }
 }
 
@@ -166,7 +160,7 @@ TEST(Layer, IntegralOfASmallLayerIsThatOfAnInfiniteOne) {
   for (const double scale : {1.0, 1e-3, 1e-6}) {
     const double rh = 0.02 * scale;
     const double z0 = 0.004 * scale;
-    const PlainLayer layer({z0, rh, 0, 0, 0}, ArmPattern());
+    const Layer layer({z0, rh, 0, 0, 0}, ArmPattern());
     EXPECT_NEAR(layer.envelope_integral() / (4 * pi * rh * rh * z0), 1, 1e-6);
   }
 }
@@ -175,7 +169,7 @@ TEST(Layer, IntegralOfAHole) {
   // int r (1 - exp(-(r/b)^4)) dr = b^2 int t (1 - exp(-t^4)) dt without the exponential; here by
   // a fine Simpson rule with it.
   const double rh = 0.02, inner = 0.03, z0 = 0.002;
-  const PlainLayer layer({z0, rh, inner, 0, 0}, ArmPattern());
+  const Layer layer({z0, rh, inner, 0, 0}, ArmPattern());
   constexpr int n = 20000;
   double sum = 0;
   for (int i = 0; i <= n; ++i) {
@@ -190,7 +184,7 @@ TEST(Layer, IntegralByBruteForce) {
   for (const Case& c : cases()) {
     SCOPED_TRACE(c.name);
     const ArmPattern arms = arms_of(c.arms);
-    const PlainLayer layer(c.shape, arms);
+    const Layer layer(c.shape, arms);
     // z = z0 atanh(v); uneven numbers of cells, so that no rule is that of the code.
     constexpr int radial = 401, azimuthal = 1201, vertical = 61;
     double sum = 0;
@@ -222,7 +216,7 @@ TEST(Layer, CloudsOfThinLayersAndNeedlesHaveNoMorePoints) {
     shape.rh = rh;
     std::size_t points = 0;
     constexpr double wanted = 1 << 12;
-    for (const WeightedBatch& batch : PlainLayer(shape, ArmPattern()).cloud(1 << 12).all()) {
+    for (const WeightedBatch& batch : Layer(shape, ArmPattern()).cloud(1 << 12).all()) {
       points += batch.size;
     }
     EXPECT_NEAR(static_cast<double>(points), wanted, 0.3 * wanted);
@@ -234,7 +228,7 @@ TEST(Layer, CloudFollowsTheEnvelope) {
   for (const Case& c : cases()) {
     SCOPED_TRACE(c.name);
     const ArmPattern arms = arms_of(c.arms);
-    const PlainLayer layer(c.shape, arms);
+    const Layer layer(c.shape, arms);
     double w = 0, wr = 0, wz = 0, along = 0, across = 0;
     std::size_t points = 0;
     for (const WeightedBatch& batch : layer.cloud(1 << 16).all()) {

@@ -22,7 +22,6 @@ TEST(SmoothShape, QuadratureOfAGaussian) {
   for (const double sigma : {0.02, 0.1, 0.15}) {
     for (const double q : {0.1, 1.0}) {
       const SmoothShape shape(
-          "gaussian",
           [=](double x, double y, double z) {
             return std::exp(-(x * x + y * y + z * z / (q * q)) / (2 * sigma * sigma));
           },
@@ -37,7 +36,7 @@ TEST(SmoothShape, QuadratureOfAGaussian) {
 TEST(SmoothShape, ScaleIsALengthInTheBall) {
   const auto one = [](double, double, double) { return 1.0; };
   for (const double scale : {0.0, -1.0, 1.1, HUGE_VAL, std::nan("")}) {
-    EXPECT_THROW(SmoothShape("one", one, scale), std::invalid_argument);
+    EXPECT_THROW(SmoothShape(one, scale), std::invalid_argument);
   }
 }
 

@@ -63,7 +63,7 @@ std::vector<FoundStar> stars_of(const Galaxy& galaxy, std::size_t c = 0) {
       candidates.clear();
     };
     field.walk(
-        k, [](const StarField::Cell&) { return true; },
+        k, galaxy.calibration().largest_phi[c], [](const StarField::Cell&) { return true; },
         [&](const StarField::Candidate& candidate) {
           candidates.push_back(candidate);
           if (candidates.size() == batch_capacity) take_all();
@@ -275,12 +275,12 @@ TEST(StarField, PartsOfSpaceHaveTheStarsOfTheWhole) {
     std::vector<std::uint64_t> whole, part, within;
     const auto is_inside = [](const double* p) { return p[0] > 0.1 && p[1] < 0.2; };
     field.walk(
-        k, [](const StarField::Cell&) { return true; },
+        k, galaxy->calibration().largest_phi[0], [](const StarField::Cell&) { return true; },
         [&](const StarField::Candidate& c) {
           if (is_inside(c.position)) whole.push_back(c.key);
         });
     field.walk(
-        k,
+        k, galaxy->calibration().largest_phi[0],
         [](const StarField::Cell& cell) {
           return cell.centre[0] + cell.half > 0.1 && cell.centre[1] - cell.half < 0.2;
         },
@@ -331,7 +331,7 @@ TEST(StarField, LargestPhiIsRarelyExceeded) {
     }
     const auto textured = evaluate(*galaxy, places)[0];
     const auto plain = evaluate(*smooth, places)[0];
-    const double largest = field_of(*galaxy).largest_phi();
+    const double largest = galaxy->calibration().largest_phi[0];
     const double scale =
         smooth->components()[0]->amplitude() / galaxy->components()[0]->amplitude();
     double all = 0, beyond = 0;
@@ -364,7 +364,8 @@ TEST(StarField, TablesOfLuminosities) {
   const StarField& field = field_of(*coloured);
   int done = 0;
   field.walk(
-      0, [](const StarField::Cell& cell) { return cell.centre[0] < 0.1; },
+      0, coloured->calibration().largest_phi[0],
+      [](const StarField::Cell& cell) { return cell.centre[0] < 0.1; },
       [&](const StarField::Candidate& c) {
         if (done++ > 100) return;
         const double l = field.luminosity(0, c);

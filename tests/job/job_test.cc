@@ -28,7 +28,7 @@ RenderJob load(const JobRequest& request) {
 
 TEST(Job, BundlesWhatTheTextsSay) {
   const RenderJob job = load({});
-  EXPECT_EQ(job.parameters.output.path, "a.fits");
+  EXPECT_EQ(job.parameters.image.output.path, "a.fits");
   EXPECT_EQ(job.camera.width(), 50);
   EXPECT_EQ(job.scene->galaxies.size(), 2u);
   EXPECT_EQ(job.record.size(), 3u);
@@ -40,10 +40,10 @@ TEST(Job, RequestsChangeParameters) {
   request.output = "b.png";
   request.overwrite = true;
   const RenderJob job = load(request);
-  EXPECT_EQ(job.parameters.supersample, 3);
+  EXPECT_EQ(job.parameters.camera.supersample, 3);
   EXPECT_EQ(job.camera.height(), 60);
-  EXPECT_EQ(job.parameters.output.path, "b.png");
-  EXPECT_TRUE(job.parameters.output.overwrite);
+  EXPECT_EQ(job.parameters.image.output.path, "b.png");
+  EXPECT_TRUE(job.parameters.image.output.overwrite);
 }
 
 TEST(Job, PreviewIsSmallAndCoarse) {
@@ -52,10 +52,10 @@ TEST(Job, PreviewIsSmallAndCoarse) {
   const RenderJob job = load(request);
   EXPECT_EQ(job.camera.width(), 13);
   EXPECT_EQ(job.camera.height(), 8);
-  EXPECT_EQ(job.parameters.supersample, 1);
-  EXPECT_EQ(job.parameters.tolerance, 1e-2);
+  EXPECT_EQ(job.parameters.camera.supersample, 1);
+  EXPECT_EQ(job.parameters.sampling.tolerance, 1e-2);
   request.settings = {"sampling.tolerance=0.1"};
-  EXPECT_EQ(load(request).parameters.tolerance, 0.1);
+  EXPECT_EQ(load(request).parameters.sampling.tolerance, 0.1);
 }
 
 TEST(Job, RecordHoldsResolvedParametersAndMakesTheSameJob) {
@@ -65,7 +65,7 @@ TEST(Job, RecordHoldsResolvedParametersAndMakesTheSameJob) {
   const RenderJob job = load(request);
   const RenderJob again = job_from_record(unpack_record(pack_record(job.record)));
   EXPECT_EQ(again.parameters.toml(), job.parameters.toml());
-  EXPECT_EQ(again.parameters.seed, 17u);
+  EXPECT_EQ(again.parameters.noise.seed, 17u);
   ASSERT_EQ(again.scene->galaxies.size(), 2u);
   EXPECT_EQ(again.scene->galaxies[1].centre, job.scene->galaxies[1].centre);
   EXPECT_EQ(again.camera.ray(1, 2)->direction, job.camera.ray(1, 2)->direction);
@@ -86,11 +86,11 @@ TEST(Job, IsCompleteOnceItsGalaxiesAreMeasured) {
   };
   RenderJob job = read_job(JobRequest(), data);
   // In the scene's order, which every rank has.
-  ASSERT_EQ(job.rest.galaxies.size(), 2u);
-  EXPECT_EQ(job.rest.galaxies[0], job.scene->galaxies[0].galaxy);
-  EXPECT_EQ(job.rest.galaxies[1], job.scene->galaxies[1].galaxy);
+  ASSERT_EQ(job.pending.galaxies.size(), 2u);
+  EXPECT_EQ(job.pending.galaxies[0], job.scene->galaxies[0].galaxy);
+  EXPECT_EQ(job.pending.galaxies[1], job.scene->galaxies[1].galaxy);
   complete(job, Ranks(), 1);
-  EXPECT_TRUE(job.rest.galaxies.empty());
+  EXPECT_TRUE(job.pending.galaxies.empty());
   EXPECT_EQ(pixels(job), pixels(load_job({}, data)));
   EXPECT_EQ(pixels(job), pixels(job_from_record(job.record)));
 }
@@ -109,7 +109,7 @@ TEST(Job, HeaderDescribesTheImage) {
   EXPECT_EQ(header.unit, "");
   EXPECT_EQ(header.x.type, "XTAN");
   EXPECT_EQ(header.y.reference_pixel, 15.5);
-  EXPECT_EQ(header.wavelengths, job.parameters.wavelengths);
+  EXPECT_EQ(header.wavelengths, job.parameters.spectrum.wavelengths);
   EXPECT_EQ(header.labels, (std::vector<std::string>{"4400A", "5500.25A"}));
   ASSERT_NE(find_card(header, "CREATOR"), nullptr);
   EXPECT_EQ(std::get<std::string>(find_card(header, "CREATOR")->value),

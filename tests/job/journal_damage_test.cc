@@ -20,9 +20,9 @@
 #include <vector>
 
 #include "gamer/core/error.h"
+#include "gamer/job/image_task.h"
 #include "gamer/job/journal.h"
 #include "gamer/job/resume.h"
-#include "gamer/job/work.h"
 
 namespace gamer {
 namespace {
@@ -122,7 +122,7 @@ class JournalDamageTest : public testing::Test {
 
   /// As the program does it.
   void do_job(Executor& executor, bool resume) const {
-    WorkOptions options;
+    JobOptions options;
     options.truth = true;
     options.resume = resume;
     // The journal begins with the first row, and need not be forced to disk once it is there.
@@ -132,7 +132,7 @@ class JournalDamageTest : public testing::Test {
       journal = Journal::open(journal_, options.journal_interval);
       if (journal) journal_simd_targets(*journal);
     }
-    Work work(job(), options, 1, 1, std::move(journal));
+    ImageTask work(job(), options, 1, 1, std::move(journal));
     if (work.is_complete()) return;
     RankReport report;
     work.begin();

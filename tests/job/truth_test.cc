@@ -87,7 +87,7 @@ Made make(const std::string& list, const std::string& toml) {
   Spectrum spectrum = load_spectrum(parameters, resources);
   auto scene = std::make_shared<Scene>(
       read_scene(list, "scene.lst", parameters, spectrum, camera, resources));
-  if (parameters.attenuated) {
+  if (parameters.photometry.attenuated) {
     apply_attenuation(parameters, camera, *load_reference_band(parameters, resources), Ranks(), 2,
                       *scene);
   }

@@ -12,12 +12,12 @@
 namespace gamer {
 namespace {
 
-/// Runs of sech^2 profiles of dust and light at equal distances, of different lengths, and what
+/// Segments of sech^2 profiles of dust and light at equal distances, of different lengths, and what
 /// comes of them. Cover 0 has a second slot with three times the light.
-class RunsTest : public testing::Test {
+class SegmentsTest : public testing::Test {
  protected:
-  /// `from` in scale heights: where the run begins. Cover 1 has no dust. A run that ends before
-  /// height 10 ends open.
+  /// `from` in scale heights: where the segment begins. Cover 1 has no dust. A segment that ends
+  /// before height 10 ends open.
   void add(double from, int nodes, bool is_open, bool has_variants = false, std::int32_t cover = 0,
            double to = 10) {
     const double step = (to - from) / (nodes - 1);
@@ -44,12 +44,12 @@ class RunsTest : public testing::Test {
   }
 
   void integrate(bool is_first = true) {
-    std::vector<std::int32_t> run(first_.size());
-    std::iota(run.begin(), run.end(), 0);
-    if (is_first) steered_.assign(2 * planes * run.size(), {});
-    light_.assign(4 * run.size(), 0);
-    depth_.assign(2 * run.size(), 0);
-    transmission_.assign(2 * run.size(), 0);
+    std::vector<std::int32_t> segment(first_.size());
+    std::iota(segment.begin(), segment.end(), 0);
+    if (is_first) steered_.assign(2 * planes * segment.size(), {});
+    light_.assign(4 * segment.size(), 0);
+    depth_.assign(2 * segment.size(), 0);
+    transmission_.assign(2 * segment.size(), 0);
     // In slots that a cover has not, what others leave there.
     const auto times = [&](float factor, bool is_everywhere) {
       std::vector<float> values;
@@ -68,36 +68,36 @@ class RunsTest : public testing::Test {
     const float* dust[] = {dust_once.data(), dust_twice.data()};
     const std::int32_t light_slots[] = {2, 1}, dust_slots[] = {1, 0};
     const float extinction[] = {extinction_[0], 0, extinction_[1], 0};
-    const RunNodes runs{first_.size(),
-                        first_.data(),
-                        count_.data(),
-                        cover_.data(),
-                        open_.data(),
-                        open_end_.data(),
-                        variants_.data(),
-                        weight.data(),
-                        light,
-                        dust,
-                        1,
-                        variant_weights_};
+    const SegmentNodes segments{first_.size(),
+                                first_.data(),
+                                count_.data(),
+                                cover_.data(),
+                                open_.data(),
+                                open_end_.data(),
+                                variants_.data(),
+                                weight.data(),
+                                light,
+                                dust,
+                                1,
+                                variant_weights_};
     const float flux[] = {flux_[0],   flux_[0], flux_[1],   flux_[1], flux_[2],   flux_[2],
                           second_[0], 0,        second_[1], 0,        second_[2], 0};
-    const RunCovers covers{2, 2, steering, light_slots, dust_slots, extinction, flux};
+    const SegmentCovers covers{2, 2, steering, light_slots, dust_slots, extinction, flux};
     std::vector<std::uint32_t> order;
-    order_runs(runs, covers, order);
-    integrate_runs(
-        runs, covers, order, is_first,
-        {run.data(), 2, light_.data(), depth_.data(), transmission_.data(), steered_.data()});
+    order_segments(segments, covers, order);
+    integrate_segments(
+        segments, covers, order, is_first,
+        {segment.data(), 2, light_.data(), depth_.data(), transmission_.data(), steered_.data()});
   }
 
-  /// Light of run i at spectral node j.
+  /// Light of segment i at spectral node j.
   double light(std::size_t i, std::size_t j) const { return double{light_[4 * i + j]}; }
   double depth(std::size_t i, std::size_t j) const { return double{depth_[2 * i + j]}; }
   double transmission(std::size_t i, std::size_t j) const {
     return double{transmission_[2 * i + j]};
   }
 
-  /// The runs by every `stride`-th of their nodes.
+  /// The segments by every `stride`-th of their nodes.
   void thin_out(std::int32_t stride) {
     std::vector<float> weight, density;
     for (std::size_t i = 0; i < first_.size(); ++i) {
@@ -116,7 +116,7 @@ class RunsTest : public testing::Test {
 
   /// What is behind the last node must not count.
   static std::vector<float> with_padding(std::vector<float> values) {
-    values.resize(values.size() + RunNodes::padding, HUGE_VALF);
+    values.resize(values.size() + SegmentNodes::padding, HUGE_VALF);
     return values;
   }
 
@@ -132,7 +132,7 @@ class RunsTest : public testing::Test {
   std::vector<Steered> steered_;
 };
 
-TEST_F(RunsTest, LightMixedWithDust) {
+TEST_F(SegmentsTest, LightMixedWithDust) {
   // int e exp(-a int e) ds = (1 - exp(-a D))/a, D the integral of e.
   for_each_simd_target([this] {
     clear();
@@ -156,7 +156,7 @@ TEST_F(RunsTest, LightMixedWithDust) {
   });
 }
 
-TEST_F(RunsTest, SteeringComparesAllNodesWithEverySecondAndFourth) {
+TEST_F(SegmentsTest, SteeringComparesAllNodesWithEverySecondAndFourth) {
   for_each_simd_target([this] {
     for (const bool has_dust : {true, false}) {
       clear();
@@ -197,7 +197,7 @@ TEST_F(RunsTest, SteeringComparesAllNodesWithEverySecondAndFourth) {
   });
 }
 
-TEST_F(RunsTest, SteeringGoesOnFromWhatItHad) {
+TEST_F(SegmentsTest, SteeringGoesOnFromWhatItHad) {
   for_each_simd_target([this] {
     clear();
     for (int i = 0; i < 20; ++i) add(-10, 21 + 2 * (i % 7), false);
@@ -213,7 +213,7 @@ TEST_F(RunsTest, SteeringGoesOnFromWhatItHad) {
   });
 }
 
-TEST_F(RunsTest, PiecesWithOpenEnds) {
+TEST_F(SegmentsTest, PiecesWithOpenEnds) {
   // Pieces of 17 nodes, half a scale height each, follow each other from -3 to 3.
   for_each_simd_target([this] {
     clear();
@@ -242,7 +242,7 @@ TEST_F(RunsTest, PiecesWithOpenEnds) {
   });
 }
 
-TEST_F(RunsTest, LightBetweenNodesThatDustHidesIsBounded) {
+TEST_F(SegmentsTest, LightBetweenNodesThatDustHidesIsBounded) {
   // Nodes 20 scale heights / 14 apart step over the skin of thick dust, where the light comes from.
   for_each_simd_target([this] {
     clear();
@@ -262,7 +262,7 @@ TEST_F(RunsTest, LightBetweenNodesThatDustHidesIsBounded) {
   });
 }
 
-TEST_F(RunsTest, RunsWithoutDustBesideDustyOnes) {
+TEST_F(SegmentsTest, SegmentsWithoutDustBesideDustyOnes) {
   for_each_simd_target([this] {
     clear();
     for (int i = 0; i < 37; ++i) add(-10, 81, false, false, i % 2);
@@ -280,7 +280,7 @@ TEST_F(RunsTest, RunsWithoutDustBesideDustyOnes) {
   });
 }
 
-TEST_F(RunsTest, VariantsOfDust) {
+TEST_F(SegmentsTest, VariantsOfDust) {
   // The second variant's dust is twice the first's.
   for_each_simd_target([this] {
     clear();
@@ -300,7 +300,7 @@ TEST_F(RunsTest, VariantsOfDust) {
   });
 }
 
-TEST_F(RunsTest, ARunDependsOnItselfAlone) {
+TEST_F(SegmentsTest, ASegmentDependsOnItselfAlone) {
   for_each_simd_target([this] {
     clear();
     const auto add_one = [&](int i) {

@@ -64,10 +64,11 @@ struct Painted {
     const Spectrum spectrum = load_spectrum(parameters, resources);
     scene = std::make_shared<Scene>(
         read_scene(text.scene, "scene.lst", parameters, spectrum, camera, resources));
-    fields = std::make_shared<StarFields>(*scene, camera, parameters.stars_per_pixel);
+    fields = std::make_shared<StarFields>(*scene, camera, parameters.sampling.stars_per_pixel);
     basis = std::make_shared<SpectralBasis>(spectrum, std::vector<SpectralBasis::Probe>(),
                                             std::optional<int>(1), 1e-3);
-    medium.emplace(scene, basis, Accuracy::from_tolerance(parameters.tolerance), false, fields);
+    medium.emplace(scene, basis, Accuracy::from_tolerance(parameters.sampling.tolerance), false,
+                   fields);
     index.emplace(*scene, camera);
   }
   std::vector<Found> stars(const StarPainter::Tile& tile) const {
@@ -171,7 +172,7 @@ TEST(StarPainter, SmoothLightIsDimmedByItsShare) {
     distance[1] = static_cast<float>(farthest);
     for_each_simd_target([&] {
       std::vector<double> sum(batch_capacity);
-      for (const StarFields::Part& part : own.parts) {
+      for (const StarFields::SmoothPart& part : own.parts) {
         own.dim(part, {distance.data(), batch_capacity}, light.data(), dimmed.data());
         for (std::size_t i = 0; i < batch_capacity; ++i) sum[i] += double{dimmed[i]} / 2;
       }
@@ -255,7 +256,8 @@ TEST(StarPainter, FindsAllStarsInView) {
       std::size_t expected = 0;
       for (std::size_t k = 0; k < stars.population().size(); ++k) {
         stars.walk(
-            k, [](const StarField::Cell&) { return true; },
+            k, placed.galaxy->calibration().largest_phi[painted.fields->fields()[0].component],
+            [](const StarField::Cell&) { return true; },
             [&](const StarField::Candidate& candidate) {
               const auto& at = candidate.position;
               const auto pixel = painted.camera.pixel(
@@ -348,7 +350,11 @@ TEST(StarPainter, DustDimsStarsBehindIt) {
   std::map<std::pair<double, double>, double> height;
   for (std::size_t k = 0; k < field.population().size(); ++k) {
     field.walk(
-        k, [](const StarField::Cell&) { return true; },
+        k,
+        clear.scene->galaxies[0]
+            .galaxy->calibration()
+            .largest_phi[clear.fields->fields()[0].component],
+        [](const StarField::Cell&) { return true; },
         [&](const StarField::Candidate& c) {
           const auto pixel = clear.camera.pixel({c.position[0], c.position[1], c.position[2]});
           height[{pixel->x, pixel->y}] = c.position[2];
@@ -417,8 +423,8 @@ TEST(StarPainter, PartsAddUp) {
   const Spectrum spectrum = load_spectrum(parameters, resources);
   const auto scene = std::make_shared<Scene>(
       read_scene(text.scene, "scene.lst", parameters, spectrum, camera, resources));
-  TruthImages truth;
-  truth.parts = TruthImages::Parts::components;
+  TruthSettings truth;
+  truth.parts = TruthSettings::Parts::components;
   truth.dust_free = true;
   const Renderer renderer(parameters, camera, scene, spectrum, truth);
   ThreadExecutor executor(1);

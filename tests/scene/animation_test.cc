@@ -152,15 +152,15 @@ TEST(FrameParameters, AreThoseOfASingleImage) {
       "[animation]\nframes = 12\nposition = [0, -3, 0, 3, -1, 1]\nfov = [20, 30]\n");
   const CameraPath path(film);
   const RenderParameters frame = frame_parameters(film, path, 6);
-  EXPECT_EQ(frame.frames, 0);
-  EXPECT_EQ(frame.output.path, "a/film_0007.fits.fz");
-  EXPECT_EQ(frame.position, path.at(path.time(6)).position);
-  EXPECT_EQ(frame.fov, path.at(path.time(6)).fov);
+  EXPECT_EQ(frame.animation.frames, 0);
+  EXPECT_EQ(frame.image.output.path, "a/film_0007.fits.fz");
+  EXPECT_EQ(frame.camera.position, path.at(path.time(6)).position);
+  EXPECT_EQ(frame.camera.fov, path.at(path.time(6)).fov);
   // As text too: numbers come back exactly.
   const RenderParameters again = RenderParameters::read(parse_toml(frame.toml(), "again"));
   EXPECT_EQ(again.toml(), frame.toml());
-  EXPECT_EQ(again.position, frame.position);
-  EXPECT_EQ(again.frames, 0);
+  EXPECT_EQ(again.camera.position, frame.camera.position);
+  EXPECT_EQ(again.animation.frames, 0);
 }
 
 TEST(FramePath, NumbersFrames) {

@@ -159,11 +159,11 @@ TEST(Scene, SeedsOfRowAndParametersMakeTheGalaxys) {
   Resources data = resources();
   const RenderParameters p = parameters_of("[noise]\nseed = 3\nkind = \"perlin\"\noctaves = 2\n");
   const Scene scene = read_scene(row, "scene.lst", p, load_spectrum(p, data), Camera(p), data);
-  const auto expected =
-      Galaxy::parse(noisy_galaxy, "noisy", {p.noise, p.octaves, hash_words({3, 5}), nullptr}, data);
+  const auto expected = Galaxy::parse(
+      noisy_galaxy, "noisy", {p.noise.kind, p.noise.octaves, hash_words({3, 5}), nullptr}, data);
   const FractalParameters& made = fractal(*scene.galaxies[0].galaxy, 0).parameters();
   EXPECT_EQ(made.seed, fractal(*expected, 0).parameters().seed);
-  EXPECT_EQ(made.kind, p.noise);
+  EXPECT_EQ(made.kind, p.noise.kind);
   EXPECT_NE(texture_seed(read(row)), made.seed);
 }
 

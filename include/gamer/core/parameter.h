@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -51,8 +52,34 @@ using ParameterValue = std::variant<std::monostate, bool, std::int64_t, double, 
                                     std::vector<double>, std::vector<std::string>>;
 
 /// The declaration of one parameter. Parsing, range checks, lists, docs and property tests read it;
-/// it is the only description of the parameter.
+/// it is the only description of the parameter. The functions make one of each type; a default of
+/// std::nullopt makes it optional.
 struct Parameter {
+  static Parameter boolean(std::string name, std::optional<bool> default_value,
+                           std::string description);
+  static Parameter integer(std::string name, std::string unit, Interval interval,
+                           std::optional<std::int64_t> default_value, std::string description);
+  static Parameter number(std::string name, std::string unit, Interval interval,
+                          std::optional<double> default_value, std::string description);
+  static Parameter text(std::string name, std::optional<std::string> default_value,
+                        std::string description);
+  static Parameter choice(std::string name, std::vector<std::string> choices,
+                          std::optional<std::string> default_value, std::string description);
+  static Parameter vector2(std::string name, std::string unit, Interval interval,
+                           std::optional<std::vector<double>> default_value,
+                           std::string description);
+  static Parameter vector3(std::string name, std::string unit, Interval interval,
+                           std::optional<std::vector<double>> default_value,
+                           std::string description);
+  static Parameter numbers(std::string name, std::string unit, Interval interval,
+                           std::optional<std::vector<double>> default_value,
+                           std::string description);
+  static Parameter texts(std::string name, std::optional<std::vector<std::string>> default_value,
+                         std::string description);
+  static Parameter size2(std::string name, std::string unit, Interval interval,
+                         std::optional<std::int64_t> default_value, std::string description);
+  static Parameter noise(std::string name, std::string description);
+
   std::string name;
   ParameterType type = ParameterType::number;
   std::string unit;
@@ -69,6 +96,11 @@ struct Parameter {
 };
 
 using ParameterTable = std::vector<Parameter>;
+
+ParameterTable operator+(ParameterTable a, const ParameterTable& b);
+
+/// The declaration without a default, whose value must be given.
+Parameter required(Parameter parameter);
 
 /// The value in TOML syntax; numbers read back exactly.
 std::string value_text(const ParameterValue& value);

@@ -25,6 +25,7 @@
 namespace gamer {
 
 class Galaxy;
+class StarField;
 
 /// A ray in a galaxy's ball frame: p(t) = origin + t direction for t in [begin, end].
 struct BallRay {
@@ -91,6 +92,16 @@ struct ColumnCloud {
   std::vector<float> steps;
 };
 
+/// What a kind of component is.
+struct ComponentTraits {
+  bool emits = true;              ///< it has sed, intensity, fraction
+  bool absorbs = false;           ///< it has optical_depth, extinction, r_v
+  bool can_follow = false;        ///< has the key `follows`
+  bool can_be_followed = false;   ///< its texture may modulate other components too
+  bool is_bulge = false;          ///< its light counts as the bulge's in the truth table
+  bool has_own_spectrum = false;  ///< need not have `sed`
+};
+
 /// One light-emitting or absorbing part of a galaxy:
 ///   emissivity  j = amplitude * envelope * Phi * flux(lambda)        (light)
 ///   opacity     kappa = amplitude * envelope * Phi * a(lambda)/a(V)  (dust)
@@ -99,8 +110,6 @@ class Component {
  public:
   virtual ~Component() = default;
 
-  /// The name of the kind: "bulge", "disk"...
-  virtual std::string_view kind() const = 0;
   /// envelope = arm modifier times D, taper included, over a batch.
   virtual void envelope(const SampleBatch& batch, float* out) const = 0;
   /// The integral of the envelope over the ball, galaxy radii^3.
@@ -138,10 +147,16 @@ class Component {
   virtual bool hides_texture(double /*footprint*/) const { return false; }
   /// Whether a galaxy's seed changes it.
   virtual bool depends_on_seed() const { return texture_ != nullptr; }
-  virtual bool needs_phi() const { return false; }
+  virtual bool needs_azimuth() const { return false; }
   virtual bool needs_winding() const { return false; }
 
-  bool absorbs() const { return extinction_ != nullptr; }
+  /// The component as a field of single stars; null for others.
+  virtual const StarField* star_field() const { return nullptr; }
+
+  /// The name of the kind: "bulge", "disk"...
+  const std::string& kind() const { return kind_; }
+  const ComponentTraits& traits() const { return traits_; }
+  bool absorbs() const { return traits_.absorbs; }
   const std::string& name() const { return name_; }
   bool active() const { return active_; }
   double amplitude() const { return amplitude_; }
@@ -162,6 +177,8 @@ class Component {
   const SourceLocation& spectrum_where() const { return spectrum_where_; }
 
  protected:
+  std::string kind_;
+  ComponentTraits traits_;
   std::string name_;
   bool active_ = true;
   double amplitude_ = 1;
@@ -189,10 +206,12 @@ struct ComponentInput {
   Resources& resources;
 };
 
-/// One kind of component: its declaration and its maker.
+/// One kind of component: its declaration and its maker. The registry adds what its traits and all
+/// kinds have in common to the parameters.
 struct ComponentKind {
   std::string name;
   std::string description;
+  ComponentTraits traits;
   ParameterTable parameters;
   /// The defaults of its `noise` table; none for kinds without noise.
   std::optional<FractalParameters> noise;
@@ -212,14 +231,6 @@ const ComponentKind& find_component_kind(const std::string& name, const SourceLo
 std::unique_ptr<Component> read_component(const ConfigNode& node, int index, const ArmPattern& arms,
                                           double axis_z, const GalaxySettings& settings,
                                           Resources& resources);
-
-/// Declarations shared by kinds.
-namespace component_parameters {
-ParameterTable common();  ///< class, name, active
-ParameterTable light();   ///< sed, intensity, fraction
-ParameterTable dust();    ///< optical_depth, extinction, r_v
-ParameterTable operator+(ParameterTable a, const ParameterTable& b);
-}  // namespace component_parameters
 
 // The kinds.
 ComponentKind bulge_kind();

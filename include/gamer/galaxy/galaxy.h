@@ -7,11 +7,12 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gamer/core/resources.h"
 #include "gamer/galaxy/arm_pattern.h"
-#include "gamer/galaxy/calibration/footprint_table.h"
+#include "gamer/galaxy/calibration/galaxy_calibration.h"
 #include "gamer/galaxy/component.h"
 
 namespace gamer {
@@ -21,23 +22,6 @@ struct EvaluationCounts {
   std::uint64_t noise_evaluations = 0;  ///< base noises: points times octaves
   double noise_seconds = 0;             ///< sums of octaves
   double envelope_seconds = 0;          ///< the rest
-};
-
-/// What looks at a galaxy: the footprints of rays in galaxy radii, by default all, and whether
-/// something sees its whole texture besides, such as the light of drawn stars.
-struct FootprintRange {
-  double narrowest = 0;
-  double widest = HUGE_VAL;
-  bool sees_whole = false;
-
-  bool covers(const FootprintRange& other) const {
-    return narrowest <= other.narrowest && other.widest <= widest;
-  }
-  /// The least range that holds both.
-  FootprintRange operator|(const FootprintRange& other) const {
-    return {std::min(narrowest, other.narrowest), std::max(widest, other.widest),
-            sees_whole || other.sees_whole};
-  }
 };
 
 /// A galaxy type with its noise realised for one seed: components in the ball frame (the ball of
@@ -62,8 +46,10 @@ class Galaxy {
   /// The galaxy of the same file, but of a fixed seed, on which the closure of hidden dust is
   /// measured for all seeds; null where there is no dust with a texture.
   const std::shared_ptr<Galaxy>& reference() const { return reference_; }
-  /// The footprints for which the closure has been measured on this reference.
-  const FootprintRange& closure_range() const { return closure_range_; }
+  bool is_reference() const { return is_reference_; }
+  /// What GalaxyStatistics measured.
+  const GalaxyCalibration& calibration() const { return calibration_; }
+  void set_calibration(GalaxyCalibration calibration) { calibration_ = std::move(calibration); }
   const ArmPattern& arms() const { return arms_; }
   /// The active components.
   std::span<const std::unique_ptr<Component>> components() const { return components_; }
@@ -93,23 +79,20 @@ class Galaxy {
   /// galaxy, galaxy radii^3.
   double luminosity(std::size_t c) const;
 
+  /// Index of the component whose texture also modulates component c, or -1.
+  int followed(std::size_t c) const { return followed_[c]; }
+  /// Whether places need the winding of the arms.
+  bool needs_winding() const { return needs_winding_; }
+  std::size_t most_cloud_points() const { return most_cloud_points_; }
+  /// The error that means of textures may have: Accuracy::mean_error.
+  double mean_error() const { return mean_error_; }
+  /// Fills what components share about points.
+  void fill_batch(const Points& points, bool wants_shear, SampleBatch& batch) const;
+  /// Turns points that were turned back by a component's twirl back by `twirl` more, in x, y, z.
+  Points turn_back(const Points& points, double twirl, BatchArray& x, BatchArray& y,
+                   BatchArray& z) const;
+
  private:
-  /// Paths per height of the rays on which the closure of dust is measured.
-  static constexpr std::array<double, 3> obliquities = {1, 2.5, 8};
-  /// A table for each obliquity. Between them values are linear in ln obliquity.
-  using ByObliquity = std::array<FootprintTable, obliquities.size()>;
-  /// The closure of hidden dust. With it, dust that rays do not resolve lets through as much light
-  /// as all of its texture would.
-  struct Dust {
-    /// Variance of the coherent part of the hidden dust, relative to that of its texture's model.
-    ByObliquity coherence;
-    /// Mean density of the variants with this variance, relative to the texture's expectation at
-    /// that footprint.
-    ByObliquity amount;
-  };
-
-  friend class GalaxyStatistics;
-
   /// Reads the file without a reference.
   static std::shared_ptr<Galaxy> read_alone(std::string_view text, const std::string& label,
                                             const GalaxySettings& settings, Resources& resources);
@@ -117,18 +100,14 @@ class Galaxy {
   void resolve_fractions();
   /// Throws InputError where a component's density exceeds single precision.
   void check_densities() const;
-  /// Fills what components share about points.
-  void place(const Points& points, bool wants_shear, SampleBatch& batch) const;
-  /// Turns points that were turned back by a component's twirl back by `twirl` more, in x, y, z.
-  Points turn_back(const Points& points, double twirl, BatchArray& x, BatchArray& y,
-                   BatchArray& z) const;
   /// Fills an array for each component with the mean of its own Phi at these footprints. Null
   /// footprints see all. The mean of a follower is that of both textures together over that of the
   /// followed one.
   void look_up_means(std::size_t size, const BatchArray* log_footprints,
                      std::span<BatchArray> out) const;
-  static void look_up(const ByObliquity& tables, std::size_t size, const BatchArray& log_footprints,
-                      const BatchArray& obliquity, BatchArray& out);
+  static void look_up(const DustClosure::ByObliquity& tables, std::size_t size,
+                      const BatchArray& log_footprints, const BatchArray& obliquity,
+                      BatchArray& out);
   /// Fills out.size() arrays with Phi of component c over its mean, by as many deviations; 1 where
   /// it is not needed.
   void phi(std::size_t c, const SampleBatch& batch, const BatchArray& need, float threshold,
@@ -150,18 +129,10 @@ class Galaxy {
   /// Index of the component whose noise also modulates component c, or -1.
   std::vector<int> followed_;
   std::vector<std::size_t> followed_components_;
-  /// For each component, the mean of its Phi at a footprint, times the Phi of the component that it
-  /// follows. Phi is divided by it, so that <Phi> = 1 for this seed at every footprint.
-  std::vector<FootprintTable> means_;
-  /// For each component, ln of the widest footprint that hides nothing of it.
-  std::vector<float> log_narrow_;
-  /// The closure of each component that absorbs. Galaxies of one reference share it.
-  std::shared_ptr<const std::vector<Dust>> dust_;
+  GalaxyCalibration calibration_;
   std::shared_ptr<Galaxy> reference_;
   bool is_reference_ = false;
-  /// The footprints for which a reference's closure has been measured.
-  FootprintRange closure_range_{HUGE_VAL, 0, false};
-  bool needs_phi_ = false;
+  bool needs_azimuth_ = false;
   bool needs_winding_ = false;
 };
 

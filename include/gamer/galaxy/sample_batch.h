@@ -14,7 +14,7 @@ struct SampleBatch {
   std::size_t size = 0;
   BatchArray x, y, z;
   BatchArray r;        ///< sqrt(x^2 + y^2)
-  BatchArray phi;      ///< atan2(y, x); only where some component has arms
+  BatchArray azimuth;  ///< atan2(y, x); only where some component has arms
   BatchArray winding;  ///< theta(r); only where some component has arms or twirl
   BatchArray shear;    ///< r dtheta/dr; only with footprints and where some component has twirl
   BatchArray taper;    ///< 1 inside, falling smoothly to 0 at the ball's surface

@@ -13,9 +13,9 @@
 #include "gamer/image/image.h"
 #include "gamer/job/estimate.h"
 #include "gamer/job/frames.h"
+#include "gamer/job/image_task.h"
 #include "gamer/job/progress.h"
 #include "gamer/job/report.h"
-#include "gamer/job/work.h"
 #include "gamer/parallel/ranks.h"
 
 namespace gamer {
@@ -32,10 +32,10 @@ class Film {
   };
 
   /// On rank 0: checks all that can be known beforehand. Throws InputError.
-  Film(const RenderJob& animation, WorkOptions options, int ranks, int threads);
+  Film(const RenderJob& animation, JobOptions options, int ranks, int threads);
   /// For the other ranks.
   std::string pack() const;
-  static std::unique_ptr<Film> unpack(std::string_view packed, WorkOptions options);
+  static std::unique_ptr<Film> unpack(std::string_view packed, JobOptions options);
 
   /// Number of frames of the whole film.
   int frames() const { return path_.frames(); }
@@ -49,7 +49,7 @@ class Film {
   double pixels() const;
   /// Files that stand where the frames of a longer film had theirs.
   std::vector<std::filesystem::path> later_files() const;
-  /// See Work::hindrance().
+  /// See ImageTask::hindrance().
   const std::string& hindrance() const { return hindrance_; }
 
   /// What rendering will take, as parts of a few frames foretell; the film itself has been read in
@@ -63,7 +63,7 @@ class Film {
               RankReport& report);
 
  private:
-  Film(std::unique_ptr<FrameJobs> jobs, const RenderParameters& parameters, WorkOptions options);
+  Film(std::unique_ptr<FrameJobs> jobs, const RenderParameters& parameters, JobOptions options);
   RenderParameters frame(int number) const;
   void choose_tone(const Ranks& ranks, Executor& executor);
   /// What a frame that has been made is warned of.
@@ -78,7 +78,7 @@ class Film {
   void warn_of(const std::map<int, Flaws>& flaws, const Messages& messages);
 
   std::unique_ptr<FrameJobs> jobs_;
-  WorkOptions options_;
+  JobOptions options_;
   RenderParameters parameters_;
   CameraPath path_;
   std::vector<int> left_;

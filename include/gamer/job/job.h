@@ -44,13 +44,13 @@ struct RenderJob {
   Record record;  ///< with the resolved parameters
 
   /// What complete() does, before the job is rendered.
-  struct Rest {
+  struct Pending {
     std::vector<std::shared_ptr<Galaxy>> galaxies;  ///< are to be measured
     std::vector<FootprintRange> footprints;         ///< for these, by galaxy
     /// In which galaxies are to be as bright with their dust as they are without; null for none.
     std::shared_ptr<const Bandpass> attenuation;
   };
-  Rest rest = {};
+  Pending pending = {};
   /// That were read from disk, on the rank that read them. Not the image that is made again.
   std::vector<std::filesystem::path> input_files = {};
 };

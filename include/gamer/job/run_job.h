@@ -2,8 +2,8 @@
 
 #include <optional>
 
+#include "gamer/job/image_task.h"
 #include "gamer/job/job.h"
-#include "gamer/job/work.h"
 #include "gamer/parallel/ranks.h"
 
 namespace gamer {
@@ -13,7 +13,7 @@ struct RunOptions {
   JobRequest request;
   std::optional<int> threads;  ///< per process; by default all cores, one under a launcher
   bool print_config = false;   ///< print the resolved parameters instead
-  WorkOptions work;
+  JobOptions work;
   bool quiet = false;    ///< say nothing but errors
   bool verbose = false;  ///< say more, and where the time went
 };

@@ -15,15 +15,15 @@ namespace gamer {
 double estimated_cost(const RenderCounts& counts);
 
 /// A pixel of the grid of probed pixels, and its cost.
-struct Probe {
+struct ProbedPixel {
   int x, y;
   double cost;
 };
 /// The grid of probed pixels, row by row from the lowest. It has at most one pixel in 64, one in
 /// 256 of wide images, and at most 4096. Every rank calls it; the costs are known on rank 0.
-std::vector<Probe> probe_pixels(const Renderer& renderer, Executor& executor);
+std::vector<ProbedPixel> probe_pixels(const Renderer& renderer, Executor& executor);
 /// The cost of each row of an image, from its probes.
-std::vector<double> row_costs(std::span<const Probe> probes, int width, int height);
+std::vector<double> row_costs(std::span<const ProbedPixel> probes, int width, int height);
 
 /// The estimated cost of each row of the image, on rank 0.
 std::vector<double> estimate_row_costs(const Renderer& renderer, Executor& executor);

@@ -7,46 +7,12 @@
 #include <vector>
 
 #include "gamer/core/batch.h"
-#include "gamer/core/parameter.h"
 #include "gamer/noise/cloud.h"
+#include "gamer/noise/fractal_parameters.h"
 #include "gamer/noise/noise.h"
 #include "gamer/noise/shape.h"
 
 namespace gamer {
-
-/// Parameters of a combination of octaves and its shape; names of GAMER section 2.3 where it has
-/// them.
-struct FractalParameters {
-  static constexpr int most_octaves = 32;
-
-  const Noise* kind = nullptr;
-  int octaves = 8;             ///< omega
-  double k0 = 0;               ///< frequency offset, cycles per galaxy radius
-  double frequency_scale = 1;  ///< f_s, cycles per galaxy radius
-  double spectral_index = 1;   ///< nu
-  double exponent = 1;         ///< alpha
-  bool inverse = false;        ///< Theta
-  double offset = 0;
-  double contrast = 1;
-  double floor = 0.1;
-  std::uint64_t seed = 1;
-  Combination combination;
-  double amplitude = 1;   ///< a, weight of every octave of the multiplicative combination
-  double lacunarity = 0;  ///< l; 0: linear frequencies
-  double warp = 0;        ///< root mean square of the displacement along each axis, units of x
-  double warp_frequency = 1;
-  int warp_octaves = 1;
-
-  /// Octave k = 1 ... omega has frequency f_k = k0 + f_s k or, with a lacunarity, (k0 + f_s)
-  /// l^(k - 1); its weight is f_k^-nu, (f_k/f_1)^-nu for ridges, a for the multiplicative
-  /// combination. Each has its own hash seed and offset, so that octaves are independent.
-  std::vector<Octave> make_octaves() const;
-
-  /// The declaration of `component.noise`, with these values as defaults.
-  ParameterTable table() const;
-  /// Replaces what `values` (of table()) says. Throws InputError for combinations without sense.
-  void apply(const ParameterSet& values, const std::string& context);
-};
 
 /// How one octave counts for what is seen; see FractalNoise.
 struct SeenOctave {

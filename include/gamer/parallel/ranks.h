@@ -11,7 +11,7 @@
 
 namespace gamer {
 
-class Job;
+class RankGroup;
 
 /// The processes of an MPI job; a single process when started alone or built without MPI. Construct
 /// one in main, before anything else.
@@ -71,7 +71,7 @@ class Ranks {
   static std::string library_version();
 
  private:
-  std::unique_ptr<Job> job_;  ///< null when alone
+  std::unique_ptr<RankGroup> job_;  ///< null when alone
 };
 
 }  // namespace gamer

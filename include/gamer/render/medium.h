@@ -67,18 +67,18 @@ class HitTable {
   std::vector<Entry> entries_;    ///< of each ray, ascending by galaxy
 };
 
-/// Points on stretches of rays (*runs*) with what fills them there: per slot of the run's cover,
-/// the emissivity at 5500 Angstrom (rest frame) or the opacity at V per scene unit of path.
+/// Points on stretches of rays (*segments*) with what fills them there: per slot of the segment's
+/// cover, the emissivity at 5500 Angstrom (rest frame) or the opacity at V per scene unit of path.
 struct RayNodes {
-  struct Run {
+  struct Segment {
     std::int32_t ray;
     std::int32_t cover;  ///< index in `covers`
     std::int32_t first;  ///< of its nodes, which follow each other
     std::int32_t count;
     double origin;  ///< of its nodes' s, along the ray
   };
-  std::vector<Run> runs;
-  std::vector<float> s;  ///< ascending in each run
+  std::vector<Segment> segments;
+  std::vector<float> s;  ///< ascending in each segment
   /// [slot][node] and [variant * dust_slots + slot][node]; anything in slots that a cover lacks.
   /// These arrays only grow.
   std::vector<std::vector<float>> light, dust;
@@ -99,7 +99,7 @@ struct RayNodes {
     for (std::size_t k = 0; k < variants * dust_slots; ++k) grow(dust[k], size() + padding);
   }
   void clear() {
-    runs.clear();
+    segments.clear();
     s.clear();
   }
 };
@@ -172,8 +172,8 @@ class Medium {
   bool has_variants(const Hit& hit) const;
 
   /// Fills light and dust of the nodes. One variant is the expectation over the hidden noise; else
-  /// there are all of dust_variants.h. `hits_of_ray[i]` are the hits of ray i. Nodes of a run with
-  /// one galaxy lie on its hit, but for rounding.
+  /// there are all of dust_variants.h. `hits_of_ray[i]` are the hits of ray i. Nodes of a segment
+  /// with one galaxy lie on its hit, but for rounding.
   void evaluate(std::span<const std::span<const Hit>> hits_of_ray, std::span<const Cover> covers,
                 std::size_t variants, RayNodes& nodes, RenderCounts& counts) const;
 
@@ -195,13 +195,13 @@ class Medium {
  private:
   /// What galaxies of one type and seed have in common. A galaxy that draws its stars has a kind of
   /// its own.
-  struct Kind {
+  struct GalaxyClass {
     std::vector<int> light, dust;      ///< indices of components
     std::vector<std::size_t> emitter;  ///< of each of `light`
     std::vector<const Sed*> seds;      ///< of each of `light`
     /// The field of each of `light`; null where no stars of it shine by themselves.
     std::vector<const StarFields::Field*> fields;
-    std::vector<const StarFields::Part*> field_parts;
+    std::vector<const StarFields::SmoothPart*> field_parts;
     std::vector<double> columns;  ///< [component] typical largest line integral, with amplitude
     std::vector<double>
         dust_columns;  ///< [dust component] the same before a stretch along the axis
@@ -209,7 +209,7 @@ class Medium {
   /// What galaxies of one kind and redshift share. It stands in arrays for all galaxies, which may
   /// be a million. It is filled when a ray first meets one of them, so that a rank pays only for
   /// the galaxies in its rows.
-  struct Share {
+  struct SharedSpectra {
     /// In weights_: [light component][plane * basis nodes + j], then the sums over the nodes
     /// [light component][steering plane], then typical brightnesses [steering plane].
     std::size_t weights;
@@ -220,18 +220,18 @@ class Medium {
     std::uint32_t kind;
     std::uint32_t share;
   };
-  /// Nodes of a run that lie in a galaxy's ball, if any, among all of the run.
-  struct Stretch {
+  /// Nodes of a segment that lie in a galaxy's ball, if any, among all of the segment.
+  struct NodesInBall {
     const Hit* hit;
     std::int32_t first, count;
-    std::int32_t run_first, run_count;
+    std::int32_t segment_first, segment_count;
     double origin;
   };
   struct Scratch;
   static Scratch& scratch();
   /// Fills the galaxy's slots, from the given first ones on, at the nodes of the stretches. At the
-  /// other nodes of their runs the slots become 0.
-  void fill(int galaxy, std::span<const Stretch> stretches, std::size_t first_light,
+  /// other nodes of their segments the slots become 0.
+  void fill(int galaxy, std::span<const NodesInBall> stretches, std::size_t first_light,
             std::size_t first_dust, std::size_t variants, RayNodes& nodes,
             RenderCounts& counts) const;
 
@@ -239,8 +239,8 @@ class Medium {
     return scene_->galaxies[static_cast<std::size_t>(galaxy)];
   }
   const Spectra& spectra(int galaxy) const { return spectra_[static_cast<std::size_t>(galaxy)]; }
-  const Kind& kind(int galaxy) const { return kinds_[spectra(galaxy).kind]; }
-  const Share& share(int galaxy) const { return shares_[spectra(galaxy).share]; }
+  const GalaxyClass& kind(int galaxy) const { return kinds_[spectra(galaxy).kind]; }
+  const SharedSpectra& share(int galaxy) const { return shares_[spectra(galaxy).share]; }
   std::size_t planes_times_steps() const { return basis_->planes() * basis_->size(); }
   /// Dust-free flux of a unit of light in a light component, in the s-th steering plane.
   double flux(int galaxy, std::size_t component, std::size_t s) const {
@@ -252,7 +252,8 @@ class Medium {
   void make_shares();
   /// Fills a galaxy's share where that has not been done.
   void prepare(int galaxy) const;
-  void fill_share(const PlacedGalaxy& galaxy, const Kind& kind, const Share& share) const;
+  void fill_share(const PlacedGalaxy& galaxy, const GalaxyClass& kind,
+                  const SharedSpectra& share) const;
   void rank_galaxies();
   std::shared_ptr<const Scene> scene_;
   std::shared_ptr<const SpectralBasis> basis_;
@@ -261,8 +262,8 @@ class Medium {
   std::size_t nodes_;
   std::vector<std::size_t> steering_;
   std::vector<std::vector<double>> interpolation_;  ///< [plane][basis node]
-  std::vector<Kind> kinds_;
-  std::vector<Share> shares_;
+  std::vector<GalaxyClass> kinds_;
+  std::vector<SharedSpectra> shares_;
   std::vector<Spectra> spectra_;
   std::unique_ptr<double[]> weights_;
   std::unique_ptr<float[]> extinction_;

@@ -13,6 +13,7 @@
 #include "gamer/render/galaxy_index.h"
 #include "gamer/render/march/sampler.h"
 #include "gamer/render/medium.h"
+#include "gamer/render/output_planes.h"
 #include "gamer/render/stars/star_painter.h"
 #include "gamer/scene/camera.h"
 #include "gamer/scene/render_parameters.h"
@@ -20,27 +21,7 @@
 
 namespace gamer {
 
-/// One plane of what a Renderer makes.
-struct OutputPlane {
-  enum class Kind {
-    image,          ///< the scene as it is seen
-    dust_free,      ///< and as it would be without dust
-    optical_depth,  ///< mean over the pixel
-    owner,          ///< number of the object with most of the pixel's light in all planes; 0: none
-    share,          ///< its share of that light
-    object,         ///< the light of one object alone, seen through all dust
-    component       ///< of one light component of it
-  };
-  Kind kind = Kind::image;
-  std::size_t plane = 0;      ///< spectral
-  std::size_t object = 0;     ///< from 0
-  std::size_t component = 0;  ///< light component
-  std::string label;          ///< "sdss_g", "DUSTFREE_sdss_g", "OBJECT_3_sdss_g"...
-};
-
-/// The planes of a scene's image, then those of `truth`.
-std::vector<OutputPlane> output_planes(const Scene& scene, const Spectrum& spectrum,
-                                       const TruthImages& truth);
+class LightSums;
 
 /// Renders rows of an image of a scene. Rows may be rendered in any order from any thread or
 /// process; their values are always the same.
@@ -48,7 +29,7 @@ class Renderer {
  public:
   Renderer(const RenderParameters& parameters, const Camera& camera,
            std::shared_ptr<const Scene> scene, const Spectrum& spectrum,
-           const TruthImages& truth = {});
+           const TruthSettings& truth = {});
 
   /// The footprints with which an image in such a unit looks at a galaxy.
   static FootprintRange footprints(const RenderParameters& parameters, const Camera& camera,
@@ -57,7 +38,7 @@ class Renderer {
   int width() const { return camera_.width(); }
   int height() const { return camera_.height(); }
   /// Number of output_planes().
-  int planes() const { return static_cast<int>(outputs_.size()); }
+  int planes() const { return static_cast<int>(layout_.size()); }
 
   /// values[((row - first) * planes + plane) * width + x], in the scene's unit: the mean over a
   /// pixel's rays, or its flux; NaN for pixels that show no sky, and for magnitudes of nothing.
@@ -79,46 +60,48 @@ class Renderer {
 
  private:
   struct Sample;
-  struct Work;
-  /// Where light is added up: values[row * planes * width + plane * width + x], linear.
-  struct Sums;
+  struct Workspace;
   /// Finds the rays through the middles of pixels [left, right) of row y, for place_samples().
-  void aim(int left, int right, int y, Work& work) const;
+  void aim(int left, int right, int y, Workspace& work) const;
   /// Whether a pixel is one of the nine about a cusp.
   bool is_at_cusp(int x, int y) const;
   /// Rays of a pixel: a fixed grid, or cells where it is large for what it shows. Pixels about a
   /// cusp have cells in any case, with a grid as that cusp needs them.
-  void place_samples(int x, int y, int row, const GalaxyIndex::Found& near, Work& work) const;
+  void place_samples(int x, int y, int row, const GalaxyIndex::Found& near, Workspace& work) const;
   /// Adds the rays of a cell, or cuts it. `middle` is the ray through its middle.
-  void refine(const Sample& cell, const std::optional<Ray>& middle, Work& work) const;
+  void refine(const Sample& cell, const std::optional<Ray>& middle, Workspace& work) const;
   /// Makes the weights of a pixel's samples, from `first` on, shares of its solid angle.
-  void weigh(std::size_t first, Work& work) const;
+  void weigh(std::size_t first, Workspace& work) const;
   /// How large a cell is for what it shows: its side over the largest side at which one ray
   /// (`rays`) or four rays by Gauss' rule (`parts`) are enough for envelopes and textures.
   /// `steepness` is `parts` for envelopes alone.
-  struct Evenness {
+  struct Coarseness {
     double rays = 0, parts = 0, steepness = 0;
   };
-  Evenness evenness(const Ray& ray, double size, std::span<const int> galaxies) const;
+  Coarseness coarseness(const Ray& ray, double size, std::span<const int> galaxies) const;
   /// Works samples off while there are at least so many.
-  void work_off(std::size_t least, const GalaxyIndex::Found& near, Work& work, Sums& sums,
+  void work_off(std::size_t least, const GalaxyIndex::Found& near, Workspace& work, LightSums& sums,
                 RenderCounts& counts) const;
   /// Gives a ray's hit what a pixel or sub-pixel of that size sees of the galaxy.
   void set_footprint(double size, Hit& hit) const;
-  void add_light(std::span<const Sample> samples, const GalaxyIndex::Found& near, Work& work,
-                 Sums& sums, RenderCounts& counts) const;
+  void add_light(std::span<const Sample> samples, const GalaxyIndex::Found& near, Workspace& work,
+                 LightSums& sums, RenderCounts& counts) const;
+  /// Adds the light and depth of an integrated ray.
+  void add_ray(const Sample& sample, std::size_t ray, Workspace& work, LightSums& sums) const;
   /// Adds the scene's own stars; says whether there were any.
-  bool add_stars(RowRange rows, Sums& sums) const;
-  void add_field_stars(RowRange rows, Sums& sums, RenderCounts& counts) const;
+  bool add_stars(RowRange rows, LightSums& sums) const;
+  void add_field_stars(RowRange rows, LightSums& sums, RenderCounts& counts) const;
   /// Calls take(x, y, share) for the pixels among which the light of a star is shared, `flux` its
   /// light in each plane in units of brightness times the pixels' area.
   void share_out(const glm::dvec2& pixel, std::span<const double> flux, double area_scale,
                  const std::function<void(int x, int y, double share)>& take) const;
-  void add_star(const PlacedStar& star, RowRange rows, Sums& sums) const;
+  void add_star(const PlacedStar& star, RowRange rows, LightSums& sums) const;
   /// Pixels within which a star touches others.
   double star_reach() const { return white_point_ ? largest_star_ + 1 : 1; }
-  /// Turns a row's sums into the values of the image.
-  void finish(int y, std::size_t row, Sums& sums) const;
+  /// Solid angles of a row's pixels where there is light and the unit counts it; elsewhere 1.
+  std::vector<double> areas_of(int y, std::size_t row, LightSums& sums) const;
+  /// Turns the sums of a row of the image into its values.
+  void finish(int y, std::size_t row, LightSums& sums) const;
 
   Camera camera_;
   std::optional<int> supersample_;  ///< chosen by the tolerance where not given
@@ -128,7 +111,7 @@ class Renderer {
   std::unique_ptr<Sampler> sampler_;
   GalaxyIndex index_;
   StarPainter painter_;
-  std::vector<OutputPlane> outputs_;
+  OutputLayout layout_;
   std::vector<std::pair<int, int>> cusp_pixels_;  ///< [y, x] ascending, where there is a grid
   std::vector<double> pixel_in_ball_;  ///< of each galaxy: the longest side there, galaxy radii
   /// A pixel's width in the ball for each scene unit from a camera that the galaxy holds.
@@ -139,9 +122,6 @@ class Renderer {
   double largest_star_;                        ///< pixels
   std::vector<const PlacedStar*> stars_;       ///< from the lowest in the image to the highest
   std::vector<const PlacedStar*> seam_stars_;  ///< that may touch rows anywhere; not in `stars_`
-  /// The first output of a kind; none where it was not asked for.
-  std::optional<std::size_t> dust_free_, optical_depth_, owner_;
-  std::vector<std::size_t> parts_;  ///< of each object, its first output; empty without parts
 };
 
 }  // namespace gamer

@@ -10,7 +10,9 @@
 
 #include "gamer/core/resources.h"
 #include "gamer/galaxy/galaxy.h"
+#include "gamer/galaxy/light_profile.h"
 #include "gamer/scene/render_parameters.h"
+#include "gamer/sed/bandpass.h"
 
 namespace gamer {
 
@@ -34,6 +36,10 @@ class GalaxyLibrary {
   /// place where the row names something unknown.
   std::shared_ptr<const Galaxy> find(const std::string& type, const std::string& sed,
                                      std::uint64_t seed, const SceneRow& row);
+  /// Where the light of a row's galaxy is in a band at a redshift; at 5500 Angstrom where the band
+  /// is null. Seeds do not count. Throws InputError where the galaxy has no light there.
+  LightProfile light_profile(const std::string& type, const std::string& sed, std::uint64_t seed,
+                             double redshift, const Bandpass* band, const SceneRow& row);
   /// An SED that a row names.
   std::shared_ptr<const Sed> find_sed_of(const std::string& name, const SceneRow& row);
 
@@ -60,6 +66,12 @@ class GalaxyLibrary {
   std::map<std::pair<std::string, std::string>, bool> smooth_;
   std::map<std::string, std::shared_ptr<Galaxy>> references_;  ///< by type; null where not needed
   std::map<std::string, std::shared_ptr<const Sed>> seds_;
+  /// Of a type's components, with the galaxy that they were measured on.
+  struct TypeProfile {
+    std::shared_ptr<const Galaxy> galaxy;
+    std::vector<ComponentProfile> components;
+  };
+  std::map<std::pair<std::string, std::string>, TypeProfile> profiles_;
 };
 
 }  // namespace gamer

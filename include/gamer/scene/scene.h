@@ -32,8 +32,12 @@ struct PlacedGalaxy {
   std::string id;
   std::size_t object = 0;  ///< index among the scene's objects
   glm::dvec3 centre;
-  double radius = 1;  ///< scene units
-  glm::dmat3 to_ball;
+  double radius = 1;         ///< scene units
+  glm::dmat3 to_ball;        ///< lensing included
+  glm::dvec3 pole;           ///< direction of its +z axis in the scene, without lensing
+  double magnification = 1;  ///< of its flux by lensing
+  /// Largest stretch from the image to the source by lensing.
+  double source_stretch = 1;
   std::uint64_t seed = 1;
   double redshift = 0;
   /// Factor from the galaxy's light to pixel values (see Scene::unit). The light is the weight of
@@ -77,6 +81,14 @@ struct Scene {
 ///   axis) lies at angle pa from the image's +y towards -x; in a sky view from North towards East.
 ///   The axis is the direction to the camera, turned about the node by the inclination. In an
 ///   animation the first frame's camera counts; its scene list has ox oy oz and pa.
+///
+/// axis_ratio gives the inclination of a galaxy whose light has this ratio on the sky by second
+/// moments. half_light_radius gives the size of the ball from the type's light without noise and
+/// dust, seen face on (LightProfile).
+///
+/// g1, g2 and kappa distort a galaxy's image about its centre: the image at theta shows the source
+/// at A theta, A = (1 - kappa) [[1 - g1, -g2], [-g2, 1 + g1]] in (North, East), or in the image's
+/// (+y, -x). Surface brightness stays, so that the flux grows by 1/det A.
 ///
 /// In a sky view positions are ra dec, or dx dy (in the tangent plane at the image's middle), or px
 /// py. A galaxy stands at the comoving distance of its redshift or at distance/(1+z); with neither

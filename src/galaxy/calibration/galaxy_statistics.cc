@@ -8,10 +8,11 @@
 #include <stdexcept>
 #include <utility>
 
+#include "galaxy/calibration/dust_closure.h"
+#include "galaxy/calibration/seen_textures.h"
 #include "gamer/core/error.h"
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
-#include "gamer/galaxy/calibration/dust_variants.h"
 #include "gamer/galaxy/kinds/star_field.h"
 
 namespace gamer {
@@ -33,19 +34,6 @@ constexpr std::size_t slice_batches = 128;
 // Means are tabulated for footprints up to the widest, each so many times the one before.
 constexpr double widest_mean = 0.5;
 constexpr double mean_ratio = std::numbers::sqrt2;
-// What dust lets through is measured along so many rays, of so many points where they are face on,
-// at footprints of that ratio up to the largest.
-constexpr std::size_t coherence_rays = std::size_t{1} << 12;
-constexpr double coherence_heights = 10;
-constexpr double coherence_ratio = std::numbers::sqrt3;
-constexpr double largest_coherence_footprint = 1.0 / 9;
-constexpr double least_coherence = 0.05;
-constexpr double largest_coherence = 4;
-constexpr double first_factor = 1.3;
-constexpr int secants = 5;
-// Relative error of the light that comes through: below it no further secant is needed.
-constexpr double light_error = 1e-3;
-
 // Places at which the largest Phi of a star field is looked for, and by what it may exceed the
 // largest found: the light of what is beyond is below 1e-4 of the field's (tests).
 constexpr std::size_t peak_places = std::size_t{1} << 14;
@@ -53,48 +41,6 @@ constexpr double peak_margin = 1.25;
 // Within so many scale lengths and heights.
 constexpr double bright_lengths = 4;
 constexpr double bright_heights = 2;
-
-/// A mean of few points may be of none that count.
-double proper_mean(double mean) { return mean > 0 && std::isfinite(mean) ? mean : 1; }
-
-/// Phi of a texture at points that were turned back by its twirl, where all of it is seen.
-void evaluate_whole(const Texture& texture, const Points& points, float* out) {
-  BatchArray phi;
-  std::uint64_t evaluations = 0;
-  texture.evaluate(points, nullptr, nullptr, {}, std::span(&phi, 1), evaluations);
-  std::copy_n(phi.data(), padded(points.size), out);
-}
-
-/// What rays of each width see of a component's texture at points that were turned back by its
-/// twirl.
-void see_texture(const Component& component, const Points& points, const BatchArray& shear,
-                 std::span<const double> widths, bool wants_coherent, std::span<SeenNoise> out) {
-  const Texture& texture = *component.texture();
-  BatchArray stretched;
-  for (std::size_t i = 0; i < points.size; ++i) {
-    stretched[i] = static_cast<float>(component.footprint_scale() *
-                                      stretch_of(texture.twirl() * double{shear[i]}));
-  }
-  std::vector<BatchArray> footprints(widths.size());
-  std::vector<const float*> sets;
-  for (std::size_t w = 0; w < widths.size(); ++w) {
-    const auto width = static_cast<float>(widths[w]);
-    for (std::size_t i = 0; i < points.size; ++i) footprints[w][i] = width * stretched[i];
-    sets.push_back(footprints[w].data());
-  }
-  std::uint64_t evaluations = 0;
-  texture.see(points, sets, wants_coherent, out, evaluations);
-}
-
-/// What is expected of it, by as many widths.
-void expect_texture(const Component& component, const Points& points, const BatchArray& shear,
-                    std::span<const double> widths, std::span<BatchArray> out) {
-  const auto seen = std::make_unique_for_overwrite<SeenNoise[]>(widths.size());
-  see_texture(component, points, shear, widths, false, {seen.get(), widths.size()});
-  for (std::size_t w = 0; w < widths.size(); ++w) {
-    component.texture()->expect(points.size, seen[w], nullptr, {}, out.subspan(w, 1));
-  }
-}
 
 /// Numbers of a part, one after the other.
 class NumberWriter {
@@ -141,9 +87,10 @@ class NumberReader {
 GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy, FootprintRange footprints)
     : galaxy_(galaxy),
       footprints_(footprints),
-      is_normalised_(galaxy.components_.size(), false),
-      dust_(galaxy.components_.size()) {
-  for (std::size_t c = 0; c < galaxy_.components_.size(); ++c) {
+      is_normalised_(galaxy.components().size(), false),
+      calibration_(galaxy.calibration()),
+      dust_(galaxy.components().size()) {
+  for (std::size_t c = 0; c < galaxy_.components().size(); ++c) {
     const Component& component = component_at(c);
     if (!component.absorbs()) light_ += galaxy_.luminosity(c);
     // All of them have a part in this round, since processes agree on it.
@@ -176,20 +123,20 @@ void GalaxyStatistics::measure(Round round, std::size_t part, std::span<double> 
     }
     case Round::closure:
       if (component_at(c).absorbs()) {
-        std::vector<double> coherences, amounts;
-        measure_dust(c, index, std::min(coherence_rays, galaxy_.most_cloud_points_), coherences,
-                     amounts);
-        writer.add(coherences);
-        writer.add(amounts);
+        const std::vector<double> widths = dust_widths(c);
+        const DustClosureValues closure =
+            measure_dust_closure(galaxy_, c, index, galaxy_.most_cloud_points(), measured(widths));
+        writer.add(closure.coherences);
+        writer.add(closure.amounts);
         return;
       }
-      writer.add(largest_phi(c, dynamic_cast<const StarField&>(component_at(c))));
+      writer.add(largest_phi(c, *component_at(c).star_field()));
   }
 }
 
 void GalaxyStatistics::take(Round round, std::size_t part, std::span<const double> numbers) {
   const auto [c, index, slice] = of(round)[part];
-  Component& component = *galaxy_.components_[c];
+  Component& component = *galaxy_.components()[c];
   NumberReader reader(numbers);
   switch (round) {
     case Round::textures:
@@ -210,15 +157,15 @@ void GalaxyStatistics::take(Round round, std::size_t part, std::span<const doubl
       break;
   }
   if (!component.absorbs()) {
-    dynamic_cast<StarField&>(component).set_largest_phi(reader.number());
+    calibration_.largest_phi[c] = reader.number();
     return;
   }
   std::vector<double> coherences = reader.list(), amounts = reader.list();
   if (coherences.empty()) return;
   const std::vector<double> widths = dust_widths(c);
-  Galaxy::Dust& dust = dust_[c];
-  dust.coherence[index] = {widths.front(), coherence_ratio, for_all(widths, coherences)};
-  dust.amount[index] = {widths.front(), coherence_ratio, for_all(widths, amounts)};
+  DustClosure& dust = dust_[c];
+  dust.coherence[index] = {widths.front(), closure_footprint_ratio, for_all(widths, coherences)};
+  dust.amount[index] = {widths.front(), closure_footprint_ratio, for_all(widths, amounts)};
 }
 
 void GalaxyStatistics::finish(Round round) {
@@ -231,27 +178,28 @@ void GalaxyStatistics::finish(Round round) {
       return make_tables();
     case Round::closure:
       if (is_reference()) {
-        galaxy_.dust_ = std::make_shared<const std::vector<Galaxy::Dust>>(dust_);
-        galaxy_.closure_range_ = footprints_;
+        calibration_.dust = std::make_shared<const std::vector<DustClosure>>(dust_);
+        calibration_.closure_range = footprints_;
       }
+      return galaxy_.set_calibration(calibration_);
   }
 }
 
 void GalaxyStatistics::plan_means() {
-  for (std::size_t c = 0; c < galaxy_.components_.size(); ++c) {
+  for (std::size_t c = 0; c < galaxy_.components().size(); ++c) {
     const Component& component = component_at(c);
     if (!is_textured(c) || (is_reference() && !component.absorbs())) continue;
     of(Round::means).push_back({c, 0, 0});
     if (is_reference()) {
       means_.emplace_back(c, 0.0);
       // Long paths take longest and come first, so that processes end together.
-      for (std::size_t o = Galaxy::obliquities.size(); o-- > 0;) {
+      for (std::size_t o = DustClosure::obliquities.size(); o-- > 0;) {
         of(Round::closure).push_back({c, o, 0});
       }
       continue;
     }
     const std::vector<double> widths = mean_widths(c);
-    const bool is_field = dynamic_cast<const StarField*>(&component) != nullptr;
+    const bool is_field = component.star_field() != nullptr;
     const std::span<const double> wanted = measured(widths);
     // Stars that are drawn see the whole texture, and so does the dust in front of them.
     const bool sees_whole = is_field || footprints_.sees_whole;
@@ -286,18 +234,18 @@ void GalaxyStatistics::make_tables() {
                            "contrast, exponent or floor");
     }
   }
-  for (std::size_t c = 0; c < galaxy_.components_.size(); ++c) {
+  for (std::size_t c = 0; c < galaxy_.components().size(); ++c) {
     std::vector<double> values;
     for (const Mean& mean : means_) {
       if (mean.component == c) values.push_back(mean.value);
     }
     if (values.empty()) continue;
     if (is_reference()) {
-      galaxy_.means_[c] = {widest_mean, mean_ratio, values};
+      calibration_.means[c] = {widest_mean, mean_ratio, values};
       continue;
     }
     const std::vector<double> widths = mean_widths(c);
-    galaxy_.log_narrow_[c] = static_cast<float>(log_narrowest(c));
+    calibration_.log_narrowest[c] = static_cast<float>(log_narrowest(c));
     const bool has_more = values.size() > measured(widths).size();
     std::vector<double> table =
         for_all(widths, {values.begin() + (has_more ? 1 : 0), values.end()});
@@ -305,18 +253,22 @@ void GalaxyStatistics::make_tables() {
     // The first of them, of which rays see all, stands one step below the narrowest that do not.
     const double steps = static_cast<double>(widths.size()) - 1;
     const double widest = steps > 0 ? widths.back() : widest_mean;
-    galaxy_.means_[c] = {widest * std::pow(mean_ratio, -steps), mean_ratio, table};
+    calibration_.means[c] = {widest * std::pow(mean_ratio, -steps), mean_ratio, table};
   }
+  galaxy_.set_calibration(calibration_);
 }
 
 void GalaxyStatistics::adopt() {
-  if (galaxy_.reference_ != nullptr) galaxy_.dust_ = galaxy_.reference_->dust_;
+  if (galaxy_.reference() == nullptr) return;
+  calibration_.dust = galaxy_.reference()->calibration().dust;
+  galaxy_.set_calibration(calibration_);
 }
 
 void GalaxyStatistics::measure_all() {
-  if (Galaxy* reference = galaxy_.reference_.get();
-      reference != nullptr && !reference->closure_range_.covers(footprints_)) {
-    GalaxyStatistics(*reference, reference->closure_range_ | footprints_).measure_all();
+  if (Galaxy* reference = galaxy_.reference().get();
+      reference != nullptr && !reference->calibration().closure_range.covers(footprints_)) {
+    GalaxyStatistics(*reference, reference->calibration().closure_range | footprints_)
+        .measure_all();
   }
   std::vector<double> numbers(most_numbers_);
   for (const Round round : rounds) {
@@ -334,17 +286,19 @@ double GalaxyStatistics::share(std::size_t c) const {
 }
 
 std::size_t GalaxyStatistics::first_points() const {
-  return std::min(first_cloud, galaxy_.most_cloud_points_);
+  return std::min(first_cloud, galaxy_.most_cloud_points());
 }
 
 void GalaxyStatistics::normalise(std::size_t c) {
   if (is_normalised_[c] || component_at(c).texture() == nullptr) return;
   // Together with what it follows.
-  if (galaxy_.followed_[c] >= 0) normalise(static_cast<std::size_t>(galaxy_.followed_[c]));
-  Component& component = *galaxy_.components_[c];
+  if (galaxy_.followed(c) >= 0) normalise(static_cast<std::size_t>(galaxy_.followed(c)));
+  Component& component = *galaxy_.components()[c];
   FractalNoise::Factor factor;
-  if (galaxy_.followed_[c] >= 0) {
-    factor = [this, c](const Points& points, float* out) { followed_phi(c, points, out); };
+  if (galaxy_.followed(c) >= 0) {
+    factor = [this, c](const Points& points, float* out) {
+      SeenTextures(galaxy_).phi_of_followed(c, points, out);
+    };
   }
   try {
     component.texture()->normalise(component.cloud(first_points()).all(), factor);
@@ -356,10 +310,10 @@ void GalaxyStatistics::normalise(std::size_t c) {
 
 std::size_t GalaxyStatistics::points_needed(const Mean& mean, double error) const {
   const double wanted =
-      mean.footprint > 0 ? galaxy_.mean_error_ : std::min(galaxy_.mean_error_, whole_error);
+      mean.footprint > 0 ? galaxy_.mean_error() : std::min(galaxy_.mean_error(), whole_error);
   const double excess = error / wanted * std::sqrt(share(mean.component));
   const auto first = static_cast<double>(first_points());
-  const auto most = static_cast<double>(galaxy_.most_cloud_points_);
+  const auto most = static_cast<double>(galaxy_.most_cloud_points());
   if (!(excess > 1) || most <= first) return 0;
   const double needed = std::max(cloud_margin * first * excess * excess, least_larger_cloud);
   return static_cast<std::size_t>(std::min(needed, most));
@@ -376,7 +330,7 @@ void GalaxyStatistics::measure_means(std::size_t c, std::span<double> numbers) c
     WeightedBatch batch{};
     cloud.fill(b, batch);
     std::vector<BatchArray> phi(widths.size());
-    cloud_phi(c, batch.points(), widths, phi);
+    SeenTextures(galaxy_).phi(c, batch.points(), widths, phi);
     for (std::size_t w = 0; w < widths.size(); ++w) {
       parts[b * widths.size() + w].add(batch, phi[w].data());
     }
@@ -400,13 +354,13 @@ CloudMoments GalaxyStatistics::measure_slice(const Mean& mean, std::size_t slice
   const std::span<const double> width(&mean.footprint, 1);
   return moments_over(cloud, begin(slice), begin(slice + 1), [&](const Points& points, float* out) {
     BatchArray phi;
-    cloud_phi(c, points, width, std::span(&phi, 1));
+    SeenTextures(galaxy_).phi(c, points, width, std::span(&phi, 1));
     std::copy_n(phi.data(), padded(points.size), out);
   });
 }
 
 bool GalaxyStatistics::hides(std::size_t c, double footprint) const {
-  const int followed = galaxy_.followed_[c];
+  const int followed = galaxy_.followed(c);
   return component_at(c).hides_texture(footprint) ||
          (followed >= 0 &&
           component_at(static_cast<std::size_t>(followed)).hides_texture(footprint));
@@ -437,7 +391,7 @@ std::vector<double> GalaxyStatistics::mean_widths(std::size_t c) const {
 }
 
 std::vector<double> GalaxyStatistics::dust_widths(std::size_t c) const {
-  return widths(c, largest_coherence_footprint, coherence_ratio);
+  return widths(c, largest_closure_footprint, closure_footprint_ratio);
 }
 
 std::span<const double> GalaxyStatistics::measured(const std::vector<double>& widths) const {
@@ -462,265 +416,6 @@ std::vector<double> GalaxyStatistics::for_all(const std::vector<double>& widths,
   return result;
 }
 
-void GalaxyStatistics::cloud_phi(std::size_t c, const Points& points,
-                                 std::span<const double> widths, std::span<BatchArray> out) const {
-  BatchArray shear;
-  take_shear(points, shear);
-  if (component_at(c).texture() != nullptr) {
-    expect_texture(component_at(c), points, shear, widths, out);
-  } else {
-    for (BatchArray& phi : out) std::fill_n(phi.data(), batch_capacity, 1.0f);
-  }
-  multiply_followed(c, points, shear, widths, out);
-}
-
-void GalaxyStatistics::multiply_followed(std::size_t c, const Points& points,
-                                         const BatchArray& shear, std::span<const double> widths,
-                                         std::span<BatchArray> out) const {
-  if (galaxy_.followed_[c] < 0) return;
-  BatchArray x, y, z;
-  std::vector<BatchArray> phi(widths.size());
-  expect_texture(followed_by(c), turn_to_followed(c, points, x, y, z), shear, widths, phi);
-  for (std::size_t w = 0; w < widths.size(); ++w) {
-    for (std::size_t i = 0; i < points.size; ++i) out[w][i] *= phi[w][i];
-  }
-}
-
-void GalaxyStatistics::followed_phi(std::size_t c, const Points& points, float* out) const {
-  BatchArray x, y, z;
-  evaluate_whole(*followed_by(c).texture(), turn_to_followed(c, points, x, y, z), out);
-}
-
-Points GalaxyStatistics::turn_to_followed(std::size_t c, const Points& points, BatchArray& x,
-                                          BatchArray& y, BatchArray& z) const {
-  // The cloud is turned by this component's twirl; the followed noise has its own.
-  const Texture* own = component_at(c).texture();
-  const double twirl = own != nullptr ? own->twirl() : 0.0;
-  return galaxy_.turn_back(points, followed_by(c).texture()->twirl() - twirl, x, y, z);
-}
-
-void GalaxyStatistics::take_shear(const Points& points, BatchArray& out) const {
-  std::fill_n(out.data(), batch_capacity, 0.0f);
-  if (!galaxy_.needs_winding_) return;
-  BatchArray r;
-  for (std::size_t i = 0; i < padded(points.size); ++i) {
-    r[i] = std::sqrt(points.x[i] * points.x[i] + points.y[i] * points.y[i]);
-  }
-  galaxy_.arms_.shear(r.data(), points.size, out.data());
-}
-
-/// Rays through a layer of dust, and what those of each width see along them.
-struct GalaxyStatistics::DustRays {
-  const Texture* texture;  ///< may be null
-  std::size_t width_count, heights;
-  std::vector<WeightedBatch> columns;  ///< where they meet the plane, by the area they stand for
-  std::vector<BatchArray> brightness;  ///< of light there
-  /// At every point, [(batch * heights + height) * width_count + width], and by what Phi of it is
-  /// multiplied to be a depth.
-  std::unique_ptr<SeenNoise[]> seen;
-  std::unique_ptr<BatchArray[]> weights;
-
-  /// Depths along the rays, by variants: [variant * batches + b].
-  std::vector<BatchArray> depths(std::size_t width, double coherence,
-                                 std::span<const double> deviations) const;
-  /// Mean of `term`(depth) over rays and variants, by area or also by the light.
-  template <class Term>
-  double mean(const std::vector<BatchArray>& values, bool by_light, Term&& term) const;
-  double amount(const std::vector<BatchArray>& values) const {
-    return mean(values, false, [](double depth) { return depth; });
-  }
-  /// What comes through dust `factor` times as dense.
-  double light(const std::vector<BatchArray>& values, double factor) const {
-    return mean(values, true, [&](double depth) { return std::exp(-factor * depth); });
-  }
-};
-
-std::vector<BatchArray> GalaxyStatistics::DustRays::depths(
-    std::size_t width, double coherence, std::span<const double> deviations) const {
-  const std::size_t batches = columns.size();
-  const std::size_t variants = std::max<std::size_t>(deviations.size(), 1);
-  std::vector<BatchArray> result(batches * variants);
-  BatchArray coherence_of;
-  std::fill_n(coherence_of.data(), batch_capacity, static_cast<float>(coherence));
-  parallel_for(batches, [&](std::size_t b) {
-    const std::size_t size = columns[b].size;
-    std::vector<BatchArray> phi(variants);
-    for (BatchArray& values : phi) std::fill_n(values.data(), batch_capacity, 1.0f);
-    for (std::size_t k = 0; k < heights; ++k) {
-      const std::size_t at = (b * heights + k) * width_count + width;
-      if (texture != nullptr) {
-        texture->expect(size, seen[at], coherence_of.data(), deviations, phi);
-      }
-      for (std::size_t v = 0; v < variants; ++v) {
-        BatchArray& own = result[v * batches + b];
-        for (std::size_t i = 0; i < size; ++i) own[i] += weights[at][i] * phi[v][i];
-      }
-    }
-  });
-  return result;
-}
-
-template <class Term>
-double GalaxyStatistics::DustRays::mean(const std::vector<BatchArray>& values, bool by_light,
-                                        Term&& term) const {
-  const std::size_t batches = columns.size(), variants = values.size() / batches;
-  struct Sums {
-    double weight = 0, term = 0;
-  };
-  std::vector<Sums> parts(batches);
-  parallel_for(batches, [&](std::size_t b) {
-    for (std::size_t v = 0; v < variants; ++v) {
-      const double share = variants > 1 ? dust_variant_weights[v] : 1.0;
-      const BatchArray& own = values[v * batches + b];
-      for (std::size_t i = 0; i < columns[b].size; ++i) {
-        const double weight =
-            share * double{columns[b].weight[i]} * (by_light ? double{brightness[b][i]} : 1.0);
-        parts[b].weight += weight;
-        parts[b].term += weight * term(double{own[i]});
-      }
-    }
-  });
-  Sums all;
-  for (const Sums& part : parts) {
-    all.weight += part.weight;
-    all.term += part.term;
-  }
-  return all.term / all.weight;
-}
-
-GalaxyStatistics::DustRays GalaxyStatistics::trace_dust(std::size_t c, double path,
-                                                        std::size_t rays,
-                                                        std::span<const double> widths) const {
-  const Component& dust = component_at(c);
-  const Texture* texture = dust.texture();
-  const auto heights = static_cast<std::size_t>(std::round(coherence_heights * std::sqrt(path)));
-  ColumnCloud cloud = dust.columns(rays, heights);
-  const std::size_t batches = cloud.columns.size();
-  const std::size_t places = batches * heights;
-  DustRays result{
-      texture,
-      widths.size(),
-      heights,
-      {},
-      std::vector<BatchArray>(batches),
-      std::make_unique_for_overwrite<SeenNoise[]>(texture != nullptr ? places * widths.size() : 0),
-      std::make_unique_for_overwrite<BatchArray[]>(places * widths.size())};
-  // Light is weighted by the light where the ray meets the plane, the dust by area.
-  parallel_for(batches, [&](std::size_t b) {
-    WeightedBatch& at = cloud.columns[b];
-    SampleBatch batch{};
-    std::fill_n(at.z.data(), batch_capacity, 0.0f);
-    galaxy_.place(at.points(), false, batch);
-    BatchArray envelope;
-    BatchArray& light = result.brightness[b];
-    std::fill_n(light.data(), batch_capacity, 0.0f);
-    for (const auto& component : galaxy_.components_) {
-      if (component->absorbs()) continue;
-      component->envelope(batch, envelope.data());
-      const auto column = static_cast<float>(std::as_const(*component).amplitude() *
-                                             component->face_on_column() / component->peak());
-      for (std::size_t i = 0; i < at.size; ++i) light[i] += column * envelope[i];
-    }
-  });
-  const auto slope = static_cast<float>(std::sqrt(path * path - 1));
-  BatchArray to_x, to_y;  // Directions in the plane, every one.
-  for (std::size_t i = 0; i < batch_capacity; ++i) {
-    const double angle = 2 * std::numbers::pi * std::numbers::phi * static_cast<double>(i);
-    to_x[i] = static_cast<float>(std::cos(angle));
-    to_y[i] = static_cast<float>(std::sin(angle));
-  }
-  const double mean = galaxy_.means_[c].narrowest();
-  const double scale = dust.amplitude() * galaxy_.axis_[2] * path / mean;
-  parallel_for(places, [&](std::size_t place) {
-    const WeightedBatch& at = cloud.columns[place / heights];
-    const std::size_t k = place % heights;
-    const float away = slope * cloud.heights[k];
-    BatchArray x, y, z, shear;
-    for (std::size_t i = 0; i < padded(at.size); ++i) {
-      x[i] = at.x[i] + away * to_x[i];
-      y[i] = at.y[i] + away * to_y[i];
-    }
-    std::fill_n(z.data(), batch_capacity, cloud.heights[k]);
-    const Points points{x.data(), y.data(), z.data(), at.size};
-    SampleBatch batch;
-    galaxy_.place(points, false, batch);
-    BatchArray envelope;
-    dust.envelope(batch, envelope.data());
-    const auto step = static_cast<float>(scale) * cloud.steps[k];
-    for (std::size_t i = 0; i < at.size; ++i) {
-      if (envelope[i] > 0) {
-        envelope[i] *= step;
-      } else {
-        // Outside of the galaxy its arms need not have a winding.
-        envelope[i] = x[i] = y[i] = z[i] = 0;
-      }
-    }
-    const std::span own(result.weights.get() + place * widths.size(), widths.size());
-    std::fill(own.begin(), own.end(), envelope);
-    take_shear(points, shear);
-    BatchArray turned_x, turned_y, turned_z;
-    const Points turned = texture != nullptr ? galaxy_.turn_back(points, texture->twirl(), turned_x,
-                                                                 turned_y, turned_z)
-                                             : points;
-    multiply_followed(c, turned, shear, widths, own);
-    if (texture == nullptr) return;
-    see_texture(dust, turned, shear, widths, true,
-                {result.seen.get() + place * widths.size(), widths.size()});
-  });
-  result.columns = std::move(cloud.columns);
-  return result;
-}
-
-void GalaxyStatistics::measure_dust(std::size_t c, std::size_t obliquity, std::size_t rays,
-                                    std::vector<double>& coherences,
-                                    std::vector<double>& amounts) const {
-  coherences.clear();
-  amounts.clear();
-  const std::vector<double> all_widths = dust_widths(c);
-  const std::span<const double> widths = measured(all_widths);
-  if (widths.empty()) return;
-  std::vector<double> with_all(widths.begin(), widths.end());
-  with_all.push_back(0);
-  const DustRays traced = trace_dust(c, Galaxy::obliquities[obliquity], rays, with_all);
-  const std::vector<BatchArray> all = traced.depths(widths.size(), 1, {});
-  const double whole = traced.amount(all), wanted = traced.light(all, 1);
-  if (!(whole > 0) || !std::isfinite(whole) || !std::isfinite(wanted)) return;
-  /// With a coherence: by how much too much light comes through, and how much dust there is.
-  struct Passed {
-    double coherence, excess, amount;
-  };
-  for (std::size_t k = 0; k < widths.size(); ++k) {
-    const double expected = traced.amount(traced.depths(k, 1, {}));
-    const auto pass = [&](double coherence) {
-      const std::vector<BatchArray> depths = traced.depths(k, coherence, dust_deviations);
-      const double amount = traced.amount(depths);
-      return Passed{coherence, traced.light(depths, whole / amount) - wanted,
-                    proper_mean(amount / expected)};
-    };
-    // Secants; light grows with the variance.
-    double guess = 1, slope = 0;
-    Passed last = pass(guess);
-    for (int step = 0; step < secants && std::abs(last.excess) > light_error * wanted; ++step) {
-      if (slope > 0) {
-        guess = last.coherence - last.excess / slope;
-      } else {
-        guess = last.excess > 0 ? 0.0 : largest_coherence;
-      }
-      // The first is short, for a slope of its own.
-      if (step == 0) {
-        guess = std::clamp(guess, last.coherence / first_factor, last.coherence * first_factor);
-      }
-      const Passed own = pass(std::clamp(guess, least_coherence, largest_coherence));
-      const double distance = own.coherence - last.coherence;
-      if (!((own.excess - last.excess) * distance > 0)) break;
-      slope = (own.excess - last.excess) / distance;
-      last = own;
-    }
-    coherences.push_back(last.coherence);
-    amounts.push_back(last.amount);
-  }
-}
-
 double GalaxyStatistics::largest_phi(std::size_t c, const StarField& field) const {
   // Even in r and z beside a plain layer of the same shape, so that the edges are seen too.
   const LayerShape& shape = field.shape();
@@ -740,7 +435,7 @@ double GalaxyStatistics::largest_phi(std::size_t c, const StarField& field) cons
     }
     const Points points{x.data(), y.data(), z.data(), batch_capacity};
     galaxy_.evaluate_component(c, points, 0, density, counts);
-    galaxy_.place(points, false, batch);
+    galaxy_.fill_batch(points, false, batch);
     field.envelope(batch, envelope.data());
     for (std::size_t i = 0; i < batch_capacity; ++i) {
       if (envelope[i] > 0) largest = std::max(largest, density[i] / envelope[i]);

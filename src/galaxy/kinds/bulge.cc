@@ -190,28 +190,19 @@ double Bulge::face_on_column() const {
 }
 
 ComponentKind bulge_kind() {
-  using component_parameters::operator+;
   ComponentKind kind;
   kind.name = "bulge";
   kind.description =
       "spheroid of the de Vaucouleurs law: I_m b^-0.855 exp(-b^(1/4)), b = m/r0 (GAMER Eq. 12)";
-  kind.parameters = component_parameters::common() + component_parameters::light() +
-                    ParameterTable{
-                        {"radius",
-                         ParameterType::number,
-                         "galaxy radii",
-                         Interval::left_open(0, 1),
-                         {},
-                         "r0 of the density law; give this or `effective_radius`"},
-                        {"effective_radius",
-                         ParameterType::number,
-                         "galaxy radii",
-                         Interval::left_open(0, 1),
-                         {},
-                         "projected half-light radius, 3434.12 r0"},
-                        {"axis", ParameterType::vector3, "", Interval::left_open(0, 10),
-                         std::vector<double>{1, 1, 1}, "stretch along x, y, z"},
-                    };
+  kind.traits = {.is_bulge = true};
+  kind.parameters = {
+      Parameter::number("radius", "galaxy radii", Interval::left_open(0, 1), std::nullopt,
+                        "r0 of the density law; give this or `effective_radius`"),
+      Parameter::number("effective_radius", "galaxy radii", Interval::left_open(0, 1), std::nullopt,
+                        "projected half-light radius, 3434.12 r0"),
+      Parameter::vector3("axis", "", Interval::left_open(0, 10), std::vector<double>{1, 1, 1},
+                         "stretch along x, y, z"),
+  };
   kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
     const ParameterSet& v = input.values;
     if (v.has("radius") == v.has("effective_radius")) {

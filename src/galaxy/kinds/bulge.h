@@ -16,7 +16,6 @@ class Bulge : public Component {
  public:
   Bulge(double r0, const std::array<double, 3>& axis);
 
-  std::string_view kind() const override { return "bulge"; }
   void envelope(const SampleBatch& batch, float* out) const override;
   double envelope_integral() const override;
   Cloud cloud(std::size_t /*size*/) const override { return {}; }

@@ -2,23 +2,12 @@
 
 namespace gamer {
 
-namespace {
-
-class Disk : public Layer {
- public:
-  using Layer::Layer;
-  std::string_view kind() const override { return "disk"; }
-};
-
-}  // namespace
-
 ComponentKind disk_kind() {
-  using component_parameters::operator+;
   ComponentKind kind;
   kind.name = "disk";
   kind.description = "smooth starlight of the disk, textured by inverse noise (GAMER Eq. 13)";
-  kind.parameters =
-      component_parameters::common() + component_parameters::light() + Layer::parameters();
+  kind.traits = {.can_be_followed = true};
+  kind.parameters = Layer::parameters();
   FractalParameters noise;
   noise.octaves = 7;
   noise.k0 = 0;
@@ -29,7 +18,7 @@ ComponentKind disk_kind() {
   noise.floor = 0.2;
   kind.noise = noise;
   kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
-    return std::make_unique<Disk>(Layer::read_shape(input.values), input.arms);
+    return std::make_unique<Layer>(Layer::read_shape(input.values), input.arms);
   };
   return kind;
 }

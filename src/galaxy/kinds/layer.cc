@@ -86,8 +86,9 @@ void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* 
     auto exponent = hn::Mul(r, hn::Set(d, in.r_factor));
     if (in.arm_width > 0) {
       // The winding, which may be many turns, last: one rounding of large numbers.
-      const auto angle = hn::Sub(hn::Sub(hn::Load(d, batch.phi.data() + i), hn::Set(d, in.shift)),
-                                 hn::Load(d, batch.winding.data() + i));
+      const auto angle =
+          hn::Sub(hn::Sub(hn::Load(d, batch.azimuth.data() + i), hn::Set(d, in.shift)),
+                  hn::Load(d, batch.winding.data() + i));
       auto delta = hn::Set(d, static_cast<float>(full_turn));
       if (in.even) {
         delta = DistanceToMultiple(d, angle, full_turn / double{in.arm_count});
@@ -156,7 +157,7 @@ void DrawCloud(const CloudInput& in, std::size_t first, SampleBatch& batch, Batc
     v = hn::Min(hn::Max(v, hn::Set(d, -largest_share)), hn::Set(d, largest_share));
     hn::Store(r, d, batch.r.data() + i);
     hn::Store(hn::Mul(hn::Sub(hn::Div(u_angle, azimuthal), half), hn::Set(d, 2 * half_turn)), d,
-              batch.phi.data() + i);
+              batch.azimuth.data() + i);
     hn::Store(v, d, share.data() + i);
     hn::Store(hn::Div(hn::Mul(r, width), hn::NegMulAdd(v, v, one)), d, weight.data() + i);
   }
@@ -176,7 +177,7 @@ void PlaceCloud(const SampleBatch& batch, const BatchArray& v, const CloudInput&
     auto cosine = hn::Zero(d);
     SinCos(d,
            hn::NegMulAdd(hn::Load(d, batch.winding.data() + i), hn::Set(d, in.twirl),
-                         hn::Load(d, batch.phi.data() + i)),
+                         hn::Load(d, batch.azimuth.data() + i)),
            sine, cosine);
     hn::Store(hn::Mul(r, cosine), d, points.x.data() + i);
     hn::Store(hn::Mul(r, sine), d, points.y.data() + i);
@@ -319,19 +320,21 @@ Layer::Layer(const LayerShape& shape, const ArmPattern& arms)
 
 ParameterTable Layer::parameters() {
   return {
-      {"z0", ParameterType::number, "galaxy radii", Interval::closed(least_height, 1), 0.02,
-       "scale height of sech^2(z/z0)"},
-      {"rh", ParameterType::number, "galaxy radii", Interval::left_open(0, 1), 0.2,
-       "scale length of exp(-r/rh)"},
-      {"inner", ParameterType::number, "galaxy radii", Interval::right_open(0, 1), 0.0,
-       "radius of a smooth central hole"},
-      {"arm_width", ParameterType::number, "", Interval::closed(0, 100), 0.5,
-       "A_w: larger makes narrower arms; 0 ignores them"},
-      {"shift", ParameterType::number, "deg", Interval::any(), 0.0,
-       "delta: turns the arms of this component; towards the concave side it is negative for "
-       "ringermacher-mead and positive for logarithmic, times the handedness"},
-      {"twirl", ParameterType::number, "", Interval::closed(-10, 10), 0.1,
-       "tau: the noise is wound by tau theta(r); at 1 its features run along the arms"},
+      Parameter::number("z0", "galaxy radii", Interval::closed(least_height, 1), 0.02,
+                        "scale height of sech^2(z/z0)"),
+      Parameter::number("rh", "galaxy radii", Interval::left_open(0, 1), 0.2,
+                        "scale length of exp(-r/rh)"),
+      Parameter::number("inner", "galaxy radii", Interval::right_open(0, 1), 0.0,
+                        "radius of a smooth central hole"),
+      Parameter::number("arm_width", "", Interval::closed(0, 100), 0.5,
+                        "A_w: larger makes narrower arms; 0 ignores them"),
+      Parameter::number(
+          "shift", "deg", Interval::any(), 0.0,
+          "delta: turns the arms of this component; towards the concave side it is negative for "
+          "ringermacher-mead and positive for logarithmic, times the handedness"),
+      Parameter::number(
+          "twirl", "", Interval::closed(-10, 10), 0.1,
+          "tau: the noise is wound by tau theta(r); at 1 its features run along the arms"),
   };
 }
 
@@ -480,8 +483,8 @@ ColumnCloud Layer::columns(std::size_t size, std::size_t heights) const {
     batch.size = samples.size = std::min(batch_capacity, own.count - first);
     HWY_DYNAMIC_DISPATCH(DrawCloud)(own.input, first, samples, share, batch.weight);
     for (std::size_t i = 0; i < batch.size; ++i) {
-      batch.x[i] = samples.r[i] * std::cos(samples.phi[i]);
-      batch.y[i] = samples.r[i] * std::sin(samples.phi[i]);
+      batch.x[i] = samples.r[i] * std::cos(samples.azimuth[i]);
+      batch.y[i] = samples.r[i] * std::sin(samples.azimuth[i]);
       // The columns' weights leave out the part of the height.
       batch.weight[i] *= 1 - share[i] * share[i];
     }

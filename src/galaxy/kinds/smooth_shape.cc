@@ -32,8 +32,8 @@ double integrate_radius(double scale, const Function& f) {
 
 }  // namespace
 
-SmoothShape::SmoothShape(std::string kind, Density density, double scale)
-    : kind_(std::move(kind)), density_(std::move(density)), scale_(scale) {
+SmoothShape::SmoothShape(Density density, double scale)
+    : density_(std::move(density)), scale_(scale) {
   if (!(scale > 0 && scale <= 1)) throw std::invalid_argument("SmoothShape: scale");
   using Rule = boost::math::quadrature::gauss<double, 30>;
   column_ = 2 * integrate_radius(scale, [&](double z) { return density_(0, 0, z) * taper_at(z); });

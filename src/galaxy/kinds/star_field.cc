@@ -97,27 +97,15 @@ double StarField::temperature(double luminosity, const Candidate& candidate) con
 }
 
 ComponentKind starfield_kind() {
-  using component_parameters::operator+;
   ComponentKind kind;
   kind.name = "starfield";
   kind.description = "stars: the nearest and brightest as points of light, the others as their sum";
-  ParameterTable light = component_parameters::light();
-  for (Parameter& parameter : light) {
-    if (parameter.name != "sed") continue;
-    parameter.required = false;
-    parameter.description = "name or file of the spectrum of all stars, instead of blackbodies";
-  }
-  kind.parameters =
-      component_parameters::common() + light + Layer::parameters() +
-      ParameterTable{{"follows",
-                      ParameterType::text,
-                      "",
-                      Interval::any(),
-                      {},
-                      "name of the disk component whose noise also modulates this one"},
-                     {"number", ParameterType::number, "", Interval::closed(1, largest_number),
-                      1e11, "of stars in the galaxy, with those that are never seen alone"}} +
-      StellarPopulation::parameters();
+  kind.traits = {.can_follow = true, .has_own_spectrum = true};
+  kind.parameters = Layer::parameters() +
+                    ParameterTable{Parameter::number(
+                        "number", "", Interval::closed(1, largest_number), 1e11,
+                        "of stars in the galaxy, with those that are never seen alone")} +
+                    StellarPopulation::parameters();
   FractalParameters noise;
   noise.octaves = 4;
   noise.k0 = 0;

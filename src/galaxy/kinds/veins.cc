@@ -1,6 +1,5 @@
 #include <cmath>
 #include <memory>
-#include <string_view>
 
 #include "galaxy/veins/vein_texture.h"
 #include "gamer/core/random.h"
@@ -13,16 +12,11 @@ namespace {
 /// A disk without arms of its own, in which VeinTexture draws them.
 class Veins : public Layer {
  public:
-  Veins(std::string_view kind, const LayerShape& shape, double amplitude,
-        std::unique_ptr<Texture> texture)
-      : Layer(shape, ArmPattern()), kind_(kind) {
+  Veins(const LayerShape& shape, double amplitude, std::unique_ptr<Texture> texture)
+      : Layer(shape, ArmPattern()) {
     amplitude_ = amplitude;
     texture_ = std::move(texture);
   }
-  std::string_view kind() const override { return kind_; }
-
- private:
-  std::string_view kind_;
 };
 
 ParameterTable layer_parameters() {
@@ -58,25 +52,23 @@ std::unique_ptr<Texture> make_texture(const ComponentInput& input, VeinParameter
 }  // namespace
 
 ComponentKind veins_kind() {
-  using component_parameters::operator+;
   ComponentKind kind;
   kind.name = "veins";
   kind.description =
       "absorbing layer of veins along the arms and of spurs that leave them (Bizard 2018)";
+  kind.traits = {.emits = false, .absorbs = true};
   const VeinParameters defaults;
-  kind.parameters = component_parameters::common() + layer_parameters() +
-                    component_parameters::dust() + defaults.table();
+  kind.parameters = layer_parameters() + defaults.table();
   kind.make = [defaults](const ComponentInput& input) -> std::unique_ptr<Component> {
     const LayerShape shape = Layer::read_shape(input.values, false);
     return std::make_unique<Veins>(
-        "veins", shape, input.values.number("optical_depth") / (2 * shape.z0 * input.axis_z),
+        shape, input.values.number("optical_depth") / (2 * shape.z0 * input.axis_z),
         make_texture(input, defaults, shape));
   };
   return kind;
 }
 
 ComponentKind veins_light_kind() {
-  using component_parameters::operator+;
   ComponentKind kind;
   kind.name = "veins_light";
   kind.description =
@@ -84,11 +76,10 @@ ComponentKind veins_light_kind() {
   VeinParameters defaults;
   defaults.density_low = 0.1;
   defaults.clumpiness = 5;
-  kind.parameters = component_parameters::common() + component_parameters::light() +
-                    layer_parameters() + defaults.table();
+  kind.parameters = layer_parameters() + defaults.table();
   kind.make = [defaults](const ComponentInput& input) -> std::unique_ptr<Component> {
     const LayerShape shape = Layer::read_shape(input.values, false);
-    return std::make_unique<Veins>("veins_light", shape, 1.0, make_texture(input, defaults, shape));
+    return std::make_unique<Veins>(shape, 1.0, make_texture(input, defaults, shape));
   };
   return kind;
 }

@@ -107,7 +107,7 @@ void place(Octave& octave, std::uint64_t seed, std::uint64_t index) {
 ParameterTable VeinParameters::table() const {
   const auto number = [](const char* name, const char* unit, const Interval& interval, double value,
                          const char* description) {
-    return Parameter{name, ParameterType::number, unit, interval, value, description};
+    return Parameter::number(name, unit, interval, value, description);
   };
   return {
       number("vein_width", "arm spacings", Interval::closed(0.01, 1), vein_width,
@@ -129,17 +129,16 @@ ParameterTable VeinParameters::table() const {
              "rms of the noise that displaces veins and spurs together"),
       number("displacement_frequency", "cycles per arm spacing", Interval::closed(0.1, 20),
              displacement_frequency, "of its first octave"),
-      {"displacement_octaves", ParameterType::integer, "", Interval::closed(1, 6),
-       std::int64_t{displacement_octaves},
-       "its octaves, each of twice the frequency and half the height"},
+      Parameter::integer("displacement_octaves", "", Interval::closed(1, 6), displacement_octaves,
+                         "its octaves, each of twice the frequency and half the height"),
       number("density_high", "", Interval::left_open(0, 1000), density_high,
              "D_h, density within veins; only its ratio to `density_low` counts"),
       number("density_low", "", Interval::closed(0, 1000), density_low,
              "D_l, density between veins"),
-      {"octaves", ParameterType::integer, "",
-       Interval::closed(1, double{FractalParameters::most_octaves}), std::int64_t{octaves},
-       "of the noise that multiplies the density; `noise.octaves` of the render parameters where "
-       "neither says"},
+      Parameter::integer("octaves", "",
+                         Interval::closed(1, double{FractalParameters::most_octaves}), octaves,
+                         "of the noise that multiplies the density; `noise.octaves` of the render "
+                         "parameters where neither says"),
       number("noise_frequency", "cycles per arm spacing", Interval::closed(0.1, 50),
              noise_frequency, "of its first octave, across the spurs"),
       number("noise_contrast", "", Interval::closed(0, 1), noise_contrast,
@@ -156,15 +155,12 @@ ParameterTable VeinParameters::table() const {
           "isotropic_scale", "galaxy radii", Interval::left_open(0, 1), isotropic_scale,
           "clouds larger than this grow with the radius and follow the arms; smaller ones are the "
           "same everywhere"),
-      {"seed",
-       ParameterType::integer,
-       "",
-       Interval::closed(0, largest_seed),
-       {},
-       "seed of this component's noise; default: from the galaxy's seed and the component's name"},
-      {"pattern_seed", ParameterType::integer, "", Interval::closed(0, largest_seed),
-       std::int64_t{1},
-       "of displacement and spurs: veins of one galaxy with the same value and shape coincide"},
+      Parameter::integer("seed", "", Interval::closed(0, largest_seed), std::nullopt,
+                         "seed of this component's noise; default: from the galaxy's seed and the "
+                         "component's name"),
+      Parameter::integer(
+          "pattern_seed", "", Interval::closed(0, largest_seed), 1,
+          "of displacement and spurs: veins of one galaxy with the same value and shape coincide"),
   };
 }
 

@@ -83,7 +83,7 @@ class BlockQueue {
 
 class Follow {
  public:
-  Follow(MpiJob& job, int threads, std::size_t values_per_row, const Executor::Compute& compute)
+  Follow(MpiGroup& job, int threads, std::size_t values_per_row, const Executor::Compute& compute)
       : job_(job),
         threads_(threads),
         pool_(
@@ -200,7 +200,7 @@ class Follow {
     return true;
   }
 
-  MpiJob& job_;
+  MpiGroup& job_;
   const int threads_;
   int wanted_ = 0;  // blocks at a time
   int held_ = 0;    // asked for, waiting or being computed
@@ -218,7 +218,7 @@ class Follow {
 
 }  // namespace
 
-double follow(MpiJob& job, int threads, std::size_t values_per_row,
+double follow(MpiGroup& job, int threads, std::size_t values_per_row,
               const Executor::Compute& compute) {
   return Follow(job, threads, values_per_row, compute).run();
 }

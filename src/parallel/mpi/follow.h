@@ -3,13 +3,13 @@
 #include <cstddef>
 
 #include "gamer/parallel/executor.h"
-#include "parallel/mpi/mpi_job.h"
+#include "parallel/mpi/mpi_group.h"
 
 namespace gamer::mpi {
 
 /// The part of another rank in a run: it asks for blocks ahead, computes and sends. Returns the
 /// seconds in compute, of all threads. Throws Stopped when the run ends with a failure.
-double follow(MpiJob& job, int threads, std::size_t values_per_row,
+double follow(MpiGroup& job, int threads, std::size_t values_per_row,
               const Executor::Compute& compute);
 
 }  // namespace gamer::mpi

@@ -19,7 +19,7 @@ namespace {
 
 class Lead {
  public:
-  Lead(MpiJob& job, int threads, std::span<const RowRange> blocks, std::size_t values_per_row,
+  Lead(MpiGroup& job, int threads, std::span<const RowRange> blocks, std::size_t values_per_row,
        const Executor::Compute& compute, const Executor::Consume& consume)
       : job_(job),
         values_per_row_(values_per_row),
@@ -193,7 +193,7 @@ class Lead {
     job_.send_order_to_all({OrderKind::abandon});
   }
 
-  MpiJob& job_;
+  MpiGroup& job_;
   const std::size_t values_per_row_;
   const Executor::Consume& consume_;
   const std::size_t blocks_;
@@ -211,7 +211,7 @@ class Lead {
 
 }  // namespace
 
-std::pair<double, double> lead(MpiJob& job, int threads, std::span<const RowRange> blocks,
+std::pair<double, double> lead(MpiGroup& job, int threads, std::span<const RowRange> blocks,
                                std::size_t values_per_row, const Executor::Compute& compute,
                                const Executor::Consume& consume) {
   return Lead(job, threads, blocks, values_per_row, compute, consume).run();

@@ -18,8 +18,8 @@ namespace gamer::mpi {
 using std::chrono::microseconds;
 
 // The protocol. Rank 0 sends orders, the others send notices; both are small and in order. A rank
-// meets rank 0's orders in every function of Job, whichever it is in, so that `leave` reaches it
-// anywhere. Results are sent synchronously: once they are sent, rank 0 has accepted them.
+// meets rank 0's orders in every function of RankGroup, whichever it is in, so that `leave` reaches
+// it anywhere. Results are sent synchronously: once they are sent, rank 0 has accepted them.
 
 enum Tag : int { tag_order = 1, tag_notice, tag_rows, tag_values };
 

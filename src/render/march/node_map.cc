@@ -27,7 +27,7 @@ struct MapArrays {
   const float* inverse_width;
   const float* rate;
   const float* product;
-  std::int32_t most_focuses;  ///< of a run
+  std::int32_t most_focuses;  ///< of a segment
 };
 
 // With several focuses: after so many steps from node to node, and Newton's last, the error of u is
@@ -42,7 +42,7 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// Runs in lanes.
+/// Segments in lanes.
 template <class D>
 class Map {
   using DI = hn::RebindToSigned<D>;
@@ -50,20 +50,20 @@ class Map {
   using VI = hn::Vec<DI>;
 
  public:
-  /// `memory` has room for room_for(the most focuses of a run) numbers, aligned.
-  Map(D d, const MapArrays& arrays, VI run, float* memory)
+  /// `memory` has room for room_for(the most focuses of a segment) numbers, aligned.
+  Map(D d, const MapArrays& arrays, VI segment, float* memory)
       : memory_(memory),
-        begin_(hn::GatherIndex(d, arrays.begin, run)),
-        end_(hn::GatherIndex(d, arrays.end, run)) {
+        begin_(hn::GatherIndex(d, arrays.begin, segment)),
+        end_(hn::GatherIndex(d, arrays.end, segment)) {
     const DI di;
-    const VI first = hn::GatherIndex(di, arrays.focus_first, run);
-    const VI count = hn::GatherIndex(di, arrays.focus_count, run);
+    const VI first = hn::GatherIndex(di, arrays.focus_first, segment);
+    const VI count = hn::GatherIndex(di, arrays.focus_count, segment);
     focuses_ = hn::GetLane(hn::MaxOfLanes(di, count));
     is_single_ = hn::RebindMask(d, hn::Eq(count, hn::Set(di, 1)));
     for (std::int32_t f = 0; f < focuses_; ++f) {
       const VI index = hn::Set(di, f);
       const auto has = hn::Lt(index, count);
-      // Runs with fewer focuses repeat their first, without weight.
+      // Segments with fewer focuses repeat their first, without weight.
       const VI at = hn::Add(first, hn::IfThenElseZero(has, index));
       const auto own = hn::RebindMask(d, has);
       store(hn::GatherIndex(d, arrays.centre, at), f, centre);
@@ -82,7 +82,7 @@ class Map {
 
   V begin() const { return begin_; }
   V end() const { return end_; }
-  /// Runs with one focus, which invert() maps.
+  /// Segments with one focus, which invert() maps.
   hn::Mask<D> is_single() const { return is_single_; }
 
   /// u(s) - u(begin), 1/rho(s) and the derivative of rho.
@@ -139,7 +139,8 @@ class Map {
   std::int32_t focuses_;
 };
 
-void MeasureRuns(const MapArrays& arrays, std::size_t size, float* length, VectorMemory& memory) {
+void MeasureSegments(const MapArrays& arrays, std::size_t size, float* length,
+                     VectorMemory& memory) {
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
   const std::size_t lanes = hn::Lanes(d);
@@ -147,8 +148,8 @@ void MeasureRuns(const MapArrays& arrays, std::size_t size, float* length, Vecto
   HWY_ALIGN float lengths[HWY_MAX_BYTES / sizeof(float)];
   float* const focuses = memory.room_for(Map<decltype(d)>::room_for(arrays.most_focuses));
   for (std::size_t i = 0; i < size; i += lanes) {
-    const auto run = hn::Min(hn::Iota(di, static_cast<std::int32_t>(i)), last);
-    const Map<decltype(d)> map(d, arrays, run, focuses);
+    const auto segment = hn::Min(hn::Iota(di, static_cast<std::int32_t>(i)), last);
+    const Map<decltype(d)> map(d, arrays, segment, focuses);
     auto u = hn::Zero(d);
     auto inverse_rho = hn::Zero(d);
     auto slope = hn::Zero(d);
@@ -162,9 +163,9 @@ void PlaceNodes(const MapArrays& arrays, const NodeMap::Places& out, VectorMemor
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
   const std::size_t lanes = hn::Lanes(d);
-  const std::size_t size = out.runs.size();
+  const std::size_t size = out.segments.size();
   const auto half = hn::Set(d, 0.5f);
-  HWY_ALIGN std::int32_t run[HWY_MAX_BYTES / sizeof(float)];
+  HWY_ALIGN std::int32_t segment[HWY_MAX_BYTES / sizeof(float)];
   HWY_ALIGN float step_of[HWY_MAX_BYTES / sizeof(float)];
   HWY_ALIGN float s_of[HWY_MAX_BYTES / sizeof(float)];
   HWY_ALIGN float weight_of[HWY_MAX_BYTES / sizeof(float)];
@@ -174,11 +175,11 @@ void PlaceNodes(const MapArrays& arrays, const NodeMap::Places& out, VectorMemor
     std::int32_t longest = 0;
     for (std::size_t lane = 0; lane < lanes; ++lane) {
       const std::size_t own = i + std::min(lane, used - 1);
-      run[lane] = out.runs[own];
+      segment[lane] = out.segments[own];
       step_of[lane] = out.step[own];
       if (lane < used) longest = std::max(longest, out.count[own]);
     }
-    const Map<decltype(d)> map(d, arrays, hn::Load(di, run), focuses);
+    const Map<decltype(d)> map(d, arrays, hn::Load(di, segment), focuses);
     const bool any_single = !hn::AllFalse(d, map.is_single());
     const bool any_other = !hn::AllTrue(d, map.is_single());
     const auto step = hn::Load(d, step_of);
@@ -235,7 +236,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace gamer {
 
-HWY_EXPORT(MeasureRuns);
+HWY_EXPORT(MeasureSegments);
 HWY_EXPORT(PlaceNodes);
 
 namespace {
@@ -298,7 +299,7 @@ void NodeMap::add(double begin, double end, std::span<const Focus> focuses) {
 void NodeMap::measure() {
   length_.resize(size());
   if (size() == 0) return;
-  HWY_DYNAMIC_DISPATCH(MeasureRuns)
+  HWY_DYNAMIC_DISPATCH(MeasureSegments)
   ({begin_.data(), end_.data(), focus_first_.data(), focus_count_.data(), centre_.data(),
     inverse_width_.data(), rate_.data(), product_.data(), most_focuses_},
    size(), length_.data(), memory());

@@ -6,13 +6,11 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
-#include <numbers>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include "core/math-inl.h"
+#include "render/march/lane_march-inl.h"
 #include "render/march/vector_memory.h"
 
 #ifndef GAMER_RENDER_RAY_INTEGRAL
@@ -31,438 +29,6 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// Nodes of runs, a vector each, to runs of nodes.
-template <class V, std::size_t side>
-HWY_INLINE void Transpose([[maybe_unused]] V (&rows)[side]) {
-#if HWY_TARGET == HWY_SCALAR
-  static_assert(side == 1);
-#else
-  static_assert(side == 4);
-  const hn::DFromV<V> d;
-  const V low = hn::InterleaveLower(d, rows[0], rows[2]);
-  const V odd_low = hn::InterleaveLower(d, rows[1], rows[3]);
-  const V high = hn::InterleaveUpper(d, rows[0], rows[2]);
-  const V odd_high = hn::InterleaveUpper(d, rows[1], rows[3]);
-  rows[0] = hn::InterleaveLower(d, low, odd_low);
-  rows[1] = hn::InterleaveUpper(d, low, odd_low);
-  rows[2] = hn::InterleaveLower(d, high, odd_high);
-  rows[3] = hn::InterleaveUpper(d, high, odd_high);
-#endif
-}
-
-/// What fills a vector of runs: of a block of nodes after the other, gathered so that node n of all
-/// runs stands together.
-template <class D>
-class LaneNodes {
-  using DI = hn::RebindToSigned<D>;
-  using V = hn::Vec<D>;
-  using VI = hn::Vec<DI>;
-
- public:
-  static constexpr std::size_t most = HWY_MAX_BYTES / sizeof(float);
-  /// Nodes of a block: a multiple of all strides. A block fits the first cache where few galaxies
-  /// overlap.
-  static constexpr std::int32_t block = 64;
-
-  /// Takes the runs with these numbers; lanes beyond them repeat the last.
-  LaneNodes(const RunNodes& runs, const RunCovers& covers, std::span<const std::uint32_t> numbers)
-      : runs_(runs), numbers_(numbers) {
-    const D d;
-    const DI di;
-    HWY_ALIGN std::int32_t cover[most], lights[most], dusts[most];
-    HWY_ALIGN float open[most], open_end[most], variants[most];
-    for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) {
-      const std::size_t run = numbers[std::min(lane, numbers.size() - 1)];
-      first_[lane] = runs.first[run];
-      counts_[lane] = runs.count[run];
-      cover[lane] = runs.cover[run];
-      lights[lane] = covers.light_slots[cover[lane]];
-      dusts[lane] = covers.dust_slots[cover[lane]];
-      open[lane] = runs.open[run] != 0 ? 1.0f : 0.0f;
-      open_end[lane] = runs.open_end[run] != 0 ? 1.0f : 0.0f;
-      variants[lane] = runs.variants[run] != 0 ? 1.0f : 0.0f;
-      longest_ = std::max(longest_, counts_[lane]);
-      shortest_ = std::min(shortest_, counts_[lane]);
-      any_open_ = any_open_ || runs.open[run] != 0;
-      any_open_end_ = any_open_end_ || runs.open_end[run] != 0;
-      any_variants_ = any_variants_ || runs.variants[run] != 0;
-      light_slots_ = std::max(light_slots_, static_cast<std::size_t>(lights[lane]));
-      dust_slots_ = std::max(dust_slots_, static_cast<std::size_t>(dusts[lane]));
-      have_same_slots_ = have_same_slots_ && lights[lane] == lights[0] && dusts[lane] == dusts[0];
-    }
-    count_ = hn::Load(di, counts_);
-    cover_ = hn::Load(di, cover);
-    own_light_slots_ = hn::Load(di, lights);
-    own_dust_slots_ = hn::Load(di, dusts);
-    open_ = hn::Gt(hn::Load(d, open), hn::Zero(d));
-    open_end_ = hn::Gt(hn::Load(d, open_end), hn::Zero(d));
-    with_variants_ = hn::Gt(hn::Load(d, variants), hn::Zero(d));
-    variants_ = any_variants_ ? runs.variant_weights.size() : 1;
-    first_light_ = 1 + variants_ * dust_slots_;
-    row_ = first_light_ + light_slots_;
-  }
-
-  /// Vectors of memory that gather() needs.
-  std::size_t room() const { return window * row_; }
-  /// The block that begins with this node, into aligned memory, and the nodes behind it that
-  /// the block's need.
-  void gather(std::int32_t begin, float* memory) {
-    begin_ = begin;
-    memory_ = memory;
-    const std::int32_t end = std::min(begin + window, longest_);
-    std::int32_t n = begin;
-    for (; n < end; n += side) {
-      locate(n);
-      copy<false>(runs_.weight, n, 0, counts_);
-      std::size_t part = 1;
-      for (std::size_t v = 0; v < variants_; ++v) {
-        for (std::size_t slot = 0; slot < dust_slots_; ++slot) {
-          copy<true>(runs_.dust[v * runs_.dust_stride + slot], n, part++,
-                     counts_in(slot, own_dust_slots_));
-        }
-      }
-      for (std::size_t slot = 0; slot < light_slots_; ++slot) {
-        copy<false>(runs_.light[slot], n, part++, counts_in(slot, own_light_slots_));
-      }
-    }
-    const std::int32_t looked_at = std::min(begin + window, std::max(longest_ + beyond, at_first));
-    const auto rows = static_cast<std::size_t>(std::max(looked_at - n, 0));
-    std::fill_n(place(n), rows * row_ * hn::Lanes(D()), 0.0f);
-  }
-
-  std::size_t size() const { return numbers_.size(); }
-  std::size_t number(std::size_t lane) const { return numbers_[lane]; }
-  std::int32_t longest() const { return longest_; }
-  bool any_open() const { return any_open_; }
-  std::size_t light_slots() const { return light_slots_; }
-  std::size_t dust_slots() const { return dust_slots_; }
-  std::size_t variants() const { return variants_; }
-  hn::Mask<D> open() const { return open_; }
-  /// Lanes whose open end is k nodes behind node n. False where no lane may be such a one.
-  HWY_INLINE bool is_near_open_end(std::int32_t n, std::int32_t k) const {
-    return any_open_end_ && n + k >= shortest_ - 1;
-  }
-  HWY_INLINE hn::Mask<D> ends_behind(std::int32_t n, std::int32_t k) const {
-    const DI di;
-    const auto is_last = hn::Eq(hn::Set(di, n + k + 1), count_);
-    return hn::And(open_end_, hn::RebindMask(D(), is_last));
-  }
-  VI cover() const { return cover_; }
-  HWY_INLINE hn::Mask<D> has(std::int32_t n) const {
-    return hn::RebindMask(D(), hn::Lt(hn::Set(DI(), n), count_));
-  }
-  /// ds; zero beyond a run's last node.
-  HWY_INLINE V weight(std::int32_t n) const { return hn::Load(D(), place(n)); }
-  /// Opacity times weight.
-  HWY_INLINE V dust(std::int32_t n, std::size_t variant, std::size_t slot) const {
-    return hn::Load(D(), place(n) + (1 + variant * dust_slots_ + slot) * hn::Lanes(D()));
-  }
-  HWY_INLINE V light(std::int32_t n, std::size_t slot) const {
-    return hn::Load(D(), place(n) + (first_light_ + slot) * hn::Lanes(D()));
-  }
-  /// Weight of the light that comes through a variant's dust.
-  V variant_weight(std::size_t variant) const {
-    const D d;
-    const V alone = hn::Set(d, variant == 0 ? 1.0f : 0.0f);
-    const auto weight = static_cast<float>(runs_.variant_weights[variant]);
-    return hn::IfThenElse(with_variants_, hn::Set(d, weight), alone);
-  }
-
- private:
-  // A rule by every fourth node looks at one behind its last, and at first at its first four.
-  static constexpr std::int32_t beyond = 4, at_first = 13;
-  static constexpr std::int32_t window = block + beyond;
-
-  // Four nodes of four runs are read together: a gather loads each number by itself.
-  using Block = hn::CappedTag<float, 4>;
-  static constexpr std::int32_t side = hn::MaxLanes(Block());
-  static_assert(window % side == 0 && RunNodes::padding >= side - 1);
-
-  /// Where the lanes' nodes n, ..., n + side - 1 are: the last ones where they have no such nodes.
-  HWY_INLINE void locate(std::int32_t n) {
-    const DI di;
-    const VI last = hn::AndNot(hn::Set(di, side - 1), hn::Sub(count_, hn::Set(di, 1)));
-    hn::Store(hn::Add(hn::Load(di, first_), hn::Min(hn::Set(di, n), last)), di, at_);
-  }
-  /// The lanes' nodes in a slot: none where a run has not the slot, as what is left there might be
-  /// infinite.
-  HWY_INLINE const std::int32_t* counts_in(std::size_t slot, VI own_slots) {
-    if (have_same_slots_) return counts_;
-    const DI di;
-    const auto has_slot = hn::Gt(own_slots, hn::Set(di, static_cast<std::int32_t>(slot)));
-    hn::Store(hn::IfThenElseZero(has_slot, count_), di, counts_in_slot_);
-    return counts_in_slot_;
-  }
-  /// Nodes n, ..., n + side - 1 of all lanes; 0 from their counts on.
-  template <bool times_weight>
-  HWY_INLINE void copy(const float* values, std::int32_t n, std::size_t part,
-                       const std::int32_t* counts) {
-    if (have_same_slots_ && n + side <= shortest_) {
-      copy_rows<times_weight, true>(values, n, part, counts);
-    } else {
-      copy_rows<times_weight, false>(values, n, part, counts);
-    }
-  }
-  template <bool times_weight, bool have_all>
-  HWY_INLINE void copy_rows(const float* values, std::int32_t n, std::size_t part,
-                            const std::int32_t* counts) {
-    const Block d;
-    const hn::RebindToSigned<Block> di;
-    const std::size_t lanes = hn::Lanes(D()), next = row_ * lanes;
-    float* const weights = place(n);
-    float* const out = weights + part * lanes;
-    for (std::size_t lane = 0; lane < lanes; lane += side) {
-      hn::Vec<Block> nodes[side];
-      for (std::size_t k = 0; k < side; ++k) nodes[k] = hn::LoadU(d, values + at_[lane + k]);
-      Transpose(nodes);
-      for (std::size_t k = 0; k < side; ++k) {
-        auto own = nodes[k];
-        if (!have_all) {
-          const auto number = hn::Set(di, n + static_cast<std::int32_t>(k));
-          const auto has = hn::Lt(number, hn::Load(di, counts + lane));
-          own = hn::IfThenElseZero(hn::RebindMask(d, has), own);
-        }
-        if (times_weight) own = hn::Mul(own, hn::Load(d, weights + k * next + lane));
-        hn::Store(own, d, out + k * next + lane);
-      }
-    }
-  }
-  HWY_INLINE float* place(std::int32_t n) const {
-    return memory_ + static_cast<std::size_t>(n - begin_) * row_ * hn::Lanes(D());
-  }
-
-  const RunNodes& runs_;
-  std::span<const std::uint32_t> numbers_;
-  float* memory_ = nullptr;
-  std::int32_t shortest_ = std::numeric_limits<std::int32_t>::max(), longest_ = 0, begin_ = 0;
-  std::size_t light_slots_ = 0, dust_slots_ = 0, variants_ = 1;
-  std::size_t first_light_, row_;  ///< vectors of a node
-  bool any_open_ = false, any_open_end_ = false, any_variants_ = false, have_same_slots_ = true;
-  hn::Mask<D> open_, open_end_, with_variants_;
-  VI count_, cover_, own_light_slots_, own_dust_slots_;
-  HWY_ALIGN std::int32_t first_[most], counts_[most], at_[most], counts_in_slot_[most];
-};
-
-/// The cubic through four nodes, of which at_node(0) is the nearest, one node beyond them.
-template <class D, class AtNode>
-HWY_INLINE hn::Vec<D> Continue(const AtNode& at_node) {
-  const D d;
-  constexpr float coefficients[] = {4, -6, 4, -1};
-  auto sum = hn::Zero(d);
-  for (std::int32_t k = 0; k < 4; ++k) {
-    sum = hn::MulAdd(hn::Set(d, coefficients[k]), at_node(k), sum);
-  }
-  return sum;
-}
-
-/// The optical depth of one dust slot up to one node after the other, where its extinction is 1.
-template <class D>
-class DepthMarch {
-  using V = hn::Vec<D>;
-
- public:
-  static constexpr std::size_t size = 5;  ///< vectors of memory
-
-  explicit DepthMarch(float* memory) : memory_(memory) {}
-
-  /// Before the first node. at_node(k) is the opacity times weight of node k.
-  template <class AtNode>
-  void begin(const LaneNodes<D>& nodes, const AtNode& at_node) {
-    const D d;
-    const V first = at_node(0);
-    V before = hn::Zero(d);
-    if (nodes.any_open()) {
-      before = hn::IfThenElseZero(nodes.open(), Continue<D>(at_node));
-    }
-    const V slope = hn::Mul(hn::Set(d, 1.0f / 24), hn::Sub(before, at_node(1)));
-    store(before, before_part);
-    store(first, own_part);
-    store(first, sum_part);
-    store(hn::MulAdd(hn::Set(d, 0.5f), first, slope), start_part);
-    store(hn::Zero(d), depth_part);
-  }
-
-  /// Moves on to the first, second, ... node, which the lanes of `has` have; `behind` is the
-  /// opacity times weight of the node behind it.
-  HWY_INLINE void advance(hn::Mask<D> has, V behind) {
-    const D d;
-    const V own = load(own_part), sum = load(sum_part);
-    V depth = hn::NegMulAdd(hn::Set(d, 0.5f), own, sum);
-    depth = hn::MulAdd(hn::Set(d, 1.0f / 24), hn::Sub(load(before_part), behind), depth);
-    // Interpolation may overshoot.
-    depth = hn::Max(hn::Sub(depth, load(start_part)), hn::Zero(d));
-    store(hn::IfThenElse(has, depth, load(depth_part)), depth_part);
-    store(own, before_part);
-    store(behind, own_part);
-    store(hn::Add(sum, behind), sum_part);
-  }
-
-  HWY_INLINE V depth() const { return load(depth_part); }
-
- private:
-  enum Part { before_part, own_part, sum_part, start_part, depth_part };
-  HWY_INLINE V load(Part part) const {
-    const D d;
-    return hn::Load(d, memory_ + part * hn::Lanes(d));
-  }
-  HWY_INLINE void store(V value, Part part) {
-    const D d;
-    hn::Store(value, d, memory_ + part * hn::Lanes(d));
-  }
-
-  float* memory_;
-};
-
-/// All dust of a vector of runs, in all its variants, by every `stride`-th node.
-template <class D>
-class Absorption {
-  using V = hn::Vec<D>;
-
- public:
-  /// Takes so many channels, which are the spectral nodes node_of(0), ... It is made when the first
-  /// block is gathered.
-  template <class NodeOf>
-  Absorption(const RunCovers& covers, const LaneNodes<D>& nodes, std::size_t channels,
-             const NodeOf& node_of, std::int32_t stride, float* memory)
-      : nodes_(nodes),
-        channels_(channels),
-        slots_(nodes.dust_slots()),
-        stride_(stride),
-        extinction_(memory),
-        marches_(memory + slots_ * channels_ * hn::Lanes(D())) {
-    const D d;
-    float* extinction = extinction_;
-    for (std::size_t slot = 0; slot < slots_; ++slot) {
-      for (std::size_t c = 0; c < channels; ++c) {
-        const float* of_covers =
-            covers.extinction + (slot * covers.nodes + node_of(c)) * covers.covers;
-        const V relative = hn::GatherIndex(d, of_covers, nodes.cover());
-        hn::Store(hn::Mul(relative, hn::Set(d, -1 / std::numbers::ln2_v<float>)), d, extinction);
-        extinction += hn::Lanes(d);
-      }
-    }
-    for (std::size_t v = 0; v < nodes_.variants(); ++v) {
-      for (std::size_t slot = 0; slot < slots_; ++slot) {
-        march(v, slot).begin(
-            nodes, [&](std::int32_t k) HWY_ATTR { return opacity(k * stride_, v, slot); });
-      }
-    }
-  }
-
-  static std::size_t size(std::size_t slots, std::size_t channels, std::size_t variants) {
-    return slots * (channels + variants * DepthMarch<D>::size);
-  }
-
-  std::int32_t stride() const { return stride_; }
-
-  /// Moves on to node n; false where there is no dust before it.
-  HWY_INLINE bool advance(std::int32_t n) {
-    const D d;
-    const auto has = nodes_.has(n);
-    V largest = hn::Zero(d);
-    for (std::size_t v = 0; v < nodes_.variants(); ++v) {
-      for (std::size_t slot = 0; slot < slots_; ++slot) {
-        auto own = march(v, slot);
-        V behind = opacity(n + stride_, v, slot);
-        if (nodes_.is_near_open_end(n, 0)) {
-          const V continued = Continue<D>(
-              [&](std::int32_t k) HWY_ATTR { return opacity(n - k * stride_, v, slot); });
-          behind = hn::IfThenElse(nodes_.ends_behind(n, 0), continued, behind);
-        }
-        own.advance(has, behind);
-        largest = hn::Max(largest, own.depth());
-      }
-    }
-    return !hn::AllFalse(d, hn::Gt(largest, hn::Zero(d)));
-  }
-
-  HWY_INLINE V transmission(std::size_t channel) const {
-    return mean([&](std::size_t v) HWY_ATTR { return Exp2(D(), log2_transmission(v, channel)); });
-  }
-  HWY_INLINE V depth(std::size_t channel) const {
-    const V sum = mean([&](std::size_t v) HWY_ATTR { return log2_transmission(v, channel); });
-    // No -0 without dust.
-    return hn::NegMulAdd(sum, hn::Set(D(), std::numbers::ln2_v<float>), hn::Zero(D()));
-  }
-  /// Without dust: transmission() to the last bit.
-  HWY_INLINE V clear() const {
-    return mean([](std::size_t) HWY_ATTR { return hn::Set(D(), 1.0f); });
-  }
-
- private:
-  /// log2 of a variant's transmission.
-  HWY_INLINE V log2_transmission(std::size_t variant, std::size_t channel) const {
-    const D d;
-    V sum = hn::Zero(d);
-    for (std::size_t slot = 0; slot < slots_; ++slot) {
-      const V relative = hn::Load(d, extinction_ + (slot * channels_ + channel) * hn::Lanes(d));
-      sum = hn::MulAdd(relative, march(variant, slot).depth(), sum);
-    }
-    return sum;
-  }
-  /// Mean over the variants of `of`(variant).
-  template <class Quantity>
-  HWY_INLINE V mean(const Quantity& of) const {
-    V sum = hn::Mul(nodes_.variant_weight(0), of(0));
-    for (std::size_t v = 1; v < nodes_.variants(); ++v) {
-      sum = hn::MulAdd(nodes_.variant_weight(v), of(v), sum);
-    }
-    return sum;
-  }
-  HWY_INLINE V opacity(std::int32_t n, std::size_t variant, std::size_t slot) const {
-    return hn::Mul(nodes_.dust(n, variant, slot), hn::Set(D(), static_cast<float>(stride_)));
-  }
-  HWY_INLINE DepthMarch<D> march(std::size_t variant, std::size_t slot) const {
-    const std::size_t place = (variant * slots_ + slot) * DepthMarch<D>::size;
-    return DepthMarch<D>(marches_ + place * hn::Lanes(D()));
-  }
-
-  const LaneNodes<D>& nodes_;
-  std::size_t channels_, slots_;
-  std::int32_t stride_;
-  float* extinction_;  ///< [slot * channels + c], over -ln 2
-  float* marches_;     ///< [variant * slots + slot]
-};
-
-/// The weight of node n for light, near an open end that of the cubic Gregory rule.
-template <class D>
-HWY_INLINE hn::Vec<D> LightWeight(const LaneNodes<D>& nodes, std::int32_t n, std::int32_t stride) {
-  const D d;
-  constexpr float gregory[] = {8.0f / 24, 31.0f / 24, 20.0f / 24, 25.0f / 24};
-  const auto weight = hn::Mul(nodes.weight(n), hn::Set(d, static_cast<float>(stride)));
-  const std::int32_t k = n / stride;
-  const bool is_near_end = nodes.is_near_open_end(n, 3 * stride);
-  if ((k >= 4 || !nodes.any_open()) && !is_near_end) return weight;
-  const auto one = hn::Set(d, 1.0f);
-  auto factor = one;
-  if (k < 4) factor = hn::IfThenElse(nodes.open(), hn::Set(d, gregory[k]), one);
-  for (std::int32_t j = 0; is_near_end && j < 4; ++j) {
-    const auto change = hn::Set(d, gregory[j] - 1);
-    factor = hn::Add(factor, hn::IfThenElseZero(nodes.ends_behind(n, j * stride), change));
-  }
-  return hn::Mul(weight, factor);
-}
-
-/// Calls take(n) for the nodes of a block, with through[c] a node's weight times what comes through
-/// in front of it.
-template <class D, class Take>
-HWY_INLINE void MarchThrough(const LaneNodes<D>& nodes, Absorption<D>& absorption,
-                             std::int32_t begin, std::size_t channels, float* through,
-                             const Take& take) {
-  const D d;
-  const auto clear = absorption.clear();
-  const std::int32_t end = std::min(begin + LaneNodes<D>::block, nodes.longest());
-  for (std::int32_t n = begin; n < end; n += absorption.stride()) {
-    const bool is_dimmed = absorption.advance(n);
-    const auto own = LightWeight<D>(nodes, n, absorption.stride());
-    for (std::size_t c = 0; c < channels; ++c) {
-      const auto share = is_dimmed ? absorption.transmission(c) : clear;
-      hn::Store(hn::Mul(own, share), d, through + c * hn::Lanes(d));
-    }
-    take(n);
-  }
-}
-
 /// The integrals by all nodes.
 template <class D>
 class WholeRule {
@@ -470,7 +36,8 @@ class WholeRule {
 
  public:
   /// `flux` is that of the steering planes, [slot * planes + s].
-  WholeRule(const RunCovers& covers, const LaneNodes<D>& nodes, const float* flux, float* memory)
+  WholeRule(const SegmentCovers& covers, const LaneNodes<D>& nodes, const float* flux,
+            float* memory)
       : nodes_(nodes),
         steering_(covers.steering),
         spectral_(covers.nodes),
@@ -488,8 +55,8 @@ class WholeRule {
     std::fill_n(through_before_, 2 * steering_.size() * hn::Lanes(D()), 0.0f);
   }
   /// Vectors of memory.
-  static std::size_t room(const RunCovers& covers, std::size_t light_slots, std::size_t dust_slots,
-                          std::size_t variants) {
+  static std::size_t room(const SegmentCovers& covers, std::size_t light_slots,
+                          std::size_t dust_slots, std::size_t variants) {
     return (light_slots + 1) * covers.nodes + 2 * covers.steering.size() +
            Absorption<D>::size(dust_slots, covers.nodes, variants);
   }
@@ -568,7 +135,7 @@ class SteeringRule {
 
  public:
   /// `flux` is that of the planes, [slot * planes + s].
-  SteeringRule(const RunCovers& covers, const LaneNodes<D>& nodes, const float* flux,
+  SteeringRule(const SegmentCovers& covers, const LaneNodes<D>& nodes, const float* flux,
                std::int32_t stride, float* memory)
       : nodes_(nodes),
         planes_(covers.steering.size()),
@@ -582,7 +149,8 @@ class SteeringRule {
     std::fill_n(sums_, planes_ * hn::Lanes(D()), 0.0f);
   }
   /// Vectors of memory.
-  static std::size_t room(const RunCovers& covers, std::size_t dust_slots, std::size_t variants) {
+  static std::size_t room(const SegmentCovers& covers, std::size_t dust_slots,
+                          std::size_t variants) {
     const std::size_t planes = covers.steering.size();
     return 2 * planes + Absorption<D>::size(dust_slots, planes, variants);
   }
@@ -618,7 +186,7 @@ class SteeringRule {
 
 /// Vectors of memory of IntegrateLanes().
 template <class D>
-std::size_t RoomForLanes(const RunCovers& covers, const LaneNodes<D>& nodes) {
+std::size_t RoomForLanes(const SegmentCovers& covers, const LaneNodes<D>& nodes) {
   const std::size_t planes = covers.steering.size();
   const std::size_t slots = nodes.light_slots(), dusts = nodes.dust_slots();
   return nodes.room() + slots * planes +
@@ -626,9 +194,48 @@ std::size_t RoomForLanes(const RunCovers& covers, const LaneNodes<D>& nodes) {
          (strides - 1) * SteeringRule<D>::room(covers, dusts, nodes.variants());
 }
 
+/// Writes the integrals in the steering planes by all nodes and, at first, by every second and
+/// every fourth.
 template <class D>
-void IntegrateLanes(const RunCovers& covers, LaneNodes<D>& nodes, bool is_first,
-                    const RunIntegrals& out, float* memory) {
+void WriteSteered(const SegmentCovers& covers, const LaneNodes<D>& nodes, const float* flux,
+                  const WholeRule<D>& whole,
+                  const std::array<std::optional<SteeringRule<D>>, strides - 1>& coarser,
+                  bool is_first, const SegmentIntegrals& out) {
+  const D d;
+  const std::size_t slots = nodes.light_slots(), planes = covers.steering.size();
+  HWY_ALIGN float lanes[LaneNodes<D>::most] = {};
+  HWY_ALIGN float middle[LaneNodes<D>::most] = {}, coarse[LaneNodes<D>::most] = {};
+  HWY_ALIGN float missed[LaneNodes<D>::most] = {};
+  for (std::size_t k = 0; k < 2 * planes; ++k) {
+    const bool is_light = k < planes;
+    const std::size_t s = is_light ? k : k - planes;
+    auto fine = hn::Zero(d);
+    for (std::size_t slot = 0; is_light && slot < slots; ++slot) {
+      const auto own = hn::Load(d, flux + (slot * planes + s) * hn::Lanes(d));
+      fine = hn::MulAdd(own, whole.light(slot, covers.steering[s]), fine);
+    }
+    hn::Store(is_light ? fine : whole.depth(covers.steering[s]), d, lanes);
+    hn::Store(is_light ? whole.missed(s) : hn::Zero(d), d, missed);
+    if (is_first) {
+      hn::Store(is_light ? coarser[0]->light(s) : coarser[0]->depth(s), d, middle);
+      hn::Store(is_light ? coarser[1]->light(s) : coarser[1]->depth(s), d, coarse);
+    }
+    for (std::size_t lane = 0; lane < nodes.size(); ++lane) {
+      Steered& own =
+          out.steered[static_cast<std::size_t>(out.segment[nodes.number(lane)]) * 2 * planes + k];
+      if (is_first) {
+        own.begin(coarse[lane], middle[lane], lanes[lane]);
+      } else {
+        own.refine(lanes[lane]);
+      }
+      own.missed = missed[lane];
+    }
+  }
+}
+
+template <class D>
+void IntegrateLanes(const SegmentCovers& covers, LaneNodes<D>& nodes, bool is_first,
+                    const SegmentIntegrals& out, float* memory) {
   const D d;
   const std::size_t slots = nodes.light_slots(), variants = nodes.variants();
   const std::size_t planes = covers.steering.size(), spectral = covers.nodes;
@@ -657,7 +264,7 @@ void IntegrateLanes(const RunCovers& covers, LaneNodes<D>& nodes, bool is_first,
     }
   }
   const auto place = [&](std::size_t lane) {
-    return static_cast<std::size_t>(out.run[nodes.number(lane)]);
+    return static_cast<std::size_t>(out.segment[nodes.number(lane)]);
   };
   HWY_ALIGN float lanes[LaneNodes<D>::most] = {};
   const auto write = [&](hn::Vec<D> value, float* to, std::size_t stride) HWY_ATTR {
@@ -671,41 +278,17 @@ void IntegrateLanes(const RunCovers& covers, LaneNodes<D>& nodes, bool is_first,
     write(whole.depth(j), out.depth + j, spectral);
     write(whole.transmission(j), out.transmission + j, spectral);
   }
-  HWY_ALIGN float middle[LaneNodes<D>::most] = {}, coarse[LaneNodes<D>::most] = {};
-  HWY_ALIGN float missed[LaneNodes<D>::most] = {};
-  for (std::size_t k = 0; k < 2 * planes; ++k) {
-    const bool is_light = k < planes;
-    const std::size_t s = is_light ? k : k - planes;
-    auto fine = hn::Zero(d);
-    for (std::size_t slot = 0; is_light && slot < slots; ++slot) {
-      const auto own = hn::Load(d, flux + (slot * planes + s) * hn::Lanes(d));
-      fine = hn::MulAdd(own, whole.light(slot, covers.steering[s]), fine);
-    }
-    hn::Store(is_light ? fine : whole.depth(covers.steering[s]), d, lanes);
-    hn::Store(is_light ? whole.missed(s) : hn::Zero(d), d, missed);
-    if (is_first) {
-      hn::Store(is_light ? coarser[0]->light(s) : coarser[0]->depth(s), d, middle);
-      hn::Store(is_light ? coarser[1]->light(s) : coarser[1]->depth(s), d, coarse);
-    }
-    for (std::size_t lane = 0; lane < nodes.size(); ++lane) {
-      Steered& own = out.steered[place(lane) * 2 * planes + k];
-      if (is_first) {
-        own.begin(coarse[lane], middle[lane], lanes[lane]);
-      } else {
-        own.refine(lanes[lane]);
-      }
-      own.missed = missed[lane];
-    }
-  }
+  WriteSteered<D>(covers, nodes, flux, whole, coarser, is_first, out);
 }
 
-void IntegrateRuns(const RunNodes& runs, const RunCovers& covers,
-                   std::span<const std::uint32_t> order, bool is_first, const RunIntegrals& out,
-                   VectorMemory& memory) {
+void IntegrateSegments(const SegmentNodes& segments, const SegmentCovers& covers,
+                       std::span<const std::uint32_t> order, bool is_first,
+                       const SegmentIntegrals& out, VectorMemory& memory) {
   using D = hn::ScalableTag<float>;
   const std::size_t lanes = hn::Lanes(D());
-  for (std::size_t from = 0; from < runs.runs; from += lanes) {
-    LaneNodes<D> nodes(runs, covers, order.subspan(from, std::min(lanes, runs.runs - from)));
+  for (std::size_t from = 0; from < segments.segments; from += lanes) {
+    LaneNodes<D> nodes(segments, covers,
+                       order.subspan(from, std::min(lanes, segments.segments - from)));
     float* const room = memory.room_for(lanes * RoomForLanes<D>(covers, nodes));
     IntegrateLanes<D>(covers, nodes, is_first, out, room);
   }
@@ -719,33 +302,36 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace gamer {
 
-HWY_EXPORT(IntegrateRuns);
+HWY_EXPORT(IntegrateSegments);
 
-void order_runs(const RunNodes& runs, const RunCovers& covers, std::vector<std::uint32_t>& order) {
+void order_segments(const SegmentNodes& segments, const SegmentCovers& covers,
+                    std::vector<std::uint32_t>& order) {
   const auto part = [](auto value, std::uint64_t most) {
     return std::min(static_cast<std::uint64_t>(value), most);
   };
-  const auto key = [&](std::size_t run) {
-    const std::int32_t cover = runs.cover[run];
-    std::uint64_t bits = part(runs.variants[run], 1);
+  const auto key = [&](std::size_t segment) {
+    const std::int32_t cover = segments.cover[segment];
+    std::uint64_t bits = part(segments.variants[segment], 1);
     bits = bits << 8 | part(covers.dust_slots[cover], 0xff);
     bits = bits << 8 | part(covers.light_slots[cover], 0xff);
-    bits = bits << 15 | part(runs.count[run], 0x7fff);
-    return bits << 32 | run;
+    bits = bits << 15 | part(segments.count[segment], 0x7fff);
+    return bits << 32 | segment;
   };
   thread_local std::vector<std::uint64_t> keys;
   keys.clear();
-  for (std::size_t run = 0; run < runs.runs; ++run) keys.push_back(key(run));
+  for (std::size_t segment = 0; segment < segments.segments; ++segment)
+    keys.push_back(key(segment));
   std::sort(keys.begin(), keys.end());
   order.clear();
   for (const std::uint64_t own : keys) order.push_back(static_cast<std::uint32_t>(own));
 }
 
-void integrate_runs(const RunNodes& runs, const RunCovers& covers,
-                    std::span<const std::uint32_t> order, bool is_first, const RunIntegrals& out) {
-  if (runs.runs == 0) return;
+void integrate_segments(const SegmentNodes& segments, const SegmentCovers& covers,
+                        std::span<const std::uint32_t> order, bool is_first,
+                        const SegmentIntegrals& out) {
+  if (segments.segments == 0) return;
   thread_local VectorMemory memory;
-  HWY_DYNAMIC_DISPATCH(IntegrateRuns)(runs, covers, order, is_first, out, memory);
+  HWY_DYNAMIC_DISPATCH(IntegrateSegments)(segments, covers, order, is_first, out, memory);
 }
 
 }  // namespace gamer

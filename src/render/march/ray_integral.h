@@ -9,19 +9,19 @@
 
 namespace gamer {
 
-/// Nodes of runs (stretches of rays, see NodeMap) and what fills them.
-struct RunNodes {
+/// Nodes of segments (stretches of rays, see NodeMap) and what fills them.
+struct SegmentNodes {
   /// Numbers of any value behind the last node's in every array, so that several can be read at
   /// once.
   static constexpr std::size_t padding = 3;
 
-  std::size_t runs;
-  const std::int32_t* first;  ///< of each run's nodes
+  std::size_t segments;
+  const std::int32_t* first;  ///< of each segment's nodes
   const std::int32_t* count;  ///< odd, at least 9
   const std::int32_t* cover;
-  const std::uint8_t* open;      ///< whether the run begins where light and dust do not vanish
+  const std::uint8_t* open;      ///< whether the segment begins where light and dust do not vanish
   const std::uint8_t* open_end;  ///< whether it ends so; it then has at most 65 nodes
-  const std::uint8_t* variants;  ///< whether the run is the mean over variants of its dust
+  const std::uint8_t* variants;  ///< whether the segment is the mean over variants of its dust
   const float* weight;           ///< of each node, ds
   const float* const* light;     ///< [slot][node]
   const float* const* dust;      ///< [variant * dust_stride + slot][node]
@@ -30,7 +30,7 @@ struct RunNodes {
 };
 
 /// What slots do, for each cover.
-struct RunCovers {
+struct SegmentCovers {
   std::size_t covers;
   std::size_t nodes;                      ///< spectral
   std::span<const std::size_t> steering;  ///< the spectral node of each steering plane
@@ -42,10 +42,10 @@ struct RunCovers {
   const float* flux;
 };
 
-/// An integral over a run and how it changed when the nodes were doubled.
+/// An integral over a segment and how it changed when the nodes were doubled.
 struct Steered {
   float value, change, earlier_change;
-  float missed;  ///< see RunIntegrals
+  float missed;  ///< see SegmentIntegrals
 
   /// By every fourth, every second and every node.
   void begin(float coarse, float middle, float fine) {
@@ -77,21 +77,22 @@ struct Steered {
 /// rule is then wrong by a fifth of the interval's light at most.
 constexpr float thick_ratio = 0.223f;
 
-/// Integrals over runs; what belongs to the i-th stands at run[i].
-struct RunIntegrals {
-  const std::int32_t* run;
+/// Integrals over segments; what belongs to the i-th stands at segment[i].
+struct SegmentIntegrals {
+  const std::int32_t* segment;
   std::size_t light_slots;  ///< at least those of each cover
-  float* light;             ///< [(run * light_slots + slot) * nodes + j]: int e exp(-tau_j) ds
-  float* depth;             ///< [run * nodes + j]
-  float* transmission;      ///< [run * nodes + j]: exp(-depth), or its mean over variants
-  /// [(run * 2 + k) * planes + s]: the flux in a steering plane, k = 0, and the depth, k = 1.
+  float* light;             ///< [(segment * light_slots + slot) * nodes + j]: int e exp(-tau_j) ds
+  float* depth;             ///< [segment * nodes + j]
+  float* transmission;      ///< [segment * nodes + j]: exp(-depth), or its mean over variants
+  /// [(segment * 2 + k) * planes + s]: the flux in a steering plane, k = 0, and the depth, k = 1.
   /// `missed` of the flux bounds the light between nodes of which the second shows less than
   /// thick_ratio of what the first shows: no node need lie in the skin from which it comes.
   Steered* steered;
 };
 
-/// Sorts the runs so that those much alike follow each other and share vectors.
-void order_runs(const RunNodes& runs, const RunCovers& covers, std::vector<std::uint32_t>& order);
+/// Sorts the segments so that those much alike follow each other and share vectors.
+void order_segments(const SegmentNodes& segments, const SegmentCovers& covers,
+                    std::vector<std::uint32_t>& order);
 
 /// The trapezoidal rule in the map's u, with the weights of the cubic Gregory rule at open ends;
 /// optical depths up to the nodes by the cubic
@@ -99,8 +100,9 @@ void order_runs(const RunNodes& runs, const RunCovers& covers, std::vector<std::
 ///   13/24 (f_(k-1) + f_k) - 1/24 (f_(k-2) + f_(k+1)),
 /// which adds up to differences of sum_(i<=k) f_i - f_k/2 + (f_(k-1) - f_(k+1))/24. What steers
 /// begins with the same rules by every second and every fourth node where `is_first`, and is
-/// refined otherwise. Runs are worked on in SIMD lanes; each one's result depends on it alone.
-void integrate_runs(const RunNodes& runs, const RunCovers& covers,
-                    std::span<const std::uint32_t> order, bool is_first, const RunIntegrals& out);
+/// refined otherwise. Segments are worked on in SIMD lanes; each one's result depends on it alone.
+void integrate_segments(const SegmentNodes& segments, const SegmentCovers& covers,
+                        std::span<const std::uint32_t> order, bool is_first,
+                        const SegmentIntegrals& out);
 
 }  // namespace gamer

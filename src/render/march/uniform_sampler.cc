@@ -65,7 +65,7 @@ class UniformSampler : public Sampler {
     Cover cover;
     double origin = 0;
     const auto flush = [&] {
-      nodes.runs = {
+      nodes.segments = {
           {static_cast<std::int32_t>(i), 0, 0, static_cast<std::int32_t>(nodes.size()), origin}};
       medium_.evaluate(hits, std::span(&cover, 1), variants, nodes, counts);
       add(i, cover, nodes, widths, transmission, out);

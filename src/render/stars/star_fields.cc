@@ -142,8 +142,8 @@ StarFields::DistanceScale::DistanceScale(double nearest, double farthest) {
   size_ = ((end - first_) >> shift) + 1;
 }
 
-void StarFields::Field::dim(const Part& part, std::span<const float> distances, const float* light,
-                            float* out) const {
+void StarFields::Field::dim(const SmoothPart& part, std::span<const float> distances,
+                            const float* light, float* out) const {
   HWY_DYNAMIC_DISPATCH(Dim)(scale, part.share.data(), distances, light, out);
 }
 
@@ -158,7 +158,7 @@ StarFields::StarFields(const Scene& scene, const Camera& camera, double stars_pe
     const PlacedGalaxy& placed = scene.galaxies[g];
     const auto components = placed.galaxy->components();
     for (std::size_t c = 0; c < components.size(); ++c) {
-      const auto* stars = dynamic_cast<const StarField*>(components[c].get());
+      const StarField* stars = components[c]->star_field();
       if (stars == nullptr) continue;
       Field field{static_cast<int>(g), c, stars, std::numeric_limits<double>::infinity(), {}, {}};
       if (stars_per_pixel > 0) set_limit(scene, camera, stars_per_pixel, field);
@@ -253,7 +253,7 @@ void StarFields::set_parts(double nearest, double farthest, Field& field) const 
   }
   for (int b = 0; b < parts; ++b) {
     const double own = is_even ? last - 0.5 * octaves : last - b * spacing;
-    Part part;
+    SmoothPart part;
     if (field.stars->has_one_sed()) {
       part.sed = std::shared_ptr<const Sed>(std::shared_ptr<const Sed>(), field.stars->sed());
     } else {

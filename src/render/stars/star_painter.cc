@@ -103,17 +103,17 @@ struct StarPainter::Batch {
     double fine, coarse, coarser;  ///< column by all nodes, every second, every fourth
   };
   struct Place {
-    std::size_t run;
+    std::size_t segment;
     double weight, coarse_weight, coarser_weight;
   };
   std::vector<Line> lines;
   std::vector<Hit> hits;
   NodeMap map;
   RayPlan plan;
-  std::vector<std::int32_t> runs, first, count;
+  std::vector<std::int32_t> segments, first, count;
   std::vector<float> step, s, weight;
   std::vector<Place> places;
-  std::vector<double> between;  ///< of each run, by the nodes that are added
+  std::vector<double> between;  ///< of each segment, by the nodes that are added
   std::vector<double> depth;    ///< [entry * basis nodes + j]
   std::vector<double> flux, dust_free, mixed;
 };
@@ -133,7 +133,7 @@ StarPainter::StarPainter(std::shared_ptr<const Scene> scene, const Camera& camer
     for (std::size_t c = 0; c < field.component; ++c) {
       look.emitter += components[c]->absorbs() ? 0 : 1;
     }
-    look.unit = placed.brightness * placed.radius * placed.radius *
+    look.unit = placed.brightness * placed.magnification * placed.radius * placed.radius *
                 field.stars->unit_luminosity(placed.galaxy->luminosity(field.component));
     if (!std::isinf(field.limit)) {
       if (field.stars->has_one_sed()) {
@@ -198,7 +198,9 @@ void StarPainter::paint_field(std::size_t number, const Tile& tile, double margi
                               RenderCounts& counts) const {
   const StarFields::Field& field = fields_->fields()[number];
   const StarField& stars = *field.stars;
-  const BallSpace space(scene_->galaxies[static_cast<std::size_t>(field.galaxy)]);
+  const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(field.galaxy)];
+  const double largest_phi = placed.galaxy->calibration().largest_phi[field.component];
+  const BallSpace space(placed);
   const TileSpace tile_space(camera_, tile, margin, space);
   const bool is_parallel = fields_->is_parallel();
   const auto is_near = [&](const glm::dvec2& pixel) {
@@ -256,7 +258,7 @@ void StarPainter::paint_field(std::size_t number, const Tile& tile, double margi
         flush(number, dusty, batch, take, counts);
       }
     };
-    stars.walk(k, keep, offer);
+    stars.walk(k, largest_phi, keep, offer);
   }
   flush(number, dusty, batch, take, counts);
 }
@@ -324,7 +326,7 @@ void StarPainter::find_depths(std::span<const int> dusty, Batch& batch,
   batch.depth.assign(batch.entries.size() * steps, 0.0);
   if (dusty.empty()) return;
   batch.lines.clear();
-  batch.runs.clear();
+  batch.segments.clear();
   batch.map.clear();
   for (std::size_t i = 0; i < batch.entries.size(); ++i) {
     const Batch::Entry& entry = batch.entries[i];
@@ -385,20 +387,21 @@ void StarPainter::measure_columns(Batch& batch, RenderCounts& counts) const {
       line.most = std::max(line.most, own);
       line.least = std::min(line.least, own);
     }
-    batch.runs.push_back(static_cast<std::int32_t>(r));
+    batch.segments.push_back(static_cast<std::int32_t>(r));
   }
   // Lines of one component together, in full batches.
-  std::stable_sort(batch.runs.begin(), batch.runs.end(), [&](std::int32_t a, std::int32_t b) {
-    const Batch::Line &one = batch.lines[static_cast<std::size_t>(a)],
-                      &other = batch.lines[static_cast<std::size_t>(b)];
-    return std::pair(one.galaxy, one.component) < std::pair(other.galaxy, other.component);
-  });
+  std::stable_sort(
+      batch.segments.begin(), batch.segments.end(), [&](std::int32_t a, std::int32_t b) {
+        const Batch::Line &one = batch.lines[static_cast<std::size_t>(a)],
+                          &other = batch.lines[static_cast<std::size_t>(b)];
+        return std::pair(one.galaxy, one.component) < std::pair(other.galaxy, other.component);
+      });
   add_nodes(batch, true, counts);
   while (true) {
     // What is seen of a star may change by star_error of itself when every second node is left out,
     // and by the fourfold, as for what is smooth, with the next ones; where dust leaves less than
     // faint_share of its light, by star_error of that share.
-    std::erase_if(batch.runs, [&](std::int32_t r) {
+    std::erase_if(batch.segments, [&](std::int32_t r) {
       const Batch::Line& line = batch.lines[static_cast<std::size_t>(r)];
       const double left = std::exp(-line.least * line.fine);
       const double change =
@@ -407,19 +410,19 @@ void StarPainter::measure_columns(Batch& batch, RenderCounts& counts) const {
                  accuracy.star_error ||
              2 * line.intervals > most_intervals;
     });
-    if (batch.runs.empty()) return;
+    if (batch.segments.empty()) return;
     add_nodes(batch, false, counts);
   }
 }
 
 void StarPainter::add_nodes(Batch& batch, bool is_first, RenderCounts& counts) const {
-  const std::size_t runs = batch.runs.size();
-  batch.first.resize(runs);
-  batch.count.resize(runs);
-  batch.step.resize(runs);
+  const std::size_t segments = batch.segments.size();
+  batch.first.resize(segments);
+  batch.count.resize(segments);
+  batch.step.resize(segments);
   std::int32_t nodes = 0;
-  for (std::size_t i = 0; i < runs; ++i) {
-    const auto r = static_cast<std::size_t>(batch.runs[i]);
+  for (std::size_t i = 0; i < segments; ++i) {
+    const auto r = static_cast<std::size_t>(batch.segments[i]);
     Batch::Line& line = batch.lines[r];
     batch.first[i] = nodes;
     batch.count[i] = line.intervals + (is_first ? 1 : 0);
@@ -429,12 +432,12 @@ void StarPainter::add_nodes(Batch& batch, bool is_first, RenderCounts& counts) c
   // Room for whole vectors of any target.
   batch.s.resize(static_cast<std::size_t>(nodes) + batch_padding);
   batch.weight.resize(batch.s.size());
-  batch.map.place({batch.runs, batch.first, batch.count, batch.step, is_first ? 0.0f : 0.5f,
+  batch.map.place({batch.segments, batch.first, batch.count, batch.step, is_first ? 0.0f : 0.5f,
                    batch.s.data(), batch.weight.data()});
   counts.nodes += static_cast<std::uint64_t>(nodes);
 
   const auto threshold = static_cast<float>(medium_.accuracy().texture_threshold);
-  batch.between.assign(runs, 0.0);
+  batch.between.assign(segments, 0.0);
   batch.places.clear();
   const auto evaluate = [&](const Batch::Line& line) {
     const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(line.galaxy)];
@@ -448,17 +451,17 @@ void StarPainter::add_nodes(Batch& batch, bool is_first, RenderCounts& counts) c
     for (std::size_t i = 0; i < size; ++i) {
       const Batch::Place& place = batch.places[i];
       const double light = scale * double{batch.density[i]};
-      batch.between[place.run] += place.weight * light;
+      batch.between[place.segment] += place.weight * light;
       if (is_first) {
-        Batch::Line& own = batch.lines[static_cast<std::size_t>(batch.runs[place.run])];
+        Batch::Line& own = batch.lines[static_cast<std::size_t>(batch.segments[place.segment])];
         own.coarse += place.coarse_weight * light;
         own.coarser += place.coarser_weight * light;
       }
     }
     batch.places.clear();
   };
-  for (std::size_t i = 0; i < runs; ++i) {
-    const Batch::Line& line = batch.lines[static_cast<std::size_t>(batch.runs[i])];
+  for (std::size_t i = 0; i < segments; ++i) {
+    const Batch::Line& line = batch.lines[static_cast<std::size_t>(batch.segments[i])];
     for (std::int32_t k = 0; k < batch.count[i]; ++k) {
       const auto n = static_cast<std::size_t>(batch.first[i] + k);
       const double t = double{batch.s[n]};
@@ -472,13 +475,13 @@ void StarPainter::add_nodes(Batch& batch, bool is_first, RenderCounts& counts) c
       if (batch.places.size() == batch_capacity) evaluate(line);
     }
     const Batch::Line* next =
-        i + 1 < runs ? &batch.lines[static_cast<std::size_t>(batch.runs[i + 1])] : nullptr;
+        i + 1 < segments ? &batch.lines[static_cast<std::size_t>(batch.segments[i + 1])] : nullptr;
     const bool is_last =
         next == nullptr || next->galaxy != line.galaxy || next->component != line.component;
     if (is_last && !batch.places.empty()) evaluate(line);
   }
-  for (std::size_t i = 0; i < runs; ++i) {
-    Batch::Line& line = batch.lines[static_cast<std::size_t>(batch.runs[i])];
+  for (std::size_t i = 0; i < segments; ++i) {
+    Batch::Line& line = batch.lines[static_cast<std::size_t>(batch.segments[i])];
     if (is_first) {
       line.fine = batch.between[i];
       continue;

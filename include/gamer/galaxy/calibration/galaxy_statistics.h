@@ -81,10 +81,10 @@ class GalaxyStatistics {
     CloudMoments moments;
   };
 
-  const Component& component_at(std::size_t c) const { return *galaxy_.components_[c]; }
-  bool is_reference() const { return galaxy_.is_reference_; }
+  const Component& component_at(std::size_t c) const { return *galaxy_.components()[c]; }
+  bool is_reference() const { return galaxy_.is_reference(); }
   bool is_textured(std::size_t c) const {
-    return component_at(c).texture() != nullptr || galaxy_.followed_[c] >= 0;
+    return component_at(c).texture() != nullptr || galaxy_.followed(c) >= 0;
   }
   const std::vector<Part>& of(Round round) const { return parts_[static_cast<std::size_t>(round)]; }
   std::vector<Part>& of(Round round) { return parts_[static_cast<std::size_t>(round)]; }
@@ -104,14 +104,6 @@ class GalaxyStatistics {
   void measure_means(std::size_t c, std::span<double> numbers) const;
   CloudMoments measure_slice(const Mean& mean, std::size_t slice) const;
   void make_tables();
-  struct DustRays;
-  /// Traces so many rays through component c. Their paths in it are `path` times those face on.
-  DustRays trace_dust(std::size_t c, double path, std::size_t rays,
-                      std::span<const double> widths) const;
-  /// Measures the closure of dust at the measured widths of dust_widths(): Dust::coherence and
-  /// Dust::amount for one obliquity.
-  void measure_dust(std::size_t c, std::size_t obliquity, std::size_t rays,
-                    std::vector<double>& coherences, std::vector<double>& amounts) const;
   /// The largest Phi of component c, which is a star field.
   double largest_phi(std::size_t c, const StarField& field) const;
 
@@ -131,24 +123,6 @@ class GalaxyStatistics {
   /// Spreads values of the measured widths over all widths. The others get the nearest value.
   std::vector<double> for_all(const std::vector<double>& widths,
                               const std::vector<double>& values) const;
-  /// Phi of component c at points of its cloud, as rays of each width see it. The Phi of a followed
-  /// component is a factor of it.
-  void cloud_phi(std::size_t c, const Points& points, std::span<const double> widths,
-                 std::span<BatchArray> out) const;
-  /// Multiplies arrays by Phi of the component that c follows, if any, at points that were turned
-  /// back by c's twirl, as rays of as many widths see it.
-  void multiply_followed(std::size_t c, const Points& points, const BatchArray& shear,
-                         std::span<const double> widths, std::span<BatchArray> out) const;
-  /// Phi of the component that c follows at points of c's cloud.
-  void followed_phi(std::size_t c, const Points& points, float* out) const;
-  const Component& followed_by(std::size_t c) const {
-    return component_at(static_cast<std::size_t>(galaxy_.followed_[c]));
-  }
-  /// Points that were turned back by the twirl of component c, by that of the one it follows.
-  Points turn_to_followed(std::size_t c, const Points& points, BatchArray& x, BatchArray& y,
-                          BatchArray& z) const;
-  /// r dtheta/dr at points of a cloud.
-  void take_shear(const Points& points, BatchArray& out) const;
 
   Galaxy& galaxy_;
   FootprintRange footprints_;
@@ -157,7 +131,8 @@ class GalaxyStatistics {
   std::size_t most_numbers_ = 0;
   std::vector<bool> is_normalised_;  ///< for each component
   std::vector<Mean> means_;          ///< for each component in turn, by footprint
-  std::vector<Galaxy::Dust> dust_;   ///< the closure, for each component of a reference
+  GalaxyCalibration calibration_;
+  std::vector<DustClosure> dust_;  ///< the closure, for each component of a reference
 };
 
 }  // namespace gamer

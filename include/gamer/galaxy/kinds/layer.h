@@ -36,7 +36,7 @@ class Layer : public Component {
   bool hides_texture(double footprint) const override;
   double face_on_column() const override { return 2 * shape_.z0 * peak_; }
   double peak() const override { return peak_; }
-  bool needs_phi() const override { return follows_arms(); }
+  bool needs_azimuth() const override { return follows_arms(); }
   bool needs_winding() const override {
     return follows_arms() || (texture() != nullptr && texture()->twirl() != 0);
   }

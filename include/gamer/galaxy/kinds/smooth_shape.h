@@ -17,9 +17,8 @@ class SmoothShape : public Component {
 
   /// `scale` is the shortest length over which the density changes by about itself, galaxy radii.
   /// Throws std::invalid_argument unless it is in ]0, 1].
-  SmoothShape(std::string kind, Density density, double scale);
+  SmoothShape(Density density, double scale);
 
-  std::string_view kind() const override { return kind_; }
   void envelope(const SampleBatch& batch, float* out) const override;
   double envelope_integral() const override { return integral_; }
   Cloud cloud(std::size_t /*size*/) const override { return {}; }
@@ -29,7 +28,6 @@ class SmoothShape : public Component {
   double face_on_column() const override { return column_; }
 
  private:
-  std::string kind_;
   Density density_;
   double scale_;
   double integral_ = 0;  ///< of the density over the ball

@@ -24,8 +24,8 @@ class StarField : public Layer {
   StarField(const LayerShape& shape, const ArmPattern& arms, StellarPopulation population,
             double number, std::uint64_t seed);
 
-  std::string_view kind() const override { return "starfield"; }
   bool depends_on_seed() const override { return true; }
+  const StarField* star_field() const override { return this; }
 
   const StellarPopulation& population() const { return population_; }
   /// Stars in the galaxy.
@@ -39,10 +39,6 @@ class StarField : public Layer {
   double unit_luminosity(double light) const {
     return light / (number_ * population_.mean_luminosity());
   }
-
-  /// The largest Phi that counts: larger values count as this one. It is 1 until a galaxy sets it.
-  void set_largest_phi(double phi) { largest_phi_ = phi; }
-  double largest_phi() const { return largest_phi_; }
 
   struct Cell {
     double centre[3];
@@ -62,11 +58,12 @@ class StarField : public Layer {
   };
 
   /// Calls take(candidate) for all of class k, cell by cell in an order of their own; cells for
-  /// which keep(cell) is false are passed over with all in them.
+  /// which keep(cell) is false are passed over with all in them. A larger Phi than `largest_phi`
+  /// (GalaxyCalibration) counts as this one.
   template <class Keep, class Take>
-  void walk(std::size_t k, const Keep& keep, const Take& take) const {
+  void walk(std::size_t k, double largest_phi, const Keep& keep, const Take& take) const {
     descend({{0, 0, 0}, 1, 0, hash_words({key(), k})},
-            density() * population_.at(k).number * largest_phi_, keep, take);
+            density() * population_.at(k).number * largest_phi, largest_phi, keep, take);
   }
   /// What a candidate of class k is if it is a star.
   double luminosity(std::size_t k, const Candidate& candidate) const;
@@ -84,7 +81,8 @@ class StarField : public Layer {
 
   std::uint64_t key() const;
   template <class Keep, class Take>
-  void descend(const Cell& cell, double density, const Keep& keep, const Take& take) const;
+  void descend(const Cell& cell, double density, double largest_phi, const Keep& keep,
+               const Take& take) const;
   template <class Take>
   void fill(const Cell& cell, double expected, double bound, const Take& take) const;
   /// The share of stars of its class that are fainter.
@@ -97,18 +95,17 @@ class StarField : public Layer {
   std::uint64_t seed_;
   std::shared_ptr<const Sed> mean_sed_;
   double envelope_integral_;
-  double largest_phi_ = 1;
 };
 
 template <class Keep, class Take>
-void StarField::descend(const Cell& cell, double density, const Keep& keep,
+void StarField::descend(const Cell& cell, double density, double largest_phi, const Keep& keep,
                         const Take& take) const {
   const double largest = bound(cell);
   if (!(largest > 0) || !keep(cell)) return;
   const double side = 2 * cell.half;
   const double expected = density * largest * side * side * side;
   if (expected <= most_candidates || cell.level == deepest) {
-    fill(cell, expected, largest, take);
+    fill(cell, expected, largest * largest_phi, take);
     return;
   }
   const double half = 0.5 * cell.half;
@@ -117,7 +114,7 @@ void StarField::descend(const Cell& cell, double density, const Keep& keep,
     for (int axis = 0; axis < 3; ++axis) {
       part.centre[axis] = cell.centre[axis] + ((octant >> axis) & 1 ? half : -half);
     }
-    descend(part, density, keep, take);
+    descend(part, density, largest_phi, keep, take);
   }
 }
 
@@ -125,7 +122,6 @@ template <class Take>
 void StarField::fill(const Cell& cell, double expected, double bound, const Take& take) const {
   constexpr std::uint64_t count_word = 9;  // beyond those of the octants
   const int count = poisson(expected, to_unit(mix64(cell.key + count_word * golden_gamma)));
-  const double scale = bound * largest_phi_;
   const auto spread = [&](std::uint64_t bits) {
     return cell.half * (static_cast<double>(bits) * 0x1p-31 - 1);
   };
@@ -138,7 +134,7 @@ void StarField::fill(const Cell& cell, double expected, double bound, const Take
     candidate.position[0] = cell.centre[0] + spread(a >> 32);
     candidate.position[1] = cell.centre[1] + spread(a & 0xffffffffu);
     candidate.position[2] = cell.centre[2] + spread(b >> 32);
-    candidate.threshold = scale * static_cast<double>(b & 0xffffffffu) * 0x1p-32;
+    candidate.threshold = bound * static_cast<double>(b & 0xffffffffu) * 0x1p-32;
     take(candidate);
   }
 }

@@ -23,8 +23,8 @@ class Sampler {
 /// second order in the step. Where galaxies overlap the smallest of their steps holds.
 std::unique_ptr<Sampler> make_uniform_sampler(const Medium& medium, double step);
 
-/// Bound of the nodes of a ray, for all runs on it together. The last halving may pass it, up to
-/// twice as many. Rays that do not converge are counted in RenderCounts::unconverged_rays.
+/// Bound of the nodes of a ray, for all segments on it together. The last halving may pass it, up
+/// to twice as many. Rays that do not converge are counted in RenderCounts::unconverged_rays.
 constexpr int most_nodes_of_a_ray = 1 << 16;
 
 /// The trapezoidal rule in a coordinate that follows the envelopes, its nodes doubled until the

@@ -28,7 +28,7 @@ class StarFields {
  public:
   /// A part of the smooth light, with the spectrum that the light has at one distance. Parts of
   /// neighbouring distances blend.
-  struct Part {
+  struct SmoothPart {
     std::shared_ptr<const Sed> sed;
     /// Share of the field's emissivity at the distances of the field's `scale`; empty: all of it
     /// everywhere.
@@ -63,14 +63,14 @@ class StarFields {
     std::size_t component;
     const StarField* stars;
     double limit;  ///< q0; infinite where no star shines by itself
-    std::vector<Part> parts;
+    std::vector<SmoothPart> parts;
     DistanceScale scale;
 
     /// w(q).
     double weight(double q) const;
     /// out = light times the part's share at these distances, in whole vectors (batch.h): nearer
     /// than the scale as at its first one, farther as at its last.
-    void dim(const Part& part, std::span<const float> distances, const float* light,
+    void dim(const SmoothPart& part, std::span<const float> distances, const float* light,
              float* out) const;
   };
 

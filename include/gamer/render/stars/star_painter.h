@@ -58,7 +58,7 @@ class StarPainter {
   void find_depths(std::span<const int> dusty, Batch& batch, RenderCounts& counts) const;
   /// Columns of the batch's lines, each halved until the accuracy is met.
   void measure_columns(Batch& batch, RenderCounts& counts) const;
-  /// The first nodes of the batch's runs, or those half way between.
+  /// The first nodes of the batch's segments, or those half way between.
   void add_nodes(Batch& batch, bool is_first, RenderCounts& counts) const;
 
   std::shared_ptr<const Scene> scene_;

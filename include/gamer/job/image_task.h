@@ -22,7 +22,7 @@
 namespace gamer {
 
 /// How a job is done; nothing of it changes the image.
-struct WorkOptions {
+struct JobOptions {
   bool truth = false;                 ///< table TRUTH and the images of [truth]
   std::filesystem::path truth_table;  ///< the table's own file; empty: into the image's
   bool overwrite = false;             ///< existing files are replaced
@@ -43,16 +43,16 @@ std::string objects_text(const Scene& scene);
 /// All files that a job with these parameters makes. `truth` is the header of the truth images,
 /// without planes where there are none.
 std::vector<std::filesystem::path> result_files(const RenderParameters& parameters,
-                                                const WorkOptions& options,
-                                                const ImageHeader& image, const ImageHeader& truth);
+                                                const JobOptions& options, const ImageHeader& image,
+                                                const ImageHeader& truth);
 /// Checks these existing files by check_sums(). Throws InputError where one is damaged.
-void check_undamaged(const RenderParameters& parameters, const WorkOptions& options,
+void check_undamaged(const RenderParameters& parameters, const JobOptions& options,
                      const ImageHeader& image, const ImageHeader& truth);
 /// make_truth_header(), or an empty one where no truth images are asked for.
-ImageHeader wanted_truth_header(const RenderJob& job, const WorkOptions& options);
+ImageHeader wanted_truth_header(const RenderJob& job, const JobOptions& options);
 /// The reason why files may not be made with these options: one exists, or a journal holds rows of
 /// them. Empty where nothing hinders.
-std::string hindrance(const OutputOptions& output, const WorkOptions& options,
+std::string hindrance(const OutputOptions& output, const JobOptions& options,
                       const std::vector<std::filesystem::path>& files);
 /// What check_output() does, for the image and its truth images.
 void check_outputs(const RenderParameters& parameters, const ImageHeader& image,
@@ -72,12 +72,12 @@ class InputFiles {
 bool are_there(const std::vector<std::filesystem::path>& files);
 
 /// A job with its files, as rank 0 has it.
-class Work {
+class ImageTask {
  public:
   /// Checks all that can be known beforehand. `earlier` is the journal to go on with, or null.
   /// Throws InputError.
-  Work(RenderJob job, WorkOptions options, int ranks, int threads,
-       std::unique_ptr<Journal> earlier);
+  ImageTask(RenderJob job, JobOptions options, int ranks, int threads,
+            std::unique_ptr<Journal> earlier);
 
   const RenderJob& job() const { return job_; }
   /// To be resumed and complete already: there is nothing to do.
@@ -115,7 +115,7 @@ class Work {
   void render_rows(Executor& executor, Progress::Style style, RankReport& report);
 
   RenderJob job_;
-  WorkOptions options_;
+  JobOptions options_;
   ImageHeader header_;
   ImageHeader truth_header_;
   std::string date_;  ///< DATE of the files
@@ -128,8 +128,8 @@ class Work {
   int replayed_rows_ = 0;
 };
 
-/// The other ranks' part of Work::render().
-void help_render(const RenderJob& job, const WorkOptions& options, Executor& executor,
+/// The other ranks' part of ImageTask::render().
+void help_render(const RenderJob& job, const JobOptions& options, Executor& executor,
                  RankReport& report);
 
 }  // namespace gamer

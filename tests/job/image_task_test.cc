@@ -1,4 +1,4 @@
-#include "gamer/job/work.h"
+#include "gamer/job/image_task.h"
 
 #include <gtest/gtest.h>
 #include <stdlib.h>
@@ -40,12 +40,12 @@ class WorkTest : public testing::Test {
     request.output = image_;
     return load_job(request, data);
   }
-  std::string hindrance_of(const WorkOptions& options) const {
-    return Work(job(), options, 1, 1, nullptr).hindrance();
+  std::string hindrance_of(const JobOptions& options) const {
+    return ImageTask(job(), options, 1, 1, nullptr).hindrance();
   }
   /// Does the job; what it says.
-  std::string work(const WorkOptions& options) const {
-    Work work(job(), options, 1, 1, nullptr);
+  std::string work(const JobOptions& options) const {
+    ImageTask work(job(), options, 1, 1, nullptr);
     if (!work.is_complete()) {
       ThreadExecutor executor(1);
       RankReport report;
@@ -66,10 +66,10 @@ class WorkTest : public testing::Test {
 TEST_F(WorkTest, TextsNameFilesAndSizes) {
   const RenderJob cube = job();
   EXPECT_EQ(size_text(make_image_header(cube)), "6 x 4 pixels, 2 planes");
-  EXPECT_EQ(files_text(cube.parameters.output, make_image_header(cube)), image_.string());
+  EXPECT_EQ(files_text(cube.parameters.image.output, make_image_header(cube)), image_.string());
   EXPECT_EQ(objects_text(*cube.scene), "2 galaxies");
   const RenderJob files = job({"image.layout=files"});
-  EXPECT_EQ(files_text(files.parameters.output, make_image_header(files)),
+  EXPECT_EQ(files_text(files.parameters.image.output, make_image_header(files)),
             (folder_ / "x_5000A.fits").string() + " and 1 more");
   const RenderJob map = job({"camera.projection=healpix", "camera.nside=2"});
   EXPECT_EQ(size_text(make_image_header(map)), "12 x 2 x 2 pixels, 2 planes");
@@ -79,7 +79,7 @@ TEST_F(WorkTest, TextsNameFilesAndSizes) {
 
 TEST_F(WorkTest, ResultFilesAreAllThatAJobMakes) {
   const RenderJob truth = job({"truth.dust_free=true", "image.layout=files"});
-  WorkOptions options;
+  JobOptions options;
   const ImageHeader image = make_image_header(truth);
   const auto names = [&] {
     std::vector<std::string> result;
@@ -97,7 +97,7 @@ TEST_F(WorkTest, ResultFilesAreAllThatAJobMakes) {
 }
 
 TEST_F(WorkTest, ExistingFilesHinderAllButDryRuns) {
-  WorkOptions options;
+  JobOptions options;
   EXPECT_EQ(hindrance_of(options), "");
   EXPECT_TRUE(work(options).starts_with(image_.string() + ": 6 x 4 pixels, 2 planes, "));
   const std::string exists = "output '" + image_.string() + "': '" + image_.string() +
@@ -106,16 +106,16 @@ TEST_F(WorkTest, ExistingFilesHinderAllButDryRuns) {
   options.dry_run = true;
   EXPECT_EQ(hindrance_of(options), exists);
   options.resume = true;
-  EXPECT_TRUE(Work(job(), options, 1, 1, nullptr).is_complete());
+  EXPECT_TRUE(ImageTask(job(), options, 1, 1, nullptr).is_complete());
   EXPECT_EQ(work(options), image_.string() + ": complete already");
-  EXPECT_EQ(error_text([&] { Work(job({"noise.seed=2"}), options, 1, 1, nullptr); }),
+  EXPECT_EQ(error_text([&] { ImageTask(job({"noise.seed=2"}), options, 1, 1, nullptr); }),
             image_.string() +
                 ": the job has changed since it began: noise.seed was 1, is 2; "
                 "--overwrite starts anew");
 }
 
 TEST_F(WorkTest, DamagedOutputsAreNotComplete) {
-  WorkOptions options;
+  JobOptions options;
   work(options);
   options.resume = true;
   std::string bytes = file_bytes(image_);
@@ -123,7 +123,7 @@ TEST_F(WorkTest, DamagedOutputsAreNotComplete) {
   const std::size_t end = bytes.find("END" + std::string(77, ' '));
   bytes[(end / block_size + 1) * block_size] ^= 1;
   std::ofstream(image_, std::ios::binary) << bytes;
-  EXPECT_EQ(error_text([&] { Work(job(), options, 1, 1, nullptr); }),
+  EXPECT_EQ(error_text([&] { ImageTask(job(), options, 1, 1, nullptr); }),
             image_.string() +
                 ": HDU 0 is damaged, or another program has changed it: its DATASUM is wrong; "
                 "--overwrite starts anew");
@@ -145,7 +145,7 @@ TEST_F(WorkTest, WhatAKillLeftWhileTheJournalBeganIsRemoved) {
 
 TEST_F(WorkTest, JournalsHinderAllButDryRuns) {
   std::ofstream(image_.string() + ".journal") << "rows";
-  WorkOptions options;
+  JobOptions options;
   const std::string journal = "output '" + image_.string() + "': '" + image_.string() +
                               ".journal' holds finished rows of a job that was interrupted; "
                               "--resume goes on with it, --overwrite starts anew";

@@ -10,10 +10,10 @@
 
 namespace gamer {
 
-/// Several processes, as Ranks describes them; mpi/mpi_job.cc implements it.
-class Job {
+/// Several processes, as Ranks describes them; mpi/mpi_group.cc implements it.
+class RankGroup {
  public:
-  virtual ~Job() = default;
+  virtual ~RankGroup() = default;
 
   virtual int rank() const = 0;
   virtual int size() const = 0;
@@ -28,7 +28,7 @@ class Job {
 
 /// Joins the MPI job that this process was started in; null when it was started alone or without
 /// MPI.
-std::unique_ptr<Job> join_job(int* argc, char*** argv);
+std::unique_ptr<RankGroup> join_group(int* argc, char*** argv);
 
 /// Name and version of the MPI library, or empty.
 std::string mpi_library_version();

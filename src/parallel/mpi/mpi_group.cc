@@ -1,6 +1,6 @@
 #ifdef GAMER_HAVE_MPI
 
-#include "parallel/mpi/mpi_job.h"
+#include "parallel/mpi/mpi_group.h"
 
 #include <fmt/format.h>
 
@@ -23,7 +23,7 @@ namespace {
 
 class RankExecutor : public Executor {
  public:
-  RankExecutor(MpiJob& job, int threads) : job_(job), threads_(threads) {
+  RankExecutor(MpiGroup& job, int threads) : job_(job), threads_(threads) {
     if (threads < 1) {
       throw std::invalid_argument(fmt::format("cannot compute in {} threads", threads));
     }
@@ -47,13 +47,13 @@ class RankExecutor : public Executor {
   int workers() const override { return job_.size() * threads_; }
 
  private:
-  MpiJob& job_;
+  MpiGroup& job_;
   int threads_;
 };
 
 }  // namespace
 
-MpiJob::MpiJob(int* argc, char*** argv) {
+MpiGroup::MpiGroup(int* argc, char*** argv) {
   int provided = MPI_THREAD_SINGLE;
   MPI_Init_thread(argc, argv, MPI_THREAD_FUNNELED, &provided);
   if (provided < MPI_THREAD_FUNNELED) {
@@ -65,15 +65,15 @@ MpiJob::MpiJob(int* argc, char*** argv) {
   MPI_Comm_size(communicator_, &size_);
 }
 
-void MpiJob::send_order(int rank, const Order& order) const {
+void MpiGroup::send_order(int rank, const Order& order) const {
   MPI_Send(&order, sizeof order, MPI_BYTE, rank, tag_order, communicator_);
 }
 
-void MpiJob::send_order_to_all(const Order& order) const {
+void MpiGroup::send_order_to_all(const Order& order) const {
   for (int other = 1; other < size_; ++other) send_order(other, order);
 }
 
-std::optional<Notice> MpiJob::poll_notice() {
+std::optional<Notice> MpiGroup::poll_notice() {
   int arrived = 0;
   MPI_Status status;
   MPI_Iprobe(MPI_ANY_SOURCE, tag_notice, communicator_, &arrived, &status);
@@ -90,7 +90,7 @@ std::optional<Notice> MpiJob::poll_notice() {
   return notice;
 }
 
-void MpiJob::take_leave(const Notice& notice) {
+void MpiGroup::take_leave(const Notice& notice) {
   ++left_count_;
   const int code = notice.head.code;
   if (!early_leave_) {
@@ -102,19 +102,19 @@ void MpiJob::take_leave(const Notice& notice) {
     unreported_ = {code, notice.text};
 }
 
-void MpiJob::open(const Order& order) {
+void MpiGroup::open(const Order& order) {
   while (poll_notice()) {
   }
   if (early_leave_) std::rethrow_exception(early_leave());
   send_order_to_all(order);
 }
 
-void MpiJob::give_up(int rank, const std::string& what) {
+void MpiGroup::give_up(int rank, const std::string& what) {
   has_lost_ = true;
   throw RunError(fmt::format("rank {} {}", rank, what));
 }
 
-std::optional<Order> MpiJob::poll_order() {
+std::optional<Order> MpiGroup::poll_order() {
   if (order_request_ == MPI_REQUEST_NULL) {
     MPI_Irecv(&order_, sizeof order_, MPI_BYTE, 0, tag_order, communicator_, &order_request_);
   }
@@ -123,7 +123,7 @@ std::optional<Order> MpiJob::poll_order() {
   return order_;
 }
 
-Order MpiJob::next_order() {
+Order MpiGroup::next_order() {
   Pause pause;
   while (true) {
     if (const std::optional<Order> order = poll_order()) return *order;
@@ -131,14 +131,14 @@ Order MpiJob::next_order() {
   }
 }
 
-Order MpiJob::join(OrderKind expected) {
+Order MpiGroup::join(OrderKind expected) {
   const Order order = next_order();
   if (order.kind == OrderKind::leave) throw Stopped{static_cast<int>(order.first)};
   if (order.kind != expected) throw std::logic_error("ranks do not make the same calls");
   return order;
 }
 
-void MpiJob::send_notice(NoticeKind kind, const Failure& failure) const {
+void MpiGroup::send_notice(NoticeKind kind, const Failure& failure) const {
   const NoticeHead head{kind, failure.code};
   std::string bytes(sizeof head, '\0');
   std::memcpy(bytes.data(), &head, sizeof head);
@@ -149,12 +149,12 @@ void MpiJob::send_notice(NoticeKind kind, const Failure& failure) const {
   wait(request);
 }
 
-void MpiJob::abort() const {
+void MpiGroup::abort() const {
   MPI_Abort(communicator_, run_error_code);
   std::abort();
 }
 
-void MpiJob::transfer_text(std::string& text) const {
+void MpiGroup::transfer_text(std::string& text) const {
   for (std::size_t start = 0; start < text.size(); start += bytes_per_message) {
     const std::size_t count = std::min(bytes_per_message, text.size() - start);
     MPI_Request request = MPI_REQUEST_NULL;
@@ -163,7 +163,7 @@ void MpiJob::transfer_text(std::string& text) const {
   }
 }
 
-std::string MpiJob::broadcast(std::string text) {
+std::string MpiGroup::broadcast(std::string text) {
   if (rank_ == 0) {
     open({OrderKind::broadcast, static_cast<std::int64_t>(text.size())});
   } else {
@@ -173,7 +173,7 @@ std::string MpiJob::broadcast(std::string text) {
   return text;
 }
 
-std::vector<std::string> MpiJob::gather(const std::string& text) {
+std::vector<std::string> MpiGroup::gather(const std::string& text) {
   if (rank_ > 0) {
     join(OrderKind::gather);
     send_notice(NoticeKind::text, {0, text});
@@ -206,7 +206,7 @@ std::vector<std::string> MpiJob::gather(const std::string& text) {
   return texts;
 }
 
-std::int64_t MpiJob::reduce_bits(std::int64_t bits) const {
+std::int64_t MpiGroup::reduce_bits(std::int64_t bits) const {
   std::int64_t result = 0;
   MPI_Request request = MPI_REQUEST_NULL;
   MPI_Iallreduce(&bits, &result, 1, MPI_INT64_T, MPI_BAND, communicator_, &request);
@@ -214,7 +214,7 @@ std::int64_t MpiJob::reduce_bits(std::int64_t bits) const {
   return result;
 }
 
-std::int64_t MpiJob::common_bits(std::int64_t bits) {
+std::int64_t MpiGroup::common_bits(std::int64_t bits) {
   if (rank_ == 0) {
     open({OrderKind::common_bits});
   } else {
@@ -223,8 +223,8 @@ std::int64_t MpiJob::common_bits(std::int64_t bits) {
   return reduce_bits(bits);
 }
 
-int MpiJob::end(int code, const std::string& message,
-                const std::function<void(const std::string&)>& report) {
+int MpiGroup::end(int code, const std::string& message,
+                  const std::function<void(const std::string&)>& report) {
   if (ended_) return code;
   ended_ = true;
   if (has_lost_) {
@@ -266,7 +266,7 @@ int MpiJob::end(int code, const std::string& message,
   return code;
 }
 
-std::unique_ptr<Executor> MpiJob::executor(int threads) {
+std::unique_ptr<Executor> MpiGroup::executor(int threads) {
   return std::make_unique<RankExecutor>(*this, threads);
 }
 
@@ -287,9 +287,9 @@ bool started_by_launcher() {
 
 }  // namespace
 
-std::unique_ptr<Job> join_job(int* argc, char*** argv) {
+std::unique_ptr<RankGroup> join_group(int* argc, char*** argv) {
   if (!started_by_launcher()) return nullptr;
-  return std::make_unique<mpi::MpiJob>(argc, argv);
+  return std::make_unique<mpi::MpiGroup>(argc, argv);
 }
 
 std::string mpi_library_version() {
@@ -305,11 +305,11 @@ std::string mpi_library_version() {
 
 #else
 
-#include "parallel/job.h"
+#include "parallel/rank_group.h"
 
 namespace gamer {
 
-std::unique_ptr<Job> join_job(int* /*argc*/, char*** /*argv*/) { return nullptr; }
+std::unique_ptr<RankGroup> join_group(int* /*argc*/, char*** /*argv*/) { return nullptr; }
 
 std::string mpi_library_version() { return {}; }
 

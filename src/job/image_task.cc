@@ -1,4 +1,4 @@
-#include "gamer/job/work.h"
+#include "gamer/job/image_task.h"
 
 #include <fmt/format.h>
 #include <sys/stat.h>
@@ -40,14 +40,14 @@ std::optional<std::pair<std::uint64_t, std::uint64_t>> identity(const fs::path& 
 }
 
 /// Where the truth goes, which is no parameter.
-std::string truth_text(const WorkOptions& options) {
+std::string truth_text(const JobOptions& options) {
   if (!options.truth) return "";
   return options.truth_table.empty() ? "in the image" : "in " + options.truth_table.string();
 }
 
-Renderer make_renderer(const RenderJob& job, const WorkOptions& options) {
+Renderer make_renderer(const RenderJob& job, const JobOptions& options) {
   return {job.parameters, job.camera, job.scene, job.spectrum,
-          options.truth ? job.parameters.truth : TruthImages()};
+          options.truth ? job.parameters.truth : TruthSettings()};
 }
 
 /// Every rank's part. They count as set-up: `before`, from which times are taken, goes on.
@@ -107,9 +107,9 @@ std::string objects_text(const Scene& scene) {
   return text;
 }
 
-std::vector<fs::path> result_files(const RenderParameters& parameters, const WorkOptions& options,
+std::vector<fs::path> result_files(const RenderParameters& parameters, const JobOptions& options,
                                    const ImageHeader& image, const ImageHeader& truth) {
-  std::vector<fs::path> files = output_files(parameters.output, image);
+  std::vector<fs::path> files = output_files(parameters.image.output, image);
   if (truth.planes() > 0) {
     const auto more = output_files(truth_output(parameters), truth);
     files.insert(files.end(), more.begin(), more.end());
@@ -118,7 +118,7 @@ std::vector<fs::path> result_files(const RenderParameters& parameters, const Wor
   return files;
 }
 
-void check_undamaged(const RenderParameters& parameters, const WorkOptions& options,
+void check_undamaged(const RenderParameters& parameters, const JobOptions& options,
                      const ImageHeader& image, const ImageHeader& truth) {
   const bool has_table = options.truth && options.truth_table.empty();
   const auto check = [](const OutputOptions& output, const ImageHeader& header, int tables) {
@@ -126,7 +126,7 @@ void check_undamaged(const RenderParameters& parameters, const WorkOptions& opti
     for (const fs::path& file : output_files(output, header)) check_sums(file, hdus);
   };
   try {
-    check(parameters.output, image, has_table ? 1 : 0);
+    check(parameters.image.output, image, has_table ? 1 : 0);
     if (truth.planes() > 0) check(truth_output(parameters), truth, 0);
     // Behind an empty primary HDU.
     constexpr int table_hdus = 2;
@@ -136,11 +136,11 @@ void check_undamaged(const RenderParameters& parameters, const WorkOptions& opti
   }
 }
 
-ImageHeader wanted_truth_header(const RenderJob& job, const WorkOptions& options) {
+ImageHeader wanted_truth_header(const RenderJob& job, const JobOptions& options) {
   return options.truth && job.parameters.truth.any() ? make_truth_header(job) : ImageHeader();
 }
 
-std::string hindrance(const OutputOptions& output, const WorkOptions& options,
+std::string hindrance(const OutputOptions& output, const JobOptions& options,
                       const std::vector<fs::path>& files) {
   if (output.overwrite) return "";
   const fs::path journal = journal_path(output);
@@ -162,7 +162,7 @@ std::string hindrance(const OutputOptions& output, const WorkOptions& options,
 
 void check_outputs(const RenderParameters& parameters, const ImageHeader& image,
                    const ImageHeader& truth) {
-  check_output(parameters.output, image);
+  check_output(parameters.image.output, image);
   if (truth.planes() > 0) check_output(truth_output(parameters), truth);
 }
 
@@ -186,44 +186,45 @@ void InputFiles::check_outputs(const std::vector<fs::path>& files) const {
 
 bool are_there(const std::vector<fs::path>& files) { return std::ranges::all_of(files, is_there); }
 
-Work::Work(RenderJob job, WorkOptions options, int ranks, int threads,
-           std::unique_ptr<Journal> earlier)
+ImageTask::ImageTask(RenderJob job, JobOptions options, int ranks, int threads,
+                     std::unique_ptr<Journal> earlier)
     : job_(std::move(job)), options_(std::move(options)) {
   if (earlier) go_on(std::move(earlier));
   header_ = make_image_header(job_);
   truth_header_ = wanted_truth_header(job_, options_);
   RenderParameters parameters = job_.parameters;
   InputFiles(job_).check_outputs(files());
-  check_output_suffix(parameters.output);
-  if (options_.resume && !journal_ && !parameters.output.overwrite && are_there(files())) {
+  check_output_suffix(parameters.image.output);
+  if (options_.resume && !journal_ && !parameters.image.output.overwrite && are_there(files())) {
     check_undamaged(parameters, options_, header_, truth_header_);
     check_same_job(files().front(), job_.record);
     is_complete_ = true;
     return;
   }
-  hindrance_ = gamer::hindrance(parameters.output, options_, files());
-  parameters.output.overwrite = true;
+  hindrance_ = gamer::hindrance(parameters.image.output, options_, files());
+  parameters.image.output.overwrite = true;
   check_outputs(parameters, header_, truth_header_);
-  if (options_.truth) check_truth_table(options_.truth_table, parameters.output);
+  if (options_.truth) check_truth_table(options_.truth_table, parameters.image.output);
   if (!options_.dry_run && !hindrance_.empty()) throw InputError(hindrance_);
   check_row_memory(header_, header_.planes() + truth_header_.planes(), ranks, threads);
 }
 
 /// Makes the job the one that the journal belongs to.
-void Work::go_on(std::unique_ptr<Journal> journal) {
+void ImageTask::go_on(std::unique_ptr<Journal> journal) {
   check_same_job(journal->head(), make_journal_head(job_, truth_text(options_)),
                  journal->path().string());
   job_.record = journal->head().record;
   date_ = journal->head().date;
   // What stands there after the journal's end is this job's.
-  if (journal->head().overwrite || journal->has_end()) job_.parameters.output.overwrite = true;
+  if (journal->head().overwrite || journal->has_end())
+    job_.parameters.image.output.overwrite = true;
   journal_ = std::move(journal);
 }
 
-void Work::complete(const Ranks& ranks, int threads) { gamer::complete(job_, ranks, threads); }
+void ImageTask::complete(const Ranks& ranks, int threads) { gamer::complete(job_, ranks, threads); }
 
-void Work::begin() {
-  const fs::path path = journal_path(job_.parameters.output);
+void ImageTask::begin() {
+  const fs::path path = journal_path(job_.parameters.image.output);
   // Left by a kill at the moment when the journal began, ahead of all other files.
   PrivateFolder::remove_left_behind(path);
   if (!journal_) {
@@ -239,18 +240,18 @@ void Work::begin() {
   }
 }
 
-std::string Work::resume_hint() const {
+std::string ImageTask::resume_hint() const {
   return fmt::format("; finished rows are kept in {}; go on with: {}", journal_->path().string(),
                      options_.resume_command);
 }
 
-std::vector<fs::path> Work::files() const {
+std::vector<fs::path> ImageTask::files() const {
   return result_files(job_.parameters, options_, header_, truth_header_);
 }
 
 /// The image's writer, and that of the truth images where there are.
-std::unique_ptr<ImageWriter> Work::make_writer() const {
-  auto image = make_image_writer(job_.parameters.output, header_);
+std::unique_ptr<ImageWriter> ImageTask::make_writer() const {
+  auto image = make_image_writer(job_.parameters.image.output, header_);
   const int extra = truth_header_.planes();
   if (extra == 0) return image;
   const int own = header_.planes();
@@ -260,7 +261,7 @@ std::unique_ptr<ImageWriter> Work::make_writer() const {
 }
 
 /// Gives the files their names. From the journal's end on, files that stand there are the job's.
-void Work::finish(ImageWriter& writer, const std::optional<DataTable>& truth) {
+void ImageTask::finish(ImageWriter& writer, const std::optional<DataTable>& truth) {
   if (journal_ && std::ranges::none_of(files(), is_there)) journal_->add_end();
   if (unconverged_rays_ > 0) {
     writer.add_cards({{"UNCONV", static_cast<long long>(unconverged_rays_),
@@ -273,7 +274,7 @@ void Work::finish(ImageWriter& writer, const std::optional<DataTable>& truth) {
   if (journal_) journal_->remove();
 }
 
-void Work::render_rows(Executor& executor, Progress::Style style, RankReport& report) {
+void ImageTask::render_rows(Executor& executor, Progress::Style style, RankReport& report) {
   JournaledExecutor journaled(executor, journal_.get());
   RunTimes before = executor.times();
   std::optional<DataTable> truth;
@@ -283,7 +284,7 @@ void Work::render_rows(Executor& executor, Progress::Style style, RankReport& re
   if (truth && options_.truth_table.empty()) header_.data_tables = {*truth};
   const std::unique_ptr<ImageWriter> writer = make_writer();
   Progress progress(renderer.height(), style, stderr);
-  const bool is_single = is_single_precision(job_.parameters.output);
+  const bool is_single = is_single_precision(job_.parameters.image.output);
   journaled.keep_single(is_single);
   const std::size_t row_size = static_cast<std::size_t>(renderer.width()) * renderer.planes();
   const std::size_t image_size = static_cast<std::size_t>(renderer.width()) * header_.planes();
@@ -314,7 +315,7 @@ void Work::render_rows(Executor& executor, Progress::Style style, RankReport& re
   replayed_rows_ = progress.skipped();
 }
 
-void Work::render(Executor& executor, Progress::Style style, RankReport& report) {
+void ImageTask::render(Executor& executor, Progress::Style style, RankReport& report) {
   const auto fail = [&](const std::string& message) {
     throw RunError(message + (journal_ && journal_->is_begun() ? resume_hint() : ""));
   };
@@ -327,25 +328,26 @@ void Work::render(Executor& executor, Progress::Style style, RankReport& report)
   }
 }
 
-std::string Work::plan() const {
-  return fmt::format("{}: {}", files_text(job_.parameters.output, header_), size_text(header_));
+std::string ImageTask::plan() const {
+  return fmt::format("{}: {}", files_text(job_.parameters.image.output, header_),
+                     size_text(header_));
 }
 
-std::string Work::shortfall() const {
+std::string ImageTask::shortfall() const {
   if (unconverged_rays_ == 0) return "";
-  return shortfall_warning(files_text(job_.parameters.output, header_), unconverged_rays_);
+  return shortfall_warning(files_text(job_.parameters.image.output, header_), unconverged_rays_);
 }
 
-std::string Work::text() const {
+std::string ImageTask::text() const {
   if (is_complete_) {
-    return fmt::format("{}: complete already", files_text(job_.parameters.output, header_));
+    return fmt::format("{}: complete already", files_text(job_.parameters.image.output, header_));
   }
   const std::string earlier =
       replayed_rows_ > 0 ? fmt::format(", {} rows from the journal", replayed_rows_) : "";
   return fmt::format("{}, {:.1f} s{}", plan(), seconds_, earlier);
 }
 
-void help_render(const RenderJob& job, const WorkOptions& options, Executor& executor,
+void help_render(const RenderJob& job, const JobOptions& options, Executor& executor,
                  RankReport& report) {
   RunTimes before = executor.times();
   if (options.truth) truth_table(job, executor);

@@ -7,19 +7,19 @@
 #include <string>
 #include <vector>
 
-#include "parallel/job.h"
 #include "parallel/mpi/failure.h"
 #include "parallel/mpi/protocol.h"
+#include "parallel/rank_group.h"
 
 namespace gamer::mpi {
 
 /// The ranks of an MPI job: the calls that all make together, and how they end.
-class MpiJob : public Job {
+class MpiGroup : public RankGroup {
  public:
-  MpiJob(int* argc, char*** argv);
-  ~MpiJob() override { end(run_error_code, {}, {}); }
-  MpiJob(const MpiJob&) = delete;
-  MpiJob& operator=(const MpiJob&) = delete;
+  MpiGroup(int* argc, char*** argv);
+  ~MpiGroup() override { end(run_error_code, {}, {}); }
+  MpiGroup(const MpiGroup&) = delete;
+  MpiGroup& operator=(const MpiGroup&) = delete;
 
   int rank() const override { return rank_; }
   int size() const override { return size_; }

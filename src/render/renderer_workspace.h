@@ -2,12 +2,12 @@
 
 #include <cstddef>
 #include <glm/vec2.hpp>
-#include <map>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "gamer/render/renderer.h"
+#include "render/light_sums.h"
 
 namespace gamer {
 
@@ -16,21 +16,15 @@ namespace gamer {
 /// A ray of a pixel.
 struct Renderer::Sample {
   int pixel;
-  int row;  ///< of Sums
+  int row;  ///< of LightSums
   double x, y;
   double weight;     ///< of the pixel's area
   double size;       ///< of the cell or sub-pixel for which it stands, pixels
   double footprint;  ///< of the pixel or sub-pixel
 };
 
-struct Renderer::Sums {
-  std::span<double> values;
-  /// [row * width + x]: light of each object in all planes; empty where no owner is asked for.
-  std::vector<std::map<std::size_t, double>> owners;
-};
-
 /// Arrays of one call.
-struct Renderer::Work {
+struct Renderer::Workspace {
   int left = 0;
   std::vector<std::optional<Ray>> middles;  ///< of pixels from `left` on
   std::vector<Sample> samples;
@@ -42,7 +36,7 @@ struct Renderer::Work {
   std::vector<Hit> hits;
   std::vector<std::size_t> hit_ends;
   std::vector<std::span<const Hit>> hits_of_ray;
-  std::vector<double> planes;
+  std::vector<double> seen, dust_free, depth;  ///< by spectral plane
   RayLight light;
 };
 

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "gamer/galaxy/galaxy.h"
+
+namespace gamer {
+
+/// Where the light of a component is, without noise and dust, in the ball frame.
+struct ComponentProfile {
+  explicit ComponentProfile(const Component& component);
+
+  /// Light within cylinders about the axis, at radii that all profiles share: [0] is 0, the last
+  /// one 1.
+  std::vector<double> inside;
+  double mean_r2 = 0;  ///< <x^2 + y^2>
+  double mean_z2 = 0;  ///< <z^2>
+};
+
+/// Where the light of a galaxy is, without noise and dust: what sizes and shapes of catalogues
+/// refer to. Components count by the light that they have in a band.
+class LightProfile {
+ public:
+  /// `profiles` of the components, `light` of each of them (0 for dust), and the galaxy's stretch
+  /// along x, y, z. Some light must be above 0.
+  LightProfile(std::span<const ComponentProfile> profiles, std::span<const double> light,
+               std::span<const double> axis);
+
+  /// Radius along the longer axis of the disk's plane of the ellipse that holds half of the light
+  /// seen face on, galaxy radii. Thin disks have it along their major axis at every inclination.
+  double half_light_radius() const { return half_light_radius_; }
+  /// sqrt(<z^2> / <x^2>), the axis ratio of the galaxy seen edge on, by second moments. At an
+  /// inclination i the axis ratio q follows from q^2 = cos^2 i + (this)^2 sin^2 i.
+  double edge_on_ratio() const { return edge_on_ratio_; }
+
+ private:
+  double half_light_radius_ = 0;
+  double edge_on_ratio_ = 0;
+};
+
+}  // namespace gamer

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gamer/scene/render_parameters.h"
+#include "gamer/scene/scene.h"
+
+namespace gamer {
+
+/// One plane of what a Renderer makes.
+struct OutputPlane {
+  enum class Kind {
+    image,          ///< the scene as it is seen
+    dust_free,      ///< and as it would be without dust
+    optical_depth,  ///< mean over the pixel
+    owner,          ///< number of the object with most of the pixel's light in all planes; 0: none
+    share,          ///< its share of that light
+    object,         ///< the light of one object alone, seen through all dust
+    component       ///< of one light component of it
+  };
+  Kind kind = Kind::image;
+  std::size_t plane = 0;      ///< spectral
+  std::size_t object = 0;     ///< from 0
+  std::size_t component = 0;  ///< light component
+  std::string label;          ///< "sdss_g", "DUSTFREE_sdss_g", "OBJECT_3_sdss_g"...
+};
+
+/// The planes of a scene's image, then those of `truth`.
+std::vector<OutputPlane> output_planes(const Scene& scene, const Spectrum& spectrum,
+                                       const TruthSettings& truth);
+
+/// The planes of an image and where those of each kind are.
+class OutputLayout {
+ public:
+  /// `objects` of the scene, `spectral` planes.
+  OutputLayout(std::vector<OutputPlane> planes, std::size_t objects, std::size_t spectral);
+
+  std::size_t size() const { return planes_.size(); }
+  std::size_t spectral() const { return spectral_; }
+  const std::vector<OutputPlane>& planes() const { return planes_; }
+  /// The first plane of a kind; none where it was not asked for.
+  const std::optional<std::size_t>& dust_free() const { return dust_free_; }
+  const std::optional<std::size_t>& optical_depth() const { return optical_depth_; }
+  const std::optional<std::size_t>& owner() const { return owner_; }
+  /// The first plane of the light of an object's emitter (light component); none without parts.
+  std::optional<std::size_t> part(std::size_t object, std::size_t emitter) const;
+
+ private:
+  std::vector<OutputPlane> planes_;
+  std::size_t spectral_;
+  std::optional<std::size_t> dust_free_, optical_depth_, owner_;
+  std::vector<std::size_t> parts_;  ///< of each object, its first plane; empty without parts
+};
+
+}  // namespace gamer

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "gamer/core/error.h"
+#include "gamer/image/image_writer.h"
+#include "gamer/scene/parameter_section.h"
+
+namespace gamer {
+
+/// What the value of a pixel is.
+enum class PixelUnit {
+  relative,            ///< integral of relative emissivity along the ray, f_lambda
+  nanojansky,          ///< flux density of the pixel
+  megajansky_per_sr,   ///< surface brightness
+  magnitude,           ///< AB mag/arcsec^2
+  flux_density,        ///< erg/s/cm^2/A/arcsec^2
+  electron_per_second  ///< detected by the telescope of [photometry]
+};
+
+/// Whether a pixel's value is the flux of its area (otherwise it is a brightness).
+constexpr bool counts_flux(PixelUnit unit) {
+  return unit == PixelUnit::nanojansky || unit == PixelUnit::electron_per_second;
+}
+
+/// Section [image]: the image's file and the unit of its pixels.
+struct ImageSettings {
+  static ParameterSection section();
+  /// Throws InputError for a data type or a tone that no file has.
+  static ImageSettings read(const ParameterSet& values);
+
+  OutputOptions output;
+  /// The unit given; if none, the scene decides: relative where it has no magnitudes, else nJy.
+  std::optional<PixelUnit> unit;
+  SourceLocation unit_where;
+};
+
+/// Section [truth]: the further images that are made of a scene.
+struct TruthSettings {
+  static ParameterSection section();
+  static TruthSettings read(const ParameterSet& values);
+
+  enum class Parts { none, objects, components };
+  Parts parts = Parts::none;
+  bool dust_free = false;
+  bool optical_depth = false;
+  bool segmentation = false;
+  std::filesystem::path path;  ///< empty: beside the image
+  bool any() const { return parts != Parts::none || dust_free || optical_depth || segmentation; }
+};
+
+}  // namespace gamer

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "gamer/core/parameter.h"
+
+namespace gamer {
+
+/// A key that has a meaning only while another key of its section has one of these values.
+struct KeyCondition {
+  std::string key;
+  std::string selector;
+  std::vector<std::string> values;
+
+  bool holds(const ParameterSet& section) const;
+};
+
+/// A declared section of a render parameter file. The declarations are the only place where its
+/// keys stand.
+struct ParameterSection {
+  std::string name;
+  std::string description;
+  ParameterTable table;
+  std::vector<KeyCondition> conditions = {};
+};
+
+}  // namespace gamer

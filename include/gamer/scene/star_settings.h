@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "gamer/core/error.h"
+#include "gamer/scene/parameter_section.h"
+
+namespace gamer {
+
+/// Stars of the sky's field.
+struct FieldStarParameters {
+  double number = 0;  ///< per square degree, between the two magnitudes
+  double bright = 14, faint = 24;
+  double slope = 0.2;                     ///< dN/dm ~ 10^(slope m)
+  double coldest = 3000, hottest = 9000;  ///< K
+  std::uint64_t seed = 1;
+  SourceLocation number_where;
+};
+
+/// Section [stars]: the field stars and how all stars are drawn.
+struct StarSettings {
+  static ParameterSection section();
+  /// Throws InputError where field stars have magnitudes or temperatures in the wrong order.
+  static StarSettings read(const ParameterSet& values);
+
+  FieldStarParameters field;
+  bool antialiased = true;
+  /// Stars whose pixel would exceed this value (in the image's unit) are discs; none: all are
+  /// points.
+  std::optional<double> white_point;
+  double largest_radius = 8;  ///< of a star's disc, pixels
+};
+
+}  // namespace gamer

@@ -1,0 +1,241 @@
+#include "galaxy/calibration/dust_closure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "galaxy/calibration/seen_textures.h"
+#include "gamer/core/parallel_for.h"
+#include "gamer/galaxy/calibration/dust_variants.h"
+
+namespace gamer {
+namespace {
+
+// What dust lets through is measured along so many rays, of so many points where they are face on.
+constexpr std::size_t coherence_rays = std::size_t{1} << 12;
+constexpr double coherence_heights = 10;
+constexpr double least_coherence = 0.05;
+constexpr double largest_coherence = 4;
+constexpr double first_factor = 1.3;
+constexpr int secants = 5;
+// Relative error of the light that comes through: below it no further secant is needed.
+constexpr double light_error = 1e-3;
+
+/// A mean of few points may be of none that count.
+double proper_mean(double mean) { return mean > 0 && std::isfinite(mean) ? mean : 1; }
+
+/// Rays through a layer of dust, and what those of each width see along them.
+struct DustRays {
+  const Texture* texture;  ///< may be null
+  std::size_t width_count, heights;
+  std::vector<WeightedBatch> columns;  ///< where they meet the plane, by the area they stand for
+  std::vector<BatchArray> brightness;  ///< of light there
+  /// At every point, [(batch * heights + height) * width_count + width], and by what Phi of it is
+  /// multiplied to be a depth.
+  std::unique_ptr<SeenNoise[]> seen;
+  std::unique_ptr<BatchArray[]> weights;
+
+  /// Depths along the rays, by variants: [variant * batches + b].
+  std::vector<BatchArray> depths(std::size_t width, double coherence,
+                                 std::span<const double> deviations) const;
+  /// Mean of `term`(depth) over rays and variants, by area or also by the light.
+  template <class Term>
+  double mean(const std::vector<BatchArray>& values, bool by_light, Term&& term) const;
+  double amount(const std::vector<BatchArray>& values) const {
+    return mean(values, false, [](double depth) { return depth; });
+  }
+  /// What comes through dust `factor` times as dense.
+  double light(const std::vector<BatchArray>& values, double factor) const {
+    return mean(values, true, [&](double depth) { return std::exp(-factor * depth); });
+  }
+};
+
+std::vector<BatchArray> DustRays::depths(std::size_t width, double coherence,
+                                         std::span<const double> deviations) const {
+  const std::size_t batches = columns.size();
+  const std::size_t variants = std::max<std::size_t>(deviations.size(), 1);
+  std::vector<BatchArray> result(batches * variants);
+  BatchArray coherence_of;
+  std::fill_n(coherence_of.data(), batch_capacity, static_cast<float>(coherence));
+  parallel_for(batches, [&](std::size_t b) {
+    const std::size_t size = columns[b].size;
+    std::vector<BatchArray> phi(variants);
+    for (BatchArray& values : phi) std::fill_n(values.data(), batch_capacity, 1.0f);
+    for (std::size_t k = 0; k < heights; ++k) {
+      const std::size_t at = (b * heights + k) * width_count + width;
+      if (texture != nullptr) {
+        texture->expect(size, seen[at], coherence_of.data(), deviations, phi);
+      }
+      for (std::size_t v = 0; v < variants; ++v) {
+        BatchArray& own = result[v * batches + b];
+        for (std::size_t i = 0; i < size; ++i) own[i] += weights[at][i] * phi[v][i];
+      }
+    }
+  });
+  return result;
+}
+
+template <class Term>
+double DustRays::mean(const std::vector<BatchArray>& values, bool by_light, Term&& term) const {
+  const std::size_t batches = columns.size(), variants = values.size() / batches;
+  struct Sums {
+    double weight = 0, term = 0;
+  };
+  std::vector<Sums> parts(batches);
+  parallel_for(batches, [&](std::size_t b) {
+    for (std::size_t v = 0; v < variants; ++v) {
+      const double share = variants > 1 ? dust_variant_weights[v] : 1.0;
+      const BatchArray& own = values[v * batches + b];
+      for (std::size_t i = 0; i < columns[b].size; ++i) {
+        const double weight =
+            share * double{columns[b].weight[i]} * (by_light ? double{brightness[b][i]} : 1.0);
+        parts[b].weight += weight;
+        parts[b].term += weight * term(double{own[i]});
+      }
+    }
+  });
+  Sums all;
+  for (const Sums& part : parts) {
+    all.weight += part.weight;
+    all.term += part.term;
+  }
+  return all.term / all.weight;
+}
+
+/// Adds the light of the galaxy's components at places in the plane.
+void add_light(const Galaxy& galaxy, WeightedBatch& at, BatchArray& light) {
+  SampleBatch batch{};
+  std::fill_n(at.z.data(), batch_capacity, 0.0f);
+  galaxy.fill_batch(at.points(), false, batch);
+  BatchArray envelope;
+  std::fill_n(light.data(), batch_capacity, 0.0f);
+  for (const auto& component : galaxy.components()) {
+    if (component->absorbs()) continue;
+    component->envelope(batch, envelope.data());
+    const auto column = static_cast<float>(std::as_const(*component).amplitude() *
+                                           component->face_on_column() / component->peak());
+    for (std::size_t i = 0; i < at.size; ++i) light[i] += column * envelope[i];
+  }
+}
+
+DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path, std::size_t rays,
+                    std::span<const double> widths) {
+  const Component& dust = *galaxy.components()[c];
+  const SeenTextures textures(galaxy);
+  const Texture* texture = dust.texture();
+  const auto heights = static_cast<std::size_t>(std::round(coherence_heights * std::sqrt(path)));
+  ColumnCloud cloud = dust.columns(rays, heights);
+  const std::size_t batches = cloud.columns.size();
+  const std::size_t places = batches * heights;
+  DustRays result{
+      texture,
+      widths.size(),
+      heights,
+      {},
+      std::vector<BatchArray>(batches),
+      std::make_unique_for_overwrite<SeenNoise[]>(texture != nullptr ? places * widths.size() : 0),
+      std::make_unique_for_overwrite<BatchArray[]>(places * widths.size())};
+  // Light is weighted by the light where the ray meets the plane, the dust by area.
+  parallel_for(batches,
+               [&](std::size_t b) { add_light(galaxy, cloud.columns[b], result.brightness[b]); });
+  const auto slope = static_cast<float>(std::sqrt(path * path - 1));
+  BatchArray to_x, to_y;  // Directions in the plane, every one.
+  for (std::size_t i = 0; i < batch_capacity; ++i) {
+    const double angle = 2 * std::numbers::pi * std::numbers::phi * static_cast<double>(i);
+    to_x[i] = static_cast<float>(std::cos(angle));
+    to_y[i] = static_cast<float>(std::sin(angle));
+  }
+  const double mean = galaxy.calibration().means[c].narrowest();
+  const double scale = dust.amplitude() * galaxy.axis()[2] * path / mean;
+  parallel_for(places, [&](std::size_t place) {
+    const WeightedBatch& at = cloud.columns[place / heights];
+    const std::size_t k = place % heights;
+    const float away = slope * cloud.heights[k];
+    BatchArray x, y, z, shear;
+    for (std::size_t i = 0; i < padded(at.size); ++i) {
+      x[i] = at.x[i] + away * to_x[i];
+      y[i] = at.y[i] + away * to_y[i];
+    }
+    std::fill_n(z.data(), batch_capacity, cloud.heights[k]);
+    const Points points{x.data(), y.data(), z.data(), at.size};
+    SampleBatch batch;
+    galaxy.fill_batch(points, false, batch);
+    BatchArray envelope;
+    dust.envelope(batch, envelope.data());
+    const auto step = static_cast<float>(scale) * cloud.steps[k];
+    for (std::size_t i = 0; i < at.size; ++i) {
+      if (envelope[i] > 0) {
+        envelope[i] *= step;
+      } else {
+        // Outside of the galaxy its arms need not have a winding.
+        envelope[i] = x[i] = y[i] = z[i] = 0;
+      }
+    }
+    const std::span own(result.weights.get() + place * widths.size(), widths.size());
+    std::fill(own.begin(), own.end(), envelope);
+    textures.fill_shear(points, shear);
+    BatchArray turned_x, turned_y, turned_z;
+    const Points turned = texture != nullptr ? galaxy.turn_back(points, texture->twirl(), turned_x,
+                                                                turned_y, turned_z)
+                                             : points;
+    textures.multiply_followed(c, turned, shear, widths, own);
+    if (texture == nullptr) return;
+    SeenTextures::see(dust, turned, shear, widths, true,
+                      {result.seen.get() + place * widths.size(), widths.size()});
+  });
+  result.columns = std::move(cloud.columns);
+  return result;
+}
+
+}  // namespace
+
+DustClosureValues measure_dust_closure(const Galaxy& galaxy, std::size_t c, std::size_t obliquity,
+                                       std::size_t most_rays, std::span<const double> widths) {
+  DustClosureValues result;
+  if (widths.empty()) return result;
+  std::vector<double> with_all(widths.begin(), widths.end());
+  with_all.push_back(0);
+  const DustRays traced = trace_dust(galaxy, c, DustClosure::obliquities[obliquity],
+                                     std::min(coherence_rays, most_rays), with_all);
+  const std::vector<BatchArray> all = traced.depths(widths.size(), 1, {});
+  const double whole = traced.amount(all), wanted = traced.light(all, 1);
+  if (!(whole > 0) || !std::isfinite(whole) || !std::isfinite(wanted)) return result;
+  /// With a coherence: by how much too much light comes through, and how much dust there is.
+  struct Passed {
+    double coherence, excess, amount;
+  };
+  for (std::size_t k = 0; k < widths.size(); ++k) {
+    const double expected = traced.amount(traced.depths(k, 1, {}));
+    const auto pass = [&](double coherence) {
+      const std::vector<BatchArray> depths = traced.depths(k, coherence, dust_deviations);
+      const double amount = traced.amount(depths);
+      return Passed{coherence, traced.light(depths, whole / amount) - wanted,
+                    proper_mean(amount / expected)};
+    };
+    // Secants; light grows with the variance.
+    double guess = 1, slope = 0;
+    Passed last = pass(guess);
+    for (int step = 0; step < secants && std::abs(last.excess) > light_error * wanted; ++step) {
+      if (slope > 0) {
+        guess = last.coherence - last.excess / slope;
+      } else {
+        guess = last.excess > 0 ? 0.0 : largest_coherence;
+      }
+      // The first is short, for a slope of its own.
+      if (step == 0) {
+        guess = std::clamp(guess, last.coherence / first_factor, last.coherence * first_factor);
+      }
+      const Passed own = pass(std::clamp(guess, least_coherence, largest_coherence));
+      const double distance = own.coherence - last.coherence;
+      if (!((own.excess - last.excess) * distance > 0)) break;
+      slope = (own.excess - last.excess) / distance;
+      last = own;
+    }
+    result.coherences.push_back(last.coherence);
+    result.amounts.push_back(last.amount);
+  }
+  return result;
+}
+
+}  // namespace gamer

@@ -1,0 +1,176 @@
+#include "gamer/scene/camera_settings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <utility>
+#include <vector>
+
+#include "scene/section_values.h"
+
+namespace gamer {
+namespace {
+
+constexpr double largest_nside = 65536;
+constexpr double largest_supersample = 16;
+// Below this sine of the angle between them, two directions count as parallel.
+constexpr double smallest_sine = 1e-9;
+
+/// Interval of pixel scales, arcsec. Rounding of directions spoils finer pixels; one pixel of the
+/// largest scale shows the whole sky.
+Interval pixel_scales() { return Interval::closed(1e-7, 360 * 3600); }
+
+glm::dvec3 vector(const std::vector<double>& values) { return {values[0], values[1], values[2]}; }
+
+void check_view(const ParameterSet& camera) {
+  const glm::dvec3 up = vector(camera.numbers("up"));
+  const glm::dvec3 view = vector(camera.numbers("target")) - vector(camera.numbers("position"));
+  const double distance = glm::length(view);
+  const auto text = [&](std::string_view key) {
+    return fmt::format("camera.{} = {}", key, value_text(camera.value(key)));
+  };
+  if (!(distance > 0)) {
+    throw InputError(
+        place_of(camera, {"target", "position"}),
+        fmt::format("{} is camera.position: the view has no direction", text("target")));
+  }
+  if (!std::isfinite(distance)) {
+    throw InputError(place_of(camera, {"target", "position"}),
+                     fmt::format("{} is too far from {}", text("target"), text("position")));
+  }
+  const double length = glm::length(up);
+  if (!(length > 0) || !std::isfinite(length)) {
+    throw InputError(camera.where("up"), fmt::format("{} is no direction", text("up")));
+  }
+  if (glm::length(glm::cross(up / length, view / distance)) < smallest_sine) {
+    throw InputError(place_of(camera, {"up", "target", "position"}),
+                     fmt::format("{} is parallel to the view from {} to {}", text("up"),
+                                 text("position"), text("target")));
+  }
+}
+
+Projection find_projection(const std::string& kind) {
+  constexpr std::pair<std::string_view, Projection> kinds[] = {
+      {"perspective", Projection::perspective},
+      {"orthographic", Projection::orthographic},
+      {"sky", Projection::sky},
+      {"fisheye", Projection::fisheye},
+      {"cubemap", Projection::cubemap},
+      {"equirectangular", Projection::equirectangular},
+      {"healpix", Projection::healpix}};
+  return std::ranges::find(kinds, kind, &std::pair<std::string_view, Projection>::first)->second;
+}
+
+SphereFrame find_frame(const std::string& name) {
+  return name == "galactic"     ? SphereFrame::galactic
+         : name == "equatorial" ? SphereFrame::equatorial
+                                : SphereFrame::ecliptic;
+}
+
+}  // namespace
+
+std::span<const std::string_view> CameraSettings::header_keys() {
+  static constexpr std::string_view keys[] = {"center", "pixel_scale", "rotation", "sky_projection",
+                                              "projection_parameters"};
+  return keys;
+}
+
+ParameterSection CameraSettings::section() {
+  const std::vector<std::string> sphere = {"fisheye", "equirectangular", "cubemap", "healpix"};
+  std::vector<std::string> with_target = sphere;
+  with_target.insert(with_target.begin(), {"perspective", "orthographic"});
+  return {
+      "camera",
+      "The view.",
+      {Parameter::choice("projection",
+                         {"perspective", "orthographic", "sky", "fisheye", "equirectangular",
+                          "cubemap", "healpix"},
+                         "perspective", "kind of camera"),
+       Parameter::vector3("position", "scene units", Interval::any(), std::vector<double>{0, -3, 0},
+                          "where the camera is"),
+       Parameter::vector3("target", "scene units", Interval::any(), std::vector<double>{0, 0, 0},
+                          "what the middle of the image shows"),
+       Parameter::vector3("up", "scene units", Interval::any(), std::vector<double>{0, 0, 1},
+                          "the direction that is up in the image"),
+       Parameter::number("fov", "deg", Interval::left_open(0, 360), 45.0,
+                         "full angle across the image's width (perspective: below 180; fisheye: "
+                         "180 by default)"),
+       Parameter::number("width", "scene units", positive(), 2.5,
+                         "full width across the image (orthographic)"),
+       Parameter::integer(
+           "nside", "", Interval::closed(1, largest_nside), 128,
+           "pixels on a side of each of the twelve base pixels, a power of 2 (healpix)"),
+       Parameter::choice("ordering", {"ring", "nested"}, "ring",
+                         "order of the map's pixels in the file (healpix)"),
+       Parameter::choice("frame", {"galactic", "equatorial", "ecliptic"}, "galactic",
+                         "what longitudes and latitudes are called in the file; (0, 0) is the "
+                         "target, up the North pole (fisheye, equirectangular, cubemap, healpix)"),
+       Parameter::vector2("center", "deg", Interval::any(), std::vector<double>{0, 0},
+                          "right ascension and declination of the image's middle (sky)"),
+       Parameter::number("pixel_scale", "arcsec", pixel_scales(), 0.2,
+                         "size of a pixel there (sky)"),
+       Parameter::number("rotation", "deg", Interval::any(), 0.0,
+                         "position angle of the image's +y, East of North (sky)"),
+       Parameter::text("sky_projection", "TAN",
+                       "any projection of the FITS standard by its three letters (sky)"),
+       Parameter::numbers("projection_parameters", "", Interval::any(), std::vector<double>{},
+                          "PV2_1, PV2_2, ... of that projection (sky)"),
+       Parameter::text(
+           "header", std::nullopt,
+           "FITS file whose size and WCS the image takes, instead of the keys above (sky)"),
+       Parameter::integer("supersample", "", Interval::closed(1, largest_supersample), std::nullopt,
+                          "sub-pixels per side; by default 1 where the pixels are relative, else "
+                          "chosen by sampling.tolerance")},
+      {{"position", "projection", with_target},
+       {"target", "projection", with_target},
+       {"up", "projection", with_target},
+       {"fov", "projection", {"perspective", "fisheye"}},
+       {"width", "projection", {"orthographic"}},
+       {"nside", "projection", {"healpix"}},
+       {"ordering", "projection", {"healpix"}},
+       {"frame", "projection", sphere},
+       {"center", "projection", {"sky"}},
+       {"pixel_scale", "projection", {"sky"}},
+       {"rotation", "projection", {"sky"}},
+       {"sky_projection", "projection", {"sky"}},
+       {"projection_parameters", "projection", {"sky"}},
+       {"header", "projection", {"sky"}}}};
+}
+
+CameraSettings CameraSettings::read(const ParameterSet& values) {
+  CameraSettings result;
+  result.projection = find_projection(values.text("projection"));
+  if (result.projection != Projection::sky) check_view(values);
+  result.position = vector(values.numbers("position"));
+  result.target = vector(values.numbers("target"));
+  result.up = vector(values.numbers("up"));
+  result.fov = values.number("fov");
+  if (result.projection == Projection::perspective && !(result.fov < 180)) {
+    throw InputError(values.where("fov"),
+                     fmt::format("fov = {} is outside ]0, 180[ (deg) of a perspective view; "
+                                 "projection = \"fisheye\" shows more",
+                                 result.fov));
+  }
+  result.width = values.number("width");
+  result.frame = find_frame(values.text("frame"));
+  result.is_nested = values.text("ordering") == "nested";
+  const std::vector<double>& center = values.numbers("center");
+  if (std::abs(center[1]) > 90) {
+    throw InputError(values.where("center"),
+                     fmt::format("center = {}: the declination is outside [-90, 90] (deg)",
+                                 value_text(values.value("center"))));
+  }
+  result.sky.projection = values.text("sky_projection");
+  result.sky.parameters = values.numbers("projection_parameters");
+  result.sky.center = {center[0], center[1]};
+  result.sky.pixel_scale = values.number("pixel_scale");
+  result.sky.rotation = values.number("rotation");
+  result.header = text_or_empty(values, "header");
+  result.header_where = values.where("header");
+  result.supersample = optional_integer(values, "supersample");
+  return result;
+}
+
+}  // namespace gamer

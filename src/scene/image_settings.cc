@@ -1,0 +1,121 @@
+#include "gamer/scene/image_settings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "scene/section_values.h"
+
+namespace gamer {
+namespace {
+
+constexpr double largest_image_side = 1e6;
+
+struct UnitName {
+  PixelUnit unit;
+  const char* name;
+};
+
+constexpr UnitName units[] = {
+    {PixelUnit::relative, "relative"},
+    {PixelUnit::nanojansky, "nJy"},
+    {PixelUnit::megajansky_per_sr, "MJy/sr"},
+    {PixelUnit::magnitude, "mag/arcsec^2"},
+    {PixelUnit::flux_density, "erg/s/cm^2/A/arcsec^2"},
+    {PixelUnit::electron_per_second, "electron/s"},
+};
+
+std::vector<std::string> unit_names() {
+  std::vector<std::string> names = {"auto"};
+  for (const UnitName& unit : units) names.emplace_back(unit.name);
+  return names;
+}
+
+std::optional<PixelUnit> find_unit(const std::string& name) {
+  for (const UnitName& unit : units) {
+    if (name == unit.name) return unit.unit;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+ParameterSection ImageSettings::section() {
+  return {
+      "image",
+      "The image and its file.",
+      {Parameter::size2("size", "pixels", Interval::closed(1, largest_image_side), 512,
+                        "image size"),
+       Parameter::text(
+           "output", "gamer.fits",
+           "path; the suffix decides: `.fits`, `.fits.fz` (tile-compressed), `.png`, `.bmp`"),
+       Parameter::integer("bitpix", "", Interval::any(), -32, "FITS data type, -32 or -64"),
+       Parameter::choice("layout", {"cube", "extensions", "files"}, "cube",
+                         "several wavelengths: planes of one HDU, one HDU each, or one file each "
+                         "(name gets `_<label>`)"),
+       Parameter::choice("unit", unit_names(), "auto",
+                         "of the pixels; auto: nJy where the scene has magnitudes, else relative"),
+       Parameter::numbers(
+           "tone", "", Interval::any(), std::nullopt,
+           "eight numbers that set the colours of a picture: black and factor of red, green, "
+           "blue, slope, scale; by default chosen from the picture itself")},
+      {}};
+}
+
+ImageSettings ImageSettings::read(const ParameterSet& values) {
+  ImageSettings result;
+  OutputOptions& output = result.output;
+  output.path = values.text("output");
+  output.bitpix = static_cast<int>(values.integer("bitpix"));
+  if (output.bitpix != -32 && output.bitpix != -64) {
+    throw InputError(values.where("bitpix"),
+                     fmt::format("bitpix = {} is neither -32 nor -64", output.bitpix));
+  }
+  const std::string& layout = values.text("layout");
+  output.layout = layout == "cube"         ? ImageLayout::cube
+                  : layout == "extensions" ? ImageLayout::extensions
+                                           : ImageLayout::files;
+  if (values.has("tone")) {
+    const std::vector<double>& numbers = values.numbers("tone");
+    output.tone.emplace();
+    if (numbers.size() != output.tone->size()) {
+      throw InputError(values.where("tone"), fmt::format("tone has {} numbers, not {}",
+                                                         numbers.size(), output.tone->size()));
+    }
+    std::ranges::copy(numbers, output.tone->begin());
+  }
+  result.unit = find_unit(values.text("unit"));
+  result.unit_where = values.where("unit");
+  return result;
+}
+
+ParameterSection TruthSettings::section() {
+  return {
+      "truth",
+      "Images of what the scene is made of, written beside the image with --truth.",
+      {Parameter::choice("parts", {"none", "objects", "components"}, "none",
+                         "the light of each object, or of each component of it, as it is seen"),
+       Parameter::boolean("dust_free", false, "the image without dust"),
+       Parameter::boolean("optical_depth", false, "optical depth through everything"),
+       Parameter::boolean(
+           "segmentation", false,
+           "the object (row of the table, from 1) with most of each pixel's light, and its share"),
+       Parameter::text("output", std::nullopt,
+                       "path; by default that of the image with _truth before the suffix")},
+      {}};
+}
+
+TruthSettings TruthSettings::read(const ParameterSet& values) {
+  const std::string& parts = values.text("parts");
+  return {.parts = parts == "objects"      ? Parts::objects
+                   : parts == "components" ? Parts::components
+                                           : Parts::none,
+          .dust_free = values.boolean("dust_free"),
+          .optical_depth = values.boolean("optical_depth"),
+          .segmentation = values.boolean("segmentation"),
+          .path = text_or_empty(values, "output")};
+}
+
+}  // namespace gamer

@@ -1,0 +1,130 @@
+#include "gamer/scene/scene_settings.h"
+
+#include <fmt/format.h>
+
+#include <vector>
+
+#include "gamer/scene/scene_columns.h"
+#include "scene/section_values.h"
+
+namespace gamer {
+namespace {
+
+constexpr double most_frames = 999999;
+
+struct FormatName {
+  CatalogueFormat format;
+  const char* name;
+};
+
+constexpr FormatName formats[] = {
+    {CatalogueFormat::automatic, "auto"},
+    {CatalogueFormat::list, "list"},
+    {CatalogueFormat::fits, "fits"},
+    {CatalogueFormat::ecsv, "ecsv"},
+    {CatalogueFormat::sextractor, "sextractor"},
+    {CatalogueFormat::skymaker, "skymaker"},
+};
+
+/// The format and one key for each column of a scene.
+ParameterTable catalogue_table() {
+  std::vector<std::string> names;
+  for (const FormatName& format : formats) names.emplace_back(format.name);
+  ParameterTable table = {
+      Parameter::choice("format", names, "auto", "auto: as the file looks"),
+      Parameter::text("hdu", std::nullopt,
+                      "name or number of the table in a FITS file; by default the first")};
+  for (const Parameter& column : scene_columns()) {
+    table.push_back(Parameter::text(
+        column.name, std::nullopt,
+        fmt::format("the catalogue's column for `{0}`, or `=word` for the same in every row",
+                    column.name)));
+  }
+  return table;
+}
+
+}  // namespace
+
+ParameterSection SceneSettings::section() {
+  return {"scene",
+          "The scene list.",
+          {Parameter::choice("unit", {"arbitrary", "pc", "kpc", "Mpc"}, "arbitrary",
+                             "of positions and sizes")},
+          {}};
+}
+
+SceneSettings SceneSettings::read(const ParameterSet& values) {
+  const std::string& unit = values.text("unit");
+  return {unit == "arbitrary" ? "" : unit};
+}
+
+std::optional<double> SceneSettings::megaparsec() const {
+  if (unit == "pc") return 1e-6;
+  if (unit == "kpc") return 1e-3;
+  if (unit == "Mpc") return 1.0;
+  return std::nullopt;
+}
+
+ParameterSection CatalogueSettings::section() {
+  return {"catalogue", "How a catalogue is read as a scene.", catalogue_table()};
+}
+
+CatalogueSettings CatalogueSettings::read(const ParameterSet& values) {
+  CatalogueSettings result;
+  for (const FormatName& format : formats) {
+    if (values.text("format") == format.name) result.format = format.format;
+  }
+  result.hdu = text_or_empty(values, "hdu");
+  for (const Parameter& column : scene_columns()) {
+    if (values.has(column.name)) result.columns[column.name] = values.text(column.name);
+  }
+  return result;
+}
+
+ParameterSection AnimationSettings::section() {
+  return {
+      "animation",
+      "A film: numbered images of a moving camera.",
+      {Parameter::integer(
+           "frames", "", Interval::closed(1, most_frames), std::nullopt,
+           "number of images; the first shows the first key frame, the last the last"),
+       Parameter::numbers("times", "", Interval::any(), std::nullopt,
+                          "of the key frames, ascending, in any unit; by default 0, 1, 2..."),
+       Parameter::numbers(
+           "position", "scene units", Interval::any(), std::nullopt,
+           "camera.position in each key frame, one after another: x, y, z, x, y, z..."),
+       Parameter::numbers("target", "scene units", Interval::any(), std::nullopt,
+                          "camera.target in each key frame"),
+       Parameter::numbers("up", "scene units", Interval::any(), std::nullopt,
+                          "camera.up in each key frame; without it camera.up holds all the time"),
+       Parameter::numbers("fov", "deg", Interval::left_open(0, 360), std::nullopt,
+                          "camera.fov in each key frame"),
+       Parameter::numbers("width", "scene units", positive(), std::nullopt,
+                          "camera.width in each key frame"),
+       Parameter::integer(
+           "tone_frame", "", Interval::closed(1, most_frames), std::nullopt,
+           "the frame that image.tone of pictures is chosen from, for all frames; by default 1")},
+      {}};
+}
+
+AnimationSettings AnimationSettings::read(const ParameterSet& values) {
+  AnimationSettings result;
+  result.frames = optional_integer(values, "frames").value_or(0);
+  if (values.has("tone_frame")) {
+    result.tone_frame = static_cast<int>(values.integer("tone_frame"));
+    if (result.tone_frame > result.frames) {
+      throw InputError(values.where("tone_frame"),
+                       fmt::format("tone_frame = {} is beyond the last frame, {}",
+                                   result.tone_frame, result.frames));
+    }
+  }
+  for (const Parameter& parameter : values.table()) {
+    if (result.frames == 0 && values.is_given(parameter.name) && values.has(parameter.name)) {
+      throw InputError(values.where(parameter.name),
+                       fmt::format("animation.{} needs animation.frames", parameter.name));
+    }
+  }
+  return result;
+}
+
+}  // namespace gamer

@@ -1,0 +1,73 @@
+#include "gamer/scene/star_settings.h"
+
+#include <fmt/format.h>
+
+#include "gamer/core/random.h"
+#include "scene/section_values.h"
+
+namespace gamer {
+namespace {
+
+constexpr double most_field_stars = 1e8;
+constexpr double largest_star_radius = 64;
+
+Interval star_temperatures() { return Interval::closed(1000, 1e5); }
+
+void check_field_stars(const ParameterSet& stars) {
+  const auto check_order = [&](const char* low, const char* high) {
+    if (stars.number(low) < stars.number(high)) return;
+    throw InputError(place_of(stars, {high, low}),
+                     fmt::format("stars.{} = {} is not above stars.{} = {}", high,
+                                 stars.number(high), low, stars.number(low)));
+  };
+  check_order("bright", "faint");
+  check_order("temperature_low", "temperature_high");
+}
+
+}  // namespace
+
+ParameterSection StarSettings::section() {
+  return {
+      "stars",
+      "Field stars all over the sky, besides the scene's, and how stars are drawn.",
+      {Parameter::number("number", "1/deg^2", Interval::closed(0, most_field_stars), 0.0,
+                         "of field stars between the magnitudes (sky views)"),
+       Parameter::number("bright", "mag", Interval::any(), 14.0,
+                         "of the brightest field stars, AB in photometry.reference_band"),
+       Parameter::number("faint", "mag", Interval::any(), 24.0, "of the faintest"),
+       Parameter::number("slope", "dex/mag", Interval::closed(-2, 2), 0.2, "dN/dm ~ 10^(slope m)"),
+       Parameter::number("temperature_low", "K", star_temperatures(), 3000.0,
+                         "blackbodies, evenly spread in ln T"),
+       Parameter::number("temperature_high", "K", star_temperatures(), 9000.0, "the hottest"),
+       Parameter::integer("seed", "", Interval::closed(0, largest_seed), 1,
+                          "another number makes another sky"),
+       Parameter::boolean("antialiased", true,
+                          "points are shared among the four nearest pixels, so that they stand "
+                          "where they are; false puts each into one"),
+       Parameter::number(
+           "white_point", "", positive(), std::nullopt,
+           "for pictures: a star whose pixel would be brighter than this (in the image's unit) is "
+           "a disc of this brightness; without it all stars are points"),
+       Parameter::number("largest_radius", "pixels", Interval::closed(1, largest_star_radius), 8.0,
+                         "of such discs; beyond it they are brighter")},
+      {}};
+}
+
+StarSettings StarSettings::read(const ParameterSet& values) {
+  StarSettings result;
+  result.field = {.number = values.number("number"),
+                  .bright = values.number("bright"),
+                  .faint = values.number("faint"),
+                  .slope = values.number("slope"),
+                  .coldest = values.number("temperature_low"),
+                  .hottest = values.number("temperature_high"),
+                  .seed = static_cast<std::uint64_t>(values.integer("seed")),
+                  .number_where = values.where("number")};
+  if (result.field.number > 0) check_field_stars(values);
+  result.antialiased = values.boolean("antialiased");
+  result.white_point = optional_number(values, "white_point");
+  result.largest_radius = values.number("largest_radius");
+  return result;
+}
+
+}  // namespace gamer
