@@ -28,7 +28,8 @@ enum ExitCode { done = 0, failed = 1, wrong_input = 2 };
 
 struct Options {
   gamer::RunOptions run;
-  bool lists_components = false;
+  bool lists_components = false, lists_galaxies = false, lists_seds = false;
+  bool lists_bands = false, lists_noises = false;
   std::optional<std::string> listed_kind;  ///< --list-parameters; empty for all
   bool markdown = false;
   bool sample_config = false;
@@ -37,7 +38,8 @@ struct Options {
 
   /// Whether the program answers without a job.
   bool only_tells() const {
-    return !help.empty() || version || lists_components || listed_kind || sample_config;
+    return !help.empty() || version || lists_components || lists_galaxies || lists_seds ||
+           lists_bands || lists_noises || listed_kind || sample_config;
   }
 };
 
@@ -100,6 +102,10 @@ Options parse_options(int argc, char** argv) {
   app.add_flag("--preview", request.preview,
                "a quarter of the size on each side, tolerance 1e-2, no supersampling");
   app.add_flag("--list-components", options.lists_components, "list the kinds of components");
+  app.add_flag("--list-galaxies", options.lists_galaxies, "list the galaxy types");
+  app.add_flag("--list-seds", options.lists_seds, "list the spectra");
+  app.add_flag("--list-bands", options.lists_bands, "list the bandpasses");
+  app.add_flag("--list-noises", options.lists_noises, "list the base noises");
   CLI::Option* list_option =
       app.add_option("--list-parameters", kind,
                      "list all parameters, or those of a section or a kind of component")
@@ -188,6 +194,11 @@ void tell(const Options& options) {
   if (!options.help.empty()) fmt::print("{}", options.help);
   if (options.version) fmt::print("{}", version_text());
   if (options.lists_components) fmt::print("{}", gamer::list_components());
+  gamer::Resources data(gamer::default_data_folders());
+  if (options.lists_galaxies) fmt::print("{}", gamer::list_galaxies(data));
+  if (options.lists_seds) fmt::print("{}", gamer::list_seds(data));
+  if (options.lists_bands) fmt::print("{}", gamer::list_bands(data));
+  if (options.lists_noises) fmt::print("{}", gamer::list_noises());
   if (options.listed_kind) {
     fmt::print("{}", gamer::list_parameters(*options.listed_kind, options.markdown));
   }

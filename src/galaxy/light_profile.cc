@@ -11,7 +11,7 @@ namespace gamer {
 namespace {
 
 // Midpoint rules in asinh(r / finest) and asinh(z / finest), and in azimuth.
-constexpr int radii = 240, heights = 80, azimuths = 16, azimuths_of_arms = 96;
+constexpr int radii = 480, heights = 80, azimuths = 16, azimuths_of_arms = 96;
 constexpr double finest = 1e-4;
 
 double radius_at(double share) { return finest * std::sinh(share * std::asinh(1 / finest)); }

@@ -101,9 +101,12 @@ std::string objects_text(const Scene& scene) {
   const std::size_t galaxies = scene.galaxies.size(), stars = scene.stars.size();
   std::string text = fmt::format("{} galax{}", galaxies, galaxies == 1 ? "y" : "ies");
   if (stars > 0) text += fmt::format(", {} star{}", stars, stars == 1 ? "" : "s");
-  if (scene.objects < scene.rows) {
-    text += fmt::format(" of {} rows; the others do not touch the image", scene.rows);
+  if (scene.objects < scene.rows) text += fmt::format(" of {} rows", scene.rows);
+  if (scene.flagged > 0) {
+    text += fmt::format("; {} row{} with flagged values left out", scene.flagged,
+                        scene.flagged == 1 ? "" : "s");
   }
+  if (scene.objects + scene.flagged < scene.rows) text += "; the others do not touch the image";
   return text;
 }
 

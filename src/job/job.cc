@@ -261,7 +261,8 @@ void append_common_card(ImageHeader& header, const std::string& key) {
 /// The keys of the catalogue's columns do not go with the list that the record holds.
 void forget_columns(RenderParameters& parameters) {
   std::vector<RenderParameters::Setting> settings = {{"catalogue", "hdu", std::monostate()},
-                                                     {"catalogue", "format", std::string("list")}};
+                                                     {"catalogue", "format", std::string("list")},
+                                                     {"catalogue", "skip_flagged", false}};
   for (const Parameter& column : scene_columns()) {
     settings.push_back({"catalogue", column.name, std::monostate()});
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "gamer/core/error.h"
@@ -10,8 +11,11 @@
 #include "gamer/galaxy/arm_pattern.h"
 #include "gamer/galaxy/component.h"
 #include "gamer/galaxy/galaxy.h"
+#include "gamer/noise/noise.h"
 #include "gamer/scene/render_parameters.h"
 #include "gamer/scene/scene.h"
+#include "gamer/sed/bandpass.h"
+#include "gamer/sed/sed.h"
 
 namespace gamer {
 namespace {
@@ -54,16 +58,90 @@ std::string group_text(const Group& group, bool markdown) {
   return fmt::format("{}: {}\n\n{}", group.title, group.description, terminal_table(group.table));
 }
 
+/// Names with what they mean, a line each.
+std::string lines_of(const std::vector<std::pair<std::string, std::string>>& rows) {
+  std::size_t width = 0;
+  for (const auto& [name, meaning] : rows) width = std::max(width, name.size());
+  std::string result;
+  for (const auto& [name, meaning] : rows) {
+    result += fmt::format("{:<{}}  {}\n", name, width, meaning);
+  }
+  return result;
+}
+
+/// Rows of all data of a kind; `describe` says what one is.
+template <typename Describe>
+std::string list_data(Resources& resources, const std::string& kind,
+                      const std::vector<std::string>& suffixes,
+                      std::vector<std::pair<std::string, std::string>> rows,
+                      const Describe& describe) {
+  for (const std::string& name : resources.names(kind, suffixes)) {
+    std::string meaning;
+    try {
+      meaning = describe(name);
+    } catch (const InputError& error) {
+      meaning = error.what();
+    }
+    rows.emplace_back(name, std::move(meaning));
+  }
+  return lines_of(rows);
+}
+
+/// What the [galaxy] of a galaxy file says of it.
+std::string description_of(const Resources::Text& text) {
+  const ConfigNode root = parse_toml(text.content, text.label);
+  const ConfigNode* galaxy = root.find("galaxy");
+  if (galaxy == nullptr) return "";
+  const ParameterSet values = ParameterSet::read(Galaxy::table(), *galaxy, "", "in [galaxy]");
+  const std::string& description = values.text("description");
+  return description.empty() ? values.text("name") : description;
+}
+
 }  // namespace
 
 std::string list_components() {
-  std::size_t width = 0;
-  for (const ComponentKind& kind : component_kinds()) width = std::max(width, kind.name.size());
-  std::string result;
+  std::vector<std::pair<std::string, std::string>> rows;
   for (const ComponentKind& kind : component_kinds()) {
-    result += fmt::format("{:<{}}  {}\n", kind.name, width, kind.description);
+    rows.emplace_back(kind.name, kind.description);
   }
-  return result;
+  return lines_of(rows);
+}
+
+std::string list_galaxies(Resources& resources) {
+  static const std::vector<std::string> suffixes = {".toml"};
+  return list_data(resources, "galaxies", suffixes,
+                   {{"sersic", "Sersic's law; the row gives sersic_index and axis_ratio"},
+                    {"exponential", "the same with index 1"},
+                    {"devaucouleurs", "the same with index 4"},
+                    {"star", "a point source"}},
+                   [&](const std::string& name) {
+                     return description_of(resources.find("galaxies", name, "", suffixes));
+                   });
+}
+
+std::string list_seds(Resources& resources) {
+  std::vector<std::pair<std::string, std::string>> rows;
+  for (const std::string& name : analytic_sed_names()) rows.emplace_back(name, "analytic");
+  return list_data(resources, "seds", sed_suffixes(), rows, [&](const std::string& name) {
+    const Sed::Range range = find_sed(name, "", resources)->range();
+    return fmt::format("{:.6g} to {:.6g} Angstrom", range.low, range.high);
+  });
+}
+
+std::string list_bands(Resources& resources) {
+  return list_data(resources, "bandpasses", bandpass_suffixes(), {}, [&](const std::string& name) {
+    const auto band = find_bandpass(name, "", resources);
+    return fmt::format("pivot {:.1f} Angstrom, {:.6g} to {:.6g}", band->pivot(), band->range().low,
+                       band->range().high);
+  });
+}
+
+std::string list_noises() {
+  std::vector<std::pair<std::string, std::string>> rows;
+  for (const Noise* noise : noise_kinds()) {
+    rows.emplace_back(std::string(noise->name()), std::string(noise->description()));
+  }
+  return lines_of(rows);
 }
 
 std::string list_parameters(const std::string& kind, bool markdown) {

@@ -109,14 +109,4 @@ SourceLocation Catalogue::where(std::size_t row, std::size_t column) const {
   return location(label_, line, words.back().begin);
 }
 
-const ColumnMap& usual_columns(CatalogueFormat format) {
-  static const ColumnMap sextractor = {
-      {"id", "NUMBER"},       {"ra", "ALPHA_J2000"},
-      {"dec", "DELTA_J2000"}, {"apparent_magnitude", "MAG_AUTO"},
-      {"pa", "THETA_J2000"},
-  };
-  static const ColumnMap none;
-  return format == CatalogueFormat::sextractor ? sextractor : none;
-}
-
 }  // namespace gamer

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/special_functions/gamma.hpp>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -12,12 +13,14 @@
 #include "gamer/core/near.h"
 #include "gamer/core/parameter.h"
 #include "gamer/galaxy/kinds/layer.h"
+#include "gamer/galaxy/sample_batch.h"
 #include "gamer/scene/catalogue.h"
 
 namespace gamer {
 namespace {
 
 constexpr std::string_view opening = "bulge+disk(";
+constexpr std::string_view sersic_opening = "sersic(";
 constexpr const char* arguments = "bt,re,qb,rh,bulge_sed,disk_sed";
 constexpr std::size_t argument_count = 6;
 
@@ -83,7 +86,47 @@ std::string MadeGalaxy::name() const {
                      disk ? rounded(scale_length) : 0.0, bulge_sed, disk_sed);
 }
 
+std::optional<double> sersic_index_of(const std::string& galaxy, std::optional<double> index) {
+  if (galaxy == "exponential") return 1;
+  if (galaxy == "devaucouleurs") return 4;
+  return galaxy == "sersic" ? index : std::nullopt;
+}
+
+std::string sersic_galaxy(double index, double flattening) {
+  return fmt::format("{}{},{})", sersic_opening, rounded(index), rounded(flattening));
+}
+
+namespace {
+
+/// The text of a galaxy named by sersic_galaxy(): its ball holds all but 1e-3 of the light before
+/// the taper.
+std::string make_sersic(const std::string& name) {
+  const auto words = split_arguments(std::string_view(name).substr(
+      sersic_opening.size(), name.size() - sersic_opening.size() - 1));
+  if (words.size() != 2 || !name.ends_with(')')) {
+    throw InputError(fmt::format("{} must be sersic(index,axis_ratio)", in_quotes(name)));
+  }
+  const double n = number(words[0], "index", Interval::closed(0.5, 10));
+  const double flattening = number(words[1], "axis_ratio", Interval::closed(0.05, 1));
+  constexpr double share = 0.999, least_radius = 1e-3;
+  const double b = boost::math::gamma_p_inv(2 * n, 0.5);
+  const double reach = std::pow(boost::math::gamma_p_inv(2 * n, share) / b, n);
+  return fmt::format(
+      "[galaxy]\n"
+      "name = \"Sersic\"\n"
+      "\n[[component]]\n"
+      "class = \"sersic\"\n"
+      "sed = \"E\"\n"
+      "index = {}\n"
+      "effective_radius = {}\n"
+      "axis = [1, 1, {}]\n",
+      n, std::max(taper_start / reach, least_radius), flattening);
+}
+
+}  // namespace
+
 std::optional<std::string> made_galaxy(const std::string& name) {
+  if (name.starts_with(sersic_opening)) return make_sersic(name);
   if (!name.starts_with(opening)) return std::nullopt;
   if (!name.ends_with(')')) {
     throw InputError(fmt::format("the made galaxy {} must end with ')'", in_quotes(name)));

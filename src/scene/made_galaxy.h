@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 namespace gamer {
@@ -21,5 +22,11 @@ struct MadeGalaxy {
   /// does not depend on the other parameters of a part without light.
   std::string name() const;
 };
+
+/// Sersic's index of the ready galaxies `exponential` (1) and `devaucouleurs` (4), and of `sersic`
+/// where a row gives it; none for other names.
+std::optional<double> sersic_index_of(const std::string& galaxy, std::optional<double> index);
+/// The name of a made galaxy of one Sersic spheroid with this index and c/a, rounded to six digits.
+std::string sersic_galaxy(double index, double flattening);
 
 }  // namespace gamer

@@ -15,6 +15,7 @@
 #include "gamer/core/units.h"
 #include "gamer/galaxy/calibration/galaxy_statistics.h"
 #include "scene/field_stars.h"
+#include "scene/made_galaxy.h"
 #include "scene/orientation.h"
 #include "scene/scene_reader.h"
 
@@ -195,8 +196,32 @@ const SharedText& SceneReader::shared(const std::string& name) {
   return names_.try_emplace(name, name).first->second;
 }
 
+std::string SceneReader::read_type() const {
+  using namespace column;
+  std::string name = row_.text(galaxy);
+  const bool has_index = row_.is_given(sersic_index);
+  if (name == "sersic" && !has_index) row_.fail(galaxy, "galaxy 'sersic' needs sersic_index");
+  if (name != "sersic" && has_index) {
+    row_.fail(sersic_index,
+              fmt::format("sersic_index belongs to galaxy 'sersic', not {}", in_quotes(name)));
+  }
+  const auto index =
+      sersic_index_of(name, has_index ? std::optional(row_.number(sersic_index)) : std::nullopt);
+  if (!index) return name;
+  constexpr double thinnest = 0.05;
+  const double flattening = row_.is_given(axis_ratio) ? row_.number(axis_ratio) : 1;
+  if (flattening < thinnest) {
+    row_.fail(axis_ratio, fmt::format("axis_ratio = {} of galaxy '{}' is below {}", flattening,
+                                      name, thinnest));
+  }
+  return sersic_galaxy(*index, flattening);
+}
+
 std::optional<double> SceneReader::read_inclination() {
   using namespace column;
+  if (row_.is_given(axis_ratio) && read_type() != row_.text(galaxy)) {
+    return row_.is_given(inclination) ? row_.number(inclination) : 90;
+  }
   if (!row_.is_given(axis_ratio)) {
     return row_.is_given(inclination) ? std::optional(row_.number(inclination)) : std::nullopt;
   }
@@ -222,7 +247,7 @@ Lensing SceneReader::read_lensing() const {
 }
 
 LightProfile SceneReader::profile() {
-  return library_.light_profile(row_.text(column::galaxy), row_.text(column::sed),
+  return library_.light_profile(read_type(), row_.text(column::sed),
                                 static_cast<std::uint64_t>(row_.integer(column::seed)),
                                 row_.number(column::redshift), reference_.get(), row_);
 }
@@ -243,7 +268,7 @@ glm::dmat3 SceneReader::orient(const glm::dvec3& centre) {
 
 void SceneReader::read_galaxy(const Position& position, double radius) {
   PlacedGalaxy placed;
-  placed.type = shared(row_.text(column::galaxy));
+  placed.type = shared(read_type());
   placed.id = row_.text(column::id);
   placed.sed = shared(row_.text(column::sed));
   placed.object = scene_.objects;
@@ -369,6 +394,10 @@ Scene SceneReader::read() {
   list_ = row_.header_line();
   for (std::size_t i = 0; i < catalogue_.rows(); ++i) {
     row_.select(i);
+    if (parameters_.catalogue.skip_flagged && row_.flagged()) {
+      ++scene_.flagged;
+      continue;
+    }
     const bool is_star = row_.text(column::galaxy) == star_type;
     Position position = read_position(field ? &*field : nullptr);
     double radius = 0;

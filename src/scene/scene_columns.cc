@@ -23,9 +23,10 @@ ParameterTable make_columns() {
   const Interval magnitudes = Interval::closed(brightest_magnitude, faintest_magnitude);
   const std::string unit = "scene units";
   return {
-      required(
-          Parameter::text("galaxy", std::nullopt,
-                          "name or file of its type in `galaxies/`; `star` is a point source")),
+      required(Parameter::text(
+          "galaxy", std::nullopt,
+          "name or file of its type in `galaxies/`; `star` is a point source; `sersic`, "
+          "`exponential` and `devaucouleurs` are made from the row")),
       Parameter::number("x", unit, any, std::nullopt,
                         "position of its centre, x; not in a sky view"),
       Parameter::number("y", unit, any, std::nullopt, "the same, y"),
@@ -64,6 +65,8 @@ ParameterTable make_columns() {
                         "dust, in photometry.reference_band"),
       Parameter::number("half_light_radius_kpc", "kpc", sizes, std::nullopt,
                         "instead: the half-light radius as a length"),
+      Parameter::number("sersic_index", "", Interval::closed(0.5, 10), std::nullopt,
+                        "n of a galaxy `sersic`"),
       Parameter::number("magnitude", "mag", magnitudes, std::nullopt,
                         "absolute AB magnitude in photometry.reference_band"),
       Parameter::number("apparent_magnitude", "mag", magnitudes, std::nullopt,

@@ -15,135 +15,53 @@ namespace {
 
 constexpr std::string_view default_word = "-";
 
-/// Columns that have a meaning in one kind of view only.
-constexpr Column sky_columns[] = {column::ra,
-                                  column::dec,
-                                  column::dx,
-                                  column::dy,
-                                  column::px,
-                                  column::py,
-                                  column::size_kpc,
-                                  column::size_arcsec,
-                                  column::half_light_radius,
-                                  column::half_light_radius_kpc};
-constexpr Column other_columns[] = {column::x,  column::y,  column::z,   column::ox,
-                                    column::oy, column::oz, column::size};
-
-bool applies(Column column, bool is_sky) {
-  const auto holds = [&](const auto& list) {
-    return std::find(std::begin(list), std::end(list), column) != std::end(list);
-  };
-  return is_sky ? !holds(other_columns) : !holds(sky_columns);
-}
-
-/// Factor that converts a value from the catalogue's unit; nothing where the unit does not fit.
-std::optional<double> factor_of(const std::string& from, const std::string& to,
-                                const std::string& scene_unit) {
-  if (from.empty()) return 1.0;
-  if (to == "pixels") {
-    return from == "pixel" || from == "pixels" || from == "pix" ? std::optional(1.0) : std::nullopt;
-  }
-  if (to == "scene units") {
-    if (scene_unit.empty()) return std::nullopt;
-    return unit_factor(from, scene_unit);
-  }
-  return unit_factor(from, to);
-}
-
 }  // namespace
 
 SceneRow::SceneRow(const Catalogue& catalogue, const RenderParameters& parameters)
-    : catalogue_(catalogue) {
-  const ParameterTable& columns = scene_columns();
-  const bool is_sky = parameters.camera.projection == Projection::sky;
+    : catalogue_(catalogue), sources_(find_columns(catalogue, parameters)) {
   const CatalogueFormat format = catalogue.format();
-  // A scene list is made for gamer. In other catalogues, columns that are not needed are ignored.
-  const bool is_own = format == CatalogueFormat::list || format == CatalogueFormat::skymaker;
-  const ColumnMap& usual = usual_columns(format);
-  std::vector<std::string> names, found;
-  for (const Parameter& column : columns) names.push_back(column.name);
-  std::map<std::string, std::size_t> places;
-  for (const Catalogue::Column& column : catalogue.columns()) {
-    if (!places.emplace(column.name, found.size()).second) {
-      throw InputError(column.where, fmt::format("column '{}' stands twice", column.name));
-    }
-    found.push_back(column.name);
+  may_have_flags_ = format != CatalogueFormat::list && format != CatalogueFormat::skymaker;
+}
+
+bool SceneRow::is_flag(Column column, double value) const {
+  using namespace column;
+  if (!may_have_flags_ || sources_[column].kind != ColumnSource::Kind::catalogue) return false;
+  if (!std::isfinite(value)) return true;
+  // No magnitude is that far; 99 and -99 are usual signs of a missing one.
+  constexpr double likely_magnitude = 90;
+  if (column == magnitude || column == apparent_magnitude) {
+    return std::abs(value) > likely_magnitude;
   }
-  const auto place_of = [&](const std::string& name) {
-    const auto place = places.find(name);
-    return place == places.end() ? std::nullopt : std::optional(place->second);
-  };
-  std::vector<bool> used(found.size(), false);
-  sources_.resize(columns.size());
-  for (std::size_t c = 0; c < columns.size(); ++c) {
-    Source& source = sources_[c];
-    const auto mapped = parameters.catalogue.columns.find(names[c]);
-    const bool is_mapped = mapped != parameters.catalogue.columns.end();
-    std::optional<std::size_t> place;
-    if (is_mapped) {
-      const SourceLocation where = parameters.section("catalogue").where(names[c]);
-      if (mapped->second.starts_with('=')) {
-        source.kind = Source::Kind::constant;
-        source.constant = mapped->second.substr(1);
-        // The mapped column replaces the catalogue's column of that name.
-        if (const auto own = place_of(names[c])) used[*own] = true;
-        continue;
-      }
-      place = place_of(mapped->second);
-      if (!place) {
-        throw InputError(where,
-                         fmt::format("missing column {} in {}{}", in_quotes(mapped->second),
-                                     catalogue.label(), did_you_mean(mapped->second, found)));
-      }
-    } else {
-      place = place_of(names[c]);
-      if (const auto known = usual.find(names[c]); !place && known != usual.end()) {
-        place = place_of(known->second);
-      }
+  constexpr double flags[] = {-1, -9, -99, -999, -9999, 99, 999, 9999};
+  const Interval& interval = scene_columns()[column].interval;
+  return !interval.contains(value) && std::ranges::find(flags, value) != std::end(flags);
+}
+
+std::optional<Column> SceneRow::flagged() const {
+  using namespace column;
+  for (std::size_t c = 0; c < sources_.size(); ++c) {
+    const auto column = static_cast<Column>(c);
+    if (scene_columns()[c].type != ParameterType::number) continue;
+    const std::optional<double> value = typed_number(column);
+    double number = value.value_or(0);
+    if (!value && is_given(column)) {
+      const std::string text = word(column);
+      std::from_chars(text.data(), text.data() + text.size(), number);
     }
-    if (!place) continue;
-    const Catalogue::Column& from = catalogue.columns()[*place];
-    used[*place] = true;
-    if (!applies(static_cast<Column>(c), is_sky)) {
-      if (!is_own && !is_mapped) continue;
-      throw InputError(from.where, fmt::format("column '{}' has no meaning in {} view", names[c],
-                                               is_sky ? "a sky" : "this, which is no sky"));
-    }
-    const std::optional<double> factor =
-        factor_of(from.unit, columns[c].unit, parameters.scene.unit);
-    if (!factor) {
-      throw InputError(
-          from.where,
-          fmt::format("column '{}': unit {} cannot become {}", from.name, in_quotes(from.unit),
-                      columns[c].unit.empty() ? "a pure number" : columns[c].unit));
-    }
-    source.kind = Source::Kind::catalogue;
-    source.place = *place;
-    source.factor = *factor;
+    // A row without a magnitude or a size, where all rows have one column for it, lacks a value.
+    const bool is_needed = column == ra || column == dec || column == apparent_magnitude ||
+                           column == magnitude || column == half_light_radius;
+    const bool is_missing = may_have_flags_ && is_needed &&
+                            sources_[c].kind == ColumnSource::Kind::catalogue && !is_given(column);
+    if (is_missing || (is_given(column) && is_flag(column, number))) return column;
   }
-  for (std::size_t i = 0; i < found.size() && is_own; ++i) {
-    if (used[i]) continue;
-    const Catalogue::Column& column = catalogue.columns()[i];
-    throw InputError(column.where, fmt::format("unknown column {}{}", in_quotes(column.name),
-                                               did_you_mean(column.name, names)));
-  }
-  std::vector<Column> required = {column::galaxy};
-  if (!is_sky) required.insert(required.end(), {column::x, column::y, column::z});
-  for (const Column c : required) {
-    if (has(c)) continue;
-    const SourceLocation where = catalogue.columns().empty()
-                                     ? SourceLocation{catalogue.label(), 0, 0}
-                                     : catalogue.columns().front().where;
-    const std::string hint =
-        is_own ? "" : fmt::format("; [catalogue] {} = \"name\", or \"=word\", says it", names[c]);
-    throw InputError(where, fmt::format("missing column '{}'{}", names[c], hint));
-  }
+  return std::nullopt;
 }
 
 std::string SceneRow::word(Column column) const {
-  const Source& source = sources_[column];
-  if (source.kind == Source::Kind::absent) return std::string(default_word);
-  if (source.kind == Source::Kind::constant) return source.constant;
+  const ColumnSource& source = sources_[column];
+  if (source.kind == ColumnSource::Kind::absent) return std::string(default_word);
+  if (source.kind == ColumnSource::Kind::constant) return source.constant;
   const Catalogue::Cells& cells = catalogue_.columns()[source.place].cells;
   if (const auto* words = std::get_if<std::vector<std::string_view>>(&cells)) {
     return std::string((*words)[row_]);
@@ -159,8 +77,8 @@ std::string SceneRow::word(Column column) const {
 }
 
 std::optional<double> SceneRow::typed_number(Column column) const {
-  const Source& source = sources_[column];
-  if (source.kind != Source::Kind::catalogue) return std::nullopt;
+  const ColumnSource& source = sources_[column];
+  if (source.kind != ColumnSource::Kind::catalogue) return std::nullopt;
   const Catalogue::Cells& cells = catalogue_.columns()[source.place].cells;
   if (const auto* numbers = std::get_if<std::vector<double>>(&cells)) return (*numbers)[row_];
   if (const auto* integers = std::get_if<std::vector<std::int64_t>>(&cells)) {
@@ -170,9 +88,9 @@ std::optional<double> SceneRow::typed_number(Column column) const {
 }
 
 bool SceneRow::is_given(Column column) const {
-  const Source& source = sources_[column];
-  if (source.kind == Source::Kind::absent) return false;
-  if (source.kind == Source::Kind::constant) return source.constant != default_word;
+  const ColumnSource& source = sources_[column];
+  if (source.kind == ColumnSource::Kind::absent) return false;
+  if (source.kind == ColumnSource::Kind::constant) return source.constant != default_word;
   const Catalogue::Cells& cells = catalogue_.columns()[source.place].cells;
   if (const auto* words = std::get_if<std::vector<std::string_view>>(&cells)) {
     return (*words)[row_] != default_word;
@@ -201,7 +119,13 @@ double SceneRow::number(Column column) const {
   }
   const std::optional<double> typed = typed_number(column);
   const double factor = sources_[column].factor;
-  const double value = factor * (typed ? *typed : parse<double>(column, word(column), "a number"));
+  const double own = typed ? *typed : parse<double>(column, word(column), "a number");
+  if (is_flag(column, own)) {
+    fail(column, fmt::format("{} = {} looks like a flag for a missing value; with catalogue."
+                             "skip_flagged = true such rows are left out",
+                             declared.name, word(column)));
+  }
+  const double value = factor * own;
   if (!std::isfinite(value) || !declared.interval.contains(value)) {
     check_interval(column, value, factor == 1 ? word(column) : fmt::format("{:.6g}", value));
   }
@@ -218,14 +142,15 @@ std::int64_t SceneRow::integer(Column column) const {
 }
 
 SourceLocation SceneRow::where(Column column) const {
-  const Source& source = sources_[column];
-  return catalogue_.where(row_, source.kind == Source::Kind::catalogue ? source.place : 0);
+  const ColumnSource& source = sources_[column];
+  return catalogue_.where(row_, source.kind == ColumnSource::Kind::catalogue ? source.place : 0);
 }
 
 SourceLocation SceneRow::name_where(Column column) const {
-  const Source& source = sources_[column];
+  const ColumnSource& source = sources_[column];
   if (catalogue_.columns().empty()) return {catalogue_.label(), 0, 0};
-  return catalogue_.columns()[source.kind == Source::Kind::catalogue ? source.place : 0].where;
+  return catalogue_.columns()[source.kind == ColumnSource::Kind::catalogue ? source.place : 0]
+      .where;
 }
 
 void SceneRow::fail(Column column, const std::string& message) const {

@@ -9,13 +9,12 @@
 #include "gamer/scene/catalogue.h"
 #include "gamer/scene/render_parameters.h"
 #include "gamer/scene/scene_columns.h"
+#include "scene/column_sources.h"
 
 namespace gamer {
 
-using column::Column;
-
-/// Reads the rows of a catalogue as rows of a scene: finds the columns, converts units, and checks
-/// each value by its column's declaration.
+/// Reads the rows of a catalogue as rows of a scene: converts units and checks each value by its
+/// column's declaration.
 class SceneRow {
  public:
   /// Throws InputError: unknown, repeated and missing columns, units that do not fit.
@@ -31,9 +30,13 @@ class SceneRow {
   void fix_orientation() { is_fixed_ = true; }
 
   /// Whether the catalogue has the column at all.
-  bool has(Column column) const { return sources_[column].kind != Source::Kind::absent; }
+  bool has(Column column) const { return sources_[column].kind != ColumnSource::Kind::absent; }
   /// Whether the row has a value of its own.
   bool is_given(Column column) const;
+
+  /// The column of the selected row whose value looks like a flag (99, -99...) or is missing where
+  /// the catalogue has the column. Only for catalogues that were not made for gamer.
+  std::optional<Column> flagged() const;
 
   std::string text(Column column) const;
   double number(Column column) const;
@@ -50,13 +53,7 @@ class SceneRow {
   std::string line() const;
 
  private:
-  struct Source {
-    enum class Kind { absent, constant, catalogue };
-    Kind kind = Kind::absent;
-    std::string constant;
-    std::size_t place = 0;
-    double factor = 1;
-  };
+  bool is_flag(Column column, double value) const;
   /// Whether the lines of the scene list have the column.
   bool stands_in_lines(Column column) const;
   /// The row's value in its column's unit: a word, or a number.
@@ -68,7 +65,8 @@ class SceneRow {
   void check_interval(Column column, double value, const std::string& text) const;
 
   const Catalogue& catalogue_;
-  std::vector<Source> sources_;
+  std::vector<ColumnSource> sources_;
+  bool may_have_flags_;  ///< scene lists are made for gamer
   std::size_t row_ = 0;
   std::map<Column, double> replaced_;
   bool is_fixed_ = false;

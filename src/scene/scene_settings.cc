@@ -33,7 +33,10 @@ ParameterTable catalogue_table() {
   ParameterTable table = {
       Parameter::choice("format", names, "auto", "auto: as the file looks"),
       Parameter::text("hdu", std::nullopt,
-                      "name or number of the table in a FITS file; by default the first")};
+                      "name or number of the table in a FITS file; by default the first"),
+      Parameter::boolean("skip_flagged", false,
+                         "leave out rows with flags for missing values (99, -99...) instead of "
+                         "refusing them")};
   for (const Parameter& column : scene_columns()) {
     table.push_back(Parameter::text(
         column.name, std::nullopt,
@@ -75,6 +78,7 @@ CatalogueSettings CatalogueSettings::read(const ParameterSet& values) {
     if (values.text("format") == format.name) result.format = format.format;
   }
   result.hdu = text_or_empty(values, "hdu");
+  result.skip_flagged = values.boolean("skip_flagged");
   for (const Parameter& column : scene_columns()) {
     if (values.has(column.name)) result.columns[column.name] = values.text(column.name);
   }

@@ -123,10 +123,14 @@ std::shared_ptr<const Bandpass> parse_bandpass(std::string_view text, const std:
   return band;
 }
 
+const std::vector<std::string>& bandpass_suffixes() {
+  static const std::vector<std::string> suffixes = {".band", ".txt", ".dat"};
+  return suffixes;
+}
+
 std::shared_ptr<const Bandpass> find_bandpass(const std::string& name, const std::string& beside,
                                               Resources& resources) {
-  static const std::vector<std::string> suffixes = {".band", ".txt", ".dat"};
-  const Resources::Text& text = resources.find("bandpasses", name, beside, suffixes);
+  const Resources::Text& text = resources.find("bandpasses", name, beside, bandpass_suffixes());
   return parse_bandpass(text.content, text.label, name);
 }
 

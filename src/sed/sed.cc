@@ -216,7 +216,7 @@ std::shared_ptr<const Sed> parse_sed(std::string_view text, const std::string& l
 
 std::shared_ptr<const Sed> find_sed(const std::string& name, const std::string& beside,
                                     Resources& resources) {
-  static const std::vector<std::string> suffixes = {".sed", ".txt", ".dat"};
+  const std::vector<std::string>& suffixes = sed_suffixes();
   const std::string identifier = name.substr(0, name.find('('));
   std::vector<std::string> known;
   for (const Analytic& kind : analytic_seds()) {
@@ -237,6 +237,11 @@ std::shared_ptr<const Sed> find_sed(const std::string& name, const std::string& 
 
 std::shared_ptr<const Sed> blackbody_sed(double temperature) {
   return std::make_shared<BlackbodySed>(fmt::format("blackbody({} K)", temperature), temperature);
+}
+
+const std::vector<std::string>& sed_suffixes() {
+  static const std::vector<std::string> suffixes = {".sed", ".txt", ".dat"};
+  return suffixes;
 }
 
 std::vector<std::string> analytic_sed_names() {

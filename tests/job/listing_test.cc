@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <string>
+
 #include "gamer/core/error.h"
 #include "gamer/galaxy/component.h"
 #include "gamer/scene/render_parameters.h"
@@ -52,6 +55,29 @@ TEST(Listing, TheSampleReadsBackToTheDefaults) {
       EXPECT_NE(sample.find(parameter.name + " ="), std::string::npos) << parameter.name;
       EXPECT_NE(sample.find("# " + parameter.description), std::string::npos) << parameter.name;
     }
+  }
+}
+
+// Every shipped datum has a line, none of which is an error.
+TEST(Listing, DataHaveALineEach) {
+  Resources resources({std::filesystem::path(GAMER_TEST_SOURCE_DIR)});
+  const auto expect_all = [](const std::string& text, const std::string& folder) {
+    for (const auto& entry : std::filesystem::directory_iterator(
+             std::filesystem::path(GAMER_TEST_SOURCE_DIR) / folder)) {
+      const std::string name = entry.path().stem().string();
+      EXPECT_NE(("\n" + text).find("\n" + name + " "), std::string::npos) << name;
+    }
+    EXPECT_EQ(text.find("error"), std::string::npos);
+    EXPECT_EQ(text.find(".toml:"), std::string::npos) << text;
+  };
+  expect_all(list_galaxies(resources), "galaxies");
+  expect_all(list_seds(resources), "seds");
+  expect_all(list_bands(resources), "bandpasses");
+  EXPECT_NE(list_galaxies(resources).find("devaucouleurs"), std::string::npos);
+  EXPECT_NE(list_seds(resources).find("blackbody(T K)"), std::string::npos);
+  EXPECT_NE(list_bands(resources).find("sdss_r"), std::string::npos);
+  for (const std::string& name : noise_names()) {
+    EXPECT_NE(("\n" + list_noises()).find("\n" + name + " "), std::string::npos);
   }
 }
 

@@ -221,16 +221,6 @@ TEST(CatalogueSextractor, ReadsWhatSextractorWrites) {
   EXPECT_EQ(catalogue.where(1, 2).text(), "t.cat:11:24");
 }
 
-TEST(CatalogueSextractor, UsualColumnsAreOnesThatItWrites) {
-  const Strings written = names(parse(sextractor));
-  for (const auto& [scene, name] : usual_columns(CatalogueFormat::sextractor)) {
-    EXPECT_NE(std::find(written.begin(), written.end(), name), written.end()) << name;
-  }
-  EXPECT_EQ(usual_columns(CatalogueFormat::sextractor).at("ra"), "ALPHA_J2000");
-  EXPECT_EQ(usual_columns(CatalogueFormat::sextractor).at("apparent_magnitude"), "MAG_AUTO");
-  EXPECT_TRUE(usual_columns(CatalogueFormat::list).empty());
-}
-
 TEST(CatalogueSextractor, TakesNoRows) {
   const Catalogue catalogue = parse(sextractor_head);
   EXPECT_EQ(catalogue.format(), CatalogueFormat::sextractor);

@@ -106,6 +106,7 @@ unit = "kpc"
 [catalogue]
 format = "sextractor"
 hdu = "OBJECTS"
+skip_flagged = true
 x = "X_WORLD"
 seed = "=7"
 
@@ -156,6 +157,7 @@ TEST(RenderParameters, ReadsEveryKey) {
   EXPECT_EQ(p.cosmology.omega_m(), 0.31);
   EXPECT_EQ(p.catalogue.format, CatalogueFormat::sextractor);
   EXPECT_EQ(p.catalogue.hdu, "OBJECTS");
+  EXPECT_TRUE(p.catalogue.skip_flagged);
   EXPECT_EQ(p.catalogue.columns, (ColumnMap{{"x", "X_WORLD"}, {"seed", "=7"}}));
   EXPECT_EQ(p.truth.parts, TruthSettings::Parts::components);
   EXPECT_TRUE(p.truth.dust_free && p.truth.optical_depth && p.truth.segmentation);

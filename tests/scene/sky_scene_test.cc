@@ -301,8 +301,10 @@ TEST(SkyScene, CataloguesThatDoNotFit) {
   const auto error = [](const std::string& text, const std::string& more) {
     return message_of([&] { read(text, more); });
   };
-  EXPECT_EQ(error(ecsv, mapping + "id = \"wieght\"\n"),
-            "render.par:14:6: missing column 'wieght' in scene.lst; did you mean 'weight'?");
+  EXPECT_EQ(
+      error(ecsv, mapping + "id = \"wieght\"\n"),
+      "render.par:14:6: missing column 'wieght' in scene.lst; did you mean 'weight'?; its columns "
+      "are type, ALPHA, DELTA, R, mag_r, weight");
   EXPECT_EQ(error(ecsv, mapping + "distance = \"R\"\n"),
             "scene.lst:11:18: column 'R': unit 'deg' cannot become Mpc");
   std::string furlong = ecsv;
@@ -311,9 +313,41 @@ TEST(SkyScene, CataloguesThatDoNotFit) {
             "scene.lst:11:12: column 'DELTA': unit 'furlong' cannot become deg");
   EXPECT_EQ(error(ecsv, ""),
             "scene.lst:11:1: missing column 'galaxy'; [catalogue] galaxy = \"name\", or \"=word\", "
-            "says it");
+            "says it; the columns are type, ALPHA, DELTA, R, mag_r, weight");
   EXPECT_EQ(error(list, "[catalogue]\nseed = \"=many\"\n"),
             "scene.lst:2:1: seed must be an integer, not 'many'");
+}
+
+// 99 and -99 mean that a value is missing.
+TEST(SkyScene, FlaggedValues) {
+  const auto table = [](const std::string& rows) {
+    std::string text = "# %ECSV 1.0\n# ---\n# datatype:\n";
+    for (const char* name : {"RA", "DEC", "mag_r", "r_e", "zphot"}) {
+      text += fmt::format("# - {{name: {}, datatype: float64}}\n", name);
+    }
+    return text + "RA DEC mag_r r_e zphot\n" + rows;
+  };
+  const std::string mapped = "[catalogue]\ngalaxy = \"=smooth\"\n";
+  const std::string good = "150 2 20 1 0.5\n150 2.001 -3 1 0\n";
+  EXPECT_EQ(read(table(good), mapped).galaxies.size(), 2u);
+  for (const auto& [row, name] : {std::pair("150 2 99 1 0.5\n", "apparent_magnitude = 99"),
+                                  {"150 2 -99 1 0.5\n", "apparent_magnitude = -99"},
+                                  {"150 2 20 -99 0.5\n", "half_light_radius = -99"},
+                                  {"150 2 20 1 -1\n", "redshift = -1"}}) {
+    const std::string error = message_of([&] { read(table(good + row), mapped); });
+    EXPECT_NE(error.find(fmt::format("{} looks like a flag", name)), std::string::npos) << error;
+    EXPECT_NE(error.find("scene.lst:12:"), std::string::npos) << error;
+    const Scene scene = read(table(good + row), mapped + "skip_flagged = true\n");
+    EXPECT_EQ(scene.galaxies.size(), 2u);
+    EXPECT_EQ(scene.flagged, 1u);
+    EXPECT_EQ(scene.rows, 3u);
+  }
+  // Missing values, too.
+  EXPECT_EQ(read(table("150 2 nan 1 0.5\n" + good), mapped + "skip_flagged = true\n").flagged, 1u);
+  // A scene list is made for gamer: its numbers are meant.
+  EXPECT_EQ(
+      read("galaxy ra dec apparent_magnitude size_arcsec\nsmooth 150 2 99 1\n").galaxies.size(),
+      1u);
 }
 
 TEST(SkyScene, TablesNameTheRow) {
@@ -471,7 +505,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"galaxy ra dec size_kpc size_arcsec redshift\nsmooth 150 2 3 1 0.1\n", "",
                  "scene.lst:2:16: both size_kpc and size_arcsec; give one"},
         BadInput{"galaxy ra dec\nsmooth 150 2\n", "",
-                 "scene.lst:2:1: no size: give size_kpc or size_arcsec"},
+                 "scene.lst:2:1: no size: give size_kpc, size_arcsec or half_light_radius"},
         BadInput{"galaxy ra dec size_kpc\nsmooth 150 2 3\n", "",
                  "scene.lst:2:14: size_kpc without a distance; give redshift or distance"},
         BadInput{"galaxy ra dec size_arcsec redshift\nsmooth 150 2 3 -0.1\n", "",

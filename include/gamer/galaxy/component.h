@@ -240,5 +240,6 @@ ComponentKind dust_kind();
 ComponentKind veins_kind();
 ComponentKind veins_light_kind();
 ComponentKind starfield_kind();
+ComponentKind sersic_kind();
 
 }  // namespace gamer

@@ -96,10 +96,6 @@ std::optional<double> unit_factor(std::string_view from, std::string_view to);
 /// for one word in every row. Names not mapped keep their own.
 using ColumnMap = std::map<std::string, std::string>;
 
-/// Scene names of a format's own columns, used where the user maps nothing. For SExtractor
-/// ALPHA_J2000 -> ra, MAG_AUTO -> apparent_magnitude...; empty for other formats.
-const ColumnMap& usual_columns(CatalogueFormat format);
-
 /// The galaxy file's text of a made type: a galaxy of a bulge and a disk, as SkyMaker describes it.
 /// The type's name is
 ///   bulge+disk(bt,re,qb,rh,bulge_sed,disk_sed)

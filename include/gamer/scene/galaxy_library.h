@@ -66,7 +66,7 @@ class GalaxyLibrary {
   std::map<std::pair<std::string, std::string>, bool> smooth_;
   std::map<std::string, std::shared_ptr<Galaxy>> references_;  ///< by type; null where not needed
   std::map<std::string, std::shared_ptr<const Sed>> seds_;
-  /// Of a type's components, with the galaxy that they were measured on.
+  /// The components of a type, with the galaxy that they were measured on.
   struct TypeProfile {
     std::shared_ptr<const Galaxy> galaxy;
     std::vector<ComponentProfile> components;

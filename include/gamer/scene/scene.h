@@ -69,6 +69,7 @@ struct Scene {
   PixelUnit unit = PixelUnit::relative;
   std::size_t objects = 0;  ///< galaxies and stars
   std::size_t rows = 0;     ///< rows of the catalogue
+  std::size_t flagged = 0;  ///< of these, left out by catalogue.skip_flagged
   /// The objects of rows as a scene list, by object number; field stars ([stars]) have higher
   /// numbers. With equal parameters the list reads back to an equal scene.
   SharedText list;

@@ -30,6 +30,7 @@ enum Column : std::size_t {
   size_arcsec,
   half_light_radius,
   half_light_radius_kpc,
+  sersic_index,
   magnitude,
   apparent_magnitude,
   redshift,

@@ -26,6 +26,7 @@ struct CatalogueSettings {
   CatalogueFormat format = CatalogueFormat::automatic;
   std::string hdu;
   ColumnMap columns;
+  bool skip_flagged = false;
 };
 
 /// Section [animation]: a film of numbered images. Animation has its key frames.

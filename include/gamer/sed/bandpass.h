@@ -62,5 +62,7 @@ std::shared_ptr<const Bandpass> parse_bandpass(std::string_view text, const std:
 /// unknown name (with near ones) it has no location, which the caller adds.
 std::shared_ptr<const Bandpass> find_bandpass(const std::string& name, const std::string& beside,
                                               Resources& resources);
+/// Suffixes of files in `bandpasses/`.
+const std::vector<std::string>& bandpass_suffixes();
 
 }  // namespace gamer

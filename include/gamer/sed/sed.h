@@ -69,5 +69,7 @@ std::shared_ptr<const Sed> blackbody_sed(double temperature);
 
 /// Names of the analytic SEDs with their arguments, for lists.
 std::vector<std::string> analytic_sed_names();
+/// Suffixes of files in `seds/`.
+const std::vector<std::string>& sed_suffixes();
 
 }  // namespace gamer

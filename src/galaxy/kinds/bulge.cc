@@ -65,24 +65,13 @@ namespace {
 // r0 = R_e / 3434.12 (projected half-light radius of the density itself; docs/facts.md section 5).
 constexpr double effective_radius_in_r0 = 3434.12;
 
-// Softening in units of R_e.
-constexpr double softening_radius = 1e-5;
-
 // b^(1/4) beyond which there is no light left: P(8.58, 60) = 1 - 1e-17.
 constexpr double largest_root = 60;
-
-// The cusp within this many R_e holds 0.4 % of the light, which four rays get right to a tenth.
-constexpr double finest_cell = 0.01;
-
-// Nodes across the ray's closest approach: k nodes away they stand at sinh(k / this) of it.
-constexpr double nodes_per_width = 1.6;
 
 }  // namespace
 
 Bulge::Bulge(double r0, const std::array<double, 3>& axis)
-    : r0_(r0), axis_(axis), inverse_axis_{1 / axis[0], 1 / axis[1], 1 / axis[2]} {}
-
-double Bulge::effective_radius() const { return r0_ * effective_radius_in_r0; }
+    : Spheroid(r0 * effective_radius_in_r0, axis), r0_(r0) {}
 
 void Bulge::envelope(const SampleBatch& batch, float* out) const {
   BulgeShape shape{};
@@ -93,11 +82,8 @@ void Bulge::envelope(const SampleBatch& batch, float* out) const {
 }
 
 double Bulge::envelope_integral() const {
-  // Along each direction n of an octant, shells of the bulge's own metric, m = u^4 r0, that of u
-  // holding u^(11 - 4 0.855) e^-u du: an incomplete Gamma function up to the taper, which begins
-  // and ends at distances m |S n| from the centre, S the stretch. Gauss' rules for what is smooth:
-  // the taper, cos(theta) and phi.
-  using Directions = boost::math::quadrature::gauss<double, 30>;
+  // Shells m = u^4 r0 of the bulge's own metric: that of u holds u^(11 - 4 0.855) e^-u du, an
+  // incomplete Gamma function up to the taper.
   using Radii = boost::math::quadrature::gauss<double, 20>;
   using namespace boost::math::policies;
   using Policy = policy<promote_double<false>>;
@@ -117,60 +103,8 @@ double Bulge::envelope_integral() const {
                     : 0.0;
     return boost::math::tgamma_lower(power + 1, begin, Policy()) + tapered;
   };
-  const auto of_angle = [&](double cosine) {
-    const double sine = std::sqrt(1 - cosine * cosine);
-    const auto of_direction = [&](double angle) {
-      return shells(std::hypot(sine * std::cos(angle) * axis_[0], sine * std::sin(angle) * axis_[1],
-                               cosine * axis_[2]));
-    };
-    if (axis_[0] == axis_[1]) return of_direction(0);
-    const double quarter = 0.5 * std::numbers::pi;
-    return Directions::integrate(of_direction, 0.0, quarter) / quarter;
-  };
-  const bool is_round = axis_[0] == axis_[1] && axis_[1] == axis_[2];
-  const double mean = is_round ? shells(axis_[0]) : Directions::integrate(of_angle, 0.0, 1.0);
+  const double mean = mean_over_directions(shells);
   return 16 * std::numbers::pi * std::pow(r0_, 3) * axis_[0] * axis_[1] * axis_[2] * mean;
-}
-
-void Bulge::plan(const BallRay& ray, const Accuracy& /*accuracy*/, RayPlan& out) const {
-  // Closest approach in the bulge's own metric.
-  double od = 0, dd = 0, oo = 0;
-  for (int i = 0; i < 3; ++i) {
-    const double o = ray.origin[i] * inverse_axis_[i];
-    const double direction = ray.direction[i] * inverse_axis_[i];
-    od += o * direction;
-    dd += direction * direction;
-    oo += o * o;
-  }
-  const double softening = softening_radius * effective_radius();
-  const double per_dd = 1 / dd, centre = -od * per_dd;
-  const double impact2 = std::max(oo + od * centre, 0.0) + softening * softening;
-  const double width = std::sqrt(impact2 * per_dd);
-  out.extend(ray.begin, ray.end);
-  out.focuses.push_back({centre, width, nodes_per_width / width});
-}
-
-ColumnScale Bulge::column_scale(const double nearest[3], const double direction[3],
-                                double reach) const {
-  // Columns follow q^2 = n.M n, M = A - (A d)(A d)/(d.A d), A = diag(1/axis^2): seen along d, the
-  // ellipsoid is an ellipse whose short half axis is 1/sqrt(largest eigenvalue of M).
-  std::array<double, 3> a{};
-  double dad = 0, nan = 0, nad = 0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    a[i] = inverse_axis_[i] * inverse_axis_[i];
-    dad += direction[i] * a[i] * direction[i];
-    nan += nearest[i] * a[i] * nearest[i];
-    nad += nearest[i] * a[i] * direction[i];
-  }
-  // M's other two eigenvalues have this sum and this product, since M d = 0.
-  double sum = 0;
-  for (std::size_t i = 0; i < 3; ++i) sum += a[i] - a[i] * a[i] * direction[i] * direction[i] / dad;
-  const double product = a[0] * a[1] * a[2] / dad;
-  const double largest = 0.5 * (sum + std::sqrt(std::max(sum * sum - 4 * product, 0.0)));
-  const double short_axis = 1 / std::sqrt(largest);
-  const double q = std::sqrt(std::max(nan - nad * nad / dad, 0.0));
-  return {.envelope =
-              short_axis * std::max(q - reach / short_axis, finest_cell * effective_radius())};
 }
 
 double Bulge::face_on_column() const {

@@ -46,7 +46,7 @@ struct DustClosure {
 /// What is measured of a galaxy before it is rendered, besides what its textures keep.
 struct GalaxyCalibration {
   GalaxyCalibration() = default;
-  /// Of a galaxy without textures.
+  /// The calibration of a galaxy without textures.
   explicit GalaxyCalibration(std::size_t components)
       : means(components),
         log_narrowest(components, 0.0f),

@@ -1,0 +1,75 @@
+#include "scene/column_sources.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "core/error_text.h"
+#include "gamer/core/config.h"
+
+namespace gamer {
+namespace {
+
+/// The catalogue's name for each scene column that is found: "ra=RAJ2000 dec=DEJ2000".
+std::string found(const std::string& columns, const std::string& keys = "") {
+  const RenderParameters parameters = RenderParameters::read(parse_toml(
+      "[camera]\nprojection = \"sky\"\n[catalogue]\ngalaxy = \"=E\"\n" + keys, "render.par"));
+  std::string head = "# %ECSV 1.0\n# ---\n# datatype:\n";
+  std::string names;
+  for (std::size_t begin = 0; begin < columns.size();) {
+    const std::size_t end = std::min(columns.find(' ', begin), columns.size());
+    const std::string name = columns.substr(begin, end - begin);
+    head += "# - {name: " + name + ", datatype: float64}\n";
+    names += (names.empty() ? "" : " ") + name;
+    begin = end + 1;
+  }
+  const Catalogue catalogue =
+      Catalogue::parse(head + names + "\n", "c.ecsv", CatalogueFormat::ecsv);
+  std::string result;
+  const auto sources = find_columns(catalogue, parameters);
+  for (std::size_t c = 0; c < sources.size(); ++c) {
+    if (sources[c].kind != ColumnSource::Kind::catalogue) continue;
+    result += (result.empty() ? "" : " ") + scene_columns()[c].name + "=" +
+              catalogue.columns()[sources[c].place].name;
+  }
+  return result;
+}
+
+TEST(ColumnSources, NamesInAnyCase) {
+  EXPECT_EQ(found("RA Dec Redshift ID"), "ra=RA dec=Dec redshift=Redshift id=ID");
+  EXPECT_EQ(found("RA ra dec"), "ra=ra dec=dec");
+}
+
+TEST(ColumnSources, UsualNames) {
+  EXPECT_EQ(found("RAJ2000 DEJ2000 zphot rmag"),
+            "ra=RAJ2000 dec=DEJ2000 apparent_magnitude=rmag redshift=zphot");
+  EXPECT_EQ(found("NUMBER ALPHA_J2000 DELTA_J2000 MAG_AUTO THETA_J2000"),
+            "ra=ALPHA_J2000 dec=DELTA_J2000 pa=THETA_J2000 apparent_magnitude=MAG_AUTO id=NUMBER");
+  EXPECT_EQ(found("ra dec z r_e n_sersic q"),
+            "ra=ra dec=dec axis_ratio=q half_light_radius=r_e sersic_index=n_sersic redshift=z");
+}
+
+TEST(ColumnSources, TheMagnitudeIsOfTheReferenceBand) {
+  const std::string columns = "ra dec mag_g mag_r mag_i mag_auto";
+  const std::string place = "ra=ra dec=dec apparent_magnitude=";
+  EXPECT_EQ(found(columns), place + "mag_r");
+  EXPECT_EQ(found(columns, "[photometry]\nreference_band = \"lsst_i\"\n"), place + "mag_i");
+  EXPECT_EQ(found(columns, "[photometry]\nreference_band = \"euclid_vis\"\n"), place + "mag_auto");
+  EXPECT_EQ(found(columns, "apparent_magnitude = \"MAG_G\"\n"), place + "mag_g");
+}
+
+// One place, one size and one magnitude are enough.
+TEST(ColumnSources, UsualNamesGiveWay) {
+  EXPECT_EQ(found("ALPHA_J2000 DELTA_J2000 X_IMAGE Y_IMAGE"), "ra=ALPHA_J2000 dec=DELTA_J2000");
+  EXPECT_EQ(found("X_IMAGE Y_IMAGE"), "px=X_IMAGE py=Y_IMAGE");
+  EXPECT_EQ(found("ra dec size_arcsec r_e inclination q"),
+            "ra=ra dec=dec inclination=inclination size_arcsec=size_arcsec");
+}
+
+TEST(ColumnSources, ErrorsListTheColumns) {
+  EXPECT_EQ(error_text([] { found("ra dec mass", "redshift = \"zed\"\n"); }),
+            "render.par:5:12: missing column 'zed' in c.ecsv; its columns are ra, dec, mass");
+}
+
+}  // namespace
+}  // namespace gamer
