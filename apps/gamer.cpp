@@ -30,6 +30,7 @@ struct Options {
   gamer::RunOptions run;
   bool lists_components = false, lists_galaxies = false, lists_seds = false;
   bool lists_bands = false, lists_noises = false;
+  std::string sample_galaxy;
   std::optional<std::string> listed_kind;  ///< --list-parameters; empty for all
   bool markdown = false;
   bool sample_config = false;
@@ -39,7 +40,7 @@ struct Options {
   /// Whether the program answers without a job.
   bool only_tells() const {
     return !help.empty() || version || lists_components || lists_galaxies || lists_seds ||
-           lists_bands || lists_noises || listed_kind || sample_config;
+           lists_bands || lists_noises || !sample_galaxy.empty() || listed_kind || sample_config;
   }
 };
 
@@ -114,6 +115,11 @@ Options parse_options(int argc, char** argv) {
   app.add_flag("--markdown", options.markdown, "with --list-parameters: Markdown tables");
   app.add_flag("--sample-config", options.sample_config, "print a complete parameter file");
   app.add_flag("--print-config", options.run.print_config, "print the resolved parameters");
+  app.add_flag("--print-mapping", options.run.print_mapping,
+               "print which columns of the catalogue are used as which of a scene");
+  app.add_option("--sample-galaxy", options.sample_galaxy,
+                 "print the file of a galaxy type, to begin one's own with")
+      ->type_name("TYPE");
   app.add_flag("--dry-run", options.run.work.dry_run,
                "read and check everything; say what time and memory the job will take");
   CLI::Option* from_header_option = app.add_option(
@@ -199,6 +205,9 @@ void tell(const Options& options) {
   if (options.lists_seds) fmt::print("{}", gamer::list_seds(data));
   if (options.lists_bands) fmt::print("{}", gamer::list_bands(data));
   if (options.lists_noises) fmt::print("{}", gamer::list_noises());
+  if (!options.sample_galaxy.empty()) {
+    fmt::print("{}", gamer::sample_galaxy(options.sample_galaxy, data));
+  }
   if (options.listed_kind) {
     fmt::print("{}", gamer::list_parameters(*options.listed_kind, options.markdown));
   }

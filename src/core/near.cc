@@ -20,6 +20,44 @@ std::string lower(std::string_view text) {
   return result;
 }
 
+/// Words of other programs and papers, with those of this one.
+constexpr std::pair<std::string_view, std::string_view> synonyms[] = {
+    {"scale_length", "rh"},
+    {"scale_radius", "rh"},
+    {"scale_height", "z0"},
+    {"color", "sed"},
+    {"colour", "sed"},
+    {"spectrum", "sed"},
+    {"type", "class"},
+    {"kind", "class"},
+    {"tau", "optical_depth"},
+    {"extinction_v", "optical_depth"},
+    {"position_angle", "pa"},
+    {"incl", "inclination"},
+    {"mag", "apparent_magnitude"},
+    {"absolute_magnitude", "magnitude"},
+    {"z", "redshift"},
+    {"n", "index"},
+    {"n", "sersic_index"},
+    {"q", "axis_ratio"},
+    {"r_e", "effective_radius"},
+    {"re", "effective_radius"},
+    {"r_e", "half_light_radius"},
+    {"re", "half_light_radius"},
+    {"hlr", "half_light_radius"},
+    {"filters", "bands"},
+    {"filter", "bands"},
+    {"look_at", "target"},
+    {"samples", "supersample"},
+    {"arms", "count"},
+    {"pitch", "pitch_angle"},
+    {"file", "output"},
+    {"filename", "output"},
+    {"shear1", "g1"},
+    {"shear2", "g2"},
+    {"convergence", "kappa"},
+};
+
 std::size_t distance(const std::string& a, const std::string& b) {
   // Rows of the table in use: i - 2 (for transpositions), i - 1 and i.
   std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
@@ -52,6 +90,13 @@ std::string did_you_mean(std::string_view name, std::span<const std::string> kno
     const bool is_new = std::none_of(near.begin(), near.end(),
                                      [&](const auto& n) { return n.second == candidate; });
     if (d <= limit && d < longer && is_new) near.emplace_back(d, candidate);
+  }
+  for (const auto& [word, meant] : synonyms) {
+    const bool is_new =
+        std::ranges::none_of(near, [&](const auto& n) { return n.second == meant; });
+    if (word == asked && is_new && std::ranges::find(known, meant) != known.end()) {
+      near.emplace_back(0, meant);
+    }
   }
   if (near.empty()) return "";
   std::stable_sort(near.begin(), near.end(),

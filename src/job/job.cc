@@ -440,29 +440,48 @@ RenderParameters load_parameters(const JobRequest& request, Resources& resources
   return parameters;
 }
 
+namespace {
+
+/// Whether the request's scene is a FITS table, which no text can hold.
+bool is_table(const JobRequest& request, const RenderParameters& parameters,
+              const std::filesystem::path& path) {
+  return request.from_header.empty() &&
+         (parameters.catalogue.format == CatalogueFormat::fits ||
+          (parameters.catalogue.format == CatalogueFormat::automatic && is_fits(path)));
+}
+
+/// The request's scene; a text's catalogue is a view into the resources.
+Catalogue read_catalogue(const JobRequest& request, const RenderParameters& parameters,
+                         Resources& resources) {
+  const std::filesystem::path& path = source_of(request, request.scene);
+  if (is_table(request, parameters, path)) {
+    return Catalogue::from_table(read_data_table(path, parameters.catalogue.hdu),
+                                 path.generic_string());
+  }
+  const Resources::Text& scene = read_file(resources, scene_name, path);
+  return Catalogue::parse(scene.content, scene.label, parameters.catalogue.format);
+}
+
+}  // namespace
+
+std::string mapping_text(const JobRequest& request, Resources& resources) {
+  const RenderParameters parameters = load_parameters(request, resources);
+  return column_mapping(read_catalogue(request, parameters, resources), parameters);
+}
+
 RenderJob read_job(const JobRequest& request, Resources& resources) {
   RenderParameters parameters = load_parameters(request, resources);
   const std::filesystem::path& path = source_of(request, request.scene);
-  const bool is_table =
-      request.from_header.empty() &&
-      (parameters.catalogue.format == CatalogueFormat::fits ||
-       (parameters.catalogue.format == CatalogueFormat::automatic && is_fits(path)));
+  const bool has_table = is_table(request, parameters, path);
   std::string label;
+  // The catalogue, which may be large, is gone when the record is made.
   const auto make = [&](const Catalogue& catalogue) {
     label = catalogue.label();
     GalaxyLibrary library(parameters, label, resources);
     return make_job(std::move(parameters), catalogue, resources, library);
   };
-  // The catalogue, which may be large, is gone when the record is made.
-  const auto make_from_text = [&] {
-    const Resources::Text& scene = read_file(resources, scene_name, path);
-    return make(Catalogue::parse(scene.content, scene.label, parameters.catalogue.format));
-  };
-  RenderJob job = is_table
-                      ? make(Catalogue::from_table(read_data_table(path, parameters.catalogue.hdu),
-                                                   path.generic_string()))
-                      : make_from_text();
-  if (is_table) resources.add_file(path);
+  RenderJob job = make(read_catalogue(request, parameters, resources));
+  if (has_table) resources.add_file(path);
   job.input_files = resources.files();
   return recorded(std::move(job), label, resources);
 }

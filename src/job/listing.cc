@@ -12,6 +12,7 @@
 #include "gamer/galaxy/component.h"
 #include "gamer/galaxy/galaxy.h"
 #include "gamer/noise/noise.h"
+#include "gamer/scene/galaxy_library.h"
 #include "gamer/scene/render_parameters.h"
 #include "gamer/scene/scene.h"
 #include "gamer/sed/bandpass.h"
@@ -108,14 +109,13 @@ std::string list_components() {
 }
 
 std::string list_galaxies(Resources& resources) {
-  static const std::vector<std::string> suffixes = {".toml"};
-  return list_data(resources, "galaxies", suffixes,
+  return list_data(resources, "galaxies", galaxy_suffixes(),
                    {{"sersic", "Sersic's law; the row gives sersic_index and axis_ratio"},
                     {"exponential", "the same with index 1"},
                     {"devaucouleurs", "the same with index 4"},
                     {"star", "a point source"}},
                    [&](const std::string& name) {
-                     return description_of(resources.find("galaxies", name, "", suffixes));
+                     return description_of(resources.find("galaxies", name, "", galaxy_suffixes()));
                    });
 }
 
@@ -161,6 +161,14 @@ std::string list_parameters(const std::string& kind, bool markdown) {
                                  did_you_mean(kind, known)));
   }
   return result;
+}
+
+std::string sample_galaxy(const std::string& type, Resources& resources) {
+  try {
+    return resources.find("galaxies", type, "", galaxy_suffixes()).content.str();
+  } catch (const InputError& error) {
+    throw InputError({"--sample-galaxy", 0, 0}, error.what());
+  }
 }
 
 std::string sample_parameters() {

@@ -116,6 +116,10 @@ Task prepare(const RunOptions& options, int ranks, int threads, std::unique_ptr<
     fmt::print("{}", load_parameters(options.request, resources).toml());
     return {};
   }
+  if (options.print_mapping) {
+    fmt::print("{}", mapping_text(options.request, resources));
+    return {};
+  }
   RenderJob job = read_job(options.request, resources);
   warn_of(options, job);
   if (job.parameters.animation.frames > 0) return prepare_film(options, job, ranks, threads);
@@ -191,7 +195,7 @@ void run_job(const Ranks& ranks, const RunOptions& options) {
   const Clock clock;
   std::unique_ptr<Journal> earlier;
   std::int64_t simd_targets = supported_simd_targets();
-  if (ranks.rank() == 0 && options.work.resume && !options.print_config) {
+  if (ranks.rank() == 0 && options.work.resume && !options.print_config && !options.print_mapping) {
     earlier = find_journal(options);
     if (earlier) simd_targets = journal_simd_targets(*earlier);
   }

@@ -130,6 +130,15 @@ std::vector<std::string> job_warnings(const RenderJob& job) {
         "sampling.tolerance holds",
         *job.parameters.camera.supersample));
   }
+  if (const Scene::Unlikely& unlikely = job.scene->unlikely; unlikely.number > 0) {
+    const std::string others =
+        unlikely.number > 1 ? fmt::format(", and {} more are", unlikely.number - 1) : " is";
+    warnings.push_back(
+        fmt::format("{}: an apparent magnitude of {:.1f}{} outside 5 to 40; are magnitude, "
+                    "redshift and distance "
+                    "right?",
+                    unlikely.where.text(), unlikely.magnitude, others));
+  }
   return warnings;
 }
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "gamer/core/near.h"
+#include "gamer/scene/scene.h"
 
 namespace gamer {
 namespace {
@@ -258,6 +259,37 @@ std::vector<std::string> usual_names(Column column, const std::string& reference
 std::vector<ColumnSource> find_columns(const Catalogue& catalogue,
                                        const RenderParameters& parameters) {
   return ColumnFinder(catalogue, parameters).find_all();
+}
+
+std::string column_mapping(const Catalogue& catalogue, const RenderParameters& parameters) {
+  const std::vector<ColumnSource> sources = find_columns(catalogue, parameters);
+  std::set<std::size_t> used;
+  std::string result;
+  for (std::size_t c = 0; c < sources.size(); ++c) {
+    const ColumnSource& source = sources[c];
+    const Parameter& declared = scene_columns()[c];
+    if (source.kind == ColumnSource::Kind::constant) {
+      result += fmt::format("{} = \"{}\" in every row\n", declared.name, source.constant);
+    }
+    if (source.kind != ColumnSource::Kind::catalogue) continue;
+    used.insert(source.place);
+    const Catalogue::Column& from = catalogue.columns()[source.place];
+    result += fmt::format("{} = column {}", declared.name, from.name);
+    if (!from.unit.empty()) {
+      result += fmt::format(" [{}]", from.unit);
+    } else if (!declared.unit.empty()) {
+      result += fmt::format(", taken as {}", declared.unit);
+    }
+    if (source.factor != 1)
+      result += fmt::format(" times {:g} to {}", source.factor, declared.unit);
+    result += '\n';
+  }
+  std::vector<std::string> unused;
+  for (std::size_t i = 0; i < catalogue.columns().size(); ++i) {
+    if (!used.contains(i)) unused.push_back(catalogue.columns()[i].name);
+  }
+  if (!unused.empty()) result += fmt::format("not used: {}\n", fmt::join(unused, ", "));
+  return result;
 }
 
 }  // namespace gamer

@@ -13,6 +13,11 @@
 
 namespace gamer {
 
+const std::vector<std::string>& galaxy_suffixes() {
+  static const std::vector<std::string> suffixes = {".toml"};
+  return suffixes;
+}
+
 GalaxyLibrary::GalaxyLibrary(const RenderParameters& parameters, std::string label,
                              Resources& resources)
     : seed_(parameters.noise.seed), label_(std::move(label)), resources_(resources) {
@@ -95,7 +100,6 @@ std::shared_ptr<const Sed> GalaxyLibrary::find_sed_of(const std::string& name,
 
 std::shared_ptr<Galaxy> GalaxyLibrary::make(const std::string& type, const std::string& sed,
                                             std::uint64_t row_seed, const SceneRow& row) {
-  static const std::vector<std::string> suffixes = {".toml"};
   GalaxySettings settings = settings_;
   settings.seed = hash_words({seed_, row_seed});
   if (!sed.empty()) settings.sed = find_sed_of(sed, row);
@@ -105,7 +109,7 @@ std::shared_ptr<Galaxy> GalaxyLibrary::make(const std::string& type, const std::
     if (const std::optional<std::string> content = made_galaxy(type)) {
       made = {"", type, *content};
     } else {
-      text = &resources_.find("galaxies", type, label_, suffixes);
+      text = &resources_.find("galaxies", type, label_, galaxy_suffixes());
     }
   } catch (const InputError& error) {
     throw InputError(row.where(column::galaxy), error.what());

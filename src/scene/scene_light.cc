@@ -134,6 +134,15 @@ double SceneReader::angle_of_unit(const Position& position) const {
   return *unit * stretch * stretch / *position.luminosity_distance;
 }
 
+void SceneReader::note_unlikely(double magnitude, const SourceLocation& where) {
+  constexpr double brightest = 5, faintest = 40;
+  if (!is_sky_ || (magnitude >= brightest && magnitude <= faintest)) return;
+  if (scene_.unlikely.number++ == 0) {
+    scene_.unlikely.magnitude = magnitude;
+    scene_.unlikely.where = where;
+  }
+}
+
 double SceneReader::brightness(const PlacedGalaxy& placed, const Position& position) {
   const double stretch = 1 + position.redshift;
   if (scene_.unit == PixelUnit::relative) return 1 / std::pow(stretch, 4);
@@ -164,6 +173,8 @@ double SceneReader::brightness(const PlacedGalaxy& placed, const Position& posit
                                           placed.type.str(), reference_->name()));
   }
   const double scale = flux_scale(position, rest, observed);
+  note_unlikely(ab_magnitude(scale * (rest + observed)),
+                row_.where(is_absolute ? column::magnitude : column::apparent_magnitude));
   double angle = placed.radius;
   if (camera_.projection() != Projection::orthographic) {
     angle /= is_sky_ ? position.comoving_distance : distance_of(placed.centre);

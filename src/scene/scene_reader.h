@@ -77,6 +77,8 @@ class SceneReader {
   /// source has the flux `rest` unredshifted at 10 pc, and `observed` as it is seen.
   double flux_scale(const Position& position, double rest, double observed) const;
   double brightness(const PlacedGalaxy& placed, const Position& position);
+  /// Counts an apparent magnitude that no galaxy of a survey has.
+  void note_unlikely(double magnitude, const SourceLocation& where);
   /// One shared text for all galaxies with a name.
   const SharedText& shared(const std::string& name);
   /// Distance from the camera, scene units; 1 at a galaxy's very centre. There any distance will

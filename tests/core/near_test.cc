@@ -54,6 +54,16 @@ TEST(DidYouMean, EqualNamesAreToldOnce) {
   EXPECT_EQ(near_names("siz", {"size", "size"}), "; did you mean 'size'?");
 }
 
+// Words of other programs are nearest, where what they mean is known.
+TEST(DidYouMean, Synonyms) {
+  const std::vector<std::string> keys = {"rh", "z0", "sed", "shift"};
+  EXPECT_EQ(did_you_mean("scale_length", keys), "; did you mean 'rh'?");
+  EXPECT_EQ(did_you_mean("Color", keys), "; did you mean 'sed'?");
+  EXPECT_EQ(did_you_mean("tau", keys), "");
+  EXPECT_EQ(did_you_mean("n", std::vector<std::string>{"index", "sersic_index"}),
+            "; did you mean 'index' or 'sersic_index'?");
+}
+
 TEST(DidYouMean, AHugeNameIsHarmless) {
   EXPECT_EQ(near_names(std::string(1 << 20, 'a'), {"aaaa"}), "");
 }

@@ -87,6 +87,9 @@ std::string some_galaxy(const ComponentKind& kind, Chance& chance) {
   for (const Parameter& parameter : kind.parameters) {
     if (parameter.name == "sed" && parameter.required) text += "\nsed = \"flat\"";
     if (parameter.name == "radius") text += "\neffective_radius = 0.1";
+    if (parameter.required && parameter.type == ParameterType::number) {
+      text += "\n" + parameter.name + " = 0.1";
+    }
   }
   if (kind.noise) {
     // Without keys that belong to other combinations.

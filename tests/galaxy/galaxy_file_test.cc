@@ -275,7 +275,7 @@ TEST(GalaxyFile, ErrorsOfComponents) {
   EXPECT_EQ(
       galaxy_error("[[component]]\nclass = \"bulg\""),
       "g.toml:2:9: unknown class 'bulg'; known are 'bulge', 'disk', 'stars', 'dust', 'veins', "
-      "'veins_light', 'starfield', 'gaussian'; did you mean 'bulge'?");
+      "'veins_light', 'starfield', 'sersic', 'gaussian'; did you mean 'bulge'?");
   EXPECT_EQ(galaxy_error("[[component]]\nclass = \"disk\""),
             "g.toml:1:1: component 'disk1': missing key 'sed' in a [[component]] of class 'disk'");
   EXPECT_EQ(

@@ -17,7 +17,8 @@ std::string output_of(Progress::Style style, double seconds, int blocks = 10, in
   std::FILE* stream = open_memstream(&text, &size);
   {
     double now = 1000;
-    Progress progress(100, style, stream, [&] { return now; });
+    Progress progress(
+        100, style, stream, [&] { return now; }, [] { return "12:30"; });
     progress.skip(skipped);
     EXPECT_EQ(progress.skipped(), skipped);
     for (int i = 0; i < blocks; ++i) {
@@ -31,20 +32,25 @@ std::string output_of(Progress::Style style, double seconds, int blocks = 10, in
   return std::string(text, size);
 }
 
-TEST(Progress, LinesComeOnceAMinute) {
-  EXPECT_EQ(output_of(Progress::Style::lines, 25),
-            "gamer:  30 %  0.4 rows/s  2:55 left\n"
-            "gamer:  60 %  0.4 rows/s  1:40 left\n"
-            "gamer:  90 %  0.4 rows/s  0:25 left\n");
-  EXPECT_EQ(output_of(Progress::Style::lines, 1), "");
+// From a minute on, each minute and each tenth; not more often than in 5 s.
+TEST(Progress, LinesAreDated) {
+  EXPECT_EQ(output_of(Progress::Style::lines, 25, 4),
+            "gamer: 12:30  30 %  0.4 rows/s  2:55 left\n"
+            "gamer: 12:30  40 %  0.4 rows/s  2:30 left\n");
+  EXPECT_EQ(output_of(Progress::Style::lines, 5.9), "");
+  const std::string quick = output_of(Progress::Style::lines, 7);
+  EXPECT_EQ(std::count(quick.begin(), quick.end(), '\n'), 2);
+  EXPECT_TRUE(quick.starts_with("gamer: 12:30  90 %")) << quick;
 }
 
 TEST(Progress, RowsThatWereDoneBeforeDoNotCountForTheRate) {
-  EXPECT_EQ(output_of(Progress::Style::lines, 100, 1, 80), "gamer:  90 %  0.1 rows/s  1:40 left\n");
+  EXPECT_EQ(output_of(Progress::Style::lines, 100, 1, 80),
+            "gamer: 12:30  90 %  0.1 rows/s  1:40 left\n");
 }
 
 TEST(Progress, LongTimesHaveHours) {
-  EXPECT_EQ(output_of(Progress::Style::lines, 1000, 1), "gamer:  10 %  0.0 rows/s  2:30:00 left\n");
+  EXPECT_EQ(output_of(Progress::Style::lines, 1000, 1),
+            "gamer: 12:30  10 %  0.0 rows/s  2:30:00 left\n");
 }
 
 TEST(Progress, BarIsDrawnAgainAndEndsItsLine) {

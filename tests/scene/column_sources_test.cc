@@ -6,6 +6,7 @@
 
 #include "core/error_text.h"
 #include "gamer/core/config.h"
+#include "gamer/scene/scene.h"
 
 namespace gamer {
 namespace {
@@ -64,6 +65,22 @@ TEST(ColumnSources, UsualNamesGiveWay) {
   EXPECT_EQ(found("X_IMAGE Y_IMAGE"), "px=X_IMAGE py=Y_IMAGE");
   EXPECT_EQ(found("ra dec size_arcsec r_e inclination q"),
             "ra=ra dec=dec inclination=inclination size_arcsec=size_arcsec");
+}
+
+TEST(ColumnSources, MappingAsText) {
+  const RenderParameters parameters = RenderParameters::read(
+      parse_toml("[camera]\nprojection = \"sky\"\n[catalogue]\ngalaxy = \"=E\"\n", "render.par"));
+  const Catalogue catalogue = Catalogue::parse(
+      "# %ECSV 1.0\n# ---\n# datatype:\n# - {name: RA, unit: hourangle, datatype: float64}\n"
+      "# - {name: Dec, unit: deg, datatype: float64}\n# - {name: r_e, datatype: float64}\n"
+      "# - {name: mass, datatype: float64}\nRA Dec r_e mass\n",
+      "c.ecsv", CatalogueFormat::ecsv);
+  EXPECT_EQ(column_mapping(catalogue, parameters),
+            "galaxy = \"E\" in every row\n"
+            "ra = column RA [hourangle] times 15 to deg\n"
+            "dec = column Dec [deg]\n"
+            "half_light_radius = column r_e, taken as arcsec\n"
+            "not used: mass\n");
 }
 
 TEST(ColumnSources, ErrorsListTheColumns) {

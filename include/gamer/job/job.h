@@ -66,6 +66,9 @@ Resources open_resources(const JobRequest& request,
 /// Reads the parameters and applies what the request changes. Throws InputError.
 RenderParameters load_parameters(const JobRequest& request, Resources& resources);
 
+/// Which columns of the request's catalogue serve as which of a scene (column_mapping()). Throws
+/// InputError.
+std::string mapping_text(const JobRequest& request, Resources& resources);
 /// Reads everything. Throws InputError.
 RenderJob read_job(const JobRequest& request, Resources& resources);
 /// Reads a job from its record, on any machine.

@@ -23,6 +23,10 @@ std::string list_noises();
 /// terminal, or in Markdown. Throws InputError for an unknown kind.
 std::string list_parameters(const std::string& kind, bool markdown);
 
+/// The file of a shipped galaxy type, or of one on the data path. Throws InputError for an unknown
+/// name, with near ones.
+std::string sample_galaxy(const std::string& type, Resources& resources);
+
 /// A complete parameter file with all defaults, commented.
 std::string sample_parameters();
 

@@ -13,13 +13,14 @@ class Progress {
   enum class Style {
     none,
     bar,    ///< a line that is drawn again, for a terminal
-    lines,  ///< one line a minute
+    lines,  ///< from a minute on, a dated line each minute and each tenth
   };
   /// What suits `stream`.
   static Style style_for(std::FILE* stream);
 
-  /// `clock` gives seconds; by default a steady clock.
-  Progress(int rows, Style style, std::FILE* stream, std::function<double()> clock = {});
+  /// `clock` gives seconds; by default a steady clock. `date` begins lines; by default local time.
+  Progress(int rows, Style style, std::FILE* stream, std::function<double()> clock = {},
+           std::function<std::string()> date = {});
   /// Counts something else than rows: "frames".
   void count(std::string unit) { unit_ = std::move(unit); }
   ~Progress();
@@ -35,6 +36,8 @@ class Progress {
 
  private:
   std::string text() const;
+  /// Tenths of the rows that are done.
+  int tenth() const { return static_cast<int>(10LL * done_ / rows_); }
   void show();
 
   std::string unit_ = "rows";
@@ -44,8 +47,10 @@ class Progress {
   Style style_;
   std::FILE* stream_;
   std::function<double()> clock_;
+  std::function<std::string()> date_;
   double start_;
   double shown_;
+  int shown_tenth_ = 0;
   bool drawn_ = false;
 };
 

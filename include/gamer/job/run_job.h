@@ -13,6 +13,7 @@ struct RunOptions {
   JobRequest request;
   std::optional<int> threads;  ///< per process; by default all cores, one under a launcher
   bool print_config = false;   ///< print the resolved parameters instead
+  bool print_mapping = false;  ///< print which columns of the catalogue are used instead
   JobOptions work;
   bool quiet = false;    ///< say nothing but errors
   bool verbose = false;  ///< say more, and where the time went

@@ -19,6 +19,9 @@ namespace gamer {
 struct Scene;
 class SceneRow;
 
+/// Suffixes of files in `galaxies/`.
+const std::vector<std::string>& galaxy_suffixes();
+
 /// The galaxies of scenes, each made once per type, SED and seed. A library may outlive a scene:
 /// frames of an animation share one. They differ in the camera, but not in noise and tolerance. It
 /// serves one thread at a time.

@@ -70,6 +70,13 @@ struct Scene {
   std::size_t objects = 0;  ///< galaxies and stars
   std::size_t rows = 0;     ///< rows of the catalogue
   std::size_t flagged = 0;  ///< of these, left out by catalogue.skip_flagged
+  /// Galaxies whose apparent magnitude is outside 5 to 40, and the first of them.
+  struct Unlikely {
+    std::size_t number = 0;
+    double magnitude = 0;
+    SourceLocation where;
+  };
+  Unlikely unlikely = {};
   /// The objects of rows as a scene list, by object number; field stars ([stars]) have higher
   /// numbers. With equal parameters the list reads back to an equal scene.
   SharedText list;
@@ -114,5 +121,9 @@ Scene read_scene(const Catalogue& catalogue, const RenderParameters& parameters,
 Scene read_scene(std::string_view text, const std::string& label,
                  const RenderParameters& parameters, const Spectrum& spectrum, const Camera& camera,
                  Resources& resources);
+
+/// Which column of a catalogue serves as which of a scene, with the units, a line each; then the
+/// columns that are left alone. Throws InputError as read_scene() does for columns.
+std::string column_mapping(const Catalogue& catalogue, const RenderParameters& parameters);
 
 }  // namespace gamer

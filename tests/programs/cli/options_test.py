@@ -25,7 +25,8 @@ class Tells(unittest.TestCase):
     def test_help_lists_every_option(self):
         text = self.tell("--help")
         for option in ("-o,--output", "-s,--set", "-j,--threads", "--preview", "--list-components",
-                       "--list-parameters", "--markdown", "--sample-config", "--print-config",
+                       "--list-galaxies", "--list-seds", "--list-bands", "--list-noises",
+                       "--sample-galaxy", "--print-mapping", "--list-parameters", "--markdown", "--sample-config", "--print-config",
                        "--dry-run", "--from-header", "--overwrite", "--resume", "--journal", "-q,--quiet", "-v,--verbose",
                        "--version", "-h,--help"):
             self.assertIn(option, text)
@@ -33,6 +34,37 @@ class Tells(unittest.TestCase):
     def test_list_components(self):
         names = [line.split()[0] for line in self.tell("--list-components").splitlines()]
         self.assertEqual(names[:4], ["bulge", "disk", "stars", "dust"])
+
+    def test_lists_of_data(self):
+        for option, names in (("--list-galaxies", ("sersic", "ngc4321")),
+                              ("--list-seds", ("flat", "Sbc")),
+                              ("--list-bands", ("sdss_r", "euclid_vis")),
+                              ("--list-noises", ("simplex", "perlin"))):
+            listed = [line.split()[0] for line in self.tell(option).splitlines()]
+            for name in names:
+                self.assertIn(name, listed)
+
+    def test_a_sample_galaxy_can_be_rendered(self):
+        text = self.tell("--sample-galaxy", "ngc4321")
+        with Folder(**{"my.toml": text, "scene.lst": "galaxy x y z\nmy 0 0 0\n"}) as folder:
+            result = folder.run("render.par", "scene.lst", "-s", "image.size=8", "-q")
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            result = folder.run("--sample-galaxy", "ngc4231")
+            self.assertEqual(result.returncode, 2)
+            self.assertIn("did you mean 'ngc4321'", result.stderr)
+
+    def test_print_mapping(self):
+        table = ("# %ECSV 1.0\n# ---\n# datatype:\n# - {name: RAJ2000, datatype: float64}\n"
+                 "# - {name: DEJ2000, datatype: float64}\nRAJ2000 DEJ2000\n1 2\n")
+        parameters = '[camera]\nprojection = "sky"\n[catalogue]\ngalaxy = "=star"\n'
+        with Folder(**{"render.par": parameters, "c.ecsv": table}) as folder:
+            before = folder.content()
+            result = folder.run("render.par", "c.ecsv", "--print-mapping")
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            self.assertEqual(result.stdout, 'galaxy = "star" in every row\n'
+                                            "ra = column RAJ2000, taken as deg\n"
+                                            "dec = column DEJ2000, taken as deg\n")
+            self.assertEqual(folder.content(), before)
 
     def test_list_parameters(self):
         everything = self.tell("--list-parameters")
