@@ -142,26 +142,27 @@ RenderParameters RenderParameters::read(const ConfigNode& root) {
 }
 
 void RenderParameters::set_view_defaults() {
-  ParameterSet& image = sections_[index_of("image")];
-  ParameterSet& camera = sections_[index_of("camera")];
-  const std::string& kind = camera.text("projection");
-  if (kind == "fisheye" && !camera.is_given("fov")) camera.set("fov", dome);
-  if (kind == "equirectangular" && !image.is_given("size")) image.set("size", map_size);
-  if (kind != "healpix" || !image.is_given("size")) return;
+  ParameterSet& image_values = sections_[index_of("image")];
+  ParameterSet& camera_values = sections_[index_of("camera")];
+  const std::string& kind = camera_values.text("projection");
+  if (kind == "fisheye" && !camera_values.is_given("fov")) camera_values.set("fov", dome);
+  if (kind == "equirectangular" && !image_values.is_given("size"))
+    image_values.set("size", map_size);
+  if (kind != "healpix" || !image_values.is_given("size")) return;
   const auto is_from_command_line = [](const SourceLocation& where) {
     return where.file.starts_with("--set ");
   };
   // A file made for another view may give a size, which the command line cannot remove.
-  if (is_from_command_line(camera.where("projection")) &&
-      !is_from_command_line(image.where("size"))) {
+  if (is_from_command_line(camera_values.where("projection")) &&
+      !is_from_command_line(image_values.where("size"))) {
     return;
   }
-  throw InputError(image.where("size"),
+  throw InputError(image_values.where("size"),
                    fmt::format("image.size belongs to other projections; camera.nside sets the "
                                "size of a HEALPix map, {}: leave image.size out",
-                               camera.is_given("nside")
-                                   ? fmt::format("here {}", camera.integer("nside"))
-                                   : fmt::format("by default {}", camera.integer("nside"))));
+                               camera_values.is_given("nside")
+                                   ? fmt::format("here {}", camera_values.integer("nside"))
+                                   : fmt::format("by default {}", camera_values.integer("nside"))));
 }
 
 void RenderParameters::set(std::string_view section_name, std::string_view key,
