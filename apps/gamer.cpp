@@ -81,6 +81,29 @@ std::string resume_command(int argc, char** argv) {
   return command;
 }
 
+/// Adds the options that are answered without a job; returns that of --list-parameters.
+CLI::Option* add_answers(CLI::App& app, std::string& kind, Options& options) {
+  app.add_flag("--list-components", options.lists_components, "list the kinds of components");
+  app.add_flag("--list-galaxies", options.lists_galaxies, "list the galaxy types");
+  app.add_flag("--list-seds", options.lists_seds, "list the spectra");
+  app.add_flag("--list-bands", options.lists_bands, "list the bandpasses");
+  app.add_flag("--list-noises", options.lists_noises, "list the base noises");
+  CLI::Option* list_option =
+      app.add_option("--list-parameters", kind,
+                     "list all parameters, or those of a section or a kind of component")
+          ->expected(0, 1)
+          ->type_name("[KIND]");
+  app.add_flag("--markdown", options.markdown, "with --list-parameters: Markdown tables");
+  app.add_flag("--sample-config", options.sample_config, "print a complete parameter file");
+  app.add_flag("--print-config", options.run.print_config, "print the resolved parameters");
+  app.add_flag("--print-mapping", options.run.print_mapping,
+               "print which columns of the catalogue are used as which of a scene");
+  app.add_option("--sample-galaxy", options.sample_galaxy,
+                 "print the file of a galaxy type, to begin one's own with")
+      ->type_name("TYPE");
+  return list_option;
+}
+
 /// Throws InputError.
 Options parse_options(int argc, char** argv) {
   Options options;
@@ -102,24 +125,7 @@ Options parse_options(int argc, char** argv) {
           ->check(CLI::Range(1, most_threads));
   app.add_flag("--preview", request.preview,
                "a quarter of the size on each side, tolerance 1e-2, no supersampling");
-  app.add_flag("--list-components", options.lists_components, "list the kinds of components");
-  app.add_flag("--list-galaxies", options.lists_galaxies, "list the galaxy types");
-  app.add_flag("--list-seds", options.lists_seds, "list the spectra");
-  app.add_flag("--list-bands", options.lists_bands, "list the bandpasses");
-  app.add_flag("--list-noises", options.lists_noises, "list the base noises");
-  CLI::Option* list_option =
-      app.add_option("--list-parameters", kind,
-                     "list all parameters, or those of a section or a kind of component")
-          ->expected(0, 1)
-          ->type_name("[KIND]");
-  app.add_flag("--markdown", options.markdown, "with --list-parameters: Markdown tables");
-  app.add_flag("--sample-config", options.sample_config, "print a complete parameter file");
-  app.add_flag("--print-config", options.run.print_config, "print the resolved parameters");
-  app.add_flag("--print-mapping", options.run.print_mapping,
-               "print which columns of the catalogue are used as which of a scene");
-  app.add_option("--sample-galaxy", options.sample_galaxy,
-                 "print the file of a galaxy type, to begin one's own with")
-      ->type_name("TYPE");
+  CLI::Option* list_option = add_answers(app, kind, options);
   app.add_flag("--dry-run", options.run.work.dry_run,
                "read and check everything; say what time and memory the job will take");
   CLI::Option* from_header_option = app.add_option(

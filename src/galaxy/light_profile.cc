@@ -1,6 +1,7 @@
 #include "gamer/galaxy/light_profile.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>

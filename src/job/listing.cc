@@ -111,8 +111,8 @@ std::string list_components() {
 std::string list_galaxies(Resources& resources) {
   return list_data(resources, "galaxies", galaxy_suffixes(),
                    {{"sersic", "Sersic's law; the row gives sersic_index and axis_ratio"},
-                    {"exponential", "the same with index 1"},
-                    {"devaucouleurs", "the same with index 4"},
+                    {"exponential", "Sersic's law of index 1"},
+                    {"devaucouleurs", "Sersic's law of index 4"},
                     {"star", "a point source"}},
                    [&](const std::string& name) {
                      return description_of(resources.find("galaxies", name, "", galaxy_suffixes()));

@@ -230,7 +230,8 @@ TEST(ArmPattern, Errors) {
   EXPECT_EQ(error("model = \"logaritmic\""),
             "g.toml:1:9: model = 'logaritmic' is none of \"ringermacher-mead\", \"logarithmic\", "
             "\"none\"; did you mean 'logarithmic'?");
-  EXPECT_EQ(error(log + "pitch = 3"), "g.toml:2:1: unknown key 'pitch' in [arms]");
+  EXPECT_EQ(error(log + "pitch = 3"),
+            "g.toml:2:1: unknown key 'pitch' in [arms]; did you mean 'pitch_angle'?");
   EXPECT_EQ(
       error(log + "windingb = 3"),
       "g.toml:2:1: unknown key 'windingb' in [arms]; did you mean 'winding_b' or 'winding_n'?");
