@@ -95,14 +95,14 @@ void SeeOctaves(std::size_t size, const float* footprint, std::span<const SeenOc
   }
 }
 
-/// The variance that is hidden and coherent; `coherence` may be null.
+/// The variance of the hidden coherent part; `coherence` may be null.
 template <class D>
 HWY_INLINE hn::Vec<D> Coherent(D d, const SeenNoise& seen, const float* coherence, std::size_t i) {
   const auto coherent = hn::Load(d, seen.coherent.data() + i);
   return coherence != nullptr ? hn::Mul(coherent, hn::Load(d, coherence + i)) : coherent;
 }
 
-/// sum + step * coherent, and what is left hidden.
+/// The sum with `step` deviations of the coherent part, and the variance that stays hidden.
 void Deviate(std::size_t size, const SeenNoise& seen, const float* coherence, float step,
              float* HWY_RESTRICT sum, float* HWY_RESTRICT hidden) {
   const hn::ScalableTag<float> d;
@@ -129,7 +129,7 @@ void DeviateFactor(std::size_t size, const SeenNoise& seen, const float* coheren
   }
 }
 
-/// points + displacement.
+/// The points, displaced.
 void Displace(const Points& points, BatchArray* displacement) {
   const hn::ScalableTag<float> d;
   const float* coordinates[3] = {points.x, points.y, points.z};
@@ -160,7 +160,7 @@ namespace {
 // would take the place of the noise.
 constexpr double smallest_variation = 1e-4;
 
-// The warp's octaves.
+// Lacunarity and gain of the warp's octaves.
 constexpr double warp_lacunarity = 2.0;
 constexpr double warp_gain = 0.5;
 
@@ -291,7 +291,7 @@ void FractalNoise::evaluate(const Points& points, float* out) const {
 }
 
 std::size_t FractalNoise::octaves_in_sight(float footprint) const {
-  // Past it by single precision's rounding, so that nothing is seen to the last bit.
+  // A margin of single precision's rounding, so that such octaves count as unseen to the last bit.
   constexpr double end = fade_end * (1 + 1e-5);
   std::size_t count = octaves_.size();
   while (count > 0 && double{footprint} * stretch_ * double{octaves_[count - 1].frequency} >= end) {
@@ -429,7 +429,7 @@ void FractalNoise::take_octave(std::size_t k, std::span<const WeightedBatch> clo
       moments.add(cloud[b], value.data());
       continue;
     }
-    // What is multiplied or summed in place of the octave.
+    // The value that is multiplied or summed for the octave.
     for (std::size_t i = 0; i < cloud[b].size; ++i) {
       const float crest = height - std::abs(value[i]);
       term[i] = kind == Kind::ridged ? crest * crest
@@ -468,7 +468,7 @@ void FractalNoise::take_octaves(std::span<const WeightedBatch> cloud) {
     take_octave(k, cloud, values);
     means += octave_mean_[k];
   }
-  // Together they are the mean of S over all points.
+  // The means of the octaves add up to the mean of S over all points.
   if (!is_density()) octave_mean_.front() += mu_ - means;
 }
 

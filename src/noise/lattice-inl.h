@@ -52,13 +52,13 @@ struct Cell {
   }
 };
 
-/// n + cell_origin_bits from n + cell_origin.
+/// The integer n + cell_origin_bits from the number n + cell_origin.
 template <class D>
 HWY_INLINE hn::Vec<hn::RebindToUnsigned<D>> IndexOf(D /*d*/, hn::Vec<D> counted) {
   return hn::BitCast(hn::RebindToUnsigned<D>(), counted);
 }
 
-// Where masks are vectors, blending costs more than "and".
+// Where masks are vectors, a blend costs more than an "and".
 inline constexpr bool cheap_blends = GAMER_NOISE_AVX512 || !GAMER_NOISE_X86;
 
 /// base + step where the mask is set, base + other elsewhere.
@@ -170,7 +170,7 @@ class Gradient {
     const DU du;
     const hn::Repartition<std::uint16_t, D> half;
 #if GAMER_NOISE_AVX512
-    // The look-up heeds the last four bits.
+    // The look-up uses the last four bits of each byte.
     VU index = hn::BitCast(du, hn::MulHigh(hn::BitCast(half, word), hn::Set(half, gradient_count)));
     if constexpr (upper) index = hn::ShiftRight<16>(index);
     x_ = Lookup(index.raw, hn::Load(d, gradient_table.x));
@@ -237,11 +237,11 @@ class Gradient {
 #endif
 };
 
-/// What gradients' components are multiplied by.
+/// Factor of the gradients' components.
 template <class D>
 inline constexpr float gradient_scale = Gradient<D, false>::scale;
 
-/// g_c . (x, y, z) of the gradient of component c.
+/// The scalar product of component c's gradient with (x, y, z).
 template <int c, class D, int components, class V = hn::Vec<D>>
 HWY_INLINE V GradientDot(D d, const PointHash<D, components>& hash, V x, V y, V z) {
   return Gradient<D, c == 2>(d, hash.template Word<c>()).Dot(x, y, z);
@@ -335,7 +335,7 @@ class IdentifiedLattice {
   }
 
  private:
-  /// An index less its whole periods, and whether the next one begins another period.
+  /// An index within its period, and whether the next index begins another period.
   template <class D>
   struct Rest {
     hn::Vec<D> turns, counted;
@@ -343,12 +343,12 @@ class IdentifiedLattice {
 
     HWY_INLINE Rest(D d, hn::Vec<D> index, const LatticeCycle& cycle) {
       const auto n = hn::Sub(index, hn::Set(d, cell_origin));
-      // The half keeps the quotient away from whole numbers by more than it is rounded.
+      // The half keeps the quotient farther from whole numbers than its rounding.
       turns = hn::Floor(hn::MulAdd(n, hn::Set(d, cycle.inverse), hn::Set(d, cycle.half_inverse)));
       counted = hn::NegMulAdd(turns, hn::Set(d, cycle.period), index);
       last = hn::Eq(counted, hn::Set(d, cycle.last));
     }
-    /// The words of it and of the next one.
+    /// The words of an index and of the next one.
     template <class VU>
     HWY_INLINE void Words(D d, std::uint32_t step, VU seed, const LatticeCycle& cycle, VU& first,
                           VU& second) const {
@@ -430,7 +430,7 @@ class RidgeCombiner {
  public:
   HWY_INLINE RidgeCombiner(D d, const Combination& combination)
       : combination_(combination), total_(hn::Zero(d)), ridge_(hn::Set(d, 1.0f)) {}
-  /// The total and what the next ridge is multiplied by.
+  /// The total, and the factor of the next ridge.
   static constexpr int state = 2;
   template <int n>
   HWY_INLINE V& State() {
@@ -557,7 +557,7 @@ HWY_INLINE void CombineOctaves(const Combination& combination, const Points& poi
   }
 }
 
-/// Two or three components.
+/// Evaluates two or three components.
 template <class Kernel>
 HWY_INLINE void SumOctavesVector(const Points& points, const OctaveList& octaves, float* const* out,
                                  std::size_t components) {

@@ -60,10 +60,10 @@ constexpr LatticeSeed from_cell_origin(LatticeSeed seed) {
           seed.z - cell_origin_bits * lattice_pz};
 }
 
-/// What identifies points: nothing; translations, or periods in x; any.
+/// How points may be identified: not at all, by translations or periods in x, or in any way.
 enum class Lattices { open, helical, cyclic };
 
-/// Octaves, and the least that serves all of their lattices.
+/// Octaves, and the simplest identification that serves all of their lattices.
 struct OctaveList {
   const Octave* first;
   std::size_t count;
@@ -73,7 +73,7 @@ struct OctaveList {
 /// Throws InputError where the noise cannot evaluate them.
 OctaveList list_octaves(const Noise& noise, std::span<const Octave> octaves);
 
-/// A period of an index.
+/// The period of an index.
 struct LatticeCycle {
   float period, inverse, half_inverse;  ///< 0 for none
   float last;            ///< cell_origin + the index before the next period; 0 for none
@@ -123,7 +123,7 @@ struct alignas(64) GradientTable {
 };
 inline constexpr GradientTable gradient_table;
 
-/// The highest byte of the same as +-2 or 0: single precision needs no more.
+/// The highest byte of a gradient's component in single precision, as +-2 or 0.
 struct alignas(16) GradientBytes {
   std::uint8_t x[16] = {};
   std::uint8_t y[16] = {};
@@ -144,12 +144,12 @@ inline constexpr GradientBytes gradient_bytes;
 
 inline constexpr double perlin_variance = 35054270.0 / 480729249.0;
 inline constexpr double perlin_bound = 1.03636;
-/// A third for one number, times (int s^2 + (1 - s)^2 df)^3.
+/// The variance of one number, 1/3, times (int s^2 + (1 - s)^2 df)^3.
 inline constexpr double value_variance = 181.0 / 231 * 181 / 231 * 181 / 231 / 3;
 inline constexpr double value_bound = 1;
 inline constexpr double cell_variance = 1.0 / 3;
 inline constexpr double cell_bound = 1;
-/// Between the numbers of a cell.
+/// The variance of the numbers of cells.
 inline constexpr std::uint32_t cell_step = 0x9E3779B9u;
 inline constexpr double simplex_scale = 76.8857;
 /// scale^2 2 (2/3) int (1/2 - r^2)^8 r^2 d^3r: 2 lattice points per unit volume, <(g . r)^2> =

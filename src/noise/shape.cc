@@ -19,7 +19,7 @@
 namespace gamer {
 namespace {
 
-/// v = shift + slope S, then the power; see NoiseShape.
+/// The constants of NoiseShape: v = shift + slope S, then the power.
 struct ShapeInput {
   float slope;
   float shift;
@@ -75,7 +75,7 @@ void ApplyShape(const ShapeInput& shape, std::size_t size, float* HWY_RESTRICT v
   }
 }
 
-/// Values whose expectation is looked up together.
+/// Number of values whose expectations are looked up together.
 struct Lookups {
   static constexpr std::size_t capacity = 64;
   static_assert(capacity % batch_padding == 0);
@@ -118,7 +118,7 @@ void ApplyExpected(const ShapeInput& shape, std::size_t size, const float* HWY_R
       hn::Store(hn::Sub(level, row), d, look.up + (i - begin));
       hn::Store(hn::Sub(x, column), d, look.right + (i - begin));
     }
-    // One load for four numbers, where a gather has one for each.
+    // One load takes four numbers; a gather loads each by itself.
     const std::size_t filled = (end - begin + lanes - 1) / lanes * lanes;
     for (std::size_t k = 0; k < filled; ++k) {
       std::memcpy(look.corners + 4 * k, shape.expected + look.at[k], 4 * sizeof(float));
@@ -159,10 +159,10 @@ namespace {
 // Whole powers up to here are multiplied out; beyond, e^(alpha ln v) is as fast.
 constexpr double largest_whole_exponent = 20.0;
 
-// Single precision ends there.
+// The end of single precision.
 constexpr double largest_log2 = 127.9;
 
-/// The exponent with the sign of Theta.
+/// The exponent, negative where Theta is inverse.
 double power_of(const NoiseShape::Parameters& p) { return p.inverse ? -p.exponent : p.exponent; }
 
 double base_of(const NoiseShape::Parameters& p, double v) {

@@ -29,7 +29,8 @@ class SimplexKernel {
     const LatticeSeeds<VU> seed = lattice.Seeds(du);
     const V third = hn::Set(d, 1.0f / 3.0f);
     const V sixth = hn::Set(d, 1.0f / 6.0f);
-    // Products and sums on their own, not fused: then all targets round alike what is largest here.
+    // Products and sums are not fused, so that all targets round alike and find the same largest
+    // one.
     const V skew = hn::Mul(hn::Add(hn::Add(x, y), z), third);
     const Cell<D> ci(d, hn::Add(x, skew));
     const Cell<D> cj(d, hn::Add(y, skew));

@@ -14,7 +14,7 @@
 
 namespace gamer {
 
-/// How one octave counts for what is seen; see FractalNoise.
+/// How one octave counts for rays of some footprints (FractalNoise::see()).
 struct SeenOctave {
   const float* values;  ///< of weight 1; not read where no ray sees any
   float weight;
@@ -85,35 +85,35 @@ class FractalNoise {
     sharpness_ = measured_sharpness();
   }
 
-  /// S, without statistics.
+  /// The combination S of octaves, not normalised.
   void sum(const Points& points, float* out) const;
-  /// Phi.
+  /// The density Phi.
   void evaluate(const Points& points, float* out) const;
   /// What rays see of the same points by as many sets of footprints; base noises are evaluated once
   /// for all, and counted.
   void see(const Points& points, std::span<const float* const> footprints, std::span<SeenNoise> out,
            std::uint64_t& evaluations) const;
-  /// Phi of it: expected over all that is hidden.
+  /// The expectation of Phi over all hidden octaves.
   void expect(std::size_t size, const SeenNoise& seen, float* out) const;
-  /// What is expected where the coherent part of what is hidden is known: so many standard
-  /// deviations. Its variance is `coherence` (null for 1) times what `seen` says.
+  /// The expectation of Phi where the coherent part of the hidden octaves is known: `deviation`
+  /// standard deviations. Its variance is `coherence` (null for 1) times that of `seen`.
   void expect(std::size_t size, const SeenNoise& seen, const float* coherence, double deviation,
               float* out) const;
-  /// Whether rays of that footprint see less than all.
+  /// Whether rays of that footprint see less than all octaves.
   bool hides(double footprint) const;
 
   double mean() const { return mu_; }
   double sigma() const { return sigma_; }
   /// Root mean square frequency of S, cycles per unit length, weighted by the octaves' variance.
   double effective_frequency() const { return effective_frequency_; }
-  /// sqrt(<(Phi factor)^2>), at least 1: how far the light is from evenly spread.
+  /// sqrt(<(Phi factor)^2>), at least 1; it is 1 where the light is evenly spread.
   double rms() const { return phi_rms_; }
-  /// By how much the features of Phi are narrower than those of S, roughly.
+  /// About how many times narrower the features of Phi are than those of S.
   double sharpness() const { return sharpness_; }
   const FractalParameters& parameters() const { return parameters_; }
 
  private:
-  /// Whether S is Phi but for a factor.
+  /// Whether Phi is S times a factor.
   bool is_density() const;
   NoiseShape::Standard standard() const;
   void add_octave(const Octave& octave, double frequency, double weight, double thickness);
@@ -122,10 +122,10 @@ class FractalNoise {
   double measured_sharpness() const;
   /// The points displaced, in `storage` where there is a warp.
   Points displace(const Points& points, std::array<BatchArray, 3>& storage) const;
-  /// S at displaced points.
+  /// The combination S at displaced points.
   void combine(const Points& points, float* out) const;
   SeenOctave seen_octave(std::size_t k, const float* values) const;
-  /// Behind the last octave of which a ray of this footprint sees anything.
+  /// Number of octaves up to the last of which a ray of this footprint sees something.
   std::size_t octaves_in_sight(float footprint) const;
   /// Takes the mean and variance of octave k over a cloud, from its values of weight 1 (their
   /// magnitudes where billow) in batch b at b omega + k.

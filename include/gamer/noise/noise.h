@@ -53,7 +53,7 @@ class Noise {
   virtual std::string_view description() const = 0;
   /// Variance over space.
   virtual double variance() const = 0;
-  /// Bound of |P|.
+  /// Upper bound of |P|.
   virtual double bound() const = 0;
 
   /// Whether octaves may have a translation or periods; the functions below throw InputError for
@@ -62,7 +62,7 @@ class Noise {
 
   /// out[i] = sum over octaves of weight * P(frequency * p_i + offset).
   virtual void sum(const Points& points, std::span<const Octave> octaves, float* out) const = 0;
-  /// out[i] = their combination.
+  /// Evaluates out[i] = the combination of octaves at p_i.
   virtual void combine(const Combination& combination, const Points& points,
                        std::span<const Octave> octaves, float* out) const = 0;
   /// The sum of a noise with a vector value, 1 to most_components of them: out[0] is sum(), the
