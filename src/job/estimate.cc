@@ -26,7 +26,8 @@ namespace {
 constexpr std::size_t most_tiles = 256;
 constexpr std::size_t most_measured = 16;
 constexpr double microsecond = 1e-6;
-/// Rank 0's for each value of a pixel: the journal's 1 to 10 ns and the writer's (journal_bench).
+/// Rank 0's time for each value of a pixel, in the journal (1 to 10 ns) and the writer
+/// (journal_bench).
 constexpr double writing_seconds = 5e-9;
 /// Rows that wait for the journal to begin (render/journal.h).
 constexpr std::uint64_t most_pending = std::uint64_t{32} << 20;
@@ -53,7 +54,7 @@ double seconds_per_cost(const Renderer& renderer, const std::vector<ProbedPixel>
   if (!(all > 0)) return microsecond;
   double seconds = 0, cost = 0;
   for (std::size_t tile = 0; tile < most_tiles && seconds < most_seconds; ++tile) {
-    // Evenly spread after any number of tiles.
+    // Probes are evenly spread after any number of tiles.
     const double at = all * std::fmod((static_cast<double>(tile) + 0.5) * std::numbers::phi, 1.0);
     const auto found = std::lower_bound(sums.begin(), sums.end(), at);
     const ProbedPixel& probe =
@@ -64,7 +65,7 @@ double seconds_per_cost(const Renderer& renderer, const std::vector<ProbedPixel>
     const double begin = thread_seconds();
     renderer.count_pixels(left, std::min(left + side, renderer.width()), bottom,
                           std::min(bottom + side, renderer.height()), counts);
-    // The first pays for what later ones find ready.
+    // The first tile pays for what later ones find ready.
     if (tile == 0) continue;
     seconds += thread_seconds() - begin;
     cost += estimated_cost(counts);

@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 /// Name of the packed text with the numbers of the frames.
 constexpr const char* packed_frames = "frames";
 
-/// Frames on which an estimate is founded at most, and seconds for each.
+/// Largest number of frames that an estimate renders, and seconds for each.
 constexpr int most_probes = 3;
 constexpr double probe_seconds = 1;
 
@@ -155,7 +155,7 @@ JobEstimate Film::estimate(int ranks, int threads, double reading) {
   const int workers = ranks * threads;
   JobEstimate film;
   film.preparing = reading + measuring;
-  // Seconds of a frame on a rank of its own, with all ranks, and of what precedes it.
+  // Seconds of a frame on one rank, of a frame with all ranks, and of the preparation of a frame.
   double alone = 0, together = 0, preparing_frame = 0;
   const int probes = std::min(count, most_probes);
   for (int probe = 0; probe < probes; ++probe) {
@@ -209,7 +209,7 @@ Film::Flaws Film::render_frame(int number, int ranks, int threads, Executor& exe
   if (options_.resume) {
     const fs::path path = journal_path(own.image.output);
     earlier = Journal::open(path, options_.journal_interval);
-    // With other instructions its rows' last digits would differ: the frame begins again.
+    // With another instruction set the rows' last digits would differ: the frame begins again.
     if (earlier && earlier->head().simd != simd_target_name(current_simd_target())) {
       earlier.reset();
       Journal::discard(path);

@@ -89,7 +89,7 @@ std::array<double, 8> frame_tone(FrameJobs& jobs, RenderParameters parameters, E
   const Image image = render_image(renderer, executor);
   std::vector<double> wavelengths;
   for (const SpectralPlane& plane : job.spectrum.planes) wavelengths.push_back(plane.wavelength);
-  // Elsewhere the image is empty.
+  // Without objects the image is empty.
   return image.width() > 0 ? choose_tone(image, wavelengths).numbers() : std::array<double, 8>{};
 }
 

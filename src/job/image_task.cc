@@ -32,14 +32,14 @@ bool is_there(const fs::path& file) {
   return fs::exists(fs::symlink_status(file, error));
 }
 
-/// Device and number of a file, of the one that a link leads to.
+/// Device and number of a file; a link counts as the file that it leads to.
 std::optional<std::pair<std::uint64_t, std::uint64_t>> identity(const fs::path& file) {
   struct stat status {};
   if (stat(file.c_str(), &status) != 0) return std::nullopt;
   return std::pair<std::uint64_t, std::uint64_t>(status.st_dev, status.st_ino);
 }
 
-/// Where the truth goes, which is no parameter.
+/// Where the truth goes. It is an option, not a parameter.
 std::string truth_text(const JobOptions& options) {
   if (!options.truth) return "";
   return options.truth_table.empty() ? "in the image" : "in " + options.truth_table.string();
@@ -50,7 +50,7 @@ Renderer make_renderer(const RenderJob& job, const JobOptions& options) {
           options.truth ? job.parameters.truth : TruthSettings()};
 }
 
-/// Every rank's part. They count as set-up: `before`, from which times are taken, goes on.
+/// Every rank's part. Their time counts as set-up: `before`, from which times are taken, moves on.
 std::vector<RowRange> blocks_of(const Renderer& renderer, Executor& executor, RunTimes& before) {
   const RunTimes begin = executor.times();
   std::vector<RowRange> blocks = render_blocks(renderer, executor);
@@ -131,7 +131,7 @@ void check_undamaged(const RenderParameters& parameters, const JobOptions& optio
   try {
     check(parameters.image.output, image, has_table ? 1 : 0);
     if (truth.planes() > 0) check(truth_output(parameters), truth, 0);
-    // Behind an empty primary HDU.
+    // The table follows an empty primary HDU.
     constexpr int table_hdus = 2;
     if (!options.truth_table.empty()) check_sums(options.truth_table, table_hdus);
   } catch (const InputError& error) {
@@ -218,7 +218,7 @@ void ImageTask::go_on(std::unique_ptr<Journal> journal) {
                  journal->path().string());
   job_.record = journal->head().record;
   date_ = journal->head().date;
-  // What stands there after the journal's end is this job's.
+  // Files that stand there after the journal's end are this job's.
   if (journal->head().overwrite || journal->has_end())
     job_.parameters.image.output.overwrite = true;
   journal_ = std::move(journal);
@@ -228,7 +228,7 @@ void ImageTask::complete(const Ranks& ranks, int threads) { gamer::complete(job_
 
 void ImageTask::begin() {
   const fs::path path = journal_path(job_.parameters.image.output);
-  // Left by a kill at the moment when the journal began, ahead of all other files.
+  // A kill at the moment when the journal began leaves it ahead of all other files.
   PrivateFolder::remove_left_behind(path);
   if (!journal_) {
     Journal::discard(path);

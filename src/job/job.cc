@@ -77,7 +77,7 @@ void make_preview(RenderParameters& parameters) {
 
 namespace {
 
-/// Whether a file is read as one of parameters.
+/// Whether a file is read as a parameter file.
 bool holds_parameters(const std::filesystem::path& path) {
   try {
     Resources files(std::vector<std::filesystem::path>{});
@@ -114,7 +114,7 @@ void set_output(const std::filesystem::path& path, RenderParameters& parameters)
 
 /// Whether a file begins as FITS does, also when it is compressed.
 bool is_fits(const std::filesystem::path& path) {
-  // To open a pipe could block for ever.
+  // Opening a pipe could block for ever.
   std::error_code error;
   std::ifstream stream;
   if (std::filesystem::is_regular_file(path, error)) stream.open(path, std::ios::binary);
@@ -158,7 +158,7 @@ std::vector<Card> make_cards(const RenderParameters& parameters, const Scene& sc
       {"CREATOR", fmt::format("gamer {}", version()), "program and version"},
   };
   if (scene.unit == PixelUnit::relative) {
-    // Cards of their own: a long one would be broken within a word.
+    // Each gets a card, since a long card would be broken within a word.
     cards.insert(
         cards.end(),
         {{"COMMENT", {}, "relative surface brightness: integral of the emissivity along the ray,"},
@@ -204,7 +204,7 @@ TextTable scene_table(const SharedText& list) {
   return table;
 }
 
-/// BUNIT; of a relative image none.
+/// The unit for BUNIT; a relative image has none.
 std::string unit_text(PixelUnit unit) {
   switch (unit) {
     case PixelUnit::relative:
@@ -231,7 +231,7 @@ std::vector<Card> calibration_cards(const SpectralPlane& plane, const RenderJob&
   const PixelUnit unit = job.scene->unit;
   if (unit == PixelUnit::relative) return cards;
   cards.push_back({"PHOTPLAM", plane.wavelength, "[Angstrom] pivot wavelength"});
-  // Magnitudes are no linear unit.
+  // Magnitudes are not a linear unit.
   if (unit == PixelUnit::magnitude) return cards;
   const bool is_flux = counts_flux(unit);
   const double unit_in_nanojansky =
@@ -313,7 +313,7 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
 
 namespace {
 
-/// Each needs some 10 MiB.
+/// Each galaxy that is being measured needs some 10 MiB.
 constexpr std::size_t galaxies_at_a_time = 4;
 
 /// The references of galaxies that lack the closure for footprints at which these are looked at, in
@@ -374,7 +374,7 @@ void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
       first = last;
     }
     const auto measure_block = [&](RowRange range, std::span<double> values) {
-      // The parts of a galaxy one after the other.
+      // The parts of a galaxy are measured one after the other.
       std::vector<RowRange> runs;
       for (int row = range.first; row < range.last; ++row) {
         const std::size_t galaxy = rows[static_cast<std::size_t>(row)].galaxy;
@@ -539,7 +539,7 @@ ImageHeader make_image_header(const RenderJob& job) {
     for (const char* key : {"MAGZERO", "PHOTZP"}) append_common_card(header, key);
   }
   header.tables = {record_table(job.record)};
-  // A picture needs no more than to be made again.
+  // A picture keeps only what makes it again.
   if (!picture_format(job.parameters.image.output.path.string())) {
     header.tables.insert(header.tables.begin(), scene_table(job.scene->list));
   }
@@ -578,7 +578,7 @@ OutputOptions truth_output(const RenderParameters& parameters) {
     options.path = parameters.truth.path;
     return options;
   }
-  // name.fits and name.fits.fz; a picture's truth is FITS too.
+  // The suffixes .fits and .fits.fz stay; the truth of a picture is FITS too.
   std::string name = options.path.filename().string();
   const std::size_t suffix = name.find(".fits");
   const std::string end = suffix == std::string::npos ? ".fits" : name.substr(suffix);

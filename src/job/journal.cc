@@ -25,13 +25,13 @@ namespace gamer {
 namespace {
 
 constexpr std::string_view magic = "gamer journal 1\n";
-/// All versions begin with this.
+/// The first bytes of journals of all versions.
 constexpr std::string_view magic_start = "gamer journal ";
 constexpr std::size_t most_pending = std::size_t{32} << 20;
-/// A process that was killed may take so long to be gone.
+/// Tries for a lock, with a pause between: a killed process may take two seconds to be gone.
 constexpr int lock_tries = 20;
 constexpr std::chrono::milliseconds lock_pause{100};
-/// Fewer zeros cost less as values than as a run.
+/// A shorter row of zeros costs less as values than as a run.
 constexpr std::size_t shortest_run = 8;
 
 enum class Kind : std::uint64_t { head = 1, rows = 2, single_rows = 3, end = 5 };
@@ -93,7 +93,7 @@ void pack_values(std::span<const Value> values, std::vector<std::byte>& out) {
   }
 }
 
-/// False when `packed` does not hold just these.
+/// Returns false when `packed` does not hold exactly these.
 template <class Value>
 bool unpack_values(std::span<const std::byte> packed, std::span<double> values) {
   while (!packed.empty()) {
@@ -157,7 +157,7 @@ RunError write_failure(const std::filesystem::path& path, int error) {
   return RunError(fmt::format("{}: cannot write: {}", path.string(), std::strerror(error)));
 }
 
-/// At most `bytes.size()`, fewer at the end of the file. Throws RunError.
+/// Reads up to `bytes.size()` bytes, fewer at the end of the file. Throws RunError.
 std::size_t read_at(int descriptor, std::uint64_t offset, std::span<std::byte> bytes,
                     const std::filesystem::path& path) {
   std::size_t done = 0;
@@ -194,7 +194,7 @@ bool has_name(int descriptor, const std::filesystem::path& path) {
 
 /// The opened file; -1 when there is none.
 int open_file(const std::filesystem::path& path) {
-  // Not to wait for the writer of a pipe.
+  // A pipe's writer is not waited for.
   const int descriptor =
       ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK | O_NOCTTY | O_NOFOLLOW);
   if (descriptor < 0) {
@@ -217,7 +217,7 @@ int open_locked(const std::filesystem::path& path) {
     // Not every file system has locks.
     if (flock(descriptor, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) {
       if (has_name(descriptor, path)) break;
-      // The one that had the lock is done with it.
+      // The process that had the lock has finished with the file.
       close(descriptor);
       descriptor = open_file(path);
       continue;
@@ -231,7 +231,7 @@ int open_locked(const std::filesystem::path& path) {
   return descriptor;
 }
 
-/// What a crash of the machine would otherwise undo: the names in the file's folder.
+/// Forces the names in the file's folder to disk, which a crash of the machine would undo.
 void sync_folder(const std::filesystem::path& path) {
   const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -291,7 +291,7 @@ void Journal::discard(const std::filesystem::path& path) {
   try {
     journal->read_entries();
   } catch (const InputError&) {
-    // A damaged one goes too.
+    // A damaged journal is removed too.
   }
   journal->remove();
 }
@@ -350,7 +350,7 @@ void Journal::add(Entry entry) {
 }
 
 void Journal::begin() {
-  // Under another name until the head is on disk: a journal is never there without its head.
+  // The file has another name until its head is on disk, so that no journal lacks its head.
   TemporaryFile temporary(path_);
   descriptor_ = ::open(temporary.path().c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor_ < 0) throw write_failure(path_, errno);
@@ -371,7 +371,7 @@ void Journal::begin() {
 }
 
 void Journal::write_head() {
-  // It holds the list of the scene, which may be long: in pieces.
+  // The head holds the list of the scene, which may be long, so that it is written in pieces.
   Entry entry{Kind::head};
   pack_head(head_, [&](std::string_view piece) { entry.bytes += piece.size(); });
   write(bytes_of(magic));

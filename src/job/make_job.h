@@ -10,8 +10,8 @@
 
 namespace gamer {
 
-/// A job without its record, which is to be completed. `list` is the scene's as text, where it is
-/// known, of which no second copy is then kept. Throws InputError.
+/// Makes a job without its record, which is to be completed. `list` is the scene's list as text
+/// where it is known; then no second copy is kept. Throws InputError.
 RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Resources& resources,
                    GalaxyLibrary& library, const SharedText& list = {});
 

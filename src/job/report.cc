@@ -25,7 +25,7 @@ struct Line {
   std::uint64_t peak_memory = 0;
 
   void add(const RankReport& rank) {
-    // Outside of runs one thread works, for which all others wait.
+    // Outside of parallel loops one thread works, and all others wait for it.
     const double writing_outside = std::max(0.0, rank.writing - rank.runs.consume);
     threads += rank.threads;
     wall = std::max(wall, rank.wall);

@@ -109,7 +109,7 @@ void fail_where_different(const std::vector<std::string>& differences, const std
                   fmt::join(differences, "; ")));
 }
 
-/// Tells builds of one version apart; empty where the program cannot read itself.
+/// A checksum that tells builds of one version apart; empty where the program cannot read itself.
 std::string build_text() {
   std::ifstream program("/proc/self/exe", std::ios::binary);
   std::vector<char> bytes(std::size_t{1} << 16);
@@ -226,7 +226,7 @@ void JournaledExecutor::run(std::span<const RowRange> blocks, std::size_t values
   replaying_ = false;
   executor_.run(unfinished_blocks(blocks, finished), values_per_row, compute,
                 [&](RowRange rows, std::span<const double> values) {
-                  // First: a row that cannot be written is not lost.
+                  // The journal comes first, so that a row that cannot be written is not lost.
                   journal_->add_rows(section, rows, values, single_);
                   consume(rows, values);
                 });

@@ -104,7 +104,7 @@ Task prepare_film(const RunOptions& options, const RenderJob& job, int ranks, in
 void warn(const std::string& text) { fmt::print(stderr, "gamer: warning: {}\n", printable(text)); }
 
 void warn_of(const RunOptions& options, const RenderJob& job) {
-  // A preview has one ray a pixel, and is none to measure.
+  // A preview has one ray a pixel and is not measured on.
   if (options.quiet || options.request.preview) return;
   for (const std::string& text : job_warnings(job)) warn(text);
 }
@@ -213,7 +213,7 @@ void run_job(const Ranks& ranks, const RunOptions& options) {
   Task task;
   if (ranks.rank() == 0) task = prepare(options, ranks.size(), threads, std::move(earlier));
   std::string film = ranks.broadcast(task.film ? task.film->pack() : "");
-  // Alone the record need not travel.
+  // A process alone need not send the record.
   const bool travels = task.work && ranks.size() > 1;
   std::string image = ranks.broadcast(travels ? pack_record(task.work->job().record) : "");
   double pixels = 0;

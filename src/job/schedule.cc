@@ -20,21 +20,21 @@ constexpr double noise_cost = 0.003;
 /// Cost of a pixel that no galaxy touches: it is cleared, finished, sent and written.
 constexpr double empty_pixel_cost = 0.01;
 
-// The grid of pixels that are looked at.
+// Steps of the grid of probed pixels.
 constexpr int most_probed_rows = 64;
 constexpr int most_probed_columns = 64;
 constexpr int rows_per_probe = 4;
 constexpr int columns_per_probe = 64;
-// Narrow images have a column looked at more often, to this number.
+// Narrow images have more probes in a column, up to this number.
 constexpr int few_columns = 8;
 constexpr int few_columns_per_probe = 16;
 
 constexpr std::size_t most_block_bytes = std::size_t{8} << 20;
-/// Shares of what is left, for each worker.
+/// Blocks into which each worker's share of the rest is cut.
 constexpr double shares_per_worker = 4;
 /// A block's messages and its way through rank 0 take some 20 us of rank 0's time.
 constexpr double least_block_cost = 500;
-/// About a second: what is lost when a job is interrupted.
+/// About a second of work, which an interruption may lose.
 constexpr double most_block_cost = 1e6;
 
 }  // namespace
@@ -91,7 +91,7 @@ std::vector<double> row_costs(std::span<const ProbedPixel> probes, int width, in
   std::vector<double> costs;
   costs.reserve(static_cast<std::size_t>(height));
   for (int y = 0; y < height; ++y) {
-    // Linear between the probed rows.
+    // Costs are linear between the probed rows.
     const double at = std::clamp((y + 0.5) * rows / height - 0.5, 0.0, rows - 1.0);
     const auto low = static_cast<std::size_t>(at);
     const std::size_t high = std::min(low + 1, probed.size() - 1);

@@ -24,7 +24,7 @@ namespace gamer {
 /// rendered alone. Every rank has one.
 class Film {
  public:
-  /// What is told on rank 0.
+  /// A film's report on rank 0.
   struct Messages {
     std::function<void(const std::string& line)> say;  ///< of each frame when it is made
     std::function<void(const std::string& line)> warn;
@@ -39,7 +39,7 @@ class Film {
 
   /// Number of frames of the whole film.
   int frames() const { return path_.frames(); }
-  /// Those to be rendered, from 0.
+  /// The frames to be rendered, from 0.
   const std::vector<int>& left() const { return left_; }
   /// "film_0001.png to film_0120.png".
   std::string names() const;
@@ -47,13 +47,13 @@ class Film {
   std::string size() const;
   /// Number of pixels of all frames that are to be rendered.
   double pixels() const;
-  /// Files that stand where the frames of a longer film had theirs.
+  /// Existing files with names of frames beyond this film's last.
   std::vector<std::filesystem::path> later_files() const;
   /// See ImageTask::hindrance().
   const std::string& hindrance() const { return hindrance_; }
 
-  /// What rendering will take, as parts of a few frames foretell; the film itself has been read in
-  /// `reading` seconds.
+  /// Estimates what rendering will take from parts of a few frames. Reading the film took `reading`
+  /// seconds.
   JobEstimate estimate(int ranks, int threads, double reading);
 
   /// Renders and writes the frames; every rank's part. Removes the files that are to be replaced
@@ -66,12 +66,12 @@ class Film {
   Film(std::unique_ptr<FrameJobs> jobs, const RenderParameters& parameters, JobOptions options);
   RenderParameters frame(int number) const;
   void choose_tone(const Ranks& ranks, Executor& executor);
-  /// What a frame that has been made is warned of.
+  /// Warnings about a finished frame.
   struct Flaws {
     bool is_dark = false;
     double unconverged_rays = 0;
   };
-  /// Where this process is all that there is, or rank 0's part with all ranks.
+  /// The part of a process alone, or of rank 0 with all ranks.
   Flaws render_frame(int number, int ranks, int threads, Executor& executor,
                      const Messages& messages, RankReport& report);
   /// By number. One warning of each kind, the same for any number of ranks.

@@ -22,7 +22,7 @@ class FrameJobs {
  public:
   /// From the record of the whole animation. Throws InputError.
   explicit FrameJobs(const Record& animation);
-  /// With the galaxies that the animation's job has, which need not be complete.
+  /// Takes the galaxies of the animation's job, which need not be complete.
   explicit FrameJobs(const RenderJob& animation);
   FrameJobs(const FrameJobs&) = delete;
   FrameJobs& operator=(const FrameJobs&) = delete;

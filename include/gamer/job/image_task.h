@@ -21,7 +21,7 @@
 
 namespace gamer {
 
-/// How a job is done; nothing of it changes the image.
+/// How a job is done. None of these options changes the image.
 struct JobOptions {
   bool truth = false;                 ///< table TRUTH and the images of [truth]
   std::filesystem::path truth_table;  ///< the table's own file; empty: into the image's
@@ -65,10 +65,10 @@ class InputFiles {
   void check_outputs(const std::vector<std::filesystem::path>& files) const;
 
  private:
-  /// By device and number.
+  /// The files by device and number.
   std::map<std::pair<std::uint64_t, std::uint64_t>, std::filesystem::path> files_;
 };
-/// Whether all are there.
+/// Whether all files exist.
 bool are_there(const std::vector<std::filesystem::path>& files);
 
 /// A job with its files, as rank 0 has it.
@@ -80,15 +80,15 @@ class ImageTask {
             std::unique_ptr<Journal> earlier);
 
   const RenderJob& job() const { return job_; }
-  /// To be resumed and complete already: there is nothing to do.
+  /// Whether the job is to be resumed and complete already, so that there is nothing to do.
   bool is_complete() const { return is_complete_; }
   /// Says after a dry run why the job itself would not begin; empty where it would.
   const std::string& hindrance() const { return hindrance_; }
-  /// Before rendering, as complete() of the job.
+  /// Completes the job, before rendering.
   void complete(const Ranks& ranks, int threads);
-  /// After that: makes the journal of a job that begins, in place of an older one.
+  /// Makes the journal of a job that begins, in place of an older one. It follows complete().
   void begin();
-  /// Null where none is kept.
+  /// The journal; null where none is kept.
   Journal* journal() const { return journal_.get(); }
   /// "; finished rows are kept in x.fits.journal; go on with: ...".
   std::string resume_hint() const;
@@ -100,9 +100,9 @@ class ImageTask {
   std::string plan() const;
   /// Why the image that was made has no light; empty where it has some.
   std::string darkness() const { return is_dark_ ? darkness_warning(job_) : ""; }
-  /// Rays of it that a bound kept from the tolerance.
+  /// Number of the image's rays that a bound kept from the tolerance.
   double unconverged_rays() const { return unconverged_rays_; }
-  /// Says which these are; empty where none.
+  /// A warning about such rays; empty where there are none.
   std::string shortfall() const;
   /// What was made: "x.fits: 512 x 512 pixels, 1 plane, 2.3 s".
   std::string text() const;

@@ -43,19 +43,20 @@ struct RenderJob {
   std::shared_ptr<Scene> scene;
   Record record;  ///< with the resolved parameters
 
-  /// What complete() does, before the job is rendered.
+  /// What complete() still has to do before the job is rendered.
   struct Pending {
     std::vector<std::shared_ptr<Galaxy>> galaxies;  ///< are to be measured
     std::vector<FootprintRange> footprints;         ///< for these, by galaxy
-    /// In which galaxies are to be as bright with their dust as they are without; null for none.
+    /// The band in which galaxies are to be as bright with their dust as without it; null for none.
     std::shared_ptr<const Bandpass> attenuation;
   };
   Pending pending = {};
-  /// That were read from disk, on the rank that read them. Not the image that is made again.
+  /// Files that were read from disk, on the rank that read them. The image that is made again is
+  /// not among them.
   std::vector<std::filesystem::path> input_files = {};
 };
 
-/// What JobRequest::preview changes.
+/// Makes the changes of JobRequest::preview.
 void make_preview(RenderParameters& parameters);
 
 /// Where a job's texts come from: the disk, or the image that is to be made again. Throws

@@ -39,7 +39,7 @@ struct JournalHead {
 /// keeps it when the machine stops. The file is locked while a process uses it.
 class Journal {
  public:
-  /// Seconds; by default a steady clock.
+  /// The clock gives seconds; by default it is a steady one.
   using Clock = std::function<double()>;
 
   /// Begins the journal of a job.
@@ -51,13 +51,13 @@ class Journal {
   /// Removes the journal of an earlier job, where there is one. Throws InputError when it is none
   /// or in use, RunError when it cannot be removed.
   static void discard(const std::filesystem::path& path);
-  /// Keeps the file.
+  /// Closes the journal and keeps the file.
   ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
   const std::filesystem::path& path() const { return path_; }
-  /// There is a file.
+  /// Whether there is a file.
   bool is_begun() const { return descriptor_ >= 0; }
   /// Called when the file is about to get its name.
   void when_begun(std::function<void()> call) { when_begun_ = std::move(call); }
@@ -69,9 +69,9 @@ class Journal {
   /// Removes the file: the job is done.
   void remove();
 
-  // What open() found.
+  // These tell what open() found.
   const JournalHead& head() const { return head_; }
-  /// In ascending order, neighbours joined.
+  /// The finished rows in ascending order, neighbours joined.
   std::vector<RowRange> finished(int section) const;
   bool has_end() const { return has_end_; }
   /// Gives the rows of a section to `consume`. Throws InputError when they do not have

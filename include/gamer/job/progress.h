@@ -15,7 +15,7 @@ class Progress {
     bar,    ///< a line that is drawn again, for a terminal
     lines,  ///< from a minute on, a dated line each minute and each tenth
   };
-  /// What suits `stream`.
+  /// The style that suits `stream`.
   static Style style_for(std::FILE* stream);
 
   /// `clock` gives seconds; by default a steady clock. `date` begins lines; by default local time.
@@ -27,9 +27,9 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// So many more rows are done.
+  /// Counts rows that are done now.
   void add(int rows);
-  /// So many were done before; they do not count for the rate.
+  /// Counts rows that were done before; they do not count for the rate.
   void skip(int rows);
   int skipped() const { return skipped_; }
   double seconds() const { return clock_() - start_; }

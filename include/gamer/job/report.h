@@ -20,7 +20,7 @@ struct RankReport {
   std::uint64_t peak_memory = 0;  ///< bytes
 };
 
-/// For the way to another rank of the same program.
+/// Packs a report for another rank of the same program.
 std::string pack_report(const RankReport& report);
 /// Throws RunError when `packed` is none of pack_report().
 RankReport unpack_report(std::string_view packed);
