@@ -12,14 +12,6 @@ namespace {
 constexpr std::size_t max_names = 3;
 constexpr std::size_t max_quoted_bytes = 200;
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return result;
-}
-
 /// Words of other programs and papers, with those of this one.
 constexpr std::pair<std::string_view, std::string_view> synonyms[] = {
     {"scale_length", "rh"},
@@ -79,6 +71,14 @@ std::size_t distance(const std::string& a, const std::string& b) {
 
 }  // namespace
 
+std::string lower(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return result;
+}
+
 std::string did_you_mean(std::string_view name, std::span<const std::string> known) {
   const std::string asked = lower(name);
   const std::size_t limit = 1 + asked.size() / 4;
@@ -91,7 +91,8 @@ std::string did_you_mean(std::string_view name, std::span<const std::string> kno
                                      [&](const auto& n) { return n.second == candidate; });
     if (d <= limit && d < longer && is_new) near.emplace_back(d, candidate);
   }
-  for (const auto& [word, meant] : synonyms) {
+  for (const auto& synonym : synonyms) {
+    const std::string_view word = synonym.first, meant = synonym.second;
     const bool is_new =
         std::ranges::none_of(near, [&](const auto& n) { return n.second == meant; });
     if (word == asked && is_new && std::ranges::find(known, meant) != known.end()) {

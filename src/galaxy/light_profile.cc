@@ -12,7 +12,7 @@ namespace gamer {
 namespace {
 
 // Midpoint rules in asinh(r / finest) and asinh(z / finest), and in azimuth.
-constexpr int radii = 480, heights = 80, azimuths = 16, azimuths_of_arms = 96;
+constexpr int radii = 240, heights = 60, azimuths = 16, azimuths_of_arms = 96;
 constexpr double finest = 1e-4;
 
 double radius_at(double share) { return finest * std::sinh(share * std::asinh(1 / finest)); }
@@ -23,100 +23,119 @@ double slope_at(double share) {
   return finest * std::cosh(share * most) * most;
 }
 
-/// Points of a ring above each other, in batches.
-class Column {
- public:
-  Column(const Component& component, double r) : component_(component), r_(r) {}
-
-  /// Sums of the envelope and of the envelope times z^2 over heights and azimuths.
-  double sum = 0, sum_z2 = 0;
-
-  void add_all(int count) {
-    for (int j = 0; j < heights; ++j) {
-      const double share = (j + 0.5) / heights, z = radius_at(share);
-      if (r_ * r_ + z * z >= 1) break;
-      for (int k = 0; k < count; ++k) {
-        // Azimuths of neighbouring heights lie between each other.
-        const double azimuth = 2 * std::numbers::pi * (k + 0.5 * (j % 2)) / count;
-        add(azimuth, z, slope_at(share) / heights / count);
-      }
+/// Directions in the plane, and heights above it, of the points of all rings.
+struct Grid {
+  explicit Grid(int count) : azimuth_count(count) {
+    for (int k = 0; k < 2 * count; ++k) {
+      const double angle = std::numbers::pi * k / count;
+      azimuth.push_back(std::remainder(angle, 2 * std::numbers::pi));
+      cosine.push_back(std::cos(angle));
+      sine.push_back(std::sin(angle));
     }
-    flush();
+    for (int j = 0; j < heights; ++j) {
+      const double share = (j + 0.5) / heights;
+      height.push_back(radius_at(share));
+      weight.push_back(slope_at(share) / heights / count);
+    }
   }
 
- private:
-  void add(double azimuth, double z, double weight) {
-    const std::size_t i = batch_.size++;
-    batch_.x[i] = static_cast<float>(r_ * std::cos(azimuth));
-    batch_.y[i] = static_cast<float>(r_ * std::sin(azimuth));
-    batch_.z[i] = static_cast<float>(z);
-    batch_.r[i] = static_cast<float>(r_);
-    batch_.azimuth[i] = static_cast<float>(std::remainder(azimuth, 2 * std::numbers::pi));
-    batch_.winding[i] = 0;
-    batch_.taper[i] = static_cast<float>(taper_at(std::hypot(r_, z)));
-    weight_[i] = weight;
-    if (batch_.size == batch_capacity) flush();
-  }
-  void flush() {
-    for (std::size_t i = batch_.size; i < padded(batch_.size); ++i) {
-      batch_.x[i] = batch_.y[i] = batch_.z[i] = batch_.r[i] = 1;
-      batch_.azimuth[i] = batch_.winding[i] = batch_.taper[i] = 0;
+  int azimuth_count;
+  std::vector<double> azimuth, cosine, sine;  ///< twice as many as a ring has
+  std::vector<double> height, weight;
+};
+
+/// Light above one side of a ring, per area.
+struct Column {
+  double light = 0, light_z2 = 0;  ///< and times z^2
+};
+
+/// Sums the envelope over the heights and azimuths of the ring of radius r.
+Column add_up(const Component& component, const Grid& grid, double r) {
+  Column result;
+  SampleBatch batch{};
+  std::array<double, batch_capacity> weight{};
+  const auto flush = [&] {
+    for (std::size_t i = batch.size; i < padded(batch.size); ++i) {
+      batch.x[i] = batch.y[i] = batch.z[i] = batch.r[i] = 1;
+      batch.azimuth[i] = batch.winding[i] = batch.taper[i] = 0;
     }
     BatchArray envelope;
-    component_.envelope(batch_, envelope.data());
-    for (std::size_t i = 0; i < batch_.size; ++i) {
-      const double light = weight_[i] * double{envelope[i]};
-      sum += light;
-      sum_z2 += light * double{batch_.z[i]} * double{batch_.z[i]};
+    component.envelope(batch, envelope.data());
+    for (std::size_t i = 0; i < batch.size; ++i) {
+      const double light = weight[i] * double{envelope[i]};
+      result.light += light;
+      result.light_z2 += light * double{batch.z[i]} * double{batch.z[i]};
     }
-    batch_.size = 0;
+    batch.size = 0;
+  };
+  for (std::size_t j = 0; j < grid.height.size(); ++j) {
+    const double z = grid.height[j], distance2 = r * r + z * z;
+    if (distance2 >= 1) break;
+    const auto taper = static_cast<float>(taper_at(std::sqrt(distance2)));
+    for (int k = 0; k < grid.azimuth_count; ++k) {
+      // Azimuths of neighbouring heights lie between each other.
+      const auto direction = 2 * static_cast<std::size_t>(k) + j % 2;
+      const std::size_t i = batch.size++;
+      batch.x[i] = static_cast<float>(r * grid.cosine[direction]);
+      batch.y[i] = static_cast<float>(r * grid.sine[direction]);
+      batch.z[i] = static_cast<float>(z);
+      batch.r[i] = static_cast<float>(r);
+      batch.azimuth[i] = static_cast<float>(grid.azimuth[direction]);
+      batch.winding[i] = 0;
+      batch.taper[i] = taper;
+      weight[i] = grid.weight[j];
+      if (batch.size == batch_capacity) flush();
+    }
   }
-
-  const Component& component_;
-  double r_;
-  SampleBatch batch_{};
-  std::array<double, batch_capacity> weight_{};
-};
+  flush();
+  return result;
+}
 
 }  // namespace
 
 ComponentProfile::ComponentProfile(const Component& component) : inside(radii + 1, 0.0) {
   // The arms' winding turns a ring as a whole, so that it does not count.
-  const int count = component.needs_azimuth() ? azimuths_of_arms : azimuths;
-  double sum_r2 = 0, sum_z2 = 0;
+  const Grid grid(component.needs_azimuth() ? azimuths_of_arms : azimuths);
   for (int i = 0; i < radii; ++i) {
     const double share = (i + 0.5) / radii, r = radius_at(share);
-    Column column(component, r);
-    column.add_all(count);
     const double area = 2 * std::numbers::pi * r * slope_at(share) / radii;
+    const Column column = add_up(component, grid, r);
     const auto at = static_cast<std::size_t>(i);
-    inside[at + 1] = inside[at] + 2 * area * column.sum;
-    sum_r2 += 2 * area * column.sum * r * r;
-    sum_z2 += 2 * area * column.sum_z2;
+    inside[at + 1] = inside[at] + area * column.light;
+    mean_r2 += area * column.light * r * r;
+    mean_z2 += area * column.light_z2;
   }
-  if (!(inside.back() > 0)) return;
-  mean_r2 = sum_r2 / inside.back();
-  mean_z2 = sum_z2 / inside.back();
+  const double all = inside.back();
+  if (!(all > 0)) return;
+  for (double& light : inside) light /= all;
+  mean_r2 /= all;
+  mean_z2 /= all;
 }
 
 LightProfile::LightProfile(std::span<const ComponentProfile> profiles,
                            std::span<const double> light, std::span<const double> axis) {
-  std::vector<double> inside(radii + 1, 0.0);
   double total = 0, r2 = 0, z2 = 0;
   for (std::size_t c = 0; c < profiles.size(); ++c) {
-    if (!(light[c] > 0) || !(profiles[c].inside.back() > 0)) continue;
-    for (std::size_t i = 0; i < inside.size(); ++i) {
-      inside[i] += light[c] * profiles[c].inside[i] / profiles[c].inside.back();
-    }
+    if (!(profiles[c].inside.back() > 0)) continue;
     total += light[c];
     r2 += light[c] * profiles[c].mean_r2;
     z2 += light[c] * profiles[c].mean_z2;
   }
   if (!(total > 0)) throw std::invalid_argument("LightProfile: no light");
-  const auto above = std::lower_bound(inside.begin(), inside.end(), 0.5 * total);
-  const auto i = static_cast<double>(above - inside.begin());
-  const double low = *(above - 1), share = (0.5 * total - low) / (*above - low);
-  half_light_radius_ = radius_at((i - 1 + share) / radii) * std::max(axis[0], axis[1]);
+  const auto inside = [&](std::size_t i) {
+    double sum = 0;
+    for (std::size_t c = 0; c < profiles.size(); ++c) sum += light[c] * profiles[c].inside[i];
+    return sum;
+  };
+  // Half of the light is between the radii `low` and `high`.
+  std::size_t low = 0, high = radii;
+  while (high - low > 1) {
+    const std::size_t middle = (low + high) / 2;
+    (inside(middle) < 0.5 * total ? low : high) = middle;
+  }
+  const double share = (0.5 * total - inside(low)) / (inside(high) - inside(low));
+  half_light_radius_ =
+      radius_at((static_cast<double>(low) + share) / radii) * std::max(axis[0], axis[1]);
   const double x2 = 0.5 * r2 * axis[0] * axis[1];
   edge_on_ratio_ = std::min(std::sqrt(z2 / x2) * axis[2], 1.0);
 }

@@ -29,14 +29,6 @@ std::uint64_t start_of(double wavelength) {
   return std::bit_cast<std::uint64_t>(wavelength) >> dropped_bits;
 }
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return result;
-}
-
 std::string_view trim(std::string_view text) {
   const std::size_t first = text.find_first_not_of(blanks);
   if (first == std::string_view::npos) return text.substr(text.size());

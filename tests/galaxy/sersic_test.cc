@@ -37,10 +37,10 @@ std::vector<double> envelopes(const Component& component, const std::vector<doub
 
 // Ciotti & Bertin 1999, Table 1 and Eq. 18.
 TEST(SersicProfile, HalfTheLightIsInsideTheEffectiveRadius) {
-  EXPECT_NEAR(SersicProfile(4).b(), 7.66924944, 1e-8);
+  EXPECT_NEAR(SersicProfile(4).b(), 7.66924944, 5e-9);
   for (const double n : {1.0, 2.0, 6.0, 10.0}) {
     const double series = 2 * n - 1.0 / 3 + 4 / (405 * n) + 46 / (25515 * n * n);
-    EXPECT_NEAR(SersicProfile(n).b(), series, 2e-4 / (n * n * n)) << n;
+    EXPECT_NEAR(SersicProfile(n).b(), series, 1.2e-4 / (n * n * n)) << n;
   }
 }
 
@@ -83,9 +83,9 @@ TEST(Sersic, ProjectsToItsLaw) {
         column += 2 * density[i] * impact * std::cosh(most * (k + 0.5) / steps) * most / steps;
       }
       const double law = std::exp(-profile.b() * std::pow(impact, 1 / n)) / profile.centre();
-      EXPECT_NEAR(column / law, 1, 1e-4) << "n = " << n << ", R = " << impact << " R_e";
+      EXPECT_NEAR(column / law, 1, 7e-5) << "n = " << n << ", R = " << impact << " R_e";
+      if (impact == 1) EXPECT_NEAR(column * radius / sersic.face_on_column(), 1, 2.4e-5) << n;
     }
-    EXPECT_NEAR(sersic.face_on_column() / radius, std::exp(-profile.b()) / profile.centre(), 1e-12);
   }
 }
 
@@ -99,7 +99,7 @@ TEST(Sersic, FluxIsThatOfTheLaw) {
       const double radius = 0.01;
       EXPECT_NEAR(Sersic(n, radius, axis).envelope_integral() * profile.centre() /
                       (law * radius * radius * radius * axis[0] * axis[1] * axis[2]),
-                  1, 2e-5)
+                  1, 3.4e-8)
           << n;
     }
   }
@@ -115,7 +115,7 @@ TEST(Sersic, FluxIsThatOfTheLaw) {
   }
   EXPECT_NEAR(
       Sersic(4, radius, {1, 1, 1}).envelope_integral() / (4 * pi * sum * std::pow(radius, 3)), 1,
-      1e-5);
+      2.5e-6);
 }
 
 TEST(Sersic, IsAComponent) {

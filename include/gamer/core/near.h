@@ -12,6 +12,9 @@ namespace gamer {
 /// three names are given, nearest first.
 std::string did_you_mean(std::string_view name, std::span<const std::string> known);
 
+/// The text with the letters of ASCII in lower case.
+std::string lower(std::string_view text);
+
 /// `text` in single quotes for a message of one line: control characters are escaped, and texts
 /// longer than 200 bytes are cut.
 std::string in_quotes(std::string_view text);

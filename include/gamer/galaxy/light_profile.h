@@ -11,8 +11,8 @@ namespace gamer {
 struct ComponentProfile {
   explicit ComponentProfile(const Component& component);
 
-  /// Light within cylinders about the axis, at radii that all profiles share: [0] is 0, the last
-  /// one 1.
+  /// Share of the light within cylinders about the axis, at radii from 0 to 1 that all profiles
+  /// have in common; 0 throughout where the component has none.
   std::vector<double> inside;
   double mean_r2 = 0;  ///< <x^2 + y^2>
   double mean_z2 = 0;  ///< <z^2>
@@ -30,7 +30,8 @@ class LightProfile {
   /// Radius along the longer axis of the disk's plane of the ellipse that holds half of the light
   /// seen face on, galaxy radii. Thin disks have it along their major axis at every inclination.
   double half_light_radius() const { return half_light_radius_; }
-  /// sqrt(<z^2> / <x^2>), the axis ratio of the galaxy seen edge on, by second moments. At an
+  /// sqrt(<z^2> / <x^2>), at most 1: the axis ratio of the galaxy seen edge on, by second moments.
+  /// Where its plane is stretched, <x^2> is the geometric mean over both axes. At an
   /// inclination i the axis ratio q follows from q^2 = cos^2 i + (this)^2 sin^2 i.
   double edge_on_ratio() const { return edge_on_ratio_; }
 

@@ -11,16 +11,12 @@
 #include <numbers>
 
 #include "core/math-inl.h"
+#include "galaxy/kinds/spheroid-inl.h"
 
 #ifndef GAMER_GALAXY_BULGE_SHAPE
 #define GAMER_GALAXY_BULGE_SHAPE
 namespace gamer {
 namespace {
-
-struct BulgeShape {
-  float inverse_axis[3];  ///< 1/(a r0)
-  float softening;        ///< (epsilon/r0)^2
-};
 
 constexpr double mellier_mathez_power = 0.855;
 
@@ -33,14 +29,11 @@ namespace gamer {
 namespace HWY_NAMESPACE {
 
 /// Relative error below 3e-7 (1 + |ln envelope|), given exact coordinates; nothing is below e^-87.
-void BulgeEnvelope(const SampleBatch& batch, const BulgeShape& shape, float* HWY_RESTRICT out) {
+void BulgeEnvelope(const SampleBatch& batch, const SpheroidMetric& metric,
+                   float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
   for (std::size_t i = 0; i < batch.size; i += hn::Lanes(d)) {
-    const auto x = hn::Mul(hn::Load(d, batch.x.data() + i), hn::Set(d, shape.inverse_axis[0]));
-    const auto y = hn::Mul(hn::Load(d, batch.y.data() + i), hn::Set(d, shape.inverse_axis[1]));
-    const auto z = hn::Mul(hn::Load(d, batch.z.data() + i), hn::Set(d, shape.inverse_axis[2]));
-    const auto b2 =
-        hn::MulAdd(x, x, hn::MulAdd(y, y, hn::MulAdd(z, z, hn::Set(d, shape.softening))));
+    const auto b2 = MetricSquared(d, batch, i, metric);
     const auto b = hn::Sqrt(b2);
     const auto root = hn::Sqrt(hn::Sqrt(b));
     // b^-0.855 exp(-b^(1/4)) in one exponential.
@@ -74,11 +67,8 @@ Bulge::Bulge(double r0, const std::array<double, 3>& axis)
     : Spheroid(r0 * effective_radius_in_r0, axis), r0_(r0) {}
 
 void Bulge::envelope(const SampleBatch& batch, float* out) const {
-  BulgeShape shape{};
-  for (int i = 0; i < 3; ++i) shape.inverse_axis[i] = static_cast<float>(inverse_axis_[i] / r0_);
-  const double softening = softening_radius * effective_radius_in_r0;
-  shape.softening = static_cast<float>(softening * softening);
-  HWY_DYNAMIC_DISPATCH(BulgeEnvelope)(batch, shape, out);
+  const SpheroidMetric own = metric(r0_, effective_radius_in_r0);
+  HWY_DYNAMIC_DISPATCH(BulgeEnvelope)(batch, own, out);
 }
 
 double Bulge::envelope_integral() const {

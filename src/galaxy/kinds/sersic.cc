@@ -13,6 +13,7 @@
 #include <numbers>
 
 #include "core/math-inl.h"
+#include "galaxy/kinds/spheroid-inl.h"
 
 #ifndef GAMER_GALAXY_SERSIC_SHAPE
 #define GAMER_GALAXY_SERSIC_SHAPE
@@ -20,8 +21,7 @@ namespace gamer {
 namespace {
 
 struct SersicShape {
-  float inverse_axis[3];  ///< 1/(a R_e)
-  float softening;        ///< (epsilon/R_e)^2
+  SpheroidMetric metric;  ///< in units of R_e
   const float* table;
   float last;  ///< index of the table's last interval
   float start;
@@ -40,11 +40,7 @@ void SersicEnvelope(const SampleBatch& batch, const SersicShape& shape, float* H
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
   for (std::size_t i = 0; i < batch.size; i += hn::Lanes(d)) {
-    const auto x = hn::Mul(hn::Load(d, batch.x.data() + i), hn::Set(d, shape.inverse_axis[0]));
-    const auto y = hn::Mul(hn::Load(d, batch.y.data() + i), hn::Set(d, shape.inverse_axis[1]));
-    const auto z = hn::Mul(hn::Load(d, batch.z.data() + i), hn::Set(d, shape.inverse_axis[2]));
-    const auto m2 =
-        hn::MulAdd(x, x, hn::MulAdd(y, y, hn::MulAdd(z, z, hn::Set(d, shape.softening))));
+    const auto m2 = MetricSquared(d, batch, i, shape.metric);
     auto place = hn::Mul(hn::Sub(hn::Mul(hn::Set(d, 0.5f), Log(d, m2)), hn::Set(d, shape.start)),
                          hn::Set(d, shape.inverse_step));
     place = hn::Min(hn::Max(place, hn::Zero(d)), hn::Set(d, shape.last + 1));
@@ -76,19 +72,49 @@ constexpr float least_logarithm = -86;
 
 constexpr double smallest_index = 0.5, largest_index = 10;
 
-/// ln nu(x) by the trapezoidal rule, whose error falls as exp(-pi^2/step).
-double log_density(double n, double b, double x) {
-  constexpr double step = 0.25, negligible = 1e-14;
-  const double root = std::pow(x, 1 / n);
-  double sum = 0.5;
-  for (int k = 1;; ++k) {
-    const double cosh = std::cosh(step * k);
-    const double term =
-        std::pow(cosh, 1 / n - 1) * std::exp(-b * root * (std::pow(cosh, 1 / n) - 1));
-    sum += term;
-    if (term < negligible * sum && cosh * x > 1) break;
+/// ln nu(x) by the trapezoidal rule in t, whose error falls as exp(-pi^2/step).
+class LogDensity {
+ public:
+  LogDensity(double n, double b) : n_(n), b_(b) {
+    // At the least x of the table, terms are negligible before the last of these.
+    constexpr int most_terms = 100;
+    for (int k = 1; k <= most_terms; ++k) {
+      const double cosh = std::cosh(step * k), root = std::pow(cosh, 1 / n);
+      terms_.push_back({cosh, root - 1, root / cosh});
+    }
   }
-  return std::log(b / (std::numbers::pi * n) * step * sum) + (1 / n - 1) * std::log(x) - b * root;
+
+  double operator()(double x) const {
+    constexpr double negligible = 1e-14;
+    const double exponent = b_ * std::pow(x, 1 / n_);
+    double sum = 0.5;
+    for (const Term& term : terms_) {
+      const double own = term.factor * std::exp(-exponent * term.excess);
+      sum += own;
+      if (own < negligible * sum && term.cosh * x > 1) break;
+    }
+    return std::log(b_ / (std::numbers::pi * n_) * step * sum) + (1 / n_ - 1) * std::log(x) -
+           exponent;
+  }
+
+ private:
+  static constexpr double step = 0.25;
+  /// cosh t, (cosh t)^(1/n) - 1 and (cosh t)^(1/n - 1).
+  struct Term {
+    double cosh, excess, factor;
+  };
+  double n_, b_;
+  std::vector<Term> terms_;
+};
+
+/// The value at x of a table that SersicProfile has at equal steps of ln x.
+template <class Value>
+double between_nodes(const std::vector<Value>& table, double x) {
+  constexpr double least = SersicProfile::least, most = SersicProfile::most;
+  const double place = std::clamp(std::log(x / least) / std::log(most / least), 0.0, 1.0) *
+                       static_cast<double>(table.size() - 1);
+  const auto node = std::min(static_cast<std::size_t>(place), table.size() - 2);
+  return std::lerp(double{table[node]}, double{table[node + 1]}, place - static_cast<double>(node));
 }
 
 }  // namespace
@@ -104,7 +130,8 @@ std::shared_ptr<const SersicProfile> SersicProfile::of(double n) {
 
 SersicProfile::SersicProfile(double n)
     : b_(boost::math::gamma_p_inv(2 * n, 0.5)), step_(std::log(most / least) / table_intervals) {
-  const double first = log_density(n, b_, least);
+  const LogDensity log_density(n, b_);
+  const double first = log_density(least);
   centre_ = std::exp(first);
   inside_.push_back(std::pow(least, 3) / 3);
   double last = 0;
@@ -112,7 +139,7 @@ SersicProfile::SersicProfile(double n)
     const double x = least * std::exp(step_ * k);
     float value = least_logarithm;
     if (k == 0 || table_.back() > least_logarithm) {
-      value = std::max(static_cast<float>(log_density(n, b_, x) - first), least_logarithm);
+      value = std::max(static_cast<float>(log_density(x) - first), least_logarithm);
     }
     table_.push_back(value);
     const double shell = std::pow(x, 3) * std::exp(double{value});
@@ -121,30 +148,16 @@ SersicProfile::SersicProfile(double n)
   }
 }
 
-double SersicProfile::inside(double x) const {
-  const double place = std::clamp(std::log(x / least) / step_, 0.0, double{table_intervals});
-  const auto node = std::min(static_cast<std::size_t>(place), inside_.size() - 2);
-  const double share = place - static_cast<double>(node);
-  return inside_[node] + share * (inside_[node + 1] - inside_[node]);
-}
+double SersicProfile::inside(double x) const { return between_nodes(inside_, x); }
 
-double SersicProfile::density(double x) const {
-  const double place = std::clamp(std::log(x / least) / step_, 0.0, double{table_intervals});
-  const auto node = std::min(static_cast<std::size_t>(place), table_.size() - 2);
-  const double share = place - static_cast<double>(node);
-  return std::exp(double{table_[node]} + share * (double{table_[node + 1]} - table_[node]));
-}
+double SersicProfile::density(double x) const { return std::exp(between_nodes(table_, x)); }
 
 Sersic::Sersic(double n, double effective_radius, const std::array<double, 3>& axis)
     : Spheroid(effective_radius, axis), profile_(SersicProfile::of(n)) {}
 
 void Sersic::envelope(const SampleBatch& batch, float* out) const {
   SersicShape shape{};
-  for (int i = 0; i < 3; ++i) {
-    shape.inverse_axis[i] =
-        static_cast<float>(inverse_axis_[static_cast<std::size_t>(i)] / effective_radius_);
-  }
-  shape.softening = static_cast<float>(softening_radius * softening_radius);
+  shape.metric = metric(effective_radius_, 1);
   shape.table = profile_->table().data();
   shape.last = static_cast<float>(table_intervals - 1);
   shape.start = static_cast<float>(std::log(SersicProfile::least));

@@ -8,6 +8,9 @@
 namespace gamer {
 namespace {
 
+// The softening in units of R_e.
+constexpr double softening_radius = 1e-5;
+
 // The cusp within this many R_e holds 0.4 % of the light, which four rays get right to a tenth.
 constexpr double finest_cell = 0.01;
 
@@ -20,6 +23,15 @@ Spheroid::Spheroid(double effective_radius, const std::array<double, 3>& axis)
     : effective_radius_(effective_radius),
       axis_(axis),
       inverse_axis_{1 / axis[0], 1 / axis[1], 1 / axis[2]} {}
+
+SpheroidMetric Spheroid::metric(double unit, double units) const {
+  const double softening = softening_radius * units;
+  SpheroidMetric result{{}, static_cast<float>(softening * softening)};
+  for (std::size_t i = 0; i < 3; ++i) {
+    result.inverse_axis[i] = static_cast<float>(inverse_axis_[i] / unit);
+  }
+  return result;
+}
 
 double Spheroid::mean_over_directions(const std::function<double(double stretch)>& shells) const {
   // Gauss' rules in cos(theta) and phi over an octant.

@@ -7,6 +7,12 @@
 
 namespace gamer {
 
+/// Constants of m in some unit of length, for kernels.
+struct SpheroidMetric {
+  float inverse_axis[3];  ///< 1/(a unit)
+  float softening;        ///< (epsilon/unit)^2
+};
+
 /// An ellipsoid without texture, whose density depends on
 ///   m^2 = (x/a_x)^2 + (y/a_y)^2 + (z/a_z)^2 + epsilon^2
 /// alone and has a cusp at the centre; a are its axes. The softening epsilon = 1e-5 R_e makes the
@@ -24,8 +30,8 @@ class Spheroid : public Component {
   double effective_radius() const { return effective_radius_; }
 
  protected:
-  /// epsilon / R_e.
-  static constexpr double softening_radius = 1e-5;
+  /// The metric in a unit of length of which `units` make R_e.
+  SpheroidMetric metric(double unit, double units) const;
 
   /// The mean of shells(|S n|) over all directions n, S = diag(a): a point of the shell m in the
   /// direction n is m |S n| from the centre.

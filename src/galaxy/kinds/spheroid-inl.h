@@ -1,0 +1,35 @@
+// The metric of spheroids over vectors. Included once per SIMD target.
+
+#if defined(GAMER_GALAXY_SPHEROID_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef GAMER_GALAXY_SPHEROID_INL_H_
+#undef GAMER_GALAXY_SPHEROID_INL_H_
+#else
+#define GAMER_GALAXY_SPHEROID_INL_H_
+#endif
+
+#include "galaxy/kinds/spheroid.h"
+#include "gamer/galaxy/sample_batch.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace gamer {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// (m / unit)^2 of the points of a batch from index i on.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V MetricSquared(D d, const SampleBatch& batch, std::size_t i,
+                           const SpheroidMetric& metric) {
+  const V x = hn::Mul(hn::Load(d, batch.x.data() + i), hn::Set(d, metric.inverse_axis[0]));
+  const V y = hn::Mul(hn::Load(d, batch.y.data() + i), hn::Set(d, metric.inverse_axis[1]));
+  const V z = hn::Mul(hn::Load(d, batch.z.data() + i), hn::Set(d, metric.inverse_axis[2]));
+  return hn::MulAdd(x, x, hn::MulAdd(y, y, hn::MulAdd(z, z, hn::Set(d, metric.softening))));
+}
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace gamer
+HWY_AFTER_NAMESPACE();
+
+#endif
