@@ -84,7 +84,9 @@ TEST(Sersic, ProjectsToItsLaw) {
       }
       const double law = std::exp(-profile.b() * std::pow(impact, 1 / n)) / profile.centre();
       EXPECT_NEAR(column / law, 1, 7e-5) << "n = " << n << ", R = " << impact << " R_e";
-      if (impact == 1) EXPECT_NEAR(column * radius / sersic.face_on_column(), 1, 2.4e-5) << n;
+      if (impact == 1) {
+        EXPECT_NEAR(column * radius / sersic.face_on_column(), 1, 2.4e-5) << n;
+      }
     }
   }
 }
