@@ -459,7 +459,8 @@ Catalogue read_catalogue(const JobRequest& request, const RenderParameters& para
                                  path.generic_string());
   }
   const Resources::Text& scene = read_file(resources, scene_name, path);
-  return Catalogue::parse(scene.content, scene.label, parameters.catalogue.format);
+  return Catalogue::parse(scene.content, scene.label, parameters.catalogue.format,
+                          parameters.catalogue.hdu);
 }
 
 }  // namespace

@@ -20,6 +20,8 @@ struct FormatName {
 constexpr FormatName formats[] = {
     {CatalogueFormat::automatic, "auto"},
     {CatalogueFormat::list, "list"},
+    {CatalogueFormat::csv, "csv"},
+    {CatalogueFormat::votable, "votable"},
     {CatalogueFormat::fits, "fits"},
     {CatalogueFormat::ecsv, "ecsv"},
     {CatalogueFormat::sextractor, "sextractor"},
@@ -33,7 +35,7 @@ ParameterTable catalogue_table() {
   ParameterTable table = {
       Parameter::choice("format", names, "auto", "auto: as the file looks"),
       Parameter::text("hdu", std::nullopt,
-                      "name or number of the table in a FITS file; by default the first"),
+                      "name or number of the table in a FITS file or VOTable; by default the first"),
       Parameter::boolean("skip_flagged", false,
                          "leave out rows with flags for missing values (99, -99...) instead of "
                          "refusing them")};
