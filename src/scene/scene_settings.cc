@@ -1,11 +1,13 @@
 #include "gamer/scene/scene_settings.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <vector>
 
 #include "gamer/scene/scene_columns.h"
 #include "scene/section_values.h"
+#include "scene/usual_names.h"
 
 namespace gamer {
 namespace {
@@ -39,11 +41,18 @@ ParameterTable catalogue_table() {
       Parameter::boolean("skip_flagged", false,
                          "leave out rows with flags for missing values (99, -99...) instead of "
                          "refusing them")};
-  for (const Parameter& column : scene_columns()) {
+  for (std::size_t c = 0; c < scene_columns().size(); ++c) {
+    const std::string& name = scene_columns()[c].name;
+    std::vector<std::string> usual;
+    for (const auto& group : usual_names(static_cast<column::Column>(c))) {
+      usual.push_back(fmt::format("`{}`", fmt::join(group, "` or `")));
+    }
+    const std::string otherwise =
+        usual.empty() ? "" : fmt::format("; by default `{}`, else {}", name, fmt::join(usual, ", else "));
     table.push_back(Parameter::text(
-        column.name, std::nullopt,
-        fmt::format("the catalogue's column for `{0}`, or `=word` for the same in every row",
-                    column.name)));
+        name, std::nullopt,
+        fmt::format("the catalogue's column for `{}`, or `=word` for the same in every row{}", name,
+                    otherwise)));
   }
   return table;
 }
