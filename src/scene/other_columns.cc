@@ -35,6 +35,10 @@ std::string plain_ascii(std::string_view text) {
   return result;
 }
 
+bool is_letter_or_digit(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+}
+
 /// Makes names that differ from each other and from those of a scene in any case.
 class NameMaker {
  public:
@@ -43,7 +47,10 @@ class NameMaker {
     for (const Parameter& column : scene_columns()) taken_.insert(lower_case(column.name));
   }
   std::string make(std::string_view name) {
-    const std::string plain = plain_ascii(name.substr(0, longest_name));
+    std::string plain(name.substr(0, longest_name));
+    for (char& c : plain) {
+      if (!is_letter_or_digit(c)) c = '_';
+    }
     std::string result = plain;
     if (taken_.contains(lower_case(result))) result = clash_prefix + plain;
     for (int number = 2; !taken_.insert(lower_case(result)).second; ++number) {
@@ -141,7 +148,7 @@ DataTable other_columns(const Catalogue& catalogue, std::span<const ColumnSource
   std::vector<std::int64_t> numbers(rows.begin(), rows.end());
   for (std::int64_t& number : numbers) ++number;
   table.columns.push_back(
-      {row_column, "", "row of the catalogue, from 1", std::move(numbers)});
+      {row_column, "", "", std::move(numbers)});
   NameMaker names;
   for (const std::size_t i : unused_columns(catalogue, sources)) {
     if (table.columns.size() == most_kept) break;
