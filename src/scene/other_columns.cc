@@ -93,7 +93,7 @@ Kind kind_of_words(std::span<const std::string_view> words, Kind declared) {
     if (kind == Kind::integer && !number_of<std::int64_t>(word)) kind = Kind::real;
     if (kind == Kind::real && !number_of<double>(word)) return Kind::text;
   }
-  if (!has_words) return declared == Kind::unknown ? Kind::text : Kind::real;
+  if (!has_words && declared == Kind::unknown) return Kind::text;
   return has_gaps ? Kind::real : kind;
 }
 

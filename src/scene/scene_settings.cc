@@ -80,7 +80,10 @@ std::optional<double> SceneSettings::megaparsec() const {
 }
 
 ParameterSection CatalogueSettings::section() {
-  return {"catalogue", "How a catalogue is read as a scene.", catalogue_table()};
+  return {"catalogue",
+          "How a catalogue is read as a scene. Names match in any case; `{band}` stands for "
+          "photometry.reference_band, and `{letter}` for what follows its last `_`.",
+          catalogue_table()};
 }
 
 CatalogueSettings CatalogueSettings::read(const ParameterSet& values) {

@@ -108,7 +108,7 @@ SuspiciousValues::SuspiciousValues(const Catalogue& catalogue, SceneRow& row)
   const auto is_needed = [&](const Need& need) {
     return (refuses_missing_ || !need.has_default) &&
            std::ranges::any_of(need.columns, [&](Column c) { return has_values[c]; }) &&
-           // A word that all rows share, or a column of another meaning, serves instead.
+           // A word that all rows share serves instead.
            std::ranges::none_of(need.columns,
                                 [&](Column c) { return row.has(c) && !row.is_from_catalogue(c); });
   };
