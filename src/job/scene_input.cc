@@ -99,8 +99,7 @@ Catalogue read_spooled_table(const std::string& content, const std::string& hdu)
 Catalogue read_from_standard_input(const RenderParameters& parameters, Resources& resources) {
   std::string content = read_standard_input();
   const CatalogueFormat format = parameters.catalogue.format;
-  const bool may_be_table =
-      format == CatalogueFormat::fits || format == CatalogueFormat::automatic;
+  const bool may_be_table = format == CatalogueFormat::fits || format == CatalogueFormat::automatic;
   if (may_be_table && (content.starts_with(fits_begin) || content.starts_with(gzip_begin) ||
                        format == CatalogueFormat::fits)) {
     return read_spooled_table(content, parameters.catalogue.hdu);

@@ -57,8 +57,8 @@ CatalogueFormat detect_format(std::string_view text) {
   return sextractor ? CatalogueFormat::sextractor : CatalogueFormat::list;
 }
 
-Catalogue Catalogue::parse(std::string_view text, const std::string& label,
-                           CatalogueFormat format, const std::string& table_name) {
+Catalogue Catalogue::parse(std::string_view text, const std::string& label, CatalogueFormat format,
+                           const std::string& table_name) {
   if (format == CatalogueFormat::fits) {
     throw InputError({label, 0, 0}, "this is a text, not a FITS table");
   }

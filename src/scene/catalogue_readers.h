@@ -10,7 +10,8 @@ namespace gamer {
 // One reader per text format; all throw InputError with line and column.
 TextCatalogue read_list(std::string_view text, const std::string& label);
 TextCatalogue read_csv(std::string_view text, const std::string& label);
-/// `table` is the name, the ID or the number (from 1) of a TABLE; if it is empty, the first is read.
+/// `table` is the name, the ID or the number (from 1) of a TABLE; if it is empty, the first is
+/// read.
 TextCatalogue read_votable(std::string_view text, const std::string& label,
                            const std::string& table);
 TextCatalogue read_ecsv(std::string_view text, const std::string& label);

@@ -221,10 +221,10 @@ void ColumnFinder::check_required() const {
                                                 : catalogue_.columns().front().where;
     const std::string& name = scene_columns()[c].name;
     const std::string hint =
-        is_own_
-            ? ""
-            : fmt::format("{}; [catalogue] {} = \"name\", or \"=word\", says it; the columns are {}",
-                          did_you_mean(name, names_), name, fmt::join(names_, ", "));
+        is_own_ ? ""
+                : fmt::format(
+                      "{}; [catalogue] {} = \"name\", or \"=word\", says it; the columns are {}",
+                      did_you_mean(name, names_), name, fmt::join(names_, ", "));
     throw InputError(where, fmt::format("missing column '{}'{}", name, hint));
   }
 }

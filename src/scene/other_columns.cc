@@ -26,6 +26,7 @@ constexpr std::string_view no_value = "-";
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t most_kept = 950;
 constexpr std::size_t longest_name = 60;
+constexpr const char* nameless = "column";
 
 std::string plain_ascii(std::string_view text) {
   std::string result(text);
@@ -51,6 +52,7 @@ class NameMaker {
     for (char& c : plain) {
       if (!is_letter_or_digit(c)) c = '_';
     }
+    if (plain.empty()) plain = nameless;
     std::string result = plain;
     if (taken_.contains(lower_case(result))) result = clash_prefix + plain;
     for (int number = 2; !taken_.insert(lower_case(result)).second; ++number) {
@@ -147,8 +149,7 @@ DataTable other_columns(const Catalogue& catalogue, std::span<const ColumnSource
   DataTable table;
   std::vector<std::int64_t> numbers(rows.begin(), rows.end());
   for (std::int64_t& number : numbers) ++number;
-  table.columns.push_back(
-      {row_column, "", "", std::move(numbers)});
+  table.columns.push_back({row_column, "", "", std::move(numbers)});
   NameMaker names;
   for (const std::size_t i : unused_columns(catalogue, sources)) {
     if (table.columns.size() == most_kept) break;

@@ -36,8 +36,9 @@ ParameterTable catalogue_table() {
   for (const FormatName& format : formats) names.emplace_back(format.name);
   ParameterTable table = {
       Parameter::choice("format", names, "auto", "auto: as the file looks"),
-      Parameter::text("hdu", std::nullopt,
-                      "name or number of the table in a FITS file or VOTable; by default the first"),
+      Parameter::text(
+          "hdu", std::nullopt,
+          "name or number of the table in a FITS file or VOTable; by default the first"),
       Parameter::boolean("skip_flagged", false,
                          "leave out rows with flags for missing values (99, -99...) instead of "
                          "refusing them")};
@@ -47,8 +48,9 @@ ParameterTable catalogue_table() {
     for (const auto& group : usual_names(static_cast<column::Column>(c))) {
       usual.push_back(fmt::format("`{}`", fmt::join(group, "` or `")));
     }
-    const std::string otherwise =
-        usual.empty() ? "" : fmt::format("; by default `{}`, else {}", name, fmt::join(usual, ", else "));
+    const std::string otherwise = usual.empty() ? ""
+                                                : fmt::format("; by default `{}`, else {}", name,
+                                                              fmt::join(usual, ", else "));
     table.push_back(Parameter::text(
         name, std::nullopt,
         fmt::format("the catalogue's column for `{}`, or `=word` for the same in every row{}", name,

@@ -18,8 +18,8 @@ constexpr double full_turn = 360;
 /// Numbers of that size are none of a catalogue: 1e20 and 1e30 are usual flags.
 constexpr double huge_number = 1e19;
 
-constexpr double flags[] = {-1, -9, -99, -99.9, -99.99, -999, -999.9, -9999,
-                            99, 99.9, 99.99, 999, 999.9, 9999};
+constexpr double flags[] = {-1,    -9, -99,  -99.9, -99.99, -999,  -999.9,
+                            -9999, 99, 99.9, 99.99, 999,    999.9, 9999};
 
 /// Values that a column may have without suspicion, and the size from which others are flags.
 struct Plausible {
@@ -98,7 +98,8 @@ SuspiciousValues::SuspiciousValues(const Catalogue& catalogue, SceneRow& row)
   std::vector<bool> has_values(scene_columns().size());
   for (std::size_t c = 0; c < scene_columns().size(); ++c) {
     const auto column = static_cast<Column>(c);
-    if (scene_columns()[c].type != ParameterType::number || !row.is_from_catalogue(column)) continue;
+    if (scene_columns()[c].type != ParameterType::number || !row.is_from_catalogue(column))
+      continue;
     numbers.push_back(column);
     for (std::size_t i = 0; i < catalogue.rows() && !has_values[c]; ++i) {
       row.select(i);
@@ -129,7 +130,8 @@ SuspiciousValues::SuspiciousValues(const Catalogue& catalogue, SceneRow& row)
       if (is_star && !need->of_stars) continue;
       if (std::ranges::any_of(need->columns, [&](Column c) { return row.is_given(c); })) continue;
       if (need->columns.front() == pa && is_round(row)) continue;
-      add(i, *std::ranges::find_if(need->columns, [&](Column c) { return has_values[c]; }), "", row);
+      add(i, *std::ranges::find_if(need->columns, [&](Column c) { return has_values[c]; }), "",
+          row);
     }
   }
 }
@@ -153,8 +155,8 @@ void SuspiciousValues::add(std::size_t row, Column column, const std::string& va
 }
 
 std::string SuspiciousValues::text(const Finding& finding) const {
-  std::string rows = fmt::format("row{} {}", finding.number == 1 ? "" : "s",
-                                 fmt::join(finding.rows, ", "));
+  std::string rows =
+      fmt::format("row{} {}", finding.number == 1 ? "" : "s", fmt::join(finding.rows, ", "));
   if (finding.number > finding.rows.size()) {
     rows += fmt::format(" and {} more", finding.number - finding.rows.size());
   }
@@ -179,9 +181,9 @@ void SuspiciousValues::refuse() const {
   if (number > texts.size()) {
     texts.push_back(fmt::format("and {} more values", number - texts.size()));
   }
-  throw InputError(
-      where, fmt::format("{}; with catalogue.skip_flagged = true such rows are left out",
-                         fmt::join(texts, "; ")));
+  throw InputError(where,
+                   fmt::format("{}; with catalogue.skip_flagged = true such rows are left out",
+                               fmt::join(texts, "; ")));
 }
 
 }  // namespace gamer

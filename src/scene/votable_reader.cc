@@ -101,10 +101,10 @@ bool append(Field& field, std::string_view text) {
       return value.has_value();
     }
     case Field::Kind::logical: {
-      const bool is_true = equal_in_any_case(text, "true") || equal_in_any_case(text, "t") ||
-                           text == "1";
-      const bool is_false = equal_in_any_case(text, "false") || equal_in_any_case(text, "f") ||
-                            text == "0";
+      const bool is_true =
+          equal_in_any_case(text, "true") || equal_in_any_case(text, "t") || text == "1";
+      const bool is_false =
+          equal_in_any_case(text, "false") || equal_in_any_case(text, "f") || text == "0";
       if (!is_true && !is_false) field.nulls.push_back(field.integers.size());
       field.integers.push_back(is_true ? 1 : 0);
       return is_true || is_false || is_null || text == "?";
@@ -233,9 +233,10 @@ void VotableReader::begin(std::string_view name, const char** attributes) {
   if (state_ == State::in_table && name == "FIELD") begin_field(attributes);
   if (in_field_ && name == "VALUES") fields_.back().null = attribute(attributes, "null");
   if (name == "BINARY" || name == "BINARY2" || name == "FITS") {
-    fail(fmt::format("the rows of this table are {}; only those of TABLEDATA can be read: save it "
-                     "with format=\"tabledata\"",
-                     name));
+    fail(
+        fmt::format("the rows of this table are {}; only those of TABLEDATA can be read: save it "
+                    "with format=\"tabledata\"",
+                    name));
   }
   if (state_ == State::in_table && name == "TABLEDATA") {
     state_ = State::in_data;

@@ -51,7 +51,8 @@ DataTable table() {
 }
 
 const std::string rows_of_blanks =
-    "NGC 150 2 2 0.25 1e9 1 large\nno 120 2 2 0.5 2e9 2 -\n007 150.00125 2.0025 3.5 0.75 - 3 small\n";
+    "NGC 150 2 2 0.25 1e9 1 large\nno 120 2 2 0.5 2e9 2 -\n007 150.00125 2.0025 3.5 0.75 - 3 "
+    "small\n";
 const std::string names = "NAME RAJ2000 DEJ2000 size_arcsec zphot Mass flags Size";
 const std::string csv =
     "NAME,RAJ2000,DEJ2000,size_arcsec,zphot,Mass,flags,Size\nNGC,150,2,2,0.25,1e9,1,large\n"
@@ -120,7 +121,8 @@ TEST(CatalogueFormats, MakeTheIdenticalScene) {
   }
   const TemporaryFolder folder;
   write_fits_table(folder / "c.fits", table(), {});
-  expect_same(read(Catalogue::from_table(read_data_table(folder / "c.fits"), "c")), expected, "FITS");
+  expect_same(read(Catalogue::from_table(read_data_table(folder / "c.fits"), "c")), expected,
+              "FITS");
 }
 
 TEST(CatalogueFormats, OtherColumnsKeepTheirTypes) {
@@ -147,8 +149,8 @@ TEST(CatalogueFormats, OtherColumnsOfWords) {
   const auto& columns = scene.others.columns;
   std::vector<std::string> found;
   for (const DataColumn& column : columns) found.push_back(column.name);
-  EXPECT_EQ(found, (std::vector<std::string>{"row", "a_b", "cat_A_B", "code", "long", "cat_row",
-                                             "none"}));
+  EXPECT_EQ(found,
+            (std::vector<std::string>{"row", "a_b", "cat_A_B", "code", "long", "cat_row", "none"}));
   EXPECT_EQ(std::get<std::vector<double>>(columns[1].values)[0], 1);
   EXPECT_EQ(std::get<std::vector<double>>(columns[2].values)[0], 1.5);
   EXPECT_EQ(std::get<std::vector<std::string>>(columns[3].values)[0], "007");

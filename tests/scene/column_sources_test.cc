@@ -80,9 +80,10 @@ TEST(ColumnSources, WindowedPositionsGiveWay) {
 }
 
 TEST(ColumnSources, AmbiguousColumns) {
-  EXPECT_EQ(error_text([] { found("ra dec zphot mass Z_SPEC"); }),
-            "c.ecsv:9:19: columns 'zphot' and 'Z_SPEC' may both be 'redshift'; [catalogue] redshift "
-            "= \"zphot\" chooses one");
+  EXPECT_EQ(
+      error_text([] { found("ra dec zphot mass Z_SPEC"); }),
+      "c.ecsv:9:19: columns 'zphot' and 'Z_SPEC' may both be 'redshift'; [catalogue] redshift "
+      "= \"zphot\" chooses one");
   EXPECT_EQ(error_text([] { found("RA Ra dec"); }),
             "c.ecsv:7:4: columns 'RA' and 'Ra' may both be 'ra'; [catalogue] ra = \"RA\" chooses "
             "one");

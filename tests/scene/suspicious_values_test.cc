@@ -38,13 +38,14 @@ TEST(SuspiciousValues, NamesAllValuesWithTheirRows) {
   const Result result = check(
       "ra,dec,mag_r,zphot,r_e\n1,2,99,0.1,1\n1,2,20,-1,1\n1,2,99.0,,1\n1,-999,20,0.1,1e20\n"
       "1,2,99,nan,1\n1,2,20,0.1,\n");
-  EXPECT_EQ(result.error,
-            "c.csv:2:5: apparent_magnitude = 99 looks like a flag for a missing value (column mag_r, "
-            "rows 1, 5); redshift = -1 looks like a flag for a missing value (column zphot, row 2); "
-            "apparent_magnitude = 99.0 looks like a flag for a missing value (column mag_r, row 3); "
-            "redshift has no value (column zphot, row 3); "
-            "dec = -999 looks like a flag for a missing value (row 4); and 3 more values" +
-                skip);
+  EXPECT_EQ(
+      result.error,
+      "c.csv:2:5: apparent_magnitude = 99 looks like a flag for a missing value (column mag_r, "
+      "rows 1, 5); redshift = -1 looks like a flag for a missing value (column zphot, row 2); "
+      "apparent_magnitude = 99.0 looks like a flag for a missing value (column mag_r, row 3); "
+      "redshift has no value (column zphot, row 3); "
+      "dec = -999 looks like a flag for a missing value (row 4); and 3 more values" +
+          skip);
   EXPECT_EQ(result.rows, "1 2 3 4 5 6");
 }
 
