@@ -92,8 +92,9 @@ std::string did_you_mean(std::string_view name, std::span<const std::string> kno
     if (d <= limit && d < longer && is_new) near.emplace_back(d, candidate);
   }
   for (const auto& [word, meant] : synonyms) {
+    // Clang 14 captures no structured binding by reference.
     const bool is_new =
-        std::ranges::none_of(near, [&](const auto& n) { return n.second == meant; });
+        std::ranges::none_of(near, [meant = meant](const auto& n) { return n.second == meant; });
     if (word == asked && is_new && std::ranges::find(known, meant) != known.end()) {
       near.emplace_back(0, meant);
     }
