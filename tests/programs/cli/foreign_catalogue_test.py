@@ -187,6 +187,21 @@ class Scenes(unittest.TestCase):
             self.assertEqual(list(last["row"]), [4])
             self.assertEqual(last["Mass"][0], FIELD["Mass"][3])
 
+    def test_a_complete_image_knows_its_catalogue(self):
+        table = FIELD.copy()
+        with SkyFolder({"sky.par": parameters(), "c": written(table, "csv")}) as folder:
+            folder.render("sky.par", "c")
+            before = folder.content()
+            result = folder.run("sky.par", "-", "--resume", stdin="c")
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            self.assertIn("complete already", result.stdout)
+            table["Mass"][0] = 5
+            folder.write("c", written(table, "csv"))
+            result = folder.run("sky.par", "c", "--resume")
+            self.assertEqual(result.returncode, 2)
+            self.assertIn("scene.ecsv has changed", result.stderr)
+            self.assertEqual(folder.content()["out.fits"], before["out.fits"])
+
     def test_as_a_catalogue(self):
         with SkyFolder({"sky.par": parameters(), "c": written(FIELD, "fits"),
                         "plain.par": parameters().split("[catalogue]")[0]}) as folder:
