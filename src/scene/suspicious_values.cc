@@ -54,14 +54,14 @@ bool is_flag(Column column, double value) {
 }
 
 /// Columns of which a row needs one. Without it there is an error, or a default that may be wrong.
-struct Need {
+struct KnownNeed {
   std::vector<Column> columns;
   bool of_stars;
   bool has_default;
 };
 
-const std::vector<Need>& needs() {
-  static const std::vector<Need> all = {
+const std::vector<KnownNeed>& known_needs() {
+  static const std::vector<KnownNeed> all = {
       {{ra, dx, px}, true, false},
       {{dec, dy, py}, true, false},
       {{x}, true, false},
@@ -98,46 +98,55 @@ SuspiciousValues::SuspiciousValues(const Catalogue& catalogue, SceneRow& row)
   std::vector<bool> has_values(scene_columns().size());
   for (std::size_t c = 0; c < scene_columns().size(); ++c) {
     const auto column = static_cast<Column>(c);
-    if (scene_columns()[c].type != ParameterType::number || !row.is_from_catalogue(column))
+    if (scene_columns()[c].type != ParameterType::number || !row.is_from_catalogue(column)) {
       continue;
+    }
     numbers.push_back(column);
     for (std::size_t i = 0; i < catalogue.rows() && !has_values[c]; ++i) {
       row.select(i);
       has_values[c] = row.is_given(column);
     }
   }
-  const auto is_needed = [&](const Need& need) {
-    return (refuses_missing_ || !need.has_default) &&
-           std::ranges::any_of(need.columns, [&](Column c) { return has_values[c]; }) &&
-           // A word that all rows share serves instead.
-           std::ranges::none_of(need.columns,
-                                [&](Column c) { return row.has(c) && !row.is_from_catalogue(c); });
-  };
-  std::vector<const Need*> needed;
-  for (const Need& need : needs()) {
-    if (is_needed(need)) needed.push_back(&need);
-  }
+  const std::vector<Need> needed = needs_of(has_values);
   for (std::size_t i = 0; i < catalogue.rows(); ++i) {
     row.select(i);
     for (const Column column : numbers) {
       const std::optional<double> value = row.raw_number(column);
       if (value && row.is_given(column) && is_flag(column, *value)) {
-        add(i, column, row.word(column), row);
+        add(i, column, row.word(column));
       }
     }
-    const bool is_star = !needed.empty() && row.is_star();
-    for (const Need* need : needed) {
-      if (is_star && !need->of_stars) continue;
-      if (std::ranges::any_of(need->columns, [&](Column c) { return row.is_given(c); })) continue;
-      if (need->columns.front() == pa && is_round(row)) continue;
-      add(i, *std::ranges::find_if(need->columns, [&](Column c) { return has_values[c]; }), "",
-          row);
-    }
+    if (!needed.empty()) find_missing(i, needed);
   }
 }
 
-void SuspiciousValues::add(std::size_t row, Column column, const std::string& value,
-                           const SceneRow& scene_row) {
+std::vector<SuspiciousValues::Need> SuspiciousValues::needs_of(
+    const std::vector<bool>& has_values) const {
+  std::vector<Need> result;
+  for (const KnownNeed& known : known_needs()) {
+    if (known.has_default && !refuses_missing_) continue;
+    // A word that all rows share serves instead.
+    if (std::ranges::any_of(known.columns,
+                            [&](Column c) { return row_.has(c) && !row_.is_from_catalogue(c); })) {
+      continue;
+    }
+    const auto named = std::ranges::find_if(known.columns, [&](Column c) { return has_values[c]; });
+    if (named != known.columns.end()) result.push_back({known.columns, *named, known.of_stars});
+  }
+  return result;
+}
+
+void SuspiciousValues::find_missing(std::size_t row, const std::vector<Need>& needed) {
+  const bool is_star = row_.is_star();
+  for (const Need& need : needed) {
+    if (is_star && !need.of_stars) continue;
+    if (std::ranges::any_of(need.columns, [&](Column c) { return row_.is_given(c); })) continue;
+    if (need.named == pa && is_round(row_)) continue;
+    add(row, need.named, "");
+  }
+}
+
+void SuspiciousValues::add(std::size_t row, Column column, const std::string& value) {
   if (flagged_.empty()) flagged_.resize(catalogue_.rows());
   if (!flagged_[row]) ++rows_;
   flagged_[row] = true;
@@ -148,7 +157,7 @@ void SuspiciousValues::add(std::size_t row, Column column, const std::string& va
     // Further values are only counted.
     constexpr std::size_t most_kinds = 100;
     if (findings_.size() == most_kinds) return;
-    findings_.push_back({column, value, scene_row.where(column), {}, 0});
+    findings_.push_back({column, value, row_.where(column), {}, 0});
     finding = findings_.end() - 1;
   }
   if (finding->number++ < most_rows) finding->rows.push_back(row + 1);

@@ -41,7 +41,16 @@ class SuspiciousValues {
     std::vector<std::size_t> rows;  ///< the first of them, from 1
     std::size_t number = 0;
   };
-  void add(std::size_t row, Column column, const std::string& value, const SceneRow& scene_row);
+  /// Columns of which a row needs one.
+  struct Need {
+    std::vector<Column> columns;
+    Column named;   ///< in messages: the first that has values
+    bool of_stars;  ///< needed by stars too
+  };
+  /// The needs that the catalogue's columns meet in some row. `has_values` is by Column.
+  std::vector<Need> needs_of(const std::vector<bool>& has_values) const;
+  void find_missing(std::size_t row, const std::vector<Need>& needed);
+  void add(std::size_t row, Column column, const std::string& value);
   std::string text(const Finding& finding) const;
 
   const Catalogue& catalogue_;
