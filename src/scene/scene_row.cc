@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "gamer/core/near.h"
+#include "scene/text_rows.h"
 
 namespace gamer {
 namespace {
@@ -167,9 +168,7 @@ std::string SceneRow::line() const {
     // columns and SEDs only names can contain these.
     if (column == column::sed && text.find('(') != std::string::npos) std::erase(text, ' ');
     for (char& letter : text) {
-      if (letter == ' ' || letter == '\t' || letter == '\n' || letter == '\r' || letter == '#') {
-        letter = '_';
-      }
+      if (is_blank(letter) || letter == '#') letter = '_';
     }
     result += (result.empty() ? "" : " ") + text;
   }
