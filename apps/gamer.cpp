@@ -113,7 +113,8 @@ Options parse_options(int argc, char** argv) {
 
   CLI::App app{"Renders a scene of synthetic galaxies to a FITS image or a picture.", "gamer"};
   app.add_option("render.par", parameters, "parameter file (TOML)");
-  app.add_option("scene.lst", scene, "scene list, one galaxy per row");
+  app.add_option("scene.lst", scene,
+                 "scene list or catalogue, one galaxy per row; - is standard input");
   CLI::Option* output_option =
       app.add_option("-o,--output", output, "write to this file instead of image.output");
   app.add_option("-s,--set", request.settings, "override a key: section.key=value (repeatable)")

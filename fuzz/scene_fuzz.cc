@@ -1,4 +1,5 @@
-// Any text as a catalogue: a scene list, ECSV, SExtractor's or SkyMaker's.
+// Any text as a catalogue: a scene list, a plain table, CSV, a VOTable, ECSV, SExtractor's or
+// SkyMaker's.
 
 #include <cstdint>
 #include <string_view>

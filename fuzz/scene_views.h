@@ -1,5 +1,7 @@
 #pragma once
 
+#include <numeric>
+#include <string>
 #include <vector>
 
 #include "expectations.h"
@@ -7,6 +9,7 @@
 #include "gamer/scene/catalogue.h"
 #include "gamer/scene/scene.h"
 #include "named_texts.h"
+#include "scene/other_columns.h"
 
 /// Reads a catalogue for a view of the sky, a perspective and an orthographic one.
 class SceneViews {
@@ -45,6 +48,15 @@ class SceneViews {
     views_.push_back({std::move(parameters), std::move(camera), std::move(spectrum)});
   }
 
+  /// The other columns read back from the record as they are.
+  static void check_others(const gamer::DataTable& others) {
+    const std::string text = gamer::ecsv_text(others);
+    const auto catalogue = gamer::Catalogue::parse(text, "others", gamer::CatalogueFormat::ecsv);
+    std::vector<std::size_t> rows(catalogue.rows());
+    std::iota(rows.begin(), rows.end(), std::size_t{0});
+    expect(gamer::ecsv_text(gamer::table_of(catalogue, rows)) == text, text.c_str());
+  }
+
   /// The list that other ranks and the FITS file get reads back to the same scene.
   static void check(const gamer::Catalogue& catalogue, const View& view) {
     gamer::Resources texts = named_texts();
@@ -58,6 +70,7 @@ class SceneViews {
       const auto list = gamer::Catalogue::parse(scene.list, "list", gamer::CatalogueFormat::list);
       const gamer::Scene again =
           gamer::read_scene(list, parameters, view.spectrum, view.camera, texts);
+      check_others(scene.others);
       expect(again.objects == scene.objects && again.list == scene.list, scene.list.str().c_str());
     } catch (const gamer::InputError& error) {
       expect(false, error.what());

@@ -99,34 +99,50 @@ void append_cell(std::string& text, const DataColumn& column, std::size_t row) {
   }
 }
 
-}  // namespace
-
-void write_ecsv(const std::filesystem::path& path, const DataTable& table) {
+void check_lengths(const DataTable& table) {
   for (const DataColumn& column : table.columns) {
     if (std::visit([](const auto& values) { return values.size(); }, column.values) !=
         table.rows()) {
       throw std::invalid_argument(fmt::format("table {}: columns differ in length", table.name));
     }
   }
+}
+
+/// Calls `take` with the head and with each line.
+template <class Take>
+void make_lines(const DataTable& table, const Take& take) {
+  check_lengths(table);
+  take(head(table));
+  std::string line;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    line.clear();
+    for (const DataColumn& column : table.columns) {
+      if (!line.empty()) line += ' ';
+      append_cell(line, column, row);
+    }
+    line += '\n';
+    take(line);
+  }
+}
+
+}  // namespace
+
+void write_ecsv(const std::filesystem::path& path, const DataTable& table) {
+  check_lengths(table);
   constexpr bool overwrite = true;
   write_file(path, overwrite, [&](std::FILE* file) {
-    const auto write = [&](const std::string& text) {
+    make_lines(table, [&](const std::string& text) {
       if (std::fwrite(text.data(), 1, text.size(), file) != text.size()) {
         throw write_failure(path, std::strerror(errno));
       }
-    };
-    write(head(table));
-    std::string line;
-    for (std::size_t row = 0; row < table.rows(); ++row) {
-      line.clear();
-      for (const DataColumn& column : table.columns) {
-        if (!line.empty()) line += ' ';
-        append_cell(line, column, row);
-      }
-      line += '\n';
-      write(line);
-    }
+    });
   });
+}
+
+std::string ecsv_text(const DataTable& table) {
+  std::string result;
+  make_lines(table, [&](const std::string& text) { result += text; });
+  return result;
 }
 
 }  // namespace gamer

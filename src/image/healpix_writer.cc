@@ -75,8 +75,8 @@ class HealpixWriter final : public ImageWriter {
     file_.call(fits_create_img, BYTE_IMG, 0, nullptr);
     write_cards(file_, common);
     write_map(common);
-    for (const TextTable& table : header_.tables) write_text_table(file_, table, common);
     for (const DataTable& table : header_.data_tables) write_data_table(file_, table, common);
+    for (const TextTable& table : header_.tables) write_text_table(file_, table, common);
     const int hdus = file_.hdu_count();
     for (int hdu = 1; hdu <= hdus; ++hdu) {
       file_.move_to(hdu);

@@ -61,6 +61,10 @@ std::uint64_t bytes_on_disk(ImageSuffix suffix, const OutputOptions& options,
       for (const std::string_view cell : row) texts += cell.size();
     });
   }
+  constexpr std::uint64_t cell_bytes = 8;
+  for (const DataTable& table : header.data_tables) {
+    texts += table.columns.size() * (table.rows() * cell_bytes + 2 * card_bytes);
+  }
   const std::uint64_t planes = header.labels.size();
   const std::uint64_t files = options.layout == ImageLayout::files ? planes : 1;
   const std::uint64_t bytes_per_pixel = options.bitpix == -64 ? 8 : 4;

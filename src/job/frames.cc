@@ -31,7 +31,9 @@ FrameJobs::FrameJobs(const Record& animation)
       resources_(Resources::from_record(animation)),
       list_(text_of(animation, recorded_scene)),
       catalogue_(Catalogue::parse(list_.content, list_.label, parameters_.catalogue.format)),
-      library_(parameters_, list_.label, resources_) {}
+      library_(parameters_, list_.label, resources_) {
+  if (const Resources::Text* columns = resources_.recorded(recorded_columns)) columns_ = *columns;
+}
 
 FrameJobs::FrameJobs(const RenderJob& animation) : FrameJobs(animation.record) {
   for (const PlacedGalaxy& placed : animation.scene->galaxies) {
@@ -52,6 +54,8 @@ RenderJob FrameJobs::make(RenderParameters parameters) {
   job.pending.footprints.clear();
   // Frames are made by one rank or by all at the same time.
   complete(job, alone, 1);
+  // The frame before has recorded its own rows.
+  if (columns_) resources_.add(*columns_);
   return recorded(std::move(job), list_.label, resources_);
 }
 
@@ -70,11 +74,13 @@ std::optional<std::array<double, 8>> check_same_frame(const std::filesystem::pat
     text->content = parameters.toml();
   }
   // A frame's list leaves out the stars that it does not show.
-  Resources::Text* all = find_text(now, recorded_scene);
-  const Resources::Text* shown = find_text(then, recorded_scene);
-  if (all != nullptr && shown != nullptr &&
-      std::ranges::includes(lines_of(all->content), lines_of(shown->content))) {
-    all->content = shown->content;
+  for (const char* name : {recorded_scene, recorded_columns}) {
+    Resources::Text* all = find_text(now, name);
+    const Resources::Text* shown = find_text(then, name);
+    if (all != nullptr && shown != nullptr &&
+        std::ranges::includes(lines_of(all->content), lines_of(shown->content))) {
+      all->content = shown->content;
+    }
   }
   check_same_job(image, then, now);
   return own.image.output.tone;

@@ -284,7 +284,7 @@ void ImageTask::render_rows(Executor& executor, Progress::Style style, RankRepor
   if (options_.truth) truth = truth_table(job_, journaled);
   const Renderer renderer = make_renderer(job_, options_);
   const auto blocks = blocks_of(renderer, executor, before);
-  if (truth && options_.truth_table.empty()) header_.data_tables = {*truth};
+  if (truth && options_.truth_table.empty()) header_.data_tables.push_back(*truth);
   const std::unique_ptr<ImageWriter> writer = make_writer();
   Progress progress(renderer.height(), style, stderr);
   const bool is_single = is_single_precision(job_.parameters.image.output);

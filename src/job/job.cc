@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 #include <stdexcept>
 #include <string_view>
@@ -25,7 +24,8 @@
 #include "gamer/sed/photometry.h"
 #include "image/memory.h"
 #include "job/make_job.h"
-#include "scene/text_rows.h"
+#include "job/scene_input.h"
+#include "job/scene_table.h"
 
 namespace gamer {
 namespace {
@@ -33,21 +33,6 @@ namespace {
 // Names in the record.
 const std::string parameters_name = recorded_parameters;
 const std::string scene_name = recorded_scene;
-
-const std::filesystem::path& source_of(const JobRequest& request,
-                                       const std::filesystem::path& file) {
-  return request.from_header.empty() ? file : request.from_header;
-}
-
-/// Files that the command line names: the message begins with the name.
-const Resources::Text& read_file(Resources& resources, const std::string& name,
-                                 const std::filesystem::path& path) {
-  try {
-    return resources.read(name, path);
-  } catch (const InputError& error) {
-    throw InputError({path.generic_string(), 0, 0}, error.what());
-  }
-}
 
 }  // namespace
 
@@ -90,7 +75,7 @@ bool holds_parameters(const std::filesystem::path& path) {
 ConfigNode read_parameter_file(const JobRequest& request, Resources& resources) {
   try {
     const Resources::Text& text =
-        read_file(resources, parameters_name, source_of(request, request.parameters));
+        read_named_file(resources, parameters_name, source_of(request, request.parameters));
     return parse_toml(text.content, text.label);
   } catch (const InputError& error) {
     if (request.from_header.empty() && holds_parameters(request.scene)) {
@@ -110,19 +95,6 @@ void set_output(const std::filesystem::path& path, RenderParameters& parameters)
   } catch (const InputError&) {
     throw InputError({"--output", 0, 0}, "the name of the file is not valid UTF-8");
   }
-}
-
-/// Whether a file begins as FITS does, also when it is compressed.
-bool is_fits(const std::filesystem::path& path) {
-  // Opening a pipe could block for ever.
-  std::error_code error;
-  std::ifstream stream;
-  if (std::filesystem::is_regular_file(path, error)) stream.open(path, std::ios::binary);
-  char start[9] = {};
-  stream.read(start, 8);
-  const std::string name = path.string();
-  return std::string_view(start).starts_with("SIMPLE  ") || name.ends_with(".fits.gz") ||
-         name.find(".fits[") != std::string::npos;
 }
 
 std::string upper(std::string_view text) {
@@ -174,34 +146,6 @@ std::vector<Card> make_cards(const RenderParameters& parameters, const Scene& sc
     }
   }
   return cards;
-}
-
-/// The table of Scene::list, which has a line of names and then a row on each line.
-TextTable scene_table(const SharedText& list) {
-  const auto split = [](const TextLine& line, std::vector<LineWord>& words) {
-    split_line(line, TextRows::Separator::blanks, scene_name, most_columns, words);
-  };
-  TextTable table;
-  table.name = "SCENE";
-  LineReader head(list);
-  TextLine line;
-  std::vector<LineWord> words;
-  if (head.next(line)) split(line, words);
-  for (const LineWord& word : words) table.columns.emplace_back(word.text);
-  table.made_rows = [list, split](const TextTable::TakeRow& take) {
-    LineReader lines(list);
-    TextLine row;
-    std::vector<LineWord> row_words;
-    std::vector<std::string_view> cells;
-    lines.next(row);
-    while (lines.next(row)) {
-      split(row, row_words);
-      cells.clear();
-      for (const LineWord& word : row_words) cells.push_back(word.text);
-      take(cells);
-    }
-  };
-  return table;
 }
 
 /// The unit for BUNIT; a relative image has none.
@@ -417,6 +361,7 @@ void complete(RenderJob& job, const Ranks& ranks, int threads) {
 RenderJob recorded(RenderJob job, const std::string& label, Resources& resources) {
   forget_columns(job.parameters);
   resources.add({scene_name, label, job.scene->list});
+  record_other_columns(*job.scene, job.parameters.animation.frames > 0, label, resources);
   job.record = resources.record();
   if (Resources::Text* text = find_text(job.record, parameters_name)) {
     text->content = job.parameters.toml();
@@ -440,30 +385,6 @@ RenderParameters load_parameters(const JobRequest& request, Resources& resources
   return parameters;
 }
 
-namespace {
-
-/// Whether the request's scene is a FITS table, which no text can hold.
-bool is_table(const JobRequest& request, const RenderParameters& parameters,
-              const std::filesystem::path& path) {
-  return request.from_header.empty() &&
-         (parameters.catalogue.format == CatalogueFormat::fits ||
-          (parameters.catalogue.format == CatalogueFormat::automatic && is_fits(path)));
-}
-
-/// The request's scene; a text's catalogue is a view into the resources.
-Catalogue read_catalogue(const JobRequest& request, const RenderParameters& parameters,
-                         Resources& resources) {
-  const std::filesystem::path& path = source_of(request, request.scene);
-  if (is_table(request, parameters, path)) {
-    return Catalogue::from_table(read_data_table(path, parameters.catalogue.hdu),
-                                 path.generic_string());
-  }
-  const Resources::Text& scene = read_file(resources, scene_name, path);
-  return Catalogue::parse(scene.content, scene.label, parameters.catalogue.format);
-}
-
-}  // namespace
-
 std::string mapping_text(const JobRequest& request, Resources& resources) {
   const RenderParameters parameters = load_parameters(request, resources);
   return column_mapping(read_catalogue(request, parameters, resources), parameters);
@@ -471,8 +392,6 @@ std::string mapping_text(const JobRequest& request, Resources& resources) {
 
 RenderJob read_job(const JobRequest& request, Resources& resources) {
   RenderParameters parameters = load_parameters(request, resources);
-  const std::filesystem::path& path = source_of(request, request.scene);
-  const bool has_table = is_table(request, parameters, path);
   std::string label;
   // The catalogue, which may be large, is gone when the record is made.
   const auto make = [&](const Catalogue& catalogue) {
@@ -481,7 +400,6 @@ RenderJob read_job(const JobRequest& request, Resources& resources) {
     return make_job(std::move(parameters), catalogue, resources, library);
   };
   RenderJob job = make(read_catalogue(request, parameters, resources));
-  if (has_table) resources.add_file(path);
   job.input_files = resources.files();
   return recorded(std::move(job), label, resources);
 }
@@ -538,10 +456,14 @@ ImageHeader make_image_header(const RenderJob& job) {
   if (header.planes() > 1 && job.parameters.image.output.layout == ImageLayout::cube) {
     for (const char* key : {"MAGZERO", "PHOTZP"}) append_common_card(header, key);
   }
+  if (const Resources::Text* flagged = find_text(job.record, recorded_flagged)) {
+    header.cards.push_back(flagged_card(flagged->content));
+  }
   header.tables = {record_table(job.record)};
   // A picture keeps only what makes it again.
   if (!picture_format(job.parameters.image.output.path.string())) {
-    header.tables.insert(header.tables.begin(), scene_table(job.scene->list));
+    header.data_tables = {
+        scene_table(*job.scene, find_text(job.record, recorded_columns), job.parameters)};
   }
   return header;
 }
@@ -554,6 +476,7 @@ ImageHeader make_truth_header(const RenderJob& job) {
   header.plane_cards.clear();
   header.labels.clear();
   header.tables.clear();
+  header.data_tables.clear();
   for (const OutputPlane& output : output_planes(*job.scene, job.spectrum, job.parameters.truth)) {
     using Kind = OutputPlane::Kind;
     if (output.kind == Kind::image) continue;

@@ -126,6 +126,12 @@ Task prepare(const RunOptions& options, int ranks, int threads, std::unique_ptr<
   return prepare_image(options, std::move(job), ranks, threads, std::move(earlier));
 }
 
+/// The record of an image for ranks that write no file: table SCENE is made on rank 0.
+std::string pack_for_ranks(Record record) {
+  std::erase_if(record, [](const Resources::Text& text) { return text.name == recorded_columns; });
+  return pack_record(record);
+}
+
 /// From then on a signal says how to go on.
 void announce(const ImageTask& work) {
   if (work.journal() == nullptr) return;
@@ -215,7 +221,7 @@ void run_job(const Ranks& ranks, const RunOptions& options) {
   std::string film = ranks.broadcast(task.film ? task.film->pack() : "");
   // A process alone need not send the record.
   const bool travels = task.work && ranks.size() > 1;
-  std::string image = ranks.broadcast(travels ? pack_record(task.work->job().record) : "");
+  std::string image = ranks.broadcast(travels ? pack_for_ranks(task.work->job().record) : "");
   double pixels = 0;
   if (!film.empty()) {
     pixels = render_film(ranks, options, std::move(task.film), std::move(film), threads, *executor,

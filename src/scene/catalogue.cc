@@ -12,8 +12,13 @@ namespace {
 
 constexpr const char* no_value = "-";
 
-TextCatalogue read(std::string_view text, const std::string& label, CatalogueFormat format) {
+TextCatalogue read(std::string_view text, const std::string& label, CatalogueFormat format,
+                   const std::string& table) {
   switch (format) {
+    case CatalogueFormat::csv:
+      return read_csv(text, label);
+    case CatalogueFormat::votable:
+      return read_votable(text, label, table);
     case CatalogueFormat::ecsv:
       return read_ecsv(text, label);
     case CatalogueFormat::sextractor:
@@ -27,22 +32,8 @@ TextCatalogue read(std::string_view text, const std::string& label, CatalogueFor
 
 }  // namespace
 
-TextCatalogue read_list(std::string_view text, const std::string& label) {
-  LineReader lines(text);
-  TextLine line;
-  std::vector<Catalogue::Column> columns;
-  while (columns.empty() && lines.next(line)) {
-    columns = named_columns(line, TextRows::Separator::blanks, label);
-  }
-  if (columns.empty()) {
-    throw InputError({label, 0, 0}, "there is no header row with the names of the columns");
-  }
-  RowCollector rows(text, label, TextRows::Separator::blanks, std::move(columns));
-  while (lines.next(line)) rows.add(line);
-  return std::move(rows).finish();
-}
-
 CatalogueFormat detect_format(std::string_view text) {
+  if (opens_xml(text)) return CatalogueFormat::votable;
   LineReader lines(text);
   TextLine line;
   std::vector<LineWord> words;
@@ -59,20 +50,22 @@ CatalogueFormat detect_format(std::string_view text) {
     const std::string_view word = words.front().text;
     constexpr std::string_view number_begins = "0123456789+-.";
     if (sextractor && number_begins.find(word.front()) != std::string_view::npos) break;
-    return opens_skymaker(words) ? CatalogueFormat::skymaker : CatalogueFormat::list;
+    if (opens_skymaker(words)) return CatalogueFormat::skymaker;
+    return line.text.find(',') == std::string_view::npos ? CatalogueFormat::list
+                                                         : CatalogueFormat::csv;
   }
   return sextractor ? CatalogueFormat::sextractor : CatalogueFormat::list;
 }
 
-Catalogue Catalogue::parse(std::string_view text, const std::string& label,
-                           CatalogueFormat format) {
+Catalogue Catalogue::parse(std::string_view text, const std::string& label, CatalogueFormat format,
+                           const std::string& table_name) {
   if (format == CatalogueFormat::fits) {
     throw InputError({label, 0, 0}, "this is a text, not a FITS table");
   }
   Catalogue catalogue;
   catalogue.format_ = format == CatalogueFormat::automatic ? detect_format(text) : format;
   catalogue.label_ = label;
-  TextCatalogue table = read(text, label, catalogue.format_);
+  TextCatalogue table = read(text, label, catalogue.format_, table_name);
   catalogue.columns_ = std::move(table.columns);
   catalogue.places_ = std::move(table.places);
   catalogue.rows_ = catalogue.places_.lines.size();
@@ -85,7 +78,7 @@ Catalogue Catalogue::from_table(DataTable table, const std::string& label) {
   catalogue.label_ = label;
   catalogue.rows_ = table.rows();
   for (DataColumn& column : table.columns) {
-    Column made{std::move(column.name), std::move(column.unit), {label, 0, 0}, {}};
+    Column made{std::move(column.name), std::move(column.unit), {label, 0, 0}, {}, {}};
     std::visit([&](auto& values) { made.cells = std::move(values); }, column.values);
     if (auto* texts = std::get_if<std::vector<std::string>>(&made.cells)) {
       for (std::string& text : *texts) {
@@ -97,10 +90,20 @@ Catalogue Catalogue::from_table(DataTable table, const std::string& label) {
   return catalogue;
 }
 
+bool Catalogue::is_scene_list() const {
+  return format_ == CatalogueFormat::skymaker ||
+         (format_ == CatalogueFormat::list && has_galaxies());
+}
+
+bool Catalogue::has_galaxies() const {
+  return std::ranges::find(columns_, "galaxy", &Column::name) != columns_.end();
+}
+
 SourceLocation Catalogue::where(std::size_t row, std::size_t column) const {
   if (format_ == CatalogueFormat::fits) {
     return {fmt::format("{}, row {}", label_, row + 1), 0, 0};
   }
+  if (format_ == CatalogueFormat::votable) return {label_, places_.lines[row], 0};
   const std::size_t begin = places_.begins[row];
   const std::size_t end = std::min(places_.text.find('\n', begin), places_.text.size());
   const TextLine line{places_.text.substr(begin, end - begin), begin, places_.lines[row]};

@@ -11,6 +11,7 @@
 
 #include "gamer/core/near.h"
 #include "gamer/scene/scene.h"
+#include "scene/usual_names.h"
 
 namespace gamer {
 namespace {
@@ -76,14 +77,16 @@ class ColumnFinder {
       : catalogue_(catalogue),
         parameters_(parameters),
         is_sky_(parameters.camera.projection == Projection::sky),
-        is_own_(catalogue.format() == CatalogueFormat::list ||
-                catalogue.format() == CatalogueFormat::skymaker) {
+        is_own_(catalogue.is_scene_list()) {
     for (const Catalogue::Column& column : catalogue.columns()) {
       if (!places_.emplace(column.name, names_.size()).second) {
         throw InputError(column.where, fmt::format("column '{}' stands twice", column.name));
       }
       lower_places_.emplace(lower(column.name), names_.size());
       names_.push_back(column.name);
+    }
+    for (const auto& [key, name] : parameters.catalogue.columns) {
+      if (!name.starts_with('=')) used_.insert(mapped_place(key, name));
     }
   }
 
@@ -92,9 +95,13 @@ class ColumnFinder {
  private:
   ColumnSource find(Column column);
   /// Place of the catalogue's column that [catalogue] names for a scene column. Throws InputError.
-  std::size_t mapped_place(Column column, const std::string& name) const;
-  /// Place of the column by its own or a usual name.
+  std::size_t mapped_place(const std::string& key, const std::string& name) const;
+  /// Place of the column by its own or a usual name. Throws InputError where it is ambiguous.
   std::optional<std::size_t> place_of(Column column) const;
+  /// Places of the columns with one of these names in any case that serve for nothing else.
+  std::vector<std::size_t> free_places(std::span<const std::string> names) const;
+  /// The only one of `places`; nothing where there is none. Throws InputError where there are more.
+  std::optional<std::size_t> only_one(Column column, std::span<const std::size_t> places) const;
   void check_unknown() const;
   void check_required() const;
 
@@ -104,37 +111,57 @@ class ColumnFinder {
   /// Whether it is made for gamer: in other catalogues, columns that are not needed are left alone.
   bool is_own_;
   std::vector<std::string> names_;
-  std::map<std::string, std::size_t> places_, lower_places_;
+  std::map<std::string, std::size_t> places_;
+  std::multimap<std::string, std::size_t> lower_places_;
   std::set<std::size_t> used_;
   std::vector<ColumnSource> sources_;  ///< found so far
 };
 
-std::size_t ColumnFinder::mapped_place(Column column, const std::string& name) const {
+std::size_t ColumnFinder::mapped_place(const std::string& key, const std::string& name) const {
   if (const auto place = places_.find(name); place != places_.end()) return place->second;
   if (const auto place = lower_places_.find(lower(name)); place != lower_places_.end()) {
     return place->second;
   }
   throw InputError(
-      parameters_.section("catalogue").where(scene_columns()[column].name),
+      parameters_.section("catalogue").where(key),
       fmt::format("missing column {} in {}{}; its columns are {}", in_quotes(name),
                   catalogue_.label(), did_you_mean(name, names_), fmt::join(names_, ", ")));
+}
+
+std::vector<std::size_t> ColumnFinder::free_places(std::span<const std::string> names) const {
+  std::set<std::size_t> places;
+  for (const std::string& name : names) {
+    const auto [first, last] = lower_places_.equal_range(name);
+    for (auto place = first; place != last; ++place) {
+      if (!used_.contains(place->second)) places.insert(place->second);
+    }
+  }
+  return {places.begin(), places.end()};
+}
+
+std::optional<std::size_t> ColumnFinder::only_one(Column column,
+                                                  std::span<const std::size_t> places) const {
+  if (places.empty()) return std::nullopt;
+  if (places.size() == 1) return places.front();
+  std::vector<std::string> found;
+  for (const std::size_t place : places) found.push_back(in_quotes(names_[place]));
+  const std::string& name = scene_columns()[column].name;
+  throw InputError(catalogue_.columns()[places[1]].where,
+                   fmt::format("columns {} may both be '{}'; [catalogue] {} = \"{}\" chooses one",
+                               fmt::join(found, " and "), name, name, names_[places.front()]));
 }
 
 std::optional<std::size_t> ColumnFinder::place_of(Column column) const {
   const std::string& name = scene_columns()[column].name;
   if (const auto place = places_.find(name); place != places_.end()) return place->second;
   if (is_own_) return std::nullopt;
-  std::vector<std::string> candidates = {name};
+  if (const auto own = only_one(column, free_places(std::span(&name, 1)))) return own;
   const bool has_rival = std::ranges::any_of(rivals_of(column), [&](Column rival) {
     return sources_[rival].kind != ColumnSource::Kind::absent;
   });
-  if (!has_rival) {
-    const auto usual = usual_names(column, parameters_.photometry.reference_band);
-    candidates.insert(candidates.end(), usual.begin(), usual.end());
-  }
-  for (const std::string& candidate : candidates) {
-    const auto place = lower_places_.find(candidate);
-    if (place != lower_places_.end() && !used_.contains(place->second)) return place->second;
+  if (has_rival) return std::nullopt;
+  for (const auto& group : usual_names(column, parameters_.photometry.reference_band)) {
+    if (const auto usual = only_one(column, free_places(group))) return usual;
   }
   return std::nullopt;
 }
@@ -155,7 +182,7 @@ ColumnSource ColumnFinder::find(Column column) {
   }
   if (!applies(column, is_sky_) && !is_mapped && !is_own_) return source;
   const std::optional<std::size_t> place =
-      is_mapped ? mapped_place(column, mapped->second) : place_of(column);
+      is_mapped ? mapped_place(declared.name, mapped->second) : place_of(column);
   if (!place) return source;
   const Catalogue::Column& from = catalogue_.columns()[*place];
   used_.insert(*place);
@@ -193,10 +220,10 @@ void ColumnFinder::check_required() const {
                                                 : catalogue_.columns().front().where;
     const std::string& name = scene_columns()[c].name;
     const std::string hint =
-        is_own_
-            ? ""
-            : fmt::format("; [catalogue] {} = \"name\", or \"=word\", says it; the columns are {}",
-                          name, fmt::join(names_, ", "));
+        is_own_ ? ""
+                : fmt::format(
+                      "{}; [catalogue] {} = \"name\", or \"=word\", says it; the columns are {}",
+                      did_you_mean(name, names_), name, fmt::join(names_, ", "));
     throw InputError(where, fmt::format("missing column '{}'{}", name, hint));
   }
 }
@@ -212,41 +239,6 @@ std::vector<ColumnSource> ColumnFinder::find_all() {
 
 }  // namespace
 
-std::vector<std::string> usual_names(Column column, const std::string& reference_band) {
-  using namespace column;
-  switch (column) {
-    case ra:
-      return {"alpha_j2000", "ra_j2000",       "raj2000",        "_raj2000",
-              "ra_icrs",     "alphawin_j2000", "right_ascension"};
-    case dec:
-      return {"delta_j2000", "dec_j2000",      "dej2000",    "_dej2000",
-              "de_icrs",     "deltawin_j2000", "declination"};
-    case px:
-      return {"x_image", "xwin_image"};
-    case py:
-      return {"y_image", "ywin_image"};
-    case pa:
-      return {"theta_j2000", "thetawin_j2000", "position_angle", "posang"};
-    case axis_ratio:
-      return {"q", "b_a", "ba_ratio"};
-    case half_light_radius:
-      return {"r_e", "reff", "r_eff", "hlr", "r50"};
-    case sersic_index:
-      return {"sersic_n", "n_sersic", "nsersic"};
-    case redshift:
-      return {"z", "zspec", "z_spec", "zphot", "z_phot", "photoz", "z_best"};
-    case apparent_magnitude: {
-      const std::string band = lower(reference_band);
-      const std::string letter = band.substr(band.rfind('_') + 1);
-      return {"mag_" + letter, letter + "_mag", letter + "mag", "mag_" + band, band, "mag_auto"};
-    }
-    case id:
-      return {"number", "source_id", "objid", "obj_id", "name"};
-    default:
-      return {};
-  }
-}
-
 std::vector<ColumnSource> find_columns(const Catalogue& catalogue,
                                        const RenderParameters& parameters) {
   return ColumnFinder(catalogue, parameters).find_all();
@@ -254,7 +246,6 @@ std::vector<ColumnSource> find_columns(const Catalogue& catalogue,
 
 std::string column_mapping(const Catalogue& catalogue, const RenderParameters& parameters) {
   const std::vector<ColumnSource> sources = find_columns(catalogue, parameters);
-  std::set<std::size_t> used;
   std::string result;
   for (std::size_t c = 0; c < sources.size(); ++c) {
     const ColumnSource& source = sources[c];
@@ -263,7 +254,6 @@ std::string column_mapping(const Catalogue& catalogue, const RenderParameters& p
       result += fmt::format("{} = \"{}\" in every row\n", declared.name, source.constant);
     }
     if (source.kind != ColumnSource::Kind::catalogue) continue;
-    used.insert(source.place);
     const Catalogue::Column& from = catalogue.columns()[source.place];
     result += fmt::format("{} = column {}", declared.name, from.name);
     if (!from.unit.empty()) {
@@ -276,11 +266,38 @@ std::string column_mapping(const Catalogue& catalogue, const RenderParameters& p
     result += '\n';
   }
   std::vector<std::string> unused;
-  for (std::size_t i = 0; i < catalogue.columns().size(); ++i) {
-    if (!used.contains(i)) unused.push_back(catalogue.columns()[i].name);
+  for (const std::size_t i : unused_columns(catalogue, sources)) {
+    const Catalogue::Column& column = catalogue.columns()[i];
+    unused.push_back(column.name + (column.unit.empty() ? "" : fmt::format(" [{}]", column.unit)));
   }
   if (!unused.empty()) result += fmt::format("not used: {}\n", fmt::join(unused, ", "));
   return result;
+}
+
+std::vector<std::size_t> unused_columns(const Catalogue& catalogue,
+                                        std::span<const ColumnSource> sources) {
+  std::set<std::size_t> used;
+  for (const ColumnSource& source : sources) {
+    if (source.kind == ColumnSource::Kind::catalogue) used.insert(source.place);
+  }
+  std::vector<std::size_t> unused;
+  for (std::size_t i = 0; i < catalogue.columns().size(); ++i) {
+    if (!used.contains(i)) unused.push_back(i);
+  }
+  return unused;
+}
+
+std::string columns_hint(const Catalogue& catalogue, std::span<const ColumnSource> sources,
+                         std::span<const Column> wanted) {
+  if (catalogue.is_scene_list()) return "";
+  std::vector<std::string> names;
+  for (const Catalogue::Column& column : catalogue.columns()) names.push_back(column.name);
+  std::string near;
+  for (const Column column : wanted) {
+    if (sources[column].kind != ColumnSource::Kind::absent) return "";
+    if (near.empty()) near = did_you_mean(scene_columns()[column].name, names);
+  }
+  return fmt::format("{}; the catalogue's columns are {}", near, fmt::join(names, ", "));
 }
 
 }  // namespace gamer

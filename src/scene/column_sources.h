@@ -23,15 +23,20 @@ struct ColumnSource {
   double factor = 1;      ///< to the scene column's unit
 };
 
-/// Names in lower case under which catalogues often have a scene column, the likeliest first:
-/// "raj2000", "alpha_j2000"... Magnitudes have those of the reference band ("sdss_r": "mag_r").
-std::vector<std::string> usual_names(Column column, const std::string& reference_band);
-
 /// The sources of all scene columns, by Column. A scene list and SkyMaker's have their own names.
 /// In other catalogues a column is found by, in this order, the key of [catalogue], its own name,
-/// its own name in any case, a usual name in any case. Throws InputError: unknown, repeated and
-/// missing columns, units that do not fit.
+/// its own name in any case, a usual name in any case. Throws InputError: unknown, repeated,
+/// ambiguous and missing columns, units that do not fit.
 std::vector<ColumnSource> find_columns(const Catalogue& catalogue,
                                        const RenderParameters& parameters);
+
+/// Indices of the catalogue's columns that serve as none of a scene.
+std::vector<std::size_t> unused_columns(const Catalogue& catalogue,
+                                        std::span<const ColumnSource> sources);
+
+/// For a message on missing columns: near names, then all columns of a catalogue that has none of
+/// `wanted`; empty for a scene list.
+std::string columns_hint(const Catalogue& catalogue, std::span<const ColumnSource> sources,
+                         std::span<const Column> wanted);
 
 }  // namespace gamer

@@ -71,6 +71,7 @@ class Head {
 struct HeadColumn {
   std::string name;
   std::string unit;
+  Catalogue::Kind kind;
 };
 
 struct HeadContents {
@@ -86,6 +87,13 @@ std::string text_of(const YAML::Node& map, const char* key, const Head& head) {
     throw InputError(head.where(node.Mark()), fmt::format("'{}' must be a text", key));
   }
   return node.Scalar();
+}
+
+Catalogue::Kind kind_of(std::string_view datatype) {
+  if (datatype == "string") return Catalogue::Kind::text;
+  if (datatype.starts_with("float")) return Catalogue::Kind::real;
+  if (datatype.starts_with("int") || datatype.starts_with("uint")) return Catalogue::Kind::integer;
+  return Catalogue::Kind::unknown;
 }
 
 HeadContents read_head(const Head& head, const YAML::Node& root) {
@@ -116,7 +124,8 @@ HeadContents read_head(const Head& head, const YAML::Node& root) {
     if (!column.IsMap()) {
       throw InputError(head.where(column.Mark()), "a column must be a map like {name: ra}");
     }
-    contents.columns.push_back({text_of(column, "name", head), text_of(column, "unit", head)});
+    contents.columns.push_back({text_of(column, "name", head), text_of(column, "unit", head),
+                                kind_of(text_of(column, "datatype", head))});
     if (contents.columns.back().name.empty()) {
       throw InputError(head.where(column.Mark()), "the column has no name");
     }
@@ -143,6 +152,7 @@ void complete(std::vector<Catalogue::Column>& columns, const std::vector<HeadCol
                                    in_quotes(columns[c].name), c + 1, in_quotes(head[c].name)));
     }
     columns[c].unit = head[c].unit;
+    columns[c].kind = head[c].kind;
   }
   if (columns.size() != head.size()) {
     throw InputError(columns.back().where,

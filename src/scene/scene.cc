@@ -17,12 +17,13 @@
 #include "scene/field_stars.h"
 #include "scene/made_galaxy.h"
 #include "scene/orientation.h"
+#include "scene/other_columns.h"
 #include "scene/scene_reader.h"
+#include "scene/suspicious_values.h"
 
 namespace gamer {
 namespace {
 
-constexpr std::string_view star_type = "star";
 constexpr const char* star_sed = "flat_fnu";
 
 constexpr double kiloparsec = 1e-3;  // Mpc
@@ -94,9 +95,9 @@ glm::dvec3 SceneReader::read_direction(const ImageField& field) const {
     const bool first = row_.is_given(pair.first), second = row_.is_given(pair.second);
     const auto& names = scene_columns();
     if (first != second) {
-      row_.fail(first ? pair.first : pair.second,
-                fmt::format("{} without {}", names[first ? pair.first : pair.second].name,
-                            names[first ? pair.second : pair.first].name));
+      row_.fail_without(first ? pair.first : pair.second, {first ? pair.second : pair.first},
+                        fmt::format("{} without {}", names[first ? pair.first : pair.second].name,
+                                    names[first ? pair.second : pair.first].name));
     }
     if (!first) continue;
     if (way != nullptr) {
@@ -106,7 +107,10 @@ glm::dvec3 SceneReader::read_direction(const ImageField& field) const {
     }
     way = &pair;
   }
-  if (way == nullptr) row_.fail(galaxy, "no position: give ra and dec, dx and dy, or px and py");
+  if (way == nullptr) {
+    row_.fail_without(galaxy, {ra, dec, dx, dy, px, py},
+                      "no position: give ra and dec, dx and dy, or px and py");
+  }
   const double a = row_.number(way->first), b = row_.number(way->second);
   if (way == &ways[0]) return direction_of({a, b});
   if (way == &ways[1]) {
@@ -179,7 +183,10 @@ double SceneReader::read_angular_radius(const Position& position) {
     }
     given = size;
   }
-  if (!given) row_.fail(galaxy, "no size: give size_kpc, size_arcsec or half_light_radius");
+  if (!given) {
+    row_.fail_without(galaxy, {size_kpc, size_arcsec, half_light_radius, half_light_radius_kpc},
+                      "no size: give size_kpc, size_arcsec or half_light_radius");
+  }
   const bool is_length = given == size_kpc || given == half_light_radius_kpc;
   if (is_length && !position.luminosity_distance) {
     row_.fail(*given, fmt::format("{} without a distance; give redshift or distance",
@@ -382,6 +389,11 @@ void SceneReader::add_field_stars(const ImageField& field) {
       });
 }
 
+void SceneReader::keep(std::size_t row) {
+  list_ += row_.line();
+  scene_.kept.push_back(row);
+}
+
 Scene SceneReader::read() {
   if (catalogue_.rows() == 0 && !is_sky_) {
     throw InputError(row_.name_where(column::galaxy),
@@ -392,13 +404,14 @@ Scene SceneReader::read() {
   if (is_sky_) field.emplace(camera_);
   scene_.rows = catalogue_.rows();
   list_ = row_.header_line();
+  const SuspiciousValues suspicious(catalogue_, row_);
+  const bool skips = parameters_.catalogue.skip_flagged;
+  if (!skips) suspicious.refuse();
+  if (skips) scene_.flagged = suspicious.rows();
   for (std::size_t i = 0; i < catalogue_.rows(); ++i) {
     row_.select(i);
-    if (parameters_.catalogue.skip_flagged && row_.flagged()) {
-      ++scene_.flagged;
-      continue;
-    }
-    const bool is_star = row_.text(column::galaxy) == star_type;
+    if (skips && suspicious.is_flagged(i)) continue;
+    const bool is_star = row_.is_star();
     Position position = read_position(field ? &*field : nullptr);
     double radius = 0;
     if (is_sky_) {
@@ -418,7 +431,7 @@ Scene SceneReader::read() {
     if (is_star) {
       if (!read_star(position)) {
         // Another frame may show the object.
-        if (parameters_.animation.frames > 0) list_ += row_.line();
+        if (parameters_.animation.frames > 0) keep(i);
         continue;
       }
     } else {
@@ -431,9 +444,10 @@ Scene SceneReader::read() {
       }
     }
     ++scene_.objects;
-    list_ += row_.line();
+    keep(i);
   }
   scene_.list = std::move(list_);
+  scene_.others = other_columns(catalogue_, row_.sources(), scene_.kept);
   if (field) add_field_stars(*field);
   return std::move(scene_);
 }

@@ -36,8 +36,10 @@ void SceneReader::choose_unit() {
     throw InputError(
         parameters_.image.unit_where,
         fmt::format("unit = {} needs magnitudes; {} has no column 'magnitude' or "
-                    "'apparent_magnitude'",
-                    value_text(parameters_.section("image").value("unit")), catalogue_.label()));
+                    "'apparent_magnitude'{}",
+                    value_text(parameters_.section("image").value("unit")), catalogue_.label(),
+                    columns_hint(catalogue_, row_.sources(),
+                                 std::vector{column::magnitude, column::apparent_magnitude})));
   }
   if (has_magnitudes) reference_ = load_reference_band(parameters_, resources_);
 }

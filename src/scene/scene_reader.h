@@ -69,6 +69,8 @@ class SceneReader {
   void read_galaxy(const Position& position, double radius);
   /// False for a star that does not touch the image.
   bool read_star(const Position& position);
+  /// Adds the selected row, which has that index, to the scene's list.
+  void keep(std::size_t row);
   /// The stars of [stars], which follow the rows' objects.
   void add_field_stars(const ImageField& field);
   /// Pixel coordinates of a star that touches the image; nothing for others.

@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "gamer/core/near.h"
+#include "scene/text_rows.h"
 
 namespace gamer {
 namespace {
@@ -18,45 +19,27 @@ constexpr std::string_view default_word = "-";
 }  // namespace
 
 SceneRow::SceneRow(const Catalogue& catalogue, const RenderParameters& parameters)
-    : catalogue_(catalogue), sources_(find_columns(catalogue, parameters)) {
-  const CatalogueFormat format = catalogue.format();
-  may_have_flags_ = format != CatalogueFormat::list && format != CatalogueFormat::skymaker;
+    : catalogue_(catalogue), sources_(find_columns(catalogue, parameters)) {}
+
+std::optional<double> SceneRow::raw_number(Column column) const {
+  if (const std::optional<double> typed = typed_number(column)) return typed;
+  if (!is_given(column)) return std::nullopt;
+  std::string text;
+  std::string_view view;
+  if (is_from_catalogue(column)) {
+    const auto* words = std::get_if<std::vector<std::string_view>>(
+        &catalogue_.columns()[sources_[column].place].cells);
+    if (words != nullptr) view = (*words)[row_];
+  }
+  if (view.empty()) view = text = word(column);
+  if (view.starts_with('+')) view.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(view.data(), view.data() + view.size(), value);
+  if (error != std::errc() || end != view.data() + view.size()) return std::nullopt;
+  return value;
 }
 
-bool SceneRow::is_flag(Column column, double value) const {
-  using namespace column;
-  if (!may_have_flags_ || sources_[column].kind != ColumnSource::Kind::catalogue) return false;
-  if (!std::isfinite(value)) return true;
-  // No magnitude is that far; 99 and -99 are usual signs of a missing one.
-  constexpr double likely_magnitude = 90;
-  if (column == magnitude || column == apparent_magnitude) {
-    return std::abs(value) > likely_magnitude;
-  }
-  constexpr double flags[] = {-1, -9, -99, -999, -9999, 99, 999, 9999};
-  const Interval& interval = scene_columns()[column].interval;
-  return !interval.contains(value) && std::ranges::find(flags, value) != std::end(flags);
-}
-
-std::optional<Column> SceneRow::flagged() const {
-  using namespace column;
-  for (std::size_t c = 0; c < sources_.size(); ++c) {
-    const auto column = static_cast<Column>(c);
-    if (scene_columns()[c].type != ParameterType::number) continue;
-    const std::optional<double> value = typed_number(column);
-    double number = value.value_or(0);
-    if (!value && is_given(column)) {
-      const std::string text = word(column);
-      std::from_chars(text.data(), text.data() + text.size(), number);
-    }
-    // A row without a magnitude or a size, where all rows have one column for it, lacks a value.
-    const bool is_needed = column == ra || column == dec || column == apparent_magnitude ||
-                           column == magnitude || column == half_light_radius;
-    const bool is_missing = may_have_flags_ && is_needed &&
-                            sources_[c].kind == ColumnSource::Kind::catalogue && !is_given(column);
-    if (is_missing || (is_given(column) && is_flag(column, number))) return column;
-  }
-  return std::nullopt;
-}
+bool SceneRow::is_star() const { return text(column::galaxy) == "star"; }
 
 std::string SceneRow::word(Column column) const {
   const ColumnSource& source = sources_[column];
@@ -120,11 +103,6 @@ double SceneRow::number(Column column) const {
   const std::optional<double> typed = typed_number(column);
   const double factor = sources_[column].factor;
   const double own = typed ? *typed : parse<double>(column, word(column), "a number");
-  if (is_flag(column, own)) {
-    fail(column, fmt::format("{} = {} looks like a flag for a missing value; with catalogue."
-                             "skip_flagged = true such rows are left out",
-                             declared.name, word(column)));
-  }
   const double value = factor * own;
   if (!std::isfinite(value) || !declared.interval.contains(value)) {
     check_interval(column, value, factor == 1 ? word(column) : fmt::format("{:.6g}", value));
@@ -157,6 +135,11 @@ void SceneRow::fail(Column column, const std::string& message) const {
   throw InputError(where(column), message);
 }
 
+void SceneRow::fail_without(Column column, std::initializer_list<Column> wanted,
+                            const std::string& message) const {
+  fail(column, message + columns_hint(catalogue_, sources_, std::vector<Column>(wanted)));
+}
+
 bool SceneRow::stands_in_lines(Column column) const {
   if (!is_fixed_) return has(column);
   using namespace column;
@@ -185,9 +168,7 @@ std::string SceneRow::line() const {
     // columns and SEDs only names can contain these.
     if (column == column::sed && text.find('(') != std::string::npos) std::erase(text, ' ');
     for (char& letter : text) {
-      if (letter == ' ' || letter == '\t' || letter == '\n' || letter == '\r' || letter == '#') {
-        letter = '_';
-      }
+      if (is_blank(letter) || letter == '#') letter = '_';
     }
     result += (result.empty() ? "" : " ") + text;
   }

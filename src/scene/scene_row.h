@@ -1,5 +1,6 @@
 #pragma once
 
+#include <initializer_list>
 #include <map>
 #include <optional>
 #include <string>
@@ -34,9 +35,21 @@ class SceneRow {
   /// Whether the row has a value of its own.
   bool is_given(Column column) const;
 
-  /// The column of the selected row whose value looks like a flag (99, -99...) or is missing where
-  /// the catalogue has the column. Only for catalogues that were not made for gamer.
-  std::optional<Column> flagged() const;
+  /// Whether the column's values are those of a column of the catalogue.
+  bool is_from_catalogue(Column column) const {
+    return sources_[column].kind == ColumnSource::Kind::catalogue;
+  }
+  /// The catalogue's name of such a column.
+  const std::string& column_name(Column column) const {
+    return catalogue_.columns()[sources_[column].place].name;
+  }
+  /// The value in the catalogue's unit; nothing where it is no number.
+  std::optional<double> raw_number(Column column) const;
+  /// The row's value in the catalogue's unit: a word, or a number as text.
+  std::string word(Column column) const;
+  bool is_star() const;
+
+  const std::vector<ColumnSource>& sources() const { return sources_; }
 
   std::string text(Column column) const;
   double number(Column column) const;
@@ -47,17 +60,17 @@ class SceneRow {
   /// Place of the column's name.
   SourceLocation name_where(Column column) const;
   [[noreturn]] void fail(Column column, const std::string& message) const;
+  /// Fails, with the columns that there are where the catalogue has none of `wanted`.
+  [[noreturn]] void fail_without(Column column, std::initializer_list<Column> wanted,
+                                 const std::string& message) const;
 
   /// The names of the catalogue's columns, and the selected row's words, as lines of a scene list.
   std::string header_line() const;
   std::string line() const;
 
  private:
-  bool is_flag(Column column, double value) const;
   /// Whether the lines of the scene list have the column.
   bool stands_in_lines(Column column) const;
-  /// The row's value in its column's unit: a word, or a number.
-  std::string word(Column column) const;
   std::optional<double> typed_number(Column column) const;
   void check_required(Column column) const;
   template <typename Number>
@@ -66,7 +79,6 @@ class SceneRow {
 
   const Catalogue& catalogue_;
   std::vector<ColumnSource> sources_;
-  bool may_have_flags_;  ///< scene lists are made for gamer
   std::size_t row_ = 0;
   std::map<Column, double> replaced_;
   bool is_fixed_ = false;

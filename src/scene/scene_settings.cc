@@ -1,11 +1,13 @@
 #include "gamer/scene/scene_settings.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <vector>
 
 #include "gamer/scene/scene_columns.h"
 #include "scene/section_values.h"
+#include "scene/usual_names.h"
 
 namespace gamer {
 namespace {
@@ -20,6 +22,8 @@ struct FormatName {
 constexpr FormatName formats[] = {
     {CatalogueFormat::automatic, "auto"},
     {CatalogueFormat::list, "list"},
+    {CatalogueFormat::csv, "csv"},
+    {CatalogueFormat::votable, "votable"},
     {CatalogueFormat::fits, "fits"},
     {CatalogueFormat::ecsv, "ecsv"},
     {CatalogueFormat::sextractor, "sextractor"},
@@ -32,16 +36,25 @@ ParameterTable catalogue_table() {
   for (const FormatName& format : formats) names.emplace_back(format.name);
   ParameterTable table = {
       Parameter::choice("format", names, "auto", "auto: as the file looks"),
-      Parameter::text("hdu", std::nullopt,
-                      "name or number of the table in a FITS file; by default the first"),
+      Parameter::text(
+          "hdu", std::nullopt,
+          "name or number of the table in a FITS file or VOTable; by default the first"),
       Parameter::boolean("skip_flagged", false,
                          "leave out rows with flags for missing values (99, -99...) instead of "
                          "refusing them")};
-  for (const Parameter& column : scene_columns()) {
+  for (std::size_t c = 0; c < scene_columns().size(); ++c) {
+    const std::string& name = scene_columns()[c].name;
+    std::vector<std::string> usual;
+    for (const auto& group : usual_names(static_cast<column::Column>(c))) {
+      usual.push_back(fmt::format("`{}`", fmt::join(group, "` or `")));
+    }
+    const std::string otherwise = usual.empty() ? ""
+                                                : fmt::format("; by default `{}`, else {}", name,
+                                                              fmt::join(usual, ", else "));
     table.push_back(Parameter::text(
-        column.name, std::nullopt,
-        fmt::format("the catalogue's column for `{0}`, or `=word` for the same in every row",
-                    column.name)));
+        name, std::nullopt,
+        fmt::format("the catalogue's column for `{}`, or `=word` for the same in every row{}", name,
+                    otherwise)));
   }
   return table;
 }
@@ -69,7 +82,10 @@ std::optional<double> SceneSettings::megaparsec() const {
 }
 
 ParameterSection CatalogueSettings::section() {
-  return {"catalogue", "How a catalogue is read as a scene.", catalogue_table()};
+  return {"catalogue",
+          "How a catalogue is read as a scene. Names match in any case; `{band}` stands for "
+          "photometry.reference_band, and `{letter}` for what follows its last `_`.",
+          catalogue_table()};
 }
 
 CatalogueSettings CatalogueSettings::read(const ParameterSet& values) {

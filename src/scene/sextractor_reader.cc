@@ -63,7 +63,7 @@ std::vector<Catalogue::Column> expand(const std::vector<HeadEntry>& head, std::s
       const std::size_t component = number - head[e].number;
       std::string name(head[e].name);
       if (component > 0) name += fmt::format("_{}", component);
-      columns.push_back({std::move(name), std::string(head[e].unit), head[e].name_where, {}});
+      columns.push_back({std::move(name), std::string(head[e].unit), head[e].name_where, {}, {}});
     }
   }
   return columns;

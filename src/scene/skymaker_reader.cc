@@ -262,7 +262,7 @@ TextCatalogue read_skymaker(std::string_view text, const std::string& label) {
     table.places.lines.push_back(line.number);
   }
   const auto add = [&](const char* name, const char* unit, Word word, Catalogue::Cells cells) {
-    table.columns.push_back({name, unit, {label, 0, 0}, std::move(cells)});
+    table.columns.push_back({name, unit, {label, 0, 0}, std::move(cells), {}});
     table.places.words.push_back(word);
   };
   add("galaxy", "", code, std::move(types));

@@ -201,7 +201,7 @@ std::vector<Catalogue::Column> named_columns(const TextLine& line, Separator sep
   }
   std::vector<Catalogue::Column> columns;
   for (const LineWord& word : words) {
-    columns.push_back({unescaped(word), "", location(label, line, word.begin), {}});
+    columns.push_back({unescaped(word), "", location(label, line, word.begin), {}, {}});
   }
   return columns;
 }

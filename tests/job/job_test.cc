@@ -141,16 +141,22 @@ TEST(Job, HeaderHasACardForEveryParameterThatApplies) {
 
 TEST(Job, HeaderHoldsTheSceneAndTheRecord) {
   const ImageHeader header = make_image_header(load({}));
-  ASSERT_EQ(header.tables.size(), 2u);
-  EXPECT_EQ(header.tables[0].name, "SCENE");
-  EXPECT_EQ(header.tables[0].columns, (std::vector<std::string>{"galaxy", "x", "y", "z", "id"}));
-  std::vector<std::vector<std::string>> rows;
-  header.tables[0].for_each_row(
-      [&](std::span<const std::string_view> row) { rows.emplace_back(row.begin(), row.end()); });
-  ASSERT_EQ(rows.size(), 2u);
-  EXPECT_EQ(rows[1], (std::vector<std::string>{"smooth", "2", "0", "0", "b"}));
-  EXPECT_EQ(header.tables[1].name, "INPUTS");
-  const RenderJob again = job_from_record(record_from_table(header.tables[1]));
+  ASSERT_EQ(header.data_tables.size(), 1u);
+  const DataTable& scene = header.data_tables[0];
+  EXPECT_EQ(scene.name, "SCENE");
+  std::vector<std::string> names;
+  for (const DataColumn& column : scene.columns) names.push_back(column.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"galaxy", "x", "y", "z", "id", "row"}));
+  ASSERT_EQ(scene.rows(), 2u);
+  EXPECT_EQ(std::get<std::vector<std::string>>(scene.columns[0].values)[1], "smooth");
+  EXPECT_EQ(std::get<std::vector<double>>(scene.columns[1].values)[1], 2);
+  EXPECT_EQ(std::get<std::vector<double>>(scene.columns[2].values)[1], 0);
+  EXPECT_EQ(std::get<std::vector<double>>(scene.columns[3].values)[1], 0);
+  EXPECT_EQ(std::get<std::vector<std::string>>(scene.columns[4].values)[1], "b");
+  EXPECT_EQ(std::get<std::vector<std::int64_t>>(scene.columns[5].values)[1], 2);
+  ASSERT_EQ(header.tables.size(), 1u);
+  EXPECT_EQ(header.tables[0].name, "INPUTS");
+  const RenderJob again = job_from_record(record_from_table(header.tables[0]));
   EXPECT_EQ(again.scene->galaxies.size(), 2u);
 }
 

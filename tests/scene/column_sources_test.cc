@@ -67,6 +67,33 @@ TEST(ColumnSources, UsualNamesGiveWay) {
             "ra=ra dec=dec inclination=inclination size_arcsec=size_arcsec");
 }
 
+TEST(ColumnSources, PixelsOfForeignTables) {
+  EXPECT_EQ(found("x y mag_r"), "px=x py=y apparent_magnitude=mag_r");
+  EXPECT_EQ(found("x y X_IMAGE Y_IMAGE"), "px=X_IMAGE py=Y_IMAGE");
+  EXPECT_EQ(found("x y ra dec"), "ra=ra dec=dec");
+}
+
+TEST(ColumnSources, WindowedPositionsGiveWay) {
+  EXPECT_EQ(found("ALPHA_J2000 ALPHAWIN_J2000 DELTA_J2000 DELTAWIN_J2000"),
+            "ra=ALPHA_J2000 dec=DELTA_J2000");
+  EXPECT_EQ(found("ALPHAWIN_J2000 DELTAWIN_J2000"), "ra=ALPHAWIN_J2000 dec=DELTAWIN_J2000");
+}
+
+TEST(ColumnSources, AmbiguousColumns) {
+  EXPECT_EQ(
+      error_text([] { found("ra dec zphot mass Z_SPEC"); }),
+      "c.ecsv:9:19: columns 'zphot' and 'Z_SPEC' may both be 'redshift'; [catalogue] redshift "
+      "= \"zphot\" chooses one");
+  EXPECT_EQ(error_text([] { found("RA Ra dec"); }),
+            "c.ecsv:7:4: columns 'RA' and 'Ra' may both be 'ra'; [catalogue] ra = \"RA\" chooses "
+            "one");
+  EXPECT_EQ(found("ra dec zphot Z_SPEC", "redshift = \"z_spec\"\n"),
+            "ra=ra dec=dec redshift=Z_SPEC");
+  // A column that serves for something else is no candidate.
+  EXPECT_EQ(found("ra dec zphot Z_SPEC", "distance = \"zphot\"\n"),
+            "ra=ra dec=dec redshift=Z_SPEC distance=zphot");
+}
+
 TEST(ColumnSources, MappingAsText) {
   const RenderParameters parameters = RenderParameters::read(
       parse_toml("[camera]\nprojection = \"sky\"\n[catalogue]\ngalaxy = \"=E\"\n", "render.par"));
@@ -81,6 +108,27 @@ TEST(ColumnSources, MappingAsText) {
             "dec = column Dec [deg]\n"
             "half_light_radius = column r_e, taken as arcsec\n"
             "not used: mass\n");
+}
+
+TEST(ColumnSources, UnusedColumnsHaveUnits) {
+  const RenderParameters parameters = RenderParameters::read(
+      parse_toml("[camera]\nprojection = \"sky\"\n[catalogue]\ngalaxy = \"=E\"\n", "render.par"));
+  const Catalogue catalogue = Catalogue::parse(
+      "<VOTABLE><TABLE><FIELD name='ra' datatype='double' unit='deg'/><FIELD name='mass' "
+      "datatype='double' unit='solMass'/><FIELD name='n' datatype='int'/></TABLE></VOTABLE>",
+      "c.xml", CatalogueFormat::automatic);
+  EXPECT_EQ(column_mapping(catalogue, parameters),
+            "galaxy = \"E\" in every row\nra = column ra [deg]\nnot used: mass [solMass], n\n");
+}
+
+TEST(ColumnSources, MissingColumnsBeginWithNearNames) {
+  const RenderParameters parameters =
+      RenderParameters::read(parse_toml("[camera]\nprojection = \"sky\"\n", "render.par"));
+  const Catalogue catalogue =
+      Catalogue::parse("ra,dec,galaxi\n1,2,E\n", "c.csv", CatalogueFormat::automatic);
+  EXPECT_EQ(error_text([&] { find_columns(catalogue, parameters); }),
+            "c.csv:1:1: missing column 'galaxy'; did you mean 'galaxi'?; [catalogue] galaxy = "
+            "\"name\", or \"=word\", says it; the columns are ra, dec, galaxi");
 }
 
 TEST(ColumnSources, ErrorsListTheColumns) {

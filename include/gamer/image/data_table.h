@@ -43,6 +43,8 @@ void write_fits_table(const std::filesystem::path& path, const DataTable& table,
 /// replaces an old file. Words are separated by blanks, NaN is "nan", and control characters in
 /// texts become %XX. Throws RunError.
 void write_ecsv(const std::filesystem::path& path, const DataTable& table);
+/// The text of that file.
+std::string ecsv_text(const DataTable& table);
 
 /// Header text of the first image HDU of two axes or more: 80-character records, each followed by a
 /// newline. "a.fits[2]" or "a.fits[SCI]" selects an HDU by number (0 is the primary) or EXTNAME,

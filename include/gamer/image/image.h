@@ -105,7 +105,7 @@ struct ImageHeader {
   std::vector<std::vector<Card>> plane_cards;
   std::vector<Card> cards;
   std::vector<TextTable> tables;
-  std::vector<DataTable> data_tables;
+  std::vector<DataTable> data_tables;  ///< stand before `tables` in a file
 
   int planes() const { return static_cast<int>(labels.size()); }
 };

@@ -44,7 +44,8 @@ class FrameJobs {
   RenderParameters parameters_;
   Resources resources_;
   Resources::Text list_;
-  Catalogue catalogue_;  ///< views of list_
+  std::optional<Resources::Text> columns_;  ///< recorded_columns of the animation
+  Catalogue catalogue_;                     ///< views of list_
   GalaxyLibrary library_;
   std::vector<std::shared_ptr<Galaxy>> unmeasured_;
 };

@@ -22,6 +22,12 @@ inline constexpr const char* recorded_parameters = "render.par";
 /// Name of the text with the scene's list.
 inline constexpr const char* recorded_scene = "scene.lst";
 
+/// Name of the text with the catalogue's columns that the list lacks, as ECSV (Scene::others).
+inline constexpr const char* recorded_columns = "scene.ecsv";
+
+/// Name of the text with the number of rows that catalogue.skip_flagged left out.
+inline constexpr const char* recorded_flagged = "scene.flagged";
+
 /// The text of that name; null where there is none.
 const Resources::Text* find_text(const Record& record, std::string_view name);
 Resources::Text* find_text(Record& record, std::string_view name);

@@ -15,7 +15,9 @@ namespace gamer {
 
 enum class CatalogueFormat {
   automatic,  ///< by the file's contents
-  list,       ///< a scene list: '#' comments, a row of names, then rows of words
+  list,       ///< '#' comments, a row of names, then rows of words between blanks
+  csv,        ///< the same with commas between words
+  votable,    ///< XML with TABLEDATA
   fits,       ///< a FITS table
   ecsv,
   sextractor,  ///< ASCII_HEAD: '#  1 NUMBER  comment  [unit]' lines, then rows
@@ -38,7 +40,10 @@ struct TextRows {
 
 /// A table of objects from any supported file. Columns have names and units; cells are words or
 /// typed. A missing value is the word "-", or NaN. Cells of text files are views into the text.
-/// - list: cells are words.
+/// - list: cells are words. Names may stand in the comment above the first row, if that row holds a
+///   number. A list with a column `galaxy` is a scene list, which has no quotes.
+/// - CSV: cells are words; empty cells have no value. Names are found as in a list.
+/// - VOTable: typed columns by `datatype`; arrays and complex numbers are left out.
 /// - ECSV: cells are words; empty cells have no value. Columns with doubled quotes own their texts.
 /// - SExtractor: cells are words; components of a vector NAME are NAME, NAME_1, NAME_2...
 /// - SkyMaker: typed columns with scene names: galaxy ("star", or a made galaxy's name), px, py
@@ -50,27 +55,35 @@ class Catalogue {
  public:
   using Cells = std::variant<std::vector<std::string_view>, std::vector<double>,
                              std::vector<std::int64_t>, std::vector<std::string>>;
+  /// What the file says that words are.
+  enum class Kind { unknown, integer, real, text };
   struct Column {
     std::string name;
     std::string unit;  ///< as the file writes it; empty for none
     SourceLocation where;
     Cells cells;
+    Kind kind = Kind::unknown;
   };
 
   /// Parses a text format. Throws InputError with line and column for missing column names, a bad
   /// head, or a wrong value in a SkyMaker list. Throws it for a row whose number of values is not
-  /// that of columns.
-  static Catalogue parse(std::string_view text, const std::string& label, CatalogueFormat format);
+  /// that of columns. `table_name` selects a TABLE of a VOTable by name, ID or number.
+  static Catalogue parse(std::string_view text, const std::string& label, CatalogueFormat format,
+                         const std::string& table_name = {});
   /// From a FITS table; rows count from 1 in messages ("catalogue.fits, row 12").
   static Catalogue from_table(DataTable table, const std::string& label);
 
   CatalogueFormat format() const { return format_; }
+  /// Whether it is made for gamer: it has the columns of a scene and no others.
+  bool is_scene_list() const;
+  /// Whether it has a column `galaxy`.
+  bool has_galaxies() const;
   std::size_t rows() const { return rows_; }
   const std::vector<Column>& columns() const { return columns_; }
   std::vector<Column>& columns() { return columns_; }
   const std::string& label() const { return label_; }
-  /// Place of a cell: line and column (in characters) of a text, or a FITS table's label and the
-  /// row.
+  /// Place of a cell: line and column (in characters) of a text, the line of a VOTable's row, or a
+  /// FITS table's label and the row.
   SourceLocation where(std::size_t row, std::size_t column) const;
 
  private:

@@ -59,6 +59,11 @@ struct PlacedStar {
   double area_scale = 1;
 };
 
+/// Name of the column with the row of the catalogue in Scene::others.
+inline constexpr const char* row_column = "row";
+/// Stands before the name of another column that a scene's column has, too.
+inline constexpr const char* clash_prefix = "cat_";
+
 /// The objects of a scene; in a sky view only those that it shows.
 struct Scene {
   std::vector<PlacedGalaxy> galaxies;
@@ -80,6 +85,10 @@ struct Scene {
   /// The objects of rows as a scene list, by object number; field stars ([stars]) have higher
   /// numbers. With equal parameters the list reads back to an equal scene.
   SharedText list;
+  std::vector<std::size_t> kept = {};  ///< [row of the list]: row of the catalogue, from 0
+  /// The catalogue's columns that the list lacks, by row of the list: `row` (of the catalogue, from
+  /// 1), then the others. See other_columns().
+  DataTable others = {};
 };
 
 /// Reads a scene. A row gives a galaxy's orientation in one of two ways.

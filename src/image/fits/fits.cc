@@ -113,8 +113,8 @@ class FitsLayout {
         fill(face, plane, step);
       }
     }
-    for (const TextTable& table : header_.tables) write_text_table(file, table, common_);
     for (const DataTable& table : header_.data_tables) write_data_table(file, table, common_);
+    for (const TextTable& table : header_.tables) write_text_table(file, table, common_);
   }
 
  private:

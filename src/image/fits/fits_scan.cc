@@ -297,6 +297,10 @@ void check_headers(const std::filesystem::path& path, const std::string& label) 
       if (bytes.empty()) header.fail("the file ends before its header does (END)");
     }
     const double size = header.data_blocks() * block_size;
+    // CFITSIO would leave this HDU out without a word.
+    if (size > 0 && bytes.size() < block_size) {
+      header.fail("the file ends between its header and its data");
+    }
     // CFITSIO's products overflow for larger sizes.
     constexpr double farthest = 0x1p62;
     // True also for NaN, the product of infinity and 0.

@@ -85,10 +85,12 @@ class Folder:
     def content(self):
         return {path.name: path.read_bytes() for path in self.path.iterdir() if path.is_file()}
 
-    def run(self, *arguments, ranks=1, limit=None):
-        """`limit` is called in the child before the program starts."""
-        return subprocess.run(command(*arguments, ranks=ranks), cwd=self.path, env=ENVIRONMENT,
-                              capture_output=True, timeout=120, preexec_fn=limit, errors="replace")
+    def run(self, *arguments, ranks=1, limit=None, stdin=None):
+        """`limit` is called in the child before the program starts; `stdin` names a file."""
+        with open(self.path / stdin if stdin else os.devnull, "rb") as source:
+            return subprocess.run(command(*arguments, ranks=ranks), cwd=self.path, env=ENVIRONMENT,
+                                  capture_output=True, timeout=120, preexec_fn=limit,
+                                  errors="replace", stdin=source if stdin else None)
 
 
 def read_primary(content):

@@ -75,10 +75,10 @@ class SkyFolder(Folder):
         for name, text in dict(files).items():
             self.write(name, text)
 
-    def render(self, *arguments, ranks=1):
+    def render(self, *arguments, ranks=1, stdin=None):
         """Runs gamer; it and all FITS files that it makes must be fine."""
         before = self.content()
-        result = self.run(*arguments, "--quiet", ranks=ranks)
+        result = self.run(*arguments, "--quiet", ranks=ranks, stdin=stdin)
         assert (result.returncode, result.stdout, result.stderr) == (0, "", ""), result
         made = sorted(set(self.content()) - set(before))
         assert made

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gamer/scene/catalogue.h"
+#include "scene/scene_row.h"
+
+namespace gamer {
+
+/// Finds values of a catalogue that are probably signs of missing ones, in the columns that a scene
+/// uses. Scene lists and SkyMaker's are made for gamer and have none.
+///
+/// A value is a flag where it is not finite, 1e19 or more in size, or a magnitude of 90 or more in
+/// size. A value outside what is plausible for its column is one if it is -1, -9, +-99, +-99.9,
+/// +-999 or the like.
+///
+/// A cell is missing where it is empty although other rows have a value, and no other column of the
+/// row tells the same: size_kpc instead of half_light_radius, distance instead of redshift. Stars
+/// need a place and a magnitude only. Round galaxies need no pa. In a catalogue with a column
+/// `galaxy`, an empty cell means the default, so that only places, magnitudes and sizes count.
+class SuspiciousValues {
+ public:
+  /// `row` reads the rows of `catalogue`; it is left at any row.
+  SuspiciousValues(const Catalogue& catalogue, SceneRow& row);
+
+  std::size_t rows() const { return rows_; }
+  bool is_flagged(std::size_t row) const { return !flagged_.empty() && flagged_[row]; }
+  /// Throws InputError, which names all columns, values and rows. An empty cell of a catalogue with
+  /// a column `galaxy` alone is no error.
+  void refuse() const;
+
+ private:
+  /// All rows with one value in one column.
+  struct Finding {
+    Column column;
+    std::string value;  ///< empty: missing
+    SourceLocation where;
+    std::vector<std::size_t> rows;  ///< the first of them, from 1
+    std::size_t number = 0;
+  };
+  /// Columns of which a row needs one.
+  struct Need {
+    std::vector<Column> columns;
+    Column named;   ///< in messages: the first that has values
+    bool of_stars;  ///< needed by stars too
+  };
+  /// The needs that the catalogue's columns meet in some row. `has_values` is by Column.
+  std::vector<Need> needs_of(const std::vector<bool>& has_values) const;
+  void find_missing(std::size_t row, const std::vector<Need>& needed);
+  void add(std::size_t row, Column column, const std::string& value);
+  std::string text(const Finding& finding) const;
+
+  const Catalogue& catalogue_;
+  const SceneRow& row_;
+  bool refuses_missing_ = false;
+  std::size_t rows_ = 0;  ///< flagged
+  std::vector<bool> flagged_;
+  std::vector<Finding> findings_;
+};
+
+}  // namespace gamer

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "gamer/scene/scene_columns.h"
+
+namespace gamer {
+
+/// Names in lower case under which catalogues often have a scene column. A name of a later group
+/// counts where the catalogue has none of an earlier one; two names of one group are ambiguous.
+using NameGroups = std::vector<std::vector<std::string>>;
+
+/// The groups of a column. {band} stands for the name of the reference band in lower case
+/// ("sdss_r"), {letter} for what follows its last "_" ("r").
+const NameGroups& usual_names(column::Column column);
+
+/// These groups with the names of a reference band.
+NameGroups usual_names(column::Column column, const std::string& reference_band);
+
+}  // namespace gamer
