@@ -15,8 +15,8 @@
 #include "gamer/galaxy/calibration/galaxy_statistics.h"
 #include "gamer/galaxy/kinds/star_field.h"
 #include "gamer/image/picture.h"
+#include "gamer/job/attenuation.h"
 #include "gamer/job/schedule.h"
-#include "gamer/job/truth_table.h"
 #include "gamer/render/galaxy_measure.h"
 #include "gamer/render/renderer.h"
 #include "gamer/scene/catalogue.h"
@@ -213,7 +213,7 @@ void forget_columns(RenderParameters& parameters) {
   parameters.set(settings);
 }
 
-/// The footprints of a job's image, and of the stamps on which the truth measures galaxies.
+/// The footprints of a job's image, and of the stamps on which galaxies are measured.
 std::vector<FootprintRange> footprints_of(std::span<const std::shared_ptr<Galaxy>> galaxies,
                                           const Scene& scene, const RenderParameters& parameters,
                                           const Camera& camera) {
@@ -229,6 +229,9 @@ std::vector<FootprintRange> footprints_of(std::span<const std::shared_ptr<Galaxy
   for (const PlacedGalaxy& placed : scene.galaxies) {
     FootprintRange own = Renderer::footprints(parameters, camera, scene.unit, placed) |
                          measure_footprints(parameters);
+    if (is_observed(placed, parameters.photometry, scene.unit)) {
+      own = own | attenuation_footprints(parameters);
+    }
     own.sees_whole = draws_stars;
     const auto [known, is_new] = by_galaxy.try_emplace(placed.galaxy.get(), own);
     if (!is_new) known->second = known->second | own;
@@ -249,8 +252,10 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
   if (scene->list == list) scene->list = list;
   RenderJob::Pending pending{library.take_unmeasured(*scene), {}, nullptr};
   pending.footprints = footprints_of(pending.galaxies, *scene, parameters, camera);
-  if (parameters.photometry.attenuated)
-    pending.attenuation = load_reference_band(parameters, resources);
+  const bool has_observed = std::ranges::any_of(scene->galaxies, [&](const auto& placed) {
+    return is_observed(placed, parameters.photometry, scene->unit);
+  });
+  if (has_observed) pending.attenuation = load_reference_band(parameters, resources);
   return {std::move(parameters), camera, std::move(spectrum),
           std::move(scene),      {},     std::move(pending)};
 }

@@ -35,12 +35,6 @@ std::vector<double> free_flux(const PlacedGalaxy& placed, const Spectrum& spectr
   return flux;
 }
 
-bool has_dust(const PlacedGalaxy& placed) {
-  const auto components = placed.galaxy->components();
-  return std::any_of(components.begin(), components.end(),
-                     [](const auto& component) { return component->absorbs(); });
-}
-
 }  // namespace
 
 void check_truth_table(const std::filesystem::path& path, const OutputOptions& image) {
@@ -68,34 +62,6 @@ void write_truth_table(const std::filesystem::path& path, const DataTable& table
     write_ecsv(path, table);
   } else {
     write_fits_table(path, table, {{"DATE", date, "time of writing (UTC)"}});
-  }
-}
-
-void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
-                       const Bandpass& reference, const Ranks& ranks, int threads, Scene& scene) {
-  if (scene.unit == PixelUnit::relative) return;
-  Spectrum band;
-  band.planes = {
-      {reference.name(), reference.pivot(), std::make_shared<const Bandpass>(reference)}};
-  band.igm = parameters.spectrum.igm;
-  std::vector<PlacedGalaxy*> dusty;
-  for (PlacedGalaxy& placed : scene.galaxies) {
-    if (has_dust(placed)) dusty.push_back(&placed);
-  }
-  const auto count = static_cast<int>(dusty.size());
-  constexpr int blocks_per_thread = 16;
-  const int block = std::max(1, count / (blocks_per_thread * ranks.size() * threads));
-  const std::vector<double> seen = ranks.compute_together(
-      even_blocks(count, block), 1, threads, [&](RowRange rows, std::span<double> values) {
-        for (int row = rows.first; row < rows.last; ++row) {
-          PlacedGalaxy probe = *dusty[static_cast<std::size_t>(row)];
-          if (probe.is_absolute) probe.redshift = 0;
-          values[static_cast<std::size_t>(row - rows.first)] =
-              measure(probe, parameters, camera, band).attenuation.front();
-        }
-      });
-  for (std::size_t row = 0; row < dusty.size(); ++row) {
-    if (seen[row] > 0) dusty[row]->brightness /= seen[row];
   }
 }
 

@@ -22,6 +22,11 @@ inline std::optional<double> optional_number(const ParameterSet& section, std::s
   return section.number(key);
 }
 
+inline std::optional<bool> optional_boolean(const ParameterSet& section, std::string_view key) {
+  if (!section.has(key)) return std::nullopt;
+  return section.boolean(key);
+}
+
 /// The value of an optional text, or an empty one.
 inline std::string text_or_empty(const ParameterSet& section, std::string_view key) {
   return section.has(key) ? section.text(key) : "";

@@ -71,8 +71,9 @@ ParameterSection PhotometrySettings::section() {
       "photometry",
       "What magnitudes mean, and the telescope.",
       {Parameter::text("reference_band", "sdss_r", "band of the scene's magnitudes"),
-       Parameter::boolean("attenuated", false,
-                          "magnitudes are those of galaxies as seen with their dust"),
+       Parameter::boolean("attenuated", std::nullopt,
+                          "whether magnitudes are those of galaxies with their dust; by default "
+                          "apparent magnitudes are, absolute ones are not"),
        Parameter::number("area", "m^2", positive(), std::nullopt,
                          "collecting area of the telescope, for electron/s"),
        Parameter::number("throughput", "", Interval::left_open(0, 1), 1.0,
@@ -83,7 +84,7 @@ ParameterSection PhotometrySettings::section() {
 PhotometrySettings PhotometrySettings::read(const ParameterSet& values) {
   return {.reference_band = values.text("reference_band"),
           .reference_band_where = values.where("reference_band"),
-          .attenuated = values.boolean("attenuated"),
+          .attenuated = optional_boolean(values, "attenuated"),
           .area = optional_number(values, "area").value_or(0),
           .throughput = values.number("throughput")};
 }

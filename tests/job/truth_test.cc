@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "gamer/job/attenuation.h"
 #include "gamer/job/schedule.h"
 #include "gamer/job/truth_table.h"
 #include "gamer/render/galaxy_measure.h"
@@ -87,10 +88,8 @@ Made make(const std::string& list, const std::string& toml) {
   Spectrum spectrum = load_spectrum(parameters, resources);
   auto scene = std::make_shared<Scene>(
       read_scene(list, "scene.lst", parameters, spectrum, camera, resources));
-  if (parameters.photometry.attenuated) {
-    apply_attenuation(parameters, camera, *load_reference_band(parameters, resources), Ranks(), 2,
-                      *scene);
-  }
+  apply_attenuation(parameters, camera, *load_reference_band(parameters, resources), Ranks(), 2,
+                    *scene);
   return {std::move(parameters), camera, std::move(spectrum), std::move(scene)};
 }
 
@@ -163,7 +162,7 @@ TEST(Calibration, LightThroughDust) {
   for (const double redshift : {0.1, 1.0}) {
     const std::string list = fmt::format(
         "galaxy ra dec redshift size_arcsec apparent_magnitude\nmixed 10 20 {} 4 22\n", redshift);
-    Made made = make(list, sky(90, 0.1, ""));
+    Made made = make(list, sky(90, 0.1, "[photometry]\nattenuated = false\n"));
     const double lost =
         -2.5 * std::log10(mixed_attenuation(*made.spectrum.planes.front().band, redshift));
     EXPECT_GT(lost, 0.2);
@@ -172,9 +171,39 @@ TEST(Calibration, LightThroughDust) {
                                           made.camera, made.spectrum)
                                       .attenuation.front()),
                 lost, promised);
-    made = make(list, sky(90, 0.1, "[photometry]\nattenuated = true\n"));
+    made = make(list, sky(90, 0.1, ""));
     EXPECT_NEAR(magnitude(made), 22, promised);
   }
+}
+
+// What the image shows is the apparent magnitude, dust included, to some thousandths.
+TEST(Calibration, ApparentMagnitudesAreThoseObserved) {
+  struct Kind {
+    const char* type;
+    double error;  // mag, twice what was measured
+  };
+  for (const double tolerance : {1e-2, 1e-3}) {
+    for (const auto& [type, error] :
+         {Kind{"dusty_barred", 5.8e-3}, {"elliptical_dust", 2.9e-3}, {"m51", 8.9e-3}}) {
+      const Made made = make(
+          fmt::format("galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
+                      "{} 10 20 0.1 4 60 22 7\n",
+                      type),
+          sky(90, 0.1, fmt::format("[sampling]\ntolerance = {}\n", tolerance)));
+      EXPECT_NEAR(magnitude(made), 22, error) << type << ' ' << tolerance;
+    }
+  }
+}
+
+// Absolute magnitudes are those without dust unless it is asked for.
+TEST(Calibration, AbsoluteMagnitudesAreThoseOfTheStars) {
+  const auto seen = [](const std::string& attenuated) {
+    return magnitude(make("galaxy ra dec redshift size_arcsec magnitude\nmixed 10 20 0.1 4 -20\n",
+                          sky(90, 0.1, "[photometry]\n" + attenuated)));
+  };
+  const double stars = seen("attenuated = false\n");
+  EXPECT_EQ(seen(""), stars);
+  EXPECT_LT(seen("attenuated = true\n"), stars - 0.2);
 }
 
 TEST(Measure, HalfLightRadiusAndShape) {

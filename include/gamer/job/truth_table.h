@@ -15,13 +15,6 @@ void check_truth_table(const std::filesystem::path& path, const OutputOptions& i
 void write_truth_table(const std::filesystem::path& path, const DataTable& table,
                        const std::string& date);
 
-/// Makes magnitudes those of the galaxies as observed (photometry.attenuated). It raises the
-/// brightness of each by the light that its dust takes in the reference band, which is at rest for
-/// absolute magnitudes. Every rank calls it with the same scene. Each galaxy is measured once, in
-/// so many threads a rank.
-void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
-                       const Bandpass& reference, const Ranks& ranks, int threads, Scene& scene);
-
 /// Table TRUTH, one row per object in the order of the scene's list:
 ///   object, id, galaxy, x, y (FITS pixels), ra, dec (sky views), redshift, seed, inclination
 ///   (0 to 90 deg), radius (arcsec or scene units), then per plane mag_<label> and

@@ -34,7 +34,8 @@ struct PhotometrySettings {
 
   std::string reference_band;
   SourceLocation reference_band_where;
-  bool attenuated = false;
+  /// Whether magnitudes are those of galaxies with their dust. By default apparent ones are.
+  std::optional<bool> attenuated;
   double area = 0;  ///< m^2; 0 where not given
   double throughput = 1;
 };
