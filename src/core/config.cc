@@ -172,14 +172,6 @@ std::vector<std::string> split_key(std::string_view key) {
   }
 }
 
-bool is_bare_key(std::string_view key) {
-  const auto is_bare = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '-';
-  };
-  return !key.empty() && std::all_of(key.begin(), key.end(), is_bare);
-}
-
 ConfigNode* find_member(ConfigNode& node, std::string_view key) {
   for (auto& [name, member] : node.table()) {
     if (name == key) return &member;
@@ -224,6 +216,20 @@ ConfigNode parse_value(std::string_view text, const Places& places) {
   return result;
 }
 
+/// A value that is no table, in TOML.
+std::string value_of(const ConfigNode& node) {
+  if (const auto* flag = std::get_if<bool>(&node.data)) return *flag ? "true" : "false";
+  if (const auto* whole = std::get_if<std::int64_t>(&node.data)) return fmt::format("{}", *whole);
+  if (const auto* real = std::get_if<double>(&node.data)) return fmt::format("{}", *real);
+  if (const auto* text = std::get_if<std::string>(&node.data)) return toml_string(*text);
+  if (!node.is_array()) throw InputError(node.where, "a list holds no tables here");
+  std::string list;
+  for (const ConfigNode& element : node.array()) {
+    list += (list.empty() ? "" : ", ") + value_of(element);
+  }
+  return fmt::format("[{}]", list);
+}
+
 }  // namespace
 
 const ConfigNode* ConfigNode::find(std::string_view key) const {
@@ -251,6 +257,30 @@ std::string ConfigNode::type_name() const {
   }
 }
 
+std::string toml_string(std::string_view text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      result += '\\';
+      result += c;
+    } else if (byte < 0x20 || byte == 0x7f) {
+      result += fmt::format("\\u{:04X}", byte);
+    } else {
+      result += c;
+    }
+  }
+  return result + '"';
+}
+
+bool is_bare_key(std::string_view key) {
+  const auto is_bare = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-';
+  };
+  return !key.empty() && std::all_of(key.begin(), key.end(), is_bare);
+}
+
 ConfigNode parse_toml(std::string_view text, const std::string& file) {
   const Places places{file};
   ConfigNode root = convert(parse_document(text, places), places, 0);
@@ -259,15 +289,15 @@ ConfigNode parse_toml(std::string_view text, const std::string& file) {
   return root;
 }
 
-void set_from_text(ConfigNode& root, std::string_view assignment) {
+void set_from_text(ConfigNode& root, std::string_view assignment, std::string_view origin) {
   const auto equals = assignment.find('=');
   const std::string_view key = trim(assignment.substr(0, equals));
   const std::vector<std::string> parts = split_key(key);
   if (equals == std::string_view::npos || !std::all_of(parts.begin(), parts.end(), is_bare_key)) {
-    throw InputError({"--set", 0, 0},
+    throw InputError({std::string(trim(origin)), 0, 0},
                      fmt::format("{} is not of the form section.key=value", in_quotes(assignment)));
   }
-  const Places places{fmt::format("--set {}", key), true};
+  const Places places{fmt::format("{}{}", origin, key), true};
   const SourceLocation where{places.file, 0, 0};
   if (parts.size() > static_cast<std::size_t>(max_key_parts)) {
     throw InputError(where, too_many_parts);
@@ -290,6 +320,27 @@ void set_from_text(ConfigNode& root, std::string_view assignment) {
     node = member;
   }
   *node = std::move(value);
+}
+
+std::vector<std::string> assignments(const ConfigNode& root) {
+  std::vector<std::string> result;
+  for (const auto& [key, member] : root.table()) {
+    if (!is_bare_key(key)) {
+      throw InputError(
+          member.key_where,
+          fmt::format("the key {} must be of letters, digits, _ and -; write _ for other "
+                      "characters of a name",
+                      in_quotes(key)));
+    }
+    if (!member.is_table()) {
+      result.push_back(fmt::format("{}={}", key, value_of(member)));
+      continue;
+    }
+    for (const std::string& inner : assignments(member)) {
+      result.push_back(fmt::format("{}.{}", key, inner));
+    }
+  }
+  return result;
 }
 
 }  // namespace gamer

@@ -12,23 +12,6 @@
 namespace gamer {
 namespace {
 
-/// The string in double quotes, as TOML writes it.
-std::string toml_string(std::string_view text) {
-  std::string result = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
-      result += '\\';
-      result += c;
-    } else if (byte < 0x20 || byte == 0x7f) {
-      result += fmt::format("\\u{:04X}", byte);
-    } else {
-      result += c;
-    }
-  }
-  return result + '"';
-}
-
 std::string expected(ParameterType type) {
   switch (type) {
     case ParameterType::boolean:

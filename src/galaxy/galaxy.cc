@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "galaxy/galaxy_overrides.h"
 #include "gamer/core/near.h"
 #include "gamer/galaxy/calibration/galaxy_statistics.h"
 
@@ -61,7 +62,8 @@ std::shared_ptr<Galaxy> Galaxy::read(std::string_view text, const std::string& l
 
 std::shared_ptr<Galaxy> Galaxy::read_alone(std::string_view text, const std::string& label,
                                            const GalaxySettings& settings, Resources& resources) {
-  const ConfigNode root = parse_toml(text, label);
+  ConfigNode root = parse_toml(text, label);
+  if (settings.overrides != nullptr) apply_overrides(*settings.overrides, root);
   static const std::vector<std::string> sections = {"galaxy", "arms", "component"};
   for (const auto& [key, node] : root.table()) {
     if (std::find(sections.begin(), sections.end(), key) == sections.end()) {

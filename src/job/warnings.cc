@@ -8,6 +8,7 @@
 
 #include "gamer/core/units.h"
 #include "gamer/render/march/sampler.h"
+#include "gamer/scene/galaxy_library.h"
 
 namespace gamer {
 namespace {
@@ -129,6 +130,14 @@ std::vector<std::string> job_warnings(const RenderJob& job) {
         "galaxies of few pixels lose or gain tenths of a magnitude; without the key "
         "sampling.tolerance holds",
         *job.parameters.camera.supersample));
+  }
+  for (const auto& [name, values] : job.parameters.scene.overrides.table()) {
+    const bool is_used = std::ranges::any_of(job.scene->galaxies, [&](const PlacedGalaxy& placed) {
+      return name_of_type(placed.type) == name;
+    });
+    if (is_used) continue;
+    warnings.push_back(
+        fmt::format("{}: no galaxy in the image is of this type", values.key_where.file));
   }
   if (const Scene::Unlikely& unlikely = job.scene->unlikely; unlikely.number > 0) {
     const std::string others =

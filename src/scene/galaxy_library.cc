@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <optional>
 
 #include "gamer/core/random.h"
@@ -18,6 +19,14 @@ const std::vector<std::string>& galaxy_suffixes() {
   return suffixes;
 }
 
+std::string name_of_type(const std::string& type) {
+  std::string name = std::filesystem::path(type).filename().string();
+  for (const std::string& suffix : galaxy_suffixes()) {
+    if (name.ends_with(suffix)) name.resize(name.size() - suffix.size());
+  }
+  return name;
+}
+
 GalaxyLibrary::GalaxyLibrary(const RenderParameters& parameters, std::string label,
                              Resources& resources)
     : seed_(parameters.noise.seed), label_(std::move(label)), resources_(resources) {
@@ -25,6 +34,9 @@ GalaxyLibrary::GalaxyLibrary(const RenderParameters& parameters, std::string lab
   settings_.octaves = parameters.noise.octaves;
   settings_.accuracy = Accuracy::from_tolerance(parameters.sampling.tolerance);
   if (parameters.camera.supersample) keep_closures_apart();
+  for (const auto& [type, values] : parameters.scene.overrides.table()) {
+    overrides_.emplace(type, std::make_shared<const ConfigNode>(values));
+  }
 }
 
 std::shared_ptr<const Galaxy> GalaxyLibrary::find(const std::string& type, const std::string& sed,
@@ -115,6 +127,9 @@ std::shared_ptr<Galaxy> GalaxyLibrary::make(const std::string& type, const std::
     throw InputError(row.where(column::galaxy), error.what());
   }
   settings.reference = references_[type];
+  if (const auto own = overrides_.find(name_of_type(type)); own != overrides_.end()) {
+    settings.overrides = own->second;
+  }
   std::shared_ptr<Galaxy> galaxy = Galaxy::read(text->content, text->label, settings, resources_);
   references_[type] = galaxy->reference();
   return galaxy;

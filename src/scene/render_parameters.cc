@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <stdexcept>
 #include <tuple>
 
@@ -34,6 +35,8 @@ std::size_t index_of(std::string_view section) {
   throw std::logic_error(fmt::format("no section [{}] is declared", section));
 }
 
+// Section of a parameter file whose keys go to scene.overrides.
+constexpr const char* galaxy_section = "galaxy";
 // Default camera.fov of a fisheye, deg.
 constexpr double dome = 180;
 // Default size of a map of the sphere, pixels.
@@ -101,7 +104,10 @@ RenderParameters RenderParameters::read(const ConfigNode& root) {
   for (const ParameterSection& section : declared) names.push_back(section.name);
 
   RenderParameters result;
+  const ConfigNode* galaxies = root.find(galaxy_section);
+  names.emplace_back(galaxy_section);
   for (const auto& [name, node] : root.table()) {
+    if (name == galaxy_section) continue;
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) {
       const std::string what =
@@ -128,6 +134,7 @@ RenderParameters RenderParameters::read(const ConfigNode& root) {
                       set.text(condition.selector)));
     }
   }
+  if (galaxies != nullptr) result.add_overrides(*galaxies);
   result.set_view_defaults();
   const ParameterSet& camera = result.section("camera");
   if (camera.is_given("header")) {
@@ -139,6 +146,18 @@ RenderParameters RenderParameters::read(const ConfigNode& root) {
   }
   result.resolve();
   return result;
+}
+
+void RenderParameters::add_overrides(const ConfigNode& galaxies) {
+  if (!galaxies.is_table()) {
+    throw InputError(galaxies.where,
+                     fmt::format("{0} must be a section [{0}.TYPE.COMPONENT], not {1}",
+                                 galaxy_section, galaxies.type_name()));
+  }
+  ParameterSet& scene_values = sections_[index_of("scene")];
+  std::vector<std::string> overrides = scene_values.texts("overrides");
+  std::ranges::copy(assignments(galaxies), std::back_inserter(overrides));
+  scene_values.set("overrides", overrides);
 }
 
 void RenderParameters::set_view_defaults() {

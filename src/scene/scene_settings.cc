@@ -65,13 +65,21 @@ ParameterSection SceneSettings::section() {
   return {"scene",
           "The scene list.",
           {Parameter::choice("unit", {"arbitrary", "pc", "kpc", "Mpc"}, "arbitrary",
-                             "of positions and sizes")},
+                             "of positions and sizes"),
+           Parameter::texts("overrides", std::vector<std::string>(),
+                            "parameters of galaxies that differ from their files, as "
+                            "TYPE.COMPONENT.key=value; sections [galaxy.TYPE.COMPONENT] and "
+                            "--set galaxy.TYPE.COMPONENT.key=value add to them")},
           {}};
 }
 
 SceneSettings SceneSettings::read(const ParameterSet& values) {
   const std::string& unit = values.text("unit");
-  return {unit == "arbitrary" ? "" : unit};
+  SceneSettings result{.unit = unit == "arbitrary" ? "" : unit, .overrides = {}};
+  for (const std::string& assignment : values.texts("overrides")) {
+    set_from_text(result.overrides, assignment, "galaxy.");
+  }
+  return result;
 }
 
 std::optional<double> SceneSettings::megaparsec() const {

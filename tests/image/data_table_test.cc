@@ -96,9 +96,9 @@ TEST(DataTables, RoundTripIsCleanForFitsverify) {
     EXPECT_EQ(none.columns.size(), 2U);
     EXPECT_EQ(none.columns[0].unit, "pix");
   }
-  // The first table is the one of texts.
-  EXPECT_EQ(read_data_table(folder / "a.fits").name, "SCENE");
-  EXPECT_EQ(read_data_table(folder / "a.fits", "2").name, "TRUTH");
+  // Tables of texts come last.
+  EXPECT_EQ(read_data_table(folder / "a.fits").name, "TRUTH");
+  EXPECT_EQ(read_data_table(folder / "a.fits", "3").name, "SCENE");
 }
 
 /// Rows, column names, types and forms as another program writes them.

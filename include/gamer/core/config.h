@@ -35,14 +35,26 @@ class ConfigNode {
   std::string type_name() const;
 };
 
+/// The text in double quotes, as TOML writes it.
+std::string toml_string(std::string_view text);
+
 /// Parses TOML text; `file` names it in locations. Throws InputError for wrong syntax, duplicate
 /// keys, dates and times (no parameter takes them), nesting deeper than 64, a key of more than 16
 /// parts.
 ConfigNode parse_toml(std::string_view text, const std::string& file);
 
+/// Whether the key needs no quotes in TOML: letters and digits of ASCII, _ and -.
+bool is_bare_key(std::string_view key);
+
 /// Applies "section.key=value" to the tree; the value is in TOML syntax, and a bare word that is no
 /// TOML value counts as a string. Missing tables are created and an old value is replaced. The
-/// location is `--set section.key`. Throws InputError.
-void set_from_text(ConfigNode& root, std::string_view assignment);
+/// location is `origin` and the key, `--set section.key`. Throws InputError.
+void set_from_text(ConfigNode& root, std::string_view assignment,
+                   std::string_view origin = "--set ");
+
+/// The leaves of a tree as "section.key=value", in their order, with which set_from_text() makes it
+/// again. Throws InputError for keys that are not of letters, digits, _ and -, and for tables in
+/// lists.
+std::vector<std::string> assignments(const ConfigNode& root);
 
 }  // namespace gamer

@@ -76,6 +76,8 @@ struct GalaxySettings {
   std::optional<int> octaves;  ///< `noise.octaves` where the render parameters give it
   std::uint64_t seed = 1;
   std::shared_ptr<const Sed> sed;  ///< instead of those of the components
+  /// Values that replace those of the file, by section or component: {dust: {optical_depth: 3}}.
+  std::shared_ptr<const ConfigNode> overrides = nullptr;
   /// The reference of a galaxy of the same file (Galaxy::reference()), or null.
   std::shared_ptr<Galaxy> reference = nullptr;
   /// Says how exact the means of textures must be.

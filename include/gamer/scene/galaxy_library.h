@@ -19,6 +19,9 @@ namespace gamer {
 struct Scene;
 class SceneRow;
 
+/// The name by which scene.overrides know a type: that of its file, without folder and suffix.
+std::string name_of_type(const std::string& type);
+
 /// Suffixes of files in `galaxies/`.
 const std::vector<std::string>& galaxy_suffixes();
 
@@ -59,6 +62,8 @@ class GalaxyLibrary {
                                std::uint64_t row_seed, const SceneRow& row);
 
   GalaxySettings settings_;  ///< settings that all rows share
+  /// SceneSettings::overrides, by type.
+  std::map<std::string, std::shared_ptr<const ConfigNode>> overrides_;
   std::uint64_t seed_;
   std::string label_;
   Resources& resources_;

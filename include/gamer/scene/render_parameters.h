@@ -25,7 +25,8 @@ std::span<const ParameterSection> render_parameter_sections();
 class RenderParameters {
  public:
   RenderParameters();  ///< the defaults
-  /// Reads a parameter file's tree (after --set). Throws InputError for unknown sections and keys,
+  /// Reads a parameter file's tree (after --set). Sections [galaxy.TYPE.COMPONENT] add to
+  /// scene.overrides. Throws InputError for unknown sections and keys,
   /// wrong types, and values out of their interval. It throws for wavelengths or bands that are
   /// empty or repeated, and a unit that lacks what it needs. It throws for conflicting keys:
   /// camera.fov in an orthographic view, image.size of a HEALPix map, sampling.step with the
@@ -70,6 +71,8 @@ class RenderParameters {
   std::optional<double> megaparsec() const;
 
  private:
+  /// Adds the keys of [galaxy.TYPE.COMPONENT] to scene.overrides.
+  void add_overrides(const ConfigNode& galaxies);
   void set_view_defaults();
   void resolve();
   std::vector<ParameterSet> sections_;

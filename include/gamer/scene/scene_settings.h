@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "gamer/core/config.h"
 #include "gamer/scene/catalogue.h"
 #include "gamer/scene/parameter_section.h"
 
@@ -14,6 +15,8 @@ struct SceneSettings {
   static SceneSettings read(const ParameterSet& values);
 
   std::string unit;  ///< "" (arbitrary), "pc", "kpc", "Mpc"
+  /// Parameters of galaxies that differ from their files, by type and component.
+  ConfigNode overrides;
   /// Mpc per scene unit; none where arbitrary.
   std::optional<double> megaparsec() const;
 };

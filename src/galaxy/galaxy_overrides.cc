@@ -1,0 +1,102 @@
+#include "galaxy/galaxy_overrides.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "gamer/core/near.h"
+
+namespace gamer {
+namespace {
+
+/// The text of a member; empty where it is none.
+std::string text_of(const ConfigNode& node, std::string_view key) {
+  const ConfigNode* member = node.is_table() ? node.find(key) : nullptr;
+  const auto* text = member == nullptr ? nullptr : std::get_if<std::string>(&member->data);
+  return text == nullptr ? "" : *text;
+}
+
+/// The name with _ for what a bare key lacks.
+std::string bare(std::string name) {
+  for (char& c : name) {
+    if (!is_bare_key({&c, 1})) c = '_';
+  }
+  return name;
+}
+
+/// Puts the members of `from` in the place of those of `to`; tables within are merged too.
+void merge(const ConfigNode& from, ConfigNode& to) {
+  if (!from.is_table() || !to.is_table()) {
+    to = from;
+    return;
+  }
+  for (const auto& [key, member] : from.table()) {
+    const auto known = std::ranges::find(to.table(), key, &ConfigNode::Table::value_type::first);
+    if (known == to.table().end()) {
+      to.table().emplace_back(key, member);
+    } else {
+      merge(member, known->second);
+    }
+  }
+}
+
+/// The components of a file with their names.
+class NamedComponents {
+ public:
+  explicit NamedComponents(ConfigNode& file) {
+    const auto list =
+        std::ranges::find(file.table(), "component", &ConfigNode::Table::value_type::first);
+    if (list == file.table().end() || !list->second.is_array()) return;
+    for (ConfigNode& node : std::get<ConfigNode::Array>(list->second.data)) {
+      const std::string kind = text_of(node, "class"), name = text_of(node, "name");
+      nodes_.push_back(&node);
+      kinds_.push_back(kind);
+      places_.push_back(fmt::format("{}{}", kind, nodes_.size()));
+      names_.push_back(name.empty() ? places_.back() : bare(name));
+    }
+  }
+
+  ConfigNode& find(const std::string& name, const SourceLocation& where) const {
+    for (const auto* called : {&names_, &places_, &kinds_}) {
+      if (std::ranges::count(*called, name) != 1) continue;
+      return *nodes_[static_cast<std::size_t>(std::ranges::find(*called, name) - called->begin())];
+    }
+    std::vector<std::string> known = {"galaxy", "arms"};
+    known.insert(known.end(), names_.begin(), names_.end());
+    std::string listed;
+    for (const std::string& one : known) listed += (listed.empty() ? "'" : ", '") + one + "'";
+    throw InputError(where, fmt::format("the galaxy has no component {}{}; it has {}",
+                                        in_quotes(name), did_you_mean(name, known), listed));
+  }
+
+ private:
+  std::vector<ConfigNode*> nodes_;
+  std::vector<std::string> names_, places_, kinds_;
+};
+
+void check_table(const ConfigNode& node) {
+  if (node.is_table()) return;
+  throw InputError(node.key_where,
+                   "a key of a galaxy is galaxy.TYPE.COMPONENT.key, such as "
+                   "galaxy.m51.dust.optical_depth");
+}
+
+}  // namespace
+
+void apply_overrides(const ConfigNode& overrides, ConfigNode& file) {
+  check_table(overrides);
+  for (const auto& [name, values] : overrides.table()) {
+    check_table(values);
+    if (name == "galaxy" || name == "arms") {
+      ConfigNode change;
+      change.table().emplace_back(name, values);
+      merge(change, file);
+    } else {
+      merge(values, NamedComponents(file).find(name, values.key_where));
+    }
+  }
+}
+
+}  // namespace gamer

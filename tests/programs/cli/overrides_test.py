@@ -1,0 +1,74 @@
+"""Parameters of galaxies that a parameter file or the command line replaces."""
+
+import unittest
+
+from astropy.io import fits
+
+from gamer_program import GALAXY, PARAMETERS, RANKS, SCENE, Folder, main
+
+OTHER = (GALAXY.replace("optical_depth = 0.5", "optical_depth = 3")
+         .replace('model = "logarithmic"', 'model = "logarithmic"\ncount = 3')
+         .replace('sed = "Sbc"\nnoise = {octaves = 2}', 'sed = "Sbc"\nnoise = {octaves = 3}'))
+SECTIONS = """[galaxy.spiral.dust]
+optical_depth = 3
+[galaxy.spiral]
+arms = {count = 3}
+disk2.noise.octaves = 3
+"""
+WORDS = ("-s", "galaxy.spiral.dust3.optical_depth=3", "-s", "galaxy.spiral.arms.count=3",
+         "-s", "galaxy.spiral.disk2.noise.octaves=3")
+
+
+def pixels(folder, name):
+    return fits.getdata(folder.path / name).tobytes()
+
+
+class Overrides(unittest.TestCase):
+    def render(self, folder, *arguments, **options):
+        result = folder.run(*arguments, **options)
+        self.assertEqual((result.returncode, result.stderr), (0, ""), arguments)
+
+    def test_are_as_the_edited_file(self):
+        files = {"other.par": PARAMETERS + SECTIONS, "other.toml": OTHER,
+                 "other.lst": SCENE.replace("spiral", "other")}
+        with Folder(**files) as folder:
+            self.render(folder, "render.par", "other.lst", "-o", "edited.fits")
+            self.render(folder, "render.par", "scene.lst", "-o", "plain.fits")
+            self.assertNotEqual(pixels(folder, "edited.fits"), pixels(folder, "plain.fits"))
+            for ranks in RANKS:
+                self.render(folder, "other.par", "scene.lst", "-o", "sections.fits", "--overwrite",
+                              ranks=ranks)
+                self.assertEqual(pixels(folder, "sections.fits"), pixels(folder, "edited.fits"))
+            self.render(folder, "render.par", "scene.lst", "-o", "words.fits", *WORDS)
+            self.assertEqual(pixels(folder, "words.fits"), pixels(folder, "edited.fits"))
+            self.render(folder, "--from-header", "words.fits", "-o", "again.fits")
+            self.assertEqual(pixels(folder, "again.fits"), pixels(folder, "edited.fits"))
+
+    def test_what_is_wrong_is_said(self):
+        wrong = {
+            "galaxy.spiral.dusty.optical_depth=3":
+                "galaxy.spiral.dusty.optical_depth: the galaxy has no component 'dusty'; did you "
+                "mean 'dust3'?; it has 'galaxy', 'arms', 'bulge1', 'arms', 'dust3'",
+            "galaxy.spiral.dust.optical_deph=3": "did you mean 'optical_depth'",
+            "galaxy.spiral.dust.optical_depth=-3": "optical_depth = -3 is outside",
+            "galaxy.spiral.dust=3": "a key of a galaxy is galaxy.TYPE.COMPONENT.key",
+            "galaxy.spiral=3": "a key of a galaxy is galaxy.TYPE.COMPONENT.key",
+            "galaxy=3": "galaxy must be a section [galaxy.TYPE.COMPONENT], not an integer",
+        }
+        with Folder() as folder:
+            for setting, message in wrong.items():
+                result = folder.run("render.par", "scene.lst", "-s", setting)
+                self.assertEqual(result.returncode, 2, setting)
+                self.assertIn(message, result.stderr)
+                self.assertFalse((folder.path / "out.fits").exists())
+
+    def test_types_that_are_not_in_the_image_are_named(self):
+        with Folder() as folder:
+            result = folder.run("render.par", "scene.lst", "-s", "galaxy.spirl.dust.tau=3")
+            self.assertEqual(result.returncode, 0)
+            self.assertIn("galaxy.spirl.dust.tau: no galaxy in the image is of this type",
+                          result.stderr)
+
+
+if __name__ == "__main__":
+    main()
