@@ -44,6 +44,11 @@ struct Margins {
 PlanePtr pad(PlanePtr source, const Margins& margins, double fill);
 PixelMap pad_map(const Margins& margins);
 
+/// The pixels of `box`, which may reach outside the image; there they are `fill` (NaN: missing).
+/// Its map is crop_map(). Throws std::invalid_argument where the box and the image have no common
+/// pixel.
+PlanePtr window(PlanePtr source, const Area& box, double fill);
+
 /// Turns by `count` times 90 degrees, counter-clockwise with row 0 at the bottom; negative counts
 /// turn clockwise. Odd counts swap the sides. Pixels are copied.
 PlanePtr quarter_turns(PlanePtr source, int count);
