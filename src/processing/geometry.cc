@@ -280,6 +280,15 @@ PixelMap pad_map(const Margins& margins) {
   return map;
 }
 
+Area box_about(const PixelPosition& middle, int width, int height) {
+  // Pixel 1 has its centre at 1.
+  constexpr double one_half = 0.5;
+  const auto first = [](double at, int length) {
+    return static_cast<int>(std::floor(at - one_half * (length + 1) + one_half));
+  };
+  return {first(middle.x, width), first(middle.y, height), width, height};
+}
+
 PlanePtr window(PlanePtr source, const Area& box, double fill) {
   const int left = std::max(0, -box.x), bottom = std::max(0, -box.y);
   const int right = std::max(0, box.x + box.width - source->width());

@@ -32,6 +32,9 @@ PixelMap flip_map(int width, int height, FlipAxis axis);
 /// image.
 PlanePtr crop(PlanePtr source, const Area& box);
 PixelMap crop_map(const Area& box);
+/// The box of width x height pixels about a place, which may reach outside the image. Where two
+/// boxes are equally near, it is the upper right one.
+Area box_about(const PixelPosition& middle, int width, int height);
 
 /// Numbers of pixels to add at each side.
 struct Margins {

@@ -189,16 +189,6 @@ Operation flip_operation() {
 
 // ---- crop --------------------------------------------------------------------------------------
 
-/// The box of a size about a place.
-Area box_about(const PixelPosition& middle, const std::vector<int>& size) {
-  // Pixel 1 has its centre at 1. Where two boxes are equally near, the upper right one is taken.
-  constexpr double one_half = 0.5;
-  const auto first = [](double at, int length) {
-    return static_cast<int>(std::floor(at - one_half * (length + 1) + one_half));
-  };
-  return {first(middle.x, size[0]), first(middle.y, size[1]), size[0], size[1]};
-}
-
 /// The box that --box gives.
 Area box_of_ends(const OperationCall& call) {
   const std::vector<int> ends = whole_numbers(call, "box");
@@ -236,7 +226,7 @@ class CropBoxes {
       sky_ = sky_position(call);
     } else if (has_center) {
       const std::vector<double>& center = parameters.numbers("center");
-      box_ = box_about({center[0], center[1]}, size_);
+      box_ = box_about({center[0], center[1]}, size_[0], size_[1]);
     } else {
       box_ = box_of_ends(call);
     }
@@ -253,7 +243,7 @@ class CropBoxes {
     const bool is_plain = !header.has("CTYPE1") && !header.has("CTYPE2");
     if (is_plain && width == known_width_ && height == known_height_) return box_;
     const CelestialWcs wcs = celestial_wcs(header, label);
-    box_ = box_about(pixel_within(call_, wcs, *sky_, width, height, label), size_);
+    box_ = box_about(pixel_within(call_, wcs, *sky_, width, height, label), size_[0], size_[1]);
     known_width_ = width;
     known_height_ = height;
     return box_;
