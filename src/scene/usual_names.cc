@@ -6,7 +6,6 @@
 
 #include "gamer/core/near.h"
 
-
 namespace gamer {
 
 const NameGroups& usual_names(column::Column column) {
