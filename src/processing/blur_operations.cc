@@ -41,16 +41,14 @@ int run_convolve(const OperationCall& call) {
     return 0;
   }
   const std::string& name = call.parameters.text("psf");
-  const auto file =
-      std::make_shared<const StampFile>(name, call.parameters.boolean("keep_missing_flux"));
+  const StampFile file(name, call.parameters.boolean("keep_missing_flux"));
   change_planes(call, [&](const PlaneTask& task) {
-    const std::size_t index = file->index_of(options, task.index, task.count, call.inputs.front());
-    // Read now to find errors, and again when it is used.
-    if (static_cast<std::size_t>(task.index) == index) file->stamp(index);
-    const Plane& plane = file->plane(index);
-    return convolved(
-        task.plane, plane.width(), plane.height(), [file, index] { return file->stamp(index); },
-        convolution);
+    constexpr double one_half = 0.5;
+    const PixelPosition middle = {one_half * (task.plane->width() + 1),
+                                  one_half * (task.plane->height() + 1)};
+    const StampSource stamp =
+        file.source(options, task.index, task.count, call.inputs.front(), middle);
+    return convolved(task.plane, stamp.width, stamp.height, stamp.make, convolution);
   });
   return 0;
 }
@@ -159,7 +157,9 @@ Operation convolve_operation() {
       "The PSF's sum is 1, so that flux is kept, but for what leaves the image with --edge zero.\n"
       "\n"
       "Any other text of --psf is a FITS file (extended names too) with odd sides, centred on its "
-      "middle pixel, of one plane, or one for each plane of the input.\n"
+      "middle pixel, of one plane, or one for each plane of the input; or a .psf file of PSFEx, "
+      "taken "
+      "at the middle of the image.\n"
       "\n"
       "--position-angle is on the sky, from North towards East, by the coordinates at the middle "
       "of "

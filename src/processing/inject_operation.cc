@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <limits>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -73,7 +72,7 @@ class InjectOperation {
   const OperationCall& call_;
   FitsInput science_, render_;
   std::optional<PsfOptions> psf_;
-  std::shared_ptr<const StampFile> psf_file_;
+  std::optional<StampFile> psf_file_;
   std::vector<PlaneTask> lights_;
   /// Headers in which cards of the science image are looked for.
   std::vector<FitsHeader> headers_;
@@ -87,8 +86,7 @@ InjectOperation::InjectOperation(const OperationCall& call)
   if (has("psf")) {
     psf_.emplace(call);
     if (psf_->is_file()) {
-      psf_file_ = std::make_shared<const StampFile>(call.parameters.text("psf"),
-                                                    call.parameters.boolean("keep_missing_flux"));
+      psf_file_.emplace(call.parameters.text("psf"), call.parameters.boolean("keep_missing_flux"));
     }
   } else {
     for (const Parameter& parameter : psf_parameters({})) {
@@ -251,24 +249,20 @@ PlacedLight InjectOperation::blurred(const PlaneTask& science, const PlaneTask& 
   if (!psf_) return {plane, box};
   PlaneTask task = science;
   task.info.wavelength = light.info.wavelength;
-  std::function<Stamp()> make;
-  int width = 0, height = 0;
+  constexpr double one_half = 0.5;
+  StampSource stamp;
   if (psf_file_) {
-    const std::size_t index =
-        psf_file_->index_of(*psf_, science.index, science.count, science.label);
-    psf_file_->stamp(index);  // finds errors
-    make = [file = psf_file_, index] { return file->stamp(index); };
-    width = psf_file_->plane(index).width();
-    height = psf_file_->plane(index).height();
+    const PixelPosition middle = {box.x + one_half * (box.width + 1),
+                                  box.y + one_half * (box.height + 1)};
+    stamp = psf_file_->source(*psf_, science.index, science.count, science.label, middle);
   } else {
     const Psf psf = psf_->psf(task);
     StampOptions options = psf_->stamp();
     if (options.size == 0) options.size = stamp_size(psf, options.energy);
-    make = [psf, options] { return make_stamp(psf, options); };
-    width = height = options.size;
+    stamp = {options.size, options.size, [psf, options] { return make_stamp(psf, options); }};
   }
-  const int x = width / 2, y = height / 2;
-  return {convolved(pad(plane, {x, x, y, y}, 0), width, height, make),
+  const int x = stamp.width / 2, y = stamp.height / 2;
+  return {convolved(pad(plane, {x, x, y, y}, 0), stamp.width, stamp.height, stamp.make),
           {box.x - x, box.y - y, box.width + 2 * x, box.height + 2 * y}};
 }
 
@@ -341,28 +335,24 @@ void InjectOperation::run() {
 
 constexpr const char* description =
     "inject SCIENCE RENDER OUT: a render's pixel of value v adds v s to the science image's, s = "
-    "10^(-0.4 (MAGZERO - zero point)); surface brightnesses count with their pixel's arcsec^2. The "
-    "zero point is the AB magnitude of the value 1 of the science image: --zero-point, or a card "
-    "MAGZERO, PHOTZP, MAGZEROP, MAGZPT, MAGZP or ZEROPOINT of its HDU or of the primary one, or "
-    "BUNIT nJy, uJy, mJy or Jy. Cards of one header that disagree are an error. A card that means "
-    "1 "
-    "count/s, or Vega magnitudes, does not fit counts: give --zero-point.\n"
+    "10^(-0.4 (MAGZERO - zero point)); surface brightnesses count with their pixel's arcsec^2. "
+    "The zero point is the AB magnitude of the value 1 of the science image: --zero-point, or a "
+    "card MAGZERO, PHOTZP, MAGZEROP, MAGZPT, MAGZP or ZEROPOINT of its HDU or of the primary one, "
+    "or BUNIT nJy, uJy, mJy or Jy. Cards of one header that disagree are an error. A card that "
+    "means 1 count/s, or Vega magnitudes, does not fit counts: give --zero-point.\n"
     "\n"
     "The added light has Poisson noise: N / gain with N = Poisson(v s gain), so negative v count "
-    "as "
-    "0. The gain is electrons per unit of the pixels (--gain, or GAIN or EGAIN); of an image in "
-    "electron/s it is the exposure time. Noise follows from the seed, the render's band or "
+    "as 0. The gain is electrons per unit of the pixels (--gain, or GAIN or EGAIN); of an image "
+    "in electron/s it is the exposure time. Noise follows from the seed, the render's band or "
     "wavelength and the science image's pixel alone. Other seeds or places have other noise. "
     "--no-noise adds v s itself.\n"
     "\n"
-    "Where: by the world coordinates of both images, whose pixels must agree to 0.1 pixel, as with "
-    "camera.header in the render; without them both must have one size. --at and --position put "
-    "the "
-    "middle of the render there, rounded to whole pixels; pixels must then have one size and "
-    "direction on the sky to 1 %. --ignore-wcs leaves the render's coordinates out. Light beyond "
-    "the edges is lost. The PSF options are those of convolve; pixels and position angles are "
-    "those "
-    "of the science image.\n"
+    "Where: by the world coordinates of both images, whose pixels must agree to 0.1 pixel, as "
+    "with camera.header in the render; without them both must have one size. --at and --position "
+    "put the middle of the render there, rounded to whole pixels; pixels must then have one size "
+    "and direction on the sky to 1 %. --ignore-wcs leaves the render's coordinates out. Light "
+    "beyond the edges is lost. The PSF options are those of convolve; pixels and position angles "
+    "are those of the science image, and a PSF of PSFEx is that at the middle of the render.\n"
     "\n"
     "Pixels without added light keep their bits, missing ones stay missing (missing pixels of the "
     "render add nothing), and no pixel is clipped at SATURATE. 16-bit integers become 32-bit "

@@ -12,6 +12,7 @@
 #include "gamer/core/near.h"
 #include "gamer/core/units.h"
 #include "processing/aperture.h"
+#include "processing/psfex.h"
 
 namespace gamer {
 namespace {
@@ -145,25 +146,34 @@ double PsfOptions::diffraction_fwhm(const PlaneTask& task) const {
   return airy_fwhm(call_.parameters.number("obscuration")) * ratio / arcsecond;
 }
 
-StampFile::StampFile(const std::string& name, bool keep_flux)
-    : input_(name), keep_flux_(keep_flux) {
-  visit_planes(input_, 1, [&](const PlaneTask& task) {
+StampFile::StampFile(const std::string& name, bool keep_flux) : name_(name), keep_flux_(keep_flux) {
+  std::error_code error;
+  if (std::filesystem::is_regular_file(name, error)) psfex_ = read_psfex_file(name);
+  if (psfex_) return;
+  input_.emplace(name);
+  visit_planes(*input_, 1, [&](const PlaneTask& task) {
     const std::string plane = task.count == 1 ? "" : fmt::format(", plane {}", task.index + 1);
     planes_.emplace_back(task.plane, task.label + plane);
   });
 }
 
-std::size_t StampFile::index_of(const PsfOptions& options, int index, int planes,
-                                const std::string& label) const {
-  if (count() != 1 && count() != static_cast<std::size_t>(planes)) {
-    options.fail(fmt::format("the PSF {} has {} planes, {} has {}; one, or one for each is needed",
-                             input_.name(), count(), label, planes));
+StampSource StampFile::source(const PsfOptions& options, int index, int planes,
+                              const std::string& label, const PixelPosition& at) const {
+  if (psfex_) {
+    const Stamp stamp = psfex_stamp(*psfex_, at, name_, keep_flux_);
+    return {stamp.width, stamp.height, [stamp] { return stamp; }};
   }
-  return count() == 1 ? std::size_t{0} : static_cast<std::size_t>(index);
-}
-
-Stamp StampFile::stamp(std::size_t index) const {
-  return read_stamp(*planes_[index].first, planes_[index].second, keep_flux_);
+  const std::size_t count = planes_.size();
+  if (count != 1 && count != static_cast<std::size_t>(planes)) {
+    options.fail(fmt::format("the PSF {} has {} planes, {} has {}; one, or one for each is needed",
+                             name_, count, label, planes));
+  }
+  const auto& [plane, plane_label] = planes_[count == 1 ? 0 : static_cast<std::size_t>(index)];
+  const auto make = [plane = plane, name = plane_label, keep_flux = keep_flux_] {
+    return read_stamp(*plane, name, keep_flux);
+  };
+  make();  // finds errors; the stamp is made again when it is used
+  return {plane->width(), plane->height(), make};
 }
 
 ParameterTable psf_parameters(const PsfTexts& texts) {

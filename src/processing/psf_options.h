@@ -1,12 +1,13 @@
 #pragma once
 
-#include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "gamer/image/fits/fits_stream.h"
+#include "gamer/image/fits/psfex_file.h"
 #include "gamer/image/wcs.h"
 #include "processing/plane_operation.h"
 #include "processing/psf.h"
@@ -47,22 +48,28 @@ class PsfOptions {
   bool is_file_ = false;
 };
 
-/// The stamps of a PSF file: one for all planes, or one per plane.
+/// A stamp that is made when it is needed, and its size.
+struct StampSource {
+  int width = 1, height = 1;
+  std::function<Stamp()> make;
+};
+
+/// A PSF file: images of stamps, one for all planes or one per plane, or a .psf file of PSFEx.
 class StampFile {
  public:
   StampFile(const std::string& name, bool keep_flux);
 
-  std::size_t count() const { return planes_.size(); }
-  /// Index of the stamp for plane `index` of `planes`. Throws InputError, which names `label`,
-  /// where the file has neither one plane nor as many.
-  std::size_t index_of(const PsfOptions& options, int index, int planes,
-                       const std::string& label) const;
-  const Plane& plane(std::size_t index) const { return *planes_[index].first; }
-  Stamp stamp(std::size_t index) const;
+  /// The stamp for plane `index` of `planes`; PSFEx's at the pixel `at`. Throws InputError, which
+  /// names `label`, where the file has neither one plane nor as many, and where its pixels are no
+  /// stamp.
+  StampSource source(const PsfOptions& options, int index, int planes, const std::string& label,
+                     const PixelPosition& at) const;
 
  private:
-  FitsInput input_;
+  std::string name_;
   bool keep_flux_;
+  std::optional<PsfexFile> psfex_;
+  std::optional<FitsInput> input_;
   std::vector<std::pair<PlanePtr, std::string>> planes_;
 };
 

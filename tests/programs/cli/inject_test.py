@@ -282,6 +282,20 @@ class Inject(Case):
         part = fits.getdata(self.path("part.fits")).astype(float)
         check(10, 7, light=self.counts(part), render="part.fits")
 
+    def test_units(self):
+        """Renders in other units add the same counts."""
+        first, _ = self.inject("--no-noise")
+        for unit in ("MJy/sr", "erg/s/cm^2/A/arcsec^2"):
+            result = self.folder.run("render.par", "scene.lst", "-s", f"image.unit={unit}", "-o",
+                                     "unit.fits", "--overwrite")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            out, _ = self.inject("--no-noise", render="unit.fits")
+            np.testing.assert_allclose(out, first, rtol=1e-6)
+        result = self.folder.run("render.par", "scene.lst", "-s", "image.unit=mag/arcsec^2", "-o",
+                                 "unit.fits", "--overwrite")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.refused("are magnitudes", "inject", "science.fits", "unit.fits", "o.fits")
+
     def test_point_spread_function(self):
         """The added light is SciPy's convolution with the PSF that Astropy reads."""
         self.gutil("psf", "--psf", "moffat", "--fwhm", "3.2", "--size", "15", "psf.fits",
@@ -300,6 +314,59 @@ class Inject(Case):
         out, _ = self.inject(*options, "--psf", "psf.fits", "--at", "32,28", science="zeros.fits",
                              render="stamp.fits")
         self.assertAlmostEqual(out.sum() / self.counts(self.stamp).sum(), 1, delta=1e-9)
+
+    def write_psfex(self, name, **cards):
+        """A PSF of PSFEx, of second degree: six Gaussians with the weights 1, x, x^2, y, xy, y^2."""
+        side, step = 61, 0.5
+        axis = (np.arange(side) - side // 2) * step
+        radius = axis[:, None] ** 2 + axis[None, :] ** 2
+        self.sigmas = (1.5, 1.7, 1.9, 2.1, 2.3, 2.5)
+        mask = [np.exp(-radius / (2 * s * s)) / s ** 2 for s in self.sigmas]
+        mask = np.array(mask)[None].astype("f4")
+        table = fits.BinTableHDU.from_columns(
+            [fits.Column("PSF_MASK", f"{mask.size}E", dim=f"({side},{side},6)", array=mask)],
+            name="PSF_DATA")
+        values = {"POLNAXIS": 2, "POLGRP1": 1, "POLNAME1": "X_IMAGE", "POLZERO1": 20.0,
+                  "POLSCAL1": 40.0, "POLGRP2": 1, "POLNAME2": "Y_IMAGE", "POLZERO2": 10.0,
+                  "POLSCAL2": 50.0, "POLNGRP": 1, "POLDEG1": 2, "PSF_SAMP": step, "PSFNAXIS": 3,
+                  "PSFAXIS1": side, "PSFAXIS2": side, "PSFAXIS3": 6, **cards}
+        for key, value in values.items():
+            table.header[key] = value
+        fits.HDUList([fits.PrimaryHDU(), table]).writeto(self.path(name), overwrite=True)
+
+    def test_psf_of_psfex(self):
+        self.write_psfex("default.psf")
+        point = np.zeros((1, 1))
+        point[0, 0] = 1e4
+        fits.writeto(self.path("point.fits"), point, fits.Header({"MAGZERO": 31.4}), overwrite=True)
+        fits.writeto(self.path("zeros.fits"), np.zeros((HEIGHT, WIDTH)), overwrite=True)
+        rows, columns = np.indices((HEIGHT, WIDTH))
+        for x, y in ((33, 28), (50, 20)):
+            out, _ = self.inject("--no-noise", "--zero-point", "31.4", "--psf", "default.psf", "--at",
+                                 f"{x},{y}", science="zeros.fits", render="point.fits")
+            u, v = (x - 20) / 40, (y - 10) / 50
+            weights = (1, u, u * u, v, u * v, v * v)
+            radius = (columns + 1 - x) ** 2 + (rows + 1 - y) ** 2
+            expected = sum(w * np.exp(-radius / (2 * s * s)) / s ** 2
+                           for w, s in zip(weights, self.sigmas)) / (2 * np.pi * sum(weights))
+            np.testing.assert_allclose(out / 1e4, expected, atol=1.5e-8 * expected.max())
+        # Convolution takes the PSF at the middle of the image.
+        impulse = np.zeros((HEIGHT, WIDTH))
+        impulse[27, 31] = 1
+        fits.writeto(self.path("impulse.fits"), impulse, overwrite=True)
+        self.gutil("convolve", "--psf", "default.psf", "impulse.fits", "spread.fits", "--overwrite")
+        self.assertAlmostEqual(fits.getdata(self.path("spread.fits")).sum(), 1, delta=1e-9)
+        for message, cards in (("POLDEG1 is 1.5", {"POLDEG1": 1.5}), ("PSF_SAMP", {"PSF_SAMP": 0.0}),
+                               ("varies with 'MAG'", {"POLNAME1": "MAG"}),
+                               ("PSF_MASK holds", {"PSFAXIS1": 60}),
+                               ("PSF_MASK holds", {"POLDEG1": 3}),
+                               ("in one group", {"POLNGRP": 2})):
+            self.write_psfex("bad.psf", **cards)
+            self.refused(message, "convolve", "--psf", "bad.psf", "impulse.fits", "o.fits")
+        content = self.path("default.psf").read_bytes()
+        for size in range(2880, len(content), 7919):
+            self.folder.write("bad.psf", content[:size])
+            self.refused("^bad.psf: ", "convolve", "--psf", "bad.psf", "impulse.fits", "o.fits")
 
     def test_integers(self):
         counts = self.counts(self.render)
