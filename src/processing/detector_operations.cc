@@ -399,7 +399,7 @@ std::vector<Operation> detector_operations() {
   noise.example =
       "noise --exposure 3600 --zero-point 28 --sky 21.5 --read-noise 5 --variance in.fits out.fits";
   noise.run = run_noise;
-  return {noise};
+  return {noise, inject_operation()};
 }
 
 }  // namespace gamer

@@ -244,34 +244,6 @@ int stack_files(const OperationCall& call) {
 
 // ---- header ------------------------------------------------------------------------------------
 
-std::string in_capitals(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return text;
-}
-
-/// Indices in hdus() of the HDUs that --hdu names.
-std::vector<std::size_t> chosen_hdus(const FitsInput& input, const std::string& text) {
-  const std::string wanted = in_capitals(text);
-  std::vector<std::size_t> chosen;
-  std::vector<std::string> names = {"first", "all"};
-  for (std::size_t i = 0; i < input.hdus().size(); ++i) {
-    const FitsHdu& hdu = input.hdus()[i];
-    const bool is_meant = wanted == "ALL" || wanted == fmt::format("{}", hdu.number) ||
-                          (!hdu.name.empty() && wanted == in_capitals(hdu.name)) ||
-                          (wanted == "FIRST" && hdu.is_image() && chosen.empty());
-    if (is_meant) chosen.push_back(i);
-    names.push_back(fmt::format("{}", hdu.number));
-    if (!hdu.name.empty()) names.push_back(hdu.name);
-  }
-  if (chosen.empty() && wanted == "FIRST" && !input.hdus().empty()) chosen.push_back(0);
-  if (chosen.empty()) {
-    throw InputError(fmt::format("gutil header: {} has no HDU {}; there are {}", input.name(),
-                                 in_quotes(text), fmt::join(names, ", ")));
-  }
-  return chosen;
-}
-
 std::string trim(const std::string& word) {
   const std::size_t first = word.find_first_not_of(' ');
   if (first == std::string::npos) return std::string();
@@ -356,7 +328,7 @@ Card parse_setting(const std::string& text) {
 }
 
 const FitsHeader& source_header(const FitsInput& source) {
-  return source.hdus()[chosen_hdus(source, "first").front()].header;
+  return source.hdus()[chosen_hdus("header", source, "first").front()].header;
 }
 
 void edit_header(const OperationCall& call, const FitsInput& input,
@@ -391,7 +363,8 @@ int edit_file(const OperationCall& call) {
   if (!call.parameters.texts("copy").empty() && !source) {
     throw InputError("gutil header: --copy needs --from, the file that has the cards");
   }
-  const std::vector<std::size_t> chosen = chosen_hdus(input, call.parameters.text("hdu"));
+  const std::vector<std::size_t> chosen =
+      chosen_hdus(call.operation, input, call.parameters.text("hdu"));
   FitsOutput output({call.inputs.back(), call.overwrite});
   for (std::size_t i = 0; i < input.hdus().size(); ++i) {
     if (std::find(chosen.begin(), chosen.end(), i) == chosen.end()) {
@@ -415,7 +388,8 @@ int show_header(const OperationCall& call) {
     throw InputError("gutil header: shows one file; an output goes with --set, --delete or --copy");
   }
   const FitsInput input(call.inputs.front());
-  const std::vector<std::size_t> chosen = chosen_hdus(input, call.parameters.text("hdu"));
+  const std::vector<std::size_t> chosen =
+      chosen_hdus(call.operation, input, call.parameters.text("hdu"));
   for (const std::size_t i : chosen) {
     const FitsHdu& hdu = input.hdus()[i];
     const std::vector<std::string>& keys = call.parameters.texts("get");

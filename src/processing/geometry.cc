@@ -280,6 +280,26 @@ PixelMap pad_map(const Margins& margins) {
   return map;
 }
 
+Area box_about(const PixelPosition& middle, int width, int height) {
+  // Pixel 1 has its centre at 1.
+  constexpr double one_half = 0.5;
+  const auto first = [](double at, int length) {
+    return static_cast<int>(std::floor(at - one_half * (length + 1) + one_half));
+  };
+  return {first(middle.x, width), first(middle.y, height), width, height};
+}
+
+PlanePtr window(PlanePtr source, const Area& box, double fill) {
+  const int left = std::max(0, -box.x), bottom = std::max(0, -box.y);
+  const int right = std::max(0, box.x + box.width - source->width());
+  const int top = std::max(0, box.y + box.height - source->height());
+  const Area common = {box.x + left, box.y + bottom, box.width - left - right,
+                       box.height - bottom - top};
+  PlanePtr part = crop(std::move(source), common);
+  if (left == 0 && bottom == 0 && right == 0 && top == 0) return part;
+  return pad(std::move(part), {left, right, bottom, top}, fill);
+}
+
 PlanePtr quarter_turns(PlanePtr source, int count) {
   switch (turns_in_circle(count)) {
     case 0:

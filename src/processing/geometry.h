@@ -32,6 +32,9 @@ PixelMap flip_map(int width, int height, FlipAxis axis);
 /// image.
 PlanePtr crop(PlanePtr source, const Area& box);
 PixelMap crop_map(const Area& box);
+/// The box of width x height pixels about a place, which may reach outside the image. Where two
+/// boxes are equally near, it is the upper right one.
+Area box_about(const PixelPosition& middle, int width, int height);
 
 /// Numbers of pixels to add at each side.
 struct Margins {
@@ -43,6 +46,11 @@ struct Margins {
 /// margin is negative or a side exceeds an int.
 PlanePtr pad(PlanePtr source, const Margins& margins, double fill);
 PixelMap pad_map(const Margins& margins);
+
+/// The pixels of `box`, which may reach outside the image; there they are `fill` (NaN: missing).
+/// Its map is crop_map(). Throws std::invalid_argument where the box and the image have no common
+/// pixel.
+PlanePtr window(PlanePtr source, const Area& box, double fill);
 
 /// Turns by `count` times 90 degrees, counter-clockwise with row 0 at the bottom; negative counts
 /// turn clockwise. Odd counts swap the sides. Pixels are copied.

@@ -3,6 +3,8 @@
 #include <charconv>
 #include <cmath>
 #include <functional>
+#include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,7 @@
 #include "processing/plane_operation.h"
 #include "processing/resample.h"
 #include "processing/rotate.h"
+#include "processing/sky_place.h"
 
 namespace gamer {
 namespace {
@@ -62,13 +65,14 @@ int checked_side(const OperationCall& call, double side) {
   return static_cast<int>(side);
 }
 
-/// The value of --fill: a number or nan.
-double fill_of(const OperationCall& call) {
-  const std::string& text = call.parameters.text("fill");
+/// The value of --fill, or of another option of that kind: a number or nan.
+double fill_of(const OperationCall& call, const char* name = "fill") {
+  const std::string& text = call.parameters.text(name);
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || std::isinf(value)) {
-    throw error_of(call, fmt::format("--fill {}: expected a number, or nan", in_quotes(text)));
+    throw error_of(
+        call, fmt::format("{} {}: expected a number, or nan", option_name(name), in_quotes(text)));
   }
   return value;
 }
@@ -185,25 +189,8 @@ Operation flip_operation() {
 
 // ---- crop --------------------------------------------------------------------------------------
 
-Area box_of(const OperationCall& call) {
-  const ParameterSet& parameters = call.parameters;
-  const bool by_middle = parameters.has("center") || parameters.has("size");
-  if (parameters.has("box") == by_middle) {
-    throw error_of(call, "give either --box x1,x2,y1,y2 or --center x,y with --size w,h");
-  }
-  if (by_middle) {
-    if (!parameters.has("center") || !parameters.has("size")) {
-      throw error_of(call, "--center x,y and --size w,h go together");
-    }
-    const std::vector<double>& center = parameters.numbers("center");
-    const std::vector<int> size = whole_numbers(call, "size");
-    // Pixel 1 has its centre at 1. Where two boxes are equally near, the upper right one is taken.
-    constexpr double one_half = 0.5;
-    const auto first = [](double middle, int length) {
-      return static_cast<int>(std::floor(middle - one_half * (length + 1) + one_half));
-    };
-    return {first(center[0], size[0]), first(center[1], size[1]), size[0], size[1]};
-  }
+/// The box that --box gives.
+Area box_of_ends(const OperationCall& call) {
   const std::vector<int> ends = whole_numbers(call, "box");
   constexpr std::size_t end_count = 4;
   if (ends.size() != end_count) {
@@ -216,21 +203,98 @@ Area box_of(const OperationCall& call) {
   return {ends[0] - 1, ends[2] - 1, ends[1] - ends[0] + 1, ends[3] - ends[2] + 1};
 }
 
-int crop_file(const OperationCall& call) {
-  const Area box = box_of(call);
-  const PlaneChange cut = [&](const PlaneTask& task) {
-    const Plane& plane = *task.plane;
-    if (box.x < 0 || box.y < 0 || box.x + box.width > plane.width() ||
-        box.y + box.height > plane.height()) {
-      throw error_of(call, fmt::format("the box {},{},{},{} reaches outside {}, which has {} x {} "
-                                       "pixels",
-                                       box.x + 1, box.x + box.width, box.y + 1, box.y + box.height,
-                                       task.label, plane.width(), plane.height()));
+/// The boxes that a call of crop cuts out of its images.
+class CropBoxes {
+ public:
+  explicit CropBoxes(const OperationCall& call) : call_(call) {
+    const ParameterSet& parameters = call.parameters;
+    const bool has_center = parameters.has("center"), has_position = parameters.has("position");
+    const bool by_middle = has_center || has_position || parameters.has("size");
+    if (parameters.has("box") == by_middle || (has_center && has_position)) {
+      throw error_of(call,
+                     "give either --box x1,x2,y1,y2, or --center x,y or --position ra,dec with "
+                     "--size w,h");
     }
-    return crop(task.plane, box);
-  };
+    if (by_middle) {
+      if (!(has_center || has_position) || !parameters.has("size")) {
+        throw error_of(call, has_position ? "--position ra,dec and --size w,h go together"
+                                          : "--center x,y and --size w,h go together");
+      }
+      size_ = whole_numbers(call, "size");
+    }
+    if (has_position) {
+      sky_ = sky_position(call);
+    } else if (has_center) {
+      const std::vector<double>& center = parameters.numbers("center");
+      box_ = box_about({center[0], center[1]}, size_[0], size_[1]);
+    } else {
+      box_ = box_of_ends(call);
+    }
+    is_padded_ = has_position || parameters.has("pad");
+    if (parameters.has("pad")) fill_ = fill_of(call, "pad");
+  }
+
+  double fill() const { return fill_; }
+
+  /// The box in an image of that header and size. An image without world coordinates has that of
+  /// the last image of its size that has them.
+  Area box(const FitsHeader& header, int width, int height, const std::string& label) {
+    if (!sky_) return box_;
+    const bool is_plain = !header.has("CTYPE1") && !header.has("CTYPE2");
+    if (is_plain && width == known_width_ && height == known_height_) return box_;
+    const CelestialWcs wcs = celestial_wcs(header, label);
+    box_ = box_about(pixel_within(call_, wcs, *sky_, width, height, label), size_[0], size_[1]);
+    known_width_ = width;
+    known_height_ = height;
+    return box_;
+  }
+
+  PlanePtr cut(const PlaneTask& task, double fill) {
+    const Plane& plane = *task.plane;
+    const Area area = box(task.header, plane.width(), plane.height(), task.label);
+    const auto reaches = [](int first, int length, int side) {
+      return first < 0 || first + length > side;
+    };
+    const auto is_beyond = [](int first, int length, int side) {
+      return first >= side || first + length <= 0;
+    };
+    const bool is_outside =
+        reaches(area.x, area.width, plane.width()) || reaches(area.y, area.height, plane.height());
+    const bool is_all_outside = is_beyond(area.x, area.width, plane.width()) ||
+                                is_beyond(area.y, area.height, plane.height());
+    if (is_all_outside || (is_outside && !is_padded_)) {
+      throw error_of(call_,
+                     fmt::format("the box {},{},{},{} {} {}, which has {} x {} pixels", area.x + 1,
+                                 area.x + area.width, area.y + 1, area.y + area.height,
+                                 is_padded_ ? "lies outside" : "reaches outside", task.label,
+                                 plane.width(), plane.height()));
+    }
+    checked_side(call_, area.width);
+    checked_side(call_, area.height);
+    return window(task.plane, area, fill);
+  }
+
+ private:
+  const OperationCall& call_;
+  std::vector<int> size_;
+  std::optional<SkyPosition> sky_;
+  bool is_padded_ = false;
+  double fill_ = std::numeric_limits<double>::quiet_NaN();
+  Area box_;
+  int known_width_ = 0, known_height_ = 0;  ///< of the last image with world coordinates
+};
+
+int crop_file(const OperationCall& call) {
+  CropBoxes boxes(call);
+  CropBoxes edited = boxes;
+  const double fill = boxes.fill();
   return change_geometry(
-      call, cut, [&](const FitsHeader&, int, int) { return crop_map(box); }, cut);
+      call, [&](const PlaneTask& task) { return boxes.cut(task, fill); },
+      [&](const FitsHeader& header, int width, int height) {
+        return crop_map(edited.box(header, width, height, call.inputs.front()));
+      },
+      // The fill value has no variance.
+      [&](const PlaneTask& task) { return boxes.cut(task, std::isnan(fill) ? fill : 0); });
 }
 
 Operation crop_operation() {
@@ -239,16 +303,26 @@ Operation crop_operation() {
   operation.group = group_name;
   operation.summary = "Cut out a box";
   operation.description = fmt::format(
-      "The pixels of a box that lies within the image, in FITS pixels (the first is 1, ends are "
-      "included), or of a size about a place. {}",
+      "The pixels of a box in FITS pixels (the first is 1, ends are included), or of a size about "
+      "a pixel or a sky position. The position's pixel follows from each image's own world "
+      "coordinates, in their frame; an image without them has the box of the image before, if both "
+      "have one size. A position outside an image is an error.\n"
+      "\n"
+      "A box about a position may reach over the edges: the pixels out there are missing (NaN), or "
+      "--pad. Other boxes must lie within the image unless --pad is given. {}",
       wcs_text);
   constexpr double farthest = 1e9;
   const Interval pixel = Interval::closed(-farthest, farthest);
+  Parameter fill = Parameter::text(
+      "pad", std::nullopt, "value outside the image, or nan (default with --position: nan)");
+  fill.unit = "unit of the pixels";
   operation.parameters = {
       Parameter::numbers("box", "pixels", pixel, std::nullopt, "x1,x2,y1,y2"),
       Parameter::vector2("center", "pixels", pixel, std::nullopt, "middle of the box: x,y"),
+      position_parameter("middle of the box: ra,dec, or h:m:s,d:m:s"),
       Parameter::size2("size", "pixels", Interval::closed(1, longest_side), std::nullopt,
                        "of the box: n, or width,height"),
+      fill,
   };
   operation.example = "crop --box 2,9,3,8 in.fits out.fits";
   operation.run = crop_file;

@@ -195,7 +195,9 @@ ConfigNode config_of(const ParameterTable& table, const CommandLine& line, bool 
 std::string files_text(const Operation& operation) {
   std::string text;
   if (operation.least_inputs > 0)
-    text = operation.most_inputs == 1 ? "in.fits" : "a.fits b.fits ...";
+    text = operation.most_inputs == 1   ? "in.fits"
+           : operation.most_inputs == 2 ? "a.fits b.fits"
+                                        : "a.fits b.fits ...";
   if (operation.result != Operation::Result::text) {
     if (!text.empty()) text += ' ';
     text += operation.result == Operation::Result::fits ? "out.fits" : "out.png";

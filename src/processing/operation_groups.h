@@ -8,7 +8,7 @@ namespace gamer {
 
 /// The operations by group; operations() joins the groups.
 std::vector<Operation> blur_operations();        ///< convolve, psf
-std::vector<Operation> detector_operations();    ///< noise
+std::vector<Operation> detector_operations();    ///< noise, inject
 std::vector<Operation> geometry_operations();    ///< rotate, flip, crop, pad, bin, resample
 std::vector<Operation> arithmetic_operations();  ///< add, subtract, multiply, average, scale
 std::vector<Operation> file_operations();        ///< stack, header
@@ -16,6 +16,7 @@ std::vector<Operation> tone_operations();        ///< normalise, gamma, stretch,
 std::vector<Operation> measure_operations();     ///< stats, photometry, spectrum, compare
 
 /// Operations of these groups with files of their own.
+Operation inject_operation();
 Operation photometry_operation();
 Operation rgb_operation();
 

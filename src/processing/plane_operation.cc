@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <utility>
 #include <vector>
 
 #include "gamer/core/error.h"
+#include "gamer/core/near.h"
 #include "gamer/image/fits/record_names.h"
 
 namespace gamer {
@@ -27,11 +29,19 @@ int image_count(const FitsInput& input) {
 
 }  // namespace
 
+std::string in_capitals(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return text;
+}
+
 int output_bitpix(const OperationCall& call, const FitsHdu& hdu) {
   constexpr int float_bitpix = -32, double_bitpix = -64, small_integer = 16;
+  // CFITSIO's type of 16-bit integers with BZERO 32768.
+  constexpr int small_unsigned = 20;
   if (call.bitpix != 0) return call.bitpix;
-  const bool fits_in_float =
-      hdu.bitpix == float_bitpix || (hdu.bitpix > 0 && hdu.bitpix <= small_integer);
+  const bool fits_in_float = hdu.bitpix == float_bitpix || hdu.bitpix == small_unsigned ||
+                             (hdu.bitpix > 0 && hdu.bitpix <= small_integer);
   return fits_in_float ? float_bitpix : double_bitpix;
 }
 
@@ -39,6 +49,28 @@ std::string hdu_label(const FitsInput& input, const FitsHdu& hdu) {
   if (image_count(input) == 1) return input.name();
   const std::string name = hdu.name.empty() ? fmt::format("{}", hdu.number) : hdu.name;
   return fmt::format("{}[{}]", input.name(), name);
+}
+
+std::vector<std::size_t> chosen_hdus(const std::string& operation, const FitsInput& input,
+                                     const std::string& text) {
+  const std::string wanted = in_capitals(text);
+  std::vector<std::size_t> chosen;
+  std::vector<std::string> names = {"first", "all"};
+  for (std::size_t i = 0; i < input.hdus().size(); ++i) {
+    const FitsHdu& hdu = input.hdus()[i];
+    const bool is_meant = wanted == "ALL" || wanted == fmt::format("{}", hdu.number) ||
+                          (!hdu.name.empty() && wanted == in_capitals(hdu.name)) ||
+                          (wanted == "FIRST" && hdu.is_image() && chosen.empty());
+    if (is_meant) chosen.push_back(i);
+    names.push_back(fmt::format("{}", hdu.number));
+    if (!hdu.name.empty()) names.push_back(hdu.name);
+  }
+  if (chosen.empty() && wanted == "FIRST" && !input.hdus().empty()) chosen.push_back(0);
+  if (chosen.empty()) {
+    throw InputError(fmt::format("gutil {}: {} has no HDU {}; there are {}", operation,
+                                 input.name(), in_quotes(text), fmt::join(names, ", ")));
+  }
+  return chosen;
 }
 
 PlaneInfo plane_info(const FitsInput& input, const FitsHdu& hdu, int plane) {

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -169,6 +170,91 @@ TEST_F(GeometryOperations, Fill) {
   EXPECT_TRUE(std::isnan(corner("rotate --angle 45 --fill nan")));
 }
 
+/// The sky position stays at the middle pixel of the box, also where the box has edges outside.
+TEST_F(GeometryOperations, CropAtAPosition) {
+  const CelestialWcs before = wcs_of(FitsInput((folder_ / "in.fits").string()).hdus()[0]);
+  const Image whole = evaluate(*FitsInput((folder_ / "in.fits").string()).plane(0, 1));
+  for (const PixelPosition& middle : {PixelPosition{27, 29}, {2.2, 3.3}, {59.6, 47.8}, {0.6, 20}}) {
+    const auto sky = before.sky(middle);
+    const std::string position = fmt::format("{:.12f},{:.12f}", sky->ra, sky->dec);
+    SCOPED_TRACE(position);
+    const FitsInput output = run("crop --size 9,11 --position " + position);
+    const auto place = wcs_of(output.hdus()[0]).pixel(*sky);
+    ASSERT_TRUE(place);
+    EXPECT_NEAR(place->x, 5, 0.5 + 1e-6);
+    EXPECT_NEAR(place->y, 6, 0.5 + 1e-6);
+    const Image part = evaluate(*output.plane(0, 1));
+    const int x0 = static_cast<int>(std::lround(middle.x - place->x));
+    const int y0 = static_cast<int>(std::lround(middle.y - place->y));
+    for (int y = 0; y < 11; ++y) {
+      for (int x = 0; x < 9; ++x) {
+        const int from_x = x + x0, from_y = y + y0;
+        const bool is_inside =
+            from_x >= 0 && from_x < image_width && from_y >= 0 && from_y < image_height;
+        EXPECT_TRUE(is_inside ? part.at(x, y) == whole.at(from_x, from_y)
+                              : std::isnan(part.at(x, y)));
+      }
+    }
+  }
+  // RA 150.1 deg is 10h 0m 24s; the reference pixel is 20.5,31.
+  const FitsInput colons = run("crop --size 9 --position 10:00:24,+2:12:00");
+  EXPECT_NEAR(*colons.hdus()[0].header.number("CRPIX1"), 4.5, 1e-12);
+  EXPECT_NEAR(*colons.hdus()[0].header.number("CRPIX2"), 5, 1e-12);
+  const auto corner = [&](const std::string& command) {
+    return evaluate(*run(command).plane(0, 0)).at(0, 0);
+  };
+  EXPECT_EQ(corner("crop --size 200 --position 150.1,2.2 --pad -3"), -3);
+  EXPECT_EQ(corner("crop --box -2,6,-3,8 --pad 7"), 7);
+  EXPECT_TRUE(std::isnan(corner("crop --center 1,1 --size 6 --pad nan")));
+}
+
+/// Variances of pixels with a value of --pad are 0; images without coordinates follow the others.
+TEST_F(GeometryOperations, CropOfSeveralImages) {
+  const FitsInput input((folder_ / "in.fits").string());
+  FitsHeader variance, plain;
+  variance.set("EXTNAME", std::string("VARIANCE"));
+  plain.set("EXTNAME", std::string("MASK"));
+  FitsOutput output({(folder_ / "several.fits").string(), true});
+  output.write(input.hdus()[0].header, {input.plane(0, 0)}, -64, 1);
+  const PlanePtr ones = make_plane(image_width, image_height, [](int, int) { return 1.0; });
+  output.write(variance, {ones}, -64, 1);
+  output.write(plain, {ones}, -64, 1);
+  output.finish();
+  const FitsInput cut = run("crop --size 80 --position 150.1,2.2 --pad 5", "several.fits");
+  ASSERT_EQ(cut.hdus().size(), 3U);
+  EXPECT_EQ(evaluate(*cut.plane(0, 0)).at(0, 0), 5);
+  EXPECT_EQ(evaluate(*cut.plane(1, 0)).at(0, 0), 0);
+  EXPECT_EQ(evaluate(*cut.plane(2, 0)).at(0, 0), 5);
+  for (std::size_t hdu : {1U, 2U}) EXPECT_EQ(evaluate(*cut.plane(hdu, 0)).at(40, 40), 1);
+  const FitsInput missing = run("crop --size 80 --position 150.1,2.2", "several.fits");
+  EXPECT_TRUE(std::isnan(evaluate(*missing.plane(1, 0)).at(0, 0)));
+}
+
+TEST_F(GeometryOperations, PositionErrors) {
+  const std::string expected =
+      ": expected RA,DEC in degrees (150.1,2.2), or in hours and degrees with colons "
+      "(10:00:24,+2:12:00)";
+  for (const char* text : {"150.1", "150.1,2.2,3", "1:2:3:4,5", "10:60:00,2", "10:-1:00,2", "a,b",
+                           "1.5:2:3,4", "--1,2", "1:,2", "nan,2", "150.1,"}) {
+    EXPECT_EQ(error_of(fmt::format("crop --size 3 --position={}", text)),
+              fmt::format("gutil crop: --position '{}'{}", text, expected));
+  }
+  EXPECT_EQ(error_of("crop --size 3 --position 150.1,92"),
+            "gutil crop: --position '150.1,92': RA 150.1 deg and Dec 92 deg; RA is within "
+            "[-360, 360], Dec within [-90, 90]");
+  EXPECT_EQ(error_of("crop --size 3 --position 330,-2"),
+            "gutil crop: --position 330,-2 has no pixel in in.fits");
+  const std::string outside = error_of("crop --size 3 --position 150.11,2.2");
+  EXPECT_TRUE(outside.starts_with("gutil crop: --position 150.11,2.2 is at pixel ")) << outside;
+  EXPECT_TRUE(outside.ends_with(", outside in.fits, which has 60 x 48 pixels")) << outside;
+  EXPECT_EQ(error_of("crop --position 150.1,2.2"),
+            "gutil crop: --position ra,dec and --size w,h go together");
+  EXPECT_EQ(error_of("crop --box 70,80,1,2 --pad 0"),
+            "gutil crop: the box 70,80,1,2 lies outside in.fits, which has 60 x 48 pixels");
+  EXPECT_EQ(error_of("crop --size 3 --center 5,5 --pad dark"),
+            "gutil crop: --pad 'dark': expected a number, or nan");
+}
+
 TEST_F(GeometryOperations, Trim) {
   const FitsInput output = run("bin --factor 7 --trim");
   EXPECT_EQ(output.hdus()[0].width, 8);
@@ -187,9 +273,12 @@ TEST_F(GeometryOperations, Errors) {
             "gutil crop: --box 9,6,7,8: expected x1,x2,y1,y2 with x1 <= x2 and y1 <= y2"},
            {"crop --box 6,7.5,8,9", "gutil crop: --box: 7.5 is no whole number"},
            {"crop --size 6", "gutil crop: --center x,y and --size w,h go together"},
-           {"crop", "gutil crop: give either --box x1,x2,y1,y2 or --center x,y with --size w,h"},
+           {"crop",
+            "gutil crop: give either --box x1,x2,y1,y2, or --center x,y or --position ra,dec with "
+            "--size w,h"},
            {"crop --box 1,2,3,4 --size 4",
-            "gutil crop: give either --box x1,x2,y1,y2 or --center x,y with --size w,h"},
+            "gutil crop: give either --box x1,x2,y1,y2, or --center x,y or --position ra,dec with "
+            "--size w,h"},
            {"pad", "gutil pad: give either --margin n (or left,right,bottom,top) or --size w,h"},
            {"pad --margin 1,2",
             "gutil pad: --margin has 2 numbers; expected one, or left,right,bottom,top"},

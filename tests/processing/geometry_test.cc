@@ -173,5 +173,26 @@ TEST(Geometry, BinMissing) {
   EXPECT_EQ(image.at(1, 0), 4);
 }
 
+/// Pixels of a window are those of the image where it has them.
+TEST(Geometry, WindowReachesOverEdges) {
+  constexpr int width = 7, height = 5;
+  const PlanePtr source = make_plane(width, height, [](int x, int y) { return 10.0 * y + x; });
+  for (const Area& box : {Area{1, 1, 4, 3}, Area{-2, -1, 5, 4}, Area{5, 3, 9, 6},
+                          Area{-3, -3, 20, 20}, Area{6, 4, 1, 1}}) {
+    const Image image = evaluate(*window(source, box, -1));
+    ASSERT_EQ(image.width(), box.width);
+    ASSERT_EQ(image.height(), box.height);
+    for (int y = 0; y < box.height; ++y) {
+      for (int x = 0; x < box.width; ++x) {
+        const int from_x = x + box.x, from_y = y + box.y;
+        const bool is_inside = from_x >= 0 && from_x < width && from_y >= 0 && from_y < height;
+        EXPECT_EQ(image.at(x, y), is_inside ? 10.0 * from_y + from_x : -1.0);
+      }
+    }
+  }
+  EXPECT_THROW(window(source, {7, 0, 2, 2}, 0), std::invalid_argument);
+  EXPECT_THROW(window(source, {0, -3, 2, 3}, 0), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace gamer

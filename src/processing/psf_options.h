@@ -1,0 +1,87 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gamer/image/fits/fits_stream.h"
+#include "gamer/image/fits/psfex_file.h"
+#include "gamer/image/wcs.h"
+#include "processing/plane_operation.h"
+#include "processing/psf.h"
+
+namespace gamer {
+
+/// Names of the models of --psf, in the order of PsfKind.
+const std::vector<std::string>& psf_models();
+
+/// The options of a PSF: --psf and psf_parameters().
+class PsfOptions {
+ public:
+  /// Throws InputError for options that do not fit together.
+  explicit PsfOptions(const OperationCall& call);
+
+  bool is_file() const { return is_file_; }
+  bool needs_scale() const;
+
+  /// The PSF on the pixels of `task`, whose plane may be null.
+  Psf psf(const PlaneTask& task) const;
+  StampOptions stamp() const;
+
+  [[noreturn]] void fail(const std::string& what) const;
+
+ private:
+  /// A word that names no file is a mistyped model name.
+  void check_file_name(const std::string& name) const;
+  void refuse(const char* option, const char* why) const;
+  /// Position angle of the major axis on the pixels, deg from +y towards -x.
+  double position_angle(const PlaneTask& task) const;
+  /// WCS of the planes to convolve, if they have one; in images of a PSF North is up.
+  static std::optional<CelestialWcs> celestial_wcs(const PlaneTask& task);
+  /// FWHM of diffraction, arcsec.
+  double diffraction_fwhm(const PlaneTask& task) const;
+
+  const OperationCall& call_;
+  PsfKind kind_ = PsfKind::gaussian;
+  bool is_file_ = false;
+};
+
+/// A stamp that is made when it is needed, and its size.
+struct StampSource {
+  int width = 1, height = 1;
+  std::function<Stamp()> make;
+};
+
+/// A PSF file: images of stamps, one for all planes or one per plane, or a .psf file of PSFEx.
+class StampFile {
+ public:
+  StampFile(const std::string& name, bool keep_flux);
+
+  /// The stamp for plane `index` of `planes`; PSFEx's at the pixel `at`. Throws InputError, which
+  /// names `label`, where the file has neither one plane nor as many, and where its pixels are no
+  /// stamp.
+  StampSource source(const PsfOptions& options, int index, int planes, const std::string& label,
+                     const PixelPosition& at) const;
+
+ private:
+  std::string name_;
+  bool keep_flux_;
+  std::optional<PsfexFile> psfex_;
+  std::optional<FitsInput> input_;
+  std::vector<std::pair<PlanePtr, std::string>> planes_;
+};
+
+/// Descriptions that differ between the operations.
+struct PsfTexts {
+  std::string unit, position_angle;
+};
+
+/// Declarations of a PSF's options, all but --psf.
+ParameterTable psf_parameters(const PsfTexts& texts);
+
+/// Formulae of the models.
+extern const char* const psf_model_text;
+
+}  // namespace gamer

@@ -1,0 +1,107 @@
+#include "processing/psfex.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "gamer/core/error.h"
+#include "processing/kernel.h"
+
+namespace gamer {
+namespace {
+
+/// The file's samples at a place: the sum of its components.
+std::vector<double> samples_at(const PsfexFile& file, const PixelPosition& at) {
+  double x = 0, y = 0;
+  if (!file.axes.empty()) {
+    const auto value = [&](const PsfexFile::Axis& axis) {
+      return ((axis.name == "X_IMAGE" ? at.x : at.y) - axis.zero) / axis.scale;
+    };
+    x = value(file.axes[0]);
+    y = value(file.axes[1]);
+  }
+  const std::size_t count = static_cast<std::size_t>(file.width) * file.height;
+  std::vector<double> result(count);
+  const double* component = file.values.data();
+  for (int j = 0; j <= file.degree; ++j) {
+    for (int i = 0; i + j <= file.degree; ++i, component += count) {
+      const double weight = std::pow(x, i) * std::pow(y, j);
+      for (std::size_t k = 0; k < count; ++k) result[k] += weight * component[k];
+    }
+  }
+  return result;
+}
+
+/// Weights of `count` samples, whose middle is count/2, for each pixel of a side of `side` pixels.
+/// Samples beyond the file are 0.
+std::vector<std::vector<double>> weights_of(int count, int side, double sampling) {
+  constexpr Kernel kernel = Kernel::lanczos5;
+  const int reach = static_cast<int>(kernel_radius(kernel));
+  std::vector<std::vector<double>> all;
+  for (int pixel = -(side / 2); pixel <= side / 2; ++pixel) {
+    const double at = pixel / sampling + count / 2;
+    const int first = static_cast<int>(std::floor(at)) - reach + 1;
+    const std::vector<double> kernel_weights =
+        interpolation_weights(kernel, at, 1, first, 2 * reach);
+    std::vector<double> weights(static_cast<std::size_t>(count));
+    for (int i = std::max(first, 0); i < std::min(first + 2 * reach, count); ++i) {
+      weights[static_cast<std::size_t>(i)] = kernel_weights[static_cast<std::size_t>(i - first)];
+    }
+    all.push_back(std::move(weights));
+  }
+  return all;
+}
+
+/// Odd number of pixels that `count` samples cover.
+int side_of(int count, double sampling) {
+  return 2 * static_cast<int>(std::floor(count / 2 * sampling)) + 1;
+}
+
+}  // namespace
+
+Stamp psfex_stamp(const PsfexFile& file, const PixelPosition& at, const std::string& label,
+                  bool keep_flux) {
+  const std::vector<double> samples = samples_at(file, at);
+  Stamp stamp;
+  stamp.width = std::min(side_of(file.width, file.sampling), largest_stamp);
+  stamp.height = std::min(side_of(file.height, file.sampling), largest_stamp);
+  stamp.values.clear();
+  const auto in_x = weights_of(file.width, stamp.width, file.sampling);
+  const auto in_y = weights_of(file.height, stamp.height, file.sampling);
+  // Along x first: [sample row][pixel].
+  std::vector<double> rows;
+  for (int j = 0; j < file.height; ++j) {
+    const double* row = samples.data() + static_cast<std::ptrdiff_t>(j) * file.width;
+    for (const std::vector<double>& weights : in_x) {
+      double sum = 0;
+      for (std::size_t i = 0; i < weights.size(); ++i) sum += weights[i] * row[i];
+      rows.push_back(sum);
+    }
+  }
+  const auto width = static_cast<std::size_t>(stamp.width);
+  for (const std::vector<double>& weights : in_y) {
+    for (std::size_t x = 0; x < width; ++x) {
+      double sum = 0;
+      for (std::size_t j = 0; j < weights.size(); ++j) sum += weights[j] * rows[j * width + x];
+      stamp.values.push_back(sum);
+    }
+  }
+  const double sum = stamp.sum();
+  if (!(sum > 0 && std::isfinite(sum))) {
+    throw InputError(
+        fmt::format("{}: the PSF at {:.6g},{:.6g} has the sum {:.6g}; a positive one "
+                    "is needed",
+                    label, at.x, at.y, sum));
+  }
+  if (!keep_flux) {
+    for (double& value : stamp.values) value /= sum;
+  } else {
+    // A sample stands for sampling^2 pixels.
+    for (double& value : stamp.values) value /= file.sampling * file.sampling;
+  }
+  return stamp;
+}
+
+}  // namespace gamer
