@@ -1,5 +1,6 @@
 """Parameters of galaxies that a parameter file or the command line replaces."""
 
+import sky_program  # First: goes on in the Python that has Astropy.
 import unittest
 
 from astropy.io import fits
