@@ -46,6 +46,12 @@ double calibrated_area(const std::string& unit, const FitsHeader& header,
   return is_brightness(unit) ? std::pow(pixel_scale(header, label), 2) : 1;
 }
 
+/// What a number lacks to a multiple of `step`.
+int to_multiple(int number, int step) {
+  const int rest = number % step;
+  return rest > 0 ? step - rest : -rest;
+}
+
 class InjectOperation {
  public:
   explicit InjectOperation(const OperationCall& call);
@@ -242,7 +248,7 @@ Area InjectOperation::place(const PlaneTask& science, const PlaneTask& light) co
   return box_about(middle, light.plane->width(), light.plane->height());
 }
 
-/// The light convolved with the PSF, on a box that is larger by half of the PSF's image.
+/// The light convolved with the PSF, on a box that is larger by half of the PSF's image or more.
 PlacedLight InjectOperation::blurred(const PlaneTask& science, const PlaneTask& light,
                                      const Area& box) const {
   const PlanePtr plane = without_missing(light.plane);
@@ -261,9 +267,21 @@ PlacedLight InjectOperation::blurred(const PlaneTask& science, const PlaneTask& 
     if (options.size == 0) options.size = stamp_size(psf, options.energy);
     stamp = {options.size, options.size, [psf, options] { return make_stamp(psf, options); }};
   }
-  const int x = stamp.width / 2, y = stamp.height / 2;
-  return {convolved(pad(plane, {x, x, y, y}, 0), stamp.width, stamp.height, stamp.make),
-          {box.x - x, box.y - y, box.width + 2 * x, box.height + 2 * y}};
+  Margins margins = {stamp.width / 2, stamp.width / 2, stamp.height / 2, stamp.height / 2};
+  const auto blur = [&] {
+    return convolved(pad(plane, margins, 0), stamp.width, stamp.height, stamp.make);
+  };
+  // The convolution's tiles begin where tiles of the science image begin, so that each is made
+  // once.
+  const PlanePtr first = blur();
+  const Plane::Tile tile = first->tile();
+  if (tile.width < first->width()) margins.left += to_multiple(margins.left - box.x, tile.width);
+  if (tile.height < first->height()) {
+    margins.bottom += to_multiple(margins.bottom - box.y, tile.height);
+  }
+  const PlanePtr result = blur();
+  return {result,
+          {box.x - margins.left, box.y - margins.bottom, result->width(), result->height()}};
 }
 
 PlanePtr InjectOperation::change(const PlaneTask& science) {
@@ -283,6 +301,7 @@ PlanePtr InjectOperation::change(const PlaneTask& science) {
   const Area box = place(science, light);
   const PlacedLight placed = blurred(science, light, box);
   if (psf_) {
+    injection.tile = placed.plane->tile();
     injection.least =
         convolution_rounding * largest_value(*without_missing(light.plane), call_.threads);
   }
@@ -336,10 +355,11 @@ void InjectOperation::run() {
 constexpr const char* description =
     "inject SCIENCE RENDER OUT: a render's pixel of value v adds v s to the science image's, s = "
     "10^(-0.4 (MAGZERO - zero point)); surface brightnesses count with their pixel's arcsec^2. "
-    "The zero point is the AB magnitude of the value 1 of the science image: --zero-point, or a "
-    "card MAGZERO, PHOTZP, MAGZEROP, MAGZPT, MAGZP or ZEROPOINT of its HDU or of the primary one, "
-    "or BUNIT nJy, uJy, mJy or Jy. Cards of one header that disagree are an error. A card that "
-    "means 1 count/s, or Vega magnitudes, does not fit counts: give --zero-point.\n"
+    "The zero point is the AB magnitude of the value 1 of the science image (per arcsec^2 where "
+    "BUNIT is a surface brightness): --zero-point, or a card MAGZERO, PHOTZP, MAGZEROP, MAGZPT, "
+    "MAGZP or ZEROPOINT of its HDU or of the primary one, or BUNIT nJy, uJy, mJy or Jy. Cards of "
+    "one header that disagree are an error. A card that means 1 count/s, or Vega magnitudes, does "
+    "not fit counts: give --zero-point.\n"
     "\n"
     "The added light has Poisson noise: N / gain with N = Poisson(v s gain), so negative v count "
     "as 0. The gain is electrons per unit of the pixels (--gain, or GAIN or EGAIN); of an image "

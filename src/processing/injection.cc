@@ -63,12 +63,17 @@ std::optional<std::array<double, 4>> sides(const CelestialWcs& wcs, const PixelP
 /// The sum of an image and light of its size.
 class InjectedPlane final : public Plane {
  public:
-  InjectedPlane(PlanePtr image, PlanePtr light)
-      : Plane(image->width(), image->height()), image_(std::move(image)), light_(std::move(light)) {
+  InjectedPlane(PlanePtr image, PlanePtr light, Tile tile)
+      : Plane(image->width(), image->height()),
+        image_(std::move(image)),
+        light_(std::move(light)),
+        tile_(tile) {
     if (light_->width() != width() || light_->height() != height()) {
       throw std::invalid_argument("image and light differ in size");
     }
   }
+
+  Tile tile() const override { return tile_.width > 0 ? tile_ : image_->tile(); }
 
   using Plane::read;
   void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
@@ -87,6 +92,7 @@ class InjectedPlane final : public Plane {
 
  private:
   PlanePtr image_, light_;
+  Tile tile_;
 };
 
 }  // namespace
@@ -188,7 +194,7 @@ PlanePtr injected(PlanePtr image, PlanePtr light, const Injection& injection) {
   } else {
     light = scaled(std::move(light), injection.factor, 0);
   }
-  return std::make_shared<InjectedPlane>(std::move(image), std::move(light));
+  return std::make_shared<InjectedPlane>(std::move(image), std::move(light), injection.tile);
 }
 
 PlanePtr without_missing(PlanePtr light) {

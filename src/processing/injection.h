@@ -51,6 +51,8 @@ struct Injection {
   bool has_noise = true;
   double gain = 1;  ///< electrons per unit of the image
   std::uint64_t key = 0;
+  /// Areas with the least cost per pixel of the light; empty: those of the image.
+  Plane::Tile tile;
   /// Light closer to 0 counts as none, in units of the light.
   double least = 0;
 };
