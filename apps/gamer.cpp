@@ -29,7 +29,7 @@ enum ExitCode { done = 0, failed = 1, wrong_input = 2 };
 struct Options {
   gamer::RunOptions run;
   bool lists_components = false, lists_galaxies = false, lists_seds = false;
-  bool lists_bands = false, lists_noises = false;
+  bool lists_bands = false, lists_instruments = false, lists_noises = false;
   std::string sample_galaxy;
   std::optional<std::string> listed_kind;  ///< --list-parameters; empty for all
   bool markdown = false;
@@ -40,7 +40,8 @@ struct Options {
   /// Whether the program answers without a job.
   bool only_tells() const {
     return !help.empty() || version || lists_components || lists_galaxies || lists_seds ||
-           lists_bands || lists_noises || !sample_galaxy.empty() || listed_kind || sample_config;
+           lists_bands || lists_instruments || lists_noises || !sample_galaxy.empty() ||
+           listed_kind || sample_config;
   }
 };
 
@@ -87,6 +88,7 @@ CLI::Option* add_answers(CLI::App& app, std::string& kind, Options& options) {
   app.add_flag("--list-galaxies", options.lists_galaxies, "list the galaxy types");
   app.add_flag("--list-seds", options.lists_seds, "list the spectra");
   app.add_flag("--list-bands", options.lists_bands, "list the bandpasses");
+  app.add_flag("--list-instruments", options.lists_instruments, "list the instruments");
   app.add_flag("--list-noises", options.lists_noises, "list the base noises");
   CLI::Option* list_option =
       app.add_option("--list-parameters", kind,
@@ -211,6 +213,7 @@ void tell(const Options& options) {
   if (options.lists_galaxies) fmt::print("{}", gamer::list_galaxies(data));
   if (options.lists_seds) fmt::print("{}", gamer::list_seds(data));
   if (options.lists_bands) fmt::print("{}", gamer::list_bands(data));
+  if (options.lists_instruments) fmt::print("{}", gamer::list_instruments(data));
   if (options.lists_noises) fmt::print("{}", gamer::list_noises());
   if (!options.sample_galaxy.empty()) {
     fmt::print("{}", gamer::sample_galaxy(options.sample_galaxy, data));

@@ -16,7 +16,7 @@ install(TARGETS gamer_core gamer_noise gamer_sed gamer_image gamer_processing ga
   EXPORT gamerTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT gamerTargets NAMESPACE gamer:: DESTINATION ${gamer_package_dir})
 install(DIRECTORY include/gamer DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.h)
-install(DIRECTORY seds bandpasses galaxies scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/gamer)
+install(DIRECTORY seds bandpasses galaxies instruments scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/gamer)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 # Whether gamer_parallel, a static library, leaves MPI for its users to link.

@@ -85,6 +85,7 @@ std::string noun(const std::string& kind) {
   if (kind == "galaxies") return "galaxy";
   if (kind == "seds") return "SED";
   if (kind == "bandpasses") return "bandpass";
+  if (kind == "instruments") return "instrument";
   if (kind == "luminosities") return "luminosity function";
   return kind;
 }

@@ -14,6 +14,7 @@
 #include "gamer/core/version.h"
 #include "gamer/galaxy/calibration/galaxy_statistics.h"
 #include "gamer/galaxy/kinds/star_field.h"
+#include "gamer/image/instrument.h"
 #include "gamer/image/picture.h"
 #include "gamer/job/attenuation.h"
 #include "gamer/job/schedule.h"
@@ -380,10 +381,27 @@ Resources open_resources(const JobRequest& request,
   return Resources::from_record(read_record(request.from_header));
 }
 
+namespace {
+
+/// Gives the pixels of an instrument to a camera whose pixel_scale is not given.
+void take_instrument(const std::string& label, Resources& resources, RenderParameters& parameters) {
+  const ParameterSet& camera = parameters.section("camera");
+  if (!camera.has("instrument") || camera.is_given("pixel_scale")) return;
+  try {
+    const Instrument found = find_instrument(camera.text("instrument"), label, resources);
+    parameters.set("camera", "pixel_scale", found.pixel_scale);
+  } catch (const InputError& error) {
+    throw InputError(camera.where("instrument"), error.what());
+  }
+}
+
+}  // namespace
+
 RenderParameters load_parameters(const JobRequest& request, Resources& resources) {
   ConfigNode root = read_parameter_file(request, resources);
   for (const std::string& setting : request.settings) set_from_text(root, setting);
   RenderParameters parameters = RenderParameters::read(root);
+  take_instrument(root.where.file, resources, parameters);
   if (request.output) set_output(*request.output, parameters);
   if (request.preview) make_preview(parameters);
   parameters.image.output.overwrite = request.overwrite;

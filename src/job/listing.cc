@@ -11,6 +11,7 @@
 #include "gamer/galaxy/arm_pattern.h"
 #include "gamer/galaxy/component.h"
 #include "gamer/galaxy/galaxy.h"
+#include "gamer/image/instrument.h"
 #include "gamer/noise/noise.h"
 #include "gamer/scene/galaxy_library.h"
 #include "gamer/scene/render_parameters.h"
@@ -134,6 +135,15 @@ std::string list_bands(Resources& resources) {
     return fmt::format("pivot {:.1f} Angstrom, {:.6g} to {:.6g}", band->pivot(), band->range().low,
                        band->range().high);
   });
+}
+
+std::string list_instruments(Resources& resources) {
+  return list_data(resources, "instruments", instrument_suffixes(), {},
+                   [&](const std::string& name) {
+                     const Instrument instrument = find_instrument(name, "", resources);
+                     return fmt::format("{}, {}: {:g} arcsec", instrument.name,
+                                        instrument.description, instrument.pixel_scale);
+                   });
 }
 
 std::string list_noises() {

@@ -24,7 +24,7 @@ EdgeMode edge_mode(const std::string& name) {
 }
 
 int run_convolve(const OperationCall& call) {
-  const PsfOptions options(call);
+  const PsfOptions options(call, InstrumentOption(call));
   ConvolutionOptions convolution;
   convolution.edge = edge_mode(call.parameters.text("edge"));
   convolution.is_single = call.parameters.text("precision") == "single";
@@ -171,8 +171,10 @@ Operation convolve_operation() {
       "the "
       "others count for all. Single precision is quicker and good to about 1e-7 of the brightest "
       "pixel around. The header stays, with one HISTORY card more.";
-  convolve.parameters = {required(Parameter::text(
-      "psf", std::nullopt, fmt::format("{}, or a FITS file", fmt::join(psf_models(), ", "))))};
+  convolve.parameters = {
+      Parameter::text("psf", std::nullopt,
+                      fmt::format("{}, or a FITS file", fmt::join(psf_models(), ", "))),
+      InstrumentOption::parameter()};
   for (Parameter& parameter :
        psf_parameters({"of --fwhm; arcsec through the celestial coordinates",
                        "of the major axis, from North towards East; without celestial "

@@ -13,6 +13,7 @@
 
 #include "gamer/core/error.h"
 #include "processing/detector.h"
+#include "processing/instrument_option.h"
 #include "processing/operation_groups.h"
 #include "processing/plane_operation.h"
 
@@ -46,12 +47,25 @@ class NoiseOperation {
   double value(const char* name, const PlaneTask& task) const {
     return plane_value(call_, name, task);
   }
+  /// An option, else the instrument's value, else the option's default.
+  double number_or(const char* name, double Instrument::*own) const {
+    const bool is_own = instrument_.is_given() && !call_.parameters.is_given(name);
+    return is_own ? instrument_.get().*own : number(name);
+  }
+  double exposure(const PlaneTask& task) const;
+  int exposures() const;
+  std::optional<double> full_well() const;
+  /// AB magnitude of 1 electron/s, of the option or the instrument.
+  std::optional<double> zero_point(const PlaneTask& task) const;
+  /// AB mag/arcsec^2 of the sky, of the option or the instrument.
+  std::optional<double> sky(const PlaneTask& task) const;
   PlaneNoise gaussian(const PlaneTask& task) const;
   PlaneNoise ccd(const PlaneTask& task) const;
   double electron_rate(const PlaneTask& task) const;
   double sky_rate(const PlaneTask& task, double rate) const;
 
   const OperationCall& call_;
+  InstrumentOption instrument_;
   bool is_gaussian_ = false;
   std::string output_unit_;
   std::map<std::string, int> labels_;
@@ -61,7 +75,7 @@ class NoiseOperation {
   std::map<std::string, int> variances_;
 };
 
-NoiseOperation::NoiseOperation(const OperationCall& call) : call_(call) {
+NoiseOperation::NoiseOperation(const OperationCall& call) : call_(call), instrument_(call) {
   const ParameterSet& parameters = call.parameters;
   output_unit_ = parameters.text("output_unit");
   is_gaussian_ = has("sigma") || has("snr");
@@ -75,7 +89,7 @@ NoiseOperation::NoiseOperation(const OperationCall& call) : call_(call) {
     constexpr const char* detector_name[] = {
         "exposure", "exposures", "zero_point", "electrons_per_unit", "sky",
         "sky_rate", "dark",      "read_noise", "full_well",          "output_unit",
-        "gain",     "bias",      "keep_sky"};
+        "gain",     "bias",      "keep_sky",   "instrument"};
     for (const char* name : detector_name) {
       if (!parameters.is_given(name)) continue;
       throw InputError(
@@ -85,10 +99,11 @@ NoiseOperation::NoiseOperation(const OperationCall& call) : call_(call) {
     }
     return;
   }
-  if (!has("exposure")) {
-    throw InputError(fmt::format(
-        "{}which noise? --exposure (s) for a detector, --sigma or --snr for plain Gaussian noise",
-        context));
+  if (!has("exposure") && !instrument_.is_given()) {
+    throw InputError(
+        fmt::format("{}which noise? --exposure (s) or --instrument for a detector, "
+                    "--sigma or --snr for plain Gaussian noise",
+                    context));
   }
   for (const char* name : {"gain", "bias"}) {
     if (parameters.is_given(name) && output_unit_ != "ADU") {
@@ -116,6 +131,38 @@ PlaneNoise NoiseOperation::gaussian(const PlaneTask& task) const {
   return noise;
 }
 
+double NoiseOperation::exposure(const PlaneTask& task) const {
+  return has("exposure") ? value("exposure", task) : instrument_.get().exposure;
+}
+
+int NoiseOperation::exposures() const {
+  // The instrument's number goes with its own exposure time.
+  const bool is_own =
+      instrument_.is_given() && !has("exposure") && !call_.parameters.is_given("exposures");
+  return is_own ? instrument_.get().exposures
+                : static_cast<int>(call_.parameters.integer("exposures"));
+}
+
+std::optional<double> NoiseOperation::full_well() const {
+  if (has("full_well")) return number("full_well");
+  return instrument_.is_given() ? instrument_.get().full_well : std::nullopt;
+}
+
+std::optional<double> NoiseOperation::zero_point(const PlaneTask& task) const {
+  if (has("zero_point")) return value("zero_point", task);
+  if (!instrument_.is_given() || has("electrons_per_unit")) return std::nullopt;
+  return instrument_.band(task).zero_point;
+}
+
+std::optional<double> NoiseOperation::sky(const PlaneTask& task) const {
+  if (has("sky")) return value("sky", task);
+  if (!instrument_.is_given()) return std::nullopt;
+  const std::optional<double> own = instrument_.band(task).sky;
+  if (own) return own;
+  throw InputError(fmt::format("{}{} has no sky in {}; give --sky or --sky-rate", context,
+                               instrument_.get().name, task.info.label));
+}
+
 /// Area to which the flux of MAGZERO belongs: the pixel, or its arcsec^2 for a brightness.
 double calibrated_area(const PlaneTask& task) {
   if (!is_brightness(task.info.unit) || !task.info.zero_point) return 1;
@@ -132,40 +179,42 @@ double calibrated_area(const PlaneTask& task) {
 /// Electrons/s of a pixel of value 1.
 double NoiseOperation::electron_rate(const PlaneTask& task) const {
   const bool has_scale = has("electrons_per_unit");
-  const std::optional<double> zero_point = task.info.zero_point;
-  if (has_scale && has("zero_point") && zero_point) {
+  const std::optional<double> image_zero_point = task.info.zero_point;
+  if (has_scale && has("zero_point") && image_zero_point) {
     throw InputError(fmt::format(
         "{}{} has MAGZERO, so --zero-point and --electrons-per-unit exclude each other; leave one "
         "out",
         context, task.label));
   }
   if (has_scale) return value("electrons_per_unit", task);
-  if (!has("zero_point")) {
+  const std::optional<double> own_zero_point = zero_point(task);
+  if (!own_zero_point) {
     if (task.info.unit == electron_rate_unit) return 1;
     throw InputError(fmt::format(
         "{}how many electrons is light? Give --zero-point (AB magnitude of 1 electron/s){}",
         context,
-        zero_point ? ""
-                   : fmt::format(" or, as {} has no MAGZERO, --electrons-per-unit", task.label)));
+        image_zero_point
+            ? ""
+            : fmt::format(" or, as {} has no MAGZERO, --electrons-per-unit", task.label)));
   }
-  if (!zero_point) {
-    throw InputError(
-        fmt::format("{}--zero-point needs MAGZERO, and {} has none; give --electrons-per-unit",
-                    context, task.label));
+  if (!image_zero_point) {
+    throw InputError(fmt::format("{}{} needs MAGZERO, and {} has none; give --electrons-per-unit",
+                                 context, has("zero_point") ? "--zero-point" : "--instrument",
+                                 task.label));
   }
-  return calibrated_area(task) * flux_ratio(*zero_point - value("zero_point", task));
+  return calibrated_area(task) * flux_ratio(*image_zero_point - *own_zero_point);
 }
 
 /// Electrons/s of the sky in a pixel.
 double NoiseOperation::sky_rate(const PlaneTask& task, double rate) const {
   if (has("sky_rate")) return value("sky_rate", task);
-  if (!has("sky")) return 0;
-  double zero_point = 0;
-  if (has("zero_point")) {
-    zero_point = value("zero_point", task);
-  } else if (task.info.zero_point) {
-    zero_point = *task.info.zero_point - magnitudes_of(rate / calibrated_area(task));
-  } else {
+  const std::optional<double> brightness = sky(task);
+  if (!brightness) return 0;
+  std::optional<double> rate_zero_point = zero_point(task);
+  if (!rate_zero_point && task.info.zero_point) {
+    rate_zero_point = *task.info.zero_point - magnitudes_of(rate / calibrated_area(task));
+  }
+  if (!rate_zero_point) {
     throw InputError(fmt::format(
         "{}--sky needs --zero-point (AB magnitude of 1 electron/s), as {} has no MAGZERO; "
         "or give --sky-rate",
@@ -173,7 +222,7 @@ double NoiseOperation::sky_rate(const PlaneTask& task, double rate) const {
   }
   try {
     const double scale = pixel_scale(task.header, task.label);
-    return scale * scale * flux_ratio(value("sky", task) - zero_point);
+    return scale * scale * flux_ratio(*brightness - *rate_zero_point);
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}--sky needs the size of pixels: {}; give --sky-rate", context,
                                  error.what()));
@@ -185,11 +234,11 @@ PlaneNoise NoiseOperation::ccd(const PlaneTask& task) const {
   Detector& detector = noise.detector;
   detector.electron_rate = electron_rate(task);
   detector.sky_rate = sky_rate(task, detector.electron_rate);
-  detector.dark_rate = number("dark");
-  detector.exposure = value("exposure", task);
-  detector.exposures = static_cast<int>(call_.parameters.integer("exposures"));
-  detector.read_noise = number("read_noise");
-  if (has("full_well")) detector.full_well = number("full_well");
+  detector.dark_rate = number_or("dark", &Instrument::dark);
+  detector.exposure = exposure(task);
+  detector.exposures = exposures();
+  detector.read_noise = number_or("read_noise", &Instrument::read_noise);
+  detector.full_well = full_well().value_or(detector.full_well);
   double bias = 0;
   const double electrons = detector.electron_rate * detector.exposure;
   const double background_counts = detector.background();
@@ -203,7 +252,7 @@ PlaneNoise NoiseOperation::ccd(const PlaneTask& task) const {
   if (output_unit_ == "same") {
     noise.gain = electrons;
   } else if (output_unit_ == "ADU") {
-    noise.gain = number("gain");
+    noise.gain = number_or("gain", &Instrument::gain);
     bias = number("bias");
   }
   if (output_unit_ != "same") {
@@ -334,6 +383,7 @@ ParameterTable noise_parameters() {
     return Parameter::numbers(name, unit, interval, std::nullopt, description);
   };
   return {
+      InstrumentOption::parameter(),
       list("exposure", "s", positive, "exposure time, of all exposures together; or one per plane"),
       Parameter::integer("exposures", "", Interval::closed(1, most_exposures), 1,
                          "exposures that are added up: each has read noise and a full well"),
@@ -394,7 +444,11 @@ std::vector<Operation> detector_operations() {
       "\n"
       "A pixel's noise follows from the seed, the plane's band or wavelength and the pixel's "
       "place alone: it is the same in a cube, in any order of planes, or with the band alone "
-      "in its file.";
+      "in its file.\n"
+      "\n"
+      "--instrument gives exposure, read noise, dark current, gain and full well of a camera, and "
+      "zero point and sky of each plane's band. Each option that is given replaces its value. The "
+      "number of its exposures holds with its exposure time only.";
   noise.parameters = noise_parameters();
   noise.example =
       "noise --exposure 3600 --zero-point 28 --sky 21.5 --read-noise 5 --variance in.fits out.fits";

@@ -7,6 +7,7 @@
 #include <limits>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
@@ -28,7 +29,16 @@ const std::vector<std::string>& psf_models() {
   return models;
 }
 
-PsfOptions::PsfOptions(const OperationCall& call) : call_(call) {
+PsfOptions::PsfOptions(const OperationCall& call, InstrumentOption instrument)
+    : call_(call), instrument_(std::move(instrument)) {
+  if (instrument_.is_given()) {
+    take_instrument();
+    return;
+  }
+  if (!call.parameters.has("psf")) {
+    fail(fmt::format("needs --psf ({} or a FITS file), or --instrument",
+                     fmt::join(psf_models(), ", ")));
+  }
   const std::vector<std::string>& models = psf_models();
   const std::string& name = call.parameters.text("psf");
   const auto model = std::find(models.begin(), models.end(), name);
@@ -65,19 +75,30 @@ PsfOptions::PsfOptions(const OperationCall& call) : call_(call) {
   }
 }
 
+void PsfOptions::take_instrument() {
+  for (const char* option :
+       {"psf", "fwhm", "unit", "beta", "obscuration", "diameter", "axis_ratio", "position_angle"}) {
+    refuse(option, "and --instrument both say what the PSF is; give one");
+  }
+  kind_ = instrument_.get().is_moffat ? PsfKind::moffat : PsfKind::gaussian;
+}
+
 bool PsfOptions::needs_scale() const {
+  if (instrument_.is_given()) return true;
   return call_.parameters.has("diameter") || call_.parameters.text("unit") == "arcsec";
 }
 
 Psf PsfOptions::psf(const PlaneTask& task) const {
   PsfModel model;
   model.kind = kind_;
-  model.beta = call_.parameters.number("beta");
+  model.beta = instrument_.is_given() ? instrument_.get().beta : call_.parameters.number("beta");
   model.obscuration = call_.parameters.number("obscuration");
   model.axis_ratio = call_.parameters.number("axis_ratio");
   if (model.axis_ratio < 1) model.position_angle = position_angle(task);
   const bool has_diameter = call_.parameters.has("diameter");
-  const double asked = has_diameter ? diffraction_fwhm(task) : plane_value(call_, "fwhm", task);
+  const double asked = instrument_.is_given() ? instrument_.band(task).fwhm
+                       : has_diameter         ? diffraction_fwhm(task)
+                                              : plane_value(call_, "fwhm", task);
   model.fwhm = needs_scale() ? asked / pixel_scale(task.header, task.label) : asked;
   if (!(model.fwhm >= least_fwhm && model.fwhm <= largest_fwhm)) {
     fail(fmt::format("plane {}: a FWHM of {:.6g} pixels; [{}, {}] are possible", task.index + 1,

@@ -9,6 +9,7 @@
 #include "gamer/image/fits/fits_stream.h"
 #include "gamer/image/fits/psfex_file.h"
 #include "gamer/image/wcs.h"
+#include "processing/instrument_option.h"
 #include "processing/plane_operation.h"
 #include "processing/psf.h"
 
@@ -20,8 +21,9 @@ const std::vector<std::string>& psf_models();
 /// The options of a PSF: --psf and psf_parameters().
 class PsfOptions {
  public:
-  /// Throws InputError for options that do not fit together.
-  explicit PsfOptions(const OperationCall& call);
+  /// `instrument`, if any, stands for the options. Throws InputError for options that do not fit
+  /// together.
+  explicit PsfOptions(const OperationCall& call, InstrumentOption instrument = {});
 
   bool is_file() const { return is_file_; }
   bool needs_scale() const;
@@ -36,6 +38,8 @@ class PsfOptions {
   /// A word that names no file is a mistyped model name.
   void check_file_name(const std::string& name) const;
   void refuse(const char* option, const char* why) const;
+  /// Checks that no option of a model is given, and takes the instrument's.
+  void take_instrument();
   /// Position angle of the major axis on the pixels, deg from +y towards -x.
   double position_angle(const PlaneTask& task) const;
   /// WCS of the planes to convolve, if they have one; in images of a PSF North is up.
@@ -44,6 +48,7 @@ class PsfOptions {
   double diffraction_fwhm(const PlaneTask& task) const;
 
   const OperationCall& call_;
+  InstrumentOption instrument_;
   PsfKind kind_ = PsfKind::gaussian;
   bool is_file_ = false;
 };

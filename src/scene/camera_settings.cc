@@ -72,8 +72,8 @@ SphereFrame find_frame(const std::string& name) {
 }  // namespace
 
 std::span<const std::string_view> CameraSettings::header_keys() {
-  static constexpr std::string_view keys[] = {"center", "pixel_scale", "rotation", "sky_projection",
-                                              "projection_parameters"};
+  static constexpr std::string_view keys[] = {
+      "center", "pixel_scale", "instrument", "rotation", "sky_projection", "projection_parameters"};
   return keys;
 }
 
@@ -109,6 +109,9 @@ ParameterSection CameraSettings::section() {
                          "target, up the North pole (fisheye, equirectangular, cubemap, healpix)"),
        Parameter::vector2("center", "deg", Interval::any(), std::vector<double>{0, 0},
                           "right ascension and declination of the image's middle (sky)"),
+       Parameter::text("instrument", std::nullopt,
+                       "name in `instruments/`, or a file: its pixel_scale holds where that is not "
+                       "given"),
        Parameter::number("pixel_scale", "arcsec", pixel_scales(), 0.2,
                          "size of a pixel there (sky)"),
        Parameter::number("rotation", "deg", Interval::any(), 0.0,
@@ -132,6 +135,7 @@ ParameterSection CameraSettings::section() {
        {"ordering", "projection", {"healpix"}},
        {"frame", "projection", sphere},
        {"center", "projection", {"sky"}},
+       {"instrument", "projection", {"sky"}},
        {"pixel_scale", "projection", {"sky"}},
        {"rotation", "projection", {"sky"}},
        {"sky_projection", "projection", {"sky"}},

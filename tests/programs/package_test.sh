@@ -12,7 +12,7 @@ if grep -rF --include='*.cmake' -e "$source/" -e "$build/" "$work/prefix"; then
   exit 1
 fi
 
-for folder in seds bandpasses galaxies scenes; do
+for folder in seds bandpasses galaxies instruments scenes; do
   diff -r "$source/$folder" "$work/prefix/share/gamer/$folder"
 done
 

@@ -102,6 +102,7 @@ largest_radius = 3
 
 [scene]
 unit = "kpc"
+overrides = ["spiral.disk.strength=2"]
 
 [catalogue]
 format = "sextractor"

@@ -16,6 +16,7 @@ std::string list_components();
 std::string list_galaxies(Resources& resources);
 std::string list_seds(Resources& resources);
 std::string list_bands(Resources& resources);
+std::string list_instruments(Resources& resources);
 std::string list_noises();
 
 /// The parameters of `kind`: a section of the parameter file ("camera"), "galaxy" or "arms", "list"

@@ -25,7 +25,7 @@ class Tells(unittest.TestCase):
     def test_help_lists_every_option(self):
         text = self.tell("--help")
         for option in ("-o,--output", "-s,--set", "-j,--threads", "--preview", "--list-components",
-                       "--list-galaxies", "--list-seds", "--list-bands", "--list-noises",
+                       "--list-galaxies", "--list-seds", "--list-bands", "--list-instruments", "--list-noises",
                        "--sample-galaxy", "--print-mapping", "--list-parameters", "--markdown", "--sample-config", "--print-config",
                        "--dry-run", "--from-header", "--overwrite", "--resume", "--journal", "-q,--quiet", "-v,--verbose",
                        "--version", "-h,--help"):
@@ -39,6 +39,7 @@ class Tells(unittest.TestCase):
         for option, names in (("--list-galaxies", ("sersic", "ngc4321")),
                               ("--list-seds", ("flat", "Sbc")),
                               ("--list-bands", ("sdss_r", "euclid_vis")),
+                              ("--list-instruments", ("lsst", "hst_acs", "euclid_vis")),
                               ("--list-noises", ("simplex", "perlin"))):
             listed = [line.split()[0] for line in self.tell(option).splitlines()]
             for name in names:
