@@ -100,11 +100,29 @@ CLI::Option* add_answers(CLI::App& app, std::string& kind, Options& options) {
   app.add_flag("--print-config", options.run.print_config, "print the resolved parameters");
   app.add_flag("--print-mapping", options.run.print_mapping,
                "print which columns of the catalogue are used as which of a scene");
-  app.add_option("--sample-galaxy", options.sample_galaxy,
-                 "print the file of a galaxy type, to begin one's own with")
-      ->type_name("TYPE");
   return list_option;
 }
+
+/// The commands that need no parameter file. Options of renders follow them, too.
+struct Commands {
+  gamer::Look look;
+  CLI::App* look_command;
+
+  Commands(CLI::App& app, Options& options) {
+    look_command = app.add_subcommand("look", "render a picture of one galaxy, NAME.png");
+    look_command->add_option("galaxy", look.galaxy, "a type, or its file")->required();
+    look_command->add_option("--inclination", look.inclination, "deg; 0 is face-on")
+        ->capture_default_str();
+    look_command->add_option("--pa", look.position_angle, "position angle of the major axis, deg")
+        ->capture_default_str();
+    CLI::App* new_command =
+        app.add_subcommand("new", "print the file of a galaxy type, to begin one's own with");
+    new_command->add_option("type", options.sample_galaxy, "see --list-galaxies")->required();
+    look_command->fallthrough();
+    new_command->fallthrough();
+    app.require_subcommand(0, 1);
+  }
+};
 
 /// Throws InputError.
 Options parse_options(int argc, char** argv) {
@@ -153,6 +171,8 @@ Options parse_options(int argc, char** argv) {
       ->excludes(quiet_option);
   app.add_flag("--version", options.version, "print versions");
 
+  const Commands commands(app, options);
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
@@ -185,7 +205,12 @@ Options parse_options(int argc, char** argv) {
     throw InputError("gamer: --markdown goes with --list-parameters");
   }
   if (options.only_tells()) return options;
-  if (!request.from_header.empty()) {
+  if (commands.look_command->parsed()) {
+    if (!parameters.empty() || !request.from_header.empty()) {
+      throw InputError("gamer: look takes one galaxy, no parameter file and no --from-header");
+    }
+    request.look = commands.look;
+  } else if (!request.from_header.empty()) {
     if (!parameters.empty()) {
       throw InputError("gamer: --from-header takes no parameter file and no scene list");
     }

@@ -48,6 +48,14 @@ constexpr std::pair<std::string_view, std::string_view> synonyms[] = {
     {"shear1", "g1"},
     {"shear2", "g2"},
     {"convergence", "kappa"},
+    {"barred", "ngc1300"},
+    {"barred", "dusty_barred"},
+    {"whirlpool", "m51"},
+    {"ngc5194", "m51"},
+    {"m100", "ngc4321"},
+    {"sombrero", "ngc4594"},
+    {"m104", "ngc4594"},
+    {"edge_on", "ngc891"},
 };
 
 std::size_t distance(const std::string& a, const std::string& b) {

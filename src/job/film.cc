@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 #include "gamer/core/simd.h"
 #include "gamer/image/clean_up.h"
@@ -203,6 +204,7 @@ void Film::choose_tone(const Ranks& ranks, Executor& executor) {
 
 Film::Flaws Film::render_frame(int number, int ranks, int threads, Executor& executor,
                                const Messages& messages, RankReport& report) {
+  const Clock clock;
   RenderParameters own = frame(number);
   own.image.output.overwrite = options_.overwrite;
   std::unique_ptr<Journal> earlier;
@@ -221,7 +223,7 @@ Film::Flaws Film::render_frame(int number, int ranks, int threads, Executor& exe
     work.begin();
     work.render(executor, messages.progress, report);
   }
-  if (messages.say) messages.say(work.text());
+  if (messages.say) messages.say(work.text(clock.seconds()));
   return {!work.darkness().empty(), work.unconverged_rays()};
 }
 

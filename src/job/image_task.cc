@@ -17,7 +17,6 @@
 #include "gamer/image/fits/checksums.h"
 #include "gamer/image/fits/fits.h"
 #include "gamer/image/new_file.h"
-#include "gamer/job/resume.h"
 #include "gamer/job/schedule.h"
 #include "gamer/job/truth_table.h"
 #include "image/private_folder.h"
@@ -43,6 +42,15 @@ std::optional<std::pair<std::uint64_t, std::uint64_t>> identity(const fs::path& 
 std::string truth_text(const JobOptions& options) {
   if (!options.truth) return "";
   return options.truth_table.empty() ? "in the image" : "in " + options.truth_table.string();
+}
+
+/// Counts what is done now, or was before and comes from the journal.
+void add(int done, const JournaledExecutor& executor, Progress& progress) {
+  if (executor.is_replaying()) {
+    progress.skip(done);
+  } else {
+    progress.add(done);
+  }
 }
 
 Renderer make_renderer(const RenderJob& job, const JobOptions& options) {
@@ -277,11 +285,17 @@ void ImageTask::finish(ImageWriter& writer, const std::optional<DataTable>& trut
   if (journal_) journal_->remove();
 }
 
+DataTable ImageTask::describe_objects(JournaledExecutor& executor, Progress::Style style) const {
+  Progress progress(static_cast<int>(job_.scene->objects), style, stderr);
+  progress.count("objects of TRUTH");
+  return truth_table(job_, executor, [&](int objects) { add(objects, executor, progress); });
+}
+
 void ImageTask::render_rows(Executor& executor, Progress::Style style, RankReport& report) {
   JournaledExecutor journaled(executor, journal_.get());
   RunTimes before = executor.times();
   std::optional<DataTable> truth;
-  if (options_.truth) truth = truth_table(job_, journaled);
+  if (options_.truth) truth = describe_objects(journaled, style);
   const Renderer renderer = make_renderer(job_, options_);
   const auto blocks = blocks_of(renderer, executor, before);
   if (truth && options_.truth_table.empty()) header_.data_tables.push_back(*truth);
@@ -302,11 +316,7 @@ void ImageTask::render_rows(Executor& executor, Progress::Style style, RankRepor
         for (std::size_t row = 0; is_dark_ && row < values.size(); row += row_size) {
           is_dark_ = !has_light(values.subspan(row, image_size), is_single);
         }
-        if (journaled.is_replaying()) {
-          progress.skip(rows.size());
-        } else {
-          progress.add(rows.size());
-        }
+        add(rows.size(), journaled, progress);
       },
       report);
   const RunTimes times = executor.times() - before;
@@ -314,7 +324,6 @@ void ImageTask::render_rows(Executor& executor, Progress::Style style, RankRepor
   const Clock clock;
   finish(*writer, truth);
   report.writing += times.consume + clock.seconds();
-  seconds_ = progress.seconds();
   replayed_rows_ = progress.skipped();
 }
 
@@ -341,13 +350,13 @@ std::string ImageTask::shortfall() const {
   return shortfall_warning(files_text(job_.parameters.image.output, header_), unconverged_rays_);
 }
 
-std::string ImageTask::text() const {
+std::string ImageTask::text(double seconds) const {
   if (is_complete_) {
     return fmt::format("{}: complete already", files_text(job_.parameters.image.output, header_));
   }
   const std::string earlier =
       replayed_rows_ > 0 ? fmt::format(", {} rows from the journal", replayed_rows_) : "";
-  return fmt::format("{}, {:.1f} s{}", plan(), seconds_, earlier);
+  return fmt::format("{}, {:.1f} s{}", plan(), seconds, earlier);
 }
 
 void help_render(const RenderJob& job, const JobOptions& options, Executor& executor,

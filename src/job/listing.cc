@@ -177,7 +177,7 @@ std::string sample_galaxy(const std::string& type, Resources& resources) {
   try {
     return resources.find("galaxies", type, "", galaxy_suffixes()).content.str();
   } catch (const InputError& error) {
-    throw InputError({"--sample-galaxy", 0, 0}, error.what());
+    throw InputError({"gamer new", 0, 0}, error.what());
   }
 }
 

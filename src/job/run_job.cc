@@ -60,7 +60,7 @@ Task prepare_image(const RunOptions& options, RenderJob job, int ranks, int thre
   auto work =
       std::make_unique<ImageTask>(std::move(job), options.work, ranks, threads, std::move(earlier));
   if (work->is_complete()) {
-    if (!options.quiet) fmt::print("{}\n", printable(work->text()));
+    if (!options.quiet) fmt::print("{}\n", printable(work->text(0)));
     return {};
   }
   if (options.work.dry_run) {
@@ -152,9 +152,10 @@ void say_where_the_time_went(const Ranks& ranks, const RankReport& own, double p
   fmt::print(stderr, "{}", report_text(reports, pixels));
 }
 
-/// Every rank's part; returns the pixels of the image.
-double render_image(const Ranks& ranks, const RunOptions& options, ImageTask* work,
-                    std::string packed, int threads, Executor& executor, RankReport& report) {
+/// Every rank's part; returns the pixels of the image. `clock` has run since the job began.
+double render_image(const Ranks& ranks, const RunOptions& options, const Clock& clock,
+                    ImageTask* work, std::string packed, int threads, Executor& executor,
+                    RankReport& report) {
   const auto pixels = [](const Camera& camera) {
     return static_cast<double>(camera.width()) * camera.height();
   };
@@ -171,7 +172,7 @@ double render_image(const Ranks& ranks, const RunOptions& options, ImageTask* wo
   announce(*work);
   work->render(executor, progress_style(options), report);
   if (!options.quiet) {
-    fmt::print("{}\n", printable(work->text()));
+    fmt::print("{}\n", printable(work->text(clock.seconds())));
     for (const std::string& text : {work->darkness(), work->shortfall()}) {
       if (!text.empty()) warn(text);
     }
@@ -227,8 +228,8 @@ void run_job(const Ranks& ranks, const RunOptions& options) {
     pixels = render_film(ranks, options, std::move(task.film), std::move(film), threads, *executor,
                          report);
   } else if (task.work || !image.empty()) {
-    pixels =
-        render_image(ranks, options, task.work.get(), std::move(image), threads, *executor, report);
+    pixels = render_image(ranks, options, clock, task.work.get(), std::move(image), threads,
+                          *executor, report);
   } else {
     return;
   }

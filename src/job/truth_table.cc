@@ -228,7 +228,8 @@ DataTable TruthRows::table(std::span<const double> all) const {
 
 }  // namespace
 
-DataTable truth_table(const RenderJob& job, Executor& executor) {
+DataTable truth_table(const RenderJob& job, Executor& executor,
+                      const std::function<void(int)>& count) {
   const TruthRows truth(job);
   const std::size_t per_object = truth.size();
   std::vector<double> all(job.scene->objects * per_object, nan);
@@ -245,6 +246,7 @@ DataTable truth_table(const RenderJob& job, Executor& executor) {
         std::copy(values.begin(), values.end(),
                   all.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(rows.first) *
                                                             per_object));
+        if (count) count(rows.size());
       });
   return truth.table(all);
 }

@@ -64,6 +64,12 @@ TEST(DidYouMean, Synonyms) {
             "; did you mean 'index' or 'sersic_index'?");
 }
 
+TEST(DidYouMean, SynonymsOfGalaxies) {
+  const std::vector<std::string> known = {"m51", "ngc1300", "ngc4321"};
+  EXPECT_EQ(did_you_mean("barred", known), "; did you mean 'ngc1300'?");
+  EXPECT_EQ(did_you_mean("Whirlpool", known), "; did you mean 'm51'?");
+}
+
 TEST(DidYouMean, AHugeNameIsHarmless) {
   EXPECT_EQ(near_names(std::string(1 << 20, 'a'), {"aaaa"}), "");
 }

@@ -56,7 +56,7 @@ class WorkTest : public testing::Test {
       EXPECT_GE(report.runs.wall, report.runs.compute);
       EXPECT_GE(report.writing, report.runs.consume);
     }
-    return work.text();
+    return work.text(0);
   }
 
   fs::path folder_ = make_folder();

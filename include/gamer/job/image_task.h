@@ -16,6 +16,7 @@
 #include "gamer/job/journal.h"
 #include "gamer/job/progress.h"
 #include "gamer/job/report.h"
+#include "gamer/job/resume.h"
 #include "gamer/job/warnings.h"
 #include "gamer/parallel/executor.h"
 
@@ -104,13 +105,14 @@ class ImageTask {
   double unconverged_rays() const { return unconverged_rays_; }
   /// A warning about such rays; empty where there are none.
   std::string shortfall() const;
-  /// What was made: "x.fits: 512 x 512 pixels, 1 plane, 2.3 s".
-  std::string text() const;
+  /// What was made in so many seconds: "x.fits: 512 x 512 pixels, 1 plane, 2.3 s".
+  std::string text(double seconds) const;
 
  private:
   void go_on(std::unique_ptr<Journal> journal);
   std::vector<std::filesystem::path> files() const;
   std::unique_ptr<ImageWriter> make_writer() const;
+  DataTable describe_objects(JournaledExecutor& executor, Progress::Style style) const;
   void finish(ImageWriter& writer, const std::optional<DataTable>& truth);
   void render_rows(Executor& executor, Progress::Style style, RankReport& report);
 
@@ -124,7 +126,6 @@ class ImageTask {
   bool is_dark_ = false;
   double unconverged_rays_ = 0;
   std::string hindrance_;
-  double seconds_ = 0;
   int replayed_rows_ = 0;
 };
 

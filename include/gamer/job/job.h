@@ -10,6 +10,7 @@
 #include "gamer/core/resources.h"
 #include "gamer/galaxy/galaxy.h"
 #include "gamer/image/image.h"
+#include "gamer/job/look.h"
 #include "gamer/job/record.h"
 #include "gamer/parallel/ranks.h"
 #include "gamer/render/renderer.h"
@@ -25,6 +26,7 @@ struct JobRequest {
   std::filesystem::path parameters;             ///< *.par
   std::filesystem::path scene;                  ///< *.lst
   std::filesystem::path from_header;            ///< an image with a record, instead of the two
+  std::optional<Look> look;                     ///< instead of the two
   std::vector<std::string> settings;            ///< "section.key=value"
   std::optional<std::filesystem::path> output;  ///< instead of image.output
   bool overwrite = false;

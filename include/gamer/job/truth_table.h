@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 
 #include "gamer/image/data_table.h"
 #include "gamer/job/job.h"
@@ -21,7 +22,8 @@ void write_truth_table(const std::filesystem::path& path, const DataTable& table
 ///   mag_dustfree_<label> (flux_... in relative images: pixel sums of a fine image, in units of
 ///   brightness times scene units^2), half_light_radius, e1, e2, bulge_to_total (without dust,
 ///   first plane), optical_depth. What a star has not is NaN.
-/// Every rank calls it; the table is rank 0's.
-DataTable truth_table(const RenderJob& job, Executor& executor);
+/// Every rank calls it; the table is rank 0's. There `count` is told of objects that are done.
+DataTable truth_table(const RenderJob& job, Executor& executor,
+                      const std::function<void(int objects)>& count = {});
 
 }  // namespace gamer

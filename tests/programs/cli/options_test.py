@@ -26,7 +26,7 @@ class Tells(unittest.TestCase):
         text = self.tell("--help")
         for option in ("-o,--output", "-s,--set", "-j,--threads", "--preview", "--list-components",
                        "--list-galaxies", "--list-seds", "--list-bands", "--list-instruments", "--list-noises",
-                       "--sample-galaxy", "--print-mapping", "--list-parameters", "--markdown", "--sample-config", "--print-config",
+                       "--print-mapping", "--list-parameters", "--markdown", "--sample-config", "--print-config",
                        "--dry-run", "--from-header", "--overwrite", "--resume", "--journal", "-q,--quiet", "-v,--verbose",
                        "--version", "-h,--help"):
             self.assertIn(option, text)
@@ -46,13 +46,37 @@ class Tells(unittest.TestCase):
                 self.assertIn(name, listed)
 
     def test_a_sample_galaxy_can_be_rendered(self):
-        text = self.tell("--sample-galaxy", "ngc4321")
+        text = self.tell("new", "ngc4321")
         with Folder(**{"my.toml": text, "scene.lst": "galaxy x y z\nmy 0 0 0\n"}) as folder:
             result = folder.run("render.par", "scene.lst", "-s", "image.size=8", "-q")
             self.assertEqual((result.returncode, result.stderr), (0, ""))
-            result = folder.run("--sample-galaxy", "ngc4231")
+            result = folder.run("new", "ngc4231")
             self.assertEqual(result.returncode, 2)
             self.assertIn("did you mean 'ngc4321'", result.stderr)
+
+    def test_look(self):
+        with Folder() as folder:
+            folder.write("my.toml", self.tell("new", "ngc4321"))
+            result = folder.run("look", "my.toml", "-s", "image.size=32", "-q")
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            self.assertEqual(folder.content()["my.png"][:4], b"\x89PNG")
+            # It can be made again from the picture alone, and not by accident.
+            result = folder.run("look", "my.toml", "-s", "image.size=32", "-q")
+            self.assertEqual(result.returncode, 2)
+            self.assertIn("'my.png' exists already; --overwrite replaces it", result.stderr)
+            result = folder.run("--from-header", "my.png", "-o", "again.png", "-q")
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            for arguments, message in (
+                    (["m52"], "gamer look:2:1: unknown galaxy 'm52'; did you mean 'm51'?"),
+                    ([], "gamer: galaxy is required"),
+                    (["m51", "render.par"], "gamer: look takes one galaxy"),
+                    (['a"b'], "gamer look: a galaxy's name has no quotes"),
+                    (["m51", "--inclination", "x"], "gamer: Could not convert")):
+                before = folder.content()
+                result = folder.run("look", *arguments)
+                self.assertEqual(result.returncode, 2)
+                self.assertTrue(result.stderr.startswith(message), result.stderr)
+                self.assertEqual(folder.content(), before)
 
     def test_print_mapping(self):
         table = ("# %ECSV 1.0\n# ---\n# datatype:\n# - {name: RAJ2000, datatype: float64}\n"

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+
+#include "gamer/core/resources.h"
+
+namespace gamer {
+
+/// A picture of one galaxy without parameter file and scene list.
+struct Look {
+  std::string galaxy;          ///< a type's name or its file
+  double inclination = 35;     ///< deg
+  double position_angle = 30;  ///< deg
+};
+
+/// Records the parameter file and the scene list that stand for `look`: the galaxy fills a picture
+/// of 640 x 640 pixels, NAME.png, in three colours at tolerance 1e-2. Throws InputError for a name
+/// that no scene list can hold.
+void add_look(const Look& look, Resources& resources);
+
+}  // namespace gamer

@@ -1,0 +1,44 @@
+#include "gamer/job/look.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "gamer/core/config.h"
+#include "gamer/core/error.h"
+#include "gamer/job/record.h"
+
+namespace gamer {
+namespace {
+
+constexpr const char* label = "gamer look";
+
+constexpr const char* view = R"([image]
+size = [640, 640]
+output = {}
+[camera]
+projection = "orthographic"
+position = [0, 0, 10]
+up = [0, 1, 0]
+width = 2
+[spectrum]
+wavelengths = [4300, 5750, 7400]
+[sampling]
+tolerance = 0.01
+)";
+
+}  // namespace
+
+void add_look(const Look& look, Resources& resources) {
+  if (look.galaxy.find_first_of("\"\n\r") != std::string::npos) {
+    throw InputError({label, 0, 0}, "a galaxy's name has no quotes and no line breaks");
+  }
+  const std::string picture = std::filesystem::path(look.galaxy).stem().string() + ".png";
+  resources.add(
+      {recorded_parameters, label, fmt::format(fmt::runtime(view), toml_string(picture))});
+  resources.add({recorded_scene, label,
+                 fmt::format("galaxy,x,y,z,inclination,pa\n\"{}\",0,0,0,{},{}\n", look.galaxy,
+                             look.inclination, look.position_angle)});
+}
+
+}  // namespace gamer
