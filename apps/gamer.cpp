@@ -135,8 +135,8 @@ Options parse_options(int argc, char** argv) {
   app.add_option("render.par", parameters, "parameter file (TOML)");
   app.add_option("scene.lst", scene,
                  "scene list or catalogue, one galaxy per row; - is standard input");
-  CLI::Option* output_option =
-      app.add_option("-o,--output", output, "write to this file instead of image.output");
+  CLI::Option* output_option = app.add_option(
+      "-o,--output", output, "write to this file instead of image.output; - is standard output");
   app.add_option("-s,--set", request.settings, "override a key: section.key=value (repeatable)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);

@@ -13,7 +13,7 @@
 #include "image/data_table_writer.h"
 #include "image/fits/fits_cards.h"
 #include "image/fits/fits_file.h"
-#include "image/temporary_file.h"
+#include "image/output_file.h"
 
 namespace gamer {
 namespace {
@@ -39,8 +39,8 @@ class HealpixWriter final : public ImageWriter {
   HealpixWriter(const OutputOptions& options, const ImageHeader& header)
       : options_(options),
         header_(header),
-        temporary_(options.path),
-        file_(FitsFile::create(temporary_.path(), options.path.string())),
+        place_(options.path),
+        file_(FitsFile::create(place_.path(), place_.label())),
         row_size_(static_cast<std::size_t>(header.width) *
                   static_cast<std::size_t>(header.planes())),
         values_(row_size_ * static_cast<std::size_t>(header.height)),
@@ -83,7 +83,7 @@ class HealpixWriter final : public ImageWriter {
       write_checksum(file_);
     }
     file_.close();
-    temporary_.move_to_final(options_.overwrite);
+    place_.deliver(options_.overwrite);
   }
 
  private:
@@ -147,7 +147,7 @@ class HealpixWriter final : public ImageWriter {
 
   OutputOptions options_;
   ImageHeader header_;
-  TemporaryFile temporary_;
+  OutputFile place_;
   FitsFile file_;
   std::size_t row_size_;
   std::vector<Value> values_;  ///< [row][plane][x]

@@ -17,6 +17,7 @@
 #include "image/image_suffix.h"
 #include "image/memory.h"
 #include "image/picture_size.h"
+#include "image/standard_stream.h"
 
 namespace gamer {
 namespace {
@@ -86,6 +87,7 @@ std::uint64_t most_open_files() {
 }  // namespace
 
 std::optional<ImageSuffix> image_suffix(const std::filesystem::path& path) {
+  if (path == standard_stream) return ImageSuffix::fits;
   const std::string text = image_suffix_text(path);
   for (const auto& [name, suffix] : suffixes) {
     if (text == name) return suffix;
@@ -153,6 +155,8 @@ void check_output(const OutputOptions& options, const ImageHeader& header) {
     }
   }
   if (options.layout == ImageLayout::files && is_fits(*suffix)) {
+    if (options.path == standard_stream)
+      fail("standard output holds one file; use layout \"cube\"");
     if (const std::uint64_t most = most_open_files(); header.labels.size() > most) {
       fail(
           fmt::format("{} files cannot be written at once here, at most {} (ulimit -n); "

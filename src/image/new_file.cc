@@ -7,11 +7,13 @@
 
 #include "gamer/core/error.h"
 #include "image/private_folder.h"
+#include "image/standard_stream.h"
 
 namespace gamer {
 
 void check_new_file(const std::filesystem::path& path, bool overwrite) {
   namespace fs = std::filesystem;
+  if (path == standard_stream) return check_standard_output();
   const auto fail = [&path](const std::string& message) -> void {
     throw InputError(fmt::format("output '{}': {}", path.string(), message));
   };

@@ -21,9 +21,9 @@
 #include "gamer/image/picture.h"
 #include "gamer/image/png_table.h"
 #include "image/image_suffix.h"
+#include "image/output_file.h"
 #include "image/picture_size.h"
 #include "image/standard_stream.h"
-#include "image/temporary_file.h"
 #include "image/write_file.h"
 
 namespace gamer {
@@ -176,13 +176,9 @@ void check_picture_file(const PictureFileOptions& options, int width, int height
 /// Destination of the bytes, and its name in messages.
 struct PictureFile::Destination {
   explicit Destination(const PictureFileOptions& options)
-      : label(options.name == standard_stream ? "standard output" : options.name) {
-    if (options.name == standard_stream) {
-      spool = std::make_unique<SpoolFile>();
-    } else {
-      temporary = std::make_unique<TemporaryFile>(options.name);
-    }
-    file.reset(std::fopen((spool ? spool->path() : temporary->path()).c_str(), "w+b"));
+      : output(options.name),
+        label(output.label()),
+        file(std::fopen(output.path().c_str(), "wb"), &std::fclose) {
     if (!file) fail();
   }
 
@@ -193,20 +189,13 @@ struct PictureFile::Destination {
   }
 
   void finish(bool overwrite) {
-    if (temporary) {
-      if (std::fclose(file.release()) != 0) fail();
-      temporary->move_to_final(overwrite);
-      return;
-    }
-    if (std::fflush(file.get()) != 0) fail();
-    std::rewind(file.get());
-    copy_bytes(file.get(), stdout, label);
+    if (std::fclose(file.release()) != 0) fail();
+    output.deliver(overwrite);
   }
 
+  OutputFile output;
   std::string label;
-  std::unique_ptr<TemporaryFile> temporary;
-  std::unique_ptr<SpoolFile> spool;  ///< holds the bytes for standard output
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file{nullptr, &std::fclose};
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file;
 };
 
 class PictureFile::Encoder {

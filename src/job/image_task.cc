@@ -19,7 +19,9 @@
 #include "gamer/image/new_file.h"
 #include "gamer/job/schedule.h"
 #include "gamer/job/truth_table.h"
+#include "image/output_file.h"
 #include "image/private_folder.h"
+#include "image/standard_stream.h"
 
 namespace gamer {
 namespace {
@@ -91,7 +93,7 @@ std::string files_text(const OutputOptions& output, const ImageHeader& header) {
   const auto files = output_files(output, header);
   const std::string more =
       files.size() > 1 ? fmt::format(" and {} more", files.size() - 1) : std::string();
-  return files.front().string() + more;
+  return output_label(files.front()) + more;
 }
 
 std::string size_text(const ImageHeader& header) {
@@ -242,7 +244,8 @@ void ImageTask::begin() {
     Journal::discard(path);
     const JournalHead head = make_journal_head(job_, truth_text(options_));
     date_ = head.date;
-    if (!std::isinf(options_.journal_interval)) {
+    const bool is_stream = job_.parameters.image.output.path == standard_stream;
+    if (!is_stream && !std::isinf(options_.journal_interval)) {
       journal_ = std::make_unique<Journal>(path, head, options_.journal_interval);
     }
   }

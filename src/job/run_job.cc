@@ -23,6 +23,7 @@
 #include "gamer/job/report.h"
 #include "gamer/job/resume.h"
 #include "gamer/job/warnings.h"
+#include "image/standard_stream.h"
 
 namespace gamer {
 namespace {
@@ -109,6 +110,22 @@ void warn_of(const RunOptions& options, const RenderJob& job) {
   for (const std::string& text : job_warnings(job)) warn(text);
 }
 
+bool is_to_standard_output(const RenderJob& job) {
+  return job.parameters.image.output.path == standard_stream;
+}
+
+/// Throws InputError for what standard output cannot hold.
+void check_stream(const RunOptions& options, const RenderJob& job) {
+  const auto fail = [](const char* what) {
+    throw InputError(fmt::format("gamer: output '-': {}", what));
+  };
+  if (options.work.resume) fail("nothing is kept to resume; give a file");
+  if (job.parameters.animation.frames > 0) fail("a film has a file for each frame");
+  if (options.work.truth && job.parameters.truth.any() && job.parameters.truth.path.empty()) {
+    fail("the images of [truth] need truth.output");
+  }
+}
+
 /// On rank 0: reads and checks everything.
 Task prepare(const RunOptions& options, int ranks, int threads, std::unique_ptr<Journal> earlier) {
   Resources resources = open_resources(options.request, default_data_folders());
@@ -121,6 +138,7 @@ Task prepare(const RunOptions& options, int ranks, int threads, std::unique_ptr<
     return {};
   }
   RenderJob job = read_job(options.request, resources);
+  if (is_to_standard_output(job)) check_stream(options, job);
   warn_of(options, job);
   if (job.parameters.animation.frames > 0) return prepare_film(options, job, ranks, threads);
   return prepare_image(options, std::move(job), ranks, threads, std::move(earlier));
@@ -172,7 +190,8 @@ double render_image(const Ranks& ranks, const RunOptions& options, const Clock& 
   announce(*work);
   work->render(executor, progress_style(options), report);
   if (!options.quiet) {
-    fmt::print("{}\n", printable(work->text(clock.seconds())));
+    std::FILE* stream = is_to_standard_output(work->job()) ? stderr : stdout;
+    fmt::print(stream, "{}\n", printable(work->text(clock.seconds())));
     for (const std::string& text : {work->darkness(), work->shortfall()}) {
       if (!text.empty()) warn(text);
     }

@@ -48,9 +48,10 @@ ParameterSection ImageSettings::section() {
       "The image and its file.",
       {Parameter::size2("size", "pixels", Interval::closed(1, largest_image_side), 512,
                         "image size"),
-       Parameter::text(
-           "output", "gamer.fits",
-           "path; the suffix decides: `.fits`, `.fits.fz` (tile-compressed), `.png`, `.bmp`"),
+       Parameter::text("output", "gamer.fits",
+                       "path; the suffix decides: `.fits`, `.fits.fz` (tile-compressed), `.png`, "
+                       "`.bmp`; `-` is "
+                       "standard output, a FITS image"),
        Parameter::integer("bitpix", "", Interval::any(), -32, "FITS data type, -32 or -64"),
        Parameter::choice("layout", {"cube", "extensions", "files"}, "cube",
                          "several wavelengths: planes of one HDU, one HDU each, or one file each "

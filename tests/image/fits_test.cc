@@ -400,14 +400,16 @@ TEST(FitsCards, EveryKindOfValueRoundTrips) {
   }
 }
 
-TEST(FitsCards, NoUnitNoBunit) {
+TEST(FitsCards, NoUnitIsDimensionless) {
   TemporaryFolder folder;
   ImageHeader header = test_header(4, 4, bits_of_one);
   header.unit.clear();
   const OutputOptions options{folder / "a.fits", -32, ImageLayout::cube, false};
   write_test_image(options, header);
   expect_fitsverify_clean(options.path);
-  EXPECT_EQ(find_card(read_fits(options.path).cards, "BUNIT"), nullptr);
+  const Card* unit = find_card(read_fits(options.path).cards, "BUNIT");
+  ASSERT_NE(unit, nullptr);
+  EXPECT_EQ(std::get<std::string>(unit->value), "");
   EXPECT_EQ(file_bytes(options.path).find("CROTA"), std::string::npos);
 }
 

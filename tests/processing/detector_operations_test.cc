@@ -379,8 +379,8 @@ TEST_F(NoiseOperation, SaysWhatIsWrong) {
   write_small(nanojansky());
   const std::vector<std::pair<const char*, const char*>> cases = {
       {"",
-       "gutil noise: which noise? --exposure (s) for a detector, --sigma or --snr for plain "
-       "Gaussian noise"},
+       "gutil noise: which noise? --exposure (s) or --instrument for a detector, --sigma or "
+       "--snr for plain Gaussian noise"},
       {"--sigma 1 --snr 3", "gutil noise: --sigma and --snr exclude each other; leave one out"},
       {"--exposure 1 --zero-point 25 --sky 20 --sky-rate 1",
        "gutil noise: --sky and --sky-rate exclude each other; leave one out"},

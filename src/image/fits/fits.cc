@@ -27,6 +27,7 @@
 #include "image/fits/fits_file.h"
 #include "image/image_suffix.h"
 #include "image/memory.h"
+#include "image/output_file.h"
 #include "image/pixel_sum.h"
 #include "image/temporary_file.h"
 #include "image/wavelength_axis.h"
@@ -164,7 +165,8 @@ class FitsLayout {
     }
     cards.insert(cards.end(), common_.begin(), common_.end());
     const std::string& unit = unit_of(first, count);
-    if (!unit.empty()) cards.push_back({"BUNIT", unit, "unit of the pixels"});
+    // Astropy's CCDData needs the card; an empty unit is dimensionless.
+    cards.push_back({"BUNIT", unit, unit.empty() ? "dimensionless" : "unit of the pixels"});
     // Must be told by name: a compressed image is a table of two axes.
     cards.push_back({"WCSAXES", count > 1 ? 3LL : 2LL, "number of world axes"});
     write_cards(file, cards);
@@ -250,16 +252,16 @@ class FitsWriter final : public ImageWriter {
       }
       output->file.close();
     }
-    for (auto& output : outputs_) output->temporary.move_to_final(options_.overwrite);
+    for (auto& output : outputs_) output->place.deliver(options_.overwrite);
   }
 
  private:
   /// One unfinished file.
   struct Output {
-    explicit Output(const std::filesystem::path& path)
-        : temporary(path), file(FitsFile::create(temporary.path(), path.string())) {}
+    explicit Output(const std::filesystem::path& name)
+        : place(name), file(FitsFile::create(place.path(), place.label())) {}
 
-    TemporaryFile temporary;
+    OutputFile place;
     FitsFile file;
   };
 
@@ -318,7 +320,7 @@ class FitsWriter final : public ImageWriter {
   void compress() {
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
       FitsFile& plain = outputs_[i]->file;
-      auto packed = std::make_unique<Output>(outputs_[i]->temporary.final_path());
+      auto packed = std::make_unique<Output>(outputs_[i]->place.label());
       std::vector<double> row(static_cast<std::size_t>(width_));
       const auto fill = [&](int face, int first_plane, int count) {
         const int first_row = face * layout_.face_height();

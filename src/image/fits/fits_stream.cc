@@ -29,6 +29,7 @@
 #include "image/fits/fits_scan.h"
 #include "image/fits/fits_tiles.h"
 #include "image/image_suffix.h"
+#include "image/output_file.h"
 #include "image/pixel_sum.h"
 #include "image/standard_stream.h"
 #include "image/temporary_file.h"
@@ -364,25 +365,16 @@ PlanePtr FitsInput::plane(std::size_t hdu, int plane) const {
 
 class FitsOutput::File {
  public:
-  explicit File(const FitsOutputOptions& options)
-      : options_(options),
-        label_(options.name == standard_stream ? "standard output" : options.name) {
-    if (options.name == standard_stream) {
-      check_standard_output();
-      spool_.emplace();
-      file_.emplace(FitsFile::create(spool_->path(), label_));
-      return;
-    }
+  explicit File(const FitsOutputOptions& options) : options_(options) {
     const std::optional<ImageSuffix> suffix = image_suffix(options.name);
     if (suffix != ImageSuffix::fits && suffix != ImageSuffix::fits_compressed) {
       throw InputError(fmt::format("output {}: the name must end in .fits or .fits.fz",
                                    in_quotes(options.name)));
     }
-    const fs::path path = options.name;
-    check_new_file(path, options.overwrite);
+    check_new_file(options.name, options.overwrite);
     compressed_ = suffix == ImageSuffix::fits_compressed;
-    temporary_.emplace(path);
-    file_.emplace(FitsFile::create(temporary_->path(), label_));
+    output_.emplace(options.name);
+    file_.emplace(FitsFile::create(output_->path(), output_->label()));
   }
 
   void copy(const FitsInput& input, std::size_t hdu) {
@@ -446,7 +438,8 @@ class FitsOutput::File {
       });
       if (range.is_lost && !range.is_seen) {
         throw RunError(fmt::format(
-            "{}: a plane's pixels are all too small for 32 bits; --bitpix -64 keeps them", label_));
+            "{}: a plane's pixels are all too small for 32 bits; --bitpix -64 keeps them",
+            output_->label()));
       }
     }
     if (!compressed_) data_sums_[file_->hdu_count()] = sum.value();
@@ -486,13 +479,7 @@ class FitsOutput::File {
 
   void finish() {
     if (file_) complete();
-    if (temporary_) {
-      temporary_->move_to_final(options_.overwrite);
-      return;
-    }
-    const CFile whole(std::fopen(spool_->path().c_str(), "rb"), &std::fclose);
-    if (!whole) throw RunError(fmt::format("{}: {}", label_, std::strerror(errno)));
-    copy_bytes(whole.get(), stdout, label_);
+    output_->deliver(options_.overwrite);
   }
 
  private:
@@ -555,17 +542,15 @@ class FitsOutput::File {
     if (infinities == 0) return;
     for (std::size_t i = 0; i < count; ++i) {
       if (std::isinf(out[i]) && !std::isinf(values[i])) {
-        throw RunError(
-            fmt::format("{}: pixels are too large for 32 bits; --bitpix -64 keeps them", label_));
+        throw RunError(fmt::format("{}: pixels are too large for 32 bits; --bitpix -64 keeps them",
+                                   output_->label()));
       }
     }
   }
 
   FitsOutputOptions options_;
-  std::string label_;
   bool compressed_ = false;
-  std::optional<TemporaryFile> temporary_;
-  std::optional<SpoolFile> spool_;
+  std::optional<OutputFile> output_;
   std::optional<FitsFile> file_;
   std::map<int, std::uint32_t> data_sums_;  ///< [HDU, from 1]: the sum, where known
 };

@@ -4,14 +4,17 @@ sky_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """
 
 import re
+import subprocess
 import unittest
 
 from sky_program import SkyFolder, check_wrong_inputs, nanojansky, toml  # First: the Python.
 
 import numpy as np
+from astropy import units as u
 from astropy.io import fits
+from astropy.nddata import CCDData
 from astropy.wcs import WCS
-from gamer_program import LAUNCHER, main
+from gamer_program import ENVIRONMENT, LAUNCHER, command, main
 
 # Pixels of minutes, of arcseconds: right ascensions are rounded to 1e-10 arcsec.
 PLACE_ERROR = 4e-12
@@ -402,6 +405,65 @@ WRONG_INPUTS = {
     "header that is no FITS": case(STAR, camera='header = "sky.lst"\n', begin="sky.par:6:10: ",
                                    also="sky.lst"),
 }
+
+
+class Tools(unittest.TestCase):
+    SCENE = "galaxy px py apparent_magnitude size_arcsec\nsmooth 20 15 18 3\n"
+
+    def test_ccddata_keeps_wcs_and_unit(self):
+        units = {"nJy": u.nJy, "MJy/sr": u.MJy / u.sr, "electron/s": u.electron / u.s,
+                 "mag/arcsec^2": u.mag / u.arcsec ** 2,
+                 "erg/s/cm^2/A/arcsec^2": u.erg / u.s / u.cm ** 2 / u.AA / u.arcsec ** 2}
+        for unit, expected in units.items():
+            for spectrum in (ONE_BAND, {"bands": ["sdss_g", "sdss_r"]}):
+                with self.subTest(unit, **spectrum), SkyFolder() as folder:
+                    folder.write("sky.par", parameters({"center": [10, 20], "pixel_scale": 0.2},
+                                                       (40, 30), spectrum, photometry={"area": 5}))
+                    folder.write("sky.lst", self.SCENE)
+                    folder.render("sky.par", "sky.lst", "-s", f"image.unit={unit}")
+                    read = CCDData.read(folder.path / "out.fits")
+                    self.assertEqual(read.unit, expected)
+                    ra, dec = read.wcs.celestial.wcs_pix2world([[19.5, 14.5]], 0)[0]
+                    self.assertLess(separation((ra, dec), (10, 20)), 1e-10)
+
+    def test_ccddata_reads_relative_images(self):
+        with SkyFolder() as folder:
+            folder.write("r.par", toml(image={"output": "out.fits", "size": [16, 16]}))
+            folder.write("r.lst", "galaxy x y z\nsmooth 0 0 0\n")
+            folder.render("r.par", "r.lst")
+            self.assertEqual(CCDData.read(folder.path / "out.fits").unit,
+                             u.dimensionless_unscaled)
+
+    def test_standard_output(self):
+        with SkyFolder() as folder:
+            folder.write("sky.par", parameters({}, (40, 30)))
+            folder.write("sky.lst", self.SCENE)
+            folder.render("sky.par", "sky.lst", "--truth")
+            before = folder.content()
+            result = subprocess.run(command("sky.par", "sky.lst", "--truth", "-o", "-"),
+                                    cwd=folder.path, env=ENVIRONMENT, capture_output=True)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertRegex(result.stderr.decode(),
+                             r"^standard output: 40 x 30 pixels, 1 plane, [\d.]+ s\n$")
+            self.assertEqual(folder.content(), before)
+            folder.write("piped.fits", result.stdout)
+            folder.verify("piped.fits")
+            np.testing.assert_array_equal(folder.image("piped.fits")[0],
+                                          folder.image("out.fits")[0])
+            self.assertEqual(len(fits.getdata(folder.path / "piped.fits", "TRUTH")), 1)
+
+    def test_what_standard_output_cannot_hold(self):
+        still = {"sky.par": parameters({}, (40, 30)), "sky.lst": self.SCENE}
+        film = {"sky.par": toml(image={"size": [8, 8]}, animation={"frames": 2}),
+                "sky.lst": "galaxy x y z\nsmooth 0 0 0\n"}
+        run = ("sky.par", "sky.lst", "-o", "-")
+        begin = "gamer: output '-': "
+        check_wrong_inputs(self, {
+            "a film": (film, run, begin, "a film has a file for each frame"),
+            "resumed": (still, (*run, "--resume"), begin, "nothing is kept to resume"),
+            "truth": (still, (*run, "--truth", "-s", "truth.dust_free=true"), begin, "truth.output"),
+            "files": (still, (*run, "-s", "image.layout=files"), "output '-': ", "holds one file"),
+        })
 
 
 class WrongInput(unittest.TestCase):

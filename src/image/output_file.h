@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "image/temporary_file.h"
+
+namespace gamer {
+
+/// An unfinished output: a file beside its final name, or for the name "-" one in the system's
+/// folder for temporary files, whose bytes go to standard output. The caller makes the file.
+class OutputFile {
+ public:
+  /// Throws RunError.
+  explicit OutputFile(const std::filesystem::path& name);
+
+  /// Path of the unfinished file.
+  const std::filesystem::path& path() const;
+  /// The output in messages: its name, or "standard output".
+  const std::string& label() const { return label_; }
+  /// Gives the complete and closed file its name, or copies it to standard output. Throws RunError.
+  void deliver(bool overwrite);
+
+ private:
+  std::string label_;
+  std::optional<TemporaryFile> temporary_;
+  std::optional<SpoolFile> spool_;
+};
+
+/// The name of an output in messages.
+std::string output_label(const std::filesystem::path& name);
+
+}  // namespace gamer
