@@ -11,6 +11,7 @@
 
 #include "gamer/core/near.h"
 #include "gamer/scene/scene.h"
+#include "scene/row_overrides.h"
 #include "scene/usual_names.h"
 
 namespace gamer {
@@ -85,6 +86,7 @@ class ColumnFinder {
       lower_places_.emplace(lower(column.name), names_.size());
       names_.push_back(column.name);
     }
+    for (const std::size_t place : override_columns(catalogue)) used_.insert(place);
     for (const auto& [key, name] : parameters.catalogue.columns) {
       if (!name.starts_with('=')) used_.insert(mapped_place(key, name));
     }
@@ -265,6 +267,9 @@ std::string column_mapping(const Catalogue& catalogue, const RenderParameters& p
       result += fmt::format(" times {:g} to {}", source.factor, declared.unit);
     result += '\n';
   }
+  for (const std::size_t i : override_columns(catalogue)) {
+    result += fmt::format("{0} of each galaxy = column {0}\n", catalogue.columns()[i].name);
+  }
   std::vector<std::string> unused;
   for (const std::size_t i : unused_columns(catalogue, sources)) {
     const Catalogue::Column& column = catalogue.columns()[i];
@@ -276,7 +281,8 @@ std::string column_mapping(const Catalogue& catalogue, const RenderParameters& p
 
 std::vector<std::size_t> unused_columns(const Catalogue& catalogue,
                                         std::span<const ColumnSource> sources) {
-  std::set<std::size_t> used;
+  const std::vector<std::size_t> overrides = override_columns(catalogue);
+  std::set<std::size_t> used(overrides.begin(), overrides.end());
   for (const ColumnSource& source : sources) {
     if (source.kind == ColumnSource::Kind::catalogue) used.insert(source.place);
   }

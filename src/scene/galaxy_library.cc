@@ -10,6 +10,7 @@
 #include "gamer/scene/catalogue.h"
 #include "gamer/scene/scene.h"
 #include "gamer/sed/photometry.h"
+#include "scene/row_overrides.h"
 #include "scene/scene_row.h"
 
 namespace gamer {
@@ -20,7 +21,7 @@ const std::vector<std::string>& galaxy_suffixes() {
 }
 
 std::string name_of_type(const std::string& type) {
-  std::string name = std::filesystem::path(type).filename().string();
+  std::string name = std::filesystem::path(split_type(type).name).filename().string();
   for (const std::string& suffix : galaxy_suffixes()) {
     if (name.ends_with(suffix)) name.resize(name.size() - suffix.size());
   }
@@ -112,16 +113,17 @@ std::shared_ptr<const Sed> GalaxyLibrary::find_sed_of(const std::string& name,
 
 std::shared_ptr<Galaxy> GalaxyLibrary::make(const std::string& type, const std::string& sed,
                                             std::uint64_t row_seed, const SceneRow& row) {
+  const auto [file, overrides] = split_type(type);
   GalaxySettings settings = settings_;
   settings.seed = hash_words({seed_, row_seed});
   if (!sed.empty()) settings.sed = find_sed_of(sed, row);
   Resources::Text made;
   const Resources::Text* text = &made;
   try {
-    if (const std::optional<std::string> content = made_galaxy(type)) {
-      made = {"", type, *content};
+    if (const std::optional<std::string> content = made_galaxy(file)) {
+      made = {"", file, *content};
     } else {
-      text = &resources_.find("galaxies", type, label_, galaxy_suffixes());
+      text = &resources_.find("galaxies", file, label_, galaxy_suffixes());
     }
   } catch (const InputError& error) {
     throw InputError(row.where(column::galaxy), error.what());
@@ -129,6 +131,11 @@ std::shared_ptr<Galaxy> GalaxyLibrary::make(const std::string& type, const std::
   settings.reference = references_[type];
   if (const auto own = overrides_.find(name_of_type(type)); own != overrides_.end()) {
     settings.overrides = own->second;
+  }
+  if (!overrides.empty()) {
+    ConfigNode all = settings.overrides ? *settings.overrides : ConfigNode();
+    add_overrides(overrides, row.where(column::overrides), all);
+    settings.overrides = std::make_shared<const ConfigNode>(std::move(all));
   }
   std::shared_ptr<Galaxy> galaxy = Galaxy::read(text->content, text->label, settings, resources_);
   references_[type] = galaxy->reference();

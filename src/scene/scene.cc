@@ -18,6 +18,7 @@
 #include "scene/made_galaxy.h"
 #include "scene/orientation.h"
 #include "scene/other_columns.h"
+#include "scene/row_overrides.h"
 #include "scene/scene_reader.h"
 #include "scene/suspicious_values.h"
 
@@ -204,6 +205,10 @@ const SharedText& SceneReader::shared(const std::string& name) {
 }
 
 std::string SceneReader::read_type() const {
+  return join_type({read_plain_type(), row_.text(column::overrides)});
+}
+
+std::string SceneReader::read_plain_type() const {
   using namespace column;
   std::string name = row_.text(galaxy);
   const bool has_index = row_.is_given(sersic_index);
@@ -226,7 +231,7 @@ std::string SceneReader::read_type() const {
 
 std::optional<double> SceneReader::read_inclination() {
   using namespace column;
-  if (row_.is_given(axis_ratio) && read_type() != row_.text(galaxy)) {
+  if (row_.is_given(axis_ratio) && read_plain_type() != row_.text(galaxy)) {
     return row_.is_given(inclination) ? row_.number(inclination) : 90;
   }
   if (!row_.is_given(axis_ratio)) {
@@ -299,6 +304,9 @@ bool SceneReader::read_star(const Position& position) {
   }
   if (!read_lensing().is_none()) {
     row_.fail(column::g1, "a star has no image to distort; leave g1, g2 and kappa out");
+  }
+  if (row_.is_given(column::overrides)) {
+    row_.fail(column::overrides, "a star has no parameters to override");
   }
   PlacedStar star;
   star.id = row_.text(column::id);

@@ -86,6 +86,10 @@ ParameterTable make_columns() {
       Parameter::text(
           "sed", std::nullopt,
           "of a star (default `flat_fnu`); for a galaxy, instead of those of its components"),
+      Parameter::text(
+          "overrides", std::nullopt,
+          "parameters that differ from the type's file, as `arms.count=4;dust.optical_depth=3`; "
+          "columns called `arms.count`, `dust.optical_depth`... add to them"),
       Parameter::integer("seed", "", Interval::closed(0, largest_seed), 1,
                          "another number makes another galaxy of the same type"),
       Parameter::text("id", std::nullopt, "a name for people"),

@@ -55,7 +55,9 @@ class SceneReader {
   glm::dvec3 read_direction(const ImageField& field) const;
   /// Name of the row's galaxy type. Those of Sersic's law are made from the row: axis_ratio is
   /// their flattening c/a, so that they are seen edge on unless an inclination is given.
+  /// The galaxy's type with the row's overrides, and without.
   std::string read_type() const;
+  std::string read_plain_type() const;
   /// Angular radius of the ball, rad.
   double read_angular_radius(const Position& position);
   /// The inclination that the row tells, deg.

@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "gamer/core/near.h"
+#include "scene/row_overrides.h"
 #include "scene/text_rows.h"
 
 namespace gamer {
@@ -19,7 +20,9 @@ constexpr std::string_view default_word = "-";
 }  // namespace
 
 SceneRow::SceneRow(const Catalogue& catalogue, const RenderParameters& parameters)
-    : catalogue_(catalogue), sources_(find_columns(catalogue, parameters)) {}
+    : catalogue_(catalogue),
+      sources_(find_columns(catalogue, parameters)),
+      override_columns_(override_columns(catalogue)) {}
 
 std::optional<double> SceneRow::raw_number(Column column) const {
   if (const std::optional<double> typed = typed_number(column)) return typed;
@@ -42,10 +45,32 @@ std::optional<double> SceneRow::raw_number(Column column) const {
 bool SceneRow::is_star() const { return text(column::galaxy) == "star"; }
 
 std::string SceneRow::word(Column column) const {
+  if (column == column::overrides && !override_columns_.empty()) return overrides_word();
   const ColumnSource& source = sources_[column];
   if (source.kind == ColumnSource::Kind::absent) return std::string(default_word);
   if (source.kind == ColumnSource::Kind::constant) return source.constant;
-  const Catalogue::Cells& cells = catalogue_.columns()[source.place].cells;
+  return catalogue_word(source.place);
+}
+
+std::string SceneRow::overrides_word() const {
+  std::string result;
+  const ColumnSource& own = sources_[column::overrides];
+  if (own.kind == ColumnSource::Kind::constant) result = own.constant;
+  if (own.kind == ColumnSource::Kind::catalogue) result = catalogue_word(own.place);
+  if (result == default_word) result.clear();
+  for (const std::size_t place : override_columns_) {
+    std::string value = catalogue_word(place);
+    if (value == default_word) continue;
+    // Lists of numbers mean the same without blanks, which would end the word.
+    std::erase(value, ' ');
+    result +=
+        fmt::format("{}{}={}", result.empty() ? "" : ";", catalogue_.columns()[place].name, value);
+  }
+  return result.empty() ? std::string(default_word) : result;
+}
+
+std::string SceneRow::catalogue_word(std::size_t place) const {
+  const Catalogue::Cells& cells = catalogue_.columns()[place].cells;
   if (const auto* words = std::get_if<std::vector<std::string_view>>(&cells)) {
     return std::string((*words)[row_]);
   }
@@ -71,6 +96,7 @@ std::optional<double> SceneRow::typed_number(Column column) const {
 }
 
 bool SceneRow::is_given(Column column) const {
+  if (column == column::overrides) return word(column) != default_word;
   const ColumnSource& source = sources_[column];
   if (source.kind == ColumnSource::Kind::absent) return false;
   if (source.kind == ColumnSource::Kind::constant) return source.constant != default_word;
@@ -121,6 +147,9 @@ std::int64_t SceneRow::integer(Column column) const {
 
 SourceLocation SceneRow::where(Column column) const {
   const ColumnSource& source = sources_[column];
+  if (column == column::overrides && !override_columns_.empty()) {
+    return catalogue_.where(row_, override_columns_.front());
+  }
   return catalogue_.where(row_, source.kind == ColumnSource::Kind::catalogue ? source.place : 0);
 }
 
@@ -178,7 +207,7 @@ std::string SceneRow::line() const {
 void SceneRow::check_required(Column column) const {
   const Parameter& declared = scene_columns()[column];
   if (std::holds_alternative<std::monostate>(declared.default_value) && column != column::id &&
-      column != column::sed) {
+      column != column::sed && column != column::overrides) {
     fail(column, fmt::format("{} has no default", declared.name));
   }
 }

@@ -31,7 +31,10 @@ class SceneRow {
   void fix_orientation() { is_fixed_ = true; }
 
   /// Whether the catalogue has the column at all.
-  bool has(Column column) const { return sources_[column].kind != ColumnSource::Kind::absent; }
+  bool has(Column column) const {
+    return sources_[column].kind != ColumnSource::Kind::absent ||
+           (column == column::overrides && !override_columns_.empty());
+  }
   /// Whether the row has a value of its own.
   bool is_given(Column column) const;
 
@@ -71,6 +74,10 @@ class SceneRow {
  private:
   /// Whether the lines of the scene list have the column.
   bool stands_in_lines(Column column) const;
+  /// The word of a column of the catalogue.
+  std::string catalogue_word(std::size_t place) const;
+  /// The assignments of column `overrides` and of columns called COMPONENT.key.
+  std::string overrides_word() const;
   std::optional<double> typed_number(Column column) const;
   void check_required(Column column) const;
   template <typename Number>
@@ -79,6 +86,7 @@ class SceneRow {
 
   const Catalogue& catalogue_;
   std::vector<ColumnSource> sources_;
+  std::vector<std::size_t> override_columns_;
   std::size_t row_ = 0;
   std::map<Column, double> replaced_;
   bool is_fixed_ = false;

@@ -39,6 +39,7 @@ enum Column : std::size_t {
   g2,
   kappa,
   sed,
+  overrides,
   seed,
   id
 };

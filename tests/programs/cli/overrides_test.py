@@ -63,6 +63,54 @@ class Overrides(unittest.TestCase):
                 self.assertIn(message, result.stderr)
                 self.assertFalse((folder.path / "out.fits").exists())
 
+    def test_columns_are_as_the_edited_file(self):
+        columns = {"dust3.optical_depth": "3", "arms.count": "3", "disk2.noise.octaves": "3"}
+        names, row, second = SCENE.splitlines()
+        edited = f"{names}\n{row}\n" + second.replace("spiral", "other") + "\n"
+        own = "\n".join([" ".join([names, *columns]), " ".join([row, "-", "-", "-"]),
+                         " ".join([second, *columns.values()])]) + "\n"
+        text = ";".join(f"{name}={value}" for name, value in columns.items())
+        one = f"{names} overrides\n{row} -\n{second} {text}\n"
+        comma = own.replace(" ", ",")
+        with Folder(**{"other.toml": OTHER, "edited.lst": edited, "own.lst": own, "one.lst": one,
+                       "own.csv": comma}) as folder:
+            self.render(folder, "render.par", "edited.lst", "-o", "edited.fits")
+            for name in ("own.lst", "one.lst", "own.csv"):
+                for ranks in RANKS:
+                    self.render(folder, "render.par", name, "-o", "own.fits", "--overwrite",
+                                ranks=ranks)
+                    self.assertEqual(pixels(folder, "own.fits"), pixels(folder, "edited.fits"))
+            self.render(folder, "--from-header", "own.fits", "-o", "again.fits")
+            self.assertEqual(pixels(folder, "again.fits"), pixels(folder, "edited.fits"))
+            scene = fits.getdata(folder.path / "own.fits", "SCENE")
+            self.assertEqual(list(scene["overrides"]), ["", text])
+            # What holds for the type holds where the row says nothing else.
+            self.render(folder, "render.par", "own.lst", "-s", "galaxy.spiral.dust.optical_depth=3",
+                        "-s", "galaxy.spiral.disk2.noise.octaves=3", "-s",
+                        "galaxy.spiral.arms.count=3", "-o", "both.fits")
+            self.render(folder, "render.par", "edited.lst", "-s",
+                        "galaxy.spiral.dust.optical_depth=3", "-s",
+                        "galaxy.spiral.disk2.noise.octaves=3", "-s", "galaxy.spiral.arms.count=3",
+                        "-o", "all.fits")
+            self.assertEqual(pixels(folder, "both.fits"), pixels(folder, "all.fits"))
+
+    def test_wrong_columns_are_said(self):
+        names, row, _ = SCENE.splitlines()
+        wrong = {("dusty.optical_depth", "3"): "has no component 'dusty'",
+                 ("dust.optical_deph", "3"): "did you mean 'optical_depth'",
+                 ("dust.optical_depth", "-3"): "optical_depth = -3 is outside",
+                 ("dust.optical_depth", "x"): "must be a number",
+                 ("dust.", "3"): "unknown column 'dust.'",
+                 ("overrides", "arms.count"): "is not of the form section.key=value"}
+        for (name, value), message in wrong.items():
+            with Folder(**{"scene.lst": f"{names} {name}\n{row} {value}\n"}) as folder:
+                result = folder.run("render.par", "scene.lst")
+                self.assertEqual(result.returncode, 2, name)
+                self.assertIn(message, result.stderr)
+                self.assertIn("scene.lst:", result.stderr)
+                self.assertEqual(result.stderr.count("\n"), 1)
+                self.assertFalse((folder.path / "out.fits").exists())
+
     def test_types_that_are_not_in_the_image_are_named(self):
         with Folder() as folder:
             result = folder.run("render.par", "scene.lst", "-s", "galaxy.spirl.dust.tau=3")
