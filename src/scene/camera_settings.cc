@@ -123,6 +123,9 @@ ParameterSection CameraSettings::section() {
        Parameter::text(
            "header", std::nullopt,
            "FITS file whose size and WCS the image takes, instead of the keys above (sky)"),
+       Parameter::vector2("shear", "", Interval::open(-1, 1), std::vector<double>{0, 0},
+                          "weak lensing: reduced shear `g1 g2` of the galaxies whose rows give "
+                          "neither"),
        Parameter::integer("supersample", "", Interval::closed(1, largest_supersample), std::nullopt,
                           "sub-pixels per side; by default 1 where the pixels are relative, else "
                           "chosen by sampling.tolerance")},
@@ -173,6 +176,11 @@ CameraSettings CameraSettings::read(const ParameterSet& values) {
   result.sky.rotation = values.number("rotation");
   result.header = text_or_empty(values, "header");
   result.header_where = values.where("header");
+  const std::vector<double>& shear = values.numbers("shear");
+  result.shear = {shear[0], shear[1]};
+  if (!(std::hypot(shear[0], shear[1]) < 1)) {
+    throw InputError(values.where("shear"), "shear: the reduced shear is not below 1");
+  }
   result.supersample = optional_integer(values, "supersample");
   return result;
 }

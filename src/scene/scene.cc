@@ -251,7 +251,11 @@ std::optional<double> SceneReader::read_inclination() {
 
 Lensing SceneReader::read_lensing() const {
   using namespace column;
-  const Lensing lensing{row_.number(g1), row_.number(g2), row_.number(kappa)};
+  Lensing lensing{row_.number(g1), row_.number(g2), row_.number(kappa)};
+  if (!row_.is_given(g1) && !row_.is_given(g2) && !row_.is_star()) {
+    lensing.g1 = parameters_.camera.shear[0];
+    lensing.g2 = parameters_.camera.shear[1];
+  }
   if (!(lensing.shear() < 1)) {
     row_.fail(g1, fmt::format("g1 g2: the reduced shear {:.4g} is not below 1", lensing.shear()));
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <glm/vec3.hpp>
 #include <optional>
 #include <span>
@@ -53,6 +54,7 @@ struct CameraSettings {
   SkyView sky;             ///< a sky view without a header; its size is not set here
   std::string header;      ///< path of the FITS file that gives size and WCS; empty for none
   SourceLocation header_where;
+  std::array<double, 2> shear{};   ///< reduced shear g1 g2 of galaxies whose rows give none
   std::optional<int> supersample;  ///< none unless the file gives it
 };
 

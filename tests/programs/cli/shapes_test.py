@@ -16,10 +16,10 @@ PIXEL = 0.05  # arcsec
 MAGNITUDE = 20
 
 
-def render(rows, columns, size=161, tolerance=1e-3, files=None):
+def render(rows, columns, size=161, tolerance=1e-3, files=None, camera=None):
     """The image of a scene in one band, and its truth table."""
     parameters = toml(image={"output": "out.fits", "bitpix": -64, "size": size},
-                      camera={"projection": "sky", "pixel_scale": PIXEL},
+                      camera={"projection": "sky", "pixel_scale": PIXEL, **(camera or {})},
                       spectrum={"bands": ["sdss_r"]}, sampling={"tolerance": tolerance})
     scene = "\n".join([f"galaxy dx dy apparent_magnitude redshift {columns}",
                        *(f"{name} 0 0 {MAGNITUDE} 0.1 {values}" for name, values in rows), ""])
@@ -112,6 +112,16 @@ class Shear(unittest.TestCase):
             expected = inverse @ source @ inverse.T
             np.testing.assert_allclose([[seen.nn, seen.ne], [seen.ne, seen.ee]], expected,
                                        rtol=0, atol=1.3e-4 * np.trace(expected))
+
+    def test_the_camera_gives_the_shear_of_the_others(self):
+        files = {"round.toml": ROUND}
+        rows = [("round", "0.5 0.1 -0.05")]
+        by_row, _ = render(rows, "half_light_radius g1 g2", files=files)
+        by_camera, _ = render([("round", "0.5")], "half_light_radius", files=files,
+                              camera={"shear": [0.1, -0.05]})
+        np.testing.assert_array_equal(by_camera, by_row)
+        own, _ = render(rows, "half_light_radius g1 g2", files=files, camera={"shear": [0.2, 0]})
+        np.testing.assert_array_equal(own, by_row)
 
     def test_wrong_values(self):
         def case(columns, values, begin, also):
