@@ -14,6 +14,7 @@
 #include "processing/plane_operation.h"
 #include "processing/psf.h"
 #include "processing/psf_options.h"
+#include "processing/varying_convolution.h"
 
 namespace gamer {
 namespace {
@@ -42,6 +43,12 @@ int run_convolve(const OperationCall& call) {
   }
   const std::string& name = call.parameters.text("psf");
   const StampFile file(name, call.parameters.boolean("keep_missing_flux"));
+  if (file.varying() && !call.parameters.boolean("one_psf")) {
+    change_planes(call, [&](const PlaneTask& task) {
+      return convolved(task.plane, file.varying(), convolution);
+    });
+    return 0;
+  }
   change_planes(call, [&](const PlaneTask& task) {
     constexpr double one_half = 0.5;
     const PixelPosition middle = {one_half * (task.plane->width() + 1),
@@ -157,9 +164,9 @@ Operation convolve_operation() {
       "The PSF's sum is 1, so that flux is kept, but for what leaves the image with --edge zero.\n"
       "\n"
       "Any other text of --psf is a FITS file (extended names too) with odd sides, centred on its "
-      "middle pixel, of one plane, or one for each plane of the input; or a .psf file of PSFEx, "
-      "taken "
-      "at the middle of the image.\n"
+      "middle pixel, of one plane, or one for each plane of the input; or a .psf file of PSFEx. "
+      "Its PSF varies over the image: each pixel's light gets the PSF at that pixel. --one-psf "
+      "takes that of the middle everywhere.\n"
       "\n"
       "--position-angle is on the sky, from North towards East, by the coordinates at the middle "
       "of "
@@ -181,6 +188,8 @@ Operation convolve_operation() {
                        "coordinates from +y towards -x"})) {
     convolve.parameters.push_back(std::move(parameter));
   }
+  convolve.parameters.push_back(Parameter::boolean(
+      "one_psf", false, "of a .psf file of PSFEx: its PSF at the middle of the image, everywhere"));
   convolve.parameters.push_back(
       Parameter::choice("edge", {"zero", "reflect", "wrap"}, "zero",
                         "beyond the edges: nothing, the image mirrored, or the image again"));

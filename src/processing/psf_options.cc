@@ -13,7 +13,6 @@
 #include "gamer/core/near.h"
 #include "gamer/core/units.h"
 #include "processing/aperture.h"
-#include "processing/psfex.h"
 
 namespace gamer {
 namespace {
@@ -169,8 +168,12 @@ double PsfOptions::diffraction_fwhm(const PlaneTask& task) const {
 
 StampFile::StampFile(const std::string& name, bool keep_flux) : name_(name), keep_flux_(keep_flux) {
   std::error_code error;
-  if (std::filesystem::is_regular_file(name, error)) psfex_ = read_psfex_file(name);
-  if (psfex_) return;
+  if (std::filesystem::is_regular_file(name, error)) {
+    if (const std::optional<PsfexFile> file = read_psfex_file(name)) {
+      varying_ = std::make_shared<const VaryingPsf>(*file, name, keep_flux);
+      return;
+    }
+  }
   input_.emplace(name);
   visit_planes(*input_, 1, [&](const PlaneTask& task) {
     const std::string plane = task.count == 1 ? "" : fmt::format(", plane {}", task.index + 1);
@@ -180,8 +183,8 @@ StampFile::StampFile(const std::string& name, bool keep_flux) : name_(name), kee
 
 StampSource StampFile::source(const PsfOptions& options, int index, int planes,
                               const std::string& label, const PixelPosition& at) const {
-  if (psfex_) {
-    const Stamp stamp = psfex_stamp(*psfex_, at, name_, keep_flux_);
+  if (varying_) {
+    const Stamp stamp = varying_->stamp(at);
     return {stamp.width, stamp.height, [stamp] { return stamp; }};
   }
   const std::size_t count = planes_.size();

@@ -1,17 +1,18 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "gamer/image/fits/fits_stream.h"
-#include "gamer/image/fits/psfex_file.h"
 #include "gamer/image/wcs.h"
 #include "processing/instrument_option.h"
 #include "processing/plane_operation.h"
 #include "processing/psf.h"
+#include "processing/psfex.h"
 
 namespace gamer {
 
@@ -64,6 +65,8 @@ class StampFile {
  public:
   StampFile(const std::string& name, bool keep_flux);
 
+  /// PSFEx's PSF; null for other files.
+  const std::shared_ptr<const VaryingPsf>& varying() const { return varying_; }
   /// The stamp for plane `index` of `planes`; PSFEx's at the pixel `at`. Throws InputError, which
   /// names `label`, where the file has neither one plane nor as many, and where its pixels are no
   /// stamp.
@@ -73,7 +76,7 @@ class StampFile {
  private:
   std::string name_;
   bool keep_flux_;
-  std::optional<PsfexFile> psfex_;
+  std::shared_ptr<const VaryingPsf> varying_;
   std::optional<FitsInput> input_;
   std::vector<std::pair<PlanePtr, std::string>> planes_;
 };

@@ -12,28 +12,6 @@
 namespace gamer {
 namespace {
 
-/// The file's samples at a place: the sum of its components.
-std::vector<double> samples_at(const PsfexFile& file, const PixelPosition& at) {
-  double x = 0, y = 0;
-  if (!file.axes.empty()) {
-    const auto value = [&](const PsfexFile::Axis& axis) {
-      return ((axis.name == "X_IMAGE" ? at.x : at.y) - axis.zero) / axis.scale;
-    };
-    x = value(file.axes[0]);
-    y = value(file.axes[1]);
-  }
-  const std::size_t count = static_cast<std::size_t>(file.width) * file.height;
-  std::vector<double> result(count);
-  const double* component = file.values.data();
-  for (int j = 0; j <= file.degree; ++j) {
-    for (int i = 0; i + j <= file.degree; ++i, component += count) {
-      const double weight = std::pow(x, i) * std::pow(y, j);
-      for (std::size_t k = 0; k < count; ++k) result[k] += weight * component[k];
-    }
-  }
-  return result;
-}
-
 /// Weights of `count` samples, whose middle is count/2, for each pixel of a side of `side` pixels.
 /// Samples beyond the file are 0.
 std::vector<std::vector<double>> weights_of(int count, int side, double sampling) {
@@ -59,11 +37,8 @@ int side_of(int count, double sampling) {
   return 2 * static_cast<int>(std::floor(count / 2 * sampling)) + 1;
 }
 
-}  // namespace
-
-Stamp psfex_stamp(const PsfexFile& file, const PixelPosition& at, const std::string& label,
-                  bool keep_flux) {
-  const std::vector<double> samples = samples_at(file, at);
+/// The file's samples on the image's pixels.
+Stamp on_pixels(const PsfexFile& file, const double* samples) {
   Stamp stamp;
   stamp.width = std::min(side_of(file.width, file.sampling), largest_stamp);
   stamp.height = std::min(side_of(file.height, file.sampling), largest_stamp);
@@ -73,7 +48,7 @@ Stamp psfex_stamp(const PsfexFile& file, const PixelPosition& at, const std::str
   // Along x first: [sample row][pixel].
   std::vector<double> rows;
   for (int j = 0; j < file.height; ++j) {
-    const double* row = samples.data() + static_cast<std::ptrdiff_t>(j) * file.width;
+    const double* row = samples + static_cast<std::ptrdiff_t>(j) * file.width;
     for (const std::vector<double>& weights : in_x) {
       double sum = 0;
       for (std::size_t i = 0; i < weights.size(); ++i) sum += weights[i] * row[i];
@@ -88,20 +63,61 @@ Stamp psfex_stamp(const PsfexFile& file, const PixelPosition& at, const std::str
       stamp.values.push_back(sum);
     }
   }
-  const double sum = stamp.sum();
-  if (!(sum > 0 && std::isfinite(sum))) {
+  return stamp;
+}
+
+}  // namespace
+
+VaryingPsf::VaryingPsf(const PsfexFile& file, const std::string& label, bool keep_flux)
+    : label_(label), keep_flux_(keep_flux), degree_(file.degree), axes_(file.axes) {
+  const std::size_t samples = static_cast<std::size_t>(file.width) * file.height;
+  for (int c = 0; c < file.components; ++c) {
+    stamps_.push_back(on_pixels(file, file.values.data() + static_cast<std::size_t>(c) * samples));
+    // A sample stands for sampling^2 pixels.
+    for (double& value : stamps_.back().values) value /= file.sampling * file.sampling;
+    sums_.push_back(stamps_.back().sum());
+  }
+}
+
+std::vector<double> VaryingPsf::weights(const PixelPosition& at) const {
+  double x = 0, y = 0;
+  if (!axes_.empty()) {
+    const auto value = [&](const PsfexFile::Axis& axis) {
+      return ((axis.name == "X_IMAGE" ? at.x : at.y) - axis.zero) / axis.scale;
+    };
+    x = value(axes_[0]);
+    y = value(axes_[1]);
+  }
+  std::vector<double> result;
+  double flux = 0, in_y = 1;
+  for (int j = 0; j <= degree_; ++j, in_y *= y) {
+    double weight = in_y;
+    for (int i = 0; i + j <= degree_; ++i, weight *= x) {
+      flux += weight * sums_[result.size()];
+      result.push_back(weight);
+    }
+  }
+  if (!(flux > 0 && std::isfinite(flux))) {
     throw InputError(
         fmt::format("{}: the PSF at {:.6g},{:.6g} has the sum {:.6g}; a positive one "
                     "is needed",
-                    label, at.x, at.y, sum));
+                    label_, at.x, at.y, flux));
   }
-  if (!keep_flux) {
-    for (double& value : stamp.values) value /= sum;
-  } else {
-    // A sample stands for sampling^2 pixels.
-    for (double& value : stamp.values) value /= file.sampling * file.sampling;
+  if (!keep_flux_) {
+    for (double& weight : result) weight /= flux;
   }
-  return stamp;
+  return result;
+}
+
+Stamp VaryingPsf::stamp(const PixelPosition& at) const {
+  const std::vector<double> factors = weights(at);
+  Stamp result = stamps_.front();
+  for (std::size_t k = 0; k < result.values.size(); ++k) {
+    double sum = 0;
+    for (std::size_t c = 0; c < factors.size(); ++c) sum += factors[c] * stamps_[c].values[k];
+    result.values[k] = sum;
+  }
+  return result;
 }
 
 }  // namespace gamer

@@ -1,15 +1,38 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "gamer/image/fits/psfex_file.h"
 #include "gamer/image/wcs.h"
 #include "processing/psf.h"
 
 namespace gamer {
 
-/// The PSF at a place of the image, on the image's pixels. Samples between those of the file come
-/// from Lanczos interpolation (lanczos5). The sum is 1, or the file's flux with `keep_flux`. Throws
-/// InputError, beginning with `label`, where the sum is not positive.
-Stamp psfex_stamp(const PsfexFile& file, const PixelPosition& at, const std::string& label,
-                  bool keep_flux);
+/// A PSF that varies over an image, on the image's pixels: at a place it is the sum of stamps with
+/// weights that depend on the place. Samples between those of the file come from Lanczos
+/// interpolation (lanczos5).
+class VaryingPsf {
+ public:
+  /// With `keep_flux` the PSF has the file's flux, else 1. Messages begin with `label`.
+  VaryingPsf(const PsfexFile& file, const std::string& label, bool keep_flux);
+
+  int width() const { return stamps_.front().width; }
+  int height() const { return stamps_.front().height; }
+  bool varies() const { return stamps_.size() > 1; }
+  const std::vector<Stamp>& stamps() const { return stamps_; }
+  /// The stamps' weights at a place. Throws InputError where the PSF's flux is not positive.
+  std::vector<double> weights(const PixelPosition& at) const;
+  /// The PSF at a place. Throws InputError as weights() does.
+  Stamp stamp(const PixelPosition& at) const;
+
+ private:
+  std::string label_;
+  bool keep_flux_;
+  int degree_;
+  std::vector<PsfexFile::Axis> axes_;
+  std::vector<Stamp> stamps_;
+  std::vector<double> sums_;  ///< of the stamps
+};
 
 }  // namespace gamer

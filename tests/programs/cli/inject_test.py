@@ -350,7 +350,7 @@ class Inject(Case):
             expected = sum(w * np.exp(-radius / (2 * s * s)) / s ** 2
                            for w, s in zip(weights, self.sigmas)) / (2 * np.pi * sum(weights))
             np.testing.assert_allclose(out / 1e4, expected, atol=1.5e-8 * expected.max())
-        # Convolution takes the PSF at the middle of the image.
+        # The light of each pixel gets the PSF at that pixel.
         impulse = np.zeros((HEIGHT, WIDTH))
         impulse[27, 31] = 1
         fits.writeto(self.path("impulse.fits"), impulse, overwrite=True)
@@ -367,6 +367,42 @@ class Inject(Case):
         for size in range(2880, len(content), 7919):
             self.folder.write("bad.psf", content[:size])
             self.refused("^bad.psf: ", "convolve", "--psf", "bad.psf", "impulse.fits", "o.fits")
+
+    def test_convolution_with_a_psf_that_varies(self):
+        """Against a sum over sources in NumPy."""
+        self.write_psfex("default.psf")
+        image = np.random.default_rng(3).normal(0, 1, (HEIGHT, WIDTH))
+        missing = image.copy()
+        missing[20:23, 30] = np.nan
+        rows, columns = np.indices((HEIGHT, WIDTH))
+
+        def spread(x, y):
+            """The PSF at a pixel from 0, over the image; the file's stamps end after 15 pixels."""
+            u, v = (x + 1 - 20) / 40, (y + 1 - 10) / 50
+            weights = (1, u, u * u, v, u * v, v * v)
+            near = (abs(rows - y) <= 15) & (abs(columns - x) <= 15)
+            radius = (columns - x) ** 2 + (rows - y) ** 2
+            gaussians = (w * np.exp(-radius / (2 * s * s)) / s ** 2
+                         for w, s in zip(weights, self.sigmas))
+            return near * sum(gaussians) / (2 * np.pi * sum(weights))
+
+        light, good, all_pixels, of_good = np.zeros((4, HEIGHT, WIDTH))
+        for y, x in np.ndindex(image.shape):
+            psf = spread(x, y)
+            light += image[y, x] * psf
+            all_pixels += psf
+            if np.isfinite(missing[y, x]):
+                of_good += image[y, x] * psf
+                good += psf
+        stood_for = np.where(np.isnan(missing), np.nan, of_good * all_pixels / good)
+        for pixels, expected in ((image, light), (missing, stood_for)):
+            fits.writeto(self.path("field.fits"), pixels, overwrite=True)
+            self.gutil("convolve", "--psf", "default.psf", "field.fits", "spread.fits", "--overwrite")
+            np.testing.assert_allclose(fits.getdata(self.path("spread.fits")), expected, rtol=0,
+                                       atol=6.5e-8 * np.nanmax(abs(expected)))
+        # One PSF everywhere is another image.
+        self.gutil("convolve", "--psf", "default.psf", "--one-psf", "field.fits", "one.fits")
+        self.assertGreater(np.nanmax(abs(fits.getdata(self.path("one.fits")) - stood_for)), 1e-3)
 
     def test_integers(self):
         counts = self.counts(self.render)
