@@ -111,7 +111,7 @@ PixelValues values_of(const OperationCall& call, const PlaneTask& task) {
 Parameter values_parameter() {
   return Parameter::choice("values", {"flux", "brightness"}, std::nullopt,
                            "flux adds up, brightness averages (default: brightness where BUNIT is "
-                           "per solid angle or absent, as in gamer's relative images)");
+                           "per solid angle, and in gamer's relative images, which have no BUNIT)");
 }
 
 // ---- rotate ------------------------------------------------------------------------------------
