@@ -102,14 +102,15 @@ ParameterTable ArmPattern::table() {
                         "W_B of ringermacher-mead: larger sweeps more, with a smaller bar"),
       Parameter::number("winding_n", "", Interval::left_open(0, 100), 4.0,
                         "W_N of ringermacher-mead: larger winds tighter"),
-      Parameter::number("pitch_angle", "deg", Interval::open(0, 90), 15.0, "p of logarithmic"),
+      Parameter::number("pitch_angle", "deg", Interval::open(0, 90), 15.0,
+                        "pitch angle p of logarithmic"),
       Parameter::number("scale", "galaxy radii", Interval::left_open(0, 10), std::nullopt,
                         "A: radius at which the pattern turns; default 1 for ringermacher-mead, "
                         "0.1 for logarithmic"),
       Parameter::integer("count", "", Interval::closed(0, most_arms), 2,
                          "number of arms, evenly spread"),
       Parameter::numbers("offsets", "deg", Interval::any(), std::nullopt,
-                         "angles of the arms, instead of evenly spread ones"),
+                         "angles of the arms; by default they are evenly spread"),
       Parameter::integer("handedness", "", Interval::closed(-1, 1), 1, "1 or -1: sense of winding"),
   };
 }

@@ -38,7 +38,7 @@ ParameterTable common_parameters() {
       required(Parameter::text("class", std::nullopt, "kind of component")),
       Parameter::text("name", std::nullopt,
                       "unique within the galaxy; default the class and its index"),
-      Parameter::boolean("active", true, "false leaves it out"),
+      Parameter::boolean("active", true, "false leaves the component out"),
   };
 }
 

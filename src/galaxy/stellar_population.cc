@@ -121,19 +121,21 @@ class MixedSed : public Sed {
 
 ParameterTable StellarPopulation::parameters() {
   return {
-      Parameter::text("luminosity_function", std::string(power_law),
-                      "`powerlaw`, or a file in `luminosities/` with columns L, dN/dlnL and, if it "
-                      "has three, T"),
+      Parameter::text(
+          "luminosity_function", std::string(power_law),
+          "`powerlaw`, or a file in `luminosities/` with columns L, dN/dlnL and optionally T"),
       Parameter::number("luminosity_low", "", Interval::closed(1e-12, 1), 1e-3,
-                        "of the faintest stars, at 5500 Angstrom; 1 may be the Sun's (powerlaw)"),
+                        "luminosity of the faintest stars at 5500 Angstrom, in any unit, such as "
+                        "the Sun's (powerlaw)"),
       Parameter::number("luminosity_high", "", Interval::closed(10, 1e12), 1e5,
-                        "of the brightest (powerlaw)"),
+                        "luminosity of the brightest stars (powerlaw)"),
       Parameter::number("luminosity_slope", "", Interval::closed(-10, 10), 1.7,
                         "dN/dL ~ L^-slope (powerlaw)"),
-      Parameter::number("temperature", "K", Interval::closed(coldest, hottest), 5000.0,
-                        "of stars of luminosity 1; not where the file has temperatures"),
+      Parameter::number(
+          "temperature", "K", Interval::closed(coldest, hottest), 5000.0,
+          "temperature of stars of luminosity 1; not with a file that has temperatures"),
       Parameter::number("temperature_slope", "", Interval::closed(-2, 2), 0.05,
-                        "T ~ L^slope; not where the file has temperatures"),
+                        "T ~ L^slope; not with a file that has temperatures"),
       Parameter::number("temperature_scatter", "dex", Interval::closed(0, 0.5), 0.13,
                         "standard deviation of log10 T at one luminosity"),
   };

@@ -330,8 +330,8 @@ ParameterTable Layer::parameters() {
                         "A_w: larger makes narrower arms; 0 ignores them"),
       Parameter::number(
           "shift", "deg", Interval::any(), 0.0,
-          "delta: turns the arms of this component; towards the concave side it is negative for "
-          "ringermacher-mead and positive for logarithmic, times the handedness"),
+          "delta: angle by which this component's arms are turned; towards the concave side it is "
+          "negative for ringermacher-mead and positive for logarithmic, times the handedness"),
       Parameter::number(
           "twirl", "", Interval::closed(-10, 10), 0.1,
           "tau: the noise is wound by tau theta(r); at 1 its features run along the arms"),

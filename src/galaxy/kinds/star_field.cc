@@ -99,13 +99,15 @@ double StarField::temperature(double luminosity, const Candidate& candidate) con
 ComponentKind starfield_kind() {
   ComponentKind kind;
   kind.name = "starfield";
-  kind.description = "stars: the nearest and brightest as points of light, the others as their sum";
+  kind.description =
+      "stars: the nearest and brightest are points of light, the others are smooth light";
   kind.traits = {.can_follow = true, .has_own_spectrum = true};
-  kind.parameters = Layer::parameters() +
-                    ParameterTable{Parameter::number(
-                        "number", "", Interval::closed(1, largest_number), 1e11,
-                        "of stars in the galaxy, with those that are never seen alone")} +
-                    StellarPopulation::parameters();
+  kind.parameters =
+      Layer::parameters() +
+      ParameterTable{Parameter::number(
+          "number", "", Interval::closed(1, largest_number), 1e11,
+          "number of stars in the galaxy, including stars that are never drawn individually")} +
+      StellarPopulation::parameters();
   FractalParameters noise;
   noise.octaves = 4;
   noise.k0 = 0;

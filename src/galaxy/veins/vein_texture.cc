@@ -116,31 +116,32 @@ ParameterTable VeinParameters::table() const {
       number("spur_width", "spur spacings", Interval::closed(0.01, 1), spur_width,
              "sigma of the spurs"),
       number("spur_angle", "deg", Interval::closed(5, 175), spur_angle,
-             "angle between a spur and its arm, where it leaves it"),
+             "angle between a spur and its arm, at the arm"),
       number("spur_curvature", "", Interval::closed(-10, 10), spur_curvature,
-             "how spurs curl: parallel to the arms, or back where negative"),
+             "curvature of spurs: positive towards parallel to the arms, negative backwards"),
       number("spur_length", "arm spacings", Interval::left_open(0, 3), spur_length,
              "distance from its arm at which the longest spur has faded"),
       number("spur_strength", "", Interval::closed(0, 1), spur_strength,
-             "height of the strongest spur, where that of the arms' veins is 1"),
+             "height of the strongest spur, in units of the height of the arms' veins"),
       number("spur_variation", "", Interval::closed(0, 0.95), spur_variation,
-             "by how much spurs differ in height and length"),
+             "variation of the spurs' heights and lengths"),
       number("displacement", "arm spacings", Interval::closed(0, 1), displacement,
              "rms of the noise that displaces veins and spurs together"),
       number("displacement_frequency", "cycles per arm spacing", Interval::closed(0.1, 20),
-             displacement_frequency, "of its first octave"),
-      Parameter::integer("displacement_octaves", "", Interval::closed(1, 6), displacement_octaves,
-                         "its octaves, each of twice the frequency and half the height"),
+             displacement_frequency, "frequency of the displacement's first octave"),
+      Parameter::integer(
+          "displacement_octaves", "", Interval::closed(1, 6), displacement_octaves,
+          "octaves of the displacement, each of twice the frequency and half the height"),
       number("density_high", "", Interval::left_open(0, 1000), density_high,
              "D_h, density within veins; only its ratio to `density_low` counts"),
       number("density_low", "", Interval::closed(0, 1000), density_low,
              "D_l, density between veins"),
       Parameter::integer("octaves", "",
                          Interval::closed(1, double{FractalParameters::most_octaves}), octaves,
-                         "of the noise that multiplies the density; `noise.octaves` of the render "
-                         "parameters where neither says"),
+                         "octaves of the noise that multiplies the density; default as listed only "
+                         "if the render parameters have no `noise.octaves`"),
       number("noise_frequency", "cycles per arm spacing", Interval::closed(0.1, 50),
-             noise_frequency, "of its first octave, across the spurs"),
+             noise_frequency, "frequency of the noise's first octave, across the spurs"),
       number("noise_contrast", "", Interval::closed(0, 1), noise_contrast,
              "rms of the octave whose cells are `isotropic_scale` large"),
       number("spectral_index", "", Interval::closed(0, 6), spectral_index,
@@ -148,19 +149,18 @@ ParameterTable VeinParameters::table() const {
       number("clumpiness", "", Interval::closed(0.1, 12), clumpiness,
              "power of the octaves below `isotropic_scale`; large values make knots"),
       number("anisotropy", "", Interval::closed(1, 10), anisotropy,
-             "by how much clouds are longer than wide"),
+             "ratio of length to width of clouds"),
       number("anisotropy_angle", "deg", Interval::closed(0, 180), anisotropy_angle,
              "angle between clouds and arms"),
-      number(
-          "isotropic_scale", "galaxy radii", Interval::left_open(0, 1), isotropic_scale,
-          "clouds larger than this grow with the radius and follow the arms; smaller ones are the "
-          "same everywhere"),
+      number("isotropic_scale", "galaxy radii", Interval::left_open(0, 1), isotropic_scale,
+             "scale above which clouds grow with the radius and follow the arms; smaller clouds "
+             "are isotropic and uniform"),
       Parameter::integer("seed", "", Interval::closed(0, largest_seed), std::nullopt,
                          "seed of this component's noise; default: from the galaxy's seed and the "
                          "component's name"),
       Parameter::integer(
           "pattern_seed", "", Interval::closed(0, largest_seed), 1,
-          "of displacement and spurs: veins of one galaxy with the same value and shape coincide"),
+          "seed of displacement and spurs: veins of one galaxy with equal seed and shape coincide"),
   };
 }
 
