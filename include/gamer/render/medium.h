@@ -28,8 +28,9 @@ struct Hit {
   double nearest[3];
   double direction[3];
   double footprint = 0;  ///< width of the area that the ray represents, galaxy radii
-  /// Growth of the footprint from the ray's origin on, galaxy radii per scene unit. It is not 0 for
-  /// a camera within the galaxy, to which near parts show details that far ones do not.
+  /// Growth of the footprint with the distance from the ray's origin, galaxy radii per scene unit.
+  /// The growth is not 0 for a camera within the galaxy, which sees near parts in more detail than
+  /// far parts.
   double footprint_growth = 0;
 
   bool shares_pixel = false;  ///< whether the ray's pixel has several rays
