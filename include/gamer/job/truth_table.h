@@ -9,10 +9,10 @@
 
 namespace gamer {
 
-/// Checks before rendering that the table can be written: into the image's file where `path` is
-/// empty, else to `path`, .fits or .ecsv. Throws InputError.
+/// Checks before rendering that the table can be written: to `path` (.fits or .ecsv), or to the
+/// image's file if `path` is empty. Throws InputError.
 void check_truth_table(const std::filesystem::path& path, const OutputOptions& image);
-/// Writes it to `path`; the DATE of a FITS file is `date`. Throws RunError.
+/// Writes the table to `path`; the DATE of a FITS file is `date`. Throws RunError.
 void write_truth_table(const std::filesystem::path& path, const DataTable& table,
                        const std::string& date);
 
