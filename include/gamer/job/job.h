@@ -26,7 +26,7 @@ struct JobRequest {
   std::filesystem::path parameters;   ///< *.par
   std::filesystem::path scene;        ///< *.lst
   std::filesystem::path from_header;  ///< an image with a record, instead of the two files
-  std::optional<Look> look;           ///< instead of the two
+  std::optional<Look> look;           ///< a galaxy to look at, instead of the two files
   std::vector<std::string> settings;  ///< "section.key=value"
   std::optional<std::filesystem::path> output;  ///< instead of image.output
   bool overwrite = false;
