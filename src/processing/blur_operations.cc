@@ -156,7 +156,7 @@ Operation convolve_operation() {
       std::string("out(x, y) = sum over (i, j) of psf(i, j) in(x - i, y - j). ") + psf_model_text +
       "The PSF's sum is 1, so that flux is kept, except for light that leaves the image with "
       "--edge zero.\n\nAny other text of --psf names a FITS file (extended names too), or a .psf "
-      "file of PSFEx. The FITS image has odd sides and is centred on its middle pixel. It has one "
+      "file of PSFEx. The FITS image has odd sides and is centred on its middle pixel, with one "
       "plane, or one for each plane of the input. The PSF of PSFEx is evaluated at the middle of "
       "the image.\n\n--position-angle is measured on the sky from North towards East, at the "
       "middle of the image. Without celestial coordinates the angle runs from +y towards "

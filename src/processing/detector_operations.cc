@@ -425,8 +425,8 @@ std::vector<Operation> detector_operations() {
   noise.group = "Detector";
   noise.summary = "Add the noise of a CCD, or Gaussian noise";
   noise.description =
-      "A pixel of value v collects mu = (v s + sky + dark) exposure electrons in the mean. It "
-      "reads N = Poisson(mu) + Normal(0, read noise sqrt(exposures)), at most full well x "
+      "A pixel of value v collects mu = (v s + sky + dark) exposure electrons in the mean. The "
+      "pixel reads N = Poisson(mu) + Normal(0, read noise sqrt(exposures)), at most full well x "
       "exposures. The factor s is 10^(-0.4 (MAGZERO - zero point)), for surface brightnesses times "
       "the pixel's arcsec^2. --electrons-per-unit gives s directly; for images in electron/s the "
       "default of s is 1. The sky is 10^(-0.4 (sky - zero point)) times the pixel's arcsec^2. A "

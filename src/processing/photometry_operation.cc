@@ -291,17 +291,17 @@ Operation photometry_operation() {
       "Apertures are circles or ellipses about --center, --position or the middle of the image. "
       "Pixels count with the exact area that lies inside. flux is the sum of the pixels less the "
       "background of --annulus. magnitude = MAGZERO - 2.5 log10(flux), for brightnesses times the "
-      "pixel's solid angle. It is empty where MAGZERO is missing or flux <= 0. half_light_radius "
-      "is the smallest semi-major axis that holds half of --total, by default of the flux within "
-      "the largest aperture. The moments describe the light within the largest aperture about its "
-      "centroid, along x and y, without background subtraction. size = sqrt(ixx + iyy), e1 = (ixx "
-      "- iyy)/(ixx + iyy), e2 = 2 ixy/(ixx + iyy). With --weight-sigma the weight is the Gaussian "
-      "ellipse of the moments themselves (adaptive moments). Position angles, given and measured, "
-      "run on the sky from North towards East, as in convolve, at the centre. Without celestial "
-      "coordinates they run from +y towards -x. position_angle is the direction of the moments on "
-      "the sky. It is empty, as is axis_ratio, where all light is in one pixel. Missing pixels add "
-      "nothing and are counted. A table (--table) joins both tables, with a row per plane and "
-      "radius.";
+      "pixel's solid angle. The magnitude is empty where MAGZERO is missing or flux <= 0. "
+      "half_light_radius is the smallest semi-major axis that holds half of --total, by default of "
+      "the flux within the largest aperture. The moments describe the light within the largest "
+      "aperture about its centroid, along x and y, without background subtraction. size = sqrt(ixx "
+      "+ iyy), e1 = (ixx - iyy)/(ixx + iyy), e2 = 2 ixy/(ixx + iyy). With --weight-sigma the "
+      "weight is the Gaussian ellipse of the moments themselves (adaptive moments). Position "
+      "angles, given and measured, run on the sky from North towards East, as in convolve, at the "
+      "centre. Without celestial coordinates they run from +y towards -x. position_angle is the "
+      "direction of the moments on the sky. Where all light is in one pixel, position_angle and "
+      "axis_ratio are empty. Missing pixels add nothing and are counted. A table (--table) joins "
+      "both tables, with a row per plane and radius.";
   operation.result = Operation::Result::text;
   operation.parameters = with_output({
       Parameter::vector2("center", "pixels", Interval::any(), std::nullopt,

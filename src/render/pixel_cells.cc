@@ -24,10 +24,10 @@ constexpr int deepest_cell = 24;
 // at the default tolerance. Only extremely thin disks or senseless views exceed the limit.
 constexpr std::size_t most_rays = std::size_t{1} << 23;
 
-/// Places of at least `count` rays in a square of side 1, by a lattice rule of rank 1: ((i +
-/// 1/2)/n, the fraction of (i + 1/2) a/n). Each coordinate alone is a midpoint rule of n points.
-/// The odd `a` maximises the distance of neighbours, including those in adjoining squares. An n
-/// whose neighbours are close for their number is skipped.
+/// Places of at least `count` rays in a square of side 1. The lattice rule of rank 1 has the points
+/// ((i + 1/2)/n, the fraction of (i + 1/2) a/n). Each coordinate alone is a midpoint rule of n
+/// points. The odd `a` maximises the distance of neighbours, including those in adjoining squares.
+/// An n whose neighbours are close for their number is skipped.
 std::span<const glm::dvec2> lattice(int count) {
   constexpr double least_distance = 0.8;
   static const std::vector<std::vector<glm::dvec2>> lattices = [] {

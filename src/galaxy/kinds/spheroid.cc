@@ -11,7 +11,8 @@ namespace {
 // The softening in units of R_e.
 constexpr double softening_radius = 1e-5;
 
-// The cusp within this many R_e holds 0.4 % of the light, which four rays get right to a tenth.
+// Smallest cell, in R_e. The cusp within it holds 0.4 % of the light, which four rays measure to a
+// tenth.
 constexpr double finest_cell = 0.01;
 
 // Nodes across the ray's closest approach: k nodes away they stand at sinh(k / this) of it.

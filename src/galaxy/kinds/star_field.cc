@@ -12,7 +12,7 @@ namespace {
 
 constexpr double largest_number = 1e15;
 
-/// With a spectrum of its own stars have no temperature.
+/// Checks that a star field with `sed` has no parameters of temperature.
 void check_spectrum(const ParameterSet& values, const std::string& context) {
   if (!values.is_given("sed")) return;
   for (const char* key : {"temperature", "temperature_slope", "temperature_scatter"}) {
@@ -61,10 +61,10 @@ double StarField::bound(const Cell& cell) const {
 }
 
 int StarField::poisson(double mean, double u) {
-  if (u < 1 - mean) return 0;  // below exp(-mean)
+  if (u < 1 - mean) return 0;  // u is below exp(-mean)
   double probability = std::exp(-mean), sum = probability;
   int count = 0;
-  // The sum ends where rounding leaves nothing to add.
+  // The sum ends when rounding makes terms vanish.
   while (u >= sum && probability > 0) {
     ++count;
     probability *= mean / count;

@@ -9,7 +9,7 @@ namespace gamer {
 
 namespace {
 
-/// A disk without arms of its own, in which VeinTexture draws them.
+/// A disk whose envelope has no arms; VeinTexture draws them.
 class Veins : public Layer {
  public:
   Veins(const LayerShape& shape, double amplitude, std::unique_ptr<Texture> texture)

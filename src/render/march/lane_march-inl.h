@@ -129,7 +129,7 @@ class LaneNodes {
   std::size_t dust_slots() const { return dust_slots_; }
   std::size_t variants() const { return variants_; }
   hn::Mask<D> open() const { return open_; }
-  /// Whether a lane may have its open end k nodes behind node n.
+  /// False if no lane is in ends_behind(n, k).
   HWY_INLINE bool is_near_open_end(std::int32_t n, std::int32_t k) const {
     return any_open_end_ && n + k >= shortest_ - 1;
   }
