@@ -95,9 +95,9 @@ struct HelicalMap {
   int p = 1;
   int q = 0;
 
-  /// The map closest to the wanted one: x across and y along a direction that is `angle` (radians)
-  /// from the arms, outwards along them; `frequency` cycles across and frequency/stretch along it
-  /// per unit of (u, v).
+  /// The map closest to the wanted one, with x across and y along a direction at `angle` (radians)
+  /// from the arms, outwards along them. Per unit of (u, v) there are `frequency` cycles across and
+  /// frequency/stretch cycles along this direction.
   static HelicalMap along(const SpiralCoordinates& coordinates, double frequency, double stretch,
                           double angle);
   /// A map without direction, with about `frequency` cycles per unit of u.

@@ -12,7 +12,7 @@ struct ComponentProfile {
   explicit ComponentProfile(const Component& component);
 
   /// Share of the light within cylinders about the axis, at radii from 0 to 1 that all profiles
-  /// share; 0 everywhere for a component without light.
+  /// share. Without light all shares are 0.
   std::vector<double> inside;
   double mean_r2 = 0;  ///< <x^2 + y^2>
   double mean_z2 = 0;  ///< <z^2>

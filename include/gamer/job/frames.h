@@ -60,8 +60,8 @@ std::optional<std::array<double, 8>> check_same_frame(const std::filesystem::pat
 /// share the rows of the other frames.
 int frames_apart(int frames, int ranks);
 
-/// The tone (PictureTone::numbers()) of a frame's picture, on rank 0. It is measured on a picture
-/// of a quarter of the size on each side. Every rank calls this function.
+/// The tone (PictureTone::numbers()) of a frame's picture, on rank 0. The tone is measured on a
+/// picture of a quarter of the size on each side. Every rank calls this function.
 std::array<double, 8> frame_tone(FrameJobs& jobs, RenderParameters parameters, Executor& executor);
 
 }  // namespace gamer

@@ -123,8 +123,8 @@ class Camera {
 };
 
 /// Makes the camera of the parameters. If camera.header names a FITS file, its header is read and
-/// recorded, and sets the image size. That file is searched beside the file that names it, then in
-/// the working directory. Throws InputError, also where image.size contradicts the header.
+/// recorded, and sets the image size. The FITS file is searched beside the file that names it, then
+/// in the working directory. Throws InputError, also where image.size contradicts the header.
 Camera make_camera(RenderParameters& parameters, Resources& resources);
 
 }  // namespace gamer

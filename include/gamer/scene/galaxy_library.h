@@ -26,8 +26,8 @@ std::string name_of_type(const std::string& type);
 const std::vector<std::string>& galaxy_suffixes();
 
 /// The galaxies of scenes, each made once per type, SED and seed. A library may outlive a scene:
-/// frames of an animation share one. They differ in the camera, but not in noise and tolerance. It
-/// serves one thread at a time.
+/// frames of an animation share one. They differ in the camera, but not in noise and tolerance. One
+/// thread at a time may use a library.
 class GalaxyLibrary {
  public:
   /// `label` is the catalogue's; names are looked up beside it. `resources` must outlive the

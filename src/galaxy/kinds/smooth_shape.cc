@@ -14,7 +14,8 @@ namespace {
 // Points of the quadrature in azimuth; Gauss' rules take the other coordinates.
 constexpr int azimuths = 32;
 
-// Nodes across the ray's closest approach: k nodes away they stand at sinh(k / this) of it.
+// Density of nodes around the ray's closest approach. A node k steps away is at the distance sinh(k
+// / nodes_per_width), in units of the closest approach.
 constexpr double nodes_per_width = 2.5;
 
 // Length over which the column changes, as a share of the distance from the centre.

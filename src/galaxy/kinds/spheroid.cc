@@ -15,7 +15,8 @@ constexpr double softening_radius = 1e-5;
 // tenth.
 constexpr double finest_cell = 0.01;
 
-// Nodes across the ray's closest approach: k nodes away they stand at sinh(k / this) of it.
+// Density of nodes around the ray's closest approach. A node k steps away is at the distance sinh(k
+// / nodes_per_width), in units of the closest approach.
 constexpr double nodes_per_width = 1.6;
 
 }  // namespace

@@ -49,7 +49,7 @@ class GalaxyStatistics {
   std::size_t most_numbers() const { return most_numbers_; }
 
   /// Measures a part and fills the beginning of `numbers`, whose size is at least most_numbers().
-  /// It uses the threads of parallel_for(), and is called from one thread at a time. Throws
+  /// Uses the threads of parallel_for(); one thread at a time may call this function. Throws
   /// InputError where a texture is constant, zero or infinite over its component.
   void measure(Round round, std::size_t part, std::span<double> numbers);
   /// Gives the galaxy the numbers of a part. Parts are taken in their order.

@@ -11,8 +11,8 @@ namespace gamer {
 /// else that rays and calibration need.
 class SmoothShape : public Component {
  public:
-  /// The density at a point of the ball frame, before the taper at the ball's edge: 1 or less at
-  /// its peak, symmetric about the plane z = 0.
+  /// The density at a point of the ball frame, before the taper at the ball's edge. Its peak is at
+  /// most 1, and it is symmetric about the plane z = 0.
   using Density = std::function<double(double x, double y, double z)>;
 
   /// `scale` is the shortest length over which the density changes by about its own value, galaxy
