@@ -494,12 +494,12 @@ Operation resample_operation() {
   operation.summary = "Pixels of another size";
   operation.description = fmt::format(
       "The kernel interpolates the running sum of the input pixels, along x and then along y. An "
-      "output pixel is the difference of that sum between the pixel's edges. The total flux is "
-      "kept exactly, and a uniform image stays uniform. area: exact overlap. bilinear: the "
-      "integral of the surface between pixel centres. bicubic and lanczos widen when pixels become "
-      "larger, so that nothing aliases. nearest copies pixels, and keeps flux on average only. "
-      "With --factor and --scale the middle stays in place. The outermost pixels may reach over "
-      "the edges and hold the flux up to them. {} {}",
+      "output pixel is the difference of that sum between the pixel's edges. The flux of every "
+      "pixel is kept exactly, and a uniform image stays uniform. area: exact overlap. bilinear: "
+      "the integral of the surface between pixel centres. bicubic and lanczos widen when pixels "
+      "become larger, so that nothing aliases. nearest copies pixels, and keeps flux on average "
+      "only. With --factor and --scale the middle stays in place. The outermost pixels may reach "
+      "over the edges and hold the flux up to them. {} {}",
       missing_text, wcs_text);
   operation.parameters = {
       Parameter::number("factor", "", Interval::closed(least_factor, most_factor), std::nullopt,
