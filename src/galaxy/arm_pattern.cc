@@ -46,7 +46,7 @@ void RingermacherMeadShear(const float* HWY_RESTRICT r, std::size_t size, float 
   const hn::ScalableTag<float> d;
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
     const auto radius = hn::Max(hn::Load(d, r + i), hn::Set(d, 1e-30f));
-    // Beyond 80 the exponential is 0, and infinities are kept out.
+    // The bound 80 excludes infinities; beyond it the exponential is 0.
     const auto ratio = hn::Min(hn::Div(hn::Set(d, a), radius), hn::Set(d, 80.0f));
     const auto y = hn::Mul(Exp(d, hn::Neg(ratio)), hn::Set(d, b));
     const auto slope = hn::Div(y, hn::MulAdd(y, y, hn::Set(d, 1.0f)));
@@ -86,10 +86,10 @@ constexpr double default_ringermacher_mead_scale = 1.0;
 
 constexpr std::size_t most_arms = 64;
 
-// The kernels' angles are accurate for ten times this (the largest twirl) and less.
+// Largest winding; the kernels' angles are accurate up to ten times this value (the largest twirl).
 constexpr double largest_winding = 800;
 
-// The logarithmic spiral's core, in units of its scale: below it the winding stops.
+// Radius of the logarithmic spiral's core, in units of its scale; the winding stops inside it.
 constexpr double logarithmic_core = 0.01;
 
 }  // namespace
@@ -102,14 +102,15 @@ ParameterTable ArmPattern::table() {
                         "W_B of ringermacher-mead: larger sweeps more, with a smaller bar"),
       Parameter::number("winding_n", "", Interval::left_open(0, 100), 4.0,
                         "W_N of ringermacher-mead: larger winds tighter"),
-      Parameter::number("pitch_angle", "deg", Interval::open(0, 90), 15.0, "p of logarithmic"),
+      Parameter::number("pitch_angle", "deg", Interval::open(0, 90), 15.0,
+                        "pitch angle p of logarithmic"),
       Parameter::number("scale", "galaxy radii", Interval::left_open(0, 10), std::nullopt,
                         "A: radius at which the pattern turns; default 1 for ringermacher-mead, "
                         "0.1 for logarithmic"),
       Parameter::integer("count", "", Interval::closed(0, most_arms), 2,
                          "number of arms, evenly spread"),
       Parameter::numbers("offsets", "deg", Interval::any(), std::nullopt,
-                         "angles of the arms, instead of evenly spread ones"),
+                         "angles of the arms; by default they are evenly spread"),
       Parameter::integer("handedness", "", Interval::closed(-1, 1), 1, "1 or -1: sense of winding"),
   };
 }
@@ -246,7 +247,7 @@ double ArmPattern::steepest_winding(double r_min) const {
 }
 
 double ArmPattern::largest_shear() const {
-  // Above what shear() makes of the largest in single precision.
+  // Margin for the error of shear() in single precision.
   constexpr double margin = 1 + 5e-5;
   switch (model_) {
     case Model::none:

@@ -16,11 +16,11 @@ namespace gamer {
 
 namespace {
 
-// These bounds keep emissivities and their sums within single precision in galaxies of any size,
-// and 10^-10 of them above its denormal numbers. Sums are per scene unit.
+// These bounds keep emissivities and their sums within single precision in galaxies of any size. A
+// share of 10^-10 stays above denormal numbers. Sums are per scene unit.
 constexpr double largest_intensity = 1e30, smallest_intensity = 1e-12;
 
-// Features so many times narrower than their octaves are still followed by rays a footprint apart.
+// Sharpness up to which rays at a distance of one footprint follow the features of a texture.
 constexpr double followed_sharpness = std::numbers::sqrt2;
 
 }  // namespace
@@ -38,7 +38,7 @@ ParameterTable common_parameters() {
       required(Parameter::text("class", std::nullopt, "kind of component")),
       Parameter::text("name", std::nullopt,
                       "unique within the galaxy; default the class and its index"),
-      Parameter::boolean("active", true, "false leaves it out"),
+      Parameter::boolean("active", true, "false leaves the component out"),
   };
 }
 
@@ -59,7 +59,7 @@ ParameterTable light_parameters(bool has_own_spectrum) {
   };
 }
 
-/// The keys of what absorbs.
+/// The keys of dust.
 ParameterTable dust_parameters() {
   return {
       Parameter::number("optical_depth", "", Interval::closed(0, 1000), 1.0,
@@ -69,7 +69,7 @@ ParameterTable dust_parameters() {
   };
 }
 
-/// The kind with the parameters that its traits say.
+/// The kind, with the parameters of its traits added.
 ComponentKind with_shared_parameters(ComponentKind kind) {
   ParameterTable parameters = common_parameters();
   if (kind.traits.emits) parameters = parameters + light_parameters(kind.traits.has_own_spectrum);
@@ -121,10 +121,10 @@ const ComponentKind& find_component_kind(const std::string& name, const SourceLo
 
 namespace {
 
-// Lengths and stretches below, in galaxy radii, would be lost in single precision.
+// Smallest length and stretch, in galaxy radii, for single precision.
 constexpr double smallest_length = 1e-9;
 
-/// Throws InputError for lengths that are positive, but too small.
+/// Throws InputError for positive lengths that are too small.
 void check_lengths(const ParameterSet& values, const std::string& context) {
   for (const Parameter& parameter : values.table()) {
     const bool is_stretch = parameter.type == ParameterType::vector3;
@@ -145,7 +145,7 @@ void check_lengths(const ParameterSet& values, const std::string& context) {
 
 }  // namespace
 
-/// Fills in what all kinds share.
+/// A reader of the data that all kinds share.
 class ComponentReader {
  public:
   static std::unique_ptr<Component> read(const ConfigNode& node, int index, const ArmPattern& arms,

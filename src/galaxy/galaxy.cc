@@ -14,10 +14,10 @@ namespace {
 
 constexpr std::size_t most_components = 64;
 
-// The ball is not flattened further: single precision would not resolve it.
+// Smallest stretch of the ball that single precision resolves.
 constexpr double smallest_stretch = 1e-9;
 
-// The seed of shared references; any fixed number would do.
+// The seed of shared references, an arbitrary fixed number.
 constexpr std::uint64_t reference_seed = 0x7265666572656e63;
 
 }  // namespace
@@ -155,7 +155,7 @@ void Galaxy::resolve(const std::string& label) {
   }
   followed_.assign(components_.size(), -1);
   calibration_ = GalaxyCalibration(components_.size());
-  // Dust is thick from this optical depth on, face on.
+  // Face-on optical depth from which dust counts as thick.
   constexpr double thick = 5;
   double depth = 0;
   for (const auto& component : components_) {

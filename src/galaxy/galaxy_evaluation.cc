@@ -17,7 +17,7 @@
 namespace gamer {
 namespace {
 
-/// A batch has room for the numbers that a vector store writes beyond the last point.
+/// The capacity has room for numbers that a vector store writes beyond the last point.
 constexpr std::size_t compacted_capacity = batch_capacity + batch_padding;
 
 /// The points of a batch that need a texture's noise, turned back by its twirl.
@@ -27,13 +27,13 @@ struct alignas(batch_alignment) CompactedPoints {
   float z[compacted_capacity];
   float winding[compacted_capacity];
   float fade[compacted_capacity];
-  float footprint[compacted_capacity];  ///< in the texture's coordinates; only where wanted
-  float coherence[compacted_capacity];  ///< only where wanted
+  float footprint[compacted_capacity];  ///< in the texture's coordinates; only if needed
+  float coherence[compacted_capacity];  ///< only if needed
   std::int32_t index[compacted_capacity];
   std::size_t size = 0;
 };
 
-// Phi fades in between the threshold and this many times it.
+// Phi fades in between the threshold and this factor times the threshold.
 constexpr float fade_factor = 4;
 
 }  // namespace
@@ -126,14 +126,14 @@ void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float thr
     size += hn::CountTrue(d, mask);
   }
   out.size = size;
-  // Whole vectors are worked on: the padding must hold harmless numbers.
+  // The padding must hold harmless numbers, since kernels process whole vectors.
   for (std::size_t i = size; i < padded(size); ++i) {
     out.x[i] = out.y[i] = out.z[i] = out.winding[i] = out.footprint[i] = 0;
   }
   if (has_winding && twirl != 0) TurnBack(size, out.x, out.y, out.winding, twirl, out.x, out.y);
 }
 
-// `out` may be one of the others.
+// out = amplitude envelope Phi; `out` may be one of the other arrays.
 void Scale(std::size_t size, float amplitude, const float* envelope, const float* phi,
            const float* followed_phi, float* out) {
   const hn::ScalableTag<float> d;
@@ -279,7 +279,7 @@ void Galaxy::look_up_means(std::size_t size, const BatchArray* log_footprints,
       std::fill_n(out[c].data(), padded(size), calibration_.means[c].narrowest());
     }
   }
-  // A follower's mean is that of its own Phi times the followed one's.
+  // A follower's mean is the mean of its own Phi times that of the followed component.
   for (std::size_t c = 0; c < components_.size(); ++c) {
     if (followed_[c] < 0) continue;
     const BatchArray& followed = out[static_cast<std::size_t>(followed_[c])];
@@ -299,7 +299,7 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
   fill_batch(points, footprints != nullptr, batch);
   for (std::size_t c = 0; c < count; ++c) components_[c]->envelope(batch, densities[c].data());
   BatchArray log_footprints, coherence, amount;
-  // Rays of one galaxy mostly have one footprint and direction: tables are looked up once then.
+  // Rays of one galaxy mostly have one footprint and direction, so that tables are looked up once.
   const bool is_even = rays == nullptr || (is_constant(rays->footprint.data(), batch.size) &&
                                            is_constant(rays->obliquity.data(), batch.size));
   const std::size_t places = is_even ? 1 : batch.size;
@@ -313,7 +313,7 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
   const auto means = std::make_unique_for_overwrite<BatchArray[]>(count);
   look_up_means(places, footprints != nullptr ? &log_footprints : nullptr, {means.get(), count});
   for (std::size_t c = 0; c < count; ++c) spread(means[c]);
-  // The noise of followed components is wanted wherever they or a follower matter.
+  // The noise of followed components is needed wherever they or a follower matter.
   const auto followed_phi =
       std::make_unique_for_overwrite<BatchArray[]>(followed_components_.size());
   const auto phi_of_followed = [&](std::size_t c) -> const BatchArray* {
@@ -331,7 +331,7 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
         HWY_DYNAMIC_DISPATCH(Largest)(batch.size, densities[f].data(), need.data());
       }
     }
-    // The component that needs the noise most decides.
+    // The component with the greatest need of the noise decides.
     double scale = components_[c]->threshold_scale();
     for (std::size_t f = 0; f < count; ++f) {
       if (followed_[f] == static_cast<int>(c)) {
@@ -356,7 +356,7 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
         look_up((*calibration_.dust)[c].amount, places, log_footprints, rays->obliquity, amount);
         spread(coherence);
         spread(amount);
-        // The result of rays without variants must not depend on those of others.
+        // The result of rays without variants must not depend on other rays.
         for (std::size_t i = 0; i < padded(batch.size); ++i) {
           if (log_footprints[i] > calibration_.log_narrowest[c]) means[c][i] *= amount[i];
         }
@@ -374,7 +374,7 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
       (batch.size, static_cast<float>(component.amplitude()), densities[c].data(),
        phi != nullptr ? phi->data() : nullptr, followed != nullptr ? followed->data() : nullptr,
        densities[k * count + c].data());
-      // A follower without a texture has a mean all the same.
+      // A follower without a texture still has a mean.
       if (is_textured || followed == nullptr) continue;
       HWY_DYNAMIC_DISPATCH(Divide)
       (batch.size, means[c].data(), densities[k * count + c].data());

@@ -11,14 +11,14 @@
 namespace gamer {
 namespace {
 
-/// The text of a member; empty where it is none.
+/// The text of a member; empty if the member is no text.
 std::string text_of(const ConfigNode& node, std::string_view key) {
   const ConfigNode* member = node.is_table() ? node.find(key) : nullptr;
   const auto* text = member == nullptr ? nullptr : std::get_if<std::string>(&member->data);
   return text == nullptr ? "" : *text;
 }
 
-/// The name with _ for what a bare key lacks.
+/// The name with _ for characters that a bare key cannot have.
 std::string bare(std::string name) {
   for (char& c : name) {
     if (!is_bare_key({&c, 1})) c = '_';
@@ -26,7 +26,7 @@ std::string bare(std::string name) {
   return name;
 }
 
-/// Puts the members of `from` in the place of those of `to`; tables within are merged too.
+/// Replaces members of `to` by those of `from`; nested tables are merged too.
 void merge(const ConfigNode& from, ConfigNode& to) {
   if (!from.is_table() || !to.is_table()) {
     to = from;

@@ -17,7 +17,7 @@ constexpr double finest = 1e-4;
 
 double radius_at(double share) { return finest * std::sinh(share * std::asinh(1 / finest)); }
 
-/// dr/dshare of radius_at().
+/// The derivative dr/dshare of radius_at().
 double slope_at(double share) {
   const double most = std::asinh(1 / finest);
   return finest * std::cosh(share * most) * most;
@@ -40,13 +40,13 @@ struct Grid {
   }
 
   int azimuth_count;
-  std::vector<double> azimuth, cosine, sine;  ///< twice as many as a ring has
+  std::vector<double> azimuth, cosine, sine;  ///< twice the number of a ring
   std::vector<double> height, weight;
 };
 
 /// Light above one side of a ring, per area.
 struct Column {
-  double light = 0, light_z2 = 0;  ///< and times z^2
+  double light = 0, light_z2 = 0;  ///< the light, also times z^2
 };
 
 /// Sums the envelope over the heights and azimuths of the ring of radius r.
@@ -73,7 +73,7 @@ Column add_up(const Component& component, const Grid& grid, double r) {
     if (distance2 >= 1) break;
     const auto taper = static_cast<float>(taper_at(std::sqrt(distance2)));
     for (int k = 0; k < grid.azimuth_count; ++k) {
-      // Azimuths of neighbouring heights lie between each other.
+      // Azimuths of neighbouring heights alternate.
       const auto direction = 2 * static_cast<std::size_t>(k) + j % 2;
       const std::size_t i = batch.size++;
       batch.x[i] = static_cast<float>(r * grid.cosine[direction]);
@@ -94,7 +94,7 @@ Column add_up(const Component& component, const Grid& grid, double r) {
 }  // namespace
 
 ComponentProfile::ComponentProfile(const Component& component) : inside(radii + 1, 0.0) {
-  // The arms' winding turns a ring as a whole, so that it does not count.
+  // The arms' winding turns a ring as a whole, and has no influence.
   const Grid grid(component.needs_azimuth() ? azimuths_of_arms : azimuths);
   for (int i = 0; i < radii; ++i) {
     const double share = (i + 0.5) / radii, r = radius_at(share);

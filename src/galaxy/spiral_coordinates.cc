@@ -17,7 +17,7 @@
 namespace gamer {
 namespace {
 
-// The table of a pitch that varies, in s = ln r.
+// Number of steps of the table for a varying pitch, in s = ln r.
 constexpr int table_steps = 512;
 constexpr double table_radius = 1e-3;
 const double table_start = std::log(table_radius);
@@ -64,7 +64,7 @@ void SpiralKernel(const Points& points, const SpiralKernelInput& in, SpiralBatch
     turns = hn::IfThenElse(hn::Lt(along, hn::Zero(d)), hn::Sub(hn::Set(d, 0.5f), turns), turns);
     hn::Store(hn::CopySign(turns, hn::Mul(across, hn::Set(d, in.orientation))), d,
               out.turns.data() + i);
-    // This is far below what any galaxy shows, and its squares are normal numbers.
+    // The smallest square is far below the structure of any galaxy, and a normal number.
     const auto square = hn::Max(hn::MulAdd(x, x, hn::Mul(y, y)), hn::Set(d, 1e-12f));
     const auto s = hn::Mul(Log(d, square), hn::Set(d, 0.5f));
     const auto inverse = hn::Div(one, hn::Sqrt(square));
@@ -127,14 +127,14 @@ namespace {
 
 constexpr double turn = 2 * std::numbers::pi;
 
-// The largest tan p of h: in a bar it would grow without end.
+// The largest tan p in h, which would grow without limit in a bar.
 const double steepest_tangent = std::tan(80 * turn / 360);
 
-// The reference pitch is the median of so many radii from here outwards.
+// The innermost radius for the reference pitch, which is a median over radii outwards.
 constexpr double reference_radius = 0.15;
 constexpr int reference_samples = 33;
 
-// Offsets that stand this near to equal angles are evenly spread, radians.
+// Largest deviation of offsets from equal angles for evenly spread arms, radians.
 constexpr double offset_tolerance = 1e-6;
 
 /// |r dtheta/dr| of the arms, that is cot p, with its sign.
@@ -182,7 +182,7 @@ SpiralCoordinates::SpiralCoordinates(const ArmPattern& arms, double shift) {
     return std::pair{cotangent, std::min(1 / std::max(cotangent, 1e-9), steepest_tangent)};
   };
   if (arms.model() == ArmPattern::Model::logarithmic) {
-    // g = ln(r^2 + core^2)/(2 tan p) + start: what its ends say.
+    // g = ln(r^2 + core^2)/(2 tan p) + start; values at its ends give the constants.
     constexpr double far = 1e6;
     const double low = orientation_ * arms.winding(0);
     const double high = orientation_ * arms.winding(far);

@@ -25,16 +25,16 @@ struct SpiralBatch {
 ///   v = -(n'/2pi) (h(s) + theta), h' = tan p,   n' = n/tan p_ref.
 /// u is a whole number on each arm, grows outwards, and is orthogonal to v for any p(s). For a
 /// constant pitch (r = beta^(theta + 2 pi i/n), tan p = ln beta) g = s cot p, h = s tan p, and (u,
-/// v) is conformal. One turn takes (u, v) to (u - n, v - n'): what is invariant under the
-/// translation T = (n, n') has no seam.
+/// v) is conformal. One turn takes (u, v) to (u - n, v - n'). A function that is invariant under
+/// the translation T = (n, n') has no seam.
 ///
-/// theta runs in the sense in which the arms leave the centre: the azimuth, or its negative where
-/// the handedness asks for it. tan p counts as at most tan 80 deg in h, and as that of the arms
-/// within the core of ArmPattern's logarithmic law.
+/// theta runs in the sense in which the arms leave the centre: the azimuth, or its negative for the
+/// other handedness. In h, tan p is at most tan 80 deg. Within the core of ArmPattern's logarithmic
+/// law, tan p is that of the arms.
 class SpiralCoordinates {
  public:
   /// The arms of a galaxy turned by `shift` (radians), for r in [1e-3, 1]; the reference pitch is
-  /// the median over [0.15, 1]. Throws std::invalid_argument where it has none or they are not
+  /// the median over [0.15, 1]. Throws std::invalid_argument if there are no arms or they are not
   /// evenly spread.
   SpiralCoordinates(const ArmPattern& arms, double shift);
   /// The logarithmic spirals r = beta^(theta + 2 pi i/count), beta > 1, of any r.
@@ -54,7 +54,7 @@ class SpiralCoordinates {
   struct Place {
     double r, theta;
   };
-  /// The place with that (u, v), theta of any turn.
+  /// The place with these (u, v), for theta of any turn.
   Place place(const Position& position) const;
   double u_gradient(double r) const;  ///< |grad u|
   double v_gradient(double r) const;  ///< |grad v|
@@ -79,28 +79,28 @@ class SpiralCoordinates {
   double orientation_ = 1;
   double shift_cosine_ = 1;
   double shift_sine_ = 0;
-  /// u_radial, its slope, v_radial and its slope at even steps of s, where the pitch varies; empty
-  /// where it does not. Slopes are per step.
+  /// u_radial, its slope, v_radial and its slope at equal steps of s; empty for a constant pitch.
+  /// Slopes are per step.
   std::vector<double> nodes_;
   std::vector<float> table_;
 };
 
 /// A linear map of (u, v) whose image of T is a pair of whole numbers, so that noise on the lattice
-/// of its coordinates closes after a turn:
+/// of these coordinates closes after a turn:
 ///   x = x_slope s - p turns,   y = y_slope s - q turns.
-/// The pitch counts as the reference one.
+/// The map uses the reference pitch.
 struct HelicalMap {
   double x_slope = 0;
   double y_slope = 0;
   int p = 1;
   int q = 0;
 
-  /// The map closest to the wanted one: x across and y along a direction that is `angle` (radians)
-  /// from the arms, outwards along them; `frequency` cycles across and frequency/stretch along it
-  /// per unit of (u, v).
+  /// The map closest to the wanted one, with x across and y along a direction at `angle` (radians)
+  /// from the arms, outwards along them. Per unit of (u, v) there are `frequency` cycles across and
+  /// frequency/stretch cycles along this direction.
   static HelicalMap along(const SpiralCoordinates& coordinates, double frequency, double stretch,
                           double angle);
-  /// Without direction: about `frequency` cycles per unit of u.
+  /// A map without direction, with about `frequency` cycles per unit of u.
   static HelicalMap isotropic(const SpiralCoordinates& coordinates, double frequency);
 
   /// r |grad x|, r |grad y|: cycles per radius.

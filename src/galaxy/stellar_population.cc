@@ -19,23 +19,24 @@ constexpr const char* power_law = "powerlaw";
 // Bounds of a table's numbers and of its luminosities.
 constexpr double smallest_entry = 1e-12, largest_entry = 1e30, largest_luminosity = 1e12;
 
-// Between temperatures of the grid: the spectrum of a mixture of neighbours differs from a
-// blackbody's by less than 1e-3 above 3000 Angstrom for 3000 K and more.
+// Step of the grid of temperatures. A mixture of neighbours differs from a blackbody by less than
+// 1e-3 above 3000 Angstrom, for 3000 K and more.
 const double grid_step = std::log(1.02);
 
 constexpr int nodes_per_class = 8;
-/// Midpoints over the deviate's [-3, 3]; a multiple of 3, so that their weights sum to 1.
+/// Number of midpoints over the deviate's [-3, 3]. A multiple of 3 makes the sum of their weights
+/// 1.
 constexpr int deviates = 24;
 constexpr double largest_deviate = 3;
 
-// Relative error of luminosities that powers and logarithms may make.
+// Relative rounding error of luminosities from powers and logarithms.
 constexpr double rounding = 1e-12;
 
-// Classes are so many times wider in luminosity at most.
+// Largest width of a class in ln L.
 const double class_width = std::log(2);
 
-/// The integral of (L/unit)^p dlnL over [low, high], with a unit near both: powers of the
-/// luminosities themselves could leave the range of numbers.
+/// The integral of (L/unit)^p dlnL over [low, high], with a unit near both. Powers of the
+/// luminosities themselves could overflow.
 double power_integral(double p, double unit, double low, double high) {
   const double width = std::log(high / low);
   // ((high/unit)^p - (low/unit)^p)/p, also near p = 0.
@@ -100,7 +101,7 @@ std::vector<Row> read_rows(const Resources::Text& text) {
   return rows;
 }
 
-/// Blackbodies in given parts.
+/// A mixture of blackbodies in given parts.
 class MixedSed : public Sed {
  public:
   MixedSed(std::vector<std::shared_ptr<const Sed>> parts, std::vector<double> shares)
@@ -121,19 +122,21 @@ class MixedSed : public Sed {
 
 ParameterTable StellarPopulation::parameters() {
   return {
-      Parameter::text("luminosity_function", std::string(power_law),
-                      "`powerlaw`, or a file in `luminosities/` with columns L, dN/dlnL and, if it "
-                      "has three, T"),
+      Parameter::text(
+          "luminosity_function", std::string(power_law),
+          "`powerlaw`, or a file in `luminosities/` with columns L, dN/dlnL and optionally T"),
       Parameter::number("luminosity_low", "", Interval::closed(1e-12, 1), 1e-3,
-                        "of the faintest stars, at 5500 Angstrom; 1 may be the Sun's (powerlaw)"),
+                        "luminosity of the faintest stars at 5500 Angstrom, in any unit, such as "
+                        "the Sun's (powerlaw)"),
       Parameter::number("luminosity_high", "", Interval::closed(10, 1e12), 1e5,
-                        "of the brightest (powerlaw)"),
+                        "luminosity of the brightest stars (powerlaw)"),
       Parameter::number("luminosity_slope", "", Interval::closed(-10, 10), 1.7,
                         "dN/dL ~ L^-slope (powerlaw)"),
-      Parameter::number("temperature", "K", Interval::closed(coldest, hottest), 5000.0,
-                        "of stars of luminosity 1; not where the file has temperatures"),
+      Parameter::number(
+          "temperature", "K", Interval::closed(coldest, hottest), 5000.0,
+          "temperature of stars of luminosity 1; not with a file that has temperatures"),
       Parameter::number("temperature_slope", "", Interval::closed(-2, 2), 0.05,
-                        "T ~ L^slope; not where the file has temperatures"),
+                        "T ~ L^slope; not with a file that has temperatures"),
       Parameter::number("temperature_scatter", "dex", Interval::closed(0, 0.5), 0.13,
                         "standard deviation of log10 T at one luminosity"),
   };
@@ -150,7 +153,7 @@ StellarPopulation::StellarPopulation(const ParameterSet& values, const std::stri
   } else {
     read_table(values, context, resources);
   }
-  // Numbers become shares.
+  // The numbers of the classes become shares.
   double number = 0, light = 0;
   for (const Class& own : classes_) {
     number += own.number;
@@ -235,7 +238,7 @@ void StellarPopulation::make_grid() {
     low = std::min(low, temperature / factor);
     high = std::max(high, temperature * factor);
   }
-  // The ends of the classes are a little beyond their nodes.
+  // The margin covers the ends of the classes, which lie beyond their nodes.
   const double margin = std::exp(class_width);
   low = std::clamp(low / margin, coldest, hottest);
   high = std::clamp(high * margin, coldest, hottest);
@@ -290,7 +293,7 @@ StellarPopulation::GridPlace StellarPopulation::place(double temperature) const 
 
 double StellarPopulation::light(const std::function<double(double luminosity)>& share,
                                 std::vector<double>* spectrum) const {
-  // The density of the sum of three even numbers is a quadratic B-spline.
+  // The density of the sum of three uniform numbers is a quadratic B-spline.
   static const std::vector<double> weights = [] {
     std::vector<double> result;
     for (int i = 0; i < deviates; ++i) {

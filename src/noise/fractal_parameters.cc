@@ -70,13 +70,13 @@ ParameterTable FractalParameters::table() const {
   }
   return {
       Parameter::choice("kind", noise_names(), std::nullopt,
-                        "base noise P; `noise.kind` of the render parameters where not given"),
+                        "base noise P; default: `noise.kind` of the render parameters"),
       Parameter::choice("combination", combinations, combination_name,
-                        "of octaves: additive sum w n; multiplicative product of 1 + a n in [0, "
-                        "2]; ridged multifractal of (o - |n|)^2; billow sum w |n|"),
-      Parameter::integer(
-          "octaves", "", Interval::closed(1, double{most_octaves}), octaves,
-          "omega, number of octaves; `noise.octaves` of the render parameters where neither says"),
+                        "combination of octaves: additive sum w n; multiplicative product of 1 + a "
+                        "n in [0, 2]; ridged multifractal of (o - |n|)^2; billow sum w |n|"),
+      Parameter::integer("octaves", "", Interval::closed(1, double{most_octaves}), octaves,
+                         "omega, number of octaves; default as listed only if the render "
+                         "parameters have no `noise.octaves`"),
       Parameter::number("k0", "cycles per galaxy radius", Interval::closed(0, 1000), k0,
                         "offset of the frequencies k0 + f_s k"),
       Parameter::number("frequency_scale", "cycles per galaxy radius", Interval::left_open(0, 1000),
@@ -87,18 +87,19 @@ ParameterTable FractalParameters::table() const {
       Parameter::number("spectral_index", "", Interval::closed(-10, 10), spectral_index,
                         "nu: octave k of frequency f has weight f^-nu"),
       Parameter::number("amplitude", "", Interval::left_open(0, 4), amplitude,
-                        "a, of every octave where multiplicative"),
+                        "a, amplitude of every octave of multiplicative noise"),
       Parameter::number("ridge_offset", "", Interval::left_open(0, 4),
                         double{combination.ridge_offset}, "o, height of the ridges"),
       Parameter::number("ridge_gain", "", Interval::left_open(0, 100),
                         double{combination.ridge_gain},
-                        "G: a ridge of height s carries finer ones by G s, at most 1"),
+                        "G: a ridge of height s scales the next octave by G s, at most 1"),
       Parameter::number("warp", "galaxy radii", Interval::closed(0, 10), warp,
                         "rms displacement of the noise along each axis by a vector noise"),
       Parameter::number("warp_frequency", "cycles per galaxy radius", Interval::left_open(0, 1000),
-                        warp_frequency, "of the displacement's first octave"),
-      Parameter::integer("warp_octaves", "", Interval::closed(1, 16), warp_octaves,
-                         "of the displacement: 1 varies the lacunarity, more warp the domain"),
+                        warp_frequency, "frequency of the displacement's first octave"),
+      Parameter::integer(
+          "warp_octaves", "", Interval::closed(1, 16), warp_octaves,
+          "octaves of the displacement: 1 varies the lacunarity, more warp the domain"),
       Parameter::number("exponent", "", Interval::closed(-20, 20), exponent,
                         "alpha, power of the shaped noise"),
       Parameter::choice("theta", {"linear", "inverse"}, std::string(inverse ? "inverse" : "linear"),

@@ -150,19 +150,21 @@ Operation combining(const char* name, Combination combination, const char* summa
   operation.summary = summary;
   operation.description =
       description +
-      " Plane by plane: every file has as many planes as the first, or one for all. The header is "
-      "the first file's. A pixel that is missing (NaN) in one file is missing. " +
+      " The operation works plane by plane. Every file has the number of planes of the first, or "
+      "one plane for all. The header is the first file's. A pixel that is missing (NaN) in one "
+      "file is missing in the result. " +
       (combination == Combination::product
-           ? "The units are multiplied (BUNIT 'nJy s'), and where a further file has one the "
-             "calibration goes: MAGZERO, PHOTZP, PHOTFLAM, GAIN, SATURATE. Files with variances "
-             "(EXTNAME VARIANCE, ..._VARIANCE) are an error."
+           ? "The units are multiplied (BUNIT 'nJy s'). If a further file has a unit, the cards of "
+             "calibration are deleted: MAGZERO, PHOTZP, PHOTFLAM, GAIN, SATURATE. Files with "
+             "variances (EXTNAME VARIANCE, ..._VARIANCE) are an error."
            : "Units and zero points (MAGZERO) must agree. Variances of the first file (EXTNAME "
-             "VARIANCE, ..._VARIANCE) become those of the result; a file without is exact.");
+             "VARIANCE, ..._VARIANCE) become those of the result; a file without variances counts "
+             "as exact.");
   operation.most_inputs = 0;
   operation.least_inputs = 2;
   if (combination == Combination::sum || combination == Combination::mean) {
     operation.parameters = {
-        Parameter::boolean("skip_missing", false, "leave missing pixels out instead")};
+        Parameter::boolean("skip_missing", false, "leave missing pixels out of the result")};
   }
   operation.example = fmt::format("{} in.fits in2.fits out.fits", name);
   operation.run = [combination](const OperationCall& call) {
@@ -208,24 +210,26 @@ std::vector<Operation> arithmetic_operations() {
   scale.group = group_name;
   scale.summary = "Multiply by a number and add one";
   scale.description =
-      "v' = factor v + offset. Without --unit the light changes and the unit stays; with --unit "
-      "the light stays and BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and SATURATE follow. Variances "
+      "v' = factor v + offset. Without --unit the light changes and the unit stays. With --unit "
+      "the light stays, and BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and SATURATE follow. Variances "
       "(EXTNAME VARIANCE, ..._VARIANCE) are multiplied by factor^2.";
   scale.parameters = {
       Parameter::numbers("factor", "", Interval::any(), std::vector<double>{1},
                          "one for all planes, or one for each"),
       Parameter::numbers("offset", "unit of the pixels", Interval::any(), std::vector<double>{0},
                          "one for all planes, or one for each"),
-      Parameter::text("unit", std::nullopt, "new BUNIT, of which the old is --factor"),
+      Parameter::text("unit", std::nullopt, "new BUNIT; one old unit is --factor new units"),
   };
   scale.example = "scale --factor 1e-3 --unit uJy in.fits out.fits";
   scale.run = scale_file;
   return {
-      combining("add", Combination::sum, "Add images", "a + b + ..."),
-      combining("subtract", Combination::difference, "Subtract images", "a - b - ..."),
+      combining("add", Combination::sum, "Add images", "The result is a + b + ... over all files."),
+      combining("subtract", Combination::difference, "Subtract images",
+                "The result is a - b - ... over all files."),
       combining("multiply", Combination::product, "Multiply images",
-                "a b ...: weights, masks, flat fields."),
-      combining("average", Combination::mean, "Mean of images", "(a + b + ...)/n."),
+                "The result is a b ... over all files, for weights, masks and flat fields."),
+      combining("average", Combination::mean, "Mean of images",
+                "The result is (a + b + ...)/n over n files."),
       scale,
   };
 }

@@ -386,7 +386,7 @@ ParameterTable noise_parameters() {
       InstrumentOption::parameter(),
       list("exposure", "s", positive, "exposure time, of all exposures together; or one per plane"),
       Parameter::integer("exposures", "", Interval::closed(1, most_exposures), 1,
-                         "exposures that are added up: each has read noise and a full well"),
+                         "number of exposures added up; each has read noise and a full well"),
       list("zero_point", "mag", Interval::any(),
            "AB magnitude that gives 1 electron/s; or one per plane"),
       list("electrons_per_unit", "electron/s", positive,
@@ -398,11 +398,11 @@ ParameterTable noise_parameters() {
            "sky, electrons per second and pixel; or one per plane"),
       Parameter::number("dark", "electron/s", not_negative, 0.0, "dark current of a pixel"),
       Parameter::number("read_noise", "electron", not_negative, 0.0,
-                        "rms of a pixel, of one exposure"),
+                        "rms noise of a pixel in one exposure"),
       Parameter::number("full_well", "electron", positive, std::nullopt,
-                        "most counts of a pixel, of one exposure"),
+                        "largest count of a pixel in one exposure"),
       Parameter::choice("output_unit", {"same", "electron", "ADU"}, "same",
-                        "of the output: the input's, electrons, or ADU"),
+                        "unit of the output: the input's, electrons, or ADU"),
       Parameter::number("gain", "electron/ADU", positive, 1.0, "electrons of 1 ADU"),
       Parameter::number("bias", "ADU", Interval::any(), 0.0, "what the converter adds"),
       Parameter::boolean("keep_sky", false, "leave the mean of sky and dark current in the image"),
@@ -411,10 +411,9 @@ ParameterTable noise_parameters() {
       list("snr", "", positive,
            "plain Gaussian noise that gives the plane this signal-to-noise ratio; or one per "
            "plane"),
-      Parameter::integer("seed", "", Interval::right_open(0, largest_seed), 1,
-                         "another seed, other noise"),
+      Parameter::integer("seed", "", Interval::right_open(0, largest_seed), 1, "seed of the noise"),
       Parameter::boolean("variance", false,
-                         "add the expected variance of each image as an image after it"),
+                         "add the expected variance of each image as a further image"),
   };
 }
 
@@ -426,29 +425,25 @@ std::vector<Operation> detector_operations() {
   noise.group = "Detector";
   noise.summary = "Add the noise of a CCD, or Gaussian noise";
   noise.description =
-      "A pixel of value v has mu = (v s + sky + dark) exposure electrons in the mean and reads "
-      "N = Poisson(mu) + Normal(0, read noise sqrt(exposures)), at most full well x exposures. "
-      "s is 10^(-0.4 (MAGZERO - zero point)), times the pixel's arcsec^2 for surface "
-      "brightnesses, or --electrons-per-unit; of images in electron/s it is 1 unless given. The "
-      "sky is 10^(-0.4 (sky - zero point)) times the pixel's arcsec^2. Negative v count as 0.\n"
-      "\n"
-      "The output is N, less the mean of sky and dark unless --keep-sky, in the input's unit, so "
-      "that photometry stays, in electrons, or in ADU = N / gain + bias. MAGZERO, PHOTZP and "
-      "PHOTFLAM follow the unit; EXPTIME, GAIN (electrons per unit of the output), RDNOISE (of "
-      "all exposures together) and SATURATE are set.\n"
-      "\n"
-      "--sigma and --snr add Normal(0, sigma) instead; S/N = sqrt(sum v^2) / sigma over the pixels "
-      "of the plane, that of a matched filter. --variance adds (mu + exposures read noise^2) in "
-      "the output's unit squared, or sigma^2, as HDU <EXTNAME>_VARIANCE, or VARIANCE; saturation "
-      "is left out of it.\n"
-      "\n"
-      "A pixel's noise follows from the seed, the plane's band or wavelength and the pixel's "
-      "place alone: it is the same in a cube, in any order of planes, or with the band alone "
-      "in its file.\n"
-      "\n"
-      "--instrument gives exposure, read noise, dark current, gain and full well of a camera, and "
-      "zero point and sky of each plane's band. Each option that is given replaces its value. The "
-      "number of its exposures holds with its exposure time only.";
+      "A pixel of value v collects mu = (v s + sky + dark) exposure electrons in the mean. The "
+      "pixel reads N = Poisson(mu) + Normal(0, read noise sqrt(exposures)), at most full well x "
+      "exposures. The factor s is 10^(-0.4 (MAGZERO - zero point)), for surface brightnesses times "
+      "the pixel's arcsec^2. --electrons-per-unit gives s directly; for images in electron/s the "
+      "default of s is 1. The sky is 10^(-0.4 (sky - zero point)) times the pixel's arcsec^2. A "
+      "negative v counts as 0.\n\nThe output is N less the mean of sky and dark; --keep-sky keeps "
+      "that mean. By default the output has the input's unit, so that photometry stays. "
+      "--output-unit chooses electrons, or ADU = N / gain + bias. MAGZERO, PHOTZP and PHOTFLAM "
+      "follow the unit. EXPTIME, GAIN (electrons per unit of the output), RDNOISE (for all "
+      "exposures together) and SATURATE are set.\n\n--sigma and --snr add Normal(0, sigma) "
+      "instead. The signal-to-noise ratio is that of a matched filter: S/N = sqrt(sum v^2) / sigma "
+      "over the pixels of the plane. --variance adds an HDU <EXTNAME>_VARIANCE, or VARIANCE, with "
+      "mu + exposures read noise^2 in the output's unit squared, or with sigma^2. The variance "
+      "ignores saturation.\n\nA pixel's noise follows from the seed, the plane's band or "
+      "wavelength and the pixel's place alone. The order and the number of planes in the file do "
+      "not matter.\n\n--instrument gives exposure, read noise, dark current, gain and full well of "
+      "a camera, and zero point and sky of each plane's band. An option that is given replaces the "
+      "instrument's value. The instrument's number of exposures holds only with its own exposure "
+      "time.";
   noise.parameters = noise_parameters();
   noise.example =
       "noise --exposure 3600 --zero-point 28 --sky 21.5 --read-noise 5 --variance in.fits out.fits";

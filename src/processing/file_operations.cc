@@ -435,18 +435,18 @@ std::vector<Operation> file_operations() {
   stack.summary = "Put planes of several files into one, or take a cube apart";
   stack.description =
       "All planes of all files, in order, become a cube, one extension each, or one file each "
-      "(out_<label>.fits). The header is the first file's; WAVELEN, BAND, MAGZERO and other cards "
-      "of one plane go with it, as KEYn in a cube. Wavelengths are those of WAVELEN, or of an "
-      "input's third axis where CTYPE3 is WAVE, AWAV, WAVELENGTH or LAMBDA; evenly spaced ones "
-      "are the cube's third axis, otherwise it counts the planes. Tables are the first file's, "
-      "without its record (INPUTS and the GAMER cards), which would make that image alone. "
-      "Variances (EXTNAME VARIANCE, ..._VARIANCE) are left out.";
+      "(out_<label>.fits). The header is the first file's. WAVELEN, BAND, MAGZERO and other cards "
+      "of one plane go with the plane, as KEYn in a cube. Wavelengths come from WAVELEN, or from "
+      "an input's third axis where CTYPE3 is WAVE, AWAV, WAVELENGTH or LAMBDA. Evenly spaced "
+      "wavelengths are the cube's third axis; otherwise that axis counts the planes. Tables are "
+      "the first file's. Its record (INPUTS and the GAMER cards) is left out, because it describes "
+      "the first image alone. Variances (EXTNAME VARIANCE, ..._VARIANCE) are left out.";
   stack.most_inputs = 0;
   stack.parameters = {
-      Parameter::choice("layout", {"cube", "extensions", "files"}, "cube", "what to make"),
+      Parameter::choice("layout", {"cube", "extensions", "files"}, "cube", "layout of the output"),
       Parameter::choice("order", {"given", "wavelength"}, "given", "order of the planes"),
       Parameter::numbers("planes", "", Interval::any(), std::nullopt,
-                         "only these, counted from 1 over all files, in this order"),
+                         "planes to take, counted from 1 over all files, in this order"),
   };
   stack.example = "stack --order wavelength in.fits in2.fits out.fits";
   stack.run = stack_files;
@@ -456,8 +456,8 @@ std::vector<Operation> file_operations() {
   header.group = group_name;
   header.summary = "Show, set, delete or copy header cards";
   header.description =
-      "Without --set, --delete and --copy the cards are printed; with any of them a file is "
-      "written: gutil header --set OBJECT=M100 in.fits out.fits. Pixels stay as they are.";
+      "Without --set, --delete and --copy the cards are printed. With any of them a file is "
+      "written: gutil header --set OBJECT=M100 in.fits out.fits. Pixels are unchanged.";
   header.most_inputs = 2;
   header.result = Operation::Result::text;
   const std::vector<std::string> none;

@@ -30,15 +30,14 @@ constexpr double largest_scale = 1e6;  // arcsec
 
 constexpr const char* wcs_text =
     "All world coordinates of the header follow (CRPIXi; CDi_j, PCi_j, CDELTi, CROTAi; SIP "
-    "polynomials; LTVi, LTMi_j), further axes stay, and so do the other cards. Distortions in "
-    "tables (CPDISi, CQDISi, D2IMDISi) cannot follow: an error. Variances (EXTNAME VARIANCE, "
-    "..._VARIANCE) follow where pixels move or are joined; where they are interpolated they are an "
-    "error. Tables in other HDUs are copied as "
-    "they are, with any pixel positions in them.";
+    "polynomials; LTVi, LTMi_j). Further axes and other cards stay. Distortions in tables (CPDISi, "
+    "CQDISi, D2IMDISi) cannot follow and are an error. Variances (EXTNAME VARIANCE, ..._VARIANCE) "
+    "follow where pixels move or are joined. Variances of pixels that would be interpolated are an "
+    "error. Tables in other HDUs are copied unchanged, with any pixel positions in them.";
 
 constexpr const char* missing_text =
     "An output pixel is missing (NaN) where missing pixels carry a quarter or more of its weights "
-    "(without sign); else the present ones stand for all.";
+    "(absolute values). Otherwise the weights of the present pixels are scaled up.";
 
 InputError error_of(const OperationCall& call, const std::string& message) {
   return InputError(fmt::format("gutil {}: {}", call.operation, message));
@@ -110,10 +109,9 @@ PixelValues values_of(const OperationCall& call, const PlaneTask& task) {
 }
 
 Parameter values_parameter() {
-  return Parameter::choice(
-      "values", {"flux", "brightness"}, std::nullopt,
-      "flux adds up, brightness averages (default: as BUNIT says; per solid angle is brightness, "
-      "and so are gamer's relative images, which have none)");
+  return Parameter::choice("values", {"flux", "brightness"}, std::nullopt,
+                           "flux adds up, brightness averages (default: brightness where BUNIT is "
+                           "per solid angle, and in gamer's relative images, which have no BUNIT)");
 }
 
 // ---- rotate ------------------------------------------------------------------------------------
@@ -140,9 +138,9 @@ Operation rotate_operation() {
   operation.summary = "Turn by any angle";
   operation.description = fmt::format(
       "Turns about the middle of the image, counter-clockwise with the first row at the bottom. A "
-      "pixel is sum k(x - i) k(y - j) v_ij over the sum of its weights, (x, y) being where its "
-      "centre falls in the input: the total flux of well-sampled images is kept (Gaussians of "
-      "sigma 1.6 pixels or more, Lanczos kernels: to 1e-4). Multiples of 90 degrees copy the "
+      "pixel is sum k(x - i) k(y - j) v_ij divided by the sum of its weights; (x, y) is the place "
+      "of its centre in the input. The total flux of well-sampled images is kept, to 1e-4 for "
+      "Lanczos kernels and Gaussians of sigma 1.6 pixels or more. Multiples of 90 degrees copy the "
       "pixels and swap the sides, whatever --canvas says. {} {}",
       missing_text, wcs_text);
   std::vector<std::string> kernels;
@@ -150,11 +148,11 @@ Operation rotate_operation() {
     if (kernel_of(name) != Kernel::area) kernels.push_back(name);
   }
   operation.parameters = {
-      required(
-          Parameter::number("angle", "deg", Interval::any(), std::nullopt, "counter-clockwise")),
+      required(Parameter::number("angle", "deg", Interval::any(), std::nullopt,
+                                 "angle, counter-clockwise")),
       Parameter::choice("kernel", kernels, "lanczos3", "interpolation between pixels"),
       Parameter::choice("canvas", {"same", "full"}, "same",
-                        "keep the size, or grow to hold all of the turned image"),
+                        "keep the size, or grow to hold the whole turned image"),
       fill_parameter("value outside the input, or nan"),
   };
   operation.example = "rotate --angle 30 --canvas full in.fits out.fits";
@@ -303,13 +301,12 @@ Operation crop_operation() {
   operation.group = group_name;
   operation.summary = "Cut out a box";
   operation.description = fmt::format(
-      "The pixels of a box in FITS pixels (the first is 1, ends are included), or of a size about "
-      "a pixel or a sky position. The position's pixel follows from each image's own world "
-      "coordinates, in their frame; an image without them has the box of the image before, if both "
-      "have one size. A position outside an image is an error.\n"
-      "\n"
-      "A box about a position may reach over the edges: the pixels out there are missing (NaN), or "
-      "--pad. Other boxes must lie within the image unless --pad is given. {}",
+      "Cuts out a box given in FITS pixels (the first is 1, ends are included), or by its size "
+      "about a pixel or a sky position. The position's pixel follows from each image's own world "
+      "coordinates, in their frame. An image without world coordinates uses the box of the image "
+      "before, if their sizes agree. A position outside an image is an error.\n\nA box about a "
+      "position may reach over the edges: pixels outside the image are missing (NaN), or have the "
+      "value of --pad. Other boxes must lie within the image unless --pad is given. {}",
       wcs_text);
   constexpr double farthest = 1e9;
   const Interval pixel = Interval::closed(-farthest, farthest);
@@ -321,7 +318,7 @@ Operation crop_operation() {
       Parameter::vector2("center", "pixels", pixel, std::nullopt, "middle of the box: x,y"),
       position_parameter("middle of the box: ra,dec, or h:m:s,d:m:s"),
       Parameter::size2("size", "pixels", Interval::closed(1, longest_side), std::nullopt,
-                       "of the box: n, or width,height"),
+                       "size of the box: n, or width,height"),
       fill,
   };
   operation.example = "crop --box 2,9,3,8 in.fits out.fits";
@@ -381,14 +378,14 @@ Operation pad_operation() {
   operation.group = group_name;
   operation.summary = "Add a margin";
   operation.description = fmt::format(
-      "Pixels of one value around the image. With --size it stands in the middle; an odd pixel is "
-      "added at the right and at the top. {}",
+      "Surrounds the image with pixels of one value. With --size the image stands in the middle; "
+      "an odd pixel is added at the right and at the top. {}",
       wcs_text);
   operation.parameters = {
       Parameter::numbers("margin", "pixels", Interval::closed(0, longest_side), std::nullopt,
-                         "one for all sides, or left,right,bottom,top"),
+                         "width for all sides, or left,right,bottom,top"),
       Parameter::size2("size", "pixels", Interval::closed(1, longest_side), std::nullopt,
-                       "of the output: n, or width,height"),
+                       "size of the output: n, or width,height"),
       fill_parameter("value of the margin, or nan"),
   };
   operation.example = "pad --margin 5,5,2,3 --fill nan in.fits out.fits";
@@ -432,13 +429,14 @@ Operation bin_operation() {
   operation.group = group_name;
   operation.summary = "Join blocks of pixels";
   operation.description = fmt::format(
-      "Blocks of nx x ny pixels become one: the sum of a flux, the mean of a brightness. The "
-      "variance of a sum is the sum of the variances, of a mean their sum / (nx ny)^2. {} {}",
+      "Each block of nx x ny pixels becomes one pixel: the sum of fluxes, or the mean of "
+      "brightnesses. The variance of a sum is the sum of the variances; the variance of a mean is "
+      "their sum / (nx ny)^2. {} {}",
       missing_text, wcs_text);
   operation.parameters = {
       required(Parameter::size2("factor", "pixels", Interval::closed(1, longest_side), std::nullopt,
                                 "side of a block: n, or nx,ny")),
-      Parameter::boolean("trim", false, "leave pixels at the right and top out that fill no block"),
+      Parameter::boolean("trim", false, "leave out pixels at the right and top that fill no block"),
       values_parameter(),
   };
   operation.example = "bin --factor 2 --trim in.fits out.fits";
@@ -495,21 +493,21 @@ Operation resample_operation() {
   operation.group = group_name;
   operation.summary = "Pixels of another size";
   operation.description = fmt::format(
-      "An output pixel is the difference, between its edges, of the running sum of the input "
-      "pixels, interpolated by the kernel, along x and then along y: the flux of every pixel is "
-      "kept exactly and an even image stays even. area: exact overlap. bilinear: the integral of "
-      "the surface between pixel centres. bicubic and lanczos widen when pixels become larger, so "
-      "that nothing aliases. nearest copies, and keeps flux on average only. With --factor and "
-      "--scale the middle stays and the outermost pixels may reach over the edges; they hold the "
-      "flux up to there. {} {}",
+      "The kernel interpolates the running sum of the input pixels, along x and then along y. An "
+      "output pixel is the difference of that sum between the pixel's edges. The flux of every "
+      "pixel is kept exactly, and a uniform image stays uniform. area: exact overlap. bilinear: "
+      "the integral of the surface between pixel centres. bicubic and lanczos widen when pixels "
+      "become larger, so that nothing aliases. nearest copies pixels, and keeps flux on average "
+      "only. With --factor and --scale the middle stays in place. The outermost pixels may reach "
+      "over the edges and hold the flux up to them. {} {}",
       missing_text, wcs_text);
   operation.parameters = {
       Parameter::number("factor", "", Interval::closed(least_factor, most_factor), std::nullopt,
                         "pixels of the output per pixel of the input, along a side"),
       Parameter::number("scale", "arcsec", Interval::left_open(0, largest_scale), std::nullopt,
-                        "side of an output pixel; needs celestial coordinates"),
+                        "side of an output pixel (needs celestial coordinates)"),
       Parameter::size2("size", "pixels", Interval::closed(1, longest_side), std::nullopt,
-                       "of the output, over all of the input: n, or width,height"),
+                       "size of the output, which covers the whole input: n, or width,height"),
       Parameter::choice("kernel", kernel_names(), "lanczos3", "interpolation of the running sum"),
       values_parameter(),
   };

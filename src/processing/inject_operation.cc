@@ -353,32 +353,29 @@ void InjectOperation::run() {
 }
 
 constexpr const char* description =
-    "inject SCIENCE RENDER OUT: a render's pixel of value v adds v s to the science image's, s = "
-    "10^(-0.4 (MAGZERO - zero point)); surface brightnesses count with their pixel's arcsec^2. "
-    "The zero point is the AB magnitude of the value 1 of the science image (per arcsec^2 where "
-    "BUNIT is a surface brightness): --zero-point, or a card MAGZERO, PHOTZP, MAGZEROP, MAGZPT, "
-    "MAGZP or ZEROPOINT of its HDU or of the primary one, or BUNIT nJy, uJy, mJy or Jy. Cards of "
-    "one header that disagree are an error. A card that means 1 count/s, or Vega magnitudes, does "
-    "not fit counts: give --zero-point.\n"
-    "\n"
-    "The added light has Poisson noise: N / gain with N = Poisson(v s gain), so negative v count "
-    "as 0. The gain is electrons per unit of the pixels (--gain, or GAIN or EGAIN); of an image "
-    "in electron/s it is the exposure time. Noise follows from the seed, the render's band or "
-    "wavelength and the science image's pixel alone. Other seeds or places have other noise. "
-    "--no-noise adds v s itself.\n"
-    "\n"
-    "Where: by the world coordinates of both images, whose pixels must agree to 0.1 pixel, as "
-    "with camera.header in the render; without them both must have one size. --at and --position "
-    "put the middle of the render there, rounded to whole pixels; pixels must then have one size "
-    "and direction on the sky to 1 %. --ignore-wcs leaves the render's coordinates out. Light "
-    "beyond the edges is lost. The PSF options are those of convolve; pixels and position angles "
-    "are those of the science image, and a PSF of PSFEx is that at the middle of the render.\n"
-    "\n"
-    "Pixels without added light keep their bits, missing ones stay missing (missing pixels of the "
-    "render add nothing), and no pixel is clipped at SATURATE. 16-bit integers become 32-bit "
-    "floats, 32-bit integers doubles, scaled by BSCALE and BZERO. The header stays, but DATE is "
-    "now, DATAMIN and DATAMAX go, and HISTORY tells zero point, gain and place. Weights, "
-    "variances, masks, tables and other HDUs are copied as they are.";
+    "inject SCIENCE RENDER OUT: a pixel of value v of the render adds v s to the pixel of the "
+    "science image. The factor is s = 10^(-0.4 (MAGZERO - zero point)); surface brightnesses are "
+    "multiplied by their pixel's arcsec^2. The zero point is the AB magnitude of the value 1 of "
+    "the science image, per arcsec^2 where BUNIT is a surface brightness. Without --zero-point the "
+    "value comes from a card MAGZERO, PHOTZP, MAGZEROP, MAGZPT, MAGZP or ZEROPOINT of the image's "
+    "HDU or the primary HDU, or from BUNIT nJy, uJy, mJy or Jy. Cards of one header that disagree "
+    "are an error. Give --zero-point where the card means 1 count/s or Vega magnitudes.\n\nThe "
+    "added light has Poisson noise: the image gains N / gain with N = Poisson(v s gain). A "
+    "negative v counts as 0. The gain is the number of electrons per unit of the pixels (--gain, "
+    "or cards GAIN or EGAIN). For an image in electron/s the gain is the exposure time. Noise "
+    "follows from the seed, the render's band or wavelength and the science image's pixel alone. "
+    "--no-noise adds v s itself.\n\nThe world coordinates of both images say where the render "
+    "belongs. Their pixels must agree to 0.1 pixel, as with camera.header in the render. Images "
+    "without world coordinates must have equal sizes. --at and --position place the middle of the "
+    "render, rounded to whole pixels. The pixels of both images must then agree in size and "
+    "direction on the sky to 1 %. --ignore-wcs ignores the render's coordinates. Light beyond the "
+    "edges is lost. The PSF options work as in convolve, with the pixels and position angles of "
+    "the science image. A PSF of PSFEx is evaluated at the middle of the render.\n\nPixels without "
+    "added light keep their bits. Missing pixels stay missing, missing pixels of the render add "
+    "nothing, and no pixel is clipped at SATURATE. 16-bit integers become 32-bit floats and 32-bit "
+    "integers become doubles, scaled by BSCALE and BZERO. The header stays, except that DATE is "
+    "renewed and DATAMIN and DATAMAX are deleted. HISTORY tells zero point, gain and place. "
+    "Weights, variances, masks, tables and other HDUs are copied unchanged.";
 
 ParameterTable inject_parameters() {
   const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
@@ -396,8 +393,7 @@ ParameterTable inject_parameters() {
                          "electrons per unit of the pixels (default: from the header); or one per "
                          "plane"),
       Parameter::boolean("no_noise", false, "add the mean light, without Poisson noise"),
-      Parameter::integer("seed", "", Interval::right_open(0, largest_seed), 1,
-                         "another seed, other noise"),
+      Parameter::integer("seed", "", Interval::right_open(0, largest_seed), 1, "seed of the noise"),
       Parameter::vector2("at", "pixels", Interval::closed(-farthest, farthest), std::nullopt,
                          "middle of the render: x,y as FITS counts"),
       position_parameter("middle of the render: ra,dec, or h:m:s,d:m:s"),
@@ -406,9 +402,10 @@ ParameterTable inject_parameters() {
                       fmt::format("{}, or a FITS file (default: the render has it)",
                                   fmt::join(psf_models(), ", "))),
   };
-  return table + psf_parameters({"of --fwhm; arcsec through the science image's coordinates",
-                                 "of the major axis, from North towards East; without celestial "
-                                 "coordinates from +y towards -x"});
+  return table +
+         psf_parameters({"unit of --fwhm; arcsec needs celestial coordinates of the science image",
+                         "direction of the major axis, from North towards East; without celestial "
+                         "coordinates from +y towards -x"});
 }
 
 }  // namespace

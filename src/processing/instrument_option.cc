@@ -20,8 +20,7 @@ InstrumentOption::InstrumentOption(const OperationCall& call) {
 
 Parameter InstrumentOption::parameter() {
   return Parameter::text("instrument", std::nullopt,
-                         "a name in `instruments/`, or a file: its values hold where other options "
-                         "are not given");
+                         "a name in `instruments/`, or a file; other options replace its values");
 }
 
 const Instrument::Band& InstrumentOption::band(const PlaneTask& task) const {

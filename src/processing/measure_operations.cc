@@ -100,17 +100,17 @@ Operation stats_operation() {
   operation.group = measurement_group;
   operation.summary = "Counts, sum, extremes, mean, sigma, median and percentiles of every plane";
   operation.description =
-      "One row per plane, over its finite pixels: sigma = sqrt(mean((v - mean)^2)); a percentile "
-      "interpolates linearly between the sorted values (as NumPy does) and is exact for images of "
-      "any size; mad_sigma = 1.4826 median|v - median|. Positions are FITS pixels, the first from "
-      "the bottom where there are several. --clip adds mean and sigma of the pixels within so many "
-      "sigma, again and again from the median and mad_sigma.";
+      "Each plane has a row for its finite pixels. sigma = sqrt(mean((v - mean)^2)) and mad_sigma "
+      "= 1.4826 median|v - median|. A percentile interpolates linearly between the sorted values, "
+      "as NumPy does, and is exact for images of any size. Positions are FITS pixels; of equal "
+      "pixels the first from the bottom is named. --clip adds mean and sigma of the pixels within "
+      "this number of sigma, iterated from median and mad_sigma.";
   operation.result = Operation::Result::text;
   operation.parameters = with_output(
       {Parameter::numbers("percentiles", "", Interval::closed(0, 100),
                           std::vector<double>{1, 5, 25, 75, 95, 99}, "percentiles to list"),
        Parameter::number("clip", "sigma", positive, std::nullopt,
-                         "also the clipped mean and sigma")});
+                         "limit in sigma; also lists the clipped mean and sigma")});
   operation.example = "stats --percentiles 5,95 --clip 3 in.fits";
   operation.run = [](const OperationCall& call) {
     check_percentiles(call);
@@ -232,15 +232,14 @@ Operation spectrum_operation() {
   operation.group = measurement_group;
   operation.summary = "Azimuthally averaged power spectrum and its slope";
   operation.description =
-      "The mean is subtracted, the window applied, and |F|^2/sum(w^2) averaged over the modes "
-      "whose "
-      "|k| rounds to 1, 2, ... N/2; k counts waves per shorter side N, so that k/N is the "
-      "frequency in cycles per pixel. White noise has power sigma^2 at all k. A straight line "
-      "through ln P against ln k, in bins of equal width in ln k over --range (default 4 to N/4), "
-      "gives the slope and its standard error. Hann's window keeps steep spectra free of what "
-      "leaks from the edges; none is right for images that repeat. Missing pixels become the mean. "
-      "sigma and skewness of the values and of their logarithms come along. An image is held in "
-      "memory whole, 8 bytes per pixel.";
+      "The mean is subtracted and the window w applied. The power |F|^2/sum(w^2) is averaged over "
+      "the modes whose |k| rounds to 1, 2, ... N/2. k counts waves per shorter side N, so that k/N "
+      "is the frequency in cycles per pixel. White noise has power sigma^2 at all k. A straight "
+      "line through ln P against ln k gives the slope and its standard error. Its bins have equal "
+      "width in ln k over --range (default 4 to N/4). Hann's window keeps steep spectra free of "
+      "leakage from the edges; none is right for periodic images. Missing pixels become the mean. "
+      "sigma and skewness of the values and of their logarithms are listed too. An image is held "
+      "in memory whole, 8 bytes per pixel.";
   operation.result = Operation::Result::text;
   operation.parameters = with_output({
       Parameter::choice("window", {"none", "hann", "cosine"}, "hann",
@@ -250,10 +249,10 @@ Operation spectrum_operation() {
       Parameter::boolean("opacity", false, "pixels are opacities: take tau = -ln(1 - v)"),
       Parameter::boolean("log", false, "take the natural logarithm first"),
       Parameter::number("white", "(unit of the pixels)^2", not_negative, 0.0,
-                        "power of white noise to subtract: its sigma^2"),
+                        "power of white noise to subtract, sigma^2"),
       Parameter::number(
           "psf_fwhm", "pixel", not_negative, 0.0,
-          "divide by the squared transfer function of such a Gaussian (after --white)"),
+          "divide by the squared transfer function of a Gaussian of this FWHM (after --white)"),
       Parameter::vector2("range", "", Interval::right_open(1, positive.high), std::nullopt,
                          "k1,k2 of the fit (default: 4,N/4)"),
       Parameter::integer("bins", "", Interval::closed(3, 1000), 12, "of the fit"),
@@ -333,12 +332,12 @@ Operation compare_operation() {
   operation.group = measurement_group;
   operation.summary = "Differences of two files of the same size; exit code 1 beyond a tolerance";
   operation.description =
-      "Plane by plane: the largest |b - a| and where it is, the rms of b - a, both also by the "
-      "largest |a| and the rms of a (a is the first file), and how many pixels differ or are "
-      "finite "
-      "in one file only. Exit code 0 where in all planes |b - a| <= --absolute + --tolerance "
-      "max|a| and no pixel is finite in one file only (two NaN, or two infinities of one sign, are "
-      "equal); 1 otherwise; 2 where sizes differ. Headers are not compared.";
+      "For each plane of the files a (first) and b the table gives the largest |b - a|, its place, "
+      "and the rms of b - a, also relative to the largest |a| and the rms of a. Further columns "
+      "count the pixels that differ, and pixels that are finite in one file only. The exit code is "
+      "0 if |b - a| <= --absolute + --tolerance max|a| in all planes and no pixel is finite in one "
+      "file only. Two NaN, or two infinities of one sign, are equal. The exit code is 1 otherwise, "
+      "and 2 if sizes differ. Headers are not compared.";
   operation.least_inputs = operation.most_inputs = 2;
   operation.result = Operation::Result::text;
   operation.parameters = with_output(

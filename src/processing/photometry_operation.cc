@@ -288,47 +288,47 @@ Operation photometry_operation() {
   operation.group = measurement_group;
   operation.summary = "Fluxes and magnitudes in apertures, half-light radius, moments";
   operation.description =
-      "Circles or ellipses about --center, --position or the middle of the image; pixels count "
-      "with the exact area that lies inside. flux is the sum of the pixels less the background of "
-      "--annulus; magnitude = MAGZERO - 2.5 log10(flux) (of brightnesses, times the pixel's solid "
-      "angle), none where MAGZERO is missing or flux <= 0. half_light_radius is the smallest "
-      "semi-major axis that holds half of --total, by default of the flux within the largest "
-      "aperture. The moments are those of the light within the largest aperture about its "
-      "centroid, of pixels as they are, in the directions of x and y: size = sqrt(ixx + iyy), e1 = "
-      "(ixx - iyy)/(ixx + iyy), e2 = 2 ixy/(ixx + iyy); with --weight-sigma they are weighted with "
-      "the Gaussian ellipse that they describe (adaptive moments). Position angles, given and "
-      "measured, are on the sky, from North towards East (as of convolve), by the coordinates "
-      "at the centre; without celestial coordinates from +y towards -x. position_angle is that of "
-      "the "
-      "moments as the sky shows them; it is empty, as is axis_ratio, where all light is in one "
-      "pixel. Missing pixels add nothing "
-      "and are counted. A table (--table) joins both tables, a row per plane and radius.";
+      "Apertures are circles or ellipses about --center, --position or the middle of the image. "
+      "Pixels count with the exact area that lies inside. flux is the sum of the pixels less the "
+      "background of --annulus. magnitude = MAGZERO - 2.5 log10(flux), for brightnesses times the "
+      "pixel's solid angle. The magnitude is empty where MAGZERO is missing or flux <= 0. "
+      "half_light_radius is the smallest semi-major axis that holds half of --total, by default of "
+      "the flux within the largest aperture. The moments describe the light within the largest "
+      "aperture about its centroid, along x and y, without background subtraction. size = sqrt(ixx "
+      "+ iyy), e1 = (ixx - iyy)/(ixx + iyy), e2 = 2 ixy/(ixx + iyy). With --weight-sigma the "
+      "weight is the Gaussian ellipse of the moments themselves (adaptive moments). Position "
+      "angles, given and measured, run on the sky from North towards East, as in convolve, at the "
+      "centre. Without celestial coordinates they run from +y towards -x. position_angle is the "
+      "direction of the moments on the sky. Where all light is in one pixel, position_angle and "
+      "axis_ratio are empty. Missing pixels add nothing and are counted. A table (--table) joins "
+      "both tables, with a row per plane and radius.";
   operation.result = Operation::Result::text;
   operation.parameters = with_output({
       Parameter::vector2("center", "pixels", Interval::any(), std::nullopt,
                          "x,y as FITS counts (default: the middle)"),
       Parameter::vector2("position", "deg", Interval::any(), std::nullopt,
                          "ra,dec, instead of --center"),
-      Parameter::boolean("recenter", false,
-                         "move to the centroid within the largest aperture, again and again"),
+      Parameter::boolean(
+          "recenter", false,
+          "move the centre to the centroid within the largest aperture, iteratively"),
       Parameter::numbers(
           "radius", "--unit", positive, std::nullopt,
           "semi-major axes (default: the largest within the image, or up to the annulus)"),
-      Parameter::choice("unit", {"pixel", "arcsec"}, "pixel", "of all radii"),
+      Parameter::choice("unit", {"pixel", "arcsec"}, "pixel", "unit of all radii"),
       Parameter::number("axis_ratio", "", Interval::closed(least_axis_ratio, 1), 1.0,
-                        "minor to major"),
+                        "ratio of minor to major axis"),
       Parameter::number("position_angle", "deg", Interval::any(), 0.0,
-                        "of the major axis, from North towards East; without celestial coordinates "
-                        "from +y towards -x"),
+                        "direction of the major axis, from North towards East; without celestial "
+                        "coordinates from +y towards -x"),
       Parameter::vector2(
           "annulus", "--unit", not_negative, std::nullopt,
           "inner,outer semi-major axis of the background (default: none is subtracted)"),
       Parameter::choice("background", {"median", "mean", "clipped"}, "median",
-                        "of the annulus; clipped: mean within 3 sigma"),
+                        "statistic of the annulus; clipped: mean within 3 sigma"),
       Parameter::number("total", "unit of the pixels", positive, std::nullopt,
-                        "flux of which the half-light radius holds half"),
+                        "total flux for the half-light radius"),
       Parameter::number("weight_sigma", "pixels", positive, std::nullopt,
-                        "adaptive moments, from a Gaussian of that sigma"),
+                        "compute adaptive moments, beginning with a Gaussian of this sigma"),
   });
   operation.example = "photometry --radius 2,4,8 --axis-ratio 0.7 --position-angle 30 in.fits";
   operation.run = run_photometry;

@@ -210,11 +210,12 @@ ParameterTable psf_parameters(const PsfTexts& texts) {
                         "exponent of the Moffat profile"),
       Parameter::number("obscuration", "", Interval::closed(0, 0.95), 0.0,
                         "central obscuration of the Airy pattern, inner over outer diameter"),
+      Parameter::number("diameter", "m", positive, std::nullopt,
+                        "aperture of the Airy pattern, whose width then follows from the "
+                        "wavelengths of the planes"),
       Parameter::number(
-          "diameter", "m", positive, std::nullopt,
-          "aperture of the Airy pattern: its width follows from the planes' wavelengths"),
-      Parameter::number("axis_ratio", "", Interval::closed(0.1, 1), 1.0,
-                        "minor over major axis; the area stays that of the FWHM"),
+          "axis_ratio", "", Interval::closed(0.1, 1), 1.0,
+          "ratio of minor to major axis; the area stays that of a circle of this FWHM"),
       Parameter::number("position_angle", "deg", Interval::any(), 0.0, texts.position_angle),
       Parameter::integer("size", "pixels", Interval::closed(1, largest_stamp), std::nullopt,
                          "side of the PSF's image, odd (default: by --energy)"),
@@ -222,16 +223,17 @@ ParameterTable psf_parameters(const PsfTexts& texts) {
           "energy", "", Interval::open(0, 1), StampOptions().energy,
           fmt::format("share of the flux within the PSF's image, which is at most {0} x {0} pixels",
                       largest_chosen_stamp)),
-      Parameter::choice("sampling", {"integrated", "point"}, "integrated",
-                        "over the pixels, or at their centres"),
+      Parameter::choice(
+          "sampling", {"integrated", "point"}, "integrated",
+          "value of a pixel: the model integrated over the pixel, or at the pixel's centre"),
       Parameter::boolean("keep_missing_flux", false, "do not scale the PSF's sum to 1")};
 }
 
 const char* const psf_model_text =
-    "Models, with the radius r and the FWHM w: gaussian exp(-4 ln2 r^2/w^2); moffat "
-    "(1 + r^2/a^2)^-beta, w = 2 a sqrt(2^(1/beta) - 1); airy [(2 J1(x)/x - e^2 2 J1(e x)/(e x)) / "
-    "(1 - e^2)]^2, x = pi r D/lambda, with the obscuration e; kolmogorov, the transform of "
-    "exp(-3.4419 (f/r0)^(5/3)), w = 0.97586/r0. With an axis ratio q, r^2 = q u^2 + v^2/q, u along "
-    "the major axis. ";
+    "The models have radius r and FWHM w. gaussian: exp(-4 ln2 r^2/w^2). moffat: (1 + "
+    "r^2/a^2)^-beta, w = 2 a sqrt(2^(1/beta) - 1). airy: [(2 J1(x)/x - e^2 2 J1(e x)/(e x)) / (1 - "
+    "e^2)]^2, x = pi r D/lambda, with the obscuration e. kolmogorov: the Fourier transform of "
+    "exp(-3.4419 (f/r0)^(5/3)), w = 0.97586/r0. With an axis ratio q, r^2 = q u^2 + v^2/q, where u "
+    "is along the major axis. ";
 
 }  // namespace gamer

@@ -280,24 +280,21 @@ Operation rgb_operation() {
   operation.group = tone_group;
   operation.summary = "Colour picture (PNG, BMP)";
   operation.description =
-      "Red, green and blue are three files of one plane each, the three planes of a file, or those "
-      "that --planes names, counted from 1 over all files; one plane alone is grey; variances "
-      "(EXTNAME VARIANCE, ..._VARIANCE) are left out. Where all have "
-      "a wavelength (WAVELEN) the longest is red, otherwise, or with --order given, the first. The "
-      "picture's top row is the image's last. Pixels that are missing in a channel are black.\n"
-      "lupton (Lupton et al. 2004): c' = scale (c - minimum), I = (r' + g' + b')/3, c' becomes c' "
-      "F(I)/I, F(I) = 0.1 asinh(Q I/stretch)/asinh(0.1 Q), and all three are divided by the "
-      "largest where that is above 1, so hue stays. With --minimum 0 --scale 1 and 8 bits these "
-      "are the bytes of Astropy's make_lupton_rgb (but for its rounding of a saturated 255 to 254 "
-      "at "
-      "times). What is not given is chosen: minimum is the sky, scale balances the channels, "
-      "stretch and Q show the outer disk as well as the nucleus.\n"
-      "stiff (Bertin 2012): x = (c - minimum)/(maximum - minimum), Y = mean x, c' = (Y + "
-      "saturation "
-      "(x - Y)) Y^(1/luminance-gamma - 1), and the channel is c'^(1/gamma).\n"
-      "plain: x^(1/gamma), each channel on its own.\n"
-      "auto: any number of planes, as the renderer makes its pictures.\n"
-      "The PNG's text 'Comment' names the values that were used.";
+      "Red, green and blue are three files of one plane each, or the three planes of a file. "
+      "--planes chooses others, counted from 1 over all files. One plane alone is grey. Variances "
+      "(EXTNAME VARIANCE, ..._VARIANCE) are left out. If all planes have a wavelength (WAVELEN), "
+      "the longest is red; otherwise, or with --order given, the first plane is red. The picture's "
+      "top row is the image's last. Pixels that are missing in a channel are black.\nlupton "
+      "(Lupton et al. 2004): c' = scale (c - minimum) becomes c' F(I)/I, with I = (r' + g' + b')/3 "
+      "and F(I) = 0.1 asinh(Q I/stretch)/asinh(0.1 Q). Where the largest of the three is above 1, "
+      "all are divided by it, so hue stays. --minimum 0 --scale 1 and 8 bits give the bytes of "
+      "Astropy's make_lupton_rgb, except that Astropy sometimes rounds a saturated 255 to 254. "
+      "Defaults are chosen from the image: minimum is the sky, scale balances the channels, "
+      "stretch and Q show the outer disk and the nucleus.\nstiff (Bertin 2012): x = (c - "
+      "minimum)/(maximum - minimum), Y = mean x, c' = (Y + saturation (x - Y)) "
+      "Y^(1/luminance-gamma - 1), and the channel is c'^(1/gamma).\nplain: x^(1/gamma), each "
+      "channel on its own.\nauto: any number of planes, as the renderer makes its pictures.\nThe "
+      "PNG's text 'Comment' names the values that were used.";
   operation.least_inputs = 1;
   operation.most_inputs = 3;
   operation.result = Operation::Result::picture;
@@ -312,7 +309,7 @@ Operation rgb_operation() {
       Parameter::choice("order", {"wavelength", "given"}, "wavelength",
                         "longest wavelength first, or the planes as given, red first"),
       Parameter::numbers("minimum", "unit of the pixels", Interval::any(), std::nullopt,
-                         "black, one for all or red,green,blue (default: the sky)"),
+                         "value of black, one for all or red,green,blue (default: the sky)"),
       Parameter::numbers(
           "scale", "", positive, std::nullopt,
           "lupton: factors of the channels, one for all or red,green,blue (default: chosen)"),
@@ -320,9 +317,9 @@ Operation rgb_operation() {
                         "lupton: linear stretch (default: chosen)"),
       Parameter::number("q", "", Interval::left_open(0, largest_q), std::nullopt,
                         "lupton: asinh softening (default: chosen; with --stretch 8)"),
-      Parameter::numbers(
-          "maximum", "unit of the pixels", Interval::any(), std::nullopt,
-          "stiff, plain: white, one for all or red,green,blue (default: the 99.9 % percentile)"),
+      Parameter::numbers("maximum", "unit of the pixels", Interval::any(), std::nullopt,
+                         "stiff, plain: value of white, one for all or red,green,blue (default: "
+                         "the 99.9 % percentile)"),
       Parameter::vector2("percentiles", "%", Interval::closed(0, 100), std::nullopt,
                          "stiff, plain: black and white of each channel instead"),
       Parameter::number("gamma", "", positive, std::nullopt,
@@ -331,9 +328,9 @@ Operation rgb_operation() {
                         "stiff: further gamma of the luminance alone"),
       Parameter::number("saturation", "",
                         Interval::right_open(0, std::numeric_limits<double>::infinity()), 1.0,
-                        "stiff: 0 is grey, 1 leaves the colours, above is more colourful"),
+                        "stiff: 0 is grey, 1 keeps the colours, larger values strengthen them"),
       Parameter::choice("bits", {"8", "16"}, std::nullopt,
-                        "bits a channel of a PNG (default 16); a BMP has 8"),
+                        "bits per channel of a PNG (default 16); a BMP has 8"),
   };
   operation.example = "rgb in.fits out.png";
   operation.run = make_rgb;

@@ -29,10 +29,9 @@ constexpr double percent = 0.01;
 // ---- One tone for each plane or for the file ---------------------------------------------------
 
 const Parameter& per_parameter() {
-  static const Parameter parameter =
-      Parameter::choice("per", {"file", "plane"}, "file",
-                        "what is measured together: all planes of the file, which keeps colours, "
-                        "or each plane alone");
+  static const Parameter parameter = Parameter::choice(
+      "per", {"file", "plane"}, "file",
+      "measure all planes of the file together, which keeps colours, or each plane alone");
   return parameter;
 }
 
@@ -249,16 +248,17 @@ Operation normalise_operation() {
   operation.group = tone_group;
   operation.summary = "Bring the pixels to a total, peak, mean, range or magnitude";
   operation.description =
-      "v' = f v, one factor f for all planes of the file (default, keeps colours) or for each "
-      "(--per plane), so that the sum, the largest or the mean of the pixels has the value given; "
-      "--percentile-range low,high subtracts the low percentile and makes the high one 1. With "
-      "--per file all planes are measured together, or the one that --reference names. --magnitude "
-      "m makes the sum 10^(-0.4 (m - MAGZERO)); pixels per solid angle count with their area. "
-      "Missing pixels (NaN) are left out. --magnitude changes the light: BUNIT and MAGZERO stay. "
-      "The others change the unit: BUNIT goes, MAGZERO and PHOTZP grow by 2.5 log10 f, PHOTFLAM "
-      "and GAIN are divided by f, SATURATE is multiplied by it, so that magnitudes stay right; of "
-      "a percentile range, those of light above the low percentile. Variances (EXTNAME VARIANCE, "
-      "..._VARIANCE) are not measured, and multiplied by f^2.";
+      "v' = f v, where f gives the sum, the largest or the mean of the pixels the wanted value. By "
+      "default all planes of the file have one factor f, which keeps colours; --per plane gives "
+      "each plane its own. --percentile-range low,high subtracts the low percentile and scales the "
+      "high percentile to 1. With --per file all planes are measured together, or only the plane "
+      "that --reference names. --magnitude m makes the sum 10^(-0.4 (m - MAGZERO)); pixels per "
+      "solid angle count with their area. Missing pixels (NaN) are left out. --magnitude changes "
+      "the light: BUNIT and MAGZERO stay. The other options change the unit, so that magnitudes "
+      "stay right. BUNIT is deleted, MAGZERO and PHOTZP grow by 2.5 log10 f, PHOTFLAM and GAIN are "
+      "divided by f, and SATURATE is multiplied by f. After --percentile-range magnitudes are "
+      "those of light above the low percentile. Variances (EXTNAME VARIANCE, ..._VARIANCE) are not "
+      "measured, and are multiplied by f^2.";
   const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   operation.parameters = {
       Parameter::number("total", "", positive, std::nullopt, "sum of the pixels"),
@@ -302,16 +302,16 @@ Operation gamma_operation() {
   operation.group = tone_group;
   operation.summary = "Gamma correction";
   operation.description =
-      "v' = (v/max)^gamma, max the largest pixel of the file or of each plane (--per plane), or "
-      "--maximum (Groeneboom & Dahle 2014). A gamma below 1 lifts what is faint; displays want "
-      "1/2.2 = "
-      "0.4545. What is below 0 keeps its sign: -(-v/max)^gamma. The pixels are no linear measure "
-      "of light any more: BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and SATURATE go.";
+      "v' = (v/max)^gamma, where max is the largest pixel of the file, the largest of each plane "
+      "(--per plane), or --maximum (Groeneboom & Dahle 2014). A gamma below 1 brightens faint "
+      "pixels; displays need 1/2.2 = 0.4545. Negative pixels keep their sign: -(-v/max)^gamma. "
+      "Pixels are no longer a linear measure of light: BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and "
+      "SATURATE are deleted.";
   const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   operation.parameters = {
-      required(Parameter::number("gamma", "", positive, std::nullopt, "the exponent")),
+      required(Parameter::number("gamma", "", positive, std::nullopt, "exponent")),
       Parameter::number("maximum", "unit of the pixels", positive, std::nullopt,
-                        "what becomes 1 (default: the largest pixel)"),
+                        "value that becomes 1 (default: the largest pixel)"),
       per_parameter(),
   };
   operation.example = "gamma --gamma 0.4545 in.fits out.fits";
@@ -376,21 +376,23 @@ Operation stretch_operation() {
   operation.group = tone_group;
   operation.summary = "Linear, sqrt, log or asinh stretch between two limits";
   operation.description =
-      "With x = (v - low)/(high - low) and softening a: linear v' = x; sqrt v' = sqrt(x); log v' = "
-      "ln(1 + a x)/ln(1 + a); asinh v' = asinh(x/a)/asinh(1/a). Limits are percentiles of the "
-      "pixels, of the file or of each plane (--per plane), or fixed values. x is clipped to "
-      "[0, 1], or with --no-clip v'(-x) = -v'(x). Missing pixels stay missing. The pixels are no "
-      "linear measure of light any more: BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and SATURATE go.";
+      "With x = (v - low)/(high - low) and softening a, the functions are: linear v' = x; sqrt v' "
+      "= sqrt(x); log v' = ln(1 + a x)/ln(1 + a); asinh v' = asinh(x/a)/asinh(1/a). The limits low "
+      "and high are percentiles of the file or of each plane (--per plane), or fixed values. x is "
+      "clipped to [0, 1]; with --no-clip v'(-x) = -v'(x). Missing pixels stay missing. Pixels are "
+      "no longer a linear measure of light: BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and SATURATE "
+      "are deleted.";
   operation.parameters = {
       Parameter::choice("function", {"linear", "sqrt", "log", "asinh"}, "asinh", "the stretch"),
-      Parameter::number(
-          "softening", "", Interval::open(0, std::numeric_limits<double>::infinity()), std::nullopt,
-          "a of log (default 1000; larger bends more) and asinh (default 0.1; smaller bends more)"),
+      Parameter::number("softening", "", Interval::open(0, std::numeric_limits<double>::infinity()),
+                        std::nullopt,
+                        "parameter a of log (default 1000; larger bends more) and asinh (default "
+                        "0.1; smaller bends more)"),
       Parameter::vector2("percentiles", "%", Interval::closed(0, 100), std::vector<double>{0, 100},
                          "limits low,high as percentiles"),
       Parameter::vector2("limits", "unit of the pixels", Interval::any(), std::nullopt,
                          "limits low,high as values"),
-      Parameter::boolean("no_clip", false, "keep what is beyond the limits"),
+      Parameter::boolean("no_clip", false, "keep values beyond the limits"),
       per_parameter(),
   };
   operation.example = "stretch --function asinh --percentiles 1,99.9 in.fits out.fits";

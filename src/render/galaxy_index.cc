@@ -10,33 +10,33 @@ namespace gamer {
 
 namespace {
 
-// A leaf of the tree has at most so many galaxies.
+// Largest number of galaxies in a leaf of the tree.
 constexpr int most_in_leaf = 8;
 
-// Pixels between the places at which the rays of a region are taken.
+// Distance, in pixels, of the rays that sample a region.
 constexpr double spacing = 4.5;
 
-// Steps that follow each other differ by less where the projection has no seam.
+// Largest ratio of successive steps of a projection without a seam.
 constexpr double smooth_ratio = 2;
 
-// Steps by which the sky may go on beyond the last place before its edge: towards the limb of an
-// orthographic projection of the sky they grow as a root.
+// Number of steps by which the sky may extend beyond the last sample before its edge. Steps grow as
+// a root towards the limb of an orthographic projection.
 constexpr double beyond_edge = 2.5;
 
 // Half the diagonal of the grid's cells on the sphere, in steps.
 constexpr double half_diagonal = 0.75;
 
-// Neighbouring places are at most such a chord of the sphere apart; the ball then holds what lies
-// between.
+// Largest chord of the sphere between neighbouring samples, for which the ball holds the sky
+// between them.
 constexpr double longest_chord = 0.5;
 
-// The upper edge of a face belongs to the next one.
+// Distance from the upper edge of a face, which belongs to the next face.
 constexpr double face_end = 1e-9;
 
 // Margin of a ball's radius and place, beyond rounding.
 constexpr double slack = 1e-12;
 
-/// A ball that holds both.
+/// A ball that holds both balls.
 GalaxyIndex::Ball around_both(const GalaxyIndex::Ball& a, const GalaxyIndex::Ball& b) {
   const glm::dvec3 centre = 0.5 * (a.centre + b.centre);
   return {centre, std::max(glm::distance(a.centre, centre) + a.radius,
@@ -72,7 +72,7 @@ class Grid {
   /// Whether the sky is seen everywhere, without seams.
   bool is_smooth() const { return is_smooth_ && (!is_sphere_ || longest_ <= longest_chord); }
 
-  /// Holds the points and what lies between them.
+  /// A ball that holds the samples and the rays between them.
   GalaxyIndex::Ball ball() const {
     GalaxyIndex::Ball ball;
     for (const glm::dvec3& point : points_) ball.centre += point;
@@ -148,7 +148,7 @@ GalaxyIndex::Ball GalaxyIndex::ball_of(const glm::dvec3& centre, double radius) 
   } else {
     ball.centre = -camera_.towards(centre);
     const double sine = radius / camera_.distance(centre);
-    // Seen from within, a galaxy is everywhere.
+    // From inside a galaxy all rays meet it.
     ball.radius = sine < 1 ? sine * std::sqrt(2 / (1 + std::sqrt(1 - sine * sine))) : 2;
   }
   ball.radius = ball.radius * (1 + slack) + slack * room;
@@ -195,7 +195,7 @@ std::optional<GalaxyIndex::Ball> GalaxyIndex::pixels(int left, int right, int bo
     // With a margin of a pixel beyond the edges.
     return rays(left - 1.5, right + 0.5, bottom - 1.5, top + 0.5);
   }
-  // Each face is apart: what stands above it shows another part of the sky.
+  // Faces are separate, because adjoining faces show different parts of the sky.
   std::optional<Ball> all;
   for (int first = bottom - bottom % rows; first < top; first += rows) {
     const std::optional<Ball> part = rays(
@@ -218,7 +218,7 @@ std::optional<GalaxyIndex::Ball> GalaxyIndex::rays(double left, double right, do
 }
 
 bool GalaxyIndex::may_meet(int left, int right, int bottom, int top) const {
-  // A coarse grid may miss what there is within an edge, and the seams of projections of the sky.
+  // A coarse grid may miss sky within an edge, and seams of projections of the sky.
   if (camera_.has_edge() || camera_.projection() == Projection::sky) return true;
   constexpr double steps = 8;
   const double step = std::max(spacing, (right - left) / steps);

@@ -8,16 +8,17 @@
 namespace gamer {
 namespace {
 
-// Pixels on a side of the image that a galaxy is measured on; cells make it finer where needed.
+// Side, in pixels, of the image on which a galaxy is measured; cells refine the image where needed.
 constexpr int stamp_size = 64;
 
-// Parts on a side into which a ray's light is spread to count it by radius.
+// Number of parts along a side over which a ray's light is spread, to sort it by radius.
 constexpr int spread = 5;
 
 // The least sine of the angle between a view's up and the line of sight.
 constexpr double least_sine = 1e-6;
 
-/// A view of one galaxy from where the camera sees it, parallel rays, just as wide as it is.
+/// A view of one galaxy along the camera's line of sight, by parallel rays, just as wide as the
+/// galaxy.
 RenderParameters stamp_view(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                             const Camera& camera) {
   RenderParameters view = parameters;
@@ -32,7 +33,7 @@ RenderParameters stamp_view(const PlacedGalaxy& galaxy, const RenderParameters& 
   }
   view.camera.width = 2 * galaxy.bounding_radius;
   view.camera.supersample.reset();
-  // Stars count with the smooth light.
+  // Stars count as smooth light.
   view.sampling.stars_per_pixel = 0;
   return view;
 }
@@ -73,7 +74,7 @@ GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parame
       free[p] += values[planes + p];
     }
     const double n = y - middle, e = middle - x, flux = values[0];
-    // Spread over the ray's area, so that radii do not bunch.
+    // The light is spread over the ray's area, so that radii do not cluster.
     const double part = std::sqrt(area) / spread;
     for (int i = 0; i < spread && flux > 0; ++i) {
       for (int k = 0; k < spread; ++k) {

@@ -9,21 +9,21 @@
 
 namespace gamer {
 
-/// Where the light of some rows of an image is added up, in each of its planes. All light comes
-/// through add(), whether of rays or of stars.
+/// Sums of light for rows of an image, in each plane. All light of rays and stars passes through
+/// add().
 class LightSums {
  public:
-  /// values[(row * layout.size() + plane) * width + x]; `unit_factors` by spectral plane make light
-  /// of different planes comparable.
+  /// The sums are values[(row * layout.size() + plane) * width + x]. `unit_factors`, by spectral
+  /// plane, make light of different planes comparable.
   LightSums(const OutputLayout& layout, std::span<const double> unit_factors, std::size_t width,
             std::span<double> values);
 
-  /// Whose light it is. The emitter is the light component of a galaxy; stars have one.
+  /// The source of light. The emitter is the light component of a galaxy; a star has one emitter.
   struct Source {
     std::size_t object, emitter;
   };
-  /// Adds light of a source to a pixel, by spectral plane: `seen` as it is seen, `dust_free` as it
-  /// would be without dust.
+  /// Adds light of a source to a pixel, by spectral plane: `seen` with dust, `dust_free` without
+  /// dust.
   void add(std::size_t row, std::size_t x, const Source& source, std::span<const double> seen,
            std::span<const double> dust_free);
   /// Adds to the optical depth of a pixel, by spectral plane.
@@ -51,7 +51,7 @@ class LightSums {
   std::span<const double> unit_factors_;
   std::size_t width_;
   std::span<double> values_;
-  /// [row * width + x]: light of each object in all planes; empty where no owner is asked for.
+  /// [row * width + x]: light of each object in all planes; empty if no owner is requested.
   std::vector<std::map<std::size_t, double>> owners_;
 };
 

@@ -16,10 +16,10 @@ namespace gamer {
 
 namespace {
 
-// Steering planes when there are more.
+// Largest number of steering planes.
 constexpr std::size_t most_steering_planes = 3;
 
-// Threads seldom prepare galaxies at once.
+// Number of mutexes; few suffice, since threads seldom prepare galaxies at once.
 constexpr std::size_t mutexes = 16;
 
 float obliquity_of(const Hit& hit) {
@@ -31,7 +31,7 @@ float obliquity_of(const Hit& hit) {
 
 /// Arrays of one thread, kept between calls.
 struct Medium::Scratch {
-  /// Nodes of a batch that follow each other.
+  /// Successive nodes of a batch.
   struct Piece {
     std::int32_t first, count;
   };
@@ -41,8 +41,8 @@ struct Medium::Scratch {
   RayBatch rays;
   std::vector<BatchArray> densities;
   HitTable table;
-  std::vector<std::vector<NodesInBall>> members;  ///< of each galaxy of each cover
-  std::vector<std::size_t> first_group;           ///< of each cover
+  std::vector<std::vector<NodesInBall>> members;  ///< [cover and galaxy]
+  std::vector<std::size_t> first_group;           ///< [cover] its first index in `members`
 };
 
 Medium::Scratch& Medium::scratch() {
@@ -106,8 +106,8 @@ Medium::Medium(std::shared_ptr<const Scene> scene, std::shared_ptr<const Spectra
       star_fields_(std::move(fields)),
       accuracy_(accuracy),
       nodes_(basis_->size() + (dust_free ? 1 : 0)) {
-  // Spectra are sums of the same few components, so that errors in other planes lie between those
-  // of the bluest and the reddest.
+  // Spectra are sums of few components, so that errors in other planes lie between those of the
+  // bluest and the reddest plane.
   const std::vector<SpectralPlane>& planes = basis_->spectrum().planes;
   std::vector<std::size_t> order(planes.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -241,7 +241,7 @@ void Medium::fill_share(const PlacedGalaxy& galaxy, const GalaxyClass& kind,
                                 : 0.0f;
     }
   }
-  // Behind the sums: the brightest component, of a galaxy of brightness 1.
+  // The brightest component, for a galaxy of brightness 1, comes after the sums.
   const double* sums = weights_.get() + share.weights + kind.light.size() * planes_times_steps();
   for (std::size_t s = 0; s < steering_.size(); ++s) {
     double typical = 0;
@@ -249,7 +249,7 @@ void Medium::fill_share(const PlacedGalaxy& galaxy, const GalaxyClass& kind,
       typical = std::max(typical, sums[m * steering_.size() + s] *
                                       kind.columns[static_cast<std::size_t>(kind.light[m])]);
     }
-    // Light mixed with dust of depth tau shows (1 - exp(-tau))/tau of itself.
+    // The visible share of light mixed with dust of depth tau is (1 - exp(-tau))/tau.
     double depth = 0;
     for (std::size_t d = 0; d < kind.dust.size(); ++d) {
       const std::size_t place = share.extinction + d * nodes_ + basis_->main_node(steering_[s]);
@@ -461,7 +461,7 @@ void Medium::fill(int galaxy, std::span<const NodesInBall> stretches, std::size_
       }
     }
   }
-  // Stretches are cut where a batch is full: `done` nodes of the first are in earlier batches.
+  // A full batch cuts a stretch: `done` nodes of the first stretch are in earlier batches.
   std::int32_t done = 0;
   std::array<double, 3> direction{};
   float obliquity = 0;
@@ -490,7 +490,7 @@ void Medium::fill(int galaxy, std::span<const NodesInBall> stretches, std::size_
       along(hit.nearest[1] + shift * hit.direction[1], hit.direction[1], s.y);
       along(hit.nearest[2] + shift * hit.direction[2], hit.direction[2], s.z);
       along(hit.footprint_at(stretch.origin), hit.footprint_growth, s.rays.footprint);
-      // Parallel rays meet a galaxy alike.
+      // Parallel rays have one direction in a galaxy's ball.
       if (!std::equal(direction.begin(), direction.end(), hit.direction)) {
         std::copy_n(hit.direction, 3, direction.begin());
         obliquity = obliquity_of(hit);

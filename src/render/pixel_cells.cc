@@ -8,25 +8,26 @@
 
 namespace gamer {
 
-// Where the rays of a pixel are: a grid, or cells where the pixel is large for what it shows.
+// The placing of a pixel's rays: on a grid, or in cells where the pixel is large compared with the
+// structure that it shows.
 
 namespace {
 
-// Largest number of rays of a cell. A cell that needs more may reach beyond the galaxy; it is
+// Largest number of rays of a cell. A cell that needs more rays may reach beyond the galaxy, and is
 // halved.
 constexpr int most_rays_of_cell = 64;
 
 // Largest number of halvings of a pixel.
 constexpr int deepest_cell = 24;
 
-// Largest number of rays of a pixel, about 400 MB. A whole galaxy in one pixel takes some 6e4 at
-// the default tolerance. Only absurdly thin disks or senseless views take more.
+// Largest number of rays of a pixel, about 400 MB. A whole galaxy in one pixel takes about 6e4 rays
+// at the default tolerance. Only extremely thin disks or senseless views exceed the limit.
 constexpr std::size_t most_rays = std::size_t{1} << 23;
 
-/// Places of at least `count` rays in a square of side 1, by a lattice rule of rank 1:
+/// Places of at least `count` rays in a square of side 1. The lattice rule of rank 1 has the points
 /// ((i + 1/2)/n, the fraction of (i + 1/2) a/n). Each coordinate alone is a midpoint rule of n
-/// points. The odd `a` makes neighbours, those in adjoining squares included, as far apart as can
-/// be; an n whose neighbours are close for their number is skipped.
+/// points. The odd `a` maximises the distance of neighbours, including those in adjoining squares.
+/// An n whose neighbours are close for their number is skipped.
 std::span<const glm::dvec2> lattice(int count) {
   constexpr double least_distance = 0.8;
   static const std::vector<std::vector<glm::dvec2>> lattices = [] {
@@ -82,11 +83,11 @@ Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
     const glm::dvec3 origin = placed.to_ball * offset;
     glm::dvec3 direction = placed.to_ball * ray.direction;
     direction /= glm::length(direction);
-    // The camera sees nothing that lies behind it.
+    // Galaxies behind the camera are not seen.
     const double way = glm::dot(origin, direction);
     const glm::dvec3 nearest = is_parallel || way < 0 ? origin - way * direction : origin;
     const double length = size * pixel_in_ball_[static_cast<std::size_t>(g)];
-    // Half a diagonal.
+    // Half a diagonal of the cell.
     const double around = length * std::numbers::sqrt2 / 2;
     double envelope = HUGE_VAL, texture = HUGE_VAL;
     for (const auto& component : placed.galaxy->components()) {
@@ -95,7 +96,7 @@ Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
       envelope = std::min(envelope, scale.envelope);
       texture = std::min(texture, scale.texture);
     }
-    // Rays across the cell, where one is enough for `share` of the envelope's scale.
+    // Number of rays across the cell, if one ray suffices for `share` of the envelope's scale.
     const auto need = [&](double share, double distance) {
       return length / std::min(share * envelope, std::max(share * texture, distance));
     };
@@ -163,7 +164,7 @@ void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& ne
 void Renderer::weigh(std::size_t first, Workspace& work) const {
   const std::span<Sample> samples = std::span(work.samples).subspan(first);
   if (!camera_.weighs_parts() || samples.size() == 1) return;
-  // Even light stays even, also where a part of the pixel shows no sky.
+  // Uniform light stays uniform, also where a part of the pixel shows no sky.
   double sum = 0;
   for (Sample& sample : samples) {
     sample.weight *= camera_.density(sample.x, sample.y);
@@ -176,7 +177,8 @@ void Renderer::weigh(std::size_t first, Workspace& work) const {
 void Renderer::refine(const Sample& cell, const std::optional<Ray>& middle, Workspace& work) const {
   if (work.samples.size() > work.most_samples) return;
   const Coarseness coarse = middle ? coarseness(*middle, cell.size, work.near_pixel) : Coarseness{};
-  // Calls use(part) for `count` x `count` parts of a cell, `distance` of their sizes apart.
+  // Calls use(part) for `count` x `count` parts of a cell. Their distance is `distance` times their
+  // size.
   const auto cut = [&](const Sample& whole, int count, double distance, const auto& use) {
     for (int j = 0; j < count; ++j) {
       for (int i = 0; i < count; ++i) {
@@ -196,7 +198,7 @@ void Renderer::refine(const Sample& cell, const std::optional<Ray>& middle, Work
   const auto keep_lattice = [&](const Sample& whole, int least) {
     const std::span<const glm::dvec2> places = lattice(least);
     const auto count = static_cast<double>(places.size());
-    // Neighbours are mirrored, so that the lattice's slant favours no direction.
+    // The lattices of neighbours are mirrored, so that their slant favours no direction.
     const bool is_mirrored = (std::lround(whole.x) + std::lround(whole.y)) % 2 != 0;
     for (const glm::dvec2& place : places) {
       Sample part = whole;
@@ -212,10 +214,10 @@ void Renderer::refine(const Sample& cell, const std::optional<Ray>& middle, Work
   const auto keep_gauss = [&](const Sample& part) { cut(part, 2, gauss, keep); };
   if (middle && coarse.rays <= 1) return keep(cell);
   if (!middle || cell.size <= work.finest_cell) return keep_gauss(cell);
-  // Rays of a lattice rule, or parts on a side of which each has the 2 x 2 Gauss rule.
+  // The cell has rays of a lattice rule, or parts along a side with the 2 x 2 Gauss rule each.
   const double parts = std::max(std::ceil(coarse.parts), 1.0);
   const double rays = std::max(std::ceil(coarse.rays * coarse.rays), 1.0);
-  // Where the envelope is steep, a part of the cell is steeper than the rest.
+  // Where the envelope is steep, its scale varies within the cell.
   if (std::min(rays, 4 * parts * parts) > most_rays_of_cell || coarse.steepness > 1) {
     cut(cell, 2, 1, [&](const Sample& part) { refine(part, camera_.ray(part.x, part.y), work); });
   } else if (rays > 4 && rays < 4 * parts * parts) {

@@ -19,29 +19,29 @@ namespace gamer {
 
 namespace {
 
-// Number of rays that are worked on together. They fill batches after refinement, and the data of
-// their nodes stay in the second-level cache.
+// Number of rays that are integrated together. They fill batches after refinement, and their nodes
+// fit the second-level cache.
 constexpr std::size_t rays_at_once = 256;
 
-// Largest number of hits of several rays that are worked on together. The nodes of a segment are
-// kept for each of its galaxies, 40 kB for each of thousands behind each other.
+// Largest number of hits of rays that are integrated together. The nodes of a segment are stored
+// for each of its galaxies, which takes 40 kB for each of thousands behind each other.
 constexpr std::size_t most_hits_at_once = std::size_t{1} << 17;
 
-// Galaxies are looked for in tiles of so many pixels on a side, counted from the image's corner,
-// and their rays worked on together.
+// Side, in pixels, of tiles for which galaxies are searched and rays are integrated together. Tiles
+// count from the image's corner.
 constexpr int tile_size = 16;
 
-// A ray that stands for less than this share of a pixel's side is one of many, whose errors average
-// out.
+// Size of a ray's area, as a share of a pixel's side, below which errors of rays average out in the
+// pixel.
 constexpr double shared_size = 0.3;
 
-/// Probes of at most this many galaxies choose the spectral nodes.
+/// Largest number of galaxies whose probes choose the spectral nodes.
 constexpr std::size_t most_probes = 6;
 
 std::shared_ptr<const SpectralBasis> make_basis(const RenderParameters& parameters,
                                                 const Scene& scene, const Spectrum& spectrum) {
-  // The dusty galaxies, spread over the redshifts, each with its own light and that of the
-  // farthest.
+  // Probes of dusty galaxies, spread over the redshifts, each with its own light and with that of
+  // the farthest galaxy.
   std::map<std::pair<double, const ExtinctionCurve*>, SpectralBasis::Probe> dusty;
   const PlacedGalaxy* farthest = nullptr;
   const auto first_light = [](const PlacedGalaxy& placed) {
@@ -81,7 +81,7 @@ std::shared_ptr<const SpectralBasis> make_basis(const RenderParameters& paramete
       probes.push_back(probe);
     }
   }
-  // The rest of the tolerance is for the quadrature.
+  // Share of the tolerance for the spectral nodes; the rest is for the quadrature.
   constexpr double share = 0.1;
   return std::make_shared<const SpectralBasis>(spectrum, probes, parameters.spectrum.band_samples,
                                                share * parameters.sampling.tolerance);
@@ -194,7 +194,7 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
     }
     work_off(1, near, work, sums, counts);
   };
-  // Rows of tiles are halved again and again, so that empty sky costs little.
+  // Rows of tiles are halved recursively, so that empty sky costs little.
   const std::function<void(int, int, int, int)> render_tiles = [&](int left, int right, int bottom,
                                                                    int top) {
     const int tiles = (right - left + tile_size - 1) / tile_size;
@@ -231,7 +231,7 @@ void Renderer::count_pixels(int left, int right, int bottom, int top, RenderCoun
   for (int y = bottom; y < top; ++y) {
     aim(left, right, y, work);
     for (int x = left; x < right; ++x) {
-      // All pixels go to one row, since nobody looks at them.
+      // All pixels go to one row, since the values are not used.
       place_samples(x, y, 0, near, work);
       work_off(rays_at_once, near, work, sums, counts);
     }

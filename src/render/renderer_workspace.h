@@ -11,16 +11,16 @@
 
 namespace gamer {
 
-// What the files of Renderer share: renderer.cc, pixel_cells.cc and star_discs.cc.
+// Types shared by the files of Renderer: renderer.cc, pixel_cells.cc and star_discs.cc.
 
 /// A ray of a pixel.
 struct Renderer::Sample {
   int pixel;
-  int row;  ///< of LightSums
+  int row;  ///< row of LightSums
   double x, y;
-  double weight;     ///< of the pixel's area
-  double size;       ///< of the cell or sub-pixel for which it stands, pixels
-  double footprint;  ///< of the pixel or sub-pixel
+  double weight;     ///< share of the pixel's area
+  double size;       ///< side of its cell or sub-pixel, pixels
+  double footprint;  ///< side of the pixel or sub-pixel that sets the footprint
 };
 
 /// Arrays of one call.
@@ -28,8 +28,8 @@ struct Renderer::Workspace {
   int left = 0;
   std::vector<std::optional<Ray>> middles;  ///< of pixels from `left` on
   std::vector<Sample> samples;
-  double finest_cell = 0;        ///< of the pixel that is refined, pixels
-  std::size_t most_samples = 0;  ///< up to which that pixel may fill `samples`
+  double finest_cell = 0;        ///< smallest cell of the pixel being refined, pixels
+  std::size_t most_samples = 0;  ///< limit of `samples` for this pixel
   std::vector<glm::dvec2> places;
   std::vector<std::optional<Ray>> rays;
   std::vector<int> near_pixel, near_ray;

@@ -12,7 +12,7 @@
 namespace gamer {
 namespace {
 
-// Orders of the interpolation that are tried, and segments per e-fold of wavelength.
+// Limits of the interpolation's order and of the number of segments per e-fold of wavelength.
 constexpr std::size_t highest_order = 6;
 constexpr std::size_t most_segments = 24;
 constexpr std::size_t most_nodes_of_segment =
@@ -31,9 +31,9 @@ std::vector<double> gauss_points(std::size_t order) {
   return points;
 }
 
-/// Segments of a range that is no single wavelength.
+/// Number of segments of a range of wavelengths.
 std::size_t segments_in(const Sed::Range& range, double spacing) {
-  // A little less than a whole number of spacings must not become one more.
+  // Tolerance of rounding, so that a whole number of spacings does not get an extra segment.
   constexpr double rounding = 1e-9;
   return static_cast<std::size_t>(std::ceil(std::log(range.high / range.low) / spacing - rounding));
 }
@@ -59,7 +59,7 @@ struct SpectralBasis::Trial {
   const Probe* probe;
   struct Plane {
     FluxSamples light;
-    double free = 0;  ///< its sum
+    double free = 0;  ///< sum of the dust-free light
     double behind[std::size(screens)] = {};
   };
   std::vector<Plane> planes;
@@ -87,7 +87,7 @@ SpectralBasis::SpectralBasis(Spectrum spectrum, const std::vector<Probe>& probes
     }
   } else {
     const std::vector<Sed::Range> own = merged(ranges);
-    // The alternative to single wavelengths on their own: one interval for all.
+    // One interval for all wavelengths is an alternative to nodes at single wavelengths.
     const std::vector<Sed::Range> whole = {{own.front().low, own.back().high}};
     struct Layout {
       const std::vector<Sed::Range>* intervals;
@@ -193,7 +193,7 @@ void SpectralBasis::spread(std::size_t plane, double wavelength, double light,
   const double* place = places_.data() + segment.first;
   const double* scale = scales_.data() + segment.first;
   const double at = (2 * wavelength - segment.low - segment.high) / (segment.high - segment.low);
-  // l_j has the factors at - place[m] of all m but j: those behind j, then those before it.
+  // l_j has the factors at - place[m] for all m except j: first m > j, then m < j.
   std::array<double, most_nodes_of_segment + 1> behind;
   behind[segment.count] = light;
   for (std::size_t j = segment.count; j > 0; --j) behind[j - 1] = behind[j] * (at - place[j - 1]);

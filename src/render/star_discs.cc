@@ -8,11 +8,11 @@
 
 namespace gamer {
 
-// How an image shows stars: as discs, or as points whose light is shared among pixels.
+// The drawing of stars: as discs, or as points whose light several pixels share.
 
 namespace {
 
-// Stars of star fields are looked for in areas of at most so many pixels on a side.
+// Largest sides, in pixels, of areas in which stars of star fields are searched.
 constexpr int star_tile = 64, wide_star_tile = 256;
 
 }  // namespace
@@ -31,7 +31,7 @@ void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, 
     const double white_point =
         scene_->unit == PixelUnit::magnitude ? nanojansky(*white_point_) : *white_point_;
     if (value > white_point) {
-      // A disc of that brightness, its edge a pixel wide.
+      // A disc of this brightness has an edge of one pixel.
       const double radius =
           std::min(std::sqrt(value / (std::numbers::pi * white_point)), largest_star_);
       const auto cover = [&](double i, double j) {
@@ -62,7 +62,7 @@ void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, 
     take(place.x, place.y, 1);
     return;
   }
-  // A point: shared among the four nearest pixels so that its centroid is where it is.
+  // The four nearest pixels share a point's light, so that its centroid is exact.
   const double left = std::floor(pixel.x), below = std::floor(pixel.y);
   for (const double y : {below, below + 1}) {
     const double share_y = 1 - std::abs(pixel.y - y);

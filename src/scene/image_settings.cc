@@ -49,19 +49,18 @@ ParameterSection ImageSettings::section() {
       {Parameter::size2("size", "pixels", Interval::closed(1, largest_image_side), 512,
                         "image size"),
        Parameter::text("output", "gamer.fits",
-                       "path; the suffix decides: `.fits`, `.fits.fz` (tile-compressed), `.png`, "
-                       "`.bmp`; `-` is "
-                       "standard output, a FITS image"),
+                       "path; its suffix sets the format: `.fits`, `.fits.fz` (tile-compressed), "
+                       "`.png`, `.bmp`; `-` is standard output, a FITS image"),
        Parameter::integer("bitpix", "", Interval::any(), -32, "FITS data type, -32 or -64"),
        Parameter::choice("layout", {"cube", "extensions", "files"}, "cube",
-                         "several wavelengths: planes of one HDU, one HDU each, or one file each "
-                         "(name gets `_<label>`)"),
-       Parameter::choice("unit", unit_names(), "auto",
-                         "of the pixels; auto: nJy where the scene has magnitudes, else relative"),
-       Parameter::numbers(
-           "tone", "", Interval::any(), std::nullopt,
-           "eight numbers that set the colours of a picture: black and factor of red, green, "
-           "blue, slope, scale; by default chosen from the picture itself")},
+                         "layout of several planes: one HDU, one HDU each, or one file each (named "
+                         "with `_<label>`)"),
+       Parameter::choice(
+           "unit", unit_names(), "auto",
+           "unit of the pixels; auto: nJy if the scene has magnitudes, otherwise relative"),
+       Parameter::numbers("tone", "", Interval::any(), std::nullopt,
+                          "eight numbers for the colours of a picture: black and factor of red, "
+                          "green and blue, slope, scale; by default measured on the picture")},
       {}};
 }
 
@@ -93,19 +92,19 @@ ImageSettings ImageSettings::read(const ParameterSet& values) {
 }
 
 ParameterSection TruthSettings::section() {
-  return {
-      "truth",
-      "Images of what the scene is made of, written beside the image with --truth.",
-      {Parameter::choice("parts", {"none", "objects", "components"}, "none",
-                         "the light of each object, or of each component of it, as it is seen"),
-       Parameter::boolean("dust_free", false, "the image without dust"),
-       Parameter::boolean("optical_depth", false, "optical depth through everything"),
-       Parameter::boolean(
-           "segmentation", false,
-           "the object (row of the table, from 1) with most of each pixel's light, and its share"),
-       Parameter::text("output", std::nullopt,
-                       "path; by default that of the image with _truth before the suffix")},
-      {}};
+  return {"truth",
+          "Images of the scene's parts, written beside the image with --truth.",
+          {Parameter::choice(
+               "parts", {"none", "objects", "components"}, "none",
+               "light of each object, or of each of its components, as seen in the image"),
+           Parameter::boolean("dust_free", false, "the image without dust"),
+           Parameter::boolean("optical_depth", false, "optical depth through all galaxies"),
+           Parameter::boolean("segmentation", false,
+                              "number of the object (row of the table, from 1) with most of a "
+                              "pixel's light, and its share"),
+           Parameter::text("output", std::nullopt,
+                           "path; by default the image's path with _truth before the suffix")},
+          {}};
 }
 
 TruthSettings TruthSettings::read(const ParameterSet& values) {

@@ -14,15 +14,16 @@ constexpr double smallest_step = 1e-6;
 }  // namespace
 
 ParameterSection NoiseSettings::section() {
-  return {"noise",
-          "The procedural noise of all components.",
-          {Parameter::choice("kind", noise_names(), "simplex", "base noise"),
-           Parameter::integer(
-               "octaves", "", Interval::closed(1, largest_octaves), std::nullopt,
-               "omega, where a component does not say; by default that of the component's kind"),
-           Parameter::integer("seed", "", Interval::closed(0, largest_seed), 1,
-                              "another number makes other galaxies of the same types")},
-          {}};
+  return {
+      "noise",
+      "The procedural noise of all components.",
+      {Parameter::choice("kind", noise_names(), "simplex", "base noise"),
+       Parameter::integer(
+           "octaves", "", Interval::closed(1, largest_octaves), std::nullopt,
+           "default of the components' key octaves; without it each kind has its own default"),
+       Parameter::integer("seed", "", Interval::closed(0, largest_seed), 1,
+                          "seed of all noise; another number makes other galaxies of equal types")},
+      {}};
 }
 
 NoiseSettings NoiseSettings::read(const ParameterSet& values) {
@@ -32,20 +33,19 @@ NoiseSettings NoiseSettings::read(const ParameterSet& values) {
 }
 
 ParameterSection SamplingSettings::section() {
-  return {
-      "sampling",
-      "How rays are sampled.",
-      {Parameter::choice("sampler", {"uniform", "adaptive"}, "adaptive",
-                         "equal steps, or steps that follow the components"),
-       Parameter::number("step", "galaxy radii", Interval::closed(smallest_step, 1), 0.01,
-                         "uniform sampler: step along the ray"),
-       Parameter::number("tolerance", "", Interval::open(0, 1), 1e-3,
-                         "rms relative error over pixels above 1 % of the peak (adaptive "
-                         "sampler), and what is too faint to be textured"),
-       Parameter::number("stars_per_pixel", "", Interval::closed(0, most_stars_per_pixel), 1.0,
-                         "stars of a star field that shine by themselves, expected in the pixel "
-                         "with the most; the others are smooth light")},
-      {{"step", "sampler", {"uniform"}}}};
+  return {"sampling",
+          "How rays are sampled.",
+          {Parameter::choice("sampler", {"uniform", "adaptive"}, "adaptive",
+                             "method: equal steps, or steps that follow the components"),
+           Parameter::number("step", "galaxy radii", Interval::closed(smallest_step, 1), 0.01,
+                             "uniform sampler: step along the ray"),
+           Parameter::number("tolerance", "", Interval::open(0, 1), 1e-3,
+                             "rms relative error over pixels above 1 % of the peak (adaptive "
+                             "sampler); also the limit below which faint light has no texture"),
+           Parameter::number("stars_per_pixel", "", Interval::closed(0, most_stars_per_pixel), 1.0,
+                             "expected number of individual stars of a star field in the pixel "
+                             "with the most; other stars are smooth light")},
+          {{"step", "sampler", {"uniform"}}}};
 }
 
 SamplingSettings SamplingSettings::read(const ParameterSet& values) {

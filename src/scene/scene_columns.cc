@@ -47,14 +47,15 @@ ParameterTable make_columns() {
       Parameter::number("oy", "", any, 0.0, "direction of its +z axis, y"),
       Parameter::number("oz", "", any, 1.0, "direction of its +z axis, z"),
       Parameter::number("inclination", "deg", Interval::closed(-full_turn, full_turn), std::nullopt,
-                        "instead of `ox oy oz`: 0 is face-on to the camera, of a film to that of "
-                        "its first frame; in a sky view 0 unless given"),
+                        "instead of `ox oy oz`: 0 is face-on to the camera (in a film to the "
+                        "camera of the first frame); default 0 in a sky view"),
       Parameter::number("axis_ratio", "", Interval::left_open(0, 1), std::nullopt,
                         "instead of `inclination`: minor over major axis on the sky, by second "
                         "moments of the light without dust"),
-      Parameter::number("pa", "deg", any, 0.0,
-                        "turn about its own axis; with `inclination` and in a sky view: of the "
-                        "node, from the image's +y towards -x, on the sky East of North"),
+      Parameter::number(
+          "pa", "deg", any, 0.0,
+          "rotation about its own axis; with `inclination` and in a sky view the position angle of "
+          "the line of nodes, from the image's +y towards -x (on the sky East of North)"),
       Parameter::number("size", unit, sizes, 1.0,
                         "radius of the ball that holds it; not in a sky view"),
       Parameter::number("size_kpc", "kpc", sizes, std::nullopt,
@@ -65,7 +66,7 @@ ParameterTable make_columns() {
                         "instead of `size_kpc`: half-light radius along the major axis, without "
                         "dust, in photometry.reference_band"),
       Parameter::number("half_light_radius_kpc", "kpc", sizes, std::nullopt,
-                        "instead of `half_light_radius`: that as a length"),
+                        "instead of `half_light_radius`: the half-light radius as a length"),
       Parameter::number("sersic_index", "", Interval::closed(0.5, 10), std::nullopt,
                         "n of a galaxy `sersic`"),
       Parameter::number("magnitude", "mag", magnitudes, std::nullopt,
@@ -73,26 +74,27 @@ ParameterTable make_columns() {
       Parameter::number(
           "apparent_magnitude", "mag", magnitudes, std::nullopt,
           "instead of `magnitude`: apparent AB magnitude in photometry.reference_band"),
-      Parameter::number("redshift", "", Interval::closed(0, largest_redshift), 0.0,
-                        "shifts and dims the light and, in a sky view, gives the distance"),
+      Parameter::number(
+          "redshift", "", Interval::closed(0, largest_redshift), 0.0,
+          "redshift, which shifts and dims the light; in a sky view also gives the distance"),
       Parameter::number("distance", "Mpc", Interval::closed(smallest_distance, largest_distance),
-                        std::nullopt, "luminosity distance, where the redshift does not tell it"),
+                        std::nullopt,
+                        "luminosity distance, instead of the distance from `redshift`"),
       Parameter::number("g1", "", Interval::open(-1, 1), 0.0,
                         "reduced shear: stretches a galaxy's image along North (the image's +y)"),
       Parameter::number("g2", "", Interval::open(-1, 1), 0.0,
-                        "reduced shear: stretches it along position angle 45 deg"),
+                        "reduced shear: stretches a galaxy's image along position angle 45 deg"),
       Parameter::number("kappa", "", Interval::right_open(-10, 1), 0.0,
                         "convergence: with the shear it magnifies image and flux"),
-      Parameter::text(
-          "sed", std::nullopt,
-          "of a star (default `flat_fnu`); for a galaxy, instead of those of its components"),
+      Parameter::text("sed", std::nullopt,
+                      "spectrum of a star (default `flat_fnu`), or of all components of a galaxy"),
       Parameter::text(
           "overrides", std::nullopt,
           "parameters that differ from the type's file, as `arms.count=4;dust.optical_depth=3`; "
           "columns called `arms.count`, `dust.optical_depth`... add to them"),
       Parameter::integer("seed", "", Interval::closed(0, largest_seed), 1,
-                         "another number makes another galaxy of the same type"),
-      Parameter::text("id", std::nullopt, "a name for people"),
+                         "seed of the galaxy; another number makes another galaxy of its type"),
+      Parameter::text("id", std::nullopt, "label for readers"),
   };
 }
 

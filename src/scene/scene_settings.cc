@@ -35,13 +35,14 @@ ParameterTable catalogue_table() {
   std::vector<std::string> names;
   for (const FormatName& format : formats) names.emplace_back(format.name);
   ParameterTable table = {
-      Parameter::choice("format", names, "auto", "auto: as the file looks"),
+      Parameter::choice("format", names, "auto",
+                        "format of the file; auto: recognised by its content"),
       Parameter::text(
           "hdu", std::nullopt,
           "name or number of the table in a FITS file or VOTable; by default the first"),
       Parameter::boolean("skip_flagged", false,
-                         "leave out rows with flags for missing values (99, -99...) instead of "
-                         "refusing them")};
+                         "leave out rows with flags for missing values (99, -99...); otherwise "
+                         "they are an error")};
   for (std::size_t c = 0; c < scene_columns().size(); ++c) {
     const std::string& name = scene_columns()[c].name;
     std::vector<std::string> usual;
@@ -53,8 +54,8 @@ ParameterTable catalogue_table() {
                                                               fmt::join(usual, ", else "));
     table.push_back(Parameter::text(
         name, std::nullopt,
-        fmt::format("the catalogue's column for `{}`, or `=word` for the same in every row{}", name,
-                    otherwise)));
+        fmt::format("the catalogue's column for `{}`, or `=word` for this word in every row{}",
+                    name, otherwise)));
   }
   return table;
 }
@@ -62,15 +63,16 @@ ParameterTable catalogue_table() {
 }  // namespace
 
 ParameterSection SceneSettings::section() {
-  return {"scene",
-          "The scene list.",
-          {Parameter::choice("unit", {"arbitrary", "pc", "kpc", "Mpc"}, "arbitrary",
-                             "of positions and sizes"),
-           Parameter::texts("overrides", std::vector<std::string>(),
-                            "parameters of galaxies that differ from their files, as "
-                            "TYPE.COMPONENT.key=value; sections [galaxy.TYPE.COMPONENT] and "
-                            "--set galaxy.TYPE.COMPONENT.key=value add to them")},
-          {}};
+  return {
+      "scene",
+      "The scene list.",
+      {Parameter::choice("unit", {"arbitrary", "pc", "kpc", "Mpc"}, "arbitrary",
+                         "unit of positions and sizes"),
+       Parameter::texts(
+           "overrides", std::vector<std::string>(),
+           "parameters that replace those of galaxy files, as TYPE.COMPONENT.key=value; sections "
+           "[galaxy.TYPE.COMPONENT] and --set galaxy.TYPE.COMPONENT.key=value add to the list")},
+      {}};
 }
 
 SceneSettings SceneSettings::read(const ParameterSet& values) {
@@ -91,8 +93,8 @@ std::optional<double> SceneSettings::megaparsec() const {
 
 ParameterSection CatalogueSettings::section() {
   return {"catalogue",
-          "How a catalogue is read as a scene. Names match in any case; `{band}` stands for "
-          "photometry.reference_band, and `{letter}` for what follows its last `_`.",
+          "How a catalogue is read as a scene. Names match in any case. `{band}` stands for "
+          "photometry.reference_band, and `{letter}` for the part after its last `_`.",
           catalogue_table()};
 }
 
@@ -113,25 +115,24 @@ ParameterSection AnimationSettings::section() {
   return {
       "animation",
       "A film: numbered images of a moving camera.",
-      {Parameter::integer(
-           "frames", "", Interval::closed(1, most_frames), std::nullopt,
-           "number of images; the first shows the first key frame, the last the last"),
+      {Parameter::integer("frames", "", Interval::closed(1, most_frames), std::nullopt,
+                          "number of images; the first image shows the first key frame, the last "
+                          "image shows the last"),
        Parameter::numbers("times", "", Interval::any(), std::nullopt,
-                          "of the key frames, ascending, in any unit; by default 0, 1, 2..."),
+                          "times of the key frames, ascending, in any unit; by default 0, 1, 2..."),
        Parameter::numbers(
            "position", "scene units", Interval::any(), std::nullopt,
            "camera.position in each key frame, one after another: x, y, z, x, y, z..."),
        Parameter::numbers("target", "scene units", Interval::any(), std::nullopt,
                           "camera.target in each key frame"),
        Parameter::numbers("up", "scene units", Interval::any(), std::nullopt,
-                          "camera.up in each key frame; without it camera.up holds all the time"),
+                          "camera.up in each key frame; by default camera.up is constant"),
        Parameter::numbers("fov", "deg", Interval::left_open(0, 360), std::nullopt,
                           "camera.fov in each key frame"),
        Parameter::numbers("width", "scene units", positive(), std::nullopt,
                           "camera.width in each key frame"),
-       Parameter::integer(
-           "tone_frame", "", Interval::closed(1, most_frames), std::nullopt,
-           "the frame that image.tone of pictures is chosen from, for all frames; by default 1")},
+       Parameter::integer("tone_frame", "", Interval::closed(1, most_frames), std::nullopt,
+                          "frame on which image.tone of all pictures is measured; by default 1")},
       {}};
 }
 

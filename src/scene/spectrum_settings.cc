@@ -37,17 +37,17 @@ void check_planes(const ParameterSet& spectrum) {
 ParameterSection SpectrumSettings::section() {
   return {
       "spectrum",
-      "What is seen of the light.",
+      "The wavelengths and bands of the image's planes.",
       {Parameter::numbers("wavelengths", "Angstrom", positive(), std::vector<double>{5500},
                           "observed wavelengths, one plane each"),
        Parameter::texts("bands", std::vector<std::string>{},
                         "names or files of bandpasses in `bandpasses/`, one plane each, after the "
-                        "wavelengths; without wavelengths there are these only"),
+                        "wavelengths; if only bands are given, there are no other planes"),
        Parameter::integer("band_samples", "", Interval::closed(1, most_band_samples), std::nullopt,
-                          "wavelengths in each band at which dust is evaluated; by default chosen "
-                          "by sampling.tolerance"),
+                          "number of wavelengths in each band at which dust is evaluated; by "
+                          "default chosen by sampling.tolerance"),
        Parameter::choice("igm", {"none", "madau95"}, "none",
-                         "absorption by hydrogen between the galaxies: Madau 1995")},
+                         "absorption by intergalactic hydrogen: Madau 1995")},
       {}};
 }
 
@@ -69,15 +69,16 @@ SpectrumSettings SpectrumSettings::read(const ParameterSet& values) {
 ParameterSection PhotometrySettings::section() {
   return {
       "photometry",
-      "What magnitudes mean, and the telescope.",
+      "The meaning of magnitudes, and the telescope.",
       {Parameter::text("reference_band", "sdss_r", "band of the scene's magnitudes"),
        Parameter::boolean("attenuated", std::nullopt,
-                          "whether magnitudes are those of galaxies with their dust; by default "
-                          "apparent magnitudes are, absolute ones are not"),
+                          "whether magnitudes include dimming by the galaxy's own dust; by default "
+                          "apparent magnitudes do and absolute magnitudes do not"),
        Parameter::number("area", "m^2", positive(), std::nullopt,
                          "collecting area of the telescope, for electron/s"),
-       Parameter::number("throughput", "", Interval::left_open(0, 1), 1.0,
-                         "of telescope and detector, besides the bandpass' own, for electron/s")},
+       Parameter::number(
+           "throughput", "", Interval::left_open(0, 1), 1.0,
+           "throughput of telescope and detector, besides that of the bandpass, for electron/s")},
       {}};
 }
 

@@ -29,27 +29,31 @@ void check_field_stars(const ParameterSet& stars) {
 ParameterSection StarSettings::section() {
   return {
       "stars",
-      "Field stars all over the sky, besides the scene's, and how stars are drawn.",
+      "Field stars over the whole sky, besides those of the scene, and the drawing of stars.",
       {Parameter::number("number", "1/deg^2", Interval::closed(0, most_field_stars), 0.0,
-                         "of field stars between the magnitudes (sky views)"),
+                         "number of field stars between the magnitudes (sky views)"),
        Parameter::number("bright", "mag", Interval::any(), 14.0,
-                         "of the brightest field stars, AB in photometry.reference_band"),
-       Parameter::number("faint", "mag", Interval::any(), 24.0, "of the faintest"),
-       Parameter::number("slope", "dex/mag", Interval::closed(-2, 2), 0.2, "dN/dm ~ 10^(slope m)"),
+                         "AB magnitude of the brightest field stars in photometry.reference_band"),
+       Parameter::number("faint", "mag", Interval::any(), 24.0,
+                         "AB magnitude of the faintest field stars"),
+       Parameter::number("slope", "dex/mag", Interval::closed(-2, 2), 0.2,
+                         "slope of the counts: dN/dm ~ 10^(slope m)"),
        Parameter::number("temperature_low", "K", star_temperatures(), 3000.0,
-                         "blackbodies, evenly spread in ln T"),
-       Parameter::number("temperature_high", "K", star_temperatures(), 9000.0, "the hottest"),
+                         "lowest temperature; stars are blackbodies, uniform in ln T"),
+       Parameter::number("temperature_high", "K", star_temperatures(), 9000.0,
+                         "highest temperature"),
        Parameter::integer("seed", "", Interval::closed(0, largest_seed), 1,
-                          "another number makes another sky"),
+                          "seed of the field stars"),
        Parameter::boolean("antialiased", true,
-                          "points are shared among the four nearest pixels, so that they stand "
-                          "where they are; false puts each into one"),
+                          "share a star's light among the four nearest pixels, so that its "
+                          "centroid is exact; false puts it into one pixel"),
        Parameter::number(
            "white_point", "", positive(), std::nullopt,
            "for pictures: a star whose pixel would be brighter than this (in the image's unit) is "
-           "a disc of this brightness; without it all stars are points"),
-       Parameter::number("largest_radius", "pixels", Interval::closed(1, largest_star_radius), 8.0,
-                         "of such discs; beyond it they are brighter")},
+           "a disc of this brightness; by default all stars are points"),
+       Parameter::number(
+           "largest_radius", "pixels", Interval::closed(1, largest_star_radius), 8.0,
+           "largest radius of these discs; stars that need larger discs become brighter ones")},
       {}};
 }
 

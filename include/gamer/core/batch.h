@@ -4,10 +4,10 @@
 
 namespace gamer {
 
-/// Number of points of a batch. It is large enough to hide the cost of dispatch, and small enough
-/// for a galaxy's arrays to stay in a small second-level cache. Kernels' arrays are padded to a
-/// multiple of `batch_padding` floats and aligned to `batch_alignment` bytes; kernels may read and
-/// write the padding.
+/// Number of points of a batch. The number is large enough to hide the cost of dispatch, and small
+/// enough for a galaxy's arrays to stay in a small second-level cache. Kernels' arrays are padded
+/// to a multiple of `batch_padding` floats and aligned to `batch_alignment` bytes; kernels may read
+/// and write the padding.
 inline constexpr std::size_t batch_capacity = 512;
 inline constexpr std::size_t batch_padding = 16;
 inline constexpr std::size_t batch_alignment = 64;

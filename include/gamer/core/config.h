@@ -11,8 +11,8 @@
 
 namespace gamer {
 
-/// A node of a TOML document; it remembers where every value stood. It hides the TOML library from
-/// the rest of the program. Keys keep the order of the file.
+/// A node of a TOML document, with the place of every value in the file. The class hides the TOML
+/// library from the rest of the program. Keys keep the order of the file.
 class ConfigNode {
  public:
   using Array = std::vector<ConfigNode>;

@@ -10,7 +10,8 @@ namespace gamer {
 /// calls.
 
 /// The finaliser of splitmix64 (Steele, Lea & Flood 2014, doi:10.1145/2660193.2660195), with
-/// Stafford's variant 13 of the constants. It is a bijection that mixes all 64 bits; mix64(0) = 0.
+/// Stafford's variant 13 of the constants. The function is a bijection that mixes all 64 bits;
+/// mix64(0) = 0.
 constexpr std::uint64_t mix64(std::uint64_t z) {
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
   z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;

@@ -6,9 +6,9 @@
 namespace gamer {
 
 /// Random numbers of given distributions. Number i of a stream is a function of the stream's key
-/// and i alone, so that any thread may make any part. It grows from w = mix64(key + (i + 1)
-/// golden_gamma), output i of splitmix64 in the state `key`. Where one word is not enough, mix64(w
-/// + golden_gamma) follows, and so on. Bits are equal on every SIMD target. Keys come from
+/// and i alone, so that any thread may make any part. The number is made from w = mix64(key + (i +
+/// 1) golden_gamma), output i of splitmix64 in the state `key`. Where one word is not enough,
+/// mix64(w + golden_gamma) follows, and so on. Bits are equal on every SIMD target. Keys come from
 /// hash_words().
 
 /// Poisson variates with means[i], number first + i of the stream; `means` and `out` may be one

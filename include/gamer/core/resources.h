@@ -31,7 +31,7 @@ class Resources {
   /// name; `suffixes` are tried, e.g. ".toml". `beside` is the label of the file that names it. A
   /// name with a '/' is a path relative to that file's folder and is searched nowhere else. The
   /// record's key is kind/name for a text found in `folders`, kind/./path (kind/../path,
-  /// kind//path) for one found by path. So equal names of different files stay apart. Throws
+  /// kind//path) for one found by path. Equal names of different files thus stay apart. Throws
   /// InputError without a location (the caller adds it), with near names if nothing is found.
   /// Throws it for files that are not regular, are unreadable, exceed 1024 MiB or have NUL bytes.
   const Text& find(const std::string& kind, const std::string& name, const std::string& beside,

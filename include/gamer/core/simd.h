@@ -16,8 +16,8 @@ std::string simd_target_name(std::int64_t target);
 /// Mask of all targets of this machine. Ranks compare their masks to agree on a common target.
 std::int64_t supported_simd_targets();
 
-/// Restricts the kernels to the best target within `mask`; 0 lifts the restriction. It must not be
-/// called while kernels run.
+/// Restricts the kernels to the best target within `mask`; 0 lifts the restriction. No kernel may
+/// run during this call.
 void use_simd_targets(std::int64_t mask);
 
 /// The target in use.

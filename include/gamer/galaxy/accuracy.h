@@ -5,67 +5,69 @@
 
 namespace gamer {
 
-/// Every knob that trades accuracy for time, and the error that it controls. The defaults of
-/// from_tolerance() together keep the rms relative error over the pixels above 1 % of an image's
-/// peak below the tolerance (tests/render/tolerance_test.cc measures it).
+/// All knobs that trade accuracy for time, and the errors that they control. The values of
+/// from_tolerance() keep the rms relative error over pixels above 1 % of an image's peak below the
+/// tolerance. tests/render/tolerance_test.cc measures this error.
 struct Accuracy {
-  /// Share by which a ray's intensity may change when every second node is left out. Controls the
-  /// quadrature's error, which is smaller since it is that of all nodes.
+  /// Largest relative change of a ray's intensity when every second node is left out. Controls the
+  /// quadrature's error, which is smaller, since all nodes are used.
   double ray_error;
-  /// Error of the optical depth in front of a star, relative to the star's light. No neighbours
-  /// make up for the error of a star.
+  /// Error of the optical depth in front of a star, relative to the star's light. The errors of
+  /// stars do not average out.
   double star_error;
-  /// Distance of a ray's first nodes, in units of the structure that they must not step over.
-  /// Controls the light of features that no node finds. They are too rare to show in error
-  /// estimates.
+  /// Distance of a ray's first nodes, in units of the structure that they must find. Controls the
+  /// light of missed features, which are too rare for error estimates.
   double first_step;
-  /// Where many rays make a pixel, each may err by so many times ray_error, and its first nodes may
-  /// be so many times further apart. The errors of such rays average out.
+  /// Factor on ray_error and on the distance of first nodes where many rays make a pixel, since
+  /// their errors average out.
   double shared_error;
   double shared_step;
-  /// Layers are followed to where their envelope is exp(this) times its largest value. Controls the
-  /// light lost beyond.
+  /// Layers end where their envelope is exp(log_envelope_threshold) times its largest value.
+  /// Controls the light lost outside.
   double log_envelope_threshold;
-  /// A texture counts as its mean where its component's envelope, relative to its largest value
-  /// and times sqrt(<Phi^2>), is below this. Controls the texture lost at a disk's faint edges.
+  /// A texture is replaced by its mean where its component's envelope, relative to its largest
+  /// value and times sqrt(<Phi^2>), is below this value. Controls the texture lost at a disk's
+  /// faint edges.
   double texture_threshold;
-  /// Rays fainter than this share of the face-on centre of the brightest galaxy on them need not
-  /// meet ray_error relatively, only in units of that share.
+  /// The faint limit of a ray, as a share of the face-on central brightness of its brightest
+  /// galaxy. Fainter rays must meet ray_error only relative to this limit.
   double faint_share;
   /// A cell of a pixel has one ray (midpoint rule) if it is smaller than ray_size times the length
-  /// over which the brightness changes. It has four (2 x 2 Gauss rule) if it is smaller than
-  /// cell_size times that length. Larger cells are cut. Both control a pixel's mean over its area.
+  /// over which the brightness changes. A cell has four rays (2 x 2 Gauss rule) if it is smaller
+  /// than cell_size times this length. Larger cells are cut. Both control a pixel's mean over its
+  /// area.
   double ray_size;
   double cell_size;
   /// The widest footprint of rays that see a galaxy from outside, galaxy radii. All rays in larger
-  /// pixels have it, since the light of a texture adds up only if all see equally much of it.
-  /// Controls a galaxy's flux: which clumps of light and dust cover each other shows only where
-  /// they are seen.
+  /// pixels have this footprint, since the light of a texture adds up only if all rays resolve it
+  /// equally. Controls a galaxy's flux, which depends on the overlap of resolved clumps of light
+  /// and dust.
   double widest_footprint;
-  /// Largest distance of rays where there is a texture, in footprints. Controls the light of clumps
-  /// that rays would miss or count twice.
+  /// Largest distance between rays on a texture, in footprints. Controls the light of clumps that
+  /// rays would miss or count twice.
   double ray_spacing;
-  /// Relative error of a texture's mean over a galaxy, if the points that it is taken over were
-  /// independent. The points are spread evenly, and their error is up to four times smaller.
-  /// Controls a galaxy's flux.
+  /// Relative error of a texture's mean over a galaxy, as if its sample points were independent.
+  /// The points are spread evenly, so their error is up to four times smaller. Controls a galaxy's
+  /// flux.
   double mean_error;
   /// Whether all seeds of a galaxy's file share one closure of hidden dust. A new seed is then
-  /// cheap, but its flux differs by chance from that with a closure of its own. Images with a grid
-  /// of rays never share closures, since their pixels hide as much at every tolerance.
+  /// cheap, but its flux differs by chance from the flux with its own closure. Images with a grid
+  /// of rays never share closures, since their pixels hide equally much dust at every tolerance.
   bool shares_closure;
 
-  /// Densities are single precision: smaller tolerances count as this one.
+  /// The smallest tolerance, since densities have single precision. Smaller values count as this
+  /// one.
   static constexpr double finest_tolerance = 3e-6;
 
-  /// The quadrature's error is a smaller part of its change where nodes are few, hence the power of
-  /// ray_error (bench/ray_error_bench). A star's dust has no neighbours that make up for its error,
-  /// hence the smaller star_error. The features missed fall with a high power of
-  /// the first step, hence the small one here; the error of the midpoint rule with the second power
-  /// of the size, that of Gauss' with the fourth.
+  /// The knobs for a tolerance. With few nodes the quadrature's error is a smaller part of its
+  /// change, hence the power of ray_error (bench/ray_error_bench). Errors of stars do not average
+  /// out, hence the smaller star_error. Missed features fall with a high power of the first step,
+  /// hence its small power here. The error of the midpoint rule falls with the second power of the
+  /// size, and the error of Gauss' rule with the fourth.
   static Accuracy from_tolerance(double tolerance) {
     const double t = std::max(tolerance, finest_tolerance);
     const double coarser = std::max(t / 1e-4, 1.0);
-    // Means take longest where galaxies are small and many.
+    // Means take most of the time for many small galaxies.
     const double rough = std::clamp(t / 1e-3, 1.0, 10.0);
     return {.ray_error = std::min({1.35 * t * std::pow(coarser, 0.3), 3 * t, 0.1}),
             .star_error = std::min(0.15 * t * std::pow(coarser, 0.35), 0.025),

@@ -10,8 +10,8 @@
 
 namespace gamer {
 
-/// The spiral pattern of a galaxy: the winding angle theta(r) of its arms, how many there are and
-/// where they start. Arm i is centred at phi = theta(r) + offset_i (+ a component's shift).
+/// The spiral pattern of a galaxy: the winding angle theta(r), number and offsets of its arms. Arm
+/// i is centred at phi = theta(r) + offset_i (+ a component's shift).
 ///
 ///   ringermacher-mead: theta = 2N atan(exp(A/r)/B), evaluated as N pi - 2N atan(B exp(-A/r)),
 ///     which cannot overflow (Ringermacher & Mead 2009; GAMER Eq. 10 with A = 1).
@@ -22,7 +22,7 @@ class ArmPattern {
  public:
   enum class Model { none, ringermacher_mead, logarithmic };
 
-  ArmPattern() = default;  ///< none
+  ArmPattern() = default;  ///< no arms
   /// Reads [arms] (of table()); throws InputError.
   static ArmPattern read(const ConfigNode& node);
   static ParameterTable table();
@@ -30,15 +30,15 @@ class ArmPattern {
   bool has_arms() const { return model_ != Model::none && !offsets_.empty(); }
   Model model() const { return model_; }
   int count() const { return static_cast<int>(offsets_.size()); }
-  /// Radians.
+  /// Offset of each arm, radians.
   const std::vector<double>& offsets() const { return offsets_; }
   /// Whether the arms stand at equal angles.
   bool is_even() const { return even_; }
 
   /// theta(r) with its sign of handedness, radians; r in galaxy radii, >= 0.
   double winding(double r) const;
-  /// winding() of a batch of radii, absolute error below 2.5e-7 (1 + |theta| + cot p), the last
-  /// term for the logarithmic law only.
+  /// winding() of a batch of radii. The absolute error is below 2.5e-7 (1 + |theta| + cot p); the
+  /// last term is for the logarithmic law only.
   void winding(const float* r, std::size_t size, float* theta) const;
   /// r dtheta/dr over a batch, relative error below 1e-5.
   void shear(const float* r, std::size_t size, float* out) const;
@@ -46,7 +46,7 @@ class ArmPattern {
   double shear(double r) const;
   /// Largest |r dtheta/dr|, the cotangent of the smallest pitch angle, over [r_min, 1].
   double steepest_winding(double r_min) const;
-  /// A bound of |r dtheta/dr| at all radii up to 1, not above it by more than 1e-4 of it.
+  /// An upper bound of |r dtheta/dr| at all radii up to 1, to a relative 1e-4.
   double largest_shear() const;
 
  private:

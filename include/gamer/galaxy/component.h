@@ -33,23 +33,23 @@ struct BallRay {
   double direction[3];
   double begin;
   double end;
-  double footprint = 0;  ///< width across the ray for which it stands, galaxy radii
+  double footprint = 0;  ///< width of the area that the ray represents, galaxy radii
 };
 
-/// Where along a ray a component is, and how densely it must be sampled there:
-/// rate / sqrt(1 + ((t - centre)/width)^2) nodes per unit of t.
+/// The place of a component on a ray, and the density of nodes around it: rate / sqrt(1 + ((t -
+/// centre)/width)^2) nodes per unit of t.
 struct Focus {
   double centre;
   double width;
   double rate;
 };
 
-/// What a ray needs: the stretch in which there is something, and its focuses.
+/// The sampling of a ray: the stretch that has components, and its focuses.
 struct RayPlan {
   double begin;
-  double end;  ///< empty where end <= begin
+  double end;  ///< the stretch is empty if end <= begin
   std::vector<Focus> focuses;
-  bool has_texture;  ///< whether a component with a texture is there
+  bool has_texture;  ///< whether a component on the stretch has a texture
 
   void clear() {
     begin = HUGE_VAL;
@@ -63,44 +63,45 @@ struct RayPlan {
   }
 };
 
-/// Lengths across a ray, galaxy radii, over which a component's column changes by about itself;
-/// infinite where there is nothing to speak of.
+/// Lengths across a ray, galaxy radii, over which a component's column changes by about its own
+/// value; infinite where the column is negligible.
 struct ColumnScale {
   double envelope = HUGE_VAL;
-  double texture = HUGE_VAL;  ///< of what is spread over many rays: arms and noise
+  double texture = HUGE_VAL;  ///< scale of arms and noise, which extend over many rays
 };
 
-/// Everything that components of one galaxy are built from.
+/// All settings from which the components of one galaxy are built.
 struct GalaxySettings {
   const Noise* noise_kind = nullptr;
-  std::optional<int> octaves;  ///< `noise.octaves` where the render parameters give it
+  std::optional<int> octaves;  ///< `noise.octaves` if the render parameters have it
   std::uint64_t seed = 1;
-  std::shared_ptr<const Sed> sed;  ///< instead of those of the components
-  /// Values that replace those of the file, by section or component: {dust: {optical_depth: 3}}.
+  std::shared_ptr<const Sed> sed;  ///< replaces the SEDs of the components
+  /// Values that replace values of the file, by section or component: {dust: {optical_depth: 3}}.
   std::shared_ptr<const ConfigNode> overrides = nullptr;
   /// The reference of a galaxy of the same file (Galaxy::reference()), or null.
   std::shared_ptr<Galaxy> reference = nullptr;
-  /// Says how exact the means of textures must be.
+  /// Sets the accuracy of the means of textures.
   Accuracy accuracy = Accuracy::from_tolerance(1e-3);
-  /// The mean of a texture is taken over at most so many points of its component. Fewer make a
-  /// galaxy soon, but not to be rendered: <Phi> = 1 holds less well.
+  /// Largest number of points of a component over which the mean of its texture is taken. Fewer
+  /// points are faster, but unsuitable for rendering: <Phi> = 1 holds less well.
   std::size_t most_cloud_points = std::size_t{1} << 22;
 };
 
 /// Columns through a layer.
 struct ColumnCloud {
-  std::vector<WeightedBatch> columns;  ///< where they meet the plane, by the area they stand for
-  std::vector<float> heights;          ///< along them, each with the step dz for which it stands
+  std::vector<WeightedBatch>
+      columns;                 ///< places where columns meet the plane, weighted with their area
+  std::vector<float> heights;  ///< heights along the columns, each weighted with its step dz
   std::vector<float> steps;
 };
 
-/// What a kind of component is.
+/// The properties of a kind of component.
 struct ComponentTraits {
   bool emits = true;              ///< it has sed, intensity, fraction
   bool absorbs = false;           ///< it has optical_depth, extinction, r_v
   bool can_follow = false;        ///< has the key `follows`
   bool can_be_followed = false;   ///< its texture may modulate other components too
-  bool is_bulge = false;          ///< its light counts as the bulge's in the truth table
+  bool is_bulge = false;          ///< its light counts as the bulge in the truth table
   bool has_own_spectrum = false;  ///< need not have `sed`
 };
 
@@ -116,43 +117,43 @@ class Component {
   virtual void envelope(const SampleBatch& batch, float* out) const = 0;
   /// The integral of the envelope over the ball, galaxy radii^3.
   virtual double envelope_integral() const = 0;
-  /// About `size` points spread over the envelope where the texture sees them, that is turned back
-  /// by the twirl, for the statistics of the noise; empty for kinds without noise. The cloud must
-  /// not outlive the component.
+  /// About `size` points spread over the envelope, for the statistics of the noise; empty for kinds
+  /// without noise. The points are turned back by the twirl, as for the texture. The cloud must not
+  /// outlive the component.
   virtual Cloud cloud(std::size_t size) const = 0;
-  /// About `size` columns spread over a layer, of so many heights; empty for others.
+  /// About `size` columns of `heights` points, spread over a layer; empty for other components.
   virtual ColumnCloud columns(std::size_t /*size*/, std::size_t /*heights*/) const { return {}; }
-  /// Adds what the component needs on `ray` for the given accuracy.
+  /// Adds the stretch and focuses that the component needs on `ray` for the given accuracy.
   virtual void plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const = 0;
-  /// How fast the integral of the density changes across rays that pass within `reach` of this one.
-  /// `nearest` is the ray's point closest to the centre, `direction` of length 1.
+  /// The scale on which the integral of the density changes across rays within `reach` of this ray.
+  /// `nearest` is the ray's point closest to the centre; `direction` has length 1.
   virtual ColumnScale column_scale(const double nearest[3], const double direction[3],
                                    double reach) const = 0;
-  /// Whether the integral of the density has a cusp at the centre, about which single rays miss the
-  /// mean over a pixel by far.
+  /// Whether the integral of the density has a cusp at the centre, where a single ray differs
+  /// strongly from the mean over a pixel.
   virtual bool has_cusp() const { return false; }
   /// A typical largest integral of the envelope along a ray seen face on, galaxy radii.
   virtual double face_on_column() const = 0;
-  /// The largest envelope, arm modifier aside.
+  /// The largest envelope without the arm modifier.
   virtual double peak() const { return 1; }
-  /// Factor of Accuracy::texture_threshold for this component's envelope: its peak, over
-  /// sqrt(<Phi^2>) where it has a texture.
+  /// Factor of Accuracy::texture_threshold for this component's envelope: its peak, divided by
+  /// sqrt(<Phi^2>) if it has a texture.
   double threshold_scale() const { return peak() / (texture_ != nullptr ? texture_->rms() : 1.0); }
-  /// Frequency of the texture's sharpest features, wound by the twirl, cycles per galaxy radius; 0
-  /// without a texture.
+  /// Frequency of the texture's sharpest features after winding by the twirl, cycles per galaxy
+  /// radius; 0 without a texture.
   virtual double texture_frequency() const { return 0; }
-  /// By how much wider than a ray's footprint it sees the texture: light whose features are
-  /// narrower than those of their octaves would else be seen where no ray of that footprint's
-  /// spacing could follow it. Dust takes light by exp(-tau), which blunts its peaks.
+  /// Ratio of the width with which a ray sees the texture to its footprint. Some light has narrower
+  /// features than its octaves, which rays at the footprint's spacing could not follow. Dust
+  /// absorbs by exp(-tau), which blunts its peaks.
   double footprint_scale() const;
-  /// Whether a ray of that footprint (galaxy radii) may see less than all of the texture.
+  /// Whether a ray of this footprint (galaxy radii) may hide a part of the texture.
   virtual bool hides_texture(double /*footprint*/) const { return false; }
-  /// Whether a galaxy's seed changes it.
+  /// Whether a galaxy's seed changes the component.
   virtual bool depends_on_seed() const { return texture_ != nullptr; }
   virtual bool needs_azimuth() const { return false; }
   virtual bool needs_winding() const { return false; }
 
-  /// The component as a field of single stars; null for others.
+  /// The component as a field of stars; null for other kinds.
   virtual const StarField* star_field() const { return nullptr; }
 
   /// The name of the kind: "bulge", "disk"...
@@ -165,17 +166,17 @@ class Component {
   void set_amplitude(double amplitude) { amplitude_ = amplitude; }
   const Sed* sed() const { return sed_.get(); }
   const ExtinctionCurve* extinction() const { return extinction_.get(); }
-  /// Share of the galaxy's light asked for instead of an intensity.
+  /// Share of the galaxy's light, if given instead of an intensity.
   std::optional<double> fraction() const { return fraction_; }
 
   Texture* texture() { return texture_.get(); }
   const Texture* texture() const { return texture_.get(); }
   /// Name of the component whose noise also modulates this one; empty for none.
   const std::string& follows() const { return follows_; }
-  /// Where it was named.
+  /// Place of that name in the file.
   const SourceLocation& follows_where() const { return follows_where_; }
   const SourceLocation& where() const { return where_; }
-  /// Where the SED or extinction was named.
+  /// Place of the name of the SED or extinction in the file.
   const SourceLocation& spectrum_where() const { return spectrum_where_; }
 
  protected:
@@ -196,20 +197,21 @@ class Component {
   friend class ComponentReader;
 };
 
-/// What a kind's maker gets: the values read by its table, and what else a component needs.
+/// The arguments of a kind's maker: the values read by its table, and all else that a component
+/// needs.
 struct ComponentInput {
   const ParameterSet& values;
   const ConfigNode& node;      ///< the [[component]] table
-  const std::string& context;  ///< opens messages: "component 'arms': "
+  const std::string& context;  ///< begins messages: "component 'arms': "
   const ArmPattern& arms;
   double axis_z;  ///< the galaxy's stretch along z
   const GalaxySettings& settings;
-  const std::string& name;  ///< the component's
+  const std::string& name;  ///< the component's name
   Resources& resources;
 };
 
-/// One kind of component: its declaration and its maker. The registry adds what its traits and all
-/// kinds have in common to the parameters.
+/// One kind of component: its declaration and its maker. The registry adds the parameters of its
+/// traits and of all kinds.
 struct ComponentKind {
   std::string name;
   std::string description;
@@ -222,8 +224,8 @@ struct ComponentKind {
 
 /// All kinds: those of gamer, then those registered.
 std::span<const ComponentKind> component_kinds();
-/// Adds a kind of a program's own, before galaxies are read or threads are started. Throws
-/// std::invalid_argument if there is one of that name.
+/// Adds a program's own kind, before galaxies are read or threads are started. Throws
+/// std::invalid_argument if the name exists.
 void register_component_kind(ComponentKind kind);
 /// Throws InputError at `where` for an unknown name, with near ones.
 const ComponentKind& find_component_kind(const std::string& name, const SourceLocation& where);

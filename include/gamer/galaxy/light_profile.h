@@ -7,19 +7,19 @@
 
 namespace gamer {
 
-/// Where the light of a component is, without noise and dust, in the ball frame.
+/// The distribution of a component's light, without noise and dust, in the ball frame.
 struct ComponentProfile {
   explicit ComponentProfile(const Component& component);
 
   /// Share of the light within cylinders about the axis, at radii from 0 to 1 that all profiles
-  /// have in common; 0 throughout where the component has none.
+  /// share. Without light all shares are 0.
   std::vector<double> inside;
   double mean_r2 = 0;  ///< <x^2 + y^2>
   double mean_z2 = 0;  ///< <z^2>
 };
 
-/// Where the light of a galaxy is, without noise and dust: what sizes and shapes of catalogues
-/// refer to. Components count by the light that they have in a band.
+/// The distribution of a galaxy's light, without noise and dust, to which sizes and shapes of
+/// catalogues refer. Components are weighted with their light in a band.
 class LightProfile {
  public:
   /// `profiles` of the components, `light` of each of them (0 for dust), and the galaxy's stretch
@@ -27,12 +27,13 @@ class LightProfile {
   LightProfile(std::span<const ComponentProfile> profiles, std::span<const double> light,
                std::span<const double> axis);
 
-  /// Radius along the longer axis of the disk's plane of the ellipse that holds half of the light
-  /// seen face on, galaxy radii. Thin disks have it along their major axis at every inclination.
+  /// Half-light radius, galaxy radii: of the ellipse that holds half of the light seen face on,
+  /// along the longer axis of the disk's plane. Thin disks have this radius along their major axis
+  /// at every inclination.
   double half_light_radius() const { return half_light_radius_; }
   /// sqrt(<z^2> / <x^2>), at most 1: the axis ratio of the galaxy seen edge on, by second moments.
-  /// Where its plane is stretched, <x^2> is the geometric mean over both axes. At an
-  /// inclination i the axis ratio q follows from q^2 = cos^2 i + (this)^2 sin^2 i.
+  /// Where its plane is stretched, <x^2> is the geometric mean over both axes. At an inclination i
+  /// the axis ratio is q, with q^2 = cos^2 i + (edge_on_ratio())^2 sin^2 i.
   double edge_on_ratio() const { return edge_on_ratio_; }
 
  private:

@@ -8,8 +8,8 @@
 
 namespace gamer {
 
-/// Sample points in a galaxy's ball frame (the ball of radius 1, disk plane z = 0) and what its
-/// components share about them.
+/// Sample points in a galaxy's ball frame (the ball of radius 1, disk plane z = 0), with quantities
+/// that its components share.
 struct SampleBatch {
   std::size_t size = 0;
   BatchArray x, y, z;
@@ -22,18 +22,18 @@ struct SampleBatch {
 
 /// The rays that see the points of a batch.
 struct RayBatch {
-  BatchArray footprint;  ///< width across the ray for which it stands, galaxy radii
-  BatchArray obliquity;  ///< ln of its path per height above the plane
+  BatchArray footprint;  ///< width of the area that the ray represents, galaxy radii
+  BatchArray obliquity;  ///< ln of the ray's path per height above the plane
 };
 
-/// Narrower rays see all of every texture.
+/// Footprint below which rays resolve every texture.
 inline constexpr float smallest_footprint = 1e-10f;
 
 /// The taper falls from 1 at this radius to 0 at the ball's surface, as the quintic smoothstep
 /// 6u^5 - 15u^4 + 10u^3, which is twice continuously differentiable.
 inline constexpr double taper_start = 0.7;
 
-/// By how much a shear gamma stretches at most: gamma/2 + sqrt(1 + gamma^2/4).
+/// Largest stretch by a shear gamma: gamma/2 + sqrt(1 + gamma^2/4).
 inline double stretch_of(double shear) {
   const double half = 0.5 * std::abs(shear);
   return half + std::sqrt(1 + half * half);

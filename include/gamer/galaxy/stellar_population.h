@@ -13,17 +13,18 @@
 
 namespace gamer {
 
-/// The stars of a population: how many of which luminosity, and their colours.
+/// A population of stars: the distribution of their luminosities, and their colours.
 ///
-/// L is the luminosity at 5500 Angstrom (f_lambda), in units of the user's, that of the Sun say.
+/// L is the luminosity at 5500 Angstrom (f_lambda), in the user's units, such as the Sun's
+/// luminosity.
 ///   dN/dL ~ L^-slope on [low, high], or dN/dlnL of a table, a power law between its rows.
 ///   T = temperature L^temperature_slope 10^(scatter g), or the table's (a power law between its
 ///   rows) in place of the first two factors; T is kept within [1000, 100000] K.
-/// g is the sum of three even numbers, scaled to mean 0 and variance 1: almost normal, never
-/// beyond 3. A star shines as a blackbody; spectra between those of a grid of temperatures 2 %
-/// apart are mixtures of the two neighbours, so that a population's is a sum over the grid.
+/// g is the sum of three uniform numbers, scaled to mean 0 and variance 1: almost normal, never
+/// beyond 3. A star shines as a blackbody. Spectra are mixtures of the two neighbours in a grid of
+/// temperatures 2 % apart, so that a population's spectrum is a sum over the grid.
 ///
-/// *Classes* split the luminosities by factors of at most 2.
+/// Classes are intervals of luminosity with a ratio of at most 2.
 class StellarPopulation {
  public:
   /// Stars of luminosities [low, high], dN/dlnL ~ L^index.
@@ -34,12 +35,12 @@ class StellarPopulation {
     double light;   ///< share of all light
 
     static constexpr std::size_t step_count = 32;
-    /// The luminosity below which a share (i + 1)/step_count of the class' stars are, rounded up.
+    /// The luminosity, rounded up, below which a share (i + 1)/step_count of the class' stars lies.
     std::array<double, step_count> steps;
   };
 
-  /// Values of parameters(). A file that they name has rows of two or three columns: luminosity
-  /// (ascending), dN/dlnL in any unit, and temperature, K; '#' opens comments. Throws InputError.
+  /// Values of parameters(). A file of luminosities has rows of two or three columns: luminosity
+  /// (ascending), dN/dlnL in any unit, and temperature, K; '#' begins comments. Throws InputError.
   StellarPopulation(const ParameterSet& values, const std::string& context, Resources& resources);
   /// Declarations of `luminosity_function` ... `temperature_scatter`.
   static ParameterTable parameters();
@@ -49,36 +50,36 @@ class StellarPopulation {
   double mean_luminosity() const { return mean_luminosity_; }
   /// Share of the stars that are brighter.
   double number_above(double luminosity) const;
-  /// The luminosity below which a share u of the stars of class k are.
+  /// The luminosity below which a share u of the stars of class k lies.
   double luminosity(std::size_t k, double u) const;
-  /// Not below that, by a table of each class.
+  /// An upper bound of luminosity(), from a table of each class.
   double luminosity_bound(std::size_t k, double u) const {
     return classes_[k].steps[static_cast<std::size_t>(u * Class::step_count)];
   }
-  /// Temperature of a star of that luminosity, K. u1 to u3 are even in [0, 1[.
+  /// Temperature of a star of this luminosity, K. u1 to u3 are uniform in [0, 1[.
   double temperature(double luminosity, double u1, double u2, double u3) const;
 
   /// Temperatures of the grid (K) that the population needs.
   const std::vector<double>& grid() const { return grid_; }
-  /// Where a temperature lies on it: T counts as (1 - share) of grid()[first] and share of the
-  /// next.
+  /// The place of a temperature on the grid: T is a mixture of (1 - share) of grid()[first] and
+  /// `share` of the next.
   struct GridPlace {
     std::size_t first;
     double share;
   };
   GridPlace place(double temperature) const;
 
-  /// The mean of `share` over the light, and over the light of each grid temperature if `spectrum`
-  /// is not null: its sum is the mean.
+  /// The mean of `share`, weighted with the light. If `spectrum` is not null, it gets the part of
+  /// each grid temperature; their sum is the mean.
   double light(const std::function<double(double luminosity)>& share,
                std::vector<double>* spectrum = nullptr) const;
-  /// The spectrum of light with such parts of the grid's temperatures; of all the light where all
-  /// are 0.
+  /// The spectrum of light with these parts of the grid's temperatures; if all parts are 0, the
+  /// spectrum of all light.
   std::shared_ptr<const Sed> sed(const std::vector<double>& spectrum) const;
   std::shared_ptr<const Sed> sed() const;
 
  private:
-  /// A few stars that stand for a part of a class.
+  /// One luminosity that represents a part of a class.
   struct Node {
     double luminosity;
     double light;
@@ -94,7 +95,7 @@ class StellarPopulation {
   double temperature_ = 5800;
   double temperature_slope_ = 0;
   double scatter_ = 0;
-  std::vector<double> log_luminosities_, log_temperatures_;  ///< of a table
+  std::vector<double> log_luminosities_, log_temperatures_;  ///< values of a table
   std::vector<double> grid_;
 };
 

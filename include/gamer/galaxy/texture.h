@@ -9,9 +9,9 @@
 
 namespace gamer {
 
-/// The factor Phi(x) that breaks a component up. Its mean over the component's envelope is 1. It is
-/// evaluated at points turned back about the axis by twirl * theta(r). Its features are thus wound
-/// in the sense of the arms, and along them at twirl = 1.
+/// The factor Phi(x) that breaks a component up. Its mean over the component's envelope is 1. Phi
+/// is evaluated at points turned back about the axis by twirl * theta(r). Features are thus wound
+/// in the sense of the arms, and follow the arms at twirl = 1.
 class Texture {
  public:
   explicit Texture(double twirl) : twirl_(twirl) {}
@@ -19,45 +19,45 @@ class Texture {
 
   double twirl() const { return twirl_; }
 
-  /// Makes <Phi factor> = 1 over the weighted `cloud`. An empty `factor` is 1. Throws InputError
-  /// where that cannot be.
+  /// Makes <Phi factor> = 1 over the weighted `cloud`. An empty `factor` is 1. Throws InputError if
+  /// this is impossible.
   virtual void normalise(std::span<const WeightedBatch> cloud,
                          const FractalNoise::Factor& factor) = 0;
-  /// All that normalise() measured, so that restore() can give it to an equal texture.
+  /// All results of normalise(), so that restore() can give them to an equal texture.
   virtual std::vector<double> statistics() const = 0;
   virtual void restore(std::span<const double> statistics) = 0;
 
-  /// Fills out.size() arrays with Phi. With footprints (galaxy radii; null for none) octaves that
-  /// they hide count by their expectation. With deviations, out[d] is the expectation where the
-  /// coherent part of the hidden octaves is deviations[d] standard deviations. Its variance is
-  /// `coherence` (null for 1) times that of the model. A point's value does not depend on the
-  /// others of the batch. Adds the base noises that were evaluated to `evaluations`.
+  /// Fills out.size() arrays with Phi. With footprints (galaxy radii; null for none) hidden octaves
+  /// count by their expectation. With deviations, out[d] is the expectation if the coherent part of
+  /// the hidden octaves is deviations[d] standard deviations. The variance of this part is
+  /// `coherence` (null for 1) times that of the model. A point's value does not depend on other
+  /// points of the batch. Adds the number of evaluated base noises to `evaluations`.
   void evaluate(const Points& points, const float* footprints, const float* coherence,
                 std::span<const double> deviations, std::span<BatchArray> out,
                 std::uint64_t& evaluations) const;
 
   /// The first of two steps of evaluate() with footprints: the octaves that rays see, for several
-  /// sets of footprints at the same points. Octaves that the sets have in common are evaluated
-  /// once. All points take the same path, so that points that see all may differ by rounding from
-  /// evaluate(). expect() with deviations needs `wants_coherent`.
+  /// sets of footprints at equal points. Octaves shared by the sets are evaluated once. All points
+  /// use one algorithm, so that fully resolved points may differ from evaluate() by rounding.
+  /// expect() with deviations needs `wants_coherent`.
   virtual void see(const Points& points, std::span<const float* const> footprints,
                    bool wants_coherent, std::span<SeenNoise> out,
                    std::uint64_t& evaluations) const = 0;
-  /// The second step: Phi by one of the sets.
+  /// The second step: Phi from one of the sets.
   virtual void expect(std::size_t size, const SeenNoise& seen, const float* coherence,
                       std::span<const double> deviations, std::span<BatchArray> out) const = 0;
 
-  /// Whether that footprint hides something.
+  /// Whether rays of this footprint hide a part of the texture.
   virtual bool hides(double footprint) const = 0;
   /// Frequency of the sharpest features, cycles per galaxy radius.
   virtual double frequency() const = 0;
-  /// About how many times narrower the features of Phi are than those of its octaves.
+  /// Approximate ratio of the width of octaves' features to the width of Phi's features.
   virtual double sharpness() const = 0;
   /// sqrt(<(Phi factor)^2>), at least 1.
   virtual double rms() const = 0;
 
  protected:
-  /// Phi for rays that see all.
+  /// Phi for rays that resolve all octaves.
   virtual void evaluate_whole(const Points& points, BatchArray& out,
                               std::uint64_t& evaluations) const = 0;
 
@@ -68,7 +68,7 @@ class Texture {
 /// The texture of FractalNoise.
 class FractalTexture : public Texture {
  public:
-  /// `thickness` (galaxy radii) of the component.
+  /// `thickness` is that of the component, galaxy radii.
   FractalTexture(const FractalParameters& parameters, double twirl, double thickness)
       : Texture(twirl), noise_(parameters, thickness) {}
 

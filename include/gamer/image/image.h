@@ -58,8 +58,8 @@ struct TextTable {
   std::vector<Card> cards;
 
   using TakeRow = std::function<void(std::span<const std::string_view>)>;
-  /// Used instead of `rows` where they would need much memory. It calls its argument with each row
-  /// in turn, in every call the same rows.
+  /// Used instead of `rows` where they would need much memory. The function calls its argument with
+  /// each row in turn; every call gives equal rows.
   std::function<void(const TakeRow&)> made_rows = {};
 
   /// Calls `take` with each row of `rows` or of `made_rows`.
@@ -75,8 +75,8 @@ struct ImageFace {
   int column = 0, row = 0;
 };
 
-/// Describes an image that is a HEALPix map. It has `nside` columns, and `nside` rows for each of
-/// the twelve base pixels in HEALPix order.
+/// The description of an image that is a HEALPix map. The image has `nside` columns, and `nside`
+/// rows for each of the twelve base pixels in HEALPix order.
 struct HealpixHeader {
   int nside = 1;
   bool is_nested = false;  ///< ORDERING of the file is NESTED (otherwise RING)

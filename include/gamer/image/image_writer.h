@@ -24,8 +24,9 @@ struct OutputOptions {
   std::optional<std::array<double, 8>> tone = {};
 };
 
-/// Takes rows in any order and leaves a complete file or none. It writes beside the final name and
-/// renames in finish(); destroyed earlier, it removes what it wrote. It serves one thread.
+/// A writer takes rows in any order, and leaves a complete file or none. The file is written beside
+/// its final name and renamed in finish(); a writer destroyed earlier removes it. One thread may
+/// use a writer.
 class ImageWriter {
  public:
   virtual ~ImageWriter() = default;

@@ -11,8 +11,8 @@
 
 namespace gamer {
 
-/// A camera at a telescope: what `gutil noise` and `gutil convolve` need to know of it, and the
-/// size of its pixels. Read from a file in `instruments/`.
+/// A camera at a telescope: the size of its pixels, and all data for `gutil noise` and `gutil
+/// convolve`. Read from a file in `instruments/`.
 struct Instrument {
   /// A band of the instrument, by the name of its bandpass.
   struct Band {

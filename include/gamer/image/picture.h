@@ -25,9 +25,9 @@ struct Picture {
 /// The colour-preserving asinh stretch of Lupton et al. 2004 (PASP 116, 133). With the intensity I
 /// = (r + g + b)/3, each channel c becomes c F(I)/I,
 ///   F(I) = scale asinh(slope I),
-/// and all three are divided by the largest where that exceeds 1. So hue depends on the ratios of
-/// the channels alone. The paper's Q and alpha are slope = alpha Q, scale = 1/Q. Channels are >= 0;
-/// black stays black.
+/// and all three are divided by the largest where that exceeds 1. Hue thus depends only on the
+/// ratios of the channels. The paper's Q and alpha are slope = alpha Q, scale = 1/Q. Channels are
+/// >= 0; black stays black.
 std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double slope, double scale);
 
 /// Makes a picture of an image without any choices by the user.
@@ -106,9 +106,9 @@ struct PictureFileOptions {
 /// output.
 void check_picture_file(const PictureFileOptions& options, int width, int height);
 
-/// A picture file written row by row from the top; it is complete or absent. It is a PNG (RGB,
-/// marked as sRGB) or a 24-bit BMP. Standard output gets the bytes when all are there. A channel of
-/// 8 bits is the nearest to its 16 bits.
+/// A picture file written row by row from the top; it is complete or absent. The format is PNG
+/// (RGB, marked as sRGB) or 24-bit BMP. Standard output gets the bytes when all are there. A
+/// channel of 8 bits is the nearest to its 16 bits.
 class PictureFile {
  public:
   /// Throws RunError.

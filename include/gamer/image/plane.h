@@ -20,8 +20,8 @@ struct Area {
 };
 
 /// One plane of pixels whose values are made on demand: a stored image, or an operation on other
-/// planes. So work on a plane of any size needs memory only for the area read. Row 0 is the bottom.
-/// Missing pixels are NaN.
+/// planes. Work on a plane of any size thus needs memory only for the area read. Row 0 is the
+/// bottom. Missing pixels are NaN.
 class Plane {
  public:
   /// Throws std::invalid_argument when a side is not positive.
@@ -68,8 +68,8 @@ class MemoryPlane final : public Plane {
 /// A copy of one plane of an image.
 PlanePtr memory_plane(const Image& image, int plane = 0);
 
-/// A change of pixels in place: values[j * area.width + i] is pixel (area.x + i, area.y + j). It is
-/// called from several threads at a time, for any areas. changed() applies it to `source`.
+/// A change of pixels in place: values[j * area.width + i] is pixel (area.x + i, area.y + j).
+/// Several threads may call the change at a time, for any areas. changed() applies it to `source`.
 using PixelChange = std::function<void(const Area& area, double* values)>;
 PlanePtr changed(PlanePtr source, PixelChange change);
 
@@ -78,8 +78,8 @@ PlanePtr changed(PlanePtr source, PixelChange change);
 void for_each_band(const Plane& plane, int threads,
                    const std::function<void(const Area& area, const double* values)>& take);
 
-/// Calls `use(block)` for blocks of at most side x side pixels that cover the area. It serves
-/// planes that would read too much of their sources for a large area.
+/// Calls `use(block)` for blocks of at most side x side pixels that cover the area. The function
+/// serves planes that would read too much of their sources for a large area.
 void for_each_block(const Area& area, int side, const std::function<void(const Area& block)>& use);
 
 /// The whole plane in memory: an Image of one plane.

@@ -7,20 +7,19 @@
 
 namespace gamer {
 
-/// Whether the galaxy's magnitude is that of its light behind its own dust: where
-/// photometry.attenuated says so, by default where the magnitude is apparent. Never in relative
-/// images, nor for galaxies without dust.
+/// Whether the galaxy's magnitude includes dimming by its own dust. photometry.attenuated decides
+/// this; by default apparent magnitudes do. The result is false in relative images and for galaxies
+/// without dust.
 bool is_observed(const PlacedGalaxy& placed, const PhotometrySettings& photometry, PixelUnit unit);
 
-/// The footprints at which apply_attenuation() looks at galaxies.
+/// The footprints of the rays of apply_attenuation().
 FootprintRange attenuation_footprints(const RenderParameters& parameters);
 
-/// Makes the magnitudes of observed galaxies those of their light behind their own dust. It raises
-/// the brightness of each by the light that its dust takes in the reference band, which is at rest
-/// for absolute magnitudes. Every rank calls it with the same scene. Each galaxy is measured alone,
-/// once, in so many threads a rank, ten times more coarsely than sampling.tolerance asks.
-/// Magnitudes of single galaxies then err by some 5e-3, and by up to 2e-2 where the dust is in few
-/// lanes.
+/// Makes observed galaxies brighter by the light that their own dust absorbs in the reference band,
+/// which is at rest for absolute magnitudes. Their magnitudes then include dust. Every rank calls
+/// this function with an equal scene. Each galaxy is measured alone, once, in `threads` threads per
+/// rank, ten times more coarsely than sampling.tolerance. Magnitudes of single galaxies then err by
+/// about 5e-3, and by up to 2e-2 if the dust is in few lanes.
 void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
                        const Bandpass& reference, const Ranks& ranks, int threads, Scene& scene);
 

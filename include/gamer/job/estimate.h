@@ -7,34 +7,34 @@
 
 namespace gamer {
 
-/// The time and memory that a job will take, extrapolated from a part of it.
+/// The time and memory that a job will take, extrapolated from a part of the job.
 struct JobEstimate {
   double preparing = 0;            ///< core seconds: reading, statistics of noise, placing
   double rendering = 0;            ///< seconds of one core
   double truth = 0;                ///< seconds of one core, for the table TRUTH
-  double wall = 0;                 ///< seconds, where each thread has a core
-  std::uint64_t memory = 0;        ///< the most that rank 0 has resident, bytes
-  std::uint64_t other_memory = 0;  ///< each other rank
+  double wall = 0;                 ///< seconds, if each thread has a core
+  std::uint64_t memory = 0;        ///< peak resident memory of rank 0, bytes
+  std::uint64_t other_memory = 0;  ///< peak of each other rank, bytes
 };
 
-/// What was done before a job is rendered, seconds on cores.
+/// The cost of preparing a job, core seconds.
 struct Preparation {
   double reading = 0;    ///< by rank 0, then by the others
-  double measuring = 0;  ///< by all together (complete())
+  double measuring = 0;  ///< by all ranks together (complete())
 };
 
-/// Estimates a job that has been read and completed. It renders tiles of 16 x 16 pixels for up to
-/// `most_seconds`. A place is chosen with a probability proportional to its cost by probe_pixels().
-/// With `truth` it measures a few galaxies for as long. Times are those of the thread, not of the
-/// clock. Rank 0 is taken to hand out and write while its threads render. The file system's own
-/// time is left out.
+/// Estimates a job that has been read and completed. The estimate renders tiles of 16 x 16 pixels
+/// for up to `most_seconds`. A place is chosen with a probability proportional to its cost by
+/// probe_pixels(). With `truth` it also measures a few galaxies for up to `most_seconds`. Times are
+/// processor times of the thread. The estimate assumes that rank 0 hands out and writes while its
+/// threads render. The time of the file system is left out.
 JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int threads,
                          const Preparation& preparation, double most_seconds = 2);
 
-/// One line.
+/// The estimate as one line of text.
 std::string estimate_text(const JobEstimate& estimate, int ranks, int threads);
 
-/// Seconds that the process, and the calling thread, have spent on cores.
+/// Processor seconds of the process, and of the calling thread.
 double process_seconds();
 double thread_seconds();
 

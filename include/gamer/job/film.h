@@ -20,18 +20,18 @@
 
 namespace gamer {
 
-/// The frames of an animation that are to be rendered, each with files of its own, as if it were
-/// rendered alone. Every rank has one.
+/// The frames of an animation that must be rendered. Each frame has its own files, as if it were
+/// rendered alone. Every rank has a Film.
 class Film {
  public:
-  /// A film's report on rank 0.
+  /// Messages of a film on rank 0.
   struct Messages {
-    std::function<void(const std::string& line)> say;  ///< of each frame when it is made
+    std::function<void(const std::string& line)> say;  ///< called for each finished frame
     std::function<void(const std::string& line)> warn;
     Progress::Style progress = Progress::Style::none;
   };
 
-  /// On rank 0: checks all that can be known beforehand. Throws InputError.
+  /// On rank 0: checks everything that can be known beforehand. Throws InputError.
   Film(const RenderJob& animation, JobOptions options, int ranks, int threads);
   /// For the other ranks.
   std::string pack() const;
@@ -43,7 +43,7 @@ class Film {
   const std::vector<int>& left() const { return left_; }
   /// "film_0001.png to film_0120.png".
   std::string names() const;
-  /// "24 x 18 pixels, 3 planes", of each frame.
+  /// Size of each frame: "24 x 18 pixels, 3 planes".
   std::string size() const;
   /// Number of pixels of all frames that are to be rendered.
   double pixels() const;
@@ -52,13 +52,13 @@ class Film {
   /// See ImageTask::hindrance().
   const std::string& hindrance() const { return hindrance_; }
 
-  /// Estimates what rendering will take from parts of a few frames. Reading the film took `reading`
-  /// seconds.
+  /// Estimates the time and memory of rendering from parts of a few frames. Reading the film took
+  /// `reading` seconds.
   JobEstimate estimate(int ranks, int threads, double reading);
 
-  /// Renders and writes the frames; every rank's part. Removes the files that are to be replaced
-  /// first, so that a frame that is there is one of this film. Adds where the time went to
-  /// `report`. Throws InputError, RunError.
+  /// Renders and writes the frames. Every rank calls this function. First removes the files that it
+  /// will replace, so that every existing frame belongs to this film. Adds the times to `report`.
+  /// Throws InputError, RunError.
   void render(const Ranks& ranks, int threads, Executor& executor, const Messages& messages,
               RankReport& report);
 
@@ -71,10 +71,11 @@ class Film {
     bool is_dark = false;
     double unconverged_rays = 0;
   };
-  /// The part of a process alone, or of rank 0 with all ranks.
+  /// Renders a frame in a single process, or on rank 0 with all ranks.
   Flaws render_frame(int number, int ranks, int threads, Executor& executor,
                      const Messages& messages, RankReport& report);
-  /// By number. One warning of each kind, the same for any number of ranks.
+  /// Warns of the flaws, given by frame number: one warning of each kind, independent of the number
+  /// of ranks.
   void warn_of(const std::map<int, Flaws>& flaws, const Messages& messages);
 
   std::unique_ptr<FrameJobs> jobs_;
@@ -82,10 +83,10 @@ class Film {
   RenderParameters parameters_;
   CameraPath path_;
   std::vector<int> left_;
-  ImageHeader header_;  ///< of a frame; on rank 0
+  ImageHeader header_;  ///< header of a frame, on rank 0
   std::vector<std::filesystem::path> replaced_;
   std::string hindrance_;
-  /// The tone of a picture that is complete, and that picture.
+  /// The tone of an existing complete picture, and the picture's path.
   std::optional<std::array<double, 8>> earlier_tone_;
   std::filesystem::path earlier_picture_;
 };

@@ -16,8 +16,8 @@
 
 namespace gamer {
 
-/// Makes the jobs of an animation's frames. What no camera changes is made once: the catalogue and
-/// the galaxies, with the statistics of their noise. Not for several threads at a time.
+/// A maker of the jobs of an animation's frames. Frames share the catalogue and the galaxies, with
+/// the statistics of their noise, which are made once. One thread at a time may use it.
 class FrameJobs {
  public:
   /// From the record of the whole animation. Throws InputError.
@@ -27,12 +27,12 @@ class FrameJobs {
   FrameJobs(const FrameJobs&) = delete;
   FrameJobs& operator=(const FrameJobs&) = delete;
 
-  /// Measures the animation's galaxies, where they are not yet, with all ranks: each of them calls
-  /// it, before any makes a frame's job.
+  /// Measures the animation's galaxies with all ranks, if this was not done yet. Every rank calls
+  /// this function before any rank makes a frame's job.
   void measure(const Ranks& ranks);
 
-  /// The job of a frame with these parameters (see frame_parameters()). It is the job that
-  /// rendering the frame alone would make. Throws InputError.
+  /// The job of a frame with these parameters (see frame_parameters()), equal to the job of the
+  /// frame rendered alone. Throws InputError.
   RenderJob make(RenderParameters parameters);
 
   const Record& record() const { return record_; }
@@ -44,24 +44,24 @@ class FrameJobs {
   RenderParameters parameters_;
   Resources resources_;
   Resources::Text list_;
-  std::optional<Resources::Text> columns_;  ///< recorded_columns of the animation
+  std::optional<Resources::Text> columns_;  ///< text recorded_columns of the animation
   Catalogue catalogue_;                     ///< views of list_
   GalaxyLibrary library_;
   std::vector<std::shared_ptr<Galaxy>> unmeasured_;
 };
 
-/// Throws InputError where an image that is there already is not this frame's; BMP pictures do not
-/// tell. A frame's tone may be what the animation leaves open: it is returned.
+/// Throws InputError if an existing image does not belong to this frame; BMP pictures cannot be
+/// checked. Returns the image's tone if the animation does not set the tone.
 std::optional<std::array<double, 8>> check_same_frame(const std::filesystem::path& image,
                                                       const Record& animation,
                                                       RenderParameters parameters);
 
-/// The number of frames that each rank should render on its own: as many as share out evenly. All
-/// ranks share the rows of the other frames.
+/// The number of frames that each rank should render alone: the largest equal number. All ranks
+/// share the rows of the other frames.
 int frames_apart(int frames, int ranks);
 
-/// The tone (PictureTone::numbers()) of a frame's picture, from a picture of a quarter of its size
-/// on each side; on rank 0. Every rank calls it.
+/// The tone (PictureTone::numbers()) of a frame's picture, on rank 0. The tone is measured on a
+/// picture of a quarter of the size on each side. Every rank calls this function.
 std::array<double, 8> frame_tone(FrameJobs& jobs, RenderParameters parameters, Executor& executor);
 
 }  // namespace gamer

@@ -22,16 +22,16 @@
 
 namespace gamer {
 
-/// How a job is done. None of these options changes the image.
+/// The options of a job that do not change the image.
 struct JobOptions {
-  bool truth = false;                 ///< table TRUTH and the images of [truth]
-  std::filesystem::path truth_table;  ///< the table's own file; empty: into the image's
-  bool overwrite = false;             ///< existing files are replaced
-  /// Goes on with a journal, and leaves what is complete as it is.
+  bool truth = false;                 ///< make table TRUTH and the images of [truth]
+  std::filesystem::path truth_table;  ///< file of the table; empty: the image's file
+  bool overwrite = false;             ///< replace existing files
+  /// Continue from a journal, and keep complete files.
   bool resume = false;
-  bool dry_run = false;          ///< checks only; what exists already is no error
-  double journal_interval = 10;  ///< seconds, see Journal; infinite: none is kept
-  std::string resume_command;    ///< goes on with the job; for messages
+  bool dry_run = false;          ///< check only; existing files are no error
+  double journal_interval = 10;  ///< seconds, see Journal; infinite: no journal is kept
+  std::string resume_command;    ///< command that continues the job, for messages
 };
 
 /// "x.fits", or "x_4400A.fits and 2 more".
@@ -41,71 +41,71 @@ std::string size_text(const ImageHeader& header);
 /// "2 galaxies, 1 star".
 std::string objects_text(const Scene& scene);
 
-/// All files that a job with these parameters makes. `truth` is the header of the truth images,
-/// without planes where there are none.
+/// All files that a job with these parameters makes. `truth` is the header of the truth images; it
+/// has no planes if there are none.
 std::vector<std::filesystem::path> result_files(const RenderParameters& parameters,
                                                 const JobOptions& options, const ImageHeader& image,
                                                 const ImageHeader& truth);
-/// Checks these existing files by check_sums(). Throws InputError where one is damaged.
+/// Checks the existing files of a job by check_sums(). Throws InputError if a file is damaged.
 void check_undamaged(const RenderParameters& parameters, const JobOptions& options,
                      const ImageHeader& image, const ImageHeader& truth);
-/// make_truth_header(), or an empty one where no truth images are asked for.
+/// make_truth_header(), or an empty header if no truth images are requested.
 ImageHeader wanted_truth_header(const RenderJob& job, const JobOptions& options);
-/// The reason why files may not be made with these options: one exists, or a journal holds rows of
-/// them. Empty where nothing hinders.
+/// The reason why files may not be made with these options: a file exists, or a journal holds its
+/// rows. The text is empty if there is no reason.
 std::string hindrance(const OutputOptions& output, const JobOptions& options,
                       const std::vector<std::filesystem::path>& files);
-/// What check_output() does, for the image and its truth images.
+/// check_output() for the image and its truth images.
 void check_outputs(const RenderParameters& parameters, const ImageHeader& image,
                    const ImageHeader& truth);
-/// Throws InputError when a file that a job is to make is one that it has read, under whatever
-/// name. Also where files may be replaced: who asks for that has mistaken the name.
+/// A check that throws InputError if a job would overwrite one of its own input files, under any
+/// name. The check also holds with `overwrite`, since the name is then a mistake.
 class InputFiles {
  public:
   explicit InputFiles(const RenderJob& job);
   void check_outputs(const std::vector<std::filesystem::path>& files) const;
 
  private:
-  /// The files by device and number.
+  /// The input files, by device and inode number.
   std::map<std::pair<std::uint64_t, std::uint64_t>, std::filesystem::path> files_;
 };
 /// Whether all files exist.
 bool are_there(const std::vector<std::filesystem::path>& files);
 
-/// A job with its files, as rank 0 has it.
+/// A job with its files, on rank 0.
 class ImageTask {
  public:
-  /// Checks all that can be known beforehand. `earlier` is the journal to go on with, or null.
+  /// Checks everything that can be known beforehand. `earlier` is the journal to continue, or null.
   /// Throws InputError.
   ImageTask(RenderJob job, JobOptions options, int ranks, int threads,
             std::unique_ptr<Journal> earlier);
 
   const RenderJob& job() const { return job_; }
-  /// Whether the job is to be resumed and complete already, so that there is nothing to do.
+  /// Whether the job is resumed and already complete, so that there is nothing to do.
   bool is_complete() const { return is_complete_; }
-  /// Says after a dry run why the job itself would not begin; empty where it would.
+  /// After a dry run, the reason why the job itself would not begin; empty if there is none.
   const std::string& hindrance() const { return hindrance_; }
   /// Completes the job, before rendering.
   void complete(const Ranks& ranks, int threads);
-  /// Makes the journal of a job that begins, in place of an older one. It follows complete().
+  /// Makes the journal of a new job, in place of an older journal. Must follow complete().
   void begin();
-  /// The journal; null where none is kept.
+  /// The journal; null if none is kept.
   Journal* journal() const { return journal_.get(); }
   /// "; finished rows are kept in x.fits.journal; go on with: ...".
   std::string resume_hint() const;
 
-  /// Renders with all ranks and completes the files; adds where the time went to `report`. Throws
-  /// InputError, RunError, which says how to go on.
+  /// Renders with all ranks and completes the files. Adds the times to `report`. Throws InputError,
+  /// and RunError that says how to continue.
   void render(Executor& executor, Progress::Style style, RankReport& report);
-  /// What is to be made: "x.fits: 512 x 512 pixels, 1 plane".
+  /// The planned output: "x.fits: 512 x 512 pixels, 1 plane".
   std::string plan() const;
-  /// Why the image that was made has no light; empty where it has some.
+  /// The reason why the finished image has no light; empty if it has light.
   std::string darkness() const { return is_dark_ ? darkness_warning(job_) : ""; }
-  /// Number of the image's rays that a bound kept from the tolerance.
+  /// Number of the image's rays that did not reach the tolerance.
   double unconverged_rays() const { return unconverged_rays_; }
-  /// A warning about such rays; empty where there are none.
+  /// A warning about these rays; empty if there are none.
   std::string shortfall() const;
-  /// What was made in so many seconds: "x.fits: 512 x 512 pixels, 1 plane, 2.3 s".
+  /// The finished output: "x.fits: 512 x 512 pixels, 1 plane, 2.3 s".
   std::string text(double seconds) const;
 
  private:
@@ -129,7 +129,7 @@ class ImageTask {
   int replayed_rows_ = 0;
 };
 
-/// The other ranks' part of ImageTask::render().
+/// The part of the other ranks in ImageTask::render().
 void help_render(const RenderJob& job, const JobOptions& options, Executor& executor,
                  RankReport& report);
 

@@ -21,64 +21,63 @@
 
 namespace gamer {
 
-/// A user's request: two files, or an image to be made again, and the changes to them.
+/// A user's request: two files, or an image to be made again, with changes.
 struct JobRequest {
-  std::filesystem::path parameters;             ///< *.par
-  std::filesystem::path scene;                  ///< *.lst
-  std::filesystem::path from_header;            ///< an image with a record, instead of the two
-  std::optional<Look> look;                     ///< instead of the two
-  std::vector<std::string> settings;            ///< "section.key=value"
+  std::filesystem::path parameters;   ///< *.par
+  std::filesystem::path scene;        ///< *.lst
+  std::filesystem::path from_header;  ///< an image with a record, instead of the two files
+  std::optional<Look> look;           ///< a galaxy to look at, instead of the two files
+  std::vector<std::string> settings;  ///< "section.key=value"
   std::optional<std::filesystem::path> output;  ///< instead of image.output
   bool overwrite = false;
-  /// A quarter of the size on each side, one ray per pixel and `preview_tolerance` at least.
+  /// Render a quarter of the size on each side, with one ray per pixel and at least
+  /// `preview_tolerance`.
   bool preview = false;
 };
 
 inline constexpr int preview_reduction = 4;
 inline constexpr double preview_tolerance = 1e-2;
 
-/// Everything that an image is made from.
+/// All data from which an image is made.
 struct RenderJob {
   RenderParameters parameters;
   Camera camera;
   Spectrum spectrum;
   std::shared_ptr<Scene> scene;
-  Record record;  ///< with the resolved parameters
+  Record record;  ///< includes the resolved parameters
 
-  /// What complete() still has to do before the job is rendered.
+  /// Work that complete() must do before the job is rendered.
   struct Pending {
-    std::vector<std::shared_ptr<Galaxy>> galaxies;  ///< are to be measured
-    std::vector<FootprintRange> footprints;         ///< for these, by galaxy
-    /// The band in which galaxies are to be as bright with their dust as without it; null for none.
+    std::vector<std::shared_ptr<Galaxy>> galaxies;  ///< galaxies to be measured
+    std::vector<FootprintRange> footprints;         ///< [galaxy] range of their footprints
+    /// The band in which magnitudes include the galaxies' dust; null for none.
     std::shared_ptr<const Bandpass> attenuation;
   };
   Pending pending = {};
-  /// Files that were read from disk, on the rank that read them. The image that is made again is
-  /// not among them.
+  /// Files that were read from disk, on the rank that read them, except an image that is made
+  /// again.
   std::vector<std::filesystem::path> input_files = {};
 };
 
 /// Makes the changes of JobRequest::preview.
 void make_preview(RenderParameters& parameters);
 
-/// Where a job's texts come from: the disk, or the image that is to be made again. Throws
-/// InputError.
+/// The source of a job's texts: the disk, or the image that is made again. Throws InputError.
 Resources open_resources(const JobRequest& request,
                          const std::vector<std::filesystem::path>& folders);
 
-/// Reads the parameters and applies what the request changes. Throws InputError.
+/// Reads the parameters and applies the changes of the request. Throws InputError.
 RenderParameters load_parameters(const JobRequest& request, Resources& resources);
 
-/// Which columns of the request's catalogue serve as which of a scene (column_mapping()). Throws
-/// InputError.
+/// The text of column_mapping() for the request's catalogue. Throws InputError.
 std::string mapping_text(const JobRequest& request, Resources& resources);
 /// Reads everything. Throws InputError.
 RenderJob read_job(const JobRequest& request, Resources& resources);
 /// Reads a job from its record, on any machine.
 RenderJob read_job(const Record& record);
 
-/// Completes a job that has been read. Every rank has the job and calls this. Each galaxy is
-/// measured once, in so many threads a rank. Throws InputError where a texture cannot be
+/// Completes a job that has been read. Every rank has the job and calls this function. Each galaxy
+/// is measured once, in `threads` threads per rank. Throws InputError where a texture cannot be
 /// normalised.
 void complete(RenderJob& job, const Ranks& ranks, int threads);
 
@@ -86,8 +85,8 @@ void complete(RenderJob& job, const Ranks& ranks, int threads);
 RenderJob load_job(const JobRequest& request, Resources& resources);
 RenderJob job_from_record(const Record& record);
 
-/// Measures galaxies with all ranks. Every rank calls it with the same galaxies and ranges of
-/// footprints, one for each galaxy. Without ranges it measures all footprints.
+/// Measures galaxies with all ranks. Every rank calls this function with equal galaxies and ranges
+/// of footprints, one for each galaxy. Without ranges all footprints are measured.
 void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
                       std::span<const FootprintRange> footprints, const Ranks& ranks);
 
@@ -101,10 +100,11 @@ ImageHeader make_image_header(const RenderJob& job);
 /// The header of the images of [truth].
 ImageHeader make_truth_header(const RenderJob& job);
 
-/// Their file: truth.output, or beside the image with _truth before the suffix; one extension each.
+/// The file of the images of [truth], with one extension each: truth.output, or beside the image
+/// with _truth before the suffix.
 OutputOptions truth_output(const RenderParameters& parameters);
 
-/// Throws InputError when the rows that rank 0 holds (row_memory()) need more memory than there is.
+/// Throws InputError if the rows that rank 0 holds (row_memory()) exceed the available memory.
 void check_row_memory(const ImageHeader& header, int planes, int ranks, int threads);
 
 }  // namespace gamer

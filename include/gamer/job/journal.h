@@ -15,28 +15,28 @@
 
 namespace gamer {
 
-/// A job as it was when it began: everything that its files follow from.
+/// The state of a job at its beginning, from which its files follow.
 struct JournalHead {
   std::string program;     ///< name and version
-  std::string simd;        ///< instruction set, on which the last bits depend
+  std::string simd;        ///< instruction set, which affects the last bits
   std::string date;        ///< DATE of the files
-  std::string truth;       ///< where the truth goes; empty for none
-  bool overwrite = false;  ///< existing files may be replaced
+  std::string truth;       ///< destination of the truth; empty for none
+  bool overwrite = false;  ///< whether existing files may be replaced
   Record record;
 };
 
-/// Finished rows on disk, so that a job that was interrupted goes on where it was.
+/// A file of finished rows, from which an interrupted job continues.
 ///
-/// The file is a line that names it, then entries. An entry is a head of six numbers of 64 bits in
-/// the machine's order (kind, section, first and last row, number of values, bytes), that many
-/// bytes, and the CRC-32 of both. Values are double or single precision, and runs of zeros are left
-/// out. An entry that is cut off or has another CRC ends what can be read; open() cuts the file
-/// there. Sections number the runs of a job: its truth, its image.
+/// The file has a line with its name, then entries. An entry has a head, bytes, and the CRC-32 of
+/// both. The head is six numbers of 64 bits in the machine's order: kind, section, first and last
+/// row, number of values, number of bytes. Values have double or single precision, and runs of
+/// zeros are left out. Reading ends at an entry that is cut off or has a wrong CRC; open() cuts the
+/// file there. Sections number the runs of a job: its truth, its image.
 ///
-/// Entries wait in memory until the job is `interval` seconds old, or until there are 32 MiB of
-/// them. Short jobs thus make no file. Afterwards each entry is handed to the system at once, which
-/// keeps it when the process is killed. Every `interval` seconds the file is forced to disk, which
-/// keeps it when the machine stops. The file is locked while a process uses it.
+/// Entries wait in memory until the job is `interval` seconds old, or until they exceed 32 MiB.
+/// Short jobs thus make no file. Afterwards each entry is written at once, so that it survives the
+/// end of the process. Every `interval` seconds the file is forced to disk, so that it survives a
+/// failure of the machine. The file is locked while a process uses it.
 class Journal {
  public:
   /// The clock gives seconds; by default it is a steady one.
@@ -44,12 +44,12 @@ class Journal {
 
   /// Begins the journal of a job.
   Journal(std::filesystem::path path, const JournalHead& head, double interval, Clock clock = {});
-  /// Opens the journal of a job that goes on; null when there is none. Throws InputError when the
-  /// file is no journal, is damaged in its head or is in use.
+  /// Opens the journal of a job that continues; null if there is none. Throws InputError if the
+  /// file is no journal, has a damaged head or is in use.
   static std::unique_ptr<Journal> open(const std::filesystem::path& path, double interval,
                                        Clock clock = {});
-  /// Removes the journal of an earlier job, where there is one. Throws InputError when it is none
-  /// or in use, RunError when it cannot be removed.
+  /// Removes the journal of an earlier job, if it exists. Throws InputError if the file is no
+  /// journal or is in use, RunError if it cannot be removed.
   static void discard(const std::filesystem::path& path);
   /// Closes the journal and keeps the file.
   ~Journal();
@@ -59,23 +59,23 @@ class Journal {
   const std::filesystem::path& path() const { return path_; }
   /// Whether there is a file.
   bool is_begun() const { return descriptor_ >= 0; }
-  /// Called when the file is about to get its name.
+  /// Sets a function that is called just before the file gets its name.
   void when_begun(std::function<void()> call) { when_begun_ = std::move(call); }
 
   // These throw RunError "<path>: cannot write: ...".
   void add_rows(int section, RowRange rows, std::span<const double> values, bool single);
-  /// All rows are there: from now on files get their final names.
+  /// Records that all rows are there. From now on files get their final names.
   void add_end();
-  /// Removes the file: the job is done.
+  /// Removes the file of a finished job.
   void remove();
 
-  // These tell what open() found.
+  // These functions give the contents that open() found.
   const JournalHead& head() const { return head_; }
-  /// The finished rows in ascending order, neighbours joined.
+  /// The finished rows in ascending order, with neighbours joined.
   std::vector<RowRange> finished(int section) const;
   bool has_end() const { return has_end_; }
-  /// Gives the rows of a section to `consume`. Throws InputError when they do not have
-  /// `values_per_row` values, RunError when they cannot be read.
+  /// Gives the rows of a section to `consume`. Throws InputError if rows do not have
+  /// `values_per_row` values, RunError if they cannot be read.
   void replay(int section, std::size_t values_per_row, const Executor::Consume& consume) const;
 
  private:
@@ -83,7 +83,7 @@ class Journal {
   struct Block;
 
   Journal(std::filesystem::path path, double interval, Clock clock);
-  /// What follows the entry's numbers stands in `entry_`, after room for these.
+  /// Writes an entry. Its bytes are in `entry_`, after room for the head.
   void add(Entry entry);
   void begin();
   void write_head();
@@ -101,8 +101,8 @@ class Journal {
   double synced_ = 0;
   int descriptor_ = -1;
   std::function<void()> when_begun_;
-  std::vector<std::byte> pending_;  ///< before there is a file
-  std::vector<std::byte> entry_;    ///< in the making
+  std::vector<std::byte> pending_;  ///< entries before there is a file
+  std::vector<std::byte> entry_;    ///< entry being made
   std::vector<float> floats_;
 
   std::vector<Block> blocks_;

@@ -13,9 +13,9 @@ struct Look {
   double position_angle = 30;  ///< deg
 };
 
-/// Records the parameter file and the scene list that stand for `look`: the galaxy fills a picture
-/// of 640 x 640 pixels, NAME.png, in three colours at tolerance 1e-2. Throws InputError for a name
-/// that no scene list can hold.
+/// Records a parameter file and a scene list for `look`. The galaxy fills a picture of 640 x 640
+/// pixels, NAME.png, in three colours at tolerance 1e-2. Throws InputError for a name that no scene
+/// list can hold.
 void add_look(const Look& look, Resources& resources);
 
 }  // namespace gamer

@@ -7,13 +7,13 @@
 
 namespace gamer {
 
-/// Tells how far a run has come. Not for several threads at a time.
+/// The progress of a run, shown to the user. One thread at a time may use it.
 class Progress {
  public:
   enum class Style {
     none,
-    bar,    ///< a line that is drawn again, for a terminal
-    lines,  ///< from a minute on, a dated line each minute and each tenth
+    bar,    ///< one line that is redrawn, for a terminal
+    lines,  ///< after a minute, a dated line each minute and each tenth
   };
   /// The style that suits `stream`.
   static Style style_for(std::FILE* stream);
@@ -21,22 +21,22 @@ class Progress {
   /// `clock` gives seconds; by default a steady clock. `date` begins lines; by default local time.
   Progress(int rows, Style style, std::FILE* stream, std::function<double()> clock = {},
            std::function<std::string()> date = {});
-  /// Counts something else than rows: "frames".
+  /// Names the counted things, such as "frames"; by default rows.
   void count(std::string unit) { unit_ = std::move(unit); }
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Counts rows that are done now.
+  /// Counts rows that were done in this run.
   void add(int rows);
-  /// Counts rows that were done before; they do not count for the rate.
+  /// Counts rows that were done before, which do not count for the rate.
   void skip(int rows);
   int skipped() const { return skipped_; }
   double seconds() const { return clock_() - start_; }
 
  private:
   std::string text() const;
-  /// Tenths of the rows that are done.
+  /// Finished rows in tenths of all rows.
   int tenth() const { return static_cast<int>(10LL * done_ / rows_); }
   void show();
 

@@ -12,8 +12,8 @@
 
 namespace gamer {
 
-/// All texts that a job is made of. It travels to the other ranks as one string and into the FITS
-/// file as a table.
+/// All texts from which a job is made. Other ranks get the record as one string, and the FITS file
+/// holds it as a table.
 using Record = std::vector<Resources::Text>;
 
 /// Name of the text with the resolved parameters.
@@ -28,24 +28,25 @@ inline constexpr const char* recorded_columns = "scene.ecsv";
 /// Name of the text with the number of rows that catalogue.skip_flagged left out.
 inline constexpr const char* recorded_flagged = "scene.flagged";
 
-/// The text of that name; null where there is none.
+/// The text of this name; null if there is none.
 const Resources::Text* find_text(const Record& record, std::string_view name);
 Resources::Text* find_text(Record& record, std::string_view name);
-/// Throws InputError where there is none.
+/// The text of this name. Throws InputError if there is none.
 const Resources::Text& text_of(const Record& record, std::string_view name);
 
 std::string pack_record(const Record& record);
-/// Packs a record in pieces, without a copy of the texts.
+/// Packs a record in pieces, without copying the texts.
 void pack_record(const Record& record, const std::function<void(std::string_view)>& take);
-/// Throws RunError when `packed` is none of pack_record().
+/// Unpacks a record of pack_record(). Throws RunError if `packed` is something else.
 Record unpack_record(std::string_view packed);
 
-/// Columns NAME, LABEL, TEXT; one row per text.
+/// The record as a table with columns NAME, LABEL, TEXT and one row per text.
 TextTable record_table(const Record& record);
 /// Throws InputError.
 Record record_from_table(const TextTable& table);
 
-/// Whether images of that name keep the record of their job: FITS files and PNG pictures do.
+/// Whether images with this file name hold the record of their job, as FITS files and PNG pictures
+/// do.
 bool keeps_record(const std::filesystem::path& image);
 /// The record in an image's file. Throws InputError.
 Record read_record(const std::filesystem::path& image);

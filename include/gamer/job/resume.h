@@ -14,54 +14,56 @@
 
 namespace gamer {
 
-/// Beside the output: "image.fits.journal".
+/// The path of the journal, beside the output: "image.fits.journal".
 std::filesystem::path journal_path(const OutputOptions& output);
 
-/// "gamer 1.0.0, build 0a1b2c3d": name, version and, where the program can read itself, a checksum
-/// that tells builds apart.
+/// "gamer 1.0.0, build 0a1b2c3d": name, version and, if the program can read its own file, a
+/// checksum that tells builds apart.
 std::string program_text();
 
-/// Throws InputError on rank 0 when another rank is of another build; every rank's part.
+/// Throws InputError on rank 0 if another rank has another build. Every rank calls this function.
 void check_same_program(const Ranks& ranks);
 
-/// The head of a job that begins now, with this program and instruction set.
+/// The head of a new job, with this program and instruction set.
 JournalHead make_journal_head(const RenderJob& job, std::string truth);
 
-/// Throws InputError "<label>: ..." that names all that differs: the program or, where that is the
-/// same, parameters with both values, other texts with the first line that differs, the truth.
+/// Throws InputError "<label>: ..." that names all differences of two jobs. The first is the
+/// program; for equal programs, parameters with both values, other texts with their first different
+/// line, and the truth.
 void check_same_job(const JournalHead& then, const JournalHead& now, const std::string& label);
-/// Checks that an image that is there already is this job's. BMP pictures do not tell.
+/// Checks that an existing image belongs to this job. BMP pictures cannot be checked.
 void check_same_job(const std::filesystem::path& image, const Record& now);
-/// With the record of that image, which has been read.
+/// The check above, with the image's record, which has been read.
 void check_same_job(const std::filesystem::path& image, const Record& then, const Record& now);
 
-/// The mask of instruction sets that makes the same rows again. Throws InputError when this machine
-/// has not the journal's.
+/// The mask of instruction sets that reproduces the journal's rows. Throws InputError if this
+/// machine lacks the journal's instruction set.
 std::int64_t journal_simd_targets(const Journal& journal);
 
-/// Whether writers keep no more than single precision of the pixels.
+/// Whether writers keep only single precision of the pixels.
 bool is_single_precision(const OutputOptions& output);
 
-/// `blocks`, cut where rows are finished. `finished` is in ascending order.
+/// `blocks` without the finished rows. `finished` is in ascending order.
 std::vector<RowRange> unfinished_blocks(std::span<const RowRange> blocks,
                                         std::span<const RowRange> finished);
 
-/// Runs what a journal does not hold, and takes the rows that it holds from there. Each run is the
+/// An executor that takes finished rows from a journal and computes the others. Each run is the
 /// next section of the journal.
 class JournaledExecutor : public Executor {
  public:
-  /// The journal is rank 0's; null on the others and where none is kept. Both outlive this.
+  /// `journal` is the journal on rank 0; null on other ranks or if none is kept. Both arguments
+  /// outlive this object.
   JournaledExecutor(Executor& executor, Journal* journal);
 
-  /// Rows of an earlier process come first.
+  /// Runs the blocks; rows of an earlier process come first.
   void run(std::span<const RowRange> blocks, std::size_t values_per_row, const Compute& compute,
            const Consume& consume) override;
   int workers() const override { return executor_.workers(); }
   const RunTimes& times() const override { return executor_.times(); }
 
-  /// Whether the runs that follow need single precision only. At first they do not.
+  /// Sets whether the following runs need only single precision; at first false.
   void keep_single(bool single) { single_ = single; }
-  /// Whether what is consumed just now is an earlier process's.
+  /// Whether the rows being consumed come from an earlier process.
   bool is_replaying() const { return replaying_; }
 
  private:

@@ -8,19 +8,20 @@
 
 namespace gamer {
 
-/// What a run of the program is to do, besides answers that need no job.
+/// The options of a run of the program.
 struct RunOptions {
   JobRequest request;
-  std::optional<int> threads;  ///< per process; by default all cores, one under a launcher
-  bool print_config = false;   ///< print the resolved parameters instead
-  bool print_mapping = false;  ///< print which columns of the catalogue are used instead
+  std::optional<int>
+      threads;  ///< threads per process; by default all cores, or one under a launcher
+  bool print_config = false;   ///< print the resolved parameters instead of rendering
+  bool print_mapping = false;  ///< print the use of the catalogue's columns instead of rendering
   JobOptions work;
-  bool quiet = false;    ///< say nothing but errors
-  bool verbose = false;  ///< say more, and where the time went
+  bool quiet = false;    ///< print only errors
+  bool verbose = false;  ///< print more, including times
 };
 
-/// Runs a job from its files to the finished image or film, and tells about it on the standard
-/// streams. Every rank calls it with equal options. Throws InputError, RunError and Stopped.
+/// Runs a job from its files to the finished image or film, with messages on the standard streams.
+/// Every rank calls this function with equal options. Throws InputError, RunError and Stopped.
 void run_job(const Ranks& ranks, const RunOptions& options);
 
 }  // namespace gamer

@@ -9,10 +9,10 @@
 
 namespace gamer {
 
-/// Checks before rendering that the table can be written: into the image's file where `path` is
-/// empty, else to `path`, .fits or .ecsv. Throws InputError.
+/// Checks before rendering that the table can be written: to `path` (.fits or .ecsv), or to the
+/// image's file if `path` is empty. Throws InputError.
 void check_truth_table(const std::filesystem::path& path, const OutputOptions& image);
-/// Writes it to `path`; the DATE of a FITS file is `date`. Throws RunError.
+/// Writes the table to `path`; the DATE of a FITS file is `date`. Throws RunError.
 void write_truth_table(const std::filesystem::path& path, const DataTable& table,
                        const std::string& date);
 
@@ -21,8 +21,9 @@ void write_truth_table(const std::filesystem::path& path, const DataTable& table
 ///   (0 to 90 deg), radius (arcsec or scene units), then per plane mag_<label> and
 ///   mag_dustfree_<label> (flux_... in relative images: pixel sums of a fine image, in units of
 ///   brightness times scene units^2), half_light_radius, e1, e2, bulge_to_total (without dust,
-///   first plane), optical_depth. What a star has not is NaN.
-/// Every rank calls it; the table is rank 0's. There `count` is told of objects that are done.
+///   first plane), optical_depth. Values that a star lacks are NaN.
+/// Every rank calls this function; rank 0 gets the table. There `count` is called for finished
+/// objects.
 DataTable truth_table(const RenderJob& job, Executor& executor,
                       const std::function<void(int objects)>& count = {});
 

@@ -14,10 +14,10 @@ std::vector<std::string> job_warnings(const RenderJob& job);
 /// Whether a row has light: pixels that are finite and differ from 0 in the output's precision.
 bool has_light(std::span<const double> pixels, bool is_single_precision);
 
-/// Says that an image is without light, and the likely cause.
+/// A warning that an image has no light, with the likely cause.
 std::string darkness_warning(const RenderJob& job);
 
-/// Says how many rays a bound kept from the tolerance, in these files or frames.
+/// A warning with the number of rays that did not reach the tolerance, in these files or frames.
 std::string shortfall_warning(const std::string& where, double rays);
 
 }  // namespace gamer

@@ -9,15 +9,15 @@
 
 namespace gamer {
 
-/// Points with weights, in batches, over which statistics are taken.
+/// Points with weights, in batches, for statistics.
 struct WeightedBatch {
   BatchArray x, y, z, weight;
   std::size_t size = 0;
   Points points() const { return {x.data(), y.data(), z.data(), size}; }
 };
 
-/// Batches of points spread over something; `fill` makes that of any number in [0, batches), in
-/// several threads if need be.
+/// Batches of points; `fill` makes the batch of any number in [0, batches), from several threads at
+/// a time.
 struct Cloud {
   std::size_t batches = 0;
   std::function<void(std::size_t b, WeightedBatch& out)> fill;
@@ -39,7 +39,7 @@ class CloudMoments {
   static constexpr std::size_t count = 6;
 
   void add(const WeightedBatch& batch, const float* x);
-  /// Sums of other points.
+  /// Adds sums over other points.
   void add(std::span<const double> sums);
 
   std::span<const double> sums() const { return sums_; }
@@ -52,12 +52,13 @@ class CloudMoments {
   double sums_[count] = {};
 };
 
-/// Moments of what `values` fills in at batches [first, last) of a cloud, in threads of
+/// Moments of the values that `values` gives for batches [first, last) of a cloud, in threads of
 /// parallel_for().
 CloudMoments moments_over(const Cloud& cloud, std::size_t first, std::size_t last,
                           const std::function<void(const Points& points, float* out)>& values);
 
-/// The mean of what `values` fills in for batch b of `cloud`, in threads of parallel_for().
+/// The mean of the values that `values` gives for the batches b of `cloud`, in threads of
+/// parallel_for().
 CloudMean mean_over(std::span<const WeightedBatch> cloud,
                     const std::function<void(std::size_t b, BatchArray& out)>& values);
 

@@ -10,8 +10,8 @@
 
 namespace gamer {
 
-/// Parameters of a combination of octaves and its shape; names of GAMER section 2.3 where it has
-/// them.
+/// Parameters of a combination of octaves and its shape, with the names of GAMER section 2.3 where
+/// they exist.
 struct FractalParameters {
   static constexpr int most_octaves = 32;
 
@@ -33,9 +33,9 @@ struct FractalParameters {
   double warp_frequency = 1;
   int warp_octaves = 1;
 
-  /// Octave k = 1 ... omega has frequency f_k = k0 + f_s k or, with a lacunarity, (k0 + f_s)
-  /// l^(k - 1); its weight is f_k^-nu, (f_k/f_1)^-nu for ridges, a for the multiplicative
-  /// combination. Each has its own hash seed and offset, so that octaves are independent.
+  /// Octave k = 1 ... omega has frequency f_k = k0 + f_s k or, with a lacunarity, (k0 + f_s) l^(k -
+  /// 1). Its weight is f_k^-nu, (f_k/f_1)^-nu for ridges, or a for the multiplicative combination.
+  /// Each octave has its own hash seed and offset, so that octaves are independent.
   std::vector<Octave> make_octaves() const;
 
   /// f_k and its weight, k = 1 ... omega.
@@ -46,11 +46,12 @@ struct FractalParameters {
 
   /// The declaration of `component.noise`, with these values as defaults.
   ParameterTable table() const;
-  /// Replaces what `values` (of table()) says. Throws InputError for combinations without sense.
+  /// Replaces the parameters that `values` (of table()) gives. Throws InputError for contradicting
+  /// parameters.
   void apply(const ParameterSet& values, const std::string& context);
 };
 
-/// Gives an octave a lattice of its own: offsets from hash(0), hash(1), hash(2), the seed from
+/// Gives an octave its own lattice: offsets from hash(0), hash(1), hash(2), and the seed from
 /// hash(3).
 void scatter(Octave& octave, const std::function<std::uint64_t(std::uint64_t)>& hash);
 

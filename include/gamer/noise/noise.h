@@ -10,13 +10,13 @@
 
 namespace gamer {
 
-/// One octave of a sum: weight * P(frequency * x + offset), its lattice hashed with `seed`.
+/// One octave of a sum: weight * P(frequency * x + offset). Its lattice is hashed with `seed`.
 ///
-/// Lattice points may be identified (cubic lattices only, Noise::identifies()): then P has an exact
-/// period. By a translation (P, Q): (i, j, k) and (i + P, j + Q, k) are the same point, so that P
-/// is the same at x and x + (P, Q, 0) and, where Q is not 0, does not repeat along either axis
-/// alone: a helix. By periods, one per axis: a torus. Both are in cells of the octave; 0 is none. A
-/// translation goes with periods of the other axes only; |x Q/P| must stay below 4e6.
+/// Lattice points may be identified (cubic lattices only, Noise::identifies()), which makes P
+/// periodic. A translation (P, Q) identifies (i, j, k) with (i + P, j + Q, k), so that noise at x
+/// and x + (P, Q, 0) is equal. Where Q is not 0, noise does not repeat along either axis alone: a
+/// helix. Periods, one per axis, make a torus. Both are in cells of the octave; 0 means none. A
+/// translation excludes periods of its own axes, and |x Q/P| must stay below 4e6.
 struct Octave {
   float frequency = 1;
   float weight = 1;
@@ -56,8 +56,9 @@ class Noise {
   /// Upper bound of |P|.
   virtual double bound() const = 0;
 
-  /// Whether octaves may have a translation or periods; the functions below throw InputError for
-  /// such octaves where not, and where translation and periods contradict each other.
+  /// Whether octaves may have a translation or periods. If not, the functions below throw
+  /// InputError for these octaves. They also throw it if translation and periods contradict each
+  /// other.
   virtual bool identifies() const = 0;
 
   /// out[i] = sum over octaves of weight * P(frequency * p_i + offset).
@@ -65,9 +66,9 @@ class Noise {
   /// Evaluates out[i] = the combination of octaves at p_i.
   virtual void combine(const Combination& combination, const Points& points,
                        std::span<const Octave> octaves, float* out) const = 0;
-  /// The sum of a noise with a vector value, 1 to most_components of them: out[0] is sum(), the
-  /// others are like it and independent of it. They share the hashes and all that depends on the
-  /// position, and so cost less than a sum each.
+  /// The sum of a noise with 1 to most_components components: out[0] is sum(), and the others are
+  /// independent sums of equal statistics. Components share hashes and all that depends on the
+  /// position, so that each costs less than a sum.
   virtual void sum_vector(const Points& points, std::span<const Octave> octaves,
                           std::span<float* const> out) const = 0;
   static constexpr std::size_t most_components = 3;
@@ -87,16 +88,16 @@ const Noise& find_noise(const std::string& name);
 const Noise& perlin_noise();
 
 /// Simplex noise (Perlin 2001) with a kernel of radius^2 1/2, hence continuous: 76.8857 times the
-/// sum over the 4 corners of max(1/2 - r^2, 0)^4 g . r, the same 12 gradients.
+/// sum over the 4 corners of max(1/2 - r^2, 0)^4 g . r, with the 12 gradients of Perlin noise.
 const Noise& simplex_noise();
 
 /// Value noise: numbers of the lattice points, uniform in [-1, 1], mixed by the weights of Perlin
-/// noise. Variance (181/231)^3/3. Smooth, but its blocks show: cheaper than Perlin noise, with more
-/// power at low frequencies.
+/// noise. Variance (181/231)^3/3. The noise is smooth with visible blocks, cheaper than Perlin
+/// noise, and has more power at low frequencies.
 const Noise& value_noise();
 
-/// Cell noise: one number per cell of the lattice, uniform in [-1, 1]. Variance 1/3; it jumps
-/// between cells.
+/// Cell noise: one number per cell of the lattice, uniform in [-1, 1]. Variance 1/3; the noise
+/// jumps between cells.
 const Noise& cell_noise();
 
 }  // namespace gamer

@@ -6,10 +6,10 @@
 
 namespace gamer {
 
-/// Theta and alpha of GAMER Eqs. 3-6: of v = offset + contrast s,
-///   Phi = max(v, 0)^alpha (linear) or max(|v|, floor)^-alpha (inverse),
-/// and what is expected of it, E[Phi(v + contrast h g)], where a part of s is not known but for its
-/// standard deviation h, g being normal. Copies share their table.
+/// The shape with Theta and alpha of GAMER Eqs. 3-6. With v = offset + contrast s,
+///   Phi = max(v, 0)^alpha (linear) or max(|v|, floor)^-alpha (inverse).
+/// The shape also gives the expectation E[Phi(v + contrast h g)], where h is the standard deviation
+/// of an unknown part of s and g is normal. Copies share their table.
 class NoiseShape {
  public:
   struct Parameters {
@@ -18,22 +18,23 @@ class NoiseShape {
     double offset = 0;
     double contrast = 1;
     double floor = 0.1;
-    bool expected = false;  ///< whether v is its own expectation, whatever is hidden
+    bool expected = false;  ///< whether v is its own expectation for any hidden part
     auto operator<=>(const Parameters&) const = default;
   };
   explicit NoiseShape(const Parameters& parameters);
 
-  /// Linear in the sums that become s: s = slope * sum + shift.
+  /// The linear map of sums to s: s = slope * sum + shift.
   struct Standard {
     double slope;
     double shift;
   };
-  /// values[i] = scale Phi, of sums. Relative error below max(1, alpha) (2e-7 + 2e-8/|v|).
+  /// Replaces sums by values[i] = scale Phi. The relative error is below max(1, alpha) (2e-7 +
+  /// 2e-8/|v|).
   void apply(const Standard& standard, double scale, std::size_t size, float* values) const;
-  /// Takes what is expected where the hidden variance h^2 (in [0, 1]) is not 0. Its relative error
-  /// is below 1 % where contrast/floor and the exponent are moderate (inverse, alpha = 1.5,
-  /// floor = 0.3: 0.4 %), more for sharper shapes at small h (alpha = 4, floor = 0.1: below 9 % at
-  /// h = 0.05); exact at 0.
+  /// Replaces sums by expectations for a hidden variance h^2 in [0, 1]. The relative error is below
+  /// 1 % for moderate contrast/floor and exponent (inverse, alpha = 1.5, floor = 0.3: 0.4 %).
+  /// Errors are larger for sharper shapes at small h (alpha = 4, floor = 0.1: below 9 % at h =
+  /// 0.05), and 0 at h = 0.
   void apply_expected(const Standard& standard, double scale, std::size_t size, const float* hidden,
                       float* values) const;
 

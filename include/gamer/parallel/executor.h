@@ -23,7 +23,7 @@ std::vector<RowRange> even_blocks(int rows, int block);
 struct RunTimes {
   double wall = 0;
   double compute = 0;  ///< in compute, sum over the rank's threads
-  double waiting = 0;  ///< of these threads: for blocks, for room, for others to end
+  double waiting = 0;  ///< waiting of these threads: for blocks, for room, for others to end
   double consume = 0;  ///< in consume, on rank 0
 
   RunTimes& operator+=(const RunTimes& other) {
@@ -39,11 +39,12 @@ struct RunTimes {
   }
 };
 
-/// Hands blocks of rows to workers and takes the results in. It knows nothing of what a row holds.
+/// An executor hands blocks of rows to workers and takes the results in, without interpreting the
+/// content of rows.
 class Executor {
  public:
   /// Fills `values` (range.size() * values_per_row numbers) for a range of rows. Called from any
-  /// thread of any rank, several at a time.
+  /// threads of any ranks, several at a time.
   using Compute = std::function<void(RowRange range, std::span<double> values)>;
   /// Takes finished rows in, in any order. Called on rank 0 only, in the thread that called run(),
   /// one at a time.
@@ -52,21 +53,21 @@ class Executor {
   virtual ~Executor() = default;
 
   /// Computes these blocks of rows. Free workers get them in the given order. Blocks may differ in
-  /// size and leave rows out, but none is empty and no row is in two. Every rank calls run(), as
-  /// often as it likes; only the blocks that rank 0 gives count. Results wait for `consume` in a
-  /// bounded queue. Workers wait while it is full.
+  /// size and leave rows out, but no block is empty and no row is in two blocks. Every rank calls
+  /// run(), any number of times; only the blocks of rank 0 count. Results wait for `consume` in a
+  /// bounded queue, and workers wait while the queue is full.
   ///
   /// An exception of compute or consume on any rank ends the run on every rank, once the blocks
-  /// being computed are done. Rank 0 then throws it; one from another rank becomes an InputError or
-  /// RunError with its message. The other ranks throw Stopped. Throws std::invalid_argument when a
-  /// block is empty or begins before row 0.
+  /// being computed are done. Rank 0 then throws it; an exception from another rank becomes an
+  /// InputError or RunError with its message. The other ranks throw Stopped. Throws
+  /// std::invalid_argument when a block is empty or begins before row 0.
   virtual void run(std::span<const RowRange> blocks, std::size_t values_per_row,
                    const Compute& compute, const Consume& consume) = 0;
 
   /// Workers in all ranks together.
   virtual int workers() const = 0;
 
-  /// Times of all runs on this rank that came to their end.
+  /// Times of all completed runs on this rank.
   virtual const RunTimes& times() const { return times_; }
 
  protected:
@@ -82,8 +83,8 @@ struct Stopped {
   int code = 1;
 };
 
-/// The threads of this process. With one thread everything runs in that of the caller. With more,
-/// so many threads compute while the caller's consumes.
+/// The threads of this process. With one thread everything runs in the caller's thread. With more,
+/// these threads compute while the caller's thread consumes.
 class ThreadExecutor : public Executor {
  public:
   /// Throws std::invalid_argument when threads < 1.
@@ -96,8 +97,8 @@ class ThreadExecutor : public Executor {
   int threads_;
 };
 
-/// Cores that this process may use, at least 1: those of its affinity mask, but no more than the
-/// CPU quota of its control group, rounded up.
+/// Number of cores that this process may use, at least 1: the cores of its affinity mask, limited
+/// by the CPU quota of its control group, rounded up.
 int available_cores();
 
 }  // namespace gamer

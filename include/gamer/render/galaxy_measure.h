@@ -7,19 +7,19 @@
 
 namespace gamer {
 
-/// What a galaxy is, measured on rays through it alone: parallel to the line of sight, through its
-/// own dust and nothing else, as finely as sampling.tolerance asks.
+/// Measured properties of one galaxy alone, dimmed only by its own dust. The rays are parallel to
+/// the line of sight, and the accuracy is sampling.tolerance.
 struct GalaxyMeasure {
-  std::vector<double> attenuation;  ///< of each plane: light with dust over light without
-  double half_light_radius = 0;     ///< scene units; around its centre, first plane, as seen
-  /// Second moments of the light of the first plane, as seen, about its centroid: with the axes
-  /// N (up in the image) and E (left), e1 + i e2 = (Q_NN - Q_EE + 2 i Q_NE)/(Q_NN + Q_EE), so that
-  /// the position angle is half its phase.
+  std::vector<double> attenuation;  ///< [plane] ratio of light with dust to light without dust
+  double half_light_radius = 0;  ///< scene units; circle around the centre, first plane, with dust
+  /// Ellipticity from second moments of the light of the first plane, with dust, about its
+  /// centroid. With the axes N (up in the image) and E (left), e1 + i e2 = (Q_NN - Q_EE + 2 i
+  /// Q_NE)/(Q_NN + Q_EE). The position angle is half the phase.
   double e1 = 0, e2 = 0;
   double optical_depth = 0;  ///< through the centre, first plane
 };
 
-/// The footprints of the stamps on which galaxies are measured.
+/// The footprints of the rays with which galaxies are measured.
 FootprintRange measure_footprints(const RenderParameters& parameters);
 
 GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parameters,

@@ -18,8 +18,8 @@
 
 namespace gamer {
 
-/// The part of a ray inside one galaxy's ball, and the ray in that ball's frame:
-/// p(t) = nearest + (t - centre) direction, `nearest` the point closest to the galaxy's centre.
+/// The part of a ray inside one galaxy's ball, with the ray in this ball's frame: p(t) = nearest +
+/// (t - centre) direction. `nearest` is the ray's point closest to the galaxy's centre.
 struct Hit {
   int galaxy;
   double begin;
@@ -27,23 +27,24 @@ struct Hit {
   double centre;
   double nearest[3];
   double direction[3];
-  double footprint = 0;  ///< width across the ray for which it stands, galaxy radii
-  /// Growth of the footprint from the ray's origin on, galaxy radii per scene unit. It is not 0 for
-  /// a camera within the galaxy, to which near parts show details that far ones do not.
+  double footprint = 0;  ///< width of the area that the ray represents, galaxy radii
+  /// Growth of the footprint with the distance from the ray's origin, galaxy radii per scene unit.
+  /// The growth is not 0 for a camera within the galaxy, which sees near parts in more detail than
+  /// far parts.
   double footprint_growth = 0;
 
-  bool shares_pixel = false;  ///< whether the ray is one of many of its pixel
+  bool shares_pixel = false;  ///< whether the ray's pixel has several rays
 
   double footprint_at(double t) const { return footprint + footprint_growth * t; }
 };
 
-/// The galaxies that fill a stretch of a ray together, in an order that does not depend on the
-/// scene's rows. Their components have *slots*: light slots, then dust slots, each numbered through
-/// the galaxies.
+/// The galaxies that together fill a stretch of a ray, in an order that does not depend on the
+/// scene's rows. Their components have numbers, called slots: light slots and dust slots, each
+/// counted through all galaxies.
 struct Cover {
   struct Slot {
     int galaxy;
-    int component;  ///< among the galaxy's light components, or its dust components
+    int component;  ///< index among the galaxy's light components, or its dust components
   };
   std::vector<int> galaxies;
   std::vector<Slot> light, dust;
@@ -51,11 +52,11 @@ struct Cover {
   int dust_slots = 0;
 };
 
-/// Hits of rays, found by galaxy.
+/// A table that finds the hits of rays by galaxy.
 class HitTable {
  public:
   void build(std::span<const std::span<const Hit>> hits);
-  /// The place of a galaxy's hit among those of the ray, which has one.
+  /// The index of a galaxy's hit among the ray's hits. The ray must have one.
   std::size_t find(std::size_t ray, int galaxy) const;
 
  private:
@@ -63,31 +64,32 @@ class HitTable {
     int galaxy;
     std::uint32_t hit;
   };
-  std::vector<std::size_t> end_;  ///< of each ray's entries
-  std::vector<Entry> entries_;    ///< of each ray, ascending by galaxy
+  std::vector<std::size_t> end_;  ///< [ray] end of its entries
+  std::vector<Entry> entries_;    ///< ray by ray, ascending by galaxy
 };
 
-/// Points on stretches of rays (*segments*) with what fills them there: per slot of the segment's
-/// cover, the emissivity at 5500 Angstrom (rest frame) or the opacity at V per scene unit of path.
+/// Points (nodes) on stretches of rays (segments), with light and dust. Each slot of a segment's
+/// cover has the emissivity at 5500 Angstrom (rest frame) or the opacity at V, per scene unit of
+/// path.
 struct RayNodes {
   struct Segment {
     std::int32_t ray;
     std::int32_t cover;  ///< index in `covers`
-    std::int32_t first;  ///< of its nodes, which follow each other
+    std::int32_t first;  ///< index of its first node; the others follow
     std::int32_t count;
-    double origin;  ///< of its nodes' s, along the ray
+    double origin;  ///< place on the ray where s = 0
   };
   std::vector<Segment> segments;
-  std::vector<float> s;  ///< ascending in each segment
-  /// [slot][node] and [variant * dust_slots + slot][node]; anything in slots that a cover lacks.
-  /// These arrays only grow.
+  std::vector<float> s;  ///< place of each node on its segment, ascending
+  /// [slot][node] and [variant * dust_slots + slot][node]. Slots that a cover lacks have arbitrary
+  /// values. The arrays never shrink.
   std::vector<std::vector<float>> light, dust;
-  std::size_t dust_slots = 0;  ///< of the largest cover
+  std::size_t dust_slots = 0;  ///< number of dust slots of the largest cover
 
   std::size_t size() const { return s.size(); }
-  /// Numbers behind the last node's, so that several can be read at once.
+  /// Extra numbers after the last node, so that several can be read at once.
   static constexpr std::size_t padding = 3;
-  /// Room for all nodes in so many slots; what is in it is not specified.
+  /// Makes room for all nodes in these numbers of slots, with unspecified values.
   void make_room(std::size_t light_slots, std::size_t most_dust_slots, std::size_t variants) {
     dust_slots = most_dust_slots;
     const auto grow = [](auto& values, std::size_t least) {
@@ -106,63 +108,65 @@ struct RayNodes {
 
 class Medium;
 
-/// The light that reaches the camera on each ray of a bundle. For each light component of every hit
-/// galaxy, in the order of the ray's hits, it holds G_j = int e exp(-tau_j) ds at each spectral
-/// node j.
+/// The light that reaches the camera on each ray of a bundle: G_j = int e exp(-tau_j) ds at each
+/// spectral node j. G_j is given for each light component of every hit galaxy, in the order of the
+/// ray's hits.
 struct RayLight {
-  std::vector<std::size_t> begin;      ///< of each ray's part of `light`
+  std::vector<std::size_t> begin;      ///< [ray] begin of its part of `light`
   std::vector<double> light;           ///< [begin[ray] + component * nodes + j]
-  std::vector<double> depth;           ///< [ray * nodes + j], optical depth of the whole ray
-  HitTable table;                      ///< of the rays' hits
-  std::vector<std::size_t> first_hit;  ///< of each ray, in `hit_begin`
-  std::vector<std::size_t> hit_begin;  ///< of each hit's part of `light`
+  std::vector<double> depth;           ///< [ray * nodes + j] optical depth of the whole ray
+  HitTable table;                      ///< finds the hits of the rays
+  std::vector<std::size_t> first_hit;  ///< [ray] index of its first hit in `hit_begin`
+  std::vector<std::size_t> hit_begin;  ///< [hit] begin of its part of `light`
 
-  /// Zeroes for rays with these hits.
+  /// Fills everything with zeros, for rays with these hits.
   void prepare(const Medium& medium, std::span<const std::span<const Hit>> hits);
 };
 
-/// How the cost of rendering is counted; seconds are sums over threads.
+/// Counts of the work of rendering. Seconds are sums over threads.
 struct RenderCounts : EvaluationCounts {
   std::uint64_t rays = 0;
   std::uint64_t nodes = 0;  ///< sample points
-  /// Rays on which a bound kept the adaptive sampler from its tolerance.
+  /// Number of rays on which most_nodes_of_a_ray kept the adaptive sampler from its tolerance.
   std::uint64_t unconverged_rays = 0;
   double transfer_seconds = 0;
 
   RenderCounts& operator+=(const RenderCounts& more);
 };
 
-/// Everything that emits or absorbs in a scene.
+/// The emitting and absorbing matter of a scene.
 class Medium {
  public:
-  /// With `dust_free` there is one more spectral node, the last, at which nothing absorbs.
-  /// Stars of `fields` that shine by themselves do not count; without `fields` all stars count.
+  /// `dust_free` adds a last spectral node, at which nothing absorbs. Stars of `fields` that are
+  /// drawn individually are left out; without `fields` all stars count.
   Medium(std::shared_ptr<const Scene> scene, std::shared_ptr<const SpectralBasis> basis,
          const Accuracy& accuracy, bool dust_free = false,
          std::shared_ptr<const StarFields> fields = nullptr);
 
   int planes() const { return static_cast<int>(basis_->planes()); }
   const SpectralBasis& basis() const { return *basis_; }
-  /// Spectral nodes, that of dust_free included.
+  /// Number of spectral nodes, including the node of dust_free.
   std::size_t nodes() const { return nodes_; }
   const Accuracy& accuracy() const { return accuracy_; }
   double radius(int galaxy) const { return placed(galaxy).radius; }
 
-  /// Appends the ray's hits among `candidates`, nearest first. The functions below that take a
-  /// galaxy need one that some ray has hit.
+  /// Appends the ray's hits among `candidates`, nearest first. The functions below need a galaxy
+  /// that some ray has hit.
   void hits(const Ray& ray, std::span<const int> candidates, std::vector<Hit>& out) const;
   /// The plan of the hit galaxy's components on the ray, in t - hit.centre.
   void plan(const Hit& hit, RayPlan& out) const;
 
   /// The cover of these hits.
   Cover cover(std::span<const Hit> hits) const;
-  /// Light components of a galaxy; a star field may be several, with spectra of their own.
+  /// Number of a galaxy's light components; a star field may be several components with different
+  /// spectra.
   std::size_t light_components(int galaxy) const { return kind(galaxy).light.size(); }
-  /// The number of its component, among those that emit, to which light component `own` belongs.
+  /// The index, among the galaxy's emitting components, of the component to which light component
+  /// `own` belongs.
   std::size_t emitter(int galaxy, std::size_t own) const { return kind(galaxy).emitter[own]; }
-  /// The place of a galaxy in an order that does not depend on the scene's rows.
+  /// The rank of a galaxy in an order that does not depend on the scene's rows.
   int rank(int galaxy) const { return rank_[static_cast<std::size_t>(galaxy)]; }
-  /// Where the light slots of a cover of the ray stand in RayLight::light.
+  /// The indices in RayLight::light of the light slots of a cover of the ray.
   void places(const RayLight& light, std::size_t ray, const Cover& cover,
               std::vector<std::size_t>& out) const;
   /// The extinction of a cover's dust slot at spectral node j, relative to V.
@@ -171,56 +175,57 @@ class Medium {
   /// Whether a hit needs the variants of dust_variants.h.
   bool has_variants(const Hit& hit) const;
 
-  /// Fills light and dust of the nodes. One variant is the expectation over the hidden noise; else
-  /// there are all of dust_variants.h. `hits_of_ray[i]` are the hits of ray i. Nodes of a segment
-  /// with one galaxy lie on its hit, but for rounding.
+  /// Fills light and dust of the nodes. With one variant dust is the expectation over the hidden
+  /// noise; otherwise there are all variants of dust_variants.h. `hits_of_ray[i]` are the hits of
+  /// ray i. Nodes of a segment with one galaxy lie on its hit, except for rounding.
   void evaluate(std::span<const std::span<const Hit>> hits_of_ray, std::span<const Cover> covers,
                 std::size_t variants, RayNodes& nodes, RenderCounts& counts) const;
 
-  /// Planes that steer the refinement when there are many: the bluest, the reddest, one between.
+  /// Planes whose errors steer the refinement; of many planes, the bluest, the reddest and one
+  /// between.
   std::span<const std::size_t> steering() const { return steering_; }
-  /// Dust-free flux in the s-th steering plane of a unit of light in a light slot of a cover.
+  /// Dust-free flux of a unit of light in a light slot of a cover, in the s-th steering plane.
   float steering_flux(const Cover& cover, int slot, std::size_t s) const;
-  /// Face-on central brightness of a galaxy's brightest component, dimmed by the galaxy's own dust
-  /// mixed with it, in the s-th steering plane.
+  /// Face-on central brightness of a galaxy's brightest component in the s-th steering plane,
+  /// dimmed by the galaxy's own dust.
   double typical_brightness(int galaxy, std::size_t s) const;
 
-  /// Adds the surface brightness of a hit galaxy's light component to every plane. `light` has its
-  /// G_j. With `dust_free` it is the brightness without dust.
+  /// Adds the surface brightness of a hit galaxy's light component to every plane. `light` holds
+  /// its G_j. With `dust_free` the brightness is that without dust.
   void add_planes(int galaxy, std::size_t component, const double* light, bool dust_free,
                   std::span<double> out) const;
-  /// Optical depth at a plane's pivot wavelength, `depth` those at the nodes.
+  /// Optical depth at a plane's pivot wavelength, from the optical depths at the nodes.
   double depth(std::size_t plane, const double* depth) const;
 
  private:
-  /// What galaxies of one type and seed have in common. A galaxy that draws its stars has a kind of
+  /// Data shared by galaxies of one type and seed. A galaxy whose stars are drawn has a class of
   /// its own.
   struct GalaxyClass {
     std::vector<int> light, dust;      ///< indices of components
     std::vector<std::size_t> emitter;  ///< of each of `light`
     std::vector<const Sed*> seds;      ///< of each of `light`
-    /// The field of each of `light`; null where no stars of it shine by themselves.
+    /// The star field of each of `light`; null where no star is drawn individually.
     std::vector<const StarFields::Field*> fields;
     std::vector<const StarFields::SmoothPart*> field_parts;
     std::vector<double> columns;  ///< [component] typical largest line integral, with amplitude
     std::vector<double>
-        dust_columns;  ///< [dust component] the same before a stretch along the axis
+        dust_columns;  ///< [dust component] `columns` before a stretch along the axis
   };
-  /// What galaxies of one kind and redshift share. It stands in arrays for all galaxies, which may
-  /// be a million. It is filled when a ray first meets one of them, so that a rank pays only for
-  /// the galaxies in its rows.
+  /// Places of the spectral data shared by galaxies of one class and redshift, in arrays for all
+  /// galaxies (up to a million). The data are filled when a ray first meets one of the galaxies, so
+  /// that a rank pays only for galaxies in its rows.
   struct SharedSpectra {
-    /// In weights_: [light component][plane * basis nodes + j], then the sums over the nodes
+    /// Index in weights_: of [light component][plane * basis nodes + j], then sums over the nodes
     /// [light component][steering plane], then typical brightnesses [steering plane].
     std::size_t weights;
-    std::size_t extinction;  ///< in extinction_: [dust component][node]
+    std::size_t extinction;  ///< index in extinction_: of [dust component][node]
   };
   struct Spectra {
     double brightness;  ///< factor of the weights
     std::uint32_t kind;
     std::uint32_t share;
   };
-  /// Nodes of a segment that lie in a galaxy's ball, if any, among all of the segment.
+  /// The nodes of a segment that lie in a galaxy's ball, and all nodes of the segment.
   struct NodesInBall {
     const Hit* hit;
     std::int32_t first, count;
@@ -229,7 +234,7 @@ class Medium {
   };
   struct Scratch;
   static Scratch& scratch();
-  /// Fills the galaxy's slots, from the given first ones on, at the nodes of the stretches. At the
+  /// Fills the galaxy's slots, from the given first slots on, at the nodes of the stretches. At
   /// other nodes of their segments the slots become 0.
   void fill(int galaxy, std::span<const NodesInBall> stretches, std::size_t first_light,
             std::size_t first_dust, std::size_t variants, RayNodes& nodes,
@@ -250,7 +255,7 @@ class Medium {
   }
   void make_kinds();
   void make_shares();
-  /// Fills a galaxy's share where that has not been done.
+  /// Fills a galaxy's SharedSpectra unless they are filled.
   void prepare(int galaxy) const;
   void fill_share(const PlacedGalaxy& galaxy, const GalaxyClass& kind,
                   const SharedSpectra& share) const;
@@ -267,9 +272,9 @@ class Medium {
   std::vector<Spectra> spectra_;
   std::unique_ptr<double[]> weights_;
   std::unique_ptr<float[]> extinction_;
-  std::unique_ptr<std::atomic<bool>[]> is_ready_;  ///< of each share
-  std::unique_ptr<std::mutex[]> mutexes_;          ///< of shares in the making
-  /// Place of each galaxy in an order that does not depend on the scene's rows.
+  std::unique_ptr<std::atomic<bool>[]> is_ready_;  ///< [share] whether it is filled
+  std::unique_ptr<std::mutex[]> mutexes_;          ///< protect shares while they are filled
+  /// Rank of each galaxy in an order that does not depend on the scene's rows.
   std::vector<int> rank_;
 };
 

@@ -23,15 +23,15 @@ namespace gamer {
 
 class LightSums;
 
-/// Renders rows of an image of a scene. Rows may be rendered in any order from any thread or
-/// process; their values are always the same.
+/// A renderer of rows of an image of a scene. Rows may be rendered in any order, by any thread or
+/// process; their values do not depend on this.
 class Renderer {
  public:
   Renderer(const RenderParameters& parameters, const Camera& camera,
            std::shared_ptr<const Scene> scene, const Spectrum& spectrum,
            const TruthSettings& truth = {});
 
-  /// The footprints with which an image in such a unit looks at a galaxy.
+  /// The footprints with which the rays of an image see a galaxy.
   static FootprintRange footprints(const RenderParameters& parameters, const Camera& camera,
                                    PixelUnit unit, const PlacedGalaxy& placed);
 
@@ -40,22 +40,23 @@ class Renderer {
   /// Number of output_planes().
   int planes() const { return static_cast<int>(layout_.size()); }
 
-  /// values[((row - first) * planes + plane) * width + x], in the scene's unit: the mean over a
-  /// pixel's rays, or its flux; NaN for pixels that show no sky, and for magnitudes of nothing.
+  /// Renders values[((row - first) * planes + plane) * width + x], in the scene's unit. A value is
+  /// the mean over a pixel's rays, or the pixel's flux. NaN stands for pixels that show no sky, and
+  /// for magnitudes without light.
   void render_rows(RowRange rows, std::span<double> values) const;
-  /// Renders rows and adds what it took to `counts`.
+  /// Renders rows and adds the work to `counts`.
   void render_rows(RowRange rows, std::span<double> values, RenderCounts& counts) const;
-  /// Rows are rendered fastest in groups of so many, counted from row 0.
+  /// Number of rows of a group that is rendered fastest; groups count from row 0.
   static constexpr int tile_rows = 16;
-  /// Renders the pixels [left, right) x [bottom, top) and adds what it took.
+  /// Renders the pixels [left, right) x [bottom, top) and adds the work to `counts`.
   void count_pixels(int left, int right, int bottom, int top, RenderCounts& counts) const;
 
-  /// Every ray of the whole image: its pixel coordinates (from 0), the area for which it stands
-  /// (pixels), and the light there in each output that is an image, in the scene's unit of
-  /// brightness times that area.
+  /// Calls the function for every ray of the whole image. Arguments are the ray's pixel coordinates
+  /// (from 0), its area (pixels), and its light in each output that is an image. The light is in
+  /// the scene's unit of brightness times the area.
   void sample_light(const std::function<void(double x, double y, double area,
                                              std::span<const double> values)>& take) const;
-  /// Along the ray of a point of the image, at the first plane's wavelength.
+  /// Optical depth along the ray of a point of the image, at the first plane's wavelength.
   double optical_depth(double x, double y) const;
 
  private:
@@ -65,46 +66,47 @@ class Renderer {
   void aim(int left, int right, int y, Workspace& work) const;
   /// Whether a pixel is one of the nine about a cusp.
   bool is_at_cusp(int x, int y) const;
-  /// Rays of a pixel: a fixed grid, or cells where it is large for what it shows. Pixels about a
-  /// cusp have cells in any case, with a grid as that cusp needs them.
+  /// Places the rays of a pixel: a fixed grid, or cells where the pixel is large compared with the
+  /// structure that it shows. With a grid, pixels about a cusp still have cells.
   void place_samples(int x, int y, int row, const GalaxyIndex::Found& near, Workspace& work) const;
-  /// Adds the rays of a cell, or cuts it. `middle` is the ray through its middle.
+  /// Adds the rays of a cell, or divides the cell. `middle` is the ray through the cell's middle.
   void refine(const Sample& cell, const std::optional<Ray>& middle, Workspace& work) const;
-  /// Makes the weights of a pixel's samples, from `first` on, shares of its solid angle.
+  /// Turns the weights of a pixel's samples, from `first` on, into shares of the pixel's solid
+  /// angle.
   void weigh(std::size_t first, Workspace& work) const;
-  /// How large a cell is for what it shows: its side over the largest side at which one ray
-  /// (`rays`) or four rays by Gauss' rule (`parts`) are enough for envelopes and textures.
-  /// `steepness` is `parts` for envelopes alone.
+  /// The size of a cell relative to the structure that it shows: its side over the largest
+  /// sufficient side. One ray (`rays`) or four rays by Gauss' rule (`parts`) must suffice for
+  /// envelopes and textures. `steepness` is `parts` for envelopes alone.
   struct Coarseness {
     double rays = 0, parts = 0, steepness = 0;
   };
   Coarseness coarseness(const Ray& ray, double size, std::span<const int> galaxies) const;
-  /// Works samples off while there are at least so many.
+  /// Integrates samples while at least `least` of them are waiting.
   void work_off(std::size_t least, const GalaxyIndex::Found& near, Workspace& work, LightSums& sums,
                 RenderCounts& counts) const;
-  /// Gives a ray's hit what a pixel or sub-pixel of that size sees of the galaxy.
+  /// Sets the footprint of a ray's hit for a pixel or sub-pixel of size `size`.
   void set_footprint(double size, Hit& hit) const;
   void add_light(std::span<const Sample> samples, const GalaxyIndex::Found& near, Workspace& work,
                  LightSums& sums, RenderCounts& counts) const;
   /// Adds the light and depth of an integrated ray.
   void add_ray(const Sample& sample, std::size_t ray, Workspace& work, LightSums& sums) const;
-  /// Adds the scene's own stars; says whether there were any.
+  /// Adds the scene's own stars, and returns whether there were any.
   bool add_stars(RowRange rows, LightSums& sums) const;
   void add_field_stars(RowRange rows, LightSums& sums, RenderCounts& counts) const;
-  /// Calls take(x, y, share) for the pixels among which the light of a star is shared, `flux` its
-  /// light in each plane in units of brightness times the pixels' area.
+  /// Calls take(x, y, share) for the pixels that share the light of a star. `flux` is its light in
+  /// each plane, in units of brightness times the pixel's area.
   void share_out(const glm::dvec2& pixel, std::span<const double> flux, double area_scale,
                  const std::function<void(int x, int y, double share)>& take) const;
   void add_star(const PlacedStar& star, RowRange rows, LightSums& sums) const;
-  /// Pixels within which a star touches others.
+  /// Largest distance, in pixels, at which a star adds light to a pixel.
   double star_reach() const { return white_point_ ? largest_star_ + 1 : 1; }
-  /// Solid angles of a row's pixels where there is light and the unit counts it; elsewhere 1.
+  /// Solid angles of a row's pixels, where there is light and the unit needs them; elsewhere 1.
   std::vector<double> areas_of(int y, std::size_t row, LightSums& sums) const;
-  /// Turns the sums of a row of the image into its values.
+  /// Converts the sums of a row of the image to pixel values.
   void finish(int y, std::size_t row, LightSums& sums) const;
 
   Camera camera_;
-  std::optional<int> supersample_;  ///< chosen by the tolerance where not given
+  std::optional<int> supersample_;  ///< none: the tolerance decides
   std::shared_ptr<const Scene> scene_;
   std::shared_ptr<const StarFields> star_fields_;
   Medium medium_;
@@ -112,16 +114,18 @@ class Renderer {
   GalaxyIndex index_;
   StarPainter painter_;
   OutputLayout layout_;
-  std::vector<std::pair<int, int>> cusp_pixels_;  ///< [y, x] ascending, where there is a grid
-  std::vector<double> pixel_in_ball_;  ///< of each galaxy: the longest side there, galaxy radii
-  /// A pixel's width in the ball for each scene unit from a camera that the galaxy holds.
+  std::vector<std::pair<int, int>> cusp_pixels_;  ///< [y, x] ascending; with a grid only
+  std::vector<double>
+      pixel_in_ball_;  ///< [galaxy] longest side of a pixel at the galaxy, galaxy radii
+  /// [galaxy] a pixel's width in the ball per scene unit of distance, for a camera inside the
+  /// galaxy.
   std::vector<double> pixel_angle_in_ball_;
   std::vector<double> unit_factors_;  ///< [spectral plane]
   bool antialiased_stars_;
   std::optional<double> white_point_;          ///< see RenderParameters
   double largest_star_;                        ///< pixels
-  std::vector<const PlacedStar*> stars_;       ///< from the lowest in the image to the highest
-  std::vector<const PlacedStar*> seam_stars_;  ///< that may touch rows anywhere; not in `stars_`
+  std::vector<const PlacedStar*> stars_;       ///< from the lowest to the highest in the image
+  std::vector<const PlacedStar*> seam_stars_;  ///< stars that may touch any row; not in `stars_`
 };
 
 }  // namespace gamer

@@ -23,7 +23,7 @@ namespace gamer {
 /// segments that cover the bands; l_j are the Lagrange polynomials of a segment.
 class SpectralBasis {
  public:
-  /// Light at a redshift and the dust that it passes; what the nodes are chosen for.
+  /// A spectrum at a redshift and the dust in front of it, for which the nodes are chosen.
   struct Probe {
     const Sed* sed;
     double sed_redshift;
@@ -31,9 +31,9 @@ class SpectralBasis {
     double dust_redshift;
   };
 
-  /// Without probes there is one node: nothing is absorbed. With `band_samples`, as many nodes in
-  /// each band. Otherwise the fewest for which no plane's flux, behind screens of tau_V = 1/4, 1
-  /// and 4, errs by more than `error` of the flux without dust.
+  /// Without probes nothing is absorbed, and there is one node. `band_samples` gives the number of
+  /// nodes in each band. Otherwise the number is the smallest for which no plane's flux errs by
+  /// more than `error` of the flux without dust. This holds behind screens of tau_V = 1/4, 1 and 4.
   SpectralBasis(Spectrum spectrum, const std::vector<Probe>& probes,
                 std::optional<int> band_samples, double error);
 
@@ -42,16 +42,16 @@ class SpectralBasis {
   std::size_t size() const { return nodes_.size(); }
   /// Observed wavelength of a node, Angstrom.
   double node(std::size_t j) const { return nodes_[j]; }
-  /// The node that says most about a plane.
+  /// The node with the largest weight for a plane.
   std::size_t main_node(std::size_t plane) const { return main_nodes_[plane]; }
 
-  /// weights[plane * size() + j], W_j above.
+  /// weights[plane * size() + j]: W_j above.
   std::vector<double> weights(const Sed& sed, double redshift) const;
   /// l_j at a plane's pivot wavelength.
   std::vector<double> interpolation(std::size_t plane) const;
 
-  /// Extinction relative to V in the rest frame of dust at `redshift`, at an observed wavelength.
-  /// Shortward of the Lyman limit, where no light is left, that of the limit.
+  /// Extinction relative to V (rest frame) of dust at `redshift`, at an observed wavelength.
+  /// Shortward of the Lyman limit, where no light is left, the extinction is that at the limit.
   static double extinction(const ExtinctionCurve& curve, double redshift, double wavelength);
 
  private:
@@ -62,12 +62,12 @@ class SpectralBasis {
   };
   void set_segments(const std::vector<Sed::Range>& intervals, std::size_t order, double spacing);
   void add_segment(double low, double high, std::size_t order);
-  /// What a probe's light is behind screens, for error().
+  /// The light of a probe behind screens, for error().
   struct Trial;
 
-  /// The segment whose polynomials hold at a wavelength of a plane.
+  /// The segment whose polynomials are used at a wavelength of a plane.
   const Segment& segment_at(std::size_t plane, double wavelength) const;
-  /// Adds `light` l_j at a wavelength of a plane to the nodes' sums.
+  /// Adds `light` times l_j at a wavelength of a plane to the sums of the nodes.
   void spread(std::size_t plane, double wavelength, double light, double* nodes) const;
   std::vector<Trial> trials(const std::vector<Probe>& probes) const;
   double error(const std::vector<Trial>& trials) const;
@@ -76,7 +76,8 @@ class SpectralBasis {
   std::vector<Segment> segments_;
   bool own_segments_ = false;  ///< one segment per plane, which may overlap
   std::vector<double> nodes_;
-  /// The place of each node in its segment, of [-1, 1], and what makes its polynomial 1 there.
+  /// The place of each node in its segment, in [-1, 1], and the factor that makes its polynomial 1
+  /// there.
   std::vector<double> places_, scales_;
   std::vector<std::size_t> main_nodes_;
 };

@@ -35,8 +35,8 @@ class SmoothPath {
 /// animation.up, camera.up is up in every frame, so that the horizon stays level. With
 /// animation.up, each key has its own roll; the view's turns are unit quaternions with signs that
 /// make neighbours nearest. Their four components follow a SmoothPath. The shortest turn then
-/// points the view at the target. So there is no sudden roll, even where the path passes straight
-/// above the target.
+/// points the view at the target. The view thus never rolls suddenly, even where the path passes
+/// straight above the target.
 class CameraPath {
  public:
   struct View {

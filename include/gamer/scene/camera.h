@@ -33,8 +33,8 @@ SkyPosition sky_of(const glm::dvec3& direction);
 ///
 /// In a sky view the camera is the observer at the origin, and the scene is comoving space in Mpc,
 /// which is Euclidean in a flat universe. A galaxy of proper radius R at redshift z stands at its
-/// comoving distance and has radius R (1+z). So angles, perspective and the order of galaxies along
-/// a ray are right.
+/// comoving distance and has radius R (1+z). Angles, perspective and the order of galaxies along a
+/// ray are therefore right.
 class Camera {
  public:
   /// Throws InputError for a sky view with a header (see make_camera()) and whatever CelestialWcs
@@ -63,7 +63,7 @@ class Camera {
   double solid_angle(double x, double y) const;
   /// Solid angles of the pixels of row y in the columns `x`.
   void solid_angles(int y, std::span<const int> x, std::span<double> out) const;
-  /// Whether samples within a pixel are weighted by solid angle: so in views of the sphere with
+  /// Whether samples within a pixel are weighted by solid angle, as in views of the sphere with
   /// pixels of unequal area. density() is the weight, sr per pixel^2; it is 1 in other views.
   bool weighs_parts() const { return sphere_ && !sphere_->is_equal_area(); }
   double density(double x, double y) const { return sphere_ ? sphere_->density(x, y) : 1; }
@@ -123,8 +123,8 @@ class Camera {
 };
 
 /// Makes the camera of the parameters. If camera.header names a FITS file, its header is read and
-/// recorded, and sets the image size. That file is searched beside the file that names it, then in
-/// the working directory. Throws InputError, also where image.size contradicts the header.
+/// recorded, and sets the image size. The FITS file is searched beside the file that names it, then
+/// in the working directory. Throws InputError, also where image.size contradicts the header.
 Camera make_camera(RenderParameters& parameters, Resources& resources);
 
 }  // namespace gamer

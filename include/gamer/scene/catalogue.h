@@ -16,7 +16,7 @@ namespace gamer {
 enum class CatalogueFormat {
   automatic,  ///< by the file's contents
   list,       ///< '#' comments, a row of names, then rows of words between blanks
-  csv,        ///< the same with commas between words
+  csv,        ///< a list with commas between words
   votable,    ///< XML with TABLEDATA
   fits,       ///< a FITS table
   ecsv,
@@ -42,7 +42,7 @@ struct TextRows {
 /// typed. A missing value is the word "-", or NaN. Cells of text files are views into the text.
 /// - list: cells are words. Names may stand in the comment above the first row, if that row holds a
 ///   number. A list with a column `galaxy` is a scene list, which has no quotes.
-/// - CSV: cells are words; empty cells have no value. Names are found as in a list.
+/// - CSV: cells are words; empty cells have no value. Column names are found as in a list.
 /// - VOTable: typed columns by `datatype`; arrays and complex numbers are left out.
 /// - ECSV: cells are words; empty cells have no value. Columns with doubled quotes own their texts.
 /// - SExtractor: cells are words; components of a vector NAME are NAME, NAME_1, NAME_2...
@@ -55,7 +55,7 @@ class Catalogue {
  public:
   using Cells = std::variant<std::vector<std::string_view>, std::vector<double>,
                              std::vector<std::int64_t>, std::vector<std::string>>;
-  /// What the file says that words are.
+  /// The type of words, according to the file.
   enum class Kind { unknown, integer, real, text };
   struct Column {
     std::string name;
@@ -74,9 +74,9 @@ class Catalogue {
   static Catalogue from_table(DataTable table, const std::string& label);
 
   CatalogueFormat format() const { return format_; }
-  /// Whether it is made for gamer: it has the columns of a scene and no others.
+  /// Whether the catalogue is made for gamer: it has the columns of a scene and no others.
   bool is_scene_list() const;
-  /// Whether it has a column `galaxy`.
+  /// Whether the catalogue has a column `galaxy`.
   bool has_galaxies() const;
   std::size_t rows() const { return rows_; }
   const std::vector<Column>& columns() const { return columns_; }
@@ -105,18 +105,18 @@ class Catalogue {
 ///   none        empty
 std::optional<double> unit_factor(std::string_view from, std::string_view to);
 
-/// Which catalogue column serves as which scene column: scene name -> catalogue name, or "=word"
-/// for one word in every row. Names not mapped keep their own.
+/// The catalogue column for each scene column: scene name -> catalogue name, or "=word" for one
+/// word in every row. A scene column that is not mapped has its own name in the catalogue.
 using ColumnMap = std::map<std::string, std::string>;
 
 /// The galaxy file's text of a made type: a galaxy of a bulge and a disk, as SkyMaker describes it.
 /// The type's name is
 ///   bulge+disk(bt,re,qb,rh,bulge_sed,disk_sed)
-/// The bulge's share of the light is bt, in [0, 1], its effective radius along the equator re, its
-/// flattening c/a qb, in ]0, 1]. The disk's scale length is rh. Both re and rh are in galaxy radii,
-/// in ]0, 1]. A component without light is left out; its re or rh may be 0. The disk's scale height
-/// is 0.1 rh. There is no noise, arm or dust. Returns nothing for names that do not begin with
-/// "bulge+disk(". Throws InputError (without a location) for wrong arguments.
+/// The bulge has the share bt of the light, in [0, 1]. Its effective radius along the equator is
+/// re, and its flattening c/a is qb, in ]0, 1]. The disk's scale length is rh. Both re and rh are
+/// in galaxy radii, in ]0, 1]. A component without light is left out; its re or rh may be 0. The
+/// disk's scale height is 0.1 rh. There is no noise, arm or dust. Returns nothing for names that do
+/// not begin with "bulge+disk(". Throws InputError (without a location) for wrong arguments.
 std::optional<std::string> made_galaxy(const std::string& name);
 
 }  // namespace gamer

@@ -26,8 +26,8 @@ std::string name_of_type(const std::string& type);
 const std::vector<std::string>& galaxy_suffixes();
 
 /// The galaxies of scenes, each made once per type, SED and seed. A library may outlive a scene:
-/// frames of an animation share one. They differ in the camera, but not in noise and tolerance. It
-/// serves one thread at a time.
+/// frames of an animation share one. They differ in the camera, but not in noise and tolerance. One
+/// thread at a time may use a library.
 class GalaxyLibrary {
  public:
   /// `label` is the catalogue's; names are looked up beside it. `resources` must outlive the
@@ -42,8 +42,8 @@ class GalaxyLibrary {
   /// place where the row names something unknown.
   std::shared_ptr<const Galaxy> find(const std::string& type, const std::string& sed,
                                      std::uint64_t seed, const SceneRow& row);
-  /// Where the light of a row's galaxy is in a band at a redshift; at 5500 Angstrom where the band
-  /// is null. Seeds do not count. Throws InputError where the galaxy has no light there.
+  /// The distribution of light of a row's galaxy in a band at a redshift; at 5500 Angstrom if the
+  /// band is null. Seeds have no influence. Throws InputError where the galaxy has no light there.
   LightProfile light_profile(const std::string& type, const std::string& sed, std::uint64_t seed,
                              double redshift, const Bandpass* band, const SceneRow& row);
   /// An SED that a row names.

@@ -9,7 +9,7 @@
 
 namespace gamer {
 
-/// What the value of a pixel is.
+/// The unit of pixel values.
 enum class PixelUnit {
   relative,            ///< integral of relative emissivity along the ray, f_lambda
   nanojansky,          ///< flux density of the pixel
@@ -36,7 +36,7 @@ struct ImageSettings {
   SourceLocation unit_where;
 };
 
-/// Section [truth]: the further images that are made of a scene.
+/// Section [truth]: further images of a scene.
 struct TruthSettings {
   static ParameterSection section();
   static TruthSettings read(const ParameterSet& values);

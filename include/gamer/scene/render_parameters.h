@@ -26,12 +26,11 @@ class RenderParameters {
  public:
   RenderParameters();  ///< the defaults
   /// Reads a parameter file's tree (after --set). Sections [galaxy.TYPE.COMPONENT] add to
-  /// scene.overrides. Throws InputError for unknown sections and keys,
-  /// wrong types, and values out of their interval. It throws for wavelengths or bands that are
-  /// empty or repeated, and a unit that lacks what it needs. It throws for conflicting keys:
-  /// camera.fov in an orthographic view, image.size of a HEALPix map, sampling.step with the
-  /// adaptive sampler. It throws for a camera whose target is its position or whose up is parallel
-  /// to the view.
+  /// scene.overrides. Throws InputError for unknown sections and keys, wrong types, and values out
+  /// of their interval. Other errors are empty or repeated wavelengths or bands, and a unit whose
+  /// requirements are missing. Conflicting keys are camera.fov in an orthographic view, image.size
+  /// of a HEALPix map, sampling.step with the adaptive sampler. A camera's target must differ from
+  /// its position, and its up must not be parallel to the view.
   static RenderParameters read(const ConfigNode& root);
   /// Every key that applies, with its value, as a parameter file; reading it gives equal
   /// parameters.

@@ -61,7 +61,7 @@ struct PlacedStar {
 
 /// Name of the column with the row of the catalogue in Scene::others.
 inline constexpr const char* row_column = "row";
-/// Stands before the name of another column that a scene's column has, too.
+/// Prefix of the name of another column that equals the name of a scene's column.
 inline constexpr const char* clash_prefix = "cat_";
 
 /// The objects of a scene; in a sky view only those that it shows.
@@ -74,7 +74,7 @@ struct Scene {
   PixelUnit unit = PixelUnit::relative;
   std::size_t objects = 0;  ///< galaxies and stars
   std::size_t rows = 0;     ///< rows of the catalogue
-  std::size_t flagged = 0;  ///< of these, left out by catalogue.skip_flagged
+  std::size_t flagged = 0;  ///< rows of the catalogue that catalogue.skip_flagged left out
   /// Galaxies whose apparent magnitude is outside 5 to 40, and the first of them.
   struct Unlikely {
     std::size_t number = 0;
@@ -117,8 +117,8 @@ struct Scene {
 /// Throws InputError with the place of the cell. Columns: unknown, repeated or missing; wrong
 /// units. Values: bad numbers, out of their interval, zero orientation, unknown galaxies (with near
 /// names). Rows: both ox.. and inclination; incomplete or repeated positions, sizes and magnitudes;
-/// a missing distance; planes outside the range of an SED or extinction curve at the redshift.
-/// Scenes: empty (a sky view may be empty).
+/// a missing distance; planes outside the range of an SED or extinction curve. Scenes: empty (a sky
+/// view may be empty).
 Scene read_scene(const Catalogue& catalogue, const RenderParameters& parameters,
                  const Spectrum& spectrum, const Camera& camera, Resources& resources);
 /// Reads a scene with the galaxies of a library, and adds those that the library lacks. Once they
@@ -131,8 +131,8 @@ Scene read_scene(std::string_view text, const std::string& label,
                  const RenderParameters& parameters, const Spectrum& spectrum, const Camera& camera,
                  Resources& resources);
 
-/// Which column of a catalogue serves as which of a scene, with the units, a line each; then the
-/// columns that are left alone. Throws InputError as read_scene() does for columns.
+/// A text with the catalogue column and units for each scene column, one per line, then the unused
+/// columns. Throws InputError as read_scene() does for columns.
 std::string column_mapping(const Catalogue& catalogue, const RenderParameters& parameters);
 
 }  // namespace gamer

@@ -39,7 +39,7 @@ struct AnimationSettings {
   static AnimationSettings read(const ParameterSet& values);
 
   int frames = 0;      ///< 0 for a single image
-  int tone_frame = 1;  ///< frame, from 1, whose picture sets the tone of all
+  int tone_frame = 1;  ///< frame, from 1, whose picture sets the tone of all frames
 };
 
 }  // namespace gamer

@@ -26,7 +26,7 @@ struct SpectralPlane {
   FluxSamples samples(const Sed& sed, double redshift, Igm igm) const;
 };
 
-/// The planes of an image, and what absorbs light on its way.
+/// The planes of an image, and the absorption between source and observer.
 struct Spectrum {
   std::vector<SpectralPlane> planes;
   Igm igm = Igm::none;

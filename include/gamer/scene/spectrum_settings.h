@@ -13,7 +13,7 @@ namespace gamer {
 
 inline constexpr int most_band_samples = 64;
 
-/// Section [spectrum]: what is seen of the light.
+/// Section [spectrum]: wavelengths and bands of the planes.
 struct SpectrumSettings {
   static ParameterSection section();
   /// Throws InputError for wavelengths or bands that are empty or repeated.
@@ -27,14 +27,15 @@ struct SpectrumSettings {
   Igm igm = Igm::none;
 };
 
-/// Section [photometry]: what magnitudes mean, and the telescope.
+/// Section [photometry]: the meaning of magnitudes, and the telescope.
 struct PhotometrySettings {
   static ParameterSection section();
   static PhotometrySettings read(const ParameterSet& values);
 
   std::string reference_band;
   SourceLocation reference_band_where;
-  /// Whether magnitudes are those of galaxies with their dust. By default apparent ones are.
+  /// Whether magnitudes include dimming by the galaxy's dust. By default only apparent magnitudes
+  /// do.
   std::optional<bool> attenuated;
   double area = 0;  ///< m^2; 0 where not given
   double throughput = 1;

@@ -8,7 +8,7 @@
 
 namespace gamer {
 
-/// Stars of the sky's field.
+/// Parameters of the field stars.
 struct FieldStarParameters {
   double number = 0;  ///< per square degree, between the two magnitudes
   double bright = 14, faint = 24;

@@ -4,7 +4,8 @@
 
 namespace gamer {
 
-/// The Lyman limit of Madau 1995, Angstrom. Shortward of it no light is left for dust to absorb.
+/// The Lyman limit of Madau 1995, Angstrom. Shortward of this limit no light is left for dust to
+/// absorb.
 inline constexpr double lyman_limit = 912;
 
 /// Mean transmission exp(-tau) of the intergalactic medium towards a source at `redshift` z;

@@ -42,7 +42,7 @@ class Sed {
 
 /// Reads a two-column file with "# wavelength: Angstrom|nm|um" and "# flux: flambda|fnu|fphotons"
 /// in its head. The column is interpolated linearly in wavelength, then converted to f_lambda: f_nu
-/// / lambda^2, photons / lambda. So a constant f_nu stays constant between two rows.
+/// / lambda^2, photons / lambda. A constant f_nu thus stays constant between two rows.
 ///
 /// Throws InputError with line and column: missing units (the message has the line to add), words
 /// that are not numbers, fewer than two rows. Wavelengths must be positive and ascending and cover

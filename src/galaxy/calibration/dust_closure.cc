@@ -12,27 +12,28 @@
 namespace gamer {
 namespace {
 
-// What dust lets through is measured along so many rays, of so many points where they are face on.
+// Numbers of rays, and of points on face-on rays, on which the transmission of dust is measured.
 constexpr std::size_t coherence_rays = std::size_t{1} << 12;
 constexpr double coherence_heights = 10;
 constexpr double least_coherence = 0.05;
 constexpr double largest_coherence = 4;
 constexpr double first_factor = 1.3;
 constexpr int secants = 5;
-// Relative error of the light that comes through: below it no further secant is needed.
+// Relative error of the transmitted light below which no further secant step is needed.
 constexpr double light_error = 1e-3;
 
-/// A mean of few points may be of none that count.
+/// The mean if it is positive and finite. Few points may miss the component.
 double proper_mean(double mean) { return mean > 0 && std::isfinite(mean) ? mean : 1; }
 
-/// Rays through a layer of dust, and what those of each width see along them.
+/// Rays through a layer of dust, with the texture as seen by each width.
 struct DustRays {
   const Texture* texture;  ///< may be null
   std::size_t width_count, heights;
-  std::vector<WeightedBatch> columns;  ///< where they meet the plane, by the area they stand for
-  std::vector<BatchArray> brightness;  ///< of light there
-  /// At every point, [(batch * heights + height) * width_count + width], and by what Phi of it is
-  /// multiplied to be a depth.
+  std::vector<WeightedBatch>
+      columns;  ///< places where rays meet the plane, weighted with their area
+  std::vector<BatchArray> brightness;  ///< brightness of light at these places
+  /// Octaves at every point, [(batch * heights + height) * width_count + width], and the factor
+  /// that turns Phi into a depth.
   std::unique_ptr<SeenNoise[]> seen;
   std::unique_ptr<BatchArray[]> weights;
 
@@ -45,7 +46,7 @@ struct DustRays {
   double amount(const std::vector<BatchArray>& values) const {
     return mean(values, false, [](double depth) { return depth; });
   }
-  /// What comes through dust `factor` times as dense.
+  /// The light transmitted by dust of `factor` times the density.
   double light(const std::vector<BatchArray>& values, double factor) const {
     return mean(values, true, [&](double depth) { return std::exp(-factor * depth); });
   }
@@ -136,7 +137,7 @@ DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path, std::size_
       std::vector<BatchArray>(batches),
       std::make_unique_for_overwrite<SeenNoise[]>(texture != nullptr ? places * widths.size() : 0),
       std::make_unique_for_overwrite<BatchArray[]>(places * widths.size())};
-  // Light is weighted by the light where the ray meets the plane, the dust by area.
+  // Transmission is weighted with the light where the ray meets the plane, and dust with area.
   parallel_for(batches,
                [&](std::size_t b) { add_light(galaxy, cloud.columns[b], result.brightness[b]); });
   const auto slope = static_cast<float>(std::sqrt(path * path - 1));
@@ -168,7 +169,7 @@ DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path, std::size_
       if (envelope[i] > 0) {
         envelope[i] *= step;
       } else {
-        // Outside of the galaxy its arms need not have a winding.
+        // Arms may have no winding outside the galaxy.
         envelope[i] = x[i] = y[i] = z[i] = 0;
       }
     }
@@ -201,7 +202,7 @@ DustClosureValues measure_dust_closure(const Galaxy& galaxy, std::size_t c, std:
   const std::vector<BatchArray> all = traced.depths(widths.size(), 1, {});
   const double whole = traced.amount(all), wanted = traced.light(all, 1);
   if (!(whole > 0) || !std::isfinite(whole) || !std::isfinite(wanted)) return result;
-  /// With a coherence: by how much too much light comes through, and how much dust there is.
+  /// The excess of transmitted light for a coherence, and the amount of dust.
   struct Passed {
     double coherence, excess, amount;
   };
@@ -222,7 +223,7 @@ DustClosureValues measure_dust_closure(const Galaxy& galaxy, std::size_t c, std:
       } else {
         guess = last.excess > 0 ? 0.0 : largest_coherence;
       }
-      // The first is short, for a slope of its own.
+      // The first step is short, to find a slope.
       if (step == 0) {
         guess = std::clamp(guess, last.coherence / first_factor, last.coherence * first_factor);
       }

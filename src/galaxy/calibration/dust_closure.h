@@ -11,18 +11,18 @@ namespace gamer {
 
 /// The closure of dust at several footprints (DustClosure).
 struct DustClosureValues {
-  std::vector<double> coherences;  ///< none where no dust is met
+  std::vector<double> coherences;  ///< empty if rays meet no dust
   std::vector<double> amounts;
 };
 
-/// Footprints at which the closure is measured: so many times each other, up to the largest.
+/// Ratio of successive footprints at which the closure is measured, and the largest.
 inline constexpr double closure_footprint_ratio = std::numbers::sqrt3;
 inline constexpr double largest_closure_footprint = 1.0 / 9;
 
 /// Measures the closure of component c, which absorbs, for rays of one of DustClosure::obliquities
-/// and the given widths. It traces rays through the whole texture and through the texture that each
-/// width sees. The variance of the coherent part is that which lets as much light through. The
-/// galaxy's means of textures must have been measured.
+/// and the given widths. This traces rays through the whole texture and through the texture that
+/// each width sees. The variance of the coherent part is chosen so that both transmit equal light.
+/// The galaxy's means of textures must have been measured.
 DustClosureValues measure_dust_closure(const Galaxy& galaxy, std::size_t c, std::size_t obliquity,
                                        std::size_t most_rays, std::span<const double> widths);
 

@@ -18,7 +18,7 @@ namespace {
 
 struct TableInput {
   const float* values;
-  float last;  ///< index of the last
+  float last;  ///< index of the last interval
   float start;
   float inverse_step;
 };
@@ -53,7 +53,7 @@ void LookUp(const TableInput& in, std::size_t size, const float* HWY_RESTRICT po
       hn::Store(hn::ConvertTo(di, node), di, at + filled);
       hn::Store(hn::Sub(place, node), d, share + filled);
     }
-    // A load takes two numbers at once; a gather would load each by itself.
+    // One load takes two numbers; a gather instruction would load each number separately.
     for (std::size_t k = 0; k < filled; ++k) {
       std::memcpy(neighbours + 2 * k, in.values + at[k], 2 * sizeof(float));
     }

@@ -18,31 +18,31 @@
 namespace gamer {
 namespace {
 
-// Points over which a texture's statistics are taken at first. Where independent points would need
-// more for a mean with Accuracy::mean_error, it is taken over a larger cloud, up to the settings'
-// limit. Few points tell the need only roughly: the larger cloud has a least size and a margin. A
-// component with a share f of the light is allowed f^(-1/2) times that error: together the errors
-// are this share of the galaxy's light.
+// Number of points over which a texture's statistics are first taken. If independent points would
+// need more for a mean with Accuracy::mean_error, the mean is taken over a larger cloud, up to the
+// settings' limit. Few points show the need only roughly, so the larger cloud has a minimum size
+// and a margin. A component with a share f of the light may have f^(-1/2) times that error.
+// Together the errors are then this share of the galaxy's light.
 constexpr std::size_t first_cloud = std::size_t{1} << 13;
 constexpr double least_larger_cloud = 1 << 15;
 constexpr double cloud_margin = 1.5;
-// The error at most where all of a texture is seen: the dust in front of a star has no neighbours
-// that make up for its error.
+// Largest error of the mean of a fully resolved texture. Errors of dust in front of stars do not
+// average out.
 constexpr double whole_error = 0.003;
-// Processes share large clouds in slices of so many batches.
+// Number of batches of a slice; processes share large clouds in slices.
 constexpr std::size_t slice_batches = 128;
-// Means are tabulated for footprints up to the widest, each so many times the one before.
+// Widest footprint at which means are tabulated, and the ratio of successive footprints.
 constexpr double widest_mean = 0.5;
 constexpr double mean_ratio = std::numbers::sqrt2;
-// Places at which the largest Phi of a star field is looked for, and by what it may exceed the
-// largest found: the light of what is beyond is below 1e-4 of the field's (tests).
+// Number of places at which the largest Phi of a star field is searched, and the margin above the
+// largest found. Light beyond the margin is below 1e-4 of the field's light (tests).
 constexpr std::size_t peak_places = std::size_t{1} << 14;
 constexpr double peak_margin = 1.25;
-// Within so many scale lengths and heights.
+// Range of these places in scale lengths and heights.
 constexpr double bright_lengths = 4;
 constexpr double bright_heights = 2;
 
-/// Numbers of a part, one after the other.
+/// A writer of the numbers of a part.
 class NumberWriter {
  public:
   explicit NumberWriter(std::span<double> numbers) : numbers_(numbers) {}
@@ -52,7 +52,7 @@ class NumberWriter {
     numbers_[0] = number;
     numbers_ = numbers_.subspan(1);
   }
-  /// With their count before them.
+  /// Adds a list, preceded by its size.
   void add(const std::vector<double>& list) {
     add(static_cast<double>(list.size()));
     for (const double number : list) add(number);
@@ -93,13 +93,13 @@ GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy, FootprintRange footprints)
   for (std::size_t c = 0; c < galaxy_.components().size(); ++c) {
     const Component& component = component_at(c);
     if (!component.absorbs()) light_ += galaxy_.luminosity(c);
-    // All of them have a part in this round, since processes agree on it.
+    // Every component has a part in this round, so that all processes agree.
     const Texture* texture = component.texture();
     if (texture == nullptr) continue;
     of(Round::textures).push_back({c, 0, 0});
     most_numbers_ = std::max(most_numbers_, texture->statistics().size() + 1);
   }
-  // Footprints are single precision: there are fewer of these widths.
+  // Upper bound of the number of widths in single precision.
   constexpr std::size_t most_widths = 200;
   constexpr std::size_t others = 2;
   most_numbers_ = std::max(most_numbers_, 2 * most_widths + others);
@@ -192,7 +192,7 @@ void GalaxyStatistics::plan_means() {
     of(Round::means).push_back({c, 0, 0});
     if (is_reference()) {
       means_.emplace_back(c, 0.0);
-      // Long paths take longest and come first, so that processes end together.
+      // Long paths take most time and come first, so that processes end together.
       for (std::size_t o = DustClosure::obliquities.size(); o-- > 0;) {
         of(Round::closure).push_back({c, o, 0});
       }
@@ -201,7 +201,7 @@ void GalaxyStatistics::plan_means() {
     const std::vector<double> widths = mean_widths(c);
     const bool is_field = component.star_field() != nullptr;
     const std::span<const double> wanted = measured(widths);
-    // Stars that are drawn see the whole texture, and so does the dust in front of them.
+    // Drawn stars and the dust in front of them need the whole texture.
     const bool sees_whole = is_field || footprints_.sees_whole;
     if (sees_whole && wanted.front() > 0) means_.emplace_back(c, 0.0);
     for (const double width : wanted) means_.emplace_back(c, width);
@@ -214,7 +214,7 @@ void GalaxyStatistics::plan_slices() {
     Mean& mean = means_[m];
     const bool is_some = mean.value > 0 && std::isfinite(mean.value);
     mean.points = points_needed(mean, is_some ? mean.error / mean.value : HUGE_VAL);
-    // A cloud has about as many points as it is asked for.
+    // A cloud has about the requested number of points.
     const std::size_t batches = (mean.points + batch_capacity - 1) / batch_capacity;
     mean.slices = (batches + slice_batches - 1) / slice_batches;
     for (std::size_t k = 0; k < mean.slices; ++k) {
@@ -250,7 +250,8 @@ void GalaxyStatistics::make_tables() {
     std::vector<double> table =
         for_all(widths, {values.begin() + (has_more ? 1 : 0), values.end()});
     if (has_more) table.front() = values.front();
-    // The first of them, of which rays see all, stands one step below the narrowest that do not.
+    // The first width, which hides nothing, is one step below the narrowest width that hides
+    // something.
     const double steps = static_cast<double>(widths.size()) - 1;
     const double widest = steps > 0 ? widths.back() : widest_mean;
     calibration_.means[c] = {widest * std::pow(mean_ratio, -steps), mean_ratio, table};
@@ -291,7 +292,7 @@ std::size_t GalaxyStatistics::first_points() const {
 
 void GalaxyStatistics::normalise(std::size_t c) {
   if (is_normalised_[c] || component_at(c).texture() == nullptr) return;
-  // Together with what it follows.
+  // The statistics include those of the followed component.
   if (galaxy_.followed(c) >= 0) normalise(static_cast<std::size_t>(galaxy_.followed(c)));
   Component& component = *galaxy_.components()[c];
   FractalNoise::Factor factor;
@@ -368,7 +369,7 @@ bool GalaxyStatistics::hides(std::size_t c, double footprint) const {
 
 double GalaxyStatistics::log_narrowest(std::size_t c) const {
   double narrow = std::log(double{smallest_footprint}), wide = std::log(widest_mean);
-  // Single precision's rounding counts as narrow.
+  // Margin for rounding to single precision.
   constexpr double margin = 1e-5;
   while (wide - narrow > margin) {
     const double middle = 0.5 * (narrow + wide);
@@ -396,7 +397,7 @@ std::vector<double> GalaxyStatistics::dust_widths(std::size_t c) const {
 
 std::span<const double> GalaxyStatistics::measured(const std::vector<double>& widths) const {
   if (widths.empty()) return {};
-  // Room for single precision's rounding.
+  // Margin for rounding to single precision.
   constexpr double margin = 1e-5;
   const double narrowest = footprints_.narrowest * (1 - margin);
   const double widest = footprints_.widest * (1 + margin);
@@ -417,7 +418,8 @@ std::vector<double> GalaxyStatistics::for_all(const std::vector<double>& widths,
 }
 
 double GalaxyStatistics::largest_phi(std::size_t c, const StarField& field) const {
-  // Even in r and z beside a plain layer of the same shape, so that the edges are seen too.
+  // The places are uniform in r and z, in addition to a plain layer of this shape, so that the
+  // edges are included.
   const LayerShape& shape = field.shape();
   float largest = 0;
   BatchArray x, y, z, density, envelope;

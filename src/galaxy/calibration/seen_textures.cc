@@ -10,7 +10,7 @@
 namespace gamer {
 namespace {
 
-/// Phi of a texture at points that were turned back by its twirl, for rays that see all.
+/// Phi of a texture for rays that resolve everything, at points that were turned back by its twirl.
 void evaluate_whole(const Texture& texture, const Points& points, float* out) {
   BatchArray phi;
   std::uint64_t evaluations = 0;

@@ -7,22 +7,20 @@
 
 namespace gamer {
 
-/// What rays of several widths see of a galaxy's textures. Points belong to the cloud of a
-/// component: they were turned back by its twirl.
+/// A galaxy's textures as seen by rays of several widths. Points belong to the cloud of a
+/// component, turned back by its twirl.
 class SeenTextures {
  public:
-  /// `galaxy` must outlive this.
+  /// `galaxy` must outlive this object.
   explicit SeenTextures(const Galaxy& galaxy) : galaxy_(&galaxy) {}
 
-  /// Phi of component c, as rays of each width see it. The Phi of a followed component is a factor
-  /// of it.
+  /// Phi of component c for rays of each width, including the factor Phi of a followed component.
   void phi(std::size_t c, const Points& points, std::span<const double> widths,
            std::span<BatchArray> out) const;
-  /// Multiplies arrays by Phi of the component that c follows, if any, as rays of as many widths
-  /// see it.
+  /// Multiplies arrays by Phi of the component that c follows, if any, for rays of each width.
   void multiply_followed(std::size_t c, const Points& points, const BatchArray& shear,
                          std::span<const double> widths, std::span<BatchArray> out) const;
-  /// Phi of the component that c follows, for rays that see all.
+  /// Phi of the component that c follows, for rays that resolve everything.
   void phi_of_followed(std::size_t c, const Points& points, float* out) const;
   /// The octaves of a component that rays of each width see.
   static void see(const Component& component, const Points& points, const BatchArray& shear,
@@ -35,7 +33,7 @@ class SeenTextures {
   const Component& followed_by(std::size_t c) const {
     return at(static_cast<std::size_t>(galaxy_->followed(c)));
   }
-  /// The expectation of a component's Phi by as many widths.
+  /// The expectation of a component's Phi for each width.
   static void expect(const Component& component, const Points& points, const BatchArray& shear,
                      std::span<const double> widths, std::span<BatchArray> out);
   /// The points turned back by the twirl of the component that c follows, instead of c's.

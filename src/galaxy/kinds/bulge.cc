@@ -28,7 +28,8 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// Relative error below 3e-7 (1 + |ln envelope|), given exact coordinates; nothing is below e^-87.
+/// The envelope, with a relative error below 3e-7 (1 + |ln envelope|) for exact coordinates. No
+/// value is below e^-87.
 void BulgeEnvelope(const SampleBatch& batch, const SpheroidMetric& metric,
                    float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
@@ -58,7 +59,7 @@ namespace {
 // r0 = R_e / 3434.12 (projected half-light radius of the density itself; docs/facts.md section 5).
 constexpr double effective_radius_in_r0 = 3434.12;
 
-// b^(1/4) beyond which there is no light left: P(8.58, 60) = 1 - 1e-17.
+// Value of b^(1/4) beyond which no light is left: P(8.58, 60) = 1 - 1e-17.
 constexpr double largest_root = 60;
 
 }  // namespace
@@ -72,8 +73,8 @@ void Bulge::envelope(const SampleBatch& batch, float* out) const {
 }
 
 double Bulge::envelope_integral() const {
-  // Shells m = u^4 r0 of the bulge's own metric: that of u holds u^(11 - 4 0.855) e^-u du, an
-  // incomplete Gamma function up to the taper.
+  // The shell m = u^4 r0 of the bulge's own metric holds u^(11 - 4 0.855) e^-u du, an incomplete
+  // Gamma function up to the taper.
   using Radii = boost::math::quadrature::gauss<double, 20>;
   using namespace boost::math::policies;
   using Policy = policy<promote_double<false>>;

@@ -34,7 +34,7 @@ struct LayerKernelInput {
   std::size_t offset_count;
 };
 
-/// How a cloud fills a layer: radial x azimuthal x vertical cells, counted along z first.
+/// The cells of a cloud in a layer: radial x azimuthal x vertical, counted along z first.
 struct CloudInput {
   float radial, azimuthal, vertical;
   const float* node_radius;  ///< of cloud_nodes + 1 equal steps of the light inside
@@ -42,14 +42,13 @@ struct CloudInput {
   float twirl;
 };
 
-// r is linear in the share of the light inside between so many nodes.
+// Number of nodes between which r is linear in the share of the light inside.
 constexpr int cloud_nodes = 1024;
 
-// Share of the light on one side of the plane; it keeps the points of the cloud within finite
-// heights.
+// Largest share of the light on one side of the plane, which keeps the cloud within finite heights.
 constexpr float largest_share = 1 - 1e-6f;
 
-// Clouds have fewer points, so that single precision counts them.
+// Upper bound of the points of a cloud, which single precision can count.
 constexpr std::size_t largest_cloud_size = std::size_t{1} << 23;
 
 }  // namespace
@@ -63,7 +62,7 @@ namespace HWY_NAMESPACE {
 /// Delta in [0, pi]: the distance of `angle` from the nearest multiple of the period.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V DistanceToMultiple(D d, V angle, double period) {
-  // In two parts, the first with few bits, so that its multiples are exact.
+  // The period has two parts. The first has few bits, so that its multiples are exact.
   const float high = std::floor(static_cast<float>(period) * 0x1p10f) * 0x1p-10f;
   const auto low = static_cast<float>(period - double{high});
   const V n = hn::Round(hn::Mul(angle, hn::Set(d, static_cast<float>(1 / period))));
@@ -71,7 +70,7 @@ HWY_INLINE V DistanceToMultiple(D d, V angle, double period) {
   return hn::Abs(hn::NegMulAdd(n, hn::Set(d, low), rest));
 }
 
-/// Absolute error below 4e-7 + 1.5e-7 A_w, given exact coordinates and windings.
+/// The envelope, with an absolute error below 4e-7 + 1.5e-7 A_w for exact coordinates and windings.
 void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
   constexpr double full_turn = 2 * std::numbers::pi;
@@ -85,7 +84,8 @@ void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* 
     auto value = hn::Div(hn::Mul(hn::Set(d, 4.0f), e), hn::Mul(sum, sum));
     auto exponent = hn::Mul(r, hn::Set(d, in.r_factor));
     if (in.arm_width > 0) {
-      // The winding, which may be many turns, last: one rounding of large numbers.
+      // The winding, which may be many turns, is added last, for a single rounding of large
+      // numbers.
       const auto angle =
           hn::Sub(hn::Sub(hn::Load(d, batch.azimuth.data() + i), hn::Set(d, in.shift)),
                   hn::Load(d, batch.winding.data() + i));
@@ -202,52 +202,52 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-// Nodes are even within so many scale heights or lengths of the layer's brightest place.
+// Range of equally spaced nodes around the layer's brightest place, in scale heights or lengths.
 constexpr double layer_width = 1.5;
 
-// Nodes around the ray's closest approach to the axis, which counts as at least this far in scale
-// lengths or radii of the hole.
+// Density of nodes around the ray's closest approach to the axis, and the least distance used, in
+// scale lengths or radii of the hole.
 constexpr double nodes_per_width = 1.2;
 constexpr double cusp_width = 0.15;
 constexpr double hole_width = 0.5;
 
-// Nodes per period of the texture's sharpest features. Fewer nodes miss some, and no estimate shows
-// it.
+// Number of nodes per period of the texture's sharpest features. Fewer nodes would miss features
+// unnoticed.
 constexpr double nodes_per_period = 2;
 
-// The least length that is divided by.
+// Smallest divisor.
 constexpr double least_divisor = std::numeric_limits<double>::min();
 
-// Frequency times footprint of the finest octaves that nodes follow, of which four fifths are seen.
-// Finer ones are too faint to be missed for long: doubled nodes find them.
+// Largest product of frequency and footprint of octaves that nodes follow; four fifths of this
+// octave are resolved. Finer octaves are faint, and doubled nodes find them.
 constexpr double seen_cycles = fade_begin + 4 * (fade_end - fade_begin) / 15;
 
-// Integrals over the layer end at this many scale lengths x; (1 + x) e^-x of the light is beyond.
+// End of integrals over the layer, in scale lengths x; (1 + x) e^-x of the light is beyond.
 constexpr double reach = 30;
 
-// The layer's column does not count beyond so many scale lengths (e^-9) and heights (sech^2 of 5).
+// Scale lengths (e^-9) and heights (sech^2 of 5) beyond which the layer's column is negligible.
 constexpr double seen_lengths = 9;
 constexpr double seen_heights = 5;
 
-// Columns change within so many scale lengths or heights, and periods of a texture.
+// Lengths over which columns change, in scale lengths or heights, and in periods of a texture.
 constexpr double column_lengths = 2;
 constexpr double texture_periods = 0.35;
 
-// Near the axis exp(-r/rh) has a cusp of so many scale lengths. The profile of arms changes within
-// so many of the lengths over which it falls by e. Where that is below finest_arm galaxy radii
-// there is little light.
+// Size of the cusp of exp(-r/rh) at the axis, in scale lengths. Length over which the profile of
+// arms changes, in lengths over which it falls by e. Where this length is below finest_arm galaxy
+// radii there is little light.
 constexpr double cusp_lengths = 0.5;
 constexpr double arm_lengths = 1;
 constexpr double finest_arm = 1.0 / 96;
 
-// A hole's rim is this share of its radius wide.
+// Width of a hole's rim as a share of its radius.
 constexpr double rim_width = 0.6;
 
-// The layer is bright within these multiples of the scale length and height.
+// Bright range of the layer, in scale lengths and heights.
 constexpr double bright_radius = 3;
 constexpr double bright_height = 3.5;
 
-// The steepest winding outside this radius counts for the texture's frequency.
+// Radius outside which the steepest winding sets the texture's frequency.
 constexpr double twirl_core = 0.1;
 
 /// The x with 1 - (1 + x) e^-x = u, by Newton's method from a series or asymptotic start.
@@ -263,8 +263,8 @@ double gamma2_quantile(double u) {
   return x;
 }
 
-/// The side of the cubes of which `count` fill a box. In a thinner box it is the side of the
-/// squares that fill its widest face, or the length of the pieces of its longest edge.
+/// The side of `count` cubes that fill a box. In a thin box it is the side of squares that fill its
+/// widest face, or the length of pieces of its longest edge.
 double cell_side(std::array<double, 3> extents, double count) {
   std::sort(extents.begin(), extents.end());
   const auto [thin, middle, longest] = extents;
@@ -298,8 +298,8 @@ bool cut_slab(double o, double d, double limit, double& begin, double& end) {
   return begin < end;
 }
 
-/// The distance from the axis at which a ray meets the plane or, where it does so outside the ball,
-/// at which it passes the axis.
+/// The distance from the axis at which a ray meets the plane. If the ray meets the plane outside
+/// the ball, the distance is that of its closest approach to the axis.
 double plane_radius(const double nearest[3], const double direction[3]) {
   const double along = nearest[2] / direction[2];
   const double x = nearest[0] - along * direction[0], y = nearest[1] - along * direction[1];
@@ -330,8 +330,8 @@ ParameterTable Layer::parameters() {
                         "A_w: larger makes narrower arms; 0 ignores them"),
       Parameter::number(
           "shift", "deg", Interval::any(), 0.0,
-          "delta: turns the arms of this component; towards the concave side it is negative for "
-          "ringermacher-mead and positive for logarithmic, times the handedness"),
+          "delta: angle by which this component's arms are turned; towards the concave side it is "
+          "negative for ringermacher-mead and positive for logarithmic, times the handedness"),
       Parameter::number(
           "twirl", "", Interval::closed(-10, 10), 0.1,
           "tau: the noise is wound by tau theta(r); at 1 its features run along the arms"),
@@ -431,8 +431,8 @@ Layer::Cells Layer::cells(std::size_t radial, std::size_t azimuthal, std::size_t
 }
 
 Cloud Layer::cloud(std::size_t size) const {
-  // One point in each cell (the rest of the envelope is the points' weight), whose sides are about
-  // equal where the layer is bright: the mean of a noise of any frequency then converges faster
+  // Each cell has one point, weighted with the rest of the envelope. The sides of cells are about
+  // equal where the layer is bright. The mean of a noise of any frequency then converges faster
   // than over points of equal weight (tests: <Phi> = 1 to 1 %).
   const double length = std::min(bright_radius * shape_.rh, 1.0);
   const double circle = 2 * pi * length / bright_radius;
@@ -485,7 +485,7 @@ ColumnCloud Layer::columns(std::size_t size, std::size_t heights) const {
     for (std::size_t i = 0; i < batch.size; ++i) {
       batch.x[i] = samples.r[i] * std::cos(samples.azimuth[i]);
       batch.y[i] = samples.r[i] * std::sin(samples.azimuth[i]);
-      // The columns' weights leave out the part of the height.
+      // The columns' weights exclude the factor of the height.
       batch.weight[i] *= 1 - share[i] * share[i];
     }
   }
@@ -525,7 +525,7 @@ ColumnScale Layer::column_scale(const double nearest[3], const double direction[
   }
   const double r = std::max(plane_radius(nearest, direction) - reach, 0.0);
   scale = std::min(scale, std::hypot(r, cusp_lengths * shape_.rh));
-  // Arms cross many rays, whose errors average out like those of a texture.
+  // Arms extend over many rays, whose errors average out like those of a texture.
   const double frequency = texture_frequency();
   double texture = frequency > 0 ? texture_periods / frequency : HUGE_VAL;
   if (follows_arms()) {
@@ -542,7 +542,7 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
   const double dd = d[0] * d[0] + d[1] * d[1];
   const double od = o[0] * d[0] + o[1] * d[1];
   const double oo = o[0] * o[0] + o[1] * o[1];
-  // Where sech^2(z/z0) exp(-r/rh) can exceed the least that counts.
+  // The part of the ray where sech^2(z/z0) exp(-r/rh) can exceed the threshold.
   double begin = ray.begin, end = ray.end;
   const double log_least = accuracy.log_envelope_threshold + log_peak_;
   // sech^2(u) < 4 e^(-2u)
@@ -563,8 +563,8 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
   }
   out.extend(begin, end);
   out.has_texture = out.has_texture || texture() != nullptr;
-  // The envelope is largest near the plane, shifted towards the axis along grazing rays: where
-  // d/dt of 2 ln cosh(z/z0) and of r/rh balance.
+  // The envelope is largest near the plane, shifted towards the axis along grazing rays. There the
+  // derivatives of 2 ln cosh(z/z0) and of r/rh along the ray balance.
   const double across = std::abs(d[2]) / shape_.z0;
   const double along = std::sqrt(dd) / shape_.rh;
   const double axis = is_upright ? 0.5 * (begin + end) : -od * per_dd;

@@ -67,7 +67,7 @@ namespace {
 
 constexpr int table_intervals = 4096;
 
-// Below this the envelope is 0 in single precision.
+// Logarithm below which the envelope is 0 in single precision.
 constexpr float least_logarithm = -86;
 
 constexpr double smallest_index = 0.5, largest_index = 10;
@@ -76,7 +76,7 @@ constexpr double smallest_index = 0.5, largest_index = 10;
 class LogDensity {
  public:
   LogDensity(double n, double b) : n_(n), b_(b) {
-    // At the least x of the table, terms are negligible before the last of these.
+    // Largest number of terms; at the smallest x of the table the last terms are negligible.
     constexpr int most_terms = 100;
     for (int k = 1; k <= most_terms; ++k) {
       const double cosh = std::cosh(step * k), root = std::pow(cosh, 1 / n);
@@ -166,7 +166,7 @@ void Sersic::envelope(const SampleBatch& batch, float* out) const {
 }
 
 double Sersic::envelope_integral() const {
-  // What the taper takes, by a rule in ln m between its begin and its end.
+  // The light lost to the taper, by a rule in ln m between its begin and its end.
   using Radii = boost::math::quadrature::gauss<double, 30>;
   const auto shells = [&](double stretch) {
     const double begin = taper_start / (stretch * effective_radius_);

@@ -19,7 +19,7 @@ class SersicProfile {
   static std::shared_ptr<const SersicProfile> of(double n);
   explicit SersicProfile(double n);
 
-  static constexpr double least = 1e-5, most = 1e5;  ///< of x in the table
+  static constexpr double least = 1e-5, most = 1e5;  ///< range of x in the table
   double b() const { return b_; }
   /// ln(nu(x)/nu(least)) at equal steps of ln x.
   const std::vector<float>& table() const { return table_; }

@@ -14,14 +14,15 @@ namespace {
 // Points of the quadrature in azimuth; Gauss' rules take the other coordinates.
 constexpr int azimuths = 32;
 
-// Nodes across the ray's closest approach: k nodes away they stand at sinh(k / this) of it.
+// Density of nodes around the ray's closest approach. A node k steps away is at the distance sinh(k
+// / nodes_per_width), in units of the closest approach.
 constexpr double nodes_per_width = 2.5;
 
-// The column changes over this share of the distance from the centre.
+// Length over which the column changes, as a share of the distance from the centre.
 constexpr double share_of_distance = 0.25;
 
-/// The integral of f(r) over [0, 1]. The nodes are close within `scale` of 0; the taper's begin
-/// parts two rules.
+/// The integral of f(r) over [0, 1] by two rules, which meet at the taper's begin. The nodes are
+/// close within `scale` of 0.
 template <typename Function>
 double integrate_radius(double scale, const Function& f) {
   using Rule = boost::math::quadrature::gauss<double, 40>;
@@ -37,7 +38,7 @@ SmoothShape::SmoothShape(Density density, double scale)
   if (!(scale > 0 && scale <= 1)) throw std::invalid_argument("SmoothShape: scale");
   using Rule = boost::math::quadrature::gauss<double, 30>;
   column_ = 2 * integrate_radius(scale, [&](double z) { return density_(0, 0, z) * taper_at(z); });
-  // The mean over the directions of one hemisphere is that over all.
+  // The mean over one hemisphere equals the mean over all directions.
   const auto mean_at = [&](double r) {
     return Rule::integrate(
         [&](double cosine) {

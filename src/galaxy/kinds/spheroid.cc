@@ -11,10 +11,12 @@ namespace {
 // The softening in units of R_e.
 constexpr double softening_radius = 1e-5;
 
-// The cusp within this many R_e holds 0.4 % of the light, which four rays get right to a tenth.
+// Smallest cell, in R_e. The cusp within it holds 0.4 % of the light, which four rays measure to a
+// tenth.
 constexpr double finest_cell = 0.01;
 
-// Nodes across the ray's closest approach: k nodes away they stand at sinh(k / this) of it.
+// Density of nodes around the ray's closest approach. A node k steps away is at the distance sinh(k
+// / nodes_per_width), in units of the closest approach.
 constexpr double nodes_per_width = 1.6;
 
 }  // namespace

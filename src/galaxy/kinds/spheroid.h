@@ -7,7 +7,7 @@
 
 namespace gamer {
 
-/// Constants of m in some unit of length, for kernels.
+/// Constants of m in a unit of length, for kernels.
 struct SpheroidMetric {
   float inverse_axis[3];  ///< 1/(a unit)
   float softening;        ///< (epsilon/unit)^2
@@ -30,11 +30,11 @@ class Spheroid : public Component {
   double effective_radius() const { return effective_radius_; }
 
  protected:
-  /// The metric in a unit of length of which `units` make R_e.
+  /// The metric in a unit of length; R_e is `units` of these units.
   SpheroidMetric metric(double unit, double units) const;
 
-  /// The mean of shells(|S n|) over all directions n, S = diag(a): a point of the shell m in the
-  /// direction n is m |S n| from the centre.
+  /// The mean of shells(|S n|) over all directions n, with S = diag(a). A point of the shell m in
+  /// the direction n is m |S n| from the centre.
   double mean_over_directions(const std::function<double(double stretch)>& shells) const;
 
   double effective_radius_;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double largest_number = 1e15;
 
-/// With a spectrum of its own stars have no temperature.
+/// Checks that a star field with `sed` has no parameters of temperature.
 void check_spectrum(const ParameterSet& values, const std::string& context) {
   if (!values.is_given("sed")) return;
   for (const char* key : {"temperature", "temperature_slope", "temperature_scatter"}) {
@@ -61,10 +61,10 @@ double StarField::bound(const Cell& cell) const {
 }
 
 int StarField::poisson(double mean, double u) {
-  if (u < 1 - mean) return 0;  // below exp(-mean)
+  if (u < 1 - mean) return 0;  // u is below exp(-mean)
   double probability = std::exp(-mean), sum = probability;
   int count = 0;
-  // The sum ends where rounding leaves nothing to add.
+  // The sum ends when rounding makes terms vanish.
   while (u >= sum && probability > 0) {
     ++count;
     probability *= mean / count;
@@ -99,13 +99,15 @@ double StarField::temperature(double luminosity, const Candidate& candidate) con
 ComponentKind starfield_kind() {
   ComponentKind kind;
   kind.name = "starfield";
-  kind.description = "stars: the nearest and brightest as points of light, the others as their sum";
+  kind.description =
+      "stars: the nearest and brightest are points of light, the others are smooth light";
   kind.traits = {.can_follow = true, .has_own_spectrum = true};
-  kind.parameters = Layer::parameters() +
-                    ParameterTable{Parameter::number(
-                        "number", "", Interval::closed(1, largest_number), 1e11,
-                        "of stars in the galaxy, with those that are never seen alone")} +
-                    StellarPopulation::parameters();
+  kind.parameters =
+      Layer::parameters() +
+      ParameterTable{Parameter::number(
+          "number", "", Interval::closed(1, largest_number), 1e11,
+          "number of stars in the galaxy, including stars that are never drawn individually")} +
+      StellarPopulation::parameters();
   FractalParameters noise;
   noise.octaves = 4;
   noise.k0 = 0;

@@ -9,7 +9,7 @@ namespace gamer {
 
 namespace {
 
-/// A disk without arms of its own, in which VeinTexture draws them.
+/// A disk whose envelope has no arms; VeinTexture draws them.
 class Veins : public Layer {
  public:
   Veins(const LayerShape& shape, double amplitude, std::unique_ptr<Texture> texture)
@@ -71,8 +71,7 @@ ComponentKind veins_kind() {
 ComponentKind veins_light_kind() {
   ComponentKind kind;
   kind.name = "veins_light";
-  kind.description =
-      "light along such veins, in knots: the H II regions and young stars of their arms";
+  kind.description = "light in knots along veins: the H II regions and young stars of the arms";
   VeinParameters defaults;
   defaults.density_low = 0.1;
   defaults.clumpiness = 5;

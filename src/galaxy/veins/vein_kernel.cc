@@ -61,7 +61,7 @@ HWY_INLINE V InverseI0Exp(D d, V y, V inverse, V root) {
   return hn::Mul(p, hn::IfThenElse(is_above, root, hn::Set(d, 1.0f)));
 }
 
-/// By how much footprints see of an octave.
+/// The share of an octave that footprints resolve.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V SeenBy(D d, V footprint, V inverse_radius, const SeenInput& in) {
   constexpr auto slope = static_cast<float>(1 / (fade_end - fade_begin));
@@ -103,7 +103,7 @@ class HelicalOctave {
         offset_{octave.offset[0], octave.offset[1], octave.offset[2]},
         lattice_(octave) {}
 
-  /// P over `scale`.
+  /// P divided by `scale`.
   template <class D, class V = hn::Vec<D>>
   HWY_INLINE V Noise(D d, const LatticePoint<V>& point) const {
     const V frequency = hn::Set(d, frequency_);
@@ -158,7 +158,7 @@ void Displace(const Points& points, const SpiralBatch& spiral, const Displacemen
   }
 }
 
-/// What a spur's number is hashed from: spur j of arm m, and the step to the next spur.
+/// Factors of the hash of spur j of arm m; the first is the step to the next spur.
 constexpr std::uint32_t spur_step = 0x9E3779B1u;
 template <class D, class VU = hn::Vec<hn::RebindToUnsigned<D>>>
 HWY_INLINE VU SpurWord(D /*d*/, hn::Vec<D> m, hn::Vec<D> j, std::uint32_t seed) {
@@ -169,7 +169,7 @@ HWY_INLINE VU SpurWord(D /*d*/, hn::Vec<D> m, hn::Vec<D> j, std::uint32_t seed) 
   return hn::Add(hn::Add(along, hn::Set(du, seed)), arm);
 }
 
-/// A number in [0, 1) of it.
+/// A number in [0, 1) from the hash.
 template <class D, class VU>
 HWY_INLINE hn::Vec<D> SpurNumber(D d, VU h) {
   const hn::RebindToSigned<D> di;
@@ -206,7 +206,8 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
     const auto magic = hn::Set(d, in.magic);
     const auto radial = hn::Add(hn::Load(d, spiral.u_radial.data() + i), shift);
     const auto u = Unwound(d, hn::Add(radial, magic), turns, in.count, magic);
-    // How far a footprint widens what has the gradient 1, and the rest of the displacement.
+    // The widening of structure of gradient 1 by the footprint, and by the rest of the
+    // displacement.
     auto spread = hn::Zero(d);
     auto rest = hn::Zero(d);
     if (footprints != nullptr) {
@@ -216,7 +217,7 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
                        hn::Mul(gradient, gradient));
       rest = hn::Load(d, unseen + i);
     }
-    // A periodic Gaussian that is widened keeps its mean; `hidden` is the variance that it loses.
+    // A widened periodic Gaussian keeps its mean; `hidden` is the variance that it loses.
     const auto gaussian = [&](auto x, auto more, float kappa, float y, float mean, float square,
                               auto& hidden) HWY_ATTR {
       const auto cosine = OneMinusCosTurn(d, x);
@@ -248,7 +249,8 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
         const auto k = hn::Sub(nearest, hn::Set(d, static_cast<float>(b)));
         const auto away = hn::Sub(u, k);
 
-        // Arm k is arm m after so many turns; one turn less of the azimuth is one more of these.
+        // Number of turns after which arm m is arm k. A decrease of the azimuth by one turn
+        // increases it by one.
         const auto around =
             hn::Floor(hn::Mul(hn::Add(k, hn::Set(d, 0.5f)), hn::Set(d, in.inverse_count)));
         const auto m = hn::NegMulAdd(around, hn::Set(d, in.count), k);
@@ -258,7 +260,7 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
                                       hn::NegMulAdd(arm_turns, hn::Set(d, in.cycle), v));
 
         const auto t = hn::MulAdd(along, hn::Set(d, in.rate), PhaseOf(d, m, in));
-        // Strength and length go smoothly from spur to spur.
+        // Strength and length vary smoothly from spur to spur.
         const auto spur = hn::Floor(t);
         const auto word = SpurWord(d, m, spur, in.seed);
         const auto first = SpurNumber(d, word);
@@ -308,7 +310,7 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
   }
 }
 
-/// Multiplies the densities by what is seen of the helical octaves of N.
+/// Multiplies the densities by the resolved parts of the helical octaves of N.
 template <bool cycles>
 HWY_INLINE void MultiplyHelicalOf(const Points& points, const SpiralBatch& spiral,
                                   const CountedOctave* counted, std::size_t count,

@@ -17,10 +17,10 @@ namespace gamer {
 // The part of VeinTexture that works on whole vectors: its inputs, and functions that run the best
 // instruction set of this machine. Arrays are those of batches (batch.h).
 
-/// How an octave counts whose frequency is that of radius 1 over r (helical) or the same
-/// everywhere.
+/// The visibility of an octave. A helical octave has its frequency at radius 1 divided by r; other
+/// octaves have a constant frequency.
 struct SeenInput {
-  float sharpest;  ///< frequency, as seen by footprints
+  float sharpest;  ///< largest frequency for the visibility
   bool helical;
 };
 
@@ -45,17 +45,17 @@ struct DisplacementInput {
 
 struct VeinInput {
   float count, inverse_count, cycle;
-  float magic;                          ///< of the grid of u
+  float magic;                          ///< grid_magic() of u
   float vein_kappa, vein_y, vein_mean;  ///< y of InverseI0Exp(), I0e(kappa) = <A>
   float vein_square;                    ///< <A^2> - <A>^2
   float spur_kappa, spur_y, spur_mean;
   float spur_square;  ///< of G(t), times <(strength fade)^2>
   float rate, slope, curvature, inverse_length, strength, variation;
-  float inverse_rise;  ///< of the fade within the arm
+  float inverse_rise;  ///< inverse range of the fade within the arm
   int branches;
-  std::vector<float> phases;  ///< of each arm's spurs; then zeros, padded()
+  std::vector<float> phases;  ///< phases of each arm's spurs, padded() with zeros
   std::uint32_t seed;
-  float high, low, mean;  ///< D_h - D_l, D_l, V where it is not resolved
+  float high, low, mean;  ///< D_h - D_l, D_l, and V where veins are not resolved
   float core;             ///< isotropic scale
   float square_start;     ///< footprint^2 from which veins are widened
   float relative;         ///< ((D_h - D_l)/<density>)^2
@@ -67,40 +67,42 @@ struct MultiplyInput {
   MapInput map;  ///< of a helical one
   SeenInput seen;
   float contrast;      ///< c/sigma
-  float variance;      ///< of the factor; of a helical one c^2
+  float variance;      ///< variance of the factor; c^2 for a helical octave
   float layers;        ///< 2 thickness frequency
   float blend_shift;   ///< the helical blend's argument is blend_shift + s/ln 2
   float clumpiness;    ///< power of a Cartesian factor
-  float inverse_mean;  ///< of that power
+  float inverse_mean;  ///< inverse mean of that power
 };
 
-/// An octave that counts in a batch, its index, and whether any of the batch's views sees it.
+/// An octave that counts in a batch, with its index and whether any view of the batch sees it.
 struct CountedOctave {
   const MultiplyInput* in;
   std::size_t index;
   bool seen;
 };
 
-// The most octaves of a VeinTexture.
+// Largest number of octaves of a VeinTexture.
 constexpr int most_octaves = 32;
 
 // The largest contrast c.
 constexpr float largest_contrast = 1.5f;
 
-// Unresolved veins near the centre: the arms' spacing in isotropic scales where they begin to fade
-// and are gone.
+// The fading of unresolved veins near the centre: the arms' spacings, in isotropic scales, where it
+// begins and ends.
 constexpr float core_begin = 0.4f;
 constexpr float core_end = 1.2f;
 
-// Spurs fade where the arms' pitch is so much steeper than the reference one: in a bar.
+// Ratios of the arms' pitch to the reference pitch at which spurs fade, as in a bar.
 constexpr float bar_begin = 1.8f;
 constexpr float bar_end = 3.5f;
 
-// Offsets only keep lattice points of different octaves apart; they stay on the grid below.
+// Largest offset. Offsets only keep lattice points of different octaves apart, and stay on the grid
+// below.
 constexpr double largest_offset = 16.0;
 constexpr double offset_steps = 1024;
 
-/// What rounds to the spacing of single precision at that size, when added and taken away again.
+/// A number that rounds to the spacing of single precision at this size, when it is added and
+/// subtracted again.
 inline float grid_magic(double largest) {
   return static_cast<float>(1.5 * std::exp2(std::ceil(std::log2(largest))));
 }
@@ -111,47 +113,49 @@ inline float grid_magic(double slope, int turn) {
   return grid_magic(std::abs(slope) * most_radial + 0.5 * std::abs(turn) + largest_offset);
 }
 
-// For how many standard deviations a coherent hidden factor is followed.
+// Largest deviation, in standard deviations, up to which a coherent hidden factor is followed.
 constexpr float largest_deviation = 1.2f;
 
 // InverseI0Exp() has one polynomial below this argument and one above.
 constexpr float bessel_border = 2.5f;
-// Its y over the variance of a Gaussian of period 1: kappa = 1/(4 pi^2 variance) is the argument.
+// Ratio of y of InverseI0Exp() to the variance of a Gaussian of period 1; the argument is kappa =
+// 1/(4 pi^2 variance).
 constexpr auto y_factor =
     static_cast<float>(4 * bessel_border * std::numbers::pi * std::numbers::pi);
 
-/// What one set of footprints makes of a batch of points.
+/// A batch of points as seen with one set of footprints.
 struct VeinView {
-  const float* footprints;  ///< null where all is seen
+  const float* footprints;  ///< null if everything is resolved
   float* density;           ///< (D_h - D_l) V + D_l, then times N
-  float* coherent;          ///< variance of the logarithm that is hidden and coherent, or null
-  Range widths;             ///< of the footprints, 0 where there are none
-  std::size_t whole;        ///< so many octaves of the displacement are seen by all
-  /// Whether any point does not see all of an octave of N.
+  float* coherent;          ///< hidden coherent variance of the logarithm, or null
+  Range widths;             ///< range of the footprints; 0 if there are none
+  std::size_t whole;        ///< number of octaves of the displacement that all points resolve
+  /// Whether an octave of N is partly hidden at any point.
   std::array<bool, most_octaves> fades;
   BatchArray displacement;
-  BatchArray unseen;   ///< variance of the displacement that is not seen
-  BatchArray product;  ///< of the Cartesian octaves of N
+  BatchArray unseen;   ///< variance of the hidden displacement
+  BatchArray product;  ///< product of the Cartesian octaves of N
 
   VeinView(const float* seen_by, float* density_out, float* coherent_out)
       : footprints(seen_by), density(density_out), coherent(coherent_out) {}
 };
 
-/// The displacement as views see it, and the variance of what they do not.
+/// Computes the displacement that views resolve, and the variance of the hidden rest.
 void fill_displacement(const Points& points, const SpiralBatch& spiral, const DisplacementInput& in,
                        std::span<VeinView> views);
-/// (D_h - D_l) V + D_l; footprints, `coherent` and what follows `in` but the density may be null.
+/// Computes (D_h - D_l) V + D_l. Footprints, `coherent` and all arguments after `in` except the
+/// density may be null.
 void fill_veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
                 const float* displacement, const float* unseen, const VeinInput& in, float* density,
                 float* coherent, float* arms, float* spurs, float* veins);
-/// Multiplies the densities by what is seen of `count` helical octaves of N. With `cycles` lattice
-/// points are identified in both directions.
+/// Multiplies the densities by the resolved parts of `count` helical octaves of N. With `cycles`
+/// lattice points are identified in both directions.
 void multiply_helical(const Points& points, const SpiralBatch& spiral, const CountedOctave* counted,
                       std::size_t count, bool cycles, std::span<const VeinView> views);
 /// out = clamp(1 + contrast value, 0, 2)^power.
 void fill_factors(std::size_t size, const float* value, float contrast, float power, float* out);
-/// Multiplies the products by what is seen of a Cartesian octave of N, given by its factor. Where
-/// all of it is seen, that is the factor itself, to the last bit.
+/// Multiplies the products by the resolved part of a Cartesian octave of N, given by its factor. A
+/// fully resolved octave gives the factor itself, to the last bit.
 void multiply_cartesian(std::size_t size, const float* value, const CountedOctave& octave,
                         std::span<VeinView> views);
 void multiply_by(std::size_t size, const float* value, float* density);

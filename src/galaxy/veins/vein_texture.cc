@@ -33,7 +33,7 @@ double square_of(double kappa) {
   return mean_height(2 * kappa) - mean * mean;
 }
 
-/// A sample of a noise over its standard deviation, whole batches.
+/// A sample of a noise divided by its standard deviation, in whole batches.
 const std::vector<float>& sample_of(const Noise& kind) {
   static std::mutex mutex;
   static std::map<const Noise*, std::vector<float>> known;
@@ -61,7 +61,7 @@ const std::vector<float>& sample_of(const Noise& kind) {
 }
 
 struct FactorMoments {
-  double mean, variance;  ///< the variance over the mean's square
+  double mean, variance;  ///< the mean, and the variance divided by the square of the mean
 };
 
 /// Moments of clamp(1 + c noise/sigma, 0, 2)^power.
@@ -116,31 +116,32 @@ ParameterTable VeinParameters::table() const {
       number("spur_width", "spur spacings", Interval::closed(0.01, 1), spur_width,
              "sigma of the spurs"),
       number("spur_angle", "deg", Interval::closed(5, 175), spur_angle,
-             "angle between a spur and its arm, where it leaves it"),
+             "angle between a spur and its arm, at the arm"),
       number("spur_curvature", "", Interval::closed(-10, 10), spur_curvature,
-             "how spurs curl: parallel to the arms, or back where negative"),
+             "curvature of spurs: positive towards parallel to the arms, negative backwards"),
       number("spur_length", "arm spacings", Interval::left_open(0, 3), spur_length,
              "distance from its arm at which the longest spur has faded"),
       number("spur_strength", "", Interval::closed(0, 1), spur_strength,
-             "height of the strongest spur, where that of the arms' veins is 1"),
+             "height of the strongest spur, in units of the height of the arms' veins"),
       number("spur_variation", "", Interval::closed(0, 0.95), spur_variation,
-             "by how much spurs differ in height and length"),
+             "variation of the spurs' heights and lengths"),
       number("displacement", "arm spacings", Interval::closed(0, 1), displacement,
              "rms of the noise that displaces veins and spurs together"),
       number("displacement_frequency", "cycles per arm spacing", Interval::closed(0.1, 20),
-             displacement_frequency, "of its first octave"),
-      Parameter::integer("displacement_octaves", "", Interval::closed(1, 6), displacement_octaves,
-                         "its octaves, each of twice the frequency and half the height"),
+             displacement_frequency, "frequency of the displacement's first octave"),
+      Parameter::integer(
+          "displacement_octaves", "", Interval::closed(1, 6), displacement_octaves,
+          "octaves of the displacement, each of twice the frequency and half the height"),
       number("density_high", "", Interval::left_open(0, 1000), density_high,
              "D_h, density within veins; only its ratio to `density_low` counts"),
       number("density_low", "", Interval::closed(0, 1000), density_low,
              "D_l, density between veins"),
       Parameter::integer("octaves", "",
                          Interval::closed(1, double{FractalParameters::most_octaves}), octaves,
-                         "of the noise that multiplies the density; `noise.octaves` of the render "
-                         "parameters where neither says"),
+                         "octaves of the noise that multiplies the density; default as listed only "
+                         "if the render parameters have no `noise.octaves`"),
       number("noise_frequency", "cycles per arm spacing", Interval::closed(0.1, 50),
-             noise_frequency, "of its first octave, across the spurs"),
+             noise_frequency, "frequency of the noise's first octave, across the spurs"),
       number("noise_contrast", "", Interval::closed(0, 1), noise_contrast,
              "rms of the octave whose cells are `isotropic_scale` large"),
       number("spectral_index", "", Interval::closed(0, 6), spectral_index,
@@ -148,19 +149,18 @@ ParameterTable VeinParameters::table() const {
       number("clumpiness", "", Interval::closed(0.1, 12), clumpiness,
              "power of the octaves below `isotropic_scale`; large values make knots"),
       number("anisotropy", "", Interval::closed(1, 10), anisotropy,
-             "by how much clouds are longer than wide"),
+             "ratio of length to width of clouds"),
       number("anisotropy_angle", "deg", Interval::closed(0, 180), anisotropy_angle,
              "angle between clouds and arms"),
-      number(
-          "isotropic_scale", "galaxy radii", Interval::left_open(0, 1), isotropic_scale,
-          "clouds larger than this grow with the radius and follow the arms; smaller ones are the "
-          "same everywhere"),
+      number("isotropic_scale", "galaxy radii", Interval::left_open(0, 1), isotropic_scale,
+             "scale above which clouds grow with the radius and follow the arms; smaller clouds "
+             "are isotropic and uniform"),
       Parameter::integer("seed", "", Interval::closed(0, largest_seed), std::nullopt,
                          "seed of this component's noise; default: from the galaxy's seed and the "
                          "component's name"),
       Parameter::integer(
           "pattern_seed", "", Interval::closed(0, largest_seed), 1,
-          "of displacement and spurs: veins of one galaxy with the same value and shape coincide"),
+          "seed of displacement and spurs: veins of one galaxy with equal seed and shape coincide"),
   };
 }
 
@@ -190,12 +190,12 @@ void VeinParameters::apply(const ParameterSet& values) {
   pattern_seed = static_cast<std::uint64_t>(values.integer("pattern_seed"));
 }
 
-/// Points of a batch, and what is seen of them.
+/// Points of a batch, and their visible structure.
 struct VeinTexture::Batch {
   const Points& points;
   std::span<VeinView> views;
   SpiralBatch spiral;
-  Range radii;  ///< of 1/r
+  Range radii;  ///< range of 1/r
 
   Batch(const Points& at, const SpiralCoordinates& coordinates, std::span<VeinView> views_of_it)
       : points(at), views(views_of_it) {
@@ -206,39 +206,40 @@ struct VeinTexture::Batch {
           view.footprints != nullptr ? range_of(view.footprints, points.size) : Range{0, 0};
     }
   }
-  // A margin of the share that is seen: rounding is smaller, so that beyond it a share is 0 or 1.
+  // Margin of a visible share. Rounding is smaller, so that a share beyond the margin is exactly 0
+  // or 1.
   static constexpr double margin = 1e-5;
-  /// Whether any point of any view sees something of the octave; else it is 0 to the last bit.
+  /// Whether any point of any view resolves a part of the octave; otherwise the share is exactly 0.
   bool sees(const SeenInput& octave) const {
     return std::ranges::any_of(views, [&](const VeinView& view) {
       return double{octave.sharpest * view.widths.least * (octave.helical ? radii.least : 1)} <
              fade_end * (1 + margin);
     });
   }
-  /// Whether any point of a view does not see all of it; else what is seen is 1 to the last bit.
+  /// Whether the octave is partly hidden at any point of a view; otherwise the share is exactly 1.
   bool fades(const VeinView& view, const SeenInput& octave) const {
     return double{octave.sharpest * view.widths.most * (octave.helical ? radii.most : 1)} >
            fade_begin * (1 - margin);
   }
-  /// Whether any point is where a helical octave counts; else its share is 0 to the last bit.
+  /// Whether a helical octave counts at any point; otherwise its share is exactly 0.
   bool blends(const MultiplyInput& octave) const {
     return octave.blend_shift - std::log2(radii.least) > -margin;
   }
 };
 
-/// All that kernels need, and the octaves of N that are Cartesian as a product.
+/// All inputs of the kernels, and the Cartesian octaves of N.
 struct VeinTexture::Inputs {
   DisplacementInput displacement;
   VeinInput veins;
   std::vector<MultiplyInput> octaves;  ///< helical ones first
-  std::size_t helical = 0;             ///< how many of them
-  bool cycles = false;                 ///< whether one of these has a period in y
-  std::vector<Octave> product;         ///< the others, of weight c/sigma
+  std::size_t helical = 0;             ///< number of helical octaves
+  bool cycles = false;                 ///< whether a helical octave has a period in y
+  std::vector<Octave> product;         ///< the Cartesian octaves, of weight c/sigma
 };
 
 namespace {
 
-/// Weights 2^-j of octaves 2^j, together of the asked rms.
+/// The displacement: octaves 2^j of weights 2^-j, with the wanted total rms.
 DisplacementInput displacement_of(const VeinParameters& p, const SpiralCoordinates& coordinates) {
   double variance = 0;
   for (int j = 0; j < p.displacement_octaves; ++j) variance += std::pow(0.25, j);
@@ -260,8 +261,8 @@ DisplacementInput displacement_of(const VeinParameters& p, const SpiralCoordinat
   return in;
 }
 
-/// V where it is not resolved: between arms 0 and 1, at their mean strength, without the
-/// correlation of veins and spurs.
+/// V of unresolved veins: the mean between arms 0 and 1 at mean strength, without the correlation
+/// of veins and spurs.
 double unresolved_veins(const VeinParameters& p) {
   constexpr double fade_mean = 8.0 / 15;
   const double arms = mean_height(kappa_of(p.vein_width));
@@ -275,7 +276,7 @@ VeinInput veins_of(const VeinParameters& p, const SpiralCoordinates& coordinates
   in.count = static_cast<float>(coordinates.count());
   in.inverse_count = static_cast<float>(1.0 / coordinates.count());
   in.cycle = static_cast<float>(coordinates.cycle());
-  // Inwards of this radius there are no veins.
+  // Radius inside which there are no veins.
   constexpr double innermost = 0.01;
   in.magic = grid_magic(1 + coordinates.count() + std::abs(coordinates.at(innermost, 0).u) +
                         std::abs(coordinates.at(1, 0).u));
@@ -431,8 +432,8 @@ void VeinTexture::multiply(Batch& batch, std::uint64_t& evaluations) const {
   }
 
   const Noise& kind = *parameters_.small_kind;
-  // Octaves that all points see begin the product. Each factor is the same to the last bit whether
-  // it is one of them or not, and so is their order: a point does not depend on the others.
+  // Octaves that all points resolve begin the product. Factors and their order do not depend on
+  // this, to the last bit, so that a point does not depend on other points.
   BatchArray value;
   std::size_t whole = 0;
   if (parameters_.clumpiness == 1) {

@@ -17,7 +17,8 @@ namespace gamer {
 
 struct VeinView;
 
-/// What veins look like; lengths and frequencies in units of the arms' spacing (of u) unless said.
+/// Parameters of veins. Lengths and frequencies are in units of the arms' spacing (of u) unless
+/// noted.
 struct VeinParameters {
   double vein_width = 0.1;
   double spur_number = 14;
@@ -44,16 +45,16 @@ struct VeinParameters {
   std::uint64_t pattern_seed = 1;     ///< of displacement and spurs
   const Noise* small_kind = nullptr;  ///< of the isotropic octaves
 
-  /// Their declaration, with these values as defaults.
+  /// The declaration of these parameters, with these values as defaults.
   ParameterTable table() const;
   /// Takes the values of table().
   void apply(const ParameterSet& values);
 };
 
-/// Dust in veins along the arms of a spiral and in spurs that leave them [Bizard 2018, sections 3.4
-/// and 3.5, taken to three dimensions]: with the spiral coordinates (u, v),
+/// The texture of dust in veins along the arms of a spiral and in spurs that leave them [Bizard
+/// 2018, sections 3.4 and 3.5, extended to three dimensions]. With the spiral coordinates (u, v),
 ///   Phi = N [(D_h - D_l) V + D_l] / mean,   V = 1 - (1 - A)(1 - S).
-/// Both kinds of vein are displaced by the same helical gradient noise P (rms `displacement`):
+/// One helical gradient noise P (rms `displacement`) displaces both kinds of vein:
 /// arms   A = G(u + P, width),   G(x, sigma) = exp((cos 2 pi x - 1)/(4 pi^2 sigma^2)), a Gaussian
 ///        of period 1;
 /// spurs  S = 1 - prod_k (1 - strength fade(u_k) G(t_k, width)) over the arms k inwards of the
@@ -61,22 +62,22 @@ struct VeinParameters {
 ///        t_k = q (v - k n'/n + P + rho f(u_k)) + phase_k,   f(u) = u cot(angle) + curvature u^2,
 ///        q n'(1 + tan^2 p) spurs per turn, rho = |grad v|/|grad u|. The fade rises within the
 ///        arm, falls as (1 - (u_k/length)^2)^2, and vanishes where the pattern turns into a bar.
-/// The thesis takes the maximum where this takes the smooth union.
+/// The thesis takes the maximum of A and S in place of this smooth union.
 ///
-/// N is the product of octaves clamp(1 + c noise/sigma, 0, 2), of mean 1: helical ones on the
-/// lattice of a HelicalMap, stretched along the spurs, whose cells grow with the radius, down to
-/// where these are as small as isotropic_scale, and Cartesian ones below that size, which are
-/// raised to the power clumpiness and divided by their mean. c is the noise_contrast in the former;
-/// in the latter it makes the column density of a layer of that thickness scale as
+/// N is the product of octaves clamp(1 + c noise/sigma, 0, 2), of mean 1. Large octaves are
+/// helical, on the lattice of a HelicalMap. Their cells are stretched along the spurs and grow with
+/// the radius. Octaves with cells below isotropic_scale are Cartesian; their factors are raised to
+/// the power clumpiness and divided by their mean. In helical octaves c is noise_contrast. In
+/// Cartesian octaves c makes the power of the column density of a layer of this thickness scale as
 /// |k|^-spectral_index: c^2 ~ F^(2 - spectral_index) (1 + 2 F thickness).
 ///
-/// A ray of footprint w sees octaves as FractalNoise says; veins are widened by the variance w^2/12
-/// of the footprint and by that of the displacement that it does not see, keeping their mean.
-/// Factors of mean 1 that are not seen count as 1; the coherent part of what is hidden as a
-/// log-normal factor whose mean by the rule of three deviations is 1.
+/// A ray of footprint w resolves octaves as in FractalNoise. Veins are widened at constant mean, by
+/// the variance w^2/12 of the footprint and by the variance of the hidden displacement. Hidden
+/// factors of mean 1 count as 1. The coherent part of the hidden dust is a log-normal factor, whose
+/// mean by the rule of three deviations is 1.
 class VeinTexture : public Texture {
  public:
-  /// `thickness` (galaxy radii) of the layer.
+  /// `thickness` is that of the layer, galaxy radii.
   VeinTexture(const VeinParameters& parameters, const SpiralCoordinates& coordinates,
               double thickness);
 
@@ -99,7 +100,7 @@ class VeinTexture : public Texture {
   void expect(std::size_t size, const SeenNoise& seen, const float* coherence,
               std::span<const double> deviations, std::span<BatchArray> out) const override;
 
-  /// The parts of Phi before they are normalised, where all is seen.
+  /// The parts of Phi before normalisation, without footprints.
   struct Parts {
     BatchArray displacement;
     BatchArray arms;   ///< A
@@ -118,14 +119,14 @@ class VeinTexture : public Texture {
   void phi(const WeightedBatch& batch, BatchArray& out) const;
   std::vector<BatchArray> phi(std::span<const WeightedBatch> cloud) const;
   void take_frequency(std::span<const WeightedBatch> cloud);
-  /// Fills the densities of views, and what is hidden of them.
+  /// Fills the densities of views, and their hidden variance.
   void look(const Points& points, std::span<VeinView> views, std::uint64_t& evaluations) const;
   void displace(Batch& batch, std::uint64_t& evaluations) const;
   void base(const Batch& batch, Parts* parts) const;
   void multiply(Batch& batch, std::uint64_t& evaluations) const;
   VeinParameters parameters_;
   SpiralCoordinates coordinates_;
-  std::shared_ptr<const Inputs> inputs_;  ///< of the kernels
+  std::shared_ptr<const Inputs> inputs_;  ///< inputs of the kernels
   double finest_ = 1;                     ///< highest frequency of N, cycles per galaxy radius
   double scale_ = 1;                      ///< 1/mean
   double rms_ = 1;

@@ -10,7 +10,7 @@
 namespace gamer {
 namespace {
 
-// Rays of larger optical depths need no better relative errors than those of this one.
+// Optical depth beyond which relative errors need not decrease further.
 constexpr double deepest = 80;
 // Largest number of pieces of a ray.
 constexpr std::int32_t most_pieces = most_nodes_of_a_ray / piece_intervals;
@@ -52,7 +52,7 @@ void AdaptiveSampler::find_crossings(std::span<const Hit> hits, AdaptiveWorkspac
     std::swap(crossing.focuses, ws.plan.focuses);
     ws.crossing_order.push_back(ws.crossing_count++);
   }
-  // Hits come nearest first, but what there is in a galaxy may begin later.
+  // Hits are sorted by distance, but a galaxy's components may begin later.
   std::stable_sort(
       ws.crossing_order.begin(), ws.crossing_order.end(),
       [&](std::size_t a, std::size_t b) { return ws.crossings[a].begin < ws.crossings[b].begin; });
@@ -76,7 +76,8 @@ void AdaptiveSampler::find_segments(std::span<const Hit> hits, std::int32_t ray,
       has_texture = has_texture || crossing.has_texture;
       ws.segment_hits.push_back(crossing.hit);
     }
-    // Alone, a galaxy's own centre keeps the most digits where it is densest.
+    // For a single galaxy, s is counted from its centre, which keeps most digits where it is
+    // densest.
     const double origin = behind == i + 1 ? ws.segment_hits.front().centre : 0.5 * (begin + end);
     ws.focuses.clear();
     for (std::size_t k = i; k < behind; ++k) {
@@ -180,7 +181,8 @@ void AdaptiveSampler::begin_level(AdaptiveWorkspace& ws) const {
     const auto kept = static_cast<std::uint64_t>(std::max(pairs, 0.5 * (fewest_nodes - 1)));
     ws.starts.push_back((cover << pair_bits | kept) << segment_bits | r);
   }
-  // A galaxy's nodes together, and segments that share vectors of about the same length.
+  // This order keeps a galaxy's nodes together, and gives segments that share vectors similar
+  // lengths.
   std::sort(ws.starts.begin(), ws.starts.end());
   for (const std::uint64_t start : ws.starts) {
     const std::size_t segment = start & ((std::uint64_t{1} << segment_bits) - 1);
@@ -246,7 +248,8 @@ void AdaptiveSampler::integrate_pieces(AdaptiveWorkspace& ws) const {
   ws.no_variants.assign(level.segment.size(), 0);
   static constexpr double alone[] = {1.0};
   for (std::size_t v = level.variants; v-- > 0;) {
-    // A piece without variants has one result: the last pass, that of the first variant, counts.
+    // A piece without variants has one result: the last pass counts, which is that of the first
+    // variant.
     ws.result.clear();
     for (std::size_t i = 0; i < level.segment.size(); ++i) {
       const auto shift = level.has_variants[i] != 0 ? static_cast<std::int32_t>(v) : 0;
@@ -287,7 +290,7 @@ AdaptiveSampler::Errors AdaptiveSampler::errors_of(std::span<const Hit> hits, st
   for (const Hit& hit : hits) {
     typical = std::max(typical, medium_.typical_brightness(hit.galaxy, s));
   }
-  // An image of thick dust may be far fainter than its galaxy face on.
+  // Behind thick dust an image may be much fainter than the galaxy's face-on brightness.
   const double dimmed = typical * std::exp(-0.5 * std::min(depth, deepest));
   const double scale = std::max(intensity, accuracy.faint_share * dimmed);
   const double allowed =
@@ -305,7 +308,8 @@ AdaptiveSampler::Errors AdaptiveSampler::errors_of(std::span<const Hit> hits, st
       in_front += share * double{light_of(segment.result + v).value};
       transmitted.pass(v, share_of(segment.result + v));
     }
-    // An error of depth dims all the light behind. All variants err as the first one does.
+    // An error of depth affects all light behind it. The error of the first variant stands for all
+    // variants.
     const double error =
         passed * light_of(segment.result).error(scale, segment.has_texture) +
         (intensity - in_front) * depth_of(segment.result).error(1, segment.has_texture);

@@ -7,8 +7,9 @@
 
 namespace gamer {
 
-// A segment has at least fewest_nodes, so that every second one still makes a cubic. Segments that
-// begin with more than most_first_nodes, or come to more than most_nodes, are cut into pieces.
+// A segment has at least fewest_nodes nodes, so that every second node still makes a cubic.
+// Segments that begin with more than most_first_nodes, or reach more than most_nodes, are cut into
+// pieces.
 inline constexpr std::int32_t fewest_nodes = 9;
 inline constexpr std::int32_t most_first_nodes = 129;
 inline constexpr std::int32_t most_nodes = 2 * most_first_nodes - 1;
@@ -16,8 +17,8 @@ inline constexpr std::int32_t most_nodes = 2 * most_first_nodes - 1;
 // Number of intervals of a piece. Every fourth node still makes a cubic.
 inline constexpr std::int32_t piece_intervals = 32;
 
-/// Integrates along rays with nodes where components need them, and doubles the nodes of segments
-/// until the error of each ray is within Accuracy::ray_error (docs/method.md, "Nodes").
+/// A sampler with nodes where components need them. The nodes of segments are doubled until the
+/// error of each ray is within Accuracy::ray_error (docs/method.md, "Nodes").
 class AdaptiveSampler : public Sampler {
  public:
   explicit AdaptiveSampler(const Medium& medium) : medium_(medium) {}
@@ -26,28 +27,27 @@ class AdaptiveSampler : public Sampler {
                  RenderCounts& counts) const override;
 
  private:
-  /// Finds where the galaxies that a ray hits are, in the order in which they begin.
+  /// Finds the stretches of the galaxies that a ray hits, in the order in which they begin.
   void find_crossings(std::span<const Hit> hits, AdaptiveWorkspace& ws) const;
   void find_segments(std::span<const Hit> hits, std::int32_t ray, AdaptiveWorkspace& ws) const;
   std::int32_t find_cover(AdaptiveWorkspace& ws) const;
-  /// Tabulates what the covers' slots do.
+  /// Tabulates the data of the covers' slots.
   void describe_covers(AdaptiveWorkspace& ws) const;
   void begin_level(AdaptiveWorkspace& ws) const;
-  /// Replaces a segment by `count` copies of itself that follow each other, the first in its own
-  /// place; `change` makes a piece of the k-th.
+  /// Replaces a segment by `count` successive copies, the first in its own place; `change` turns
+  /// the k-th copy into a piece.
   template <class Change>
   void cut(std::int32_t index, std::int32_t count, AdaptiveWorkspace& ws,
            const Change& change) const;
-  /// Replaces a segment by the pieces between ws.bounds, which get nodes of their own.
+  /// Replaces a segment by the pieces between ws.bounds, which get new nodes.
   void cut_anew(std::int32_t index, AdaptiveWorkspace& ws) const;
   /// Cuts the i-th segment of ws.level into pieces that keep its nodes, and adds them to ws.merged.
   void slice(std::size_t i, AdaptiveWorkspace& ws) const;
-  /// Doubles the nodes of the segments that are to be refined.
+  /// Doubles the nodes of segments that need refinement.
   void refine_segments(std::span<const std::span<const Hit>> hits, AdaptiveWorkspace& ws,
                        RenderCounts& counts) const;
-  /// Replaces pieces that are to be refined by their halves, of as many nodes, and evaluates new
-  /// pieces. Segments of ws.level that are to be refined and would have too many nodes become
-  /// pieces.
+  /// Replaces pieces that need refinement by their halves, each with an equal number of nodes, and
+  /// evaluates new pieces. Segments of ws.level that would get too many nodes become pieces.
   void refine_pieces(std::span<const std::span<const Hit>> hits, AdaptiveWorkspace& ws,
                      RenderCounts& counts) const;
   /// Replaces the i-th piece by its halves, and adds them to ws.merged.
@@ -64,16 +64,16 @@ class AdaptiveSampler : public Sampler {
   void integrate_pieces(AdaptiveWorkspace& ws) const;
   void integrate(const SegmentLevel& level, std::size_t variant, std::span<const double> weights,
                  const std::uint8_t* has_variants, bool is_first, AdaptiveWorkspace& ws) const;
-  /// Sum of squared errors of a ray in one steering plane, what is allowed, and its segments.
+  /// Sum of squared errors of a ray in one steering plane, the allowed sum, and the segments.
   struct Errors {
     double square, allowed, count;
   };
   /// Fills ws.errors by segment.
   Errors errors_of(std::span<const Hit> hits, std::int32_t first, std::size_t s,
                    AdaptiveWorkspace& ws) const;
-  /// Marks the segments of a ray that need more nodes; false when none. A ray whose error stays
-  /// above what is allowed counts as unconverged: a bound kept a segment from more nodes, or the
-  /// segment had been left as it is before the segments in front turned out to be clearer.
+  /// Marks the segments of a ray that need more nodes, and returns whether there are any. A ray
+  /// whose error stays too large counts as unconverged. Then a limit kept a segment from more
+  /// nodes, or the segment was finished before segments in front of it became clearer.
   bool judge(std::span<const Hit> hits, std::int32_t ray, AdaptiveWorkspace& ws,
              RenderCounts& counts) const;
   void sum_up(std::span<const std::span<const Hit>> hits, AdaptiveWorkspace& ws,

@@ -1,4 +1,4 @@
-// Marches along segments of rays in SIMD lanes. Included once per SIMD target.
+// The march along segments of rays in SIMD lanes. Included once per SIMD target.
 
 #if defined(GAMER_RENDER_LANE_MARCH_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef GAMER_RENDER_LANE_MARCH_INL_H_
@@ -21,7 +21,7 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// Nodes of segments, a vector each, to segments of nodes.
+/// Transposes vectors of nodes, one per segment, to vectors of segments, one per node.
 template <class V, std::size_t side>
 HWY_INLINE void Transpose([[maybe_unused]] V (&rows)[side]) {
 #if HWY_TARGET == HWY_SCALAR
@@ -40,8 +40,8 @@ HWY_INLINE void Transpose([[maybe_unused]] V (&rows)[side]) {
 #endif
 }
 
-/// What fills a vector of segments: of a block of nodes after the other, gathered so that node n of
-/// all segments stands together.
+/// The light and dust of a vector of segments, block of nodes by block. They are gathered so that
+/// node n of all segments forms a vector.
 template <class D>
 class LaneNodes {
   using DI = hn::RebindToSigned<D>;
@@ -50,11 +50,11 @@ class LaneNodes {
 
  public:
   static constexpr std::size_t most = HWY_MAX_BYTES / sizeof(float);
-  /// Nodes of a block: a multiple of all strides. A block fits the first cache where few galaxies
-  /// overlap.
+  /// Number of nodes of a block, a multiple of all strides. For few overlapping galaxies a block
+  /// fits the first-level cache.
   static constexpr std::int32_t block = 64;
 
-  /// Takes the segments with these numbers; lanes beyond them repeat the last.
+  /// Takes the segments with these numbers; further lanes repeat the last segment.
   LaneNodes(const SegmentNodes& segments, const SegmentCovers& covers,
             std::span<const std::uint32_t> numbers)
       : segments_(segments), numbers_(numbers) {
@@ -95,8 +95,8 @@ class LaneNodes {
 
   /// Vectors of memory that gather() needs.
   std::size_t room() const { return window * row_; }
-  /// The block that begins with this node, into aligned memory, and the nodes behind it that
-  /// the block's need.
+  /// Gathers the block that begins with this node, and the further nodes that it needs, into
+  /// aligned memory.
   void gather(std::int32_t begin, float* memory) {
     begin_ = begin;
     memory_ = memory;
@@ -129,7 +129,7 @@ class LaneNodes {
   std::size_t dust_slots() const { return dust_slots_; }
   std::size_t variants() const { return variants_; }
   hn::Mask<D> open() const { return open_; }
-  /// Lanes whose open end is k nodes behind node n. False where no lane may be such a one.
+  /// False if no lane is in ends_behind(n, k).
   HWY_INLINE bool is_near_open_end(std::int32_t n, std::int32_t k) const {
     return any_open_end_ && n + k >= shortest_ - 1;
   }
@@ -151,7 +151,7 @@ class LaneNodes {
   HWY_INLINE V light(std::int32_t n, std::size_t slot) const {
     return hn::Load(D(), place(n) + (first_light_ + slot) * hn::Lanes(D()));
   }
-  /// Weight of the light that comes through a variant's dust.
+  /// Weight of a variant in the mean of the transmitted light.
   V variant_weight(std::size_t variant) const {
     const D d;
     const V alone = hn::Set(d, variant == 0 ? 1.0f : 0.0f);
@@ -160,23 +160,26 @@ class LaneNodes {
   }
 
  private:
-  // A rule by every fourth node looks at one behind its last, and at first at its first four.
+  // Number of extra nodes that a rule by every fourth node needs: one step behind its last node,
+  // and at first its first four steps.
   static constexpr std::int32_t beyond = 4, at_first = 13;
   static constexpr std::int32_t window = block + beyond;
 
-  // Four nodes of four segments are read together: a gather loads each number by itself.
+  // Four nodes of four segments are read together, since a gather instruction loads each number
+  // separately.
   using Block = hn::CappedTag<float, 4>;
   static constexpr std::int32_t side = hn::MaxLanes(Block());
   static_assert(window % side == 0 && SegmentNodes::padding >= side - 1);
 
-  /// Where the lanes' nodes n, ..., n + side - 1 are: the last ones where they have no such nodes.
+  /// Finds the places of the lanes' nodes n, ..., n + side - 1. Lanes without these nodes use their
+  /// last nodes.
   HWY_INLINE void locate(std::int32_t n) {
     const DI di;
     const VI last = hn::AndNot(hn::Set(di, side - 1), hn::Sub(count_, hn::Set(di, 1)));
     hn::Store(hn::Add(hn::Load(di, first_), hn::Min(hn::Set(di, n), last)), di, at_);
   }
-  /// The lanes' nodes in a slot: none where a segment has not the slot, as what is left there might
-  /// be infinite.
+  /// The numbers of the lanes' nodes in a slot. The number is 0 for segments without the slot,
+  /// whose old values might be infinite.
   HWY_INLINE const std::int32_t* counts_in(std::size_t slot, VI own_slots) {
     if (have_same_slots_) return counts_;
     const DI di;
@@ -227,14 +230,14 @@ class LaneNodes {
   float* memory_ = nullptr;
   std::int32_t shortest_ = std::numeric_limits<std::int32_t>::max(), longest_ = 0, begin_ = 0;
   std::size_t light_slots_ = 0, dust_slots_ = 0, variants_ = 1;
-  std::size_t first_light_, row_;  ///< vectors of a node
+  std::size_t first_light_, row_;  ///< vectors index of the first light slot, and vectors of a node
   bool any_open_ = false, any_open_end_ = false, any_variants_ = false, have_same_slots_ = true;
   hn::Mask<D> open_, open_end_, with_variants_;
   VI count_, cover_, own_light_slots_, own_dust_slots_;
   HWY_ALIGN std::int32_t first_[most], counts_[most], at_[most], counts_in_slot_[most];
 };
 
-/// The cubic through four nodes, of which at_node(0) is the nearest, one node beyond them.
+/// Extrapolates the cubic through four nodes to one node beyond them; at_node(0) is the nearest.
 template <class D, class AtNode>
 HWY_INLINE hn::Vec<D> Continue(const AtNode& at_node) {
   const D d;
@@ -246,7 +249,7 @@ HWY_INLINE hn::Vec<D> Continue(const AtNode& at_node) {
   return sum;
 }
 
-/// The optical depth of one dust slot up to one node after the other, where its extinction is 1.
+/// The optical depth of one dust slot up to successive nodes, for an extinction of 1.
 template <class D>
 class DepthMarch {
   using V = hn::Vec<D>;
@@ -256,7 +259,7 @@ class DepthMarch {
 
   explicit DepthMarch(float* memory) : memory_(memory) {}
 
-  /// Before the first node. at_node(k) is the opacity times weight of node k.
+  /// Begins before the first node. at_node(k) is the opacity times weight of node k.
   template <class AtNode>
   void begin(const LaneNodes<D>& nodes, const AtNode& at_node) {
     const D d;
@@ -273,14 +276,14 @@ class DepthMarch {
     store(hn::Zero(d), depth_part);
   }
 
-  /// Moves on to the first, second, ... node, which the lanes of `has` have; `behind` is the
-  /// opacity times weight of the node behind it.
+  /// Moves on to the next node, which the lanes of `has` have; `behind` is the opacity times weight
+  /// of the node after it.
   HWY_INLINE void advance(hn::Mask<D> has, V behind) {
     const D d;
     const V own = load(own_part), sum = load(sum_part);
     V depth = hn::NegMulAdd(hn::Set(d, 0.5f), own, sum);
     depth = hn::MulAdd(hn::Set(d, 1.0f / 24), hn::Sub(load(before_part), behind), depth);
-    // Interpolation may overshoot.
+    // The depth is clamped, since interpolation may overshoot.
     depth = hn::Max(hn::Sub(depth, load(start_part)), hn::Zero(d));
     store(hn::IfThenElse(has, depth, load(depth_part)), depth_part);
     store(own, before_part);
@@ -304,14 +307,14 @@ class DepthMarch {
   float* memory_;
 };
 
-/// All dust of a vector of segments, in all its variants, by every `stride`-th node.
+/// All dust of a vector of segments, in all variants, by every `stride`-th node.
 template <class D>
 class Absorption {
   using V = hn::Vec<D>;
 
  public:
-  /// Takes so many channels, which are the spectral nodes node_of(0), ... It is made when the first
-  /// block is gathered.
+  /// Takes `channels` channels, which are the spectral nodes node_of(0), node_of(1), ... The first
+  /// block must be gathered before.
   template <class NodeOf>
   Absorption(const SegmentCovers& covers, const LaneNodes<D>& nodes, std::size_t channels,
              const NodeOf& node_of, std::int32_t stride, float* memory)
@@ -346,7 +349,7 @@ class Absorption {
 
   std::int32_t stride() const { return stride_; }
 
-  /// Moves on to node n; false where there is no dust before it.
+  /// Moves on to node n; false if there is no dust before it.
   HWY_INLINE bool advance(std::int32_t n) {
     const D d;
     const auto has = nodes_.has(n);
@@ -372,10 +375,10 @@ class Absorption {
   }
   HWY_INLINE V depth(std::size_t channel) const {
     const V sum = mean([&](std::size_t v) HWY_ATTR { return log2_transmission(v, channel); });
-    // No -0 without dust.
+    // This form gives no -0 without dust.
     return hn::NegMulAdd(sum, hn::Set(D(), std::numbers::ln2_v<float>), hn::Zero(D()));
   }
-  /// Without dust: transmission() to the last bit.
+  /// transmission() without dust, equal to the last bit.
   HWY_INLINE V clear() const {
     return mean([](std::size_t) HWY_ATTR { return hn::Set(D(), 1.0f); });
   }
@@ -411,11 +414,11 @@ class Absorption {
   const LaneNodes<D>& nodes_;
   std::size_t channels_, slots_;
   std::int32_t stride_;
-  float* extinction_;  ///< [slot * channels + c], over -ln 2
+  float* extinction_;  ///< [slot * channels + c], divided by -ln 2
   float* marches_;     ///< [variant * slots + slot]
 };
 
-/// The weight of node n for light, near an open end that of the cubic Gregory rule.
+/// The weight of node n for light; near an open end the weight of the cubic Gregory rule.
 template <class D>
 HWY_INLINE hn::Vec<D> LightWeight(const LaneNodes<D>& nodes, std::int32_t n, std::int32_t stride) {
   const D d;
@@ -434,8 +437,8 @@ HWY_INLINE hn::Vec<D> LightWeight(const LaneNodes<D>& nodes, std::int32_t n, std
   return hn::Mul(weight, factor);
 }
 
-/// Calls take(n) for the nodes of a block, with through[c] a node's weight times what comes through
-/// in front of it.
+/// Calls take(n) for the nodes of a block. through[c] is a node's weight times the transmission of
+/// the dust in front of it.
 template <class D, class Take>
 HWY_INLINE void MarchThrough(const LaneNodes<D>& nodes, Absorption<D>& absorption,
                              std::int32_t begin, std::size_t channels, float* through,

@@ -30,8 +30,8 @@ struct MapArrays {
   std::int32_t most_focuses;  ///< of a segment
 };
 
-// With several focuses: after so many steps from node to node, and Newton's last, the error of u is
-// below 1e-4.
+// Number of corrections for several focuses. After these steps, and Newton's last, the error of u
+// is below 1e-4.
 constexpr int corrections = 2;
 
 }  // namespace
@@ -63,7 +63,7 @@ class Map {
     for (std::int32_t f = 0; f < focuses_; ++f) {
       const VI index = hn::Set(di, f);
       const auto has = hn::Lt(index, count);
-      // Segments with fewer focuses repeat their first, without weight.
+      // Segments with fewer focuses repeat their first focus, with weight 0.
       const VI at = hn::Add(first, hn::IfThenElseZero(has, index));
       const auto own = hn::RebindMask(d, has);
       store(hn::GatherIndex(d, arrays.centre, at), f, centre);
@@ -105,8 +105,8 @@ class Map {
     inverse_rho = hn::Div(one, rho);
   }
 
-  /// By the first focus alone: s where u(s) - u(begin) is `u`, with the error of begin's asinh
-  /// times hypot(width, s - centre), and 1/rho there.
+  /// Finds s with u(s) - u(begin) = `u`, for the first focus alone, and 1/rho at s. The error is
+  /// that of begin's asinh times hypot(width, s - centre).
   HWY_INLINE void invert(D d, V u, V& s, V& inverse_rho) const {
     const V one = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f);
     const V grown = Exp(d, hn::Div(hn::Add(u, start_), load(0, product)));
@@ -205,7 +205,7 @@ void PlaceNodes(const MapArrays& arrays, const NodeMap::Places& out, VectorMemor
         const auto growth = hn::Mul(hn::Mul(slope, hn::Sub(moved, s)), inverse_rho);
         inverse_rho = hn::Div(inverse_rho, hn::Add(hn::Set(d, 1.0f), growth));
         s = moved;
-        // The next node starts from the place's own u.
+        // The next node starts from u at this place.
         u = target;
       }
       if (any_single) {
@@ -241,7 +241,7 @@ HWY_EXPORT(PlaceNodes);
 
 namespace {
 
-// A focus counts only where it adds more than this share of its own rate to what others give.
+// A focus is kept if it adds more than this share of its own rate to the density of other focuses.
 constexpr double least_addition = 0.2;
 
 VectorMemory& memory() {
@@ -249,7 +249,7 @@ VectorMemory& memory() {
   return instance;
 }
 
-/// The lesser of the densities of nodes at a width before and behind a focus.
+/// The smaller of the node densities one width before and one width behind a focus.
 double least_density_beside(const Focus& focus, std::span<const Focus> others) {
   const std::array<double, 2> sides = {focus.centre - focus.width, focus.centre + focus.width};
   std::array<double, 2> sums{};

@@ -9,17 +9,17 @@
 
 namespace gamer {
 
-/// Smooth maps that place nodes on stretches of rays (*segments*). A segment's node density is
+/// Smooth maps that place nodes on stretches of rays, called segments. A segment's node density is
 ///   rho(s) = sum_f rate_f / sqrt(1 + ((s - centre_f)/width_f)^2)
 /// over its focuses, and its nodes stand at equal distances of
 ///   u(s) = int rho ds = sum_f rate_f width_f asinh((s - centre_f)/width_f) + const,
-/// so that int f ds = int f/rho du is the trapezoidal rule over the nodes, of spectral accuracy for
-/// what is smooth and vanishes at both ends (Trefethen & Weideman 2014). s is counted from an
-/// origin of the segment's own, in single precision.
+/// so that int f ds = int f/rho du is the trapezoidal rule over the nodes. The rule has spectral
+/// accuracy for smooth functions that vanish at both ends (Trefethen & Weideman 2014). s is counted
+/// from the segment's own origin, in single precision.
 class NodeMap {
  public:
   void clear();
-  /// Adds a segment over [begin, end]; focuses that others make superfluous are left out.
+  /// Adds a segment over [begin, end]; superfluous focuses are left out.
   void add(double begin, double end, std::span<const Focus> focuses);
   std::size_t size() const { return begin_.size(); }
   /// Computes lengths; call it when all segments are added.
@@ -27,8 +27,8 @@ class NodeMap {
   /// u(end) - u(begin), the number of nodes at unit distance.
   double length(std::size_t segment) const { return double{length_[segment]}; }
 
-  /// What place() fills: segment segments[i] gets nodes at u = (k + shift) step[i], k in [0,
-  /// count[i]), from index first[i] on: s, and weight = ds/du step.
+  /// The output of place(). Segment segments[i] gets nodes at u = (k + shift) step[i], k in [0,
+  /// count[i]), from index first[i] on. A node has s and weight = ds/du step.
   struct Places {
     std::span<const std::int32_t> segments;
     std::span<const std::int32_t> first;
@@ -44,7 +44,7 @@ class NodeMap {
   std::vector<float> begin_, end_, length_;
   std::vector<std::int32_t> focus_first_, focus_count_;
   std::int32_t most_focuses_ = 0;  ///< of a segment
-  /// Numbers of all focuses; `product` is rate times width.
+  /// Values of all focuses; `product` is rate times width.
   std::vector<float> centre_, inverse_width_, rate_, product_;
   std::vector<Focus> sorted_;
 };

@@ -18,7 +18,7 @@
 namespace gamer {
 namespace {
 
-// The rules by all nodes, by every second and by every fourth node.
+// Number of rules: by all nodes, every second node and every fourth node.
 constexpr std::size_t strides = 3;
 
 }  // namespace
@@ -35,13 +35,13 @@ class WholeRule {
   using V = hn::Vec<D>;
 
  public:
-  /// `flux` is that of the steering planes, [slot * planes + s].
+  /// `flux` is the flux in the steering planes, [slot * planes + s].
   WholeRule(const SegmentCovers& covers, const LaneNodes<D>& nodes, const float* flux,
             float* memory)
       : nodes_(nodes),
         steering_(covers.steering),
         spectral_(covers.nodes),
-        // Without dust, all spectral nodes see the same.
+        // Without dust all spectral nodes have equal integrals.
         channels_(nodes.dust_slots() == 0 ? 1 : spectral_),
         flux_(flux),
         sums_(memory),
@@ -98,7 +98,8 @@ class WholeRule {
     }
     return sum;
   }
-  /// Adds what may be missed between nodes n - 1 and n; `has_before` where node n - 1 is gathered.
+  /// Adds the light that may be missed between nodes n - 1 and n; `has_before` tells whether node n
+  /// - 1 is gathered.
   HWY_INLINE void find_missed(std::int32_t n, bool has_before) {
     const D d;
     const auto has = nodes_.has(n);
@@ -123,8 +124,8 @@ class WholeRule {
   const float* flux_;
   float* sums_;
   float* through_;
-  float* through_before_;  ///< that of the node before in each steering plane
-  float* missed_;          ///< of each steering plane
+  float* through_before_;  ///< [steering plane] light through the dust at the node before
+  float* missed_;          ///< [steering plane]
   Absorption<D> absorption_;
 };
 
@@ -134,7 +135,7 @@ class SteeringRule {
   using V = hn::Vec<D>;
 
  public:
-  /// `flux` is that of the planes, [slot * planes + s].
+  /// `flux` is the flux in the planes, [slot * planes + s].
   SteeringRule(const SegmentCovers& covers, const LaneNodes<D>& nodes, const float* flux,
                std::int32_t stride, float* memory)
       : nodes_(nodes),

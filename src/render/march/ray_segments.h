@@ -25,32 +25,33 @@ struct Crossing {
 struct Segment {
   std::int32_t ray;
   std::int32_t cover;
-  std::int32_t next;    ///< behind it on the ray
-  std::int32_t result;  ///< the first of its integrals, among those of all segments
-  double origin;        ///< of its nodes' s, along the ray
-  double step;          ///< of a piece: between its nodes
+  std::int32_t next;    ///< segment behind it on the ray
+  std::int32_t result;  ///< index of its first integral, among those of all segments
+  double origin;        ///< place on the ray where s = 0
+  double step;          ///< distance between the nodes of a piece
   bool open;            ///< whether it begins inside a galaxy
   bool has_variants;    ///< see dust_variants.h
   bool has_texture;
   bool shares_pixel;  ///< see Hit
   bool is_piece;
   bool is_slice;   ///< a piece with nodes of the segment that it was cut from
-  bool continues;  ///< a piece of which the piece before it sees the same variants of the dust
+  bool continues;  ///< a piece whose dust variants continue those of the piece before it
   bool can_refine;
   bool refine;
   int halvings;
 
-  /// A piece has integrals for each variant, since the pieces behind it see the same one.
+  /// Number of integrals. A piece has integrals for each variant, since pieces behind it continue
+  /// the variant.
   std::int32_t results() const {
     return is_piece && has_variants ? static_cast<std::int32_t>(dust_deviations.size()) : 1;
   }
 };
 
-/// Nodes of segments, all at the same level of refinement, and what fills them.
+/// Nodes of segments at one level of refinement, with light and dust.
 struct SegmentLevel {
   std::vector<std::int32_t> segment, first, count, cover, result;
   std::vector<std::uint8_t> open, open_end, has_variants;
-  std::vector<float> step;  ///< between nodes, in the map's u, or of a piece along the ray
+  std::vector<float> step;  ///< distance of nodes in the map's u, or along the ray for a piece
   std::vector<float> weight;
   RayNodes nodes;
   std::size_t variants = 1;
@@ -65,7 +66,7 @@ struct SegmentLevel {
     weight.clear();
     nodes.clear();
   }
-  /// Adds a segment, whose nodes are to be filled in after make_room().
+  /// Adds a segment, whose nodes must be filled after make_room().
   void add(std::int32_t index, const Segment& own, std::int32_t nodes_of_segment, double distance) {
     add_integral(index, own, size, nodes_of_segment, distance);
     size += nodes_of_segment;
@@ -91,11 +92,11 @@ struct SegmentLevel {
   }
 };
 
-/// The nodes of a refined segment: known ones, and fresh ones between them. A segment without known
-/// nodes has fresh ones alone.
+/// The nodes of a refined segment: known nodes, and fresh nodes between them. A segment without
+/// known nodes has only fresh nodes.
 struct NodeSource {
   std::int32_t known, fresh, merged;
-  std::int32_t count;  ///< of the fresh ones
+  std::int32_t count;  ///< number of fresh nodes
 };
 inline constexpr std::int32_t none_known = -1;
 
@@ -104,8 +105,8 @@ struct NodeSlice {
   std::int32_t from, to, count;
 };
 
-/// The share of light that passes the segments so far. One factor is common to all variants of the
-/// dust; pieces of one segment add a factor of each variant.
+/// The transmission of the segments so far. One factor is common to all variants of the dust;
+/// pieces of one segment add a factor for each variant.
 class Transmitted {
  public:
   /// Moves on to a segment.
@@ -115,8 +116,7 @@ class Transmitted {
     own_.fill(1.0);
     variants_ = segment.results();
   }
-  /// The share of light that passes what is in front of the segment, in a variant, times its
-  /// weight.
+  /// The transmission in front of the segment, in a variant, times the variant's weight.
   double in_front(std::int32_t variant) const {
     return common_ * weight(variant) * own_[static_cast<std::size_t>(variant)];
   }
@@ -157,27 +157,28 @@ struct AdaptiveWorkspace {
   std::vector<Segment> segments;
   std::vector<std::int32_t> first_segment;  ///< of each ray
   NodeMap map;
-  std::vector<std::uint64_t> starts;  ///< cover, pairs of nodes and number of each segment
-  std::size_t results = 0;            ///< integrals of all segments
+  std::vector<std::uint64_t>
+      starts;               ///< [segment] cover, pairs of nodes, and number, as a key for sorting
+  std::size_t results = 0;  ///< number of integrals of all segments
   SegmentLevel level, pieces, fresh, merged;
-  std::vector<std::int32_t> new_pieces;  ///< without nodes so far
+  std::vector<std::int32_t> new_pieces;  ///< pieces that have no nodes yet
   std::vector<std::int32_t> pieces_of_ray;
   std::vector<float> bounds;
   std::vector<float> no_weights;
   std::vector<NodeSource> sources;
   std::vector<NodeSlice> slices;
 
-  /// Slots of the covers, as SegmentCovers has them.
+  /// Slots of the covers, as in SegmentCovers.
   std::vector<std::int32_t> cover_light_slots, cover_dust_slots;
   std::vector<float> extinction, flux;
   std::vector<std::size_t> steering_node;
   std::size_t light_slots = 0, dust_slots = 0;
   std::vector<const float*> light, dust;
-  std::vector<std::uint32_t> order;  ///< of the level's segments
+  std::vector<std::uint32_t> order;  ///< order of the level's segments
   std::vector<std::uint8_t> no_variants;
   std::vector<std::int32_t> result;
 
-  /// What integrate_segments() gives for every segment at its level: [result].
+  /// Results of integrate_segments() for every segment at its level, by result.
   std::vector<float> segment_light, segment_depth, segment_transmission;
   std::vector<Steered> steered;
   std::vector<std::int32_t> active, still_active;

@@ -32,7 +32,7 @@ void AdaptiveSampler::cut(std::int32_t index, std::int32_t count, AdaptiveWorksp
 
 void AdaptiveSampler::cut_anew(std::int32_t index, AdaptiveWorkspace& ws) const {
   const double origin = ws.segments[static_cast<std::size_t>(index)].origin;
-  // There is nothing between bounds that single precision cannot tell apart.
+  // Bounds that are equal in single precision leave no piece between them.
   ws.bounds.erase(std::unique(ws.bounds.begin(), ws.bounds.end()), ws.bounds.end());
   const auto count = static_cast<std::int32_t>(ws.bounds.size()) - 1;
   if (count == 0) {

@@ -8,7 +8,7 @@ namespace gamer {
 
 namespace {
 
-// Rays longer than this many steps are worked on in pieces, to bound memory.
+// Largest number of steps of a piece. Longer rays are integrated in pieces, to bound memory.
 constexpr std::size_t piece_size = 4096;
 
 class UniformSampler : public Sampler {
@@ -73,7 +73,7 @@ class UniformSampler : public Sampler {
       nodes.clear();
       widths.clear();
     };
-    // Where the set of galaxies along the ray changes.
+    // Places where the set of galaxies along the ray changes.
     std::vector<double> edges;
     std::vector<Hit> here;
     for (const Hit& hit : hits[i]) {

@@ -11,7 +11,7 @@ namespace gamer {
 /// Memory for vectors of any SIMD target, kept between calls.
 class VectorMemory {
  public:
-  /// So many numbers, aligned for vectors; valid until the next call.
+  /// Memory for `size` numbers, aligned for vectors; valid until the next call.
   float* room_for(std::size_t size) {
     numbers_.resize(size + HWY_ALIGNMENT / sizeof(float));
     void* start = numbers_.data();

@@ -54,34 +54,34 @@ HWY_EXPORT(Dim);
 
 namespace {
 
-// Stars fade in over this factor of q above the limit.
+// Logarithmic range of q above the limit over which stars fade in.
 const double fade_width = std::log(4);
 
-// Where the brightest star would shine by less than this share of its light, none shines by itself:
-// the limit is so near the end of the luminosity function that nearly all candidates are below it.
+// Smallest weight of the brightest star for which stars are drawn. With smaller weights the limit
+// is near the end of the luminosity function, and nearly all candidates are below it.
 constexpr double least_weight = 1e-8;
 
-// Samples along a ray on which stars are counted, and where it goes: to the galaxy's centre, and to
-// four places as far from it as the field is dense.
+// Number of samples along a ray on which stars are counted. Rays go to the galaxy's centre, and to
+// four places around it within the dense part of the field.
 constexpr int count_samples = 200;
 
-// The most octaves of the smooth light's distances.
+// Largest number of octaves of the smooth light's distances.
 constexpr int most_octaves = 24;
 
-// The smooth light has spectra for distances at most so many octaves apart, and for so many at
-// most: what is nearer is too little to matter.
+// Largest distance, in octaves, between spectra of the smooth light, and largest number of spectra.
+// Nearer light is negligible.
 constexpr double octaves_per_part = 0.75;
 constexpr int most_parts = 6;
-// One spectrum does where the smooth share of the light changes by less across the galaxy.
+// Change of the smooth share across the galaxy below which one spectrum suffices.
 constexpr double even_change = 0.05;
 
-/// How many stars per unit solid angle (of an orthographic view: area) and dq a ray meets.
+/// The stars along a ray, per unit solid angle (in an orthographic view: area).
 struct Column {
-  std::vector<double> stars;     ///< per steradian (scene unit^2), of each sample
+  std::vector<double> stars;     ///< [sample] stars per steradian (scene unit^2)
   std::vector<double> distance;  ///< 1 in an orthographic view
 };
 
-/// The field's density in the plane without its arms, 1 at most about.
+/// The field's density in the plane without its arms, at most about 1.
 double plain_density(const StarField& field, const glm::dvec3& place) {
   StarField::Cell cell{{place.x, place.y, place.z}, 0, 0, 0};
   return field.bound(cell);
@@ -103,7 +103,7 @@ Column column_towards(const PlacedGalaxy& placed, const StarField& field, const 
   const double end = (-od + std::sqrt(room)) / dd;
   if (!is_parallel) begin = std::max(begin, 0.0);
   if (!(end > begin)) return column;
-  // Stars per scene unit^3 where the density is 1.
+  // Number of stars per scene unit^3 where the density is 1.
   const double density = field.density() * std::abs(glm::determinant(placed.to_ball));
   const double step = (end - begin) / count_samples;
   for (int i = 0; i < count_samples; ++i) {
@@ -115,7 +115,7 @@ Column column_towards(const PlacedGalaxy& placed, const StarField& field, const 
   return column;
 }
 
-/// Expected stars above q.
+/// Expected number of stars above q.
 double stars_above(const Column& column, const StellarPopulation& population, double q) {
   double sum = 0;
   for (std::size_t i = 0; i < column.stars.size(); ++i) {
@@ -186,7 +186,7 @@ void StarFields::set_limit(const Scene& scene, const Camera& camera, double star
   for (const glm::dvec3& target : {glm::dvec3(0), glm::dvec3(r, 0, 0), glm::dvec3(-r, 0, 0),
                                    glm::dvec3(0, r, 0), glm::dvec3(0, -r, 0)}) {
     Column column = column_towards(placed, *field.stars, camera, target);
-    // A pixel's angle, or area.
+    // Solid angle or area of a pixel.
     const glm::dvec3 point = placed.centre + glm::inverse(placed.to_ball) * target;
     double pixel = camera.pixel_size(point);
     if (!is_parallel_) {
@@ -209,7 +209,7 @@ void StarFields::set_limit(const Scene& scene, const Camera& camera, double star
     }
     return most;
   };
-  // Bisection in ln q, between where all stars are counted and where none is.
+  // Bisection in ln q, between limits above which all stars count and no star counts.
   double low = std::log(population.at(0).low / (farthest * farthest));
   double high = std::log(population.at(population.size() - 1).high / (nearest * nearest));
   if (expected(std::exp(low)) <= stars_per_pixel) {
@@ -264,7 +264,7 @@ void StarFields::set_parts(double nearest, double farthest, Field& field) const 
     for (std::size_t i = 0; i < logs.size(); ++i) {
       double blend = std::max(1 - std::abs(logs[i] - own) / spacing, 0.0);
       if (parts == 1 || (b == parts - 1 && logs[i] < own)) blend = 1;
-      if (b == 0 && logs[i] > own) blend = 1;  // the scale ends beyond the farthest
+      if (b == 0 && logs[i] > own) blend = 1;  // the scale extends beyond the farthest part
       part.share.push_back(static_cast<float>(blend * rest[i]));
     }
     field.parts.push_back(std::move(part));

@@ -13,7 +13,7 @@
 namespace gamer {
 namespace {
 
-/// The space of a galaxy's ball, for cells.
+/// The ball of a galaxy in the scene, for cells.
 struct BallSpace {
   explicit BallSpace(const PlacedGalaxy& placed)
       : centre(placed.centre), from_ball(glm::inverse(placed.to_ball)) {
@@ -28,13 +28,13 @@ struct BallSpace {
   double radius;
 };
 
-// Planes stand so many pixels, and so large a share of a place's size, beyond a tile's margin.
-// Rounding then cuts off nothing that the margin holds.
+// Distance of planes beyond a tile's margin, in pixels and as a share of a place's size. Rounding
+// then cuts off no star within the margin.
 constexpr double plane_margin = 1e-3;
 constexpr double plane_slack = 1e-12;
 
-/// The part of a galaxy's ball that a tile and its margin show. Where the view has straight lines,
-/// it is between the planes through their edges.
+/// The part of a galaxy's ball that a tile and its margin show. In views with straight lines this
+/// part lies between planes through the edges.
 class TileSpace {
  public:
   TileSpace(const Camera& camera, const StarPainter::Tile& tile, double margin,
@@ -58,7 +58,7 @@ class TileSpace {
   }
 
   bool has_planes() const { return planes_.has_value(); }
-  /// False only where nothing of the cube around a place of the ball is between the planes.
+  /// False only if no part of the cube around a place of the ball lies between the planes.
   bool may_show(const double place[3], double half) const {
     if (!planes_) return true;
     return std::all_of(planes_->begin(), planes_->end(), [&](const Plane& plane) {
@@ -72,14 +72,14 @@ class TileSpace {
   struct Plane {
     glm::dvec3 inward;
     double offset;
-    double size;  ///< of a cube of half side 1, along `inward`
+    double size;  ///< size of a cube of half side 1, along `inward`
   };
   std::optional<std::array<Plane, 4>> planes_;
 };
 
 }  // namespace
 
-/// Candidates that are looked at together, and then the stars among them.
+/// Candidates that are examined together, then the stars among them.
 struct StarPainter::Batch {
   struct Entry {
     glm::dvec3 place;  ///< in the scene
@@ -99,7 +99,7 @@ struct StarPainter::Batch {
     std::size_t component, slot;
     Hit hit;
     double most, least;            ///< extinction at the nodes of the basis
-    std::int32_t intervals;        ///< between the ends
+    std::int32_t intervals;        ///< number of intervals between the ends
     double fine, coarse, coarser;  ///< column by all nodes, every second, every fourth
   };
   struct Place {
@@ -113,7 +113,7 @@ struct StarPainter::Batch {
   std::vector<std::int32_t> segments, first, count;
   std::vector<float> step, s, weight;
   std::vector<Place> places;
-  std::vector<double> between;  ///< of each segment, by the nodes that are added
+  std::vector<double> between;  ///< [segment] integral over the added nodes
   std::vector<double> depth;    ///< [entry * basis nodes + j]
   std::vector<double> flux, dust_free, mixed;
 };
@@ -167,7 +167,7 @@ void StarPainter::paint(const Tile& tile, double margin,
     }
   }
   if (is_at_seam) {
-    // Stars beyond the tile are looked for so far along both sides of pixels.
+    // Stars are searched up to this distance beyond the tile.
     rays->radius += 2 * (more + 1) * camera_.pixel_size(camera_.origin() - camera_.back());
   }
   GalaxyIndex::Found near;
@@ -223,7 +223,8 @@ void StarPainter::paint_field(std::size_t number, const Tile& tile, double margi
   // The brightest stars come first, since their cells are the largest.
   for (std::size_t k = stars.population().size(); k-- > 0;) {
     const double brightest = stars.population().at(k).high;
-    const double farthest = std::sqrt(brightest / field.limit);  // of those above the limit
+    const double farthest =
+        std::sqrt(brightest / field.limit);  // farthest distance of stars above the limit
     if (is_parallel && brightest < field.limit) break;
     const auto keep = [&](const StarField::Cell& cell) {
       if (!tile_space.may_show(cell.centre, cell.half)) return false;
@@ -234,7 +235,7 @@ void StarPainter::paint_field(std::size_t number, const Tile& tile, double margi
         const double reach = farthest + radius;
         if (glm::dot(way, way) > reach * reach) return false;
       }
-      // The planes cut off more, and at less cost, than the ball around the tile's rays.
+      // The planes exclude more, at less cost, than the ball around the tile's rays.
       return tile_space.has_planes() || overlap(index_.ball_of(place, radius), rays);
     };
     const auto offer = [&](const StarField::Candidate& candidate) {
@@ -371,8 +372,9 @@ void StarPainter::find_depths(std::span<const int> dusty, Batch& batch,
 
 void StarPainter::measure_columns(Batch& batch, RenderCounts& counts) const {
   const Accuracy& accuracy = medium_.accuracy();
-  // The trapezoidal rule over the map's u, in which densities are smooth, and over every second
-  // node of it; together Simpson's. The end cuts densities off anywhere.
+  // Columns use the trapezoidal rule over the map's u, in which densities are smooth, with all
+  // nodes and with every second node. Both together give Simpson's rule. The line may end at any
+  // density.
   constexpr double fewest_quarters = 2, most_intervals = 8192;
   for (std::size_t r = 0; r < batch.lines.size(); ++r) {
     Batch::Line& line = batch.lines[r];
@@ -389,7 +391,7 @@ void StarPainter::measure_columns(Batch& batch, RenderCounts& counts) const {
     }
     batch.segments.push_back(static_cast<std::int32_t>(r));
   }
-  // Lines of one component together, in full batches.
+  // This order keeps lines of one component together, in full batches.
   std::stable_sort(
       batch.segments.begin(), batch.segments.end(), [&](std::int32_t a, std::int32_t b) {
         const Batch::Line &one = batch.lines[static_cast<std::size_t>(a)],
@@ -398,9 +400,9 @@ void StarPainter::measure_columns(Batch& batch, RenderCounts& counts) const {
       });
   add_nodes(batch, true, counts);
   while (true) {
-    // What is seen of a star may change by star_error of itself when every second node is left out,
-    // and by the fourfold, as for what is smooth, with the next ones; where dust leaves less than
-    // faint_share of its light, by star_error of that share.
+    // A star's visible light may change by star_error of itself when every second node is left out,
+    // and by four times that with every fourth node. If dust leaves less than faint_share of its
+    // light, the limit is star_error of that share.
     std::erase_if(batch.segments, [&](std::int32_t r) {
       const Batch::Line& line = batch.lines[static_cast<std::size_t>(r)];
       const double left = std::exp(-line.least * line.fine);
@@ -429,7 +431,7 @@ void StarPainter::add_nodes(Batch& batch, bool is_first, RenderCounts& counts) c
     batch.step[i] = static_cast<float>(batch.map.length(r) / line.intervals);
     nodes += batch.count[i];
   }
-  // Room for whole vectors of any target.
+  // The arrays have room for whole vectors of any target.
   batch.s.resize(static_cast<std::size_t>(nodes) + batch_padding);
   batch.weight.resize(batch.s.size());
   batch.map.place({batch.segments, batch.first, batch.count, batch.step, is_first ? 0.0f : 0.5f,
@@ -446,7 +448,7 @@ void StarPainter::add_nodes(Batch& batch, bool is_first, RenderCounts& counts) c
     placed.galaxy->evaluate_component(line.component,
                                       {batch.x.data(), batch.y.data(), batch.z.data(), size},
                                       threshold, batch.density, counts);
-    // Per scene unit of path.
+    // Opacity per scene unit of path.
     const double scale = placed.galaxy->components()[line.component]->amplitude() / placed.radius;
     for (std::size_t i = 0; i < size; ++i) {
       const Batch::Place& place = batch.places[i];

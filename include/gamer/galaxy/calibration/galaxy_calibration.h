@@ -11,8 +11,8 @@
 
 namespace gamer {
 
-/// What looks at a galaxy: the footprints of rays in galaxy radii, by default all, and whether
-/// something sees its whole texture besides, such as the light of drawn stars.
+/// The range of footprints of rays that see a galaxy, galaxy radii; by default all. A flag tells
+/// whether something sees the whole texture, such as the light of drawn stars.
 struct FootprintRange {
   double narrowest = 0;
   double widest = HUGE_VAL;
@@ -21,15 +21,15 @@ struct FootprintRange {
   bool covers(const FootprintRange& other) const {
     return narrowest <= other.narrowest && other.widest <= widest;
   }
-  /// The least range that holds both.
+  /// The smallest range that holds both ranges.
   FootprintRange operator|(const FootprintRange& other) const {
     return {std::min(narrowest, other.narrowest), std::max(widest, other.widest),
             sees_whole || other.sees_whole};
   }
 };
 
-/// The closure of a component's hidden dust. With it, dust that rays do not resolve lets through as
-/// much light as all of its texture would.
+/// The closure of a component's hidden dust. With the closure, unresolved dust transmits the light
+/// that the resolved texture would transmit.
 struct DustClosure {
   /// Paths per height of the rays on which the closure is measured.
   static constexpr std::array<double, 3> obliquities = {1, 2.5, 8};
@@ -38,12 +38,12 @@ struct DustClosure {
 
   /// Variance of the coherent part of the hidden dust, relative to that of its texture's model.
   ByObliquity coherence;
-  /// Mean density of the variants with this variance, relative to the texture's expectation at
-  /// that footprint.
+  /// Mean density of the variants with this variance, relative to the texture's expectation at the
+  /// footprint.
   ByObliquity amount;
 };
 
-/// What is measured of a galaxy before it is rendered, besides what its textures keep.
+/// Measurements of a galaxy before it is rendered, besides those stored in its textures.
 struct GalaxyCalibration {
   GalaxyCalibration() = default;
   /// The calibration of a galaxy without textures.
@@ -53,12 +53,12 @@ struct GalaxyCalibration {
         largest_phi(components, 1.0),
         dust(std::make_shared<const std::vector<DustClosure>>(components)) {}
 
-  /// For each component, the mean of its Phi at a footprint, times the Phi of the component that it
-  /// follows. Phi is divided by it, so that <Phi> = 1 for this seed at every footprint.
+  /// For each component, the mean of its Phi (times the Phi of the component that it follows), by
+  /// footprint. Phi is divided by this mean, so that <Phi> = 1 for this seed at every footprint.
   std::vector<FootprintTable> means;
-  /// For each component, ln of the widest footprint that hides nothing of it.
+  /// For each component, ln of the widest footprint that resolves its whole texture.
   std::vector<float> log_narrowest;
-  /// For each component that is a field of stars, the largest Phi that counts.
+  /// For each star field, the largest value of Phi that is used.
   std::vector<double> largest_phi;
   /// The closure of each component that absorbs. Galaxies of one reference share it.
   std::shared_ptr<const std::vector<DustClosure>> dust;

@@ -15,28 +15,28 @@ namespace gamer {
 
 class StarField;
 
-/// Measures the statistics of a galaxy's textures.
+/// The measurement of the statistics of a galaxy's textures.
 ///
 /// A galaxy's seed decides the mean of Phi over each component at each footprint, and the largest
-/// Phi of star fields. They are measured for every galaxy. The closure of hidden dust is measured
+/// Phi of star fields. Both are measured for every galaxy. The closure of hidden dust is measured
 /// on the galaxy's reference (Galaxy::reference()). At coarse tolerances all galaxies of a file
 /// share one reference (Accuracy::shares_closure).
 ///
-/// The work is done in rounds, and each round in parts. A part may use the results of earlier
-/// rounds. It does not use other parts of its own round, and any process may measure it. A galaxy
-/// is complete when it has taken all parts of all rounds and adopted its reference's closure.
+/// The work is done in rounds, and each round in parts. A part uses only results of earlier rounds,
+/// so that any process may measure it. A galaxy is complete when it has taken all parts of all
+/// rounds and adopted its reference's closure.
 ///
-/// Tables hold values for a range of footprints. A value does not depend on that range. Beyond its
+/// Tables hold values for a range of footprints. A value does not depend on the range. Beyond the
 /// ends tables are constant.
 class GalaxyStatistics {
  public:
-  /// `galaxy` was read (Galaxy::read()) or is a reference, and must outlive this.
+  /// `galaxy` comes from Galaxy::read() or is a reference, and must outlive this object.
   explicit GalaxyStatistics(Galaxy& galaxy, FootprintRange footprints = {});
 
   enum class Round {
     textures,  ///< mean and deviation of sums of octaves, by component
     means,     ///< means of Phi over a few points, by component
-    larger,    ///< means over as many points as the error needs, by slices of a cloud
+    larger,    ///< means over the number of points that the error needs, by slices of a cloud
     closure    ///< of a reference's dust, by obliquity; the largest Phi of star fields
   };
   static constexpr Round rounds[] = {Round::textures, Round::means, Round::larger, Round::closure};
@@ -45,28 +45,28 @@ class GalaxyStatistics {
   std::size_t parts(Round round) const { return of(round).size(); }
   /// Index of the component to which a part belongs.
   std::size_t component(Round round, std::size_t part) const { return of(round)[part].component; }
-  /// A part has at most so many numbers.
+  /// Largest number of results of a part.
   std::size_t most_numbers() const { return most_numbers_; }
 
   /// Measures a part and fills the beginning of `numbers`, whose size is at least most_numbers().
-  /// It uses the threads of parallel_for(), and is called from one thread at a time. Throws
+  /// Uses the threads of parallel_for(); one thread at a time may call this function. Throws
   /// InputError where a texture is constant, zero or infinite over its component.
   void measure(Round round, std::size_t part, std::span<double> numbers);
   /// Gives the galaxy the numbers of a part. Parts are taken in their order.
   void take(Round round, std::size_t part, std::span<const double> numbers);
-  /// Ends a round of which all parts are taken. Throws InputError where a texture is zero or
+  /// Ends a round after all its parts were taken. Throws InputError where a texture is zero or
   /// infinite.
   void finish(Round round);
   /// Takes the closure that was measured on the galaxy's reference, if it has one.
   void adopt();
-  /// Measures everything here, on the reference too.
+  /// Measures everything in this process, including the reference.
   void measure_all();
 
  private:
   struct Part {
     std::size_t component;
-    std::size_t index;  ///< of a mean, or of an obliquity of dust
-    std::size_t slice;  ///< of the mean's cloud
+    std::size_t index;  ///< index of a mean, or of an obliquity of dust
+    std::size_t slice;  ///< slice of the mean's cloud
   };
   /// The mean of a component's Phi at a footprint.
   struct Mean {
@@ -76,7 +76,7 @@ class GalaxyStatistics {
     std::size_t component;
     double footprint;
     double value = 1, error = 0;
-    /// Points and slices of the larger cloud, if the first one does not suffice.
+    /// Points and slices of the larger cloud; 0 if the first cloud suffices.
     std::size_t points = 0, slices = 0;
     CloudMoments moments;
   };
@@ -89,38 +89,40 @@ class GalaxyStatistics {
   const std::vector<Part>& of(Round round) const { return parts_[static_cast<std::size_t>(round)]; }
   std::vector<Part>& of(Round round) { return parts_[static_cast<std::size_t>(round)]; }
   /// Takes the statistics of component c's texture over its first cloud, once. The component that
-  /// it follows comes before it.
+  /// it follows must come first.
   void normalise(std::size_t c);
-  /// Makes means_ and the parts of the rounds behind the first.
+  /// Makes means_ and the parts of the rounds after the first.
   void plan_means();
   void plan_slices();
   /// The number of points that gives a mean the wanted error, if the first cloud's relative error
-  /// is `error`. It is 0 where the first cloud suffices.
+  /// is `error`; 0 if the first cloud suffices.
   std::size_t points_needed(const Mean& mean, double error) const;
   std::size_t first_points() const;
   /// Component c's share of the galaxy's light; 1 for dust.
   double share(std::size_t c) const;
-  /// The means of component c over its first cloud, into `numbers`: value and error of each.
+  /// Writes the means of component c over its first cloud to `numbers`: value and error of each.
   void measure_means(std::size_t c, std::span<double> numbers) const;
   CloudMoments measure_slice(const Mean& mean, std::size_t slice) const;
   void make_tables();
   /// The largest Phi of component c, which is a star field.
   double largest_phi(std::size_t c, const StarField& field) const;
 
-  /// Whether rays of that footprint see less than all of component c and what it follows.
+  /// Whether rays of this footprint hide a part of the texture of component c, or of the component
+  /// that it follows.
   bool hides(std::size_t c, double footprint) const;
-  /// ln of the widest footprint that hides nothing of component c and what it follows.
+  /// ln of the widest footprint that hides nothing of component c and of the component that it
+  /// follows.
   double log_narrowest(std::size_t c) const;
-  /// Footprints that hide something, up to `widest`, each `ratio` times the one before.
+  /// Footprints that hide something, up to `widest`, each `ratio` times the previous footprint.
   std::vector<double> widths(std::size_t c, double widest, double ratio) const;
-  /// Footprints at which means are tabulated: 0, at which all is seen, and those that hide
+  /// Footprints at which means are tabulated: 0 (everything is resolved), then footprints that hide
   /// something.
   std::vector<double> mean_widths(std::size_t c) const;
   std::vector<double> dust_widths(std::size_t c) const;
-  /// The part of `widths` that is measured. It reaches from the last below footprints_ to the first
+  /// The part of `widths` that is measured, from the last width below footprints_ to the first
   /// above.
   std::span<const double> measured(const std::vector<double>& widths) const;
-  /// Spreads values of the measured widths over all widths. The others get the nearest value.
+  /// Values for all widths from those of the measured widths. Other widths get the nearest value.
   std::vector<double> for_all(const std::vector<double>& widths,
                               const std::vector<double>& values) const;
 

@@ -13,14 +13,14 @@ struct LayerShape {
   double shift = 0;  ///< delta
 };
 
-/// What disk, stars and dust share: an exponential layer wound along the arms,
+/// The base of disk, stars and dust: an exponential layer wound along the arms,
 ///   envelope = sech^2(z/z0) exp(-r/rh) (1 - exp(-(r/inner)^4)) taper (1 - Delta/pi)^A_w,
-/// Delta in [0, pi] the angle to the nearest arm centre theta(r) + offset_i + delta.
-/// [GAMER Eqs. 11, 13; the hole and the taper are ours]
+/// where Delta in [0, pi] is the angle to the nearest arm centre theta(r) + offset_i + delta.
+/// [GAMER Eqs. 11, 13, without hole and taper]
 class Layer : public Component {
  public:
-  /// Thinner layers are lost in the rounding of places along oblique rays, which are in single
-  /// precision: columns at this height err by 1.2e-4 rms, at a tenth of it by 2.4e-3.
+  /// Smallest scale height, limited by single precision of places along oblique rays. Columns at
+  /// this height err by 1.2e-4 rms, and at a tenth of this height by 2.4e-3.
   static constexpr double least_height = 1e-5;
 
   Layer(const LayerShape& shape, const ArmPattern& arms);
@@ -45,7 +45,7 @@ class Layer : public Component {
 
   /// Declarations of z0 ... twirl, shared by the kinds.
   static ParameterTable parameters();
-  /// The shape by those parameters. A kind without `arm_width` is as bright between its arms.
+  /// The shape given by these parameters. A kind without `arm_width` ignores the arms.
   static LayerShape read_shape(const ParameterSet& values, bool has_arm_width = true);
 
  private:
@@ -57,7 +57,7 @@ class Layer : public Component {
 
   LayerShape shape_;
   ArmPattern arms_;
-  double steepest_winding_;  ///< of the arms where a layer is bright
+  double steepest_winding_;  ///< steepest winding of the arms where the layer is bright
   double largest_shear_;
   double peak_;      ///< largest exp(-r/rh) (1 - exp(-(r/inner)^4)) taper
   double log_peak_;  ///< its logarithm

@@ -7,16 +7,16 @@
 
 namespace gamer {
 
-/// A component without texture that is given by its density alone. All else that rays and
-/// calibration need follows from the density by quadrature.
+/// A component without texture, given by its density alone. Quadrature of the density gives all
+/// else that rays and calibration need.
 class SmoothShape : public Component {
  public:
-  /// The density at a point of the ball frame, before the taper at the ball's edge: 1 or less at
-  /// its peak, symmetric about the plane z = 0.
+  /// The density at a point of the ball frame, before the taper at the ball's edge. Its peak is at
+  /// most 1, and it is symmetric about the plane z = 0.
   using Density = std::function<double(double x, double y, double z)>;
 
-  /// `scale` is the shortest length over which the density changes by about itself, galaxy radii.
-  /// Throws std::invalid_argument unless it is in ]0, 1].
+  /// `scale` is the shortest length over which the density changes by about its own value, galaxy
+  /// radii. Throws std::invalid_argument unless it is in ]0, 1].
   SmoothShape(Density density, double scale);
 
   void envelope(const SampleBatch& batch, float* out) const override;

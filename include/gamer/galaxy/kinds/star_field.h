@@ -8,17 +8,18 @@
 
 namespace gamer {
 
-/// A layer whose light is that of stars. Their number density is
+/// A layer of stars. Their number density is
 ///   n = number envelope Phi / int envelope dV,
-/// their luminosities and colours those of a StellarPopulation; the component's light is their sum,
-/// its spectrum their mean. A star is a function of (seed, class of luminosity, cell of space):
-/// none is stored, and each has its place, luminosity and temperature for ever.
+/// and a StellarPopulation gives their luminosities and colours. The component's light is the sum
+/// of its stars, and its spectrum is their mean. A star is a function of (seed, class of
+/// luminosity, cell of space). No star is stored, but its place, luminosity and temperature never
+/// change.
 ///
-/// For each class the cube [-1, 1]^3 is halved along all axes until a cell's bound of the density
-/// promises few stars. A leaf gets candidates: a Poisson number, for the bound, evenly spread. A
-/// candidate is a star where envelope Phi exceeds an even random share of the bound (thinning:
-/// Lewis & Shedler 1979), so that stars follow the density within cells too and cells leave no
-/// trace.
+/// For each class the cube [-1, 1]^3 is halved along all axes until the bound of a cell's density
+/// gives few stars. The smallest cells get a Poisson number of uniformly placed candidates, with
+/// the mean of the bound. A candidate is a star where envelope Phi exceeds a uniform random share
+/// of the bound (thinning: Lewis & Shedler 1979). Stars thus follow the density within cells too,
+/// and cells leave no trace.
 class StarField : public Layer {
  public:
   StarField(const LayerShape& shape, const ArmPattern& arms, StellarPopulation population,
@@ -28,7 +29,7 @@ class StarField : public Layer {
   const StarField* star_field() const override { return this; }
 
   const StellarPopulation& population() const { return population_; }
-  /// Stars in the galaxy.
+  /// Number of stars in the galaxy.
   double number() const { return number_; }
   /// Whether all stars have the spectrum sed(), instead of blackbodies.
   bool has_one_sed() const { return sed() != mean_sed_.get(); }
@@ -42,13 +43,13 @@ class StarField : public Layer {
 
   struct Cell {
     double centre[3];
-    double half;  ///< of its side
+    double half;  ///< half of its side
     int level;
     std::uint64_t key;
   };
   struct Candidate {
     double position[3];
-    /// A star where envelope Phi exceeds it.
+    /// The candidate is a star where envelope Phi exceeds this value.
     double threshold;
     std::uint64_t key;
   };
@@ -57,26 +58,27 @@ class StarField : public Layer {
     double temperature;
   };
 
-  /// Calls take(candidate) for all of class k, cell by cell in an order of their own; cells for
-  /// which keep(cell) is false are passed over with all in them. A larger Phi than `largest_phi`
-  /// (GalaxyCalibration) counts as this one.
+  /// Calls take(candidate) for all candidates of class k, cell by cell in a fixed order. Cells for
+  /// which keep(cell) is false are skipped with their contents. Phi above `largest_phi`
+  /// (GalaxyCalibration) counts as `largest_phi`.
   template <class Keep, class Take>
   void walk(std::size_t k, double largest_phi, const Keep& keep, const Take& take) const {
     descend({{0, 0, 0}, 1, 0, hash_words({key(), k})},
             density() * population_.at(k).number * largest_phi, largest_phi, keep, take);
   }
-  /// What a candidate of class k is if it is a star.
+  /// Luminosity of a candidate of class k, if it is a star.
   double luminosity(std::size_t k, const Candidate& candidate) const;
-  /// Not below it, for less work.
+  /// An upper bound of luminosity(), which is cheaper.
   double luminosity_bound(std::size_t k, const Candidate& candidate) const;
   double temperature(double luminosity, const Candidate& candidate) const;
 
-  /// Not below the envelope anywhere in the cell.
+  /// An upper bound of the envelope in the cell.
   double bound(const Cell& cell) const;
 
  private:
   static constexpr int deepest = 48;
-  // In a cell; more leave larger cells, whose bounds are looser. Another number moves all stars.
+  // Expected candidates in a cell, at most. More candidates leave larger cells with looser bounds.
+  // Another value moves all stars.
   static constexpr double most_candidates = 16;
 
   std::uint64_t key() const;
@@ -120,7 +122,7 @@ void StarField::descend(const Cell& cell, double density, double largest_phi, co
 
 template <class Take>
 void StarField::fill(const Cell& cell, double expected, double bound, const Take& take) const {
-  constexpr std::uint64_t count_word = 9;  // beyond those of the octants
+  constexpr std::uint64_t count_word = 9;  // a word that the octants do not use
   const int count = poisson(expected, to_unit(mix64(cell.key + count_word * golden_gamma)));
   const auto spread = [&](std::uint64_t bits) {
     return cell.half * (static_cast<double>(bits) * 0x1p-31 - 1);

@@ -7,27 +7,27 @@
 
 namespace gamer {
 
-/// Integrates G_j = int e exp(-int kappa_j ds') ds along rays, for every light component and
-/// spectral node in one march; e is the emissivity and kappa_j the extinction coefficient at node
-/// j. Densities are single precision, and denormal numbers count as 0. A ray's result depends on
-/// that ray alone. A sampler is used from many threads.
+/// A sampler integrates G_j = int e exp(-int kappa_j ds') ds along rays, for all light components
+/// and spectral nodes in one march. e is the emissivity and kappa_j the extinction coefficient at
+/// node j. Densities have single precision, and denormal numbers count as 0. A ray's result depends
+/// on this ray alone. Several threads may use one sampler.
 class Sampler {
  public:
   virtual ~Sampler() = default;
-  /// hits[i] are those of ray i, nearest first. `counts` is added to.
+  /// hits[i] are the hits of ray i, nearest first. Adds the work to `counts`.
   virtual void integrate(std::span<const std::span<const Hit>> hits, RayLight& out,
                          RenderCounts& counts) const = 0;
 };
 
-/// Equal steps of `step` galaxy radii through every galaxy, as in GAMER, by the midpoint rule:
-/// second order in the step. Where galaxies overlap the smallest of their steps holds.
+/// The midpoint rule in equal steps of `step` galaxy radii through every galaxy, as in GAMER:
+/// second order in the step. Overlapping galaxies use the smallest of their steps.
 std::unique_ptr<Sampler> make_uniform_sampler(const Medium& medium, double step);
 
-/// Bound of the nodes of a ray, for all segments on it together. The last halving may pass it, up
-/// to twice as many. Rays that do not converge are counted in RenderCounts::unconverged_rays.
+/// Largest number of nodes of a ray, over all its segments. The last halving may exceed this number
+/// by up to a factor of 2. RenderCounts::unconverged_rays counts rays that do not converge.
 constexpr int most_nodes_of_a_ray = 1 << 16;
 
-/// The trapezoidal rule in a coordinate that follows the envelopes, its nodes doubled until the
+/// The trapezoidal rule in a coordinate that follows the envelopes. The nodes are doubled until the
 /// ray's error estimate is within the medium's Accuracy. See docs/method.md.
 std::unique_ptr<Sampler> make_adaptive_sampler(const Medium& medium);
 

@@ -14,35 +14,36 @@
 
 namespace gamer {
 
-/// The stars of a scene's star fields: which an image shows one by one, and the smooth light of the
-/// others.
+/// The stars of a scene's star fields, split into stars that an image draws individually and smooth
+/// light.
 ///
 /// A star of luminosity L at the distance d from the camera (1 in an orthographic view) has q =
-/// L/d^2. It shines by itself with the weight w(q): 0 up to a limit q0 of its field, 1 from 4 q0
-/// on, between them the smoothstep in ln q. The rest, 1 - w, is part of the field's smooth light.
-/// At a distance d the smooth light's share of the emissivity is the mean of 1 - w(L/d^2) over the
-/// light of the population. Its spectrum is the mean of that light. Points and smooth light
+/// L/d^2. Its weight w(q) as a drawn point is 0 up to a limit q0 of its field and 1 from 4 q0 on,
+/// with the smoothstep in ln q between them. The rest, 1 - w, is part of the field's smooth light.
+/// At a distance d the smooth light's share of the emissivity is the mean of 1 - w(L/d^2), weighted
+/// with the population's light. Its spectrum is the corresponding mean. Points and smooth light
 /// together are thus, in expectation, the field's emissivity everywhere. Only q0 depends on pixels:
-/// the pixel that sees most stars above it expects `stars_per_pixel` of them.
+/// the pixel with most stars above q0 expects `stars_per_pixel` of them.
 class StarFields {
  public:
-  /// A part of the smooth light, with the spectrum that the light has at one distance. Parts of
-  /// neighbouring distances blend.
+  /// A part of the smooth light, with the spectrum of the light at one distance. Parts of
+  /// neighbouring distances are mixed.
   struct SmoothPart {
     std::shared_ptr<const Sed> sed;
-    /// Share of the field's emissivity at the distances of the field's `scale`; empty: all of it
-    /// everywhere.
+    /// Share of the field's emissivity at the distances of the field's `scale`; empty if the share
+    /// is 1 everywhere.
     std::vector<float> share;
   };
-  /// Distances at which shares are known, a number per octave; shares are linear in between.
-  /// Positive floats ascend like their bits, so that a place on the scale is a difference of bits.
-  /// Its upper part is the index of a distance, and the rest is the way to the next.
+  /// Distances at which shares are tabulated, several per octave; shares are linear in between. The
+  /// bits of positive floats ascend with their values, so that a place on the scale is a difference
+  /// of bits. Its upper part is the index of a distance, and its lower part is the fraction of the
+  /// way to the next.
   class DistanceScale {
    public:
     static constexpr int log2_values_per_octave = 5;
 
     DistanceScale() = default;
-    /// Reaches from `nearest` or below to `farthest` or beyond, both positive floats.
+    /// The scale covers the distances from `nearest` to `farthest`, both positive floats.
     DistanceScale(double nearest, double farthest);
 
     std::size_t size() const { return size_; }
@@ -62,26 +63,26 @@ class StarFields {
     int galaxy;
     std::size_t component;
     const StarField* stars;
-    double limit;  ///< q0; infinite where no star shines by itself
+    double limit;  ///< q0; infinite if no star is drawn individually
     std::vector<SmoothPart> parts;
     DistanceScale scale;
 
     /// w(q).
     double weight(double q) const;
-    /// out = light times the part's share at these distances, in whole vectors (batch.h): nearer
-    /// than the scale as at its first one, farther as at its last.
+    /// out = light times the part's share at these distances, in whole vectors (batch.h). Distances
+    /// beyond the ends of the scale have the share at its ends.
     void dim(const SmoothPart& part, std::span<const float> distances, const float* light,
              float* out) const;
   };
 
-  /// Without the camera, or with 0, all stars are smooth light.
+  /// Without a camera, or if `stars_per_pixel` is 0, all stars are smooth light.
   StarFields(const Scene& scene, const Camera& camera, double stars_per_pixel);
 
   bool empty() const { return fields_.empty(); }
   std::span<const Field> fields() const { return fields_; }
-  /// The field of a component of a placed galaxy; null where it is no star field.
+  /// The field of a component of a placed galaxy; null if the component is no star field.
   const Field* find(int galaxy, std::size_t component) const;
-  /// Whether all of the scene is at one distance.
+  /// Whether the whole scene is at one distance.
   bool is_parallel() const { return is_parallel_; }
 
  private:

@@ -14,37 +14,36 @@
 
 namespace gamer {
 
-/// Finds the stars of a scene's star fields that an image shows one by one.
+/// A finder of the stars of star fields that an image draws individually.
 class StarPainter {
  public:
   /// Pixels [left, right) x [bottom, top).
   struct Tile {
     int left, right, bottom, top;
   };
-  /// A star as it is seen. In a tile's neighbourhood stars come in an order that is the same for
-  /// all tiles.
+  /// A star as seen by the camera. The order of stars is equal for all tiles that see them.
   struct Seen {
     int galaxy;
     std::size_t emitter;           ///< Medium::emitter()
     glm::dvec2 pixel;              ///< from 0
-    std::span<const double> flux;  ///< of each plane, in the unit of the sums: brightness times sr
+    std::span<const double> flux;  ///< [plane] in the unit of the sums: brightness times sr
     std::span<const double> dust_free;
   };
 
   StarPainter(std::shared_ptr<const Scene> scene, const Camera& camera, const Medium& medium,
               const GalaxyIndex& index, std::shared_ptr<const StarFields> fields);
 
-  /// Calls take() for every star that may touch the tile: stars within `margin` pixels of it.
+  /// Calls take() for every star within `margin` pixels of the tile.
   void paint(const Tile& tile, double margin, const std::function<void(const Seen&)>& take,
              RenderCounts& counts) const;
 
  private:
-  /// What the stars of a field look like.
+  /// The data that give the flux of a field's stars.
   struct Look {
-    double unit;  ///< flux at the distance 1 over luminosity, for weights of 1
+    double unit;  ///< ratio of flux at distance 1 to luminosity, for weights of 1
     std::size_t emitter;
-    /// [grid temperature][plane * basis nodes + j]: SpectralBasis::weights(); one where all are
-    /// alike.
+    /// [grid temperature][plane * basis nodes + j]: SpectralBasis::weights(). There is one set if
+    /// all stars share a spectrum.
     std::vector<std::vector<double>> weights;
   };
   struct Batch;
@@ -54,11 +53,12 @@ class StarPainter {
                    const std::function<void(const Seen&)>& take, RenderCounts& counts) const;
   void flush(std::size_t number, std::span<const int> dusty, Batch& batch,
              const std::function<void(const Seen&)>& take, RenderCounts& counts) const;
-  /// Optical depths at the spectral nodes, of all dust up to the batch's stars.
+  /// Finds the optical depths of all dust up to the batch's stars, at the spectral nodes.
   void find_depths(std::span<const int> dusty, Batch& batch, RenderCounts& counts) const;
-  /// Columns of the batch's lines, each halved until the accuracy is met.
+  /// Measures the dust columns of the batch's lines; their steps are halved until the accuracy is
+  /// met.
   void measure_columns(Batch& batch, RenderCounts& counts) const;
-  /// The first nodes of the batch's segments, or those half way between.
+  /// Adds the first nodes of the batch's segments, or the nodes half way between existing ones.
   void add_nodes(Batch& batch, bool is_first, RenderCounts& counts) const;
 
   std::shared_ptr<const Scene> scene_;
@@ -67,7 +67,7 @@ class StarPainter {
   const GalaxyIndex& index_;
   std::shared_ptr<const StarFields> fields_;
   std::vector<Look> looks_;         ///< of each field
-  std::vector<std::size_t> order_;  ///< of the fields, that does not depend on the scene's rows
+  std::vector<std::size_t> order_;  ///< order of the fields, independent of the scene's rows
 };
 
 }  // namespace gamer
