@@ -12,12 +12,14 @@
 #include "gamer/core/error.h"
 #include "gamer/core/printable.h"
 #include "gamer/core/resources.h"
+#include "gamer/core/shell_word.h"
 #include "gamer/core/simd.h"
 #include "gamer/core/version.h"
 #include "gamer/image/clean_up.h"
 #include "gamer/job/listing.h"
 #include "gamer/job/resume.h"
 #include "gamer/job/run_job.h"
+#include "gamer/job/status.h"
 #include "gamer/parallel/ranks.h"
 
 namespace {
@@ -31,6 +33,7 @@ struct Options {
   bool lists_components = false, lists_galaxies = false, lists_seds = false;
   bool lists_bands = false, lists_instruments = false, lists_noises = false;
   std::string sample_galaxy;
+  std::string status;                      ///< a journal to tell about
   std::optional<std::string> listed_kind;  ///< --list-parameters; empty for all
   bool markdown = false;
   bool sample_config = false;
@@ -41,43 +44,17 @@ struct Options {
   bool only_tells() const {
     return !help.empty() || version || lists_components || lists_galaxies || lists_seds ||
            lists_bands || lists_instruments || lists_noises || !sample_galaxy.empty() ||
-           listed_kind || sample_config;
+           !status.empty() || listed_kind || sample_config;
   }
 };
 
 constexpr int most_threads = 4096;
 
-/// "$'...'", in which control characters and bytes that are not ASCII are octal numbers.
-std::string escaped_word(const std::string& word) {
-  std::string quoted = "$'";
-  for (const char c : word) {
-    if (c == '\'' || c == '\\') {
-      quoted += {'\\', c};
-    } else if (c >= ' ' && c <= '~') {
-      quoted += c;
-    } else {
-      quoted += fmt::format("\\{:03o}", static_cast<unsigned char>(c));
-    }
-  }
-  return quoted + "'";
-}
-
-/// The word as a shell reads it, in characters that print.
-std::string shell_word(const std::string& word) {
-  constexpr const char* plain =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+=.,/:@%^";
-  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
-  if (gamer::printable(word) != word) return escaped_word(word);
-  std::string quoted = "'";
-  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
-}
-
 std::string resume_command(int argc, char** argv) {
-  std::string command = shell_word(argv[0]) + " --resume";
+  std::string command = gamer::shell_word(argv[0]) + " --resume";
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
-    if (word != "--resume" && word != "--overwrite") command += " " + shell_word(word);
+    if (word != "--resume" && word != "--overwrite") command += " " + gamer::shell_word(word);
   }
   return command;
 }
@@ -97,6 +74,9 @@ CLI::Option* add_answers(CLI::App& app, std::string& kind, Options& options) {
           ->type_name("[KIND]");
   app.add_flag("--markdown", options.markdown, "with --list-parameters: Markdown tables");
   app.add_flag("--sample-config", options.sample_config, "print a complete parameter file");
+  app.add_option("--status", options.status,
+                 "tell how far the job of this journal is, also while it runs")
+      ->type_name("JOURNAL");
   app.add_flag("--print-config", options.run.print_config, "print the resolved parameters");
   app.add_flag("--print-mapping", options.run.print_mapping,
                "print which columns of the catalogue are used as which of a scene");
@@ -243,6 +223,7 @@ void tell(const Options& options) {
   if (!options.sample_galaxy.empty()) {
     fmt::print("{}", gamer::sample_galaxy(options.sample_galaxy, data));
   }
+  if (!options.status.empty()) fmt::print("{}", gamer::status_text(options.status));
   if (options.listed_kind) {
     fmt::print("{}", gamer::list_parameters(*options.listed_kind, options.markdown));
   }

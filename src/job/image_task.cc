@@ -234,13 +234,25 @@ void ImageTask::go_on(std::unique_ptr<Journal> journal) {
 
 void ImageTask::complete(const Ranks& ranks, int threads) { gamer::complete(job_, ranks, threads); }
 
+JournalPlan ImageTask::journal_plan() const {
+  std::error_code error;
+  return {files_text(job_.parameters.image.output, header_),
+          size_text(header_),
+          job_.camera.height(),
+          options_.truth ? static_cast<int>(job_.scene->objects) : 0,
+          begun_,
+          fs::current_path(error).string(),
+          options_.resume_command};
+}
+
 void ImageTask::begin() {
   const fs::path path = journal_path(job_.parameters.image.output);
   // A kill at the moment when the journal began leaves it ahead of all other files.
   PrivateFolder::remove_left_behind(path);
   if (!journal_) {
     Journal::discard(path);
-    const JournalHead head = make_journal_head(job_, truth_text(options_));
+    JournalHead head = make_journal_head(job_, truth_text(options_));
+    head.plan = journal_plan();
     date_ = head.date;
     if (!std::isinf(options_.journal_interval)) {
       journal_ = std::make_unique<Journal>(path, head, options_.journal_interval);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <ctime>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -110,6 +111,7 @@ class ImageTask {
 
  private:
   void go_on(std::unique_ptr<Journal> journal);
+  JournalPlan journal_plan() const;
   std::vector<std::filesystem::path> files() const;
   std::unique_ptr<ImageWriter> make_writer() const;
   DataTable describe_objects(JournaledExecutor& executor, Progress::Style style) const;
@@ -121,6 +123,7 @@ class ImageTask {
   ImageHeader header_;
   ImageHeader truth_header_;
   std::string date_;  ///< DATE of the files
+  std::time_t begun_ = std::time(nullptr);
   std::unique_ptr<Journal> journal_;
   bool is_complete_ = false;
   bool is_dark_ = false;

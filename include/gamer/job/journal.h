@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -15,6 +16,17 @@
 
 namespace gamer {
 
+/// What a journal tells about its job to people.
+struct JournalPlan {
+  std::string output;     ///< "x.fits and 2 more"
+  std::string size;       ///< "512 x 512 pixels, 3 planes"
+  int rows = 0;           ///< of the image
+  int objects = 0;        ///< of table TRUTH; 0 where there is none
+  std::time_t begun = 0;  ///< when the job began
+  std::string folder;     ///< the working folder
+  std::string command;    ///< goes on with the job in that folder; empty where it is not known
+};
+
 /// A job as it was when it began: everything that its files follow from.
 struct JournalHead {
   std::string program;     ///< name and version
@@ -23,6 +35,18 @@ struct JournalHead {
   std::string truth;       ///< where the truth goes; empty for none
   bool overwrite = false;  ///< existing files may be replaced
   Record record;
+  JournalPlan plan = {};
+};
+
+/// What a journal holds at a moment.
+struct JournalStatus {
+  JournalHead head;
+  bool is_in_use = false;           ///< a process holds its lock
+  bool has_end = false;             ///< all rows are there
+  int finished_rows = 0;            ///< of the image
+  int finished_objects = 0;         ///< of table TRUTH
+  std::time_t changed = 0;          ///< when the file was last written
+  std::uint64_t damaged_bytes = 0;  ///< at its end, cut off or damaged
 };
 
 /// Finished rows on disk, so that a job that was interrupted goes on where it was.
@@ -30,8 +54,8 @@ struct JournalHead {
 /// The file is a line that names it, then entries. An entry is a head of six numbers of 64 bits in
 /// the machine's order (kind, section, first and last row, number of values, bytes), that many
 /// bytes, and the CRC-32 of both. Values are double or single precision, and runs of zeros are left
-/// out. An entry that is cut off or has another CRC ends what can be read; open() cuts the file
-/// there. Sections number the runs of a job: its truth, its image.
+/// out. An entry that is cut off or has another CRC ends what can be read; the next entry replaces
+/// it. Sections number the runs of a job: its truth, its image.
 ///
 /// Entries wait in memory until the job is `interval` seconds old, or until there are 32 MiB of
 /// them. Short jobs thus make no file. Afterwards each entry is handed to the system at once, which
@@ -48,6 +72,9 @@ class Journal {
   /// file is no journal, is damaged in its head or is in use.
   static std::unique_ptr<Journal> open(const std::filesystem::path& path, double interval,
                                        Clock clock = {});
+  /// Reads a journal without changing it, also while a process works on it. Throws InputError when
+  /// there is none, RunError.
+  static JournalStatus status(const std::filesystem::path& path);
   /// Removes the journal of an earlier job, where there is one. Throws InputError when it is none
   /// or in use, RunError when it cannot be removed.
   static void discard(const std::filesystem::path& path);
@@ -73,6 +100,8 @@ class Journal {
   const JournalHead& head() const { return head_; }
   /// The finished rows in ascending order, neighbours joined.
   std::vector<RowRange> finished(int section) const;
+  /// Section of the image's rows, behind that of table TRUTH.
+  int image_section() const { return head_.truth.empty() ? 0 : 1; }
   bool has_end() const { return has_end_; }
   /// Gives the rows of a section to `consume`. Throws InputError when they do not have
   /// `values_per_row` values, RunError when they cannot be read.
@@ -88,6 +117,7 @@ class Journal {
   void begin();
   void write_head();
   void write(std::span<const std::byte> bytes);
+  void cut_tail();
   void sync_when_due();
   void read_entries();
   bool is_sound(const Entry& entry, std::uint64_t payload);
@@ -107,6 +137,11 @@ class Journal {
 
   std::vector<Block> blocks_;
   bool has_end_ = false;
+  std::uint64_t size_ = 0;  ///< of what is sound, bytes
+  std::uint64_t tail_ = 0;  ///< damaged bytes behind it
 };
+
+/// Number of rows in ranges that do not overlap.
+int count_rows(std::span<const RowRange> ranges);
 
 }  // namespace gamer
