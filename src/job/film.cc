@@ -147,6 +147,45 @@ std::vector<fs::path> Film::later_files() const {
   return files;
 }
 
+std::vector<JournalStatus> Film::journals() const {
+  std::vector<JournalStatus> found;
+  if (!options_.resume) return found;
+  for (const int number : left_) {
+    const fs::path path = journal_path(frame(number).image.output);
+    if (!is_there(path)) continue;
+    JournalStatus status = Journal::status(path);
+    // With another instruction set the frame begins again.
+    if (status.head.simd == simd_target_name(current_simd_target())) {
+      found.push_back(std::move(status));
+    }
+  }
+  return found;
+}
+
+std::string Film::finished_text() const {
+  const std::vector<JournalStatus> found = journals();
+  int done = 0, all = 0;
+  for (const JournalStatus& status : found) {
+    done += status.finished_rows;
+    all += status.head.plan.rows;
+  }
+  if (found.empty()) return "";
+  return fmt::format("; {} of {} rows of {} frame{} are in journals", done, all, found.size(),
+                     found.size() == 1 ? "" : "s");
+}
+
+Film::FinishedFrames Film::finished_frames() const {
+  const auto share = [](int done, int all) {
+    return all > 0 ? std::min(1.0, static_cast<double>(done) / all) : 0.0;
+  };
+  FinishedFrames sum;
+  for (const JournalStatus& status : journals()) {
+    sum.image += share(status.finished_rows, status.head.plan.rows);
+    sum.truth += share(status.finished_objects, status.head.plan.objects);
+  }
+  return sum;
+}
+
 JobEstimate Film::estimate(int ranks, int threads, double reading) {
   const double start = process_seconds();
   jobs_->measure(Ranks());
@@ -159,13 +198,15 @@ JobEstimate Film::estimate(int ranks, int threads, double reading) {
   // Seconds of a frame on one rank, of a frame with all ranks, and of the preparation of a frame.
   double alone = 0, together = 0, preparing_frame = 0;
   const int probes = std::min(count, most_probes);
+  const FinishedFrames finished = finished_frames();
+  double saved = 0;  // seconds of one core
   for (int probe = 0; probe < probes; ++probe) {
     const int i = probes == 1 ? 0 : probe * (count - 1) / (probes - 1);
     const double begin = process_seconds();
     const RenderJob job = jobs_->make(frame(left_[static_cast<std::size_t>(i)]));
     const double making = process_seconds() - begin;
     const JobEstimate own = estimate_job(job, options_.truth, apart > 0 ? 1 : ranks, threads,
-                                         {making, 0}, probe_seconds);
+                                         {making, 0}, {}, probe_seconds);
     const double share = 1.0 / probes;
     preparing_frame += share * own.preparing;
     alone += share * own.wall;
@@ -173,8 +214,9 @@ JobEstimate Film::estimate(int ranks, int threads, double reading) {
     const double twice = ranks > 1 ? making : 0;
     together += share * (apart > 0 ? own.preparing + (own.rendering + own.truth) / workers
                                    : own.wall - twice);
-    film.rendering += share * count * own.rendering;
-    film.truth += share * count * own.truth;
+    film.rendering += share * (count - finished.image) * own.rendering;
+    film.truth += share * (count - finished.truth) * own.truth;
+    saved += share * (finished.image * own.rendering + finished.truth * own.truth);
     film.memory = std::max(film.memory, own.memory);
     film.other_memory = std::max(film.other_memory, apart > 0 ? own.memory : own.other_memory);
   }
@@ -182,6 +224,7 @@ JobEstimate Film::estimate(int ranks, int threads, double reading) {
   film.preparing += preparing_frame * (each + shared);
   film.wall =
       (ranks > 1 ? 2 : 1) * reading + measuring / workers + each * alone + shared * together;
+  film.wall -= saved / workers;
   return film;
 }
 

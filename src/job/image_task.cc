@@ -352,6 +352,20 @@ void ImageTask::render(Executor& executor, Progress::Style style, RankReport& re
   }
 }
 
+FinishedWork ImageTask::finished() const {
+  return journal_ ? journal_->finished_work() : FinishedWork();
+}
+
+std::string ImageTask::finished_text() const {
+  if (!journal_) return "";
+  const FinishedWork work = journal_->finished_work();
+  std::string text = fmt::format("; {} of {} rows", count_rows(work.rows), job_.camera.height());
+  if (options_.truth) {
+    text += fmt::format(" and {} of {} objects of TRUTH", work.objects, job_.scene->objects);
+  }
+  return text + " are in the journal";
+}
+
 std::string ImageTask::plan() const {
   return fmt::format("{}: {}", files_text(job_.parameters.image.output, header_),
                      size_text(header_));

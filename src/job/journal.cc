@@ -345,9 +345,9 @@ JournalStatus Journal::status(const std::filesystem::path& path) {
   }
   status.head = journal.head_;
   status.has_end = journal.has_end_;
-  const int image = journal.image_section();
-  status.finished_rows = count_rows(journal.finished(image));
-  if (image > 0) status.finished_objects = count_rows(journal.finished(0));
+  const FinishedWork work = journal.finished_work();
+  status.finished_rows = count_rows(work.rows);
+  status.finished_objects = work.objects;
   status.damaged_bytes = journal.tail_;
   return status;
 }
@@ -553,6 +553,12 @@ std::vector<RowRange> Journal::finished(int section) const {
     }
   }
   return joined;
+}
+
+FinishedWork Journal::finished_work() const {
+  // The image's section is behind that of table TRUTH.
+  if (head_.truth.empty()) return {finished(0), 0};
+  return {finished(1), count_rows(finished(0))};
 }
 
 void Journal::replay(int section, std::size_t values_per_row,

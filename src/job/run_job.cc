@@ -64,12 +64,14 @@ Task prepare_image(const RunOptions& options, RenderJob job, int ranks, int thre
     return {};
   }
   if (options.work.dry_run) {
-    fmt::print("would write {}, {}\n", printable(work->plan()), objects_text(*work->job().scene));
+    fmt::print("would write {}, {}{}\n", printable(work->plan()), objects_text(*work->job().scene),
+               work->finished_text());
     Preparation preparation{process_seconds(), 0};
     work->complete(Ranks(), threads);
     preparation.measuring = process_seconds() - preparation.reading;
-    tell_estimate(estimate_job(work->job(), options.work.truth, ranks, threads, preparation), ranks,
-                  threads, work->hindrance());
+    tell_estimate(estimate_job(work->job(), options.work.truth, ranks, threads, preparation,
+                               work->finished()),
+                  ranks, threads, work->hindrance());
     return {};
   }
   if (options.verbose) tell_size_of_work(work->job(), ranks * threads);
@@ -91,8 +93,9 @@ Task prepare_film(const RunOptions& options, const RenderJob& job, int ranks, in
     return {};
   }
   if (options.work.dry_run) {
-    fmt::print("would write {}: {} of {} frames, {}, {}\n", printable(film->names()),
-               film->left().size(), film->frames(), film->size(), objects_text(*job.scene));
+    fmt::print("would write {}: {} of {} frames, {}, {}{}\n", printable(film->names()),
+               film->left().size(), film->frames(), film->size(), objects_text(*job.scene),
+               film->finished_text());
     tell_estimate(film->estimate(ranks, threads, process_seconds()), ranks, threads,
                   film->hindrance());
     return {};

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "gamer/job/job.h"
+#include "gamer/job/journal.h"
 
 namespace gamer {
 
@@ -27,9 +28,10 @@ struct Preparation {
 /// `most_seconds`. A place is chosen with a probability proportional to its cost by probe_pixels().
 /// With `truth` it measures a few galaxies for as long. Times are those of the thread, not of the
 /// clock. Rank 0 is taken to hand out and write while its threads render. The file system's own
-/// time is left out.
+/// time is left out. Work that is `done` costs no more than its writing.
 JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int threads,
-                         const Preparation& preparation, double most_seconds = 2);
+                         const Preparation& preparation, const FinishedWork& done = {},
+                         double most_seconds = 2);
 
 /// One line.
 std::string estimate_text(const JobEstimate& estimate, int ranks, int threads);

@@ -52,6 +52,10 @@ class Film {
   /// See ImageTask::hindrance().
   const std::string& hindrance() const { return hindrance_; }
 
+  /// What journals of frames hold: "; 12 of 36 rows of 2 frames are in journals"; empty where there
+  /// are none.
+  std::string finished_text() const;
+
   /// Estimates what rendering will take from parts of a few frames. Reading the film took `reading`
   /// seconds.
   JobEstimate estimate(int ranks, int threads, double reading);
@@ -65,6 +69,13 @@ class Film {
  private:
   Film(std::unique_ptr<FrameJobs> jobs, const RenderParameters& parameters, JobOptions options);
   RenderParameters frame(int number) const;
+  /// The journals with which an interrupted film goes on.
+  std::vector<JournalStatus> journals() const;
+  /// Their finished work, in frames.
+  struct FinishedFrames {
+    double image = 0, truth = 0;
+  };
+  FinishedFrames finished_frames() const;
   void choose_tone(const Ranks& ranks, Executor& executor);
   /// Warnings about a finished frame.
   struct Flaws {

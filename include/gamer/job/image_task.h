@@ -98,6 +98,10 @@ class ImageTask {
   /// Renders with all ranks and completes the files; adds where the time went to `report`. Throws
   /// InputError, RunError, which says how to go on.
   void render(Executor& executor, Progress::Style style, RankReport& report);
+  /// What the journal of an earlier run holds.
+  FinishedWork finished() const;
+  /// Tells of it: "; 128 of 512 rows are in the journal"; empty where there is no journal.
+  std::string finished_text() const;
   /// What is to be made: "x.fits: 512 x 512 pixels, 1 plane".
   std::string plan() const;
   /// Why the image that was made has no light; empty where it has some.

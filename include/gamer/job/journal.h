@@ -38,6 +38,12 @@ struct JournalHead {
   JournalPlan plan = {};
 };
 
+/// What is finished of an image and of its table TRUTH.
+struct FinishedWork {
+  std::vector<RowRange> rows;  ///< in ascending order
+  int objects = 0;
+};
+
 /// What a journal holds at a moment.
 struct JournalStatus {
   JournalHead head;
@@ -100,8 +106,7 @@ class Journal {
   const JournalHead& head() const { return head_; }
   /// The finished rows in ascending order, neighbours joined.
   std::vector<RowRange> finished(int section) const;
-  /// Section of the image's rows, behind that of table TRUTH.
-  int image_section() const { return head_.truth.empty() ? 0 : 1; }
+  FinishedWork finished_work() const;
   bool has_end() const { return has_end_; }
   /// Gives the rows of a section to `consume`. Throws InputError when they do not have
   /// `values_per_row` values, RunError when they cannot be read.
