@@ -10,13 +10,13 @@
 #include <string>
 
 #include "gamer/core/error.h"
-#include "gamer/core/printable.h"
 #include "gamer/core/resources.h"
 #include "gamer/core/shell_word.h"
 #include "gamer/core/simd.h"
 #include "gamer/core/version.h"
 #include "gamer/image/clean_up.h"
 #include "gamer/job/listing.h"
+#include "gamer/job/message_log.h"
 #include "gamer/job/resume.h"
 #include "gamer/job/run_job.h"
 #include "gamer/job/status.h"
@@ -109,6 +109,7 @@ Options parse_options(int argc, char** argv) {
   Options options;
   gamer::JobRequest& request = options.run.request;
   std::string parameters, scene, output, from_header, kind, truth_table;
+  std::string log_format;  // main reads it before, for messages about wrong options
   int threads = 0;
 
   CLI::App app{"Renders a scene of synthetic galaxies to a FITS image or a picture.", "gamer"};
@@ -149,6 +150,10 @@ Options parse_options(int argc, char** argv) {
       app.add_flag("-q,--quiet", options.run.quiet, "say nothing but errors");
   app.add_flag("-v,--verbose", options.run.verbose, "say more, and where the time went")
       ->excludes(quiet_option);
+  app.add_option("--log", log_format,
+                 "messages as text or, for machines, as JSON: an object a line on standard error")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->default_str("text");
   app.add_flag("--version", options.version, "print versions");
 
   const Commands commands(app, options);
@@ -231,28 +236,26 @@ void tell(const Options& options) {
 }
 
 /// Every rank's part of the run.
-void run(const gamer::Ranks& ranks, int argc, char** argv) {
+void run(const gamer::Ranks& ranks, int argc, char** argv, gamer::MessageLog& log) {
   gamer::check_same_program(ranks);
   const Options options = parse_options(argc, argv);
   if (options.only_tells()) {
     if (ranks.rank() == 0) tell(options);
     return;
   }
-  gamer::run_job(ranks, options.run);
+  gamer::run_job(ranks, options.run, log);
 }
 
 /// The one place where errors are reported.
-int run_and_report(gamer::Ranks& ranks, int argc, char** argv) {
-  const auto report = [](const std::string& message) {
-    fmt::print(stderr, "{}\n", gamer::printable(message));
-  };
+int run_and_report(gamer::Ranks& ranks, int argc, char** argv, gamer::MessageLog& log) {
+  const auto report = [&](const std::string& message) { log.error(message); };
   const auto end = [&](int code, const std::string& message) {
     // Launchers end the other ranks when one of them ends with an error, which is told by now.
     gamer::say_nothing_when_stopped();
     return ranks.end(code, message, report);
   };
   try {
-    run(ranks, argc, argv);
+    run(ranks, argc, argv, log);
     if (std::fflush(stdout) != 0) throw gamer::RunError("gamer: cannot print");
     return end(done, {});
   } catch (const gamer::Stopped& stopped) {
@@ -273,12 +276,13 @@ int run_and_report(gamer::Ranks& ranks, int argc, char** argv) {
 int main(int argc, char** argv) {
   gamer::open_standard_streams();
   gamer::clean_up_on_signals();
+  gamer::MessageLog log(gamer::log_format({argv, argv + argc}));
   try {
     gamer::Ranks ranks(&argc, &argv);
-    if (ranks.rank() == 0) gamer::say_when_stopped("gamer", "");
-    return run_and_report(ranks, argc, argv);
+    if (ranks.rank() == 0) log.say_when_stopped("");
+    return run_and_report(ranks, argc, argv, log);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "gamer: {}\n", gamer::printable(error.what()));
+    log.error(fmt::format("gamer: {}", error.what()));
     return failed;
   }
 }

@@ -12,7 +12,6 @@
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 #include "gamer/core/simd.h"
-#include "gamer/image/clean_up.h"
 #include "gamer/image/picture.h"
 #include "gamer/job/resume.h"
 #include "gamer/job/truth_table.h"
@@ -296,8 +295,8 @@ void Film::render(const Ranks& ranks, int threads, Executor& executor, const Mes
   const bool is_root = ranks.rank() == 0;
   jobs_->measure(ranks);
   for (const fs::path& file : replaced_) fs::remove(file);
-  if (is_root) {
-    say_when_stopped("gamer", "; finished frames are kept; go on with: " + options_.resume_command);
+  if (is_root && messages.say_when_stopped) {
+    messages.say_when_stopped("; finished frames are kept; go on with: " + options_.resume_command);
   }
   if (picture_format(parameters_.image.output.path.string()) && !parameters_.image.output.tone) {
     choose_tone(ranks, executor);
@@ -307,8 +306,7 @@ void Film::render(const Ranks& ranks, int threads, Executor& executor, const Mes
   const int apart = frames_apart(count, ranks.size());
   std::map<int, Flaws> flaws;
   if (apart > 0) {
-    Progress progress(apart, is_root ? messages.progress : Progress::Style::none, stderr);
-    progress.count("frames");
+    Progress progress(apart, "frames", is_root ? messages.progress : Progress::Style::none, stderr);
     const std::unique_ptr<Executor> hand_out = ranks.executor(1);
     hand_out->run(
         even_blocks(apart, 1), 2,

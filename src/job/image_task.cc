@@ -298,8 +298,7 @@ void ImageTask::finish(ImageWriter& writer, const std::optional<DataTable>& trut
 }
 
 DataTable ImageTask::describe_objects(JournaledExecutor& executor, Progress::Style style) const {
-  Progress progress(static_cast<int>(job_.scene->objects), style, stderr);
-  progress.count("objects of TRUTH");
+  Progress progress(static_cast<int>(job_.scene->objects), "objects of TRUTH", style, stderr);
   return truth_table(job_, executor, [&](int objects) { add(objects, executor, progress); });
 }
 
@@ -312,7 +311,7 @@ void ImageTask::render_rows(Executor& executor, Progress::Style style, RankRepor
   const auto blocks = blocks_of(renderer, executor, before);
   if (truth && options_.truth_table.empty()) header_.data_tables.push_back(*truth);
   const std::unique_ptr<ImageWriter> writer = make_writer();
-  Progress progress(renderer.height(), style, stderr);
+  Progress progress(renderer.height(), "rows", style, stderr);
   const bool is_single = is_single_precision(job_.parameters.image.output);
   journaled.keep_single(is_single);
   const std::size_t row_size = static_cast<std::size_t>(renderer.width()) * renderer.planes();

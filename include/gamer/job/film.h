@@ -28,6 +28,8 @@ class Film {
   struct Messages {
     std::function<void(const std::string& line)> say;  ///< of each frame when it is made
     std::function<void(const std::string& line)> warn;
+    /// See MessageLog::say_when_stopped().
+    std::function<void(const std::string& rest)> say_when_stopped;
     Progress::Style progress = Progress::Style::none;
   };
 

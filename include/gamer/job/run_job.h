@@ -4,6 +4,7 @@
 
 #include "gamer/job/image_task.h"
 #include "gamer/job/job.h"
+#include "gamer/job/message_log.h"
 #include "gamer/parallel/ranks.h"
 
 namespace gamer {
@@ -19,8 +20,8 @@ struct RunOptions {
   bool verbose = false;  ///< say more, and where the time went
 };
 
-/// Runs a job from its files to the finished image or film, and tells about it on the standard
-/// streams. Every rank calls it with equal options. Throws InputError, RunError and Stopped.
-void run_job(const Ranks& ranks, const RunOptions& options);
+/// Runs a job from its files to the finished image or film, and tells about it in the log. Every
+/// rank calls it with equal options. Throws InputError, RunError and Stopped.
+void run_job(const Ranks& ranks, const RunOptions& options, MessageLog& log);
 
 }  // namespace gamer

@@ -27,7 +27,7 @@ class Tells(unittest.TestCase):
         for option in ("-o,--output", "-s,--set", "-j,--threads", "--preview", "--list-components",
                        "--list-galaxies", "--list-seds", "--list-bands", "--list-instruments", "--list-noises",
                        "--print-mapping", "--list-parameters", "--markdown", "--sample-config", "--print-config",
-                       "--dry-run", "--from-header", "--overwrite", "--resume", "--journal", "--status", "-q,--quiet", "-v,--verbose",
+                       "--dry-run", "--from-header", "--overwrite", "--resume", "--journal", "--status", "--log", "-q,--quiet", "-v,--verbose",
                        "--version", "-h,--help"):
             self.assertIn(option, text)
 
