@@ -10,11 +10,13 @@
 #include <string>
 
 #include "gamer/core/error.h"
+#include "gamer/core/manual.h"
 #include "gamer/core/resources.h"
 #include "gamer/core/shell_word.h"
 #include "gamer/core/simd.h"
 #include "gamer/core/version.h"
 #include "gamer/image/clean_up.h"
+#include "gamer/job/gamer_manual.h"
 #include "gamer/job/listing.h"
 #include "gamer/job/message_log.h"
 #include "gamer/job/resume.h"
@@ -90,14 +92,18 @@ struct Commands {
 
   Commands(CLI::App& app, Options& options) {
     look_command = app.add_subcommand("look", "render a picture of one galaxy, NAME.png");
-    look_command->add_option("galaxy", look.galaxy, "a type, or its file")->required();
+    look_command->add_option("galaxy", look.galaxy, "a type, or its file")
+        ->required()
+        ->type_name("GALAXY");
     look_command->add_option("--inclination", look.inclination, "deg; 0 is face-on")
         ->capture_default_str();
     look_command->add_option("--pa", look.position_angle, "position angle of the major axis, deg")
         ->capture_default_str();
     CLI::App* new_command =
         app.add_subcommand("new", "print the file of a galaxy type, to begin one's own with");
-    new_command->add_option("type", options.sample_galaxy, "see --list-galaxies")->required();
+    new_command->add_option("type", options.sample_galaxy, "see --list-galaxies")
+        ->required()
+        ->type_name("GALAXY");
     look_command->fallthrough();
     new_command->fallthrough();
     app.require_subcommand(0, 1);
@@ -113,11 +119,13 @@ Options parse_options(int argc, char** argv) {
   int threads = 0;
 
   CLI::App app{"Renders a scene of synthetic galaxies to a FITS image or a picture.", "gamer"};
-  app.add_option("render.par", parameters, "parameter file (TOML)");
+  app.add_option("render.par", parameters, "parameter file (TOML)")->type_name("FILE");
   app.add_option("scene.lst", scene,
-                 "scene list or catalogue, one galaxy per row; - is standard input");
+                 "scene list or catalogue, one galaxy per row; - is standard input")
+      ->type_name("FILE");
   CLI::Option* output_option =
-      app.add_option("-o,--output", output, "write to this file instead of image.output");
+      app.add_option("-o,--output", output, "write to this file instead of image.output")
+          ->type_name("FILE");
   app.add_option("-s,--set", request.settings, "override a key: section.key=value (repeatable)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
@@ -157,6 +165,8 @@ Options parse_options(int argc, char** argv) {
   app.add_flag("--version", options.version, "print versions");
 
   const Commands commands(app, options);
+  std::string manual;
+  app.add_option("--print-manual", manual)->group("");  // man, bash or zsh, for the build
 
   try {
     app.parse(argc, argv);
@@ -165,6 +175,10 @@ Options parse_options(int argc, char** argv) {
     return options;
   } catch (const CLI::ParseError& error) {
     throw InputError(fmt::format("gamer: {} (gamer --help lists the options)", error.what()));
+  }
+  if (!manual.empty()) {
+    options.help = gamer::manual_text(gamer::gamer_manual(app), manual);
+    return options;
   }
   request.parameters = parameters;
   request.scene = scene;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "gamer/core/resources.h"
 
@@ -23,6 +24,9 @@ std::string list_noises();
 /// (the columns of a scene list) or a kind of component; of all when it is empty. As tables for a
 /// terminal, or in Markdown. Throws InputError for an unknown kind.
 std::string list_parameters(const std::string& kind, bool markdown);
+
+/// What list_parameters() knows as `kind`.
+std::vector<std::string> parameter_kinds();
 
 /// The file of a shipped galaxy type, or of one on the data path. Throws InputError for an unknown
 /// name, with near ones.

@@ -31,6 +31,18 @@ class Tells(unittest.TestCase):
                        "--version", "-h,--help"):
             self.assertIn(option, text)
 
+    def test_manuals(self):
+        self.assertTrue(self.tell("--print-manual", "man").startswith(".TH GAMER 1 "))
+        self.assertTrue(self.tell("--print-manual", "bash").endswith("-F _gamer gamer\n"))
+        self.assertTrue(self.tell("--print-manual", "zsh").startswith("#compdef gamer\n"))
+        # For the build alone.
+        self.assertNotIn("--print-manual", self.tell("--help") + self.tell("--print-manual", "man"))
+        with Folder() as folder:
+            result = folder.run("--print-manual", "info")
+            self.assertEqual((result.returncode, result.stdout), (2, ""))
+            self.assertEqual(result.stderr, "gamer: --print-manual: unknown format 'info'; known are man, "
+                                            "bash, zsh\n")
+
     def test_list_components(self):
         names = [line.split()[0] for line in self.tell("--list-components").splitlines()]
         self.assertEqual(names[:4], ["bulge", "disk", "stars", "dust"])
