@@ -118,15 +118,13 @@ std::string zsh_options(const Manual& manual, const std::vector<ManualOption>& o
   return text;
 }
 
-}  // namespace
-
-std::string bash_completion(const Manual& manual) {
-  const std::string& program = manual.program;
-  std::string text = fmt::format(
+/// The beginning of the function for bash: finds the command and the word before.
+std::string bash_start(const Manual& manual) {
+  return fmt::format(
       "# Completes the words of {0} in bash; made by {0} --print-manual bash.\n"
       "_{0}() {{\n"
       "  local cur=${{COMP_WORDS[COMP_CWORD]}} before=${{COMP_WORDS[COMP_CWORD - 1]}}\n"
-      "  local command= word words= list= with_files=\n"
+      "  local command= word words= list= with_files= offered\n"
       "  COMPREPLY=()\n"
       "  # bash makes \"=\" a word of its own.\n"
       "  if [[ $cur == = ]]; then\n"
@@ -136,7 +134,34 @@ std::string bash_completion(const Manual& manual) {
       "  fi\n"
       "  for word in \"${{COMP_WORDS[@]:1:COMP_CWORD - 1}}\"; do\n{1}  done\n"
       "  case $command:$before in\n",
-      program, command_search(manual));
+      manual.program, command_search(manual));
+}
+
+/// Its end, from the cases of words on. compgen -W would run what stands in a name.
+std::string bash_end(const std::string& program) {
+  return fmt::format(
+      "    esac\n"
+      "  fi\n"
+      "  if [[ -n $list ]]; then\n"
+      "    words=$(\"$1\" \"$list\" 2>/dev/null | cut -d' ' -f1 | grep -E '^[[:alnum:]._+-]+$')\n"
+      "  fi\n"
+      "  read -r -d '' -a offered <<<\"$words\"\n"
+      "  [[ -n $with_files ]] && mapfile -t COMPREPLY < <(compgen -f -- \"$cur\")\n"
+      "  for word in \"${{offered[@]}}\"; do\n"
+      "    [[ $word == \"$cur\"* ]] && COMPREPLY+=(\"$word\")\n"
+      "  done\n"
+      "  [[ -n $with_files ]] && compopt -o filenames 2>/dev/null\n"
+      "  [[ ${{COMPREPLY[*]}} == *= ]] && compopt -o nospace 2>/dev/null\n"
+      "  return 0\n"
+      "}}\n"
+      "complete -o default -F _{0} {0}\n",
+      program);
+}
+
+}  // namespace
+
+std::string bash_completion(const Manual& manual) {
+  std::string text = bash_start(manual);
   for (const ManualCommand& command : manual.commands) {
     text += bash_branches(command.name, command.options);
   }
@@ -156,21 +181,7 @@ std::string bash_completion(const Manual& manual) {
   text += fmt::format("      :-*) words={} ;;\n", quoted(names_of(manual.options)));
   text += fmt::format("      :*) words={}{} ;;\n", quoted(command_names(manual)),
                       manual.arguments.empty() ? "" : " with_files=yes");
-  text += fmt::format(
-      "    esac\n"
-      "  fi\n"
-      "  [[ -n $list ]] && words=$(\"$1\" \"$list\" 2>/dev/null | cut -d' ' -f1)\n"
-      "  mapfile -t COMPREPLY < <(\n"
-      "    compgen -W \"$words\" -- \"$cur\"\n"
-      "    [[ -n $with_files ]] && compgen -f -- \"$cur\"\n"
-      "  )\n"
-      "  [[ -n $with_files ]] && compopt -o filenames 2>/dev/null\n"
-      "  [[ ${{COMPREPLY[*]}} == *= ]] && compopt -o nospace 2>/dev/null\n"
-      "  return 0\n"
-      "}}\n"
-      "complete -o default -F _{0} {0}\n",
-      program);
-  return text;
+  return text + bash_end(manual.program);
 }
 
 std::string zsh_completion(const Manual& manual) {

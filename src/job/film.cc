@@ -197,8 +197,6 @@ JobEstimate Film::estimate(int ranks, int threads, double reading) {
   // Seconds of a frame on one rank, of a frame with all ranks, and of the preparation of a frame.
   double alone = 0, together = 0, preparing_frame = 0;
   const int probes = std::min(count, most_probes);
-  const FinishedFrames finished = finished_frames();
-  double saved = 0;  // seconds of one core
   for (int probe = 0; probe < probes; ++probe) {
     const int i = probes == 1 ? 0 : probe * (count - 1) / (probes - 1);
     const double begin = process_seconds();
@@ -213,9 +211,8 @@ JobEstimate Film::estimate(int ranks, int threads, double reading) {
     const double twice = ranks > 1 ? making : 0;
     together += share * (apart > 0 ? own.preparing + (own.rendering + own.truth) / workers
                                    : own.wall - twice);
-    film.rendering += share * (count - finished.image) * own.rendering;
-    film.truth += share * (count - finished.truth) * own.truth;
-    saved += share * (finished.image * own.rendering + finished.truth * own.truth);
+    film.rendering += share * own.rendering;
+    film.truth += share * own.truth;
     film.memory = std::max(film.memory, own.memory);
     film.other_memory = std::max(film.other_memory, apart > 0 ? own.memory : own.other_memory);
   }
@@ -223,7 +220,10 @@ JobEstimate Film::estimate(int ranks, int threads, double reading) {
   film.preparing += preparing_frame * (each + shared);
   film.wall =
       (ranks > 1 ? 2 : 1) * reading + measuring / workers + each * alone + shared * together;
-  film.wall -= saved / workers;
+  const FinishedFrames finished = finished_frames();
+  film.wall -= (finished.image * film.rendering + finished.truth * film.truth) / workers;
+  film.rendering *= count - finished.image;
+  film.truth *= count - finished.truth;
   return film;
 }
 

@@ -89,6 +89,17 @@ TEST(Completion, Bash) {
   EXPECT_EQ(offered("--output x"), "");
 }
 
+// A name in a list may be a file's; what stands in it is not run.
+TEST(Completion, BashRunsNoNames) {
+  Manual manual = some_manual();
+  manual.commands.front().arguments.front().value = {"NAME", {}, "--names"};
+  const std::string script = "exec bash <<'SCRIPT'\n" + bash_completion(manual) +
+                             "paint() { printf '%s text\\n' m51 'm$(echo>&2 ran)' m101 x 'm;b'; }\n"
+                             "COMP_WORDS=(paint show m)\nCOMP_CWORD=2\n"
+                             "_paint paint\necho -n \"${COMPREPLY[*]}\"\nSCRIPT\n";
+  EXPECT_EQ(output_of(script + " 2>&1"), "m51 m101");
+}
+
 TEST(Completion, Zsh) {
   const std::string script = zsh_completion(some_manual());
   EXPECT_TRUE(script.starts_with("#compdef paint\n"));
