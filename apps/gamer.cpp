@@ -10,14 +10,18 @@
 #include <string>
 
 #include "gamer/core/error.h"
-#include "gamer/core/printable.h"
+#include "gamer/core/manual.h"
 #include "gamer/core/resources.h"
+#include "gamer/core/shell_word.h"
 #include "gamer/core/simd.h"
 #include "gamer/core/version.h"
 #include "gamer/image/clean_up.h"
+#include "gamer/job/gamer_manual.h"
 #include "gamer/job/listing.h"
+#include "gamer/job/message_log.h"
 #include "gamer/job/resume.h"
 #include "gamer/job/run_job.h"
+#include "gamer/job/status.h"
 #include "gamer/parallel/ranks.h"
 
 namespace {
@@ -31,6 +35,7 @@ struct Options {
   bool lists_components = false, lists_galaxies = false, lists_seds = false;
   bool lists_bands = false, lists_instruments = false, lists_noises = false;
   std::string sample_galaxy;
+  std::string status;                      ///< a journal to tell about
   std::optional<std::string> listed_kind;  ///< --list-parameters; empty for all
   bool markdown = false;
   bool sample_config = false;
@@ -41,43 +46,17 @@ struct Options {
   bool only_tells() const {
     return !help.empty() || version || lists_components || lists_galaxies || lists_seds ||
            lists_bands || lists_instruments || lists_noises || !sample_galaxy.empty() ||
-           listed_kind || sample_config;
+           !status.empty() || listed_kind || sample_config;
   }
 };
 
 constexpr int most_threads = 4096;
 
-/// "$'...'", in which control characters and bytes that are not ASCII are octal numbers.
-std::string escaped_word(const std::string& word) {
-  std::string quoted = "$'";
-  for (const char c : word) {
-    if (c == '\'' || c == '\\') {
-      quoted += {'\\', c};
-    } else if (c >= ' ' && c <= '~') {
-      quoted += c;
-    } else {
-      quoted += fmt::format("\\{:03o}", static_cast<unsigned char>(c));
-    }
-  }
-  return quoted + "'";
-}
-
-/// The word as a shell reads it, in characters that print.
-std::string shell_word(const std::string& word) {
-  constexpr const char* plain =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+=.,/:@%^";
-  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
-  if (gamer::printable(word) != word) return escaped_word(word);
-  std::string quoted = "'";
-  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
-}
-
 std::string resume_command(int argc, char** argv) {
-  std::string command = shell_word(argv[0]) + " --resume";
+  std::string command = gamer::shell_word(argv[0]) + " --resume";
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
-    if (word != "--resume" && word != "--overwrite") command += " " + shell_word(word);
+    if (word != "--resume" && word != "--overwrite") command += " " + gamer::shell_word(word);
   }
   return command;
 }
@@ -97,6 +76,9 @@ CLI::Option* add_answers(CLI::App& app, std::string& kind, Options& options) {
           ->type_name("[KIND]");
   app.add_flag("--markdown", options.markdown, "with --list-parameters: Markdown tables");
   app.add_flag("--sample-config", options.sample_config, "print a complete parameter file");
+  app.add_option("--status", options.status,
+                 "tell how far the job of this journal is, also while it runs")
+      ->type_name("JOURNAL");
   app.add_flag("--print-config", options.run.print_config, "print the resolved parameters");
   app.add_flag("--print-mapping", options.run.print_mapping,
                "print which columns of the catalogue are used as which of a scene");
@@ -110,14 +92,18 @@ struct Commands {
 
   Commands(CLI::App& app, Options& options) {
     look_command = app.add_subcommand("look", "render a picture of one galaxy, NAME.png");
-    look_command->add_option("galaxy", look.galaxy, "a type, or its file")->required();
+    look_command->add_option("galaxy", look.galaxy, "a type, or its file")
+        ->required()
+        ->type_name("GALAXY");
     look_command->add_option("--inclination", look.inclination, "deg; 0 is face-on")
         ->capture_default_str();
     look_command->add_option("--pa", look.position_angle, "position angle of the major axis, deg")
         ->capture_default_str();
     CLI::App* new_command =
         app.add_subcommand("new", "print the file of a galaxy type, to begin one's own with");
-    new_command->add_option("type", options.sample_galaxy, "see --list-galaxies")->required();
+    new_command->add_option("type", options.sample_galaxy, "see --list-galaxies")
+        ->required()
+        ->type_name("GALAXY");
     look_command->fallthrough();
     new_command->fallthrough();
     app.require_subcommand(0, 1);
@@ -129,14 +115,18 @@ Options parse_options(int argc, char** argv) {
   Options options;
   gamer::JobRequest& request = options.run.request;
   std::string parameters, scene, output, from_header, kind, truth_table;
+  std::string log_format;  // main reads it before, for messages about wrong options
   int threads = 0;
 
   CLI::App app{"Renders a scene of synthetic galaxies to a FITS image or a picture.", "gamer"};
-  app.add_option("render.par", parameters, "parameter file (TOML)");
+  app.add_option("render.par", parameters, "parameter file (TOML)")->type_name("FILE");
   app.add_option("scene.lst", scene,
-                 "scene list or catalogue, one galaxy per row; - is standard input");
-  CLI::Option* output_option = app.add_option(
-      "-o,--output", output, "write to this file instead of image.output; - is standard output");
+                 "scene list or catalogue, one galaxy per row; - is standard input")
+      ->type_name("FILE");
+  CLI::Option* output_option =
+      app.add_option("-o,--output", output,
+                     "write to this file instead of image.output; - is standard output")
+          ->type_name("FILE");
   app.add_option("-s,--set", request.settings, "override a key: section.key=value (repeatable)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
@@ -169,9 +159,15 @@ Options parse_options(int argc, char** argv) {
       app.add_flag("-q,--quiet", options.run.quiet, "say nothing but errors");
   app.add_flag("-v,--verbose", options.run.verbose, "say more, and where the time went")
       ->excludes(quiet_option);
+  app.add_option("--log", log_format,
+                 "messages as text or, for machines, as JSON: an object a line on standard error")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->default_str("text");
   app.add_flag("--version", options.version, "print versions");
 
   const Commands commands(app, options);
+  std::string manual;
+  app.add_option("--print-manual", manual)->group("");  // man, bash or zsh, for the build
 
   try {
     app.parse(argc, argv);
@@ -180,6 +176,10 @@ Options parse_options(int argc, char** argv) {
     return options;
   } catch (const CLI::ParseError& error) {
     throw InputError(fmt::format("gamer: {} (gamer --help lists the options)", error.what()));
+  }
+  if (!manual.empty()) {
+    options.help = gamer::manual_text(gamer::gamer_manual(app), manual);
+    return options;
   }
   request.parameters = parameters;
   request.scene = scene;
@@ -243,6 +243,7 @@ void tell(const Options& options) {
   if (!options.sample_galaxy.empty()) {
     fmt::print("{}", gamer::sample_galaxy(options.sample_galaxy, data));
   }
+  if (!options.status.empty()) fmt::print("{}", gamer::status_text(options.status));
   if (options.listed_kind) {
     fmt::print("{}", gamer::list_parameters(*options.listed_kind, options.markdown));
   }
@@ -250,28 +251,26 @@ void tell(const Options& options) {
 }
 
 /// Every rank's part of the run.
-void run(const gamer::Ranks& ranks, int argc, char** argv) {
+void run(const gamer::Ranks& ranks, int argc, char** argv, gamer::MessageLog& log) {
   gamer::check_same_program(ranks);
   const Options options = parse_options(argc, argv);
   if (options.only_tells()) {
     if (ranks.rank() == 0) tell(options);
     return;
   }
-  gamer::run_job(ranks, options.run);
+  gamer::run_job(ranks, options.run, log);
 }
 
 /// The one place where errors are reported.
-int run_and_report(gamer::Ranks& ranks, int argc, char** argv) {
-  const auto report = [](const std::string& message) {
-    fmt::print(stderr, "{}\n", gamer::printable(message));
-  };
+int run_and_report(gamer::Ranks& ranks, int argc, char** argv, gamer::MessageLog& log) {
+  const auto report = [&](const std::string& message) { log.error(message); };
   const auto end = [&](int code, const std::string& message) {
     // Launchers end the other ranks when one of them ends with an error, which is told by now.
     gamer::say_nothing_when_stopped();
     return ranks.end(code, message, report);
   };
   try {
-    run(ranks, argc, argv);
+    run(ranks, argc, argv, log);
     if (std::fflush(stdout) != 0) throw gamer::RunError("gamer: cannot print");
     return end(done, {});
   } catch (const gamer::Stopped& stopped) {
@@ -292,12 +291,13 @@ int run_and_report(gamer::Ranks& ranks, int argc, char** argv) {
 int main(int argc, char** argv) {
   gamer::open_standard_streams();
   gamer::clean_up_on_signals();
+  gamer::MessageLog log(gamer::log_format({argv, argv + argc}));
   try {
     gamer::Ranks ranks(&argc, &argv);
-    if (ranks.rank() == 0) gamer::say_when_stopped("gamer", "");
-    return run_and_report(ranks, argc, argv);
+    if (ranks.rank() == 0) log.say_when_stopped("");
+    return run_and_report(ranks, argc, argv, log);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "gamer: {}\n", gamer::printable(error.what()));
+    log.error(fmt::format("gamer: {}", error.what()));
     return failed;
   }
 }

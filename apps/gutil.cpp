@@ -9,10 +9,12 @@
 #include <vector>
 
 #include "gamer/core/error.h"
+#include "gamer/core/manual.h"
 #include "gamer/core/printable.h"
 #include "gamer/core/version.h"
 #include "gamer/image/clean_up.h"
 #include "gamer/parallel/executor.h"
+#include "gamer/processing/gutil_manual.h"
 #include "gamer/processing/operation.h"
 
 namespace {
@@ -40,6 +42,11 @@ int run(const std::vector<std::string>& arguments) {
   }
   if (first == "--version") {
     fmt::print("gutil {}\n", gamer::version());
+    return done;
+  }
+  // man, bash or zsh, for the build.
+  if (first == "--print-manual" && arguments.size() == 2) {
+    fmt::print("{}", gamer::manual_text(gamer::gutil_manual(), arguments.back()));
     return done;
   }
   const gamer::Operation& operation = gamer::find_operation(first);

@@ -18,6 +18,15 @@ install(EXPORT gamerTargets NAMESPACE gamer:: DESTINATION ${gamer_package_dir})
 install(DIRECTORY include/gamer DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.h)
 install(DIRECTORY seds bandpasses galaxies instruments scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/gamer)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+# Shells look for completions in these folders of share/.
+foreach(program gamer gutil)
+  set(manual ${gamer_manuals}/${program})
+  install(FILES ${manual}.man DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 RENAME ${program}.1)
+  install(FILES ${manual}.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
+          RENAME ${program})
+  install(FILES ${manual}.zsh DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions
+          RENAME _${program})
+endforeach()
 
 # Whether gamer_parallel, a static library, leaves MPI for its users to link.
 get_target_property(gamer_parallel_libraries gamer_parallel LINK_LIBRARIES)

@@ -1,6 +1,5 @@
 #include "gamer/image/clean_up.h"
 
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <array>
@@ -8,12 +7,13 @@
 #include <climits>
 #include <csignal>
 #include <cstring>
+#include <ctime>
 #include <list>
 #include <mutex>
 #include <string>
 #include <utility>
 
-#include "gamer/core/printable.h"
+#include "gamer/core/utc_time.h"
 #include "image/removed_on_signal.h"
 
 namespace gamer {
@@ -60,18 +60,27 @@ constexpr std::array<std::pair<int, const char*>, 3> ending_signals = {
     {{SIGINT, "SIGINT"}, {SIGTERM, "SIGTERM"}, {SIGHUP, "SIGHUP"}}};
 
 /// Messages by signal. Replaced messages are kept, since a handler may be reading them.
-using Messages = std::array<std::string, ending_signals.size()>;
-std::atomic<const Messages*> messages{nullptr};
+using Messages = std::array<StopLine, ending_signals.size()>;
+std::atomic<Messages*> messages{nullptr};
+
+/// A signal handler may call it.
+void put_time(StopLine& line) {
+  const UtcTime now = utc_time(std::time(nullptr));
+  if (line.time_at > line.text.size() || now.size() > line.text.size() - line.time_at) return;
+  std::memcpy(line.text.data() + line.time_at, now.data(), now.size());
+}
 
 /// Uses only functions that a signal handler may call.
 extern "C" void remove_and_end(int signal) {
   static std::atomic_flag is_ending;
   // Another thread is handling another signal.
   if (is_ending.test_and_set()) return;
-  const Messages* texts = messages;
+  Messages* texts = messages;
   for (std::size_t i = 0; texts != nullptr && i < texts->size(); ++i) {
     if (ending_signals[i].first != signal) continue;
-    const std::string& text = (*texts)[i];
+    StopLine& line = (*texts)[i];
+    put_time(line);
+    const std::string& text = line.text;
     [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text.data(), text.size());
   }
   // Files are removed first, since only empty folders can be removed.
@@ -99,16 +108,10 @@ void clean_up_on_signals() {
   for (const auto& [signal, name] : ending_signals) std::signal(signal, remove_and_end);
 }
 
-void say_when_stopped(const std::string& program, const std::string& rest) {
+void say_when_stopped(const std::function<StopLine(const std::string& signal)>& line) {
   static auto& all = *new std::list<Messages>;
-  // The cursor may be behind a progress bar.
-  const char* start = isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "";
   Messages texts;
-  for (std::size_t i = 0; i < texts.size(); ++i) {
-    const std::string text =
-        fmt::format("{}: stopped by {}{}", program, ending_signals[i].second, rest);
-    texts[i] = fmt::format("{}{}\n", start, printable(text));
-  }
+  for (std::size_t i = 0; i < texts.size(); ++i) texts[i] = line(ending_signals[i].second);
   const std::lock_guard lock(entries_mutex);
   messages = &all.emplace_back(std::move(texts));
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "gamer/job/report.h"
+#include "gamer/job/resume.h"
 #include "gamer/job/schedule.h"
 #include "gamer/render/galaxy_measure.h"
 #include "gamer/render/renderer.h"
@@ -89,6 +90,21 @@ double truth_seconds(const RenderJob& job, double most_seconds) {
   return seconds / static_cast<double>(done) * static_cast<double>(galaxies.size());
 }
 
+/// The share of the objects of TRUTH that is still to be measured.
+double share_left(const RenderJob& job, int done) {
+  const auto all = static_cast<double>(job.scene->objects);
+  return all > 0 ? std::max(0.0, 1 - done / all) : 0;
+}
+
+/// Finished rows cost nothing.
+void clear_rows(const std::vector<RowRange>& finished, std::vector<double>& costs) {
+  const auto end = static_cast<int>(costs.size());
+  for (const RowRange& rows : finished) {
+    std::fill(costs.begin() + std::min(rows.first, end), costs.begin() + std::min(rows.last, end),
+              0.0);
+  }
+}
+
 }  // namespace
 
 double process_seconds() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
@@ -96,7 +112,8 @@ double process_seconds() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
 double thread_seconds() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
 
 JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int threads,
-                         const Preparation& preparation, double most_seconds) {
+                         const Preparation& preparation, const FinishedWork& done,
+                         double most_seconds) {
   JobEstimate estimate;
   const int workers = ranks * threads;
   const double begin = process_seconds();
@@ -113,19 +130,21 @@ JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int thread
   const std::uint64_t before = resident_memory();
 
   const double unit = seconds_per_cost(renderer, probes, most_seconds);
-  if (truth) estimate.truth = truth_seconds(job, most_seconds);
+  if (truth) estimate.truth = truth_seconds(job, most_seconds) * share_left(job, done.objects);
   const auto blocks =
       workers == 1
           ? render_blocks(renderer, alone)
           : cost_blocks(costs, workers, most_block_rows(renderer.width(), renderer.planes()));
   for (double& cost : costs) cost *= unit;
+  clear_rows(done.rows, costs);
   estimate.rendering = std::accumulate(costs.begin(), costs.end(), 0.0);
   const double values = static_cast<double>(renderer.width()) * renderer.height() *
                         static_cast<double>(renderer.planes());
   const double writing = writing_seconds * values;
-  const double rows_seconds = workers == 1
-                                  ? estimate.rendering + writing
-                                  : std::max(time_of_blocks(blocks, costs, workers), writing);
+  const double rows_seconds =
+      workers == 1
+          ? estimate.rendering + writing
+          : std::max(time_of_blocks(unfinished_blocks(blocks, done.rows), costs, workers), writing);
   // Rank 0 reads and checks before the others begin.
   estimate.wall = (ranks > 1 ? 2 : 1) * preparation.reading + placing +
                   (together + estimate.truth) / workers + rows_seconds;

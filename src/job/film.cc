@@ -12,7 +12,6 @@
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 #include "gamer/core/simd.h"
-#include "gamer/image/clean_up.h"
 #include "gamer/image/picture.h"
 #include "gamer/job/resume.h"
 #include "gamer/job/truth_table.h"
@@ -147,6 +146,45 @@ std::vector<fs::path> Film::later_files() const {
   return files;
 }
 
+std::vector<JournalStatus> Film::journals() const {
+  std::vector<JournalStatus> found;
+  if (!options_.resume) return found;
+  for (const int number : left_) {
+    const fs::path path = journal_path(frame(number).image.output);
+    if (!is_there(path)) continue;
+    JournalStatus status = Journal::status(path);
+    // With another instruction set the frame begins again.
+    if (status.head.simd == simd_target_name(current_simd_target())) {
+      found.push_back(std::move(status));
+    }
+  }
+  return found;
+}
+
+std::string Film::finished_text() const {
+  const std::vector<JournalStatus> found = journals();
+  int done = 0, all = 0;
+  for (const JournalStatus& status : found) {
+    done += status.finished_rows;
+    all += status.head.plan.rows;
+  }
+  if (found.empty()) return "";
+  return fmt::format("; {} of {} rows of {} frame{} are in journals", done, all, found.size(),
+                     found.size() == 1 ? "" : "s");
+}
+
+Film::FinishedFrames Film::finished_frames() const {
+  const auto share = [](int done, int all) {
+    return all > 0 ? std::min(1.0, static_cast<double>(done) / all) : 0.0;
+  };
+  FinishedFrames sum;
+  for (const JournalStatus& status : journals()) {
+    sum.image += share(status.finished_rows, status.head.plan.rows);
+    sum.truth += share(status.finished_objects, status.head.plan.objects);
+  }
+  return sum;
+}
+
 JobEstimate Film::estimate(int ranks, int threads, double reading) {
   const double start = process_seconds();
   jobs_->measure(Ranks());
@@ -165,7 +203,7 @@ JobEstimate Film::estimate(int ranks, int threads, double reading) {
     const RenderJob job = jobs_->make(frame(left_[static_cast<std::size_t>(i)]));
     const double making = process_seconds() - begin;
     const JobEstimate own = estimate_job(job, options_.truth, apart > 0 ? 1 : ranks, threads,
-                                         {making, 0}, probe_seconds);
+                                         {making, 0}, {}, probe_seconds);
     const double share = 1.0 / probes;
     preparing_frame += share * own.preparing;
     alone += share * own.wall;
@@ -173,8 +211,8 @@ JobEstimate Film::estimate(int ranks, int threads, double reading) {
     const double twice = ranks > 1 ? making : 0;
     together += share * (apart > 0 ? own.preparing + (own.rendering + own.truth) / workers
                                    : own.wall - twice);
-    film.rendering += share * count * own.rendering;
-    film.truth += share * count * own.truth;
+    film.rendering += share * own.rendering;
+    film.truth += share * own.truth;
     film.memory = std::max(film.memory, own.memory);
     film.other_memory = std::max(film.other_memory, apart > 0 ? own.memory : own.other_memory);
   }
@@ -182,6 +220,10 @@ JobEstimate Film::estimate(int ranks, int threads, double reading) {
   film.preparing += preparing_frame * (each + shared);
   film.wall =
       (ranks > 1 ? 2 : 1) * reading + measuring / workers + each * alone + shared * together;
+  const FinishedFrames finished = finished_frames();
+  film.wall -= (finished.image * film.rendering + finished.truth * film.truth) / workers;
+  film.rendering *= count - finished.image;
+  film.truth *= count - finished.truth;
   return film;
 }
 
@@ -253,8 +295,8 @@ void Film::render(const Ranks& ranks, int threads, Executor& executor, const Mes
   const bool is_root = ranks.rank() == 0;
   jobs_->measure(ranks);
   for (const fs::path& file : replaced_) fs::remove(file);
-  if (is_root) {
-    say_when_stopped("gamer", "; finished frames are kept; go on with: " + options_.resume_command);
+  if (is_root && messages.say_when_stopped) {
+    messages.say_when_stopped("; finished frames are kept; go on with: " + options_.resume_command);
   }
   if (picture_format(parameters_.image.output.path.string()) && !parameters_.image.output.tone) {
     choose_tone(ranks, executor);
@@ -264,8 +306,7 @@ void Film::render(const Ranks& ranks, int threads, Executor& executor, const Mes
   const int apart = frames_apart(count, ranks.size());
   std::map<int, Flaws> flaws;
   if (apart > 0) {
-    Progress progress(apart, is_root ? messages.progress : Progress::Style::none, stderr);
-    progress.count("frames");
+    Progress progress(apart, "frames", is_root ? messages.progress : Progress::Style::none, stderr);
     const std::unique_ptr<Executor> hand_out = ranks.executor(1);
     hand_out->run(
         even_blocks(apart, 1), 2,

@@ -236,13 +236,25 @@ void ImageTask::go_on(std::unique_ptr<Journal> journal) {
 
 void ImageTask::complete(const Ranks& ranks, int threads) { gamer::complete(job_, ranks, threads); }
 
+JournalPlan ImageTask::journal_plan() const {
+  std::error_code error;
+  return {files_text(job_.parameters.image.output, header_),
+          size_text(header_),
+          job_.camera.height(),
+          options_.truth ? static_cast<int>(job_.scene->objects) : 0,
+          begun_,
+          fs::current_path(error).string(),
+          options_.resume_command};
+}
+
 void ImageTask::begin() {
   const fs::path path = journal_path(job_.parameters.image.output);
   // A kill at the moment when the journal began leaves it ahead of all other files.
   PrivateFolder::remove_left_behind(path);
   if (!journal_) {
     Journal::discard(path);
-    const JournalHead head = make_journal_head(job_, truth_text(options_));
+    JournalHead head = make_journal_head(job_, truth_text(options_));
+    head.plan = journal_plan();
     date_ = head.date;
     const bool is_stream = job_.parameters.image.output.path == standard_stream;
     if (!is_stream && !std::isinf(options_.journal_interval)) {
@@ -289,8 +301,7 @@ void ImageTask::finish(ImageWriter& writer, const std::optional<DataTable>& trut
 }
 
 DataTable ImageTask::describe_objects(JournaledExecutor& executor, Progress::Style style) const {
-  Progress progress(static_cast<int>(job_.scene->objects), style, stderr);
-  progress.count("objects of TRUTH");
+  Progress progress(static_cast<int>(job_.scene->objects), "objects of TRUTH", style, stderr);
   return truth_table(job_, executor, [&](int objects) { add(objects, executor, progress); });
 }
 
@@ -303,7 +314,7 @@ void ImageTask::render_rows(Executor& executor, Progress::Style style, RankRepor
   const auto blocks = blocks_of(renderer, executor, before);
   if (truth && options_.truth_table.empty()) header_.data_tables.push_back(*truth);
   const std::unique_ptr<ImageWriter> writer = make_writer();
-  Progress progress(renderer.height(), style, stderr);
+  Progress progress(renderer.height(), "rows", style, stderr);
   const bool is_single = is_single_precision(job_.parameters.image.output);
   journaled.keep_single(is_single);
   const std::size_t row_size = static_cast<std::size_t>(renderer.width()) * renderer.planes();
@@ -341,6 +352,20 @@ void ImageTask::render(Executor& executor, Progress::Style style, RankReport& re
   } catch (const std::bad_alloc&) {
     fail("gamer: out of memory");
   }
+}
+
+FinishedWork ImageTask::finished() const {
+  return journal_ ? journal_->finished_work() : FinishedWork();
+}
+
+std::string ImageTask::finished_text() const {
+  if (!journal_) return "";
+  const FinishedWork work = journal_->finished_work();
+  std::string text = fmt::format("; {} of {} rows", count_rows(work.rows), job_.camera.height());
+  if (options_.truth) {
+    text += fmt::format(" and {} of {} objects of TRUTH", work.objects, job_.scene->objects);
+  }
+  return text + " are in the journal";
 }
 
 std::string ImageTask::plan() const {

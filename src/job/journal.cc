@@ -11,6 +11,7 @@
 #include <array>
 #include <bit>
 #include <cerrno>
+#include <charconv>
 #include <chrono>
 #include <cstring>
 #include <limits>
@@ -24,7 +25,7 @@
 namespace gamer {
 namespace {
 
-constexpr std::string_view magic = "gamer journal 1\n";
+constexpr std::string_view magic = "gamer journal 2\n";
 /// The first bytes of journals of all versions.
 constexpr std::string_view magic_start = "gamer journal ";
 constexpr std::size_t most_pending = std::size_t{32} << 20;
@@ -124,30 +125,58 @@ void pack_head(const JournalHead& head, const std::function<void(std::string_vie
                         {"simd", "", head.simd},
                         {"date", "", head.date},
                         {"truth", "", head.truth},
-                        {"overwrite", "", head.overwrite ? "yes" : ""}};
+                        {"overwrite", "", head.overwrite ? "yes" : ""},
+                        {"output", "", head.plan.output},
+                        {"size", "", head.plan.size},
+                        {"rows", "", fmt::format("{}", head.plan.rows)},
+                        {"objects", "", fmt::format("{}", head.plan.objects)},
+                        {"begun", "", fmt::format("{}", head.plan.begun)},
+                        {"folder", "", head.plan.folder},
+                        {"command", "", head.plan.command}};
   pack_record(facts, take);
   pack_record(head.record, take);
+}
+
+/// Throws RunError.
+template <class Number>
+Number number_of(const std::string& text) {
+  Number number{};
+  const char* end = text.data() + text.size();
+  const auto [last, error] = std::from_chars(text.data(), end, number);
+  if (error != std::errc() || last != end || number < 0) throw RunError("a fact is no number");
+  return number;
 }
 
 /// Throws RunError.
 JournalHead unpack_head(std::string_view packed) {
   Record record = unpack_record(packed);
   JournalHead head;
-  constexpr std::size_t facts = 5;
+  constexpr std::size_t facts = 12;
   if (record.size() < facts) throw RunError("a fact is missing");
   head.program = record[0].content;
   head.simd = record[1].content;
   head.date = record[2].content;
   head.truth = record[3].content;
   head.overwrite = !record[4].content.empty();
+  head.plan = {record[5].content,
+               record[6].content,
+               number_of<int>(record[7].content),
+               number_of<int>(record[8].content),
+               number_of<std::time_t>(record[9].content),
+               record[10].content,
+               record[11].content};
   head.record.assign(record.begin() + facts, record.end());
   return head;
 }
 
-InputError no_journal(const std::filesystem::path& path) {
-  return InputError({path.string(), 0, 0},
-                    "no journal of gamer's, or a damaged one; remove it or choose another output");
-}
+/// A file is no journal.
+class NoJournal : public InputError {
+ public:
+  explicit NoJournal(const std::filesystem::path& path,
+                     const char* advice = "; remove it or choose another output")
+      : InputError({path.string(), 0, 0},
+                   fmt::format("no journal of gamer's, or a damaged one{}", advice)) {}
+};
 
 RunError read_failure(const std::filesystem::path& path, int error) {
   return RunError(fmt::format("{}: cannot read: {}", path.string(), std::strerror(error)));
@@ -177,7 +206,7 @@ void check_magic(int descriptor, const std::filesystem::path& path) {
   std::string start(magic.size(), '\0');
   start.resize(read_at(descriptor, 0, std::as_writable_bytes(std::span(start)), path));
   if (start == magic) return;
-  if (!start.starts_with(magic_start)) throw no_journal(path);
+  if (!start.starts_with(magic_start)) throw NoJournal(path);
   throw InputError({path.string(), 0, 0},
                    "a journal of another version of gamer; finish the job with that one, or remove "
                    "the file to start anew");
@@ -199,15 +228,32 @@ int open_file(const std::filesystem::path& path) {
       ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK | O_NOCTTY | O_NOFOLLOW);
   if (descriptor < 0) {
     if (errno == ENOENT) return -1;
-    if (errno == ELOOP) throw no_journal(path);
+    if (errno == ELOOP) throw NoJournal(path);
     throw InputError({path.string(), 0, 0}, std::strerror(errno));
   }
   struct stat status {};
   if (fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) {
     close(descriptor);
-    throw no_journal(path);
+    throw NoJournal(path);
   }
   return descriptor;
+}
+
+/// The file, opened to be read.
+int open_to_read(const std::filesystem::path& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+  if (descriptor >= 0) return descriptor;
+  if (errno != ENOENT) throw InputError({path.string(), 0, 0}, std::strerror(errno));
+  throw InputError({path.string(), 0, 0},
+                   "no such file; a job makes its journal, OUTPUT.journal, after ten seconds and "
+                   "removes it when it is done");
+}
+
+/// Whether a process holds the lock. It is asked for by a shared lock that is given back at once.
+bool is_locked(int descriptor) {
+  if (flock(descriptor, LOCK_SH | LOCK_NB) != 0) return errno == EWOULDBLOCK;
+  flock(descriptor, LOCK_UN);
+  return false;
 }
 
 /// The opened and locked file; -1 when there is none.
@@ -281,6 +327,29 @@ std::unique_ptr<Journal> Journal::open(const std::filesystem::path& path, double
   journal->descriptor_ = descriptor;
   journal->read_entries();
   return journal;
+}
+
+JournalStatus Journal::status(const std::filesystem::path& path) {
+  Journal journal(path, 0, {});
+  journal.descriptor_ = open_to_read(path);
+  JournalStatus status;
+  try {
+    struct stat file {};
+    if (fstat(journal.descriptor_, &file) != 0) throw read_failure(path, errno);
+    if (!S_ISREG(file.st_mode)) throw NoJournal(path);
+    status.is_in_use = is_locked(journal.descriptor_);
+    status.changed = file.st_mtime;
+    journal.read_entries();
+  } catch (const NoJournal&) {
+    throw NoJournal(path, "; the journal of x.fits is x.fits.journal");
+  }
+  status.head = journal.head_;
+  status.has_end = journal.has_end_;
+  const FinishedWork work = journal.finished_work();
+  status.finished_rows = count_rows(work.rows);
+  status.finished_objects = work.objects;
+  status.damaged_bytes = journal.tail_;
+  return status;
 }
 
 void Journal::discard(const std::filesystem::path& path) {
@@ -384,7 +453,13 @@ void Journal::write_head() {
   write(bytes_of(sum));
 }
 
+void Journal::cut_tail() {
+  if (ftruncate(descriptor_, static_cast<off_t>(size_)) != 0) throw write_failure(path_, errno);
+  tail_ = 0;
+}
+
 void Journal::write(std::span<const std::byte> bytes) {
+  if (tail_ > 0) cut_tail();
   while (!bytes.empty()) {
     const ssize_t count = ::write(descriptor_, bytes.data(), bytes.size());
     if (count < 0 && errno == EINTR) continue;
@@ -440,7 +515,7 @@ void Journal::read_entries() {
       try {
         head_ = unpack_head(read_text(entry, payload));
       } catch (const RunError&) {
-        throw no_journal(path_);
+        throw NoJournal(path_);
       }
       has_head = true;
     } else if (entry.kind == Kind::rows || entry.kind == Kind::single_rows) {
@@ -450,10 +525,16 @@ void Journal::read_entries() {
     }
     // Other builds' entries may be of other kinds; check_same_job() refuses their journals.
   }
-  if (!has_head) throw no_journal(path_);
-  if (ftruncate(descriptor_, static_cast<off_t>(at)) != 0 || lseek(descriptor_, 0, SEEK_END) < 0) {
-    throw write_failure(path_, errno);
-  }
+  if (!has_head) throw NoJournal(path_);
+  size_ = at;
+  tail_ = size - at;
+  if (lseek(descriptor_, static_cast<off_t>(at), SEEK_SET) < 0) throw read_failure(path_, errno);
+}
+
+int count_rows(std::span<const RowRange> ranges) {
+  int rows = 0;
+  for (const RowRange& range : ranges) rows += range.size();
+  return rows;
 }
 
 std::vector<RowRange> Journal::finished(int section) const {
@@ -472,6 +553,12 @@ std::vector<RowRange> Journal::finished(int section) const {
     }
   }
   return joined;
+}
+
+FinishedWork Journal::finished_work() const {
+  // The image's section is behind that of table TRUTH.
+  if (head_.truth.empty()) return {finished(0), 0};
+  return {finished(1), count_rows(finished(0))};
 }
 
 void Journal::replay(int section, std::size_t values_per_row,

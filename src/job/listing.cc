@@ -156,14 +156,13 @@ std::string list_noises() {
 
 std::string list_parameters(const std::string& kind, bool markdown) {
   std::string result;
-  std::vector<std::string> known;
   for (const Group& group : all_groups()) {
-    if (known.empty() || known.back() != group.kind) known.push_back(group.kind);
     if (!kind.empty() && kind != group.kind) continue;
     if (!result.empty()) result += '\n';
     result += group_text(group, markdown);
   }
   if (result.empty()) {
+    const std::vector<std::string> known = parameter_kinds();
     std::string names;
     for (const std::string& name : known) names += (names.empty() ? "" : ", ") + name;
     throw InputError({"--list-parameters", 0, 0},
@@ -171,6 +170,14 @@ std::string list_parameters(const std::string& kind, bool markdown) {
                                  did_you_mean(kind, known)));
   }
   return result;
+}
+
+std::vector<std::string> parameter_kinds() {
+  std::vector<std::string> kinds;
+  for (const Group& group : all_groups()) {
+    if (kinds.empty() || kinds.back() != group.kind) kinds.push_back(group.kind);
+  }
+  return kinds;
 }
 
 std::string sample_galaxy(const std::string& type, Resources& resources) {

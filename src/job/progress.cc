@@ -9,12 +9,15 @@
 #include <ctime>
 #include <utility>
 
+#include "gamer/core/utc_time.h"
+
 namespace gamer {
 namespace {
 
-constexpr double bar_interval = 0.1;  // seconds between two drawings
-constexpr double line_interval = 60;  // seconds between two lines at most
-constexpr double tenth_interval = 5;  // seconds between two lines at least
+constexpr double bar_interval = 0.1;    // seconds between two drawings
+constexpr double line_interval = 60;    // seconds between two lines at most
+constexpr double tenth_interval = 5;    // seconds between two lines at least
+constexpr double object_interval = 10;  // seconds between two objects
 constexpr int bar_width = 30;
 constexpr int seconds_per_minute = 60;
 constexpr int seconds_per_hour = 3600;
@@ -29,6 +32,8 @@ double steady_seconds() {
 std::string local_date() {
   return fmt::format("{:%Y-%m-%d %H:%M:%S}", fmt::localtime(std::time(nullptr)));
 }
+
+std::string utc_date() { return utc_time_text(std::time(nullptr)); }
 
 /// "1:02:03" or "2:03".
 std::string clock_text(double seconds) {
@@ -47,56 +52,74 @@ Progress::Style Progress::style_for(std::FILE* stream) {
   return isatty(fileno(stream)) != 0 ? Style::bar : Style::lines;
 }
 
-Progress::Progress(int rows, Style style, std::FILE* stream, std::function<double()> clock,
-                   std::function<std::string()> date)
-    : rows_(rows),
+Progress::Progress(int total, std::string unit, Style style, std::FILE* stream,
+                   std::function<double()> clock, std::function<std::string()> date)
+    : total_(total),
+      unit_(std::move(unit)),
       style_(style),
       stream_(stream),
       clock_(clock ? std::move(clock) : steady_seconds),
-      date_(date ? std::move(date) : local_date),
+      date_(std::move(date)),
       start_(clock_()),
-      shown_(start_) {}
+      shown_(start_) {
+  if (!date_) date_ = style_ == Style::json ? utc_date : local_date;
+  if (style_ == Style::json) show();
+}
 
 Progress::~Progress() {
+  if (style_ == Style::json && shown_done_ != done_) show();
   if (drawn_) std::fputs("\n", stream_);
 }
 
-void Progress::add(int rows) {
-  done_ += rows;
-  if (style_ == Style::none) return;
-  const bool is_bar = style_ == Style::bar;
-  const double since = clock_() - shown_;
-  // Jobs of less than a minute say nothing.
-  const bool is_tenth =
-      !is_bar && seconds() >= line_interval && since >= tenth_interval && tenth() > shown_tenth_;
-  const bool is_due = since >= (is_bar ? bar_interval : line_interval);
-  if (is_due || is_tenth || (is_bar && done_ == rows_)) show();
+double Progress::interval() const {
+  if (style_ == Style::bar) return bar_interval;
+  return style_ == Style::json ? object_interval : line_interval;
 }
 
-void Progress::skip(int rows) {
-  done_ += rows;
-  skipped_ += rows;
+void Progress::add(int count) {
+  done_ += count;
+  if (style_ == Style::none) return;
+  const double since = clock_() - shown_;
+  // Jobs of less than a minute print no lines.
+  const bool is_tenth = style_ == Style::lines && seconds() >= line_interval &&
+                        since >= tenth_interval && tenth() > shown_tenth_;
+  const bool is_end = style_ == Style::bar && done_ == total_;
+  if (since >= interval() || is_tenth || is_end) show();
+}
+
+void Progress::skip(int count) {
+  done_ += count;
+  skipped_ += count;
+}
+
+ProgressNumbers Progress::numbers() const {
+  const double elapsed = seconds();
+  const double rate = elapsed > 0 ? (done_ - skipped_) / elapsed : 0;
+  return {done_, total_, unit_, rate, rate > 0 ? (total_ - done_) / rate : -1};
 }
 
 std::string Progress::text() const {
-  const double elapsed = seconds();
-  const double rate = elapsed > 0 ? (done_ - skipped_) / elapsed : 0;
-  const int percent = static_cast<int>(100.0 * done_ / rows_);
-  std::string result = fmt::format("{:3} %  {:.1f} {}/s", percent, rate, unit_);
-  if (rate > 0) result += fmt::format("  {} left", clock_text((rows_ - done_) / rate));
+  const ProgressNumbers now = numbers();
+  std::string result = fmt::format(" %  {:.1f} {}/s", now.rate, unit_);
+  if (now.left >= 0) result += fmt::format("  {} left", clock_text(now.left));
   return result;
 }
 
 void Progress::show() {
   shown_ = clock_();
   shown_tenth_ = tenth();
-  if (style_ == Style::lines) {
-    fmt::print(stream_, "gamer: {} {}\n", date_(), text());
+  shown_done_ = done_;
+  const std::string line = fmt::format("{:>3}", share_of(100)) + text();
+  if (style_ == Style::json) {
+    fmt::print(stream_, "{}",
+               json_message(date_(), fmt::format("{}{}", share_of(100), text()), numbers()));
+  } else if (style_ == Style::lines) {
+    fmt::print(stream_, "gamer: {} {}\n", date_(), line);
   } else {
-    const auto filled = static_cast<std::size_t>(static_cast<double>(bar_width) * done_ / rows_);
+    const auto filled = static_cast<std::size_t>(share_of(bar_width));
     const std::string bar = std::string(filled, '#') + std::string(bar_width - filled, '.');
     // \r and "erase to the end of the line".
-    fmt::print(stream_, "\r[{}] {}\x1b[K", bar, text());
+    fmt::print(stream_, "\r[{}] {}\x1b[K", bar, line);
     drawn_ = true;
   }
   std::fflush(stream_);

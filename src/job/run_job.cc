@@ -12,10 +12,8 @@
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 #include "gamer/core/parallel_for.h"
-#include "gamer/core/printable.h"
 #include "gamer/core/resources.h"
 #include "gamer/core/simd.h"
-#include "gamer/image/clean_up.h"
 #include "gamer/job/estimate.h"
 #include "gamer/job/film.h"
 #include "gamer/job/journal.h"
@@ -28,8 +26,10 @@
 namespace gamer {
 namespace {
 
-Progress::Style progress_style(const RunOptions& options) {
-  return options.quiet ? Progress::Style::none : Progress::style_for(stderr);
+Progress::Style progress_style(const MessageLog& log) {
+  if (log.is_quiet()) return Progress::Style::none;
+  return log.format() == MessageLog::Format::json ? Progress::Style::json
+                                                  : Progress::style_for(stderr);
 }
 
 /// The journal of an earlier run of this job; null when there is none.
@@ -45,69 +45,72 @@ struct Task {
   std::unique_ptr<Film> film;
 };
 
-void tell_size_of_work(const RenderJob& job, int workers) {
-  fmt::print(stderr, "gamer: {}, {} worker{}, SIMD {}\n", objects_text(*job.scene), workers,
-             workers == 1 ? "" : "s", simd_target_name(current_simd_target()));
+void tell_size_of_work(const MessageLog& log, const RenderJob& job, int workers) {
+  log.info(fmt::format("{}, {} worker{}, SIMD {}", objects_text(*job.scene), workers,
+                       workers == 1 ? "" : "s", simd_target_name(current_simd_target())));
 }
 
-void tell_estimate(const JobEstimate& estimate, int ranks, int threads,
+void tell_estimate(const MessageLog& log, const JobEstimate& estimate, int ranks, int threads,
                    const std::string& hindrance) {
-  fmt::print("{}\n", estimate_text(estimate, ranks, threads));
-  if (!hindrance.empty()) fmt::print("{}\n", printable(hindrance));
+  log.answer(estimate_text(estimate, ranks, threads));
+  if (!hindrance.empty()) log.answer(hindrance);
 }
 
-Task prepare_image(const RunOptions& options, RenderJob job, int ranks, int threads,
-                   std::unique_ptr<Journal> earlier) {
+Task prepare_image(const RunOptions& options, const MessageLog& log, RenderJob job, int ranks,
+                   int threads, std::unique_ptr<Journal> earlier) {
   auto work =
       std::make_unique<ImageTask>(std::move(job), options.work, ranks, threads, std::move(earlier));
   if (work->is_complete()) {
-    if (!options.quiet) fmt::print("{}\n", printable(work->text(0)));
+    log.result(work->text(0));
     return {};
   }
   if (options.work.dry_run) {
-    fmt::print("would write {}, {}\n", printable(work->plan()), objects_text(*work->job().scene));
+    log.answer(fmt::format("would write {}, {}{}", work->plan(), objects_text(*work->job().scene),
+                           work->finished_text()));
     Preparation preparation{process_seconds(), 0};
     work->complete(Ranks(), threads);
     preparation.measuring = process_seconds() - preparation.reading;
-    tell_estimate(estimate_job(work->job(), options.work.truth, ranks, threads, preparation), ranks,
-                  threads, work->hindrance());
+    tell_estimate(log,
+                  estimate_job(work->job(), options.work.truth, ranks, threads, preparation,
+                               work->finished()),
+                  ranks, threads, work->hindrance());
     return {};
   }
-  if (options.verbose) tell_size_of_work(work->job(), ranks * threads);
+  if (options.verbose) tell_size_of_work(log, work->job(), ranks * threads);
   return {std::move(work), nullptr};
 }
 
-Task prepare_film(const RunOptions& options, const RenderJob& job, int ranks, int threads) {
+Task prepare_film(const RunOptions& options, const MessageLog& log, const RenderJob& job, int ranks,
+                  int threads) {
   auto film = std::make_unique<Film>(job, options.work, ranks, threads);
-  if (const auto later = film->later_files(); !later.empty() && !options.quiet) {
+  if (const auto later = film->later_files(); !later.empty()) {
     const std::string files =
         later.size() == 1
             ? "is a frame of a longer film and stays"
             : fmt::format("and {} more are frames of a longer film and stay", later.size() - 1);
-    fmt::print(stderr, "gamer: {} {}: this one ends with frame {}\n",
-               printable(later.front().string()), files, film->frames());
+    log.info(fmt::format("{} {}: this one ends with frame {}", later.front().string(), files,
+                         film->frames()));
   }
   if (film->left().empty()) {
-    if (!options.quiet) fmt::print("{}: complete already\n", printable(film->names()));
+    log.result(fmt::format("{}: complete already", film->names()));
     return {};
   }
   if (options.work.dry_run) {
-    fmt::print("would write {}: {} of {} frames, {}, {}\n", printable(film->names()),
-               film->left().size(), film->frames(), film->size(), objects_text(*job.scene));
-    tell_estimate(film->estimate(ranks, threads, process_seconds()), ranks, threads,
+    log.answer(fmt::format("would write {}: {} of {} frames, {}, {}{}", film->names(),
+                           film->left().size(), film->frames(), film->size(),
+                           objects_text(*job.scene), film->finished_text()));
+    tell_estimate(log, film->estimate(ranks, threads, process_seconds()), ranks, threads,
                   film->hindrance());
     return {};
   }
-  if (options.verbose) tell_size_of_work(job, ranks * threads);
+  if (options.verbose) tell_size_of_work(log, job, ranks * threads);
   return {nullptr, std::move(film)};
 }
 
-void warn(const std::string& text) { fmt::print(stderr, "gamer: warning: {}\n", printable(text)); }
-
-void warn_of(const RunOptions& options, const RenderJob& job) {
+void warn_of(const RunOptions& options, const MessageLog& log, const RenderJob& job) {
   // A preview has one ray a pixel and is not measured on.
-  if (options.quiet || options.request.preview) return;
-  for (const std::string& text : job_warnings(job)) warn(text);
+  if (log.is_quiet() || options.request.preview) return;
+  for (const std::string& text : job_warnings(job)) log.warning(text);
 }
 
 bool is_to_standard_output(const RenderJob& job) {
@@ -127,7 +130,8 @@ void check_stream(const RunOptions& options, const RenderJob& job) {
 }
 
 /// On rank 0: reads and checks everything.
-Task prepare(const RunOptions& options, int ranks, int threads, std::unique_ptr<Journal> earlier) {
+Task prepare(const RunOptions& options, const MessageLog& log, int ranks, int threads,
+             std::unique_ptr<Journal> earlier) {
   Resources resources = open_resources(options.request, default_data_folders());
   if (options.print_config) {
     fmt::print("{}", load_parameters(options.request, resources).toml());
@@ -139,9 +143,9 @@ Task prepare(const RunOptions& options, int ranks, int threads, std::unique_ptr<
   }
   RenderJob job = read_job(options.request, resources);
   if (is_to_standard_output(job)) check_stream(options, job);
-  warn_of(options, job);
-  if (job.parameters.animation.frames > 0) return prepare_film(options, job, ranks, threads);
-  return prepare_image(options, std::move(job), ranks, threads, std::move(earlier));
+  warn_of(options, log, job);
+  if (job.parameters.animation.frames > 0) return prepare_film(options, log, job, ranks, threads);
+  return prepare_image(options, log, std::move(job), ranks, threads, std::move(earlier));
 }
 
 /// The record of an image for ranks that write no file: table SCENE is made on rank 0.
@@ -151,29 +155,30 @@ std::string pack_for_ranks(Record record) {
 }
 
 /// From then on a signal says how to go on.
-void announce(const ImageTask& work) {
+void announce(const MessageLog& log, const ImageTask& work) {
   if (work.journal() == nullptr) return;
   const std::string hint = work.resume_hint();
   if (work.journal()->is_begun()) {
-    say_when_stopped("gamer", hint);
+    log.say_when_stopped(hint);
   } else {
-    work.journal()->when_begun([hint] { say_when_stopped("gamer", hint); });
+    work.journal()->when_begun([&log, hint] { log.say_when_stopped(hint); });
   }
 }
 
 /// Every rank's part. `pixels` are those of all images.
-void say_where_the_time_went(const Ranks& ranks, const RankReport& own, double pixels) {
+void say_where_the_time_went(const Ranks& ranks, const MessageLog& log, const RankReport& own,
+                             double pixels) {
   std::vector<RankReport> reports;
   for (const std::string& packed : ranks.gather(pack_report(own))) {
     reports.push_back(unpack_report(packed));
   }
-  fmt::print(stderr, "{}", report_text(reports, pixels));
+  log.table(report_text(reports, pixels));
 }
 
 /// Every rank's part; returns the pixels of the image. `clock` has run since the job began.
-double render_image(const Ranks& ranks, const RunOptions& options, const Clock& clock,
-                    ImageTask* work, std::string packed, int threads, Executor& executor,
-                    RankReport& report) {
+double render_image(const Ranks& ranks, const RunOptions& options, const MessageLog& log,
+                    const Clock& clock, ImageTask* work, std::string packed, int threads,
+                    Executor& executor, RankReport& report) {
   const auto pixels = [](const Camera& camera) {
     return static_cast<double>(camera.width()) * camera.height();
   };
@@ -187,29 +192,35 @@ double render_image(const Ranks& ranks, const RunOptions& options, const Clock& 
   packed.shrink_to_fit();
   work->complete(ranks, threads);
   work->begin();
-  announce(*work);
-  work->render(executor, progress_style(options), report);
-  if (!options.quiet) {
-    std::FILE* stream = is_to_standard_output(work->job()) ? stderr : stdout;
-    fmt::print(stream, "{}\n", printable(work->text(clock.seconds())));
+  announce(log, *work);
+  work->render(executor, progress_style(log), report);
+  const std::string made = work->text(clock.seconds());
+  if (is_to_standard_output(work->job())) {
+    log.info(made);
+  } else {
+    log.result(made);
+  }
+  if (!log.is_quiet()) {
     for (const std::string& text : {work->darkness(), work->shortfall()}) {
-      if (!text.empty()) warn(text);
+      if (!text.empty()) log.warning(text);
     }
   }
   return pixels(work->job().camera);
 }
 
 /// Every rank's part; returns the pixels of all frames.
-double render_film(const Ranks& ranks, const RunOptions& options, std::unique_ptr<Film> film,
-                   std::string packed, int threads, Executor& executor, RankReport& report) {
+double render_film(const Ranks& ranks, const RunOptions& options, const MessageLog& log,
+                   std::unique_ptr<Film> film, std::string packed, int threads, Executor& executor,
+                   RankReport& report) {
   if (film == nullptr) film = Film::unpack(packed, options.work);
   packed.clear();
   packed.shrink_to_fit();
   Film::Messages messages;
-  messages.progress = progress_style(options);
-  if (!options.quiet) {
-    messages.say = [](const std::string& line) { fmt::print("{}\n", printable(line)); };
-    messages.warn = warn;
+  messages.progress = progress_style(log);
+  messages.say_when_stopped = [&log](const std::string& rest) { log.say_when_stopped(rest); };
+  if (!log.is_quiet()) {
+    messages.say = [&log](const std::string& line) { log.result(line); };
+    messages.warn = [&log](const std::string& line) { log.warning(line); };
   }
   film->render(ranks, threads, executor, messages, report);
   return film->pixels();
@@ -217,8 +228,9 @@ double render_film(const Ranks& ranks, const RunOptions& options, std::unique_pt
 
 }  // namespace
 
-void run_job(const Ranks& ranks, const RunOptions& options) {
+void run_job(const Ranks& ranks, const RunOptions& options, MessageLog& log) {
   const Clock clock;
+  if (options.quiet) log.be_quiet();
   std::unique_ptr<Journal> earlier;
   std::int64_t simd_targets = supported_simd_targets();
   if (ranks.rank() == 0 && options.work.resume && !options.print_config && !options.print_mapping) {
@@ -237,17 +249,17 @@ void run_job(const Ranks& ranks, const RunOptions& options) {
   RankReport report;
   report.threads = threads;
   Task task;
-  if (ranks.rank() == 0) task = prepare(options, ranks.size(), threads, std::move(earlier));
+  if (ranks.rank() == 0) task = prepare(options, log, ranks.size(), threads, std::move(earlier));
   std::string film = ranks.broadcast(task.film ? task.film->pack() : "");
   // A process alone need not send the record.
   const bool travels = task.work && ranks.size() > 1;
   std::string image = ranks.broadcast(travels ? pack_for_ranks(task.work->job().record) : "");
   double pixels = 0;
   if (!film.empty()) {
-    pixels = render_film(ranks, options, std::move(task.film), std::move(film), threads, *executor,
-                         report);
+    pixels = render_film(ranks, options, log, std::move(task.film), std::move(film), threads,
+                         *executor, report);
   } else if (task.work || !image.empty()) {
-    pixels = render_image(ranks, options, clock, task.work.get(), std::move(image), threads,
+    pixels = render_image(ranks, options, log, clock, task.work.get(), std::move(image), threads,
                           *executor, report);
   } else {
     return;
@@ -255,7 +267,7 @@ void run_job(const Ranks& ranks, const RunOptions& options) {
   if (!options.verbose) return;
   report.wall = clock.seconds();
   report.peak_memory = peak_memory();
-  say_where_the_time_went(ranks, report, pixels);
+  say_where_the_time_went(ranks, log, report, pixels);
 }
 
 }  // namespace gamer

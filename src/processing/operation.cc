@@ -192,19 +192,6 @@ ConfigNode config_of(const ParameterTable& table, const CommandLine& line, bool 
   return config;
 }
 
-std::string files_text(const Operation& operation) {
-  std::string text;
-  if (operation.least_inputs > 0)
-    text = operation.most_inputs == 1   ? "in.fits"
-           : operation.most_inputs == 2 ? "a.fits b.fits"
-                                        : "a.fits b.fits ...";
-  if (operation.result != Operation::Result::text) {
-    if (!text.empty()) text += ' ';
-    text += operation.result == Operation::Result::fits ? "out.fits" : "out.png";
-  }
-  return text;
-}
-
 void take_files(const Operation& operation, std::vector<std::string> files, OperationCall& call) {
   const std::string usage =
       fmt::format("gutil {} [options] {}", operation.name, files_text(operation));
@@ -257,6 +244,25 @@ std::string joined_names(const Operation& operation) {
 }
 
 }  // namespace
+
+std::string files_text(const Operation& operation) {
+  std::string text;
+  if (operation.least_inputs > 0)
+    text = operation.most_inputs == 1   ? "in.fits"
+           : operation.most_inputs == 2 ? "a.fits b.fits"
+                                        : "a.fits b.fits ...";
+  if (operation.result != Operation::Result::text) {
+    if (!text.empty()) text += ' ';
+    text += operation.result == Operation::Result::fits ? "out.fits" : "out.png";
+  }
+  return text;
+}
+
+ParameterTable operation_options(const Operation& operation) {
+  ParameterTable table = option_table(all_parameters(operation));
+  for (Parameter& parameter : table) parameter.name.insert(0, "--");
+  return table;
+}
 
 std::string option_name(std::string_view parameter) { return "--" + dashed(parameter); }
 
@@ -337,8 +343,7 @@ std::string operations_help() {
 }
 
 std::string operation_help(const Operation& operation) {
-  ParameterTable table = option_table(all_parameters(operation));
-  for (Parameter& parameter : table) parameter.name.insert(0, "--");
+  const ParameterTable table = operation_options(operation);
   return fmt::format("gutil {} [options] {}\n\n{}\n\n{}\n\nExample: gutil {}\n\n{}", operation.name,
                      files_text(operation), operation.summary, operation.description,
                      operation.example, terminal_table(table));

@@ -220,9 +220,69 @@ TEST_F(JournalTest, AWrongByteEndsIt) {
   }
 }
 
+TEST_F(JournalTest, StatusLeavesItAlone) {
+  JournalHead planned = head;
+  planned.plan = {"x.fits", "40 x 25 pixels, 1 plane", 25, 7, 1000000000,
+                  "/there", "gamer --resume"};
+  Journal journal(path(), planned, 0);
+  add(journal, 0, {0, 1});
+  for (const RowRange range : {RowRange{3, 6}, {4, 8}, {20, 25}}) add(journal, 1, range);
+  const std::string whole = content();
+  const JournalStatus running = Journal::status(path());
+  EXPECT_TRUE(running.is_in_use);
+  EXPECT_FALSE(running.has_end);
+  EXPECT_EQ(running.finished_objects, 1);
+  EXPECT_EQ(running.finished_rows, 10);
+  EXPECT_EQ(running.damaged_bytes, 0U);
+  EXPECT_EQ(running.head.program, head.program);
+  EXPECT_EQ(running.head.plan.output, planned.plan.output);
+  EXPECT_EQ(running.head.plan.size, planned.plan.size);
+  EXPECT_EQ(running.head.plan.rows, 25);
+  EXPECT_EQ(running.head.plan.objects, 7);
+  EXPECT_EQ(running.head.plan.begun, 1000000000);
+  EXPECT_EQ(running.head.plan.folder, "/there");
+  EXPECT_EQ(running.head.plan.command, "gamer --resume");
+  // Its owner has it still.
+  add(journal, 1, {0, 3});
+  journal.add_end();
+  EXPECT_EQ(Journal::status(path()).finished_rows, 13);
+  EXPECT_TRUE(Journal::status(path()).has_end);
+  EXPECT_EQ(content().substr(0, whole.size()), whole);
+}
+
+TEST_F(JournalTest, StatusOfATornOne) {
+  std::uintmax_t first_end = 0;
+  {
+    Journal journal(path(), head, 0);
+    add(journal, 1, {0, 2});
+    first_end = fs::file_size(path());
+    add(journal, 1, {2, 4});
+  }
+  const std::string torn = content().substr(0, fs::file_size(path()) - 7);
+  set_content(torn);
+  const JournalStatus status = Journal::status(path());
+  EXPECT_FALSE(status.is_in_use);
+  EXPECT_EQ(status.finished_rows, 2);
+  EXPECT_EQ(status.damaged_bytes, torn.size() - first_end);
+  EXPECT_EQ(content(), torn);
+  // A process that goes on with it and adds nothing changes nothing.
+  EXPECT_EQ(Journal::open(path(), 0)->finished(1), (Ranges{{0, 2}}));
+  EXPECT_EQ(content(), torn);
+}
+
+TEST_F(JournalTest, StatusOfOtherFilesIsAnError) {
+  EXPECT_NE(error_text([&] { Journal::status(path()); }).find("no such file"), std::string::npos);
+  set_content("precious");
+  EXPECT_EQ(error_text([&] { Journal::status(path()); }),
+            path().string() +
+                ": no journal of gamer's, or a damaged one; the journal of x.fits is "
+                "x.fits.journal");
+  EXPECT_THROW(Journal::status(folder_), InputError);
+}
+
 TEST_F(JournalTest, OtherFilesAreErrors) {
   for (const std::string& text :
-       std::vector<std::string>{"", "a", "gamer journal 1\n", "SIMPLE  =                    T",
+       std::vector<std::string>{"", "a", "gamer journal 2\n", "SIMPLE  =                    T",
                                 std::string(5000, '\0')}) {
     set_content(text);
     EXPECT_EQ(error_text([&] { Journal::open(path(), 0); }),
@@ -230,7 +290,7 @@ TEST_F(JournalTest, OtherFilesAreErrors) {
                   ": no journal of gamer's, or a damaged one; remove it or choose another output");
     EXPECT_EQ(content(), text);
   }
-  set_content("gamer journal 2\n and more");
+  set_content("gamer journal 1\n and more");
   EXPECT_NE(error_text([&] { Journal::open(path(), 0); }).find("another version"),
             std::string::npos);
   EXPECT_THROW(Journal::discard(path()), InputError);

@@ -18,7 +18,7 @@ std::string output_of(Progress::Style style, double seconds, int blocks = 10, in
   {
     double now = 1000;
     Progress progress(
-        100, style, stream, [&] { return now; }, [] { return "12:30"; });
+        100, "rows", style, stream, [&] { return now; }, [] { return "12:30"; });
     progress.skip(skipped);
     EXPECT_EQ(progress.skipped(), skipped);
     for (int i = 0; i < blocks; ++i) {
@@ -65,6 +65,30 @@ TEST(Progress, BarIsDrawnTenTimesASecondAtMost) {
   // Blocks at 0.04 s: drawn at 0.12 s, 0.24 s, 0.36 s, and at the end, 0.4 s.
   const std::string text = output_of(Progress::Style::bar, 0.04);
   EXPECT_EQ(std::count(text.begin(), text.end(), '\r'), 4);
+}
+
+TEST(Progress, ObjectsComeAtOnceEveryTenSecondsAndAtTheEnd) {
+  const auto object = [](const std::string& text, int done, const std::string& numbers) {
+    return R"({"time":"12:30","level":"progress","text":")" + text + R"(","done":)" +
+           std::to_string(done) + R"(,"total":100,"unit":"rows",)" + numbers + "}\n";
+  };
+  EXPECT_EQ(output_of(Progress::Style::json, 6, 3),
+            object("0 %  0.0 rows/s", 0, R"("rate":0,"left":null)") +
+                object("20 %  1.7 rows/s  0:48 left", 20, R"("rate":1.66667,"left":48.0)") +
+                object("30 %  1.7 rows/s  0:42 left", 30, R"("rate":1.66667,"left":42.0)"));
+  // What is told is not told again at the end.
+  const std::string text = output_of(Progress::Style::json, 10, 10, 0);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 11);
+}
+
+TEST(Progress, NothingToDoIsAllDone) {
+  char* text = nullptr;
+  std::size_t size = 0;
+  std::FILE* stream = open_memstream(&text, &size);
+  { const Progress progress(0, "rows", Progress::Style::json, stream); }
+  std::fclose(stream);
+  const std::unique_ptr<char, decltype(&std::free)> owner(text, &std::free);
+  EXPECT_NE(std::string(text, size).find("100 %"), std::string::npos);
 }
 
 TEST(Progress, NoneIsSilent) { EXPECT_EQ(output_of(Progress::Style::none, 100), ""); }

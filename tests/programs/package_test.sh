@@ -16,6 +16,54 @@ for folder in seds bandpasses galaxies instruments scenes; do
   diff -r "$source/$folder" "$work/prefix/share/gamer/$folder"
 done
 
+# Manual pages without warnings, and what shells offer.
+share=$work/prefix/share
+offers() { # offers PROGRAM WORD...: what bash offers for the last word
+  bash -c 'source "$1" && shift && COMP_WORDS=("$@") COMP_CWORD=$(($# - 1))
+    "_${1##*/}" "$1" "${@: -1}" "${@: -2:1}" && printf "%s\n" "${COMPREPLY[@]}"' \
+    bash "$share/bash-completion/completions/$1" "$work/prefix/bin/$1" "${@:2}"
+}
+expect() { # expect TEXT PROGRAM WORD...: bash offers exactly these words
+  local offered
+  offered=$(offers "${@:2}" | sort | xargs)
+  [[ $offered == "$1" ]] || { echo "${*:2}: bash offers '$offered', not '$1'" >&2; exit 1; }
+}
+for program in gamer gutil; do
+  page=$share/man/man1/$program.1
+  warnings=$(groff -man -ww -z "$page" 2>&1; MANWIDTH=80 man -l --warnings "$page" 2>&1 >/dev/null)
+  [[ -z $warnings ]] || { echo "$page: $warnings" >&2; exit 1; }
+  grep -q "^#compdef $program" "$share/zsh/site-functions/_$program"
+  if command -v zsh >/dev/null; then zsh -n "$share/zsh/site-functions/_$program"; fi
+done
+# Every option and every operation has its entry.
+for program in gamer gutil; do
+  MANWIDTH=200 man -l "$share/man/man1/$program.1" | sed 's/.\x08//g' >"$work/$program.txt"
+done
+for option in $("$work/prefix/bin/gamer" --help | grep -oE '^  (-[a-z],)?--[a-z-]+' | sed 's/.*-\(-.*\)/-\1/'); do
+  grep -qE -- "^ +(-[a-z], )?$option( |\$)" "$work/gamer.txt" || lacking="$option of gamer"
+done
+for operation in $("$work/prefix/bin/gutil" --help | sed -n 's/^  \([a-z]*\) .*/\1/p' | grep -v gutil); do
+  grep -qx "   $operation" "$work/gutil.txt" || lacking="gutil $operation"
+done
+[[ -z ${lacking:-} ]] || { echo "the manual pages lack $lacking" >&2; exit 1; }
+export GAMER_DATA=$share/gamer
+expect "--list-bands --list-components --list-galaxies --list-instruments --list-noises --list-parameters --list-seds" \
+  gamer --li
+expect "--list-galaxies" gamer --list-g
+expect "m51 milky_way" gamer look m
+expect "m51" gamer new -q m5
+expect "--inclination" gamer look m51 --inc
+expect "json" gamer --log j
+expect "json" gamer --log = j
+expect "spectrum.band_samples= spectrum.bands=" gamer --set spectrum.b
+expect "camera" gamer --list-parameters cam
+expect "--psf" gutil convolve --ps
+expect "--position-angle --precision --psf" gutil convolve --p
+expect "convolve" gutil conv
+expect "normalise normalize" gutil norm
+expect "--peak --per --percentile-range" gutil normalize --pe
+unset GAMER_DATA
+
 for example in render_to_memory new_component; do
   "$cmake" -G Ninja -S "$source/examples/$example" -B "$work/$example" \
     -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags" \

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <string>
 
 namespace gamer {
@@ -13,9 +15,16 @@ void open_standard_streams();
 /// into a closed pipe or beyond the limit of a file's size becomes an ordinary error. For main.
 void clean_up_on_signals();
 
-/// Makes these signals print "<program>: stopped by SIGTERM<rest>" on standard error as well.
-/// Without this call they print nothing.
-void say_when_stopped(const std::string& program, const std::string& rest);
+/// What a signal prints: lines with their ends.
+struct StopLine {
+  std::string text;
+  /// Where the time of the signal replaces a UtcTime in the text; by default nowhere.
+  std::size_t time_at = std::string::npos;
+};
+
+/// Makes these signals print a line on standard error as well. `line` makes it now, from a signal's
+/// name. Without this call they print nothing.
+void say_when_stopped(const std::function<StopLine(const std::string& signal)>& line);
 void say_nothing_when_stopped();
 
 }  // namespace gamer

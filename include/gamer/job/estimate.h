@@ -4,6 +4,7 @@
 #include <string>
 
 #include "gamer/job/job.h"
+#include "gamer/job/journal.h"
 
 namespace gamer {
 
@@ -27,9 +28,11 @@ struct Preparation {
 /// for up to `most_seconds`. A place is chosen with a probability proportional to its cost by
 /// probe_pixels(). With `truth` it also measures a few galaxies for up to `most_seconds`. Times are
 /// processor times of the thread. The estimate assumes that rank 0 hands out and writes while its
-/// threads render. The time of the file system is left out.
+/// threads render. The time of the file system is left out. Work that is `done` costs
+/// only its writing.
 JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int threads,
-                         const Preparation& preparation, double most_seconds = 2);
+                         const Preparation& preparation, const FinishedWork& done = {},
+                         double most_seconds = 2);
 
 /// The estimate as one line of text.
 std::string estimate_text(const JobEstimate& estimate, int ranks, int threads);

@@ -28,6 +28,8 @@ class Film {
   struct Messages {
     std::function<void(const std::string& line)> say;  ///< called for each finished frame
     std::function<void(const std::string& line)> warn;
+    /// See MessageLog::say_when_stopped().
+    std::function<void(const std::string& rest)> say_when_stopped;
     Progress::Style progress = Progress::Style::none;
   };
 
@@ -52,6 +54,10 @@ class Film {
   /// See ImageTask::hindrance().
   const std::string& hindrance() const { return hindrance_; }
 
+  /// Text on the frames' journals: "; 12 of 36 rows of 2 frames are in journals"; empty if there
+  /// are none.
+  std::string finished_text() const;
+
   /// Estimates the time and memory of rendering from parts of a few frames. Reading the film took
   /// `reading` seconds.
   JobEstimate estimate(int ranks, int threads, double reading);
@@ -65,6 +71,13 @@ class Film {
  private:
   Film(std::unique_ptr<FrameJobs> jobs, const RenderParameters& parameters, JobOptions options);
   RenderParameters frame(int number) const;
+  /// The journals with which an interrupted film goes on.
+  std::vector<JournalStatus> journals() const;
+  /// Their finished work, in frames.
+  struct FinishedFrames {
+    double image = 0, truth = 0;
+  };
+  FinishedFrames finished_frames() const;
   void choose_tone(const Ranks& ranks, Executor& executor);
   /// Warnings about a finished frame.
   struct Flaws {

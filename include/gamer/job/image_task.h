@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <ctime>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -97,6 +98,10 @@ class ImageTask {
   /// Renders with all ranks and completes the files. Adds the times to `report`. Throws InputError,
   /// and RunError that says how to continue.
   void render(Executor& executor, Progress::Style style, RankReport& report);
+  /// The contents of the journal of an earlier run.
+  FinishedWork finished() const;
+  /// "; 128 of 512 rows are in the journal"; empty if there is no journal.
+  std::string finished_text() const;
   /// The planned output: "x.fits: 512 x 512 pixels, 1 plane".
   std::string plan() const;
   /// The reason why the finished image has no light; empty if it has light.
@@ -110,6 +115,7 @@ class ImageTask {
 
  private:
   void go_on(std::unique_ptr<Journal> journal);
+  JournalPlan journal_plan() const;
   std::vector<std::filesystem::path> files() const;
   std::unique_ptr<ImageWriter> make_writer() const;
   DataTable describe_objects(JournaledExecutor& executor, Progress::Style style) const;
@@ -121,6 +127,7 @@ class ImageTask {
   ImageHeader header_;
   ImageHeader truth_header_;
   std::string date_;  ///< DATE of the files
+  std::time_t begun_ = std::time(nullptr);
   std::unique_ptr<Journal> journal_;
   bool is_complete_ = false;
   bool is_dark_ = false;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -15,6 +16,17 @@
 
 namespace gamer {
 
+/// A description of a journal's job for people.
+struct JournalPlan {
+  std::string output;     ///< "x.fits and 2 more"
+  std::string size;       ///< "512 x 512 pixels, 3 planes"
+  int rows = 0;           ///< of the image
+  int objects = 0;        ///< of table TRUTH; 0 if there is none
+  std::time_t begun = 0;  ///< when the job began
+  std::string folder;     ///< the working folder
+  std::string command;    ///< continues the job in that folder; empty if unknown
+};
+
 /// The state of a job at its beginning, from which its files follow.
 struct JournalHead {
   std::string program;     ///< name and version
@@ -23,6 +35,24 @@ struct JournalHead {
   std::string truth;       ///< destination of the truth; empty for none
   bool overwrite = false;  ///< whether existing files may be replaced
   Record record;
+  JournalPlan plan = {};
+};
+
+/// What is finished of an image and of its table TRUTH.
+struct FinishedWork {
+  std::vector<RowRange> rows;  ///< in ascending order
+  int objects = 0;
+};
+
+/// What a journal holds at a moment.
+struct JournalStatus {
+  JournalHead head;
+  bool is_in_use = false;           ///< a process holds its lock
+  bool has_end = false;             ///< all rows are there
+  int finished_rows = 0;            ///< of the image
+  int finished_objects = 0;         ///< of table TRUTH
+  std::time_t changed = 0;          ///< when the file was last written
+  std::uint64_t damaged_bytes = 0;  ///< at its end, cut off or damaged
 };
 
 /// A file of finished rows, from which an interrupted job continues.
@@ -30,8 +60,8 @@ struct JournalHead {
 /// The file has a line with its name, then entries. An entry has a head, bytes, and the CRC-32 of
 /// both. The head is six numbers of 64 bits in the machine's order: kind, section, first and last
 /// row, number of values, number of bytes. Values have double or single precision, and runs of
-/// zeros are left out. Reading ends at an entry that is cut off or has a wrong CRC; open() cuts the
-/// file there. Sections number the runs of a job: its truth, its image.
+/// zeros are left out. Reading ends at an entry that is cut off or has a wrong CRC; the next entry
+/// written replaces it. Sections number the runs of a job: its truth, its image.
 ///
 /// Entries wait in memory until the job is `interval` seconds old, or until they exceed 32 MiB.
 /// Short jobs thus make no file. Afterwards each entry is written at once, so that it survives the
@@ -48,6 +78,9 @@ class Journal {
   /// file is no journal, has a damaged head or is in use.
   static std::unique_ptr<Journal> open(const std::filesystem::path& path, double interval,
                                        Clock clock = {});
+  /// Reads a journal without changing it, also while a process works on it. Throws InputError if
+  /// there is none, RunError.
+  static JournalStatus status(const std::filesystem::path& path);
   /// Removes the journal of an earlier job, if it exists. Throws InputError if the file is no
   /// journal or is in use, RunError if it cannot be removed.
   static void discard(const std::filesystem::path& path);
@@ -73,6 +106,7 @@ class Journal {
   const JournalHead& head() const { return head_; }
   /// The finished rows in ascending order, with neighbours joined.
   std::vector<RowRange> finished(int section) const;
+  FinishedWork finished_work() const;
   bool has_end() const { return has_end_; }
   /// Gives the rows of a section to `consume`. Throws InputError if rows do not have
   /// `values_per_row` values, RunError if they cannot be read.
@@ -88,6 +122,7 @@ class Journal {
   void begin();
   void write_head();
   void write(std::span<const std::byte> bytes);
+  void cut_tail();
   void sync_when_due();
   void read_entries();
   bool is_sound(const Entry& entry, std::uint64_t payload);
@@ -107,6 +142,11 @@ class Journal {
 
   std::vector<Block> blocks_;
   bool has_end_ = false;
+  std::uint64_t size_ = 0;  ///< of what is sound, bytes
+  std::uint64_t tail_ = 0;  ///< damaged bytes behind it
 };
+
+/// Number of rows in ranges that do not overlap.
+int count_rows(std::span<const RowRange> ranges);
 
 }  // namespace gamer

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "gamer/core/resources.h"
 
@@ -23,6 +24,9 @@ std::string list_noises();
 /// (the columns of a scene list) or a kind of component. An empty `kind` gives all parameters. The
 /// tables are for a terminal, or in Markdown. Throws InputError for an unknown kind.
 std::string list_parameters(const std::string& kind, bool markdown);
+
+/// The values of `kind` in list_parameters().
+std::vector<std::string> parameter_kinds();
 
 /// The file of a galaxy type, shipped or on the data path. Throws InputError for an unknown name,
 /// with near names.

@@ -3,7 +3,8 @@
 #include <cstdio>
 #include <functional>
 #include <string>
-#include <utility>
+
+#include "gamer/job/message_log.h"
 
 namespace gamer {
 
@@ -14,34 +15,40 @@ class Progress {
     none,
     bar,    ///< one line that is redrawn, for a terminal
     lines,  ///< after a minute, a dated line each minute and each tenth
+    json,   ///< json_message() at once, every ten seconds and at the end
   };
   /// The style that suits `stream`.
   static Style style_for(std::FILE* stream);
 
-  /// `clock` gives seconds; by default a steady clock. `date` begins lines; by default local time.
-  Progress(int rows, Style style, std::FILE* stream, std::function<double()> clock = {},
-           std::function<std::string()> date = {});
-  /// Names the counted things, such as "frames"; by default rows.
-  void count(std::string unit) { unit_ = std::move(unit); }
+  /// `unit` names the counted things, such as "rows". `clock` gives seconds; by default a steady
+  /// clock. `date` begins lines; by default local time, UTC in JSON objects.
+  Progress(int total, std::string unit, Style style, std::FILE* stream,
+           std::function<double()> clock = {}, std::function<std::string()> date = {});
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Counts rows that were done in this run.
-  void add(int rows);
-  /// Counts rows that were done before, which do not count for the rate.
-  void skip(int rows);
+  /// Counts what was done in this run.
+  void add(int count);
+  /// Counts what was done before, which does not count for the rate.
+  void skip(int count);
   int skipped() const { return skipped_; }
   double seconds() const { return clock_() - start_; }
 
  private:
+  ProgressNumbers numbers() const;
+  /// What follows the percents: rate and time left.
   std::string text() const;
-  /// Finished rows in tenths of all rows.
-  int tenth() const { return static_cast<int>(10LL * done_ / rows_); }
+  /// Finished tenths of all.
+  int tenth() const { return static_cast<int>(share_of(10)); }
+  /// The finished part, in units of which `all` are the whole.
+  long long share_of(int all) const { return total_ > 0 ? 1LL * all * done_ / total_ : all; }
+  /// Seconds between two messages.
+  double interval() const;
   void show();
 
-  std::string unit_ = "rows";
-  int rows_;
+  int total_;
+  std::string unit_;
   int done_ = 0;
   int skipped_ = 0;
   Style style_;
@@ -51,6 +58,7 @@ class Progress {
   double start_;
   double shown_;
   int shown_tenth_ = 0;
+  int shown_done_ = -1;
   bool drawn_ = false;
 };
 

@@ -4,6 +4,7 @@
 
 #include "gamer/job/image_task.h"
 #include "gamer/job/job.h"
+#include "gamer/job/message_log.h"
 #include "gamer/parallel/ranks.h"
 
 namespace gamer {
@@ -20,8 +21,8 @@ struct RunOptions {
   bool verbose = false;  ///< print more, including times
 };
 
-/// Runs a job from its files to the finished image or film, with messages on the standard streams.
-/// Every rank calls this function with equal options. Throws InputError, RunError and Stopped.
-void run_job(const Ranks& ranks, const RunOptions& options);
+/// Runs a job from its files to the finished image or film, with messages in the log. Every rank
+/// calls this function with equal options. Throws InputError, RunError and Stopped.
+void run_job(const Ranks& ranks, const RunOptions& options, MessageLog& log);
 
 }  // namespace gamer

@@ -56,6 +56,13 @@ const Operation& find_operation(std::string_view name);
 /// A parameter's name as users type it: "axis_ratio" is "--axis-ratio".
 std::string option_name(std::string_view parameter);
 
+/// All options of an operation, those of every operation included, with their names as users type
+/// them.
+ParameterTable operation_options(const Operation& operation);
+
+/// The files of a call: "in.fits out.fits".
+std::string files_text(const Operation& operation);
+
 /// Reads a command line: options, then files. Throws InputError for an unknown or repeated option,
 /// a missing value, a wrong type, a value out of range, and too few or too many files.
 OperationCall parse_call(const Operation& operation, std::span<const std::string> arguments);

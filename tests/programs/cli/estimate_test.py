@@ -5,6 +5,7 @@ import re
 import resource
 import unittest
 
+from gamer_job import Job
 from gamer_program import RANKS, SOURCE, Folder, main
 
 LINE = re.compile(r"about (\S+) s with (\d+) ranks? of (\d+) threads?: (\S+) s to prepare, (\S+) core "
@@ -92,6 +93,67 @@ class Estimate(unittest.TestCase):
             self.assertGreater(seconds, (preparing + rendering) / 1.5)
             self.assertLess(peaks[0], 1.3 * memory)
             self.assertGreater(peaks[0], memory / 2)
+
+    def test_of_the_rest(self):
+        words = (str(SOURCE / "scenes/ngc4321.par"), str(SOURCE / "scenes/ngc4321.lst"), "-s",
+                 "image.size=200", "-o", "out.fits", "-j", "1")
+        with Folder() as folder:
+            with Job(folder, *words, "--journal", "0") as job:
+                job.wait_for_journal(120 * 200 * 12)
+                job.process.kill()
+                job.end()
+            before = folder.content()
+            status = folder.run("--status", "out.fits.journal").stdout
+            done = int(re.search(r"rows +(\d+) of 200 finished", status)[1])
+            self.assertGreater(done, 50)
+            result = folder.run(*words, "--dry-run", "--resume")
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            self.assertRegex(result.stdout.splitlines()[0],
+                             rf"^would write out.fits: .*, 1 galaxy; {done} of 200 rows are in the journal$")
+            self.assertEqual(folder.content(), before)
+            # Other work on the machine may come between the two: then once more.
+            for _ in range(3):
+                whole = estimate(folder, *words, "--overwrite")
+                rest = estimate(folder, *words, "--resume")
+                seconds, _ = real(folder, *words, "--resume")
+                print(f"rest: estimated {rest[3] + rest[4]:.2f} s of {whole[3] + whole[4]:.2f} s; took "
+                      f"{seconds:.2f} s")
+                self.assertLess(rest[4], whole[4])
+                folder.write("out.fits.journal", before["out.fits.journal"])
+                (folder.path / "out.fits").unlink()
+                if 1 / 1.5 < seconds / (rest[3] + rest[4]) < 1.5:
+                    break
+            self.assertLess(seconds, 1.5 * (rest[3] + rest[4]))
+            self.assertGreater(seconds, (rest[3] + rest[4]) / 1.5)
+
+    def test_of_the_rest_of_a_film(self):
+        film = ("[image]\nsize = [200, 300]\noutput = \"film.fits\"\n[spectrum]\nwavelengths = [4400]\n"
+                "[animation]\nframes = 3\nposition = [0, -3, 0.5, 0.4, 0, 0.5]\n")
+        words = ("render.par", "scene.lst", "-j", "1", "--truth")
+        with Folder(**{"render.par": film}) as folder:
+            with Job(folder, *words, "--journal", "0") as job:
+                job.wait_for_journal(60 * 200 * 4, "film_0001.fits")
+                job.process.kill()
+                job.end()
+            status = folder.run("--status", "film_0001.fits.journal").stdout
+            done = int(re.search(r"rows +(\d+) of 300 finished", status)[1])
+            self.assertGreater(done, 50)
+            before = folder.content()
+            result = folder.run(*words, "--dry-run", "--resume")
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            self.assertIn(f"3 of 3 frames, 200 x 300 pixels, 1 plane, 2 galaxies; {done} of 300 rows of "
+                          "1 frame are in journals\n", result.stdout)
+            self.assertEqual(folder.content(), before)
+            # The journal's share of three frames of about equal cost is not estimated any more.
+            for _ in range(3):
+                whole = estimate(folder, *words, "--overwrite")
+                rest = estimate(folder, *words, "--resume")
+                expected = 1 - done / 300 / 3
+                if abs(rest[4] / whole[4] / expected - 1) < 0.15:
+                    break
+            self.assertLess(abs(rest[4] / whole[4] / expected - 1), 0.15)
+            # Both objects of the frame's truth are measured.
+            self.assertLess(rest[5], whole[5])
 
     def test_what_exists_is_told(self):
         with Folder() as folder:

@@ -105,6 +105,15 @@ class Examples(Case):
             self.assertIn(f"gutil {name}", self.gutil(name, "--help").stdout.decode())
         self.assertIn(b"gutil ", self.gutil("--version").stdout)
 
+    def test_manual_of_every_operation(self):
+        page = self.gutil("--print-manual", "man").stdout.decode()
+        completion = self.gutil("--print-manual", "bash").stdout.decode()
+        for name in {example.split()[0] for example in self.examples()}:
+            self.assertIn(f'.SS "{name}"\n\\fBgutil {name}\\fR [options] ', page, name)
+            self.assertIn(f"      {name}:-*) words='", completion)
+        wrong = self.gutil("--print-manual", "info", code=2)
+        self.assertIn(b"unknown format 'info'; known are man, bash, zsh", wrong.stderr)
+
     def test_outputs_are_kept(self):
         self.gutil("scale", "in.fits", "kept.fits")
         content = self.path("kept.fits").read_bytes()

@@ -27,9 +27,21 @@ class Tells(unittest.TestCase):
         for option in ("-o,--output", "-s,--set", "-j,--threads", "--preview", "--list-components",
                        "--list-galaxies", "--list-seds", "--list-bands", "--list-instruments", "--list-noises",
                        "--print-mapping", "--list-parameters", "--markdown", "--sample-config", "--print-config",
-                       "--dry-run", "--from-header", "--overwrite", "--resume", "--journal", "-q,--quiet", "-v,--verbose",
+                       "--dry-run", "--from-header", "--overwrite", "--resume", "--journal", "--status", "--log", "-q,--quiet", "-v,--verbose",
                        "--version", "-h,--help"):
             self.assertIn(option, text)
+
+    def test_manuals(self):
+        self.assertTrue(self.tell("--print-manual", "man").startswith(".TH GAMER 1 "))
+        self.assertTrue(self.tell("--print-manual", "bash").endswith("-F _gamer gamer\n"))
+        self.assertTrue(self.tell("--print-manual", "zsh").startswith("#compdef gamer\n"))
+        # For the build alone.
+        self.assertNotIn("--print-manual", self.tell("--help") + self.tell("--print-manual", "man"))
+        with Folder() as folder:
+            result = folder.run("--print-manual", "info")
+            self.assertEqual((result.returncode, result.stdout), (2, ""))
+            self.assertEqual(result.stderr, "gamer: --print-manual: unknown format 'info'; known are man, "
+                                            "bash, zsh\n")
 
     def test_list_components(self):
         names = [line.split()[0] for line in self.tell("--list-components").splitlines()]

@@ -444,7 +444,7 @@ class Tools(unittest.TestCase):
                                     cwd=folder.path, env=ENVIRONMENT, capture_output=True)
             self.assertEqual(result.returncode, 0, result.stderr)
             self.assertRegex(result.stderr.decode(),
-                             r"^standard output: 40 x 30 pixels, 1 plane, [\d.]+ s\n$")
+                             r"^gamer: standard output: 40 x 30 pixels, 1 plane, [\d.]+ s\n$")
             self.assertEqual(folder.content(), before)
             folder.write("piped.fits", result.stdout)
             folder.verify("piped.fits")

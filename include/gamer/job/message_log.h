@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdio>
+#include <ctime>
+#include <functional>
+#include <span>
+#include <string>
+
+namespace gamer {
+
+/// Numbers of a progress message.
+struct ProgressNumbers {
+  int done = 0;
+  int total = 0;
+  std::string unit;  ///< what is counted: "rows"
+  double rate = 0;   ///< of the unit, per second
+  double left = -1;  ///< seconds; negative where not known
+};
+
+/// What a job says, for people or for machines.
+///
+/// Text: results go to `out`, and everything else to `err`, behind the program's name. JSON: every
+/// message is an object on a line of `err`, with the keys `time` (ISO 8601, UTC), `level` (info,
+/// warning, error or progress) and `text`. Progress has `done`, `total`, `unit`, `rate` and `left`
+/// too; `left` is null where it is not known. Control characters are escaped by printable() in
+/// both.
+class MessageLog {
+ public:
+  enum class Format { text, json };
+  /// `now` gives seconds since 1970; by default the system's clock does.
+  explicit MessageLog(Format format = Format::text, std::FILE* out = stdout,
+                      std::FILE* err = stderr, std::function<std::time_t()> now = {});
+
+  Format format() const { return format_; }
+  /// From now on nothing but answers and errors.
+  void be_quiet() { is_quiet_ = true; }
+  bool is_quiet() const { return is_quiet_; }
+
+  /// What the user has asked for.
+  void answer(const std::string& text) const;
+  /// What was made.
+  void result(const std::string& text) const;
+  void info(const std::string& text) const;
+  void warning(const std::string& text) const;
+  /// A message that names the program or the place.
+  void error(const std::string& text) const;
+  /// Lines of a table, which begin with the program's name.
+  void table(const std::string& lines) const;
+  /// Makes signals say "stopped by SIGTERM" and the rest, see clean_up.h.
+  void say_when_stopped(const std::string& rest) const;
+
+ private:
+  /// One line for machines.
+  void print_json(const char* level, const std::string& text) const;
+
+  Format format_;
+  std::FILE* out_;
+  std::FILE* err_;
+  std::function<std::time_t()> now_;
+  bool is_quiet_ = false;
+};
+
+/// The object and its line's end. `time` is its time as text.
+std::string json_message(const std::string& time, const std::string& level,
+                         const std::string& text);
+std::string json_message(const std::string& time, const std::string& text,
+                         const ProgressNumbers& numbers);
+
+/// The format that the program's arguments ask for by --log, also where others of them are wrong.
+MessageLog::Format log_format(std::span<char* const> arguments);
+
+}  // namespace gamer
