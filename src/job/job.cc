@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "gamer/core/near.h"
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/units.h"
 #include "gamer/core/version.h"
@@ -35,6 +36,18 @@ namespace {
 const std::string parameters_name = recorded_parameters;
 const std::string scene_name = recorded_scene;
 
+/// Makes the region the one of a preview's pixels that holds it.
+void reduce_region(RenderParameters& parameters) {
+  if (!parameters.image.region) return;
+  const ImageRegion& region = *parameters.image.region;
+  const auto below = [](int place) { return place / preview_reduction; };
+  const auto above = [](int place) { return (place + preview_reduction - 1) / preview_reduction; };
+  const int left = below(region.left), bottom = below(region.bottom);
+  parameters.set("image", "region",
+                 std::vector<double>{left + 1.0, bottom + 1.0, double(above(region.right()) - left),
+                                     double(above(region.top()) - bottom)});
+}
+
 }  // namespace
 
 void make_preview(RenderParameters& parameters) {
@@ -54,6 +67,7 @@ void make_preview(RenderParameters& parameters) {
       const bool is_cube = parameters.camera.projection == Projection::cubemap;
       const double height = is_cube ? width : reduced(parameters.height);
       parameters.set("image", "size", std::vector<double>{width, height});
+      reduce_region(parameters);
     }
   }
   parameters.set("camera", "supersample", std::int64_t{1});
@@ -367,6 +381,11 @@ void complete(RenderJob& job, const Ranks& ranks, int threads) {
 RenderJob recorded(RenderJob job, const std::string& label, Resources& resources) {
   forget_columns(job.parameters);
   resources.add({scene_name, label, job.scene->list});
+  if (job.scene->probes) {
+    std::map<std::size_t, std::size_t> list_rows;
+    for (const std::size_t row : job.scene->kept) list_rows.emplace(row, list_rows.size());
+    resources.add({recorded_probes, label, probes_text(*job.scene->probes, list_rows)});
+  }
   record_other_columns(*job.scene, job.parameters.animation.frames > 0, label, resources);
   job.record = resources.record();
   if (Resources::Text* text = find_text(job.record, parameters_name)) {
@@ -399,13 +418,37 @@ void take_instrument(const std::string& label, Resources& resources, RenderParam
   }
 }
 
+/// Throws InputError where the image of a region is to be made again with another one: its record
+/// may lack objects.
+void check_recorded_region(const JobRequest& request, const ConfigNode& recorded,
+                           const RenderParameters& parameters) {
+  if (request.from_header.empty() || recorded.find("image") == nullptr ||
+      recorded.find("image")->find("region") == nullptr) {
+    return;
+  }
+  const ParameterSet& image = parameters.section("image");
+  const RenderParameters before = RenderParameters::read(recorded);
+  if (image.numbers("region") == before.section("image").numbers("region")) return;
+  throw InputError(image.where("region"),
+                   fmt::format("{} is itself a region, {}, and holds no other objects; begin with "
+                               "the whole image or with the catalogue",
+                               in_quotes(request.from_header.generic_string()),
+                               value_text(before.section("image").value("region"))));
+}
+
 }  // namespace
 
 RenderParameters load_parameters(const JobRequest& request, Resources& resources) {
   ConfigNode root = read_parameter_file(request, resources);
+  const ConfigNode recorded = root;
   for (const std::string& setting : request.settings) set_from_text(root, setting);
+  if (!request.region.empty()) {
+    set_from_text(root, fmt::format("image.region=[{}]", fmt::join(request.region, ", ")),
+                  "--region sets ");
+  }
   RenderParameters parameters = RenderParameters::read(root);
   take_instrument(root.where.file, resources, parameters);
+  check_recorded_region(request, recorded, parameters);
   if (request.output) set_output(*request.output, parameters);
   if (request.preview) make_preview(parameters);
   parameters.image.output.overwrite = request.overwrite;
@@ -462,11 +505,11 @@ RenderJob job_from_record(const Record& record) {
 
 ImageHeader make_image_header(const RenderJob& job) {
   ImageHeader header;
-  header.width = job.camera.width();
-  header.height = job.camera.height();
+  header.width = job.camera.window().width;
+  header.height = job.camera.window().height;
   header.unit = unit_text(job.scene->unit);
   if (job.camera.wcs()) {
-    header.wcs_records = job.camera.wcs()->records();
+    header.wcs_records = job.camera.wcs_records();
   } else if (is_sphere(job.parameters.camera.projection)) {
     set_sphere_axes(job.parameters, header);
   } else {

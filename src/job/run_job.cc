@@ -157,7 +157,7 @@ double render_image(const Ranks& ranks, const RunOptions& options, const Clock& 
                     ImageTask* work, std::string packed, int threads, Executor& executor,
                     RankReport& report) {
   const auto pixels = [](const Camera& camera) {
-    return static_cast<double>(camera.width()) * camera.height();
+    return static_cast<double>(camera.window().width) * camera.window().height;
   };
   if (ranks.rank() != 0) {
     RenderJob job = read_job(unpack_record(std::exchange(packed, {})));

@@ -14,6 +14,7 @@
 #include <optional>
 
 #include "gamer/image/data_table.h"
+#include "gamer/image/wcs_affine.h"
 
 namespace gamer {
 namespace {
@@ -37,6 +38,19 @@ CelestialWcs wcs_of(const RenderParameters& parameters) {
   } catch (const InputError& error) {
     throw InputError(parameters.section("camera").where("sky_projection"), error.what());
   }
+}
+
+/// The region of the parameters, or the whole image.
+ImageRegion window_of(const RenderParameters& parameters) {
+  const ImageRegion whole{0, 0, parameters.width, parameters.height};
+  if (!parameters.image.region) return whole;
+  const ImageRegion& region = *parameters.image.region;
+  if (region.right() <= whole.width && region.top() <= whole.height) return region;
+  throw InputError(
+      parameters.section("image").where("region"),
+      fmt::format("region = [{}, {}, {}, {}] reaches to the pixel {}, {}; the image has {} x {}",
+                  region.left + 1, region.bottom + 1, region.width, region.height, region.right(),
+                  region.top(), whole.width, whole.height));
 }
 
 /// Value of a header's card, without quotes and comment.
@@ -130,6 +144,7 @@ SkyPosition sky_of(const glm::dvec3& direction) {
 Camera::Camera(const RenderParameters& parameters)
     : width_(parameters.width),
       height_(parameters.height),
+      window_(window_of(parameters)),
       projection_(parameters.camera.projection),
       position_(parameters.camera.position),
       unit_(parameters.scene.unit),
@@ -154,6 +169,7 @@ Camera::Camera(const RenderParameters& parameters)
 Camera::Camera(const RenderParameters& parameters, const CelestialWcs& wcs)
     : width_(parameters.width),
       height_(parameters.height),
+      window_(window_of(parameters)),
       projection_(Projection::sky),
       unit_(parameters.scene.unit),
       wcs_(wcs) {
@@ -324,17 +340,26 @@ double Camera::distance(const glm::dvec3& point) const {
   return projection_ == Projection::orthographic ? 0 : glm::length(point - position_);
 }
 
+std::vector<std::string> Camera::wcs_records() const {
+  FitsHeader header(wcs_->records());
+  PixelMap shift;
+  shift.x0 = -window_.left;
+  shift.y0 = -window_.bottom;
+  map_pixels(header, shift, "image.region");
+  return header.records();
+}
+
 LinearAxis Camera::x_axis() const {
   const bool is_perspective = projection_ == Projection::perspective;
   const double step = is_perspective ? glm::degrees(pixel_) : pixel_;
-  return {is_perspective ? "XTAN" : "X", is_perspective ? "deg" : unit_, middle(width_) + 1, 0,
-          step};
+  return {is_perspective ? "XTAN" : "X", is_perspective ? "deg" : unit_,
+          middle(width_) + 1 - window_.left, 0, step};
 }
 
 LinearAxis Camera::y_axis() const {
   LinearAxis axis = x_axis();
   axis.type = projection_ == Projection::perspective ? "YTAN" : "Y";
-  axis.reference_pixel = middle(height_) + 1;
+  axis.reference_pixel = middle(height_) + 1 - window_.bottom;
   return axis;
 }
 

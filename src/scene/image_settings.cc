@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,26 @@ std::optional<PixelUnit> find_unit(const std::string& name) {
   return std::nullopt;
 }
 
+/// The region that four whole numbers give; nothing where there are none.
+std::optional<ImageRegion> read_region(const ParameterSet& values) {
+  const std::vector<double>& numbers = values.numbers("region");
+  if (numbers.empty()) return std::nullopt;
+  constexpr std::size_t count = 4;
+  if (numbers.size() != count) {
+    throw InputError(
+        values.where("region"),
+        fmt::format("region has {} number{}, not 4: x, y of its lower left pixel, width, height",
+                    numbers.size(), numbers.size() == 1 ? "" : "s"));
+  }
+  for (const double number : numbers) {
+    if (number == std::floor(number)) continue;
+    throw InputError(values.where("region"),
+                     fmt::format("region has {}, which is no whole number of pixels", number));
+  }
+  return ImageRegion{static_cast<int>(numbers[0]) - 1, static_cast<int>(numbers[1]) - 1,
+                     static_cast<int>(numbers[2]), static_cast<int>(numbers[3])};
+}
+
 }  // namespace
 
 ParameterSection ImageSettings::section() {
@@ -48,6 +69,10 @@ ParameterSection ImageSettings::section() {
       "The image and its file.",
       {Parameter::size2("size", "pixels", Interval::closed(1, largest_image_side), 512,
                         "image size"),
+       Parameter::numbers("region", "pixels", Interval::closed(1, largest_image_side),
+                          std::vector<double>{},
+                          "x, y, width and height of a window that is rendered instead of the "
+                          "whole image; x, y is its lower left pixel, counted from 1"),
        Parameter::text(
            "output", "gamer.fits",
            "path; the suffix decides: `.fits`, `.fits.fz` (tile-compressed), `.png`, `.bmp`"),
@@ -86,6 +111,7 @@ ImageSettings ImageSettings::read(const ParameterSet& values) {
     }
     std::ranges::copy(numbers, output.tone->begin());
   }
+  result.region = read_region(values);
   result.unit = find_unit(values.text("unit"));
   result.unit_where = values.where("unit");
   return result;

@@ -89,6 +89,15 @@ void check_electrons(const RenderParameters& parameters) {
   }
 }
 
+/// Throws InputError for a region of a view of the sphere.
+void check_region(const RenderParameters& parameters) {
+  if (!parameters.image.region || !is_sphere(parameters.camera.projection)) return;
+  throw InputError(parameters.section("image").where("region"),
+                   fmt::format("region belongs to camera.projection = \"perspective\" or "
+                               "\"orthographic\" or \"sky\", but projection is \"{}\"",
+                               parameters.section("camera").text("projection")));
+}
+
 }  // namespace
 
 RenderParameters::RenderParameters() {
@@ -207,6 +216,7 @@ bool RenderParameters::applies(std::string_view section_name, std::string_view k
       std::ranges::count(CameraSettings::header_keys(), key) > 0) {
     return false;
   }
+  if (section_name == "image" && key == "region") return image.region.has_value();
   if (section_name == "image" && key == "size") return camera.projection != Projection::healpix;
   if (section_name == "animation") return animation.frames > 0;
   // These keys say how all stars are drawn; the other keys are about field stars.
@@ -242,6 +252,7 @@ void RenderParameters::resolve() {
   const bool overwrite = image.output.overwrite;  // The command line's, not the file's.
   image = ImageSettings::read(section("image"));
   image.output.overwrite = overwrite;
+  check_region(*this);
   spectrum = SpectrumSettings::read(section("spectrum"));
   photometry = PhotometrySettings::read(section("photometry"));
   check_electrons(*this);

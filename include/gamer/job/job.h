@@ -29,6 +29,7 @@ struct JobRequest {
   std::optional<Look> look;                     ///< instead of the two
   std::vector<std::string> settings;            ///< "section.key=value"
   std::optional<std::filesystem::path> output;  ///< instead of image.output
+  std::vector<int> region;                      ///< instead of image.region; empty: not given
   bool overwrite = false;
   /// A quarter of the size on each side, one ray per pixel and `preview_tolerance` at least.
   bool preview = false;

@@ -23,8 +23,9 @@ namespace gamer {
 
 class LightSums;
 
-/// Renders rows of an image of a scene. Rows may be rendered in any order from any thread or
-/// process; their values are always the same.
+/// Renders rows of an image of a scene, or of a region of it, whose rows and columns are counted
+/// from its lower left pixel. Rows may be rendered in any order from any thread or process; their
+/// values are always the same.
 class Renderer {
  public:
   Renderer(const RenderParameters& parameters, const Camera& camera,
@@ -35,8 +36,8 @@ class Renderer {
   static FootprintRange footprints(const RenderParameters& parameters, const Camera& camera,
                                    PixelUnit unit, const PlacedGalaxy& placed);
 
-  int width() const { return camera_.width(); }
-  int height() const { return camera_.height(); }
+  int width() const { return camera_.window().width; }
+  int height() const { return camera_.window().height; }
   /// Number of output_planes().
   int planes() const { return static_cast<int>(layout_.size()); }
 
@@ -50,7 +51,7 @@ class Renderer {
   /// Renders the pixels [left, right) x [bottom, top) and adds what it took.
   void count_pixels(int left, int right, int bottom, int top, RenderCounts& counts) const;
 
-  /// Every ray of the whole image: its pixel coordinates (from 0), the area for which it stands
+  /// Every ray of the whole image, which has no region: its pixel coordinates (from 0), the area for which it stands
   /// (pixels), and the light there in each output that is an image, in the scene's unit of
   /// brightness times that area.
   void sample_light(const std::function<void(double x, double y, double area,
@@ -63,6 +64,8 @@ class Renderer {
   struct Workspace;
   /// Finds the rays through the middles of pixels [left, right) of row y, for place_samples().
   void aim(int left, int right, int y, Workspace& work) const;
+  /// Column of LightSums for the pixels of a column of the whole image.
+  int column_of(int x) const { return x - camera_.window().left; }
   /// Whether a pixel is one of the nine about a cusp.
   bool is_at_cusp(int x, int y) const;
   /// Rays of a pixel: a fixed grid, or cells where it is large for what it shows. Pixels about a
@@ -88,7 +91,7 @@ class Renderer {
                  LightSums& sums, RenderCounts& counts) const;
   /// Adds the light and depth of an integrated ray.
   void add_ray(const Sample& sample, std::size_t ray, Workspace& work, LightSums& sums) const;
-  /// Adds the scene's own stars; says whether there were any.
+  /// Adds the scene's own stars to rows of the whole image; says whether there were any.
   bool add_stars(RowRange rows, LightSums& sums) const;
   void add_field_stars(RowRange rows, LightSums& sums, RenderCounts& counts) const;
   /// Calls take(x, y, share) for the pixels among which the light of a star is shared, `flux` its

@@ -29,8 +29,8 @@ class RenderParameters {
   /// scene.overrides. Throws InputError for unknown sections and keys,
   /// wrong types, and values out of their interval. It throws for wavelengths or bands that are
   /// empty or repeated, and a unit that lacks what it needs. It throws for conflicting keys:
-  /// camera.fov in an orthographic view, image.size of a HEALPix map, sampling.step with the
-  /// adaptive sampler. It throws for a camera whose target is its position or whose up is parallel
+  /// camera.fov in an orthographic view, image.size of a HEALPix map, image.region of a view of
+  /// the sphere, sampling.step with the adaptive sampler. It throws for a camera whose target is its position or whose up is parallel
   /// to the view.
   static RenderParameters read(const ConfigNode& root);
   /// Every key that applies, with its value, as a parameter file; reading it gives equal
