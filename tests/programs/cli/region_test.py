@@ -49,6 +49,24 @@ spiral 0.5 2 0.1 10 0 0.5
 spiral -0.7 0.3 0.4 70 80 0.3
 """
 
+# Two overlapping galaxies, the brightest of whose stars are drawn.
+FIELD = """[arms]
+model = "logarithmic"
+[[component]]
+class = "starfield"
+number = 1e9
+z0 = 0.04
+noise = {octaves = 2}
+[[component]]
+class = "dust"
+optical_depth = 0.5
+noise = {octaves = 2}
+"""
+FIELD_LIST = """galaxy x y z size magnitude
+field 0 0 0 1 -20
+field 0.4 0.3 0.1 0.7 -19
+"""
+
 
 def parameters(camera, spectrum=None, **more):
     return toml(image={"size": [WIDTH, HEIGHT], "bitpix": -64, "output": "whole.fits"},
@@ -65,6 +83,10 @@ VIEWS = {
     "sky, magnitudes": (parameters(SKY), SKY_LIST, ["-s", "image.unit=mag/arcsec^2"]),
     "perspective": (parameters({"projection": "perspective", "fov": 40},
                                {"wavelengths": [4400, 5500, 8000]}), NEAR_LIST, []),
+    "perspective, drawn stars": (
+        parameters({"position": [0, -1.5, 1], "fov": 60}, {"wavelengths": [4400, 8000]},
+                   scene={"unit": "kpc"}, sampling={"tolerance": 0.02, "stars_per_pixel": 2}),
+        FIELD_LIST, ["-s", "image.unit=nJy"]),
     "orthographic": (parameters({"projection": "orthographic", "width": 2.2, "supersample": 3},
                                 {"wavelengths": [5500]}), NEAR_LIST, []),
 }
@@ -81,7 +103,7 @@ def crop(pixels, region):
 
 def folder_of(view):
     par, rows, _ = VIEWS[view]
-    return SkyFolder({"spiral.toml": GALAXY, "render.par": par, "scene.lst": rows})
+    return SkyFolder({"spiral.toml": GALAXY, "field.toml": FIELD, "render.par": par, "scene.lst": rows})
 
 
 class Regions(unittest.TestCase):
