@@ -9,13 +9,11 @@
 #include <unordered_map>
 #include <utility>
 
-#include "gamer/core/near.h"
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/units.h"
 #include "gamer/core/version.h"
 #include "gamer/galaxy/calibration/galaxy_statistics.h"
 #include "gamer/galaxy/kinds/star_field.h"
-#include "gamer/image/instrument.h"
 #include "gamer/image/picture.h"
 #include "gamer/job/attenuation.h"
 #include "gamer/job/schedule.h"
@@ -35,82 +33,6 @@ namespace {
 // Names in the record.
 const std::string parameters_name = recorded_parameters;
 const std::string scene_name = recorded_scene;
-
-/// Makes the region the one of a preview's pixels that holds it.
-void reduce_region(RenderParameters& parameters) {
-  if (!parameters.image.region) return;
-  const ImageRegion& region = *parameters.image.region;
-  const auto below = [](int place) { return place / preview_reduction; };
-  const auto above = [](int place) { return (place + preview_reduction - 1) / preview_reduction; };
-  const int left = below(region.left), bottom = below(region.bottom);
-  parameters.set("image", "region",
-                 std::vector<double>{left + 1.0, bottom + 1.0, double(above(region.right()) - left),
-                                     double(above(region.top()) - bottom)});
-}
-
-}  // namespace
-
-void make_preview(RenderParameters& parameters) {
-  const auto reduced = [](int size) {
-    return static_cast<double>((size + preview_reduction - 1) / preview_reduction);
-  };
-  // The WCS of another image cannot be had at a quarter of the size.
-  if (parameters.camera.header.empty()) {
-    const double width = reduced(parameters.width);
-    if (parameters.camera.projection == Projection::sky) {
-      parameters.set("camera", "pixel_scale",
-                     parameters.camera.sky.pixel_scale * parameters.width / width);
-    }
-    if (parameters.camera.projection == Projection::healpix) {
-      parameters.set("camera", "nside", static_cast<std::int64_t>(width));
-    } else {
-      const bool is_cube = parameters.camera.projection == Projection::cubemap;
-      const double height = is_cube ? width : reduced(parameters.height);
-      parameters.set("image", "size", std::vector<double>{width, height});
-      reduce_region(parameters);
-    }
-  }
-  parameters.set("camera", "supersample", std::int64_t{1});
-  parameters.set("sampling", "tolerance",
-                 std::max(parameters.sampling.tolerance, preview_tolerance));
-}
-
-namespace {
-
-/// Whether a file is read as a parameter file.
-bool holds_parameters(const std::filesystem::path& path) {
-  try {
-    Resources files(std::vector<std::filesystem::path>{});
-    return !parse_toml(files.read("", path).content, "").table().empty();
-  } catch (const InputError&) {
-    return false;
-  }
-}
-
-ConfigNode read_parameter_file(const JobRequest& request, Resources& resources) {
-  try {
-    const Resources::Text& text =
-        read_named_file(resources, parameters_name, source_of(request, request.parameters));
-    return parse_toml(text.content, text.label);
-  } catch (const InputError& error) {
-    if (request.from_header.empty() && holds_parameters(request.scene)) {
-      throw InputError(fmt::format("{}; the parameter file stands before the scene: gamer {} {}",
-                                   error.what(), request.scene.generic_string(),
-                                   request.parameters.generic_string()));
-    }
-    throw;
-  }
-}
-
-void set_output(const std::filesystem::path& path, RenderParameters& parameters) {
-  parameters.set("image", "output", path.string());
-  try {
-    // The record holds TOML, which is UTF-8.
-    parse_toml(parameters.toml(), "");
-  } catch (const InputError&) {
-    throw InputError({"--output", 0, 0}, "the name of the file is not valid UTF-8");
-  }
-}
 
 std::string upper(std::string_view text) {
   std::string result(text);
@@ -404,57 +326,6 @@ Resources open_resources(const JobRequest& request,
   return resources;
 }
 
-namespace {
-
-/// Gives the pixels of an instrument to a camera whose pixel_scale is not given.
-void take_instrument(const std::string& label, Resources& resources, RenderParameters& parameters) {
-  const ParameterSet& camera = parameters.section("camera");
-  if (!camera.has("instrument") || camera.is_given("pixel_scale")) return;
-  try {
-    const Instrument found = find_instrument(camera.text("instrument"), label, resources);
-    parameters.set("camera", "pixel_scale", found.pixel_scale);
-  } catch (const InputError& error) {
-    throw InputError(camera.where("instrument"), error.what());
-  }
-}
-
-/// Throws InputError where the image of a region is to be made again with another one: its record
-/// may lack objects.
-void check_recorded_region(const JobRequest& request, const ConfigNode& recorded,
-                           const RenderParameters& parameters) {
-  if (request.from_header.empty() || recorded.find("image") == nullptr ||
-      recorded.find("image")->find("region") == nullptr) {
-    return;
-  }
-  const ParameterSet& image = parameters.section("image");
-  const RenderParameters before = RenderParameters::read(recorded);
-  if (image.numbers("region") == before.section("image").numbers("region")) return;
-  throw InputError(image.where("region"),
-                   fmt::format("{} is itself a region, {}, and holds no other objects; begin with "
-                               "the whole image or with the catalogue",
-                               in_quotes(request.from_header.generic_string()),
-                               value_text(before.section("image").value("region"))));
-}
-
-}  // namespace
-
-RenderParameters load_parameters(const JobRequest& request, Resources& resources) {
-  ConfigNode root = read_parameter_file(request, resources);
-  const ConfigNode recorded = root;
-  for (const std::string& setting : request.settings) set_from_text(root, setting);
-  if (!request.region.empty()) {
-    set_from_text(root, fmt::format("image.region=[{}]", fmt::join(request.region, ", ")),
-                  "--region sets ");
-  }
-  RenderParameters parameters = RenderParameters::read(root);
-  take_instrument(root.where.file, resources, parameters);
-  check_recorded_region(request, recorded, parameters);
-  if (request.output) set_output(*request.output, parameters);
-  if (request.preview) make_preview(parameters);
-  parameters.image.output.overwrite = request.overwrite;
-  return parameters;
-}
-
 std::string mapping_text(const JobRequest& request, Resources& resources) {
   const RenderParameters parameters = load_parameters(request, resources);
   return column_mapping(read_catalogue(request, parameters, resources), parameters);
@@ -523,7 +394,8 @@ ImageHeader make_image_header(const RenderJob& job) {
   }
   header.cards = make_cards(job.parameters, *job.scene);
   // In a cube the cards above have numbers; readers look for plain ones.
-  if (header.planes() > 1 && job.parameters.image.output.layout == ImageLayout::cube) {
+  const ImageLayout layout = job.parameters.image.output.layout;
+  if (header.planes() > 1 && (layout == ImageLayout::cube || layout == ImageLayout::stamps)) {
     for (const char* key : {"MAGZERO", "PHOTZP"}) append_common_card(header, key);
   }
   if (const Resources::Text* flagged = find_text(job.record, recorded_flagged)) {

@@ -22,6 +22,7 @@
 #include "gamer/job/progress.h"
 #include "gamer/job/report.h"
 #include "gamer/job/resume.h"
+#include "gamer/job/stamps.h"
 #include "gamer/job/warnings.h"
 
 namespace gamer {
@@ -38,10 +39,11 @@ std::unique_ptr<Journal> find_journal(const RunOptions& options) {
   return Journal::open(journal_path(parameters.image.output), options.work.journal_interval);
 }
 
-/// What rank 0 has to do: an image, or a film, or nothing any more.
+/// What rank 0 has to do: an image, a film, or stamps, or nothing any more.
 struct Task {
   std::unique_ptr<ImageTask> work;
   std::unique_ptr<Film> film;
+  std::unique_ptr<StampTask> stamps;
 };
 
 void tell_size_of_work(const RenderJob& job, int workers) {
@@ -73,7 +75,19 @@ Task prepare_image(const RunOptions& options, RenderJob job, int ranks, int thre
     return {};
   }
   if (options.verbose) tell_size_of_work(work->job(), ranks * threads);
-  return {std::move(work), nullptr};
+  return {std::move(work), nullptr, nullptr};
+}
+
+Task prepare_stamps(const RunOptions& options, RenderJob job, int ranks, int threads) {
+  auto stamps = std::make_unique<StampTask>(std::move(job), options.work, ranks, threads);
+  if (options.work.dry_run) {
+    fmt::print("would write {}, {}\n", printable(stamps->plan()),
+               objects_text(*stamps->job().scene));
+    if (!stamps->hindrance().empty()) fmt::print("{}\n", printable(stamps->hindrance()));
+    return {};
+  }
+  if (options.verbose) tell_size_of_work(stamps->job(), ranks * threads);
+  return {nullptr, nullptr, std::move(stamps)};
 }
 
 Task prepare_film(const RunOptions& options, const RenderJob& job, int ranks, int threads) {
@@ -98,7 +112,7 @@ Task prepare_film(const RunOptions& options, const RenderJob& job, int ranks, in
     return {};
   }
   if (options.verbose) tell_size_of_work(job, ranks * threads);
-  return {nullptr, std::move(film)};
+  return {nullptr, std::move(film), nullptr};
 }
 
 void warn(const std::string& text) { fmt::print(stderr, "gamer: warning: {}\n", printable(text)); }
@@ -122,6 +136,9 @@ Task prepare(const RunOptions& options, int ranks, int threads, std::unique_ptr<
   }
   RenderJob job = read_job(options.request, resources);
   warn_of(options, job);
+  if (makes_stamps(job.parameters)) {
+    return prepare_stamps(options, std::move(job), ranks, threads);
+  }
   if (job.parameters.animation.frames > 0) return prepare_film(options, job, ranks, threads);
   return prepare_image(options, std::move(job), ranks, threads, std::move(earlier));
 }
@@ -152,7 +169,20 @@ void say_where_the_time_went(const Ranks& ranks, const RankReport& own, double p
   fmt::print(stderr, "{}", report_text(reports, pixels));
 }
 
-/// Every rank's part; returns the pixels of the image. `clock` has run since the job began.
+/// Rank 0's part of making stamps; returns their pixels. `clock` has run since the job began.
+double render_stamps(const Ranks& ranks, const RunOptions& options, const Clock& clock,
+                     StampTask& stamps, int threads, Executor& executor, RankReport& report) {
+  stamps.complete(ranks, threads);
+  stamps.render(executor, progress_style(options), report);
+  if (!options.quiet) {
+    fmt::print("{}, {:.1f} s\n", printable(stamps.plan()), clock.seconds());
+    if (const std::string text = stamps.shortfall(); !text.empty()) warn(text);
+  }
+  return stamps.pixels();
+}
+
+/// Every rank's part of an image, and other ranks' part of stamps; returns the pixels of the image.
+/// `clock` has run since the job began.
 double render_image(const Ranks& ranks, const RunOptions& options, const Clock& clock,
                     ImageTask* work, std::string packed, int threads, Executor& executor,
                     RankReport& report) {
@@ -162,7 +192,11 @@ double render_image(const Ranks& ranks, const RunOptions& options, const Clock& 
   if (ranks.rank() != 0) {
     RenderJob job = read_job(unpack_record(std::exchange(packed, {})));
     complete(job, ranks, threads);
-    help_render(job, options.work, executor, report);
+    if (makes_stamps(job.parameters)) {
+      help_stamps(job, options.work, executor, report);
+    } else {
+      help_render(job, options.work, executor, report);
+    }
     return pixels(job.camera);
   }
   packed.clear();
@@ -221,12 +255,17 @@ void run_job(const Ranks& ranks, const RunOptions& options) {
   if (ranks.rank() == 0) task = prepare(options, ranks.size(), threads, std::move(earlier));
   std::string film = ranks.broadcast(task.film ? task.film->pack() : "");
   // A process alone need not send the record.
-  const bool travels = task.work && ranks.size() > 1;
-  std::string image = ranks.broadcast(travels ? pack_for_ranks(task.work->job().record) : "");
+  const RenderJob* const job = task.work     ? &task.work->job()
+                               : task.stamps ? &task.stamps->job()
+                                             : nullptr;
+  const bool travels = job != nullptr && ranks.size() > 1;
+  std::string image = ranks.broadcast(travels ? pack_for_ranks(job->record) : "");
   double pixels = 0;
   if (!film.empty()) {
     pixels = render_film(ranks, options, std::move(task.film), std::move(film), threads, *executor,
                          report);
+  } else if (task.stamps) {
+    pixels = render_stamps(ranks, options, clock, *task.stamps, threads, *executor, report);
   } else if (task.work || !image.empty()) {
     pixels = render_image(ranks, options, clock, task.work.get(), std::move(image), threads,
                           *executor, report);

@@ -31,6 +31,12 @@ constexpr std::size_t most_hits_at_once = std::size_t{1} << 17;
 // and their rays worked on together.
 constexpr int tile_size = 16;
 
+/// The first pixel of the tile that holds a pixel, which may be beyond the image's corner.
+int tile_begin(int pixel) {
+  const int within = pixel % tile_size;
+  return pixel - (within < 0 ? within + tile_size : within);
+}
+
 // A ray that stands for less than this share of a pixel's side is one of many, whose errors average
 // out.
 constexpr double shared_size = 0.3;
@@ -39,7 +45,8 @@ std::shared_ptr<const SpectralBasis> make_basis(const RenderParameters& paramete
                                                 const Scene& scene, const Spectrum& spectrum) {
   ProbeChooser chooser;
   if (!scene.probes) {
-    for (const PlacedGalaxy& placed : scene.galaxies) chooser.add(placed.galaxy, placed.redshift, 0);
+    for (const PlacedGalaxy& placed : scene.galaxies)
+      chooser.add(placed.galaxy, placed.redshift, 0);
   }
   const SpectralProbes chosen = scene.probes ? *scene.probes : chooser.choose();
   // A galaxy of dust alone is probed with the light of the farthest. Without any light there is an
@@ -157,9 +164,10 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
   sums.clear();
   Workspace work;
   GalaxyIndex::Found near;
+  const int last_row = std::max(camera_.height(), window.top());
   bool is_empty = true;
   const auto render_tile = [&](int left, int right, int bottom, int top) {
-    const auto rays = index_.pixels(left, right, bottom, std::min(top, camera_.height()));
+    const auto rays = index_.pixels(left, right, bottom, std::min(top, last_row));
     if (!rays) return;
     index_.find(*rays, near);
     if (near.empty()) return;
@@ -180,18 +188,17 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
     const int tiles = (right - left + tile_size - 1) / tile_size;
     if (tiles == 1) {
       render_tile(left, right, bottom, top);
-    } else if (index_.may_meet(left, right, bottom, std::min(top, camera_.height()))) {
+    } else if (index_.may_meet(left, right, bottom, std::min(top, last_row))) {
       const int middle = left + tiles / 2 * tile_size;
       render_tiles(left, middle, bottom, top);
       render_tiles(middle, right, bottom, top);
     }
   };
   // Tiles are the whole image's, so that a region chooses among the same galaxies.
-  const int begin = window.left - window.left % tile_size;
-  const int tiles = (window.right() - begin + tile_size - 1) / tile_size;
-  const int end = std::min(begin + tiles * tile_size, camera_.width());
-  for (int bottom = lines.first - lines.first % tile_size; bottom < lines.last;
-       bottom += tile_size) {
+  const int begin = tile_begin(window.left);
+  const int end = std::max(std::min(tile_begin(window.right() + tile_size - 1), camera_.width()),
+                           window.right());
+  for (int bottom = tile_begin(lines.first); bottom < lines.last; bottom += tile_size) {
     render_tiles(begin, end, bottom, bottom + tile_size);
   }
   add_field_stars(lines, sums, counts);

@@ -177,6 +177,12 @@ Camera::Camera(const RenderParameters& parameters, const CelestialWcs& wcs)
   set_sky_pixel();
 }
 
+Camera Camera::with_window(const ImageRegion& window) const {
+  Camera result = *this;
+  result.window_ = window;
+  return result;
+}
+
 void Camera::set_sky_pixel() {
   position_ = {0, 0, 0};
   // Sizes of pixels spread over the image, and the first pixel that shows sky.

@@ -77,9 +77,9 @@ ParameterSection ImageSettings::section() {
            "output", "gamer.fits",
            "path; the suffix decides: `.fits`, `.fits.fz` (tile-compressed), `.png`, `.bmp`"),
        Parameter::integer("bitpix", "", Interval::any(), -32, "FITS data type, -32 or -64"),
-       Parameter::choice("layout", {"cube", "extensions", "files"}, "cube",
+       Parameter::choice("layout", {"cube", "extensions", "files", "stamps"}, "cube",
                          "several wavelengths: planes of one HDU, one HDU each, or one file each "
-                         "(name gets `_<label>`)"),
+                         "(name gets `_<label>`); stamps: a cube of each object alone"),
        Parameter::choice("unit", unit_names(), "auto",
                          "of the pixels; auto: nJy where the scene has magnitudes, else relative"),
        Parameter::numbers(
@@ -101,7 +101,9 @@ ImageSettings ImageSettings::read(const ParameterSet& values) {
   const std::string& layout = values.text("layout");
   output.layout = layout == "cube"         ? ImageLayout::cube
                   : layout == "extensions" ? ImageLayout::extensions
-                                           : ImageLayout::files;
+                  : layout == "files"      ? ImageLayout::files
+                                           : ImageLayout::stamps;
+  result.layout_where = values.where("layout");
   if (values.has("tone")) {
     const std::vector<double>& numbers = values.numbers("tone");
     output.tone.emplace();

@@ -21,7 +21,8 @@ std::span<const ParameterSection> render_parameter_sections() {
       ImageSettings::section(),      CameraSettings::section(),    SpectrumSettings::section(),
       PhotometrySettings::section(), CosmologySettings::section(), NoiseSettings::section(),
       SamplingSettings::section(),   StarSettings::section(),      SceneSettings::section(),
-      CatalogueSettings::section(),  AnimationSettings::section(), TruthSettings::section()};
+      CatalogueSettings::section(),  AnimationSettings::section(), TruthSettings::section(),
+      StampSettings::section()};
   return sections;
 }
 
@@ -96,6 +97,22 @@ void check_region(const RenderParameters& parameters) {
                    fmt::format("region belongs to camera.projection = \"perspective\" or "
                                "\"orthographic\" or \"sky\", but projection is \"{}\"",
                                parameters.section("camera").text("projection")));
+}
+
+/// Throws InputError where stamps go with something that has none.
+void check_stamps(const RenderParameters& parameters) {
+  if (parameters.image.output.layout != ImageLayout::stamps) return;
+  const auto fail = [&](const std::string& reason) {
+    throw InputError(parameters.image.layout_where, "layout = \"stamps\": " + reason);
+  };
+  if (parameters.camera.projection != Projection::sky) {
+    fail(fmt::format("stamps belong to camera.projection = \"sky\", but projection is \"{}\"",
+                     parameters.section("camera").text("projection")));
+  }
+  if (parameters.image.region) fail("stamps have places of their own; leave image.region out");
+  if (parameters.stars.field.number > 0) {
+    fail("stamps show the catalogue's objects; leave stars.number out");
+  }
 }
 
 }  // namespace
@@ -218,6 +235,7 @@ bool RenderParameters::applies(std::string_view section_name, std::string_view k
   }
   if (section_name == "image" && key == "region") return image.region.has_value();
   if (section_name == "image" && key == "size") return camera.projection != Projection::healpix;
+  if (section_name == "stamps") return image.output.layout == ImageLayout::stamps;
   if (section_name == "animation") return animation.frames > 0;
   // These keys say how all stars are drawn; the other keys are about field stars.
   if (section_name == "stars" && key != "antialiased" && key != "white_point" &&
@@ -269,6 +287,8 @@ void RenderParameters::resolve() {
   catalogue = CatalogueSettings::read(section("catalogue"));
   animation = AnimationSettings::read(section("animation"));
   truth = TruthSettings::read(section("truth"));
+  stamps = StampSettings::read(section("stamps"));
+  check_stamps(*this);
 }
 
 std::optional<double> RenderParameters::megaparsec() const {

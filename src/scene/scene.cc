@@ -82,6 +82,7 @@ void distort(PlacedGalaxy& placed, const Lensing& lensing, const Camera& camera)
   placed.magnification = lensing.magnification();
   placed.source_stretch = lensing.source_stretch();
   placed.bounding_radius *= std::max(lensing.image_stretch(), 1.0);
+  placed.half_light_radius *= std::max(lensing.image_stretch(), 1.0);
 }
 
 }  // namespace
@@ -285,6 +286,10 @@ void SceneReader::read_galaxy(const Position& position, double radius) {
   const glm::dmat3 axes = orient(placed.centre);
   placed.galaxy = library_.find(placed.type, placed.sed, placed.seed, row_);
   place(placed, axes, row_);
+  if (parameters_.image.output.layout == ImageLayout::stamps &&
+      parameters_.stamps.radius == StampSettings::Radius::half_light) {
+    placed.half_light_radius = radius * profile().half_light_radius();
+  }
   distort(placed, read_lensing(), camera_);
   check_planes(placed);
   placed.is_absolute = row_.is_given(column::magnitude);

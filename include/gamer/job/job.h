@@ -30,6 +30,7 @@ struct JobRequest {
   std::vector<std::string> settings;            ///< "section.key=value"
   std::optional<std::filesystem::path> output;  ///< instead of image.output
   std::vector<int> region;                      ///< instead of image.region; empty: not given
+  bool stamps = false;                          ///< image.layout is "stamps"
   bool overwrite = false;
   /// A quarter of the size on each side, one ray per pixel and `preview_tolerance` at least.
   bool preview = false;

@@ -51,9 +51,9 @@ class Renderer {
   /// Renders the pixels [left, right) x [bottom, top) and adds what it took.
   void count_pixels(int left, int right, int bottom, int top, RenderCounts& counts) const;
 
-  /// Every ray of the whole image, which has no region: its pixel coordinates (from 0), the area for which it stands
-  /// (pixels), and the light there in each output that is an image, in the scene's unit of
-  /// brightness times that area.
+  /// Every ray of the whole image, which has no region: its pixel coordinates (from 0), the area
+  /// for which it stands (pixels), and the light there in each output that is an image, in the
+  /// scene's unit of brightness times that area.
   void sample_light(const std::function<void(double x, double y, double area,
                                              std::span<const double> values)>& take) const;
   /// Along the ray of a point of the image, at the first plane's wavelength.

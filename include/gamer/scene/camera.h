@@ -88,6 +88,8 @@ class Camera {
   int height() const { return height_; }
   /// The pixels that are rendered: image.region, or the whole image.
   const ImageRegion& window() const { return window_; }
+  /// The camera of another window of the image, which may reach beyond it.
+  Camera with_window(const ImageRegion& window) const;
   Projection projection() const { return projection_; }
   /// The camera's position; in an orthographic view, the middle of the plane where rays begin.
   const glm::dvec3& origin() const { return position_; }
@@ -109,9 +111,9 @@ class Camera {
   /// The header records of a sky view's world coordinates, by pixels of the window.
   std::vector<std::string> wcs_records() const;
 
-  /// World coordinates of perspective and orthographic views, by pixels of the window. Perspective: tangents of the offsets
-  /// from the view's centre, times 180/pi; type "XTAN"/"YTAN", unit deg, linear. Orthographic:
-  /// offsets in scene units, type "X"/"Y".
+  /// World coordinates of perspective and orthographic views, by pixels of the window. Perspective:
+  /// tangents of the offsets from the view's centre, times 180/pi; type "XTAN"/"YTAN", unit deg,
+  /// linear. Orthographic: offsets in scene units, type "X"/"Y".
   LinearAxis x_axis() const;
   LinearAxis y_axis() const;
 

@@ -39,6 +39,7 @@ struct ImageSettings {
   static ImageSettings read(const ParameterSet& values);
 
   OutputOptions output;
+  SourceLocation layout_where;
   std::optional<ImageRegion> region;  ///< the part that is rendered; none for the whole image
   /// The unit given; if none, the scene decides: relative where it has no magnitudes, else nJy.
   std::optional<PixelUnit> unit;

@@ -14,6 +14,7 @@
 #include "gamer/scene/sampling_settings.h"
 #include "gamer/scene/scene_settings.h"
 #include "gamer/scene/spectrum_settings.h"
+#include "gamer/scene/stamp_settings.h"
 #include "gamer/scene/star_settings.h"
 
 namespace gamer {
@@ -30,8 +31,9 @@ class RenderParameters {
   /// wrong types, and values out of their interval. It throws for wavelengths or bands that are
   /// empty or repeated, and a unit that lacks what it needs. It throws for conflicting keys:
   /// camera.fov in an orthographic view, image.size of a HEALPix map, image.region of a view of
-  /// the sphere, sampling.step with the adaptive sampler. It throws for a camera whose target is its position or whose up is parallel
-  /// to the view.
+  /// the sphere, stamps with another view than the sky's, a region or field stars, sampling.step
+  /// with the adaptive sampler. It throws for a camera whose target is its position or whose up is
+  /// parallel to the view.
   static RenderParameters read(const ConfigNode& root);
   /// Every key that applies, with its value, as a parameter file; reading it gives equal
   /// parameters.
@@ -66,6 +68,7 @@ class RenderParameters {
   CatalogueSettings catalogue;
   AnimationSettings animation;
   TruthSettings truth;
+  StampSettings stamps;
 
   /// Mpc per scene unit; 1 in a sky view, whose scene is comoving space; none where arbitrary.
   std::optional<double> megaparsec() const;

@@ -29,8 +29,8 @@ struct SpectralProbes {
     double redshift;
     std::size_t row;
   };
-  std::vector<Dust> dust;          ///< by redshift
-  std::optional<Light> farthest;   ///< the galaxy of the greatest redshift that shines
+  std::vector<Dust> dust;         ///< by redshift
+  std::optional<Light> farthest;  ///< the galaxy of the greatest redshift that shines
 
   /// The rows without repetition, ascending.
   std::set<std::size_t> rows() const;
@@ -61,8 +61,8 @@ struct RecordedProbe {
   std::optional<std::size_t> component;  ///< of dust; none for the farthest light
 };
 
-/// A line for each probe: its row of the list, from 1, and the number of its component of dust, from
-/// 1, or "light". `list_rows` gives the list's row of each of the catalogue.
+/// A line for each probe: its row of the list, from 1, and the number of its component of dust,
+/// from 1, or "light". `list_rows` gives the list's row of each of the catalogue.
 std::string probes_text(const SpectralProbes& probes,
                         const std::map<std::size_t, std::size_t>& list_rows);
 /// Reads such a text. Throws InputError with `label`.
