@@ -163,14 +163,7 @@ StampTask::StampTask(RenderJob job, JobOptions options, int ranks, int threads)
   check_options(job_.parameters, options_);
   header_ = make_image_header(job_);
   regions_ = stamp_regions(job_);
-  ids_.resize(regions_.size());
-  for (const PlacedGalaxy& placed : job_.scene->galaxies) ids_[placed.object] = placed.id;
-  for (const PlacedStar& star : job_.scene->stars) ids_[star.object] = star.id;
-  std::map<std::string, int> counts;
-  for (std::size_t stamp = 0; stamp < ids_.size(); ++stamp) {
-    names_.push_back(ids_[stamp].empty() ? fmt::format("OBJECT_{}", stamp + 1) : ids_[stamp]);
-    versions_.push_back(++counts[names_.back()]);
-  }
+  name_stamps();
   OutputOptions output = job_.parameters.image.output;
   InputFiles(job_).check_outputs({output.path});
   hindrance_ = gamer::hindrance(output, options_, {output.path});
@@ -185,6 +178,22 @@ StampTask::StampTask(RenderJob job, JobOptions options, int ranks, int threads)
         fmt::format("the largest stamps need {} of memory, {} is available; "
                     "stamps.largest limits their size",
                     bytes_text(needed), bytes_text(available)));
+  }
+}
+
+void StampTask::name_stamps() {
+  names_.resize(regions_.size());
+  for (const PlacedGalaxy& placed : job_.scene->galaxies) names_[placed.object] = placed.id;
+  for (const PlacedStar& star : job_.scene->stars) names_[star.object] = star.id;
+  std::map<std::string, int> counts;
+  for (std::size_t stamp = 0; stamp < names_.size(); ++stamp) {
+    if (names_[stamp].empty()) names_[stamp] = fmt::format("OBJECT_{}", stamp + 1);
+    // Readers find names in any case.
+    std::string key = names_[stamp];
+    for (char& c : key) {
+      if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+    }
+    versions_.push_back(++counts[key]);
   }
 }
 
@@ -208,14 +217,17 @@ StampHeader StampTask::describe(std::size_t stamp) const {
   return own;
 }
 
+std::optional<DataTable> StampTask::describe_objects(Executor& executor,
+                                                     Progress::Style style) const {
+  if (!options_.truth) return std::nullopt;
+  Progress progress(static_cast<int>(job_.scene->objects), style, stderr);
+  progress.count("objects of TRUTH");
+  return truth_table(job_, executor, [&](int objects) { progress.add(objects); });
+}
+
 void StampTask::render(Executor& executor, Progress::Style style, RankReport& report) {
   try {
-    std::optional<DataTable> truth;
-    if (options_.truth) {
-      Progress progress(static_cast<int>(job_.scene->objects), style, stderr);
-      progress.count("objects of TRUTH");
-      truth = truth_table(job_, executor, [&](int objects) { progress.add(objects); });
-    }
+    const std::optional<DataTable> truth = describe_objects(executor, style);
     const std::string date = fits_date();
     header_.cards.push_back({"DATE", date, "time of writing (UTC)"});
     if (truth && options_.truth_table.empty()) header_.data_tables.push_back(*truth);

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -68,13 +71,15 @@ class StampTask {
   double pixels() const;
 
  private:
+  void name_stamps();
   StampHeader describe(std::size_t stamp) const;
+  /// Table TRUTH, where it is asked for.
+  std::optional<DataTable> describe_objects(Executor& executor, Progress::Style style) const;
 
   RenderJob job_;
   JobOptions options_;
   ImageHeader header_;
   std::vector<ImageRegion> regions_;
-  std::vector<std::string> ids_;    ///< of the objects
   std::vector<std::string> names_;  ///< EXTNAMEs
   std::vector<int> versions_;       ///< EXTVERs
   std::string hindrance_;

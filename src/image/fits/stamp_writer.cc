@@ -102,7 +102,7 @@ class FitsStampWriter final : public StampWriter {
 
   template <class Value, class Write>
   void write_pixels(int width, int height, std::span<const double> values,
-                    std::vector<Value>& pixels, Write write) {
+                    std::vector<Value>& pixels, Write function) {
     pixels.resize(values.size());
     const auto columns = static_cast<std::size_t>(width);
     for (int row = 0; row < height; ++row) {
@@ -117,7 +117,7 @@ class FitsStampWriter final : public StampWriter {
     }
     PixelSum sum;
     sum.add(pixels.data(), pixels.size());
-    file_.call(write, 1L, LONGLONG{1}, static_cast<LONGLONG>(pixels.size()), pixels.data());
+    file_.call(function, 1L, LONGLONG{1}, static_cast<LONGLONG>(pixels.size()), pixels.data());
     write_checksum(file_, sum.value());
   }
 

@@ -192,6 +192,19 @@ class Regions(unittest.TestCase):
             expected = crop(folder.image("whole.fits")[0], (6, 5, 8, 6))
             self.assertEqual(folder.image("own.fits")[0].tobytes(), expected.tobytes())
 
+    def test_frames_of_a_film(self):
+        with folder_of("perspective") as folder:
+            film = ["render.par", "scene.lst", "-s", "animation.frames=2", "-s",
+                    "animation.position=[0, -3, 0, 0.4, -2.5, 0.3]"]
+            folder.render(*film)
+            folder.render(*film, "--region", text_of(REGIONS[0]), "-o", "own.fits")
+            frames = [name for name in sorted(folder.content()) if name.startswith("whole")]
+            self.assertEqual(len(frames), 2)
+            for name in frames:
+                expected = crop(folder.image(name)[0], REGIONS[0])
+                self.assertEqual(folder.image(name.replace("whole", "own"))[0].tobytes(),
+                                 expected.tobytes())
+
     def test_wrong_regions(self):
         par, rows, _ = VIEWS["sky"]
         files = {"spiral.toml": GALAXY, "render.par": par, "scene.lst": rows,

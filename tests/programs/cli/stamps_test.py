@@ -3,7 +3,8 @@
 stamps_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """
 
-import resource
+import subprocess
+import sys
 import unittest
 
 from sky_program import SkyFolder, check_wrong_inputs, nanojansky, toml  # First: the Python.
@@ -11,7 +12,7 @@ from sky_program import SkyFolder, check_wrong_inputs, nanojansky, toml  # First
 import numpy as np
 from astropy.io import fits
 from astropy.wcs import WCS
-from gamer_program import ENVIRONMENT, GALAXY, RANKS, main
+from gamer_program import ENVIRONMENT, GALAXY, PROGRAM, RANKS, main
 
 # DATE is the only thing in a file that is not the job's.
 ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
@@ -19,17 +20,18 @@ ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
 WIDTH, HEIGHT = 75, 58
 SKY = {"projection": "sky", "center": [150.1, 2.2], "pixel_scale": 0.2, "rotation": 34}
 HEAD = "id galaxy dx dy redshift size_arcsec apparent_magnitude inclination pa seed\n"
-# The last galaxy reaches beyond the image; one row is off it.
+# The last galaxies reach beyond the image; one row is off it.
 ROWS = [
     "g spiral -2.1 -1.2 0.11 2.1 19 40 10 1",
     "- spiral 0.4 0.6 0.05 1.6 18 50 20 2",
     "off spiral 40 40 0.3 1.1 18 60 33 3",
-    "g smooth 2.2 1.4 2.3 0.9 22 60 33 -",
+    "G smooth 2.2 1.4 2.3 0.9 22 60 33 -",
     "star star 1.31 -0.6 - - 19 - - -",
     "edge spiral 6.4 4.9 0.7 1.5 20 30 0 4",
+    "edge2 spiral -6.4 -4.9 0.7 1.5 20 30 0 5",
 ]
 SHOWN = [row for row in ROWS if not row.startswith("off")]
-NAMES = [("G", 1), ("OBJECT_2", 1), ("G", 2), ("STAR", 1), ("EDGE", 1)]
+NAMES = [("g", 1), ("OBJECT_2", 1), ("G", 2), ("star", 1), ("edge", 1), ("edge2", 1)]
 
 
 def parameters(camera=SKY, spectrum=None, **more):
@@ -105,7 +107,7 @@ class Stamps(unittest.TestCase):
             with fits.open(folder.path / "out.fits") as hdus:
                 stamps = [hdu for hdu in hdus[1:] if hdu.is_image]
                 self.assertEqual([hdu.name for hdu in hdus[len(stamps) + 1:]],
-                                 ["SCENE", "TRUTH", "RECORD"])
+                                 ["SCENE", "TRUTH", "INPUTS"])
                 self.assertEqual([(hdu.name, hdu.header["EXTVER"]) for hdu in stamps], NAMES)
                 for number, (stamp, row) in enumerate(zip(stamps, hdus["TRUTH"].data)):
                     header = stamp.header
@@ -122,7 +124,7 @@ class Stamps(unittest.TestCase):
                 self.assertAlmostEqual(star.sum() / nanojansky(19), 1, delta=1e-12)
 
     def sides(self, *settings):
-        rows = ["a smooth 0 0 0.5 1.0 20 0 0 -", "b smooth 2 2 0.5 2.15 20 60 0 -",
+        rows = ["a smooth 0 0 0.5 0.99 20 0 0 -", "b smooth 2 2 0.5 2.15 20 60 0 -",
                 "c star -2 1 - - 20 - - -"]
         with folder_of(rows=rows) as folder:
             words = [word for setting in settings for word in ("-s", setting)]
@@ -131,7 +133,7 @@ class Stamps(unittest.TestCase):
                 return [hdu.header["NAXIS1"] for hdu in hdus[1:] if hdu.is_image]
 
     def test_sizes(self):
-        # The balls' radii are 5 and 10.75 pixels.
+        # The balls' radii are 4.95 and 10.75 pixels.
         self.assertEqual(self.sides(), [15, 23, 15])
         self.assertEqual(self.sides("stamps.smallest=5"), [11, 23, 5])
         self.assertEqual(self.sides("stamps.extent=2", "stamps.largest=31"), [21, 31, 15])
@@ -157,9 +159,6 @@ class Stamps(unittest.TestCase):
                 folder.write("run.py", "import resource, subprocess, sys\n"
                              "subprocess.run(sys.argv[1:], check=True)\n"
                              "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)\n")
-                from gamer_program import PROGRAM
-                import subprocess
-                import sys
                 made = subprocess.run(
                     [sys.executable, "run.py", str(PROGRAM), "render.par", "scene.lst", "--stamps",
                      "-q", "-j", "1", "-s", "stamps.size=61", "-s", "sampling.tolerance=0.1"],
@@ -208,7 +207,7 @@ class Stamps(unittest.TestCase):
             self.assertEqual(folder.content()["out.fits"], b"mine")
             result = folder.run("render.par", "scene.lst", "--stamps", "--dry-run")
             self.assertEqual(result.returncode, 0)
-            self.assertIn("would write out.fits: 5 stamps of 15 to 23 pixels a side, 3 planes",
+            self.assertIn("would write out.fits: 6 stamps of 15 to 23 pixels a side, 3 planes",
                           result.stdout)
 
 
