@@ -3,6 +3,7 @@
 region_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """
 
+import io
 import unittest
 
 from sky_program import SkyFolder, check_wrong_inputs, toml  # First: the Python.
@@ -78,6 +79,8 @@ def parameters(camera, spectrum=None, **more):
 VIEWS = {
     "sky": (parameters(SKY), SKY_LIST, ["--truth"]),
     "sky, a grid of rays": (parameters({**SKY, "supersample": 2}), SKY_LIST, []),
+    "sky, another image's distorted axes": (
+        parameters({"projection": "sky", "header": "survey.fits"}), SKY_LIST, []),
     "sky, field stars and discs": (
         parameters(SKY, stars={"number": 3e7, "white_point": 3000}), SKY_LIST, []),
     "sky, magnitudes": (parameters(SKY), SKY_LIST, ["-s", "image.unit=mag/arcsec^2"]),
@@ -101,9 +104,23 @@ def crop(pixels, region):
     return pixels[..., y - 1:y - 1 + height, x - 1:x - 1 + width]
 
 
+def survey():
+    """A FITS file with SIP polynomials."""
+    hdu = fits.PrimaryHDU(np.zeros((HEIGHT, WIDTH), np.float32))
+    hdu.header.update({
+        "CTYPE1": "RA---TAN-SIP", "CTYPE2": "DEC--TAN-SIP", "CRVAL1": 150.1, "CRVAL2": 2.2,
+        "CRPIX1": 41.5, "CRPIX2": 20.25, "CD1_1": -4.8e-5, "CD1_2": 2.9e-5, "CD2_1": 3e-5,
+        "CD2_2": 4.7e-5, "RADESYS": "ICRS", "A_ORDER": 2, "B_ORDER": 2, "A_2_0": 3e-4,
+        "A_1_1": -2e-4, "B_0_2": 4e-4, "B_2_0": 1e-4})
+    file = io.BytesIO()
+    hdu.writeto(file)
+    return file.getvalue()
+
+
 def folder_of(view):
     par, rows, _ = VIEWS[view]
-    return SkyFolder({"spiral.toml": GALAXY, "field.toml": FIELD, "render.par": par, "scene.lst": rows})
+    return SkyFolder({"spiral.toml": GALAXY, "field.toml": FIELD, "survey.fits": survey(),
+                      "render.par": par, "scene.lst": rows})
 
 
 class Regions(unittest.TestCase):
@@ -131,11 +148,10 @@ class Regions(unittest.TestCase):
 
     def check_axes(self, whole, own, region):
         """Both headers give each pixel of the region one place."""
-        whole, own = WCS(whole), WCS(own)
+        whole, own = WCS(whole, naxis=2), WCS(own, naxis=2)
         x, y = np.array([1, region[2], 1, region[2]]), np.array([1, 1, region[3], region[3]])
-        planes = [np.ones(4)] * (whole.naxis - 2)
-        expected = whole.wcs_pix2world(x + region[0] - 1, y + region[1] - 1, *planes, 1)
-        for place, other in zip(own.wcs_pix2world(x, y, *planes, 1), expected):
+        expected = whole.all_pix2world(x + region[0] - 1, y + region[1] - 1, 1)
+        for place, other in zip(own.all_pix2world(x, y, 1), expected):
             np.testing.assert_allclose(place, other, rtol=1e-13, atol=1e-13)
 
     def test_pixels_are_those_of_the_whole_image(self):
