@@ -117,10 +117,12 @@ void set_stamps(ConfigNode& root) {
   set_from_text(root, "image.layout=\"stamps\"", "--stamps sets ");
 }
 
-/// Throws InputError where the image of a region is to be made again with another one: its record
-/// may lack objects.
+/// Throws InputError where the image of a region of the sky is to be made again with another one:
+/// its record may lack objects.
 void check_recorded_region(const JobRequest& request, const ConfigNode& recorded,
                            const RenderParameters& parameters) {
+  // The records of other views hold all objects.
+  if (parameters.camera.projection != Projection::sky) return;
   if (request.from_header.empty() || recorded.find("image") == nullptr ||
       recorded.find("image")->find("region") == nullptr) {
     return;

@@ -254,6 +254,14 @@ class Regions(unittest.TestCase):
                 self.assertEqual(result.returncode, 2)
                 self.assertIn("'own.fits' is itself a region, [1, 1, 5, 5]", result.stderr)
                 self.assertNotIn("other.fits", folder.content())
+        # The record of a view that is not of the sky has all objects.
+        with folder_of("orthographic") as folder:
+            folder.render("render.par", "scene.lst")
+            folder.render("render.par", "scene.lst", "--region", "1,1,20,20", "-o", "own.fits")
+            folder.render("--from-header", "own.fits", "-o", "other.fits", "--region",
+                          text_of(REGIONS[0]))
+            self.assertEqual(folder.image("other.fits")[0].tobytes(),
+                             crop(folder.image("whole.fits")[0], REGIONS[0]).tobytes())
 
 
 if __name__ == "__main__":
