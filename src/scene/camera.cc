@@ -19,6 +19,9 @@
 namespace gamer {
 namespace {
 
+// Comment of CRPIXi in the records of a view that no header gives (CelestialWcs::records()).
+constexpr std::string_view view_middle = "middle of the image";
+
 // Key of the header in the record.
 constexpr const char* header_name = "camera.header";
 
@@ -352,6 +355,14 @@ std::vector<std::string> Camera::wcs_records() const {
   shift.x0 = -window_.left;
   shift.y0 = -window_.bottom;
   map_pixels(header, shift, "image.region");
+  const bool is_part = window_.left != 0 || window_.bottom != 0 || window_.width != width_ ||
+                       window_.height != height_;
+  for (const char* key : {"CRPIX1", "CRPIX2"}) {
+    std::optional<Card> card = header.card(key);
+    if (!is_part || !card || card->comment != view_middle) continue;
+    card->comment = "middle of the whole image";
+    header.set(*card);
+  }
   return header.records();
 }
 
