@@ -130,6 +130,14 @@ Options parse_options(int argc, char** argv) {
   app.add_option("-s,--set", request.settings, "override a key: section.key=value (repeatable)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
+  app.add_flag("--stamps", request.stamps,
+               "a FITS file with a stamp of each object alone instead of an image; see [stamps]");
+  app.add_option("--region", request.region,
+                 "render only this window of the image: x, y of its lower left pixel, counted "
+                 "from 1, width and height")
+      ->type_name("X,Y,W,H")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   CLI::Option* threads_option =
       app.add_option("-j,--threads", threads,
                      "threads per process (default: all cores, one under mpirun)")

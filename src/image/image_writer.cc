@@ -145,7 +145,9 @@ void check_output(const OutputOptions& options, const ImageHeader& header) {
   if (is_fits(*suffix) && options.bitpix != -32 && options.bitpix != -64) {
     fail(fmt::format("bitpix = {} is not one of -32, -64", options.bitpix));
   }
-  if (options.layout != ImageLayout::cube && is_fits(*suffix)) {
+  const bool names_planes =
+      options.layout == ImageLayout::extensions || options.layout == ImageLayout::files;
+  if (names_planes && is_fits(*suffix)) {
     std::set<std::string> labels;
     for (const std::string& label : header.labels) {
       if (label.find('/') != std::string::npos) {

@@ -126,7 +126,10 @@ std::string Film::names() const {
 std::string Film::size() const { return size_text(header_); }
 
 double Film::pixels() const {
-  return static_cast<double>(left_.size()) * parameters_.width * parameters_.height;
+  const auto& region = parameters_.image.region;
+  const double width = region ? region->width : parameters_.width;
+  const double height = region ? region->height : parameters_.height;
+  return static_cast<double>(left_.size()) * width * height;
 }
 
 std::vector<fs::path> Film::later_files() const {

@@ -116,7 +116,9 @@ std::string objects_text(const Scene& scene) {
     text += fmt::format("; {} row{} with flagged values left out", scene.flagged,
                         scene.flagged == 1 ? "" : "s");
   }
-  if (scene.objects + scene.flagged < scene.rows) text += "; the others do not touch the image";
+  if (scene.objects + scene.flagged < scene.rows) {
+    text += fmt::format("; the others do not touch the {}", scene.probes ? "region" : "image");
+  }
   return text;
 }
 

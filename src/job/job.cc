@@ -14,7 +14,6 @@
 #include "gamer/core/version.h"
 #include "gamer/galaxy/calibration/galaxy_statistics.h"
 #include "gamer/galaxy/kinds/star_field.h"
-#include "gamer/image/instrument.h"
 #include "gamer/image/picture.h"
 #include "gamer/job/attenuation.h"
 #include "gamer/job/schedule.h"
@@ -34,69 +33,6 @@ namespace {
 // Names in the record.
 const std::string parameters_name = recorded_parameters;
 const std::string scene_name = recorded_scene;
-
-}  // namespace
-
-void make_preview(RenderParameters& parameters) {
-  const auto reduced = [](int size) {
-    return static_cast<double>((size + preview_reduction - 1) / preview_reduction);
-  };
-  // The WCS of another image cannot be had at a quarter of the size.
-  if (parameters.camera.header.empty()) {
-    const double width = reduced(parameters.width);
-    if (parameters.camera.projection == Projection::sky) {
-      parameters.set("camera", "pixel_scale",
-                     parameters.camera.sky.pixel_scale * parameters.width / width);
-    }
-    if (parameters.camera.projection == Projection::healpix) {
-      parameters.set("camera", "nside", static_cast<std::int64_t>(width));
-    } else {
-      const bool is_cube = parameters.camera.projection == Projection::cubemap;
-      const double height = is_cube ? width : reduced(parameters.height);
-      parameters.set("image", "size", std::vector<double>{width, height});
-    }
-  }
-  parameters.set("camera", "supersample", std::int64_t{1});
-  parameters.set("sampling", "tolerance",
-                 std::max(parameters.sampling.tolerance, preview_tolerance));
-}
-
-namespace {
-
-/// Whether a file is read as a parameter file.
-bool holds_parameters(const std::filesystem::path& path) {
-  try {
-    Resources files(std::vector<std::filesystem::path>{});
-    return !parse_toml(files.read("", path).content, "").table().empty();
-  } catch (const InputError&) {
-    return false;
-  }
-}
-
-ConfigNode read_parameter_file(const JobRequest& request, Resources& resources) {
-  try {
-    const Resources::Text& text =
-        read_named_file(resources, parameters_name, source_of(request, request.parameters));
-    return parse_toml(text.content, text.label);
-  } catch (const InputError& error) {
-    if (request.from_header.empty() && holds_parameters(request.scene)) {
-      throw InputError(fmt::format("{}; the parameter file stands before the scene: gamer {} {}",
-                                   error.what(), request.scene.generic_string(),
-                                   request.parameters.generic_string()));
-    }
-    throw;
-  }
-}
-
-void set_output(const std::filesystem::path& path, RenderParameters& parameters) {
-  parameters.set("image", "output", path.string());
-  try {
-    // The record holds TOML, which is UTF-8.
-    parse_toml(parameters.toml(), "");
-  } catch (const InputError&) {
-    throw InputError({"--output", 0, 0}, "the name of the file is not valid UTF-8");
-  }
-}
 
 std::string upper(std::string_view text) {
   std::string result(text);
@@ -367,6 +303,11 @@ void complete(RenderJob& job, const Ranks& ranks, int threads) {
 RenderJob recorded(RenderJob job, const std::string& label, Resources& resources) {
   forget_columns(job.parameters);
   resources.add({scene_name, label, job.scene->list});
+  if (job.scene->probes) {
+    std::map<std::size_t, std::size_t> list_rows;
+    for (const std::size_t row : job.scene->kept) list_rows.emplace(row, list_rows.size());
+    resources.add({recorded_probes, label, probes_text(*job.scene->probes, list_rows)});
+  }
   record_other_columns(*job.scene, job.parameters.animation.frames > 0, label, resources);
   job.record = resources.record();
   if (Resources::Text* text = find_text(job.record, parameters_name)) {
@@ -383,33 +324,6 @@ Resources open_resources(const JobRequest& request,
   Resources resources(folders);
   if (request.look) add_look(*request.look, resources);
   return resources;
-}
-
-namespace {
-
-/// Gives the pixels of an instrument to a camera whose pixel_scale is not given.
-void take_instrument(const std::string& label, Resources& resources, RenderParameters& parameters) {
-  const ParameterSet& camera = parameters.section("camera");
-  if (!camera.has("instrument") || camera.is_given("pixel_scale")) return;
-  try {
-    const Instrument found = find_instrument(camera.text("instrument"), label, resources);
-    parameters.set("camera", "pixel_scale", found.pixel_scale);
-  } catch (const InputError& error) {
-    throw InputError(camera.where("instrument"), error.what());
-  }
-}
-
-}  // namespace
-
-RenderParameters load_parameters(const JobRequest& request, Resources& resources) {
-  ConfigNode root = read_parameter_file(request, resources);
-  for (const std::string& setting : request.settings) set_from_text(root, setting);
-  RenderParameters parameters = RenderParameters::read(root);
-  take_instrument(root.where.file, resources, parameters);
-  if (request.output) set_output(*request.output, parameters);
-  if (request.preview) make_preview(parameters);
-  parameters.image.output.overwrite = request.overwrite;
-  return parameters;
 }
 
 std::string mapping_text(const JobRequest& request, Resources& resources) {
@@ -462,11 +376,11 @@ RenderJob job_from_record(const Record& record) {
 
 ImageHeader make_image_header(const RenderJob& job) {
   ImageHeader header;
-  header.width = job.camera.width();
-  header.height = job.camera.height();
+  header.width = job.camera.window().width;
+  header.height = job.camera.window().height;
   header.unit = unit_text(job.scene->unit);
   if (job.camera.wcs()) {
-    header.wcs_records = job.camera.wcs()->records();
+    header.wcs_records = job.camera.wcs_records();
   } else if (is_sphere(job.parameters.camera.projection)) {
     set_sphere_axes(job.parameters, header);
   } else {
@@ -480,7 +394,8 @@ ImageHeader make_image_header(const RenderJob& job) {
   }
   header.cards = make_cards(job.parameters, *job.scene);
   // In a cube the cards above have numbers; readers look for plain ones.
-  if (header.planes() > 1 && job.parameters.image.output.layout == ImageLayout::cube) {
+  const ImageLayout layout = job.parameters.image.output.layout;
+  if (header.planes() > 1 && (layout == ImageLayout::cube || layout == ImageLayout::stamps)) {
     for (const char* key : {"MAGZERO", "PHOTZP"}) append_common_card(header, key);
   }
   if (const Resources::Text* flagged = find_text(job.record, recorded_flagged)) {

@@ -20,6 +20,7 @@
 #include "gamer/job/progress.h"
 #include "gamer/job/report.h"
 #include "gamer/job/resume.h"
+#include "gamer/job/stamps.h"
 #include "gamer/job/warnings.h"
 #include "image/standard_stream.h"
 
@@ -39,10 +40,11 @@ std::unique_ptr<Journal> find_journal(const RunOptions& options) {
   return Journal::open(journal_path(parameters.image.output), options.work.journal_interval);
 }
 
-/// What rank 0 has to do: an image, or a film, or nothing any more.
+/// What rank 0 has to do: an image, a film, or stamps, or nothing any more.
 struct Task {
   std::unique_ptr<ImageTask> work;
   std::unique_ptr<Film> film;
+  std::unique_ptr<StampTask> stamps;
 };
 
 void tell_size_of_work(const MessageLog& log, const RenderJob& job, int workers) {
@@ -77,7 +79,20 @@ Task prepare_image(const RunOptions& options, const MessageLog& log, RenderJob j
     return {};
   }
   if (options.verbose) tell_size_of_work(log, work->job(), ranks * threads);
-  return {std::move(work), nullptr};
+  return {std::move(work), nullptr, nullptr};
+}
+
+Task prepare_stamps(const RunOptions& options, const MessageLog& log, RenderJob job, int ranks,
+                    int threads) {
+  auto stamps = std::make_unique<StampTask>(std::move(job), options.work, ranks, threads);
+  if (options.work.dry_run) {
+    log.answer(
+        fmt::format("would write {}, {}", stamps->plan(), objects_text(*stamps->job().scene)));
+    if (!stamps->hindrance().empty()) log.answer(stamps->hindrance());
+    return {};
+  }
+  if (options.verbose) tell_size_of_work(log, stamps->job(), ranks * threads);
+  return {nullptr, nullptr, std::move(stamps)};
 }
 
 Task prepare_film(const RunOptions& options, const MessageLog& log, const RenderJob& job, int ranks,
@@ -104,7 +119,7 @@ Task prepare_film(const RunOptions& options, const MessageLog& log, const Render
     return {};
   }
   if (options.verbose) tell_size_of_work(log, job, ranks * threads);
-  return {nullptr, std::move(film)};
+  return {nullptr, std::move(film), nullptr};
 }
 
 void warn_of(const RunOptions& options, const MessageLog& log, const RenderJob& job) {
@@ -123,6 +138,7 @@ void check_stream(const RunOptions& options, const RenderJob& job) {
     throw InputError(fmt::format("gamer: output '-': {}", what));
   };
   if (options.work.resume) fail("nothing is kept to resume; give a file");
+  if (makes_stamps(job.parameters)) fail("stamps need a file");
   if (job.parameters.animation.frames > 0) fail("a film has a file for each frame");
   if (options.work.truth && job.parameters.truth.any() && job.parameters.truth.path.empty()) {
     fail("the images of [truth] need truth.output");
@@ -144,6 +160,9 @@ Task prepare(const RunOptions& options, const MessageLog& log, int ranks, int th
   RenderJob job = read_job(options.request, resources);
   if (is_to_standard_output(job)) check_stream(options, job);
   warn_of(options, log, job);
+  if (makes_stamps(job.parameters)) {
+    return prepare_stamps(options, log, std::move(job), ranks, threads);
+  }
   if (job.parameters.animation.frames > 0) return prepare_film(options, log, job, ranks, threads);
   return prepare_image(options, log, std::move(job), ranks, threads, std::move(earlier));
 }
@@ -175,17 +194,32 @@ void say_where_the_time_went(const Ranks& ranks, const MessageLog& log, const Ra
   log.table(report_text(reports, pixels));
 }
 
-/// Every rank's part; returns the pixels of the image. `clock` has run since the job began.
+/// Rank 0's part of making stamps; returns their pixels. `clock` has run since the job began.
+double render_stamps(const Ranks& ranks, const MessageLog& log, const Clock& clock,
+                     StampTask& stamps, int threads, Executor& executor, RankReport& report) {
+  stamps.complete(ranks, threads);
+  stamps.render(executor, progress_style(log), report);
+  log.result(fmt::format("{}, {:.1f} s", stamps.plan(), clock.seconds()));
+  if (const std::string text = stamps.shortfall(); !text.empty()) log.warning(text);
+  return stamps.pixels();
+}
+
+/// Every rank's part of an image, and other ranks' part of stamps; returns the pixels of the image.
+/// `clock` has run since the job began.
 double render_image(const Ranks& ranks, const RunOptions& options, const MessageLog& log,
                     const Clock& clock, ImageTask* work, std::string packed, int threads,
                     Executor& executor, RankReport& report) {
   const auto pixels = [](const Camera& camera) {
-    return static_cast<double>(camera.width()) * camera.height();
+    return static_cast<double>(camera.window().width) * camera.window().height;
   };
   if (ranks.rank() != 0) {
     RenderJob job = read_job(unpack_record(std::exchange(packed, {})));
     complete(job, ranks, threads);
-    help_render(job, options.work, executor, report);
+    if (makes_stamps(job.parameters)) {
+      help_stamps(job, options.work, executor, report);
+    } else {
+      help_render(job, options.work, executor, report);
+    }
     return pixels(job.camera);
   }
   packed.clear();
@@ -252,12 +286,17 @@ void run_job(const Ranks& ranks, const RunOptions& options, MessageLog& log) {
   if (ranks.rank() == 0) task = prepare(options, log, ranks.size(), threads, std::move(earlier));
   std::string film = ranks.broadcast(task.film ? task.film->pack() : "");
   // A process alone need not send the record.
-  const bool travels = task.work && ranks.size() > 1;
-  std::string image = ranks.broadcast(travels ? pack_for_ranks(task.work->job().record) : "");
+  const RenderJob* const job = task.work     ? &task.work->job()
+                               : task.stamps ? &task.stamps->job()
+                                             : nullptr;
+  const bool travels = job != nullptr && ranks.size() > 1;
+  std::string image = ranks.broadcast(travels ? pack_for_ranks(job->record) : "");
   double pixels = 0;
   if (!film.empty()) {
     pixels = render_film(ranks, options, log, std::move(task.film), std::move(film), threads,
                          *executor, report);
+  } else if (task.stamps) {
+    pixels = render_stamps(ranks, log, clock, *task.stamps, threads, *executor, report);
   } else if (task.work || !image.empty()) {
     pixels = render_image(ranks, options, log, clock, task.work.get(), std::move(image), threads,
                           *executor, report);

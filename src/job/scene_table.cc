@@ -150,8 +150,12 @@ void record_other_columns(Scene& scene, bool always, const std::string& label,
 DataTable scene_table(const Scene& scene, const Resources::Text* others,
                       const RenderParameters& parameters) {
   DataTable table{"SCENE", list_columns(scene.list, parameters), {}};
-  DataTable more =
-      others != nullptr ? chosen_columns(*others, scene.kept) : row_numbers(table.rows());
+  const std::size_t rows = table.rows() - scene.extra_rows;
+  for (DataColumn& column : table.columns) {
+    std::visit([&](auto& values) { values.resize(rows); }, column.values);
+  }
+  DataTable more = others != nullptr ? chosen_columns(*others, std::span(scene.kept).first(rows))
+                                     : row_numbers(rows);
   for (DataColumn& column : more.columns) {
     if (column.name == row_column) column.description = "row of the catalogue, from 1";
     table.columns.push_back(std::move(column));

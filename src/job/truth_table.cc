@@ -98,6 +98,8 @@ class TruthRows {
   std::size_t planes() const { return job_.spectrum.planes.size(); }
   bool is_sky() const { return job_.camera.projection() == Projection::sky; }
   bool is_relative() const { return job_.scene->unit == PixelUnit::relative; }
+  /// Sets x and y to the window's FITS pixel for a place of the whole image.
+  void set_place(const glm::dvec2& pixel, std::span<double> row) const;
   void describe_star(const PlacedStar& star, std::span<double> row) const;
   void describe_galaxy(const PlacedGalaxy& placed, std::span<double> row) const;
   void describe_light(const PlacedGalaxy& placed, const GalaxyMeasure& measured,
@@ -123,10 +125,14 @@ void TruthRows::describe(std::size_t object, std::span<double> row) const {
   }
 }
 
+void TruthRows::set_place(const glm::dvec2& pixel, std::span<double> row) const {
+  row[x] = pixel.x - job_.camera.window().left + 1;
+  row[y] = pixel.y - job_.camera.window().bottom + 1;
+}
+
 void TruthRows::describe_star(const PlacedStar& star, std::span<double> row) const {
   const SkyPosition sky = sky_of(star.direction);
-  row[x] = star.pixel.x + 1;
-  row[y] = star.pixel.y + 1;
+  set_place(star.pixel, row);
   row[ra] = sky.ra;
   row[dec] = sky.dec;
   for (std::size_t p = 0; p < planes(); ++p) {
@@ -136,10 +142,7 @@ void TruthRows::describe_star(const PlacedStar& star, std::span<double> row) con
 
 void TruthRows::describe_galaxy(const PlacedGalaxy& placed, std::span<double> row) const {
   const Camera& camera = job_.camera;
-  if (const auto pixel = camera.pixel(placed.centre)) {
-    row[x] = pixel->x + 1;
-    row[y] = pixel->y + 1;
-  }
+  if (const auto pixel = camera.pixel(placed.centre)) set_place(*pixel, row);
   const SkyPosition sky = sky_of(placed.centre);
   row[ra] = sky.ra;
   row[dec] = sky.dec;

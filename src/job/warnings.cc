@@ -49,18 +49,19 @@ bool meets(const Ray& ray, const PlacedGalaxy& placed) {
 
 /// Whether a ray of a grid, or one through its centre's pixel, meets a galaxy.
 bool is_in_view(const Camera& camera, const std::vector<PlacedGalaxy>& galaxies) {
+  const ImageRegion& window = camera.window();
   for (const PlacedGalaxy& placed : galaxies) {
     const std::optional<glm::dvec2> pixel = camera.pixel(placed.centre);
-    if (pixel && pixel->x > -0.5 && pixel->x < camera.width() - 0.5 && pixel->y > -0.5 &&
-        pixel->y < camera.height() - 0.5) {
+    if (pixel && pixel->x > window.left - 0.5 && pixel->x < window.right() - 0.5 &&
+        pixel->y > window.bottom - 0.5 && pixel->y < window.top() - 0.5) {
       return true;
     }
   }
   const double rays = std::clamp(most_tests / static_cast<double>(galaxies.size()), 1.0, most_rays);
-  const double pixels = static_cast<double>(camera.width()) * camera.height();
+  const double pixels = static_cast<double>(window.width) * window.height;
   const int stride = static_cast<int>(std::ceil(std::sqrt(std::max(1.0, pixels / rays))));
-  for (int y = 0; y < camera.height(); y += stride) {
-    for (int x = 0; x < camera.width(); x += stride) {
+  for (int y = window.bottom; y < window.top(); y += stride) {
+    for (int x = window.left; x < window.right(); x += stride) {
       const std::optional<Ray> ray = camera.ray(x, y);
       if (!ray) continue;
       for (const PlacedGalaxy& placed : galaxies) {

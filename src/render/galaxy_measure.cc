@@ -23,6 +23,7 @@ RenderParameters stamp_view(const PlacedGalaxy& galaxy, const RenderParameters& 
                             const Camera& camera) {
   RenderParameters view = parameters;
   view.width = view.height = stamp_size;
+  view.image.region.reset();
   view.camera.projection = Projection::orthographic;
   view.camera.position = galaxy.centre + 2 * galaxy.bounding_radius * camera.towards(galaxy.centre);
   view.camera.target = galaxy.centre;

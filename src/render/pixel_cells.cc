@@ -130,13 +130,13 @@ void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& ne
     for (int j = 0; j < sub; ++j) {
       for (int i = 0; i < sub; ++i) {
         work.samples.push_back(
-            {x, row, x + offset(i), y + offset(j), weight, 1.0 / sub, 1.0 / sub});
+            {column_of(x), row, x + offset(i), y + offset(j), weight, 1.0 / sub, 1.0 / sub});
       }
     }
     weigh(first, work);
     return;
   }
-  const Sample whole{x, row, static_cast<double>(x), static_cast<double>(y), 1, 1, 1};
+  const Sample whole{column_of(x), row, static_cast<double>(x), static_cast<double>(y), 1, 1, 1};
   const std::optional<Ray> ray =
       supersample_ ? camera_.ray(x, y) : work.middles[static_cast<std::size_t>(x - work.left)];
   if (!ray) return;

@@ -7,11 +7,11 @@
 #include <functional>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <numeric>
 #include <tuple>
 
+#include "gamer/scene/spectral_probes.h"
 #include "gamer/sed/photometry.h"
 #include "render/renderer_workspace.h"
 
@@ -31,55 +31,40 @@ constexpr std::size_t most_hits_at_once = std::size_t{1} << 17;
 // count from the image's corner.
 constexpr int tile_size = 16;
 
+/// The first pixel of the tile that holds a pixel, which may be beyond the image's corner.
+int tile_begin(int pixel) {
+  const int within = pixel % tile_size;
+  return pixel - (within < 0 ? within + tile_size : within);
+}
+
 // Size of a ray's area, as a share of a pixel's side, below which errors of rays average out in the
 // pixel.
 constexpr double shared_size = 0.3;
 
-/// Largest number of galaxies whose probes choose the spectral nodes.
-constexpr std::size_t most_probes = 6;
-
 std::shared_ptr<const SpectralBasis> make_basis(const RenderParameters& parameters,
                                                 const Scene& scene, const Spectrum& spectrum) {
-  // Probes of dusty galaxies, spread over the redshifts, each with its own light and with that of
-  // the farthest galaxy.
-  std::map<std::pair<double, const ExtinctionCurve*>, SpectralBasis::Probe> dusty;
-  const PlacedGalaxy* farthest = nullptr;
-  const auto first_light = [](const PlacedGalaxy& placed) {
-    for (const auto& component : placed.galaxy->components()) {
-      if (!component->absorbs()) return component->sed();
-    }
-    return static_cast<const Sed*>(nullptr);
-  };
-  for (const PlacedGalaxy& placed : scene.galaxies) {
-    const Sed* sed = first_light(placed);
-    if (sed != nullptr && (farthest == nullptr || placed.redshift > farthest->redshift)) {
-      farthest = &placed;
-    }
-    for (const auto& component : placed.galaxy->components()) {
-      if (!component->absorbs()) continue;
-      dusty.try_emplace(
-          {placed.redshift, component->extinction()},
-          SpectralBasis::Probe{sed, placed.redshift, component->extinction(), placed.redshift});
-    }
+  ProbeChooser chooser;
+  if (!scene.probes) {
+    for (const PlacedGalaxy& placed : scene.galaxies)
+      chooser.add(placed.galaxy, placed.redshift, 0);
   }
+  const SpectralProbes chosen = scene.probes ? *scene.probes : chooser.choose();
+  // A galaxy of dust alone is probed with the light of the farthest. Without any light there is an
+  // optical depth, but no spectrum to probe it with.
+  static const std::shared_ptr<const Sed> flat = [] {
+    Resources none(std::vector<std::filesystem::path>{});
+    return find_sed("flat", "", none);
+  }();
   std::vector<SpectralBasis::Probe> probes;
-  if (!dusty.empty()) {
-    // A galaxy of dust alone has an optical depth, but no spectrum to probe it with.
-    static const std::shared_ptr<const Sed> flat = [] {
-      Resources none(std::vector<std::filesystem::path>{});
-      return find_sed("flat", "", none);
-    }();
-    std::vector<SpectralBasis::Probe> all;
-    for (const auto& [key, probe] : dusty) all.push_back(probe);
-    const std::size_t count = std::min(all.size(), most_probes);
-    for (std::size_t k = 0; k < count; ++k) {
-      SpectralBasis::Probe probe = all[count == 1 ? 0 : k * (all.size() - 1) / (count - 1)];
-      if (probe.sed == nullptr) {
-        probe.sed = farthest != nullptr ? first_light(*farthest) : flat.get();
-        probe.sed_redshift = farthest != nullptr ? farthest->redshift : 0;
-      }
-      probes.push_back(probe);
+  for (const SpectralProbes::Dust& dust : chosen.dust) {
+    SpectralBasis::Probe probe{first_light(*dust.galaxy), dust.redshift,
+                               dust.galaxy->components()[dust.component]->extinction(),
+                               dust.redshift};
+    if (probe.sed == nullptr) {
+      probe.sed = chosen.farthest ? first_light(*chosen.farthest->galaxy) : flat.get();
+      probe.sed_redshift = chosen.farthest ? chosen.farthest->redshift : 0;
     }
+    probes.push_back(probe);
   }
   // Share of the tolerance for the spectral nodes; the rest is for the quadrature.
   constexpr double share = 0.1;
@@ -173,22 +158,25 @@ void Renderer::render_rows(RowRange rows, std::span<double> values) const {
 }
 
 void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts& counts) const {
-  const int width = camera_.width();
-  LightSums sums(layout_, unit_factors_, static_cast<std::size_t>(width), values);
+  const ImageRegion& window = camera_.window();
+  const RowRange lines{rows.first + window.bottom, rows.last + window.bottom};
+  LightSums sums(layout_, unit_factors_, static_cast<std::size_t>(window.width), values);
   sums.clear();
   Workspace work;
   GalaxyIndex::Found near;
+  const int last_row = std::max(camera_.height(), window.top());
   bool is_empty = true;
   const auto render_tile = [&](int left, int right, int bottom, int top) {
-    const auto rays = index_.pixels(left, right, bottom, std::min(top, camera_.height()));
+    const auto rays = index_.pixels(left, right, bottom, std::min(top, last_row));
     if (!rays) return;
     index_.find(*rays, near);
     if (near.empty()) return;
     is_empty = false;
-    for (int y = std::max(bottom, rows.first); y < std::min(top, rows.last); ++y) {
-      aim(left, right, y, work);
-      for (int x = left; x < right; ++x) {
-        place_samples(x, y, y - rows.first, near, work);
+    const int first = std::max(left, window.left), last = std::min(right, window.right());
+    for (int y = std::max(bottom, lines.first); y < std::min(top, lines.last); ++y) {
+      aim(first, last, y, work);
+      for (int x = first; x < last; ++x) {
+        place_samples(x, y, y - lines.first, near, work);
         work_off(rays_at_once, near, work, sums, counts);
       }
     }
@@ -200,31 +188,37 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
     const int tiles = (right - left + tile_size - 1) / tile_size;
     if (tiles == 1) {
       render_tile(left, right, bottom, top);
-    } else if (index_.may_meet(left, right, bottom, std::min(top, camera_.height()))) {
+    } else if (index_.may_meet(left, right, bottom, std::min(top, last_row))) {
       const int middle = left + tiles / 2 * tile_size;
       render_tiles(left, middle, bottom, top);
       render_tiles(middle, right, bottom, top);
     }
   };
-  for (int bottom = rows.first - rows.first % tile_size; bottom < rows.last; bottom += tile_size) {
-    render_tiles(0, width, bottom, bottom + tile_size);
+  // Tiles are the whole image's, so that a region chooses among the same galaxies.
+  const int begin = tile_begin(window.left);
+  const int end = std::max(std::min(tile_begin(window.right() + tile_size - 1), camera_.width()),
+                           window.right());
+  for (int bottom = tile_begin(lines.first); bottom < lines.last; bottom += tile_size) {
+    render_tiles(begin, end, bottom, bottom + tile_size);
   }
-  add_field_stars(rows, sums, counts);
-  is_empty = !add_stars(rows, sums) && star_fields_->empty() && is_empty;
+  add_field_stars(lines, sums, counts);
+  is_empty = !add_stars(lines, sums) && star_fields_->empty() && is_empty;
   const bool stays_zero = !camera_.has_edge() && scene_->unit != PixelUnit::magnitude;
   if (is_empty && stays_zero) return;
-  for (int y = rows.first; y < rows.last; ++y) {
-    finish(y, static_cast<std::size_t>(y - rows.first), sums);
+  for (int y = lines.first; y < lines.last; ++y) {
+    finish(y, static_cast<std::size_t>(y - lines.first), sums);
   }
 }
 
 void Renderer::count_pixels(int left, int right, int bottom, int top, RenderCounts& counts) const {
+  const ImageRegion& window = camera_.window();
+  left += window.left, right += window.left, bottom += window.bottom, top += window.bottom;
   const auto rays = index_.pixels(left, right, bottom, top);
   if (!rays) return;
   GalaxyIndex::Found near;
   index_.find(*rays, near);
   if (near.empty()) return;
-  const auto width = static_cast<std::size_t>(camera_.width());
+  const auto width = static_cast<std::size_t>(window.width);
   std::vector<double> values(layout_.size() * width);
   LightSums sums(layout_, unit_factors_, width, values);
   Workspace work;
@@ -381,13 +375,15 @@ std::vector<double> Renderer::areas_of(int y, std::size_t row, LightSums& sums) 
     const double* const pixel = sums.pixel(row, x);
     for (std::size_t o = 0; o < layout_.size(); ++o) {
       if (pixel[o * width] == 0) continue;
-      lit.push_back(static_cast<int>(x));
+      lit.push_back(camera_.window().left + static_cast<int>(x));
       break;
     }
   }
   std::vector<double> own(lit.size());
   camera_.solid_angles(y, lit, own);
-  for (std::size_t i = 0; i < lit.size(); ++i) areas[static_cast<std::size_t>(lit[i])] = own[i];
+  for (std::size_t i = 0; i < lit.size(); ++i) {
+    areas[static_cast<std::size_t>(column_of(lit[i]))] = own[i];
+  }
   return areas;
 }
 
@@ -397,7 +393,8 @@ void Renderer::finish(int y, std::size_t row, LightSums& sums) const {
   std::vector<std::optional<Ray>> middles;
   if (camera_.has_edge()) {
     std::vector<glm::dvec2> places;
-    for (int x = 0; x < camera_.width(); ++x) places.emplace_back(x, y);
+    const ImageRegion& window = camera_.window();
+    for (int x = window.left; x < window.right(); ++x) places.emplace_back(x, y);
     middles.resize(width);
     camera_.rays(places, middles);
   }

@@ -92,18 +92,20 @@ bool Renderer::add_stars(RowRange rows, LightSums& sums) const {
 
 void Renderer::add_star(const PlacedStar& star, RowRange rows, LightSums& sums) const {
   std::vector<double> light(layout_.spectral());
+  const ImageRegion& window = camera_.window();
   share_out(star.pixel, star.flux, star.area_scale, [&](int x, int y, double share) {
-    if (y < rows.first || y >= rows.last || x < 0 || x >= camera_.width()) return;
+    if (y < rows.first || y >= rows.last || x < window.left || x >= window.right()) return;
     const double area = camera_.solid_angle(x, y) / star.area_scale;
     if (!(area > 0)) return;
     for (std::size_t p = 0; p < light.size(); ++p) light[p] = share * star.flux[p] / area;
-    sums.add(static_cast<std::size_t>(y - rows.first), static_cast<std::size_t>(x),
+    sums.add(static_cast<std::size_t>(y - rows.first), static_cast<std::size_t>(column_of(x)),
              {star.object, 0}, light, light);
   });
 }
 
 void Renderer::add_field_stars(RowRange rows, LightSums& sums, RenderCounts& counts) const {
   if (star_fields_->empty()) return;
+  const ImageRegion& window = camera_.window();
   const int step = white_point_ ? wide_star_tile : star_tile;
   std::vector<double> seen(layout_.spectral()), dust_free(layout_.spectral());
   const auto paint = [&](const StarPainter::Tile& tile) {
@@ -117,15 +119,15 @@ void Renderer::add_field_stars(RowRange rows, LightSums& sums, RenderCounts& cou
           seen[p] = share * star.flux[p] / area;
           if (layout_.dust_free()) dust_free[p] = share * star.dust_free[p] / area;
         }
-        sums.add(static_cast<std::size_t>(y - rows.first), static_cast<std::size_t>(x),
+        sums.add(static_cast<std::size_t>(y - rows.first), static_cast<std::size_t>(column_of(x)),
                  {object, star.emitter}, seen, dust_free);
       });
     };
     painter_.paint(tile, star_reach(), take, counts);
   };
   for (int bottom = rows.first; bottom < rows.last; bottom += step) {
-    for (int left = 0; left < camera_.width(); left += step) {
-      paint({left, std::min(left + step, camera_.width()), bottom,
+    for (int left = window.left; left < window.right(); left += step) {
+      paint({left, std::min(left + step, window.right()), bottom,
              std::min(bottom + step, rows.last)});
     }
   }

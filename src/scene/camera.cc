@@ -14,9 +14,13 @@
 #include <optional>
 
 #include "gamer/image/data_table.h"
+#include "gamer/image/wcs_affine.h"
 
 namespace gamer {
 namespace {
+
+// Comment of CRPIXi in the records of a view that no header gives (CelestialWcs::records()).
+constexpr std::string_view view_middle = "middle of the image";
 
 // Key of the header in the record.
 constexpr const char* header_name = "camera.header";
@@ -37,6 +41,19 @@ CelestialWcs wcs_of(const RenderParameters& parameters) {
   } catch (const InputError& error) {
     throw InputError(parameters.section("camera").where("sky_projection"), error.what());
   }
+}
+
+/// The region of the parameters, or the whole image.
+ImageRegion window_of(const RenderParameters& parameters) {
+  const ImageRegion whole{0, 0, parameters.width, parameters.height};
+  if (!parameters.image.region) return whole;
+  const ImageRegion& region = *parameters.image.region;
+  if (region.right() <= whole.width && region.top() <= whole.height) return region;
+  throw InputError(
+      parameters.section("image").where("region"),
+      fmt::format("region = [{}, {}, {}, {}] reaches to the pixel {}, {}; the image has {} x {}",
+                  region.left + 1, region.bottom + 1, region.width, region.height, region.right(),
+                  region.top(), whole.width, whole.height));
 }
 
 /// Value of a header's card, without quotes and comment.
@@ -130,6 +147,7 @@ SkyPosition sky_of(const glm::dvec3& direction) {
 Camera::Camera(const RenderParameters& parameters)
     : width_(parameters.width),
       height_(parameters.height),
+      window_(window_of(parameters)),
       projection_(parameters.camera.projection),
       position_(parameters.camera.position),
       unit_(parameters.scene.unit),
@@ -154,11 +172,18 @@ Camera::Camera(const RenderParameters& parameters)
 Camera::Camera(const RenderParameters& parameters, const CelestialWcs& wcs)
     : width_(parameters.width),
       height_(parameters.height),
+      window_(window_of(parameters)),
       projection_(Projection::sky),
       unit_(parameters.scene.unit),
       wcs_(wcs) {
   wcs.check_distortion(width_, height_);
   set_sky_pixel();
+}
+
+Camera Camera::with_window(const ImageRegion& window) const {
+  Camera result = *this;
+  result.window_ = window;
+  return result;
 }
 
 void Camera::set_sky_pixel() {
@@ -324,17 +349,34 @@ double Camera::distance(const glm::dvec3& point) const {
   return projection_ == Projection::orthographic ? 0 : glm::length(point - position_);
 }
 
+std::vector<std::string> Camera::wcs_records() const {
+  FitsHeader header(wcs_->records());
+  PixelMap shift;
+  shift.x0 = -window_.left;
+  shift.y0 = -window_.bottom;
+  map_pixels(header, shift, "image.region");
+  const bool is_part = window_.left != 0 || window_.bottom != 0 || window_.width != width_ ||
+                       window_.height != height_;
+  for (const char* key : {"CRPIX1", "CRPIX2"}) {
+    std::optional<Card> card = header.card(key);
+    if (!is_part || !card || card->comment != view_middle) continue;
+    card->comment = "middle of the whole image";
+    header.set(*card);
+  }
+  return header.records();
+}
+
 LinearAxis Camera::x_axis() const {
   const bool is_perspective = projection_ == Projection::perspective;
   const double step = is_perspective ? glm::degrees(pixel_) : pixel_;
-  return {is_perspective ? "XTAN" : "X", is_perspective ? "deg" : unit_, middle(width_) + 1, 0,
-          step};
+  return {is_perspective ? "XTAN" : "X", is_perspective ? "deg" : unit_,
+          middle(width_) + 1 - window_.left, 0, step};
 }
 
 LinearAxis Camera::y_axis() const {
   LinearAxis axis = x_axis();
   axis.type = projection_ == Projection::perspective ? "YTAN" : "Y";
-  axis.reference_pixel = middle(height_) + 1;
+  axis.reference_pixel = middle(height_) + 1 - window_.bottom;
   return axis;
 }
 

@@ -7,25 +7,27 @@
 
 namespace gamer {
 
-/// Tests whether places on the sky are inside an image.
+/// Tests whether places on the sky are inside a part of an image.
 class ImageField {
  public:
-  explicit ImageField(const Camera& camera);
+  ImageField(const Camera& camera, const ImageRegion& part);
 
-  /// Whether the image's middle shows sky.
+  /// Whether the whole image's middle shows sky.
   bool has_center() const { return has_center_; }
   const glm::dvec3& center() const { return center_; }
 
-  /// Whether something of angular radius `radius` (rad) may touch the image.
+  /// Whether something of angular radius `radius` (rad) may touch the part.
   bool holds(const glm::dvec3& direction, double radius) const;
 
  private:
   double pixel_angle() const { return camera_.pixel_size(center_); }
 
   const Camera& camera_;
+  ImageRegion part_;
   bool has_center_ = false;
   glm::dvec3 center_{1, 0, 0};
-  std::optional<double> radius_;
+  glm::dvec3 middle_{1, 0, 0};    ///< of the part
+  std::optional<double> radius_;  ///< around its middle, of a narrow part
 };
 
 }  // namespace gamer

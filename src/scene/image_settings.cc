@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,26 @@ std::optional<PixelUnit> find_unit(const std::string& name) {
   return std::nullopt;
 }
 
+/// The region that four whole numbers give; nothing where there are none.
+std::optional<ImageRegion> read_region(const ParameterSet& values) {
+  const std::vector<double>& numbers = values.numbers("region");
+  if (numbers.empty()) return std::nullopt;
+  constexpr std::size_t count = 4;
+  if (numbers.size() != count) {
+    throw InputError(
+        values.where("region"),
+        fmt::format("region has {} number{}, not 4: x, y of its lower left pixel, width, height",
+                    numbers.size(), numbers.size() == 1 ? "" : "s"));
+  }
+  for (const double number : numbers) {
+    if (number == std::floor(number)) continue;
+    throw InputError(values.where("region"),
+                     fmt::format("region has {}, which is no whole number of pixels", number));
+  }
+  return ImageRegion{static_cast<int>(numbers[0]) - 1, static_cast<int>(numbers[1]) - 1,
+                     static_cast<int>(numbers[2]), static_cast<int>(numbers[3])};
+}
+
 }  // namespace
 
 ParameterSection ImageSettings::section() {
@@ -48,13 +69,17 @@ ParameterSection ImageSettings::section() {
       "The image and its file.",
       {Parameter::size2("size", "pixels", Interval::closed(1, largest_image_side), 512,
                         "image size"),
+       Parameter::numbers("region", "pixels", Interval::closed(1, largest_image_side),
+                          std::vector<double>{},
+                          "x, y, width and height of a window that is rendered instead of the "
+                          "whole image; x, y is its lower left pixel, counted from 1"),
        Parameter::text("output", "gamer.fits",
                        "path; its suffix sets the format: `.fits`, `.fits.fz` (tile-compressed), "
                        "`.png`, `.bmp`; `-` is standard output, a FITS image"),
        Parameter::integer("bitpix", "", Interval::any(), -32, "FITS data type, -32 or -64"),
-       Parameter::choice("layout", {"cube", "extensions", "files"}, "cube",
+       Parameter::choice("layout", {"cube", "extensions", "files", "stamps"}, "cube",
                          "layout of several planes: one HDU, one HDU each, or one file each (named "
-                         "with `_<label>`)"),
+                         "with `_<label>`); stamps: a cube of each object alone"),
        Parameter::choice(
            "unit", unit_names(), "auto",
            "unit of the pixels; auto: nJy if the scene has magnitudes, otherwise relative"),
@@ -76,7 +101,9 @@ ImageSettings ImageSettings::read(const ParameterSet& values) {
   const std::string& layout = values.text("layout");
   output.layout = layout == "cube"         ? ImageLayout::cube
                   : layout == "extensions" ? ImageLayout::extensions
-                                           : ImageLayout::files;
+                  : layout == "files"      ? ImageLayout::files
+                                           : ImageLayout::stamps;
+  result.layout_where = values.where("layout");
   if (values.has("tone")) {
     const std::vector<double>& numbers = values.numbers("tone");
     output.tone.emplace();
@@ -86,6 +113,7 @@ ImageSettings ImageSettings::read(const ParameterSet& values) {
     }
     std::ranges::copy(numbers, output.tone->begin());
   }
+  result.region = read_region(values);
   result.unit = find_unit(values.text("unit"));
   result.unit_where = values.where("unit");
   return result;

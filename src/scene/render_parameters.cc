@@ -21,7 +21,8 @@ std::span<const ParameterSection> render_parameter_sections() {
       ImageSettings::section(),      CameraSettings::section(),    SpectrumSettings::section(),
       PhotometrySettings::section(), CosmologySettings::section(), NoiseSettings::section(),
       SamplingSettings::section(),   StarSettings::section(),      SceneSettings::section(),
-      CatalogueSettings::section(),  AnimationSettings::section(), TruthSettings::section()};
+      CatalogueSettings::section(),  AnimationSettings::section(), TruthSettings::section(),
+      StampSettings::section()};
   return sections;
 }
 
@@ -86,6 +87,31 @@ void check_electrons(const RenderParameters& parameters) {
     throw InputError(image.unit_where,
                      "unit = \"electron/s\" needs spectrum.bands alone: no electrons come from "
                      "a single wavelength");
+  }
+}
+
+/// Throws InputError for a region of a view of the sphere.
+void check_region(const RenderParameters& parameters) {
+  if (!parameters.image.region || !is_sphere(parameters.camera.projection)) return;
+  throw InputError(parameters.section("image").where("region"),
+                   fmt::format("region belongs to camera.projection = \"perspective\" or "
+                               "\"orthographic\" or \"sky\", but projection is \"{}\"",
+                               parameters.section("camera").text("projection")));
+}
+
+/// Throws InputError where stamps go with something that has none.
+void check_stamps(const RenderParameters& parameters) {
+  if (parameters.image.output.layout != ImageLayout::stamps) return;
+  const auto fail = [&](const std::string& reason) {
+    throw InputError(parameters.image.layout_where, "layout = \"stamps\": " + reason);
+  };
+  if (parameters.camera.projection != Projection::sky) {
+    fail(fmt::format("stamps belong to camera.projection = \"sky\", but projection is \"{}\"",
+                     parameters.section("camera").text("projection")));
+  }
+  if (parameters.image.region) fail("stamps have places of their own; leave image.region out");
+  if (parameters.stars.field.number > 0) {
+    fail("stamps show the catalogue's objects; leave stars.number out");
   }
 }
 
@@ -207,7 +233,9 @@ bool RenderParameters::applies(std::string_view section_name, std::string_view k
       std::ranges::count(CameraSettings::header_keys(), key) > 0) {
     return false;
   }
+  if (section_name == "image" && key == "region") return image.region.has_value();
   if (section_name == "image" && key == "size") return camera.projection != Projection::healpix;
+  if (section_name == "stamps") return image.output.layout == ImageLayout::stamps;
   if (section_name == "animation") return animation.frames > 0;
   // These keys say how all stars are drawn; the other keys are about field stars.
   if (section_name == "stars" && key != "antialiased" && key != "white_point" &&
@@ -242,6 +270,7 @@ void RenderParameters::resolve() {
   const bool overwrite = image.output.overwrite;  // The command line's, not the file's.
   image = ImageSettings::read(section("image"));
   image.output.overwrite = overwrite;
+  check_region(*this);
   spectrum = SpectrumSettings::read(section("spectrum"));
   photometry = PhotometrySettings::read(section("photometry"));
   check_electrons(*this);
@@ -258,6 +287,8 @@ void RenderParameters::resolve() {
   catalogue = CatalogueSettings::read(section("catalogue"));
   animation = AnimationSettings::read(section("animation"));
   truth = TruthSettings::read(section("truth"));
+  stamps = StampSettings::read(section("stamps"));
+  check_stamps(*this);
 }
 
 std::optional<double> RenderParameters::megaparsec() const {

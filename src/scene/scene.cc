@@ -20,7 +20,6 @@
 #include "scene/other_columns.h"
 #include "scene/row_overrides.h"
 #include "scene/scene_reader.h"
-#include "scene/suspicious_values.h"
 
 namespace gamer {
 namespace {
@@ -84,6 +83,7 @@ void distort(PlacedGalaxy& placed, const Lensing& lensing, const Camera& camera)
   placed.magnification = lensing.magnification();
   placed.source_stretch = lensing.source_stretch();
   placed.bounding_radius *= std::max(lensing.image_stretch(), 1.0);
+  placed.half_light_radius *= std::max(lensing.image_stretch(), 1.0);
 }
 
 }  // namespace
@@ -295,6 +295,10 @@ void SceneReader::read_galaxy(const Position& position, double radius) {
   const glm::dmat3 axes = orient(placed.centre);
   placed.galaxy = library_.find(placed.type, placed.sed, placed.seed, row_);
   place(placed, axes, row_);
+  if (parameters_.image.output.layout == ImageLayout::stamps &&
+      parameters_.stamps.radius == StampSettings::Radius::half_light) {
+    placed.half_light_radius = radius * profile().half_light_radius();
+  }
   distort(placed, read_lensing(), camera_);
   check_planes(placed);
   placed.is_absolute = row_.is_given(column::magnitude);
@@ -347,8 +351,10 @@ std::optional<glm::dvec2> SceneReader::star_pixel(const glm::dvec3& direction) c
   // Margin around the image, pixels, within which a star still touches it.
   const double margin = parameters_.stars.white_point ? parameters_.stars.largest_radius + 1 : 1;
   const std::optional<glm::dvec2> pixel = camera_.pixel(direction);
-  const bool touches = pixel && pixel->x > -margin && pixel->x < camera_.width() - 1 + margin &&
-                       pixel->y > -margin && pixel->y < camera_.height() - 1 + margin;
+  const ImageRegion& window = camera_.window();
+  const bool touches = pixel && pixel->x > window.left - margin &&
+                       pixel->x < window.right() - 1 + margin &&
+                       pixel->y > window.bottom - margin && pixel->y < window.top() - 1 + margin;
   return touches ? pixel : std::nullopt;
 }
 
@@ -368,7 +374,7 @@ void SceneReader::add_field_stars(const ImageField& field) {
   // The stars' number is checked before they are made. Other pixels are about as large as the
   // middle one.
   const double square_degrees =
-      static_cast<double>(camera_.width()) * camera_.height() *
+      static_cast<double>(camera_.window().width) * camera_.window().height *
       camera_.solid_angle(0.5 * (camera_.width() - 1), 0.5 * (camera_.height() - 1)) *
       std::pow(180 / std::numbers::pi, 2);
   if (own.number * square_degrees > surely * static_cast<double>(most_stars)) refuse();
@@ -406,6 +412,96 @@ void SceneReader::keep(std::size_t row) {
   scene_.kept.push_back(row);
 }
 
+bool SceneReader::read_object(const ImageField* field) {
+  const bool is_star = row_.is_star();
+  const Position position = read_position(field);
+  double radius = 0;
+  if (field != nullptr) {
+    const double angle = is_star ? 0 : read_angular_radius(position);
+    const double stretch = std::max(read_lensing().image_stretch(), 1.0);
+    // Longest axis of a galaxy, in units of its radius.
+    constexpr double most_stretch = 10;
+    const glm::dvec3 direction = position.centre / position.comoving_distance;
+    if (!field->holds(direction, most_stretch * stretch * angle)) return false;
+    radius = angle * position.comoving_distance;
+    if (catalogue_.format() == CatalogueFormat::skymaker && row_.is_given(column::pa)) {
+      turn_to_north();
+    }
+  } else if (!is_star) {
+    radius = row_.number(column::size);
+  }
+  if (is_star) return read_star(position);
+  read_galaxy(position, radius);
+  const PlacedGalaxy& placed = scene_.galaxies.back();
+  if (field != nullptr && !field->holds(position.centre / position.comoving_distance,
+                                        placed.bounding_radius / position.comoving_distance)) {
+    scene_.galaxies.pop_back();
+    return false;
+  }
+  return true;
+}
+
+std::optional<PlacedGalaxy> SceneReader::probe_row(std::size_t row, const ImageField& whole) {
+  row_.select(row);
+  if (row_.is_star()) return std::nullopt;
+  const Scene::Unlikely unlikely = scene_.unlikely;
+  std::optional<PlacedGalaxy> placed;
+  if (read_object(&whole)) {
+    placed = std::move(scene_.galaxies.back());
+    scene_.galaxies.pop_back();
+  }
+  scene_.unlikely = unlikely;
+  return placed;
+}
+
+SpectralProbes SceneReader::find_probes(const SuspiciousValues& suspicious) {
+  const ImageField whole(camera_, {0, 0, camera_.width(), camera_.height()});
+  ProbeChooser chooser;
+  for (std::size_t row = 0; row < catalogue_.rows(); ++row) {
+    if (parameters_.catalogue.skip_flagged && suspicious.is_flagged(row)) continue;
+    if (const auto placed = probe_row(row, whole)) {
+      chooser.add(placed->galaxy, placed->redshift, row);
+    }
+  }
+  return chooser.choose();
+}
+
+SpectralProbes SceneReader::recorded_probes_of(const Resources::Text& text) {
+  const ImageField whole(camera_, {0, 0, camera_.width(), camera_.height()});
+  SpectralProbes probes;
+  for (const RecordedProbe& recorded : read_probes(text.content, text.label)) {
+    std::optional<PlacedGalaxy> placed;
+    if (recorded.row < catalogue_.rows()) placed = probe_row(recorded.row, whole);
+    const std::size_t component = recorded.component.value_or(0);
+    if (!placed || component >= placed->galaxy->components().size() ||
+        (recorded.component && !placed->galaxy->components()[component]->absorbs())) {
+      throw InputError({text.label, 0, 0},
+                       fmt::format("row {} of the scene is no such galaxy", recorded.row + 1));
+    }
+    if (recorded.component) {
+      probes.dust.push_back({placed->galaxy, placed->redshift, component, recorded.row});
+    } else {
+      probes.farthest = {placed->galaxy, placed->redshift, recorded.row};
+    }
+  }
+  return probes;
+}
+
+void SceneReader::keep_probes(SpectralProbes probes) {
+  const ImageField whole(camera_, {0, 0, camera_.width(), camera_.height()});
+  const std::size_t objects = scene_.kept.size();
+  for (const std::size_t row : probes.rows()) {
+    if (std::binary_search(scene_.kept.begin(),
+                           scene_.kept.begin() + static_cast<std::ptrdiff_t>(objects), row)) {
+      continue;
+    }
+    probe_row(row, whole);
+    keep(row);
+  }
+  scene_.extra_rows = scene_.kept.size() - objects;
+  scene_.probes = std::move(probes);
+}
+
 Scene SceneReader::read() {
   if (catalogue_.rows() == 0 && !is_sky_) {
     throw InputError(row_.name_where(column::galaxy),
@@ -413,51 +509,31 @@ Scene SceneReader::read() {
   }
   choose_unit();
   std::optional<ImageField> field;
-  if (is_sky_) field.emplace(camera_);
+  if (is_sky_) field.emplace(camera_, camera_.window());
   scene_.rows = catalogue_.rows();
   list_ = row_.header_line();
   const SuspiciousValues suspicious(catalogue_, row_);
   const bool skips = parameters_.catalogue.skip_flagged;
   if (!skips) suspicious.refuse();
   if (skips) scene_.flagged = suspicious.rows();
+  const bool is_region = is_sky_ && parameters_.image.region;
+  SpectralProbes probes;
+  if (is_region) {
+    const Resources::Text* recorded = resources_.recorded(recorded_probes);
+    probes = recorded != nullptr ? recorded_probes_of(*recorded) : find_probes(suspicious);
+  }
   for (std::size_t i = 0; i < catalogue_.rows(); ++i) {
     row_.select(i);
     if (skips && suspicious.is_flagged(i)) continue;
-    const bool is_star = row_.is_star();
-    Position position = read_position(field ? &*field : nullptr);
-    double radius = 0;
-    if (is_sky_) {
-      const double angle = is_star ? 0 : read_angular_radius(position);
-      const double stretch = std::max(read_lensing().image_stretch(), 1.0);
-      // Longest axis of a galaxy, in units of its radius.
-      constexpr double most_stretch = 10;
-      const glm::dvec3 direction = position.centre / position.comoving_distance;
-      if (!field->holds(direction, most_stretch * stretch * angle)) continue;
-      radius = angle * position.comoving_distance;
-      if (catalogue_.format() == CatalogueFormat::skymaker && row_.is_given(column::pa)) {
-        turn_to_north();
-      }
-    } else if (!is_star) {
-      radius = row_.number(column::size);
-    }
-    if (is_star) {
-      if (!read_star(position)) {
-        // Another frame may show the object.
-        if (parameters_.animation.frames > 0) keep(i);
-        continue;
-      }
-    } else {
-      read_galaxy(position, radius);
-      const PlacedGalaxy& placed = scene_.galaxies.back();
-      if (is_sky_ && !field->holds(position.centre / position.comoving_distance,
-                                   placed.bounding_radius / position.comoving_distance)) {
-        scene_.galaxies.pop_back();
-        continue;
-      }
+    if (!read_object(field ? &*field : nullptr)) {
+      // Another frame may show a star.
+      if (parameters_.animation.frames > 0 && !is_sky_) keep(i);
+      continue;
     }
     ++scene_.objects;
     keep(i);
   }
+  if (is_region) keep_probes(std::move(probes));
   scene_.list = std::move(list_);
   scene_.others = other_columns(catalogue_, row_.sources(), scene_.kept);
   if (field) add_field_stars(*field);

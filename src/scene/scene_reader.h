@@ -15,6 +15,7 @@
 #include "scene/image_field.h"
 #include "scene/lensing.h"
 #include "scene/scene_row.h"
+#include "scene/suspicious_values.h"
 
 namespace gamer {
 
@@ -71,6 +72,17 @@ class SceneReader {
   void read_galaxy(const Position& position, double radius);
   /// False for a star that does not touch the image.
   bool read_star(const Position& position);
+  /// Reads the selected row's object. False where it does not touch the field; else it is the last
+  /// of the scene. Without a field all galaxies touch.
+  bool read_object(const ImageField* field);
+  /// The probes of the whole image, of which a region is read.
+  SpectralProbes find_probes(const SuspiciousValues& suspicious);
+  /// The probes that the record of a region names.
+  SpectralProbes recorded_probes_of(const Resources::Text& text);
+  /// Reads the galaxy of a row that the whole image shows, leaving the scene as it is.
+  std::optional<PlacedGalaxy> probe_row(std::size_t row, const ImageField& whole);
+  /// Sets the scene's probes, and adds to its list the rows of those that are beyond the region.
+  void keep_probes(SpectralProbes probes);
   /// Adds the selected row, which has that index, to the scene's list.
   void keep(std::size_t row);
   /// The stars of [stars], which follow the rows' objects.

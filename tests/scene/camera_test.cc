@@ -57,6 +57,38 @@ TEST(Camera, RayThroughTheMiddle) {
   EXPECT_LT(distance(flat.direction, {0, 1, 0}), rounding);
 }
 
+// A region changes which pixels are rendered, and the axes that count from its corner.
+TEST(Camera, ARegionKeepsTheView) {
+  const std::string region = "region = [11, 4, 20, 15]\n";
+  for (const std::string camera :
+       {"[camera]\nfov = 60\n", "[camera]\nprojection = \"orthographic\"\nwidth = 4\n",
+        "[camera]\nprojection = \"sky\"\nrotation = 20\ncenter = [150, 2]\n"}) {
+    const Camera whole(parameters_of(wide + camera));
+    const Camera part(parameters_of(wide + region + camera));
+    EXPECT_EQ(whole.window().right(), 40);
+    EXPECT_EQ(whole.window().top(), 20);
+    EXPECT_EQ(part.window().left, 10);
+    EXPECT_EQ(part.window().bottom, 3);
+    EXPECT_EQ(part.window().right(), 30);
+    EXPECT_EQ(part.window().top(), 18);
+    EXPECT_EQ(part.ray(12, 5)->direction, whole.ray(12, 5)->direction);
+    EXPECT_EQ(part.ray(12, 5)->origin, whole.ray(12, 5)->origin);
+    EXPECT_EQ(part.solid_angle(12, 5), whole.solid_angle(12, 5));
+    if (part.wcs()) {
+      const auto shifted = [](const CelestialWcs& wcs) { return wcs.sky({13.0 - 10, 6.0 - 3}); };
+      std::string header;
+      for (const std::string& record : part.wcs_records()) header += record + "\n";
+      EXPECT_NE(header.find("middle of the whole image"), std::string::npos);
+      const auto sky = shifted(CelestialWcs::from_header(header, "part"));
+      EXPECT_NEAR(sky->ra, whole.wcs()->sky({13, 6})->ra, 1e-12);
+      EXPECT_NEAR(sky->dec, whole.wcs()->sky({13, 6})->dec, 1e-12);
+    } else {
+      EXPECT_EQ(part.x_axis().reference_pixel, whole.x_axis().reference_pixel - 10);
+      EXPECT_EQ(part.y_axis().reference_pixel, whole.y_axis().reference_pixel - 3);
+    }
+  }
+}
+
 // The edges of the image are half a pixel beyond the centres of its outermost pixels.
 TEST(Camera, FieldOfViewSpansTheWidth) {
   const Camera camera = perspective();

@@ -283,6 +283,22 @@ INSTANTIATE_TEST_SUITE_P(
                  "render.par:1:1: image must be a section [image], not a list"},
         BadInput{"[image]\nbitpix = 16", "render.par:2:10: bitpix = 16 is neither -32 nor -64"},
         BadInput{"[image]\nsize = 0", "render.par:2:8: size = 0 is outside [1, 1000000] (pixels)"},
+        BadInput{"[image]\nregion = [1, 2, 3]",
+                 "render.par:2:10: region has 3 numbers, not 4: x, y of its lower left pixel, "
+                 "width, height"},
+        BadInput{"[image]\nregion = [1, 2, 3, 4.5]",
+                 "render.par:2:10: region has 4.5, which is no whole number of pixels"},
+        BadInput{"[image]\nregion = [1, 1, 2, 2]\n[camera]\nprojection = \"healpix\"",
+                 "render.par:2:10: region belongs to camera.projection = \"perspective\" or "
+                 "\"orthographic\" or \"sky\", but projection is \"healpix\""},
+        BadInput{"[image]\nlayout = \"stamps\"",
+                 "render.par:2:10: layout = \"stamps\": stamps belong to camera.projection = "
+                 "\"sky\", but projection is \"perspective\""},
+        BadInput{"[stamps]\nsize = 20",
+                 "render.par:2:8: size = 20: a stamp has an odd number of pixels on a side, so "
+                 "that one is its middle"},
+        BadInput{"[stamps]\nsmallest = 31\nlargest = 15",
+                 "render.par:2:12: smallest = 31 is above largest = 15"},
         BadInput{"[camera]\nfov = nan", "render.par:2:7: fov = nan is not finite"},
         BadInput{"[camera]\nposition = [0, inf, 0]",
                  "render.par:2:16: position[1] = inf is not finite"},

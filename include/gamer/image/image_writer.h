@@ -13,7 +13,12 @@
 
 namespace gamer {
 
-enum class ImageLayout { cube, extensions, files };
+enum class ImageLayout {
+  cube,
+  extensions,
+  files,
+  stamps  ///< of objects, each a cube; see StampWriter
+};
 
 struct OutputOptions {
   std::filesystem::path path;  ///< its suffix selects the format: .fits, .fits.fz, .png, .bmp

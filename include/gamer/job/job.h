@@ -29,6 +29,8 @@ struct JobRequest {
   std::optional<Look> look;           ///< a galaxy to look at, instead of the two files
   std::vector<std::string> settings;  ///< "section.key=value"
   std::optional<std::filesystem::path> output;  ///< instead of image.output
+  std::vector<int> region;                      ///< instead of image.region; empty: not given
+  bool stamps = false;                          ///< image.layout is "stamps"
   bool overwrite = false;
   /// Render a quarter of the size on each side, with one ray per pixel and at least
   /// `preview_tolerance`.

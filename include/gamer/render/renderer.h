@@ -23,8 +23,9 @@ namespace gamer {
 
 class LightSums;
 
-/// A renderer of rows of an image of a scene. Rows may be rendered in any order, by any thread or
-/// process; their values do not depend on this.
+/// A renderer of rows of an image of a scene, or of a region of it. Rows and columns count from the
+/// region's lower left pixel. Rows may be rendered in any order, by any thread or process; their
+/// values do not depend on this.
 class Renderer {
  public:
   Renderer(const RenderParameters& parameters, const Camera& camera,
@@ -35,8 +36,8 @@ class Renderer {
   static FootprintRange footprints(const RenderParameters& parameters, const Camera& camera,
                                    PixelUnit unit, const PlacedGalaxy& placed);
 
-  int width() const { return camera_.width(); }
-  int height() const { return camera_.height(); }
+  int width() const { return camera_.window().width; }
+  int height() const { return camera_.window().height; }
   /// Number of output_planes().
   int planes() const { return static_cast<int>(layout_.size()); }
 
@@ -51,9 +52,9 @@ class Renderer {
   /// Renders the pixels [left, right) x [bottom, top) and adds the work to `counts`.
   void count_pixels(int left, int right, int bottom, int top, RenderCounts& counts) const;
 
-  /// Calls the function for every ray of the whole image. Arguments are the ray's pixel coordinates
-  /// (from 0), its area (pixels), and its light in each output that is an image. The light is in
-  /// the scene's unit of brightness times the area.
+  /// Calls the function for every ray of the whole image, which has no region. Arguments are the
+  /// ray's pixel coordinates (from 0), its area (pixels), and its light in each output that is an
+  /// image. The light is in the scene's unit of brightness times the area.
   void sample_light(const std::function<void(double x, double y, double area,
                                              std::span<const double> values)>& take) const;
   /// Optical depth along the ray of a point of the image, at the first plane's wavelength.
@@ -64,6 +65,8 @@ class Renderer {
   struct Workspace;
   /// Finds the rays through the middles of pixels [left, right) of row y, for place_samples().
   void aim(int left, int right, int y, Workspace& work) const;
+  /// Column of LightSums for the pixels of a column of the whole image.
+  int column_of(int x) const { return x - camera_.window().left; }
   /// Whether a pixel is one of the nine about a cusp.
   bool is_at_cusp(int x, int y) const;
   /// Places the rays of a pixel: a fixed grid, or cells where the pixel is large compared with the
@@ -90,7 +93,7 @@ class Renderer {
                  LightSums& sums, RenderCounts& counts) const;
   /// Adds the light and depth of an integrated ray.
   void add_ray(const Sample& sample, std::size_t ray, Workspace& work, LightSums& sums) const;
-  /// Adds the scene's own stars, and returns whether there were any.
+  /// Adds the scene's own stars to rows of the whole image, and returns whether there were any.
   bool add_stars(RowRange rows, LightSums& sums) const;
   void add_field_stars(RowRange rows, LightSums& sums, RenderCounts& counts) const;
   /// Calls take(x, y, share) for the pixels that share the light of a star. `flux` is its light in

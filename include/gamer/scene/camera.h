@@ -29,7 +29,8 @@ glm::dvec3 direction_of(const SkyPosition& sky);
 SkyPosition sky_of(const glm::dvec3& direction);
 
 /// Maps pixels to rays. Pixel coordinates are those of FITS less 1: (0, 0) is the centre of the
-/// lower-left pixel, x to the right, y up.
+/// lower-left pixel, x to the right, y up. They are the whole image's, whichever region of it is
+/// rendered.
 ///
 /// In a sky view the camera is the observer at the origin, and the scene is comoving space in Mpc,
 /// which is Euclidean in a flat universe. A galaxy of proper radius R at redshift z stands at its
@@ -37,8 +38,8 @@ SkyPosition sky_of(const glm::dvec3& direction);
 /// ray are therefore right.
 class Camera {
  public:
-  /// Throws InputError for a sky view with a header (see make_camera()) and whatever CelestialWcs
-  /// throws.
+  /// Throws InputError for a sky view with a header (see make_camera()), for a region that is not
+  /// within the image, and whatever CelestialWcs throws.
   explicit Camera(const RenderParameters& parameters);
   /// A sky view with this WCS. Throws InputError where the WCS does not suit the image's size.
   Camera(const RenderParameters& parameters, const CelestialWcs& wcs);
@@ -82,8 +83,13 @@ class Camera {
   }
   /// Shortest side of a sky view's pixels divided by the longest.
   double pixel_aspect() const { return shortest_ / pixel_; }
+  /// Size of the whole image.
   int width() const { return width_; }
   int height() const { return height_; }
+  /// The pixels that are rendered: image.region, or the whole image.
+  const ImageRegion& window() const { return window_; }
+  /// The camera of another window of the image, which may reach beyond it.
+  Camera with_window(const ImageRegion& window) const;
   Projection projection() const { return projection_; }
   /// The camera's position; in an orthographic view, the middle of the plane where rays begin.
   const glm::dvec3& origin() const { return position_; }
@@ -102,10 +108,12 @@ class Camera {
 
   /// World coordinates of a sky view.
   const std::optional<CelestialWcs>& wcs() const { return wcs_; }
+  /// The header records of a sky view's world coordinates, by pixels of the window.
+  std::vector<std::string> wcs_records() const;
 
-  /// World coordinates of perspective and orthographic views. Perspective: tangents of the offsets
-  /// from the view's centre, times 180/pi; type "XTAN"/"YTAN", unit deg, linear. Orthographic:
-  /// offsets in scene units, type "X"/"Y".
+  /// World coordinates of perspective and orthographic views, by pixels of the window. Perspective:
+  /// tangents of the offsets from the view's centre, times 180/pi; type "XTAN"/"YTAN", unit deg,
+  /// linear. Orthographic: offsets in scene units, type "X"/"Y".
   LinearAxis x_axis() const;
   LinearAxis y_axis() const;
 
@@ -113,6 +121,7 @@ class Camera {
   void set_sky_pixel();
 
   int width_, height_;
+  ImageRegion window_;
   Projection projection_;
   double pixel_ = 0;     ///< pixel size: largest angle, tangent at the centre, or scene units
   double shortest_ = 0;  ///< smallest angle of a sky view's pixels

@@ -24,13 +24,23 @@ constexpr bool counts_flux(PixelUnit unit) {
   return unit == PixelUnit::nanojansky || unit == PixelUnit::electron_per_second;
 }
 
+/// Pixels [left, left + width) x [bottom, bottom + height) of an image, counted from 0.
+struct ImageRegion {
+  int left = 0, bottom = 0;
+  int width = 0, height = 0;
+  int right() const { return left + width; }
+  int top() const { return bottom + height; }
+};
+
 /// Section [image]: the image's file and the unit of its pixels.
 struct ImageSettings {
   static ParameterSection section();
-  /// Throws InputError for a data type or a tone that no file has.
+  /// Throws InputError for a data type or a tone that no file has, and for a region that is none.
   static ImageSettings read(const ParameterSet& values);
 
   OutputOptions output;
+  SourceLocation layout_where;
+  std::optional<ImageRegion> region;  ///< the part that is rendered; none for the whole image
   /// The unit given; if none, the scene decides: relative where it has no magnitudes, else nJy.
   std::optional<PixelUnit> unit;
   SourceLocation unit_where;

@@ -14,6 +14,7 @@
 #include "gamer/scene/sampling_settings.h"
 #include "gamer/scene/scene_settings.h"
 #include "gamer/scene/spectrum_settings.h"
+#include "gamer/scene/stamp_settings.h"
 #include "gamer/scene/star_settings.h"
 
 namespace gamer {
@@ -29,8 +30,9 @@ class RenderParameters {
   /// scene.overrides. Throws InputError for unknown sections and keys, wrong types, and values out
   /// of their interval. Other errors are empty or repeated wavelengths or bands, and a unit whose
   /// requirements are missing. Conflicting keys are camera.fov in an orthographic view, image.size
-  /// of a HEALPix map, sampling.step with the adaptive sampler. A camera's target must differ from
-  /// its position, and its up must not be parallel to the view.
+  /// of a HEALPix map, image.region of a view of the sphere, and sampling.step with the adaptive
+  /// sampler. Stamps need a sky view without a region and without field stars. A camera's target
+  /// must differ from its position, and its up must not be parallel to the view.
   static RenderParameters read(const ConfigNode& root);
   /// Every key that applies, with its value, as a parameter file; reading it gives equal
   /// parameters.
@@ -65,6 +67,7 @@ class RenderParameters {
   CatalogueSettings catalogue;
   AnimationSettings animation;
   TruthSettings truth;
+  StampSettings stamps;
 
   /// Mpc per scene unit; 1 in a sky view, whose scene is comoving space; none where arbitrary.
   std::optional<double> megaparsec() const;

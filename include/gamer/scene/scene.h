@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,6 +18,7 @@
 #include "gamer/scene/catalogue.h"
 #include "gamer/scene/render_parameters.h"
 #include "gamer/scene/scene_columns.h"
+#include "gamer/scene/spectral_probes.h"
 #include "gamer/scene/spectrum.h"
 
 namespace gamer {
@@ -46,6 +48,9 @@ struct PlacedGalaxy {
   bool is_absolute = false;  ///< whether its magnitude is absolute
   /// Radius of a sphere around `centre` that holds the stretched ball, scene units.
   double bounding_radius = 1;
+  /// Half-light radius along the major axis, lensing included, scene units; 0 where nobody asks for
+  /// it.
+  double half_light_radius = 0;
 };
 
 /// A point source.
@@ -89,6 +94,11 @@ struct Scene {
   /// The catalogue's columns that the list lacks, by row of the list: `row` (of the catalogue, from
   /// 1), then the others. See other_columns().
   DataTable others = {};
+  /// In a region of a sky view: the probes of the whole image, so that the region has its spectral
+  /// nodes. Without them the image's galaxies are probed.
+  std::optional<SpectralProbes> probes = std::nullopt;
+  /// Rows at the end of the list that are no objects: probes beyond the region.
+  std::size_t extra_rows = 0;
 };
 
 /// Reads a scene. A row gives a galaxy's orientation in one of two ways.
@@ -109,10 +119,10 @@ struct Scene {
 ///
 /// In a sky view positions are ra dec, or dx dy (in the tangent plane at the image's middle), or px
 /// py. A galaxy stands at the comoving distance of its redshift or at distance/(1+z); with neither
-/// it stands at 1000 Mpc, unredshifted. Objects that do not touch the image are left out.
-/// SkyMaker's pa, counted in the image, is turned by the image's direction there. Galaxies of one
-/// type, SED and seed share one Galaxy, and without noise the seed does not count. If any object
-/// has a magnitude, all have one, except galaxies of dust alone.
+/// it stands at 1000 Mpc, unredshifted. Objects that do not touch the image, or its region, are
+/// left out. SkyMaker's pa, counted in the image, is turned by the image's direction there.
+/// Galaxies of one type, SED and seed share one Galaxy, and without noise the seed does not count.
+/// If any object has a magnitude, all have one, except galaxies of dust alone.
 ///
 /// Throws InputError with the place of the cell. Columns: unknown, repeated or missing; wrong
 /// units. Values: bad numbers, out of their interval, zero orientation, unknown galaxies (with near

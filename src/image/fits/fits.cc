@@ -25,12 +25,12 @@
 #include "image/data_table_writer.h"
 #include "image/fits/fits_cards.h"
 #include "image/fits/fits_file.h"
+#include "image/fits/image_hdu.h"
 #include "image/image_suffix.h"
 #include "image/memory.h"
 #include "image/output_file.h"
 #include "image/pixel_sum.h"
 #include "image/temporary_file.h"
-#include "image/wavelength_axis.h"
 
 namespace gamer {
 namespace {
@@ -74,6 +74,8 @@ class FitsLayout {
         return {0, face * header_.planes() + plane + 2, first};
       case ImageLayout::files:
         return {static_cast<std::size_t>(plane), own, first};
+      case ImageLayout::stamps:
+        break;
     }
     throw std::invalid_argument("unknown image layout");
   }
@@ -106,7 +108,7 @@ class FitsLayout {
       for (int plane = first; plane < last; plane += step) {
         LONGLONG sizes[] = {header_.width, face_height(), step};
         file.call(fits_create_imgll, options_.bitpix, step > 1 ? 3 : 2, sizes);
-        write_image_header(file, face, plane, step);
+        write_image_header(file, header_, hdu_of(face, plane, step));
         if (!compressed) {
           reserve_checksum(file);
           file.reserve_data();
@@ -121,64 +123,21 @@ class FitsLayout {
  private:
   bool has_head() const { return has_empty_primary(options_, header_); }
 
-  /// Unit of the HDU with the planes [first, first + count).
-  const std::string& unit_of(int first, int count) const {
-    const auto unit = [this](int plane) -> const std::string& {
-      const bool own = !header_.plane_units.empty() && !header_.plane_units[plane].empty();
-      return own ? header_.plane_units[plane] : header_.unit;
-    };
-    for (int i = 1; i < count; ++i) {
-      if (unit(first + i) != unit(first)) {
-        throw std::invalid_argument("FITS writer: planes of one cube differ in unit");
-      }
-    }
-    return unit(first);
-  }
-
-  /// Writes axes 1 and 2.
-  void write_plane_axes(FitsFile& file, const ImageFace* face) const {
-    if (header_.wcs_records.empty()) {
-      std::vector<Card> cards;
-      append_axis(cards, 1, face != nullptr ? face->x : header_.x);
-      append_axis(cards, 2, face != nullptr ? face->y : header_.y);
-      if (face != nullptr) cards.insert(cards.end(), face->cards.begin(), face->cards.end());
-      write_cards(file, cards);
-      return;
-    }
-    for (const std::string& record : header_.wcs_records) {
-      file.call(fits_write_record, record.c_str());
-    }
-  }
-
   /// EXTNAME of the HDU with the planes from `first` on; empty for none.
   std::string name_of(const ImageFace* face, int first) const {
     if (options_.layout == ImageLayout::cube) return face != nullptr ? face->label : "";
     return face != nullptr ? face->label + "_" + header_.labels[first] : header_.labels[first];
   }
 
-  /// The header of the HDU with the planes [first, first + count).
-  void write_image_header(FitsFile& file, int face_number, int first, int count) const {
-    const ImageFace* face = header_.faces.empty() ? nullptr : &header_.faces[face_number];
-    std::vector<Card> cards;
-    if (const std::string name = name_of(face, first); !name.empty()) {
-      cards.push_back({"EXTNAME", name, ""});
+  /// What the header of the HDU with the planes [first, first + count) says.
+  ImageHdu hdu_of(int face_number, int first, int count) const {
+    ImageHdu hdu{{}, common_, nullptr, first, count, {}};
+    if (!header_.faces.empty()) hdu.face = &header_.faces[face_number];
+    if (const std::string name = name_of(hdu.face, first); !name.empty()) {
+      hdu.names.push_back({"EXTNAME", name, ""});
     }
-    cards.insert(cards.end(), common_.begin(), common_.end());
-    const std::string& unit = unit_of(first, count);
-    // Astropy's CCDData needs the card; an empty unit is dimensionless.
-    cards.push_back({"BUNIT", unit, unit.empty() ? "dimensionless" : "unit of the pixels"});
-    // Must be told by name: a compressed image is a table of two axes.
-    cards.push_back({"WCSAXES", count > 1 ? 3LL : 2LL, "number of world axes"});
-    write_cards(file, cards);
-    write_plane_axes(file, face);
-
-    cards.clear();
-    if (count > 1) append_third_axis(cards, header_.wavelengths, header_.wcs_records);
-    append_plane_cards(cards, header_, first, count);
-    if (!has_head()) {
-      cards.insert(cards.end(), header_.cards.begin(), header_.cards.end());
-    }
-    write_cards(file, cards);
+    if (!has_head()) hdu.more = header_.cards;
+    return hdu;
   }
 
   OutputOptions options_;

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gamer/image/stamp_writer.h"
+#include "gamer/job/image_task.h"
+#include "gamer/job/job.h"
+#include "gamer/job/progress.h"
+#include "gamer/job/report.h"
+#include "gamer/parallel/executor.h"
+
+namespace gamer {
+
+/// Whether a job makes stamps instead of an image.
+bool makes_stamps(const RenderParameters& parameters);
+
+/// The stamp of each object: pixels of the image, or beyond it, around the pixel of its centre.
+std::vector<ImageRegion> stamp_regions(const RenderJob& job);
+
+/// Renders the stamps of a scene's objects, each alone, on any rank. A block of an Executor's rows
+/// is one stamp; its values are those of Renderer::render_rows(), then the number of unconverged
+/// rays.
+class StampRenderer {
+ public:
+  explicit StampRenderer(const RenderJob& job);
+
+  std::size_t size() const { return regions_.size(); }
+  const ImageRegion& region(std::size_t stamp) const { return regions_[stamp]; }
+  /// Values of a stamp's pixels.
+  std::size_t values(std::size_t stamp) const;
+  /// Memory of the largest stamp's values, bytes.
+  std::size_t most_bytes() const;
+  /// Every rank's part. On rank 0 `take` gets the values of each stamp, and their number of rays
+  /// that did not converge.
+  using Take = std::function<void(std::size_t stamp, std::span<const double> values, double rays)>;
+  void run(Executor& executor, const Take& take, RankReport& report) const;
+
+ private:
+  /// The scene of one object.
+  std::shared_ptr<const Scene> alone(std::size_t object) const;
+
+  const RenderJob& job_;
+  std::vector<ImageRegion> regions_;
+  std::vector<const PlacedGalaxy*> galaxies_;  ///< by object; null for stars
+  std::vector<const PlacedStar*> stars_;
+};
+
+/// A job of stamps with its file, as rank 0 has it.
+class StampTask {
+ public:
+  /// Checks all that can be known beforehand. Throws InputError.
+  StampTask(RenderJob job, JobOptions options, int ranks, int threads);
+
+  const RenderJob& job() const { return job_; }
+  /// Says after a dry run why the job itself would not begin; empty where it would.
+  const std::string& hindrance() const { return hindrance_; }
+  void complete(const Ranks& ranks, int threads);
+  /// Renders with all ranks and completes the file. Throws InputError, RunError.
+  void render(Executor& executor, Progress::Style style, RankReport& report);
+  /// What is to be made: "x.fits: 12 stamps of 15 to 101 pixels a side, 3 planes".
+  std::string plan() const;
+  /// A warning about rays that did not converge; empty where there are none.
+  std::string shortfall() const;
+  /// Pixels of all stamps.
+  double pixels() const;
+
+ private:
+  void name_stamps();
+  StampHeader describe(std::size_t stamp) const;
+  /// Table TRUTH, where it is asked for.
+  std::optional<DataTable> describe_objects(Executor& executor, Progress::Style style) const;
+
+  RenderJob job_;
+  JobOptions options_;
+  ImageHeader header_;
+  std::vector<ImageRegion> regions_;
+  std::vector<std::string> names_;  ///< EXTNAMEs
+  std::vector<int> versions_;       ///< EXTVERs
+  std::string hindrance_;
+  double unconverged_rays_ = 0;
+};
+
+/// The other ranks' part of StampTask::render().
+void help_stamps(const RenderJob& job, const JobOptions& options, Executor& executor,
+                 RankReport& report);
+
+}  // namespace gamer
