@@ -66,6 +66,7 @@ position = [1.5, -2, 3]
 target = [0.1, 0, 0]
 up = [0, 1, 0]
 width = 1e-07
+shear = [0.01, -0.02]
 supersample = 4
 
 [spectrum]
@@ -144,9 +145,9 @@ TEST(RenderParameters, ReadsEveryKey) {
   EXPECT_EQ(p.camera.width, 1e-7);
   EXPECT_EQ(p.camera.supersample, 4);
   EXPECT_EQ(p.spectrum.wavelengths, (std::vector<double>{4400, 5500.25, 8140}));
-  EXPECT_EQ(p.spectrum.wavelengths_where.text(), "render.par:17:15");
+  EXPECT_EQ(p.spectrum.wavelengths_where.text(), "render.par:18:15");
   EXPECT_EQ(p.spectrum.bands, (std::vector<std::string>{"sdss_g", "my.band"}));
-  EXPECT_EQ(p.spectrum.bands_where.text(), "render.par:18:9");
+  EXPECT_EQ(p.spectrum.bands_where.text(), "render.par:19:9");
   EXPECT_EQ(p.spectrum.band_samples, 3);
   EXPECT_EQ(p.spectrum.igm, Igm::madau95);
   EXPECT_EQ(p.image.unit, PixelUnit::megajansky_per_sr);
