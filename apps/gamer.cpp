@@ -61,173 +61,214 @@ std::string resume_command(int argc, char** argv) {
   return command;
 }
 
-/// Adds the options that are answered without a job; returns that of --list-parameters.
-CLI::Option* add_answers(CLI::App& app, std::string& kind, Options& options) {
-  app.add_flag("--list-components", options.lists_components, "list the kinds of components");
-  app.add_flag("--list-galaxies", options.lists_galaxies, "list the galaxy types");
-  app.add_flag("--list-seds", options.lists_seds, "list the spectra");
-  app.add_flag("--list-bands", options.lists_bands, "list the bandpasses");
-  app.add_flag("--list-instruments", options.lists_instruments, "list the instruments");
-  app.add_flag("--list-noises", options.lists_noises, "list the base noises");
-  CLI::Option* list_option =
-      app.add_option("--list-parameters", kind,
-                     "list all parameters, or those of a section or a kind of component")
-          ->expected(0, 1)
-          ->type_name("[KIND]");
-  app.add_flag("--markdown", options.markdown, "with --list-parameters: Markdown tables");
-  app.add_flag("--sample-config", options.sample_config, "print a complete parameter file");
-  app.add_option("--status", options.status,
-                 "tell how far the job of this journal is, also while it runs")
-      ->type_name("JOURNAL");
-  app.add_flag("--print-config", options.run.print_config, "print the resolved parameters");
-  app.add_flag("--print-mapping", options.run.print_mapping,
-               "print which columns of the catalogue are used as which of a scene");
-  return list_option;
-}
+/// The command line: declares all options, and reads the arguments.
+class CommandLine {
+ public:
+  CommandLine();
+  CommandLine(const CommandLine&) = delete;
+  CommandLine& operator=(const CommandLine&) = delete;
 
-/// The commands that need no parameter file. Options of renders follow them, too.
-struct Commands {
-  gamer::Look look;
-  CLI::App* look_command;
+  /// Throws InputError.
+  Options parse(int argc, char** argv);
 
-  Commands(CLI::App& app, Options& options) {
-    look_command = app.add_subcommand("look", "render a picture of one galaxy, NAME.png");
-    look_command->add_option("galaxy", look.galaxy, "a type, or its file")
-        ->required()
-        ->type_name("GALAXY");
-    look_command->add_option("--inclination", look.inclination, "deg; 0 is face-on")
-        ->capture_default_str();
-    look_command->add_option("--pa", look.position_angle, "position angle of the major axis, deg")
-        ->capture_default_str();
-    CLI::App* new_command =
-        app.add_subcommand("new", "print the file of a galaxy type, to begin one's own with");
-    new_command->add_option("type", options.sample_galaxy, "see --list-galaxies")
-        ->required()
-        ->type_name("GALAXY");
-    look_command->fallthrough();
-    new_command->fallthrough();
-    app.require_subcommand(0, 1);
-  }
+ private:
+  void add_files();
+  void add_view();
+  void add_answers();
+  void add_run();
+  void add_messages();
+  void add_commands();
+  /// Checks that options fit together. Throws InputError.
+  void check_run() const;
+  /// Checks what is to be rendered, and takes it. Throws InputError.
+  void take_job();
+
+  Options options_;
+  gamer::Look look_;
+  std::string parameters_, scene_, output_, from_header_, listed_kind_, truth_table_, manual_;
+  std::string log_format_;  // main reads it before, for messages about wrong options
+  int threads_ = 0;
+  CLI::App app_{"Renders a scene of synthetic galaxies to a FITS image or a picture.", "gamer"};
+  CLI::App* look_command_ = nullptr;
 };
 
-/// Throws InputError.
-Options parse_options(int argc, char** argv) {
-  Options options;
-  gamer::JobRequest& request = options.run.request;
-  std::string parameters, scene, output, from_header, kind, truth_table;
-  std::string log_format;  // main reads it before, for messages about wrong options
-  int threads = 0;
+CommandLine::CommandLine() {
+  add_files();
+  add_view();
+  add_answers();
+  add_run();
+  add_messages();
+  add_commands();
+  app_.add_option("--print-manual", manual_)->group("");  // man, bash or zsh, for the build
+}
 
-  CLI::App app{"Renders a scene of synthetic galaxies to a FITS image or a picture.", "gamer"};
-  app.add_option("render.par", parameters, "parameter file (TOML)")->type_name("FILE");
-  app.add_option("scene.lst", scene,
-                 "scene list or catalogue, one galaxy per row; - is standard input")
+void CommandLine::add_files() {
+  gamer::JobRequest& request = options_.run.request;
+  app_.add_option("render.par", parameters_, "parameter file (TOML)")->type_name("FILE");
+  app_.add_option("scene.lst", scene_,
+                  "scene list or catalogue, one galaxy per row; - is standard input")
       ->type_name("FILE");
-  CLI::Option* output_option =
-      app.add_option("-o,--output", output,
-                     "write to this file instead of image.output; - is standard output")
-          ->type_name("FILE");
-  app.add_option("-s,--set", request.settings, "override a key: section.key=value (repeatable)")
+  app_.add_option("-o,--output", output_,
+                  "write to this file instead of image.output; - is standard output")
+      ->type_name("FILE");
+  app_.add_option("-s,--set", request.settings, "override a key: section.key=value (repeatable)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
-  app.add_flag("--stamps", request.stamps,
-               "a FITS file with a stamp of each object alone instead of an image; see [stamps]");
-  app.add_option("--region", request.region,
-                 "render only this window of the image: x, y of its lower left pixel, counted "
-                 "from 1, width and height")
+}
+
+void CommandLine::add_view() {
+  gamer::JobRequest& request = options_.run.request;
+  app_.add_flag("--stamps", request.stamps,
+                "a FITS file with a stamp of each object alone instead of an image; see [stamps]");
+  app_.add_option("--region", request.region,
+                  "render only this window of the image: x, y of its lower left pixel, counted "
+                  "from 1, width and height")
       ->type_name("X,Y,W,H")
       ->delimiter(',')
       ->allow_extra_args(false);
-  CLI::Option* threads_option =
-      app.add_option("-j,--threads", threads,
-                     "threads per process (default: all cores, one under mpirun)")
-          ->check(CLI::Range(1, most_threads));
-  app.add_flag("--preview", request.preview,
-               "a quarter of the size on each side, tolerance 1e-2, no supersampling");
-  CLI::Option* list_option = add_answers(app, kind, options);
-  app.add_flag("--dry-run", options.run.work.dry_run,
-               "read and check everything; say what time and memory the job will take");
-  CLI::Option* from_header_option = app.add_option(
-      "--from-header", from_header, "make the image of this FITS file or PNG picture again");
-  from_header_option->type_name("IMAGE");
-  app.add_flag("--truth", options.run.work.truth,
-               "also write table TRUTH, what every object is, and the images of [truth]");
-  app.add_option("--truth-table", truth_table,
-                 "write that table to this file (.fits, .ecsv) instead of into the image's")
+  app_.add_option("-j,--threads", threads_,
+                  "threads per process (default: all cores, one under mpirun)")
+      ->check(CLI::Range(1, most_threads));
+  app_.add_flag("--preview", request.preview,
+                "a quarter of the size on each side, tolerance 1e-2, no supersampling");
+}
+
+/// Options that are answered without a job.
+void CommandLine::add_answers() {
+  app_.add_flag("--list-components", options_.lists_components, "list the kinds of components");
+  app_.add_flag("--list-galaxies", options_.lists_galaxies, "list the galaxy types");
+  app_.add_flag("--list-seds", options_.lists_seds, "list the spectra");
+  app_.add_flag("--list-bands", options_.lists_bands, "list the bandpasses");
+  app_.add_flag("--list-instruments", options_.lists_instruments, "list the instruments");
+  app_.add_flag("--list-noises", options_.lists_noises, "list the base noises");
+  app_.add_option("--list-parameters", listed_kind_,
+                  "list all parameters, or those of a section or a kind of component")
+      ->expected(0, 1)
+      ->type_name("[KIND]");
+  app_.add_flag("--markdown", options_.markdown, "with --list-parameters: Markdown tables");
+  app_.add_flag("--sample-config", options_.sample_config, "print a complete parameter file");
+  app_.add_option("--status", options_.status,
+                  "tell how far the job of this journal is, also while it runs")
+      ->type_name("JOURNAL");
+  app_.add_flag("--print-config", options_.run.print_config, "print the resolved parameters");
+  app_.add_flag("--print-mapping", options_.run.print_mapping,
+                "print which columns of the catalogue are used as which of a scene");
+}
+
+void CommandLine::add_run() {
+  gamer::JobRequest& request = options_.run.request;
+  app_.add_flag("--dry-run", options_.run.work.dry_run,
+                "read and check everything; say what time and memory the job will take");
+  app_.add_option("--from-header", from_header_,
+                  "make the image of this FITS file or PNG picture again")
+      ->type_name("IMAGE");
+  app_.add_flag("--truth", options_.run.work.truth,
+                "also write table TRUTH, what every object is, and the images of [truth]");
+  app_.add_option("--truth-table", truth_table_,
+                  "write that table to this file (.fits, .ecsv) instead of into the image's")
       ->type_name("PATH");
-  app.add_flag("--overwrite", request.overwrite, "replace an existing output");
-  app.add_flag("--resume", options.run.work.resume,
-               "go on with a job that was interrupted, from OUTPUT.journal; without one start it, "
-               "and leave a complete output as it is");
-  app.add_option("--journal", options.run.work.journal_interval,
-                 "keep finished rows in OUTPUT.journal once the job is so old, and force them to "
-                 "disk as often; inf: never (default: 10)")
+  app_.add_flag("--overwrite", request.overwrite, "replace an existing output");
+  app_.add_flag("--resume", options_.run.work.resume,
+                "go on with a job that was interrupted, from OUTPUT.journal; without one start it, "
+                "and leave a complete output as it is");
+  app_.add_option("--journal", options_.run.work.journal_interval,
+                  "keep finished rows in OUTPUT.journal once the job is so old, and force them to "
+                  "disk as often; inf: never (default: 10)")
       ->type_name("SECONDS");
+}
+
+void CommandLine::add_messages() {
   CLI::Option* quiet_option =
-      app.add_flag("-q,--quiet", options.run.quiet, "say nothing but errors");
-  app.add_flag("-v,--verbose", options.run.verbose, "say more, and where the time went")
+      app_.add_flag("-q,--quiet", options_.run.quiet, "say nothing but errors");
+  app_.add_flag("-v,--verbose", options_.run.verbose, "say more, and where the time went")
       ->excludes(quiet_option);
-  app.add_option("--log", log_format,
-                 "messages as text or, for machines, as JSON: an object a line on standard error")
+  app_.add_option("--log", log_format_,
+                  "messages as text or, for machines, as JSON: an object a line on standard error")
       ->check(CLI::IsMember({"text", "json"}))
       ->default_str("text");
-  app.add_flag("--version", options.version, "print versions");
+  app_.add_flag("--version", options_.version, "print versions");
+}
 
-  const Commands commands(app, options);
-  std::string manual;
-  app.add_option("--print-manual", manual)->group("");  // man, bash or zsh, for the build
+/// The commands that need no parameter file. Options of renders follow them, too.
+void CommandLine::add_commands() {
+  look_command_ = app_.add_subcommand("look", "render a picture of one galaxy, NAME.png");
+  look_command_->add_option("galaxy", look_.galaxy, "a type, or its file")
+      ->required()
+      ->type_name("GALAXY");
+  look_command_->add_option("--inclination", look_.inclination, "deg; 0 is face-on")
+      ->capture_default_str();
+  look_command_->add_option("--pa", look_.position_angle, "position angle of the major axis, deg")
+      ->capture_default_str();
+  CLI::App* new_command =
+      app_.add_subcommand("new", "print the file of a galaxy type, to begin one's own with");
+  new_command->add_option("type", options_.sample_galaxy, "see --list-galaxies")
+      ->required()
+      ->type_name("GALAXY");
+  look_command_->fallthrough();
+  new_command->fallthrough();
+  app_.require_subcommand(0, 1);
+}
 
+Options CommandLine::parse(int argc, char** argv) {
   try {
-    app.parse(argc, argv);
+    app_.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
-    options.help = app.help();
-    return options;
+    options_.help = app_.help();
+    return options_;
   } catch (const CLI::ParseError& error) {
     throw InputError(fmt::format("gamer: {} (gamer --help lists the options)", error.what()));
   }
-  if (!manual.empty()) {
-    options.help = gamer::manual_text(gamer::gamer_manual(app), manual);
-    return options;
+  if (!manual_.empty()) {
+    options_.help = gamer::manual_text(gamer::gamer_manual(app_), manual_);
+    return options_;
   }
-  request.parameters = parameters;
-  request.scene = scene;
-  if (output_option->count() > 0) request.output = output;
-  if (threads_option->count() > 0) options.run.threads = threads;
-  if (list_option->count() > 0) options.listed_kind = kind;
-  if (from_header_option->count() > 0) request.from_header = from_header;
+  gamer::RunOptions& run = options_.run;
+  run.request.parameters = parameters_;
+  run.request.scene = scene_;
+  run.request.from_header = from_header_;
+  if (app_.count("--output") > 0) run.request.output = output_;
+  if (app_.count("--threads") > 0) run.threads = threads_;
+  if (app_.count("--list-parameters") > 0) options_.listed_kind = listed_kind_;
+  run.work.overwrite = run.request.overwrite;
+  run.work.resume_command = resume_command(argc, argv);
+  if (!truth_table_.empty()) {
+    run.work.truth = true;
+    run.work.truth_table = truth_table_;
+  }
+  check_run();
+  if (!options_.only_tells()) take_job();
+  return options_;
+}
 
-  if (!(options.run.work.journal_interval >= 0)) {
+void CommandLine::check_run() const {
+  const gamer::JobOptions& work = options_.run.work;
+  if (!(work.journal_interval >= 0)) {
     throw InputError("gamer: --journal: the seconds must be 0 or more, or inf");
   }
-  options.run.work.overwrite = request.overwrite;
-  options.run.work.resume_command = resume_command(argc, argv);
-  if (!truth_table.empty()) {
-    options.run.work.truth = true;
-    options.run.work.truth_table = truth_table;
-  }
-  if (options.run.work.resume && options.run.work.overwrite) {
+  if (work.resume && work.overwrite) {
     throw InputError(
         "gamer: --resume goes on with what is there, --overwrite starts anew; give one of them");
   }
-  if (options.markdown && !options.listed_kind) {
+  if (options_.markdown && !options_.listed_kind) {
     throw InputError("gamer: --markdown goes with --list-parameters");
   }
-  if (options.only_tells()) return options;
-  if (commands.look_command->parsed()) {
-    if (!parameters.empty() || !request.from_header.empty()) {
+}
+
+void CommandLine::take_job() {
+  if (look_command_->parsed()) {
+    if (!parameters_.empty() || !from_header_.empty()) {
       throw InputError("gamer: look takes one galaxy, no parameter file and no --from-header");
     }
-    request.look = commands.look;
-  } else if (!request.from_header.empty()) {
-    if (!parameters.empty()) {
+    options_.run.request.look = look_;
+  } else if (!from_header_.empty()) {
+    if (!parameters_.empty()) {
       throw InputError("gamer: --from-header takes no parameter file and no scene list");
     }
-  } else if (parameters.empty() || (scene.empty() && !options.run.print_config)) {
+  } else if (parameters_.empty() || (scene_.empty() && !options_.run.print_config)) {
     throw InputError(
         "gamer: needs a parameter file and a scene list: gamer [options] render.par scene.lst "
         "(gamer --help lists the options)");
   }
-  return options;
 }
 
 std::string version_text() {
@@ -261,7 +302,7 @@ void tell(const Options& options) {
 /// Every rank's part of the run.
 void run(const gamer::Ranks& ranks, int argc, char** argv, gamer::MessageLog& log) {
   gamer::check_same_program(ranks);
-  const Options options = parse_options(argc, argv);
+  const Options options = CommandLine().parse(argc, argv);
   if (options.only_tells()) {
     if (ranks.rank() == 0) tell(options);
     return;
