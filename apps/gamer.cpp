@@ -204,6 +204,7 @@ void CommandLine::add_commands() {
   new_command->add_option("type", options_.sample_galaxy, "see --list-galaxies")
       ->required()
       ->type_name("GALAXY");
+  look_command_->footer("Options of a render follow, too, such as -o, -s, -j and --overwrite.");
   look_command_->fallthrough();
   new_command->fallthrough();
   app_.require_subcommand(0, 1);

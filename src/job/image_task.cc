@@ -386,7 +386,11 @@ std::string ImageTask::text(double seconds) const {
   }
   const std::string earlier =
       replayed_rows_ > 0 ? fmt::format(", {} rows from the journal", replayed_rows_) : "";
-  return fmt::format("{}, {:.1f} s{}", plan(), seconds, earlier);
+  const std::size_t flagged = job_.scene->flagged;
+  const std::string left_out =
+      flagged > 0 ? fmt::format(", {} flagged row{} left out", flagged, flagged == 1 ? "" : "s")
+                  : "";
+  return fmt::format("{}, {:.1f} s{}{}", plan(), seconds, earlier, left_out);
 }
 
 void help_render(const RenderJob& job, const JobOptions& options, Executor& executor,

@@ -22,6 +22,7 @@
 #include "gamer/scene/catalogue.h"
 #include "gamer/scene/galaxy_library.h"
 #include "gamer/sed/photometry.h"
+#include "image/image_suffix.h"
 #include "image/memory.h"
 #include "job/make_job.h"
 #include "job/scene_input.h"
@@ -403,7 +404,8 @@ ImageHeader make_image_header(const RenderJob& job) {
   }
   header.tables = {record_table(job.record)};
   // A picture keeps only what makes it again.
-  if (!picture_format(job.parameters.image.output.path.string())) {
+  const std::optional<ImageSuffix> suffix = image_suffix(job.parameters.image.output.path);
+  if (suffix != ImageSuffix::png && suffix != ImageSuffix::bmp) {
     header.data_tables = {
         scene_table(*job.scene, find_text(job.record, recorded_columns), job.parameters)};
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <iterator>
 
 #include "gamer/core/units.h"
 #include "gamer/render/march/sampler.h"
@@ -140,6 +141,7 @@ std::vector<std::string> job_warnings(const RenderJob& job) {
     warnings.push_back(
         fmt::format("{}: no galaxy in the image is of this type", values.key_where.file));
   }
+  std::ranges::copy(job.scene->remarks, std::back_inserter(warnings));
   if (const Scene::Unlikely& unlikely = job.scene->unlikely; unlikely.number > 0) {
     const std::string others =
         unlikely.number > 1 ? fmt::format(", and {} more are", unlikely.number - 1) : " is";

@@ -351,6 +351,7 @@ std::vector<ExtraImage> NoiseOperation::variance(const FitsHeader& header,
   const std::string name = header.text("EXTNAME").value_or("");
   const std::string extension = name.empty() ? "VARIANCE" : name + "_VARIANCE";
   image.header.set({"EXTNAME", extension, "variance of the image before"});
+  image.header.set({"UTYPE", "VarianceUncertainty", "kind, for Astropy's CCDData"});
   // Several images without names get EXTVER.
   if (const int version = ++variances_[extension]; name.empty() && version > 1) {
     image.header.set({"EXTVER", static_cast<long long>(version), ""});

@@ -92,7 +92,10 @@ class ColumnFinder {
     }
   }
 
+  /// Throws InputError, but not for columns that are missing.
   std::vector<ColumnSource> find_all();
+  /// Throws InputError for columns that are missing, after find_all().
+  void check_required(std::span<const ColumnSource> sources) const;
 
  private:
   ColumnSource find(Column column);
@@ -105,7 +108,6 @@ class ColumnFinder {
   /// The only one of `places`; nothing where there is none. Throws InputError where there are more.
   std::optional<std::size_t> only_one(Column column, std::span<const std::size_t> places) const;
   void check_unknown() const;
-  void check_required() const;
 
   const Catalogue& catalogue_;
   const RenderParameters& parameters_;
@@ -213,11 +215,11 @@ void ColumnFinder::check_unknown() const {
   }
 }
 
-void ColumnFinder::check_required() const {
+void ColumnFinder::check_required(std::span<const ColumnSource> sources) const {
   std::vector<Column> required = {column::galaxy};
   if (!is_sky_) required.insert(required.end(), {column::x, column::y, column::z});
   for (const Column c : required) {
-    if (sources_[c].kind != ColumnSource::Kind::absent) continue;
+    if (sources[c].kind != ColumnSource::Kind::absent) continue;
     const SourceLocation where = names_.empty() ? SourceLocation{catalogue_.label(), 0, 0}
                                                 : catalogue_.columns().front().where;
     const std::string& name = scene_columns()[c].name;
@@ -235,7 +237,6 @@ std::vector<ColumnSource> ColumnFinder::find_all() {
   // Magnitudes, sizes and places that rivals look for come first in the order of columns.
   for (std::size_t c = 0; c < sources_.size(); ++c) sources_[c] = find(static_cast<Column>(c));
   check_unknown();
-  check_required();
   return std::move(sources_);
 }
 
@@ -243,11 +244,15 @@ std::vector<ColumnSource> ColumnFinder::find_all() {
 
 std::vector<ColumnSource> find_columns(const Catalogue& catalogue,
                                        const RenderParameters& parameters) {
-  return ColumnFinder(catalogue, parameters).find_all();
+  ColumnFinder finder(catalogue, parameters);
+  std::vector<ColumnSource> sources = finder.find_all();
+  finder.check_required(sources);
+  return sources;
 }
 
 std::string column_mapping(const Catalogue& catalogue, const RenderParameters& parameters) {
-  const std::vector<ColumnSource> sources = find_columns(catalogue, parameters);
+  ColumnFinder finder(catalogue, parameters);
+  const std::vector<ColumnSource> sources = finder.find_all();
   std::string result;
   for (std::size_t c = 0; c < sources.size(); ++c) {
     const ColumnSource& source = sources[c];
@@ -276,6 +281,11 @@ std::string column_mapping(const Catalogue& catalogue, const RenderParameters& p
     unused.push_back(column.name + (column.unit.empty() ? "" : fmt::format(" [{}]", column.unit)));
   }
   if (!unused.empty()) result += fmt::format("not used: {}\n", fmt::join(unused, ", "));
+  try {
+    finder.check_required(sources);
+  } catch (const InputError& error) {
+    result += fmt::format("{}\n", error.what());
+  }
   return result;
 }
 

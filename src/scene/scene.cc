@@ -14,6 +14,7 @@
 #include "gamer/core/near.h"
 #include "gamer/core/units.h"
 #include "gamer/galaxy/calibration/galaxy_statistics.h"
+#include "scene/column_remarks.h"
 #include "scene/field_stars.h"
 #include "scene/made_galaxy.h"
 #include "scene/orientation.h"
@@ -511,6 +512,7 @@ Scene SceneReader::read() {
   std::optional<ImageField> field;
   if (is_sky_) field.emplace(camera_, camera_.window());
   scene_.rows = catalogue_.rows();
+  scene_.remarks = column_remarks(catalogue_, row_.sources(), is_sky_);
   list_ = row_.header_line();
   const SuspiciousValues suspicious(catalogue_, row_);
   const bool skips = parameters_.catalogue.skip_flagged;

@@ -112,13 +112,20 @@ void SceneReader::check_planes(const PlacedGalaxy& placed) {
           sed != nullptr ? fmt::format("SED '{}'", sed->name()) : "the extinction curve";
       const std::string at =
           placed.redshift > 0 ? fmt::format(" at redshift {}", placed.redshift) : "";
+      const double as_nanometres = 10 * plane.wavelength / stretch;
+      const bool may_be_nanometres = plane.band == nullptr && seen.low < range.low * stretch &&
+                                     as_nanometres > range.low && as_nanometres < range.high;
+      const std::string advice =
+          may_be_nanometres
+              ? fmt::format("; {0} nm are {1} Angstrom", plane.wavelength, 10 * plane.wavelength)
+              : "";
       throw InputError(
           plane.band != nullptr ? parameters_.spectrum.bands_where
                                 : parameters_.spectrum.wavelengths_where,
           fmt::format("{} is outside the range {:.6g} to {:.6g} A of {}{} (galaxy '{}', component "
-                      "'{}')",
+                      "'{}'){}",
                       what, range.low * stretch, range.high * stretch, whose, at, placed.type.str(),
-                      component->name()));
+                      component->name(), advice));
     }
   }
   least = std::min(least, placed.redshift);

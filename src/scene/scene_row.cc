@@ -63,6 +63,8 @@ std::string SceneRow::overrides_word() const {
     if (value == default_word) continue;
     // Lists of numbers mean the same without blanks, which would end the word.
     std::erase(value, ' ');
+    // Programs write whole numbers of columns with gaps as 2.0.
+    if (value.ends_with(".0")) value.resize(value.size() - 2);
     result +=
         fmt::format("{}{}={}", result.empty() ? "" : ";", catalogue_.columns()[place].name, value);
   }

@@ -23,12 +23,15 @@ const NameGroups& usual_names(column::Column column) {
       {pa, {{"theta_j2000", "position_angle", "posang"}, {"thetawin_j2000"}}},
       {axis_ratio, {{"q", "b_a", "ba_ratio", "ba"}}},
       {half_light_radius, {{"r_e", "re", "reff", "r_eff", "hlr", "r50"}}},
-      {sersic_index, {{"sersic_n", "n_sersic", "nsersic"}}},
+      {sersic_index, {{"sersic_n", "n_sersic", "nsersic"}, {"n"}}},
       {redshift,
-       {{"z", "zspec", "z_spec", "zphot", "z_phot", "photoz", "photo_z", "z_best", "zbest"}}},
+       {{"z", "zspec", "z_spec", "zphot", "z_phot", "photoz", "photo_z", "z_best", "zbest"},
+        {"z_true", "ztrue"}}},
       {apparent_magnitude,
        {{"mag_{letter}", "{letter}_mag", "{letter}mag", "mag_{band}", "{band}_mag", "{band}"},
-        {"mag_auto"}}},
+        {"m_{letter}"},
+        {"mag_auto"},
+        {"mag"}}},
       {id, {{"number"}, {"source_id"}, {"objid", "obj_id"}, {"name"}}},
   };
   static const NameGroups none;

@@ -87,6 +87,7 @@ struct Scene {
     SourceLocation where;
   };
   Unlikely unlikely = {};
+  std::vector<std::string> remarks = {};  ///< warnings about the catalogue's columns
   /// The objects of rows as a scene list, by object number; field stars ([stars]) have higher
   /// numbers. With equal parameters the list reads back to an equal scene.
   SharedText list;

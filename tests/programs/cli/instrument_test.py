@@ -11,6 +11,7 @@ import sys
 import unittest
 
 import numpy as np
+from astropy.nddata import CCDData, VarianceUncertainty
 
 import gamer_program
 
@@ -57,6 +58,8 @@ class Instruments(unittest.TestCase):
             folder.render("sky.par", "sky.lst")
             self.gutil(folder, "noise", "--instrument", "lsst", "--variance", "sky.fits", "seen.fits")
             variance = folder.image("seen.fits", 1)[0]
+            seen = CCDData.read(folder.path / "seen.fits", hdu_uncertainty="VARIANCE")
+            self.assertIsInstance(seen.uncertainty, VarianceUncertainty)
             for plane, (band, depth) in enumerate(LSST_DEPTHS.items()):
                 # Bickerton & Lupton 2013: pixels that count as noise for a double Gaussian PSF.
                 pixels = 2.266 * (LSST_FWHM[band] / 0.2) ** 2

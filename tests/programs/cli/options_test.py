@@ -102,6 +102,10 @@ class Tells(unittest.TestCase):
                                             "ra = column RAJ2000, taken as deg\n"
                                             "dec = column DEJ2000, taken as deg\n")
             self.assertEqual(folder.content(), before)
+            folder.write("render.par", parameters.replace('galaxy = "=star"', ""))
+            result = folder.run("render.par", "c.ecsv", "--print-mapping")
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            self.assertRegex(result.stdout, "(?s)ra = column RAJ2000.*: missing column 'galaxy'")
 
     def test_list_parameters(self):
         everything = self.tell("--list-parameters")

@@ -451,6 +451,7 @@ class Tools(unittest.TestCase):
             np.testing.assert_array_equal(folder.image("piped.fits")[0],
                                           folder.image("out.fits")[0])
             self.assertEqual(len(fits.getdata(folder.path / "piped.fits", "TRUTH")), 1)
+            self.assertEqual(len(fits.getdata(folder.path / "piped.fits", "SCENE")), 1)
 
     def test_what_standard_output_cannot_hold(self):
         still = {"sky.par": parameters({}, (40, 30)), "sky.lst": self.SCENE}

@@ -78,6 +78,12 @@ CASES = {
          "scene.lst": "galaxy dx dy size_arcsec apparent_magnitude\n"
                       "spiral 0 0 1 20\nspiral 0 0 1 42.5\nspiral 0 0 1 2\n"},
         "scene.lst:3:14: an apparent magnitude of 42.5, and 1 more are outside 5 to 40", ""),
+    "a catalogue with other columns": (
+        {"render.par": SKY,
+         "scene.lst": "galaxy,ra,dec,size_arcsec,inclinaton,bright\nspiral,150,2,1,20,3\n"},
+        ("column 'inclinaton' of scene.lst is not used; did you mean 'inclination'?",
+         "scene.lst has no magnitudes, so that the image has relative units; not used are inclinaton,",
+         "scene.lst has neither redshifts nor distances; galaxies are taken at redshift 0"), ""),
     "a grid with magnitudes": (
         {"render.par": SKY.replace("pixel_scale", "supersample = 2\npixel_scale"),
          "scene.lst": "galaxy dx dy redshift size_kpc magnitude\nspiral 0 0 0.2 10 -21\n"},
