@@ -120,7 +120,7 @@ Resources Resources::from_record(std::vector<Text> record) {
 const Resources::Text& Resources::find(const std::string& kind, const std::string& name,
                                        const std::string& beside,
                                        std::span<const std::string> suffixes) {
-  if (name.empty()) throw InputError(fmt::format("the name of a {} is empty", noun(kind)));
+  if (name.empty()) throw InputError(fmt::format("the {}'s name is empty", noun(kind)));
   const fs::path folder = fs::path(beside).parent_path();
 
   const auto recorded_or_read = [&](const std::string& key, const fs::path& path) -> const Text* {

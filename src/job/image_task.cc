@@ -216,7 +216,7 @@ ImageTask::ImageTask(RenderJob job, JobOptions options, int ranks, int threads,
     is_complete_ = true;
     return;
   }
-  hindrance_ = gamer::hindrance(parameters.image.output, options_, files());
+  if (!is_stream()) hindrance_ = gamer::hindrance(parameters.image.output, options_, files());
   parameters.image.output.overwrite = true;
   check_outputs(parameters, header_, truth_header_);
   if (options_.truth) check_truth_table(options_.truth_table, parameters.image.output);
@@ -236,13 +236,15 @@ void ImageTask::go_on(std::unique_ptr<Journal> journal) {
   journal_ = std::move(journal);
 }
 
+bool ImageTask::is_stream() const { return job_.parameters.image.output.path == standard_stream; }
+
 void ImageTask::complete(const Ranks& ranks, int threads) { gamer::complete(job_, ranks, threads); }
 
 JournalPlan ImageTask::journal_plan() const {
   std::error_code error;
   return {files_text(job_.parameters.image.output, header_),
           size_text(header_),
-          job_.camera.height(),
+          job_.camera.window().height,
           options_.truth ? static_cast<int>(job_.scene->objects) : 0,
           begun_,
           fs::current_path(error).string(),
@@ -252,14 +254,13 @@ JournalPlan ImageTask::journal_plan() const {
 void ImageTask::begin() {
   const fs::path path = journal_path(job_.parameters.image.output);
   // A kill at the moment when the journal began leaves it ahead of all other files.
-  PrivateFolder::remove_left_behind(path);
+  if (!is_stream()) PrivateFolder::remove_left_behind(path);
   if (!journal_) {
-    Journal::discard(path);
+    if (!is_stream()) Journal::discard(path);
     JournalHead head = make_journal_head(job_, truth_text(options_));
     head.plan = journal_plan();
     date_ = head.date;
-    const bool is_stream = job_.parameters.image.output.path == standard_stream;
-    if (!is_stream && !std::isinf(options_.journal_interval)) {
+    if (!is_stream() && !std::isinf(options_.journal_interval)) {
       journal_ = std::make_unique<Journal>(path, head, options_.journal_interval);
     }
   }
@@ -363,7 +364,8 @@ FinishedWork ImageTask::finished() const {
 std::string ImageTask::finished_text() const {
   if (!journal_) return "";
   const FinishedWork work = journal_->finished_work();
-  std::string text = fmt::format("; {} of {} rows", count_rows(work.rows), job_.camera.height());
+  std::string text =
+      fmt::format("; {} of {} rows", count_rows(work.rows), job_.camera.window().height);
   if (options_.truth) {
     text += fmt::format(" and {} of {} objects of TRUTH", work.objects, job_.scene->objects);
   }

@@ -110,18 +110,20 @@ void Progress::show() {
   shown_tenth_ = tenth();
   shown_done_ = done_;
   const std::string line = fmt::format("{:>3}", share_of(100)) + text();
+  std::string shown;
   if (style_ == Style::json) {
-    fmt::print(stream_, "{}",
-               json_message(date_(), fmt::format("{}{}", share_of(100), text()), numbers()));
+    shown = json_message(date_(), fmt::format("{}{}", share_of(100), text()), numbers());
   } else if (style_ == Style::lines) {
-    fmt::print(stream_, "gamer: {} {}\n", date_(), line);
+    shown = fmt::format("gamer: {} {}\n", date_(), line);
   } else {
     const auto filled = static_cast<std::size_t>(share_of(bar_width));
     const std::string bar = std::string(filled, '#') + std::string(bar_width - filled, '.');
     // \r and "erase to the end of the line".
-    fmt::print(stream_, "\r[{}] {}\x1b[K", bar, line);
+    shown = fmt::format("\r[{}] {}\x1b[K", bar, line);
     drawn_ = true;
   }
+  // A job goes on when nobody reads its messages.
+  std::fputs(shown.c_str(), stream_);
   std::fflush(stream_);
 }
 

@@ -133,10 +133,12 @@ bool is_to_standard_output(const RenderJob& job) {
 }
 
 /// Throws InputError for what standard output cannot hold.
-void check_stream(const RunOptions& options, const RenderJob& job) {
+void check_stream(const RunOptions& options, const RenderJob& job, int ranks) {
   const auto fail = [](const char* what) {
     throw InputError(fmt::format("gamer: output '-': {}", what));
   };
+  // Launchers may give a terminal to ranks.
+  if (ranks > 1) fail("several ranks need a file");
   if (options.work.resume) fail("nothing is kept to resume; give a file");
   if (makes_stamps(job.parameters)) fail("stamps need a file");
   if (job.parameters.animation.frames > 0) fail("a film has a file for each frame");
@@ -158,7 +160,10 @@ Task prepare(const RunOptions& options, const MessageLog& log, int ranks, int th
     return {};
   }
   RenderJob job = read_job(options.request, resources);
-  if (is_to_standard_output(job)) check_stream(options, job);
+  if (job.parameters.truth.path == standard_stream) {
+    throw InputError("gamer: truth.output '-': the images of [truth] need a file");
+  }
+  if (is_to_standard_output(job)) check_stream(options, job, ranks);
   warn_of(options, log, job);
   if (makes_stamps(job.parameters)) {
     return prepare_stamps(options, log, std::move(job), ranks, threads);

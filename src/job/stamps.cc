@@ -13,6 +13,7 @@
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 #include "gamer/image/fits/fits.h"
+#include "gamer/job/resume.h"
 #include "gamer/job/schedule.h"
 #include "gamer/job/truth_table.h"
 #include "image/memory.h"
@@ -165,8 +166,10 @@ StampTask::StampTask(RenderJob job, JobOptions options, int ranks, int threads)
   regions_ = stamp_regions(job_);
   name_stamps();
   OutputOptions output = job_.parameters.image.output;
-  InputFiles(job_).check_outputs({output.path});
-  hindrance_ = gamer::hindrance(output, options_, {output.path});
+  std::vector<std::filesystem::path> files = {output.path};
+  if (!options_.truth_table.empty()) files.push_back(options_.truth_table);
+  InputFiles(job_).check_outputs(files);
+  hindrance_ = gamer::hindrance(output, options_, files);
   output.overwrite = true;
   check_stamp_output(output, header_, pixels());
   if (options_.truth) check_truth_table(options_.truth_table, job_.parameters.image.output);
@@ -185,7 +188,8 @@ void StampTask::name_stamps() {
   names_.resize(regions_.size());
   for (const PlacedGalaxy& placed : job_.scene->galaxies) names_[placed.object] = placed.id;
   for (const PlacedStar& star : job_.scene->stars) names_[star.object] = star.id;
-  std::map<std::string, int> counts;
+  // The file's tables have their names, too.
+  std::map<std::string, int> counts = {{"SCENE", 1}, {"TRUTH", 1}, {"INPUTS", 1}};
   for (std::size_t stamp = 0; stamp < names_.size(); ++stamp) {
     if (names_[stamp].empty()) names_[stamp] = fmt::format("OBJECT_{}", stamp + 1);
     // Readers find names in any case.
@@ -226,6 +230,8 @@ std::optional<DataTable> StampTask::describe_objects(Executor& executor,
 
 void StampTask::render(Executor& executor, Progress::Style style, RankReport& report) {
   try {
+    // --overwrite replaces the rows of an interrupted image, too.
+    Journal::discard(journal_path(job_.parameters.image.output));
     const std::optional<DataTable> truth = describe_objects(executor, style);
     const std::string date = fits_date();
     header_.cards.push_back({"DATE", date, "time of writing (UTC)"});

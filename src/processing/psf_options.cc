@@ -63,18 +63,22 @@ PsfOptions::PsfOptions(const OperationCall& call, InstrumentOption instrument)
   } else if (!call.parameters.has("fwhm")) {
     fail(kind_ == PsfKind::airy ? "needs --fwhm, or --diameter" : "needs --fwhm");
   }
-  if (call.parameters.has("size")) {
-    refuse("energy", "chooses the size; give --size or --energy");
-    if (const auto size = call.parameters.integer("size"); size % 2 == 0) {
-      fail(fmt::format("--size is {}; only odd sizes have a middle pixel", size));
-    }
-  }
+  check_size();
   if (call.parameters.number("axis_ratio") == 1) {
     refuse("position_angle", "needs an --axis-ratio below 1");
   }
 }
 
+void PsfOptions::check_size() const {
+  if (!call_.parameters.has("size")) return;
+  refuse("energy", "chooses the size; give --size or --energy");
+  if (const auto size = call_.parameters.integer("size"); size % 2 == 0) {
+    fail(fmt::format("--size is {}; only odd sizes have a middle pixel", size));
+  }
+}
+
 void PsfOptions::take_instrument() {
+  check_size();
   for (const char* option :
        {"psf", "fwhm", "unit", "beta", "obscuration", "diameter", "axis_ratio", "position_angle"}) {
     refuse(option, "and --instrument both say what the PSF is; give one");

@@ -39,6 +39,7 @@ class PsfOptions {
   /// A word that names no file is a mistyped model name.
   void check_file_name(const std::string& name) const;
   void refuse(const char* option, const char* why) const;
+  void check_size() const;
   /// Checks that no option of a model is given, and takes the instrument's.
   void take_instrument();
   /// Position angle of the major axis on the pixels, deg from +y towards -x.

@@ -45,7 +45,7 @@ std::optional<double> SceneRow::raw_number(Column column) const {
 bool SceneRow::is_star() const { return text(column::galaxy) == "star"; }
 
 std::string SceneRow::word(Column column) const {
-  if (column == column::overrides && !override_columns_.empty()) return overrides_word();
+  if (column == column::overrides && has(column)) return overrides_word();
   const ColumnSource& source = sources_[column];
   if (source.kind == ColumnSource::Kind::absent) return std::string(default_word);
   if (source.kind == ColumnSource::Kind::constant) return source.constant;
@@ -61,14 +61,23 @@ std::string SceneRow::overrides_word() const {
   for (const std::size_t place : override_columns_) {
     std::string value = catalogue_word(place);
     if (value == default_word) continue;
-    // Lists of numbers mean the same without blanks, which would end the word.
-    std::erase(value, ' ');
     // Programs write whole numbers of columns with gaps as 2.0.
     if (value.ends_with(".0")) value.resize(value.size() - 2);
     result +=
         fmt::format("{}{}={}", result.empty() ? "" : ";", catalogue_.columns()[place].name, value);
   }
-  return result.empty() ? std::string(default_word) : result;
+  // Blanks and '#' would end the word in a list; outside of quotes blanks mean nothing.
+  std::string word;
+  bool is_quoted = false;
+  for (const char letter : result) {
+    if (letter == '"') is_quoted = !is_quoted;
+    if (letter == '#' || (is_quoted && (is_blank(letter) || letter == ';'))) {
+      fail(column::overrides,
+           fmt::format("{}: texts of overrides have no blanks, '#' and ';'", in_quotes(result)));
+    }
+    if (!is_blank(letter)) word += letter;
+  }
+  return word.empty() ? std::string(default_word) : word;
 }
 
 std::string SceneRow::catalogue_word(std::size_t place) const {

@@ -116,6 +116,8 @@ class ImageTask {
  private:
   void go_on(std::unique_ptr<Journal> journal);
   JournalPlan journal_plan() const;
+  /// Whether the image goes to standard output, which has no journal.
+  bool is_stream() const;
   std::vector<std::filesystem::path> files() const;
   std::unique_ptr<ImageWriter> make_writer() const;
   DataTable describe_objects(JournaledExecutor& executor, Progress::Style style) const;

@@ -115,6 +115,8 @@ class WrongInput(unittest.TestCase):
             for arguments, message in (
                     (["noise", "--instrument", "lsst"], "has no band 'sdss_r'; it has lsst_g"),
                     (["noise", "--instrument", "lssst"], "did you mean 'lsst'"),
+                    (["convolve", "--instrument", "lsst", "--size", "10"], "--size is 10; only odd"),
+                    (["noise", "--instrument", ""], "the instrument's name is empty"),
                     (["convolve", "--instrument", "lsst", "--fwhm", "2"],
                      "--fwhm and --instrument both say what the PSF is; give one")):
                 result = subprocess.run([GUTIL, *arguments, "sky.fits", "out.fits"],

@@ -64,6 +64,15 @@ class Log(unittest.TestCase):
                 self.assertTrue(any(text.startswith("per pixel ") for text in texts))
                 self.assertTrue(texts[0].startswith("2 galaxies, "), texts[0])
 
+    def test_a_job_does_not_need_a_reader(self):
+        for form in ("json", "text"):
+            with Folder() as folder, open("/dev/full", "wb") as full:
+                result = subprocess.run(command("render.par", "scene.lst", "-v", "--log", form),
+                                        cwd=folder.path, env=ENVIRONMENT, stderr=full,
+                                        stdout=subprocess.DEVNULL)
+                self.assertEqual(result.returncode, 0)
+                self.assertIn("out.fits", folder.content())
+
     def test_text_is_the_default(self):
         with Folder() as folder:
             for option in ((), ("--log", "text")):

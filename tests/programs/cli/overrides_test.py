@@ -96,6 +96,21 @@ class Overrides(unittest.TestCase):
 
     def test_wrong_columns_are_said(self):
         names, row, _ = SCENE.splitlines()
+        # Blanks outside of quotes mean nothing, on other ranks as well.
+        blanks = f'{names.replace(" ", ",")},overrides\n{row.replace(" ", ",")},"arms.count = 3; dust.optical_depth =3"\n'
+        with Folder(**{"b.csv": blanks}) as folder:
+            self.render(folder, "render.par", "scene.lst", "-s", "galaxy.spiral.arms.count=3", "-s",
+                        "galaxy.spiral.dust.optical_depth=3", "-o", "set.fits", "-q")
+            for ranks in RANKS:
+                self.render(folder, "render.par", "b.csv", "-o", "out.fits", "--overwrite", "-q",
+                            ranks=ranks)
+            self.render(folder, "--from-header", "out.fits", "-o", "again.fits", "-q")
+            self.assertEqual(pixels(folder, "again.fits"), pixels(folder, "out.fits"))
+        quoted = blanks.replace("arms.count = 3; dust.optical_depth =3", 'disk2.sed=""my sed""')
+        with Folder(**{"b.csv": quoted}) as folder:
+            result = folder.run("render.par", "b.csv")
+            self.assertEqual(result.returncode, 2)
+            self.assertIn("texts of overrides have no blanks", result.stderr)
         wrong = {("dusty.optical_depth", "3"): "has no component 'dusty'",
                  ("dust.optical_deph", "3"): "did you mean 'optical_depth'",
                  ("dust.optical_depth", "-3"): "optical_depth = -3 is outside",

@@ -453,6 +453,20 @@ class Tools(unittest.TestCase):
             self.assertEqual(len(fits.getdata(folder.path / "piped.fits", "TRUTH")), 1)
             self.assertEqual(len(fits.getdata(folder.path / "piped.fits", "SCENE")), 1)
 
+    def test_a_journal_of_another_job_does_not_stop_standard_output(self):
+        with SkyFolder({"sky.par": parameters({}, (40, 30)), "sky.lst": self.SCENE,
+                        "-.journal": "something else"}) as folder:
+            result = subprocess.run(command("sky.par", "sky.lst", "-o", "-"), cwd=folder.path,
+                                    env=ENVIRONMENT, capture_output=True)
+            self.assertEqual(result.returncode, 0, result.stderr)
+
+    @unittest.skipIf(LAUNCHER is None, "built without MPI")
+    def test_several_ranks_need_a_file(self):
+        with SkyFolder({"sky.par": parameters({}, (40, 30)), "sky.lst": self.SCENE}) as folder:
+            result = folder.run("sky.par", "sky.lst", "-o", "-", ranks=3)
+            self.assertEqual(result.returncode, 2)
+            self.assertIn("several ranks need a file", result.stderr)
+
     def test_what_standard_output_cannot_hold(self):
         still = {"sky.par": parameters({}, (40, 30)), "sky.lst": self.SCENE}
         film = {"sky.par": toml(image={"size": [8, 8]}, animation={"frames": 2}),
@@ -463,6 +477,9 @@ class Tools(unittest.TestCase):
             "a film": (film, run, begin, "a film has a file for each frame"),
             "resumed": (still, (*run, "--resume"), begin, "nothing is kept to resume"),
             "truth": (still, (*run, "--truth", "-s", "truth.dust_free=true"), begin, "truth.output"),
+            "truth on it": (still, ("sky.par", "sky.lst", "--truth", "-s", "truth.output=-", "-s",
+                                    "truth.dust_free=true"),
+                            "gamer: truth.output '-': ", "need a file"),
             "files": (still, (*run, "-s", "image.layout=files"), "output '-': ", "holds one file"),
         })
 

@@ -192,6 +192,11 @@ class Stamps(unittest.TestCase):
             "--resume": (files, [*own, "--resume"], "gamer: --resume", "--overwrite makes them"),
             "images of [truth]": (files, [*own, "--truth", "-s", "truth.dust_free=true"],
                                   "gamer: --truth", "leave those keys out"),
+            "the table over the scene": (
+                files | {"scene.ecsv": files["scene.lst"]},
+                ["render.par", "scene.ecsv", "--stamps", "--truth-table", "scene.ecsv",
+                 "--overwrite"],
+                "output 'scene.ecsv': this is the file 'scene.ecsv', from which the job is made", ""),
             "an even size": (files, [*own, "-s", "stamps.size=20"], "--set stamps.size",
                              "an odd number of pixels"),
             "sizes": (files, [*own, "-s", "stamps.largest=5"], "--set stamps.largest",

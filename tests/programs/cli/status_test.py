@@ -87,6 +87,15 @@ class Status(unittest.TestCase):
             self.assertEqual((resumed.returncode, resumed.stderr), (0, ""))
             self.assertIn("rows from the journal", resumed.stdout)
 
+    def test_rows_of_a_region(self):
+        height = HEIGHT // 2
+        arguments = (*ARGUMENTS, "--region", f"1,1,{WIDTH},{height}")
+        with Folder() as folder, Job(folder, *arguments) as job:
+            job.wait_for_journal(10 * WIDTH * 12)
+            job.process.kill()
+            job.end()
+            self.check_rows(folder, self.status(folder), total=height)
+
     def test_from_another_folder_and_ranks(self):
         with Folder() as folder, Job(folder, *ARGUMENTS) as job:
             job.wait_for_journal(10 * WIDTH * 12)
