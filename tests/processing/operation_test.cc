@@ -86,7 +86,7 @@ TEST(Operation, WrongCommandLines) {
   EXPECT_EQ(message_of("scale", {"--factor", "1", "--factor", "2", "a.fits", "b.fits"}),
             "gutil scale: --factor is given 2 times");
   EXPECT_EQ(message_of("rotate", {"a.fits", "b.fits"}),
-            "gutil rotate: needs --angle: counter-clockwise");
+            "gutil rotate: needs --angle: angle, counter-clockwise");
   EXPECT_EQ(message_of("add", {"a.fits", "b.fits"}),
             "gutil add: 1 input file given: gutil add [options] a.fits b.fits ... out.fits");
   EXPECT_NE(message_of("scale", {"--factor", "nan", "a.fits", "b.fits"}), "");
