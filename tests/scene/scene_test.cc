@@ -253,7 +253,8 @@ TEST(Scene, WavelengthsMustLieInTheRangeOfEverySpectrum) {
   EXPECT_EQ(message_of(
                 [] { read("galaxy x y z\ndusty 0 0 0\n", "[spectrum]\nwavelengths = [911.5]\n"); }),
             "render.par:2:15: wavelength 911.5 A is outside the range 912 to 33333.3 A of "
-            "the extinction curve (galaxy 'dusty', component 'lanes')");
+            "the extinction curve (galaxy 'dusty', component 'lanes'); 911.5 nm are 9115 "
+            "Angstrom");
   EXPECT_EQ(message_of([] {
               read("galaxy x y z\ntable 0 0 0\n", "[spectrum]\nwavelengths = [900, 25000]\n");
             }),
