@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "gamer/core/near.h"
+#include "gamer/scene/scene.h"
 
 namespace gamer {
 namespace {
@@ -43,6 +44,8 @@ std::vector<std::string> column_remarks(const Catalogue& catalogue,
   }
   for (const std::size_t i : unused_columns(catalogue, sources)) {
     const std::string& name = catalogue.columns()[i].name;
+    // Tables SCENE have it.
+    if (name == row_column) continue;
     unused.push_back(name);
     const std::string hint = name.size() < shortest ? "" : did_you_mean(name, missing);
     if (!hint.empty()) {
@@ -50,9 +53,9 @@ std::vector<std::string> column_remarks(const Catalogue& catalogue,
           fmt::format("column {} of {} is not used{}", in_quotes(name), catalogue.label(), hint));
     }
   }
-  if (!is_sky || catalogue.rows() == 0) return remarks;
-  const std::string others =
-      unused.empty() ? "" : fmt::format("; not used are {}", fmt::join(unused, ", "));
+  // Who gives nothing but positions and sizes means it.
+  if (!is_sky || catalogue.rows() == 0 || unused.empty()) return remarks;
+  const std::string others = fmt::format("; not used are {}", fmt::join(unused, ", "));
   using namespace column;
   if (!is_there(magnitude) && !is_there(apparent_magnitude)) {
     remarks.push_back(fmt::format("{} has no magnitudes, so that the image has relative units{}",
