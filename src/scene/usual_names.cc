@@ -23,7 +23,7 @@ const NameGroups& usual_names(column::Column column) {
       {pa, {{"theta_j2000", "position_angle", "posang"}, {"thetawin_j2000"}}},
       {axis_ratio, {{"q", "b_a", "ba_ratio", "ba"}}},
       {half_light_radius, {{"r_e", "re", "reff", "r_eff", "hlr", "r50"}}},
-      {sersic_index, {{"sersic_n", "n_sersic", "nsersic"}, {"n"}}},
+      {sersic_index, {{"sersic_n", "n_sersic", "nsersic"}}},
       {redshift,
        {{"z", "zspec", "z_spec", "zphot", "z_phot", "photoz", "photo_z", "z_best", "zbest"},
         {"z_true", "ztrue"}}},

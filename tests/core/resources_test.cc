@@ -152,7 +152,7 @@ TEST_F(ResourcesTest, UnknownNames) {
   EXPECT_EQ(error_text([&] { resources.find("galaxies", "my/m", "mine/s.lst", toml); }),
             "there is no file 'mine/my/m' for galaxy 'my/m'");
   EXPECT_EQ(error_text([&] { resources.find("galaxies", "", "", toml); }),
-            "the name of a galaxy is empty");
+            "the galaxy's name is empty");
   EXPECT_FALSE(
       error_text([&] { resources.find("galaxies", std::string(100000, 'a'), "", toml); }).empty());
 }

@@ -17,7 +17,7 @@ from gamer_program import ENVIRONMENT, RANKS, Folder, main
 
 WIDTH, HEIGHT = 240, 360
 ARGUMENTS = ("render.par", "scene.lst", "-s", f"image.size=[{WIDTH}, {HEIGHT}]", "-s",
-             "camera.supersample=4", "-j", "1", "--journal", "0")
+             "camera.supersample=6", "-j", "1", "--journal", "0")
 
 
 def rows_in(journal, section):
@@ -70,10 +70,10 @@ class Status(unittest.TestCase):
             self.assertLessEqual(times[0], times[1])
             self.assertLessEqual(times[1], now)
             # A process that waits for the lock is not disturbed, nor is the job.
-            job.process.send_signal(signal.SIGCONT)
-            for _ in range(20):
-                if job.process.poll() is None and (folder.path / "out.fits.journal").exists():
-                    folder.run("--status", "out.fits.journal")
+            for _ in range(5):
+                job.process.send_signal(signal.SIGCONT)
+                folder.run("--status", "out.fits.journal")
+                job.process.send_signal(signal.SIGSTOP)
             job.process.kill()
             job.end()
             told = self.status(folder)
