@@ -17,7 +17,7 @@ from gamer_program import ENVIRONMENT, RANKS, Folder, main
 
 WIDTH, HEIGHT = 240, 360
 ARGUMENTS = ("render.par", "scene.lst", "-s", f"image.size=[{WIDTH}, {HEIGHT}]", "-s",
-             "camera.supersample=6", "-j", "1", "--journal", "0")
+             "camera.supersample=5", "-j", "1", "--journal", "0")
 
 
 def rows_in(journal, section):
