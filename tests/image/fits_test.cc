@@ -407,7 +407,8 @@ TEST(FitsCards, NoUnitIsDimensionless) {
   const OutputOptions options{folder / "a.fits", -32, ImageLayout::cube, false};
   write_test_image(options, header);
   expect_fitsverify_clean(options.path);
-  const Card* unit = find_card(read_fits(options.path).cards, "BUNIT");
+  const FitsImage image = read_fits(options.path);
+  const Card* unit = find_card(image.cards, "BUNIT");
   ASSERT_NE(unit, nullptr);
   EXPECT_EQ(std::get<std::string>(unit->value), "");
   EXPECT_EQ(file_bytes(options.path).find("CROTA"), std::string::npos);
