@@ -79,7 +79,7 @@ VaryingPsf::VaryingPsf(const PsfexFile& file, const std::string& label, bool kee
   }
 }
 
-std::vector<double> VaryingPsf::weights(const PixelPosition& at) const {
+double VaryingPsf::weight(std::size_t stamp, const PixelPosition& at) const {
   double x = 0, y = 0;
   if (!axes_.empty()) {
     const auto value = [&](const PsfexFile::Axis& axis) {
@@ -88,13 +88,13 @@ std::vector<double> VaryingPsf::weights(const PixelPosition& at) const {
     x = value(axes_[0]);
     y = value(axes_[1]);
   }
-  std::vector<double> result;
-  double flux = 0, in_y = 1;
+  double flux = 0, result = 0, in_y = 1;
+  std::size_t c = 0;
   for (int j = 0; j <= degree_; ++j, in_y *= y) {
     double weight = in_y;
-    for (int i = 0; i + j <= degree_; ++i, weight *= x) {
-      flux += weight * sums_[result.size()];
-      result.push_back(weight);
+    for (int i = 0; i + j <= degree_; ++i, weight *= x, ++c) {
+      flux += weight * sums_[c];
+      if (c == stamp) result = weight;
     }
   }
   if (!(flux > 0 && std::isfinite(flux))) {
@@ -103,14 +103,12 @@ std::vector<double> VaryingPsf::weights(const PixelPosition& at) const {
                     "is needed",
                     label_, at.x, at.y, flux));
   }
-  if (!keep_flux_) {
-    for (double& weight : result) weight /= flux;
-  }
-  return result;
+  return keep_flux_ ? result : result / flux;
 }
 
 Stamp VaryingPsf::stamp(const PixelPosition& at) const {
-  const std::vector<double> factors = weights(at);
+  std::vector<double> factors;
+  for (std::size_t c = 0; c < stamps_.size(); ++c) factors.push_back(weight(c, at));
   Stamp result = stamps_.front();
   for (std::size_t k = 0; k < result.values.size(); ++k) {
     double sum = 0;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -19,11 +20,10 @@ class VaryingPsf {
 
   int width() const { return stamps_.front().width; }
   int height() const { return stamps_.front().height; }
-  bool varies() const { return stamps_.size() > 1; }
   const std::vector<Stamp>& stamps() const { return stamps_; }
-  /// The stamps' weights at a place. Throws InputError where the PSF's flux is not positive.
-  std::vector<double> weights(const PixelPosition& at) const;
-  /// The PSF at a place. Throws InputError as weights() does.
+  /// The weight of a stamp at a place. Throws InputError where the PSF's flux is not positive.
+  double weight(std::size_t stamp, const PixelPosition& at) const;
+  /// The PSF at a place. Throws InputError as weight() does.
   Stamp stamp(const PixelPosition& at) const;
 
  private:

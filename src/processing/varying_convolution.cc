@@ -20,7 +20,7 @@ PlanePtr sum_of_stamps(const PlanePtr& source, const std::shared_ptr<const Varyi
     const PlanePtr weighted = changed(source, [psf, c](const Area& area, double* values) {
       for (int y = 0; y < area.height; ++y) {
         for (int x = 0; x < area.width; ++x, ++values) {
-          *values *= psf->weights({area.x + x + 1.0, area.y + y + 1.0})[c];
+          *values *= psf->weight(c, {area.x + x + 1.0, area.y + y + 1.0});
         }
       }
     });
