@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "core/math-inl.h"
+#include "galaxy/arm_courses.h"
 #include "gamer/core/batch.h"
 #include "gamer/core/units.h"
 
@@ -94,8 +95,10 @@ constexpr double logarithmic_core = 0.01;
 
 }  // namespace
 
+ParameterTable ArmPattern::arm_table() { return ArmCourses::arm_table(); }
+
 ParameterTable ArmPattern::table() {
-  return {
+  const ParameterTable law = {
       Parameter::choice("model", {"ringermacher-mead", "logarithmic", "none"}, "none",
                         "winding law of the arms"),
       Parameter::number("winding_b", "", Interval::left_open(0, 100), 0.5,
@@ -113,9 +116,10 @@ ParameterTable ArmPattern::table() {
                          "angles of the arms; by default they are evenly spread"),
       Parameter::integer("handedness", "", Interval::closed(-1, 1), 1, "1 or -1: sense of winding"),
   };
+  return law + ArmCourses::common_table();
 }
 
-ArmPattern ArmPattern::read(const ConfigNode& node) {
+ArmPattern ArmPattern::read(const ConfigNode& node, const ConfigNode* list) {
   const ParameterSet values = ParameterSet::read(table(), node, "", "in [arms]");
   ArmPattern arms;
   const std::string& model = values.text("model");
@@ -130,9 +134,10 @@ ArmPattern ArmPattern::read(const ConfigNode& node) {
   }
   if (model != "logarithmic") reject("pitch_angle", "needs model = \"logarithmic\"");
   if (model == "none") {
-    for (const char* key : {"scale", "count", "offsets", "handedness"}) {
-      reject(key, "needs model = \"ringermacher-mead\" or \"logarithmic\"");
-    }
+    const std::string need = "needs model = \"ringermacher-mead\" or \"logarithmic\"";
+    for (const char* key : {"scale", "count", "offsets", "handedness"}) reject(key, need);
+    for (const Parameter& one : ArmCourses::common_table()) reject(one.name.c_str(), need);
+    if (list != nullptr) throw InputError(list->key_where, "[[arm]] " + need);
     return arms;
   }
   arms.model_ = model == "logarithmic" ? Model::logarithmic : Model::ringermacher_mead;
@@ -147,6 +152,10 @@ ArmPattern ArmPattern::read(const ConfigNode& node) {
     throw InputError(values.where("handedness"), "handedness must be 1 or -1");
   }
   arms.handedness_ = static_cast<double>(values.integer("handedness"));
+  if (list != nullptr) {
+    reject("count", "and [[arm]] exclude each other: each [[arm]] is one arm");
+    reject("offsets", "and [[arm]] exclude each other: each [[arm]] has an 'offset'");
+  }
   if (values.has("offsets")) {
     const auto& given = values.numbers("offsets");
     if (values.is_given("count") &&
@@ -163,7 +172,7 @@ ArmPattern ArmPattern::read(const ConfigNode& node) {
     arms.even_ = false;
     for (double offset : given) arms.offsets_.push_back(std::remainder(offset, 360.0) * degree);
   } else {
-    const auto count = values.integer("count");
+    const auto count = list != nullptr ? ArmCourses::trunks(*list) : values.integer("count");
     for (std::int64_t i = 0; i < count; ++i) {
       arms.offsets_.push_back(turn * static_cast<double>(i) / static_cast<double>(count));
     }
@@ -176,6 +185,9 @@ ArmPattern ArmPattern::read(const ConfigNode& node) {
                                             "most " +
                                             std::to_string(std::lround(largest_winding / turn)) +
                                             " turns are possible");
+  }
+  if (list != nullptr || (arms.has_arms() && ArmCourses::are_asked_for(values, list))) {
+    arms.courses_ = std::make_shared<const ArmCourses>(arms, values, list);
   }
   return arms;
 }

@@ -64,7 +64,7 @@ std::shared_ptr<Galaxy> Galaxy::read_alone(std::string_view text, const std::str
                                            const GalaxySettings& settings, Resources& resources) {
   ConfigNode root = parse_toml(text, label);
   if (settings.overrides != nullptr) apply_overrides(*settings.overrides, root);
-  static const std::vector<std::string> sections = {"galaxy", "arms", "component"};
+  static const std::vector<std::string> sections = {"galaxy", "arms", "arm", "component"};
   for (const auto& [key, node] : root.table()) {
     if (std::find(sections.begin(), sections.end(), key) == sections.end()) {
       throw InputError(node.key_where,
@@ -91,7 +91,11 @@ std::shared_ptr<Galaxy> Galaxy::read_alone(std::string_view text, const std::str
       }
     }
   }
-  if (const ConfigNode* node = section("arms")) galaxy->arms_ = ArmPattern::read(*node);
+  if (const ConfigNode* node = section("arms")) {
+    galaxy->arms_ = ArmPattern::read(*node, root.find("arm"));
+  } else if (const ConfigNode* arm = root.find("arm")) {
+    throw InputError(arm->key_where, "[[arm]] needs [arms] with a model");
+  }
   const ConfigNode* list = root.find("component");
   if (list == nullptr) {
     throw InputError({label, 0, 0}, "a galaxy needs at least one [[component]]");

@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "core/math-inl.h"
+#include "galaxy/arm_courses.h"
 
 #ifndef GAMER_GALAXY_SPIRAL_COORDINATES_KERNEL
 #define GAMER_GALAXY_SPIRAL_COORDINATES_KERNEL
@@ -163,6 +164,8 @@ bool SpiralCoordinates::fits(const ArmPattern& arms) {
 SpiralCoordinates::SpiralCoordinates(const ArmPattern& arms, double shift) {
   if (!fits(arms)) throw std::invalid_argument("spiral coordinates need evenly spread arms");
   count_ = arms.count();
+  shift_ = shift;
+  if (arms.courses() != nullptr) courses_ = arms;
   orientation_ = arms.winding(1) >= arms.winding(0.5) ? 1 : -1;
   std::array<double, reference_samples> tangents{};
   for (int k = 0; k < reference_samples; ++k) {
@@ -286,7 +289,13 @@ void SpiralCoordinates::at(const Points& points, SpiralBatch& out) const {
   in.table = table_.empty() ? nullptr : table_.data();
   in.start = static_cast<float>(table_start);
   in.inverse_step = static_cast<float>(1 / table_step);
-  HWY_DYNAMIC_DISPATCH(SpiralKernel)(points, in, out);
+  if (courses_.courses() == nullptr) {
+    HWY_DYNAMIC_DISPATCH(SpiralKernel)(points, in, out);
+    return;
+  }
+  BatchArray x, y;
+  courses_.courses()->straighten(points, courses_, shift_, x.data(), y.data());
+  HWY_DYNAMIC_DISPATCH(SpiralKernel)({x.data(), y.data(), points.z, points.size}, in, out);
 }
 
 HelicalMap HelicalMap::along(const SpiralCoordinates& coordinates, double frequency, double stretch,

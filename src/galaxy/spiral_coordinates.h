@@ -59,7 +59,8 @@ class SpiralCoordinates {
   double u_gradient(double r) const;  ///< |grad u|
   double v_gradient(double r) const;  ///< |grad v|
 
-  /// The coordinates of points in the galaxy's frame. u_radial and v_radial are accurate to 1e-6 (1
+  /// The coordinates of points in the galaxy's frame. Arms with courses of their own are
+  /// straightened first (ArmCourses), so that u is whole on them too. u_radial and v_radial are accurate to 1e-6 (1
   /// + |u|).
   void at(const Points& points, SpiralBatch& out) const;
 
@@ -83,6 +84,8 @@ class SpiralCoordinates {
   /// Slopes are per step.
   std::vector<double> nodes_;
   std::vector<float> table_;
+  double shift_ = 0;
+  ArmPattern courses_;  ///< the arms, if they have courses of their own
 };
 
 /// A linear map of (u, v) whose image of T is a pair of whole numbers, so that noise on the lattice

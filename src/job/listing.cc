@@ -39,6 +39,10 @@ std::vector<Group> all_groups() {
   groups.push_back(
       {"galaxy", "[galaxy] of a galaxy file", "The galaxy as a whole.", Galaxy::table()});
   groups.push_back({"arms", "[arms] of a galaxy file", "The spiral pattern.", ArmPattern::table()});
+  groups.push_back({"arm", "[[arm]] of a galaxy file",
+                    "One arm with a course of its own; without [[arm]], all arms are alike but for "
+                    "the variations of [arms].",
+                    ArmPattern::arm_table()});
   for (const ComponentKind& kind : component_kinds()) {
     const std::string title = fmt::format("[[component]] of class \"{}\"", kind.name);
     groups.push_back({kind.name, title, kind.description, kind.parameters});

@@ -10,6 +10,8 @@
 
 namespace gamer {
 
+class ArmCourses;
+
 /// The spiral pattern of a galaxy: the winding angle theta(r), number and offsets of its arms. Arm
 /// i is centred at phi = theta(r) + offset_i (+ a component's shift).
 ///
@@ -23,9 +25,11 @@ class ArmPattern {
   enum class Model { none, ringermacher_mead, logarithmic };
 
   ArmPattern() = default;  ///< no arms
-  /// Reads [arms] (of table()); throws InputError.
-  static ArmPattern read(const ConfigNode& node);
+  /// Reads [arms] (of table()) and the list of [[arm]], or null (of arm_table()); throws
+  /// InputError.
+  static ArmPattern read(const ConfigNode& node, const ConfigNode* list = nullptr);
   static ParameterTable table();
+  static ParameterTable arm_table();
 
   bool has_arms() const { return model_ != Model::none && !offsets_.empty(); }
   Model model() const { return model_; }
@@ -34,6 +38,8 @@ class ArmPattern {
   const std::vector<double>& offsets() const { return offsets_; }
   /// Whether the arms stand at equal angles.
   bool is_even() const { return even_; }
+  /// Courses of the single arms; null where all arms are alike.
+  const ArmCourses* courses() const { return courses_.get(); }
 
   /// theta(r) with its sign of handedness, radians; r in galaxy radii, >= 0.
   double winding(double r) const;
@@ -58,6 +64,7 @@ class ArmPattern {
   double handedness_ = 1;
   bool even_ = true;
   std::vector<double> offsets_;
+  std::shared_ptr<const ArmCourses> courses_;
 };
 
 }  // namespace gamer

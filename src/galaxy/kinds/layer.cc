@@ -12,6 +12,7 @@
 #include <numbers>
 
 #include "core/math-inl.h"
+#include "galaxy/arm_courses-inl.h"
 #include "galaxy/kinds/taper-inl.h"
 #include "gamer/core/random.h"
 #include "gamer/core/units.h"
@@ -32,6 +33,9 @@ struct LayerKernelInput {
   float arm_count;
   const double* offsets;  ///< of uneven arms
   std::size_t offset_count;
+  const float* courses;  ///< tables of ArmCourses; null for arms that are alike
+  std::size_t course_count;
+  float floor, inverse_width;  ///< of ArmProfile
 };
 
 /// The cells of a cloud in a layer: radial x azimuthal x vertical, counted along z first.
@@ -70,6 +74,26 @@ HWY_INLINE V DistanceToMultiple(D d, V angle, double period) {
   return hn::Abs(hn::NegMulAdd(n, hn::Set(d, low), rest));
 }
 
+/// ArmCourses' F at this angle from the pattern's winding.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V CourseFactor(D d, V r, V angle, const LayerKernelInput& in) {
+  const V one = hn::Set(d, 1.0f);
+  // x^2/2 as a power of 2.
+  const float scale = -0.5f * std::numbers::log2e_v<float>;
+  const ArmNodes nodes(d, r);
+  V missed = one;
+  for (std::size_t k = 0; k < in.course_count; ++k) {
+    const float* table = in.courses + k * ArmCourses::arm_size;
+    const V strength = nodes.At(d, table, 1);
+    if (hn::AllFalse(d, hn::Gt(strength, hn::Zero(d)))) continue;
+    const V away = WithoutTurns(d, hn::Sub(angle, nodes.At(d, table, 0)));
+    const V x = hn::Mul(hn::Mul(away, hn::Set(d, in.inverse_width)), nodes.At(d, table, 2));
+    const V gauss = Exp2(d, hn::Mul(hn::Mul(x, x), hn::Set(d, scale)));
+    missed = hn::NegMulAdd(hn::Mul(strength, gauss), missed, missed);
+  }
+  return hn::MulAdd(hn::Set(d, in.floor - 1), missed, one);
+}
+
 /// The envelope, with an absolute error below 4e-7 + 1.5e-7 A_w for exact coordinates and windings.
 void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
@@ -90,7 +114,9 @@ void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* 
           hn::Sub(hn::Sub(hn::Load(d, batch.azimuth.data() + i), hn::Set(d, in.shift)),
                   hn::Load(d, batch.winding.data() + i));
       auto delta = hn::Set(d, static_cast<float>(full_turn));
-      if (in.even) {
+      if (in.courses != nullptr) {
+        value = hn::Mul(value, CourseFactor(d, r, angle, in));
+      } else if (in.even) {
         delta = DistanceToMultiple(d, angle, full_turn / double{in.arm_count});
       } else {
         for (std::size_t k = 0; k < in.offset_count; ++k) {
@@ -100,9 +126,11 @@ void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* 
                                  full_turn));
         }
       }
-      const auto closeness = hn::NegMulAdd(delta, hn::Set(d, std::numbers::inv_pi_v<float>), one);
-      exponent = hn::MulAdd(hn::Set(d, in.arm_width * std::numbers::log2e_v<float>),
-                            Log(d, closeness), exponent);
+      if (in.courses == nullptr) {
+        const auto closeness = hn::NegMulAdd(delta, hn::Set(d, std::numbers::inv_pi_v<float>), one);
+        exponent = hn::MulAdd(hn::Set(d, in.arm_width * std::numbers::log2e_v<float>),
+                              Log(d, closeness), exponent);
+      }
     }
     value = hn::Mul(value, Exp2(d, exponent));
     if (in.inverse_inner > 0) {
@@ -247,6 +275,9 @@ constexpr double rim_width = 0.6;
 constexpr double bright_radius = 3;
 constexpr double bright_height = 3.5;
 
+// Intervals between radii at which the mean of arms that vary is known.
+constexpr std::size_t mean_intervals = 128;
+
 // Radius outside which the steepest winding sets the texture's frequency.
 constexpr double twirl_core = 0.1;
 
@@ -359,7 +390,23 @@ void Layer::envelope(const SampleBatch& batch, float* out) const {
   in.arm_count = static_cast<float>(std::max(arms_.count(), 1));
   in.offsets = arms_.offsets().data();
   in.offset_count = arms_.offsets().size();
+  if (follows_courses()) {
+    const ArmProfile profile(shape_.arm_width, arms_.courses()->trunks());
+    in.courses = arms_.courses()->table();
+    in.course_count = arms_.courses()->size();
+    in.floor = static_cast<float>(profile.floor);
+    in.inverse_width = static_cast<float>(1 / profile.width);
+  }
   HWY_DYNAMIC_DISPATCH(LayerEnvelope)(batch, in, out);
+}
+
+std::vector<double> Layer::mean_course_factors() const {
+  const ArmProfile profile(shape_.arm_width, arms_.courses()->trunks());
+  std::vector<double> result;
+  for (std::size_t k = 0; k <= mean_intervals; ++k) {
+    result.push_back(profile.mean(*arms_.courses(), static_cast<double>(k) / mean_intervals));
+  }
+  return result;
 }
 
 double Layer::mean_arm_modifier() const {
@@ -390,10 +437,16 @@ double Layer::envelope_integral() const {
     height2[static_cast<std::size_t>(j)] =
         std::pow(shape_.z0 * std::atanh((j + 0.5) / vertical), 2);
   }
+  const bool varies = follows_courses();
+  const std::vector<double> factors =
+      varies ? mean_course_factors() : std::vector<double>(mean_intervals + 1, 1.0);
   double sum = 0;
   for (int i = 0; i < radial; ++i) {
     const double t = (i + 0.5) / radial;
     const double r = end * t * t;
+    const auto node = std::min(static_cast<std::size_t>(r * mean_intervals), mean_intervals - 1);
+    const double beyond = r * mean_intervals - static_cast<double>(node);
+    const double arms = factors[node] + beyond * (factors[node + 1] - factors[node]);
     double column = 0;
     if (r * r + height2.back() < taper_start * taper_start) {
       column = vertical;
@@ -401,9 +454,9 @@ double Layer::envelope_integral() const {
       for (const double z2 : height2) column += taper_at(std::sqrt(r * r + z2));
     }
     const double hole = shape_.inner > 0 ? -std::expm1(-std::pow(r / shape_.inner, 4)) : 1.0;
-    sum += 2 * end * t * r * std::exp(-r / shape_.rh) * hole * column / vertical;
+    sum += 2 * end * t * r * std::exp(-r / shape_.rh) * hole * column / vertical * arms;
   }
-  return 2 * pi * 2 * shape_.z0 * sum / radial * mean_arm_modifier();
+  return 2 * pi * 2 * shape_.z0 * sum / radial * (varies ? 1 : mean_arm_modifier());
 }
 
 /// Cells that hold equal shares of r exp(-r/rh), of the angle and of sech^2.
@@ -529,7 +582,9 @@ ColumnScale Layer::column_scale(const double nearest[3], const double direction[
   const double frequency = texture_frequency();
   double texture = frequency > 0 ? texture_periods / frequency : HUGE_VAL;
   if (follows_arms()) {
-    const double fall = std::numbers::pi / shape_.arm_width;
+    const double fall = follows_courses()
+                            ? ArmProfile(shape_.arm_width, arms_.courses()->trunks()).width
+                            : std::numbers::pi / shape_.arm_width;
     const double length = r > 0 ? arm_lengths * fall * r / std::hypot(1.0, arms_.shear(r)) : 0.0;
     texture = std::min(texture, std::max(length, finest_arm));
   }

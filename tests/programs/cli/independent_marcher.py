@@ -15,6 +15,7 @@ import unittest
 
 import sky_program  # First: goes on in the Python that has Astropy.
 from gamer_program import SOURCE, Folder, main
+from independent_arms import Courses
 
 import numpy as np
 from astropy.io import fits
@@ -237,18 +238,22 @@ class Octaves:
 # Arms, envelopes.
 
 class Arms:
-    def __init__(self, table):
+    def __init__(self, table, arms=()):
         self.model = table.get("model", "none")
         self.log = self.model == "logarithmic"
         self.scale = table.get("scale", 0.1 if self.log else 1)
         self.b, self.n = table.get("winding_b", 0.5), table.get("winding_n", 4)
         self.tan = math.tan(math.radians(table.get("pitch_angle", 15)))
         self.hand = table.get("handedness", 1)
-        count = table.get("count", 2)
+        count = table.get("count", sum("leaves" not in arm for arm in arms) or 2)
         self.offsets = [math.radians(o) for o in
                         table.get("offsets", [360 * i / count for i in range(count)])]
+        self.courses = None
         if self.model == "none":
             self.offsets = []
+        else:
+            self.courses = Courses.of(table, arms, lambda r: float(self.slope(np.array(r))),
+                                      hash_words, to_unit)
 
     def winding(self, r):
         if self.model == "none":
@@ -285,6 +290,8 @@ class Layer:
         value = value / np.cosh(np.minimum(np.abs(p[2]) / self.z0, 300))**2
         if self.width:
             phi = np.arctan2(p[1], p[0]) - self.shift - self.arms.winding(r)
+            if self.arms.courses:
+                return value * self.arms.courses.factor(r, phi, self.width)
             away = np.min([np.abs(np.remainder(phi - o + np.pi, 2 * np.pi) - np.pi)
                            for o in self.arms.offsets], axis=0)
             value = value * (1 - away / np.pi)**self.width
@@ -296,8 +303,11 @@ class Layer:
         r = t * t
         v = (np.arange(400) + 0.5) / 400
         column = taper(np.hypot(r[:, None], self.z0 * np.arctanh(v)[None, :])).mean(1)
-        ring = 4 * np.pi * self.z0 * np.mean(2 * t * r * self.radial(r) * column)
-        if not self.width:
+        share = 1
+        if self.width and self.arms.courses:
+            share = self.arms.courses.mean_factor(r, self.width)
+        ring = 4 * np.pi * self.z0 * np.mean(2 * t * r * self.radial(r) * column * share)
+        if not self.width or self.arms.courses:
             return ring
         angle = (np.arange(200000) + 0.5) / 200000 * 2 * np.pi
         away = np.min([np.abs(np.remainder(angle - o + np.pi, 2 * np.pi) - np.pi)
@@ -420,7 +430,10 @@ class SpiralCoordinates:
     def at(self, p):
         r = np.maximum(np.hypot(p[0], p[1]), 1e-6)
         s = np.log(r)
-        angle = np.remainder(np.arctan2(p[1], p[0]) - self.first + np.pi, 2 * np.pi) - np.pi
+        angle = np.arctan2(p[1], p[0]) - self.first
+        if self.arms.courses:
+            angle = angle - self.arms.courses.displacement(r, angle - self.arms.winding(r))
+        angle = np.remainder(angle + np.pi, 2 * np.pi) - np.pi
         turns = self.sign * angle / (2 * np.pi)
         g = self.sign * self.arms.winding(r)
         g_slope = self.sign * self.arms.slope(r)
@@ -669,7 +682,7 @@ class Galaxy:
         """`ratios` of the larger clouds' means to the first ones'; without them they are taken."""
         table = tomllib.loads(path.read_text())
         self.axis = np.array(table.get("galaxy", {}).get("axis", [1, 1, 1]), float)
-        arms = Arms(table.get("arms", {}))
+        arms = Arms(table.get("arms", {}), table.get("arm", []))
         galaxy_seed = hash_words(1, seed)
         self.components = [Component(c, c.get("name", f"{c['class']}{i}"), arms, galaxy_seed)
                            for i, c in enumerate(table["component"], 1)]

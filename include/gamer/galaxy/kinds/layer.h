@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "gamer/galaxy/component.h"
 
 namespace gamer {
@@ -15,7 +17,8 @@ struct LayerShape {
 
 /// The base of disk, stars and dust: an exponential layer wound along the arms,
 ///   envelope = sech^2(z/z0) exp(-r/rh) (1 - exp(-(r/inner)^4)) taper (1 - Delta/pi)^A_w,
-/// where Delta in [0, pi] is the angle to the nearest arm centre theta(r) + offset_i + delta.
+/// where Delta in [0, pi] is the angle to the nearest arm centre theta(r) + offset_i + delta. Arms
+/// with courses of their own have the factor F of ArmCourses instead.
 /// [GAMER Eqs. 11, 13, without hole and taper]
 class Layer : public Component {
  public:
@@ -52,7 +55,10 @@ class Layer : public Component {
   struct Cells;
   Cells cells(std::size_t radial, std::size_t azimuthal, std::size_t vertical) const;
   bool follows_arms() const { return arms_.has_arms() && shape_.arm_width > 0; }
-  /// The mean of the arm modifier around a circle.
+  bool follows_courses() const { return follows_arms() && arms_.courses() != nullptr; }
+  /// The means of ArmCourses' factor around circles of evenly spaced radii.
+  std::vector<double> mean_course_factors() const;
+  /// The mean of the arm modifier around a circle, of arms that are alike.
   double mean_arm_modifier() const;
 
   LayerShape shape_;
