@@ -60,7 +60,8 @@ class SpiralCoordinates {
   double v_gradient(double r) const;  ///< |grad v|
 
   /// The coordinates of points in the galaxy's frame. Arms with courses of their own are
-  /// straightened first (ArmCourses), so that u is whole on them too. u_radial and v_radial are accurate to 1e-6 (1
+  /// straightened first (ArmCourses), so that u is whole on them too. u_radial and v_radial are
+  /// accurate to 1e-6 (1
   /// + |u|).
   void at(const Points& points, SpiralBatch& out) const;
 
