@@ -245,5 +245,6 @@ ComponentKind veins_kind();
 ComponentKind veins_light_kind();
 ComponentKind starfield_kind();
 ComponentKind sersic_kind();
+ComponentKind associations_kind();
 
 }  // namespace gamer

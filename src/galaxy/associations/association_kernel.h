@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "gamer/core/batch.h"
+
+namespace gamer {
+
+// The part of AssociationTexture that works on whole vectors: its inputs, and functions that run
+// the best instruction set of this machine. Arrays are those of batches (batch.h).
+
+/// Number of different clumps of a level, and the bits of a hash that choose one.
+constexpr int clump_bits = 9;
+constexpr std::size_t clump_count = std::size_t{1} << clump_bits;
+
+// Half the range of a clump's random number, relative to the occupancy, in which it fades.
+constexpr float fade_range = 0.1f;
+
+// Largest occupancy of cells; above it clumps become brighter.
+constexpr float most_occupancy = 1 / (1 + fade_range);
+
+// Least occupancy, which keeps quotients finite.
+constexpr float least_occupancy = 1e-20f;
+
+/// The clumps of a level: one in each occupied cell of a square lattice.
+struct ClumpLevel {
+  float cosine, sine;        ///< of the lattice's angle, in cells per galaxy radius
+  float offset_x, offset_y;  ///< of the lattice, cells
+  std::uint32_t seed;
+  float cell;       ///< side of a cell, galaxy radii
+  float occupancy;  ///< mean number of clumps in a cell where the surface density is 1
+  float share;      ///< of the light
+  float frequency;  ///< for the visibility, cycles per galaxy radius
+  std::vector<float> inverse_square;  ///< 1/R^2
+  std::vector<float> amplitude;       ///< height of the profile
+  std::vector<float> height;          ///< z of the centre
+};
+
+/// The surface density of clumps on a square grid over [-1, 1]^2, x first.
+struct SurfaceDensity {
+  int points = 0;  ///< along each axis, at least 2
+  std::vector<float> values;
+};
+
+/// out = the surface density at (x, y), interpolated.
+void fill_surface_density(const Points& points, const SurfaceDensity& density, float* out);
+
+/// out = clamp(1 + contrast noise, 0, 2), of which rays of these footprints (null for none) see the
+/// share that they resolve at this frequency; the rest counts as 1. `before` is multiplied by it.
+void multiply_octave(std::size_t size, const float* noise, float contrast, float frequency,
+                     const float* footprints, const float* before, float* out);
+
+/// Adds share seen (C - 1) to `sum`. C is the light of the level's clumps relative to its mean, and
+/// `complexes` the part of the octaves that decides which cells are occupied.
+void add_clumps(const Points& points, const ClumpLevel& level, const float* density,
+                const float* complexes, const float* footprints, float* sum);
+
+/// out = scale (1 + sum) factor.
+void fill_light(std::size_t size, const float* sum, const float* factor, float scale, float* out);
+
+}  // namespace gamer

@@ -1,0 +1,281 @@
+#include "galaxy/associations/association_texture.h"
+
+#include <algorithm>
+#include <array>
+#include <boost/math/quadrature/gauss.hpp>
+#include <boost/math/special_functions/beta.hpp>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "gamer/core/error.h"
+#include "gamer/core/random.h"
+#include "gamer/noise/footprint.h"
+
+namespace gamer {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+// Volume integral of (1 - r^2)^3.
+constexpr double profile_volume = 64 * pi / 315;
+
+// Largest ratio of diameters within a level.
+constexpr double level_ratio = 2;
+
+// Frequencies of a level of largest radius R, times R: for the visibility, and of its sharpest
+// features.
+constexpr double seen_frequency = 1.2;
+constexpr double sharp_frequency = 1.6;
+
+// Wavelengths of octaves: the first in sizes of complexes, and the shortest that decides which
+// cells of a level are occupied, in diameters of its largest clump.
+constexpr double complex_wavelength = 2;
+constexpr double shortest_wavelength = 2;
+// Largest number of octaves. The last is no shorter than the diameter of the smallest clumps.
+constexpr std::size_t most_octaves = 7;
+
+// Offsets of lattices, cells.
+constexpr double largest_offset = 16;
+
+/// The integral of x^power over [least, most].
+double power_integral(double power, double least, double most) {
+  if (std::abs(power + 1) < 1e-9) return std::log(most / least);
+  return (std::pow(most, power + 1) - std::pow(least, power + 1)) / (power + 1);
+}
+
+/// The x in [least, most] below which the share u of that integral lies.
+double power_quantile(double power, double least, double most, double u) {
+  if (std::abs(power + 1) < 1e-9) return least * std::pow(most / least, u);
+  const double low = std::pow(least, power + 1), high = std::pow(most, power + 1);
+  return std::pow(low + u * (high - low), 1 / (power + 1));
+}
+
+/// sech^2(z/z0) convolved with the normalised density of a clump's light in z: (1 - z^2/R^2)^4.
+double seen_layer(double z, double radius, double z0) {
+  using Rule = boost::math::quadrature::gauss<double, 30>;
+  constexpr double norm = 315.0 / 256;
+  return Rule::integrate(
+      [&](double t) {
+        const double rest = 1 - t * t;
+        const double cosh = std::cosh(std::min(std::abs(z + radius * t) / z0, 300.0));
+        return norm * rest * rest * rest * rest / (cosh * cosh);
+      },
+      -1.0, 1.0);
+}
+
+}  // namespace
+
+ParameterTable AssociationParameters::table() const {
+  const auto number_of = [](const char* name, const char* unit, const Interval& interval,
+                            double value, const char* description) {
+    return Parameter::number(name, unit, interval, value, description);
+  };
+  return {
+      number_of("number", "", Interval::closed(1, 1e6), number,
+                "mean number of clumps; where their cells are full, clumps are brighter instead"),
+      number_of("luminosity_slope", "", Interval::closed(1, 4), luminosity_slope,
+                "a: luminosities L of clumps have dN/dL ~ L^-a"),
+      number_of("luminosity_range", "", Interval::closed(1, 1e5), luminosity_range,
+                "ratio of the largest to the smallest L"),
+      number_of("size_exponent", "", Interval::closed(2, 10), size_exponent,
+                "b: diameters D of clumps have L ~ D^b"),
+      number_of("largest", "galaxy radii", Interval::closed(1e-4, 0.5), largest,
+                "diameter of the brightest clumps; half of a clump's light is within 0.38 D"),
+      number_of("complex_size", "galaxy radii", Interval::closed(1e-4, 1), complex_size,
+                "size of the largest complexes; smaller ones follow in steps of 2"),
+      number_of("clustering", "", Interval::closed(0, 1.5), clustering,
+                "contrast of each step of complexes; 0 spreads clumps at random"),
+      number_of("diffuse", "", Interval::closed(0, 0.95), diffuse,
+                "share of the light that is spread over the complexes, outside clumps"),
+      Parameter::integer("seed", "", Interval::closed(0, largest_seed), std::nullopt,
+                         "seed of this component's clumps; default: from the galaxy's seed and "
+                         "the component's name"),
+  };
+}
+
+void AssociationParameters::apply(const ParameterSet& values) {
+  number = values.number("number");
+  luminosity_slope = values.number("luminosity_slope");
+  luminosity_range = values.number("luminosity_range");
+  size_exponent = values.number("size_exponent");
+  largest = values.number("largest");
+  complex_size = values.number("complex_size");
+  clustering = values.number("clustering");
+  diffuse = values.number("diffuse");
+  if (values.has("seed")) seed = static_cast<std::uint64_t>(values.integer("seed"));
+}
+
+AssociationTexture::AssociationTexture(const AssociationParameters& parameters,
+                                       SurfaceDensity density, double z0)
+    : Texture(0), parameters_(parameters), density_(std::move(density)), z0_(z0) {
+  const double step = 2.0 / (density_.points - 1);
+  const double total =
+      std::accumulate(density_.values.begin(), density_.values.end(), 0.0) * step * step;
+  for (float& value : density_.values) value = static_cast<float>(double{value} / total);
+  const double sizes = std::pow(parameters.luminosity_range, 1 / parameters.size_exponent);
+  const int count =
+      std::max(static_cast<int>(std::ceil(std::log(sizes) / std::log(level_ratio) - 1e-9)), 1);
+  for (int level = 0; level < count; ++level) {
+    const double most = std::pow(parameters.luminosity_range, -double(level) / count);
+    const double least = std::pow(parameters.luminosity_range, -double(level + 1) / count);
+    add_level(level, least, most);
+  }
+  add_octaves();
+}
+
+void AssociationTexture::add_level(int index, double least, double most) {
+  const AssociationParameters& p = parameters_;
+  const double slope = p.luminosity_slope;
+  const double faintest = 1 / p.luminosity_range;
+  const auto word = [&](std::uint64_t purpose) {
+    return hash_words({p.seed, static_cast<std::uint64_t>(index), purpose, 1});
+  };
+  ClumpLevel level;
+  const double cell = p.largest * std::pow(most, 1 / p.size_exponent);
+  const double angle = 2 * pi * to_unit(word(0));
+  level.cosine = static_cast<float>(std::cos(angle) / cell);
+  level.sine = static_cast<float>(std::sin(angle) / cell);
+  level.offset_x = static_cast<float>(largest_offset * to_unit(word(1)));
+  level.offset_y = static_cast<float>(largest_offset * to_unit(word(2)));
+  level.seed = static_cast<std::uint32_t>(word(3));
+  level.cell = static_cast<float>(cell);
+  const bool is_single = p.luminosity_range == 1;
+  const double number_share = is_single ? 1
+                                        : power_integral(-slope, least, most) /
+                                              power_integral(-slope, faintest, 1);
+  const double light_share = is_single ? 1
+                                       : power_integral(1 - slope, least, most) /
+                                             power_integral(1 - slope, faintest, 1);
+  level.occupancy = static_cast<float>(p.number * number_share * cell * cell);
+  level.share = static_cast<float>((1 - p.diffuse) * light_share);
+  level.frequency = static_cast<float>(2 * seen_frequency / cell);
+  std::vector<double> light(clump_count);
+  for (std::size_t k = 0; k < clump_count; ++k) {
+    const double u = (static_cast<double>(k) + 0.5) / clump_count;
+    light[k] = is_single ? 1 : power_quantile(-slope, least, most, u);
+  }
+  const double mean = std::accumulate(light.begin(), light.end(), 0.0) / clump_count;
+  for (std::size_t k = 0; k < clump_count; ++k) {
+    const double radius = 0.5 * p.largest * std::pow(light[k], 1 / p.size_exponent);
+    double u[3];
+    R3Sequence().point(k, u);
+    const double in_layer = z0_ * std::atanh(2 * u[0] - 1);
+    const double z = in_layer + radius * (2 * boost::math::ibeta_inv(5.0, 5.0, u[1]) - 1);
+    level.height.push_back(static_cast<float>(z));
+    level.inverse_square.push_back(static_cast<float>(1 / (radius * radius)));
+    level.amplitude.push_back(
+        static_cast<float>(light[k] / mean * cell * cell * 2 * z0_ /
+                           (profile_volume * radius * radius * radius * seen_layer(z, radius, z0_))));
+  }
+  levels_.push_back(std::move(level));
+}
+
+void AssociationTexture::add_octaves() {
+  const AssociationParameters& p = parameters_;
+  before_.assign(levels_.size(), 0);
+  if (p.clustering == 0) return;
+  contrast_ = static_cast<float>(p.clustering / std::sqrt(p.kind->variance()));
+  const double smallest =
+      p.largest * std::pow(p.luminosity_range, -1 / p.size_exponent);
+  double wavelength = complex_wavelength * p.complex_size;
+  do {
+    const auto index = static_cast<std::uint64_t>(octaves_.size());
+    Octave octave;
+    octave.frequency = static_cast<float>(1 / wavelength);
+    for (std::uint64_t axis = 0; axis < 3; ++axis) {
+      octave.offset[axis] =
+          static_cast<float>(largest_offset * to_unit(hash_words({p.seed, index, axis, 2})));
+    }
+    octave.seed = static_cast<std::uint32_t>(hash_words({p.seed, index, 3, 2}));
+    octaves_.push_back(octave);
+    for (std::size_t l = 0; l < levels_.size(); ++l) {
+      if (wavelength >= shortest_wavelength * double{levels_[l].cell}) {
+        before_[l] = octaves_.size();
+      }
+    }
+    wavelength /= 2;
+  } while (octaves_.size() < most_octaves && wavelength >= smallest);
+}
+
+bool AssociationTexture::hides(double footprint) const {
+  double finest{levels_.back().frequency};
+  if (!octaves_.empty()) finest = std::max(finest, double{octaves_.back().frequency});
+  return footprint * finest > fade_begin;
+}
+
+double AssociationTexture::frequency() const {
+  double finest = sharp_frequency / seen_frequency * double{levels_.back().frequency};
+  if (!octaves_.empty()) finest = std::max(finest, double{octaves_.back().frequency});
+  return finest;
+}
+
+void AssociationTexture::look(const Points& points, std::span<const float* const> footprints,
+                              std::span<float* const> out, std::uint64_t& evaluations) const {
+  std::array<BatchArray, most_octaves> noise;
+  for (std::size_t k = 0; k < octaves_.size(); ++k) {
+    parameters_.kind->sum(points, std::span(&octaves_[k], 1), noise[k].data());
+  }
+  BatchArray density, sum;
+  fill_surface_density(points, density_, density.data());
+  evaluations += points.size * (octaves_.size() + levels_.size() * footprints.size());
+  std::array<BatchArray, most_octaves + 1> product;
+  std::fill_n(product[0].data(), padded(points.size), 1.0f);
+  for (std::size_t v = 0; v < footprints.size(); ++v) {
+    for (std::size_t k = 0; k < octaves_.size(); ++k) {
+      multiply_octave(points.size, noise[k].data(), contrast_, octaves_[k].frequency,
+                      footprints[v], product[k].data(), product[k + 1].data());
+    }
+    std::fill_n(sum.data(), padded(points.size), 0.0f);
+    for (std::size_t l = 0; l < levels_.size(); ++l) {
+      add_clumps(points, levels_[l], density.data(), product[before_[l]].data(), footprints[v],
+                 sum.data());
+    }
+    fill_light(points.size, sum.data(), product[octaves_.size()].data(), 1, out[v]);
+  }
+}
+
+void AssociationTexture::evaluate_whole(const Points& points, BatchArray& out,
+                                        std::uint64_t& evaluations) const {
+  const float* const none = nullptr;
+  BatchArray light;
+  float* const to = light.data();
+  look(points, std::span(&none, 1), std::span(&to, 1), evaluations);
+  for (std::size_t i = 0; i < points.size; ++i) out[i] = light[i] * static_cast<float>(scale_);
+}
+
+void AssociationTexture::see(const Points& points, std::span<const float* const> footprints,
+                             bool /*wants_coherent*/, std::span<SeenNoise> out,
+                             std::uint64_t& evaluations) const {
+  std::vector<float*> sums;
+  for (SeenNoise& seen : out) sums.push_back(seen.sum.data());
+  look(points, footprints, sums, evaluations);
+}
+
+void AssociationTexture::expect(std::size_t size, const SeenNoise& seen, const float* /*coherence*/,
+                                std::span<const double> /*deviations*/,
+                                std::span<BatchArray> out) const {
+  for (BatchArray& values : out) {
+    for (std::size_t i = 0; i < size; ++i) values[i] = seen.sum[i] * static_cast<float>(scale_);
+  }
+}
+
+void AssociationTexture::normalise(std::span<const WeightedBatch> cloud,
+                                   const FractalNoise::Factor& factor) {
+  scale_ = 1;
+  const CloudMean all = mean_over(cloud, [&](std::size_t b, BatchArray& out) {
+    std::uint64_t evaluations = 0;
+    evaluate_whole(cloud[b].points(), out, evaluations);
+    if (!factor) return;
+    BatchArray other;
+    factor(cloud[b].points(), other.data());
+    for (std::size_t i = 0; i < cloud[b].size; ++i) out[i] *= other[i];
+  });
+  if (!(all.mean > 0) || !std::isfinite(all.square_mean)) {
+    throw InputError("there are no associations in the whole component");
+  }
+  scale_ = 1 / all.mean;
+  rms_ = std::sqrt(all.square_mean) / all.mean;
+}
+
+}  // namespace gamer

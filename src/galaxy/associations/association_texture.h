@@ -1,0 +1,98 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "galaxy/associations/association_kernel.h"
+#include "gamer/core/parameter.h"
+#include "gamer/galaxy/texture.h"
+#include "gamer/noise/noise.h"
+
+namespace gamer {
+
+/// Parameters of associations. Lengths are in galaxy radii.
+struct AssociationParameters {
+  double number = 3000;
+  double luminosity_slope = 2;
+  double luminosity_range = 500;
+  double size_exponent = 2.8;
+  double largest = 0.04;
+  double complex_size = 0.05;
+  double clustering = 1;
+  double diffuse = 0.3;
+  std::uint64_t seed = 1;
+  const Noise* kind = nullptr;  ///< of the complexes
+
+  /// The declaration of these parameters, with these values as defaults.
+  ParameterTable table() const;
+  /// Takes the values of table().
+  void apply(const ParameterSet& values);
+};
+
+/// The texture of young stars: clumps whose luminosities have the distribution dN/dL ~ L^-a between
+/// cut-offs, of diameters D ~ L^(1/size_exponent), in complexes.
+///
+/// Clumps are grouped in levels l, within each of which diameters differ by at most 2. A level has a
+/// square lattice whose cells are as large as its largest clump, turned by an angle of its own. A
+/// cell's hash gives a place within the cell, a number u in [0, 1) and one of clump_count clumps.
+/// These are quantiles of the level's luminosities, with heights z_k above the plane. A clump has
+/// the profile K = A_k (1 - r^2/R_k^2)^3 within R_k = D_k/2. It is there where u < p; p is the
+/// surface density of clumps, times the cell's area. Within u = p (1 +- fade_range) it fades. The
+/// density is that of the layer, times the product M_l of octaves clamp(1 + c noise/sigma, 0, 2)
+/// that are longer than twice the level's largest diameter. With M the product of all octaves,
+///   Phi = M (1 + sum_l share_l (sum_k w_k K_k/p - 1)).
+/// The heights follow sech^2(z/z0) convolved with the clump's profile, and A_k is inverse to this
+/// density. <Phi> over all seeds is thus 1 everywhere, and a clump emits its light exactly in the
+/// layer (without octaves below its size). `diffuse` is the share of the light without clumps.
+///
+/// A ray of footprint w sees a share of a level and of an octave, as in FractalNoise; the rest
+/// counts by its mean.
+class AssociationTexture : public Texture {
+ public:
+  /// `density` is the layer's surface density, of any scale, and `z0` its height.
+  AssociationTexture(const AssociationParameters& parameters, SurfaceDensity density, double z0);
+
+  void normalise(std::span<const WeightedBatch> cloud, const FractalNoise::Factor& factor) override;
+  std::vector<double> statistics() const override { return {scale_, rms_}; }
+  void restore(std::span<const double> statistics) override {
+    scale_ = statistics[0];
+    rms_ = statistics[1];
+  }
+  bool hides(double footprint) const override;
+  double frequency() const override;
+  double sharpness() const override { return 1; }
+  double rms() const override { return rms_; }
+  void see(const Points& points, std::span<const float* const> footprints, bool wants_coherent,
+           std::span<SeenNoise> out, std::uint64_t& evaluations) const override;
+  void expect(std::size_t size, const SeenNoise& seen, const float* coherence,
+              std::span<const double> deviations, std::span<BatchArray> out) const override;
+
+  const std::vector<ClumpLevel>& levels() const { return levels_; }
+  const SurfaceDensity& density() const { return density_; }
+  /// Phi is this factor times the expression above.
+  double scale() const { return scale_; }
+
+ private:
+  void evaluate_whole(const Points& points, BatchArray& out,
+                      std::uint64_t& evaluations) const override;
+  void add_level(int index, double least, double most);
+  void add_octaves();
+  /// Phi/scale_ for each of the footprints, which may be null.
+  void look(const Points& points, std::span<const float* const> footprints,
+            std::span<float* const> out, std::uint64_t& evaluations) const;
+
+  AssociationParameters parameters_;
+  SurfaceDensity density_;  ///< of integral 1
+  double z0_;
+  std::vector<ClumpLevel> levels_;   ///< from the largest clumps on
+  std::vector<std::size_t> before_;  ///< number of octaves of M_l
+  std::vector<Octave> octaves_;
+  float contrast_ = 0;
+  double scale_ = 1;
+  double rms_ = 1;
+};
+
+}  // namespace gamer

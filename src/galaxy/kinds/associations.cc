@@ -1,0 +1,85 @@
+#include <algorithm>
+#include <memory>
+
+#include "galaxy/associations/association_texture.h"
+#include "gamer/core/random.h"
+#include "gamer/galaxy/kinds/layer.h"
+
+namespace gamer {
+
+namespace {
+
+// Points of the surface density's grid along each axis.
+constexpr int density_points = 513;
+
+// Surface density below which clumps are fainter instead of rarer, as a share of the largest.
+constexpr float least_density = 1e-3f;
+
+/// A disk of clumps whose number follows its envelope.
+class Associations : public Layer {
+ public:
+  Associations(const LayerShape& shape, const ArmPattern& arms,
+               const AssociationParameters& parameters)
+      : Layer(shape, arms) {
+    amplitude_ = 1;
+    texture_ = std::make_unique<AssociationTexture>(parameters, surface_density(arms), shape.z0);
+  }
+
+ private:
+  /// The envelope in the plane.
+  SurfaceDensity surface_density(const ArmPattern& arms) const {
+    SurfaceDensity density{density_points, std::vector<float>(density_points * density_points)};
+    SampleBatch batch{};
+    BatchArray envelope;
+    for (std::size_t first = 0; first < density.values.size(); first += batch.size) {
+      batch.size = std::min(batch_capacity, density.values.size() - first);
+      for (std::size_t i = 0; i < batch.size; ++i) {
+        const auto place = [](std::size_t k) {
+          return 2 * static_cast<float>(k) / (density_points - 1) - 1;
+        };
+        batch.x[i] = place((first + i) % density_points);
+        batch.y[i] = place((first + i) / density_points);
+        batch.r[i] = std::hypot(batch.x[i], batch.y[i]);
+        batch.azimuth[i] = std::atan2(batch.y[i], batch.x[i]);
+        batch.taper[i] = static_cast<float>(taper_at(double{batch.r[i]}));
+      }
+      arms.winding(batch.r.data(), batch.size, batch.winding.data());
+      Layer::envelope(batch, envelope.data());
+      std::copy_n(envelope.data(), batch.size, density.values.data() + first);
+    }
+    const float most = *std::max_element(density.values.begin(), density.values.end());
+    for (float& value : density.values) value = std::max(value, least_density * most);
+    return density;
+  }
+};
+
+ParameterTable layer_parameters() {
+  ParameterTable table;
+  for (const Parameter& parameter : Layer::parameters()) {
+    if (parameter.name != "twirl") table.push_back(parameter);
+  }
+  return table;
+}
+
+}  // namespace
+
+ComponentKind associations_kind() {
+  ComponentKind kind;
+  kind.name = "associations";
+  kind.description = "young stars as objects: round clumps of all luminosities, in complexes";
+  const AssociationParameters defaults;
+  kind.parameters = layer_parameters() + defaults.table();
+  kind.make = [defaults](const ComponentInput& input) -> std::unique_ptr<Component> {
+    const GalaxySettings& settings = input.settings;
+    AssociationParameters parameters = defaults;
+    parameters.kind = settings.noise_kind;
+    parameters.seed = hash_text(settings.seed, input.name);
+    parameters.apply(input.values);
+    // The file's seed chooses the clumps of this component; the row's seed still varies them.
+    if (input.values.has("seed")) parameters.seed = hash_words({parameters.seed, settings.seed});
+    return std::make_unique<Associations>(Layer::read_shape(input.values), input.arms, parameters);
+  };
+  return kind;
+}
+
+}  // namespace gamer

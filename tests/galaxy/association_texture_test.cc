@@ -1,0 +1,202 @@
+// Associations: that clumps are those of the class comment, and what they promise about light.
+
+#include "galaxy/associations/association_texture.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/each_simd_target.h"
+#include "galaxy/evaluate.h"
+#include "galaxy/galaxy_text.h"
+#include "gamer/core/random.h"
+
+namespace gamer {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr double z0 = 0.01;
+
+AssociationParameters plain() {
+  AssociationParameters p;
+  p.kind = &simplex_noise();
+  p.clustering = 0;
+  p.diffuse = 0;
+  return p;
+}
+
+/// Over a square of even density.
+AssociationTexture texture(const AssociationParameters& p) {
+  return AssociationTexture(p, SurfaceDensity{2, {1, 1, 1, 1}}, z0);
+}
+
+std::vector<double> phi(const AssociationTexture& associations,
+                        const std::vector<Vector>& positions, double footprint = 0) {
+  std::vector<double> result;
+  for (std::size_t first = 0; first < positions.size(); first += batch_capacity) {
+    BatchArray x{}, y{}, z{}, width, value;
+    const std::size_t size = std::min(batch_capacity, positions.size() - first);
+    for (std::size_t i = 0; i < size; ++i) {
+      x[i] = static_cast<float>(positions[first + i][0]);
+      y[i] = static_cast<float>(positions[first + i][1]);
+      z[i] = static_cast<float>(positions[first + i][2]);
+    }
+    std::fill_n(width.data(), batch_capacity, static_cast<float>(footprint));
+    std::uint64_t evaluations = 0;
+    associations.evaluate({x.data(), y.data(), z.data(), size},
+                          footprint > 0 ? width.data() : nullptr, nullptr, {},
+                          std::span(&value, 1), evaluations);
+    result.insert(result.end(), value.data(), value.data() + size);
+  }
+  return result;
+}
+
+struct Clump {
+  double x, y, z, radius;
+  double height;  ///< of Phi at the centre
+};
+
+std::uint32_t mixed(std::uint32_t w) {
+  w = (w ^ (w >> 16)) * 0x7feb352du;
+  w = (w ^ (w >> 15)) * 0x846ca68bu;
+  return w ^ (w >> 16);
+}
+
+/// All clumps of a level near the square, from docs/method.md alone; their density is even.
+std::vector<Clump> clumps(const ClumpLevel& level) {
+  std::vector<Clump> result;
+  const double c = double{level.cosine} * double{level.cell};
+  const double s = double{level.sine} * double{level.cell};
+  const double cell{level.cell};
+  const double p = std::min(double{level.occupancy} / 4, 1 / 1.1);
+  const int reach = static_cast<int>(std::ceil(std::numbers::sqrt2 / cell)) + 1;
+  const int shift_x = static_cast<int>(level.offset_x), shift_y = static_cast<int>(level.offset_y);
+  for (int i = shift_x - reach; i <= shift_x + reach; ++i) {
+    for (int j = shift_y - reach; j <= shift_y + reach; ++j) {
+      const std::uint32_t along = static_cast<std::uint32_t>(j) * 0x85ebca77u + level.seed;
+      const std::uint32_t word = mixed(static_cast<std::uint32_t>(i) * 0x9e3779b1u ^ mixed(along));
+      const std::uint32_t again = mixed(word + 0x9e3779b9u);
+      const double number = (again & 0xffff) / 65536.0;
+      const double weight = std::clamp((1.1 - number / p) / 0.2, 0.0, 1.0);
+      if (weight == 0) continue;
+      const double u = i + (word & 0xffff) / 65536.0 - double{level.offset_x};
+      const double v = j + (word >> 16) / 65536.0 - double{level.offset_y};
+      const std::size_t k = again >> 23;
+      result.push_back({cell * (c * u - s * v), cell * (s * u + c * v), double{level.height[k]},
+                        1 / std::sqrt(double{level.inverse_square[k]}),
+                        double{level.share} * weight * double{level.amplitude[k]} / p});
+    }
+  }
+  return result;
+}
+
+std::vector<Clump> clumps(const AssociationTexture& associations) {
+  std::vector<Clump> result;
+  for (const ClumpLevel& level : associations.levels()) {
+    const std::vector<Clump> own = clumps(level);
+    result.insert(result.end(), own.begin(), own.end());
+  }
+  return result;
+}
+
+/// The light of a clump in the layer: the integral of Phi sech^2(z/z0), by the midpoint rule in z.
+/// A slice of the profile has the area pi R^2 (1 - z^2/R^2)^4/4.
+double light_of(const Clump& clump) {
+  constexpr int steps = 200;
+  double sum = 0;
+  for (int k = 0; k < steps; ++k) {
+    const double t = 2 * (k + 0.5) / steps - 1;
+    const double cosh = std::cosh((clump.z + clump.radius * t) / z0);
+    sum += std::pow(1 - t * t, 4) / (cosh * cosh);
+  }
+  return clump.height * pi / 4 * std::pow(clump.radius, 3) * sum * 2 / steps;
+}
+
+std::vector<Vector> places(std::size_t count, double height) {
+  std::vector<Vector> result;
+  for (std::size_t i = 0; i < count; ++i) {
+    double u[3];
+    R3Sequence().point(i, u);
+    result.push_back({2 * u[0] - 1, 2 * u[1] - 1, height * (2 * u[2] - 1)});
+  }
+  return result;
+}
+
+TEST(AssociationTexture, IsTheSumOfItsClumps) {
+  AssociationParameters p = plain();
+  p.number = 5000;
+  p.largest = 0.08;
+  const AssociationTexture associations = texture(p);
+  const std::vector<Clump> all = clumps(associations);
+  const std::vector<Vector> positions = places(4000, 3 * z0);
+  std::vector<double> expected;
+  for (const Vector& at : positions) {
+    double sum = 0;
+    for (const Clump& clump : all) {
+      const double dx = at[0] - clump.x, dy = at[1] - clump.y, dz = at[2] - clump.z;
+      const double t = (dx * dx + dy * dy + dz * dz) / (clump.radius * clump.radius);
+      if (t < 1) sum += clump.height * std::pow(1 - t, 3);
+    }
+    expected.push_back(sum);
+  }
+  const double most = *std::max_element(expected.begin(), expected.end());
+  for_each_simd_target([&] {
+    const std::vector<double> found = phi(associations, positions);
+    double worst = 0;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      worst = std::max(worst, std::abs(found[i] - expected[i]));
+    }
+    EXPECT_LT(worst / most, 2e-4);
+    RecordProperty("worst", std::to_string(worst / most));
+  });
+}
+
+// The numbers of clumps in bins of their light, of the exact light of the power law.
+TEST(AssociationTexture, LightFollowsTheLuminosityFunction) {
+  for (const double slope : {1.5, 2.0, 2.4}) {
+    AssociationParameters p = plain();
+    p.number = 20000;
+    p.luminosity_slope = slope;
+    p.luminosity_range = 1000;
+    const AssociationTexture associations = texture(p);
+    const auto integral = [&](double power, double from, double to) {
+      return power == -1 ? std::log(to / from)
+                         : (std::pow(to, power + 1) - std::pow(from, power + 1)) / (power + 1);
+    };
+    const double least = 1 / p.luminosity_range;
+    const double mean = integral(1 - slope, least, 1) / integral(-slope, least, 1);
+    const double brightest = 4 * 2 * z0 / p.number / mean;
+    constexpr int bins = 15;
+    std::vector<double> found(bins, 0.0);
+    double total = 0;
+    for (const Clump& clump : clumps(associations)) {
+      if (std::abs(clump.x) > 1 || std::abs(clump.y) > 1) continue;
+      const double light = light_of(clump) / brightest;
+      total += light * brightest;
+      const double u = bins * (1 + std::log(light) / std::log(p.luminosity_range));
+      const int bin = static_cast<int>(std::floor(u));
+      if (bin >= 0 && bin < bins) ++found[static_cast<std::size_t>(bin)];
+    }
+    double chi2 = 0;
+    // Half-faded clumps blur the cut-offs.
+    for (int bin = 1; bin + 1 < bins; ++bin) {
+      const double from = std::pow(p.luminosity_range, double(bin) / bins - 1);
+      const double to = std::pow(p.luminosity_range, double(bin + 1) / bins - 1);
+      const double expected =
+          p.number * integral(-slope, from, to) / integral(-slope, least, 1);
+      const double off = found[static_cast<std::size_t>(bin)] - expected;
+      chi2 += off * off / expected;
+    }
+    EXPECT_LT(chi2, 28) << slope;  // 1 % of chi-square of 13 degrees is above 27.7
+    EXPECT_NEAR(total / (4 * 2 * z0), 1, 0.1) << slope;
+  }
+}
+
+}  // namespace
+}  // namespace gamer
