@@ -106,16 +106,16 @@ std::vector<Clump> clumps(const AssociationTexture& associations) {
 }
 
 /// The light of a clump in the layer: the integral of Phi sech^2(z/z0), by the midpoint rule in z.
-/// A slice of the profile has the area pi R^2 (1 - z^2/R^2)^4/4.
+/// A slice of (1 - r^2/R^2)^n has the integral pi R^2 (1 - z^2/R^2)^(n + 1)/(n + 1).
 double light_of(const Clump& clump) {
   constexpr int steps = 200;
   double sum = 0;
   for (int k = 0; k < steps; ++k) {
     const double t = 2 * (k + 0.5) / steps - 1;
     const double cosh = std::cosh((clump.z + clump.radius * t) / z0);
-    sum += std::pow(1 - t * t, 4) / (cosh * cosh);
+    sum += (std::pow(1 - t * t, 4) / 4 + 6 * std::pow(1 - t * t, 13) / 13) / (cosh * cosh);
   }
-  return clump.height * pi / 4 * std::pow(clump.radius, 3) * sum * 2 / steps;
+  return clump.height * pi * std::pow(clump.radius, 3) * sum * 2 / steps;
 }
 
 std::vector<Vector> places(std::size_t count, double height) {
@@ -141,7 +141,7 @@ TEST(AssociationTexture, IsTheSumOfItsClumps) {
     for (const Clump& clump : all) {
       const double dx = at[0] - clump.x, dy = at[1] - clump.y, dz = at[2] - clump.z;
       const double t = (dx * dx + dy * dy + dz * dz) / (clump.radius * clump.radius);
-      if (t < 1) sum += clump.height * std::pow(1 - t, 3);
+      if (t < 1) sum += clump.height * (std::pow(1 - t, 3) + 6 * std::pow(1 - t, 12));
     }
     expected.push_back(sum);
   }

@@ -133,7 +133,9 @@ void AddClumps(const Points& points, const ClumpLevel& level, const float* HWY_R
       const auto square = hn::Mul(hn::MulAdd(dz, dz, plane),
                                   hn::GatherIndex(d, level.inverse_square.data(), index));
       const auto rest = hn::Max(hn::Sub(one, square), hn::Zero(d));
-      const auto profile = hn::Mul(hn::Mul(rest, rest), rest);
+      const auto cube = hn::Mul(hn::Mul(rest, rest), rest);
+      const auto ninth = hn::Mul(hn::Mul(cube, cube), cube);
+      const auto profile = hn::Mul(cube, hn::MulAdd(ninth, hn::Set(d, core_height), one));
       light = hn::MulAdd(hn::Mul(weight, hn::GatherIndex(d, level.amplitude.data(), index)),
                          profile, light);
     }

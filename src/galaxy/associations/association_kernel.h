@@ -15,6 +15,9 @@ namespace gamer {
 constexpr int clump_bits = 9;
 constexpr std::size_t clump_count = std::size_t{1} << clump_bits;
 
+// A clump's profile is q^3 (1 + core_height q^9) with q = 1 - r^2/R^2: a halo with a core.
+constexpr float core_height = 6;
+
 // Half the range of a clump's random number, relative to the occupancy, in which it fades.
 constexpr float fade_range = 0.1f;
 

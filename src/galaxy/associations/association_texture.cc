@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <boost/math/quadrature/gauss.hpp>
-#include <boost/math/special_functions/beta.hpp>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -17,16 +16,18 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-// Volume integral of (1 - r^2)^3.
-constexpr double profile_volume = 64 * pi / 315;
+// Volume integrals of (1 - r^2)^3 and (1 - r^2)^12, and of a clump's profile for R = A = 1.
+constexpr double halo_volume = 64 * pi / 315;
+constexpr double core_volume = 16777216 * pi / 456326325;
+constexpr double profile_volume = halo_volume + double{core_height} * core_volume;
 
 // Largest ratio of diameters within a level.
 constexpr double level_ratio = 2;
 
 // Frequencies of a level of largest radius R, times R: for the visibility, and of its sharpest
 // features.
-constexpr double seen_frequency = 1.2;
-constexpr double sharp_frequency = 1.6;
+constexpr double seen_frequency = 1.3;
+constexpr double sharp_frequency = 1.0;
 
 // Wavelengths of octaves: the first in sizes of complexes, and the shortest that decides which
 // cells of a level are occupied, in diameters of its largest clump.
@@ -51,17 +52,68 @@ double power_quantile(double power, double least, double most, double u) {
   return std::pow(low + u * (high - low), 1 / (power + 1));
 }
 
-/// sech^2(z/z0) convolved with the normalised density of a clump's light in z: (1 - z^2/R^2)^4.
+/// The integral of the interpolated density.
+double integral_of(const SurfaceDensity& density) {
+  const auto points = static_cast<std::size_t>(density.points);
+  const auto weight = [&](std::size_t k) { return k == 0 || k + 1 == points ? 0.5 : 1.0; };
+  double sum = 0;
+  for (std::size_t k = 0; k < density.values.size(); ++k) {
+    sum += weight(k % points) * weight(k / points) * double{density.values[k]};
+  }
+  const double step = 2.0 / (density.points - 1);
+  return sum * step * step;
+}
+
+/// The density of a clump's light in t = z/R, normalised.
+double light_at_height(double t) {
+  const double rest = std::max(1 - t * t, 0.0);
+  return (pi / 4 * std::pow(rest, 4) + double{core_height} * pi / 13 * std::pow(rest, 13)) /
+         profile_volume;
+}
+
+/// sech^2(z/z0) convolved with the density of a clump's light in z.
 double seen_layer(double z, double radius, double z0) {
   using Rule = boost::math::quadrature::gauss<double, 30>;
-  constexpr double norm = 315.0 / 256;
-  return Rule::integrate(
-      [&](double t) {
-        const double rest = 1 - t * t;
-        const double cosh = std::cosh(std::min(std::abs(z + radius * t) / z0, 300.0));
-        return norm * rest * rest * rest * rest / (cosh * cosh);
-      },
-      -1.0, 1.0);
+  if (radius < z0) {
+    return Rule::integrate(
+        [&](double t) {
+          const double cosh = std::cosh((z + radius * t) / z0);
+          return light_at_height(t) / (cosh * cosh);
+        },
+        -1.0, 1.0);
+  }
+  // With v = tanh(z'/z0), sech^2 dz' is z0 dv.
+  constexpr int pieces = 4;
+  double sum = 0;
+  for (int k = 0; k < pieces; ++k) {
+    const double begin = 2.0 * k / pieces - 1, end = 2.0 * (k + 1) / pieces - 1;
+    sum += Rule::integrate(
+        [&](double v) { return light_at_height((z0 * std::atanh(v) - z) / radius); }, begin, end);
+  }
+  return z0 / radius * sum;
+}
+
+/// The heights of clumps of radius 1 in an infinitely thin layer.
+const std::vector<double>& unit_heights() {
+  static const std::vector<double> heights = [] {
+    constexpr int steps = 1 << 14;
+    std::vector<double> below(steps + 1, 0.0);
+    for (int i = 0; i < steps; ++i) {
+      below[static_cast<std::size_t>(i) + 1] =
+          below[static_cast<std::size_t>(i)] + light_at_height(2 * (i + 0.5) / steps - 1) * 2 / steps;
+    }
+    std::vector<double> result;
+    for (std::size_t k = 0; k < clump_count; ++k) {
+      double u[3];
+      R3Sequence().point(k, u);
+      const double wanted = u[1] * below.back();
+      const auto next = std::upper_bound(below.begin() + 1, below.end() - 1, wanted);
+      const double low = *(next - 1), share = (wanted - low) / (*next - low);
+      result.push_back(2 * (static_cast<double>(next - 1 - below.begin()) + share) / steps - 1);
+    }
+    return result;
+  }();
+  return heights;
 }
 
 }  // namespace
@@ -109,9 +161,7 @@ void AssociationParameters::apply(const ParameterSet& values) {
 AssociationTexture::AssociationTexture(const AssociationParameters& parameters,
                                        SurfaceDensity density, double z0)
     : Texture(0), parameters_(parameters), density_(std::move(density)), z0_(z0) {
-  const double step = 2.0 / (density_.points - 1);
-  const double total =
-      std::accumulate(density_.values.begin(), density_.values.end(), 0.0) * step * step;
+  const double total = integral_of(density_);
   for (float& value : density_.values) value = static_cast<float>(double{value} / total);
   const double sizes = std::pow(parameters.luminosity_range, 1 / parameters.size_exponent);
   const int count =
@@ -160,8 +210,7 @@ void AssociationTexture::add_level(int index, double least, double most) {
     const double radius = 0.5 * p.largest * std::pow(light[k], 1 / p.size_exponent);
     double u[3];
     R3Sequence().point(k, u);
-    const double in_layer = z0_ * std::atanh(2 * u[0] - 1);
-    const double z = in_layer + radius * (2 * boost::math::ibeta_inv(5.0, 5.0, u[1]) - 1);
+    const double z = z0_ * std::atanh(2 * u[0] - 1) + radius * unit_heights()[k];
     level.height.push_back(static_cast<float>(z));
     level.inverse_square.push_back(static_cast<float>(1 / (radius * radius)));
     level.amplitude.push_back(

@@ -278,7 +278,8 @@ class Layer:
         self.arms = arms
         has_arms = arms.offsets and not c["class"].startswith("veins")
         self.width = c.get("arm_width", 0.5) if has_arms else 0
-        self.twirl = 0 if c["class"].startswith("veins") else c.get("twirl", 0.1)
+        unturned = c["class"].startswith("veins") or c["class"] == "associations"
+        self.twirl = 0 if unturned else c.get("twirl", 0.1)
 
     def radial(self, r):
         hole = -np.expm1(-(r / self.inner)**4) if self.inner else 1
@@ -578,6 +579,113 @@ class Veins:
         return density / self.mean
 
 
+def power_integral(power, least, most):
+    """Of x^power."""
+    if power == -1:
+        return math.log(most / least)
+    return (most**(power + 1) - least**(power + 1)) / (power + 1)
+
+
+class Associations:
+    DEFAULTS = {"number": 3000, "luminosity_slope": 2, "luminosity_range": 500,
+                "size_exponent": 2.8, "largest": 0.04, "complex_size": 0.05, "clustering": 1,
+                "diffuse": 0.3}
+    KINDS, POINTS = 512, 513
+
+    def __init__(self, c, layer, seed):
+        self.q, self.z0, self.mean = {**self.DEFAULTS, **c}, layer.z0, 1
+        line = np.linspace(-1, 1, self.POINTS)
+        x, y = (a.ravel() for a in np.meshgrid(line, line, indexing="ij"))
+        density = layer.envelope(np.array([x, y, 0 * x])).reshape(self.POINTS, self.POINTS)
+        density = np.maximum(density, 1e-3 * density.max())
+        self.density = density / (density.sum() / 256**2)
+        q = self.q
+        sizes = q["luminosity_range"]**(1 / q["size_exponent"])
+        count = max(math.ceil(math.log2(sizes) - 1e-9), 1)
+        self.levels = [self.level(seed, k, count) for k in range(count)]
+        self.octaves, wavelength = [], 2 * q["complex_size"]
+        while q["clustering"] and len(self.octaves) < 7 and (
+                not self.octaves or wavelength >= q["largest"] / sizes):
+            index = len(self.octaves)
+            offset = np.array([[16 * to_unit(hash_words(seed, index, axis, 2))]
+                               for axis in range(3)])
+            self.octaves.append((wavelength, offset, hash_words(seed, index, 3, 2) & 0xFFFFFFFF))
+            wavelength /= 2
+
+    def level(self, seed, index, count):
+        q = self.q
+        slope, whole_range = -q["luminosity_slope"], (1 / q["luminosity_range"], 1)
+        least, most = (q["luminosity_range"]**(-(index + k) / count) for k in (1, 0))
+        number = power_integral(slope, least, most) / power_integral(slope, *whole_range)
+        light = power_integral(slope + 1, least, most) / power_integral(slope + 1, *whole_range)
+        cell = q["largest"] * most**(1 / q["size_exponent"])
+        k = np.arange(self.KINDS)
+        share = (k + 0.5) / self.KINDS
+        if slope == -1:
+            luminosity = least * (most / least)**share
+        else:
+            luminosity = (least**(slope + 1) + share * (most**(slope + 1) - least**(slope + 1)))**(
+                1 / (slope + 1))
+        radius = q["largest"] / 2 * luminosity**(1 / q["size_exponent"])
+        u = [((1 << 63) + k.astype(object) * step & M64) / 2**64
+             for step in (0xD1B54A32D192ED03, 0xABC98388FB8FAC02)]
+        u = [a.astype(float) for a in u]
+        t = np.linspace(-1, 1, 200001)
+        below = 0.5 + 315 / 256 * np.polyval([1 / 9, 0, -4 / 7, 0, 6 / 5, 0, -4 / 3, 0, 1, 0], t)
+        z = self.z0 * np.arctanh(2 * u[0] - 1) + radius * np.interp(u[1], below, t)
+        t = (np.arange(2000) + 0.5) / 1000 - 1
+        seen = np.mean((1 - t**2)**4 / np.cosh((z[:, None] + radius[:, None] * t) / self.z0)**2,
+                       axis=1) * 2 * 315 / 256
+        amplitude = (luminosity / luminosity.mean() * 2 * self.z0 * cell**2 /
+                     (64 * np.pi / 315 * radius**3 * seen))
+
+        def lattice(n):
+            return hash_words(seed, index, n, 1)
+        return {"angle": 2 * np.pi * to_unit(lattice(0)), "cell": cell, "radius": radius, "z": z,
+                "offset": [16 * to_unit(lattice(1)), 16 * to_unit(lattice(2))],
+                "seed": U32(lattice(3) & 0xFFFFFFFF), "amplitude": amplitude,
+                "occupancy": q["number"] * number * cell**2,
+                "share": (1 - q["diffuse"]) * light}
+
+    def surface_density(self, p):
+        u, v = (128 * 2 * (a + 1) for a in p[:2])
+        i, j = (np.minimum(np.floor(a), self.POINTS - 2).astype(int) for a in (u, v))
+        u, v, d = u - i, v - j, self.density
+        return ((1 - u) * ((1 - v) * d[i, j] + v * d[i, j + 1]) +
+                u * ((1 - v) * d[i + 1, j] + v * d[i + 1, j + 1]))
+
+    def phi(self, p):
+        q, one = self.q, np.ones(p.shape[1])
+        factors = [(wavelength, np.clip(
+            1 + q["clustering"] / math.sqrt(SIMPLEX_VARIANCE) *
+            simplex(p / wavelength + offset, seed)[0], 0, 2))
+            for wavelength, offset, seed in self.octaves]
+        density, total = self.surface_density(p), one
+        for level in self.levels:
+            cell = level["cell"]
+            occupancy = level["occupancy"] * density * np.prod(
+                [one] + [f for wavelength, f in factors if wavelength >= 2 * cell], axis=0)
+            occupancy = np.clip(occupancy, 1e-20, 1 / 1.1)
+            s, c = math.sin(level["angle"]) / cell, math.cos(level["angle"]) / cell
+            x = p[0] * c + p[1] * s + level["offset"][0]
+            y = p[1] * c - p[0] * s + level["offset"][1]
+            light = 0
+            for a in (0, 1):
+                for b in (0, 1):
+                    (i, i32), (j, j32) = whole(x - 0.5 + a), whole(y - 0.5 + b)
+                    word = mix32(i32 * PX ^ mix32(j32 * PY + level["seed"]))
+                    again = mix32(word + U32(0x9E3779B9))
+                    k = (again >> U32(23)).astype(int)
+                    dx = x - i - (word & U32(0xFFFF)) / 65536
+                    dy = y - j - (word >> U32(16)) / 65536
+                    distance2 = (dx**2 + dy**2) * cell**2 + (p[2] - level["z"][k])**2
+                    weight = np.clip((1.1 - (again & U32(0xFFFF)) / 65536 / occupancy) / 0.2, 0, 1)
+                    light = light + weight * level["amplitude"][k] * np.maximum(
+                        1 - distance2 / level["radius"][k]**2, 0)**3
+            total = total + level["share"] * (light / occupancy - 1)
+        return total * np.prod([one] + [f for _, f in factors], axis=0) / self.mean
+
+
 # Spectra.
 
 def sed(name, source, wavelength):
@@ -631,6 +739,10 @@ class Component:
             if "seed" in c:
                 seed = hash_words(c["seed"], galaxy_seed)
             self.texture = Veins(c, self.layer, seed, galaxy_seed)
+        elif self.kind == "associations":
+            if "seed" in c:
+                seed = hash_words(c["seed"], galaxy_seed)
+            self.texture = Associations(c, self.layer, seed)
         elif noise is not False:
             if "seed" in noise:
                 seed = hash_words(noise["seed"], galaxy_seed)
