@@ -323,7 +323,7 @@ Resources open_resources(const JobRequest& request,
     return Resources::from_record(read_record(request.from_header));
   }
   Resources resources(folders);
-  if (request.look) add_look(*request.look, resources);
+  if (request.look) add_look(*request.look, request.settings, resources);
   return resources;
 }
 

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "gamer/core/config.h"
 #include "gamer/core/error.h"
@@ -21,21 +24,32 @@ projection = "orthographic"
 position = [0, 0, 10]
 up = [0, 1, 0]
 width = 2
-[spectrum]
-wavelengths = [4300, 5750, 7400]
 [sampling]
 tolerance = 0.01
 )";
 
+// Blue, green, and red with H alpha, unless the user chooses planes.
+constexpr const char* colours = R"([spectrum]
+bands = ["bessell_b", "bessell_v", "red_halpha"]
+)";
+
+bool chooses_planes(const std::vector<std::string>& settings) {
+  return std::ranges::any_of(settings, [](const std::string& setting) {
+    return setting.starts_with("spectrum.bands") || setting.starts_with("spectrum.wavelengths");
+  });
+}
+
 }  // namespace
 
-void add_look(const Look& look, Resources& resources) {
+void add_look(const Look& look, const std::vector<std::string>& settings, Resources& resources) {
   if (look.galaxy.find_first_of("\"\n\r") != std::string::npos) {
     throw InputError({label, 0, 0}, "a galaxy's name has no quotes and no line breaks");
   }
   const std::string picture = std::filesystem::path(look.galaxy).stem().string() + ".png";
   resources.add(
-      {recorded_parameters, label, fmt::format(fmt::runtime(view), toml_string(picture))});
+      {recorded_parameters, label,
+                 fmt::format(fmt::runtime(view), toml_string(picture)) +
+                     (chooses_planes(settings) ? "" : colours)});
   resources.add({recorded_scene, label,
                  fmt::format("galaxy,x,y,z,inclination,pa\n\"{}\",0,0,0,{},{}\n", look.galaxy,
                              look.inclination, look.position_angle)});

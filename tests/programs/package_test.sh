@@ -73,7 +73,7 @@ done
 
 cd "$work"
 data=$work/prefix/share/gamer
-GAMER_DATA=$data render_to_memory/render_to_memory "$data/scenes/ngc4321.par" "$data/scenes/ngc4321.lst" |
+GAMER_DATA=$data render_to_memory/render_to_memory "$data/scenes/ngc4594.par" "$data/scenes/ngc4594.lst" |
   tee totals.txt
 [[ $(grep -cE '^(4300|5750|7400)A: total [0-9.]*[1-9]' totals.txt) -eq 3 ]]
 # Bands are no wavelengths.

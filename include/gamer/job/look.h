@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "gamer/core/resources.h"
 
@@ -14,8 +15,9 @@ struct Look {
 };
 
 /// Records a parameter file and a scene list for `look`. The galaxy fills a picture of 640 x 640
-/// pixels, NAME.png, in three colours at tolerance 1e-2. Throws InputError for a name that no scene
-/// list can hold.
-void add_look(const Look& look, Resources& resources);
+/// pixels, NAME.png, at tolerance 1e-2. Its colours are blue, green, and red with H alpha, unless
+/// `settings` ("section.key=value") give bands or wavelengths. Throws InputError for a name that no
+/// scene list can hold.
+void add_look(const Look& look, const std::vector<std::string>& settings, Resources& resources);
 
 }  // namespace gamer
