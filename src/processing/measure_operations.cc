@@ -352,7 +352,8 @@ Operation compare_operation() {
 }  // namespace
 
 std::vector<Operation> measure_operations() {
-  return {stats_operation(), photometry_operation(), spectrum_operation(), compare_operation()};
+  return {stats_operation(),  photometry_operation(), profile_operation(), morphology_operation(),
+          unwrap_operation(), spectrum_operation(),   compare_operation()};
 }
 
 }  // namespace gamer

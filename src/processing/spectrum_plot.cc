@@ -1,16 +1,12 @@
 #include "processing/spectrum_plot.h"
 
-#include <cairo.h>
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <memory>
-#include <numbers>
 
-#include "image/write_file.h"
+#include "processing/drawing.h"
 
 namespace gamer {
 namespace {
@@ -18,21 +14,9 @@ namespace {
 constexpr int image_width = 1200, image_height = 900;
 constexpr double left_margin = 130, right_margin = 40, top_margin = 40,
                  bottom_margin = 95;  ///< margins
-constexpr double font_size = 24;
-constexpr double superscript = 0.7;  ///< of the font's size
+constexpr double font_size = Drawing::font_size;
 constexpr double tick_length = 10, minor_tick = 5;
 constexpr double dot_radius = 2.5;
-
-struct Colour {
-  double red, green, blue;
-};
-/// Colours of Okabe & Ito, distinguishable with colour blindness.
-constexpr std::array<Colour, 6> colours = {{{0.00, 0.45, 0.70},
-                                            {0.84, 0.37, 0.00},
-                                            {0.00, 0.62, 0.45},
-                                            {0.80, 0.47, 0.65},
-                                            {0.34, 0.71, 0.91},
-                                            {0.90, 0.62, 0.00}}};
 
 constexpr Colour black = {0.1, 0.1, 0.1};
 constexpr Colour grey = {0.88, 0.88, 0.88}, light_grey = {0.95, 0.95, 0.95};
@@ -48,91 +32,6 @@ struct Axis {
     constexpr double rounding_error = 1e-9;
     return value >= low * (1 - rounding_error) && value <= high * (1 + rounding_error);
   }
-};
-
-class Drawing {
- public:
-  Drawing()
-      : surface_(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image_width, image_height),
-                 &cairo_surface_destroy),
-        cairo_(cairo_create(surface_.get()), &cairo_destroy) {
-    cairo_set_source_rgb(cairo_.get(), 1, 1, 1);
-    cairo_paint(cairo_.get());
-    cairo_select_font_face(cairo_.get(), "sans-serif", CAIRO_FONT_SLANT_NORMAL,
-                           CAIRO_FONT_WEIGHT_NORMAL);
-    cairo_set_font_size(cairo_.get(), font_size);
-  }
-
-  void colour(const Colour& colour, double opacity = 1) {
-    cairo_set_source_rgba(cairo_.get(), colour.red, colour.green, colour.blue, opacity);
-  }
-  void line(double x0, double y0, double x1, double y1, double width) {
-    cairo_set_line_width(cairo_.get(), width);
-    cairo_move_to(cairo_.get(), x0, y0);
-    cairo_line_to(cairo_.get(), x1, y1);
-    cairo_stroke(cairo_.get());
-  }
-  void dot(double x, double y, double radius) {
-    cairo_arc(cairo_.get(), x, y, radius, 0, 2 * std::numbers::pi);
-    cairo_fill(cairo_.get());
-  }
-  void box(double left, double top, double right, double bottom) {
-    cairo_rectangle(cairo_.get(), left, top, right - left, bottom - top);
-  }
-  void fill() { cairo_fill(cairo_.get()); }
-  void outline(double width) {
-    cairo_set_line_width(cairo_.get(), width);
-    cairo_stroke(cairo_.get());
-  }
-  void clip() { cairo_clip(cairo_.get()); }
-  void no_clip() { cairo_reset_clip(cairo_.get()); }
-
-  double text_width(const std::string& text) {
-    cairo_text_extents_t extents;
-    cairo_text_extents(cairo_.get(), text.c_str(), &extents);
-    return extents.x_advance;
-  }
-  /// Draws text on the baseline y; with `anchor` 0 it begins at x, with 1 it ends there.
-  void text(const std::string& text, double x, double y, double anchor = 0) {
-    cairo_move_to(cairo_.get(), x - anchor * text_width(text), y);
-    cairo_show_text(cairo_.get(), text.c_str());
-  }
-  /// Draws text upwards, centred at y.
-  void text_upwards(const std::string& text, double x, double y) {
-    cairo_save(cairo_.get());
-    cairo_translate(cairo_.get(), x, y);
-    cairo_rotate(cairo_.get(), -std::numbers::pi / 2);
-    this->text(text, 0, 0, 0.5);
-    cairo_restore(cairo_.get());
-  }
-  /// Draws 10 to the power `exponent`.
-  void power_of_ten(int exponent, double x, double y, double anchor) {
-    const std::string base = "10", raised = fmt::format("{}", exponent);
-    const double base_width = text_width(base);
-    cairo_set_font_size(cairo_.get(), superscript * font_size);
-    const double left = x - anchor * (base_width + text_width(raised));
-    text(raised, left + base_width, y - font_size / 2.5);
-    cairo_set_font_size(cairo_.get(), font_size);
-    text(base, left, y);
-  }
-
-  void write(const std::filesystem::path& path, bool overwrite) {
-    cairo_surface_flush(surface_.get());
-    write_file(path, overwrite, [&](std::FILE* file) {
-      const auto append = [](void* closure, const unsigned char* data, unsigned length) {
-        const std::size_t written = std::fwrite(data, 1, length, static_cast<std::FILE*>(closure));
-        return written == length ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_WRITE_ERROR;
-      };
-      const cairo_status_t status = cairo_surface_write_to_png_stream(surface_.get(), append, file);
-      if (status != CAIRO_STATUS_SUCCESS) {
-        throw write_failure(path, cairo_status_to_string(status));
-      }
-    });
-  }
-
- private:
-  std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)> surface_;
-  std::unique_ptr<cairo_t, decltype(&cairo_destroy)> cairo_;
 };
 
 /// Step, in decades, between numbers at the axis.
@@ -230,7 +129,7 @@ void draw_legend(Drawing& drawing, const Axis& x, const Axis& y,
   for (std::size_t i = 0; i < curves.size(); ++i, baseline += 1.4 * font_size) {
     const std::string text = legend_text(curves[i]);
     if (text.empty()) continue;
-    drawing.colour(colours[i % colours.size()]);
+    drawing.colour(okabe_ito[i % okabe_ito.size()]);
     drawing.line(left - 1.7 * font_size, baseline - font_size / 3, left - 0.4 * font_size,
                  baseline - font_size / 3, 3);
     drawing.colour(black);
@@ -262,10 +161,10 @@ void write_spectrum_plot(const std::filesystem::path& path, std::span<const Spec
     y.low = std::pow(10.0, std::floor(std::log10(y.low)));
     y.high = std::pow(10.0, std::ceil(std::log10(y.high)));
   }
-  Drawing drawing;
+  Drawing drawing(image_width, image_height);
   draw_axes(drawing, x, y, unit);
   for (std::size_t i = 0; i < curves.size(); ++i) {
-    draw_curve(drawing, x, y, curves[i].spectrum, colours[i % colours.size()]);
+    draw_curve(drawing, x, y, curves[i].spectrum, okabe_ito[i % okabe_ito.size()]);
   }
   draw_legend(drawing, x, y, curves);
   drawing.write(path, overwrite);

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gamer/image/wcs.h"
+#include "processing/galaxy_shape.h"
+#include "processing/measurement_table.h"
+#include "processing/plane_operation.h"
+
+namespace gamer {
+
+// What operations share that measure one galaxy: its planes, centre and sky.
+
+/// --planes, --center, --position, --sky and --annulus.
+ParameterTable galaxy_parameters();
+
+/// One plane in memory, less its sky.
+struct GalaxyPlane {
+  Image image;
+  double sky = 0;              ///< what was subtracted from each pixel
+  std::optional<Place> start;  ///< the given centre, from 0
+  std::optional<CelestialWcs> wcs;
+  double pixel_area = 1;  ///< arcsec^2; NaN without celestial coordinates
+};
+
+/// The planes of `input` that --planes names, in the file's order; all where it is not given.
+/// Variances are left out. Throws InputError where there is no such plane.
+std::vector<PlaneTask> chosen_planes(const OperationCall& call, const FitsInput& input);
+
+/// Reads a plane and subtracts its sky. Throws InputError for options that contradict each other, a
+/// centre outside the image, an empty annulus and magnitudes.
+GalaxyPlane galaxy_plane(const OperationCall& call, const PlaneTask& task);
+
+/// The file with the number of the plane where it has several, for messages.
+std::string plane_label(const PlaneTask& task);
+
+/// The direction of an angle (rad from +x towards +y) at (x, y), deg in [0, 180[: on the sky from
+/// North towards East, without celestial coordinates from +y towards -x.
+double position_angle_of(const GalaxyPlane& galaxy, double x, double y, double angle);
+/// The inverse: the angle on the pixels, rad, of a position angle in deg.
+double angle_of_position(const GalaxyPlane& galaxy, double x, double y, double position_angle);
+
+/// Puts the columns of a centre, from 0: x, y, ra and dec.
+void put_centre(DataTable& table, const GalaxyPlane& galaxy, double x, double y);
+
+}  // namespace gamer

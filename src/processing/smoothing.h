@@ -1,0 +1,16 @@
+#pragma once
+
+#include "gamer/image/image.h"
+
+namespace gamer {
+
+/// The mean of a plane of pixels over a square of `width` >= 1 pixels about each pixel. Pixels at
+/// the square's sides count by the part of them inside, so that any width is centred. Beyond the
+/// image's edges the mean is over the part inside. Missing pixels make their neighbours NaN.
+Image box_mean(const Image& image, double width);
+
+/// The plane smoothed by a Gaussian of `sigma` pixels, cut at 4 sigma, with nothing beyond the
+/// edges.
+Image gaussian_mean(const Image& image, double sigma);
+
+}  // namespace gamer
