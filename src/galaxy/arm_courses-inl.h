@@ -51,6 +51,26 @@ HWY_INLINE V WithoutTurns(D d, V angle) {
                        hn::NegMulAdd(n, hn::Set(d, high), angle));
 }
 
+/// ArmCourses' F at this angle from the pattern's winding, turned by the component's shift.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V ArmFactor(D d, V r, V angle, const ArmFactorInput& in) {
+  const V one = hn::Set(d, 1.0f);
+  // x^2/2 as a power of 2.
+  const float scale = -0.5f * std::numbers::log2e_v<float>;
+  const ArmNodes nodes(d, r);
+  V missed = one;
+  for (std::size_t k = 0; k < in.size; ++k) {
+    const float* table = in.table + k * ArmCourses::arm_size;
+    const V strength = nodes.At(d, table, 1);
+    if (hn::AllFalse(d, hn::Gt(strength, hn::Zero(d)))) continue;
+    const V away = WithoutTurns(d, hn::Sub(angle, nodes.At(d, table, 0)));
+    const V x = hn::Mul(hn::Mul(away, hn::Set(d, in.inverse_width)), nodes.At(d, table, 2));
+    const V gauss = Exp2(d, hn::Mul(hn::Mul(x, x), hn::Set(d, scale)));
+    missed = hn::NegMulAdd(hn::Mul(strength, gauss), missed, missed);
+  }
+  return hn::MulAdd(hn::Set(d, in.floor - 1), missed, one);
+}
+
 // NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer

@@ -413,5 +413,18 @@ double ArmProfile::mean(const ArmCourses& courses, double r) const {
   return floor + (1 - floor) * sum / steps;
 }
 
+std::vector<double> ArmProfile::means(const ArmCourses& courses, std::size_t intervals) const {
+  std::vector<double> result;
+  for (std::size_t k = 0; k <= intervals; ++k) {
+    result.push_back(mean(courses, static_cast<double>(k) / static_cast<double>(intervals)));
+  }
+  return result;
+}
+
+ArmFactorInput ArmProfile::input(const ArmCourses& courses) const {
+  return {courses.table(), courses.size(), static_cast<float>(floor),
+          static_cast<float>(1 / width)};
+}
+
 }  // namespace gamer
 #endif

@@ -74,6 +74,13 @@ class ArmCourses {
   std::vector<float> table_;
 };
 
+/// What kernels need of the arms of one component.
+struct ArmFactorInput {
+  const float* table;  ///< of ArmCourses
+  std::size_t size;    ///< number of arms
+  float floor, inverse_width;
+};
+
 /// The profile of a component's arms across their crests. The full width at half maximum is that of
 /// (1 - Delta/pi)^A_w, at most half the distance of neighbouring arms; the floor is the value of
 /// this power midway between two arms.
@@ -85,6 +92,10 @@ struct ArmProfile {
 
   /// The mean of F around the circle of radius r.
   double mean(const ArmCourses& courses, double r) const;
+  /// These means at `intervals` + 1 even steps of r in [0, 1].
+  std::vector<double> means(const ArmCourses& courses, std::size_t intervals) const;
+
+  ArmFactorInput input(const ArmCourses& courses) const;
 };
 
 }  // namespace gamer

@@ -85,9 +85,9 @@ ComponentKind with_shared_parameters(ComponentKind kind) {
 std::vector<ComponentKind>& registry() {
   static std::vector<ComponentKind> kinds = [] {
     std::vector<ComponentKind> result;
-    for (const auto kind : {bulge_kind, disk_kind, stars_kind, dust_kind, veins_kind,
-                            veins_light_kind, starfield_kind, sersic_kind,
-                            associations_kind}) {
+    for (const auto kind :
+         {bulge_kind, disk_kind, stars_kind, dust_kind, veins_kind, veins_light_kind,
+          starfield_kind, sersic_kind, associations_kind, bar_kind}) {
       result.push_back(with_shared_parameters(kind()));
     }
     return result;

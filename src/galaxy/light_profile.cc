@@ -12,7 +12,7 @@ namespace gamer {
 namespace {
 
 // Midpoint rules in asinh(r / finest) and asinh(z / finest), and in azimuth.
-constexpr int radii = 240, heights = 60, azimuths = 16, azimuths_of_arms = 96;
+constexpr int radii = 240, heights = 60, azimuths = 16, azimuths_of_uneven = 96;
 constexpr double finest = 1e-4;
 
 double radius_at(double share) { return finest * std::sinh(share * std::asinh(1 / finest)); }
@@ -95,7 +95,7 @@ Column add_up(const Component& component, const Grid& grid, double r) {
 
 ComponentProfile::ComponentProfile(const Component& component) : inside(radii + 1, 0.0) {
   // The arms' winding turns a ring as a whole, and has no influence.
-  const Grid grid(component.needs_azimuth() ? azimuths_of_arms : azimuths);
+  const Grid grid(component.varies_around_axis() ? azimuths_of_uneven : azimuths);
   for (int i = 0; i < radii; ++i) {
     const double share = (i + 0.5) / radii, r = radius_at(share);
     const double area = 2 * std::numbers::pi * r * slope_at(share) / radii;

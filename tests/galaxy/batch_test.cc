@@ -78,12 +78,43 @@ std::string some_arms(Chance& chance) {
                                 value_text(std::pow(10, chance.between(-1.7, 0.3))) + "\n";
 }
 
+/// The keys of a law of radius that a layer does not use, and those of one that it uses.
+struct LawKeys {
+  std::vector<std::string> without;
+  std::string text;
+};
+
+LawKeys some_law(Chance& chance) {
+  const std::vector<std::string> of_breaks = {"break_radius", "outer_rh", "break_sharpness"};
+  const std::vector<std::string> of_rings = {"ring_radius", "ring_width", "ring_outer_width"};
+  LawKeys result{{"position_angle", "break_radius", "ring_radius"}, ""};
+  const auto add = [&](const std::vector<std::string>& keys) {
+    result.without.insert(result.without.end(), keys.begin(), keys.end());
+  };
+  const std::size_t law = chance.below(3);
+  if (law != 1) add(of_breaks);
+  if (law != 2) add(of_rings);
+  if (law == 1) result.text = "\nbreak_radius = " + value_text(chance.between(0.1, 0.8));
+  if (law == 2) {
+    add({"rh", "axis_ratio"});
+    result.text = "\nring_radius = " + value_text(chance.between(0.1, 0.8)) +
+                  "\naxis_ratio = 0.6\nposition_angle = " + value_text(chance.between(0, 360));
+  }
+  return result;
+}
+
 /// A component of that kind with hashed parameters. Dust with noise comes with every light, so that
 /// batches have variants.
 std::string some_galaxy(const ComponentKind& kind, Chance& chance) {
+  LawKeys law;
+  if (std::ranges::any_of(kind.parameters, [](const auto& p) { return p.name == "ring_radius"; })) {
+    law = some_law(chance);
+  }
+  std::vector<std::string> without = {"radius", "fraction", "seed"};
+  without.insert(without.end(), law.without.begin(), law.without.end());
   std::string text = some_arms(chance) + "[[component]]\nclass = \"" + kind.name +
-                     "\"\nname = \"own\"\n" +
-                     some_values(kind.parameters, {"radius", "fraction", "seed"}, "\n", chance);
+                     "\"\nname = \"own\"\n" + some_values(kind.parameters, without, "\n", chance) +
+                     law.text;
   for (const Parameter& parameter : kind.parameters) {
     if (parameter.name == "sed" && parameter.required) text += "\nsed = \"flat\"";
     if (parameter.name == "radius") text += "\neffective_radius = 0.1";

@@ -196,6 +196,10 @@ std::string least_of(const ComponentKind& kind, const std::string& key) {
   // The noise takes time, and is tested on its own.
   if (kind.noise) text += "noise = false\n";
   if (kind.name.starts_with("veins") && key != "octaves") text += "octaves = 1\n";
+  // What belongs to a break, a ring or an ellipse.
+  if (key == "outer_rh" || key == "break_sharpness") text += "break_radius = 0.5\n";
+  if (key == "ring_width" || key == "ring_outer_width") text += "ring_radius = 0.5\n";
+  if (key == "position_angle" && kind.name != "bar") text += "axis_ratio = 0.5\n";
   return text;
 }
 
@@ -275,7 +279,7 @@ TEST(GalaxyFile, ErrorsOfComponents) {
   EXPECT_EQ(
       galaxy_error("[[component]]\nclass = \"bulg\""),
       "g.toml:2:9: unknown class 'bulg'; known are 'bulge', 'disk', 'stars', 'dust', 'veins', "
-      "'veins_light', 'starfield', 'sersic', 'gaussian'; did you mean 'bulge'?");
+      "'veins_light', 'starfield', 'sersic', 'bar', 'gaussian'; did you mean 'bulge'?");
   EXPECT_EQ(galaxy_error("[[component]]\nclass = \"disk\""),
             "g.toml:1:1: component 'disk1': missing key 'sed' in a [[component]] of class 'disk'");
   EXPECT_EQ(

@@ -36,10 +36,31 @@ double arm_modifier(const LayerShape& shape, const ArmPattern& arms, double r, d
   return std::pow(1 - nearest / pi, shape.arm_width);
 }
 
-/// The envelope as the class comment says.
+/// RadialLaw's f and its hole.
+double radial(const LayerShape& shape, double m) {
+  const RadialShape& own = shape.radial;
+  double value = std::exp(-m / shape.rh);
+  if (own.break_radius > 0) {
+    const double s = own.break_sharpness;
+    const double ratio =
+        (1 + std::exp(s * (m - own.break_radius))) / (1 + std::exp(-s * own.break_radius));
+    value *= std::pow(ratio, (1 / shape.rh - 1 / own.outer_rh) / s);
+  }
+  if (own.ring_radius > 0) {
+    const double width = m < own.ring_radius ? own.ring_width : own.ring_outer_width;
+    value = std::exp(-std::pow((m - own.ring_radius) / width, 2) / 2);
+  }
+  if (shape.inner > 0) value *= 1 - std::exp(-std::pow(m / shape.inner, 4));
+  return value;
+}
+
+/// The envelope as the class comments say.
 double envelope(const LayerShape& shape, const ArmPattern& arms, double r, double phi, double z) {
-  double value = std::exp(-r / shape.rh) / std::pow(std::cosh(z / shape.z0), 2);
-  if (shape.inner > 0) value *= 1 - std::exp(-std::pow(r / shape.inner, 4));
+  const double away = phi - shape.radial.position_angle;
+  const double m = r * std::hypot(std::cos(away), std::sin(away) / shape.radial.axis_ratio);
+  const double h = shape.z0 * std::exp(shape.flare * r);
+  double value = radial(shape, m) * shape.z0 / h / std::pow(std::cosh(z / h), 2);
+  value *= 1 + shape.lopsidedness * r * std::cos(phi - shape.lopsided_angle);
   return value * taper(std::hypot(r, z)) * arm_modifier(shape, arms, r, phi);
 }
 
@@ -69,6 +90,41 @@ struct Case {
   const char* arms;
 };
 
+LayerShape uneven(LayerShape shape, double flare, double lopsidedness) {
+  shape.flare = flare;
+  shape.lopsidedness = lopsidedness;
+  shape.lopsided_angle = 0.8;
+  return shape;
+}
+
+LayerShape with(LayerShape shape, const RadialShape& radial) {
+  shape.radial = radial;
+  return shape;
+}
+
+RadialShape break_at(double radius, double outer_rh, double sharpness) {
+  RadialShape shape;
+  shape.break_radius = radius;
+  shape.outer_rh = outer_rh;
+  shape.break_sharpness = sharpness;
+  return shape;
+}
+
+RadialShape ring_at(double radius, double width, double outer_width, double axis_ratio = 1,
+                    double position_angle = 0) {
+  RadialShape shape;
+  shape.ring_radius = radius;
+  shape.ring_width = width;
+  shape.ring_outer_width = outer_width;
+  shape.axis_ratio = axis_ratio;
+  shape.position_angle = position_angle;
+  return shape;
+}
+
+RadialShape ellipse(double axis_ratio, double position_angle) {
+  return ring_at(0, 0.05, 0.05, axis_ratio, position_angle);
+}
+
 std::vector<Case> cases() {
   return {
       {"plain", {0.02, 0.2, 0, 0, 0}, ""},
@@ -81,7 +137,23 @@ std::vector<Case> cases() {
       {"narrow", {0.02, 0.3, 0, 100, 1}, "model = \"logarithmic\"\ncount = 2"},
       {"uneven",
        {0.02, 0.3, 0.1, 3, 0.7},
-       "model = \"ringermacher-mead\"\noffsets = [0, 100, -30, 725]"}};
+       "model = \"ringermacher-mead\"\noffsets = [0, 100, -30, 725]"},
+      {"down", with({0.01, 0.15, 0, 0, 0}, break_at(0.35, 0.07, 40)), ""},
+      {"up", with({0.01, 0.08, 0, 2, 0}, break_at(0.3, 0.2, 25)), "model = \"logarithmic\""},
+      {"sharp", with({0.02, 0.3, 0.1, 0, 0}, break_at(0.5, 0.05, 1000)), ""},
+      {"ring", with({0.02, 0.2, 0, 0, 0}, ring_at(0.5, 0.03, 0.08)), ""},
+      {"ring with arms", with({0.02, 0.2, 0, 2, 0.3}, ring_at(0.4, 0.1, 0.05)),
+       "model = \"logarithmic\"\ncount = 3"},
+      {"ellipse", with({0.02, 0.2, 0.05, 0, 0}, ellipse(0.6, 0.5)), ""},
+      {"ellipse with arms", with({0.02, 0.25, 0, 3, 0.3}, ellipse(0.7, -2)),
+       "model = \"logarithmic\"\ncount = 2\npitch_angle = 20"},
+      {"elliptical ring", with({0.02, 0.2, 0, 0, 0}, ring_at(0.5, 0.05, 0.05, 0.7, 1)), ""},
+      {"flare", uneven({0.02, 0.25, 0, 0, 0}, 2.5, 0), ""},
+      {"lopsided", uneven({0.02, 0.25, 0.1, 2, 0}, 0, 0.7),
+       "model = \"logarithmic\"\ncount = 1\npitch_angle = 25"},
+      {"everything",
+       uneven(with({0.03, 0.25, 0.2, 1, 0.3}, ring_at(0.4, 0.1, 0.2, 0.5, 2)), 3, 0.5),
+       "model = \"logarithmic\"\ncount = 3\npitch_angle = 20"}};
 }
 
 TEST(Layer, EnvelopeOnEveryTarget) {
@@ -107,7 +179,10 @@ TEST(Layer, EnvelopeOnEveryTarget) {
           worst = std::max(worst, std::abs(out[i] - exact));
         }
       }
-      EXPECT_LT(worst, 4e-7 + 1.5e-7 * c.shape.arm_width);
+      // Rounding of m counts by the law's slope.
+      const double slope = c.shape.radial.is_round() ? 0 : 1 / layer.law().length();
+      const double bent = c.shape.radial.is_broken() ? 1e-7 : 0;
+      EXPECT_LT(worst, 4e-7 + 1.5e-7 * c.shape.arm_width + bent + 6e-8 * slope);
     });
   }
 }
@@ -180,6 +255,44 @@ TEST(Layer, IntegralOfAHole) {
   EXPECT_NEAR(layer.envelope_integral() / (2 * pi * 2 * z0 * sum * 0.65 / n / 3), 1, 1e-6);
 }
 
+// By NumPy's Gauss rules over m, psi and z/h, with the taper.
+TEST(Layer, IntegralsOfOtherLaws) {
+  const auto integral = [](const LayerShape& shape) {
+    return Layer(shape, ArmPattern()).envelope_integral();
+  };
+  const LayerShape plain = {0.02, 0.2, 0, 0, 0};
+  EXPECT_NEAR(integral(with({0.01, 0.15, 0, 0, 0}, break_at(0.35, 0.07, 40))) / 0.00224089567, 1,
+              1e-6);
+  EXPECT_NEAR(integral(with({0.01, 0.08, 0, 0, 0}, break_at(0.3, 0.2, 25))) / 0.00099164158, 1,
+              1e-6);
+  EXPECT_NEAR(integral(with(plain, ring_at(0.5, 0.03, 0.08))) / 0.0187020852, 1, 1e-6);
+  EXPECT_NEAR(integral(with({0.02, 0.2, 0.4, 0, 0}, ring_at(0.85, 0.1, 0.1))) / 0.0245574693, 1,
+              2e-5);
+  EXPECT_NEAR(integral(with(plain, ellipse(0.6, 1))) / 0.00579351984, 1, 1e-6);
+  EXPECT_NEAR(integral(with(plain, ring_at(0.6, 0.05, 0.05, 0.7, 2))) / 0.013229169, 1, 1e-6);
+  EXPECT_NEAR(integral(uneven({0.03, 0.25, 0, 0, 0}, 2.5, 0)) / 0.0197892502, 1, 1e-6);
+  EXPECT_NEAR(
+      integral(uneven(with({0.03, 0.25, 0.2, 0, 0}, ring_at(0.4, 0.1, 0.2, 0.5, 1)), 3, 0.5)) /
+          0.0331306076,
+      1, 1e-6);
+}
+
+/// The sum over a ring of r times the mean envelope along z, in units of the steps.
+double uneven_ring(const LayerShape& shape, const ArmPattern& arms, double r, int azimuthal,
+                   int vertical) {
+  double sum = 0;
+  for (int k = 0; k < azimuthal; ++k) {
+    const double phi = 2 * pi * (k + 0.5) / azimuthal, h = shape.z0 * std::exp(shape.flare * r);
+    const double plane = envelope(shape, arms, r, phi, 0) / taper(r) * h;
+    double column = 0;
+    for (int j = 0; j < vertical; ++j) {
+      column += taper(std::hypot(r, h * std::atanh((j + 0.5) / vertical)));
+    }
+    sum += r * plane * column;
+  }
+  return sum;
+}
+
 TEST(Layer, IntegralByBruteForce) {
   for (const Case& c : cases()) {
     SCOPED_TRACE(c.name);
@@ -190,6 +303,10 @@ TEST(Layer, IntegralByBruteForce) {
     double sum = 0;
     for (int i = 0; i < radial; ++i) {
       const double r = (i + 0.5) / radial;
+      if (!c.shape.is_even()) {
+        sum += uneven_ring(c.shape, arms, r, azimuthal, vertical);
+        continue;
+      }
       double ring = 0;
       for (int k = 0; k < azimuthal; ++k) {
         ring += arm_modifier(c.shape, arms, r, 2 * pi * (k + 0.5) / azimuthal);
@@ -246,8 +363,10 @@ TEST(Layer, CloudFollowsTheEnvelope) {
     EXPECT_NEAR(static_cast<double>(points), 1 << 16, 0.1 * (1 << 16));
     double q = 0, qr = 0, qz = 0;
     constexpr int radial = 300, vertical = 3000;
+    if (!c.shape.is_even()) continue;  // CloudOfAnUnevenLayer
+    const double end = c.shape.radial.is_ring() ? 1 : std::min(1.0, 30 * c.shape.rh);
     for (int i = 0; i < radial; ++i) {
-      const double r = std::min(1.0, 30 * c.shape.rh) * (i + 0.5) / radial;
+      const double r = end * (i + 0.5) / radial;
       for (int j = 0; j < vertical; ++j) {
         const double v = (j + 0.5) / vertical;
         const double z = c.shape.z0 * std::atanh(v);
@@ -273,6 +392,89 @@ TEST(Layer, CloudFollowsTheEnvelope) {
     EXPECT_NEAR(along / w, m_along / m, error);
     EXPECT_NEAR(across / w, m_across / m, error);
   }
+}
+
+// Weighted moments in the plane and of |z|, against sums over a grid.
+TEST(Layer, CloudOfAnUnevenLayer) {
+  for (const Case& c : cases()) {
+    if (c.shape.is_even()) continue;
+    SCOPED_TRACE(c.name);
+    const ArmPattern arms = arms_of(c.arms);
+    const Layer layer(c.shape, arms);
+    using Moments = std::array<double, 6>;
+    const auto add = [](Moments& sums, double weight, double x, double y, double z) {
+      const Moments own = {1, x, y, x * x, x * y, std::abs(z)};
+      for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += weight * own[k];
+    };
+    Moments cloud{}, grid{};
+    for (const WeightedBatch& batch : layer.cloud(1 << 17).all()) {
+      for (std::size_t i = 0; i < batch.size; ++i) {
+        add(cloud, batch.weight[i], batch.x[i], batch.y[i], batch.z[i]);
+      }
+    }
+    constexpr int radial = 300, azimuthal = 360, vertical = 200;
+    for (int i = 0; i < radial; ++i) {
+      const double r = (i + 0.5) / radial, h = c.shape.z0 * std::exp(c.shape.flare * r);
+      for (int k = 0; k < azimuthal; ++k) {
+        const double phi = 2 * pi * (k + 0.5) / azimuthal;
+        const double plane = r * envelope(c.shape, arms, r, phi, 0) / taper(r) * h;
+        for (int j = 0; j < vertical; ++j) {
+          const double z = h * std::atanh((j + 0.5) / vertical);
+          add(grid, plane * taper(std::hypot(r, z)), r * std::cos(phi), r * std::sin(phi), z);
+        }
+      }
+    }
+    for (std::size_t k = 1; k < cloud.size(); ++k) {
+      EXPECT_NEAR(cloud[k] / cloud[0], grid[k] / grid[0], 3e-4) << k;
+    }
+  }
+}
+
+// The break is where the two exponentials meet, and its slopes are theirs.
+TEST(RadialLaw, BreakJoinsTwoExponentials) {
+  for (const auto& [rh, outer] : {std::pair{0.2, 0.08}, std::pair{0.1, 0.3}}) {
+    const RadialLaw law(rh, 0, break_at(0.5, outer, 200));
+    EXPECT_NEAR(law.logarithm(0.2), -0.2 / rh, 1e-12);
+    EXPECT_NEAR(law.logarithm(0.4), -0.4 / rh, 1e-8);
+    EXPECT_NEAR(law.logarithm(0.8), -0.5 / rh - 0.3 / outer, 1e-8);
+    EXPECT_NEAR(law.logarithm(0.5), -0.5 / rh + (1 / rh - 1 / outer) * std::log(2) / 200, 1e-12);
+  }
+}
+
+TEST(RadialLaw, LimitAndQuantiles) {
+  for (const RadialShape& shape : {RadialShape(), break_at(0.35, 0.07, 40), break_at(0.3, 0.3, 9),
+                                   ring_at(0.5, 0.03, 0.08), ellipse(0.5, 1)}) {
+    const RadialLaw law(0.12, 0, shape);
+    for (const double least : {-1.0, -5.0, -15.0}) {
+      for (double m = law.limit(least); m < 5; m += 0.01) {
+        ASSERT_LE(law.logarithm(m), least + 1e-12);
+      }
+      // No more than the softness of the break.
+      EXPECT_GT(law.logarithm(law.limit(least)), least - 0.7) << least;
+    }
+    EXPECT_NEAR(law.quantile(1), law.end(), 1e-12);
+    constexpr int steps = 200000;
+    double inside = 0, all = 0;
+    const double third = law.quantile(1 / 3.0);
+    for (int i = 0; i < steps; ++i) {
+      const double m = law.end() * (i + 0.5) / steps, own = m * std::exp(law.logarithm(m));
+      all += own;
+      if (m < third) inside += own;
+    }
+    EXPECT_NEAR(inside / all, 1 / 3.0, 2e-5);
+  }
+}
+
+TEST(RadialLaw, ErrorsOfParametersOfOtherLaws) {
+  const std::string disk = "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = false\n";
+  EXPECT_EQ(galaxy_error(disk + "outer_rh = 0.1"),
+            "g.toml:5:12: component 'disk1': 'outer_rh' belongs to a break; give 'break_radius'");
+  EXPECT_EQ(galaxy_error(disk + "ring_width = 0.1"),
+            "g.toml:5:14: component 'disk1': 'ring_width' belongs to a ring; give 'ring_radius'");
+  EXPECT_EQ(galaxy_error(disk + "ring_radius = 0.4\nrh = 0.2"),
+            "g.toml:6:6: component 'disk1': 'rh' and 'ring_radius' exclude each other");
+  EXPECT_EQ(galaxy_error(disk + "position_angle = 20"),
+            "g.toml:5:18: component 'disk1': 'position_angle' needs an 'axis_ratio' below 1");
 }
 
 }  // namespace

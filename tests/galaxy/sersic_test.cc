@@ -10,6 +10,7 @@
 
 #include "core/each_simd_target.h"
 #include "galaxy/galaxy_text.h"
+#include "gamer/core/random.h"
 
 namespace gamer {
 namespace {
@@ -128,6 +129,67 @@ TEST(Sersic, IsAComponent) {
   EXPECT_NE(galaxy_error(text).find("effective_radius"), std::string::npos);
   EXPECT_NE(galaxy_error(text + "effective_radius = 0.05\nindex = 11\n").find("[0.5, 10]"),
             std::string::npos);
+}
+
+// Boxes |x|^c + |y|^c + |z|^c = m^c have the volume (2 Gamma(1 + 1/c))^3/Gamma(1 + 3/c) m^3.
+TEST(Sersic, BoxesHaveTheirVolume) {
+  for (const double c : {2.5, 3.0, 4.0}) {
+    const double box = std::pow(2 * std::tgamma(1 + 1 / c), 3) / std::tgamma(1 + 3 / c);
+    for (const std::array<double, 3>& axis :
+         {std::array<double, 3>{1, 1, 1}, {1, 1, 0.4}, {1, 0.6, 0.3}}) {
+      EXPECT_NEAR(Sersic(1, 0.01, axis, c).envelope_integral() /
+                      Sersic(1, 0.01, axis).envelope_integral() / (box / (4 * pi / 3)),
+                  1, 2e-6)
+          << c;
+    }
+  }
+  // With the taper, in a grid of directions and shells.
+  constexpr double radius = 0.3, c = 4;
+  const std::array<double, 3> axis = {1, 0.8, 0.6};
+  const SersicProfile profile(1);
+  constexpr int count = 150;
+  double sum = 0;
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j < count; ++j) {
+      for (int k = 0; k < count; ++k) {
+        const double x = (i + 0.5) / count, y = (j + 0.5) / count, z = (k + 0.5) / count;
+        const double sum_c =
+            std::pow(x / axis[0], c) + std::pow(y / axis[1], c) + std::pow(z / axis[2], c);
+        sum += profile.density(std::pow(sum_c, 1 / c) / radius) * taper_at(std::hypot(x, y, z));
+      }
+    }
+  }
+  EXPECT_NEAR(Sersic(1, radius, axis, c).envelope_integral() / (8 * sum / std::pow(count, 3)), 1,
+              1e-3);
+}
+
+TEST(Sersic, BoxyEnvelopeOnEveryTarget) {
+  const std::array<double, 3> axis = {1, 0.7, 0.5};
+  constexpr double n = 2, radius = 0.1, c = 3;
+  const Sersic sersic(n, radius, axis, c);
+  const SersicProfile profile(n);
+  for_each_simd_target([&] {
+    double worst = 0;
+    for (std::uint64_t i = 0; i < 400; ++i) {
+      SampleBatch batch{};
+      BatchArray out;
+      batch.size = 1;
+      std::array<double, 3> at{};
+      for (std::uint64_t k = 0; k < 3; ++k) {
+        at[k] = static_cast<float>((2 * to_unit(hash_words({i, k})) - 1) * (i % 3 == k ? 0 : 0.5));
+      }
+      batch.x[0] = static_cast<float>(at[0]);
+      batch.y[0] = static_cast<float>(at[1]);
+      batch.z[0] = static_cast<float>(at[2]);
+      batch.taper[0] = 1;
+      sersic.envelope(batch, out.data());
+      double sum = 0;
+      for (std::size_t k = 0; k < 3; ++k) sum += std::pow(std::abs(at[k] / axis[k]), c);
+      const double m = std::pow(sum, 1 / c) / radius;
+      worst = std::max(worst, std::abs(out[0] / profile.density(m) - 1));
+    }
+    EXPECT_LT(worst, 1e-5);
+  });
 }
 
 }  // namespace

@@ -151,6 +151,8 @@ class Component {
   /// Whether a galaxy's seed changes the component.
   virtual bool depends_on_seed() const { return texture_ != nullptr; }
   virtual bool needs_azimuth() const { return false; }
+  /// Whether the envelope changes around the axis.
+  virtual bool varies_around_axis() const { return needs_azimuth(); }
   virtual bool needs_winding() const { return false; }
 
   /// The component as a field of stars; null for other kinds.
@@ -246,5 +248,6 @@ ComponentKind veins_light_kind();
 ComponentKind starfield_kind();
 ComponentKind sersic_kind();
 ComponentKind associations_kind();
+ComponentKind bar_kind();
 
 }  // namespace gamer

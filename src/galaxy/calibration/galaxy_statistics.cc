@@ -429,7 +429,7 @@ double GalaxyStatistics::largest_phi(std::size_t c, const StarField& field) cons
     for (std::size_t i = 0; i < batch_capacity; ++i) {
       double u[3];
       R3Sequence().point(first + i, u);
-      const double r = std::min(1.0, bright_lengths * shape.rh) * std::sqrt(u[0]);
+      const double r = std::min(1.0, field.law().limit(-bright_lengths)) * std::sqrt(u[0]);
       const double angle = 2 * std::numbers::pi * u[1];
       x[i] = static_cast<float>(r * std::cos(angle));
       y[i] = static_cast<float>(r * std::sin(angle));

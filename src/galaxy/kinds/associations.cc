@@ -77,7 +77,7 @@ ComponentKind associations_kind() {
     parameters.apply(input.values);
     // The file's seed chooses the clumps of this component; the row's seed still varies them.
     if (input.values.has("seed")) parameters.seed = hash_words({parameters.seed, settings.seed});
-    return std::make_unique<Associations>(Layer::read_shape(input.values), input.arms, parameters);
+    return std::make_unique<Associations>(Layer::read_shape(input), input.arms, parameters);
   };
   return kind;
 }

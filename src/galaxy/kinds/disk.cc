@@ -18,7 +18,7 @@ ComponentKind disk_kind() {
   noise.floor = 0.2;
   kind.noise = noise;
   kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
-    return std::make_unique<Layer>(Layer::read_shape(input.values), input.arms);
+    return std::make_unique<Layer>(Layer::read_shape(input), input.arms);
   };
   return kind;
 }

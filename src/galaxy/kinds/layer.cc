@@ -7,14 +7,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <numbers>
 
 #include "core/math-inl.h"
 #include "galaxy/arm_courses-inl.h"
+#include "galaxy/kinds/layer_cloud-inl.h"
+#include "galaxy/kinds/radial_law-inl.h"
+#include "galaxy/kinds/ray_cuts.h"
 #include "galaxy/kinds/taper-inl.h"
-#include "gamer/core/random.h"
+#include "galaxy/kinds/taper_column.h"
 #include "gamer/core/units.h"
 #include "gamer/noise/footprint.h"
 
@@ -24,8 +26,10 @@ namespace gamer {
 namespace {
 
 struct LayerKernelInput {
-  float z_factor;       ///< -2/z0, over ln 2
-  float r_factor;       ///< -1/rh, over ln 2
+  float z_factor;  ///< -2/z0, over ln 2
+  RadialConstants law;
+  float flare;  ///< over ln 2
+  float lopsidedness, lopsided_angle;
   float inverse_inner;  ///< 1/inner, or 0 for no hole
   float arm_width;      ///< 0 for no arms
   float shift;
@@ -33,27 +37,8 @@ struct LayerKernelInput {
   float arm_count;
   const double* offsets;  ///< of uneven arms
   std::size_t offset_count;
-  const float* courses;  ///< tables of ArmCourses; null for arms that are alike
-  std::size_t course_count;
-  float floor, inverse_width;  ///< of ArmProfile
+  ArmFactorInput courses;  ///< without a table for arms that are alike
 };
-
-/// The cells of a cloud in a layer: radial x azimuthal x vertical, counted along z first.
-struct CloudInput {
-  float radial, azimuthal, vertical;
-  const float* node_radius;  ///< of cloud_nodes + 1 equal steps of the light inside
-  float z0;
-  float twirl;
-};
-
-// Number of nodes between which r is linear in the share of the light inside.
-constexpr int cloud_nodes = 1024;
-
-// Largest share of the light on one side of the plane, which keeps the cloud within finite heights.
-constexpr float largest_share = 1 - 1e-6f;
-
-// Upper bound of the points of a cloud, which single precision can count.
-constexpr std::size_t largest_cloud_size = std::size_t{1} << 23;
 
 }  // namespace
 }  // namespace gamer
@@ -74,26 +59,6 @@ HWY_INLINE V DistanceToMultiple(D d, V angle, double period) {
   return hn::Abs(hn::NegMulAdd(n, hn::Set(d, low), rest));
 }
 
-/// ArmCourses' F at this angle from the pattern's winding.
-template <class D, class V = hn::Vec<D>>
-HWY_INLINE V CourseFactor(D d, V r, V angle, const LayerKernelInput& in) {
-  const V one = hn::Set(d, 1.0f);
-  // x^2/2 as a power of 2.
-  const float scale = -0.5f * std::numbers::log2e_v<float>;
-  const ArmNodes nodes(d, r);
-  V missed = one;
-  for (std::size_t k = 0; k < in.course_count; ++k) {
-    const float* table = in.courses + k * ArmCourses::arm_size;
-    const V strength = nodes.At(d, table, 1);
-    if (hn::AllFalse(d, hn::Gt(strength, hn::Zero(d)))) continue;
-    const V away = WithoutTurns(d, hn::Sub(angle, nodes.At(d, table, 0)));
-    const V x = hn::Mul(hn::Mul(away, hn::Set(d, in.inverse_width)), nodes.At(d, table, 2));
-    const V gauss = Exp2(d, hn::Mul(hn::Mul(x, x), hn::Set(d, scale)));
-    missed = hn::NegMulAdd(hn::Mul(strength, gauss), missed, missed);
-  }
-  return hn::MulAdd(hn::Set(d, in.floor - 1), missed, one);
-}
-
 /// The envelope, with an absolute error below 4e-7 + 1.5e-7 A_w for exact coordinates and windings.
 void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
@@ -101,12 +66,17 @@ void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* 
   const auto one = hn::Set(d, 1.0f);
   for (std::size_t i = 0; i < batch.size; i += hn::Lanes(d)) {
     const auto r = hn::Load(d, batch.r.data() + i);
-    const auto z = hn::Abs(hn::Load(d, batch.z.data() + i));
+    auto z = hn::Abs(hn::Load(d, batch.z.data() + i));
+    const auto thinning = hn::Mul(r, hn::Set(d, -in.flare));
+    if (in.flare > 0) z = hn::Mul(z, Exp2(d, thinning));
     // sech^2(u) = 4 e^(-2u)/(1 + e^(-2u))^2
     const auto e = Exp2(d, hn::Mul(z, hn::Set(d, in.z_factor)));
     const auto sum = hn::Add(one, e);
     auto value = hn::Div(hn::Mul(hn::Set(d, 4.0f), e), hn::Mul(sum, sum));
-    auto exponent = hn::Mul(r, hn::Set(d, in.r_factor));
+    auto m = r;
+    if (!in.law.is_round) m = EllipseRadius(d, r, hn::Load(d, batch.azimuth.data() + i), in.law);
+    auto exponent = RadialExponent(d, m, in.law);
+    if (in.flare > 0) exponent = hn::Add(exponent, thinning);
     if (in.arm_width > 0) {
       // The winding, which may be many turns, is added last, for a single rounding of large
       // numbers.
@@ -114,8 +84,8 @@ void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* 
           hn::Sub(hn::Sub(hn::Load(d, batch.azimuth.data() + i), hn::Set(d, in.shift)),
                   hn::Load(d, batch.winding.data() + i));
       auto delta = hn::Set(d, static_cast<float>(full_turn));
-      if (in.courses != nullptr) {
-        value = hn::Mul(value, CourseFactor(d, r, angle, in));
+      if (in.courses.table != nullptr) {
+        value = hn::Mul(value, ArmFactor(d, r, angle, in.courses));
       } else if (in.even) {
         delta = DistanceToMultiple(d, angle, full_turn / double{in.arm_count});
       } else {
@@ -126,7 +96,7 @@ void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* 
                                  full_turn));
         }
       }
-      if (in.courses == nullptr) {
+      if (in.courses.table == nullptr) {
         const auto closeness = hn::NegMulAdd(delta, hn::Set(d, std::numbers::inv_pi_v<float>), one);
         exponent = hn::MulAdd(hn::Set(d, in.arm_width * std::numbers::log2e_v<float>),
                               Log(d, closeness), exponent);
@@ -134,83 +104,18 @@ void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* 
     }
     value = hn::Mul(value, Exp2(d, exponent));
     if (in.inverse_inner > 0) {
-      auto q = hn::Mul(r, hn::Set(d, in.inverse_inner));
+      auto q = hn::Mul(m, hn::Set(d, in.inverse_inner));
       q = hn::Mul(q, q);
       value = hn::Mul(value, hn::Sub(one, Exp(d, hn::Neg(hn::Mul(q, q)))));
     }
+    if (in.lopsidedness > 0) {
+      auto sine = hn::Zero(d), cosine = hn::Zero(d);
+      SinCos(d, hn::Sub(hn::Load(d, batch.azimuth.data() + i), hn::Set(d, in.lopsided_angle)), sine,
+             cosine);
+      const auto excess = hn::Mul(hn::Mul(r, hn::Set(d, in.lopsidedness)), cosine);
+      value = hn::MulAdd(value, excess, value);
+    }
     hn::Store(hn::Mul(value, hn::Load(d, batch.taper.data() + i)), d, out + i);
-  }
-}
-
-/// Points of the cloud from index `first` on: r, phi, and the weight that the placing gives them.
-void DrawCloud(const CloudInput& in, std::size_t first, SampleBatch& batch, BatchArray& share,
-               BatchArray& weight) {
-  const hn::ScalableTag<float> d;
-  const hn::RebindToSigned<decltype(d)> di;
-  const hn::RebindToUnsigned<decltype(d)> du;
-  constexpr float half_turn = std::numbers::pi_v<float>;
-  const auto half = hn::Set(d, 0.5f);
-  const auto one = hn::Set(d, 1.0f);
-  const auto vertical = hn::Set(d, in.vertical);
-  const auto azimuthal = hn::Set(d, in.azimuthal);
-  // Within its cell a point is shifted by multiples of irrational numbers.
-  const auto shifted = [&](auto cell, auto one_cell, std::size_t one_step, auto other_cell,
-                           std::size_t other_step) HWY_ATTR {
-    const auto step = [](std::size_t k) {
-      return static_cast<std::uint32_t>(R3Sequence::steps[k] >> 32);
-    };
-    const auto bits = [&](auto value)
-                          HWY_ATTR { return hn::BitCast(du, hn::ConvertTo(di, value)); };
-    const auto word = hn::Add(hn::Mul(bits(one_cell), hn::Set(du, step(one_step))),
-                              hn::Mul(bits(other_cell), hn::Set(du, step(other_step))));
-    const auto shift = hn::ConvertTo(d, hn::BitCast(di, hn::ShiftRight<8>(word)));
-    return hn::MulAdd(shift, hn::Set(d, 0x1p-24f), cell);
-  };
-  for (std::size_t i = 0; i < batch.size; i += hn::Lanes(d)) {
-    const auto index = hn::ConvertTo(d, hn::Iota(di, static_cast<std::int32_t>(first + i)));
-    const auto column = hn::Floor(hn::Div(hn::Add(index, half), vertical));
-    const auto c = hn::NegMulAdd(column, vertical, index);
-    const auto a = hn::Floor(hn::Div(hn::Add(column, half), azimuthal));
-    const auto b = hn::NegMulAdd(a, azimuthal, column);
-    const auto u_radial = shifted(a, b, 0, c, 1);
-    const auto u_angle = shifted(b, c, 2, a, 0);
-    const auto u_height = shifted(c, a, 1, b, 2);
-    const auto node = hn::Mul(u_radial, hn::Set(d, cloud_nodes / in.radial));
-    const auto k = hn::Min(hn::Floor(node), hn::Set(d, cloud_nodes - 1.0f));
-    const auto at = hn::Max(hn::ConvertTo(di, k), hn::Zero(di));
-    const auto inner = hn::GatherIndex(d, in.node_radius, at);
-    const auto width = hn::Sub(hn::GatherIndex(d, in.node_radius + 1, at), inner);
-    const auto r = hn::MulAdd(hn::Sub(node, k), width, inner);
-    auto v = hn::Sub(hn::Div(hn::Add(u_height, u_height), vertical), one);
-    v = hn::Min(hn::Max(v, hn::Set(d, -largest_share)), hn::Set(d, largest_share));
-    hn::Store(r, d, batch.r.data() + i);
-    hn::Store(hn::Mul(hn::Sub(hn::Div(u_angle, azimuthal), half), hn::Set(d, 2 * half_turn)), d,
-              batch.azimuth.data() + i);
-    hn::Store(v, d, share.data() + i);
-    hn::Store(hn::Div(hn::Mul(r, width), hn::NegMulAdd(v, v, one)), d, weight.data() + i);
-  }
-}
-
-/// z = z0 atanh(v), and x, y turned back by the twirl.
-void PlaceCloud(const SampleBatch& batch, const BatchArray& v, const CloudInput& in,
-                WeightedBatch& points, BatchArray& taper) {
-  const hn::ScalableTag<float> d;
-  const auto one = hn::Set(d, 1.0f);
-  for (std::size_t i = 0; i < batch.size; i += hn::Lanes(d)) {
-    const auto share = hn::Load(d, v.data() + i);
-    const auto ratio = hn::Div(hn::Add(one, share), hn::Sub(one, share));
-    const auto z = hn::Mul(Log(d, ratio), hn::Set(d, 0.5f * in.z0));
-    const auto r = hn::Load(d, batch.r.data() + i);
-    auto sine = hn::Zero(d);
-    auto cosine = hn::Zero(d);
-    SinCos(d,
-           hn::NegMulAdd(hn::Load(d, batch.winding.data() + i), hn::Set(d, in.twirl),
-                         hn::Load(d, batch.azimuth.data() + i)),
-           sine, cosine);
-    hn::Store(hn::Mul(r, cosine), d, points.x.data() + i);
-    hn::Store(hn::Mul(r, sine), d, points.y.data() + i);
-    hn::Store(z, d, points.z.data() + i);
-    hn::Store(Taper(d, hn::Sqrt(hn::MulAdd(r, r, hn::Mul(z, z)))), d, taper.data() + i);
   }
 }
 
@@ -243,15 +148,9 @@ constexpr double hole_width = 0.5;
 // unnoticed.
 constexpr double nodes_per_period = 2;
 
-// Smallest divisor.
-constexpr double least_divisor = std::numeric_limits<double>::min();
-
 // Largest product of frequency and footprint of octaves that nodes follow; four fifths of this
 // octave are resolved. Finer octaves are faint, and doubled nodes find them.
 constexpr double seen_cycles = fade_begin + 4 * (fade_end - fade_begin) / 15;
-
-// End of integrals over the layer, in scale lengths x; (1 + x) e^-x of the light is beyond.
-constexpr double reach = 30;
 
 // Scale lengths (e^-9) and heights (sech^2 of 5) beyond which the layer's column is negligible.
 constexpr double seen_lengths = 9;
@@ -271,28 +170,18 @@ constexpr double finest_arm = 1.0 / 96;
 // Width of a hole's rim as a share of its radius.
 constexpr double rim_width = 0.6;
 
-// Bright range of the layer, in scale lengths and heights.
-constexpr double bright_radius = 3;
+// Bright range of the layer, in scale heights.
 constexpr double bright_height = 3.5;
 
 // Intervals between radii at which the mean of arms that vary is known.
 constexpr std::size_t mean_intervals = 128;
 
+// Widths from a ring's crest within which rays need its nodes, and their number per width.
+constexpr double seen_widths = 6;
+constexpr double nodes_per_ring_width = 1.2;
+
 // Radius outside which the steepest winding sets the texture's frequency.
 constexpr double twirl_core = 0.1;
-
-/// The x with 1 - (1 + x) e^-x = u, by Newton's method from a series or asymptotic start.
-double gamma2_quantile(double u) {
-  double x =
-      u < 0.5 ? std::sqrt(2 * u) * (1 + std::sqrt(2 * u) / 3) : 1.7 - 1.2 * std::log(2 * (1 - u));
-  for (int i = 0; i < 50; ++i) {
-    const double f = 1 - (1 + x) * std::exp(-x) - u;
-    const double step = f / (x * std::exp(-x));
-    x = std::max(x - step, 0.5 * x);
-    if (std::abs(step) < 1e-10 * x) break;
-  }
-  return x;
-}
 
 /// The side of `count` cubes that fill a box. In a thin box it is the side of squares that fill its
 /// widest face, or the length of pieces of its longest edge.
@@ -304,29 +193,20 @@ double cell_side(std::array<double, 3> extents, double count) {
   return middle >= square ? square : longest / count;
 }
 
-/// The largest value of a layer's radial profile in the plane.
-double radial_peak(const LayerShape& shape) {
-  if (shape.inner == 0) return 1;
-  constexpr int samples = 1000;
-  const double end = std::min(1.0, reach * shape.rh);
-  double peak = 0;
-  for (int i = 1; i < samples; ++i) {
-    const double r = end * i / samples;
-    peak = std::max(
-        peak, std::exp(-r / shape.rh) * -std::expm1(-std::pow(r / shape.inner, 4)) * taper_at(r));
-  }
-  return peak;
+/// Squares of z = z0 atanh(v) at midpoints of v, which turns sech^2(z/z0) into a constant.
+std::vector<double> squared_heights(double z0, int count) {
+  std::vector<double> result;
+  for (int j = 0; j < count; ++j) result.push_back(std::pow(z0 * std::atanh((j + 0.5) / count), 2));
+  return result;
 }
 
-/// The part of [begin, end] where |o + t d| < limit.
-bool cut_slab(double o, double d, double limit, double& begin, double& end) {
-  if (std::abs(d) < least_divisor) return std::abs(o) < limit;
-  const double per_d = 1 / d;
-  const double t1 = (-limit - o) * per_d;
-  const double t2 = (limit - o) * per_d;
-  begin = std::max(begin, std::min(t1, t2));
-  end = std::min(end, std::max(t1, t2));
-  return begin < end;
+double sum_of_taper(double r, const std::vector<double>& heights2) {
+  if (r * r + heights2.back() < taper_start * taper_start) {
+    return static_cast<double>(heights2.size());
+  }
+  double sum = 0;
+  for (const double z2 : heights2) sum += taper_at(std::sqrt(r * r + z2));
+  return sum;
 }
 
 /// The distance from the axis at which a ray meets the plane. If the ray meets the plane outside
@@ -343,14 +223,14 @@ double plane_radius(const double nearest[3], const double direction[3]) {
 
 Layer::Layer(const LayerShape& shape, const ArmPattern& arms)
     : shape_(shape),
+      law_(shape.rh, shape.inner, shape.radial),
       arms_(arms),
       steepest_winding_(arms.steepest_winding(twirl_core)),
       largest_shear_(arms.largest_shear()),
-      peak_(radial_peak(shape)),
-      log_peak_(std::log(peak_)) {}
+      log_peak_(std::log(law_.peak())) {}
 
 ParameterTable Layer::parameters() {
-  return {
+  const ParameterTable own = {
       Parameter::number("z0", "galaxy radii", Interval::closed(least_height, 1), 0.02,
                         "scale height of sech^2(z/z0)"),
       Parameter::number("rh", "galaxy radii", Interval::left_open(0, 1), 0.2,
@@ -367,22 +247,39 @@ ParameterTable Layer::parameters() {
           "twirl", "", Interval::closed(-10, 10), 0.1,
           "tau: the noise is wound by tau theta(r); at 1 its features run along the arms"),
   };
+  const ParameterTable more = {
+      Parameter::number("flare", "1/galaxy radii", Interval::closed(0, 5), 0.0,
+                        "growth of the scale height, z0 exp(flare r)"),
+      Parameter::number("lopsidedness", "1/galaxy radii", Interval::closed(0, 1), 0.0,
+                        "L: one side is brighter by 1 + L r, the other fainter by 1 - L r"),
+      Parameter::number("lopsided_angle", "deg", Interval::any(), 0.0,
+                        "direction of the brighter side from the x axis towards y"),
+  };
+  return own + RadialLaw::parameters() + more;
 }
 
-LayerShape Layer::read_shape(const ParameterSet& values, bool has_arm_width) {
+LayerShape Layer::read_shape(const ComponentInput& input, bool has_arm_width) {
+  const ParameterSet& values = input.values;
   LayerShape shape;
   shape.z0 = values.number("z0");
   shape.rh = values.number("rh");
   shape.inner = values.number("inner");
   shape.arm_width = has_arm_width ? values.number("arm_width") : 0.0;
   shape.shift = std::remainder(values.number("shift"), 360.0) * degree;
+  shape.radial = RadialLaw::read(values, input.context);
+  shape.flare = values.number("flare");
+  shape.lopsidedness = values.number("lopsidedness");
+  shape.lopsided_angle = std::remainder(values.number("lopsided_angle"), 360.0) * degree;
   return shape;
 }
 
 void Layer::envelope(const SampleBatch& batch, float* out) const {
   LayerKernelInput in{};
   in.z_factor = static_cast<float>(-2 / shape_.z0 / std::numbers::ln2);
-  in.r_factor = static_cast<float>(-1 / shape_.rh / std::numbers::ln2);
+  in.law = RadialConstants(shape_.rh, shape_.radial);
+  in.flare = static_cast<float>(shape_.flare / std::numbers::ln2);
+  in.lopsidedness = static_cast<float>(shape_.lopsidedness);
+  in.lopsided_angle = static_cast<float>(shape_.lopsided_angle);
   in.inverse_inner = shape_.inner > 0 ? static_cast<float>(1 / shape_.inner) : 0.0f;
   in.arm_width = follows_arms() ? static_cast<float>(shape_.arm_width) : 0.0f;
   in.shift = static_cast<float>(shape_.shift);
@@ -390,24 +287,11 @@ void Layer::envelope(const SampleBatch& batch, float* out) const {
   in.arm_count = static_cast<float>(std::max(arms_.count(), 1));
   in.offsets = arms_.offsets().data();
   in.offset_count = arms_.offsets().size();
-  if (follows_courses()) {
-    const ArmProfile profile(shape_.arm_width, arms_.courses()->trunks());
-    in.courses = arms_.courses()->table();
-    in.course_count = arms_.courses()->size();
-    in.floor = static_cast<float>(profile.floor);
-    in.inverse_width = static_cast<float>(1 / profile.width);
-  }
+  if (follows_courses()) in.courses = profile().input(*arms_.courses());
   HWY_DYNAMIC_DISPATCH(LayerEnvelope)(batch, in, out);
 }
 
-std::vector<double> Layer::mean_course_factors() const {
-  const ArmProfile profile(shape_.arm_width, arms_.courses()->trunks());
-  std::vector<double> result;
-  for (std::size_t k = 0; k <= mean_intervals; ++k) {
-    result.push_back(profile.mean(*arms_.courses(), static_cast<double>(k) / mean_intervals));
-  }
-  return result;
-}
+ArmProfile Layer::profile() const { return {shape_.arm_width, arms_.courses()->trunks()}; }
 
 double Layer::mean_arm_modifier() const {
   if (!follows_arms()) return 1;
@@ -427,39 +311,60 @@ double Layer::mean_arm_modifier() const {
 }
 
 double Layer::envelope_integral() const {
-  // Midpoint rules in v and t: z = z0 atanh(v) turns sech^2 into a constant, and with r = end t^2
-  // the integrand's first derivatives vanish at the centre.
-  constexpr int radial = 1000;
-  constexpr int vertical = 200;
-  const double end = std::min(1.0, reach * shape_.rh);
-  std::array<double, vertical> height2;
-  for (int j = 0; j < vertical; ++j) {
-    height2[static_cast<std::size_t>(j)] =
-        std::pow(shape_.z0 * std::atanh((j + 0.5) / vertical), 2);
-  }
-  const bool varies = follows_courses();
-  const std::vector<double> factors =
-      varies ? mean_course_factors() : std::vector<double>(mean_intervals + 1, 1.0);
+  const double column = 2 * shape_.z0;
+  if (!shape_.is_even()) return column * uneven_integral();
+  // A midpoint rule in t: with r = end t^2 the integrand's first derivatives vanish at the centre.
+  constexpr int radial = 1000, vertical = 200;
+  const std::vector<double> heights2 = squared_heights(shape_.z0, vertical);
+  const std::vector<double> arms = follows_courses()
+                                       ? profile().means(*arms_.courses(), mean_intervals)
+                                       : std::vector<double>(mean_intervals + 1, 1.0);
+  const auto factor = [&arms](double r) {
+    const auto node = std::min(static_cast<std::size_t>(r * mean_intervals), mean_intervals - 1);
+    return std::lerp(arms[node], arms[node + 1], r * mean_intervals - static_cast<double>(node));
+  };
   double sum = 0;
   for (int i = 0; i < radial; ++i) {
     const double t = (i + 0.5) / radial;
-    const double r = end * t * t;
-    const auto node = std::min(static_cast<std::size_t>(r * mean_intervals), mean_intervals - 1);
-    const double beyond = r * mean_intervals - static_cast<double>(node);
-    const double arms = factors[node] + beyond * (factors[node + 1] - factors[node]);
-    double column = 0;
-    if (r * r + height2.back() < taper_start * taper_start) {
-      column = vertical;
-    } else {
-      for (const double z2 : height2) column += taper_at(std::sqrt(r * r + z2));
-    }
-    const double hole = shape_.inner > 0 ? -std::expm1(-std::pow(r / shape_.inner, 4)) : 1.0;
-    sum += 2 * end * t * r * std::exp(-r / shape_.rh) * hole * column / vertical * arms;
+    const double r = law_.end() * t * t;
+    sum += 2 * law_.end() * t * r * std::exp(law_.logarithm(r)) * law_.hole(r) *
+           sum_of_taper(r, heights2) / vertical * factor(r);
   }
-  return 2 * pi * 2 * shape_.z0 * sum / radial * (varies ? 1 : mean_arm_modifier());
+  return 2 * pi * column * sum / radial * (follows_courses() ? 1 : mean_arm_modifier());
 }
 
-/// Cells that hold equal shares of r exp(-r/rh), of the angle and of sech^2.
+double Layer::uneven_integral() const {
+  // Midpoint rules in t and psi, m = end t^2, over the envelope in the plane.
+  constexpr int radial = 600;
+  constexpr std::size_t azimuthal = 512;
+  double sum = 0;
+  for (int i = 0; i < radial; ++i) {
+    const double t = (i + 0.5) / radial, m = law_.end() * t * t;
+    for (std::size_t first = 0; first < azimuthal; first += batch_capacity) {
+      SampleBatch batch{};
+      batch.size = std::min(batch_capacity, azimuthal - first);
+      for (std::size_t k = 0; k < batch.size; ++k) {
+        const double psi = 2 * pi * ((static_cast<double>(first + k) + 0.5) / azimuthal - 0.5);
+        batch.r[k] = static_cast<float>(m);
+        batch.azimuth[k] = static_cast<float>(psi);
+      }
+      BatchArray flare;
+      std::fill_n(flare.data(), batch.size, 1.0f);
+      place(batch, flare);
+      for (std::size_t k = 0; k < batch.size; ++k) {
+        const double taper = mean_taper(double{batch.r[k]}, shape_.z0 * double{flare[k]});
+        batch.taper[k] = flare[k] * static_cast<float>(taper);
+      }
+      arms_.winding(batch.r.data(), batch.size, batch.winding.data());
+      BatchArray values;
+      envelope(batch, values.data());
+      for (std::size_t k = 0; k < batch.size; ++k) sum += t * m * double{values[k]};
+    }
+  }
+  return 2 * pi * shape_.radial.axis_ratio * 2 * law_.end() * sum / radial / azimuthal;
+}
+
+/// Cells that hold equal shares of m f, of the angle psi and of sech^2.
 struct Layer::Cells {
   CloudInput input;
   std::vector<float> node_radius;
@@ -467,28 +372,39 @@ struct Layer::Cells {
 };
 
 Layer::Cells Layer::cells(std::size_t radial, std::size_t azimuthal, std::size_t vertical) const {
-  const double end = std::min(1 / shape_.rh, reach);
-  const double inside = 1 - (1 + end) * std::exp(-end);
   Cells result{{}, std::vector<float>(cloud_nodes + 1, 0.0f), radial * azimuthal * vertical};
   for (int k = 1; k <= cloud_nodes; ++k) {
-    const double lengths = k < cloud_nodes ? gamma2_quantile(inside * k / cloud_nodes) : end;
-    result.node_radius[static_cast<std::size_t>(k)] = static_cast<float>(shape_.rh * lengths);
+    const double share = static_cast<double>(k) / cloud_nodes;
+    result.node_radius[static_cast<std::size_t>(k)] = static_cast<float>(law_.quantile(share));
   }
   result.input = {static_cast<float>(radial),
                   static_cast<float>(azimuthal),
                   static_cast<float>(vertical),
                   result.node_radius.data(),
                   static_cast<float>(shape_.z0),
+                  static_cast<float>(shape_.flare),
                   texture() != nullptr ? static_cast<float>(texture()->twirl()) : 0.0f};
   return result;
+}
+
+void Layer::place(SampleBatch& batch, BatchArray& weight) const {
+  for (std::size_t i = 0; i < batch.size && !shape_.radial.is_round(); ++i) {
+    double r = 0, azimuth = 0;
+    law_.place(double{batch.r[i]}, double{batch.azimuth[i]}, r, azimuth);
+    batch.r[i] = static_cast<float>(r);
+    batch.azimuth[i] = static_cast<float>(azimuth);
+  }
+  for (std::size_t i = 0; i < batch.size && shape_.flare > 0; ++i) {
+    weight[i] *= static_cast<float>(shape_.flare_at(double{batch.r[i]}));
+  }
 }
 
 Cloud Layer::cloud(std::size_t size) const {
   // Each cell has one point, weighted with the rest of the envelope. The sides of cells are about
   // equal where the layer is bright. The mean of a noise of any frequency then converges faster
   // than over points of equal weight (tests: <Phi> = 1 to 1 %).
-  const double length = std::min(bright_radius * shape_.rh, 1.0);
-  const double circle = 2 * pi * length / bright_radius;
+  const double length = law_.bright_extent();
+  const double circle = law_.bright_circle();
   const double height = std::min(bright_height * shape_.z0, 1.0);
   const double side = cell_side({length, circle, height}, static_cast<double>(size));
   const auto count = [side](double extent) {
@@ -504,6 +420,7 @@ Cloud Layer::cloud(std::size_t size) const {
     const std::size_t first = b * batch_capacity;
     batch.size = samples.size = std::min(batch_capacity, own->count - first);
     HWY_DYNAMIC_DISPATCH(DrawCloud)(own->input, first, samples, share, weight);
+    place(samples, weight);
     arms_.winding(samples.r.data(), samples.size, samples.winding.data());
     HWY_DYNAMIC_DISPATCH(PlaceCloud)(samples, share, own->input, batch, samples.taper);
     samples.z = batch.z;
@@ -515,15 +432,16 @@ Cloud Layer::cloud(std::size_t size) const {
 
 ColumnCloud Layer::columns(std::size_t size, std::size_t heights) const {
   ColumnCloud result;
-  // Heights have equal shares of sech^2.
+  // Heights have equal shares of sech^2, for the height where the layer is bright.
+  const double length = law_.bright_extent();
+  const double circle = law_.bright_circle();
+  const double h = shape_.z0 * shape_.flare_at(std::min(circle / (2 * pi), 1.0));
   for (std::size_t k = 0; k < heights; ++k) {
     const double share = (2 * static_cast<double>(k) + 1) / static_cast<double>(heights) - 1;
-    result.heights.push_back(static_cast<float>(shape_.z0 * std::atanh(share)));
+    result.heights.push_back(static_cast<float>(h * std::atanh(share)));
     result.steps.push_back(
-        static_cast<float>(2 * shape_.z0 / static_cast<double>(heights) / (1 - share * share)));
+        static_cast<float>(2 * h / static_cast<double>(heights) / (1 - share * share)));
   }
-  const double length = std::min(bright_radius * shape_.rh, 1.0);
-  const double circle = 2 * pi * length / bright_radius;
   const double side = std::sqrt(length * circle / static_cast<double>(size));
   const auto azimuthal = static_cast<std::size_t>(std::ceil(circle / side));
   const Cells own = cells(std::max<std::size_t>(size / azimuthal, 1), azimuthal, 1);
@@ -535,6 +453,7 @@ ColumnCloud Layer::columns(std::size_t size, std::size_t heights) const {
     WeightedBatch& batch = result.columns[b];
     batch.size = samples.size = std::min(batch_capacity, own.count - first);
     HWY_DYNAMIC_DISPATCH(DrawCloud)(own.input, first, samples, share, batch.weight);
+    place(samples, batch.weight);
     for (std::size_t i = 0; i < batch.size; ++i) {
       batch.x[i] = samples.r[i] * std::cos(samples.azimuth[i]);
       batch.y[i] = samples.r[i] * std::sin(samples.azimuth[i]);
@@ -563,28 +482,27 @@ bool Layer::hides_texture(double footprint) const {
 ColumnScale Layer::column_scale(const double nearest[3], const double direction[3],
                                 double reach) const {
   const double distance = std::hypot(nearest[0], nearest[1], nearest[2]);
-  if (distance - reach > seen_lengths * std::max(shape_.rh, shape_.z0)) return {};
+  if (distance - reach > std::max(law_.limit(-seen_lengths), seen_lengths * shape_.z0)) return {};
+  const double largest_flare = shape_.flare_at(std::min(law_.limit(-seen_lengths), 1.0));
   // The ray's least height above the plane, within the ball.
   const double half_chord = std::sqrt(std::max(1 - distance * distance, 0.0));
   const double height = std::max(std::abs(nearest[2]) - half_chord * std::abs(direction[2]), 0.0);
-  if (height - reach > seen_heights * shape_.z0) return {};
+  if (height - reach > seen_heights * shape_.z0 * largest_flare) return {};
   const double cosine = std::abs(direction[2]);
   const double sine = std::sqrt(std::max(1 - cosine * cosine, 0.0));
-  double scale =
-      column_lengths * std::min(shape_.rh, std::hypot(shape_.rh * cosine, shape_.z0 * sine));
+  const double length = law_.length() * shape_.radial.axis_ratio;
+  double scale = column_lengths * std::min(length, std::hypot(length * cosine, shape_.z0 * sine));
   if (shape_.inner > 0 && distance - reach < 2 * shape_.inner) {
     scale = std::min(
         scale, std::hypot(rim_width * shape_.inner * cosine, column_lengths * shape_.z0 * sine));
   }
   const double r = std::max(plane_radius(nearest, direction) - reach, 0.0);
-  scale = std::min(scale, std::hypot(r, cusp_lengths * shape_.rh));
+  if (!shape_.radial.is_ring()) scale = std::min(scale, std::hypot(r, cusp_lengths * length));
   // Arms extend over many rays, whose errors average out like those of a texture.
   const double frequency = texture_frequency();
   double texture = frequency > 0 ? texture_periods / frequency : HUGE_VAL;
   if (follows_arms()) {
-    const double fall = follows_courses()
-                            ? ArmProfile(shape_.arm_width, arms_.courses()->trunks()).width
-                            : std::numbers::pi / shape_.arm_width;
+    const double fall = follows_courses() ? profile().width : std::numbers::pi / shape_.arm_width;
     const double length = r > 0 ? arm_lengths * fall * r / std::hypot(1.0, arms_.shear(r)) : 0.0;
     texture = std::min(texture, std::max(length, finest_arm));
   }
@@ -592,18 +510,20 @@ ColumnScale Layer::column_scale(const double nearest[3], const double direction[
 }
 
 void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const {
-  const auto& o = ray.origin;
-  const auto& d = ray.direction;
+  double o[3], d[3];
+  law_.stretch(ray.origin, o);
+  law_.stretch(ray.direction, d);
   const double dd = d[0] * d[0] + d[1] * d[1];
   const double od = o[0] * d[0] + o[1] * d[1];
   const double oo = o[0] * o[0] + o[1] * o[1];
-  // The part of the ray where sech^2(z/z0) exp(-r/rh) can exceed the threshold.
+  // The part of the ray where sech^2(z/z0) f can exceed the threshold.
   double begin = ray.begin, end = ray.end;
   const double log_least = accuracy.log_envelope_threshold + log_peak_;
   // sech^2(u) < 4 e^(-2u)
-  const double z_limit = shape_.z0 * (std::numbers::ln2 - 0.5 * log_least);
+  const double r_limit = law_.limit(log_least);
+  const double z_limit =
+      shape_.z0 * shape_.flare_at(std::min(r_limit, 1.0)) * (std::numbers::ln2 - 0.5 * log_least);
   if (!cut_slab(o[2], d[2], z_limit, begin, end)) return;
-  const double r_limit = -shape_.rh * log_least;
   const bool is_upright = dd < least_divisor;
   const double per_dd = is_upright ? 0.0 : 1 / dd;
   if (!is_upright) {
@@ -619,14 +539,19 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
   out.extend(begin, end);
   out.has_texture = out.has_texture || texture() != nullptr;
   // The envelope is largest near the plane, shifted towards the axis along grazing rays. There the
-  // derivatives of 2 ln cosh(z/z0) and of r/rh along the ray balance.
-  const double across = std::abs(d[2]) / shape_.z0;
-  const double along = std::sqrt(dd) / shape_.rh;
+  // derivatives of 2 ln cosh(z/z0) and of r/rh along the ray balance. A ring has places of its own.
+  const bool is_ring = shape_.radial.is_ring();
+  double across = std::abs(d[2]) / shape_.z0;
+  const double along = std::sqrt(dd) / law_.length();
   const double axis = is_upright ? 0.5 * (begin + end) : -od * per_dd;
   double centre = axis;
   if (across > 0) {
     const double plane = -o[2] / d[2];
-    const double shift = 0.5 * along / (across * across);
+    if (shape_.flare > 0) {
+      across /=
+          shape_.flare_at(std::min(std::hypot(o[0] + plane * d[0], o[1] + plane * d[1]), 1.0));
+    }
+    const double shift = is_ring ? 0.0 : 0.5 * along / (across * across);
     centre = is_upright ? plane : plane + std::clamp(axis - plane, -shift, shift);
   }
   centre = std::clamp(centre, begin, end);
@@ -639,12 +564,38 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
   const double texture_rate = nodes_per_period * frequency * speed;
   out.focuses.push_back(
       {centre, layer_width / (across + 0.5 * along), across + along + texture_rate});
+  if (is_ring) {
+    if (!is_upright) add_ring(o, d, begin, end, out);
+    return;
+  }
   // The cusp of exp(-r/rh) at the axis, and a hole.
   if (!is_upright && axis > begin && axis < end) {
     const double impact2 = std::max(oo + od * axis, 0.0);
     const double finest = shape_.inner > 0 ? hole_width * shape_.inner : cusp_width * shape_.rh;
     const double width = std::sqrt(std::max(impact2 + finest * finest, least_divisor) * per_dd);
     out.focuses.push_back({axis, width, nodes_per_width / width});
+  }
+}
+
+void Layer::add_ring(const double o[3], const double d[3], double begin, double end,
+                     RayPlan& out) const {
+  const double dd = d[0] * d[0] + d[1] * d[1];
+  const double od = o[0] * d[0] + o[1] * d[1];
+  const double oo = o[0] * o[0] + o[1] * o[1];
+  const double radius = shape_.radial.ring_radius, ring_width = law_.length(), axis = -od / dd;
+  const double inside2 = radius * radius - std::max(oo + od * axis, 0.0);
+  if (inside2 < 0 && std::sqrt(radius * radius - inside2) - radius > seen_widths * ring_width) {
+    return;
+  }
+  // m changes at sqrt(inside2 dd)/r_0, and next to the axis quadratically.
+  const double half = std::sqrt(std::max(inside2, 0.0) / dd);
+  const double width =
+      ring_width * radius / std::sqrt(dd * (std::max(inside2, 0.0) + ring_width * radius));
+  for (const double place : {axis - half, axis + half}) {
+    if (place > begin && place < end) {
+      out.focuses.push_back({place, layer_width * width, nodes_per_ring_width / width});
+    }
+    if (half == 0) return;
   }
 }
 

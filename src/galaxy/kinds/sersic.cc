@@ -152,8 +152,9 @@ double SersicProfile::inside(double x) const { return between_nodes(inside_, x);
 
 double SersicProfile::density(double x) const { return std::exp(between_nodes(table_, x)); }
 
-Sersic::Sersic(double n, double effective_radius, const std::array<double, 3>& axis)
-    : Spheroid(effective_radius, axis), profile_(SersicProfile::of(n)) {}
+Sersic::Sersic(double n, double effective_radius, const std::array<double, 3>& axis,
+               double boxiness)
+    : Spheroid(effective_radius, axis, boxiness), profile_(SersicProfile::of(n)) {}
 
 void Sersic::envelope(const SampleBatch& batch, float* out) const {
   SersicShape shape{};
@@ -203,12 +204,15 @@ ComponentKind sersic_kind() {
                                  "R_e, projected half-light radius where the axes are 1")),
       Parameter::vector3("axis", "", Interval::closed(0.05, 10), std::vector<double>{1, 1, 1},
                          "stretch along x, y, z"),
+      Parameter::number("boxiness", "", Interval::closed(2, 4), 2.0,
+                        "c of m^c = |x|^c + |y|^c + |z|^c, relative to the axes: 2 is an "
+                        "ellipsoid, 4 nearly a box; above 2, R_e is that of the ellipsoid"),
   };
   kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
     const auto& axis = input.values.numbers("axis");
-    return std::make_unique<Sersic>(input.values.number("index"),
-                                    input.values.number("effective_radius"),
-                                    std::array<double, 3>{axis[0], axis[1], axis[2]});
+    return std::make_unique<Sersic>(
+        input.values.number("index"), input.values.number("effective_radius"),
+        std::array<double, 3>{axis[0], axis[1], axis[2]}, input.values.number("boxiness"));
   };
   return kind;
 }

@@ -41,7 +41,7 @@ class SersicProfile {
 ///   envelope = nu(m / R_e) / nu(1e-5), times the taper.
 class Sersic : public Spheroid {
  public:
-  Sersic(double n, double effective_radius, const std::array<double, 3>& axis);
+  Sersic(double n, double effective_radius, const std::array<double, 3>& axis, double boxiness = 2);
 
   void envelope(const SampleBatch& batch, float* out) const override;
   double envelope_integral() const override;

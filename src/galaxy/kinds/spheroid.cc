@@ -21,14 +21,16 @@ constexpr double nodes_per_width = 1.6;
 
 }  // namespace
 
-Spheroid::Spheroid(double effective_radius, const std::array<double, 3>& axis)
+Spheroid::Spheroid(double effective_radius, const std::array<double, 3>& axis, double boxiness)
     : effective_radius_(effective_radius),
       axis_(axis),
-      inverse_axis_{1 / axis[0], 1 / axis[1], 1 / axis[2]} {}
+      inverse_axis_{1 / axis[0], 1 / axis[1], 1 / axis[2]},
+      boxiness_(boxiness) {}
 
 SpheroidMetric Spheroid::metric(double unit, double units) const {
   const double softening = softening_radius * units;
-  SpheroidMetric result{{}, static_cast<float>(softening * softening)};
+  SpheroidMetric result{
+      {}, static_cast<float>(softening * softening), static_cast<float>(boxiness_)};
   for (std::size_t i = 0; i < 3; ++i) {
     result.inverse_axis[i] = static_cast<float>(inverse_axis_[i] / unit);
   }
@@ -38,17 +40,23 @@ SpheroidMetric Spheroid::metric(double unit, double units) const {
 double Spheroid::mean_over_directions(const std::function<double(double stretch)>& shells) const {
   // Gauss' rules in cos(theta) and phi over an octant.
   using Directions = boost::math::quadrature::gauss<double, 30>;
+  const bool is_boxy = boxiness_ != 2;
   const auto of_angle = [&](double cosine) {
     const double sine = std::sqrt(1 - cosine * cosine);
     const auto of_direction = [&](double angle) {
-      return shells(std::hypot(sine * std::cos(angle) * axis_[0], sine * std::sin(angle) * axis_[1],
-                               cosine * axis_[2]));
+      const double x = sine * std::cos(angle), y = sine * std::sin(angle);
+      const double stretch = std::hypot(x * axis_[0], y * axis_[1], cosine * axis_[2]);
+      if (!is_boxy) return shells(stretch);
+      const double length =
+          std::pow(std::pow(x, boxiness_) + std::pow(y, boxiness_) + std::pow(cosine, boxiness_),
+                   1 / boxiness_);
+      return shells(stretch / length) / (length * length * length);
     };
-    if (axis_[0] == axis_[1]) return of_direction(0);
+    if (axis_[0] == axis_[1] && !is_boxy) return of_direction(0);
     const double quarter = 0.5 * std::numbers::pi;
     return Directions::integrate(of_direction, 0.0, quarter) / quarter;
   };
-  const bool is_round = axis_[0] == axis_[1] && axis_[1] == axis_[2];
+  const bool is_round = axis_[0] == axis_[1] && axis_[1] == axis_[2] && !is_boxy;
   return is_round ? shells(axis_[0]) : Directions::integrate(of_angle, 0.0, 1.0);
 }
 

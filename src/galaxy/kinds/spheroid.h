@@ -11,15 +11,17 @@ namespace gamer {
 struct SpheroidMetric {
   float inverse_axis[3];  ///< 1/(a unit)
   float softening;        ///< (epsilon/unit)^2
+  float boxiness;         ///< c
 };
 
 /// An ellipsoid without texture, whose density depends on
-///   m^2 = (x/a_x)^2 + (y/a_y)^2 + (z/a_z)^2 + epsilon^2
-/// alone and has a cusp at the centre; a are its axes. The softening epsilon = 1e-5 R_e makes the
-/// cusp finite. R_e is the projected half-light radius where a = 1, galaxy radii.
+///   m^2 = (|x/a_x|^c + |y/a_y|^c + |z/a_z|^c)^(2/c) + epsilon^2
+/// alone and has a cusp at the centre; a are its axes, and c is its boxiness, 2 by default. The
+/// softening epsilon = 1e-5 R_e makes the cusp finite. R_e is the projected half-light radius where
+/// a = 1 and c = 2, galaxy radii.
 class Spheroid : public Component {
  public:
-  Spheroid(double effective_radius, const std::array<double, 3>& axis);
+  Spheroid(double effective_radius, const std::array<double, 3>& axis, double boxiness = 2);
 
   Cloud cloud(std::size_t /*size*/) const override { return {}; }
   void plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const override;
@@ -33,12 +35,13 @@ class Spheroid : public Component {
   /// The metric in a unit of length; R_e is `units` of these units.
   SpheroidMetric metric(double unit, double units) const;
 
-  /// The mean of shells(|S n|) over all directions n, with S = diag(a). A point of the shell m in
-  /// the direction n is m |S n| from the centre.
+  /// The mean of shells(|S n|/N)/N^3 over all directions n, with S = diag(a) and N the length of n
+  /// in the metric, sum(|n_i|^c)^(1/c). A point of the shell m is m |S n|/N from the centre.
   double mean_over_directions(const std::function<double(double stretch)>& shells) const;
 
   double effective_radius_;
   std::array<double, 3> axis_, inverse_axis_;
+  double boxiness_;
 };
 
 }  // namespace gamer

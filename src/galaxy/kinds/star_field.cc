@@ -48,15 +48,19 @@ double StarField::bound(const Cell& cell) const {
   const double distance = std::sqrt(r2 + z * z);
   if (distance >= 1) return 0;
   const LayerShape& own = shape();
-  const double e = std::exp(-2 * z / own.z0);
-  double value =
-      4 * e / ((1 + e) * (1 + e)) * std::exp(-std::sqrt(r2) / own.rh) * taper_at(distance);
+  const double far_x = std::abs(cell.centre[0]) + cell.half;
+  const double far_y = std::abs(cell.centre[1]) + cell.half;
+  const double far2 = far_x * far_x + far_y * far_y;
+  const double farthest = std::min(std::sqrt(far2), 1.0);
+  const double e = std::exp(-2 * z / (own.z0 * own.flare_at(farthest)));
+  double value = 4 * e / ((1 + e) * (1 + e)) * law().bound(std::sqrt(r2), std::sqrt(far2)) *
+                 taper_at(distance);
   if (own.inner > 0) {
-    const double far_x = std::abs(cell.centre[0]) + cell.half;
-    const double far_y = std::abs(cell.centre[1]) + cell.half;
-    const double q = (far_x * far_x + far_y * far_y) / (own.inner * own.inner);
+    const double ratio = own.inner * own.radial.axis_ratio;
+    const double q = far2 / (ratio * ratio);
     value *= -std::expm1(-q * q);
   }
+  if (!own.is_even()) value *= (1 + own.lopsidedness * farthest) / own.flare_at(std::sqrt(r2));
   return value;
 }
 
@@ -120,7 +124,7 @@ ComponentKind starfield_kind() {
   kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
     check_spectrum(input.values, input.context);
     return std::make_unique<StarField>(
-        Layer::read_shape(input.values), input.arms,
+        Layer::read_shape(input), input.arms,
         StellarPopulation(input.values, input.context, input.resources),
         input.values.number("number"), input.settings.seed);
   };

@@ -17,7 +17,7 @@ ComponentKind stars_kind() {
   noise.inverse = false;
   kind.noise = noise;
   kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
-    return std::make_unique<Layer>(Layer::read_shape(input.values), input.arms);
+    return std::make_unique<Layer>(Layer::read_shape(input), input.arms);
   };
   return kind;
 }

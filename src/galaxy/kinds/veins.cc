@@ -60,7 +60,7 @@ ComponentKind veins_kind() {
   const VeinParameters defaults;
   kind.parameters = layer_parameters() + defaults.table();
   kind.make = [defaults](const ComponentInput& input) -> std::unique_ptr<Component> {
-    const LayerShape shape = Layer::read_shape(input.values, false);
+    const LayerShape shape = Layer::read_shape(input, false);
     return std::make_unique<Veins>(
         shape, input.values.number("optical_depth") / (2 * shape.z0 * input.axis_z),
         make_texture(input, defaults, shape));
@@ -77,7 +77,7 @@ ComponentKind veins_light_kind() {
   defaults.clumpiness = 5;
   kind.parameters = layer_parameters() + defaults.table();
   kind.make = [defaults](const ComponentInput& input) -> std::unique_ptr<Component> {
-    const LayerShape shape = Layer::read_shape(input.values, false);
+    const LayerShape shape = Layer::read_shape(input, false);
     return std::make_unique<Veins>(shape, 1.0, make_texture(input, defaults, shape));
   };
   return kind;

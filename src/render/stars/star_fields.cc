@@ -180,7 +180,7 @@ void StarFields::set_limit(const Scene& scene, const Camera& camera, double star
   const PlacedGalaxy& placed = scene.galaxies[static_cast<std::size_t>(field.galaxy)];
   const StellarPopulation& population = field.stars->population();
   const LayerShape& shape = field.stars->shape();
-  const double r = std::max(shape.rh, shape.inner);
+  const double r = std::max({shape.rh, shape.inner, shape.radial.ring_radius});
   std::vector<Column> columns;
   double nearest = HUGE_VAL, farthest = 0;
   for (const glm::dvec3& target : {glm::dvec3(0), glm::dvec3(r, 0, 0), glm::dvec3(-r, 0, 0),

@@ -1,10 +1,13 @@
 #pragma once
 
-#include <vector>
+#include <cmath>
 
 #include "gamer/galaxy/component.h"
+#include "gamer/galaxy/kinds/radial_law.h"
 
 namespace gamer {
+
+struct ArmProfile;
 
 /// Shape of a disk-like component; lengths in galaxy radii, angles in radians.
 struct LayerShape {
@@ -13,13 +16,23 @@ struct LayerShape {
   double inner = 0;  ///< radius of the central hole; 0 for none
   double arm_width = 0.5;
   double shift = 0;  ///< delta
+  RadialShape radial = {};
+  double flare = 0;         ///< per galaxy radius
+  double lopsidedness = 0;  ///< per galaxy radius
+  double lopsided_angle = 0;
+
+  /// h(r)/z0.
+  double flare_at(double r) const { return flare == 0 ? 1 : std::exp(flare * r); }
+  /// Whether the envelope, arms apart, is round and has the same height everywhere.
+  bool is_even() const { return radial.is_round() && flare == 0 && lopsidedness == 0; }
 };
 
-/// The base of disk, stars and dust: an exponential layer wound along the arms,
-///   envelope = sech^2(z/z0) exp(-r/rh) (1 - exp(-(r/inner)^4)) taper (1 - Delta/pi)^A_w,
-/// where Delta in [0, pi] is the angle to the nearest arm centre theta(r) + offset_i + delta. Arms
-/// with courses of their own have the factor F of ArmCourses instead.
-/// [GAMER Eqs. 11, 13, without hole and taper]
+/// The base of disk, stars and dust: a layer wound along the arms,
+///   envelope = (z0/h) sech^2(z/h) f (1 - exp(-(m/inner)^4)) L taper (1 - Delta/pi)^A_w,
+///   h = z0 exp(flare r),   L = 1 + lopsidedness r cos(phi - lopsided_angle),
+/// where f(m) is that of RadialLaw, exp(-r/rh) by default, and Delta in [0, pi] is the angle to the
+/// nearest arm centre theta(r) + offset_i + delta. Arms with courses of their own have the factor F
+/// of ArmCourses instead of the last one. [GAMER Eqs. 11, 13, without hole and taper]
 class Layer : public Component {
  public:
   /// Smallest scale height, limited by single precision of places along oblique rays. Columns at
@@ -37,36 +50,46 @@ class Layer : public Component {
                            double reach) const override;
   double texture_frequency() const override;
   bool hides_texture(double footprint) const override;
-  double face_on_column() const override { return 2 * shape_.z0 * peak_; }
-  double peak() const override { return peak_; }
-  bool needs_azimuth() const override { return follows_arms(); }
+  double face_on_column() const override { return 2 * shape_.z0 * law_.peak(); }
+  double peak() const override { return law_.peak(); }
+  bool needs_azimuth() const override {
+    return follows_arms() || !shape_.radial.is_round() || shape_.lopsidedness > 0;
+  }
   bool needs_winding() const override {
     return follows_arms() || (texture() != nullptr && texture()->twirl() != 0);
   }
 
   const LayerShape& shape() const { return shape_; }
+  const RadialLaw& law() const { return law_; }
 
   /// Declarations of z0 ... twirl, shared by the kinds.
   static ParameterTable parameters();
   /// The shape given by these parameters. A kind without `arm_width` ignores the arms.
-  static LayerShape read_shape(const ParameterSet& values, bool has_arm_width = true);
+  static LayerShape read_shape(const ComponentInput& input, bool has_arm_width = true);
 
  private:
   struct Cells;
   Cells cells(std::size_t radial, std::size_t azimuthal, std::size_t vertical) const;
+  /// Takes the points of a cloud from m and psi to r and the azimuth, and multiplies their weights
+  /// by h/z0.
+  void place(SampleBatch& batch, BatchArray& weight) const;
+  /// Adds the places of a ring on a ray, whose vectors are those of RadialLaw::stretch().
+  void add_ring(const double o[3], const double d[3], double begin, double end, RayPlan& out) const;
   bool follows_arms() const { return arms_.has_arms() && shape_.arm_width > 0; }
   bool follows_courses() const { return follows_arms() && arms_.courses() != nullptr; }
-  /// The means of ArmCourses' factor around circles of evenly spaced radii.
-  std::vector<double> mean_course_factors() const;
+  /// The profile of arms with courses of their own.
+  ArmProfile profile() const;
   /// The mean of the arm modifier around a circle, of arms that are alike.
   double mean_arm_modifier() const;
+  /// The integral over the plane of the column over 2 z0.
+  double uneven_integral() const;
 
   LayerShape shape_;
+  RadialLaw law_;
   ArmPattern arms_;
   double steepest_winding_;  ///< steepest winding of the arms where the layer is bright
   double largest_shear_;
-  double peak_;      ///< largest exp(-r/rh) (1 - exp(-(r/inner)^4)) taper
-  double log_peak_;  ///< its logarithm
+  double log_peak_;  ///< ln of law_.peak()
 };
 
 }  // namespace gamer

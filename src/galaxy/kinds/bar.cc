@@ -1,0 +1,391 @@
+#include "galaxy/kinds/bar.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "galaxy/kinds/bar.cc"
+#include "hwy/foreach_target.h"
+
+#include <algorithm>
+#include <array>
+#include <boost/math/quadrature/gauss.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "core/math-inl.h"
+#include "galaxy/kinds/ray_cuts.h"
+#include "galaxy/kinds/taper_column.h"
+#include "gamer/core/units.h"
+#include "gamer/galaxy/kinds/layer.h"
+#include "gamer/galaxy/sample_batch.h"
+
+#ifndef GAMER_GALAXY_BAR_KERNEL
+#define GAMER_GALAXY_BAR_KERNEL
+namespace gamer {
+namespace {
+
+// Place of the ansae, and their standard deviations along and across the bar, in a, a and b.
+constexpr double ansa_radius = 0.85;
+constexpr double ansa_length = 0.07;
+constexpr double ansa_width = 0.4;
+
+/// Constants of the kernel, in galaxy radii.
+struct BarKernelInput {
+  float u_of_x, u_of_y, v_of_x, v_of_y;
+  float boxiness, inverse_boxiness;
+  float root;  ///< 1/(c n)
+  float decline, inverse_cut;
+  float inverse_z0;
+  float peanut, peanut_radius, inverse_peanut_width;
+  float ansae;
+};
+
+}  // namespace
+}  // namespace gamer
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace gamer {
+namespace HWY_NAMESPACE {
+
+/// exp(-((u - centre)/width)^2/2).
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V Gaussian(D d, V u, float centre, float inverse_width) {
+  const V q = hn::Mul(hn::Sub(u, hn::Set(d, centre)), hn::Set(d, inverse_width));
+  return Exp(d, hn::Mul(hn::Mul(q, q), hn::Set(d, -0.5f)));
+}
+
+/// The envelope, with an absolute error below 2e-6 (1 + c) (1 + k + 1/w) for exact coordinates.
+void BarEnvelope(const SampleBatch& batch, const BarKernelInput& in, float* HWY_RESTRICT out) {
+  const hn::ScalableTag<float> d;
+  const auto one = hn::Set(d, 1.0f);
+  // Beyond this exponent the cut is complete in single precision.
+  const auto most = hn::Set(d, 80.0f);
+  for (std::size_t i = 0; i < batch.size; i += hn::Lanes(d)) {
+    const auto x = hn::Load(d, batch.x.data() + i);
+    const auto y = hn::Load(d, batch.y.data() + i);
+    const auto z = hn::Abs(hn::Load(d, batch.z.data() + i));
+    const auto u = hn::Abs(hn::MulAdd(x, hn::Set(d, in.u_of_x), hn::Mul(y, hn::Set(d, in.u_of_y))));
+    const auto v = hn::Abs(hn::MulAdd(x, hn::Set(d, in.v_of_x), hn::Mul(y, hn::Set(d, in.v_of_y))));
+    const auto c = hn::Set(d, in.boxiness);
+    const auto log_sum =
+        Log(d, hn::Add(Exp(d, hn::Mul(c, Log(d, u))), Exp(d, hn::Mul(c, Log(d, v)))));
+    const auto m = Exp(d, hn::Mul(log_sum, hn::Set(d, in.inverse_boxiness)));
+    const auto power = Exp(d, hn::Mul(log_sum, hn::Set(d, in.root)));
+    const auto rest = Exp(d, hn::Min(hn::Mul(hn::Sub(one, m), hn::Set(d, in.inverse_cut)), most));
+    auto value =
+        hn::Mul(Exp(d, hn::Mul(power, hn::Set(d, -in.decline))), hn::Div(rest, hn::Add(one, rest)));
+    if (in.ansae > 0) {
+      auto spots =
+          Gaussian(d, u, static_cast<float>(ansa_radius), static_cast<float>(1 / ansa_length));
+      spots = hn::Mul(spots, Gaussian(d, v, 0, static_cast<float>(1 / ansa_width)));
+      value = hn::MulAdd(spots, hn::Set(d, in.ansae), value);
+    }
+    auto inverse_height = one;
+    if (in.peanut > 0) {
+      const auto lobes = hn::Add(Gaussian(d, u, in.peanut_radius, in.inverse_peanut_width),
+                                 Gaussian(d, u, -in.peanut_radius, in.inverse_peanut_width));
+      inverse_height = hn::Div(one, hn::MulAdd(lobes, hn::Set(d, in.peanut), one));
+    }
+    // sech^2(q) = 4 e^(-2q)/(1 + e^(-2q))^2
+    const auto q = hn::Mul(z, hn::Mul(inverse_height, hn::Set(d, in.inverse_z0)));
+    const auto e = Exp(d, hn::Mul(q, hn::Set(d, -2.0f)));
+    const auto sum = hn::Add(one, e);
+    value = hn::Mul(hn::Mul(value, inverse_height),
+                    hn::Div(hn::Mul(hn::Set(d, 4.0f), e), hn::Mul(sum, sum)));
+    hn::Store(hn::Mul(value, hn::Load(d, batch.taper.data() + i)), d, out + i);
+  }
+}
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace gamer
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gamer {
+
+HWY_EXPORT(BarEnvelope);
+
+namespace {
+
+// Range of equally spaced nodes around a place, in lengths over which the density changes there.
+constexpr double layer_width = 1.5;
+
+// Number of nodes per width w of the cut.
+constexpr double nodes_per_cut = 0.7;
+
+// Density of nodes around the ray's closest approach to the axis, and the least distance used, in a
+// and b.
+constexpr double nodes_per_width = 1.2;
+constexpr double cusp_width = 0.1;
+
+// Standard deviations beyond which Gaussians are negligible in integrals.
+constexpr double gaussian_reach = 6.5;
+
+// Widths w beyond which the cut leaves nothing.
+constexpr double cut_reach = 40;
+
+// Lengths over which columns change, in e-folds, and the height at which they are negligible.
+constexpr double column_lengths = 2;
+constexpr double seen_heights = 5;
+
+// The distance in the plane, in e-folds of the cut and in b, beyond which columns are negligible.
+constexpr double seen_cuts = 12;
+constexpr double seen_ansae = 2;
+
+// Least m at a distance of 1 in units of a and b, 2^(1/c - 1/2) for c = 4.
+constexpr double least_metric = 0.84;
+
+}  // namespace
+
+Bar::Bar(const BarShape& shape)
+    : shape_(shape),
+      cosine_(std::cos(shape.position_angle)),
+      sine_(std::sin(shape.position_angle)) {
+  // The lobes' sum is largest at x_P, or at the centre where they merge.
+  highest_ = std::max(height(0), height(shape.peanut_radius));
+}
+
+void Bar::turn(const double from[3], double to[3]) const {
+  const double a = shape_.half_length;
+  to[0] = (cosine_ * from[0] + sine_ * from[1]) / a;
+  to[1] = (cosine_ * from[1] - sine_ * from[0]) / (a * shape_.axis_ratio);
+  to[2] = from[2];
+}
+
+double Bar::metric(double u, double v) const {
+  const double large = std::max(std::abs(u), std::abs(v));
+  if (large == 0) return 0;
+  const double ratio = std::min(std::abs(u), std::abs(v)) / large;
+  return large * std::pow(1 + std::pow(ratio, shape_.boxiness), 1 / shape_.boxiness);
+}
+
+double Bar::body(double m) const {
+  return std::exp(-shape_.decline * std::pow(m, 1 / shape_.index)) /
+         (1 + std::exp(std::min((m - 1) / shape_.cut, 700.0)));
+}
+
+double Bar::height(double u) const {
+  const auto lobe = [&](double centre) {
+    return std::exp(-0.5 * std::pow((u - centre) / shape_.peanut_width, 2));
+  };
+  return shape_.z0 *
+         (1 + shape_.peanut * (lobe(shape_.peanut_radius) + lobe(-shape_.peanut_radius)));
+}
+
+double Bar::column(double u, double v) const {
+  const double r = shape_.half_length * std::hypot(u, shape_.axis_ratio * v);
+  return 2 * shape_.z0 * mean_taper(r, height(u));
+}
+
+double Bar::integral_of_body() const {
+  // In directions of the plane of u and v, where a point at the distance q has m = q M.
+  using Directions = boost::math::quadrature::gauss<double, 20>;
+  using Radii = boost::math::quadrature::gauss<double, 20>;
+  const double w = shape_.cut;
+  const std::array<double, 6> ends = {
+      0,          std::max(1 - 8 * w, 0.0), std::max(1 - 3 * w, 0.0), 1 + 3 * w,
+      1 + 12 * w, 1 + cut_reach * w};
+  const double quarter = Directions::integrate(
+      [&](double angle) {
+        const double cosine = std::cos(angle), sine = std::sin(angle);
+        const double stretch = metric(cosine, sine);
+        const auto ring = [&](double m) {
+          return m * body(m) * column(m * cosine / stretch, m * sine / stretch);
+        };
+        double sum = 0;
+        for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
+          if (ends[k + 1] > ends[k]) sum += Radii::integrate(ring, ends[k], ends[k + 1]);
+        }
+        return sum / (stretch * stretch);
+      },
+      0.0, 0.5 * std::numbers::pi);
+  return 4 * quarter;
+}
+
+double Bar::integral_of_ansae() const {
+  if (shape_.ansae == 0) return 0;
+  using Rule = boost::math::quadrature::gauss<double, 30>;
+  const auto across = [&](double u) {
+    const double along = (u - ansa_radius) / ansa_length;
+    return std::exp(-0.5 * along * along) *
+           Rule::integrate(
+               [&](double v) {
+                 return std::exp(-0.5 * std::pow(v / ansa_width, 2)) * column(u, v);
+               },
+               0.0, gaussian_reach * ansa_width);
+  };
+  return 4 * shape_.ansae *
+         Rule::integrate(across, ansa_radius - gaussian_reach * ansa_length,
+                         ansa_radius + gaussian_reach * ansa_length);
+}
+
+double Bar::envelope_integral() const {
+  const double area = shape_.half_length * shape_.half_length * shape_.axis_ratio;
+  return area * (integral_of_body() + integral_of_ansae());
+}
+
+void Bar::envelope(const SampleBatch& batch, float* out) const {
+  const double a = shape_.half_length, b = a * shape_.axis_ratio;
+  BarKernelInput in{};
+  in.u_of_x = static_cast<float>(cosine_ / a);
+  in.u_of_y = static_cast<float>(sine_ / a);
+  in.v_of_x = static_cast<float>(-sine_ / b);
+  in.v_of_y = static_cast<float>(cosine_ / b);
+  in.boxiness = static_cast<float>(shape_.boxiness);
+  in.inverse_boxiness = static_cast<float>(1 / shape_.boxiness);
+  in.root = static_cast<float>(1 / (shape_.boxiness * shape_.index));
+  in.decline = static_cast<float>(shape_.decline);
+  in.inverse_cut = static_cast<float>(1 / shape_.cut);
+  in.inverse_z0 = static_cast<float>(1 / shape_.z0);
+  in.peanut = static_cast<float>(shape_.peanut);
+  in.peanut_radius = static_cast<float>(shape_.peanut_radius);
+  in.inverse_peanut_width = static_cast<float>(1 / shape_.peanut_width);
+  in.ansae = static_cast<float>(shape_.ansae);
+  HWY_DYNAMIC_DISPATCH(BarEnvelope)(batch, in, out);
+}
+
+void Bar::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const {
+  double o[3], d[3];
+  turn(ray.origin, o);
+  turn(ray.direction, d);
+  // The box where the envelope can exceed the threshold.
+  const double depth = -accuracy.log_envelope_threshold;
+  const double spread = shape_.ansae > 0 ? std::sqrt(2 * depth) : 0.0;
+  const double end_of_body = 1 + shape_.cut * depth;
+  double begin = ray.begin, end = ray.end;
+  if (!cut_slab(o[0], d[0], std::max(end_of_body, ansa_radius + ansa_length * spread), begin,
+                end) ||
+      !cut_slab(o[1], d[1], std::max(end_of_body, ansa_width * spread), begin, end) ||
+      !cut_slab(o[2], d[2], highest_ * (std::numbers::ln2 + 0.5 * depth), begin, end)) {
+    return;
+  }
+  out.extend(begin, end);
+  // The envelope is largest near the plane, shifted towards the axis along grazing rays.
+  const double dd = d[0] * d[0] + d[1] * d[1];
+  const double od = o[0] * d[0] + o[1] * d[1];
+  const bool is_upright = dd < least_divisor;
+  const double axis = is_upright ? 0.5 * (begin + end) : -od / dd;
+  const double fall = std::sqrt(dd) * std::max(shape_.decline, 1.0);
+  double across = std::abs(d[2]) / shape_.z0, centre = axis;
+  if (across > 0) {
+    const double plane = -o[2] / d[2];
+    across = std::abs(d[2]) / height(o[0] + plane * d[0]);
+    const double shift = 0.5 * fall / (across * across);
+    centre = is_upright ? plane : plane + std::clamp(axis - plane, -shift, shift);
+  }
+  centre = std::clamp(centre, begin, end);
+  const double along = std::sqrt(dd) * nodes_per_cut / shape_.cut;
+  out.focuses.push_back({centre, layer_width / (across + 0.5 * fall), across + fall + along});
+  if (is_upright) return;
+  if (axis > begin && axis < end) {
+    const double oo = o[0] * o[0] + o[1] * o[1];
+    const double impact2 = std::max(oo + od * axis, 0.0);
+    const double width = std::sqrt((impact2 + cusp_width * cusp_width) / dd);
+    out.focuses.push_back({axis, width, nodes_per_width / width});
+  }
+  // Lobes of the height and ansae on rays along the bar.
+  const auto add_pair = [&](double u, double length, double width) {
+    if (std::abs(d[0]) < least_divisor) return;
+    const double rate = std::hypot(d[0] / length, width > 0 ? d[1] / width : 0.0);
+    for (const double side : {-u, u}) {
+      const double place = (side - o[0]) / d[0];
+      if (place > begin && place < end) out.focuses.push_back({place, layer_width / rate, rate});
+    }
+  };
+  if (shape_.peanut > 0) add_pair(shape_.peanut_radius, shape_.peanut_width, 0);
+  if (shape_.ansae > 0) add_pair(ansa_radius, ansa_length, ansa_width);
+}
+
+ColumnScale Bar::column_scale(const double nearest[3], const double direction[3],
+                              double reach) const {
+  double o[3], d[3];
+  turn(nearest, o);
+  turn(direction, d);
+  const double b = shape_.half_length * shape_.axis_ratio;
+  const double distance = std::hypot(nearest[0], nearest[1], nearest[2]);
+  const double half_chord = std::sqrt(std::max(1 - distance * distance, 0.0));
+  const double above = std::max(std::abs(nearest[2]) - half_chord * std::abs(direction[2]), 0.0);
+  if (above - reach > seen_heights * highest_) return {};
+  // The distance in units of a and b where the ray is next to the axis; m is above 0.84 times it.
+  const double dd = d[0] * d[0] + d[1] * d[1];
+  const double axis = dd > 0 ? -(o[0] * d[0] + o[1] * d[1]) / dd : 0.0;
+  const double closest = std::hypot(o[0] + axis * d[0], o[1] + axis * d[1]);
+  const double end = std::max(1 + seen_cuts * shape_.cut, shape_.ansae > 0 ? seen_ansae : 0.0);
+  if (least_metric * closest - reach / b > end) return {};
+  // The metric where the ray meets the plane, or else there.
+  double place = axis;
+  if (d[2] != 0) {
+    const double plane = -o[2] / d[2];
+    if (std::abs(plane) < half_chord) place = plane;
+  }
+  const double m = metric(o[0] + place * d[0], o[1] + place * d[1]);
+  // The slope of the logarithm, which rises towards the end.
+  const double outside = std::min(m + reach / b, 1 + shape_.cut);
+  const double slope =
+      std::max(shape_.decline, 1.0) + 1 / (shape_.cut * (1 + std::exp((1 - outside) / shape_.cut)));
+  double plane = column_lengths * b / slope;
+  if (shape_.ansae > 0) {
+    plane = std::min({plane, ansa_width * b, ansa_length * shape_.half_length});
+  }
+  const double cosine = std::abs(direction[2]);
+  const double sine = std::sqrt(std::max(1 - cosine * cosine, 0.0));
+  double side = std::hypot(plane * cosine, column_lengths * shape_.z0 * sine);
+  if (shape_.peanut > 0)
+    side = std::min(side, std::hypot(plane, shape_.peanut_width * shape_.half_length));
+  return {.envelope = std::min(plane, side)};
+}
+
+ComponentKind bar_kind() {
+  ComponentKind kind;
+  kind.name = "bar";
+  kind.description =
+      "stellar bar: generalised ellipses with an end, boxy or like a peanut from the side";
+  const BarShape shape;
+  kind.parameters = {
+      Parameter::number("half_length", "galaxy radii", Interval::closed(1e-3, 1), shape.half_length,
+                        "a: where the bar's light ends"),
+      Parameter::number("axis_ratio", "", Interval::closed(0.05, 1), shape.axis_ratio,
+                        "b/a: width over length"),
+      Parameter::number("boxiness", "", Interval::closed(2, 4), shape.boxiness,
+                        "c of the isophotes |x/a|^c + |y/b|^c: 2 is an ellipse, 4 nearly a box"),
+      Parameter::number("index", "", Interval::closed(0.5, 1), shape.index,
+                        "n of exp(-k m^(1/n)): 0.5 is a Gaussian, 1 exponential"),
+      Parameter::number("decline", "", Interval::closed(0, 20), shape.decline,
+                        "k: e-folds from the centre to the end; small is flat"),
+      Parameter::number("cut", "", Interval::closed(0.02, 0.5), shape.cut,
+                        "w: scale length beyond the end, in half-lengths"),
+      Parameter::number("z0", "galaxy radii", Interval::closed(Layer::least_height, 1), shape.z0,
+                        "scale height of sech^2(z/z0)"),
+      Parameter::number("peanut", "", Interval::closed(0, 20), shape.peanut,
+                        "P: the height grows to about (1 + P) z0 at `peanut_radius`"),
+      Parameter::number("peanut_radius", "", Interval::closed(0, 1), shape.peanut_radius,
+                        "x_P: where the bar is highest, in half-lengths"),
+      Parameter::number("peanut_width", "", Interval::closed(0.05, 1), shape.peanut_width,
+                        "s_P: standard deviation of the height's maxima, in half-lengths"),
+      Parameter::number("ansae", "", Interval::closed(0, 10), shape.ansae,
+                        "F: brightness of spots at the ends over that of the centre"),
+      Parameter::number("position_angle", "deg", Interval::any(), 0.0,
+                        "angle of the bar from the x axis towards y"),
+  };
+  kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
+    const auto number = [&](const char* name) { return input.values.number(name); };
+    BarShape own;
+    own.half_length = number("half_length");
+    own.axis_ratio = number("axis_ratio");
+    own.boxiness = number("boxiness");
+    own.index = number("index");
+    own.decline = number("decline");
+    own.cut = number("cut");
+    own.z0 = number("z0");
+    own.peanut = number("peanut");
+    own.peanut_radius = number("peanut_radius");
+    own.peanut_width = number("peanut_width");
+    own.ansae = number("ansae");
+    own.position_angle = std::remainder(number("position_angle"), 360.0) * degree;
+    return std::make_unique<Bar>(own);
+  };
+  return kind;
+}
+
+}  // namespace gamer
+#endif

@@ -1,0 +1,210 @@
+#include "gamer/galaxy/kinds/radial_law.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "gamer/core/error.h"
+#include "gamer/core/units.h"
+#include "gamer/galaxy/sample_batch.h"
+
+namespace gamer {
+namespace {
+
+// End of integrals, in scale lengths x; (1 + x) e^-x of the light is beyond. In widths of a ring,
+// e^-32 of the peak is there.
+constexpr double reach = 30;
+constexpr double ring_reach = 8;
+
+// Bright range of the layer: scale lengths, and widths on each side of a ring.
+constexpr double bright_lengths = 3;
+constexpr double bright_widths = 2;
+
+// Number of steps in m of integrals.
+constexpr int steps = 1 << 14;
+
+/// ln(1 + e^x).
+double softplus(double x) { return std::max(x, 0.0) + std::log1p(std::exp(-std::abs(x))); }
+
+/// The x with 1 - (1 + x) e^-x = u, by Newton's method from a series or asymptotic start.
+double gamma2_quantile(double u) {
+  double x =
+      u < 0.5 ? std::sqrt(2 * u) * (1 + std::sqrt(2 * u) / 3) : 1.7 - 1.2 * std::log(2 * (1 - u));
+  for (int i = 0; i < 50; ++i) {
+    const double f = 1 - (1 + x) * std::exp(-x) - u;
+    const double step = f / (x * std::exp(-x));
+    x = std::max(x - step, 0.5 * x);
+    if (std::abs(step) < 1e-10 * x) break;
+  }
+  return x;
+}
+
+}  // namespace
+
+RadialLaw::RadialLaw(double rh, double inner, const RadialShape& shape)
+    : rh_(rh),
+      inner_(inner),
+      shape_(shape),
+      end_(std::min(1 / shape.axis_ratio,
+                    shape.is_ring()
+                        ? shape.ring_radius + ring_reach * shape.ring_outer_width
+                        : reach * (shape.is_broken() ? std::max(rh, shape.outer_rh) : rh))),
+      norm_(softplus(-shape.break_sharpness * shape.break_radius) / shape.break_sharpness),
+      cosine_(std::cos(shape.position_angle)),
+      sine_(std::sin(shape.position_angle)) {
+  if (shape.is_ring() || shape.is_broken()) {
+    inside_.push_back(0);
+    for (int i = 0; i < steps; ++i) {
+      const double m = end_ * (i + 0.5) / steps;
+      inside_.push_back(inside_.back() + m * std::exp(logarithm(m)));
+    }
+    for (double& share : inside_) share /= inside_.back();
+  }
+  if (!shape.is_ring() && inner == 0) return;
+  peak_ = 0;
+  constexpr int samples = 1000;
+  const auto look_at = [&](double m) {
+    peak_ = std::max(peak_, std::exp(logarithm(m)) * hole(m) * taper_at(m * shape_.axis_ratio));
+  };
+  for (int i = 1; i < samples; ++i) look_at(end_ * i / samples);
+  if (shape.is_ring()) look_at(shape.ring_radius);
+}
+
+double RadialLaw::logarithm(double m) const {
+  if (shape_.is_ring()) {
+    const double away = m - shape_.ring_radius;
+    const double q = away / (away < 0 ? shape_.ring_width : shape_.ring_outer_width);
+    return -0.5 * q * q;
+  }
+  const double inner = -m / rh_;
+  if (!shape_.is_broken()) return inner;
+  const double s = shape_.break_sharpness;
+  return inner +
+         (1 / rh_ - 1 / shape_.outer_rh) * (softplus(s * (m - shape_.break_radius)) / s - norm_);
+}
+
+double RadialLaw::hole(double m) const {
+  return inner_ > 0 ? -std::expm1(-std::pow(m / inner_, 4)) : 1.0;
+}
+
+double RadialLaw::limit(double least) const {
+  if (shape_.is_ring()) {
+    return shape_.ring_radius + shape_.ring_outer_width * std::sqrt(-2 * least);
+  }
+  if (!shape_.is_broken()) return -rh_ * least;
+  // ln(1 + e^x) is between max(x, 0) and max(x, 0) + ln 2.
+  const double change = 1 / rh_ - 1 / shape_.outer_rh;
+  const double excess =
+      change > 0 ? change * std::numbers::ln2 / shape_.break_sharpness : -change * norm_;
+  const double within = rh_ * (excess - least);
+  if (within <= shape_.break_radius) return within;
+  return shape_.outer_rh * (excess - least - change * shape_.break_radius);
+}
+
+double RadialLaw::bound(double nearest, double farthest) const {
+  if (!shape_.is_ring()) return std::exp(logarithm(nearest));
+  const double outermost = farthest / shape_.axis_ratio;
+  return std::exp(logarithm(std::clamp(shape_.ring_radius, nearest, outermost)));
+}
+
+double RadialLaw::quantile(double u) const {
+  if (inside_.empty()) {
+    const double end = std::min(1 / (rh_ * shape_.axis_ratio), reach);
+    return rh_ * (u < 1 ? gamma2_quantile((1 - (1 + end) * std::exp(-end)) * u) : end);
+  }
+  if (u >= 1) return end_;
+  const auto above = std::upper_bound(inside_.begin(), inside_.end() - 1, u);
+  const double low = *(above - 1), share = (u - low) / (*above - low);
+  return end_ * (static_cast<double>(above - 1 - inside_.begin()) + share) / steps;
+}
+
+double RadialLaw::length() const {
+  if (shape_.is_ring()) return std::min(shape_.ring_width, shape_.ring_outer_width);
+  return shape_.is_broken() ? std::min(rh_, shape_.outer_rh) : rh_;
+}
+
+double RadialLaw::bright_extent() const {
+  const double extent = shape_.is_ring()
+                            ? bright_widths * (shape_.ring_width + shape_.ring_outer_width)
+                            : bright_lengths * rh_;
+  return std::min(extent, 1.0);
+}
+
+double RadialLaw::bright_circle() const {
+  const double circle = 2 * std::numbers::pi;
+  return shape_.is_ring() ? circle * shape_.ring_radius : circle * bright_extent() / bright_lengths;
+}
+
+double RadialLaw::at(double x, double y) const {
+  if (shape_.is_round()) return std::hypot(x, y);
+  return std::hypot(cosine_ * x + sine_ * y, (cosine_ * y - sine_ * x) / shape_.axis_ratio);
+}
+
+void RadialLaw::stretch(const double from[3], double to[3]) const {
+  std::copy_n(from, 3, to);
+  if (shape_.is_round()) return;
+  to[0] = cosine_ * from[0] + sine_ * from[1];
+  to[1] = (cosine_ * from[1] - sine_ * from[0]) / shape_.axis_ratio;
+}
+
+void RadialLaw::place(double m, double psi, double& r, double& azimuth) const {
+  const double along = m * std::cos(psi), across = shape_.axis_ratio * m * std::sin(psi);
+  r = std::hypot(along, across);
+  azimuth = std::remainder(std::atan2(across, along) + shape_.position_angle, 2 * std::numbers::pi);
+}
+
+ParameterTable RadialLaw::parameters() {
+  const RadialShape shape;
+  constexpr double least_width = 2e-3;
+  return {
+      Parameter::number("break_radius", "galaxy radii", Interval::right_open(0, 1), 0.0,
+                        "where the scale length changes from rh to outer_rh; 0 for no break"),
+      Parameter::number("outer_rh", "galaxy radii", Interval::closed(0.01, 1), std::nullopt,
+                        "scale length outside the break; by default rh/2"),
+      Parameter::number("break_sharpness", "1/galaxy radii", Interval::closed(5, 1000),
+                        shape.break_sharpness, "s: the break is about 4/s wide"),
+      Parameter::number("ring_radius", "galaxy radii", Interval::right_open(0, 1), 0.0,
+                        "radius of a ring in place of the exponential; 0 for none"),
+      Parameter::number("ring_width", "galaxy radii", Interval::closed(least_width, 1),
+                        shape.ring_width, "standard deviation of the ring's profile"),
+      Parameter::number("ring_outer_width", "galaxy radii", Interval::closed(least_width, 1),
+                        std::nullopt,
+                        "standard deviation outside the crest; by default ring_width"),
+      Parameter::number("axis_ratio", "", Interval::closed(0.1, 1), 1.0,
+                        "q: width over length of the ellipses of equal density in the plane"),
+      Parameter::number("position_angle", "deg", Interval::any(), 0.0,
+                        "angle of the ellipses from the x axis towards y"),
+  };
+}
+
+RadialShape RadialLaw::read(const ParameterSet& values, const std::string& context) {
+  RadialShape shape;
+  const auto number = [&](const char* name) { return values.number(name); };
+  shape.break_radius = number("break_radius");
+  shape.outer_rh = values.has("outer_rh") ? number("outer_rh") : 0.5 * number("rh");
+  shape.break_sharpness = number("break_sharpness");
+  shape.ring_radius = number("ring_radius");
+  shape.ring_width = number("ring_width");
+  shape.ring_outer_width =
+      values.has("ring_outer_width") ? number("ring_outer_width") : shape.ring_width;
+  shape.axis_ratio = number("axis_ratio");
+  shape.position_angle = std::remainder(number("position_angle"), 360.0) * degree;
+  const auto check = [&](const char* name, bool is_used, const std::string& why) {
+    if (values.is_given(name) && !is_used) {
+      throw InputError(values.where(name), context + "'" + name + "' " + why);
+    }
+  };
+  for (const char* name : {"outer_rh", "break_sharpness"}) {
+    check(name, shape.break_radius > 0, "belongs to a break; give 'break_radius'");
+  }
+  for (const char* name : {"ring_width", "ring_outer_width"}) {
+    check(name, shape.is_ring(), "belongs to a ring; give 'ring_radius'");
+  }
+  for (const char* name : {"rh", "break_radius"}) {
+    check(name, !shape.is_ring(), "and 'ring_radius' exclude each other");
+  }
+  check("position_angle", !shape.is_round(), "needs an 'axis_ratio' below 1");
+  return shape;
+}
+
+}  // namespace gamer
