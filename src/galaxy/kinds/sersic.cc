@@ -203,6 +203,7 @@ ComponentKind sersic_kind() {
                                  "R_e, projected half-light radius where the axes are 1")),
       Parameter::vector3("axis", "", Interval::closed(0.05, 10), std::vector<double>{1, 1, 1},
                          "stretch along x, y, z"),
+      Parameter::boolean("bulge", true, "its light counts as the bulge in the truth table"),
   };
   kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
     const auto& axis = input.values.numbers("axis");
