@@ -173,7 +173,7 @@ CardValue InjectOperation::zero_point(const PlaneTask& science, const PlaneTask&
                                   fmt::format("gutil inject: {}: ", science.label));
   if (card) return *card;
   if (instrument_.is_given()) {
-    // That of counts (ADU) of the whole exposure.
+    // Counts (ADU) of the whole exposure.
     const Instrument& own = instrument_.get();
     return {instrument_.band(light).zero_point + magnitudes_of(own.gain / own.exposure),
             "--instrument"};
@@ -414,23 +414,20 @@ constexpr const char* description =
     "--no-noise adds v s itself.\n\nThe world coordinates of both images say where the render "
     "belongs. Their pixels must agree to 0.1 pixel, as with camera.header in the render. Images "
     "without world coordinates must have equal sizes. --at and --position place the middle of the "
-    "render, rounded to whole pixels. --subpixel shifts the light to the exact place: it is "
-    "resampled as by gutil resample --kernel lanczos3, after the convolution, which keeps its "
-    "flux. "
-    "Light that is sharper than the pixels gets negative values around it, which count as 0 where "
-    "there is noise. The pixels of both images must then agree in size and "
-    "direction on the sky to 1 %. --ignore-wcs ignores the render's coordinates. Light beyond the "
-    "edges is lost. The PSF options work as in convolve, with the pixels and position angles of "
-    "the science image. A PSF of PSFEx is evaluated at the middle of the render. "
-    "--instrument gives the PSF of the render's band without --psf. It also gives the zero point "
-    "and "
-    "the gain of counts (ADU) of the instrument's exposure, where neither an option nor the header "
-    "does.\n\nPixels without "
-    "added light keep their bits. Missing pixels stay missing, missing pixels of the render add "
-    "nothing, and no pixel is clipped at SATURATE. 16-bit integers become 32-bit floats and 32-bit "
-    "integers become doubles, scaled by BSCALE and BZERO. The header stays, except that DATE is "
-    "renewed and DATAMIN and DATAMAX are deleted. HISTORY tells zero point, gain and place. "
-    "Weights, variances, masks, tables and other HDUs are copied unchanged.";
+    "render, rounded to whole pixels. The pixels of both images must then agree in size and "
+    "direction on the sky to 1 %. --ignore-wcs ignores the render's coordinates. --subpixel shifts "
+    "the light to the exact place: it is resampled as by gutil resample --kernel lanczos3, after "
+    "the convolution, which keeps its flux. Light that is sharper than the pixels gets negative "
+    "values around it, which count as 0 where there is noise. Light beyond the edges is lost. The "
+    "PSF options work as in convolve, with the pixels and position angles of the science image. A "
+    "PSF of PSFEx is evaluated at the middle of the render. --instrument gives the PSF of the "
+    "render's band without --psf. It also gives the zero point and the gain of counts (ADU) of the "
+    "instrument's exposure, where neither an option nor the header does.\n\nPixels without added "
+    "light keep their bits. Missing pixels stay missing, missing pixels of the render add nothing, "
+    "and no pixel is clipped at SATURATE. 16-bit integers become 32-bit floats and 32-bit integers "
+    "become doubles, scaled by BSCALE and BZERO. The header stays, except that DATE is renewed and "
+    "DATAMIN and DATAMAX are deleted. HISTORY tells zero point, gain and place. Weights, "
+    "variances, masks, tables and other HDUs are copied unchanged.";
 
 ParameterTable inject_parameters() {
   const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
