@@ -249,6 +249,10 @@ std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int ind
       kind.make(ComponentInput{values, node, context, arms, axis_z, settings, name, resources});
   component->kind_ = kind.name;
   component->traits_ = kind.traits;
+  // Some kinds leave it to the file.
+  if (std::ranges::count(kind.parameters, "bulge", &Parameter::name) > 0) {
+    component->traits_.is_bulge = values.boolean("bulge");
+  }
   component->name_ = name;
   component->active_ = values.boolean("active");
   component->where_ = node.where;

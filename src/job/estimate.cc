@@ -15,6 +15,7 @@
 #include "gamer/job/report.h"
 #include "gamer/job/resume.h"
 #include "gamer/job/schedule.h"
+#include "gamer/job/stamps.h"
 #include "gamer/render/galaxy_measure.h"
 #include "gamer/render/renderer.h"
 #include "image/image_suffix.h"
@@ -45,7 +46,8 @@ std::uint64_t resident_memory() {
   return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-/// Seconds per unit of cost, in tiles around probes.
+/// Seconds per unit of cost, in squares of pixels around probes. They are tiles where these are
+/// cheap, and down to single pixels where time is short.
 double seconds_per_cost(const Renderer& renderer, const std::vector<ProbedPixel>& probes,
                         double most_seconds) {
   std::vector<double> sums(probes.size());
@@ -53,25 +55,49 @@ double seconds_per_cost(const Renderer& renderer, const std::vector<ProbedPixel>
                                 [](const ProbedPixel& probe) { return probe.cost; });
   const double all = sums.empty() ? 0 : sums.back();
   if (!(all > 0)) return microsecond;
-  double seconds = 0, cost = 0;
-  for (std::size_t tile = 0; tile < most_tiles && seconds < most_seconds; ++tile) {
+  double seconds = 0, cost = 0, spent = 0;
+  int side = 1;
+  for (std::size_t tile = 0; tile < most_tiles && spent < most_seconds; ++tile) {
     // Probes are evenly spread after any number of tiles.
     const double at = all * std::fmod((static_cast<double>(tile) + 0.5) * std::numbers::phi, 1.0);
     const auto found = std::lower_bound(sums.begin(), sums.end(), at);
     const ProbedPixel& probe =
         probes[static_cast<std::size_t>(std::min(found, sums.end() - 1) - sums.begin())];
-    constexpr int side = Renderer::tile_rows;
     const int left = probe.x - probe.x % side, bottom = probe.y - probe.y % side;
     RenderCounts counts;
     const double begin = thread_seconds();
     renderer.count_pixels(left, std::min(left + side, renderer.width()), bottom,
                           std::min(bottom + side, renderer.height()), counts);
-    // The first tile pays for what later ones find ready.
-    if (tile == 0) continue;
-    seconds += thread_seconds() - begin;
+    const double took = thread_seconds() - begin;
+    spent += took;
+    constexpr int least_tiles = 5;
+    if (took < most_seconds / least_tiles / 4) side = std::min(2 * side, Renderer::tile_rows);
+    // The first one pays for what later ones find ready.
+    if (tile == 0 && spent < most_seconds) continue;
+    seconds += took;
     cost += estimated_cost(counts);
   }
   return cost > 0 ? seconds / cost : microsecond;
+}
+
+/// Probes of a renderer in a limited time.
+struct TimedProbes {
+  std::vector<ProbedPixel> probes;
+  double seconds = 0;  ///< that all probes of the job take
+};
+
+TimedProbes probe_in_time(const Renderer& renderer, double most_seconds) {
+  ThreadExecutor alone(1);
+  const int all = probed_rows(renderer.height());
+  constexpr int more = 4;
+  for (int rows = 1;; rows *= more) {
+    rows = std::min(rows, all);
+    const double begin = thread_seconds();
+    std::vector<ProbedPixel> probes = probe_pixels(renderer, alone, rows);
+    const double took = thread_seconds() - begin;
+    if (rows < all && took * more < most_seconds) continue;
+    return {std::move(probes), took * all / rows};
+  }
 }
 
 double truth_seconds(const RenderJob& job, double most_seconds) {
@@ -120,17 +146,16 @@ JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int thread
   const TruthSettings images = truth ? job.parameters.truth : TruthSettings();
   const Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum, images);
   const double placing = process_seconds() - begin;
-  ThreadExecutor alone(1);
-  const std::vector<ProbedPixel> probes = probe_pixels(renderer, alone);
+  const auto [probes, probing] = probe_in_time(renderer, 2 * most_seconds);
   std::vector<double> costs = row_costs(probes, renderer.width(), renderer.height());
   // One worker needs no blocks of equal cost.
-  const double together =
-      preparation.measuring + (workers == 1 ? 0 : process_seconds() - begin - placing);
+  const double together = preparation.measuring + (workers == 1 ? 0 : probing);
   estimate.preparing = preparation.reading + placing + together;
   const std::uint64_t before = resident_memory();
 
   const double unit = seconds_per_cost(renderer, probes, most_seconds);
   if (truth) estimate.truth = truth_seconds(job, most_seconds) * share_left(job, done.objects);
+  ThreadExecutor alone(1);
   const auto blocks =
       workers == 1
           ? render_blocks(renderer, alone)
@@ -166,6 +191,40 @@ JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int thread
   const std::uint64_t picture =
       is_fits ? 0 : picture_memory(renderer.width(), renderer.height(), renderer.planes());
   estimate.memory = std::max(peak_memory(), working + pending + picture);
+  return estimate;
+}
+
+JobEstimate estimate_stamps(const RenderJob& job, bool truth, int ranks, int threads,
+                            const Preparation& preparation, double most_seconds) {
+  JobEstimate estimate;
+  estimate.preparing = preparation.reading + preparation.measuring;
+  const StampRenderer stamps(job);
+  double seconds = 0, sampled = 0, all = 0;
+  for (std::size_t stamp = 0; stamp < stamps.size(); ++stamp) {
+    all += static_cast<double>(stamps.values(stamp));
+  }
+  const double begin = thread_seconds();
+  const std::size_t count = std::min(stamps.size(), most_measured);
+  for (std::size_t k = 0; k < count && thread_seconds() - begin < most_seconds; ++k) {
+    const double share = std::fmod((static_cast<double>(k) + 0.5) * std::numbers::phi, 1.0);
+    const auto stamp = static_cast<std::size_t>(share * static_cast<double>(stamps.size()));
+    const double start = thread_seconds();
+    const Renderer renderer = stamps.renderer(stamp);
+    const double placing = thread_seconds() - start;
+    constexpr double part = 0.25;
+    const auto probes = probe_in_time(renderer, part * most_seconds).probes;
+    const std::vector<double> costs = row_costs(probes, renderer.width(), renderer.height());
+    seconds += placing + std::accumulate(costs.begin(), costs.end(), 0.0) *
+                             seconds_per_cost(renderer, probes, part * most_seconds);
+    sampled += static_cast<double>(stamps.values(stamp));
+  }
+  if (sampled > 0) estimate.rendering = seconds * all / sampled;
+  if (truth) estimate.truth = truth_seconds(job, most_seconds);
+  const double workers = static_cast<double>(ranks) * threads;
+  estimate.wall = (ranks > 1 ? 2 : 1) * preparation.reading +
+                  (preparation.measuring + estimate.truth + estimate.rendering) / workers;
+  estimate.memory = estimate.other_memory =
+      peak_memory() + static_cast<std::uint64_t>(held_blocks(ranks, threads)) * stamps.most_bytes();
   return estimate;
 }
 

@@ -31,6 +31,9 @@ constexpr const char* packed_frames = "frames";
 constexpr int most_probes = 3;
 constexpr double probe_seconds = 1;
 
+/// Numbers of a picture's tone.
+constexpr std::size_t tone_numbers = 8;
+
 bool is_there(const fs::path& file) { return are_there({file}); }
 
 /// The number in "<stem>_0007<...>", from 1; 0 where there is none.
@@ -203,21 +206,24 @@ JobEstimate Film::estimate(int ranks, int threads, double reading) {
   for (int probe = 0; probe < probes; ++probe) {
     const int i = probes == 1 ? 0 : probe * (count - 1) / (probes - 1);
     const double begin = process_seconds();
-    const RenderJob job = jobs_->make(frame(left_[static_cast<std::size_t>(i)]));
+    RenderParameters own = frame(left_[static_cast<std::size_t>(i)]);
+    // The film's tone is not known yet, and a frame's own would take time.
+    if (!own.image.output.tone) own.set("image", "tone", std::vector<double>(tone_numbers, 0.0));
+    const RenderJob job = jobs_->make(std::move(own));
     const double making = process_seconds() - begin;
-    const JobEstimate own = estimate_job(job, options_.truth, apart > 0 ? 1 : ranks, threads,
-                                         {making, 0}, {}, probe_seconds);
+    const JobEstimate part = estimate_job(job, options_.truth, apart > 0 ? 1 : ranks, threads,
+                                          {making, 0}, {}, probe_seconds);
     const double share = 1.0 / probes;
-    preparing_frame += share * own.preparing;
-    alone += share * own.wall;
+    preparing_frame += share * part.preparing;
+    alone += share * part.wall;
     // All ranks prepare a frame at the same time.
     const double twice = ranks > 1 ? making : 0;
-    together += share * (apart > 0 ? own.preparing + (own.rendering + own.truth) / workers
-                                   : own.wall - twice);
-    film.rendering += share * own.rendering;
-    film.truth += share * own.truth;
-    film.memory = std::max(film.memory, own.memory);
-    film.other_memory = std::max(film.other_memory, apart > 0 ? own.memory : own.other_memory);
+    together += share * (apart > 0 ? part.preparing + (part.rendering + part.truth) / workers
+                                   : part.wall - twice);
+    film.rendering += share * part.rendering;
+    film.truth += share * part.truth;
+    film.memory = std::max(film.memory, part.memory);
+    film.other_memory = std::max(film.other_memory, apart > 0 ? part.memory : part.other_memory);
   }
   const int each = apart / ranks, shared = count - apart;
   film.preparing += preparing_frame * (each + shared);

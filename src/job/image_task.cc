@@ -160,6 +160,11 @@ std::string hindrance(const OutputOptions& output, const JobOptions& options,
   if (output.overwrite) return "";
   const fs::path journal = journal_path(output);
   if (!options.resume && is_there(journal)) {
+    if (Journal::is_in_use(journal)) {
+      return fmt::format(
+          "output '{}': a job that is running makes it; 'gamer --status {}' tells how far it is",
+          output.path.string(), journal.string());
+    }
     return fmt::format(
         "output '{}': '{}' holds finished rows of a job that was interrupted; "
         "--resume goes on with it, --overwrite starts anew",
@@ -238,7 +243,11 @@ void ImageTask::go_on(std::unique_ptr<Journal> journal) {
 
 bool ImageTask::is_stream() const { return job_.parameters.image.output.path == standard_stream; }
 
-void ImageTask::complete(const Ranks& ranks, int threads) { gamer::complete(job_, ranks, threads); }
+void ImageTask::complete(const Ranks& ranks, int threads) {
+  // An estimate does without pixels of the image.
+  if (options_.dry_run) job_.pending.star_tone = false;
+  gamer::complete(job_, ranks, threads);
+}
 
 JournalPlan ImageTask::journal_plan() const {
   std::error_code error;

@@ -17,6 +17,7 @@
 #include "gamer/image/picture.h"
 #include "gamer/job/attenuation.h"
 #include "gamer/job/schedule.h"
+#include "gamer/job/star_tone.h"
 #include "gamer/render/galaxy_measure.h"
 #include "gamer/render/renderer.h"
 #include "gamer/scene/catalogue.h"
@@ -193,6 +194,7 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
   const bool has_observed = std::ranges::any_of(scene->galaxies, [&](const auto& placed) {
     return is_observed(placed, parameters.photometry, scene->unit);
   });
+  pending.star_tone = measures_star_tone(parameters, *scene);
   if (has_observed) pending.attenuation = load_reference_band(parameters, resources);
   return {std::move(parameters), camera, std::move(spectrum),
           std::move(scene),      {},     std::move(pending)};
@@ -297,8 +299,10 @@ void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
 void complete(RenderJob& job, const Ranks& ranks, int threads) {
   const RenderJob::Pending pending = std::exchange(job.pending, {});
   measure_galaxies(pending.galaxies, pending.footprints, ranks);
-  if (pending.attenuation == nullptr) return;
-  apply_attenuation(job.parameters, job.camera, *pending.attenuation, ranks, threads, *job.scene);
+  if (pending.attenuation != nullptr) {
+    apply_attenuation(job.parameters, job.camera, *pending.attenuation, ranks, threads, *job.scene);
+  }
+  if (pending.star_tone) find_star_tone(job, ranks, threads);
 }
 
 RenderJob recorded(RenderJob job, const std::string& label, Resources& resources) {

@@ -352,6 +352,14 @@ JournalStatus Journal::status(const std::filesystem::path& path) {
   return status;
 }
 
+bool Journal::is_in_use(const std::filesystem::path& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+  if (descriptor < 0) return false;
+  const bool is_in_use = is_locked(descriptor);
+  close(descriptor);
+  return is_in_use;
+}
+
 void Journal::discard(const std::filesystem::path& path) {
   const std::unique_ptr<Journal> journal(new Journal(path, 0, {}));
   journal->descriptor_ = open_locked(path);

@@ -91,12 +91,26 @@ void set_output(const std::filesystem::path& path, RenderParameters& parameters)
   }
 }
 
+/// Throws InputError, without a place, for a band that `gutil noise` and `gutil convolve` would not
+/// find in the instrument.
+void check_bands(const Instrument& instrument, const std::vector<std::string>& bands) {
+  for (const std::string& band : bands) {
+    try {
+      instrument.band(std::filesystem::path(band).stem().string());
+    } catch (const InputError& error) {
+      throw InputError(
+          fmt::format("{}; camera.pixel_scale instead goes with any band", error.what()));
+    }
+  }
+}
+
 /// Gives the pixels of an instrument to a camera whose pixel_scale is not given.
 void take_instrument(const std::string& label, Resources& resources, RenderParameters& parameters) {
   const ParameterSet& camera = parameters.section("camera");
   if (!camera.has("instrument") || camera.is_given("pixel_scale")) return;
   try {
     const Instrument found = find_instrument(camera.text("instrument"), label, resources);
+    check_bands(found, parameters.spectrum.bands);
     parameters.set("camera", "pixel_scale", found.pixel_scale);
   } catch (const InputError& error) {
     throw InputError(camera.where("instrument"), error.what());

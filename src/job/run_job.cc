@@ -88,7 +88,12 @@ Task prepare_stamps(const RunOptions& options, const MessageLog& log, RenderJob 
   if (options.work.dry_run) {
     log.answer(
         fmt::format("would write {}, {}", stamps->plan(), objects_text(*stamps->job().scene)));
-    if (!stamps->hindrance().empty()) log.answer(stamps->hindrance());
+    Preparation preparation{process_seconds(), 0};
+    stamps->complete(Ranks(), threads);
+    preparation.measuring = process_seconds() - preparation.reading;
+    tell_estimate(log,
+                  estimate_stamps(stamps->job(), options.work.truth, ranks, threads, preparation),
+                  ranks, threads, stamps->hindrance());
     return {};
   }
   if (options.verbose) tell_size_of_work(log, stamps->job(), ranks * threads);

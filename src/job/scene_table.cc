@@ -153,6 +153,9 @@ DataTable scene_table(const Scene& scene, const Resources::Text* others,
   const std::size_t rows = table.rows() - scene.extra_rows;
   for (DataColumn& column : table.columns) {
     std::visit([&](auto& values) { values.resize(rows); }, column.values);
+    if (column.name == scene_columns()[column::id].name) {
+      column.values = integers_or_texts(std::get<std::vector<std::string>>(column.values));
+    }
   }
   DataTable more = others != nullptr ? chosen_columns(*others, std::span(scene.kept).first(rows))
                                      : row_numbers(rows);

@@ -45,9 +45,14 @@ double estimated_cost(const RenderCounts& counts) {
          noise_cost * static_cast<double>(counts.noise_evaluations);
 }
 
+int probed_rows(int height) { return std::clamp(height / rows_per_probe, 1, most_probed_rows); }
+
 std::vector<ProbedPixel> probe_pixels(const Renderer& renderer, Executor& executor) {
+  return probe_pixels(renderer, executor, probed_rows(renderer.height()));
+}
+
+std::vector<ProbedPixel> probe_pixels(const Renderer& renderer, Executor& executor, int rows) {
   const int width = renderer.width(), height = renderer.height();
-  const int rows = std::clamp(height / rows_per_probe, 1, most_probed_rows);
   const int few = std::min(width / few_columns_per_probe, few_columns);
   const int columns = std::clamp(std::max(width / columns_per_probe, few), 1, most_probed_columns);
   std::vector<ProbedPixel> probes;

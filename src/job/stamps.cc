@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <new>
@@ -107,15 +108,29 @@ std::shared_ptr<const Scene> StampRenderer::alone(std::size_t object) const {
   return scene;
 }
 
+Renderer StampRenderer::renderer(std::size_t stamp) const {
+  return {job_.parameters, job_.camera.with_window(regions_[stamp]), alone(stamp), job_.spectrum};
+}
+
+std::size_t stamp_piece(std::span<const std::size_t> values, std::uint64_t most) {
+  for (std::size_t piece = 256;; piece *= 2) {
+    std::uint64_t pieces = 0;
+    for (const std::size_t own : values) pieces += (own + piece - 1) / piece;
+    if (pieces <= most || pieces == values.size()) return piece;
+  }
+}
+
 void StampRenderer::run(Executor& executor, const Take& take, RankReport& report) const {
   // A row of the executor is a piece of a stamp, so that stamps may differ in size. Stamps begin at
   // whole pieces.
-  constexpr std::size_t piece = 256;
+  std::vector<std::size_t> sizes;
+  for (std::size_t stamp = 0; stamp < size(); ++stamp) sizes.push_back(values(stamp) + 1);
+  const std::size_t piece = stamp_piece(sizes, std::numeric_limits<int>::max());
   std::vector<RowRange> blocks;
   int end = 0;
   for (std::size_t stamp = 0; stamp < size(); ++stamp) {
     const int first = end;
-    end += static_cast<int>((values(stamp) + 1 + piece - 1) / piece);
+    end += static_cast<int>((sizes[stamp] + piece - 1) / piece);
     blocks.push_back({first, end});
   }
   const auto stamp_of = [&](RowRange rows) {
@@ -127,10 +142,8 @@ void StampRenderer::run(Executor& executor, const Take& take, RankReport& report
       blocks, piece,
       [&](RowRange rows, std::span<double> all) {
         const std::size_t stamp = stamp_of(rows), count = values(stamp);
-        const Renderer renderer(job_.parameters, job_.camera.with_window(regions_[stamp]),
-                                alone(stamp), job_.spectrum);
         RenderCounts counts;
-        renderer.render_rows({0, regions_[stamp].height}, all.first(count), counts);
+        renderer(stamp).render_rows({0, regions_[stamp].height}, all.first(count), counts);
         std::ranges::fill(all.subspan(count), 0.0);
         all[count] = static_cast<double>(counts.unconverged_rays);
         const std::lock_guard lock(mutex);

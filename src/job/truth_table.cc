@@ -13,6 +13,7 @@
 #include "gamer/render/galaxy_measure.h"
 #include "gamer/sed/photometry.h"
 #include "image/image_suffix.h"
+#include "scene/other_columns.h"
 
 namespace gamer {
 namespace {
@@ -201,7 +202,7 @@ DataTable TruthRows::table(std::span<const double> all) const {
     seed.push_back(placed != nullptr ? static_cast<std::int64_t>(placed->seed) : 0);
   }
   table.columns.push_back({"object", "", "number in the segmentation, from 1", number});
-  table.columns.push_back({"id", "", "the scene's", id});
+  table.columns.push_back({"id", "", "the scene's", integers_or_texts(std::move(id))});
   table.columns.push_back({"galaxy", "", "type", type});
   numbers("x", "pixel", "centre, FITS pixel", x);
   numbers("y", "pixel", "centre, FITS pixel", y);

@@ -14,9 +14,11 @@
 #include "processing/detector.h"
 #include "processing/geometry.h"
 #include "processing/injection.h"
+#include "processing/instrument_option.h"
 #include "processing/operation_groups.h"
 #include "processing/plane_operation.h"
 #include "processing/psf_options.h"
+#include "processing/resample.h"
 #include "processing/sky_place.h"
 
 namespace gamer {
@@ -28,6 +30,17 @@ constexpr double most_grid_error = 0.1;
 constexpr double most_side_error = 0.01;
 /// Rounding of a convolution by Fourier transforms, in units of the brightest pixel.
 constexpr double convolution_rounding = 1e-14;
+
+/// Zeros around a render that is shifted by a part of a pixel: the reach of the resampling.
+constexpr int shift_margin = 4;
+/// A smaller shift is none, in pixels.
+constexpr double least_shift = 1e-6;
+
+/// Place of the render on the science image: its pixels, and what they lack to the right place.
+struct LightPlace {
+  Area box;
+  double x = 0, y = 0;  ///< remaining shift, pixels in [-0.5, 0.5]
+};
 
 /// Light on its way into a plane, with the box of the science image's pixels that it covers.
 struct PlacedLight {
@@ -65,18 +78,20 @@ class InjectOperation {
   void read_render();
   std::size_t science_hdu() const;
   const PlaneTask& light_of(const PlaneTask& science) const;
-  CardValue zero_point(const PlaneTask& science) const;
+  CardValue zero_point(const PlaneTask& science, const PlaneTask& light) const;
   std::optional<CardValue> gain(const PlaneTask& science) const;
   double factor(const PlaneTask& science, const PlaneTask& light, double zero_point) const;
-  Area place(const PlaneTask& science, const PlaneTask& light) const;
-  Area place_by_grids(const PlaneTask& science, const PlaneTask& light) const;
+  LightPlace place(const PlaneTask& science, const PlaneTask& light) const;
+  LightPlace place_by_grids(const PlaneTask& science, const PlaneTask& light) const;
   void check_sides(const PlaneTask& science, const PlaneTask& light,
                    const PixelPosition& middle) const;
+  static PlacedLight shifted(const PlacedLight& light, const LightPlace& place);
   PlacedLight blurred(const PlaneTask& science, const PlaneTask& light, const Area& box) const;
   PlanePtr change(const PlaneTask& science);
 
   const OperationCall& call_;
   FitsInput science_, render_;
+  InstrumentOption instrument_;
   std::optional<PsfOptions> psf_;
   std::optional<StampFile> psf_file_;
   std::vector<PlaneTask> lights_;
@@ -89,15 +104,16 @@ class InjectOperation {
 InjectOperation::InjectOperation(const OperationCall& call)
     : call_(call), science_(call.inputs[0]), render_(call.inputs[1]) {
   if (has("at") && has("position")) fail("--at and --position both say where; give one");
-  if (has("psf")) {
-    psf_.emplace(call);
+  instrument_ = InstrumentOption(call);
+  if (has("psf") || instrument_.is_given()) {
+    psf_.emplace(call, has("psf") ? InstrumentOption() : instrument_);
     if (psf_->is_file()) {
       psf_file_.emplace(call.parameters.text("psf"), call.parameters.boolean("keep_missing_flux"));
     }
   } else {
     for (const Parameter& parameter : psf_parameters({})) {
       if (!call.parameters.is_given(parameter.name)) continue;
-      fail(fmt::format("{} needs --psf", option_name(parameter.name)));
+      fail(fmt::format("{} needs --psf or --instrument", option_name(parameter.name)));
     }
   }
   if (call.parameters.boolean("no_noise")) {
@@ -151,11 +167,17 @@ const PlaneTask& InjectOperation::light_of(const PlaneTask& science) const {
 }
 
 /// AB magnitude of the value 1 of the science image.
-CardValue InjectOperation::zero_point(const PlaneTask& science) const {
+CardValue InjectOperation::zero_point(const PlaneTask& science, const PlaneTask& light) const {
   if (has("zero_point")) return {plane_value(call_, "zero_point", science), "--zero-point"};
   const auto card = zero_point_of(headers_, science.info.plane, science.info.planes,
                                   fmt::format("gutil inject: {}: ", science.label));
   if (card) return *card;
+  if (instrument_.is_given()) {
+    // Counts (ADU) of the whole exposure.
+    const Instrument& own = instrument_.get();
+    return {instrument_.band(light).zero_point + magnitudes_of(own.gain / own.exposure),
+            "--instrument"};
+  }
   fail(fmt::format("{} has no zero point ({}); give --zero-point (AB magnitude of the value 1)",
                    science.label, fmt::join(zero_point_keys(), ", ")));
 }
@@ -165,6 +187,7 @@ std::optional<CardValue> InjectOperation::gain(const PlaneTask& science) const {
   if (has("gain")) return CardValue{plane_value(call_, "gain", science), "--gain"};
   const auto card = gain_of(headers_, science.info.plane, science.info.planes);
   if (card) return card;
+  if (instrument_.is_given()) return CardValue{instrument_.get().gain, "--instrument"};
   fail(fmt::format(
       "{} has no positive {}; give --gain (electrons per unit of the pixels), or --no-noise",
       science.label, fmt::join(gain_keys(), " or ")));
@@ -208,17 +231,22 @@ void InjectOperation::check_sides(const PlaneTask& science, const PlaneTask& lig
 }
 
 /// The box of the render on the science image by the coordinates of both, or of one size.
-Area InjectOperation::place_by_grids(const PlaneTask& science, const PlaneTask& light) const {
+LightPlace InjectOperation::place_by_grids(const PlaneTask& science, const PlaneTask& light) const {
   const int width = light.plane->width(), height = light.plane->height();
   const bool is_ignored = call_.parameters.boolean("ignore_wcs");
   const auto large = is_ignored ? std::nullopt : optional_wcs(science.header, science.label);
   const auto small = is_ignored ? std::nullopt : optional_wcs(light.header, light.label);
   if (large && small) {
     const auto shift = grid_shift(*large, *small, width, height);
-    if (shift && shift->error <= most_grid_error) return {shift->x, shift->y, width, height};
+    const bool is_shifted = call_.parameters.boolean("subpixel");
+    if (shift && (is_shifted ? shift->bend : shift->error) <= most_grid_error) {
+      LightPlace place{{shift->x, shift->y, width, height}};
+      if (is_shifted) place.x = shift->rest_x, place.y = shift->rest_y;
+      return place;
+    }
     fail(
         fmt::format("the pixels of {} do not lie on those of {}{}; render with camera.header = "
-                    "the science image, or place it with --at or --position",
+                    "the science image, give --subpixel, or place it with --at or --position",
                     light.label, science.label,
                     shift ? fmt::format(": a corner is {:.3g} pixels off", shift->error) : ""));
   }
@@ -229,11 +257,11 @@ Area InjectOperation::place_by_grids(const PlaneTask& science, const PlaneTask& 
                     light.label, width, height, science.label, science.plane->width(),
                     science.plane->height()));
   }
-  return {0, 0, width, height};
+  return {{0, 0, width, height}};
 }
 
-/// The box of the render's pixels on the science image.
-Area InjectOperation::place(const PlaneTask& science, const PlaneTask& light) const {
+/// The place of the render's pixels on the science image.
+LightPlace InjectOperation::place(const PlaneTask& science, const PlaneTask& light) const {
   PixelPosition middle;
   if (has("at")) {
     const std::vector<double>& at = call_.parameters.numbers("at");
@@ -245,7 +273,14 @@ Area InjectOperation::place(const PlaneTask& science, const PlaneTask& light) co
     return place_by_grids(science, light);
   }
   check_sides(science, light, middle);
-  return box_about(middle, light.plane->width(), light.plane->height());
+  const int width = light.plane->width(), height = light.plane->height();
+  LightPlace place{box_about(middle, width, height)};
+  if (call_.parameters.boolean("subpixel")) {
+    constexpr double one_half = 0.5;
+    place.x = middle.x - (place.box.x + one_half * (width + 1));
+    place.y = middle.y - (place.box.y + one_half * (height + 1));
+  }
+  return place;
 }
 
 /// The light convolved with the PSF, on a box that is larger by half of the PSF's image or more.
@@ -255,6 +290,7 @@ PlacedLight InjectOperation::blurred(const PlaneTask& science, const PlaneTask& 
   if (!psf_) return {plane, box};
   PlaneTask task = science;
   task.info.wavelength = light.info.wavelength;
+  task.info.label = light.info.label;
   constexpr double one_half = 0.5;
   StampSource stamp;
   if (psf_file_) {
@@ -284,11 +320,21 @@ PlacedLight InjectOperation::blurred(const PlaneTask& science, const PlaneTask& 
           {box.x - margins.left, box.y - margins.bottom, result->width(), result->height()}};
 }
 
+/// The light moved by what its pixels lack to the right place.
+PlacedLight InjectOperation::shifted(const PlacedLight& light, const LightPlace& place) {
+  if (std::abs(place.x) < least_shift && std::abs(place.y) < least_shift) return light;
+  constexpr int margin = shift_margin;
+  const PlanePtr wide = pad(light.plane, {margin, margin, margin, margin}, 0);
+  const ResampleGrid grid{wide->width(), wide->height(), 1, 1, -place.x, -place.y};
+  return {resample(wide, grid, Kernel::lanczos3, PixelValues::flux),
+          {light.box.x - margin, light.box.y - margin, wide->width(), wide->height()}};
+}
+
 PlanePtr InjectOperation::change(const PlaneTask& science) {
   const PlaneTask& light = light_of(science);
   refuse_magnitudes("inject", science.label, science.info.unit);
   refuse_magnitudes("inject", light.label, light.info.unit);
-  const CardValue zero = zero_point(science);
+  const CardValue zero = zero_point(science, light);
   const std::optional<CardValue> electrons = gain(science);
   Injection injection;
   injection.factor = factor(science, light, zero.value);
@@ -298,8 +344,9 @@ PlanePtr InjectOperation::change(const PlaneTask& science) {
   // The name differs from those of gutil noise, so that the noise of both is independent.
   const std::string name = "inject " + light.info.label;
   injection.key = noise_key(seed, name, labels_[name]++);
-  const Area box = place(science, light);
-  const PlacedLight placed = blurred(science, light, box);
+  const LightPlace own = place(science, light);
+  const Area& box = own.box;
+  const PlacedLight placed = shifted(blurred(science, light, box), own);
   if (psf_) {
     injection.tile = placed.plane->tile();
     injection.least =
@@ -368,14 +415,19 @@ constexpr const char* description =
     "belongs. Their pixels must agree to 0.1 pixel, as with camera.header in the render. Images "
     "without world coordinates must have equal sizes. --at and --position place the middle of the "
     "render, rounded to whole pixels. The pixels of both images must then agree in size and "
-    "direction on the sky to 1 %. --ignore-wcs ignores the render's coordinates. Light beyond the "
-    "edges is lost. The PSF options work as in convolve, with the pixels and position angles of "
-    "the science image. A PSF of PSFEx is evaluated at the middle of the render.\n\nPixels without "
-    "added light keep their bits. Missing pixels stay missing, missing pixels of the render add "
-    "nothing, and no pixel is clipped at SATURATE. 16-bit integers become 32-bit floats and 32-bit "
-    "integers become doubles, scaled by BSCALE and BZERO. The header stays, except that DATE is "
-    "renewed and DATAMIN and DATAMAX are deleted. HISTORY tells zero point, gain and place. "
-    "Weights, variances, masks, tables and other HDUs are copied unchanged.";
+    "direction on the sky to 1 %. --ignore-wcs ignores the render's coordinates. --subpixel shifts "
+    "the light to the exact place: it is resampled as by gutil resample --kernel lanczos3, after "
+    "the convolution, which keeps its flux. Light that is sharper than the pixels gets negative "
+    "values around it, which count as 0 where there is noise. Light beyond the edges is lost. The "
+    "PSF options work as in convolve, with the pixels and position angles of the science image. A "
+    "PSF of PSFEx is evaluated at the middle of the render. --instrument gives the PSF of the "
+    "render's band without --psf. It also gives the zero point and the gain of counts (ADU) of the "
+    "instrument's exposure, where neither an option nor the header does.\n\nPixels without added "
+    "light keep their bits. Missing pixels stay missing, missing pixels of the render add nothing, "
+    "and no pixel is clipped at SATURATE. 16-bit integers become 32-bit floats and 32-bit integers "
+    "become doubles, scaled by BSCALE and BZERO. The header stays, except that DATE is renewed and "
+    "DATAMIN and DATAMAX are deleted. HISTORY tells zero point, gain and place. Weights, "
+    "variances, masks, tables and other HDUs are copied unchanged.";
 
 ParameterTable inject_parameters() {
   const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
@@ -397,6 +449,9 @@ ParameterTable inject_parameters() {
       Parameter::vector2("at", "pixels", Interval::closed(-farthest, farthest), std::nullopt,
                          "middle of the render: x,y as FITS counts"),
       position_parameter("middle of the render: ra,dec, or h:m:s,d:m:s"),
+      Parameter::boolean("subpixel", false,
+                         "shift the light to the exact place, by resampling (lanczos3)"),
+      InstrumentOption::parameter(),
       Parameter::boolean("ignore_wcs", false, "do not compare the coordinates of the images"),
       Parameter::text("psf", std::nullopt,
                       fmt::format("{}, or a FITS file (default: the render has it)",

@@ -160,7 +160,11 @@ std::optional<GridShift> grid_shift(const CelestialWcs& large, const CelestialWc
     if (&place == places.data()) {
       shift.x = static_cast<int>(std::lround(dx));
       shift.y = static_cast<int>(std::lround(dy));
+      shift.rest_x = dx - shift.x;
+      shift.rest_y = dy - shift.y;
     }
+    const double bend_x = dx - shift.x - shift.rest_x, bend_y = dy - shift.y - shift.rest_y;
+    shift.bend = std::max(shift.bend, std::hypot(bend_x, bend_y));
     shift.error = std::max(shift.error, std::hypot(dx - shift.x, dy - shift.y));
   }
   return shift;

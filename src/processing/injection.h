@@ -35,6 +35,8 @@ std::optional<CardValue> gain_of(std::span<const FitsHeader> headers, int plane,
 struct GridShift {
   int x = 0, y = 0;  ///< the large image's pixel, from 0, that the small one's first lies on
   double error = 0;  ///< largest distance from it of a corner or the middle, pixels
+  double rest_x = 0, rest_y = 0;  ///< distance of the middle from it
+  double bend = 0;                ///< largest difference of a corner's distance from the middle's
 };
 /// Nothing where a corner of the small image has no pixel in the large one.
 std::optional<GridShift> grid_shift(const CelestialWcs& large, const CelestialWcs& small, int width,

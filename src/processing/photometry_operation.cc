@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "processing/aperture.h"
 #include "processing/measurement_table.h"
 #include "processing/operation_groups.h"
+#include "processing/position_table.h"
 
 namespace gamer {
 namespace {
@@ -22,13 +24,65 @@ namespace {
 constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 constexpr double least_axis_ratio = 1e-6;  ///< of apertures; its square does not underflow
 
+/// Where to measure.
+struct Place {
+  enum class Kind { middle, pixel, sky };
+  Kind kind = Kind::middle;
+  double x = 0, y = 0;      ///< FITS pixel, or ra and dec
+  std::int64_t number = 0;  ///< from 1
+  bool is_of_table = false;
+  bool is_numbered = false;  ///< one of several, or of a table
+};
+
+/// All places, in their order.
+std::vector<Place> places_of(const OperationCall& call) {
+  const ParameterSet& parameters = call.parameters;
+  std::vector<std::string> given;
+  for (const char* name : {"center", "position", "positions"}) {
+    if (parameters.has(name)) given.push_back(option_name(name));
+  }
+  if (given.size() > 1) {
+    throw wrong(call, fmt::format("{} and {} both say where; give one", given[0], given[1]));
+  }
+  std::vector<Place> places;
+  const auto add = [&](bool is_sky, double x, double y, bool is_of_table) {
+    places.push_back({is_sky ? Place::Kind::sky : Place::Kind::pixel, x, y,
+                      static_cast<std::int64_t>(places.size()) + 1, is_of_table});
+  };
+  for (const char* name : {"center", "position"}) {
+    if (!parameters.has(name)) continue;
+    const std::vector<double>& numbers = parameters.numbers(name);
+    if (numbers.empty() || numbers.size() % 2 != 0) {
+      throw wrong(call, fmt::format("{} has {} numbers; each place has two", option_name(name),
+                                    numbers.size()));
+    }
+    for (std::size_t i = 0; i < numbers.size(); i += 2) {
+      add(name == std::string_view("position"), numbers[i], numbers[i + 1], false);
+    }
+  }
+  if (parameters.has("positions")) {
+    PositionTable table;
+    try {
+      table = read_positions(parameters.text("positions"));
+    } catch (const InputError& error) {
+      throw wrong(call, fmt::format("--positions {}", error.what()));
+    }
+    for (std::size_t i = 0; i < table.x.size(); ++i)
+      add(table.is_sky, table.x[i], table.y[i], true);
+    if (places.empty()) throw wrong(call, "--positions: the table has no rows");
+  }
+  if (places.empty()) places.push_back({});
+  for (Place& place : places) place.is_numbered = place.is_of_table || places.size() > 1;
+  return places;
+}
+
 /// Place and parameters of the measurement of one plane.
 class Photometry {
  public:
-  Photometry(const OperationCall& call, const PlaneTask& task)
-      : call_(call), parameters_(call.parameters), task_(task), plane_(*task.plane) {
+  Photometry(const OperationCall& call, const PlaneTask& task, const Place& place)
+      : call_(call), parameters_(call.parameters), task_(task), plane_(*task.plane), place_(place) {
     in_arcsec_ = parameters_.text("unit") == "arcsec";
-    const bool needs_sky = in_arcsec_ || parameters_.has("position");
+    const bool needs_sky = in_arcsec_ || place.kind == Place::Kind::sky;
     try {
       wcs_ = celestial_wcs(task.header, task.label);
     } catch (const InputError& error) {
@@ -39,11 +93,16 @@ class Photometry {
     }
     try {
       ellipses_ = shape();
-      measure();
+      if (ellipses_) measure();
     } catch (const Unmeasurable& error) {
-      throw wrong(call, fmt::format("{}: {}", task.label, error.message));
+      const std::string at =
+          place.is_numbered ? fmt::format(", position {}", place.number) : std::string();
+      throw wrong(call, fmt::format("{}{}: {}", task.label, at, error.message));
     }
   }
+
+  /// False for a place of a table that the image does not show.
+  bool is_there() const { return ellipses_.has_value(); }
 
   void put_apertures(DataTable& table, int hdu) const {
     for (std::size_t i = 0; i < radii_.size(); ++i) put_aperture(table, hdu, i);
@@ -51,7 +110,7 @@ class Photometry {
 
   void put_aperture(DataTable& table, int hdu, std::size_t i) const {
     const ApertureSum& sum = sums_[i];
-    put_plane(table, task_, hdu);
+    put_place(table, hdu);
     put<std::string>(table, "unit", task_.info.unit, "", "of the pixels");
     put(table, "radius", radii_[i], parameters_.text("unit"), "semi-major axis");
     put(table, "flux", sum.flux, "", "sum of the pixels, background subtracted");
@@ -66,7 +125,7 @@ class Photometry {
   }
 
   void put_shape(DataTable& table, int hdu) const {
-    put_plane(table, task_, hdu);
+    put_place(table, hdu);
     put_shape_values(table);
   }
 
@@ -113,32 +172,43 @@ class Photometry {
     }
   }
 
-  std::pair<double, double> center() const {
+  void put_place(DataTable& table, int hdu) const {
+    put_plane(table, task_, hdu);
+    if (place_.is_numbered) {
+      put_count(table, "position", place_.number, "", "place or row of the table, from 1");
+    }
+  }
+
+  /// Coordinates of the centre, from 0; nothing for a place of a table outside the image.
+  std::optional<std::pair<double, double>> center() const {
     double x = (plane_.width() - 1) / 2.0, y = (plane_.height() - 1) / 2.0;
-    if (parameters_.has("center")) {
-      x = parameters_.numbers("center")[0] - 1;
-      y = parameters_.numbers("center")[1] - 1;
-    } else if (parameters_.has("position")) {
-      const double ra = parameters_.numbers("position")[0],
-                   dec = parameters_.numbers("position")[1];
-      const auto pixel = wcs_->pixel({ra, dec});
+    if (place_.kind == Place::Kind::pixel) {
+      x = place_.x - 1;
+      y = place_.y - 1;
+    } else if (place_.kind == Place::Kind::sky) {
+      const bool is_number = std::isfinite(place_.x) && std::isfinite(place_.y);
+      const auto pixel = is_number ? wcs_->pixel({place_.x, place_.y}) : std::nullopt;
+      if (!pixel && place_.is_of_table) return std::nullopt;
       if (!pixel) {
-        throw wrong(call_,
-                    fmt::format("--position {:g},{:g} has no pixel in {}", ra, dec, task_.label));
+        throw wrong(call_, fmt::format("--position {:g},{:g} has no pixel in {}", place_.x,
+                                       place_.y, task_.label));
       }
       x = pixel->x - 1;
       y = pixel->y - 1;
     }
     if (!(x >= -0.5 && x <= plane_.width() - 0.5 && y >= -0.5 && y <= plane_.height() - 0.5)) {
+      if (place_.is_of_table) return std::nullopt;
       throw wrong(call_, fmt::format("the centre ({:.6g}, {:.6g}) lies outside {}, which has {} x "
                                      "{} pixels",
                                      x + 1, y + 1, task_.label, plane_.width(), plane_.height()));
     }
-    return {x, y};
+    return std::pair(x, y);
   }
 
-  Ellipses shape() {
-    const auto [x, y] = center();
+  std::optional<Ellipses> shape() {
+    const auto middle = center();
+    if (!middle) return std::nullopt;
+    const auto [x, y] = *middle;
     const double ratio = parameters_.number("axis_ratio");
     const double position_angle = parameters_.number("position_angle") * degree;
     if (!wcs_) return Ellipses(x, y, ratio, position_angle + std::numbers::pi / 2);
@@ -234,6 +304,7 @@ class Photometry {
   const ParameterSet& parameters_;
   const PlaneTask& task_;
   const Plane& plane_;
+  const Place& place_;
   bool in_arcsec_ = false;
   std::optional<CelestialWcs> wcs_;
   std::optional<Ellipses> ellipses_;
@@ -249,9 +320,7 @@ class Photometry {
 int run_photometry(const OperationCall& call) {
   check_table(call);
   const ParameterSet& parameters = call.parameters;
-  if (parameters.has("center") && parameters.has("position")) {
-    throw wrong(call, "--center and --position both say where; give one");
-  }
+  const std::vector<Place> places = places_of(call);
   if (parameters.has("annulus")) {
     const std::vector<double>& annulus = parameters.numbers("annulus");
     if (!(annulus[0] < annulus[1])) {
@@ -267,15 +336,22 @@ int run_photometry(const OperationCall& call) {
   const FitsInput input(call.inputs.front());
   const std::vector<int> hdus = hdu_numbers(input);
   visit_planes(input, call.threads, [&](const PlaneTask& task) {
-    const Photometry photometry(call, task);
     const int hdu = hdus[static_cast<std::size_t>(task.index)];
-    photometry.put_apertures(apertures, hdu);
-    photometry.put_shape(shapes, hdu);
-    for (std::size_t i = 0; i < photometry.apertures(); ++i) {
-      photometry.put_aperture(joined, hdu, i);
-      photometry.put_shape_values(joined);
+    for (const Place& place : places) {
+      const Photometry photometry(call, task, place);
+      if (!photometry.is_there()) continue;
+      photometry.put_apertures(apertures, hdu);
+      photometry.put_shape(shapes, hdu);
+      for (std::size_t i = 0; i < photometry.apertures(); ++i) {
+        photometry.put_aperture(joined, hdu, i);
+        photometry.put_shape_values(joined);
+      }
     }
   });
+  if (joined.columns.empty()) {
+    throw wrong(call, fmt::format("no row of --positions {} is in {}", parameters.text("positions"),
+                                  call.inputs.front()));
+  }
   deliver(call, {apertures, shapes}, joined);
   return 0;
 }
@@ -289,6 +365,12 @@ Operation photometry_operation() {
   operation.summary = "Fluxes and magnitudes in apertures, half-light radius, moments";
   operation.description =
       "Apertures are circles or ellipses about --center, --position or the middle of the image. "
+      "--positions is a FITS table (cat.fits[TRUTH]), ECSV, CSV or a plain table with a row of "
+      "names. "
+      "It has columns ra dec, ALPHA_J2000 DELTA_J2000 or RAJ2000 DEJ2000, else x y or X_IMAGE "
+      "Y_IMAGE, in any case. Its rows outside the image are left out. Column position of the "
+      "result "
+      "is the number of the place, or the row of the table. "
       "Pixels count with the exact area that lies inside. flux is the sum of the pixels less the "
       "background of --annulus. magnitude = MAGZERO - 2.5 log10(flux), for brightnesses times the "
       "pixel's solid angle. The magnitude is empty where MAGZERO is missing or flux <= 0. "
@@ -301,13 +383,15 @@ Operation photometry_operation() {
       "centre. Without celestial coordinates they run from +y towards -x. position_angle is the "
       "direction of the moments on the sky. Where all light is in one pixel, position_angle and "
       "axis_ratio are empty. Missing pixels add nothing and are counted. A table (--table) joins "
-      "both tables, with a row per plane and radius.";
+      "both tables, with a row per plane, place and radius.";
   operation.result = Operation::Result::text;
   operation.parameters = with_output({
-      Parameter::vector2("center", "pixels", Interval::any(), std::nullopt,
-                         "x,y as FITS counts (default: the middle)"),
-      Parameter::vector2("position", "deg", Interval::any(), std::nullopt,
-                         "ra,dec, instead of --center"),
+      Parameter::numbers("center", "pixels", Interval::any(), std::nullopt,
+                         "x,y as FITS counts (default: the middle), or x,y,x,y..."),
+      Parameter::numbers("position", "deg", Interval::any(), std::nullopt,
+                         "ra,dec, or ra,dec,ra,dec..., instead of --center"),
+      Parameter::text("positions", std::nullopt,
+                      "table of places, instead of --center: ra and dec (deg), or x and y"),
       Parameter::boolean(
           "recenter", false,
           "move the centre to the centroid within the largest aperture, iteratively"),

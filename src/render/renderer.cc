@@ -109,6 +109,7 @@ Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
       painter_(scene_, camera_, medium_, index_, star_fields_),
       layout_(output_planes(*scene_, spectrum, truth), scene_->objects, spectrum.planes.size()),
       antialiased_stars_(parameters.stars.antialiased),
+      draws_discs_(parameters.draws_star_discs()),
       white_point_(parameters.stars.white_point),
       largest_star_(parameters.stars.largest_radius) {
   if (!supersample_ && scene_->unit == PixelUnit::relative) supersample_ = 1;
@@ -133,8 +134,14 @@ Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
     }
     std::sort(cusp_pixels_.begin(), cusp_pixels_.end());
   }
+  std::vector<double> wavelengths;
   for (const SpectralPlane& plane : spectrum.planes) {
     unit_factors_.push_back(value_of_nanojansky(plane, scene_->unit, parameters));
+    wavelengths.push_back(plane.wavelength);
+  }
+  if (parameters.stars.tone && scene_->unit != PixelUnit::magnitude) {
+    white_.emplace(PictureTone::of_numbers(*parameters.stars.tone),
+                   static_cast<int>(wavelengths.size()), wavelengths);
   }
   for (const PlacedGalaxy& placed : scene_->galaxies) {
     const double shortest = shortest_axis(placed);
@@ -261,6 +268,28 @@ void Renderer::sample_light(const std::function<void(double x, double y, double 
     }
     work.samples.clear();
   }
+}
+
+void Renderer::render_smooth(int y, std::span<const RowRange> columns,
+                             std::span<double> values) const {
+  const ImageRegion& window = camera_.window();
+  LightSums sums(layout_, unit_factors_, static_cast<std::size_t>(window.width), values);
+  sums.clear();
+  y += window.bottom;
+  RenderCounts counts;
+  Workspace work;
+  GalaxyIndex::Found near;
+  for (const RowRange& range : columns) {
+    const int left = range.first + window.left, right = range.last + window.left;
+    const auto rays = index_.pixels(left, right, y, y + 1);
+    if (!rays) continue;
+    index_.find(*rays, near);
+    if (near.empty()) continue;
+    aim(left, right, y, work);
+    for (int x = left; x < right; ++x) place_samples(x, y, 0, near, work);
+    work_off(1, near, work, sums, counts);
+  }
+  finish(y, 0, sums);
 }
 
 double Renderer::optical_depth(double x, double y) const {

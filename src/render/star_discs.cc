@@ -17,44 +17,29 @@ constexpr int star_tile = 64, wide_star_tile = 256;
 
 }  // namespace
 
+double Renderer::times_white(const glm::dvec2& pixel, std::span<const double> flux,
+                             double area_scale) const {
+  if (!draws_discs_ || (!white_point_ && !white_)) return 0;
+  const glm::ivec2 own_pixel = camera_.neighbour(pixel, static_cast<int>(std::round(pixel.x)),
+                                                 static_cast<int>(std::round(pixel.y)));
+  const double area = camera_.solid_angle(own_pixel.x, own_pixel.y);
+  if (!(area > 0)) return 0;
+  std::vector<double> values;
+  for (std::size_t p = 0; p < flux.size(); ++p) {
+    const double brightness = flux[p] * area_scale / area * unit_factors_[p];
+    values.push_back(counts_flux(scene_->unit) ? brightness * area : brightness);
+  }
+  if (!white_point_) return white_->times(values);
+  const double white_point =
+      scene_->unit == PixelUnit::magnitude ? nanojansky(*white_point_) : *white_point_;
+  return std::max(0.0, *std::ranges::max_element(values)) / white_point;
+}
+
 void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, double area_scale,
                          const std::function<void(int x, int y, double share)>& take) const {
-  if (white_point_) {
-    const double x = std::round(pixel.x), y = std::round(pixel.y);
-    const glm::ivec2 own_pixel = camera_.neighbour(pixel, static_cast<int>(x), static_cast<int>(y));
-    const double area = camera_.solid_angle(own_pixel.x, own_pixel.y);
-    double value = 0;
-    for (std::size_t p = 0; p < flux.size() && area > 0; ++p) {
-      const double brightness = flux[p] * area_scale / area * unit_factors_[p];
-      value = std::max(value, counts_flux(scene_->unit) ? brightness * area : brightness);
-    }
-    const double white_point =
-        scene_->unit == PixelUnit::magnitude ? nanojansky(*white_point_) : *white_point_;
-    if (value > white_point) {
-      // A disc of this brightness has an edge of one pixel.
-      const double radius =
-          std::min(std::sqrt(value / (std::numbers::pi * white_point)), largest_star_);
-      const auto cover = [&](double i, double j) {
-        return std::clamp(radius + 0.5 - std::hypot(i - pixel.x, j - pixel.y), 0.0, 1.0);
-      };
-      const double reach = std::ceil(radius + 1);
-      double sum = 0;
-      for (const bool is_second : {false, true}) {
-        for (double j = y - reach; j <= y + reach; ++j) {
-          for (double i = x - reach; i <= x + reach; ++i) {
-            const double own = cover(i, j);
-            if (!is_second) {
-              sum += own;
-            } else if (own > 0) {
-              const glm::ivec2 place =
-                  camera_.neighbour(pixel, static_cast<int>(i), static_cast<int>(j));
-              take(place.x, place.y, own / sum);
-            }
-          }
-        }
-      }
-      return;
-    }
+  if (const double times = times_white(pixel, flux, area_scale); times > 1) {
+    share_disc(pixel, times, take);
+    return;
   }
   if (!antialiased_stars_) {
     const glm::ivec2 place = camera_.neighbour(pixel, static_cast<int>(std::round(pixel.x)),
@@ -71,6 +56,32 @@ void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, 
       if (!(share > 0)) continue;
       const glm::ivec2 place = camera_.neighbour(pixel, static_cast<int>(x), static_cast<int>(y));
       take(place.x, place.y, share);
+    }
+  }
+}
+
+void Renderer::share_disc(const glm::dvec2& pixel, double pixels,
+                          const std::function<void(int x, int y, double share)>& take) const {
+  const double x = std::round(pixel.x), y = std::round(pixel.y);
+  // The disc has an edge of one pixel.
+  const double radius = std::min(std::sqrt(pixels / std::numbers::pi), largest_star_);
+  const auto cover = [&](double i, double j) {
+    return std::clamp(radius + 0.5 - std::hypot(i - pixel.x, j - pixel.y), 0.0, 1.0);
+  };
+  const double reach = std::ceil(radius + 1);
+  double sum = 0;
+  for (const bool is_second : {false, true}) {
+    for (double j = y - reach; j <= y + reach; ++j) {
+      for (double i = x - reach; i <= x + reach; ++i) {
+        const double own = cover(i, j);
+        if (!is_second) {
+          sum += own;
+        } else if (own > 0) {
+          const glm::ivec2 place =
+              camera_.neighbour(pixel, static_cast<int>(i), static_cast<int>(j));
+          take(place.x, place.y, own / sum);
+        }
+      }
     }
   }
 }
@@ -106,7 +117,7 @@ void Renderer::add_star(const PlacedStar& star, RowRange rows, LightSums& sums) 
 void Renderer::add_field_stars(RowRange rows, LightSums& sums, RenderCounts& counts) const {
   if (star_fields_->empty()) return;
   const ImageRegion& window = camera_.window();
-  const int step = white_point_ ? wide_star_tile : star_tile;
+  const int step = draws_discs_ ? wide_star_tile : star_tile;
   std::vector<double> seen(layout_.spectral()), dust_free(layout_.spectral());
   const auto paint = [&](const StarPainter::Tile& tile) {
     const auto take = [&](const StarPainter::Seen& star) {

@@ -49,6 +49,8 @@ std::optional<double> factor_of(const std::string& from, const std::string& to,
     if (scene_unit.empty()) return std::nullopt;
     return unit_factor(from, scene_unit);
   }
+  // Words of hours or degrees, minutes and seconds, as VizieR calls them.
+  if (to == "deg" && (from == "\"h:m:s\"" || from == "\"d:m:s\"")) return 1.0;
   return unit_factor(from, to);
 }
 
@@ -167,7 +169,15 @@ std::optional<std::size_t> ColumnFinder::place_of(Column column) const {
   for (const auto& group : usual_names(column, parameters_.photometry.reference_band)) {
     if (const auto usual = only_one(column, free_places(group))) return usual;
   }
-  return std::nullopt;
+  // A SkyCoord of Astropy is a column coord.ra beside coord.dec.
+  if (column != column::ra && column != column::dec) return std::nullopt;
+  std::vector<std::size_t> places;
+  for (std::size_t place = 0; place < names_.size(); ++place) {
+    if (lower(names_[place]).ends_with("." + name) && !used_.contains(place)) {
+      places.push_back(place);
+    }
+  }
+  return only_one(column, places);
 }
 
 ColumnSource ColumnFinder::find(Column column) {

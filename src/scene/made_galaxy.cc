@@ -21,6 +21,7 @@ namespace {
 
 constexpr std::string_view opening = "bulge+disk(";
 constexpr std::string_view sersic_opening = "sersic(";
+constexpr std::string_view two_opening = "sersic+exponential(";
 constexpr const char* arguments = "bt,re,qb,rh,bulge_sed,disk_sed";
 constexpr std::size_t argument_count = 6;
 
@@ -96,37 +97,90 @@ std::string sersic_galaxy(double index, double flattening) {
   return fmt::format("{}{},{})", sersic_opening, rounded(index), rounded(flattening));
 }
 
+std::string bulge_and_disk(double share, double index, double ratio, double flattening) {
+  return fmt::format("{}{},{},{},{})", two_opening, rounded(share), rounded(index), rounded(ratio),
+                     rounded(flattening));
+}
+
 namespace {
 
-/// The text of a galaxy named by sersic_galaxy(): its ball holds all but 1e-3 of the light before
-/// the taper.
-std::string make_sersic(const std::string& name) {
-  const auto words = split_arguments(std::string_view(name).substr(
-      sersic_opening.size(), name.size() - sersic_opening.size() - 1));
-  if (words.size() != 2 || !name.ends_with(')')) {
-    throw InputError(fmt::format("{} must be sersic(index,axis_ratio)", in_quotes(name)));
+constexpr const char* head = "[galaxy]\nname = \"Sersic\"\n";
+
+/// Share of a profile's light before the taper that its ball holds.
+constexpr double held_light = 0.999;
+/// The smallest effective radius of class sersic.
+constexpr double least_radius = 1e-3;
+
+/// The arguments in the parentheses of a name.
+std::vector<std::string_view> arguments_of(const std::string& name, std::string_view start,
+                                           std::size_t count, const char* form) {
+  const auto words =
+      split_arguments(std::string_view(name).substr(start.size(), name.size() - start.size() - 1));
+  if (words.size() != count || !name.ends_with(')')) {
+    throw InputError(fmt::format("{} must be {}", in_quotes(name), form));
   }
-  const double n = number(words[0], "index", Interval::closed(0.5, 10));
-  const double flattening = number(words[1], "axis_ratio", Interval::closed(0.05, 1));
-  constexpr double share = 0.999, least_radius = 1e-3;
-  const double b = boost::math::gamma_p_inv(2 * n, 0.5);
-  const double reach = std::pow(boost::math::gamma_p_inv(2 * n, share) / b, n);
+  return words;
+}
+
+double index_of(std::string_view word) { return number(word, "index", Interval::closed(0.5, 10)); }
+
+double flattening_of(std::string_view word) {
+  return number(word, "axis_ratio", Interval::closed(0.05, 1));
+}
+
+/// Radius that holds the share of a profile's light, in effective radii.
+double reach_of(double index) {
+  const double b = boost::math::gamma_p_inv(2 * index, 0.5);
+  return std::pow(boost::math::gamma_p_inv(2 * index, held_light) / b, index);
+}
+
+std::string sersic_component(const std::string& sed, double index, double radius,
+                             double flattening) {
   return fmt::format(
-      "[galaxy]\n"
-      "name = \"Sersic\"\n"
       "\n[[component]]\n"
       "class = \"sersic\"\n"
-      "sed = \"E\"\n"
+      "sed = \"{}\"\n"
       "index = {}\n"
       "effective_radius = {}\n"
       "axis = [1, 1, {}]\n",
-      n, std::max(taper_start / reach, least_radius), flattening);
+      sed, index, radius, flattening);
+}
+
+/// The text of a galaxy named by sersic_galaxy().
+std::string make_sersic(const std::string& name) {
+  const auto words = arguments_of(name, sersic_opening, 2, "sersic(index,axis_ratio)");
+  const double n = index_of(words[0]), flattening = flattening_of(words[1]);
+  return head +
+         sersic_component("E", n, std::max(taper_start / reach_of(n), least_radius), flattening);
+}
+
+/// The text of a galaxy named by bulge_and_disk().
+std::string make_two(const std::string& name) {
+  const auto words = arguments_of(name, two_opening, 4,
+                                  "sersic+exponential(bulge_fraction,index,bulge_radius_ratio,"
+                                  "axis_ratio)");
+  const double share = number(words[0], "bulge_fraction", Interval::closed(0, 1));
+  const double n = index_of(words[1]), flattening = flattening_of(words[3]);
+  const double ratio = number(words[2], "bulge_radius_ratio", Interval::closed(0.01, 10));
+  const double reach = std::max(share < 1 ? reach_of(1) : 0, share > 0 ? ratio * reach_of(n) : 0);
+  const double disk = std::max(taper_start / reach, least_radius * std::max(1.0, 1 / ratio));
+  std::string text = head;
+  if (share > 0) {
+    text += sersic_component("E", n, ratio * disk, flattening) +
+            fmt::format("name = \"bulge\"\nfraction = {}\n", share);
+  }
+  if (share < 1) {
+    text += sersic_component("Sbc", 1, disk, flattening) +
+            fmt::format("name = \"disk\"\nbulge = false\nfraction = {}\n", 1 - share);
+  }
+  return text;
 }
 
 }  // namespace
 
 std::optional<std::string> made_galaxy(const std::string& name) {
   if (name.starts_with(sersic_opening)) return make_sersic(name);
+  if (name.starts_with(two_opening)) return make_two(name);
   if (!name.starts_with(opening)) return std::nullopt;
   if (!name.ends_with(')')) {
     throw InputError(fmt::format("the made galaxy {} must end with ')'", in_quotes(name)));

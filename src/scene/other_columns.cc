@@ -160,6 +160,18 @@ DataTable other_columns(const Catalogue& catalogue, std::span<const ColumnSource
   return table;
 }
 
+Values integers_or_texts(std::vector<std::string> words) {
+  std::vector<std::int64_t> integers;
+  for (const std::string& word : words) {
+    const std::optional<std::int64_t> value = number_of<std::int64_t>(word);
+    // A word such as +7 or 007 would not be itself again.
+    if (!value || fmt::format("{}", *value) != word) return words;
+    integers.push_back(*value);
+  }
+  if (integers.empty()) return words;
+  return integers;
+}
+
 DataTable table_of(const Catalogue& catalogue, std::span<const std::size_t> rows) {
   DataTable table;
   for (const Catalogue::Column& column : catalogue.columns()) {

@@ -25,4 +25,7 @@ DataTable other_columns(const Catalogue& catalogue, std::span<const ColumnSource
 /// The given rows of all columns of a catalogue, as numbers or texts, with their own names.
 DataTable table_of(const Catalogue& catalogue, std::span<const std::size_t> rows);
 
+/// Identifiers as integers where all are written as such, else as texts.
+decltype(DataColumn::values) integers_or_texts(std::vector<std::string> words);
+
 }  // namespace gamer

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "gamer/core/near.h"
+#include "image/image_suffix.h"
 #include "scene/section_values.h"
 
 namespace gamer {
@@ -97,6 +98,30 @@ void check_region(const RenderParameters& parameters) {
                    fmt::format("region belongs to camera.projection = \"perspective\" or "
                                "\"orthographic\" or \"sky\", but projection is \"{}\"",
                                parameters.section("camera").text("projection")));
+}
+
+bool is_picture(const RenderParameters& parameters) {
+  const std::optional<ImageSuffix> suffix = image_suffix(parameters.image.output.path);
+  return suffix == ImageSuffix::png || suffix == ImageSuffix::bmp;
+}
+
+/// Throws InputError where discs of stars would need the white of a picture that is not there.
+void check_star_discs(const RenderParameters& parameters) {
+  const StarSettings& stars = parameters.stars;
+  if (!stars.discs.value_or(false) || stars.white_point) return;
+  const auto fail = [&](const std::string& reason) {
+    throw InputError(parameters.section("stars").where("discs"),
+                     fmt::format("discs = true: {}; give stars.white_point", reason));
+  };
+  if (parameters.image.unit == PixelUnit::magnitude) {
+    fail("a picture of magnitudes has no white");
+  }
+  if (is_picture(parameters)) return;
+  if (parameters.image.output.layout == ImageLayout::stamps) fail("stamps have no common white");
+  if (parameters.image.region) fail("a region does not know the white of the whole image");
+  if (parameters.animation.frames > 0 && !parameters.image.output.tone) {
+    fail("frames would differ in their white");
+  }
 }
 
 /// Throws InputError where stamps go with something that has none.
@@ -238,7 +263,7 @@ bool RenderParameters::applies(std::string_view section_name, std::string_view k
   if (section_name == "stamps") return image.output.layout == ImageLayout::stamps;
   if (section_name == "animation") return animation.frames > 0;
   // These keys say how all stars are drawn; the other keys are about field stars.
-  if (section_name == "stars" && key != "antialiased" && key != "white_point" &&
+  if (section_name == "stars" && key != "antialiased" && key != "discs" && key != "white_point" &&
       key != "largest_radius") {
     return set.number("number") > 0;
   }
@@ -247,6 +272,10 @@ bool RenderParameters::applies(std::string_view section_name, std::string_view k
   return std::ranges::all_of(conditions, [&](const KeyCondition& condition) {
     return condition.key != key || condition.holds(set);
   });
+}
+
+bool RenderParameters::draws_star_discs() const {
+  return stars.discs.value_or(is_picture(*this) || stars.white_point);
 }
 
 std::string RenderParameters::toml() const {
@@ -277,7 +306,9 @@ void RenderParameters::resolve() {
   cosmology = CosmologySettings::read(section("cosmology"));
   noise = NoiseSettings::read(section("noise"));
   sampling = SamplingSettings::read(section("sampling"));
+  const auto tone = stars.tone;  // Measured, not read.
   stars = StarSettings::read(section("stars"));
+  stars.tone = tone;
   if (stars.field.number > 0 && camera.projection != Projection::sky) {
     throw InputError(stars.field.number_where,
                      "stars.number belongs to camera.projection = \"sky\": the other views have no "
@@ -289,6 +320,7 @@ void RenderParameters::resolve() {
   truth = TruthSettings::read(section("truth"));
   stamps = StampSettings::read(section("stamps"));
   check_stamps(*this);
+  check_star_discs(*this);
 }
 
 std::optional<double> RenderParameters::megaparsec() const {

@@ -19,6 +19,7 @@
 #include "scene/made_galaxy.h"
 #include "scene/orientation.h"
 #include "scene/other_columns.h"
+#include "scene/row_errors.h"
 #include "scene/row_overrides.h"
 #include "scene/scene_reader.h"
 
@@ -26,6 +27,8 @@ namespace gamer {
 namespace {
 
 constexpr const char* star_sed = "flat_fnu";
+/// A galaxy whose row gives the share of its bulge.
+constexpr std::string_view two_parts = "bulge+disk";
 
 constexpr double kiloparsec = 1e-3;  // Mpc
 
@@ -212,22 +215,35 @@ std::string SceneReader::read_type() const {
 std::string SceneReader::read_plain_type() const {
   using namespace column;
   std::string name = row_.text(galaxy);
-  const bool has_index = row_.is_given(sersic_index);
+  const bool has_index = row_.is_given(sersic_index), is_two = name == two_parts;
   if (name == "sersic" && !has_index) row_.fail(galaxy, "galaxy 'sersic' needs sersic_index");
-  if (name != "sersic" && has_index) {
-    row_.fail(sersic_index,
-              fmt::format("sersic_index belongs to galaxy 'sersic', not {}", in_quotes(name)));
+  if (name != "sersic" && !is_two && has_index) {
+    row_.fail(sersic_index, fmt::format("sersic_index belongs to galaxies 'sersic' and '{}', not "
+                                        "{}",
+                                        two_parts, in_quotes(name)));
+  }
+  for (const Column own : {bulge_fraction, bulge_radius_ratio}) {
+    if (is_two || !row_.is_given(own)) continue;
+    row_.fail(own, fmt::format("{} belongs to galaxy '{}', not {}", scene_columns()[own].name,
+                               two_parts, in_quotes(name)));
+  }
+  if (is_two && !row_.is_given(bulge_fraction)) {
+    row_.fail(galaxy, fmt::format("galaxy '{}' needs bulge_fraction", two_parts));
   }
   const auto index =
       sersic_index_of(name, has_index ? std::optional(row_.number(sersic_index)) : std::nullopt);
-  if (!index) return name;
+  if (!index && !is_two) return name;
   constexpr double thinnest = 0.05;
   const double flattening = row_.is_given(axis_ratio) ? row_.number(axis_ratio) : 1;
   if (flattening < thinnest) {
     row_.fail(axis_ratio, fmt::format("axis_ratio = {} of galaxy '{}' is below {}", flattening,
                                       name, thinnest));
   }
-  return sersic_galaxy(*index, flattening);
+  if (!is_two) return sersic_galaxy(*index, flattening);
+  constexpr double bulge_index = 4, ratio = 0.12;
+  return bulge_and_disk(
+      row_.number(bulge_fraction), has_index ? row_.number(sersic_index) : bulge_index,
+      row_.is_given(bulge_radius_ratio) ? row_.number(bulge_radius_ratio) : ratio, flattening);
 }
 
 std::optional<double> SceneReader::read_inclination() {
@@ -350,7 +366,7 @@ bool SceneReader::read_star(const Position& position) {
 
 std::optional<glm::dvec2> SceneReader::star_pixel(const glm::dvec3& direction) const {
   // Margin around the image, pixels, within which a star still touches it.
-  const double margin = parameters_.stars.white_point ? parameters_.stars.largest_radius + 1 : 1;
+  const double margin = parameters_.draws_star_discs() ? parameters_.stars.largest_radius + 1 : 1;
   const std::optional<glm::dvec2> pixel = camera_.pixel(direction);
   const ImageRegion& window = camera_.window();
   const bool touches = pixel && pixel->x > window.left - margin &&
@@ -458,12 +474,16 @@ std::optional<PlacedGalaxy> SceneReader::probe_row(std::size_t row, const ImageF
 SpectralProbes SceneReader::find_probes(const SuspiciousValues& suspicious) {
   const ImageField whole(camera_, {0, 0, camera_.width(), camera_.height()});
   ProbeChooser chooser;
+  RowErrors errors(catalogue_.label());
   for (std::size_t row = 0; row < catalogue_.rows(); ++row) {
     if (parameters_.catalogue.skip_flagged && suspicious.is_flagged(row)) continue;
-    if (const auto placed = probe_row(row, whole)) {
-      chooser.add(placed->galaxy, placed->redshift, row);
-    }
+    errors.is_read(row, [&] {
+      if (const auto placed = probe_row(row, whole)) {
+        chooser.add(placed->galaxy, placed->redshift, row);
+      }
+    });
   }
+  errors.refuse();
   return chooser.choose();
 }
 
@@ -512,7 +532,7 @@ Scene SceneReader::read() {
   std::optional<ImageField> field;
   if (is_sky_) field.emplace(camera_, camera_.window());
   scene_.rows = catalogue_.rows();
-  scene_.remarks = column_remarks(catalogue_, row_.sources(), is_sky_);
+  scene_.remarks = column_remarks(catalogue_, row_.sources(), parameters_);
   list_ = row_.header_line();
   const SuspiciousValues suspicious(catalogue_, row_);
   const bool skips = parameters_.catalogue.skip_flagged;
@@ -524,10 +544,14 @@ Scene SceneReader::read() {
     const Resources::Text* recorded = resources_.recorded(recorded_probes);
     probes = recorded != nullptr ? recorded_probes_of(*recorded) : find_probes(suspicious);
   }
+  RowErrors errors(catalogue_.label());
   for (std::size_t i = 0; i < catalogue_.rows(); ++i) {
     row_.select(i);
     if (skips && suspicious.is_flagged(i)) continue;
-    if (!read_object(field ? &*field : nullptr)) {
+    bool touches = false;
+    const auto read_row = [&] { touches = read_object(field ? &*field : nullptr); };
+    if (!errors.is_read(i, read_row)) continue;
+    if (!touches) {
       // Another frame may show a star.
       if (parameters_.animation.frames > 0 && !is_sky_) keep(i);
       continue;
@@ -535,6 +559,7 @@ Scene SceneReader::read() {
     ++scene_.objects;
     keep(i);
   }
+  errors.refuse();
   if (is_region) keep_probes(std::move(probes));
   scene_.list = std::move(list_);
   scene_.others = other_columns(catalogue_, row_.sources(), scene_.kept);

@@ -26,7 +26,7 @@ ParameterTable make_columns() {
       required(Parameter::text(
           "galaxy", std::nullopt,
           "name or file of its type in `galaxies/`; `star` is a point source; `sersic`, "
-          "`exponential` and `devaucouleurs` are made from the row")),
+          "`exponential`, `devaucouleurs` and `bulge+disk` are made from the row")),
       Parameter::number("x", unit, any, std::nullopt,
                         "position of its centre, x; not in a sky view"),
       Parameter::number("y", unit, any, std::nullopt, "position of its centre, y"),
@@ -67,8 +67,16 @@ ParameterTable make_columns() {
                         "dust, in photometry.reference_band"),
       Parameter::number("half_light_radius_kpc", "kpc", sizes, std::nullopt,
                         "instead of `half_light_radius`: the half-light radius as a length"),
-      Parameter::number("sersic_index", "", Interval::closed(0.5, 10), std::nullopt,
-                        "n of a galaxy `sersic`"),
+      Parameter::number(
+          "sersic_index", "", Interval::closed(0.5, 10), std::nullopt,
+          "n of a galaxy `sersic`; of the bulge of `bulge+disk` (there 4 by default)"),
+      Parameter::number(
+          "bulge_fraction", "", Interval::closed(0, 1), std::nullopt,
+          "share of the bulge in the light of a galaxy `bulge+disk`, at 5500 Angstrom "
+          "at rest"),
+      Parameter::number("bulge_radius_ratio", "", Interval::closed(0.01, 10), std::nullopt,
+                        "half-light radius of the bulge of `bulge+disk` over that of its disk; by "
+                        "default 0.12"),
       Parameter::number("magnitude", "mag", magnitudes, std::nullopt,
                         "absolute AB magnitude in photometry.reference_band"),
       Parameter::number(

@@ -8,6 +8,7 @@
 #include <map>
 #include <system_error>
 
+#include "core/sexagesimal.h"
 #include "gamer/core/near.h"
 #include "scene/row_overrides.h"
 #include "scene/text_rows.h"
@@ -16,6 +17,25 @@ namespace gamer {
 namespace {
 
 constexpr std::string_view default_word = "-";
+constexpr double degrees_per_hour = 15, hours_of_day = 24;
+
+/// A word such as 10h00m24.5s or "10 00 24.5" with colons; empty for words of one part.
+std::string with_colons(std::string_view word) {
+  if (word.find_first_of("+-0123456789") != 0) return "";
+  std::string result;
+  for (const char letter : word) {
+    const bool separates = is_blank(letter) || letter == ':' || letter == 'h' || letter == 'd' ||
+                           letter == 'm' || letter == '\'';
+    if (separates) {
+      if (!result.empty() && result.back() != ':') result += ':';
+    } else {
+      result += letter;
+    }
+  }
+  if (result.ends_with('s') || result.ends_with('"')) result.pop_back();
+  if (result.ends_with(':')) result.pop_back();
+  return result.find(':') == std::string::npos ? "" : result;
+}
 
 }  // namespace
 
@@ -71,9 +91,9 @@ std::string SceneRow::overrides_word() const {
   bool is_quoted = false;
   for (const char letter : result) {
     if (letter == '"') is_quoted = !is_quoted;
-    if (letter == '#' || (is_quoted && (is_blank(letter) || letter == ';'))) {
+    if (letter == '#' || (is_quoted && is_blank(letter))) {
       fail(column::overrides,
-           fmt::format("{}: texts of overrides have no blanks, '#' and ';'", in_quotes(result)));
+           fmt::format("{}: texts of overrides have no blanks and no '#'", in_quotes(result)));
     }
     if (!is_blank(letter)) word += letter;
   }
@@ -106,6 +126,27 @@ std::optional<double> SceneRow::typed_number(Column column) const {
   return std::nullopt;
 }
 
+std::optional<double> SceneRow::sexagesimal(Column column) const {
+  if (column != column::ra && column != column::dec) return std::nullopt;
+  if (typed_number(column) || !is_given(column)) return std::nullopt;
+  const std::string own = word(column), text = with_colons(own);
+  if (text.empty()) return std::nullopt;
+  const bool is_degrees =
+      column == column::dec ||
+      (is_from_catalogue(column) && catalogue_.columns()[sources_[column].place].unit == "deg");
+  const std::optional<double> angle = parse_angle(text, is_degrees ? 1 : degrees_per_hour);
+  if (!angle) {
+    fail(column,
+         fmt::format("{} must be a number of degrees, or {}, not {}", scene_columns()[column].name,
+                     column == column::ra ? "hours as 10:00:24.5" : "degrees as -2:12:00.5",
+                     in_quotes(own)));
+  }
+  if (!is_degrees && !(std::abs(*angle) < hours_of_day * degrees_per_hour)) {
+    fail(column, fmt::format("ra = {} has not hours below 24; degrees are given as a number", own));
+  }
+  return angle;
+}
+
 bool SceneRow::is_given(Column column) const {
   if (column == column::overrides) return word(column) != default_word;
   const ColumnSource& source = sources_[column];
@@ -136,6 +177,10 @@ double SceneRow::number(Column column) const {
   if (!is_given(column)) {
     check_required(column);
     return std::get<double>(declared.default_value);
+  }
+  if (const std::optional<double> angle = sexagesimal(column)) {
+    check_interval(column, *angle, word(column));
+    return *angle;
   }
   const std::optional<double> typed = typed_number(column);
   const double factor = sources_[column].factor;
@@ -202,8 +247,10 @@ std::string SceneRow::line() const {
     const auto column = static_cast<Column>(c);
     if (!stands_in_lines(column)) continue;
     std::string text = word(column);
-    if (replaced_.contains(column) || (sources_[c].factor != 1 && is_given(column)))
+    if (replaced_.contains(column) || (sources_[c].factor != 1 && is_given(column)) ||
+        sexagesimal(column)) {
       text = fmt::format("{}", number(column));
+    }
     // A blank or '#' would end the word. Analytic SEDs mean the same without blanks; in other
     // columns and SEDs only names can contain these.
     if (column == column::sed && text.find('(') != std::string::npos) std::erase(text, ' ');

@@ -79,6 +79,8 @@ class SceneRow {
   /// The assignments of column `overrides` and of columns called COMPONENT.key.
   std::string overrides_word() const;
   std::optional<double> typed_number(Column column) const;
+  /// Degrees of ra and dec that are words of hours or degrees, minutes and seconds.
+  std::optional<double> sexagesimal(Column column) const;
   void check_required(Column column) const;
   template <typename Number>
   Number parse(Column column, std::string_view text, const char* expected) const;

@@ -47,10 +47,13 @@ ParameterSection StarSettings::section() {
        Parameter::boolean("antialiased", true,
                           "share a star's light among the four nearest pixels, so that its "
                           "centroid is exact; false puts it into one pixel"),
-       Parameter::number(
-           "white_point", "", positive(), std::nullopt,
-           "for pictures: a star whose pixel would be brighter than this (in the image's unit) is "
-           "a disc of this brightness; by default all stars are points"),
+       Parameter::boolean("discs", std::nullopt,
+                          "draw stars whose pixel would be brighter than the white point as discs "
+                          "of that brightness; by default true for pictures (.png, .bmp) and with "
+                          "white_point"),
+       Parameter::number("white_point", "", positive(), std::nullopt,
+                         "brightness of the discs in the image's unit; by default the white of the "
+                         "picture that the image makes"),
        Parameter::number(
            "largest_radius", "pixels", Interval::closed(1, largest_star_radius), 8.0,
            "largest radius of these discs; stars that need larger discs become brighter ones")},
@@ -69,6 +72,7 @@ StarSettings StarSettings::read(const ParameterSet& values) {
                   .number_where = values.where("number")};
   if (result.field.number > 0) check_field_stars(values);
   result.antialiased = values.boolean("antialiased");
+  result.discs = optional_boolean(values, "discs");
   result.white_point = optional_number(values, "white_point");
   result.largest_radius = values.number("largest_radius");
   return result;

@@ -79,6 +79,26 @@ TEST(LuptonStretch, BrightKeepsHue) {
   EXPECT_EQ(lupton_stretch({0, 0, 0}, 16, 1), (Colour{0, 0, 0}));
 }
 
+TEST(PictureWhite, IsWhereTheLargestChannelIsOne) {
+  const PictureTone tone = {{1, 2, 3}, {0.5, 2, 1.5}, 3, 0.125};
+  const std::vector<double> wavelengths = {4400, 5500, 8000};
+  const PictureWhite white(tone, 3, wavelengths);
+  for (const std::vector<double>& light :
+       {std::vector<double>{1, 1, 1}, {5, 0.1, 0}, {0, 0.2, 90}, {1e-9, 3e-9, 0}}) {
+    const double times = white.times(light);
+    // Channels are red first; F(I) c/I = 1 for the largest channel c.
+    const double red = 0.5 * light[2] / times, green = 2 * light[1] / times;
+    const double blue = 1.5 * light[0] / times, intensity = (red + green + blue) / 3;
+    EXPECT_NEAR(0.125 * std::asinh(3 * intensity) / intensity * std::max({red, green, blue}), 1,
+                1e-12);
+  }
+  EXPECT_EQ(white.times(std::vector<double>{0, 0, 0}), 0);
+  EXPECT_EQ(PictureWhite(PictureTone{}, 1, {}).times(std::vector<double>{1}), 0);
+  // Grey: one plane.
+  EXPECT_NEAR(PictureWhite({{}, {1, 1, 1}, 2, 0.25}, 1, {}).times(std::vector<double>{7}),
+              7 / (std::sinh(4) / 2), 1e-12);
+}
+
 // ---- Channels ----------------------------------------------------------------------------------
 
 /// The channel that is brightest at each of the planes' own pixels. Pixel x = 2 p + 1 is lit in

@@ -143,6 +143,19 @@ TEST_F(WorkTest, WhatAKillLeftWhileTheJournalBeganIsRemoved) {
   EXPECT_FALSE(fs::exists(left));
 }
 
+TEST_F(WorkTest, ARunningJobIsNotCalledInterrupted) {
+  const fs::path path = image_.string() + ".journal";
+  JobOptions options;
+  {
+    Journal running(path, JournalHead{}, 0);
+    running.add_rows(0, {0, 1}, std::vector<double>{1}, false);
+    EXPECT_EQ(error_text([&] { hindrance_of(options); }),
+              "output '" + image_.string() + "': a job that is running makes it; 'gamer --status " +
+                  path.string() + "' tells how far it is");
+  }
+  EXPECT_NE(error_text([&] { hindrance_of(options); }).find("interrupted"), std::string::npos);
+}
+
 TEST_F(WorkTest, JournalsHinderAllButDryRuns) {
   std::ofstream(image_.string() + ".journal") << "rows";
   JobOptions options;

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -55,6 +57,19 @@ TEST(SceneTable, HasNumbersWithUnits) {
   EXPECT_EQ(values<Reals>(table, "magnitude")[0], -20.25);
   EXPECT_TRUE(std::isnan(values<Reals>(table, "magnitude")[1]));
   EXPECT_EQ(values<Integers>(table, "row"), (Integers{1, 2}));
+}
+
+TEST(SceneTable, IdentifiersAreIntegersWhereAllAre) {
+  const auto ids = [](const std::string& first, const std::string& second) {
+    return scene_table(scene("galaxy id\nE " + first + "\nE " + second + "\n", {}), nullptr,
+                       parameters());
+  };
+  EXPECT_EQ(values<Integers>(ids("12", "-9223372036854775808"), "id"),
+            (Integers{12, std::numeric_limits<std::int64_t>::min()}));
+  for (const char* other : {"007", "+7", "-0", "7.0", "1e3", "a", "9223372036854775808"}) {
+    EXPECT_EQ(values<Strings>(ids("12", other), "id"), (Strings{"12", other}));
+  }
+  EXPECT_EQ(values<Strings>(ids("12", "-"), "id"), (Strings{"12", ""}));
 }
 
 // Read again as a catalogue, a direction beside an inclination would be an error.

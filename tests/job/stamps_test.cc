@@ -94,5 +94,18 @@ TEST(Stamps, ARegionIsThatOfTheRequest) {
   EXPECT_EQ(job.scene->objects, 2u);
 }
 
+TEST(StampPiece, PiecesFitAnInteger) {
+  EXPECT_EQ(stamp_piece(std::vector<std::size_t>{}, 10), 256U);
+  EXPECT_EQ(stamp_piece(std::vector<std::size_t>{256 * 9, 1}, 10), 256U);
+  EXPECT_EQ(stamp_piece(std::vector<std::size_t>{256 * 9 + 1, 1}, 10), 512U);
+  // A stamp for each piece at most.
+  EXPECT_EQ(stamp_piece(std::vector<std::size_t>{1000, 1000, 1000}, 2), 1024U);
+  // 10^6 stamps of 1001 x 1001 pixels in 6 bands.
+  const std::vector<std::size_t> many(1'000'000, std::size_t{1001} * 1001 * 6 + 1);
+  const std::size_t piece = stamp_piece(many, 2'147'483'647);
+  EXPECT_LE((many.front() + piece - 1) / piece * many.size(), 2'147'483'647U);
+  EXPECT_GT((many.front() + piece / 2 - 1) / (piece / 2) * many.size(), 2'147'483'647U);
+}
+
 }  // namespace
 }  // namespace gamer

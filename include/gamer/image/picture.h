@@ -77,6 +77,21 @@ struct PictureTone {
   static PictureTone of_numbers(const std::array<double, 8>& numbers);
 };
 
+/// What a picture shows at full brightness: light whose largest channel is 1.
+class PictureWhite {
+ public:
+  /// The picture of an image with so many planes; see picture_channels().
+  PictureWhite(const PictureTone& tone, int planes, const std::vector<double>& wavelengths);
+
+  /// How many times light exceeds light of its colour at full brightness. `light` has a value for
+  /// each plane, without the sky. 0 where a picture has no light.
+  double times(std::span<const double> light) const;
+
+ private:
+  std::vector<std::vector<double>> weights_;  ///< [channel][plane], factors included
+  double slope_, scale_;
+};
+
 /// Chooses slope and scale, and black and factor where they are not given. There is one channel or
 /// three, all finite, and at most three passes over them. A grey picture's three values are equal.
 /// `threads` is the number of threads that make the pixels.

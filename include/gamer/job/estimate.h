@@ -24,15 +24,19 @@ struct Preparation {
   double measuring = 0;  ///< by all ranks together (complete())
 };
 
-/// Estimates a job that has been read and completed. The estimate renders tiles of 16 x 16 pixels
-/// for up to `most_seconds`. A place is chosen with a probability proportional to its cost by
-/// probe_pixels(). With `truth` it also measures a few galaxies for up to `most_seconds`. Times are
-/// processor times of the thread. The estimate assumes that rank 0 hands out and writes while its
-/// threads render. The time of the file system is left out. Work that is `done` costs
-/// only its writing.
+/// Estimates a job that has been read and completed. The estimate renders up to 16 x 16 pixels
+/// at some places for up to `most_seconds`, or one pixel that takes longer. A place is chosen with
+/// a probability proportional to its cost by probe_pixels(). With `truth` it also measures a few
+/// galaxies for up to `most_seconds`. Times are processor times of the thread. The estimate assumes
+/// that rank 0 hands out and writes while its threads render. The time of the file system is left
+/// out. Work that is `done` costs only its writing.
 JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int threads,
                          const Preparation& preparation, const FinishedWork& done = {},
                          double most_seconds = 2);
+
+/// The estimate for stamps, from a few of them.
+JobEstimate estimate_stamps(const RenderJob& job, bool truth, int ranks, int threads,
+                            const Preparation& preparation, double most_seconds = 2);
 
 /// The estimate as one line of text.
 std::string estimate_text(const JobEstimate& estimate, int ranks, int threads);

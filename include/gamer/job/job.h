@@ -54,6 +54,7 @@ struct RenderJob {
     std::vector<FootprintRange> footprints;         ///< [galaxy] range of their footprints
     /// The band in which magnitudes include the galaxies' dust; null for none.
     std::shared_ptr<const Bandpass> attenuation;
+    bool star_tone = false;  ///< whether discs of stars need find_star_tone()
   };
   Pending pending = {};
   /// Files that were read from disk, on the rank that read them, except an image that is made

@@ -81,6 +81,9 @@ class Journal {
   /// Reads a journal without changing it, also while a process works on it. Throws InputError if
   /// there is none, RunError.
   static JournalStatus status(const std::filesystem::path& path);
+  /// Whether a process works on the journal's job. False where that cannot be known, as on file
+  /// systems without locks.
+  static bool is_in_use(const std::filesystem::path& path);
   /// Removes the journal of an earlier job, if it exists. Throws InputError if the file is no
   /// journal or is in use, RunError if it cannot be removed.
   static void discard(const std::filesystem::path& path);

@@ -21,7 +21,11 @@ struct ProbedPixel {
 };
 /// The grid of probed pixels, row by row from the lowest. The grid has at most one pixel in 64 (256
 /// for wide images), and at most 4096. Every rank calls this function; rank 0 gets the costs.
+/// `rows` is the number of probed rows, at most probed_rows().
+std::vector<ProbedPixel> probe_pixels(const Renderer& renderer, Executor& executor, int rows);
 std::vector<ProbedPixel> probe_pixels(const Renderer& renderer, Executor& executor);
+/// The number of rows with probes in an image of this height.
+int probed_rows(int height);
 /// The cost of each row of an image, from its probes.
 std::vector<double> row_costs(std::span<const ProbedPixel> probes, int width, int height);
 

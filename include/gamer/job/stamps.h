@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -14,6 +15,7 @@
 #include "gamer/job/progress.h"
 #include "gamer/job/report.h"
 #include "gamer/parallel/executor.h"
+#include "gamer/render/renderer.h"
 
 namespace gamer {
 
@@ -34,6 +36,8 @@ class StampRenderer {
   const ImageRegion& region(std::size_t stamp) const { return regions_[stamp]; }
   /// Values of a stamp's pixels.
   std::size_t values(std::size_t stamp) const;
+  /// The renderer of a stamp's pixels.
+  Renderer renderer(std::size_t stamp) const;
   /// Memory of the largest stamp's values, bytes.
   std::size_t most_bytes() const;
   /// Every rank's part. On rank 0 `take` gets the values of each stamp, and their number of rays
@@ -50,6 +54,10 @@ class StampRenderer {
   std::vector<const PlacedGalaxy*> galaxies_;  ///< by object; null for stars
   std::vector<const PlacedStar*> stars_;
 };
+
+/// The number of values in a piece of stamps, so that there are at most `most` pieces. `values` are
+/// those of each stamp, which begins with a piece of its own. The smallest is 256.
+std::size_t stamp_piece(std::span<const std::size_t> values, std::uint64_t most);
 
 /// A job of stamps with its file, as rank 0 has it.
 class StampTask {

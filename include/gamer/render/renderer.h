@@ -9,6 +9,7 @@
 
 #include "gamer/galaxy/galaxy.h"
 #include "gamer/image/image.h"
+#include "gamer/image/picture.h"
 #include "gamer/parallel/executor.h"
 #include "gamer/render/galaxy_index.h"
 #include "gamer/render/march/sampler.h"
@@ -57,6 +58,9 @@ class Renderer {
   /// image. The light is in the scene's unit of brightness times the area.
   void sample_light(const std::function<void(double x, double y, double area,
                                              std::span<const double> values)>& take) const;
+  /// Renders values[plane * width + x] of pixels of a row, in the given ranges of columns and
+  /// without stars that are drawn. Other columns have no light.
+  void render_smooth(int y, std::span<const RowRange> columns, std::span<double> values) const;
   /// Optical depth along the ray of a point of the image, at the first plane's wavelength.
   double optical_depth(double x, double y) const;
 
@@ -96,13 +100,19 @@ class Renderer {
   /// Adds the scene's own stars to rows of the whole image, and returns whether there were any.
   bool add_stars(RowRange rows, LightSums& sums) const;
   void add_field_stars(RowRange rows, LightSums& sums, RenderCounts& counts) const;
+  /// How many times a star's pixel exceeds the white point; 0 where all stars are points.
+  double times_white(const glm::dvec2& pixel, std::span<const double> flux,
+                     double area_scale) const;
   /// Calls take(x, y, share) for the pixels that share the light of a star. `flux` is its light in
   /// each plane, in units of brightness times the pixel's area.
   void share_out(const glm::dvec2& pixel, std::span<const double> flux, double area_scale,
                  const std::function<void(int x, int y, double share)>& take) const;
+  /// As share_out(), for a disc of so many pixels.
+  void share_disc(const glm::dvec2& pixel, double pixels,
+                  const std::function<void(int x, int y, double share)>& take) const;
   void add_star(const PlacedStar& star, RowRange rows, LightSums& sums) const;
   /// Largest distance, in pixels, at which a star adds light to a pixel.
-  double star_reach() const { return white_point_ ? largest_star_ + 1 : 1; }
+  double star_reach() const { return draws_discs_ ? largest_star_ + 1 : 1; }
   /// Solid angles of a row's pixels, where there is light and the unit needs them; elsewhere 1.
   std::vector<double> areas_of(int y, std::size_t row, LightSums& sums) const;
   /// Converts the sums of a row of the image to pixel values.
@@ -125,7 +135,9 @@ class Renderer {
   std::vector<double> pixel_angle_in_ball_;
   std::vector<double> unit_factors_;  ///< [spectral plane]
   bool antialiased_stars_;
-  std::optional<double> white_point_;          ///< see RenderParameters
+  bool draws_discs_;                           ///< of bright stars
+  std::optional<double> white_point_;          ///< in the image's unit; none: white_
+  std::optional<PictureWhite> white_;          ///< of the image's picture
   double largest_star_;                        ///< pixels
   std::vector<const PlacedStar*> stars_;       ///< from the lowest to the highest in the image
   std::vector<const PlacedStar*> seam_stars_;  ///< stars that may touch any row; not in `stars_`

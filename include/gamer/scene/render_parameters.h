@@ -69,6 +69,9 @@ class RenderParameters {
   TruthSettings truth;
   StampSettings stamps;
 
+  /// Whether stars brighter than the white point are discs.
+  bool draws_star_discs() const;
+
   /// Mpc per scene unit; 1 in a sky view, whose scene is comoving space; none where arbitrary.
   std::optional<double> megaparsec() const;
 

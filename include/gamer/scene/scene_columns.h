@@ -31,6 +31,8 @@ enum Column : std::size_t {
   half_light_radius,
   half_light_radius_kpc,
   sersic_index,
+  bulge_fraction,
+  bulge_radius_ratio,
   magnitude,
   apparent_magnitude,
   redshift,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 
@@ -26,10 +27,13 @@ struct StarSettings {
 
   FieldStarParameters field;
   bool antialiased = true;
-  /// Stars whose pixel would exceed this value (in the image's unit) are discs; none: all are
-  /// points.
+  /// Whether bright stars are discs; none: those of pictures are.
+  std::optional<bool> discs;
+  /// The brightness of discs in the image's unit; none: the white of the image's picture.
   std::optional<double> white_point;
   double largest_radius = 8;  ///< of a star's disc, pixels
+  /// PictureTone::numbers() of the image's picture, which complete() finds where discs need it.
+  std::optional<std::array<double, 8>> tone;
 };
 
 }  // namespace gamer

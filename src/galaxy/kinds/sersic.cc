@@ -207,6 +207,7 @@ ComponentKind sersic_kind() {
       Parameter::number("boxiness", "", Interval::closed(2, 4), 2.0,
                         "c of m^c = |x|^c + |y|^c + |z|^c, relative to the axes: 2 is an "
                         "ellipsoid, 4 nearly a box; above 2, R_e is that of the ellipsoid"),
+      Parameter::boolean("bulge", true, "its light counts as the bulge in the truth table"),
   };
   kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
     const auto& axis = input.values.numbers("axis");

@@ -1,6 +1,7 @@
 """--dry-run foretells what a job takes. Times are those of the cores, which other work on the machine does
 not change much; the factors are wide for what it does."""
 
+import math
 import re
 import resource
 import unittest
@@ -60,6 +61,21 @@ class Estimate(unittest.TestCase):
                 self.assertGreater(seconds, (preparing + rendering) / 1.5)
                 self.assertLess(peaks[0], 1.3 * memory)
                 self.assertGreater(peaks[0], memory / 2)
+
+    def test_costly_pixels(self):
+        """The estimate is quick, and in proportion to the rays of a pixel."""
+        rendering = {}
+        for supersample in (2, 16):
+            with Folder() as folder:
+                before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+                rendering[supersample] = estimate(folder, "render.par", "scene.lst", "-j", "1", "-s",
+                                                  "image.size=400", "-s",
+                                                  f"camera.supersample={supersample}", "-s",
+                                                  "sampling.tolerance=1e-5")[4]
+                seconds = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+                print(f"supersample {supersample}: {rendering[supersample]} s, in {seconds:.1f} s")
+                self.assertLess(seconds, 8)
+        self.assertLess(abs(math.log(rendering[16] / rendering[2] / 8 ** 2)), math.log(2))
 
     def test_ranks(self):
         for ranks in RANKS[1:]:

@@ -11,6 +11,7 @@ from sky_program import SkyFolder, check_wrong_inputs, toml  # First: the Python
 
 import numpy as np
 from astropy import units
+from astropy.coordinates import SkyCoord
 from astropy.io import fits
 from astropy.table import MaskedColumn, Table
 from gamer_program import LAUNCHER, main
@@ -346,6 +347,94 @@ class WrongInput(unittest.TestCase):
                     self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
                     self.assertTrue(result.stderr.startswith(message), result.stderr)
                     self.assertEqual(folder.content(), before)
+
+
+
+class Positions(unittest.TestCase):
+    def render(self, table, kind="ecsv", files=(), **catalogue):
+        with SkyFolder({"sky.par": parameters(**catalogue), "c": written(table, kind),
+                        **dict(files)}) as folder:
+            folder.render("sky.par", "c")
+            return folder.image("out.fits")[0], Table.read(folder.path / "out.fits", hdu="SCENE")
+
+    def setUp(self):
+        self.expected, _ = self.render(FIELD)
+        self.places = SkyCoord(FIELD["RAJ2000"], FIELD["DEJ2000"])
+
+    def check(self, table, kind="ecsv", **catalogue):
+        pixels, scene = self.render(table, kind, **catalogue)
+        # Positions have been rounded to 1e-9 deg, a millionth of a pixel.
+        np.testing.assert_allclose(pixels, self.expected, rtol=0, atol=1e-5 * self.expected.max())
+        np.testing.assert_allclose(scene["ra"], FIELD["RAJ2000"][KEPT], atol=1e-9)
+        np.testing.assert_allclose(scene["dec"], FIELD["DEJ2000"][KEPT], atol=1e-9)
+
+    def test_sexagesimal(self):
+        for sep, kind in ((":", "ecsv"), (":", "votable"), (" ", "csv"), ("hms", "csv"),
+                          (":", "fits")):
+            with self.subTest(sep, kind=kind):
+                table = FIELD.copy()
+                table.remove_columns(["RAJ2000", "DEJ2000"])
+                table["RAJ2000"] = self.places.ra.to_string("hour", sep=sep, precision=8)
+                table["DEJ2000"] = self.places.dec.to_string(
+                    "deg", sep="dms" if sep == "hms" else sep, precision=8, alwayssign=True)
+                self.check(table, kind)
+
+    def test_sky_coordinates_of_astropy(self):
+        table = FIELD.copy()
+        table.remove_columns(["RAJ2000", "DEJ2000"])
+        table["coord"] = self.places
+        self.check(table)
+        table.rename_column("coord", "sky_centroid")
+        table["galaxy"] = "smooth"
+        pixels, _ = self.render(table, galaxy="galaxy")
+        np.testing.assert_allclose(pixels, self.expected, rtol=0, atol=1e-5 * self.expected.max())
+        table["other"] = self.places
+        with SkyFolder({"sky.par": parameters(), "c": written(table, "ecsv")}) as folder:
+            result = folder.run("sky.par", "c")
+            self.assertEqual(result.returncode, 2)
+            self.assertIn("columns 'sky_centroid.ra' and 'other.ra' may both be 'ra'", result.stderr)
+
+    def test_wrong_words(self):
+        def case(ra, dec, place, also):
+            text = f"ra,dec,Rad,mag_i\n{ra},{dec},2,20\n"
+            return {"sky.par": parameters(), "c": text}, ("sky.par", "c"), place, also
+        check_wrong_inputs(self, {
+            "degrees": case("150:00:00", "2:0:0", "c:2:1: ", "has not hours below 24"),
+            "minutes": case("10:60:00", "2:0:0", "c:2:1: ", "hours as 10:00:24.5"),
+            "declination": case("150", "2:0:x", "c:2:5: ", "degrees as -2:12:00.5"),
+            "too far north": case("150", "91:0:0", "c:2:5: ", "dec = 91:0:0 is outside [-90, 90]"),
+            "no number": case("x", "2", "c:2:1: ", "ra must be a number, not 'x'"),
+        })
+
+
+class ReferenceBands(unittest.TestCase):
+    def warnings(self, reference, **columns):
+        table = FIELD.copy()
+        table.rename_column("mag_i", columns["apparent_magnitude"])
+        if "half_light_radius" in columns:
+            table.rename_column("Rad", columns["half_light_radius"])
+        keys = {"galaxy": "=smooth", **({} if "half_light_radius" in columns
+                                        else {"size_arcsec": "Rad"}), **columns}
+        text = toml(image={"output": "out.fits", "size": 8},
+                    camera={"projection": "sky", "center": CENTER}, spectrum={"bands": ["lsst_i"]},
+                    **({"photometry": {"reference_band": reference}} if reference else {}),
+                    catalogue=keys)
+        with SkyFolder({"sky.par": text, "c": written(table, "csv")}) as folder:
+            result = folder.run("sky.par", "c", "--dry-run")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            return result.stderr
+
+    def test_a_band_in_a_name_is_not_the_default(self):
+        for name, band in (("imag", "i"), ("mag_i", "i"), ("F814W_MAG", "f814w"),
+                           ("mag_lsst_z", "lsst_z"), ("m_g", "g")):
+            self.assertIn(f"column '{name}' is taken as apparent_magnitude in sdss_r, the default of "
+                          f"photometry.reference_band; its name says {band}\n",
+                          self.warnings(None, apparent_magnitude=name))
+            self.assertEqual(self.warnings("sdss_r", apparent_magnitude=name), "")
+        self.assertIn("column 'hlr_i' is taken as half_light_radius in sdss_r",
+                      self.warnings(None, apparent_magnitude="rmag", half_light_radius="hlr_i"))
+        for name in ("mag_r", "mag_auto", "sdss_r_mag", "mag"):
+            self.assertEqual(self.warnings(None, apparent_magnitude=name), "", name)
 
 
 if __name__ == "__main__":

@@ -315,6 +315,82 @@ class Inject(Case):
                              render="stamp.fits")
         self.assertAlmostEqual(out.sum() / self.counts(self.stamp).sum(), 1, delta=1e-9)
 
+    def test_subpixel_shift(self):
+        """A blurred galaxy at any place has its flux and its centroid there."""
+        fits.writeto(self.path("zeros.fits"), np.zeros((HEIGHT, WIDTH)), science_header(),
+                     overwrite=True)
+        options = ("--no-noise", "--zero-point", str(ZERO_POINT), "--psf", "moffat", "--beta", "4.765",
+                   "--fwhm", "3", "--size", "41")
+        rows, columns = np.indices((HEIGHT, WIDTH)) + 1
+
+        def moments(image):
+            x, y = (image * columns).sum() / image.sum(), (image * rows).sum() / image.sum()
+            size = (image * ((columns - x) ** 2 + (rows - y) ** 2)).sum() / image.sum()
+            return np.array([image.sum(), x, y, size])
+
+        def at(x, y, *more):
+            return self.inject(*options, "--at", f"{x},{y}", *more, science="zeros.fits",
+                               render="stamp.fits")[0]
+        whole = at(32, 28)
+        np.testing.assert_array_equal(at(32, 28, "--subpixel"), whole)
+        expected = moments(whole)
+        for dx, dy in ((0.25, -0.4), (-0.5, 0.5), (0.1, 0)):
+            found = moments(at(32 + dx, 28 + dy, "--subpixel"))
+            # Some light goes beyond the edges.
+            self.assertAlmostEqual(found[0] / expected[0], 1, delta=5e-9)
+            np.testing.assert_allclose(found[1:3], expected[1:3] + [dx, dy], rtol=0, atol=2e-7)
+            self.assertAlmostEqual(found[3] / expected[3], 1, delta=1.5e-7)
+        # At a sky position; pixels of WCS count from 0 here.
+        place = WCS(science_header()).pixel_to_world(40.2, 30.4)
+        image = self.inject(*options, "--position", f"{place.ra.deg:.10f},{place.dec.deg:.10f}",
+                            "--subpixel", science="zeros.fits", render="stamp.fits")[0]
+        np.testing.assert_allclose(moments(image)[1:3] - expected[1:3], (41.2 - 32, 31.4 - 28),
+                                   rtol=0, atol=4e-6)
+
+    def test_grids_that_are_a_part_of_a_pixel_apart(self):
+        header = science_header()
+        header["CRPIX1"] += 0.3
+        header["CRPIX2"] -= 0.2
+        fits.writeto(self.path("zeros.fits"), np.zeros((HEIGHT, WIDTH)), header, overwrite=True)
+        options = ("--no-noise", "--zero-point", str(ZERO_POINT), "--psf", "gaussian", "--fwhm", "4")
+        self.refused("give --subpixel", "inject", *options, "zeros.fits", "render.fits", "o.fits")
+        image = self.inject(*options, "--subpixel", science="zeros.fits")[0]
+        fits.writeto(self.path("zeros.fits"), np.zeros((HEIGHT, WIDTH)), science_header(),
+                     overwrite=True)
+        there = self.inject(*options, science="zeros.fits")[0]
+        rows, columns = np.indices((HEIGHT, WIDTH))
+        moved = [(image * axis).sum() / image.sum() - (there * axis).sum() / there.sum()
+                 for axis in (columns, rows)]
+        np.testing.assert_allclose(moved, (0.3, -0.2), rtol=0, atol=7e-10)
+
+    def test_instrument(self):
+        """PSF, zero point and gain of counts in the exposure of a camera."""
+        zeros = fits.PrimaryHDU(np.zeros((HEIGHT, WIDTH)), science_header())
+        zeros.writeto(self.path("zeros.fits"), overwrite=True)
+        result = self.folder.run("stamp.par", "scene.lst", "-s", 'spectrum.bands=["lsst_r"]', "-o",
+                                 "lsst.fits", "--overwrite")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        # 28.36 mag give 1 electron/s, for 30 s with 1.7 electrons in a count.
+        zero_point = 28.36 + 2.5 * np.log10(30 / 1.7)
+        own = ("--psf", "moffat", "--beta", "4.765", "--fwhm", "0.83", "--unit", "arcsec")
+        place = ("--at", "32,28", "--seed", "5")
+        for options in (("--no-noise", *place[:2]), place):
+            gain = () if "--no-noise" in options else ("--gain", "1.7")
+            image = self.inject("--instrument", "lsst", *options, science="zeros.fits",
+                                render="lsst.fits")[0]
+            expected = self.inject(*own, *options, *gain, "--zero-point", repr(zero_point),
+                                   science="zeros.fits", render="lsst.fits")[0]
+            np.testing.assert_allclose(image, expected, rtol=1e-12)
+        # The image's own cards count first.
+        zeros.header["MAGZERO"], zeros.header["GAIN"] = 31.0, 2.0
+        zeros.writeto(self.path("zeros.fits"), overwrite=True)
+        image, header = self.inject("--instrument", "lsst", *place, science="zeros.fits",
+                                    render="lsst.fits")
+        history = str(header["HISTORY"]).replace("\n", "")
+        self.assertIn("zero point 31 mag (MAGZERO), gain 2 (GAIN)", history)
+        self.refused("has no band 'sdss_r'", "inject", "--instrument", "lsst", *place, "zeros.fits",
+                     "stamp.fits", "o.fits")
+
     def write_psfex(self, name, **cards):
         """A PSF of PSFEx, of second degree: six Gaussians with the weights 1, x, x^2, y, xy, y^2."""
         side, step = 61, 0.5

@@ -42,8 +42,8 @@ class Instruments(unittest.TestCase):
         self.assertEqual((result.returncode, result.stderr), (0, ""))
 
     def test_a_camera_takes_the_pixels(self):
-        for name, scale in (("lsst", 0.2), ("hst_acs", 0.05)):
-            with SkyFolder({"sky.par": parameters(["sdss_r"], name), "sky.lst": SCENE}) as folder:
+        for name, band, scale in (("lsst", "lsst_r", 0.2), ("hst_acs", "hst_f606w", 0.05)):
+            with SkyFolder({"sky.par": parameters([band], name), "sky.lst": SCENE}) as folder:
                 folder.render("sky.par", "sky.lst")
                 header = folder.image("sky.fits")[1]
                 self.assertAlmostEqual(header["CDELT2"] * 3600, scale, delta=1e-12)
@@ -98,6 +98,8 @@ class WrongInput(unittest.TestCase):
         check_wrong_inputs(self, {
             "unknown": ({**files, "sky.par": parameters(["lsst_r"], "lssst")}, render,
                         "sky.par:7:14: ", "did you mean 'lsst'"),
+            "another band": ({**files, "sky.par": parameters(["lsst_r", "sdss_r"], "lsst")}, render,
+                             "sky.par:7:14: ", "has no band 'sdss_r'; it has lsst_g, lsst_i"),
             "another view": ({**files, "sky.par": toml(camera={"instrument": "lsst"})}, render,
                              "sky.par:2:14: ", 'belongs to projection = "sky"'),
             "bad file": ({**files, "own.toml": "[instrument]\n",
@@ -109,7 +111,8 @@ class WrongInput(unittest.TestCase):
         })
 
     def test_gutil(self):
-        with SkyFolder({"sky.par": parameters(["sdss_r"], "lsst"), "sky.lst": SCENE}) as folder:
+        with SkyFolder({"sky.par": parameters(["sdss_r"], "lsst", pixel_scale=0.2),
+                        "sky.lst": SCENE}) as folder:
             folder.render("sky.par", "sky.lst")
             before = folder.content()
             for arguments, message in (

@@ -10,6 +10,7 @@ from sky_program import SMOOTH, SkyFolder, check_wrong_inputs, nanojansky, toml 
 import numpy as np
 from astropy.io import fits
 from gamer_program import main
+from scipy.optimize import brentq
 from scipy.special import gammainc, gammaincinv
 
 PIXEL = 0.05  # arcsec
@@ -140,7 +141,18 @@ class Shear(unittest.TestCase):
             "no index": case("half_light_radius", "sersic 0 0 20 1", "sky.lst:2:1: ",
                              "needs sersic_index"),
             "an index of a file": case("half_light_radius sersic_index", "smooth 0 0 20 1 2",
-                                       "sky.lst:2:17: ", "belongs to galaxy 'sersic'"),
+                                       "sky.lst:2:17: ", "belongs to galaxies 'sersic' and"),
+            "no bulge": case("half_light_radius", "bulge+disk 0 0 20 1", "sky.lst:2:1: ",
+                             "galaxy 'bulge+disk' needs bulge_fraction"),
+            "a bulge of a file": case("half_light_radius bulge_fraction", "smooth 0 0 20 1 0.5",
+                                      "sky.lst:2:17: ", "belongs to galaxy 'bulge+disk'"),
+            "too much bulge": case("half_light_radius bulge_fraction", "bulge+disk 0 0 20 1 1.5",
+                                   "sky.lst:2:21: ", "bulge_fraction = 1.5 is outside [0, 1]"),
+            "three bad rows": case(
+                "half_light_radius axis_ratio",
+                "smooth 0 0 20 1 0.1\nsmooth 0 0 20 1 0.9\nsmooth 0 0 20 1 0.11\n"
+                + "smooth 0 0 20 1 0\n" * 6, "sky.lst:2:17: ",
+                "edge on; wrong too are rows 3, 4, 5, 6, 7 and 2 more"),
             "thinner than edge on": case("half_light_radius axis_ratio", "smooth 0 0 20 1 0.1",
                                          "sky.lst:2:17: ", "edge on"),
             "inclination and axis ratio": case(
@@ -164,21 +176,54 @@ class Sizes(unittest.TestCase):
             self.assertAlmostEqual(Moments(image).axis_ratio(), ratio, delta=4e-5)
 
 
+def growth(index, radius):
+    """The share of light of Sersic's law within a radius in units of R_e."""
+    return gammainc(2 * index, gammaincinv(2 * index, 0.5) * radius ** (1 / index))
+
+
+def share_within(image, radius):
+    """Of MAGNITUDE's light."""
+    middle = (image.shape[0] - 1) / 2
+    y, x = np.indices(image.shape)
+    offsets = (np.arange(20) + 0.5) / 20 - 0.5
+    inside = np.hypot(x[..., None, None] + offsets[:, None] - middle,
+                      y[..., None, None] + offsets - middle) * PIXEL < radius
+    return (image * inside.mean(axis=(2, 3))).sum() / nanojansky(MAGNITUDE)
+
+
 class Sersic(unittest.TestCase):
     def test_growth_of_light(self):
         """The share of light within 0.5 R_e and R_e. The ball holds all but 1e-3 of it."""
         for galaxy, values, n in (("sersic", "1 0.5", 0.5), ("exponential", "1 -", 1),
                                   ("sersic", "1 2", 2), ("devaucouleurs", "1 -", 4)):
             image, _ = render([(galaxy, values)], "half_light_radius sersic_index")
-            middle = (image.shape[0] - 1) / 2
-            y, x = np.indices(image.shape)
-            offsets = (np.arange(20) + 0.5) / 20 - 0.5
             for radius in (0.5, 1.0):
-                inside = np.hypot(x[..., None, None] + offsets[:, None] - middle,
-                                  y[..., None, None] + offsets - middle) * PIXEL < radius
-                share = (image * inside.mean(axis=(2, 3))).sum() / nanojansky(MAGNITUDE)
-                law = gammainc(2 * n, gammaincinv(2 * n, 0.5) * radius ** (1 / n))
-                self.assertAlmostEqual(share, law, delta=8.5e-4)
+                self.assertAlmostEqual(share_within(image, radius), growth(n, radius), delta=8.5e-4)
+
+    def test_bulge_and_disk(self):
+        """Both laws about one centre; half of all light is within the row's radius."""
+        columns = "half_light_radius bulge_fraction sersic_index bulge_radius_ratio sed"
+        for share, n, ratio in ((0.3, 2, 0.25), (0.6, None, None), (0.2, 1, 1.5), (0, None, None),
+                                (1, 2.5, None)):
+            words = " ".join("-" if word is None else str(word) for word in (share, n, ratio))
+            image, truth = render([("bulge+disk", f"1 {words} flat_fnu")], columns)
+            n, ratio = n or 4, ratio or 0.12
+
+            def law(radius, disk):
+                return (share * growth(n, radius / (ratio * disk))
+                        + (1 - share) * growth(1, radius / disk))
+            disk = brentq(lambda r: law(1, r) - 0.5, 0.05, 50)
+            for radius, error in ((0.25, 2e-3), (0.5, 8e-4), (1.0, 4e-4)):
+                self.assertAlmostEqual(share_within(image, radius), law(radius, disk), delta=error)
+            self.assertAlmostEqual(truth["bulge_to_total"], share, delta=1e-6)
+
+    def test_bulge_and_disk_have_one_axis_ratio(self):
+        image, _ = render([("bulge+disk", "0.3 0.5 0.6 35 flat_fnu")],
+                          "half_light_radius bulge_fraction axis_ratio pa sed", 321)
+        moments = Moments(image)
+        self.assertAlmostEqual(moments.axis_ratio(), 0.6, delta=4e-3)
+        angle = np.degrees(np.arctan2(2 * moments.ne, moments.nn - moments.ee)) / 2
+        self.assertAlmostEqual(angle, 35, delta=2e-3)
 
     def test_axis_ratio_is_the_spheroid_s(self):
         image, _ = render([("exponential", "0.4 0.6 35")], "half_light_radius axis_ratio pa", 241)

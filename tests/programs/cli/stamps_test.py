@@ -3,6 +3,8 @@
 stamps_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """
 
+import re
+import resource
 import subprocess
 import sys
 import unittest
@@ -214,6 +216,23 @@ class Stamps(unittest.TestCase):
             self.assertEqual(result.returncode, 0)
             self.assertIn("would write out.fits: 6 stamps of 15 to 23 pixels a side, 3 planes",
                           result.stdout)
+
+    def test_the_dry_run_estimates(self):
+        with folder_of() as folder:
+            words = ("render.par", "scene.lst", "--stamps", "-s", "camera.supersample=12", "-j", "1")
+            for _ in range(3):
+                foretold = folder.run(*words, "--dry-run", "--overwrite").stdout
+                match = re.search(r"^about (\S+) s with 1 rank of 1 thread: (\S+) s to prepare, (\S+) core "
+                                  r"seconds of rendering; memory \S+ MiB$", foretold, re.M)
+                self.assertTrue(match, foretold)
+                before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+                folder.run(*words, "-q", "--overwrite")
+                seconds = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+                estimate = float(match[2]) + float(match[3])
+                print(f"estimated {estimate:.2f} s; took {seconds:.2f} s")
+                if 0.5 < seconds / estimate < 2:
+                    break
+            self.assertLess(abs(np.log2(seconds / estimate)), 1)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,9 @@ stars_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 
 import unittest
 
+from sky_program import SkyFolder, check_wrong_inputs, nanojansky, toml  # First: the Python.
+
+import numpy as np
 from gamer_program import ENVIRONMENT, RANKS, Folder, main
 
 # DATE is the only thing in a file that is not the job's.
@@ -82,6 +85,116 @@ class Stars(unittest.TestCase):
                 other = make(case, size, "sampling.stars_per_pixel=0")
                 pixels = [content[-content_size(content):] for content in (*files, other)]
                 self.assertNotEqual(*pixels)
+
+
+def view(output, **more):
+    sections = {"image": {"output": output, "size": [200, 150]},
+                "camera": {"projection": "sky", "pixel_scale": 0.1},
+                "spectrum": {"bands": ["sdss_g", "sdss_r", "sdss_i"]},
+                "sampling": {"tolerance": 0.01}}
+    for section, keys in more.items():
+        sections[section] = {**sections.get(section, {}), **keys}
+    return toml(**sections)
+
+
+COLUMNS = "galaxy dx dy half_light_radius redshift apparent_magnitude sed\n"
+SKY_SCENE = COLUMNS + "exponential -2 0 3 0.1 17 flat_fnu\n"
+STAR = "star 7 4 - - {} {}\n"
+
+
+def bmp(content):
+    """Bytes [y, x, blue green red] of a picture, from the lowest row."""
+    offset = int.from_bytes(content[10:14], "little")
+    width, height = (int.from_bytes(content[at:at + 4], "little") for at in (18, 22))
+    rows = np.frombuffer(content[offset:], "u1").reshape(height, -1)
+    return rows[:, :3 * width].reshape(height, width, 3)
+
+
+class Discs(unittest.TestCase):
+    """Bright stars of pictures are discs of the picture's white."""
+
+    def render(self, folder, output, rows, *, ranks=1, **more):
+        scene = SKY_SCENE + "".join(STAR.format(*star) for star in rows)
+        folder.write("sky.par", view(output, **more))
+        folder.write("sky.lst", scene)
+        (folder.path / output).unlink(missing_ok=True)
+        folder.render("sky.par", "sky.lst", "--overwrite", ranks=ranks)
+        if output.endswith(".bmp"):
+            return bmp((folder.path / output).read_bytes())
+        return folder.image(output)[0]
+
+    def test_they_are_white(self):
+        y, x = np.indices((150, 200))
+        # East is left: the star is at the pixel (29.5, 114.5).
+        near = np.hypot(x - 29.5, y - 114.5) < 12
+        for sed in ("flat_fnu", "blackbody(3500K)", "blackbody(20000K)"):
+            with self.subTest(sed), SkyFolder() as folder:
+                star = [(16, sed)]
+                discs = self.render(folder, "out.bmp", star)
+                points = self.render(folder, "out.bmp", star, stars={"discs": False})
+                largest = discs.max(axis=2)[near]
+                self.assertGreater((largest >= 240).sum(), 20)
+                self.assertLess((points.max(axis=2)[near] >= 240).sum(), 5)
+                # The discs have the star's light.
+                galaxy = self.render(folder, "galaxy.fits", [])
+                for plane in self.render(folder, "out.fits", star, stars={"discs": True}) - galaxy:
+                    self.assertGreater(np.count_nonzero(plane[near] > 0.5 * plane.max()), 20)
+                light = (self.render(folder, "out.fits", star, stars={"discs": True}) - galaxy).sum()
+                point = (self.render(folder, "out.fits", star) - galaxy)
+                self.assertEqual(np.count_nonzero(point[0]), 4)
+                self.assertAlmostEqual(light / point.sum(), 1, delta=2e-6)
+
+    def test_white_is_that_of_the_brightest_pixels(self):
+        """A star of the galaxy's colour becomes a disc as bright as the galaxy's middle."""
+        with SkyFolder() as folder:
+            galaxy = self.render(folder, "galaxy.fits", [])
+            discs = self.render(folder, "out.fits", [(21, "flat_fnu")], stars={"discs": True}) - galaxy
+            for plane, light in zip(discs, galaxy):
+                ratio = np.median(plane[plane > 0.5 * plane.max()]) / np.sort(light.ravel())[-4]
+                self.assertAlmostEqual(ratio, 1, delta=0.025)
+
+    def test_faint_stars_are_points(self):
+        with SkyFolder() as folder:
+            star = [(27, "flat_fnu")]
+            np.testing.assert_array_equal(self.render(folder, "out.bmp", star),
+                                          self.render(folder, "out.bmp", star, stars={"discs": False}))
+
+    def test_a_given_tone_says_what_is_white(self):
+        """asinh(slope I) scale = 1 for the light of a disc that is alone."""
+        with SkyFolder() as folder:
+            slope, scale = 1 / 40, 0.25
+            white = np.sinh(1 / scale) / slope
+            folder.write("sky.lst", COLUMNS + STAR.format(19, "flat_fnu"))
+            tone = [0, 0, 0, 1, 1, 1, slope, scale]
+            folder.write("sky.par", view("out.fits", image={"tone": tone}, stars={"discs": True}))
+            folder.render("sky.par", "sky.lst")
+            plane = folder.image("out.fits")[0][1]
+            area = nanojansky(19) / white
+            # Pixels at the edge have a part of it.
+            self.assertAlmostEqual(plane.max() / white, 1, delta=6e-3)
+            self.assertLess(abs(np.count_nonzero(plane > 0.5 * white) - area), 8)
+
+    def test_the_same_for_any_ranks_and_threads(self):
+        for more in ({}, {"stars": {"number": 2e5, "bright": 15, "faint": 24}}):
+            with SkyFolder() as folder:
+                pictures = {self.render(folder, "out.bmp", [(15, "flat_fnu")], ranks=ranks,
+                                        **more).tobytes() for ranks in RANKS}
+                for threads in ("1", "3"):
+                    (folder.path / "out.bmp").unlink()
+                    folder.render("sky.par", "sky.lst", "--overwrite", "-j", threads)
+                    pictures.add(bmp((folder.path / "out.bmp").read_bytes()).tobytes())
+                self.assertEqual(len(pictures), 1)
+
+    def test_where_there_is_no_white(self):
+        def case(image, also, **more):
+            files = {"sky.par": view("out.fits", image=image, stars={"discs": True}, **more),
+                     "sky.lst": SKY_SCENE}
+            return files, ("sky.par", "sky.lst"), "sky.par:", also
+        check_wrong_inputs(self, {
+            "a region": case({"region": [1, 1, 9, 9]}, "does not know the white of the whole image"),
+            "stamps": case({"layout": "stamps"}, "stamps have no common white"),
+            "magnitudes": case({"unit": "mag/arcsec^2"}, "a picture of magnitudes has no white"),
+        })
 
 
 def content_size(content):

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "gamer/job/job.h"
+
+namespace gamer {
+
+/// Whether the discs of a job's stars are as bright as the white of its picture, which is measured.
+bool measures_star_tone(const RenderParameters& parameters, const Scene& scene);
+
+/// Finds the tone of a job's picture, for the discs of its stars. It is image.tone where that is
+/// given, else automatic_tone() of some thousand evenly spread pixels whose stars are smooth light.
+/// Every rank calls this function, and gets equal numbers.
+void find_star_tone(RenderJob& job, const Ranks& ranks, int threads);
+
+}  // namespace gamer

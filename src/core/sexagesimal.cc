@@ -1,0 +1,49 @@
+#include "core/sexagesimal.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <system_error>
+
+namespace gamer {
+namespace {
+
+std::optional<double> plain_number(std::string_view text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool is_whole_text = error == std::errc() && end == text.data() + text.size();
+  if (!is_whole_text || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+std::optional<double> parse_angle(std::string_view text, double unit) {
+  const bool is_negative = text.starts_with('-');
+  if (is_negative || text.starts_with('+')) text.remove_prefix(1);
+  // A second sign is none of the format.
+  if (text.starts_with('-') || text.starts_with('+')) return std::nullopt;
+  const double sign = is_negative ? -1 : 1;
+  if (text.find(':') == std::string_view::npos) {
+    const auto degrees = plain_number(text);
+    if (!degrees) return std::nullopt;
+    return sign * *degrees;
+  }
+  constexpr double sixty = 60;
+  constexpr std::array<double, 3> sizes = {1, sixty, sixty * sixty};
+  double sum = 0;
+  for (std::size_t part = 0; part < sizes.size(); ++part) {
+    const std::size_t colon = text.find(':');
+    const auto value = plain_number(text.substr(0, colon));
+    const bool is_last = colon == std::string_view::npos;
+    const bool fits = value && *value >= 0 && (part == 0 || *value < sixty) &&
+                      (is_last || *value == std::floor(*value));
+    if (!fits || (is_last && part == 0)) return std::nullopt;
+    sum += *value / sizes[part];
+    if (is_last) return sign * unit * sum;
+    text.remove_prefix(colon + 1);
+  }
+  return std::nullopt;
+}
+
+}  // namespace gamer

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace gamer {
+
+/// The rows of a catalogue that cannot be read. Reading goes on after the first one, so that one
+/// message names all.
+class RowErrors {
+ public:
+  /// `label` is the catalogue's, with which its errors begin.
+  explicit RowErrors(std::string label) : label_(std::move(label)) {}
+
+  /// Calls read(), and returns whether the row, which counts from 0, is right. Throws errors that
+  /// are not of the catalogue.
+  bool is_read(std::size_t row, const std::function<void()>& read);
+  /// Throws InputError: the first error, and the other rows with one.
+  void refuse() const;
+
+ private:
+  std::string label_, first_;
+  std::vector<std::size_t> others_;  ///< the first of them, from 1
+  std::size_t number_ = 0;
+};
+
+}  // namespace gamer
