@@ -118,6 +118,7 @@ std::string list_galaxies(Resources& resources) {
                    {{"sersic", "Sersic's law; the row gives sersic_index and axis_ratio"},
                     {"exponential", "Sersic's law of index 1"},
                     {"devaucouleurs", "Sersic's law of index 4"},
+                    {"bulge+disk", "a bulge and a disk; the row gives bulge_fraction"},
                     {"star", "a point source"}},
                    [&](const std::string& name) {
                      return description_of(resources.find("galaxies", name, "", galaxy_suffixes()));

@@ -48,7 +48,7 @@ class Tells(unittest.TestCase):
         self.assertEqual(names[:4], ["bulge", "disk", "stars", "dust"])
 
     def test_lists_of_data(self):
-        for option, names in (("--list-galaxies", ("sersic", "ngc4321")),
+        for option, names in (("--list-galaxies", ("sersic", "bulge+disk", "ngc4321")),
                               ("--list-seds", ("flat", "Sbc")),
                               ("--list-bands", ("sdss_r", "euclid_vis")),
                               ("--list-instruments", ("lsst", "hst_acs", "euclid_vis")),

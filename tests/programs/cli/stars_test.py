@@ -63,15 +63,15 @@ SKY_ROWS = ("galaxy ra dec size_arcsec redshift apparent_magnitude\n"
             "field 150.02 2.01 200 0.001 14\nfield 149.95 1.98 120 0.002 15\n")
 
 
-def make(case, size, *settings, ranks=1, threads=1):
+def make(case, size, *settings, ranks=1, threads=1, output="out.fits"):
     camera, _ = CASES[case]
     with Folder(**{"render.par": PARAMETERS + camera, "field.toml": GALAXY,
                    "scene.lst": SKY_ROWS if case == "sky" else ROWS}) as folder:
         words = [word for setting in (f"image.size={size}", *settings) for word in ("-s", setting)]
-        done = folder.run("render.par", "scene.lst", "-q", "--threads", str(threads), *words,
+        done = folder.run("render.par", "scene.lst", "-q", "--threads", str(threads), "-o", output, *words,
                           ranks=ranks)
         assert done.returncode == 0, done.stderr
-        return (folder.path / "out.fits").read_bytes()
+        return (folder.path / output).read_bytes()
 
 
 class Stars(unittest.TestCase):
@@ -85,6 +85,15 @@ class Stars(unittest.TestCase):
                 other = make(case, size, "sampling.stars_per_pixel=0")
                 pixels = [content[-content_size(content):] for content in (*files, other)]
                 self.assertNotEqual(*pixels)
+
+    def test_pictures_are_the_same_for_any_ranks_and_threads(self):
+        few = ("outside", "[120, 111]", "galaxy.field.starfield.number=1e4")
+        pictures = {make(*few, ranks=ranks, threads=threads, output="out.bmp")
+                    for ranks in RANKS for threads in (1, 2)}
+        self.assertEqual(len(pictures), 1)
+        # Stars of the field become discs.
+        points = make(*few, "stars.discs=false", output="out.bmp")
+        self.assertTrue(points not in pictures)
 
 
 def view(output, **more):
