@@ -74,12 +74,10 @@ std::optional<DiskFit> disk_of(const OperationCall& call, const std::vector<Isop
 IsophoteOptions isophote_options(const OperationCall& call, const GalaxyPlane& galaxy) {
   const ParameterSet& parameters = call.parameters;
   const PlanePtr plane = memory_plane(galaxy.image);
-  const Place start = galaxy.start ? *galaxy.start : brightest_place(galaxy.image);
-  const Ellipses circles = galaxy.start ? Ellipses(start.x, start.y)
-                                        : centre_of_light(*plane, start, call.threads).circles;
+  const Place centre = centre_of(galaxy, call.threads);
   IsophoteOptions options;
-  options.x = circles.x();
-  options.y = circles.y();
+  options.x = centre.x;
+  options.y = centre.y;
   options.threads = call.threads;
   options.step = parameters.number("step");
   if (parameters.has("axis_ratio")) options.axis_ratio = parameters.number("axis_ratio");
@@ -89,7 +87,8 @@ IsophoteOptions isophote_options(const OperationCall& call, const GalaxyPlane& g
   }
   const bool is_given = options.axis_ratio && options.angle;
   if (!is_given) {
-    const EllipticalLight light = elliptical_light(*plane, circles, call.threads);
+    const EllipticalLight light =
+        elliptical_light(*plane, Ellipses(centre.x, centre.y), call.threads);
     options.start_axis_ratio = light.axis_ratio;
     options.start_angle = light.angle;
   }
@@ -242,7 +241,15 @@ int run_profile(const OperationCall& call) {
     put_isophotes(table, profile, hdu, profiles.front());
   }
   if (call.parameters.has("plot")) draw_profiles(call, profiles);
-  deliver(call, {disks, table}, table);
+  const bool is_calibrated = std::isfinite(profiles.front().calibration.of_brightness);
+  const std::vector<std::string> names = {"plane",
+                                          "radius",
+                                          "ellipticity",
+                                          "position_angle",
+                                          "colour",
+                                          "flux",
+                                          is_calibrated ? "surface_brightness" : "brightness"};
+  deliver(call, {disks, printed_columns(call, table, names)}, table);
   return 0;
 }
 
@@ -254,7 +261,8 @@ Operation profile_operation() {
   operation.group = measurement_group;
   operation.summary = "Isophotes by radius: surface brightness, shape, colour, growth, disk breaks";
   operation.description =
-      "Ellipses about one centre are fitted to the first plane by the second harmonic of the "
+      "Ellipses about one centre, by default the nucleus, are fitted to the first plane by the "
+      "second harmonic of the "
       "brightness along them (Jedrzejewski 1987), or given by --axis-ratio and --position-angle. "
       "All planes are measured on these ellipses. surface_brightness and magnitude need MAGZERO, "
       "and the former celestial coordinates; colour is the first plane's surface brightness less "
