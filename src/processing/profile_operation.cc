@@ -50,18 +50,23 @@ struct PlaneProfile {
   std::optional<DiskFit> disk;
 };
 
-/// The disk's fit over --range, by default from half the half-light radius.
+/// The disk's fit over --range, by default from half the half-light radius to that of 99 % of the
+/// outermost ellipse's light.
 std::optional<DiskFit> disk_of(const OperationCall& call, const std::vector<Isophote>& isophotes) {
-  if (isophotes.empty()) return std::nullopt;
+  if (isophotes.empty() || !(isophotes.back().flux > 0)) return std::nullopt;
   double inner = 0, outer = std::numeric_limits<double>::infinity();
   if (call.parameters.has("range")) {
     inner = call.parameters.numbers("range")[0];
     outer = call.parameters.numbers("range")[1];
   } else {
-    const double half = isophotes.back().flux / 2;
-    const auto found = std::find_if(isophotes.begin(), isophotes.end(),
-                                    [&](const Isophote& one) { return one.flux >= half; });
-    inner = found->radius / 2;
+    const auto holding = [&](double share) {
+      const double flux = share * isophotes.back().flux;
+      return std::find_if(isophotes.begin(), isophotes.end(),
+                          [&](const Isophote& one) { return one.flux >= flux; })
+          ->radius;
+    };
+    inner = holding(0.5) / 2;
+    outer = holding(0.99);
   }
   std::vector<ProfilePoint> points;
   for (const Isophote& one : isophotes) {
@@ -270,8 +275,9 @@ Operation profile_operation() {
       "pixels. fitted says whether the shape was found; where the light is too faint for it, that "
       "of the neighbour stays. The table of disks has an exponential fit, or one broken at the "
       "radius that lowers the residuals most where that is significant: type I, II (down) or III "
-      "(up). Its range, --range, begins by default at half the half-light radius of the "
-      "outermost ellipse. docs/morphology.md has the details. Planes are held in memory.";
+      "(up). Its range is --range, by default from half the half-light radius to that of 99 % of "
+      "the "
+      "light. docs/morphology.md has the details. Planes are held in memory.";
   operation.result = Operation::Result::text;
   operation.parameters = with_output(
       galaxy_parameters() +
