@@ -262,8 +262,8 @@ std::vector<ApertureSum> aperture_sums(const Plane& plane, const Ellipses& ellip
   const auto use = [&](int x, int y, double value) {
     const double radius = ellipses.radius(x, y);
     if (radius - reach >= sorted.back()) return;
-    std::size_t i = 0;
-    while (i < size && sorted[i] <= radius - reach) ++i;
+    auto i = static_cast<std::size_t>(
+        std::upper_bound(sorted.begin(), sorted.end(), radius - reach) - sorted.begin());
     if (!std::isfinite(value)) {
       while (i < size && !(ellipses.overlap(x, y, sorted[i]) > 0)) ++i;
       ++missing[i];

@@ -46,6 +46,45 @@ double turned_value(const Image& image, int x, int y, const std::array<double, 4
   return sum;
 }
 
+namespace {
+
+/// Adds the pixels [left, right] of one row and their differences from the turned image.
+void add_row(const Image& image, const Ellipses& circle, double radius, int row, int left,
+             int right, Sums& sums) {
+  constexpr double diagonal = 0.75;  ///< more than half of a pixel's
+  const double whole_x = std::floor(2 * circle.x()), whole_y = std::floor(2 * circle.y());
+  const auto weights_x = turned_weights(2 * circle.x() - whole_x);
+  const auto weights_y = turned_weights(2 * circle.y() - whole_y);
+  // A pixel at p meets the turned coordinate 2 x - p. The rows are joined first.
+  const int first = static_cast<int>(whole_x) - right - 1;
+  std::vector<double> line(static_cast<std::size_t>(right - left) + 4);
+  for (std::size_t k = 0; k < weights_y.size(); ++k) {
+    const int y = static_cast<int>(whole_y) - row - 1 + static_cast<int>(k);
+    if (weights_y[k] == 0 || y < 0 || y >= image.height()) continue;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      const int x = first + static_cast<int>(i);
+      if (x >= 0 && x < image.width()) line[i] += weights_y[k] * image.at(x, y);
+    }
+  }
+  const double dy = row - circle.y();
+  const double inside = std::max(0.0, radius - diagonal);
+  for (int column = left; column <= right; ++column) {
+    const double dx = column - circle.x();
+    const bool is_whole = dx * dx + dy * dy < inside * inside;
+    const double overlap = is_whole ? 1 : circle.overlap(column, row, radius);
+    if (overlap == 0) continue;
+    const auto place = static_cast<std::size_t>(right - column);
+    double turned = 0;
+    for (std::size_t k = 0; k < weights_x.size(); ++k) turned += weights_x[k] * line[place + k];
+    const double value = image.at(column, row);
+    sums.difference += overlap * std::fabs(value - turned);
+    sums.light += overlap * std::fabs(value);
+    sums.area += overlap;
+  }
+}
+
+}  // namespace
+
 Asymmetry asymmetry_about(const Image& image, double x, double y, double radius,
                           const SkyNoise& sky) {
   const Ellipses circle(x, y);
@@ -54,24 +93,9 @@ Asymmetry asymmetry_about(const Image& image, double x, double y, double radius,
   const int bottom = std::max(0, static_cast<int>(std::floor(y - radius)));
   const int top = std::min(image.height() - 1, static_cast<int>(std::ceil(y + radius)));
   if (left > right || bottom > top) return {x, y, 0, 0};
-  // A pixel at p meets the turned coordinate 2 x - p.
-  const double whole_x = std::floor(2 * x), whole_y = std::floor(2 * y);
-  const auto weights_x = turned_weights(2 * x - whole_x);
-  const auto weights_y = turned_weights(2 * y - whole_y);
   std::vector<Sums> rows(static_cast<std::size_t>(top - bottom) + 1);
   parallel_for(rows.size(), [&](std::size_t i) {
-    const int row = bottom + static_cast<int>(i);
-    Sums& sums = rows[i];
-    for (int column = left; column <= right; ++column) {
-      const double overlap = circle.overlap(column, row, radius);
-      if (overlap == 0) continue;
-      const double value = image.at(column, row);
-      const double turned = turned_value(image, static_cast<int>(whole_x) - column,
-                                         static_cast<int>(whole_y) - row, weights_x, weights_y);
-      sums.difference += overlap * std::fabs(value - turned);
-      sums.light += overlap * std::fabs(value);
-      sums.area += overlap;
-    }
+    add_row(image, circle, radius, bottom + static_cast<int>(i), left, right, rows[i]);
   });
   Sums all;
   for (const Sums& row : rows) {
@@ -79,7 +103,8 @@ Asymmetry asymmetry_about(const Image& image, double x, double y, double radius,
     all.light += row.light;
     all.area += row.area;
   }
-  const double noise = sky.asymmetry(2 * x - whole_x, 2 * y - whole_y) * all.area / all.light;
+  const double noise =
+      sky.asymmetry(2 * x - std::floor(2 * x), 2 * y - std::floor(2 * y)) * all.area / all.light;
   return {x, y, all.difference / all.light - noise, noise};
 }
 

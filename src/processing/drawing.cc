@@ -1,6 +1,5 @@
 #include "processing/drawing.h"
 
-#include <cairo.h>
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,13 +1,12 @@
 #pragma once
 
+#include <cairo.h>
+
 #include <array>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
-
-struct _cairo;
-struct _cairo_surface;
 
 namespace gamer {
 
@@ -55,8 +54,8 @@ class Drawing {
   void write(const std::filesystem::path& path, bool overwrite);
 
  private:
-  std::unique_ptr<_cairo_surface, void (*)(_cairo_surface*)> surface_;
-  std::unique_ptr<_cairo, void (*)(_cairo*)> cairo_;
+  std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)> surface_;
+  std::unique_ptr<cairo_t, decltype(&cairo_destroy)> cairo_;
 };
 
 }  // namespace gamer

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -97,8 +98,7 @@ ParameterTable galaxy_parameters() {
       Parameter::text("planes", std::nullopt,
                       "numbers (from 1) or labels of planes, as 2 or sdss_g,sdss_r (default: all)"),
       Parameter::vector2("center", "pixels", Interval::any(), std::nullopt,
-                         "x,y as FITS counts, where the search for the centre begins (default: "
-                         "where the smoothed image is brightest)"),
+                         "x,y as FITS counts (default: found)"),
       Parameter::vector2("position", "deg", Interval::any(), std::nullopt,
                          "ra,dec, instead of --center"),
       Parameter::number("sky", "unit of the pixels", Interval::any(), 0.0,
@@ -167,6 +167,11 @@ GalaxyPlane galaxy_plane(const OperationCall& call, const PlaneTask& task) {
   return galaxy;
 }
 
+Place centre_of(const GalaxyPlane& galaxy, int threads) {
+  if (galaxy.start) return *galaxy.start;
+  return nucleus_of(*memory_plane(galaxy.image), brightest_place(galaxy.image), threads);
+}
+
 std::string plane_label(const PlaneTask& task) {
   if (task.info.planes == 1) return task.label;
   return fmt::format("{} (plane {})", task.label, task.info.plane + 1);
@@ -183,6 +188,19 @@ double position_angle_of(const GalaxyPlane& galaxy, double x, double y, double a
 double angle_of_position(const GalaxyPlane& galaxy, double x, double y, double position_angle) {
   if (galaxy.wcs) return angle_on_pixels(*galaxy.wcs, x, y, position_angle * degree);
   return position_angle * degree + std::numbers::pi / 2;
+}
+
+DataTable printed_columns(const OperationCall& call, const DataTable& table,
+                          const std::vector<std::string>& names) {
+  if (call.parameters.boolean("json")) return table;
+  DataTable printed;
+  printed.name = table.name;
+  for (const DataColumn& column : table.columns) {
+    if (std::find(names.begin(), names.end(), column.name) != names.end()) {
+      printed.columns.push_back(column);
+    }
+  }
+  return printed;
 }
 
 void put_centre(DataTable& table, const GalaxyPlane& galaxy, double x, double y) {

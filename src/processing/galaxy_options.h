@@ -33,6 +33,10 @@ std::vector<PlaneTask> chosen_planes(const OperationCall& call, const FitsInput&
 /// centre outside the image, an empty annulus and magnitudes.
 GalaxyPlane galaxy_plane(const OperationCall& call, const PlaneTask& task);
 
+/// The centre of profiles and disks: the given one, else the nucleus. Throws what nucleus_of() and
+/// brightest_place() throw.
+Place centre_of(const GalaxyPlane& galaxy, int threads);
+
 /// The file with the number of the plane where it has several, for messages.
 std::string plane_label(const PlaneTask& task);
 
@@ -41,6 +45,10 @@ std::string plane_label(const PlaneTask& task);
 double position_angle_of(const GalaxyPlane& galaxy, double x, double y, double angle);
 /// The inverse: the angle on the pixels, rad, of a position angle in deg.
 double angle_of_position(const GalaxyPlane& galaxy, double x, double y, double position_angle);
+
+/// The columns of a table that are printed for people; all of them with --json.
+DataTable printed_columns(const OperationCall& call, const DataTable& table,
+                          const std::vector<std::string>& names);
 
 /// Puts the columns of a centre, from 0: x, y, ra and dec.
 void put_centre(DataTable& table, const GalaxyPlane& galaxy, double x, double y);

@@ -53,6 +53,14 @@ CentredLight centre_of_light(const Plane& plane, const Place& start, int threads
   return light;
 }
 
+Place nucleus_of(const Plane& plane, const Place& start, int threads) {
+  constexpr double share = 0.1, least_radius = 2;
+  const double petrosian = centre_of_light(plane, start, threads).petrosian;
+  const Ellipses circles = recentered(plane, Ellipses(start.x, start.y),
+                                      std::max(least_radius, share * petrosian), 0, threads);
+  return {circles.x(), circles.y()};
+}
+
 EllipticalLight elliptical_light(const Plane& plane, const Ellipses& start, int threads) {
   constexpr int most_steps = 20;
   constexpr double settled = 1e-4;

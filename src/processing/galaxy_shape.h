@@ -25,6 +25,10 @@ struct CentredLight {
 /// throws.
 CentredLight centre_of_light(const Plane& plane, const Place& start, int threads);
 
+/// The nucleus: the centroid of the light within a tenth of the Petrosian radius, whose circle
+/// moves from `start` as recentered() does. Throws what recentered() and petrosian_radius() throw.
+Place nucleus_of(const Plane& plane, const Place& start, int threads);
+
 /// Ellipses that follow a galaxy's light, and their Petrosian radius.
 struct EllipticalLight {
   Ellipses ellipses;

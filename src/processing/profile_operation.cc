@@ -50,18 +50,23 @@ struct PlaneProfile {
   std::optional<DiskFit> disk;
 };
 
-/// The disk's fit over --range, by default from half the half-light radius.
+/// The disk's fit over --range, by default from half the half-light radius to that of 99 % of the
+/// outermost ellipse's light.
 std::optional<DiskFit> disk_of(const OperationCall& call, const std::vector<Isophote>& isophotes) {
-  if (isophotes.empty()) return std::nullopt;
+  if (isophotes.empty() || !(isophotes.back().flux > 0)) return std::nullopt;
   double inner = 0, outer = std::numeric_limits<double>::infinity();
   if (call.parameters.has("range")) {
     inner = call.parameters.numbers("range")[0];
     outer = call.parameters.numbers("range")[1];
   } else {
-    const double half = isophotes.back().flux / 2;
-    const auto found = std::find_if(isophotes.begin(), isophotes.end(),
-                                    [&](const Isophote& one) { return one.flux >= half; });
-    inner = found->radius / 2;
+    const auto holding = [&](double share) {
+      const double flux = share * isophotes.back().flux;
+      return std::find_if(isophotes.begin(), isophotes.end(),
+                          [&](const Isophote& one) { return one.flux >= flux; })
+          ->radius;
+    };
+    inner = holding(0.5) / 2;
+    outer = holding(0.99);
   }
   std::vector<ProfilePoint> points;
   for (const Isophote& one : isophotes) {
@@ -74,12 +79,10 @@ std::optional<DiskFit> disk_of(const OperationCall& call, const std::vector<Isop
 IsophoteOptions isophote_options(const OperationCall& call, const GalaxyPlane& galaxy) {
   const ParameterSet& parameters = call.parameters;
   const PlanePtr plane = memory_plane(galaxy.image);
-  const Place start = galaxy.start ? *galaxy.start : brightest_place(galaxy.image);
-  const Ellipses circles = galaxy.start ? Ellipses(start.x, start.y)
-                                        : centre_of_light(*plane, start, call.threads).circles;
+  const Place centre = centre_of(galaxy, call.threads);
   IsophoteOptions options;
-  options.x = circles.x();
-  options.y = circles.y();
+  options.x = centre.x;
+  options.y = centre.y;
   options.threads = call.threads;
   options.step = parameters.number("step");
   if (parameters.has("axis_ratio")) options.axis_ratio = parameters.number("axis_ratio");
@@ -89,7 +92,8 @@ IsophoteOptions isophote_options(const OperationCall& call, const GalaxyPlane& g
   }
   const bool is_given = options.axis_ratio && options.angle;
   if (!is_given) {
-    const EllipticalLight light = elliptical_light(*plane, circles, call.threads);
+    const EllipticalLight light =
+        elliptical_light(*plane, Ellipses(centre.x, centre.y), call.threads);
     options.start_axis_ratio = light.axis_ratio;
     options.start_angle = light.angle;
   }
@@ -242,7 +246,15 @@ int run_profile(const OperationCall& call) {
     put_isophotes(table, profile, hdu, profiles.front());
   }
   if (call.parameters.has("plot")) draw_profiles(call, profiles);
-  deliver(call, {disks, table}, table);
+  const bool is_calibrated = std::isfinite(profiles.front().calibration.of_brightness);
+  const std::vector<std::string> names = {"plane",
+                                          "radius",
+                                          "ellipticity",
+                                          "position_angle",
+                                          "colour",
+                                          "flux",
+                                          is_calibrated ? "surface_brightness" : "brightness"};
+  deliver(call, {disks, printed_columns(call, table, names)}, table);
   return 0;
 }
 
@@ -254,7 +266,8 @@ Operation profile_operation() {
   operation.group = measurement_group;
   operation.summary = "Isophotes by radius: surface brightness, shape, colour, growth, disk breaks";
   operation.description =
-      "Ellipses about one centre are fitted to the first plane by the second harmonic of the "
+      "Ellipses about one centre, by default the nucleus, are fitted to the first plane by the "
+      "second harmonic of the "
       "brightness along them (Jedrzejewski 1987), or given by --axis-ratio and --position-angle. "
       "All planes are measured on these ellipses. surface_brightness and magnitude need MAGZERO, "
       "and the former celestial coordinates; colour is the first plane's surface brightness less "
@@ -262,8 +275,9 @@ Operation profile_operation() {
       "pixels. fitted says whether the shape was found; where the light is too faint for it, that "
       "of the neighbour stays. The table of disks has an exponential fit, or one broken at the "
       "radius that lowers the residuals most where that is significant: type I, II (down) or III "
-      "(up). Its range, --range, begins by default at half the half-light radius of the "
-      "outermost ellipse. docs/morphology.md has the details. Planes are held in memory.";
+      "(up). Its range is --range, by default from half the half-light radius to that of 99 % of "
+      "the "
+      "light. docs/morphology.md has the details. Planes are held in memory.";
   operation.result = Operation::Result::text;
   operation.parameters = with_output(
       galaxy_parameters() +

@@ -120,7 +120,7 @@ void write_profile_plot(const std::filesystem::path& path, const std::vector<Pro
   for (const Isophote& shape : shapes) ellipticities.push_back(1 - shape.axis_ratio);
   const LinearScale brightness = panel(magnitudes, 680, 40, true);
   const LinearScale ellipticity = panel(ellipticities, 900, 700, false);
-  const LinearScale angle = panel(angles, 1120, 920, false);
+  const LinearScale angle = panel(angles, 1105, 920, false);
   draw_frame(drawing, x, brightness, unit, false);
   draw_frame(drawing, x, ellipticity, "ellipticity", false);
   draw_frame(drawing, x, angle, "angle (deg)", true);

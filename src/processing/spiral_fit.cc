@@ -105,20 +105,22 @@ double pitch_of(int arms, double p) { return p == 0 ? std::numbers::pi / 2 : std
 constexpr double most_p_per_arm = 60;  ///< a pitch of 1 degree
 
 /// Standard error of the pitch when each eighth of the rows is left out in turn.
-double jackknife_error(const std::vector<Coefficient>& coefficients, int arms) {
+double jackknife_error(const std::vector<Coefficient>& coefficients, int arms, double pitch) {
   constexpr std::size_t parts = 8;
-  std::array<double, parts> pitches{};
+  std::array<double, parts> changes{};
   double mean = 0;
   for (std::size_t part = 0; part < parts; ++part) {
     std::vector<Coefficient> rest;
     for (std::size_t i = 0; i < coefficients.size(); ++i) {
       if (i * parts / coefficients.size() != part) rest.push_back(coefficients[i]);
     }
-    pitches[part] = pitch_of(arms, peak(rest, most_p_per_arm * arms));
-    mean += pitches[part] / parts;
+    // Pitches of 90 and -90 degrees are equal.
+    const double change = pitch_of(arms, peak(rest, most_p_per_arm * arms)) - pitch;
+    changes[part] = std::remainder(change, std::numbers::pi);
+    mean += changes[part] / parts;
   }
   double squares = 0;
-  for (const double pitch : pitches) squares += (pitch - mean) * (pitch - mean);
+  for (const double change : changes) squares += (change - mean) * (change - mean);
   return std::sqrt(squares * (parts - 1) / parts);
 }
 
@@ -159,9 +161,10 @@ SpiralFit fit_spiral(const Image& map, const PolarGrid& grid) {
     if (mode.amplitude > fit.strongest.amplitude) fit.strongest = mode;
   }
   if (fit.strongest.arms == 0) fit.strongest = fit.modes.front();
+  const int arms = fit.strongest.arms;
   fit.strongest.error =
-      jackknife_error(coefficients_of(rows, grid, fit.strongest.arms), fit.strongest.arms);
-  fit.modes[static_cast<std::size_t>(fit.strongest.arms) - 1] = fit.strongest;
+      jackknife_error(coefficients_of(rows, grid, arms), arms, fit.strongest.pitch);
+  fit.modes[static_cast<std::size_t>(arms) - 1] = fit.strongest;
   return fit;
 }
 

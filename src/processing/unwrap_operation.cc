@@ -39,12 +39,10 @@ Disk found_disk(const OperationCall& call, const GalaxyPlane& galaxy) {
     disk.plane.x = galaxy.start->x;
     disk.plane.y = galaxy.start->y;
   } else {
-    const Place start = galaxy.start ? *galaxy.start : brightest_place(galaxy.image);
-    const Ellipses circles = galaxy.start ? Ellipses(start.x, start.y)
-                                          : centre_of_light(*plane, start, call.threads).circles;
-    light = elliptical_light(*plane, circles, call.threads);
-    disk.plane.x = circles.x();
-    disk.plane.y = circles.y();
+    const Place centre = centre_of(galaxy, call.threads);
+    light = elliptical_light(*plane, Ellipses(centre.x, centre.y), call.threads);
+    disk.plane.x = centre.x;
+    disk.plane.y = centre.y;
   }
   disk.plane.inclination = parameters.has("inclination") ? parameters.number("inclination") * degree
                                                          : std::acos(light.axis_ratio);
@@ -188,7 +186,9 @@ int run_unwrap(const OperationCall& call) {
   if (!prints) return 0;
   OperationCall quiet = call;
   if (call.output == "-") quiet.print = [](const std::string&) {};
-  deliver(quiet, {spirals, arms}, arms);
+  const std::vector<std::string> names = {"plane",         "radius", "contrast", "width",
+                                          "width_azimuth", "pitch",  "a1",       "a2"};
+  deliver(quiet, {spirals, printed_columns(call, arms, names)}, arms);
   return 0;
 }
 
