@@ -205,6 +205,40 @@ TEST(StarField, NumbersFollowTheDensity) {
   }
 }
 
+// Cells are anywhere, in layers of every profile. Some bounds are nearly reached.
+TEST(StarField, BoundsAreNotBelowTheEnvelope) {
+  for (const std::string keys :
+       {"rh = 0.3\ninner = 0.2", "rh = 0.2\nbreak_radius = 0.4\nouter_rh = 0.4",
+        "ring_radius = 0.5\nring_width = 0.05\nring_outer_width = 0.1",
+        "ring_radius = 0.4\naxis_ratio = 0.5\nposition_angle = 30\ninner = 0.3",
+        "rh = 0.3\nflare = 3\nlopsidedness = 0.8\nlopsided_angle = 120"}) {
+    SCOPED_TRACE(keys);
+    const auto galaxy = parse_galaxy(field_text(keys + "\nz0 = 0.05\nnoise = false"));
+    const StarField& field = field_of(*galaxy);
+    double closest = 0;
+    for (std::uint64_t i = 0; i < 3000; ++i) {
+      const auto u = [&](std::uint64_t k) { return 2 * to_unit(hash_words({i, k})) - 1; };
+      StarField::Cell cell{{u(0), u(1), 0.2 * u(2)}, std::exp2(-4 - 2 * u(3)), 0, 0};
+      const double bound = field.bound(cell);
+      SampleBatch batch;
+      BatchArray x{}, y{}, z{}, envelope;
+      constexpr std::size_t points = 20;
+      for (std::size_t k = 0; k < points; ++k) {
+        x[k] = static_cast<float>(cell.centre[0] + cell.half * u(10 + 3 * k));
+        y[k] = static_cast<float>(cell.centre[1] + cell.half * u(11 + 3 * k));
+        z[k] = static_cast<float>(cell.centre[2] + cell.half * u(12 + 3 * k));
+      }
+      galaxy->fill_batch({x.data(), y.data(), z.data(), points}, false, batch);
+      field.envelope(batch, envelope.data());
+      for (std::size_t k = 0; k < points; ++k) {
+        ASSERT_LE(envelope[k], bound * (1 + 1e-5) + 1e-12);
+        if (bound > 1e-3) closest = std::max(closest, envelope[k] / bound);
+      }
+    }
+    EXPECT_GT(closest, 0.7);
+  }
+}
+
 // No trace of cells: places within the cells of any level are even, and as many stars are near a
 // cell's wall as anywhere.
 TEST(StarField, CellsLeaveNoTrace) {

@@ -19,7 +19,8 @@ struct Shape {
 };
 
 std::string component(const std::string& kind, const std::string& keys) {
-  return "[[component]]\nclass = \"" + kind + "\"\n" + (kind == "dust" ? "" : "sed = \"flat_fnu\"\n") +
+  return "[[component]]\nclass = \"" + kind + "\"\n" +
+         (kind == "dust" ? "" : "sed = \"flat_fnu\"\n") +
          (kind == "sersic" || kind == "bar" ? "" : "noise = false\narm_width = 0\n") + keys;
 }
 

@@ -53,7 +53,7 @@ HWY_INLINE V Gaussian(D d, V u, float centre, float inverse_width) {
   return Exp(d, hn::Mul(hn::Mul(q, q), hn::Set(d, -0.5f)));
 }
 
-/// The envelope, with an absolute error below 2e-6 (1 + c) (1 + k + 1/w) for exact coordinates.
+/// The envelope, with an absolute error below 1.4e-7 (1 + k/n + 1/w + 6 F) for exact coordinates.
 void BarEnvelope(const SampleBatch& batch, const BarKernelInput& in, float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
   const auto one = hn::Set(d, 1.0f);

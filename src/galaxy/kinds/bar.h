@@ -15,7 +15,7 @@ struct BarShape {
   double z0 = 0.02;            ///< galaxy radii
   double peanut = 0;           ///< P
   double peanut_radius = 0.4;  ///< x_P, in a
-  double peanut_width = 0.18;  ///< s_P, in a
+  double peanut_width = 0.22;  ///< s_P, in a
   double ansae = 0;            ///< F
   double position_angle = 0;
 };

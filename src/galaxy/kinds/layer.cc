@@ -335,33 +335,45 @@ double Layer::envelope_integral() const {
 
 double Layer::uneven_integral() const {
   // Midpoint rules in t and psi, m = end t^2, over the envelope in the plane.
-  constexpr int radial = 600;
-  constexpr std::size_t azimuthal = 512;
+  constexpr int radial = 500;
+  const std::size_t azimuthal = follows_arms() ? 512 : 32;
+  // The mean taper at equal steps of r, between which it is linear.
+  constexpr std::size_t steps = 1500;
+  std::vector<double> tapers(steps + 2, 0.0);
+  for (std::size_t k = 0; k < steps; ++k) {
+    const double r = static_cast<double>(k) / steps;
+    tapers[k] = mean_taper(r, shape_.z0 * shape_.flare_at(r));
+  }
+  const auto taper_of = [&](double r) {
+    const double at = std::min(r, 1.0) * steps;
+    const auto k = static_cast<std::size_t>(at);
+    return std::lerp(tapers[k], tapers[k + 1], at - static_cast<double>(k));
+  };
   double sum = 0;
+  SampleBatch batch{};
+  BatchArray flare, values;
   for (int i = 0; i < radial; ++i) {
     const double t = (i + 0.5) / radial, m = law_.end() * t * t;
-    for (std::size_t first = 0; first < azimuthal; first += batch_capacity) {
-      SampleBatch batch{};
+    for (std::size_t first = 0; first < azimuthal; first += batch.size) {
       batch.size = std::min(batch_capacity, azimuthal - first);
       for (std::size_t k = 0; k < batch.size; ++k) {
-        const double psi = 2 * pi * ((static_cast<double>(first + k) + 0.5) / azimuthal - 0.5);
+        const double share =
+            (static_cast<double>(first + k) + 0.5) / static_cast<double>(azimuthal);
         batch.r[k] = static_cast<float>(m);
-        batch.azimuth[k] = static_cast<float>(psi);
+        batch.azimuth[k] = static_cast<float>(2 * pi * (share - 0.5));
+        flare[k] = 1;
       }
-      BatchArray flare;
-      std::fill_n(flare.data(), batch.size, 1.0f);
       place(batch, flare);
       for (std::size_t k = 0; k < batch.size; ++k) {
-        const double taper = mean_taper(double{batch.r[k]}, shape_.z0 * double{flare[k]});
-        batch.taper[k] = flare[k] * static_cast<float>(taper);
+        batch.taper[k] = flare[k] * static_cast<float>(taper_of(double{batch.r[k]}));
       }
       arms_.winding(batch.r.data(), batch.size, batch.winding.data());
-      BatchArray values;
       envelope(batch, values.data());
       for (std::size_t k = 0; k < batch.size; ++k) sum += t * m * double{values[k]};
     }
   }
-  return 2 * pi * shape_.radial.axis_ratio * 2 * law_.end() * sum / radial / azimuthal;
+  return 2 * pi * shape_.radial.axis_ratio * 2 * law_.end() * sum / radial /
+         static_cast<double>(azimuthal);
 }
 
 /// Cells that hold equal shares of m f, of the angle psi and of sech^2.
@@ -490,14 +502,15 @@ ColumnScale Layer::column_scale(const double nearest[3], const double direction[
   if (height - reach > seen_heights * shape_.z0 * largest_flare) return {};
   const double cosine = std::abs(direction[2]);
   const double sine = std::sqrt(std::max(1 - cosine * cosine, 0.0));
-  const double length = law_.length() * shape_.radial.axis_ratio;
-  double scale = column_lengths * std::min(length, std::hypot(length * cosine, shape_.z0 * sine));
+  const double shortest = law_.length() * shape_.radial.axis_ratio;
+  double scale =
+      column_lengths * std::min(shortest, std::hypot(shortest * cosine, shape_.z0 * sine));
   if (shape_.inner > 0 && distance - reach < 2 * shape_.inner) {
     scale = std::min(
         scale, std::hypot(rim_width * shape_.inner * cosine, column_lengths * shape_.z0 * sine));
   }
   const double r = std::max(plane_radius(nearest, direction) - reach, 0.0);
-  if (!shape_.radial.is_ring()) scale = std::min(scale, std::hypot(r, cusp_lengths * length));
+  if (!shape_.radial.is_ring()) scale = std::min(scale, std::hypot(r, cusp_lengths * shortest));
   // Arms extend over many rays, whose errors average out like those of a texture.
   const double frequency = texture_frequency();
   double texture = frequency > 0 ? texture_periods / frequency : HUGE_VAL;

@@ -504,7 +504,7 @@ class Bar:
         self.power, self.n = c.get("boxiness", 2.8), c.get("index", 0.5)
         self.decline, self.cut = c.get("decline", 1), c.get("cut", 0.08)
         self.z0, self.peanut = c.get("z0", 0.02), c.get("peanut", 0)
-        self.place, self.spread = c.get("peanut_radius", 0.4), c.get("peanut_width", 0.18)
+        self.place, self.spread = c.get("peanut_radius", 0.4), c.get("peanut_width", 0.22)
         self.ansae = c.get("ansae", 0)
 
     def plane(self, u, v):
