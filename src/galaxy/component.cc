@@ -86,8 +86,7 @@ std::vector<ComponentKind>& registry() {
   static std::vector<ComponentKind> kinds = [] {
     std::vector<ComponentKind> result;
     for (const auto kind : {bulge_kind, disk_kind, stars_kind, dust_kind, veins_kind,
-                            veins_light_kind, starfield_kind, sersic_kind,
-                            associations_kind}) {
+                            veins_light_kind, starfield_kind, sersic_kind, associations_kind}) {
       result.push_back(with_shared_parameters(kind()));
     }
     return result;

@@ -196,6 +196,13 @@ std::string least_of(const ComponentKind& kind, const std::string& key) {
   // The noise takes time, and is tested on its own.
   if (kind.noise) text += "noise = false\n";
   if (kind.name.starts_with("veins") && key != "octaves") text += "octaves = 1\n";
+  // Dense, equal clumps need few points.
+  if (kind.name == "associations") {
+    for (const std::string even :
+         {"clustering = 0\n", "luminosity_range = 1\n", "number = 1e5\n"}) {
+      if (!even.starts_with(key + " ")) text += even;
+    }
+  }
   return text;
 }
 
@@ -275,7 +282,7 @@ TEST(GalaxyFile, ErrorsOfComponents) {
   EXPECT_EQ(
       galaxy_error("[[component]]\nclass = \"bulg\""),
       "g.toml:2:9: unknown class 'bulg'; known are 'bulge', 'disk', 'stars', 'dust', 'veins', "
-      "'veins_light', 'starfield', 'sersic', 'gaussian'; did you mean 'bulge'?");
+      "'veins_light', 'starfield', 'sersic', 'associations', 'gaussian'; did you mean 'bulge'?");
   EXPECT_EQ(galaxy_error("[[component]]\nclass = \"disk\""),
             "g.toml:1:1: component 'disk1': missing key 'sed' in a [[component]] of class 'disk'");
   EXPECT_EQ(
