@@ -71,13 +71,14 @@ double integral_of(const SurfaceDensity& density) {
 /// The density of a clump's light in t = z/R, normalised.
 double light_at_height(double t) {
   const double rest = std::max(1 - t * t, 0.0);
-  return (pi / 4 * std::pow(rest, 4) + double{core_height} * pi / 13 * std::pow(rest, 13)) /
-         profile_volume;
+  const double fourth = rest * rest * rest * rest;
+  const double thirteenth = fourth * fourth * fourth * rest;
+  return (pi / 4 * fourth + double{core_height} * pi / 13 * thirteenth) / profile_volume;
 }
 
 /// sech^2(z/z0) convolved with the density of a clump's light in z.
 double seen_layer(double z, double radius, double z0) {
-  using Rule = boost::math::quadrature::gauss<double, 30>;
+  using Rule = boost::math::quadrature::gauss<double, 20>;
   if (radius < z0) {
     return Rule::integrate(
         [&](double t) {

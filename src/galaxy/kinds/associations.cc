@@ -10,7 +10,7 @@ namespace gamer {
 namespace {
 
 // Points of the surface density's grid along each axis.
-constexpr int density_points = 513;
+constexpr int density_points = 257;
 
 // Surface density below which clumps are fainter instead of rarer, as a share of the largest.
 constexpr float least_density = 1e-3f;
