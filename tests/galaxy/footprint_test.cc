@@ -134,6 +134,11 @@ TEST(EveryTexture, SparseClumpsKeepTheirLight) {
       2e-2);
   expect_light("[[component]]\nclass = \"veins_light\"\nsed = \"flat\"\nclumpiness = 4\n" + layer,
                2e-2);
+  expect_light(
+      "[[component]]\nclass = \"associations\"\nsed = \"flat\"\narm_width = 4\n"
+      "number = 3e4\nluminosity_range = 50\n" +
+          layer,
+      2e-2);
 }
 
 TEST(EveryTexture, FollowersKeepTheirLight) {

@@ -200,6 +200,13 @@ std::string least_of(const ComponentKind& kind, const std::string& key) {
   if (key == "outer_rh" || key == "break_sharpness") text += "break_radius = 0.5\n";
   if (key == "ring_width" || key == "ring_outer_width") text += "ring_radius = 0.5\n";
   if (key == "position_angle" && kind.name != "bar") text += "axis_ratio = 0.5\n";
+  // Dense, equal clumps need few points.
+  if (kind.name == "associations") {
+    for (const std::string even :
+         {"clustering = 0\n", "luminosity_range = 1\n", "number = 1e5\n"}) {
+      if (!even.starts_with(key + " ")) text += even;
+    }
+  }
   return text;
 }
 
@@ -279,7 +286,8 @@ TEST(GalaxyFile, ErrorsOfComponents) {
   EXPECT_EQ(
       galaxy_error("[[component]]\nclass = \"bulg\""),
       "g.toml:2:9: unknown class 'bulg'; known are 'bulge', 'disk', 'stars', 'dust', 'veins', "
-      "'veins_light', 'starfield', 'sersic', 'bar', 'gaussian'; did you mean 'bulge'?");
+      "'veins_light', 'starfield', 'sersic', 'associations', 'bar', 'gaussian'; did you mean "
+      "'bulge'?");
   EXPECT_EQ(galaxy_error("[[component]]\nclass = \"disk\""),
             "g.toml:1:1: component 'disk1': missing key 'sed' in a [[component]] of class 'disk'");
   EXPECT_EQ(

@@ -31,6 +31,7 @@ const std::string all_parts =
     "noise = {octaves = 3, combination = \"multiplicative\", amplitude = 3, warp = 0.05}\n"
     "[[component]]\nclass = \"dust\"\nnoise = {octaves = 3, combination = \"ridged\"}\n"
     "[[component]]\nclass = \"veins\"\noctaves = 2\n"
+    "[[component]]\nclass = \"associations\"\nsed = \"flat\"\nfraction = 0.1\n"
     "[[component]]\nclass = \"starfield\"\nnumber = 1e4\nfraction = 0.2\nnoise = {octaves = 2}\n";
 
 GalaxySettings quick_settings() {
@@ -282,14 +283,14 @@ TEST(GalaxyStatistics, HasPartsOfTexturedComponents) {
     return parts;
   };
   const auto galaxy = read_galaxy(all_parts, quick_settings());
-  // Textures of a follower, a disk, a star field and two kinds of dust; means of these and of the
-  // follower without a texture; the star field's largest Phi.
+  // Textures of a follower, a disk, associations, a star field and two kinds of dust; means of
+  // these and of the follower without a texture; the star field's largest Phi.
   const std::vector<std::size_t> parts = parts_of(*galaxy);
-  EXPECT_EQ(parts[0], 5u);
-  EXPECT_EQ(parts[1], 6u);
+  EXPECT_EQ(parts[0], 6u);
+  EXPECT_EQ(parts[1], 7u);
   EXPECT_EQ(parts[3], 1u);
   // Two kinds of dust, each of three obliquities.
-  EXPECT_EQ(parts_of(*galaxy->reference()), (std::vector<std::size_t>{5, 2, 0, 2 * 3}));
+  EXPECT_EQ(parts_of(*galaxy->reference()), (std::vector<std::size_t>{6, 2, 0, 2 * 3}));
   const auto smooth = read_galaxy(
       "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = false\n", quick_settings());
   EXPECT_EQ(parts_of(*smooth), (std::vector<std::size_t>{0, 0, 0, 0}));

@@ -31,6 +31,7 @@ const char* const all_classes =
     "[[component]]\nclass = \"dust\"\nnoise = {octaves = 3, combination = \"ridged\"}\n"
     "[[component]]\nclass = \"veins\"\noctaves = 2\n"
     "[[component]]\nclass = \"veins_light\"\nsed = \"flat\"\noctaves = 2\nfraction = 0.1\n"
+    "[[component]]\nclass = \"associations\"\nsed = \"flat\"\nfraction = 0.1\n"
     "[[component]]\nclass = \"starfield\"\nnumber = 1e4\nfraction = 0.2\nnoise = {octaves = 2}\n";
 
 std::vector<double> render(int threads) {

@@ -73,18 +73,69 @@ HWY_INLINE VU Mix32(DU du, VU word) {
   return hn::Xor(word, hn::ShiftRight<16>(word));
 }
 
+/// A point in a lattice, and what decides which clumps are there.
+template <class V>
+struct LatticePlace {
+  V x, y;     ///< cells
+  V z;        ///< galaxy radii
+  V inverse;  ///< of the probability that a cell holds a clump
+};
+
+/// The light of the clumps in the four cells next to a place.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V ClumpLight(D d, const ClumpLevel& level, const LatticePlace<V>& at) {
+  const hn::RebindToSigned<D> di;
+  const hn::RebindToUnsigned<D> du;
+  constexpr std::uint32_t low_bits = 0xFFFF;
+  constexpr float widest = 0.25f * 1.0001f;  // square, with a margin for rounding
+  const V zero = hn::Zero(d), one = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f);
+  const auto unit = [&](auto word) HWY_ATTR {
+    return hn::Mul(hn::ConvertTo(d, hn::BitCast(di, word)), hn::Set(d, 0x1p-16f));
+  };
+  const auto index_of = [&](V x) HWY_ATTR { return hn::BitCast(du, hn::ConvertTo(di, x)); };
+  const V slope = hn::Mul(at.inverse, hn::Set(d, -0.5f / fade_range));
+  const V start = hn::Set(d, 0.5f * (1 + fade_range) / fade_range);
+  const V x = hn::Floor(hn::Sub(at.x, half)), y = hn::Floor(hn::Sub(at.y, half));
+  const auto across = hn::Mul(index_of(x), hn::Set(du, lattice_px));
+  const auto along =
+      hn::Add(hn::Mul(index_of(y), hn::Set(du, lattice_py)), hn::Set(du, level.seed));
+  V light = zero;
+  for (std::uint32_t corner = 0; corner < 4; ++corner) {
+    const std::uint32_t i = corner & 1, j = corner >> 1;
+    const auto word = Mix32(du, hn::Xor(hn::Add(across, hn::Set(du, i * lattice_px)),
+                                        Mix32(du, hn::Add(along, hn::Set(du, j * lattice_py)))));
+    const auto again = Mix32(du, hn::Add(word, hn::Set(du, cell_step)));
+    const V dx = hn::Sub(hn::Sub(hn::Sub(at.x, x), hn::Set(d, static_cast<float>(i))),
+                         unit(hn::And(word, hn::Set(du, low_bits))));
+    const V dy = hn::Sub(hn::Sub(hn::Sub(at.y, y), hn::Set(d, static_cast<float>(j))),
+                         unit(hn::ShiftRight<16>(word)));
+    const V across2 = hn::MulAdd(dx, dx, hn::Mul(dy, dy));
+    V weight = hn::MulAdd(unit(hn::And(again, hn::Set(du, low_bits))), slope, start);
+    weight = hn::Min(hn::Max(weight, zero), one);
+    // No clump is wider than a cell, and most cells are empty.
+    const auto counts = hn::And(hn::Lt(across2, hn::Set(d, widest)), hn::Gt(weight, zero));
+    if (hn::AllFalse(d, counts)) continue;
+    const auto kind = hn::BitCast(di, hn::ShiftRight<32 - clump_bits>(again));
+    const V dz = hn::Sub(at.z, hn::GatherIndex(d, level.height.data(), kind));
+    const V square =
+        hn::Mul(hn::MulAdd(dz, dz, hn::Mul(across2, hn::Set(d, level.cell * level.cell))),
+                hn::GatherIndex(d, level.inverse_square.data(), kind));
+    const V rest = hn::Max(hn::Sub(one, square), zero);
+    const V cube = hn::Mul(hn::Mul(rest, rest), rest);
+    const V ninth = hn::Mul(hn::Mul(cube, cube), cube);
+    const V profile = hn::Mul(cube, hn::MulAdd(ninth, hn::Set(d, core_height), one));
+    const V height = hn::GatherIndex(d, level.amplitude.data(), kind);
+    light = hn::MulAdd(hn::Mul(weight, height), profile, light);
+  }
+  return light;
+}
+
 void AddClumps(const Points& points, const ClumpLevel& level, const float* HWY_RESTRICT density,
                const float* HWY_RESTRICT complexes, const float* footprints,
                float* HWY_RESTRICT sum) {
   const hn::ScalableTag<float> d;
-  const hn::RebindToSigned<decltype(d)> di;
-  const hn::RebindToUnsigned<decltype(d)> du;
   const auto one = hn::Set(d, 1.0f);
-  const auto half = hn::Set(d, 0.5f);
-  constexpr std::uint32_t low_bits = 0xFFFF;
-  const auto unit = [&](auto word) HWY_ATTR {
-    return hn::Mul(hn::ConvertTo(d, hn::BitCast(di, word)), hn::Set(d, 0x1p-16f));
-  };
+  const auto cosine = hn::Set(d, level.cosine), sine = hn::Set(d, level.sine);
   for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
     auto seen = one;
     if (footprints != nullptr) {
@@ -93,52 +144,15 @@ void AddClumps(const Points& points, const ClumpLevel& level, const float* HWY_R
     }
     auto occupancy = hn::Mul(hn::Mul(hn::Load(d, density + i), hn::Set(d, level.occupancy)),
                              hn::Load(d, complexes + i));
-    occupancy = hn::Min(hn::Max(occupancy, hn::Set(d, least_occupancy)),
-                        hn::Set(d, most_occupancy));
-    const auto inverse = hn::Div(one, occupancy);
-    const auto slope = hn::Mul(inverse, hn::Set(d, -0.5f / fade_range));
-    const auto start = hn::Set(d, 0.5f * (1 + fade_range) / fade_range);
-    const auto px = hn::Load(d, points.x + i), py = hn::Load(d, points.y + i);
-    const auto pz = hn::Load(d, points.z + i);
-    const auto x = hn::MulAdd(px, hn::Set(d, level.cosine),
-                              hn::MulAdd(py, hn::Set(d, level.sine), hn::Set(d, level.offset_x)));
-    const auto y = hn::MulAdd(py, hn::Set(d, level.cosine),
-                              hn::NegMulAdd(px, hn::Set(d, level.sine),
-                                            hn::Set(d, level.offset_y)));
-    const auto first_x = hn::Floor(hn::Sub(x, half)), first_y = hn::Floor(hn::Sub(y, half));
-    const auto from_x = hn::Sub(x, first_x), from_y = hn::Sub(y, first_y);
-    const auto across = hn::Mul(hn::BitCast(du, hn::ConvertTo(di, first_x)),
-                                hn::Set(du, lattice_px));
-    const auto along = hn::Add(hn::Mul(hn::BitCast(du, hn::ConvertTo(di, first_y)),
-                                       hn::Set(du, lattice_py)),
-                               hn::Set(du, level.seed));
-    auto light = hn::Zero(d);
-    for (std::uint32_t corner = 0; corner < 4; ++corner) {
-      const std::uint32_t a = corner & 1, b = corner >> 1;
-      const auto word = Mix32(
-          du, hn::Xor(hn::Add(across, hn::Set(du, a * lattice_px)),
-                      Mix32(du, hn::Add(along, hn::Set(du, b * lattice_py)))));
-      const auto again = Mix32(du, hn::Add(word, hn::Set(du, cell_step)));
-      const auto dx = hn::Sub(hn::Sub(from_x, hn::Set(d, static_cast<float>(a))),
-                              unit(hn::And(word, hn::Set(du, low_bits))));
-      const auto dy = hn::Sub(hn::Sub(from_y, hn::Set(d, static_cast<float>(b))),
-                              unit(hn::ShiftRight<16>(word)));
-      const auto number = unit(hn::And(again, hn::Set(du, low_bits)));
-      auto weight = hn::MulAdd(number, slope, start);
-      weight = hn::Min(hn::Max(weight, hn::Zero(d)), one);
-      const auto index = hn::BitCast(di, hn::ShiftRight<32 - clump_bits>(again));
-      const auto dz = hn::Sub(pz, hn::GatherIndex(d, level.height.data(), index));
-      const auto plane = hn::Mul(hn::MulAdd(dx, dx, hn::Mul(dy, dy)),
-                                 hn::Set(d, level.cell * level.cell));
-      const auto square = hn::Mul(hn::MulAdd(dz, dz, plane),
-                                  hn::GatherIndex(d, level.inverse_square.data(), index));
-      const auto rest = hn::Max(hn::Sub(one, square), hn::Zero(d));
-      const auto cube = hn::Mul(hn::Mul(rest, rest), rest);
-      const auto ninth = hn::Mul(hn::Mul(cube, cube), cube);
-      const auto profile = hn::Mul(cube, hn::MulAdd(ninth, hn::Set(d, core_height), one));
-      light = hn::MulAdd(hn::Mul(weight, hn::GatherIndex(d, level.amplitude.data(), index)),
-                         profile, light);
-    }
+    occupancy = hn::Max(occupancy, hn::Set(d, least_occupancy));
+    const auto inverse = hn::Div(one, hn::Min(occupancy, hn::Set(d, most_occupancy)));
+    const auto x = hn::Load(d, points.x + i), y = hn::Load(d, points.y + i);
+    const auto right = hn::MulAdd(y, sine, hn::Set(d, level.offset_x));
+    const auto up = hn::NegMulAdd(x, sine, hn::Set(d, level.offset_y));
+    const auto light = ClumpLight(
+        d, level,
+        LatticePlace<hn::Vec<decltype(d)>>{hn::MulAdd(x, cosine, right), hn::MulAdd(y, cosine, up),
+                                           hn::Load(d, points.z + i), inverse});
     const auto excess = hn::MulSub(light, inverse, one);
     hn::Store(hn::MulAdd(hn::Mul(seen, hn::Set(d, level.share)), excess, hn::Load(d, sum + i)), d,
               sum + i);

@@ -36,6 +36,10 @@ constexpr double shortest_wavelength = 2;
 // Largest number of octaves. The last is no shorter than the diameter of the smallest clumps.
 constexpr std::size_t most_octaves = 7;
 
+// Share of the layer's light, about the plane, whose heights clumps have. Clumps further out would
+// be few and, relative to the envelope, very bright.
+constexpr double layer_share = 0.96;
+
 // Offsets of lattices, cells.
 constexpr double largest_offset = 16;
 
@@ -67,13 +71,14 @@ double integral_of(const SurfaceDensity& density) {
 /// The density of a clump's light in t = z/R, normalised.
 double light_at_height(double t) {
   const double rest = std::max(1 - t * t, 0.0);
-  return (pi / 4 * std::pow(rest, 4) + double{core_height} * pi / 13 * std::pow(rest, 13)) /
-         profile_volume;
+  const double fourth = rest * rest * rest * rest;
+  const double thirteenth = fourth * fourth * fourth * rest;
+  return (pi / 4 * fourth + double{core_height} * pi / 13 * thirteenth) / profile_volume;
 }
 
 /// sech^2(z/z0) convolved with the density of a clump's light in z.
 double seen_layer(double z, double radius, double z0) {
-  using Rule = boost::math::quadrature::gauss<double, 30>;
+  using Rule = boost::math::quadrature::gauss<double, 20>;
   if (radius < z0) {
     return Rule::integrate(
         [&](double t) {
@@ -100,7 +105,8 @@ const std::vector<double>& unit_heights() {
     std::vector<double> below(steps + 1, 0.0);
     for (int i = 0; i < steps; ++i) {
       below[static_cast<std::size_t>(i) + 1] =
-          below[static_cast<std::size_t>(i)] + light_at_height(2 * (i + 0.5) / steps - 1) * 2 / steps;
+          below[static_cast<std::size_t>(i)] +
+          light_at_height(2 * (i + 0.5) / steps - 1) * 2 / steps;
     }
     std::vector<double> result;
     for (std::size_t k = 0; k < clump_count; ++k) {
@@ -132,8 +138,9 @@ ParameterTable AssociationParameters::table() const {
                 "ratio of the largest to the smallest L"),
       number_of("size_exponent", "", Interval::closed(2, 10), size_exponent,
                 "b: diameters D of clumps have L ~ D^b"),
-      number_of("largest", "galaxy radii", Interval::closed(1e-4, 0.5), largest,
-                "diameter of the brightest clumps; half of a clump's light is within 0.38 D"),
+      number_of(
+          "largest", "galaxy radii", Interval::closed(1e-4, 0.5), largest,
+          "diameter of the brightest clumps; half of a clump's light is within 0.14 D of its axis"),
       number_of("complex_size", "galaxy radii", Interval::closed(1e-4, 1), complex_size,
                 "size of the largest complexes; smaller ones follow in steps of 2"),
       number_of("clustering", "", Interval::closed(0, 1.5), clustering,
@@ -191,12 +198,11 @@ void AssociationTexture::add_level(int index, double least, double most) {
   level.seed = static_cast<std::uint32_t>(word(3));
   level.cell = static_cast<float>(cell);
   const bool is_single = p.luminosity_range == 1;
-  const double number_share = is_single ? 1
-                                        : power_integral(-slope, least, most) /
-                                              power_integral(-slope, faintest, 1);
-  const double light_share = is_single ? 1
-                                       : power_integral(1 - slope, least, most) /
-                                             power_integral(1 - slope, faintest, 1);
+  const double number_share =
+      is_single ? 1 : power_integral(-slope, least, most) / power_integral(-slope, faintest, 1);
+  const double light_share =
+      is_single ? 1
+                : power_integral(1 - slope, least, most) / power_integral(1 - slope, faintest, 1);
   level.occupancy = static_cast<float>(p.number * number_share * cell * cell);
   level.share = static_cast<float>((1 - p.diffuse) * light_share);
   level.frequency = static_cast<float>(2 * seen_frequency / cell);
@@ -210,12 +216,12 @@ void AssociationTexture::add_level(int index, double least, double most) {
     const double radius = 0.5 * p.largest * std::pow(light[k], 1 / p.size_exponent);
     double u[3];
     R3Sequence().point(k, u);
-    const double z = z0_ * std::atanh(2 * u[0] - 1) + radius * unit_heights()[k];
+    const double z = z0_ * std::atanh(layer_share * (2 * u[0] - 1)) + radius * unit_heights()[k];
     level.height.push_back(static_cast<float>(z));
     level.inverse_square.push_back(static_cast<float>(1 / (radius * radius)));
-    level.amplitude.push_back(
-        static_cast<float>(light[k] / mean * cell * cell * 2 * z0_ /
-                           (profile_volume * radius * radius * radius * seen_layer(z, radius, z0_))));
+    level.amplitude.push_back(static_cast<float>(
+        light[k] / mean * cell * cell * 2 * z0_ /
+        (profile_volume * radius * radius * radius * seen_layer(z, radius, z0_))));
   }
   levels_.push_back(std::move(level));
 }
@@ -225,8 +231,7 @@ void AssociationTexture::add_octaves() {
   before_.assign(levels_.size(), 0);
   if (p.clustering == 0) return;
   contrast_ = static_cast<float>(p.clustering / std::sqrt(p.kind->variance()));
-  const double smallest =
-      p.largest * std::pow(p.luminosity_range, -1 / p.size_exponent);
+  const double smallest = p.largest * std::pow(p.luminosity_range, -1 / p.size_exponent);
   double wavelength = complex_wavelength * p.complex_size;
   do {
     const auto index = static_cast<std::uint64_t>(octaves_.size());
@@ -272,8 +277,8 @@ void AssociationTexture::look(const Points& points, std::span<const float* const
   std::fill_n(product[0].data(), padded(points.size), 1.0f);
   for (std::size_t v = 0; v < footprints.size(); ++v) {
     for (std::size_t k = 0; k < octaves_.size(); ++k) {
-      multiply_octave(points.size, noise[k].data(), contrast_, octaves_[k].frequency,
-                      footprints[v], product[k].data(), product[k + 1].data());
+      multiply_octave(points.size, noise[k].data(), contrast_, octaves_[k].frequency, footprints[v],
+                      product[k].data(), product[k + 1].data());
     }
     std::fill_n(sum.data(), padded(points.size), 0.0f);
     for (std::size_t l = 0; l < levels_.size(); ++l) {

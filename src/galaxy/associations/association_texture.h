@@ -35,18 +35,19 @@ struct AssociationParameters {
 /// The texture of young stars: clumps whose luminosities have the distribution dN/dL ~ L^-a between
 /// cut-offs, of diameters D ~ L^(1/size_exponent), in complexes.
 ///
-/// Clumps are grouped in levels l, within each of which diameters differ by at most 2. A level has a
-/// square lattice whose cells are as large as its largest clump, turned by an angle of its own. A
+/// Clumps are grouped in levels l, within each of which diameters differ by at most 2. A level has
+/// a square lattice whose cells are as large as its largest clump, turned by an angle of its own. A
 /// cell's hash gives a place within the cell, a number u in [0, 1) and one of clump_count clumps.
 /// These are quantiles of the level's luminosities, with heights z_k above the plane. A clump has
-/// the profile K = A_k (1 - r^2/R_k^2)^3 within R_k = D_k/2. It is there where u < p; p is the
-/// surface density of clumps, times the cell's area. Within u = p (1 +- fade_range) it fades. The
-/// density is that of the layer, times the product M_l of octaves clamp(1 + c noise/sigma, 0, 2)
-/// that are longer than twice the level's largest diameter. With M the product of all octaves,
+/// the profile K_k = A_k (q^3 + core_height q^12), q = 1 - r^2/R_k^2. It is there where u < p; p is
+/// the surface density of clumps, times the cell's area. Within u = p (1 +- fade_range) it fades.
+/// The density is that of the layer, times the product M_l of octaves clamp(1 + c noise/sigma, 0,
+/// 2) that are longer than twice the level's largest diameter. With M the product of all octaves,
 ///   Phi = M (1 + sum_l share_l (sum_k w_k K_k/p - 1)).
-/// The heights follow sech^2(z/z0) convolved with the clump's profile, and A_k is inverse to this
-/// density. <Phi> over all seeds is thus 1 everywhere, and a clump emits its light exactly in the
-/// layer (without octaves below its size). `diffuse` is the share of the light without clumps.
+/// The heights follow sech^2(z/z0) convolved with the clump's profile, without the layer's edge.
+/// A_k makes each clump emit its luminosity exactly, without octaves below its size. The mean of
+/// Phi over all seeds and heights is thus 1 at every (x, y). `diffuse` is the share of the light
+/// outside clumps.
 ///
 /// A ray of footprint w sees a share of a level and of an octave, as in FractalNoise; the rest
 /// counts by its mean.

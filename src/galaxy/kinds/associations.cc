@@ -10,10 +10,13 @@ namespace gamer {
 namespace {
 
 // Points of the surface density's grid along each axis.
-constexpr int density_points = 513;
+constexpr int density_points = 257;
 
 // Surface density below which clumps are fainter instead of rarer, as a share of the largest.
 constexpr float least_density = 1e-3f;
+
+// Default of z0: 90 pc for a radius of 15 kpc.
+constexpr double young_height = 0.006;
 
 /// A disk of clumps whose number follows its envelope.
 class Associations : public Layer {
@@ -55,7 +58,8 @@ class Associations : public Layer {
 
 ParameterTable layer_parameters() {
   ParameterTable table;
-  for (const Parameter& parameter : Layer::parameters()) {
+  for (Parameter parameter : Layer::parameters()) {
+    if (parameter.name == "z0") parameter.default_value = young_height;
     if (parameter.name != "twirl") table.push_back(parameter);
   }
   return table;
