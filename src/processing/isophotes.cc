@@ -131,8 +131,10 @@ double half_turn(double angle) {
 
 std::vector<Isophote> isophotes(const Image& image, const IsophoteOptions& options) {
   std::vector<Isophote> list;
-  for (double radius = options.inner; radius <= options.outer; radius *= 1 + options.step) {
+  double radius = options.inner;
+  while (radius <= options.outer) {
     list.push_back({radius, 1, 0, false, 0, 0, 0});
+    radius *= 1 + options.step;
   }
   if (list.empty()) return list;
   const bool is_given = options.axis_ratio && options.angle;
