@@ -47,7 +47,7 @@ def measured(name, folder, options):
     profile = json.loads(run(GUTIL, "profile", "--planes", f"1,{RED}", "--json", "--overwrite", "--plot",
                              folder / f"{name}_profile.png", small))
     row = shape["morphology"]["rows"][0]
-    values = {title: row[column] for title, column in COLUMNS.items()}
+    values = {title: row[column] if column == "lotz_class" else float(row[column]) for title, column in COLUMNS.items()}
     spiral, rings = arms["spirals"]["rows"][0], arms["arms"]["rows"]
 
     def median(column, by_radius=False):
