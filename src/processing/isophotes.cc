@@ -60,9 +60,11 @@ Ring ring_at(const Image& image, const IsophoteOptions& options, double radius, 
   }
   ring.sigma = std::sqrt(ring.sigma / static_cast<double>(values.size()));
   ring.second /= static_cast<double>(values.size());
-  const double pixels = std::max(1.0, 2 * std::numbers::pi * radius * std::max(1.0, 2 * half) *
-                                          std::sqrt(axis_ratio) * ring.present);
-  ring.error = ring.sigma / std::sqrt(pixels);
+  // Bilinear samples of white noise are alike over 1.5 pixels along a line.
+  constexpr double correlation = 1.5;
+  const double length =
+      2 * std::numbers::pi * radius * std::sqrt((1 + axis_ratio * axis_ratio) / 2) * ring.present;
+  ring.error = ring.sigma / std::sqrt(std::max(1.0, length / correlation));
   return ring;
 }
 
