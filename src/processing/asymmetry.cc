@@ -110,7 +110,7 @@ Asymmetry asymmetry_about(const Image& image, double x, double y, double radius,
 
 Asymmetry least_asymmetry(const Image& image, double x, double y, double radius,
                           const SkyNoise& sky) {
-  constexpr double last_step = 0.01;
+  constexpr int last_power = -6;  // 1/64 pixel
   constexpr double first_share = 1.0 / 32;
   constexpr int most_steps = 100;  // of one length
   std::map<std::pair<double, double>, Asymmetry> known;
@@ -121,8 +121,9 @@ Asymmetry least_asymmetry(const Image& image, double x, double y, double radius,
   };
   Asymmetry best = at(x, y);
   // Steps are powers of two, so that places come out equal and are computed once.
-  double step = std::exp2(std::floor(std::log2(std::max(radius * first_share, 2 * last_step))));
-  for (; step > last_step; step /= 2) {
+  const int first = static_cast<int>(std::floor(std::log2(radius * first_share)));
+  for (int power = std::max(first, last_power); power >= last_power; --power) {
+    const double step = std::exp2(power);
     for (int i = 0; i < most_steps; ++i) {
       const Asymmetry middle = best;
       for (const int dy : {-1, 0, 1}) {

@@ -60,9 +60,11 @@ Ring ring_at(const Image& image, const IsophoteOptions& options, double radius, 
   }
   ring.sigma = std::sqrt(ring.sigma / static_cast<double>(values.size()));
   ring.second /= static_cast<double>(values.size());
-  const double pixels = std::max(1.0, 2 * std::numbers::pi * radius * std::max(1.0, 2 * half) *
-                                          std::sqrt(axis_ratio) * ring.present);
-  ring.error = ring.sigma / std::sqrt(pixels);
+  // Bilinear samples of white noise are alike over 1.5 pixels along a line.
+  constexpr double correlation = 1.5;
+  const double length =
+      2 * std::numbers::pi * radius * std::sqrt((1 + axis_ratio * axis_ratio) / 2) * ring.present;
+  ring.error = ring.sigma / std::sqrt(std::max(1.0, length / correlation));
   return ring;
 }
 
@@ -131,8 +133,10 @@ double half_turn(double angle) {
 
 std::vector<Isophote> isophotes(const Image& image, const IsophoteOptions& options) {
   std::vector<Isophote> list;
-  for (double radius = options.inner; radius <= options.outer; radius *= 1 + options.step) {
+  double radius = options.inner;
+  while (radius <= options.outer) {
     list.push_back({radius, 1, 0, false, 0, 0, 0});
+    radius *= 1 + options.step;
   }
   if (list.empty()) return list;
   const bool is_given = options.axis_ratio && options.angle;

@@ -15,8 +15,9 @@ struct Isophote {
   double angle = 0;        ///< of the major axis, rad from +x towards +y, [0, pi[
   bool is_fitted = false;  ///< false where the shape is given, or that of the neighbour
   double brightness = 0;   ///< mean on the ellipse, per pixel
-  double error = 0;        ///< standard deviation there over the root of the pixels
-  double flux = 0;         ///< sum of the pixels inside, with exact fractions
+  double error =
+      0;  ///< of brightness: standard deviation there over the root of the length in 1.5 pixels
+  double flux = 0;  ///< sum of the pixels inside, with exact fractions
 };
 
 struct IsophoteOptions {

@@ -93,7 +93,7 @@ Operation morphology_operation() {
   operation.description =
       "Each plane has a row; docs/morphology.md defines each number. The Petrosian radius Rp is "
       "where I(r)/<I>(<r) = 0.2. The flux is that within 1.5 Rp. C = 5 log10(r80/r20). A = (min "
-      "sum|I - I180| - noise)/sum|I|; its centre, found to 0.01 pixels, is that of all circles. S "
+      "sum|I - I180| - noise)/sum|I|; its centre, found to 1/64 pixel, is that of all circles. S "
       "= 10 (sum max(0, I - Is) - noise)/sum I, with a box of 0.3 Rp and without the innermost "
       "0.075 Rp; smoothness_lotz has no factor 10, a box of 0.25 Rp, and radii from 0.25 Rp. Gini "
       "and M20 are of the pixels above the mean on the Petrosian ellipse, after a Gaussian of "

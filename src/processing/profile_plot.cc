@@ -40,7 +40,8 @@ double tick_step(double range, int count) {
 void draw_frame(Drawing& drawing, const LinearScale& x, const LinearScale& y,
                 const std::string& title, bool has_numbers_below) {
   const double x_step = tick_step(x.high - x.low, 8);
-  for (double value = std::ceil(x.low / x_step) * x_step; value <= x.high; value += x_step) {
+  for (int i = static_cast<int>(std::ceil(x.low / x_step)); i * x_step <= x.high; ++i) {
+    const double value = i * x_step;
     drawing.colour(grey);
     drawing.line(x(value), y.first, x(value), y.last, 1);
     drawing.colour(black);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <random>
 #include <vector>
 
 #include "galaxy_images.h"
@@ -94,6 +95,40 @@ TEST(Isophotes, ShapesThatChange) {
   EXPECT_NEAR(given.front().axis_ratio, 0.4, 1e-12);
   const auto doubled = on_isophotes(image, options, given);
   EXPECT_EQ(doubled[3].brightness, given[3].brightness);
+}
+
+/// White noise: the errors are those of the brightness, and the list ends where light is lost in
+/// it.
+TEST(Isophotes, OfANoisyDisk) {
+  const auto profile = [](double r) { return 50 * std::exp(-r / 22); };
+  Image image = elliptical(profile, 0.7, 1.2);
+  std::mt19937 generator(7);
+  std::normal_distribution<double> noise(0, 1);
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) image.at(x, y) += noise(generator);
+  }
+  IsophoteOptions options = options_about_the_centre();
+  const auto free = isophotes(image, options);
+  ASSERT_GT(free.size(), 20u);
+  for (const Isophote& one : free) {
+    if (one.radius < 15 || one.radius > 60) continue;
+    EXPECT_TRUE(one.is_fitted);
+    EXPECT_NEAR(one.axis_ratio, 0.7, 0.02);
+    EXPECT_NEAR(one.angle, 1.2, 0.04);
+  }
+  options.axis_ratio = 0.7;
+  options.angle = 1.2;
+  options.inner = 20;
+  options.step = 0.02;
+  double squares = 0;
+  const auto list = isophotes(image, options);
+  for (const Isophote& one : list) {
+    const double deviation = (one.brightness - profile(one.radius)) / one.error;
+    squares += deviation * deviation;
+  }
+  EXPECT_NEAR(std::sqrt(squares / static_cast<double>(list.size())), 1, 0.12);
+  EXPECT_GT(list.back().radius, 120);
+  EXPECT_LT(list.back().radius, 175);
 }
 
 /// Two exponentials joined at a break.
