@@ -1174,7 +1174,7 @@ stars_per_pixel = 0
     with Folder() as folder:
         if own is not None:
             folder.write(f"{name}.toml", own)
-        return run_gamer(folder, text, f"galaxy x y z\n{name} 0 0 0\n")[:, 0, 0, :]
+        return run_gamer(folder, parameters, f"galaxy x y z\n{name} 0 0 0\n")[:, 0, 0, :]
 
 
 def errors(name, count, steps, own=None, ratios=None):
