@@ -73,7 +73,7 @@ std::vector<Clump> clumps(const ClumpLevel& level) {
   const double c = double{level.cosine} * double{level.cell};
   const double s = double{level.sine} * double{level.cell};
   const double cell{level.cell};
-  const double p = std::min(double{level.occupancy} / 4, 1 / 1.1);
+  const double p = std::min(double{level.occupancy} / 4, 1 / 1.3);
   const int reach = static_cast<int>(std::ceil(std::numbers::sqrt2 / cell)) + 1;
   const int shift_x = static_cast<int>(level.offset_x), shift_y = static_cast<int>(level.offset_y);
   for (int i = shift_x - reach; i <= shift_x + reach; ++i) {
@@ -82,7 +82,7 @@ std::vector<Clump> clumps(const ClumpLevel& level) {
       const std::uint32_t word = mixed(static_cast<std::uint32_t>(i) * 0x9e3779b1u ^ mixed(along));
       const std::uint32_t again = mixed(word + 0x9e3779b9u);
       const double number = (again & 0xffff) / 65536.0;
-      const double weight = std::clamp((1.1 - number / p) / 0.2, 0.0, 1.0);
+      const double weight = std::clamp((1.3 - number / p) / 0.6, 0.0, 1.0);
       if (weight == 0) continue;
       const double u = i + (word & 0xffff) / 65536.0 - double{level.offset_x};
       const double v = j + (word >> 16) / 65536.0 - double{level.offset_y};
@@ -182,11 +182,14 @@ TEST(AssociationTexture, LightFollowsTheLuminosityFunction) {
       if (bin >= 0 && bin < bins) ++found[static_cast<std::size_t>(bin)];
     }
     double chi2 = 0;
-    // Half-faded clumps blur the cut-offs.
+    // Half-faded clumps have an even distribution of weights. They blur the cut-offs, and count as
+    // the integral of w^(a - 1).
+    const double faded = 0.7 + 0.6 / slope;
     for (int bin = 1; bin + 1 < bins; ++bin) {
       const double from = std::pow(p.luminosity_range, double(bin) / bins - 1);
       const double to = std::pow(p.luminosity_range, double(bin + 1) / bins - 1);
-      const double expected = p.number * integral(-slope, from, to) / integral(-slope, least, 1);
+      const double expected =
+          faded * p.number * integral(-slope, from, to) / integral(-slope, least, 1);
       const double off = found[static_cast<std::size_t>(bin)] - expected;
       chi2 += off * off / expected;
     }

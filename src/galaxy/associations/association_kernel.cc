@@ -142,9 +142,9 @@ void AddClumps(const Points& points, const ClumpLevel& level, const float* HWY_R
       seen = SeenShare(d, hn::Load(d, footprints + i), level.frequency);
       if (hn::AllFalse(d, hn::Gt(seen, hn::Zero(d)))) continue;
     }
-    auto occupancy = hn::Mul(hn::Mul(hn::Load(d, density + i), hn::Set(d, level.occupancy)),
-                             hn::Load(d, complexes + i));
-    occupancy = hn::Max(occupancy, hn::Set(d, least_occupancy));
+    const auto crowding = hn::Max(hn::Load(d, complexes + i), hn::Set(d, least_complexes));
+    const auto occupancy =
+        hn::Mul(hn::Mul(hn::Load(d, density + i), hn::Set(d, level.occupancy)), crowding);
     const auto inverse = hn::Div(one, hn::Min(occupancy, hn::Set(d, most_occupancy)));
     const auto x = hn::Load(d, points.x + i), y = hn::Load(d, points.y + i);
     const auto right = hn::MulAdd(y, sine, hn::Set(d, level.offset_x));

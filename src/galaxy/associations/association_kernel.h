@@ -19,13 +19,14 @@ constexpr std::size_t clump_count = std::size_t{1} << clump_bits;
 constexpr float core_height = 6;
 
 // Half the range of a clump's random number, relative to the occupancy, in which it fades.
-constexpr float fade_range = 0.1f;
+constexpr float fade_range = 0.3f;
 
 // Largest occupancy of cells; above it clumps become brighter.
 constexpr float most_occupancy = 1 / (1 + fade_range);
 
-// Least occupancy, which keeps quotients finite.
-constexpr float least_occupancy = 1e-20f;
+// Least part of the octaves in the occupancy. Below it clumps become fainter, so that they have no
+// sharp edges where the octaves vanish.
+constexpr float least_complexes = 0.15f;
 
 /// The clumps of a level: one in each occupied cell of a square lattice.
 struct ClumpLevel {

@@ -26,13 +26,13 @@ constexpr double level_ratio = 2;
 
 // Frequencies of a level of largest radius R, times R: for the visibility, and of its sharpest
 // features.
-constexpr double seen_frequency = 1.3;
+constexpr double seen_frequency = 1.8;
 constexpr double sharp_frequency = 1.0;
 
 // Wavelengths of octaves: the first in sizes of complexes, and the shortest that decides which
 // cells of a level are occupied, in diameters of its largest clump.
 constexpr double complex_wavelength = 2;
-constexpr double shortest_wavelength = 2;
+constexpr double shortest_wavelength = 4;
 // Largest number of octaves. The last is no shorter than the diameter of the smallest clumps.
 constexpr std::size_t most_octaves = 7;
 

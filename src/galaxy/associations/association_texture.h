@@ -42,7 +42,7 @@ struct AssociationParameters {
 /// the profile K_k = A_k (q^3 + core_height q^12), q = 1 - r^2/R_k^2. It is there where u < p; p is
 /// the surface density of clumps, times the cell's area. Within u = p (1 +- fade_range) it fades.
 /// The density is that of the layer, times the product M_l of octaves clamp(1 + c noise/sigma, 0,
-/// 2) that are longer than twice the level's largest diameter. With M the product of all octaves,
+/// 2) longer than four of the largest diameters of the level. With M the product of all octaves,
 ///   Phi = M (1 + sum_l share_l (sum_k w_k K_k/p - 1)).
 /// The heights follow sech^2(z/z0) convolved with the clump's profile, without the layer's edge.
 /// A_k makes each clump emit its luminosity exactly, without octaves below its size. The mean of

@@ -655,9 +655,10 @@ class Associations:
         density, total = self.surface_density(p), one
         for level in self.levels:
             cell = level["cell"]
-            occupancy = level["occupancy"] * density * np.prod(
-                [one] + [f for wavelength, f in factors if wavelength >= 2 * cell], axis=0)
-            occupancy = np.clip(occupancy, 1e-20, 1 / 1.1)
+            crowding = np.prod([one] + [f for wavelength, f in factors if wavelength >= 4 * cell],
+                               axis=0)
+            occupancy = np.minimum(level["occupancy"] * density * np.maximum(crowding, 0.15),
+                                   1 / 1.3)
             s, c = math.sin(level["angle"]) / cell, math.cos(level["angle"]) / cell
             x = p[0] * c + p[1] * s + level["offset"][0]
             y = p[1] * c - p[0] * s + level["offset"][1]
@@ -671,7 +672,7 @@ class Associations:
                     dx = x - i - (word & U32(0xFFFF)) / 65536
                     dy = y - j - (word >> U32(16)) / 65536
                     distance2 = (dx**2 + dy**2) * cell**2 + (p[2] - level["z"][k])**2
-                    weight = np.clip((1.1 - (again & U32(0xFFFF)) / 65536 / occupancy) / 0.2, 0, 1)
+                    weight = np.clip((1.3 - (again & U32(0xFFFF)) / 65536 / occupancy) / 0.6, 0, 1)
                     rest = np.maximum(1 - distance2 / level["radius"][k]**2, 0)
                     light = light + weight * level["amplitude"][k] * (rest**3 + 6 * rest**12)
             total = total + level["share"] * (light / occupancy - 1)
