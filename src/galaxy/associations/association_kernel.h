@@ -48,9 +48,6 @@ struct SurfaceDensity {
   std::vector<float> values;
 };
 
-/// out = the surface density at (x, y), interpolated.
-void fill_surface_density(const Points& points, const SurfaceDensity& density, float* out);
-
 /// out = clamp(1 + contrast noise, 0, 2), of which rays of these footprints (null for none) see the
 /// share that they resolve at this frequency; the rest counts as 1. `before` is multiplied by it.
 void multiply_octave(std::size_t size, const float* noise, float contrast, float frequency,
@@ -58,7 +55,7 @@ void multiply_octave(std::size_t size, const float* noise, float contrast, float
 
 /// Adds share seen (C - 1) to `sum`. C is the light of the level's clumps relative to its mean, and
 /// `complexes` the part of the octaves that decides which cells are occupied.
-void add_clumps(const Points& points, const ClumpLevel& level, const float* density,
+void add_clumps(const Points& points, const ClumpLevel& level, const SurfaceDensity& density,
                 const float* complexes, const float* footprints, float* sum);
 
 /// out = scale (1 + sum) factor.

@@ -270,8 +270,7 @@ void AssociationTexture::look(const Points& points, std::span<const float* const
   for (std::size_t k = 0; k < octaves_.size(); ++k) {
     parameters_.kind->sum(points, std::span(&octaves_[k], 1), noise[k].data());
   }
-  BatchArray density, sum;
-  fill_surface_density(points, density_, density.data());
+  BatchArray sum;
   evaluations += points.size * (octaves_.size() + levels_.size() * footprints.size());
   std::array<BatchArray, most_octaves + 1> product;
   std::fill_n(product[0].data(), padded(points.size), 1.0f);
@@ -282,7 +281,7 @@ void AssociationTexture::look(const Points& points, std::span<const float* const
     }
     std::fill_n(sum.data(), padded(points.size), 0.0f);
     for (std::size_t l = 0; l < levels_.size(); ++l) {
-      add_clumps(points, levels_[l], density.data(), product[before_[l]].data(), footprints[v],
+      add_clumps(points, levels_[l], density_, product[before_[l]].data(), footprints[v],
                  sum.data());
     }
     fill_light(points.size, sum.data(), product[octaves_.size()].data(), 1, out[v]);
