@@ -161,11 +161,11 @@ void AddClumps(const Points& points, const ClumpLevel& level, const SurfaceDensi
 }
 
 void FillLight(std::size_t size, const float* HWY_RESTRICT sum, const float* HWY_RESTRICT factor,
-               float scale, float* HWY_RESTRICT out) {
+               float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
     const auto light = hn::Max(hn::Add(hn::Load(d, sum + i), hn::Set(d, 1.0f)), hn::Zero(d));
-    hn::Store(hn::Mul(hn::Mul(light, hn::Load(d, factor + i)), hn::Set(d, scale)), d, out + i);
+    hn::Store(hn::Mul(light, hn::Load(d, factor + i)), d, out + i);
   }
 }
 
@@ -190,8 +190,8 @@ void add_clumps(const Points& points, const ClumpLevel& level, const SurfaceDens
 }
 
 HWY_EXPORT(FillLight);
-void fill_light(std::size_t size, const float* sum, const float* factor, float scale, float* out) {
-  HWY_DYNAMIC_DISPATCH(FillLight)(size, sum, factor, scale, out);
+void fill_light(std::size_t size, const float* sum, const float* factor, float* out) {
+  HWY_DYNAMIC_DISPATCH(FillLight)(size, sum, factor, out);
 }
 
 }  // namespace gamer

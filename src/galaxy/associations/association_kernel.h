@@ -48,17 +48,17 @@ struct SurfaceDensity {
   std::vector<float> values;
 };
 
-/// out = clamp(1 + contrast noise, 0, 2), of which rays of these footprints (null for none) see the
-/// share that they resolve at this frequency; the rest counts as 1. `before` is multiplied by it.
+/// out = before clamp(1 + contrast noise, 0, 2). Rays of these footprints (null for none) see the
+/// share of the factor that they resolve at this frequency; the rest counts as 1.
 void multiply_octave(std::size_t size, const float* noise, float contrast, float frequency,
                      const float* footprints, const float* before, float* out);
 
-/// Adds share seen (C - 1) to `sum`. C is the light of the level's clumps relative to its mean, and
-/// `complexes` the part of the octaves that decides which cells are occupied.
+/// Adds share seen (C - 1) to `sum`. C is the light of the level's clumps relative to its mean;
+/// `complexes` is the part of the octaves that decides which cells are occupied.
 void add_clumps(const Points& points, const ClumpLevel& level, const SurfaceDensity& density,
                 const float* complexes, const float* footprints, float* sum);
 
-/// out = scale (1 + sum) factor.
-void fill_light(std::size_t size, const float* sum, const float* factor, float scale, float* out);
+/// out = (1 + sum) factor, at least 0.
+void fill_light(std::size_t size, const float* sum, const float* factor, float* out);
 
 }  // namespace gamer

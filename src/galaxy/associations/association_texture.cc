@@ -174,8 +174,9 @@ AssociationTexture::AssociationTexture(const AssociationParameters& parameters,
   const int count =
       std::max(static_cast<int>(std::ceil(std::log(sizes) / std::log(level_ratio) - 1e-9)), 1);
   for (int level = 0; level < count; ++level) {
-    const double most = std::pow(parameters.luminosity_range, -double(level) / count);
-    const double least = std::pow(parameters.luminosity_range, -double(level + 1) / count);
+    const double most = std::pow(parameters.luminosity_range, -static_cast<double>(level) / count);
+    const double least =
+        std::pow(parameters.luminosity_range, -static_cast<double>(level + 1) / count);
     add_level(level, least, most);
   }
   add_octaves();
@@ -284,7 +285,7 @@ void AssociationTexture::look(const Points& points, std::span<const float* const
       add_clumps(points, levels_[l], density_, product[before_[l]].data(), footprints[v],
                  sum.data());
     }
-    fill_light(points.size, sum.data(), product[octaves_.size()].data(), 1, out[v]);
+    fill_light(points.size, sum.data(), product[octaves_.size()].data(), out[v]);
   }
 }
 
