@@ -22,32 +22,27 @@ HWY_INLINE V SeenShare(D d, V footprint, float frequency) {
   return hn::Mul(hn::Mul(u, u), hn::NegMulAdd(hn::Set(d, 2.0f), u, hn::Set(d, 3.0f)));
 }
 
-void FillSurfaceDensity(const Points& points, const SurfaceDensity& density,
-                        float* HWY_RESTRICT out) {
-  const hn::ScalableTag<float> d;
-  const hn::RebindToSigned<decltype(d)> di;
+/// The density at (x, y), interpolated.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V DensityAt(D d, const SurfaceDensity& density, V x, V y) {
+  const hn::RebindToSigned<D> di;
   const auto last = static_cast<float>(density.points - 1);
-  const auto half = hn::Set(d, 0.5f * last);
-  const auto most = hn::Set(d, last - 1);
-  const auto row = hn::Set(di, density.points);
-  const float* const at = density.values.data();
-  for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
-    const auto place = [&](const float* coordinate) HWY_ATTR {
-      const auto u = hn::MulAdd(hn::Load(d, coordinate + i), half, half);
-      return hn::Min(hn::Max(u, hn::Zero(d)), hn::Set(d, last));
-    };
-    const auto x = place(points.x), y = place(points.y);
-    const auto column = hn::Min(hn::Floor(x), most), line = hn::Min(hn::Floor(y), most);
-    const auto index = hn::Add(hn::Mul(hn::ConvertTo(di, line), row), hn::ConvertTo(di, column));
-    const auto fx = hn::Sub(x, column), fy = hn::Sub(y, line);
-    const auto mixed = [&](auto from) HWY_ATTR {
-      const auto left = hn::GatherIndex(d, at, from);
-      const auto right = hn::GatherIndex(d, at + 1, from);
-      return hn::MulAdd(fx, hn::Sub(right, left), left);
-    };
-    const auto low = mixed(index), high = mixed(hn::Add(index, row));
-    hn::Store(hn::MulAdd(fy, hn::Sub(high, low), low), d, out + i);
-  }
+  const V half = hn::Set(d, 0.5f * last);
+  const auto place = [&](V coordinate) HWY_ATTR {
+    const V u = hn::MulAdd(coordinate, half, half);
+    return hn::Min(hn::Max(u, hn::Zero(d)), hn::Set(d, last));
+  };
+  const V u = place(x), v = place(y), most = hn::Set(d, last - 1);
+  const V column = hn::Min(hn::Floor(u), most), row = hn::Min(hn::Floor(v), most);
+  const auto index = hn::Add(hn::Mul(hn::ConvertTo(di, row), hn::Set(di, density.points)),
+                             hn::ConvertTo(di, column));
+  const float* const values = density.values.data();
+  const auto mixed = [&](const float* from) HWY_ATTR {
+    const V left = hn::GatherIndex(d, from, index), right = hn::GatherIndex(d, from + 1, index);
+    return hn::MulAdd(hn::Sub(u, column), hn::Sub(right, left), left);
+  };
+  const V low = mixed(values), high = mixed(values + density.points);
+  return hn::MulAdd(hn::Sub(v, row), hn::Sub(high, low), low);
 }
 
 void MultiplyOctave(std::size_t size, const float* HWY_RESTRICT noise, float contrast,
@@ -73,17 +68,18 @@ HWY_INLINE VU Mix32(DU du, VU word) {
   return hn::Xor(word, hn::ShiftRight<16>(word));
 }
 
-/// A point in a lattice, and what decides which clumps are there.
+/// A point, its place in a lattice, and what decides which clumps are there.
 template <class V>
 struct LatticePlace {
-  V x, y;     ///< cells
-  V z;        ///< galaxy radii
-  V inverse;  ///< of the probability that a cell holds a clump
+  V px, py, pz;  ///< of the point
+  V x, y;        ///< in the lattice, cells
+  V crowding;    ///< the part of the octaves
 };
 
-/// The light of the clumps in the four cells next to a place.
+/// The light of the clumps in the four cells next to a place, relative to its mean.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE V ClumpLight(D d, const ClumpLevel& level, const LatticePlace<V>& at) {
+HWY_INLINE V ClumpLight(D d, const ClumpLevel& level, const SurfaceDensity& density,
+                        const LatticePlace<V>& at) {
   const hn::RebindToSigned<D> di;
   const hn::RebindToUnsigned<D> du;
   constexpr std::uint32_t low_bits = 0xFFFF;
@@ -93,12 +89,16 @@ HWY_INLINE V ClumpLight(D d, const ClumpLevel& level, const LatticePlace<V>& at)
     return hn::Mul(hn::ConvertTo(d, hn::BitCast(di, word)), hn::Set(d, 0x1p-16f));
   };
   const auto index_of = [&](V x) HWY_ATTR { return hn::BitCast(du, hn::ConvertTo(di, x)); };
-  const V slope = hn::Mul(at.inverse, hn::Set(d, -0.5f / fade_range));
+  const V crowding =
+      hn::Mul(hn::Max(at.crowding, hn::Set(d, least_complexes)), hn::Set(d, level.occupancy));
   const V start = hn::Set(d, 0.5f * (1 + fade_range) / fade_range);
   const V x = hn::Floor(hn::Sub(at.x, half)), y = hn::Floor(hn::Sub(at.y, half));
   const auto across = hn::Mul(index_of(x), hn::Set(du, lattice_px));
   const auto along =
       hn::Add(hn::Mul(index_of(y), hn::Set(du, lattice_py)), hn::Set(du, level.seed));
+  // From the lattice back to galaxy radii.
+  const float turn_x = level.cosine * level.cell * level.cell;
+  const float turn_y = level.sine * level.cell * level.cell;
   V light = zero;
   for (std::uint32_t corner = 0; corner < 4; ++corner) {
     const std::uint32_t i = corner & 1, j = corner >> 1;
@@ -110,13 +110,18 @@ HWY_INLINE V ClumpLight(D d, const ClumpLevel& level, const LatticePlace<V>& at)
     const V dy = hn::Sub(hn::Sub(hn::Sub(at.y, y), hn::Set(d, static_cast<float>(j))),
                          unit(hn::ShiftRight<16>(word)));
     const V across2 = hn::MulAdd(dx, dx, hn::Mul(dy, dy));
+    // No clump is wider than a cell.
+    if (hn::AllFalse(d, hn::Lt(across2, hn::Set(d, widest)))) continue;
+    const V to_x = hn::MulSub(dx, hn::Set(d, turn_x), hn::Mul(dy, hn::Set(d, turn_y)));
+    const V to_y = hn::MulAdd(dx, hn::Set(d, turn_y), hn::Mul(dy, hn::Set(d, turn_x)));
+    const V around = DensityAt(d, density, hn::Sub(at.px, to_x), hn::Sub(at.py, to_y));
+    const V inverse = hn::Div(one, hn::Min(hn::Mul(around, crowding), hn::Set(d, most_occupancy)));
+    const V slope = hn::Mul(inverse, hn::Set(d, -0.5f / fade_range));
     V weight = hn::MulAdd(unit(hn::And(again, hn::Set(du, low_bits))), slope, start);
     weight = hn::Min(hn::Max(weight, zero), one);
-    // No clump is wider than a cell, and most cells are empty.
-    const auto counts = hn::And(hn::Lt(across2, hn::Set(d, widest)), hn::Gt(weight, zero));
-    if (hn::AllFalse(d, counts)) continue;
+    if (hn::AllFalse(d, hn::Gt(weight, zero))) continue;  // most cells are empty
     const auto kind = hn::BitCast(di, hn::ShiftRight<32 - clump_bits>(again));
-    const V dz = hn::Sub(at.z, hn::GatherIndex(d, level.height.data(), kind));
+    const V dz = hn::Sub(at.pz, hn::GatherIndex(d, level.height.data(), kind));
     const V square =
         hn::Mul(hn::MulAdd(dz, dz, hn::Mul(across2, hn::Set(d, level.cell * level.cell))),
                 hn::GatherIndex(d, level.inverse_square.data(), kind));
@@ -125,12 +130,12 @@ HWY_INLINE V ClumpLight(D d, const ClumpLevel& level, const LatticePlace<V>& at)
     const V ninth = hn::Mul(hn::Mul(cube, cube), cube);
     const V profile = hn::Mul(cube, hn::MulAdd(ninth, hn::Set(d, core_height), one));
     const V height = hn::GatherIndex(d, level.amplitude.data(), kind);
-    light = hn::MulAdd(hn::Mul(weight, height), profile, light);
+    light = hn::MulAdd(hn::Mul(hn::Mul(weight, inverse), height), profile, light);
   }
   return light;
 }
 
-void AddClumps(const Points& points, const ClumpLevel& level, const float* HWY_RESTRICT density,
+void AddClumps(const Points& points, const ClumpLevel& level, const SurfaceDensity& density,
                const float* HWY_RESTRICT complexes, const float* footprints,
                float* HWY_RESTRICT sum) {
   const hn::ScalableTag<float> d;
@@ -142,29 +147,25 @@ void AddClumps(const Points& points, const ClumpLevel& level, const float* HWY_R
       seen = SeenShare(d, hn::Load(d, footprints + i), level.frequency);
       if (hn::AllFalse(d, hn::Gt(seen, hn::Zero(d)))) continue;
     }
-    auto occupancy = hn::Mul(hn::Mul(hn::Load(d, density + i), hn::Set(d, level.occupancy)),
-                             hn::Load(d, complexes + i));
-    occupancy = hn::Max(occupancy, hn::Set(d, least_occupancy));
-    const auto inverse = hn::Div(one, hn::Min(occupancy, hn::Set(d, most_occupancy)));
-    const auto x = hn::Load(d, points.x + i), y = hn::Load(d, points.y + i);
-    const auto right = hn::MulAdd(y, sine, hn::Set(d, level.offset_x));
-    const auto up = hn::NegMulAdd(x, sine, hn::Set(d, level.offset_y));
-    const auto light = ClumpLight(
-        d, level,
-        LatticePlace<hn::Vec<decltype(d)>>{hn::MulAdd(x, cosine, right), hn::MulAdd(y, cosine, up),
-                                           hn::Load(d, points.z + i), inverse});
-    const auto excess = hn::MulSub(light, inverse, one);
+    LatticePlace<hn::Vec<decltype(d)>> at;
+    at.px = hn::Load(d, points.x + i);
+    at.py = hn::Load(d, points.y + i);
+    at.pz = hn::Load(d, points.z + i);
+    at.x = hn::MulAdd(at.px, cosine, hn::MulAdd(at.py, sine, hn::Set(d, level.offset_x)));
+    at.y = hn::MulAdd(at.py, cosine, hn::NegMulAdd(at.px, sine, hn::Set(d, level.offset_y)));
+    at.crowding = hn::Load(d, complexes + i);
+    const auto excess = hn::Sub(ClumpLight(d, level, density, at), one);
     hn::Store(hn::MulAdd(hn::Mul(seen, hn::Set(d, level.share)), excess, hn::Load(d, sum + i)), d,
               sum + i);
   }
 }
 
 void FillLight(std::size_t size, const float* HWY_RESTRICT sum, const float* HWY_RESTRICT factor,
-               float scale, float* HWY_RESTRICT out) {
+               float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
     const auto light = hn::Max(hn::Add(hn::Load(d, sum + i), hn::Set(d, 1.0f)), hn::Zero(d));
-    hn::Store(hn::Mul(hn::Mul(light, hn::Load(d, factor + i)), hn::Set(d, scale)), d, out + i);
+    hn::Store(hn::Mul(light, hn::Load(d, factor + i)), d, out + i);
   }
 }
 
@@ -176,11 +177,6 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace gamer {
 
-HWY_EXPORT(FillSurfaceDensity);
-void fill_surface_density(const Points& points, const SurfaceDensity& density, float* out) {
-  HWY_DYNAMIC_DISPATCH(FillSurfaceDensity)(points, density, out);
-}
-
 HWY_EXPORT(MultiplyOctave);
 void multiply_octave(std::size_t size, const float* noise, float contrast, float frequency,
                      const float* footprints, const float* before, float* out) {
@@ -188,14 +184,14 @@ void multiply_octave(std::size_t size, const float* noise, float contrast, float
 }
 
 HWY_EXPORT(AddClumps);
-void add_clumps(const Points& points, const ClumpLevel& level, const float* density,
+void add_clumps(const Points& points, const ClumpLevel& level, const SurfaceDensity& density,
                 const float* complexes, const float* footprints, float* sum) {
   HWY_DYNAMIC_DISPATCH(AddClumps)(points, level, density, complexes, footprints, sum);
 }
 
 HWY_EXPORT(FillLight);
-void fill_light(std::size_t size, const float* sum, const float* factor, float scale, float* out) {
-  HWY_DYNAMIC_DISPATCH(FillLight)(size, sum, factor, scale, out);
+void fill_light(std::size_t size, const float* sum, const float* factor, float* out) {
+  HWY_DYNAMIC_DISPATCH(FillLight)(size, sum, factor, out);
 }
 
 }  // namespace gamer

@@ -19,13 +19,14 @@ constexpr std::size_t clump_count = std::size_t{1} << clump_bits;
 constexpr float core_height = 6;
 
 // Half the range of a clump's random number, relative to the occupancy, in which it fades.
-constexpr float fade_range = 0.1f;
+constexpr float fade_range = 0.3f;
 
 // Largest occupancy of cells; above it clumps become brighter.
 constexpr float most_occupancy = 1 / (1 + fade_range);
 
-// Least occupancy, which keeps quotients finite.
-constexpr float least_occupancy = 1e-20f;
+// Least part of the octaves in the occupancy. Below it clumps become fainter, so that they have no
+// sharp edges where the octaves vanish.
+constexpr float least_complexes = 0.15f;
 
 /// The clumps of a level: one in each occupied cell of a square lattice.
 struct ClumpLevel {
@@ -47,20 +48,17 @@ struct SurfaceDensity {
   std::vector<float> values;
 };
 
-/// out = the surface density at (x, y), interpolated.
-void fill_surface_density(const Points& points, const SurfaceDensity& density, float* out);
-
-/// out = clamp(1 + contrast noise, 0, 2), of which rays of these footprints (null for none) see the
-/// share that they resolve at this frequency; the rest counts as 1. `before` is multiplied by it.
+/// out = before clamp(1 + contrast noise, 0, 2). Rays of these footprints (null for none) see the
+/// share of the factor that they resolve at this frequency; the rest counts as 1.
 void multiply_octave(std::size_t size, const float* noise, float contrast, float frequency,
                      const float* footprints, const float* before, float* out);
 
-/// Adds share seen (C - 1) to `sum`. C is the light of the level's clumps relative to its mean, and
-/// `complexes` the part of the octaves that decides which cells are occupied.
-void add_clumps(const Points& points, const ClumpLevel& level, const float* density,
+/// Adds share seen (C - 1) to `sum`. C is the light of the level's clumps relative to its mean;
+/// `complexes` is the part of the octaves that decides which cells are occupied.
+void add_clumps(const Points& points, const ClumpLevel& level, const SurfaceDensity& density,
                 const float* complexes, const float* footprints, float* sum);
 
-/// out = scale (1 + sum) factor.
-void fill_light(std::size_t size, const float* sum, const float* factor, float scale, float* out);
+/// out = (1 + sum) factor, at least 0.
+void fill_light(std::size_t size, const float* sum, const float* factor, float* out);
 
 }  // namespace gamer

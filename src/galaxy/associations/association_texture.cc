@@ -26,13 +26,13 @@ constexpr double level_ratio = 2;
 
 // Frequencies of a level of largest radius R, times R: for the visibility, and of its sharpest
 // features.
-constexpr double seen_frequency = 1.3;
+constexpr double seen_frequency = 1.8;
 constexpr double sharp_frequency = 1.0;
 
 // Wavelengths of octaves: the first in sizes of complexes, and the shortest that decides which
 // cells of a level are occupied, in diameters of its largest clump.
 constexpr double complex_wavelength = 2;
-constexpr double shortest_wavelength = 2;
+constexpr double shortest_wavelength = 4;
 // Largest number of octaves. The last is no shorter than the diameter of the smallest clumps.
 constexpr std::size_t most_octaves = 7;
 
@@ -174,8 +174,9 @@ AssociationTexture::AssociationTexture(const AssociationParameters& parameters,
   const int count =
       std::max(static_cast<int>(std::ceil(std::log(sizes) / std::log(level_ratio) - 1e-9)), 1);
   for (int level = 0; level < count; ++level) {
-    const double most = std::pow(parameters.luminosity_range, -double(level) / count);
-    const double least = std::pow(parameters.luminosity_range, -double(level + 1) / count);
+    const double most = std::pow(parameters.luminosity_range, -static_cast<double>(level) / count);
+    const double least =
+        std::pow(parameters.luminosity_range, -static_cast<double>(level + 1) / count);
     add_level(level, least, most);
   }
   add_octaves();
@@ -270,8 +271,7 @@ void AssociationTexture::look(const Points& points, std::span<const float* const
   for (std::size_t k = 0; k < octaves_.size(); ++k) {
     parameters_.kind->sum(points, std::span(&octaves_[k], 1), noise[k].data());
   }
-  BatchArray density, sum;
-  fill_surface_density(points, density_, density.data());
+  BatchArray sum;
   evaluations += points.size * (octaves_.size() + levels_.size() * footprints.size());
   std::array<BatchArray, most_octaves + 1> product;
   std::fill_n(product[0].data(), padded(points.size), 1.0f);
@@ -282,10 +282,10 @@ void AssociationTexture::look(const Points& points, std::span<const float* const
     }
     std::fill_n(sum.data(), padded(points.size), 0.0f);
     for (std::size_t l = 0; l < levels_.size(); ++l) {
-      add_clumps(points, levels_[l], density.data(), product[before_[l]].data(), footprints[v],
+      add_clumps(points, levels_[l], density_, product[before_[l]].data(), footprints[v],
                  sum.data());
     }
-    fill_light(points.size, sum.data(), product[octaves_.size()].data(), 1, out[v]);
+    fill_light(points.size, sum.data(), product[octaves_.size()].data(), out[v]);
   }
 }
 

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -39,11 +37,12 @@ struct AssociationParameters {
 /// a square lattice whose cells are as large as its largest clump, turned by an angle of its own. A
 /// cell's hash gives a place within the cell, a number u in [0, 1) and one of clump_count clumps.
 /// These are quantiles of the level's luminosities, with heights z_k above the plane. A clump has
-/// the profile K_k = A_k (q^3 + core_height q^12), q = 1 - r^2/R_k^2. It is there where u < p; p is
-/// the surface density of clumps, times the cell's area. Within u = p (1 +- fade_range) it fades.
-/// The density is that of the layer, times the product M_l of octaves clamp(1 + c noise/sigma, 0,
-/// 2) that are longer than twice the level's largest diameter. With M the product of all octaves,
-///   Phi = M (1 + sum_l share_l (sum_k w_k K_k/p - 1)).
+/// the profile K_k = A_k (q^3 + core_height q^12), q = 1 - r^2/R_k^2. It is there where u < p_k;
+/// p_k is the surface density of clumps at its centre, times the cell's area. Within u = p_k (1 +-
+/// fade_range) it fades. The density is that of the layer, times the product M_l of octaves clamp(1
+/// + c noise/sigma, 0, 2) longer than four of the level's largest diameters, but at least
+/// least_complexes. With M the product of all octaves,
+///   Phi = M (1 + sum_l share_l (sum_k w_k K_k/p_k - 1)).
 /// The heights follow sech^2(z/z0) convolved with the clump's profile, without the layer's edge.
 /// A_k makes each clump emit its luminosity exactly, without octaves below its size. The mean of
 /// Phi over all seeds and heights is thus 1 at every (x, y). `diffuse` is the share of the light
