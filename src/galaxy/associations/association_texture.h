@@ -63,7 +63,7 @@ class AssociationTexture : public Texture {
   }
   bool hides(double footprint) const override;
   double frequency() const override;
-  double sharpness() const override { return 1; }
+  double sharpness() const override { return 2; }
   double rms() const override { return rms_; }
   void see(const Points& points, std::span<const float* const> footprints, bool wants_coherent,
            std::span<SeenNoise> out, std::uint64_t& evaluations) const override;
