@@ -46,8 +46,7 @@ void add_look(const Look& look, const std::vector<std::string>& settings, Resour
     throw InputError({label, 0, 0}, "a galaxy's name has no quotes and no line breaks");
   }
   const std::string picture = std::filesystem::path(look.galaxy).stem().string() + ".png";
-  resources.add(
-      {recorded_parameters, label,
+  resources.add({recorded_parameters, label,
                  fmt::format(fmt::runtime(view), toml_string(picture)) +
                      (chooses_planes(settings) ? "" : colours)});
   resources.add({recorded_scene, label,
