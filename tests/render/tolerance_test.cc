@@ -47,7 +47,7 @@ Image render_shipped(const std::string& name, int size, const std::vector<std::s
     set_from_text(root, "camera.supersample=1");
   }
   // A part of the deep field: in large pixels it is all centres of galaxies, cut into many cells.
-  if (name == "deepfield_2014") set_from_text(root, "camera.width=60");
+  if (name == "deepfield_2014") set_from_text(root, "camera.width=45");
   for (const std::string& setting : settings) set_from_text(root, setting);
   const RenderParameters parameters = RenderParameters::read(root);
   const Camera camera(parameters);

@@ -2,8 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <boost/math/quadrature/gauss.hpp>
 #include <cmath>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <numbers>
 #include <numeric>
 
@@ -54,6 +58,23 @@ double power_quantile(double power, double least, double most, double u) {
   if (std::abs(power + 1) < 1e-9) return least * std::pow(most / least, u);
   const double low = std::pow(least, power + 1), high = std::pow(most, power + 1);
   return std::pow(low + u * (high - low), 1 / (power + 1));
+}
+
+/// The copy of a density that all textures of equal ones share.
+std::shared_ptr<const SurfaceDensity> one_copy(SurfaceDensity density) {
+  static std::mutex mutex;
+  static std::map<std::uint64_t, std::weak_ptr<const SurfaceDensity>> copies;
+  std::uint64_t hash = static_cast<std::uint64_t>(density.points);
+  for (const float value : density.values) {
+    hash = mix64(hash ^ std::bit_cast<std::uint32_t>(value)) + golden_gamma;
+  }
+  const std::lock_guard lock(mutex);
+  std::erase_if(copies, [](const auto& copy) { return copy.second.expired(); });
+  std::weak_ptr<const SurfaceDensity>& known = copies[hash];
+  if (auto copy = known.lock(); copy != nullptr && copy->values == density.values) return copy;
+  auto copy = std::make_shared<const SurfaceDensity>(std::move(density));
+  known = copy;
+  return copy;
 }
 
 /// The integral of the interpolated density.
@@ -167,9 +188,10 @@ void AssociationParameters::apply(const ParameterSet& values) {
 
 AssociationTexture::AssociationTexture(const AssociationParameters& parameters,
                                        SurfaceDensity density, double z0)
-    : Texture(0), parameters_(parameters), density_(std::move(density)), z0_(z0) {
-  const double total = integral_of(density_);
-  for (float& value : density_.values) value = static_cast<float>(double{value} / total);
+    : Texture(0), parameters_(parameters), z0_(z0) {
+  const double total = integral_of(density);
+  for (float& value : density.values) value = static_cast<float>(double{value} / total);
+  density_ = one_copy(std::move(density));
   const double sizes = std::pow(parameters.luminosity_range, 1 / parameters.size_exponent);
   const int count =
       std::max(static_cast<int>(std::ceil(std::log(sizes) / std::log(level_ratio) - 1e-9)), 1);
@@ -282,7 +304,7 @@ void AssociationTexture::look(const Points& points, std::span<const float* const
     }
     std::fill_n(sum.data(), padded(points.size), 0.0f);
     for (std::size_t l = 0; l < levels_.size(); ++l) {
-      add_clumps(points, levels_[l], density_, product[before_[l]].data(), footprints[v],
+      add_clumps(points, levels_[l], *density_, product[before_[l]].data(), footprints[v],
                  sum.data());
     }
     fill_light(points.size, sum.data(), product[octaves_.size()].data(), out[v]);

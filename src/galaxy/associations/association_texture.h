@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <span>
+#include <memory>
 #include <vector>
 
 #include "galaxy/associations/association_kernel.h"
@@ -71,7 +72,7 @@ class AssociationTexture : public Texture {
               std::span<const double> deviations, std::span<BatchArray> out) const override;
 
   const std::vector<ClumpLevel>& levels() const { return levels_; }
-  const SurfaceDensity& density() const { return density_; }
+  const SurfaceDensity& density() const { return *density_; }
   /// Phi is this factor times the expression above.
   double scale() const { return scale_; }
 
@@ -85,7 +86,8 @@ class AssociationTexture : public Texture {
             std::span<float* const> out, std::uint64_t& evaluations) const;
 
   AssociationParameters parameters_;
-  SurfaceDensity density_;  ///< of integral 1
+  /// Of integral 1; galaxies of one type share it.
+  std::shared_ptr<const SurfaceDensity> density_;
   double z0_;
   std::vector<ClumpLevel> levels_;   ///< from the largest clumps on
   std::vector<std::size_t> before_;  ///< number of octaves of M_l

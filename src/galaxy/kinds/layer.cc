@@ -174,7 +174,7 @@ constexpr double rim_width = 0.6;
 constexpr double bright_height = 3.5;
 
 // Intervals between radii at which the mean of arms that vary is known.
-constexpr std::size_t mean_intervals = 128;
+constexpr std::size_t mean_intervals = 256;
 
 // Widths from a ring's crest within which rays need its nodes, and their number per width.
 constexpr double seen_widths = 6;

@@ -1021,32 +1021,27 @@ INCLINATIONS = (0, 40, 75, 88)
 RATIOS = {
     "dusty_barred": {"arms": 0.995944, "lanes": 0.995725, "young clumps": 0.856302},
     "elliptical_dust": {"young clumps": 1.121844, "band": 0.997004},
-    "flocculent": {"patches": 0.993972, "filaments": 1.013277, "young clumps": 1.179612},
-    "irregular": {"body": 1.000329, "patches": 0.985663, "young clumps": 2.3812,
-                  "H II regions": 1.596321, "clouds": 0.999172},
-    "m51": {"arms": 0.992895, "associations": 0.81279, "H II regions": 1.314671,
+    "irregular": {"body": 1.000329, "patches": 0.985353, "young clumps": 2.068338,
+                  "H II regions": 1.191606, "clouds": 0.999172},
+    "m51": {"arms": 0.988171, "associations": 0.828773, "H II regions": 2.317854,
             "lanes": 1.00892},
     "milky_way": {"arms": 0.983858, "associations": 1.001491, "H II regions": 0.839137,
                   "lanes": 1.004305},
-    "ngc1300": {"arms": 1.000313, "lanes": 0.97786, "young clumps": 1.024527},
-    "ngc4321": {"arms": 0.99714, "associations": 0.821525, "H II regions": 1.491169,
+    "ngc4321": {"arms": 0.997077, "associations": 0.969624, "H II regions": 0.599576,
                 "lanes": 1.014908},
     "ngc4594": {"ring dust": 1.012467},
     "ngc891": {"young disk": 0.990458, "young clumps": 0.882052, "lane": 0.997693,
                "filaments": 0.967942},
-    "one_armed": {"arm": 1.016326, "lane": 0.985449, "young clumps": 2.26143},
     "shader_galaxy": {"base": 1.004882, "clumps": 1.000305, "lanes": 1.004185,
                       "field": 0.998845},
-    "spiral": {"disk": 1.000713, "stars": 1.037188, "dust": 1.004837,
-               "star-forming regions": 0.869191},
     "young": {"associations1": 0.954103},
 }
 
 # Of the test's rays: twice the largest relative error, which is that of steps and, where there are
 # star fields, of their spectrum.
 TOLERANCES = {
-    "elliptical": 6e-7, "shader_galaxy": 1e-3, "m51": 1.5e-5, "ngc4594": 4e-4,
-    "dusty_barred": 9e-4, "ngc4321": 1e-4, "irregular": 3.8e-5, "milky_way": 3.8e-4,
+    "elliptical": 6e-7, "shader_galaxy": 1e-3, "m51": 4e-5, "ngc4594": 4e-4,
+    "dusty_barred": 9e-4, "ngc4321": 2e-5, "irregular": 3.8e-5, "milky_way": 3.8e-4,
 }
 
 
@@ -1217,7 +1212,7 @@ class IndependentMarcher(unittest.TestCase):
     def test_shipped_galaxies(self):
         for name, tolerance in TOLERANCES.items():
             with self.subTest(name):
-                self.assertLess(np.abs(errors(name, 2, 10000)).max(), tolerance)
+                self.assertLess(np.abs(errors(name, 2, 40000)).max(), tolerance)
 
     def test_shapes(self):
         found = errors("own", 2, 10000, SHAPES, SHAPES_RATIOS)
