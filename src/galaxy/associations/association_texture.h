@@ -86,7 +86,7 @@ class AssociationTexture : public Texture {
             std::span<float* const> out, std::uint64_t& evaluations) const;
 
   AssociationParameters parameters_;
-  /// Of integral 1; galaxies of one type share it.
+  /// The density, of integral 1; galaxies of one type share it.
   std::shared_ptr<const SurfaceDensity> density_;
   double z0_;
   std::vector<ClumpLevel> levels_;   ///< from the largest clumps on
