@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Measures shipped galaxies with gutil, as docs/morphology.md defines the numbers.
 
-    scripts/realism.py [--size 1024] [--bin 2] [--inclination 0] [GALAXY...]
+    scripts/realism.py [--size 1024] [--bin 2] [--inclination 0] [--all] [GALAXY...]
 
 Each galaxy is rendered without noise, in three wavelengths, surrounded by empty sky and binned. The table on standard
-output is Markdown: shapes and arms at 7400 Angstrom, colours as 4300 less 7400 Angstrom in magnitudes. Images, pictures
-of the apertures and plots stay in build/realism.
+output is Markdown, with what galaxies of the type have in brackets: shapes and arms at 7400 Angstrom, colours as 4300
+less 7400 Angstrom in magnitudes. Images, pictures of the apertures and plots stay in build/realism.
 """
 
 import argparse
@@ -23,6 +23,33 @@ COLUMNS = {
     "C": "concentration", "A": "asymmetry", "S": "smoothness", "S (Lotz)": "smoothness_lotz", "G": "gini",
     "M20": "m20", "F": "bulge_statistic", "class": "lotz_class", "M": "multimode", "I": "intensity", "D": "deviation",
 }
+
+
+# Types of the shipped galaxies and what galaxies of these types have: concentration, asymmetry and smoothness
+# (Conselice 2003, ApJS 147, 1), Gini and M20 (Lotz et al. 2004, AJ 128, 163), pitch angle (Kennicutt 1981, AJ 86, 1847,
+# and of the galaxies themselves).
+ELLIPTICAL = ("4.4", "0.02", "0.00", "0.59", "-2.5", "")
+SAB = ("3.9", "0.07", "0.08", "0.53", "-2.2")
+SBC = ("3.4", "0.12", "0.2", "0.50", "-1.9")
+SC = ("3.1", "0.15", "0.29", "0.46", "-1.6")
+OBSERVED = {
+    "elliptical": ("E", *ELLIPTICAL), "elliptical_dust": ("E with dust", *ELLIPTICAL),
+    "ngc4594": ("Sa", "3.9", "0.07", "0.08", "0.57", "-2.4", ""), "one_armed": ("Sab", *SAB, "9"),
+    "ngc891": ("Sb, seen face on", *SAB, ""), "dusty_barred": ("SBbc", *SBC, "15"), "ngc1300": ("SBbc", *SBC, "10-15"),
+    "milky_way": ("SBbc", *SBC, "10-14"), "ngc4321": ("SABbc", *SBC, "15-20"), "m51": ("Sbc", *SBC, "19"),
+    "spiral": ("Sbc", *SBC, "15"), "shader_galaxy": ("Sc", *SC, "18"), "flocculent": ("Sc", *SC, "18"),
+    "irregular": ("Irr", "2.9", "0.17", "0.40", "0.45", "-1.3", ""),
+}
+BESIDE = ("C", "A", "S", "G", "M20", "pitch (deg)")
+
+
+def beside(name, values):
+    """The values with those of the type in brackets; without a published one there is a value only."""
+    kind, *observed = OBSERVED.get(name, ("", *[""] * len(BESIDE)))
+    cells = [f"{text(values[title])} ({known})" if known else text(values[title]) if title != BESIDE[-1] else ""
+             for title, known in zip(BESIDE, observed)]
+    return {"type": kind, **dict(zip(BESIDE, cells)), "contrast (mag)": values["contrast (mag)"],
+            "colour at 0.5 Rp": values["colour at 0.5 Rp"]}
 
 
 def run(*words):
@@ -80,6 +107,7 @@ def main():
     parser.add_argument("--size", type=int, default=1024, help="pixels across the galaxy's ball")
     parser.add_argument("--bin", type=int, default=2, help="pixels that are joined")
     parser.add_argument("--inclination", type=float, default=0, help="deg")
+    parser.add_argument("--all", action="store_true", help="all numbers, without those of the types")
     options = parser.parse_args()
     names = options.galaxy or sorted(path.stem for path in (ROOT / "galaxies").glob("*.toml"))
     folder = ROOT / "build/realism"
@@ -91,6 +119,8 @@ def main():
         except RuntimeError as error:
             print(f"{name}: {error}", file=sys.stderr)
             continue
+        if not options.all:
+            values = beside(name, values)
         if not has_head:
             print("| galaxy | " + " | ".join(values) + " |")
             print("|---" * (len(values) + 1) + "|")
