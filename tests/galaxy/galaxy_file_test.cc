@@ -261,7 +261,7 @@ TEST(GalaxyFile, ErrorsOfSections) {
   EXPECT_EQ(galaxy_error("component = [3]"),
             "g.toml:1:14: [[component]] must be a table, not an integer");
   EXPECT_EQ(galaxy_error("[armz]\ncount = 2\n" + flat_disk),
-            "g.toml:1:2: unknown section 'armz' in a galaxy; did you mean 'arms'?");
+            "g.toml:1:2: unknown section 'armz' in a galaxy; did you mean 'arms' or 'arm'?");
   EXPECT_EQ(galaxy_error("galaxy = 3\n" + flat_disk),
             "g.toml:1:10: [galaxy] must be a table, not an integer");
   EXPECT_EQ(galaxy_error("arms = \"none\"\n" + flat_disk),
