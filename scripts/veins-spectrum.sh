@@ -16,8 +16,8 @@ awk -v RS= -v ORS='\n\n' '/^\[arms\]/ || /class = "veins"\n/' "$source/galaxies/
 echo 'galaxy x y z seed
 m51_dust 0 0 0 1' > "$work/m51_dust.lst"
 n=0
-# At radius 0.45, half way between the lanes; at 0.55, and half a turn from the first.
-for place in '0.433, 0.121' '0.344, 0.429' '-0.433, -0.121'; do
+# Half way between two lanes: at radius 0.54 in the south-west, at 0.55 in the north-east, at 0.45 in the west.
+for place in '-0.45, -0.3' '0.344, 0.429' '-0.433, -0.121'; do
   n=$((n + 1))
   cat > "$work/between.par" << PAR
 [image]
