@@ -11,6 +11,7 @@
 
 #include "gamer/core/near.h"
 #include "gamer/core/random.h"
+#include "gamer/galaxy/galaxy.h"
 
 namespace gamer {
 
@@ -246,7 +247,8 @@ std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int ind
       has_noise ? std::span<const std::string>(skip) : std::span<const std::string>());
   check_lengths(values, context);
   std::unique_ptr<Component> component =
-      kind.make(ComponentInput{values, node, context, arms, axis_z, settings, name, resources});
+      kind.make(ComponentInput{values, node, context, arms, axis_z, settings, name, resources,
+                               settings.twin != nullptr ? settings.twin->find(name) : nullptr});
   component->kind_ = kind.name;
   component->traits_ = kind.traits;
   // Some kinds leave it to the file.

@@ -53,6 +53,7 @@ std::shared_ptr<Galaxy> Galaxy::read(std::string_view text, const std::string& l
     }
     GalaxySettings own = settings;
     if (is_shared) own.seed = reference_seed;
+    if (own.twin == nullptr) own.twin = galaxy;
     galaxy->reference_ = read_alone(text, label, own, resources);
     galaxy->reference_->is_reference_ = true;
     return galaxy;
@@ -91,8 +92,9 @@ std::shared_ptr<Galaxy> Galaxy::read_alone(std::string_view text, const std::str
       }
     }
   }
+  const Galaxy* twin = settings.twin.get();
   if (const ConfigNode* node = section("arms")) {
-    galaxy->arms_ = ArmPattern::read(*node, root.find("arm"));
+    galaxy->arms_ = twin != nullptr ? twin->arms_ : ArmPattern::read(*node, root.find("arm"));
   } else if (const ConfigNode* arm = root.find("arm")) {
     throw InputError(arm->key_where, "[[arm]] needs [arms] with a model");
   }
@@ -121,11 +123,11 @@ std::shared_ptr<Galaxy> Galaxy::read_alone(std::string_view text, const std::str
   }
   galaxy->most_cloud_points_ = settings.most_cloud_points;
   galaxy->mean_error_ = settings.accuracy.mean_error;
-  galaxy->resolve(label);
+  galaxy->resolve(label, twin);
   return galaxy;
 }
 
-void Galaxy::resolve(const std::string& label) {
+void Galaxy::resolve(const std::string& label, const Galaxy* twin) {
   std::vector<std::string> names;
   for (const auto& c : components_) {
     if (c->texture() != nullptr) names.push_back(c->name());
@@ -166,8 +168,12 @@ void Galaxy::resolve(const std::string& label) {
     if (component->absorbs()) depth += component->amplitude() * component->face_on_column();
   }
   skin_scale_ = static_cast<float>(thick / std::max(depth, thick));
-  for (const auto& component : components_) {
-    integrals_.push_back(component->envelope_integral() * axis_[0] * axis_[1] * axis_[2]);
+  if (twin != nullptr) {
+    integrals_ = twin->integrals_;
+  } else {
+    for (const auto& component : components_) {
+      integrals_.push_back(component->envelope_integral() * axis_[0] * axis_[1] * axis_[2]);
+    }
   }
   for (std::size_t c = 0; c < components_.size(); ++c) {
     if (!components_[c]->follows().empty()) {
@@ -183,6 +189,12 @@ void Galaxy::resolve(const std::string& label) {
   }
   resolve_fractions();
   check_densities();
+}
+
+const Component* Galaxy::find(const std::string& name) const {
+  const auto found =
+      std::ranges::find_if(components_, [&](const auto& c) { return c->name() == name; });
+  return found != components_.end() ? found->get() : nullptr;
 }
 
 void Galaxy::check_densities() const {

@@ -167,7 +167,7 @@ std::vector<FootprintRange> footprints_of(std::span<const std::shared_ptr<Galaxy
   std::map<const Galaxy*, FootprintRange> by_galaxy;
   for (const PlacedGalaxy& placed : scene.galaxies) {
     FootprintRange own = Renderer::footprints(parameters, camera, scene.unit, placed) |
-                         measure_footprints(parameters);
+                         measure_footprints(truth_accuracy(parameters));
     if (is_observed(placed, parameters.photometry, scene.unit)) {
       own = own | attenuation_footprints(parameters);
     }

@@ -39,7 +39,7 @@ int tile_begin(int pixel) {
 
 // Size of a ray's area, as a share of a pixel's side, below which errors of rays average out in the
 // pixel.
-constexpr double shared_size = 0.3;
+constexpr double shared_size = 0.5;
 
 std::shared_ptr<const SpectralBasis> make_basis(const RenderParameters& parameters,
                                                 const Scene& scene, const Spectrum& spectrum) {
@@ -96,13 +96,18 @@ FootprintRange Renderer::footprints(const RenderParameters& parameters, const Ca
 Renderer::Renderer(const RenderParameters& parameters, const Camera& camera,
                    std::shared_ptr<const Scene> scene, const Spectrum& spectrum,
                    const TruthSettings& truth)
+    : Renderer(parameters, Accuracy::from_tolerance(parameters.sampling.tolerance), camera,
+               std::move(scene), spectrum, truth) {}
+
+Renderer::Renderer(const RenderParameters& parameters, const Accuracy& accuracy,
+                   const Camera& camera, std::shared_ptr<const Scene> scene,
+                   const Spectrum& spectrum, const TruthSettings& truth)
     : camera_(camera),
       supersample_(parameters.camera.supersample),
       scene_(std::move(scene)),
       star_fields_(std::make_shared<const StarFields>(*scene_, camera_,
                                                       parameters.sampling.stars_per_pixel)),
-      medium_(scene_, make_basis(parameters, *scene_, spectrum),
-              Accuracy::from_tolerance(parameters.sampling.tolerance), truth.dust_free,
+      medium_(scene_, make_basis(parameters, *scene_, spectrum), accuracy, truth.dust_free,
               star_fields_),
       sampler_(make_sampler(medium_, parameters)),
       index_(*scene_, camera_),

@@ -129,6 +129,7 @@ std::shared_ptr<Galaxy> GalaxyLibrary::make(const std::string& type, const std::
     throw InputError(row.where(column::galaxy), error.what());
   }
   settings.reference = references_[type];
+  settings.twin = twins_[type];
   if (const auto own = overrides_.find(name_of_type(type)); own != overrides_.end()) {
     settings.overrides = own->second;
   }
@@ -139,6 +140,7 @@ std::shared_ptr<Galaxy> GalaxyLibrary::make(const std::string& type, const std::
   }
   std::shared_ptr<Galaxy> galaxy = Galaxy::read(text->content, text->label, settings, resources_);
   references_[type] = galaxy->reference();
+  if (settings.twin == nullptr) twins_[type] = galaxy;
   return galaxy;
 }
 

@@ -55,6 +55,17 @@ struct Accuracy {
   /// of rays never share closures, since their pixels hide equally much dust at every tolerance.
   bool shares_closure;
 
+  /// The knobs for the light of a whole galaxy, to which many rays contribute. The rays' errors
+  /// average out, as in a pixel of many rays. Rays are `distance` times as far apart.
+  Accuracy for_sums(double distance) const {
+    Accuracy result = *this;
+    result.ray_error *= shared_error;
+    result.first_step *= shared_step;
+    result.ray_spacing *= distance;
+    result.cell_size *= distance;
+    return result;
+  }
+
   /// The smallest tolerance, since densities have single precision. Smaller values count as this
   /// one.
   static constexpr double finest_tolerance = 3e-6;
@@ -67,20 +78,20 @@ struct Accuracy {
   static Accuracy from_tolerance(double tolerance) {
     const double t = std::max(tolerance, finest_tolerance);
     const double coarser = std::max(t / 1e-4, 1.0);
-    // Means take most of the time for many small galaxies.
+    // Rays and means take most of the time for many small galaxies.
     const double rough = std::clamp(t / 1e-3, 1.0, 10.0);
     return {.ray_error = std::min({1.35 * t * std::pow(coarser, 0.3), 3 * t, 0.1}),
             .star_error = std::min(0.15 * t * std::pow(coarser, 0.35), 0.025),
             .first_step = 0.7 * std::pow(t / 1e-3, 0.08),
-            .shared_error = 2,
-            .shared_step = 1.5,
+            .shared_error = 2 * std::pow(rough, 0.3),
+            .shared_step = 1.5 * std::pow(rough, 0.12),
             .log_envelope_threshold = std::log(0.003 * t),
             .texture_threshold = 0.01 * t,
             .faint_share = 0.01,
-            .ray_size = 0.06 * std::sqrt(t / 1e-3),
-            .cell_size = 0.5 * std::pow(t / 1e-3, 0.25),
+            .ray_size = 0.06 * std::sqrt(t / 1e-3) * std::pow(rough, 0.15),
+            .cell_size = 0.5 * std::pow(t / 1e-3, 0.25) * std::pow(rough, 0.3),
             .widest_footprint = std::sqrt(t / 1e-3) / 160,
-            .ray_spacing = 0.8,
+            .ray_spacing = 0.8 * std::pow(rough, 0.2),
             .mean_error = 0.003 * std::pow(rough, 0.6),
             .shares_closure = t > 3e-3};
   }

@@ -80,6 +80,9 @@ struct GalaxySettings {
   std::shared_ptr<const ConfigNode> overrides = nullptr;
   /// The reference of a galaxy of the same file (Galaxy::reference()), or null.
   std::shared_ptr<Galaxy> reference = nullptr;
+  /// A galaxy of an equal file with equal overrides, or null. All that does not depend on the seed
+  /// is copied from it.
+  std::shared_ptr<const Galaxy> twin = nullptr;
   /// Sets the accuracy of the means of textures.
   Accuracy accuracy = Accuracy::from_tolerance(1e-3);
   /// Largest number of points of a component over which the mean of its texture is taken. Fewer
@@ -210,6 +213,7 @@ struct ComponentInput {
   const GalaxySettings& settings;
   const std::string& name;  ///< the component's name
   Resources& resources;
+  const Component* twin;  ///< this component of GalaxySettings::twin, of the same kind, or null
 };
 
 /// One kind of component: its declaration and its maker. The registry adds the parameters of its

@@ -40,6 +40,8 @@ class Galaxy {
                                       const GalaxySettings& settings, Resources& resources);
   static ParameterTable table();  ///< of [galaxy]
 
+  /// The active component of this name, or null.
+  const Component* find(const std::string& name) const;
   const std::string& name() const { return name_; }
   const std::string& description() const { return description_; }
   const std::vector<double>& axis() const { return axis_; }
@@ -97,7 +99,7 @@ class Galaxy {
   /// Reads the file without a reference.
   static std::shared_ptr<Galaxy> read_alone(std::string_view text, const std::string& label,
                                             const GalaxySettings& settings, Resources& resources);
-  void resolve(const std::string& label);
+  void resolve(const std::string& label, const Galaxy* twin);
   void resolve_fractions();
   /// Throws InputError where a component's density exceeds single precision.
   void check_densities() const;

@@ -8,7 +8,7 @@
 namespace gamer {
 
 /// Measured properties of one galaxy alone, dimmed only by its own dust. The rays are parallel to
-/// the line of sight, and the accuracy is sampling.tolerance.
+/// the line of sight.
 struct GalaxyMeasure {
   std::vector<double> attenuation;  ///< [plane] ratio of light with dust to light without dust
   double half_light_radius = 0;  ///< scene units; circle around the centre, first plane, with dust
@@ -19,10 +19,13 @@ struct GalaxyMeasure {
   double optical_depth = 0;  ///< through the centre, first plane
 };
 
+/// The accuracy with which the galaxies of the truth table are measured.
+Accuracy truth_accuracy(const RenderParameters& parameters);
+
 /// The footprints of the rays with which galaxies are measured.
-FootprintRange measure_footprints(const RenderParameters& parameters);
+FootprintRange measure_footprints(const Accuracy& accuracy);
 
 GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
-                      const Camera& camera, const Spectrum& spectrum);
+                      const Accuracy& accuracy, const Camera& camera, const Spectrum& spectrum);
 
 }  // namespace gamer

@@ -32,6 +32,10 @@ class Renderer {
   Renderer(const RenderParameters& parameters, const Camera& camera,
            std::shared_ptr<const Scene> scene, const Spectrum& spectrum,
            const TruthSettings& truth = {});
+  /// A renderer whose accuracy is not that of sampling.tolerance.
+  Renderer(const RenderParameters& parameters, const Accuracy& accuracy, const Camera& camera,
+           std::shared_ptr<const Scene> scene, const Spectrum& spectrum,
+           const TruthSettings& truth);
 
   /// The footprints with which the rays of an image see a galaxy.
   static FootprintRange footprints(const RenderParameters& parameters, const Camera& camera,

@@ -33,7 +33,8 @@ struct ClumpLevel {
   float cosine, sine;        ///< of the lattice's angle, in cells per galaxy radius
   float offset_x, offset_y;  ///< of the lattice, cells
   std::uint32_t seed;
-  float cell;       ///< side of a cell, galaxy radii
+  double side;      ///< side of a cell, galaxy radii
+  float cell;       ///< `side`, in single precision
   float occupancy;  ///< mean number of clumps in a cell where the surface density is 1
   float share;      ///< of the light
   float frequency;  ///< for the visibility, cycles per galaxy radius

@@ -199,26 +199,45 @@ AssociationTexture::AssociationTexture(const AssociationParameters& parameters,
     const double most = std::pow(parameters.luminosity_range, -static_cast<double>(level) / count);
     const double least =
         std::pow(parameters.luminosity_range, -static_cast<double>(level + 1) / count);
-    add_level(level, least, most);
+    add_level(least, most);
   }
+  place_lattices();
   add_octaves();
 }
 
-void AssociationTexture::add_level(int index, double least, double most) {
+AssociationTexture::AssociationTexture(const AssociationTexture& twin, std::uint64_t seed)
+    : Texture(0),
+      parameters_(twin.parameters_),
+      density_(twin.density_),
+      z0_(twin.z0_),
+      levels_(twin.levels_) {
+  parameters_.seed = seed;
+  place_lattices();
+  add_octaves();
+}
+
+void AssociationTexture::place_lattices() {
+  for (std::size_t index = 0; index < levels_.size(); ++index) {
+    ClumpLevel& level = levels_[index];
+    const auto word = [&](std::uint64_t purpose) {
+      return hash_words({parameters_.seed, static_cast<std::uint64_t>(index), purpose, 1});
+    };
+    const double angle = 2 * pi * to_unit(word(0));
+    level.cosine = static_cast<float>(std::cos(angle) / level.side);
+    level.sine = static_cast<float>(std::sin(angle) / level.side);
+    level.offset_x = static_cast<float>(largest_offset * to_unit(word(1)));
+    level.offset_y = static_cast<float>(largest_offset * to_unit(word(2)));
+    level.seed = static_cast<std::uint32_t>(word(3));
+  }
+}
+
+void AssociationTexture::add_level(double least, double most) {
   const AssociationParameters& p = parameters_;
   const double slope = p.luminosity_slope;
   const double faintest = 1 / p.luminosity_range;
-  const auto word = [&](std::uint64_t purpose) {
-    return hash_words({p.seed, static_cast<std::uint64_t>(index), purpose, 1});
-  };
   ClumpLevel level;
   const double cell = p.largest * std::pow(most, 1 / p.size_exponent);
-  const double angle = 2 * pi * to_unit(word(0));
-  level.cosine = static_cast<float>(std::cos(angle) / cell);
-  level.sine = static_cast<float>(std::sin(angle) / cell);
-  level.offset_x = static_cast<float>(largest_offset * to_unit(word(1)));
-  level.offset_y = static_cast<float>(largest_offset * to_unit(word(2)));
-  level.seed = static_cast<std::uint32_t>(word(3));
+  level.side = cell;
   level.cell = static_cast<float>(cell);
   const bool is_single = p.luminosity_range == 1;
   const double number_share =

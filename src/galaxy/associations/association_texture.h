@@ -55,6 +55,8 @@ class AssociationTexture : public Texture {
  public:
   /// `density` is the layer's surface density, of any scale, and `z0` its height.
   AssociationTexture(const AssociationParameters& parameters, SurfaceDensity density, double z0);
+  /// A texture with equal parameters, but for the seed.
+  AssociationTexture(const AssociationTexture& twin, std::uint64_t seed);
 
   void normalise(std::span<const WeightedBatch> cloud, const FractalNoise::Factor& factor) override;
   std::vector<double> statistics() const override { return {scale_, rms_}; }
@@ -79,7 +81,9 @@ class AssociationTexture : public Texture {
  private:
   void evaluate_whole(const Points& points, BatchArray& out,
                       std::uint64_t& evaluations) const override;
-  void add_level(int index, double least, double most);
+  void add_level(double least, double most);
+  /// Gives the lattices of all levels the places that follow from the seed.
+  void place_lattices();
   void add_octaves();
   /// Phi/scale_ for each of the footprints, which may be null.
   void look(const Points& points, std::span<const float* const> footprints,

@@ -21,11 +21,17 @@ constexpr double young_height = 0.006;
 /// A disk of clumps whose number follows its envelope.
 class Associations : public Layer {
  public:
+  /// `twin` is a component with equal parameters, but for the seed, or null.
   Associations(const LayerShape& shape, const ArmPattern& arms,
-               const AssociationParameters& parameters)
+               const AssociationParameters& parameters, const Component* twin)
       : Layer(shape, arms) {
     amplitude_ = 1;
-    texture_ = std::make_unique<AssociationTexture>(parameters, surface_density(arms), shape.z0);
+    if (twin != nullptr) {
+      texture_ = std::make_unique<AssociationTexture>(
+          static_cast<const AssociationTexture&>(*twin->texture()), parameters.seed);
+    } else {
+      texture_ = std::make_unique<AssociationTexture>(parameters, surface_density(arms), shape.z0);
+    }
   }
 
  private:
@@ -81,7 +87,8 @@ ComponentKind associations_kind() {
     parameters.apply(input.values);
     // The file's seed chooses the clumps of this component; the row's seed still varies them.
     if (input.values.has("seed")) parameters.seed = hash_words({parameters.seed, settings.seed});
-    return std::make_unique<Associations>(Layer::read_shape(input), input.arms, parameters);
+    return std::make_unique<Associations>(Layer::read_shape(input), input.arms, parameters,
+                                          input.twin);
   };
   return kind;
 }

@@ -319,20 +319,20 @@ ColumnScale Bar::column_scale(const double nearest[3], const double direction[3]
     if (std::abs(plane) < half_chord) place = plane;
   }
   const double m = metric(o[0] + place * d[0], o[1] + place * d[1]);
-  // The slope of the logarithm, which rises towards the end.
+  // The edge and the ansae extend over many rays, whose errors average out like those of arms.
   const double outside = std::min(m + reach / b, 1 + shape_.cut);
-  const double slope =
-      std::max(shape_.decline, 1.0) + 1 / (shape_.cut * (1 + std::exp((1 - outside) / shape_.cut)));
-  double plane = column_lengths * b / slope;
+  const double edge = shape_.cut * (1 + std::exp((1 - outside) / shape_.cut));
+  double fine = column_lengths * b * edge;
   if (shape_.ansae > 0) {
-    plane = std::min({plane, ansa_width * b, ansa_length * shape_.half_length});
+    fine = std::min({fine, ansa_width * b, ansa_length * shape_.half_length});
   }
+  const double plane = column_lengths * b / std::max(shape_.decline, 1.0);
   const double cosine = std::abs(direction[2]);
   const double sine = std::sqrt(std::max(1 - cosine * cosine, 0.0));
   double side = std::hypot(plane * cosine, column_lengths * shape_.z0 * sine);
   if (shape_.peanut > 0)
     side = std::min(side, std::hypot(plane, shape_.peanut_width * shape_.half_length));
-  return {.envelope = std::min(plane, side)};
+  return {.envelope = std::min(plane, side), .texture = fine};
 }
 
 ComponentKind bar_kind() {

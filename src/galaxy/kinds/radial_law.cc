@@ -1,7 +1,10 @@
 #include "gamer/galaxy/kinds/radial_law.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
+#include <mutex>
 #include <numbers>
 
 #include "gamer/core/error.h"
@@ -52,14 +55,7 @@ RadialLaw::RadialLaw(double rh, double inner, const RadialShape& shape)
       norm_(softplus(-shape.break_sharpness * shape.break_radius) / shape.break_sharpness),
       cosine_(std::cos(shape.position_angle)),
       sine_(std::sin(shape.position_angle)) {
-  if (shape.is_ring() || shape.is_broken()) {
-    inside_.push_back(0);
-    for (int i = 0; i < steps; ++i) {
-      const double m = end_ * (i + 0.5) / steps;
-      inside_.push_back(inside_.back() + m * std::exp(logarithm(m)));
-    }
-    for (double& share : inside_) share /= inside_.back();
-  }
+  if (shape.is_ring() || shape.is_broken()) inside_ = shared_integrals();
   if (!shape.is_ring() && inner == 0) return;
   peak_ = 0;
   constexpr int samples = 1000;
@@ -68,6 +64,33 @@ RadialLaw::RadialLaw(double rh, double inner, const RadialShape& shape)
   };
   for (int i = 1; i < samples; ++i) look_at(end_ * i / samples);
   if (shape.is_ring()) look_at(shape.ring_radius);
+}
+
+std::shared_ptr<const std::vector<double>> RadialLaw::shared_integrals() const {
+  // All numbers on which the integrals depend.
+  using Key = std::array<double, 8>;
+  static std::mutex mutex;
+  static std::map<Key, std::weak_ptr<const std::vector<double>>> known;
+  const Key key{rh_,
+                end_,
+                shape_.break_radius,
+                shape_.outer_rh,
+                shape_.break_sharpness,
+                shape_.ring_radius,
+                shape_.ring_width,
+                shape_.ring_outer_width};
+  const std::lock_guard lock(mutex);
+  std::erase_if(known, [](const auto& entry) { return entry.second.expired(); });
+  std::weak_ptr<const std::vector<double>>& entry = known[key];
+  if (auto integrals = entry.lock()) return integrals;
+  auto integrals = std::make_shared<std::vector<double>>(1, 0.0);
+  for (int i = 0; i < steps; ++i) {
+    const double m = end_ * (i + 0.5) / steps;
+    integrals->push_back(integrals->back() + m * std::exp(logarithm(m)));
+  }
+  for (double& share : *integrals) share /= integrals->back();
+  entry = integrals;
+  return integrals;
 }
 
 double RadialLaw::logarithm(double m) const {
@@ -108,14 +131,14 @@ double RadialLaw::bound(double nearest, double farthest) const {
 }
 
 double RadialLaw::quantile(double u) const {
-  if (inside_.empty()) {
+  if (inside_ == nullptr) {
     const double end = std::min(1 / (rh_ * shape_.axis_ratio), reach);
     return rh_ * (u < 1 ? gamma2_quantile((1 - (1 + end) * std::exp(-end)) * u) : end);
   }
   if (u >= 1) return end_;
-  const auto above = std::upper_bound(inside_.begin(), inside_.end() - 1, u);
+  const auto above = std::upper_bound(inside_->begin(), inside_->end() - 1, u);
   const double low = *(above - 1), share = (u - low) / (*above - low);
-  return end_ * (static_cast<double>(above - 1 - inside_.begin()) + share) / steps;
+  return end_ * (static_cast<double>(above - 1 - inside_->begin()) + share) / steps;
 }
 
 double RadialLaw::length() const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -74,13 +75,17 @@ class RadialLaw {
   static RadialShape read(const ParameterSet& values, const std::string& context);
 
  private:
+  std::shared_ptr<const std::vector<double>> shared_integrals() const;
+
   double rh_, inner_;
   RadialShape shape_;
   double end_;
   double norm_;  ///< ln(1 + e^(-s b))/s
   double cosine_, sine_;
   double peak_ = 1;
-  std::vector<double> inside_;  ///< the integral of m f up to equal steps of m, over that to end()
+  /// The integral of m f up to equal steps of m, over that to end(). Equal laws share it; null for
+  /// an exponential.
+  std::shared_ptr<const std::vector<double>> inside_;
 };
 
 }  // namespace gamer
