@@ -12,6 +12,7 @@
 #include <numeric>
 #include <vector>
 
+#include "gamer/job/journal.h"
 #include "gamer/job/report.h"
 #include "gamer/job/resume.h"
 #include "gamer/job/schedule.h"
@@ -31,8 +32,6 @@ constexpr double microsecond = 1e-6;
 /// Rank 0's time for each value of a pixel, in the journal (1 to 10 ns) and the writer
 /// (journal_bench).
 constexpr double writing_seconds = 5e-9;
-/// Rows that wait for the journal to begin (render/journal.h).
-constexpr std::uint64_t most_pending = std::uint64_t{32} << 20;
 
 double seconds_of(clockid_t clock) {
   timespec time{};
@@ -187,7 +186,8 @@ JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int thread
   estimate.other_memory = std::max(peak_memory(), working);
   const auto suffix = image_suffix(job.parameters.image.output.path);
   const bool is_fits = suffix == ImageSuffix::fits || suffix == ImageSuffix::fits_compressed;
-  const std::uint64_t pending = std::min(most_pending, of_rows(renderer.height()));
+  const std::uint64_t pending =
+      std::min<std::uint64_t>(Journal::most_pending, of_rows(renderer.height()));
   const std::uint64_t picture =
       is_fits ? 0 : picture_memory(renderer.width(), renderer.height(), renderer.planes());
   estimate.memory = std::max(peak_memory(), working + pending + picture);

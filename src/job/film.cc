@@ -12,6 +12,7 @@
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 #include "gamer/core/simd.h"
+#include "gamer/image/new_file.h"
 #include "gamer/image/picture.h"
 #include "gamer/job/resume.h"
 #include "gamer/job/truth_table.h"
@@ -33,8 +34,6 @@ constexpr double probe_seconds = 1;
 
 /// Numbers of a picture's tone.
 constexpr std::size_t tone_numbers = 8;
-
-bool is_there(const fs::path& file) { return are_there({file}); }
 
 /// The number in "<stem>_0007<...>", from 1; 0 where there is none.
 int frame_number(const std::string& name, const std::string& stem) {

@@ -28,11 +28,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_there(const fs::path& file) {
-  std::error_code error;
-  return fs::exists(fs::symlink_status(file, error));
-}
-
 /// Device and number of a file; a link counts as the file that it leads to.
 std::optional<std::pair<std::uint64_t, std::uint64_t>> identity(const fs::path& file) {
   struct stat status {};

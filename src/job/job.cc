@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "gamer/core/capitals.h"
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/units.h"
 #include "gamer/core/version.h"
@@ -36,19 +37,11 @@ namespace {
 const std::string parameters_name = recorded_parameters;
 const std::string scene_name = recorded_scene;
 
-std::string upper(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) {
-    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
-  }
-  return result;
-}
-
 Card parameter_card(const std::string& section, const Parameter& parameter,
                     const ParameterValue& value) {
   Card card;
-  card.key =
-      fmt::format("HIERARCH {}{} {}", record_key_stem, upper(section), upper(parameter.name));
+  card.key = fmt::format("HIERARCH {}{} {}", record_key_stem, in_capitals(section),
+                         in_capitals(parameter.name));
   if (const auto* flag = std::get_if<bool>(&value)) {
     card.value = *flag;
   } else if (const auto* whole = std::get_if<std::int64_t>(&value)) {

@@ -28,7 +28,6 @@ namespace {
 constexpr std::string_view magic = "gamer journal 2\n";
 /// The first bytes of journals of all versions.
 constexpr std::string_view magic_start = "gamer journal ";
-constexpr std::size_t most_pending = std::size_t{32} << 20;
 /// Tries for a lock, with a pause between: a killed process may take two seconds to be gone.
 constexpr int lock_tries = 20;
 constexpr std::chrono::milliseconds lock_pause{100};

@@ -53,12 +53,6 @@ std::optional<CelestialWcs> optional_wcs(const FitsHeader& header, const std::st
   return celestial_wcs(header, label);
 }
 
-/// Area to which the flux of a zero point belongs: the pixel, or its arcsec^2 for a brightness.
-double calibrated_area(const std::string& unit, const FitsHeader& header,
-                       const std::string& label) {
-  return is_brightness(unit) ? std::pow(pixel_scale(header, label), 2) : 1;
-}
-
 /// What a number lacks to a multiple of `step`.
 int to_multiple(int number, int step) {
   const int rest = number % step;

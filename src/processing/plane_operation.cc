@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "gamer/core/capitals.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/image/fits/record_names.h"
@@ -28,12 +29,6 @@ int image_count(const FitsInput& input) {
 }
 
 }  // namespace
-
-std::string in_capitals(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return text;
-}
 
 int output_bitpix(const OperationCall& call, const FitsHdu& hdu) {
   constexpr int float_bitpix = -32, double_bitpix = -64, small_integer = 16;

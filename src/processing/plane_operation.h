@@ -70,9 +70,6 @@ int output_bitpix(const OperationCall& call, const FitsHdu& hdu);
 /// An HDU's name in messages: the file, with the HDU's name or number where there are several.
 std::string hdu_label(const FitsInput& input, const FitsHdu& hdu);
 
-/// The text with ASCII letters in capitals.
-std::string in_capitals(std::string text);
-
 /// Indices in hdus() of the HDUs that a text names: an EXTNAME in any case, a number, "first" (the
 /// first image) or "all". Throws InputError "gutil <operation>: ...", with all names.
 std::vector<std::size_t> chosen_hdus(const std::string& operation, const FitsInput& input,

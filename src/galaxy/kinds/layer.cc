@@ -51,12 +51,8 @@ namespace HWY_NAMESPACE {
 /// Delta in [0, pi]: the distance of `angle` from the nearest multiple of the period.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V DistanceToMultiple(D d, V angle, double period) {
-  // The period has two parts. The first has few bits, so that its multiples are exact.
   const float high = std::floor(static_cast<float>(period) * 0x1p10f) * 0x1p-10f;
-  const auto low = static_cast<float>(period - double{high});
-  const V n = hn::Round(hn::Mul(angle, hn::Set(d, static_cast<float>(1 / period))));
-  const V rest = hn::NegMulAdd(n, hn::Set(d, high), angle);
-  return hn::Abs(hn::NegMulAdd(n, hn::Set(d, low), rest));
+  return hn::Abs(NearestRest(d, angle, period, high));
 }
 
 /// The envelope, with an absolute error below 4e-7 + 1.5e-7 A_w for exact coordinates and windings.
@@ -69,10 +65,7 @@ void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* 
     auto z = hn::Abs(hn::Load(d, batch.z.data() + i));
     const auto thinning = hn::Mul(r, hn::Set(d, -in.flare));
     if (in.flare > 0) z = hn::Mul(z, Exp2(d, thinning));
-    // sech^2(u) = 4 e^(-2u)/(1 + e^(-2u))^2
-    const auto e = Exp2(d, hn::Mul(z, hn::Set(d, in.z_factor)));
-    const auto sum = hn::Add(one, e);
-    auto value = hn::Div(hn::Mul(hn::Set(d, 4.0f), e), hn::Mul(sum, sum));
+    auto value = SquaredSech(d, Exp2(d, hn::Mul(z, hn::Set(d, in.z_factor))));
     auto m = r;
     if (!in.law.is_round) m = EllipseRadius(d, r, hn::Load(d, batch.azimuth.data() + i), in.law);
     auto exponent = RadialExponent(d, m, in.law);
@@ -522,33 +515,55 @@ ColumnScale Layer::column_scale(const double nearest[3], const double direction[
   return {.envelope = scale, .texture = texture};
 }
 
-void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const {
-  double o[3], d[3];
-  law_.stretch(ray.origin, o);
-  law_.stretch(ray.direction, d);
-  const double dd = d[0] * d[0] + d[1] * d[1];
-  const double od = o[0] * d[0] + o[1] * d[1];
-  const double oo = o[0] * o[0] + o[1] * o[1];
-  // The part of the ray where sech^2(z/z0) f can exceed the threshold.
-  double begin = ray.begin, end = ray.end;
+/// A ray through a layer, in the coordinates of RadialLaw::stretch().
+struct Layer::Path {
+  double o[3], d[3];  ///< origin and direction
+  double begin, end;  ///< the part that is integrated
+  double dd, od, oo;  ///< products of the vectors within the plane
+  bool is_upright;    ///< runs along the axis
+  double per_dd;      ///< 1/dd, or 0 for an upright ray
+};
+
+bool Layer::cut(const BallRay& ray, const Accuracy& accuracy, Path& path) const {
+  law_.stretch(ray.origin, path.o);
+  law_.stretch(ray.direction, path.d);
+  const double* const o = path.o;
+  const double* const d = path.d;
+  path.dd = d[0] * d[0] + d[1] * d[1];
+  path.od = o[0] * d[0] + o[1] * d[1];
+  path.oo = o[0] * o[0] + o[1] * o[1];
+  path.begin = ray.begin;
+  path.end = ray.end;
+  path.is_upright = path.dd < least_divisor;
+  path.per_dd = path.is_upright ? 0.0 : 1 / path.dd;
+  // The part of the ray where sech^2(z/z0) f can exceed the threshold; sech^2(u) < 4 e^(-2u).
   const double log_least = accuracy.log_envelope_threshold + log_peak_;
-  // sech^2(u) < 4 e^(-2u)
   const double r_limit = law_.limit(log_least);
   const double z_limit =
       shape_.z0 * shape_.flare_at(std::min(r_limit, 1.0)) * (std::numbers::ln2 - 0.5 * log_least);
-  if (!cut_slab(o[2], d[2], z_limit, begin, end)) return;
-  const bool is_upright = dd < least_divisor;
-  const double per_dd = is_upright ? 0.0 : 1 / dd;
-  if (!is_upright) {
-    const double root2 = od * od - dd * (oo - r_limit * r_limit);
-    if (root2 <= 0) return;
-    const double root = std::sqrt(root2);
-    begin = std::max(begin, (-od - root) * per_dd);
-    end = std::min(end, (-od + root) * per_dd);
-    if (end <= begin) return;
-  } else if (oo >= r_limit * r_limit) {
-    return;
+  if (!cut_slab(o[2], d[2], z_limit, path.begin, path.end)) return false;
+  if (path.is_upright) return path.oo < r_limit * r_limit;
+  const double root2 = path.od * path.od - path.dd * (path.oo - r_limit * r_limit);
+  if (root2 <= 0) return false;
+  const double root = std::sqrt(root2);
+  path.begin = std::max(path.begin, (-path.od - root) * path.per_dd);
+  path.end = std::min(path.end, (-path.od + root) * path.per_dd);
+  return path.end > path.begin;
+}
+
+double Layer::texture_rate(const BallRay& ray, double speed) const {
+  double frequency = texture_frequency();
+  if (texture() != nullptr && ray.footprint > 0) {
+    const double seen = seen_cycles * texture()->sharpness() / footprint_scale();
+    frequency = std::min(frequency, seen / ray.footprint);
   }
+  return nodes_per_period * frequency * speed;
+}
+
+void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const {
+  Path path;
+  if (!cut(ray, accuracy, path)) return;
+  const auto& [o, d, begin, end, dd, od, oo, is_upright, per_dd] = path;
   out.extend(begin, end);
   out.has_texture = out.has_texture || texture() != nullptr;
   // The envelope is largest near the plane, shifted towards the axis along grazing rays. There the
@@ -569,16 +584,10 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
   }
   centre = std::clamp(centre, begin, end);
   const double speed = std::sqrt(dd + d[2] * d[2]);
-  double frequency = texture_frequency();
-  if (texture() != nullptr && ray.footprint > 0) {
-    const double seen = seen_cycles * texture()->sharpness() / footprint_scale();
-    frequency = std::min(frequency, seen / ray.footprint);
-  }
-  const double texture_rate = nodes_per_period * frequency * speed;
   out.focuses.push_back(
-      {centre, layer_width / (across + 0.5 * along), across + along + texture_rate});
+      {centre, layer_width / (across + 0.5 * along), across + along + texture_rate(ray, speed)});
   if (is_ring) {
-    if (!is_upright) add_ring(o, d, begin, end, out);
+    if (!is_upright) add_ring(path, out);
     return;
   }
   // The cusp of exp(-r/rh) at the axis, and a hole.
@@ -590,11 +599,8 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
   }
 }
 
-void Layer::add_ring(const double o[3], const double d[3], double begin, double end,
-                     RayPlan& out) const {
-  const double dd = d[0] * d[0] + d[1] * d[1];
-  const double od = o[0] * d[0] + o[1] * d[1];
-  const double oo = o[0] * o[0] + o[1] * o[1];
+void Layer::add_ring(const Path& path, RayPlan& out) const {
+  const auto& [o, d, begin, end, dd, od, oo, is_upright, per_dd] = path;
   const double radius = shape_.radial.ring_radius, ring_width = law_.length(), axis = -od / dd;
   const double inside2 = radius * radius - std::max(oo + od * axis, 0.0);
   if (inside2 < 0 && std::sqrt(radius * radius - inside2) - radius > seen_widths * ring_width) {

@@ -9,6 +9,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "gamer/core/capitals.h"
 #include "image/fits/fits_number.h"
 
 namespace gamer {
@@ -207,10 +208,7 @@ std::string record_key(std::string_view record) {
     fits_clear_errmsg();
     return {};
   }
-  std::string key = name;
-  std::transform(key.begin(), key.end(), key.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return key;
+  return in_capitals(name);
 }
 
 std::size_t card_length(std::span<const std::string> records) {
