@@ -45,8 +45,8 @@ std::uint64_t resident_memory() {
   return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-/// Seconds per unit of cost, in squares of pixels around probes. They are tiles where these are
-/// cheap, and down to single pixels where time is short.
+/// Seconds per unit of cost, measured in squares of pixels around probes. A square is a tile where
+/// tiles are cheap, and down to a single pixel where time is short.
 double seconds_per_cost(const Renderer& renderer, const std::vector<ProbedPixel>& probes,
                         double most_seconds) {
   std::vector<double> sums(probes.size());
@@ -57,7 +57,7 @@ double seconds_per_cost(const Renderer& renderer, const std::vector<ProbedPixel>
   double seconds = 0, cost = 0, spent = 0;
   int side = 1;
   for (std::size_t tile = 0; tile < most_tiles && spent < most_seconds; ++tile) {
-    // Probes are evenly spread after any number of tiles.
+    // After any number of tiles the probes so far are evenly spread.
     const double at = all * std::fmod((static_cast<double>(tile) + 0.5) * std::numbers::phi, 1.0);
     const auto found = std::lower_bound(sums.begin(), sums.end(), at);
     const ProbedPixel& probe =
@@ -71,7 +71,7 @@ double seconds_per_cost(const Renderer& renderer, const std::vector<ProbedPixel>
     spent += took;
     constexpr int least_tiles = 5;
     if (took < most_seconds / least_tiles / 4) side = std::min(2 * side, Renderer::tile_rows);
-    // The first one pays for what later ones find ready.
+    // The first probe is not counted: it fills caches that later ones use.
     if (tile == 0 && spent < most_seconds) continue;
     seconds += took;
     cost += estimated_cost(counts);

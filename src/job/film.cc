@@ -206,7 +206,7 @@ JobEstimate Film::estimate(int ranks, int threads, double reading) {
     const int i = probes == 1 ? 0 : probe * (count - 1) / (probes - 1);
     const double begin = process_seconds();
     RenderParameters own = frame(left_[static_cast<std::size_t>(i)]);
-    // The film's tone is not known yet, and a frame's own would take time.
+    // The film's tone is not known yet, and measuring a frame's own tone would take time.
     if (!own.image.output.tone) own.set("image", "tone", std::vector<double>(tone_numbers, 0.0));
     const RenderJob job = jobs_->make(std::move(own));
     const double making = process_seconds() - begin;

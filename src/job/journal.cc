@@ -296,7 +296,7 @@ struct Journal::Entry {
   std::uint64_t bytes = 0;
 };
 
-/// Where the rows of an entry stand.
+/// Place of an entry's rows in the file.
 struct Journal::Block {
   Entry entry;
   std::uint64_t offset;
@@ -367,7 +367,7 @@ void Journal::discard(const std::filesystem::path& path) {
   try {
     journal->read_entries();
   } catch (const InputError&) {
-    // A damaged journal is removed too.
+    // A damaged journal is removed, too.
   }
   journal->remove();
 }

@@ -12,10 +12,11 @@ namespace {
 // larger ones would cost precision.
 constexpr double largest_offset = 16.0;
 
-// A coordinate of single precision times more is too coarse for the noise to be smooth (noise.h).
+// At higher frequencies coordinates in single precision are too coarse for a smooth noise
+// (noise.h).
 constexpr double largest_frequency = 1e5;
 
-// Where a component names a combination of scale-free octaves and no lacunarity.
+// The lacunarity of a combination of scale-free octaves that names none.
 constexpr double usual_lacunarity = 2.0;
 
 // With this floor |v|^-20 stays within single precision.

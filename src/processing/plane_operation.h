@@ -57,7 +57,7 @@ void drop_record(FitsHeader& header);
 /// Runs an operation with one output. Images of the first input go through `change` plane by plane,
 /// and their header through `edit`. HISTORY is added, and every other HDU is copied. With further
 /// inputs the record is dropped. Images of role variance go through `variance` instead. Their tasks
-/// have the index of the plane (of the image before) whose variance they are; all tasks have the
+/// have the index of the plane, of the image before, whose variance they are. All tasks have the
 /// count of planes that are not variances. Throws InputError where the file has no image.
 void change_planes(const OperationCall& call, const PlaneChange& change,
                    const HeaderChange& edit = {}, const ExtraImages& extra = {},

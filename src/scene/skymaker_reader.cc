@@ -129,8 +129,8 @@ class Row {
   std::array<double, word_count> values_{};
 };
 
-/// SED of a disk: that of the nearest of Stuff's types, midway of the later one. Its default SEDs
-/// are E (types -6, -2), Sbc (2, 4), Scd (6) and Im (10).
+/// SED of a disk: that of the nearest of Stuff's types, and of the later one midway between two.
+/// Its default SEDs are E (types -6, -2), Sbc (2, 4), Scd (6) and Im (10).
 const char* disk_sed(double type) {
   constexpr double first_sbc = 0;
   constexpr double first_scd = 5;
@@ -195,7 +195,7 @@ Shape shape_of(const Row& row) {
     shape.inclination = std::acos(std::sqrt(cosine2)) / degree;
     if (bulge) made.flattening = bulge_flattening(made.flattening, cosine2);
   } else {
-    // Any flattening up to the aspect ratio would do; this one is seen edge-on.
+    // Any flattening up to the aspect ratio fits. This one is seen edge-on.
     made.flattening = std::max(made.flattening, smallest_flattening);
   }
   shape.type = made.name();

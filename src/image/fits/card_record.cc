@@ -66,8 +66,8 @@ std::string card_prefix(const std::string& key) {
   return fmt::format("{:<{}}= ", key, keyword_width);
 }
 
-/// A string value in quotes, cut into pieces that fit the room of the first card and of further
-/// cards; all pieces but the last end in '&'.
+/// A string value in quotes, cut into pieces for the first card and for further ones. All pieces
+/// but the last end in '&'.
 std::vector<std::string> quoted_pieces(std::string_view text, std::size_t first_room,
                                        std::size_t next_room) {
   std::vector<std::string> pieces;
