@@ -416,17 +416,10 @@ TEST(StarPainter, PartsAddUp) {
                              "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = false\n"
                              "[[component]]\nclass = \"dust\"\nnoise = false\n";
   const TextScene text{{{"g", galaxy}}, "galaxy x y z\ng 0 0 0\n", view(outside, 32, 3)};
-  const RenderParameters parameters =
-      RenderParameters::read(parse_toml(text.parameters, "render.par"));
-  const Camera camera(parameters);
-  Resources resources = text_resources(text);
-  const Spectrum spectrum = load_spectrum(parameters, resources);
-  const auto scene = std::make_shared<Scene>(
-      read_scene(text.scene, "scene.lst", parameters, spectrum, camera, resources));
   TruthSettings truth;
   truth.parts = TruthSettings::Parts::components;
   truth.dust_free = true;
-  const Renderer renderer(parameters, camera, scene, spectrum, truth);
+  const Renderer renderer = text_renderer(text, truth);
   ThreadExecutor executor(1);
   const Image image = render_image(renderer, executor);
   // Two planes each: the image, dust-free, the field's, the disk's.
