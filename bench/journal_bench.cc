@@ -1,5 +1,6 @@
-// What the journal costs rank 0: nanoseconds per value (of a pixel in one plane) for dense single
-// and double precision and for empty sky, on the disk of the folder for temporary files.
+// Cost of the journal for rank 0, in nanoseconds per value (of a pixel in one plane). Values are
+// dense in single and in double precision, or empty sky. The disk is that of the folder for
+// temporary files.
 
 #include <benchmark/benchmark.h>
 

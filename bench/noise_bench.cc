@@ -1,6 +1,7 @@
-// Noise evaluations per second on one core, for each kind and SIMD target: sums of octaves; their
-// other combinations; octaves on a helix and a torus; and vector values, counted once for all their
-// components. Before them the core's peak, multiplications and additions per second.
+// Noise evaluations per second on one core, for each kind and SIMD target. There are sums of
+// octaves, their other combinations, octaves on a helix and a torus, and vector values, counted
+// once for all their components. The core's peak stands before them, in multiplications and
+// additions per second.
 
 #include <benchmark/benchmark.h>
 

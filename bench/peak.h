@@ -8,7 +8,7 @@ namespace gamer {
 std::size_t peak_operations();
 
 /// Multiply-adds that wait neither for memory nor for each other, with the vectors of the SIMD
-/// target in use: what a core can do at most. The result only keeps them from being left out.
+/// target in use. No core does more. The result only keeps them from being left out.
 float work_at_peak();
 
 }  // namespace gamer

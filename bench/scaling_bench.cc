@@ -1,12 +1,12 @@
-// What efficiency is to be expected of many ranks. Renders scenes once, strip by strip, and
-// measures what the rows cost, what preparing, writing and messages cost; then hands out the
-// schedule's blocks to so many ranks in a simulation of the protocol (src/parallel/mpi).
+// Predicts the efficiency of many ranks. Scenes are rendered once, strip by strip. The costs of
+// rows, preparing, writing and messages are measured. A simulation of the protocol
+// (src/parallel/mpi) then hands out the schedule's blocks to so many ranks.
 //
 //   scaling_bench [--json FILE] [--growth 1,16] [--ranks 64,256,1024,4096] [--latency US]
 //                 [--bandwidth GB/S] SCENE...        names of scenes/, SCENE:SIZE for another size
 //
-// Started by mpirun with two ranks or more it measures what a block's messages take of rank 0;
-// alone it takes 20 us. --growth G: the image has G times the pixels on a side.
+// Started by mpirun with two ranks or more it measures the time of rank 0 for a block's messages.
+// Alone it takes 20 us. --growth G: the image has G times the pixels on a side.
 
 #include <fmt/format.h>
 
@@ -154,18 +154,28 @@ double measure_messages(const Ranks& ranks) {
   return (thread_seconds() - begin) / blocks;
 }
 
-/// Every rank has one thread and holds one block besides the one that it computes; two results of
-/// each may be on their way. Rank 0 serves requests and results in the order in which they come, by
-/// a thread of its own beside the one that computes.
-Outcome simulate(const Workload& load, int ranks, const Costs& costs) {
-  const int most_rows = most_block_rows(load.width, load.planes);
-  const std::vector<RowRange> blocks = cost_blocks(load.estimated, ranks, most_rows);
+/// A run of the protocol. Every rank has one thread and holds one block besides the one that it
+/// computes; two results of each may be on their way. Rank 0 serves requests and results in the
+/// order in which they come, by a thread of its own beside the one that computes.
+class Simulation {
+ public:
+  Simulation(const Workload& load, int ranks, const Costs& costs)
+      : load_(load),
+        costs_(costs),
+        blocks_(cost_blocks(load.estimated, ranks, most_block_rows(load.width, load.planes))),
+        ranks_(static_cast<std::size_t>(ranks)) {
+    outcome_.blocks = blocks_.size();
+  }
+  Outcome run();
+
+ private:
+  static constexpr int most_on_their_way = 2;
   struct Rank {
     std::deque<std::size_t> held;
     bool is_computing = false;
     int on_their_way = 0;
     bool has_finished_block = false;
-    double finished_values = 0;
+    double values = 0;  ///< of the block in work, or finished last
     double idle_since = 0;
   };
   enum class What { request, finished, result };
@@ -176,85 +186,96 @@ Outcome simulate(const Workload& load, int ranks, const Costs& costs) {
     double values;
     bool operator>(const Happening& other) const { return time > other.time; }
   };
-  std::priority_queue<Happening, std::vector<Happening>, std::greater<>> queue;
-  std::vector<Rank> all(static_cast<std::size_t>(ranks));
-  Outcome outcome;
-  outcome.blocks = blocks.size();
-  std::size_t next = 0;
-  double server_free = 0;
-  constexpr int most_on_their_way = 2;
-  const auto seconds_of = [&](std::size_t block) {
-    const RowRange& rows = blocks[block];
-    return std::accumulate(load.measured.begin() + rows.first, load.measured.begin() + rows.last,
-                           0.0);
-  };
-  const auto values_of = [&](std::size_t block) {
-    return static_cast<double>(blocks[block].size()) * load.width * load.planes;
-  };
-  // A rank computes the first of the blocks that it holds, where it may.
-  std::vector<double> values_in_work(all.size());
-  const auto start = [&](int rank, double time) {
-    Rank& own = all[static_cast<std::size_t>(rank)];
-    if (own.is_computing || own.has_finished_block || own.held.empty()) return;
-    const std::size_t block = own.held.front();
-    own.held.pop_front();
-    own.is_computing = true;
-    const double seconds = seconds_of(block);
-    outcome.largest = std::max(outcome.largest, seconds);
-    values_in_work[static_cast<std::size_t>(rank)] = values_of(block);
-    queue.push({time + seconds, What::finished, rank, 0});
-    queue.push({time + costs.latency, What::request, rank, 0});
-  };
-  const auto send = [&](int rank, double time) {
-    Rank& own = all[static_cast<std::size_t>(rank)];
-    if (!own.has_finished_block || own.on_their_way == most_on_their_way) return;
-    own.has_finished_block = false;
-    ++own.on_their_way;
-    queue.push({time + costs.latency + own.finished_values * sizeof(double) / costs.bandwidth,
-                What::result, rank, own.finished_values});
-  };
-  for (int rank = 0; rank < ranks; ++rank) {
-    queue.push({0, What::request, rank, 0});
-    queue.push({0, What::request, rank, 0});
-  }
-  while (!queue.empty()) {
-    const Happening now = queue.top();
-    queue.pop();
-    Rank& own = all[static_cast<std::size_t>(now.rank)];
-    switch (now.what) {
-      case What::request: {
-        const double begin = std::max(now.time, server_free), service = 0.5 * costs.message;
-        server_free = begin + service;
-        outcome.server += service;
-        if (next == blocks.size()) break;
-        own.held.push_back(next++);
-        start(now.rank, server_free + costs.latency);
-        break;
-      }
-      case What::finished:
-        own.is_computing = false;
-        own.has_finished_block = true;
-        own.finished_values = values_in_work[static_cast<std::size_t>(now.rank)];
-        own.idle_since = now.time;
-        send(now.rank, now.time);
-        start(now.rank, now.time);
-        break;
-      case What::result: {
-        const double begin = std::max(now.time, server_free);
-        const double service = 0.5 * costs.message + now.values * costs.value +
-                               now.values * sizeof(double) / costs.bandwidth;
-        server_free = begin + service;
-        outcome.server += service;
-        outcome.wall = std::max(outcome.wall, server_free);
-        --own.on_their_way;
-        send(now.rank, server_free);
-        start(now.rank, server_free);
-        break;
-      }
+
+  Rank& rank(int number) { return ranks_[static_cast<std::size_t>(number)]; }
+  /// A rank computes the first of the blocks that it holds, where it may.
+  void start(int number, double time);
+  void send(int number, double time);
+  /// Rank 0 works for `service` seconds. Returns when it is done.
+  double serve(double time, double service);
+  void take(const Happening& now);
+
+  const Workload& load_;
+  const Costs& costs_;
+  const std::vector<RowRange> blocks_;
+  std::vector<Rank> ranks_;
+  std::priority_queue<Happening, std::vector<Happening>, std::greater<>> queue_;
+  std::size_t next_ = 0;
+  double server_free_ = 0;
+  Outcome outcome_;
+};
+
+void Simulation::start(int number, double time) {
+  Rank& own = rank(number);
+  if (own.is_computing || own.has_finished_block || own.held.empty()) return;
+  const RowRange& rows = blocks_[own.held.front()];
+  own.held.pop_front();
+  own.is_computing = true;
+  const double seconds =
+      std::accumulate(load_.measured.begin() + rows.first, load_.measured.begin() + rows.last, 0.0);
+  outcome_.largest = std::max(outcome_.largest, seconds);
+  own.values = static_cast<double>(rows.size()) * load_.width * load_.planes;
+  queue_.push({time + seconds, What::finished, number, 0});
+  queue_.push({time + costs_.latency, What::request, number, 0});
+}
+
+void Simulation::send(int number, double time) {
+  Rank& own = rank(number);
+  if (!own.has_finished_block || own.on_their_way == most_on_their_way) return;
+  own.has_finished_block = false;
+  ++own.on_their_way;
+  queue_.push({time + costs_.latency + own.values * sizeof(double) / costs_.bandwidth, What::result,
+               number, own.values});
+}
+
+double Simulation::serve(double time, double service) {
+  server_free_ = std::max(time, server_free_) + service;
+  outcome_.server += service;
+  return server_free_;
+}
+
+void Simulation::take(const Happening& now) {
+  Rank& own = rank(now.rank);
+  switch (now.what) {
+    case What::request: {
+      const double done = serve(now.time, 0.5 * costs_.message);
+      if (next_ == blocks_.size()) break;
+      own.held.push_back(next_++);
+      start(now.rank, done + costs_.latency);
+      break;
+    }
+    case What::finished:
+      own.is_computing = false;
+      own.has_finished_block = true;
+      own.idle_since = now.time;
+      send(now.rank, now.time);
+      start(now.rank, now.time);
+      break;
+    case What::result: {
+      const double done = serve(now.time, 0.5 * costs_.message + now.values * costs_.value +
+                                              now.values * sizeof(double) / costs_.bandwidth);
+      outcome_.wall = std::max(outcome_.wall, done);
+      --own.on_their_way;
+      send(now.rank, done);
+      start(now.rank, done);
+      break;
     }
   }
-  for (const Rank& own : all) outcome.tail += (outcome.wall - own.idle_since) / ranks;
-  return outcome;
+}
+
+Outcome Simulation::run() {
+  const int count = static_cast<int>(ranks_.size());
+  for (int number = 0; number < count; ++number) {
+    queue_.push({0, What::request, number, 0});
+    queue_.push({0, What::request, number, 0});
+  }
+  while (!queue_.empty()) {
+    const Happening now = queue_.top();
+    queue_.pop();
+    take(now);
+  }
+  for (const Rank& own : ranks_) outcome_.tail += (outcome_.wall - own.idle_since) / count;
+  return outcome_;
 }
 
 std::vector<int> numbers(const std::string& text) {
@@ -284,11 +305,15 @@ const char* limit_of(double preparing, const Outcome& outcome, double least) {
   return outcome.wall > 1.1 * least ? "the end" : "-";
 }
 
-void run(const Ranks& ranks, int argc, char** argv) {
+struct Options {
   std::string json;
   std::vector<int> rank_counts = {64, 256, 1024, 4096}, growths = {1, 16};
   std::vector<std::string> scenes;
   Costs costs;
+};
+
+Options read_options(int argc, char** argv) {
+  Options options;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     const auto value = [&]() -> std::string {
@@ -296,20 +321,58 @@ void run(const Ranks& ranks, int argc, char** argv) {
       return argv[++i];
     };
     if (word == "--json") {
-      json = value();
+      options.json = value();
     } else if (word == "--growth") {
-      growths = numbers(value());
+      options.growths = numbers(value());
     } else if (word == "--ranks") {
-      rank_counts = numbers(value());
+      options.rank_counts = numbers(value());
     } else if (word == "--latency") {
-      costs.latency = 1e-6 * std::stod(value());
+      options.costs.latency = 1e-6 * std::stod(value());
     } else if (word == "--bandwidth") {
-      costs.bandwidth = 1e9 * std::stod(value());
+      options.costs.bandwidth = 1e9 * std::stod(value());
     } else {
-      scenes.push_back(word);
+      options.scenes.push_back(word);
     }
   }
-  if (scenes.empty()) scenes = {"deepfield_2014", "ngc4321"};
+  if (options.scenes.empty()) options.scenes = {"deepfield_2014", "ngc4321"};
+  return options;
+}
+
+/// Prints the table of one workload. Returns its rows as objects of JSON.
+std::string print_workload(const Workload& load, const Options& options) {
+  const double all = std::accumulate(load.measured.begin(), load.measured.end(), 0.0);
+  fmt::print(
+      "\n{}, {} x {} pixels: {:.1f} core seconds, {:.2f} s to read, {:.2f} core seconds of "
+      "measuring\n",
+      load.name, load.width, load.height, all, load.reading, load.measuring);
+  fmt::print("{:>6}{:>8}{:>12}{:>14}{:>12}{:>9}{:>9}{:>9}  {}\n", "ranks", "blocks", "rendering s",
+             "efficiency %", "with prep. %", "block s", "rank 0 %", "tail %", "limit");
+  std::string lines;
+  for (const int count : options.rank_counts) {
+    const Outcome outcome = Simulation(load, count, options.costs).run();
+    const double least = all / count;
+    const double preparing = seconds_to_prepare(load, count);
+    const double whole = outcome.wall + preparing;
+    const char* limit = limit_of(preparing, outcome, least);
+    fmt::print("{:>6}{:>8}{:>12.3f}{:>14.1f}{:>12.1f}{:>9.4f}{:>9.1f}{:>9.1f}  {}\n", count,
+               outcome.blocks, outcome.wall, 100 * least / outcome.wall, 100 * least / whole,
+               outcome.largest, 100 * outcome.server / outcome.wall,
+               100 * outcome.tail / outcome.wall, limit);
+    lines += fmt::format(
+        "{}\n    {{\"scene\": \"{}\", \"width\": {}, \"height\": {}, \"core_seconds\": {:.4f}, "
+        "\"preparing\": {:.4f}, \"ranks\": {}, \"blocks\": {}, \"rendering\": {:.5f}, "
+        "\"efficiency\": {:.4f}, \"efficiency_with_preparing\": {:.4f}, \"largest_block\": "
+        "{:.5f}, \"rank_0_busy\": {:.4f}, \"tail\": {:.4f}, \"limit\": \"{}\"}}",
+        lines.empty() ? "" : ",", load.name, load.width, load.height, all, preparing, count,
+        outcome.blocks, outcome.wall, least / outcome.wall, least / whole, outcome.largest,
+        outcome.server / outcome.wall, outcome.tail / outcome.wall, limit);
+  }
+  return lines;
+}
+
+void run(const Ranks& ranks, int argc, char** argv) {
+  Options options = read_options(argc, argv);
+  Costs& costs = options.costs;
   if (ranks.size() > 1) costs.message = measure_messages(ranks);
   if (ranks.rank() > 0) return;
   costs.value = measure_writing();
@@ -317,43 +380,17 @@ void run(const Ranks& ranks, int argc, char** argv) {
              1e6 * costs.message, ranks.size() > 1 ? "" : " (not measured)", 1e9 * costs.value,
              1e6 * costs.latency, 1e-9 * costs.bandwidth);
   std::string lines;
-  for (const std::string& scene : scenes) {
+  for (const std::string& scene : options.scenes) {
     const std::size_t colon = scene.find(':');
     const int size = colon == std::string::npos ? 0 : std::stoi(scene.substr(colon + 1));
     const Workload measured = measure_scene(scene.substr(0, colon), size);
-    for (const int growth : growths) {
-      const Workload load = grown(measured, growth);
-      const double all = std::accumulate(load.measured.begin(), load.measured.end(), 0.0);
-      fmt::print(
-          "\n{}, {} x {} pixels: {:.1f} core seconds, {:.2f} s to read, {:.2f} core seconds of "
-          "measuring\n",
-          load.name, load.width, load.height, all, load.reading, load.measuring);
-      fmt::print("{:>6}{:>8}{:>12}{:>14}{:>12}{:>9}{:>9}{:>9}  {}\n", "ranks", "blocks",
-                 "rendering s", "efficiency %", "with prep. %", "block s", "rank 0 %", "tail %",
-                 "limit");
-      for (const int count : rank_counts) {
-        const Outcome outcome = simulate(load, count, costs);
-        const double least = all / count;
-        const double preparing = seconds_to_prepare(load, count);
-        const double whole = outcome.wall + preparing;
-        const char* limit = limit_of(preparing, outcome, least);
-        fmt::print("{:>6}{:>8}{:>12.3f}{:>14.1f}{:>12.1f}{:>9.4f}{:>9.1f}{:>9.1f}  {}\n", count,
-                   outcome.blocks, outcome.wall, 100 * least / outcome.wall, 100 * least / whole,
-                   outcome.largest, 100 * outcome.server / outcome.wall,
-                   100 * outcome.tail / outcome.wall, limit);
-        lines += fmt::format(
-            "{}\n    {{\"scene\": \"{}\", \"width\": {}, \"height\": {}, \"core_seconds\": {:.4f}, "
-            "\"preparing\": {:.4f}, \"ranks\": {}, \"blocks\": {}, \"rendering\": {:.5f}, "
-            "\"efficiency\": {:.4f}, \"efficiency_with_preparing\": {:.4f}, \"largest_block\": "
-            "{:.5f}, \"rank_0_busy\": {:.4f}, \"tail\": {:.4f}, \"limit\": \"{}\"}}",
-            lines.empty() ? "" : ",", load.name, load.width, load.height, all, preparing, count,
-            outcome.blocks, outcome.wall, least / outcome.wall, least / whole, outcome.largest,
-            outcome.server / outcome.wall, outcome.tail / outcome.wall, limit);
-      }
+    for (const int growth : options.growths) {
+      const std::string rows = print_workload(grown(measured, growth), options);
+      lines += (lines.empty() ? "" : ",") + rows;
     }
   }
-  if (json.empty()) return;
-  std::ofstream file(json);
+  if (options.json.empty()) return;
+  std::ofstream file(options.json);
   file << fmt::format(
       "{{\n  \"message_seconds\": {}, \"value_seconds\": {}, \"latency_seconds\": {}, "
       "\"bandwidth_bytes\": {},\n  \"runs\": [{}\n  ]\n}}\n",

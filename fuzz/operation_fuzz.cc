@@ -1,7 +1,7 @@
 // Any options of any operation, on small images: an InputError, a RunError or an answer.
 //
-// The input is a command line: one word a line, the operation first. in.fits is a cube of three
-// bands on the sky, psf.fits a PSF; outputs of more than 1 MB fail as on a full disk.
+// The input is a command line: one word a line, the operation first. The file in.fits is a cube of
+// three bands on the sky, and psf.fits is a PSF. Outputs of more than 1 MB fail as on a full disk.
 
 #include <sys/resource.h>
 

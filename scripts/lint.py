@@ -7,7 +7,10 @@
 - Constants have names in snake_case like all others, no kConstant.
 - No comment or paragraph begins with words that leave its subject open ("The same", "Of ...",
   "By which ...", "Those that ...", "That of ...").
+- A sentence of a comment or a document has at most 25 words. Numbers, formulae and names of code
+  do not count, nor do tables and indented text.
 - A comment's lines have at most 100 columns.
+- A function has at most 60 lines, and a file of the programs and the library at most 600.
 - A section of docs/facts.md that is cited is there, and so is every file that a document names.
 """
 
@@ -33,6 +36,27 @@ BELOW = {
 OPEN_BEGINNING = re.compile(
     r"(The same\b(?! \w+ (as|for|in|of|whatever)\b)|Of [a-z]|By which\b|Those (that|which|of)\b|That of\b)"
 )
+# A sentence ends before a blank, but not behind these.
+SENTENCE_END = re.compile(
+    r"(?<!\bal\.)(?<!e\.g\.)(?<!i\.e\.)(?<!\bEq\.)(?<!\bEqs\.)(?<!\bvs\.)(?<=[.!?:])[\")*`]*\s+"
+)
+WORD = re.compile(r"[A-Za-z]+(?:['-][A-Za-z]+)*'?")
+MOST_WORDS = 25
+# Lines that begin a block without being a function.
+NO_FUNCTION = re.compile(
+    r"\s*(namespace|class|struct|enum|union|extern|if|for|while|switch|else|do|try|catch|case|default|[}#]|//)"
+)
+MOST_FUNCTION_LINES = 60
+MOST_FILE_LINES = 600
+# Files with a longer function, and its lines. The list may only become shorter.
+LONGER = {
+    "src/galaxy/calibration/dust_closure.cc": 68,
+    "src/job/job.cc": 64,
+    "src/render/galaxy_measure.cc": 67,
+    "src/render/march/node_map.cc": 68,
+    "src/render/medium.cc": 110,
+    "src/render/stars/star_painter.cc": 77,
+}
 CONSTANT = re.compile(r"\b(constexpr|const)\b[^;=(]*\bk[A-Z]\w*\s*[=({\[]")
 COLUMNS = 100
 
@@ -48,6 +72,75 @@ def layer_of(path):
     if parts[0] == "src":
         return parts[1]
     return parts[2] if parts[:2] == ("include", "gamer") else None
+
+
+def long_sentences(text):
+    """The sentences of a paragraph that have too many words, each by its first words."""
+    text = re.sub(r"`[^`]*`|\]\([^)]*\)", " ", text)
+    for sentence in SENTENCE_END.split(text):
+        words = [word.strip(".,;:()\"'[]!?*") for word in sentence.split()]
+        if sum(bool(WORD.fullmatch(word)) and (len(word) > 1 or word in "aAI") for word in words) > MOST_WORDS:
+            yield " ".join(words[:5])
+
+
+def comment_paragraphs(lines):
+    """The paragraphs of comments, each with the number of its first line. Indented lines are formulae."""
+    number, words = 0, []
+    for here, line in enumerate([*lines, ""], 1):
+        comment = re.match(r"\s*//[/!]? ?(?!<)(.*)", line)
+        behind = re.match(r".*\S.*///< (.*)", line)
+        is_text = comment and comment[1].strip() and comment[1][0] != " "
+        if words and not (is_text and not comment[1].startswith("- ")):
+            yield number, " ".join(words)
+            words = []
+        if is_text:
+            number = number if words else here
+            words.append(comment[1])
+        elif behind:
+            yield here, behind[1]
+
+
+def document_paragraphs(lines):
+    """The paragraphs and list items of a document, without tables, headings and code."""
+    number, words, is_code = 0, [], False
+    for here, line in enumerate([*lines, ""], 1):
+        is_code ^= line.startswith("```")
+        is_item = re.match(r"\s*([-*]|\d+\.) ", line)
+        is_text = line.strip() and not is_code and not re.match(r"    |[|#!<`]", line) or (is_item and not is_code)
+        if words and (is_item or not is_text):
+            yield number, " ".join(words)
+            words = []
+        if is_text:
+            number = number if words else here
+            words.append(line.strip())
+
+
+def check_sentences(path, paragraphs, complain):
+    for number, text in paragraphs(path.read_text().splitlines()):
+        for beginning in long_sentences(text):
+            complain(path, number, f"more than {MOST_WORDS} words in '{beginning} ...'")
+
+
+def check_lengths(path, complain):
+    """clang-format puts the brace that ends a block below the beginning of the line that opens it."""
+    lines = path.read_text().splitlines()
+    is_test = path.relative_to(ROOT).parts[0] == "tests"
+    if len(lines) > MOST_FILE_LINES and not is_test:
+        complain(path, len(lines), f"the file has more than {MOST_FILE_LINES} lines")
+    begin, indent = 0, None
+    for number, line in enumerate(lines, 1):
+        if indent is None:
+            if line.endswith("{"):
+                begin = number
+                while ")" in line and line.count("(") < line.count(")") and begin > 1:
+                    begin -= 1  # the parameters have several lines
+                    line = lines[begin - 1] + line.lstrip()
+                if not NO_FUNCTION.match(line):
+                    indent = len(line) - len(line.lstrip())
+        elif line.strip() and len(line) - len(line.lstrip()) <= indent and line.lstrip().startswith("}"):
+            if number - begin >= LONGER.get(str(path.relative_to(ROOT)), MOST_FUNCTION_LINES):
+                complain(path, begin, f"a function has {number - begin + 1} lines")
+            indent = None
 
 
 def check_code(path, complain):
@@ -104,12 +197,15 @@ def main():
     code = tracked(*[f"{folder}/**.{end}" for folder in folders for end in ("h", "cc", "cpp")])
     for path in code:
         check_code(path, complain)
+        check_sentences(path, comment_paragraphs, complain)
+        check_lengths(path, complain)
     documents = tracked("*.md", "docs/*.md")
     facts = (ROOT / "docs/facts.md").read_text()
     sections = set(re.findall(r"^## (\d+)\. ", facts, re.MULTILINE))
     sections |= set(re.findall(r"^\*\*(\d+\.\d+) ", facts, re.MULTILINE))
     for path in documents:
         check_document(path, complain)
+        check_sentences(path, document_paragraphs, complain)
     for path in code + documents + tracked("*.py", "*.sh"):
         check_references(path, sections, complain)
     print("\n".join(found), end="\n" if found else "")

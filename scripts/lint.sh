@@ -1,12 +1,14 @@
 #!/usr/bin/env bash
-# Checks the style of the whole source: clang-format, then the rules of scripts/lint.py. With --tidy
-# also the names and the checks of .clang-tidy, which take minutes and need a build in build/release.
+# Checks the style of the whole source: clang-format, the rules of scripts/lint.py, and whether the
+# picture of the architecture is up to date. With --tidy also the names and the checks of .clang-tidy,
+# which take minutes and need a build in build/release.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 mapfile -t files < <(git ls-files '*.h' '*.cc' '*.cpp')
 clang-format --dry-run --Werror "${files[@]}"
 python3 scripts/lint.py
+python3 scripts/architecture.py --check
 
 if [[ ${1:-} == --tidy ]]; then
   mapfile -t sources < <(git ls-files 'src/*.cc' 'apps/*.cpp')

@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Installs what is missing, configures and builds. Quick when there is nothing to do.
 #
-#   scripts/setup.sh [--tests] [--build DIR] [--preset NAME] [--targets "NAME..."]
+#   scripts/setup.sh [--tests] [--docs] [--build DIR] [--preset NAME] [--targets "NAME..."]
 #                    [CMake options of the first configuration]
 #
 # --tests also installs what the tests need and builds them; otherwise only the programs are built.
+# --docs also installs what scripts/docs.sh needs.
 # DIR is build/NAME where it is not given, NAME is release.
 # Exit codes: 2 when packages are missing and cannot be installed from here.
 set -euo pipefail
@@ -18,6 +19,7 @@ options=()
 while (($#)); do
   case $1 in
     --tests) lists+=(scripts/packages-tests.txt) targets=(all) ;;
+    --docs) lists+=(scripts/packages-docs.txt) ;;
     --build) build=$2 && shift ;;
     --preset) preset=$2 && shift ;;
     --targets) read -ra targets <<<"$2" && shift ;;

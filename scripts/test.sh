@@ -3,7 +3,8 @@
 #
 #   scripts/test.sh [--werror | --sanitize] [ctest options]
 #
-# --werror builds apart, in build/ci, with warnings as errors.
+# --werror builds apart, in build/ci, with warnings as errors, and installs what the site of the documents
+# needs, too.
 # --sanitize builds the tests of most layers apart, in build/asan, with the sanitizers of addresses and
 # undefined behaviour, and what runs in threads in build/tsan, with that of threads.
 set -euo pipefail
@@ -20,7 +21,7 @@ run_tests() {
 
 case ${1:-} in
   --werror)
-    scripts/setup.sh --tests --build build/ci -DGAMER_WERROR=ON
+    scripts/setup.sh --tests --docs --build build/ci -DGAMER_WERROR=ON
     run_tests build/ci "${@:2}"
     ;;
   --sanitize)

@@ -1,4 +1,4 @@
-// Adds a kind of component to gamer, renders a galaxy made of it into memory, and prints its flux
+// Adds a kind of component to gamer and renders a galaxy made of it into memory. Prints its flux
 // over the one that was asked for.
 
 #include <gamer/core/error.h>

@@ -45,7 +45,7 @@ std::string bash_values(const ManualValue& value) {
   return value.is_file ? "return" : "compopt +o default 2>/dev/null; return 0";
 }
 
-/// What follows an option, as branches of a case of "<command>:<word before>".
+/// Branches of a case over "<command>:<word before>", one for each option with a value.
 std::string bash_branches(const std::string& command, const std::vector<ManualOption>& options) {
   std::string text;
   for (const ManualOption& option : options) {
@@ -137,7 +137,8 @@ std::string bash_start(const Manual& manual) {
       manual.program, command_search(manual));
 }
 
-/// Its end, from the cases of words on. compgen -W would run what stands in a name.
+/// The end of the function, from the cases of words on. It avoids compgen -W, which would run
+/// commands that stand in a name.
 std::string bash_end(const std::string& program) {
   return fmt::format(
       "    esac\n"

@@ -8,6 +8,8 @@
 
 #include "gamer/core/manual.h"
 
+#include "gamer/core/capitals.h"
+
 namespace gamer {
 namespace {
 
@@ -112,10 +114,8 @@ std::string command_entry(const std::string& program, const ManualCommand& comma
 }  // namespace
 
 std::string man_page(const Manual& manual) {
-  std::string upper = manual.program;
-  std::ranges::transform(upper, upper.begin(), [](unsigned char c) { return std::toupper(c); });
   std::string text = fmt::format(".TH {} 1 \"\" \"gamer {}\" \"User Commands\"\n.nh\n.ad l\n",
-                                 upper, roff(manual.version));
+                                 in_capitals(manual.program), roff(manual.version));
   text += fmt::format(".SH NAME\n{} \\- {}\n", manual.program, roff(manual.summary));
   text += ".SH SYNOPSIS\n";
   for (const std::string& synopsis : manual.synopses) {

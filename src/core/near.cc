@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t max_names = 3;
 constexpr std::size_t max_quoted_bytes = 200;
 
-/// Words of other programs and papers, with those of this one.
+/// Words of other programs and papers, each with the word of this program.
 constexpr std::pair<std::string_view, std::string_view> synonyms[] = {
     {"scale_length", "rh"},
     {"scale_radius", "rh"},

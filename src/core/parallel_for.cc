@@ -76,7 +76,8 @@ class Team;
 thread_local Team* own_team = nullptr;
 thread_local const Loop* own_loop = nullptr;
 
-/// The thread that constructs it and further threads. They work in loops that any of them begins.
+/// A team is the thread that constructs it and further threads. They work in loops that any of them
+/// begins.
 class Team {
  public:
   explicit Team(std::size_t threads) {
@@ -85,7 +86,7 @@ class Team {
     try {
       while (others_.size() + 1 < threads) others_.emplace_back([this] { help(); });
     } catch (const std::exception&) {
-      // Fewer threads do the work, too.
+      // A team with fewer threads than asked for still works.
     }
   }
   ~Team() {

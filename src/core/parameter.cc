@@ -206,7 +206,7 @@ class Reader {
   const std::string& context_;
 };
 
-/// The TOML node that reads as `value`; a size is written with integers.
+/// The TOML node that reads back as `value`. A size is written with integers.
 ConfigNode node_of(const ParameterValue& value, ParameterType type) {
   const auto node = [](ConfigNode::Data data) {
     ConfigNode result;

@@ -250,6 +250,44 @@ HWY_INLINE void Append(MD which, VU names, Places& places) {
 #endif
 }
 
+/// Draws the pending counts of a block until all are accepted. `words` holds the word of each.
+void FinishRejected(const double* means, std::uint64_t* HWY_RESTRICT words, Places* pending,
+                    Places* rejected, double* counts) {
+  const DD d;
+  const DU du;
+  const std::size_t lanes = hn::Lanes(d);
+  HWY_ALIGN_MAX double left_means[block_size + most_lanes];
+  HWY_ALIGN_MAX std::uint64_t left_words[block_size + most_lanes];
+  HWY_ALIGN_MAX double results[block_size + most_lanes];
+  while (pending->count > 0) {
+    const std::size_t left = pending->count;
+    for (std::size_t i = 0; i < left; ++i) {
+      left_means[i] = means[pending->values[i]];
+      left_words[i] = words[pending->values[i]];
+    }
+    // The rest of the last vector is filled with values whose results are ignored.
+    std::fill_n(left_means + left, lanes, least_rejection_mean);
+    std::fill_n(left_words + left, lanes, std::uint64_t{0});
+    rejected->count = 0;
+    for (std::size_t i = 0; i < left; i += lanes) {
+      const VD mean = hn::Load(d, left_means + i);
+      const VU word = hn::Load(du, left_words + i);
+      const Attempt t = Try(mean, word);
+      const MD taken = hn::Or(t.squeezed, Accepted(t, mean, word));
+      hn::Store(t.count, d, results + i);
+      hn::Store(NextWord(word), du, left_words + i);
+      const MD valid = hn::FirstN(d, left - i);
+      Append(hn::AndNot(taken, valid), hn::Load(du, pending->values + i), *rejected);
+    }
+    // Rejected counts are copied too; the next attempt replaces them.
+    for (std::size_t i = 0; i < left; ++i) {
+      counts[pending->values[i]] = results[i];
+      words[pending->values[i]] = left_words[i];
+    }
+    std::swap(pending, rejected);
+  }
+}
+
 /// Both arrays have room for whole vectors.
 void PoissonBlock(std::uint64_t key, std::uint64_t first, std::size_t size, const double* means,
                   double* counts) {
@@ -282,36 +320,7 @@ void PoissonBlock(std::uint64_t key, std::uint64_t first, std::size_t size, cons
     hn::Store(result, d, counts + i);
     names = hn::Add(names, hn::Set(du, static_cast<std::uint64_t>(lanes)));
   }
-  HWY_ALIGN_MAX double left_means[block_size + most_lanes];
-  HWY_ALIGN_MAX std::uint64_t left_words[block_size + most_lanes];
-  HWY_ALIGN_MAX double results[block_size + most_lanes];
-  while (pending->count > 0) {
-    const std::size_t left = pending->count;
-    for (std::size_t i = 0; i < left; ++i) {
-      left_means[i] = means[pending->values[i]];
-      left_words[i] = words[pending->values[i]];
-    }
-    // The rest of the last vector is filled with values whose results are ignored.
-    std::fill_n(left_means + left, lanes, least_rejection_mean);
-    std::fill_n(left_words + left, lanes, std::uint64_t{0});
-    rejected->count = 0;
-    for (std::size_t i = 0; i < left; i += lanes) {
-      const VD mean = hn::Load(d, left_means + i);
-      const VU word = hn::Load(du, left_words + i);
-      const Attempt t = Try(mean, word);
-      const MD taken = hn::Or(t.squeezed, Accepted(t, mean, word));
-      hn::Store(t.count, d, results + i);
-      hn::Store(NextWord(word), du, left_words + i);
-      const MD valid = hn::FirstN(d, left - i);
-      Append(hn::AndNot(taken, valid), hn::Load(du, pending->values + i), *rejected);
-    }
-    // Rejected counts are copied too; the next attempt replaces them.
-    for (std::size_t i = 0; i < left; ++i) {
-      counts[pending->values[i]] = results[i];
-      words[pending->values[i]] = left_words[i];
-    }
-    std::swap(pending, rejected);
-  }
+  FinishRejected(means, words, pending, rejected, counts);
 }
 
 /// AS 241's rational functions: in the middle of 0.180625 - q^2, in the tails of sqrt(-ln p) - 1.6

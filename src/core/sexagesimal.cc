@@ -21,7 +21,7 @@ std::optional<double> plain_number(std::string_view text) {
 std::optional<double> parse_angle(std::string_view text, double unit) {
   const bool is_negative = text.starts_with('-');
   if (is_negative || text.starts_with('+')) text.remove_prefix(1);
-  // A second sign is none of the format.
+  // A second sign is wrong.
   if (text.starts_with('-') || text.starts_with('+')) return std::nullopt;
   const double sign = is_negative ? -1 : 1;
   if (text.find(':') == std::string_view::npos) {

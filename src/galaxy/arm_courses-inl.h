@@ -40,15 +40,19 @@ struct ArmNodes {
   hn::Vec<hn::RebindToSigned<D>> index;
 };
 
+/// The angle minus the nearest multiple of the period. `high` is most of the period, with so few
+/// bits that its multiples are exact.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V NearestRest(D d, V angle, double period, float high) {
+  const V n = hn::Round(hn::Mul(angle, hn::Set(d, static_cast<float>(1 / period))));
+  return hn::NegMulAdd(n, hn::Set(d, static_cast<float>(period - double{high})),
+                       hn::NegMulAdd(n, hn::Set(d, high), angle));
+}
+
 /// The angle without its whole turns, in [-pi, pi].
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V WithoutTurns(D d, V angle) {
-  // The turn has two parts. The first has few bits, so that its multiples are exact.
-  constexpr double turn = 2 * std::numbers::pi;
-  constexpr float high = 6.28125f;
-  const V n = hn::Round(hn::Mul(angle, hn::Set(d, static_cast<float>(1 / turn))));
-  return hn::NegMulAdd(n, hn::Set(d, static_cast<float>(turn - high)),
-                       hn::NegMulAdd(n, hn::Set(d, high), angle));
+  return NearestRest(d, angle, 2 * std::numbers::pi, 6.28125f);
 }
 
 /// ArmCourses' F at this angle from the pattern's winding, turned by the component's shift.

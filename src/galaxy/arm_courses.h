@@ -16,9 +16,9 @@ namespace gamer {
 /// where theta is the pattern's winding, delta a component's shift, and o_k the arm's offset. A
 /// component's density is multiplied by
 ///   F = I + (1 - I) (1 - prod_k (1 - a_k(r) exp(-x_k^2/2))),  x_k = Delta_k/(w g_k(r)),
-/// where Delta_k in [-pi, pi] is the angle from the crest, a_k in [0, 1] the arm's strength, w the
-/// width of the component's arms and g_k the relative width of this arm. The floor I and the width
-/// w follow from the component's `arm_width` (ArmProfile). F lies in [I, 1].
+/// where Delta_k in [-pi, pi] is the angle from the crest and a_k in [0, 1] the arm's strength. The
+/// component's arms have the width w, this arm g_k times as much. The floor I and the width w
+/// follow from the component's `arm_width` (ArmProfile). F lies in [I, 1].
 class ArmCourses {
  public:
   /// The course of one arm at one radius.
@@ -46,7 +46,7 @@ class ArmCourses {
   /// Whether a galaxy's [arms], or its list of [[arm]], asks for courses.
   static bool are_asked_for(const ParameterSet& common, const ConfigNode* list);
   /// `list` may be null: all arms of `pattern` are alike then. Throws InputError for an array that
-  /// holds something else than tables, for an arm that leaves one that stands after it in the list,
+  /// holds something else than tables. Throws it for an arm that leaves a later arm of the list,
   /// and for kinks that do not fit the pitch angles.
   ArmCourses(const ArmPattern& pattern, const ParameterSet& common, const ConfigNode* list);
 
@@ -58,10 +58,10 @@ class ArmCourses {
   /// Course of arm k at a radius in [0, 1].
   Place at(std::size_t k, double r) const;
 
-  /// Moves points, in the plane, about the axis so that each trunk k has the constant offset 2 pi
-  /// k/trunks() of an even pattern, for arms turned by `shift` (radians). Between arms the angle is
-  /// a mean of the arms' angles, weighted with exp(-4.5 (Delta_k trunks/2 pi)^2). The arrays x, y
-  /// hold the result.
+  /// Moves points, in the plane, about the axis. Each trunk k then has the constant offset 2 pi
+  /// k/trunks() of an even pattern. The arms are turned by `shift` (radians). Between arms the
+  /// angle is a mean of the arms' angles, weighted with exp(-4.5 (Delta_k trunks/2 pi)^2). The
+  /// arrays x, y hold the result.
   void straighten(const Points& points, const ArmPattern& pattern, double shift, float* x,
                   float* y) const;
 
@@ -82,7 +82,7 @@ struct ArmFactorInput {
 };
 
 /// The profile of a component's arms across their crests. The full width at half maximum is that of
-/// (1 - Delta/pi)^A_w, at most half the distance of neighbouring arms; the floor is the value of
+/// (1 - Delta/pi)^A_w, at most half the distance of neighbouring arms. The floor is the value of
 /// this power midway between two arms.
 struct ArmProfile {
   ArmProfile(double arm_width, int trunks);

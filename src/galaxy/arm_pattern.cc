@@ -93,6 +93,61 @@ constexpr double largest_winding = 800;
 // Radius of the logarithmic spiral's core, in units of its scale; the winding stops inside it.
 constexpr double logarithmic_core = 0.01;
 
+/// Refuses keys that the winding law of these values has no use for.
+void check_law(const ParameterSet& values, const ConfigNode* list) {
+  const std::string& model = values.text("model");
+  const auto reject = [&](const char* key, const std::string& need) {
+    if (values.is_given(key)) {
+      throw InputError(values.where(key), std::string("'") + key + "' " + need);
+    }
+  };
+  if (model != "ringermacher-mead") {
+    reject("winding_b", "needs model = \"ringermacher-mead\"");
+    reject("winding_n", "needs model = \"ringermacher-mead\"");
+  }
+  if (model != "logarithmic") reject("pitch_angle", "needs model = \"logarithmic\"");
+  if (model == "none") {
+    const std::string need = "needs model = \"ringermacher-mead\" or \"logarithmic\"";
+    for (const char* key : {"scale", "count", "offsets", "handedness"}) reject(key, need);
+    for (const Parameter& one : ArmCourses::common_table()) reject(one.name.c_str(), need);
+    if (list != nullptr) throw InputError(list->key_where, "[[arm]] " + need);
+  } else if (values.integer("handedness") == 0) {
+    throw InputError(values.where("handedness"), "handedness must be 1 or -1");
+  }
+  if (list != nullptr) {
+    reject("count", "and [[arm]] exclude each other: each [[arm]] is one arm");
+    reject("offsets", "and [[arm]] exclude each other: each [[arm]] has an 'offset'");
+  }
+}
+
+/// The angles of the arms from `offsets`, radians.
+std::vector<double> given_offsets(const ParameterSet& values) {
+  const std::vector<double>& given = values.numbers("offsets");
+  const std::string lists = "'offsets' lists " + std::to_string(given.size()) + " arms";
+  if (values.is_given("count") &&
+      values.integer("count") != static_cast<std::int64_t>(given.size())) {
+    throw InputError(values.where("offsets"),
+                     lists + ", but count = " + std::to_string(values.integer("count")));
+  }
+  if (given.size() > most_arms) {
+    throw InputError(values.where("offsets"),
+                     lists + "; at most " + std::to_string(most_arms) + " are possible");
+  }
+  std::vector<double> result;
+  for (double offset : given) result.push_back(std::remainder(offset, 360.0) * degree);
+  return result;
+}
+
+/// Refuses arms that wind around more often than the kernels can resolve.
+void check_sweep(const ArmPattern& arms, const ParameterSet& values) {
+  const double sweep = std::max(std::abs(arms.winding(0)), std::abs(arms.winding(1)));
+  if (sweep <= largest_winding) return;
+  const char* key = values.is_given("pitch_angle") ? "pitch_angle" : "scale";
+  throw InputError(values.where(key),
+                   std::string(key) + " winds the arms too often around to be resolved; at most " +
+                       std::to_string(std::lround(largest_winding / turn)) + " turns are possible");
+}
+
 }  // namespace
 
 ParameterTable ArmPattern::arm_table() { return ArmCourses::arm_table(); }
@@ -121,25 +176,10 @@ ParameterTable ArmPattern::table() {
 
 ArmPattern ArmPattern::read(const ConfigNode& node, const ConfigNode* list) {
   const ParameterSet values = ParameterSet::read(table(), node, "", "in [arms]");
+  check_law(values, list);
   ArmPattern arms;
   const std::string& model = values.text("model");
-  const auto reject = [&](const char* key, const std::string& reason) {
-    if (values.is_given(key)) {
-      throw InputError(values.where(key), std::string("'") + key + "' " + reason);
-    }
-  };
-  if (model != "ringermacher-mead") {
-    reject("winding_b", "needs model = \"ringermacher-mead\"");
-    reject("winding_n", "needs model = \"ringermacher-mead\"");
-  }
-  if (model != "logarithmic") reject("pitch_angle", "needs model = \"logarithmic\"");
-  if (model == "none") {
-    const std::string need = "needs model = \"ringermacher-mead\" or \"logarithmic\"";
-    for (const char* key : {"scale", "count", "offsets", "handedness"}) reject(key, need);
-    for (const Parameter& one : ArmCourses::common_table()) reject(one.name.c_str(), need);
-    if (list != nullptr) throw InputError(list->key_where, "[[arm]] " + need);
-    return arms;
-  }
+  if (model == "none") return arms;
   arms.model_ = model == "logarithmic" ? Model::logarithmic : Model::ringermacher_mead;
   arms.winding_b_ = values.number("winding_b");
   arms.winding_n_ = values.number("winding_n");
@@ -148,44 +188,17 @@ ArmPattern ArmPattern::read(const ConfigNode& node, const ConfigNode* list) {
                     ? values.number("scale")
                     : (arms.model_ == Model::logarithmic ? default_logarithmic_scale
                                                          : default_ringermacher_mead_scale);
-  if (values.integer("handedness") == 0) {
-    throw InputError(values.where("handedness"), "handedness must be 1 or -1");
-  }
   arms.handedness_ = static_cast<double>(values.integer("handedness"));
-  if (list != nullptr) {
-    reject("count", "and [[arm]] exclude each other: each [[arm]] is one arm");
-    reject("offsets", "and [[arm]] exclude each other: each [[arm]] has an 'offset'");
-  }
   if (values.has("offsets")) {
-    const auto& given = values.numbers("offsets");
-    if (values.is_given("count") &&
-        values.integer("count") != static_cast<std::int64_t>(given.size())) {
-      throw InputError(values.where("offsets"),
-                       "'offsets' lists " + std::to_string(given.size()) +
-                           " arms, but count = " + std::to_string(values.integer("count")));
-    }
-    if (given.size() > most_arms) {
-      throw InputError(values.where("offsets"), "'offsets' lists " + std::to_string(given.size()) +
-                                                    " arms; at most " + std::to_string(most_arms) +
-                                                    " are possible");
-    }
     arms.even_ = false;
-    for (double offset : given) arms.offsets_.push_back(std::remainder(offset, 360.0) * degree);
+    arms.offsets_ = given_offsets(values);
   } else {
     const auto count = list != nullptr ? ArmCourses::trunks(*list) : values.integer("count");
     for (std::int64_t i = 0; i < count; ++i) {
       arms.offsets_.push_back(turn * static_cast<double>(i) / static_cast<double>(count));
     }
   }
-  const double sweep = std::max(std::abs(arms.winding(0)), std::abs(arms.winding(1)));
-  if (!(sweep <= largest_winding)) {
-    const char* key = values.is_given("pitch_angle") ? "pitch_angle" : "scale";
-    throw InputError(values.where(key), std::string(key) +
-                                            " winds the arms too often around to be resolved; at "
-                                            "most " +
-                                            std::to_string(std::lround(largest_winding / turn)) +
-                                            " turns are possible");
-  }
+  check_sweep(arms, values);
   if (list != nullptr || (arms.has_arms() && ArmCourses::are_asked_for(values, list))) {
     arms.courses_ = std::make_shared<const ArmCourses>(arms, values, list);
   }

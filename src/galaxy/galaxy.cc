@@ -20,6 +20,31 @@ constexpr double smallest_stretch = 1e-9;
 // The seed of shared references, an arbitrary fixed number.
 constexpr std::uint64_t reference_seed = 0x7265666572656e63;
 
+void check_sections(const ConfigNode& root) {
+  static const std::vector<std::string> sections = {"galaxy", "arms", "arm", "component"};
+  for (const auto& [key, node] : root.table()) {
+    if (std::find(sections.begin(), sections.end(), key) == sections.end()) {
+      throw InputError(node.key_where,
+                       "unknown section '" + key + "' in a galaxy" + did_you_mean(key, sections));
+    }
+  }
+}
+
+const ConfigNode::Array& component_list(const ConfigNode& root, const std::string& label) {
+  const ConfigNode* list = root.find("component");
+  if (list == nullptr) {
+    throw InputError({label, 0, 0}, "a galaxy needs at least one [[component]]");
+  }
+  if (!list->is_array()) {
+    throw InputError(list->key_where, "write [[component]], with double brackets");
+  }
+  if (list->array().size() > most_components) {
+    throw InputError(list->key_where,
+                     "at most " + std::to_string(most_components) + " components fit a galaxy");
+  }
+  return list->array();
+}
+
 }  // namespace
 
 ParameterTable Galaxy::table() {
@@ -65,13 +90,7 @@ std::shared_ptr<Galaxy> Galaxy::read_alone(std::string_view text, const std::str
                                            const GalaxySettings& settings, Resources& resources) {
   ConfigNode root = parse_toml(text, label);
   if (settings.overrides != nullptr) apply_overrides(*settings.overrides, root);
-  static const std::vector<std::string> sections = {"galaxy", "arms", "arm", "component"};
-  for (const auto& [key, node] : root.table()) {
-    if (std::find(sections.begin(), sections.end(), key) == sections.end()) {
-      throw InputError(node.key_where,
-                       "unknown section '" + key + "' in a galaxy" + did_you_mean(key, sections));
-    }
-  }
+  check_sections(root);
   const auto section = [&](const char* key) -> const ConfigNode* {
     const ConfigNode* node = root.find(key);
     if (node != nullptr && !node->is_table()) {
@@ -98,19 +117,8 @@ std::shared_ptr<Galaxy> Galaxy::read_alone(std::string_view text, const std::str
   } else if (const ConfigNode* arm = root.find("arm")) {
     throw InputError(arm->key_where, "[[arm]] needs [arms] with a model");
   }
-  const ConfigNode* list = root.find("component");
-  if (list == nullptr) {
-    throw InputError({label, 0, 0}, "a galaxy needs at least one [[component]]");
-  }
-  if (!list->is_array()) {
-    throw InputError(list->key_where, "write [[component]], with double brackets");
-  }
-  if (list->array().size() > most_components) {
-    throw InputError(list->key_where,
-                     "at most " + std::to_string(most_components) + " components fit a galaxy");
-  }
   int index = 0;
-  for (const ConfigNode& node : list->array()) {
+  for (const ConfigNode& node : component_list(root, label)) {
     auto component =
         read_component(node, ++index, galaxy->arms_, galaxy->axis_[2], settings, resources);
     for (const auto& other : galaxy->components_) {

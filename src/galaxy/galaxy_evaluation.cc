@@ -287,99 +287,154 @@ void Galaxy::look_up_means(std::size_t size, const BatchArray* log_footprints,
   }
 }
 
+/// One call of evaluate(): a batch with its envelopes, and what tables and followed components say
+/// of its points.
+class Galaxy::Evaluation {
+ public:
+  Evaluation(const Galaxy& galaxy, const Points& points, float threshold, const RayBatch* rays,
+             std::span<BatchArray> densities, EvaluationCounts& counts);
+  /// Evaluates the noise of followed components, wherever they or a follower matter.
+  void follow();
+  /// Turns the envelopes into densities.
+  void finish(std::span<const double> deviations);
+
+ private:
+  /// Rays of one galaxy mostly have one footprint and direction, so that tables are looked up once.
+  void spread(BatchArray& values) const {
+    if (is_even_) std::fill_n(values.data(), padded(batch_.size), values[0]);
+  }
+  /// The noise of a followed component; null for others.
+  const BatchArray* followed_phi(std::size_t c) const;
+  /// Evaluates the noise of a component that nothing follows, for each of its variants.
+  void evaluate_noise(std::size_t c, std::span<const double> deviations,
+                      std::span<BatchArray> variants);
+
+  const Galaxy& galaxy_;
+  const std::size_t count_;  ///< of components
+  const float threshold_;
+  const RayBatch* const rays_;
+  const BatchArray* const footprints_;
+  const std::span<BatchArray> densities_;
+  EvaluationCounts& counts_;
+  SampleBatch batch_;
+  bool is_even_;
+  std::size_t places_;  ///< of a table that are looked up
+  BatchArray log_footprints_;
+  std::unique_ptr<BatchArray[]> means_, followed_phi_;
+};
+
+Galaxy::Evaluation::Evaluation(const Galaxy& galaxy, const Points& points, float threshold,
+                               const RayBatch* rays, std::span<BatchArray> densities,
+                               EvaluationCounts& counts)
+    : galaxy_(galaxy),
+      count_(galaxy.components_.size()),
+      threshold_(threshold * galaxy.skin_scale_),
+      rays_(rays),
+      footprints_(rays != nullptr ? &rays->footprint : nullptr),
+      densities_(densities),
+      counts_(counts) {
+  galaxy.fill_batch(points, footprints_ != nullptr, batch_);
+  for (std::size_t c = 0; c < count_; ++c) {
+    galaxy.components_[c]->envelope(batch_, densities[c].data());
+  }
+  is_even_ = rays == nullptr || (is_constant(rays->footprint.data(), batch_.size) &&
+                                 is_constant(rays->obliquity.data(), batch_.size));
+  places_ = is_even_ ? 1 : batch_.size;
+  if (footprints_ != nullptr) {
+    HWY_DYNAMIC_DISPATCH(Logarithm)(places_, footprints_->data(), log_footprints_.data());
+    spread(log_footprints_);
+  }
+  means_ = std::make_unique_for_overwrite<BatchArray[]>(count_);
+  galaxy.look_up_means(places_, footprints_ != nullptr ? &log_footprints_ : nullptr,
+                       {means_.get(), count_});
+  for (std::size_t c = 0; c < count_; ++c) spread(means_[c]);
+}
+
+void Galaxy::Evaluation::follow() {
+  const std::vector<std::size_t>& followed = galaxy_.followed_components_;
+  followed_phi_ = std::make_unique_for_overwrite<BatchArray[]>(followed.size());
+  BatchArray need;
+  for (std::size_t k = 0; k < followed.size(); ++k) {
+    const std::size_t c = followed[k];
+    std::memcpy(need.data(), densities_[c].data(), padded(batch_.size) * sizeof(float));
+    // The component with the greatest need of the noise decides.
+    double scale = galaxy_.components_[c]->threshold_scale();
+    for (std::size_t f = 0; f < count_; ++f) {
+      if (galaxy_.followed_[f] != static_cast<int>(c)) continue;
+      HWY_DYNAMIC_DISPATCH(Largest)(batch_.size, densities_[f].data(), need.data());
+      scale = std::min(scale, galaxy_.components_[f]->threshold_scale());
+    }
+    galaxy_.phi(c, batch_, need, threshold_ * static_cast<float>(scale), means_[c], footprints_,
+                nullptr, {}, std::span(&followed_phi_[k], 1), counts_);
+  }
+}
+
+const BatchArray* Galaxy::Evaluation::followed_phi(std::size_t c) const {
+  const std::vector<std::size_t>& followed = galaxy_.followed_components_;
+  const auto place = std::find(followed.begin(), followed.end(), c);
+  return place != followed.end()
+             ? &followed_phi_[static_cast<std::size_t>(place - followed.begin())]
+             : nullptr;
+}
+
+void Galaxy::Evaluation::evaluate_noise(std::size_t c, std::span<const double> deviations,
+                                        std::span<BatchArray> variants) {
+  const bool varies = variants.size() > 1 && footprints_ != nullptr;
+  BatchArray coherence, amount;
+  if (varies) {
+    const auto& dust = (*galaxy_.calibration_.dust)[c];
+    look_up(dust.coherence, places_, log_footprints_, rays_->obliquity, coherence);
+    look_up(dust.amount, places_, log_footprints_, rays_->obliquity, amount);
+    spread(coherence);
+    spread(amount);
+    // The result of rays without variants must not depend on other rays.
+    const float narrowest = galaxy_.calibration_.log_narrowest[c];
+    for (std::size_t i = 0; i < padded(batch_.size); ++i) {
+      if (log_footprints_[i] > narrowest) means_[c][i] *= amount[i];
+    }
+  }
+  const double scale = galaxy_.components_[c]->threshold_scale();
+  galaxy_.phi(c, batch_, densities_[c], threshold_ * static_cast<float>(scale), means_[c],
+              footprints_, varies ? &coherence : nullptr, deviations, variants, counts_);
+}
+
+void Galaxy::Evaluation::finish(std::span<const double> deviations) {
+  const std::size_t most_variants = std::max<std::size_t>(deviations.size(), 1);
+  const auto own = std::make_unique_for_overwrite<BatchArray[]>(most_variants);
+  for (std::size_t c = 0; c < count_; ++c) {
+    const Component& component = *galaxy_.components_[c];
+    const std::size_t variants = component.absorbs() ? most_variants : 1;
+    const BatchArray* known = followed_phi(c);
+    const bool is_textured = component.texture() != nullptr;
+    if (is_textured && known == nullptr) {
+      evaluate_noise(c, deviations, std::span(own.get(), variants));
+    }
+    const int leader = galaxy_.followed_[c];
+    const BatchArray* followed =
+        leader >= 0 ? followed_phi(static_cast<std::size_t>(leader)) : nullptr;
+    // The first variant comes last, since it takes the envelope's place.
+    for (std::size_t k = variants; k-- > 0;) {
+      const BatchArray* phi = !is_textured ? nullptr : known != nullptr ? known : &own[k];
+      HWY_DYNAMIC_DISPATCH(Scale)
+      (batch_.size, static_cast<float>(component.amplitude()), densities_[c].data(),
+       phi != nullptr ? phi->data() : nullptr, followed != nullptr ? followed->data() : nullptr,
+       densities_[k * count_ + c].data());
+      // A follower without a texture still has a mean.
+      if (is_textured || followed == nullptr) continue;
+      HWY_DYNAMIC_DISPATCH(Divide)
+      (batch_.size, means_[c].data(), densities_[k * count_ + c].data());
+    }
+  }
+}
+
 void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* rays,
                       std::span<const double> deviations, std::span<BatchArray> densities,
                       EvaluationCounts& counts) const {
   const Clock clock;
   const double earlier_noise = counts.noise_seconds;
-  threshold *= skin_scale_;
-  const BatchArray* footprints = rays != nullptr ? &rays->footprint : nullptr;
-  const std::size_t count = components_.size();
-  SampleBatch batch;
-  fill_batch(points, footprints != nullptr, batch);
-  for (std::size_t c = 0; c < count; ++c) components_[c]->envelope(batch, densities[c].data());
-  BatchArray log_footprints, coherence, amount;
-  // Rays of one galaxy mostly have one footprint and direction, so that tables are looked up once.
-  const bool is_even = rays == nullptr || (is_constant(rays->footprint.data(), batch.size) &&
-                                           is_constant(rays->obliquity.data(), batch.size));
-  const std::size_t places = is_even ? 1 : batch.size;
-  const auto spread = [&](BatchArray& values) {
-    if (is_even) std::fill_n(values.data(), padded(batch.size), values[0]);
-  };
-  if (footprints != nullptr) {
-    HWY_DYNAMIC_DISPATCH(Logarithm)(places, footprints->data(), log_footprints.data());
-    spread(log_footprints);
-  }
-  const auto means = std::make_unique_for_overwrite<BatchArray[]>(count);
-  look_up_means(places, footprints != nullptr ? &log_footprints : nullptr, {means.get(), count});
-  for (std::size_t c = 0; c < count; ++c) spread(means[c]);
-  // The noise of followed components is needed wherever they or a follower matter.
-  const auto followed_phi =
-      std::make_unique_for_overwrite<BatchArray[]>(followed_components_.size());
-  const auto phi_of_followed = [&](std::size_t c) -> const BatchArray* {
-    for (std::size_t k = 0; k < followed_components_.size(); ++k) {
-      if (followed_components_[k] == c) return &followed_phi[k];
-    }
-    return nullptr;
-  };
-  BatchArray need;
-  for (std::size_t k = 0; k < followed_components_.size(); ++k) {
-    const std::size_t c = followed_components_[k];
-    std::memcpy(need.data(), densities[c].data(), padded(batch.size) * sizeof(float));
-    for (std::size_t f = 0; f < count; ++f) {
-      if (followed_[f] == static_cast<int>(c)) {
-        HWY_DYNAMIC_DISPATCH(Largest)(batch.size, densities[f].data(), need.data());
-      }
-    }
-    // The component with the greatest need of the noise decides.
-    double scale = components_[c]->threshold_scale();
-    for (std::size_t f = 0; f < count; ++f) {
-      if (followed_[f] == static_cast<int>(c)) {
-        scale = std::min(scale, components_[f]->threshold_scale());
-      }
-    }
-    phi(c, batch, need, threshold * static_cast<float>(scale), means[c], footprints, nullptr, {},
-        std::span(&followed_phi[k], 1), counts);
-  }
-  const std::size_t most_variants = std::max<std::size_t>(deviations.size(), 1);
-  const auto own = std::make_unique_for_overwrite<BatchArray[]>(most_variants);
-  for (std::size_t c = 0; c < count; ++c) {
-    const Component& component = *components_[c];
-    const std::size_t variants = component.absorbs() ? most_variants : 1;
-    const bool varies = variants > 1 && footprints != nullptr;
-    const BatchArray* known = phi_of_followed(c);
-    const bool is_textured = component.texture() != nullptr;
-    if (is_textured && known == nullptr) {
-      if (varies) {
-        look_up((*calibration_.dust)[c].coherence, places, log_footprints, rays->obliquity,
-                coherence);
-        look_up((*calibration_.dust)[c].amount, places, log_footprints, rays->obliquity, amount);
-        spread(coherence);
-        spread(amount);
-        // The result of rays without variants must not depend on other rays.
-        for (std::size_t i = 0; i < padded(batch.size); ++i) {
-          if (log_footprints[i] > calibration_.log_narrowest[c]) means[c][i] *= amount[i];
-        }
-      }
-      phi(c, batch, densities[c], threshold * static_cast<float>(component.threshold_scale()),
-          means[c], footprints, varies ? &coherence : nullptr, deviations,
-          std::span(own.get(), variants), counts);
-    }
-    const BatchArray* followed =
-        followed_[c] >= 0 ? phi_of_followed(static_cast<std::size_t>(followed_[c])) : nullptr;
-    // The first variant comes last, since it takes the envelope's place.
-    for (std::size_t k = variants; k-- > 0;) {
-      const BatchArray* phi = !is_textured ? nullptr : known != nullptr ? known : &own[k];
-      HWY_DYNAMIC_DISPATCH(Scale)
-      (batch.size, static_cast<float>(component.amplitude()), densities[c].data(),
-       phi != nullptr ? phi->data() : nullptr, followed != nullptr ? followed->data() : nullptr,
-       densities[k * count + c].data());
-      // A follower without a texture still has a mean.
-      if (is_textured || followed == nullptr) continue;
-      HWY_DYNAMIC_DISPATCH(Divide)
-      (batch.size, means[c].data(), densities[k * count + c].data());
-    }
-  }
+  Evaluation evaluation(*this, points, threshold, rays, densities, counts);
+  evaluation.follow();
+  evaluation.finish(deviations);
   counts.envelope_seconds += clock.seconds() - (counts.noise_seconds - earlier_noise);
 }
 

@@ -42,9 +42,56 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
+/// The angle of a direction from `along` towards `across`, in turns. It is found by octants, so
+/// that it is exactly +-1/2 at the cut.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V Turns(D d, V along, V across) {
+  const V a = hn::Abs(along);
+  const V b = hn::Abs(across);
+  V turns = hn::Mul(AtanOfRatio(d, hn::Min(a, b), hn::Max(a, b)),
+                    hn::Set(d, 0.5f * std::numbers::inv_pi_v<float>));
+  turns = hn::IfThenElse(hn::Gt(b, a), hn::Sub(hn::Set(d, 0.25f), turns), turns);
+  turns = hn::IfThenElse(hn::Lt(along, hn::Zero(d)), hn::Sub(hn::Set(d, 0.5f), turns), turns);
+  return hn::CopySign(turns, across);
+}
+
+/// Cubics in s through the values and slopes of two neighbouring nodes of the table.
+template <class D, class V = hn::Vec<D>>
+class TableCubic {
+ public:
+  HWY_INLINE TableCubic(D d, V s, const SpiralKernelInput& in)
+      : table_(in.table), inverse_step_(hn::Set(d, in.inverse_step)) {
+    V position = hn::Mul(hn::Sub(s, hn::Set(d, in.start)), inverse_step_);
+    position = hn::Min(hn::Max(position, hn::Zero(d)), hn::Set(d, static_cast<float>(table_steps)));
+    const V node = hn::Min(hn::Floor(position), hn::Set(d, table_steps - 1.0f));
+    t_ = hn::Sub(position, node);
+    rest_ = hn::Sub(hn::Set(d, 1.0f), t_);
+    bend_ = hn::Mul(t_, rest_);
+    at_ = hn::ShiftLeft<2>(hn::ConvertTo(hn::RebindToSigned<D>(), node));
+  }
+
+  /// Quantity k of the table (0 u, 2 v) and its slope.
+  HWY_INLINE V Value(D d, int k, V& slope) const {
+    const V value = Get(d, k);
+    const V rise = hn::Sub(Get(d, k + 4), value);
+    const V first = Get(d, k + 1);
+    const V second = Get(d, k + 5);
+    slope = hn::Mul(hn::MulAdd(t_, hn::Sub(second, first), first), inverse_step_);
+    const V curve =
+        hn::Sub(hn::Mul(hn::Sub(first, rise), rest_), hn::Mul(hn::Sub(second, rise), t_));
+    return hn::Add(hn::MulAdd(t_, rise, value), hn::Mul(bend_, curve));
+  }
+
+ private:
+  HWY_INLINE V Get(D d, int k) const { return hn::GatherIndex(d, table_ + k, at_); }
+
+  const float* table_;
+  V inverse_step_, t_, rest_, bend_;
+  hn::Vec<hn::RebindToSigned<D>> at_;
+};
+
 void SpiralKernel(const Points& points, const SpiralKernelInput& in, SpiralBatch& out) {
   const hn::ScalableTag<float> d;
-  const hn::RebindToSigned<decltype(d)> di;
   const auto one = hn::Set(d, 1.0f);
   // r |grad v| from its two parts.
   const auto length = [&](auto slope) HWY_ATTR {
@@ -56,14 +103,7 @@ void SpiralKernel(const Points& points, const SpiralKernelInput& in, SpiralBatch
     const auto y = hn::Load(d, points.y + i);
     const auto along = hn::MulAdd(x, hn::Set(d, in.cosine), hn::Mul(y, hn::Set(d, in.sine)));
     const auto across = hn::MulSub(y, hn::Set(d, in.cosine), hn::Mul(x, hn::Set(d, in.sine)));
-    // Angles are found by octants, so that they are exactly +-1/2 turn at the cut.
-    const auto a = hn::Abs(along);
-    const auto b = hn::Abs(across);
-    auto turns = hn::Mul(AtanOfRatio(d, hn::Min(a, b), hn::Max(a, b)),
-                         hn::Set(d, 0.5f * std::numbers::inv_pi_v<float>));
-    turns = hn::IfThenElse(hn::Gt(b, a), hn::Sub(hn::Set(d, 0.25f), turns), turns);
-    turns = hn::IfThenElse(hn::Lt(along, hn::Zero(d)), hn::Sub(hn::Set(d, 0.5f), turns), turns);
-    hn::Store(hn::CopySign(turns, hn::Mul(across, hn::Set(d, in.orientation))), d,
+    hn::Store(Turns(d, along, hn::Mul(across, hn::Set(d, in.orientation))), d,
               out.turns.data() + i);
     // The smallest square is far below the structure of any galaxy, and a normal number.
     const auto square = hn::Max(hn::MulAdd(x, x, hn::Mul(y, y)), hn::Set(d, 1e-12f));
@@ -80,29 +120,10 @@ void SpiralKernel(const Points& points, const SpiralKernelInput& in, SpiralBatch
       u = hn::MulAdd(hn::Mul(Log(d, sum), hn::Set(d, 0.5f)), u_slope, u);
       u_slope = hn::Mul(u_slope, hn::Div(square, sum));
     } else {
-      auto position = hn::Mul(hn::Sub(s, hn::Set(d, in.start)), hn::Set(d, in.inverse_step));
-      position =
-          hn::Min(hn::Max(position, hn::Zero(d)), hn::Set(d, static_cast<float>(table_steps)));
-      const auto node = hn::Min(hn::Floor(position), hn::Set(d, table_steps - 1.0f));
-      const auto t = hn::Sub(position, node);
-      const auto at = hn::ShiftLeft<2>(hn::ConvertTo(di, node));
-      const auto get = [&](int k) HWY_ATTR { return hn::GatherIndex(d, in.table + k, at); };
-      // The cubic with the values and slopes at both ends.
-      const auto rest = hn::Sub(one, t);
-      const auto bend = hn::Mul(t, rest);
-      const auto cubic = [&](int k, hn::Vec<decltype(d)>& slope) HWY_ATTR {
-        const auto value = get(k);
-        const auto rise = hn::Sub(get(k + 4), value);
-        const auto first = get(k + 1);
-        const auto second = get(k + 5);
-        slope = hn::Mul(hn::MulAdd(t, hn::Sub(second, first), first), hn::Set(d, in.inverse_step));
-        const auto curve =
-            hn::Sub(hn::Mul(hn::Sub(first, rise), rest), hn::Mul(hn::Sub(second, rise), t));
-        return hn::Add(hn::MulAdd(t, rise, value), hn::Mul(bend, curve));
-      };
-      u = cubic(0, u_slope);
+      const TableCubic cubic(d, s, in);
+      u = cubic.Value(d, 0, u_slope);
       auto v_slope = one;
-      v = cubic(2, v_slope);
+      v = cubic.Value(d, 2, v_slope);
       v_length = length(v_slope);
     }
     hn::Store(u, d, out.u_radial.data() + i);

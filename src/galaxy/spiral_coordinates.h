@@ -61,8 +61,7 @@ class SpiralCoordinates {
 
   /// The coordinates of points in the galaxy's frame. Arms with courses of their own are
   /// straightened first (ArmCourses), so that u is whole on them too. u_radial and v_radial are
-  /// accurate to 1e-6 (1
-  /// + |u|).
+  /// accurate to 1e-6 (1 + |u|).
   void at(const Points& points, SpiralBatch& out) const;
 
  private:
@@ -89,8 +88,8 @@ class SpiralCoordinates {
   ArmPattern courses_;  ///< the arms, if they have courses of their own
 };
 
-/// A linear map of (u, v) whose image of T is a pair of whole numbers, so that noise on the lattice
-/// of these coordinates closes after a turn:
+/// A linear map of (u, v) whose image of T is a pair of whole numbers. Noise on the lattice of
+/// these coordinates therefore closes after a turn:
 ///   x = x_slope s - p turns,   y = y_slope s - q turns.
 /// The map uses the reference pitch.
 struct HelicalMap {

@@ -123,88 +123,110 @@ std::vector<std::filesystem::path> output_files(const OutputOptions& options,
   return files;
 }
 
+namespace {
+
+[[noreturn]] void refuse(const OutputOptions& options, const std::string& reason) {
+  throw InputError(fmt::format("output '{}': {}", options.path.string(), reason));
+}
+
+/// Labels become parts of file names or names of HDUs.
+void check_labels(const OutputOptions& options, const ImageHeader& header) {
+  std::set<std::string> labels;
+  for (const std::string& label : header.labels) {
+    if (label.find('/') != std::string::npos) {
+      refuse(options, fmt::format("the label '{}' cannot be part of a file name", label));
+    }
+    if (!labels.insert(label).second) {
+      refuse(options, fmt::format("two planes have the label '{}'", label));
+    }
+  }
+}
+
+void check_file_count(const OutputOptions& options, const ImageHeader& header) {
+  if (options.path == standard_stream) {
+    refuse(options, "standard output holds one file; use layout \"cube\"");
+  }
+  if (const std::uint64_t most = most_open_files(); header.labels.size() > most) {
+    refuse(options, fmt::format("{} files cannot be written at once here, at most {} (ulimit -n); "
+                                "use layout \"extensions\" or \"cube\"",
+                                header.labels.size(), most));
+  }
+}
+
+void check_fits(const OutputOptions& options, const ImageHeader& header) {
+  if (options.bitpix != -32 && options.bitpix != -64) {
+    refuse(options, fmt::format("bitpix = {} is not one of -32, -64", options.bitpix));
+  }
+  if (options.layout == ImageLayout::extensions || options.layout == ImageLayout::files) {
+    check_labels(options, header);
+  }
+  if (options.layout == ImageLayout::files) check_file_count(options, header);
+}
+
+void check_memory(const OutputOptions& options, const ImageHeader& header, ImageSuffix suffix) {
+  const std::uint64_t available = available_memory();
+  if (!is_fits(suffix)) {
+    const auto [width, height] = picture_extent(header);
+    const std::uint64_t needed =
+        picture_memory(width, height, static_cast<int>(header.labels.size()));
+    if (needed > available) {
+      refuse(options,
+             fmt::format("a picture of {} x {} pixels needs {} of memory, {} is available; "
+                         "FITS files are written row by row and need little",
+                         width, height, bytes_text(needed), bytes_text(available)));
+    }
+  }
+  if (header.healpix) {
+    if (const std::uint64_t needed = healpix_memory(options, header); needed > available) {
+      refuse(options,
+             fmt::format("a HEALPix map of nside = {} and {} plane{} needs {} of memory, "
+                         "{} is available",
+                         header.healpix->nside, header.planes(), header.planes() == 1 ? "" : "s",
+                         bytes_text(needed), bytes_text(available)));
+    }
+  }
+}
+
+void check_disk_space(const OutputOptions& options, std::uint64_t bytes) {
+  std::error_code error;
+  const std::filesystem::path folder = std::filesystem::absolute(options.path).parent_path();
+  const std::filesystem::space_info space = std::filesystem::space(folder, error);
+  if (error || bytes <= space.available) return;
+  refuse(options,
+         fmt::format("needs {} on disk, folder '{}' has {} left", bytes_text(bytes),
+                     options.path.has_parent_path() ? options.path.parent_path().string() : ".",
+                     bytes_text(space.available)));
+}
+
+}  // namespace
+
 void check_output_suffix(const OutputOptions& options) {
   if (image_suffix(options.path)) return;
   std::string allowed;
   for (const auto& [text, kind] : suffixes) {
     allowed += fmt::format("{}{}", allowed.empty() ? "" : ", ", text);
   }
-  throw InputError(fmt::format("output '{}': unknown kind of file; the name must end in one of {}",
-                               options.path.string(), allowed));
+  refuse(options, fmt::format("unknown kind of file; the name must end in one of {}", allowed));
 }
 
 void check_output(const OutputOptions& options, const ImageHeader& header) {
-  namespace fs = std::filesystem;
-  const std::string name = options.path.string();
-  const auto fail = [&name](const std::string& message) -> void {
-    throw InputError(fmt::format("output '{}': {}", name, message));
-  };
   check_output_suffix(options);
-  const std::optional<ImageSuffix> suffix = image_suffix(options.path);
-  if (header.healpix && *suffix != ImageSuffix::fits) fail("a HEALPix map is a .fits file");
-  if (is_fits(*suffix) && options.bitpix != -32 && options.bitpix != -64) {
-    fail(fmt::format("bitpix = {} is not one of -32, -64", options.bitpix));
+  const ImageSuffix suffix = *image_suffix(options.path);
+  if (header.healpix && suffix != ImageSuffix::fits) {
+    refuse(options, "a HEALPix map is a .fits file");
   }
-  const bool names_planes =
-      options.layout == ImageLayout::extensions || options.layout == ImageLayout::files;
-  if (names_planes && is_fits(*suffix)) {
-    std::set<std::string> labels;
-    for (const std::string& label : header.labels) {
-      if (label.find('/') != std::string::npos) {
-        fail(fmt::format("the label '{}' cannot be part of a file name", label));
-      }
-      if (!labels.insert(label).second) fail(fmt::format("two planes have the label '{}'", label));
-    }
-  }
-  if (options.layout == ImageLayout::files && is_fits(*suffix)) {
-    if (options.path == standard_stream)
-      fail("standard output holds one file; use layout \"cube\"");
-    if (const std::uint64_t most = most_open_files(); header.labels.size() > most) {
-      fail(
-          fmt::format("{} files cannot be written at once here, at most {} (ulimit -n); "
-                      "use layout \"extensions\" or \"cube\"",
-                      header.labels.size(), most));
-    }
-  }
-
-  for (const fs::path& file : output_files(options, header)) {
+  if (is_fits(suffix)) check_fits(options, header);
+  for (const std::filesystem::path& file : output_files(options, header)) {
     check_new_file(file, options.overwrite);
   }
-
-  const std::uint64_t bytes = bytes_on_disk(*suffix, options, header);
-  const auto [width, height] = picture_extent(header);
-  if (*suffix == ImageSuffix::bmp && bytes > largest_bmp) {
-    fail(
-        fmt::format("{} x {} pixels are too many for a BMP file (4 GiB); use .png", width, height));
+  const std::uint64_t bytes = bytes_on_disk(suffix, options, header);
+  if (suffix == ImageSuffix::bmp && bytes > largest_bmp) {
+    const auto [width, height] = picture_extent(header);
+    refuse(options, fmt::format("{} x {} pixels are too many for a BMP file (4 GiB); use .png",
+                                width, height));
   }
-  if (!is_fits(*suffix)) {
-    const std::uint64_t needed =
-        picture_memory(width, height, static_cast<int>(header.labels.size()));
-    if (const std::uint64_t available = available_memory(); needed > available) {
-      fail(
-          fmt::format("a picture of {} x {} pixels needs {} of memory, {} is available; "
-                      "FITS files are written row by row and need little",
-                      width, height, bytes_text(needed), bytes_text(available)));
-    }
-  }
-  if (header.healpix) {
-    const std::uint64_t needed = healpix_memory(options, header);
-    if (const std::uint64_t available = available_memory(); needed > available) {
-      fail(
-          fmt::format("a HEALPix map of nside = {} and {} plane{} needs {} of memory, {} is "
-                      "available",
-                      header.healpix->nside, header.planes(), header.planes() == 1 ? "" : "s",
-                      bytes_text(needed), bytes_text(available)));
-    }
-  }
-  std::error_code error;
-  const fs::path folder = fs::absolute(options.path).parent_path();
-  const fs::space_info space = fs::space(folder, error);
-  if (!error && bytes > space.available) {
-    fail(fmt::format("needs {} on disk, folder '{}' has {} left", bytes_text(bytes),
-                     options.path.has_parent_path() ? options.path.parent_path().string() : ".",
-                     bytes_text(space.available)));
-  }
+  check_memory(options, header, suffix);
+  check_disk_space(options, bytes);
 }
 
 namespace {

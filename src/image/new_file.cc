@@ -11,6 +11,11 @@
 
 namespace gamer {
 
+bool is_there(const std::filesystem::path& path) {
+  std::error_code error;
+  return std::filesystem::exists(std::filesystem::symlink_status(path, error));
+}
+
 void check_new_file(const std::filesystem::path& path, bool overwrite) {
   namespace fs = std::filesystem;
   if (path == standard_stream) return check_standard_output();

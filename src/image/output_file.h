@@ -8,8 +8,9 @@
 
 namespace gamer {
 
-/// An unfinished output: a file beside its final name, or for the name "-" one in the system's
-/// folder for temporary files, whose bytes go to standard output. The caller makes the file.
+/// An unfinished output. It is a file beside its final name. The output "-" is a file in the
+/// system's folder for temporary files, whose bytes go to standard output. The caller makes the
+/// file.
 class OutputFile {
  public:
   /// Throws RunError.

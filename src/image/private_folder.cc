@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "gamer/core/error.h"
+#include "gamer/image/new_file.h"
 
 namespace gamer {
 namespace {
@@ -47,11 +48,6 @@ const std::string& lock_name() {
 fs::path folder_path(const fs::path& final_path, int number) {
   const std::string stem = final_path.filename().string().substr(0, longest_stem);
   return fs::absolute(final_path).parent_path() / fmt::format(".{}.{}", stem, number);
-}
-
-bool is_there(const fs::path& path) {
-  struct stat status {};
-  return lstat(path.c_str(), &status) == 0;
 }
 
 /// Whether this error of a new folder means that another process has removed or replaced it.

@@ -13,8 +13,8 @@ namespace gamer {
 ///
 /// Its owner holds the lock of a file in it, whose name contains the machine's. If that file is
 /// there but not locked, the owner process has ended. Where the system allows, files are opened
-/// relative to the folder's descriptor: another user may be able to move the folder, but cannot
-/// substitute another one.
+/// relative to the folder's descriptor. Another user who moves the folder can then not substitute
+/// another one.
 class PrivateFolder {
  public:
   /// Makes a new folder. Throws RunError "<final path>: cannot write: ...".

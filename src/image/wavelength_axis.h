@@ -10,8 +10,8 @@ namespace gamer {
 /// The WCS cards of one linear axis.
 void append_axis(std::vector<Card>& cards, int number, const LinearAxis& axis);
 
-/// Appends the third axis of a cube: WAVE (Angstrom) where the wavelengths are equally spaced to
-/// 1e-9, else PLANE, the planes' numbers, which need no table. If axes 1 and 2 have a CD matrix,
+/// Appends the third axis of a cube. It is WAVE (Angstrom) where the wavelengths are equally spaced
+/// to 1e-9, else PLANE, the planes' numbers, which need no table. If axes 1 and 2 have a CD matrix,
 /// the third axis gets its element of it: missing elements count as 0, and CDELT is ignored.
 void append_third_axis(std::vector<Card>& cards, const std::vector<double>& wavelengths,
                        const std::vector<std::string>& plane_axes);

@@ -12,6 +12,7 @@
 #include <numeric>
 #include <vector>
 
+#include "gamer/job/journal.h"
 #include "gamer/job/report.h"
 #include "gamer/job/resume.h"
 #include "gamer/job/schedule.h"
@@ -31,8 +32,6 @@ constexpr double microsecond = 1e-6;
 /// Rank 0's time for each value of a pixel, in the journal (1 to 10 ns) and the writer
 /// (journal_bench).
 constexpr double writing_seconds = 5e-9;
-/// Rows that wait for the journal to begin (render/journal.h).
-constexpr std::uint64_t most_pending = std::uint64_t{32} << 20;
 
 double seconds_of(clockid_t clock) {
   timespec time{};
@@ -46,8 +45,8 @@ std::uint64_t resident_memory() {
   return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-/// Seconds per unit of cost, in squares of pixels around probes. They are tiles where these are
-/// cheap, and down to single pixels where time is short.
+/// Seconds per unit of cost, measured in squares of pixels around probes. A square is a tile where
+/// tiles are cheap, and down to a single pixel where time is short.
 double seconds_per_cost(const Renderer& renderer, const std::vector<ProbedPixel>& probes,
                         double most_seconds) {
   std::vector<double> sums(probes.size());
@@ -58,7 +57,7 @@ double seconds_per_cost(const Renderer& renderer, const std::vector<ProbedPixel>
   double seconds = 0, cost = 0, spent = 0;
   int side = 1;
   for (std::size_t tile = 0; tile < most_tiles && spent < most_seconds; ++tile) {
-    // Probes are evenly spread after any number of tiles.
+    // After any number of tiles the probes so far are evenly spread.
     const double at = all * std::fmod((static_cast<double>(tile) + 0.5) * std::numbers::phi, 1.0);
     const auto found = std::lower_bound(sums.begin(), sums.end(), at);
     const ProbedPixel& probe =
@@ -72,7 +71,7 @@ double seconds_per_cost(const Renderer& renderer, const std::vector<ProbedPixel>
     spent += took;
     constexpr int least_tiles = 5;
     if (took < most_seconds / least_tiles / 4) side = std::min(2 * side, Renderer::tile_rows);
-    // The first one pays for what later ones find ready.
+    // The first probe is not counted: it fills caches that later ones use.
     if (tile == 0 && spent < most_seconds) continue;
     seconds += took;
     cost += estimated_cost(counts);
@@ -188,7 +187,8 @@ JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int thread
   estimate.other_memory = std::max(peak_memory(), working);
   const auto suffix = image_suffix(job.parameters.image.output.path);
   const bool is_fits = suffix == ImageSuffix::fits || suffix == ImageSuffix::fits_compressed;
-  const std::uint64_t pending = std::min(most_pending, of_rows(renderer.height()));
+  const std::uint64_t pending =
+      std::min<std::uint64_t>(Journal::most_pending, of_rows(renderer.height()));
   const std::uint64_t picture =
       is_fits ? 0 : picture_memory(renderer.width(), renderer.height(), renderer.planes());
   estimate.memory = std::max(peak_memory(), working + pending + picture);

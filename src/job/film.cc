@@ -12,6 +12,7 @@
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 #include "gamer/core/simd.h"
+#include "gamer/image/new_file.h"
 #include "gamer/image/picture.h"
 #include "gamer/job/resume.h"
 #include "gamer/job/truth_table.h"
@@ -33,8 +34,6 @@ constexpr double probe_seconds = 1;
 
 /// Numbers of a picture's tone.
 constexpr std::size_t tone_numbers = 8;
-
-bool is_there(const fs::path& file) { return are_there({file}); }
 
 /// The number in "<stem>_0007<...>", from 1; 0 where there is none.
 int frame_number(const std::string& name, const std::string& stem) {
@@ -207,7 +206,7 @@ JobEstimate Film::estimate(int ranks, int threads, double reading) {
     const int i = probes == 1 ? 0 : probe * (count - 1) / (probes - 1);
     const double begin = process_seconds();
     RenderParameters own = frame(left_[static_cast<std::size_t>(i)]);
-    // The film's tone is not known yet, and a frame's own would take time.
+    // The film's tone is not known yet, and measuring a frame's own tone would take time.
     if (!own.image.output.tone) own.set("image", "tone", std::vector<double>(tone_numbers, 0.0));
     const RenderJob job = jobs_->make(std::move(own));
     const double making = process_seconds() - begin;

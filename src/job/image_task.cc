@@ -28,11 +28,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_there(const fs::path& file) {
-  std::error_code error;
-  return fs::exists(fs::symlink_status(file, error));
-}
-
 /// Device and number of a file; a link counts as the file that it leads to.
 std::optional<std::pair<std::uint64_t, std::uint64_t>> identity(const fs::path& file) {
   struct stat status {};
@@ -46,7 +41,7 @@ std::string truth_text(const JobOptions& options) {
   return options.truth_table.empty() ? "in the image" : "in " + options.truth_table.string();
 }
 
-/// Counts what is done now, or was before and comes from the journal.
+/// Counts rows that are computed now, or that come from the journal.
 void add(int done, const JournaledExecutor& executor, Progress& progress) {
   if (executor.is_replaying()) {
     progress.skip(done);
@@ -60,7 +55,8 @@ Renderer make_renderer(const RenderJob& job, const JobOptions& options) {
           options.truth ? job.parameters.truth : TruthSettings()};
 }
 
-/// Every rank's part. Their time counts as set-up: `before`, from which times are taken, moves on.
+/// Every rank calls it. Its time counts as set-up, so that `before`, the start of all times, moves
+/// on.
 std::vector<RowRange> blocks_of(const Renderer& renderer, Executor& executor, RunTimes& before) {
   const RunTimes begin = executor.times();
   std::vector<RowRange> blocks = render_blocks(renderer, executor);
@@ -68,8 +64,8 @@ std::vector<RowRange> blocks_of(const Renderer& renderer, Executor& executor, Ru
   return blocks;
 }
 
-/// Every rank's part of rendering; `consume` is rank 0's. A block's values are its pixels, then a
-/// number for each row, which add up to the block's unconverged rays.
+/// Every rank calls it to render. Rank 0 calls `consume` with each block. A block's values are its
+/// pixels, then a number for each row. These numbers add up to the block's unconverged rays.
 void run(const Renderer& renderer, std::span<const RowRange> blocks, Executor& executor,
          const Executor::Consume& consume, RankReport& report) {
   const auto pixels_per_row =
@@ -235,7 +231,7 @@ void ImageTask::go_on(std::unique_ptr<Journal> journal) {
                  journal->path().string());
   job_.record = journal->head().record;
   date_ = journal->head().date;
-  // Files that stand there after the journal's end are this job's.
+  // Once the journal has its end entry, files of these names are this job's.
   if (journal->head().overwrite || journal->has_end())
     job_.parameters.image.output.overwrite = true;
   journal_ = std::move(journal);
@@ -244,7 +240,7 @@ void ImageTask::go_on(std::unique_ptr<Journal> journal) {
 bool ImageTask::is_stream() const { return job_.parameters.image.output.path == standard_stream; }
 
 void ImageTask::complete(const Ranks& ranks, int threads) {
-  // An estimate does without pixels of the image.
+  // An estimate needs no pixels of the image.
   if (options_.dry_run) job_.pending.star_tone = false;
   gamer::complete(job_, ranks, threads);
 }
@@ -298,7 +294,8 @@ std::unique_ptr<ImageWriter> ImageTask::make_writer() const {
                            own + extra, header_.width);
 }
 
-/// Gives the files their names. From the journal's end on, files that stand there are the job's.
+/// Gives the files their names. Once the journal has its end entry, files of these names are the
+/// job's.
 void ImageTask::finish(ImageWriter& writer, const std::optional<DataTable>& truth) {
   if (journal_ && std::ranges::none_of(files(), is_there)) journal_->add_end();
   if (unconverged_rays_ > 0) {

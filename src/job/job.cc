@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "gamer/core/capitals.h"
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/units.h"
 #include "gamer/core/version.h"
@@ -36,19 +37,11 @@ namespace {
 const std::string parameters_name = recorded_parameters;
 const std::string scene_name = recorded_scene;
 
-std::string upper(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) {
-    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
-  }
-  return result;
-}
-
 Card parameter_card(const std::string& section, const Parameter& parameter,
                     const ParameterValue& value) {
   Card card;
-  card.key =
-      fmt::format("HIERARCH {}{} {}", record_key_stem, upper(section), upper(parameter.name));
+  card.key = fmt::format("HIERARCH {}{} {}", record_key_stem, in_capitals(section),
+                         in_capitals(parameter.name));
   if (const auto* flag = std::get_if<bool>(&value)) {
     card.value = *flag;
   } else if (const auto* whole = std::get_if<std::int64_t>(&value)) {
@@ -69,7 +62,7 @@ std::vector<Card> make_cards(const RenderParameters& parameters, const Scene& sc
       {"CREATOR", fmt::format("gamer {}", version()), "program and version"},
   };
   if (scene.unit == PixelUnit::relative) {
-    // Each gets a card, since a long card would be broken within a word.
+    // Each value gets a card, since a long card would be broken within a word.
     cards.insert(
         cards.end(),
         {{"COMMENT", {}, "relative surface brightness: integral of the emissivity along the ray,"},
@@ -106,8 +99,8 @@ std::string unit_text(PixelUnit unit) {
   throw std::logic_error("unknown PixelUnit");
 }
 
-/// What the pixels of a plane are worth: m_AB = MAGZERO - 2.5 log10(value), of the flux per pixel
-/// or per arcsec^2; PHOTFLAM in erg/s/cm^2/Angstrom per unit of them.
+/// Cards with the calibration of a plane. The flux per pixel, or per arcsec^2, has m_AB = MAGZERO -
+/// 2.5 log10(value). A value of 1 is PHOTFLAM erg/s/cm^2/Angstrom.
 std::vector<Card> calibration_cards(const SpectralPlane& plane, const RenderJob& job) {
   std::vector<Card> cards;
   if (plane.band != nullptr) cards.push_back({"BAND", plane.label, "bandpass"});
@@ -205,8 +198,8 @@ namespace {
 /// Each galaxy that is being measured needs some 10 MiB.
 constexpr std::size_t galaxies_at_a_time = 4;
 
-/// The references of galaxies that lack the closure for footprints at which these are looked at, in
-/// the galaxies' order, and the footprints for which they need it.
+/// References of galaxies that lack closures, in the galaxies' order, each with the footprints of
+/// the galaxies for which it needs them.
 std::vector<std::pair<Galaxy*, FootprintRange>> references_to_measure(
     std::span<const std::shared_ptr<Galaxy>> galaxies, std::span<const FootprintRange> footprints) {
   std::vector<std::pair<Galaxy*, FootprintRange>> result;
@@ -339,7 +332,7 @@ std::string mapping_text(const JobRequest& request, Resources& resources) {
 RenderJob read_job(const JobRequest& request, Resources& resources) {
   RenderParameters parameters = load_parameters(request, resources);
   std::string label;
-  // The catalogue, which may be large, is gone when the record is made.
+  // The catalogue, which may be large, is freed before the record is made.
   const auto make = [&](const Catalogue& catalogue) {
     label = catalogue.label();
     GalaxyLibrary library(parameters, label, resources);

@@ -28,7 +28,6 @@ namespace {
 constexpr std::string_view magic = "gamer journal 2\n";
 /// The first bytes of journals of all versions.
 constexpr std::string_view magic_start = "gamer journal ";
-constexpr std::size_t most_pending = std::size_t{32} << 20;
 /// Tries for a lock, with a pause between: a killed process may take two seconds to be gone.
 constexpr int lock_tries = 20;
 constexpr std::chrono::milliseconds lock_pause{100};
@@ -297,7 +296,7 @@ struct Journal::Entry {
   std::uint64_t bytes = 0;
 };
 
-/// Where the rows of an entry stand.
+/// Place of an entry's rows in the file.
 struct Journal::Block {
   Entry entry;
   std::uint64_t offset;
@@ -368,7 +367,7 @@ void Journal::discard(const std::filesystem::path& path) {
   try {
     journal->read_entries();
   } catch (const InputError&) {
-    // A damaged journal is removed too.
+    // A damaged journal is removed, too.
   }
   journal->remove();
 }

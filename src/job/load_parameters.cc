@@ -15,7 +15,7 @@ namespace gamer {
 
 namespace {
 
-/// Makes the region the one of a preview's pixels that holds it.
+/// Replaces the region by the smallest one of a preview's pixels that holds it.
 void reduce_region(RenderParameters& parameters) {
   if (!parameters.image.region) return;
   const ImageRegion& region = *parameters.image.region;
@@ -33,7 +33,7 @@ void make_preview(RenderParameters& parameters) {
   const auto reduced = [](int size) {
     return static_cast<double>((size + preview_reduction - 1) / preview_reduction);
   };
-  // The WCS of another image cannot be had at a quarter of the size.
+  // The WCS of another image has no version at a quarter of the size.
   if (parameters.camera.header.empty()) {
     const double width = reduced(parameters.width);
     if (parameters.camera.projection == Projection::sky) {

@@ -15,7 +15,7 @@ namespace gamer {
 namespace {
 
 constexpr std::string_view program = "gamer: ";
-/// What precedes the time in an object.
+/// Text of an object before the time.
 constexpr std::string_view object_start = R"({"time":")";
 
 /// A JSON string. printable() leaves UTF-8 without control characters.
@@ -28,7 +28,7 @@ std::string json_string(const std::string& text) {
   return quoted + '"';
 }
 
-/// An object without its end.
+/// An object without its closing brace.
 std::string object_of(const std::string& time, const std::string& level, const std::string& text) {
   return fmt::format(R"({}{}","level":"{}","text":{})", object_start, time, level,
                      json_string(text));

@@ -57,7 +57,8 @@ std::map<std::string, std::string> parameter_values(const std::string& toml) {
   return values;
 }
 
-/// Calls take(key, then, now) for what stands in one of two maps, or differs; null for none.
+/// Calls take(key, then, now) for each key whose values differ or that only one map has. A missing
+/// value is null.
 template <class Value, class Take>
 void for_differences(const std::map<std::string, Value>& then,
                      const std::map<std::string, Value>& now, const Take& take) {

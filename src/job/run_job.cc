@@ -40,7 +40,7 @@ std::unique_ptr<Journal> find_journal(const RunOptions& options) {
   return Journal::open(journal_path(parameters.image.output), options.work.journal_interval);
 }
 
-/// What rank 0 has to do: an image, a film, or stamps, or nothing any more.
+/// Work of rank 0: an image, a film, stamps, or nothing if all is done.
 struct Task {
   std::unique_ptr<ImageTask> work;
   std::unique_ptr<Film> film;
@@ -128,7 +128,7 @@ Task prepare_film(const RunOptions& options, const MessageLog& log, const Render
 }
 
 void warn_of(const RunOptions& options, const MessageLog& log, const RenderJob& job) {
-  // A preview has one ray a pixel and is not measured on.
+  // A preview has one ray a pixel, since nobody measures on it.
   if (log.is_quiet() || options.request.preview) return;
   for (const std::string& text : job_warnings(job)) log.warning(text);
 }
@@ -194,7 +194,7 @@ void announce(const MessageLog& log, const ImageTask& work) {
   }
 }
 
-/// Every rank's part. `pixels` are those of all images.
+/// Every rank calls it. `pixels` are those of all images.
 void say_where_the_time_went(const Ranks& ranks, const MessageLog& log, const RankReport& own,
                              double pixels) {
   std::vector<RankReport> reports;
@@ -204,7 +204,7 @@ void say_where_the_time_went(const Ranks& ranks, const MessageLog& log, const Ra
   log.table(report_text(reports, pixels));
 }
 
-/// Rank 0's part of making stamps; returns their pixels. `clock` has run since the job began.
+/// Rank 0 calls it for stamps. Returns their pixels. `clock` has run since the job began.
 double render_stamps(const Ranks& ranks, const MessageLog& log, const Clock& clock,
                      StampTask& stamps, int threads, Executor& executor, RankReport& report) {
   stamps.complete(ranks, threads);
@@ -214,8 +214,8 @@ double render_stamps(const Ranks& ranks, const MessageLog& log, const Clock& clo
   return stamps.pixels();
 }
 
-/// Every rank's part of an image, and other ranks' part of stamps; returns the pixels of the image.
-/// `clock` has run since the job began.
+/// Every rank calls it for an image, and ranks other than 0 for stamps. Returns the pixels of the
+/// image. `clock` has run since the job began.
 double render_image(const Ranks& ranks, const RunOptions& options, const MessageLog& log,
                     const Clock& clock, ImageTask* work, std::string packed, int threads,
                     Executor& executor, RankReport& report) {
@@ -252,7 +252,7 @@ double render_image(const Ranks& ranks, const RunOptions& options, const Message
   return pixels(work->job().camera);
 }
 
-/// Every rank's part; returns the pixels of all frames.
+/// Every rank calls it. Returns the pixels of all frames.
 double render_film(const Ranks& ranks, const RunOptions& options, const MessageLog& log,
                    std::unique_ptr<Film> film, std::string packed, int threads, Executor& executor,
                    RankReport& report) {

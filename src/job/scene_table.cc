@@ -60,7 +60,7 @@ class ColumnMaker {
     } else {
       column_.values = std::vector<std::string>();
     }
-    // A direction that is not given is none.
+    // A direction that is not given stays empty.
     if (column_.name == "ox" || column_.name == "oy" || column_.name == "oz") {
       default_ = std::monostate();
     }

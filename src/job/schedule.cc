@@ -176,8 +176,8 @@ std::vector<RowRange> render_blocks(const Renderer& renderer, Executor& executor
 }
 
 int held_blocks(int ranks, int threads) {
-  // One thread alone has one block. Else each computes one while another waits, one is taken, and
-  // two are on their way between ranks.
+  // A single thread has one block. Otherwise each thread computes one while another waits and one
+  // is received. Two more are on their way between ranks.
   return 1 + (ranks * threads > 1 ? 2 * threads : 0) + (ranks > 1 ? 2 : 0);
 }
 

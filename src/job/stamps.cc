@@ -201,7 +201,7 @@ void StampTask::name_stamps() {
   names_.resize(regions_.size());
   for (const PlacedGalaxy& placed : job_.scene->galaxies) names_[placed.object] = placed.id;
   for (const PlacedStar& star : job_.scene->stars) names_[star.object] = star.id;
-  // The file's tables have their names, too.
+  // Names of the file's tables are taken, too.
   std::map<std::string, int> counts = {{"SCENE", 1}, {"TRUTH", 1}, {"INPUTS", 1}};
   for (std::size_t stamp = 0; stamp < names_.size(); ++stamp) {
     if (names_[stamp].empty()) names_[stamp] = fmt::format("OBJECT_{}", stamp + 1);
@@ -227,7 +227,7 @@ StampHeader StampTask::describe(std::size_t stamp) const {
   own.cards = {{"ROW", static_cast<long long>(stamp + 1), "of the tables SCENE and TRUTH"},
                {"LTV1", static_cast<double>(-region.left), "x here less x in the whole image"},
                {"LTV2", static_cast<double>(-region.bottom), "y here less y in the whole image"}};
-  // A cube has numbered ones besides.
+  // A cube has numbered cards, too.
   for (const Card& card : header_.cards) {
     if (card.key == "MAGZERO" || card.key == "PHOTZP") own.cards.push_back(card);
   }

@@ -9,7 +9,7 @@
 namespace gamer {
 namespace {
 
-// The sampled pixels are runs of neighbours, from which the tone takes the noise, in some rows.
+// The sampled pixels are runs of neighbours in some rows. From neighbours the tone takes the noise.
 constexpr int most_rows = 96, most_runs = 24, run_length = 4;
 
 /// The middle of part `i` of `parts` equal parts.

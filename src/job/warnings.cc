@@ -16,7 +16,7 @@ namespace {
 
 /// Wavelengths that would be ultraviolet as Angstrom and are optical as nanometres.
 constexpr double likely_nanometres = 1500;
-/// Rays with which galaxies are looked for, and tests of a ray with a galaxy, at most.
+/// Largest number of rays that look for galaxies, and of tests of a ray with a galaxy.
 constexpr double most_rays = 65536, most_tests = 1e8;
 
 /// Whether a unit of light of some component is seen in some plane.

@@ -20,8 +20,8 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// What footprints see of octaves, of whose last ones, from `in_sight` on, none sees anything.
-/// These count as they do where others see them: to the last bit, in their order.
+/// Shares of octaves that footprints resolve. No footprint resolves octaves from `in_sight` on.
+/// Their sums are, bit by bit, those of batches in which some footprint does.
 template <Combination::Kind kind>
 HWY_INLINE void SeeOctavesOf(std::size_t size, const float* HWY_RESTRICT footprint,
                              std::span<const SeenOctave> octaves, std::size_t in_sight,
@@ -95,7 +95,7 @@ void SeeOctaves(std::size_t size, const float* footprint, std::span<const SeenOc
   }
 }
 
-/// The variance of the hidden coherent part; `coherence` may be null.
+/// Variance of the hidden coherent part; `coherence` may be null.
 template <class D>
 HWY_INLINE hn::Vec<D> Coherent(D d, const SeenNoise& seen, const float* coherence, std::size_t i) {
   const auto coherent = hn::Load(d, seen.coherent.data() + i);
@@ -291,7 +291,8 @@ void FractalNoise::evaluate(const Points& points, float* out) const {
 }
 
 std::size_t FractalNoise::octaves_in_sight(float footprint) const {
-  // A margin of single precision's rounding, so that such octaves count as unseen to the last bit.
+  // The margin covers rounding in single precision, so that such octaves count as unseen, bit by
+  // bit.
   constexpr double end = fade_end * (1 + 1e-5);
   std::size_t count = octaves_.size();
   while (count > 0 && double{footprint} * stretch_ * double{octaves_[count - 1].frequency} >= end) {

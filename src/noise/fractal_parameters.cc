@@ -12,10 +12,11 @@ namespace {
 // larger ones would cost precision.
 constexpr double largest_offset = 16.0;
 
-// A coordinate of single precision times more is too coarse for the noise to be smooth (noise.h).
+// At higher frequencies coordinates in single precision are too coarse for a smooth noise
+// (noise.h).
 constexpr double largest_frequency = 1e5;
 
-// Where a component names a combination of scale-free octaves and no lacunarity.
+// The lacunarity of a combination of scale-free octaves that names none.
 constexpr double usual_lacunarity = 2.0;
 
 // With this floor |v|^-20 stays within single precision.
@@ -30,6 +31,58 @@ constexpr CombinationName combination_names[] = {
     {"multiplicative", Combination::Kind::multiplicative},
     {"ridged", Combination::Kind::ridged},
     {"billow", Combination::Kind::billow}};
+
+/// Refuses given values that the others leave without a meaning.
+void refuse_meaningless(const FractalParameters& noise, const ParameterSet& values,
+                        const std::string& context) {
+  const auto refuse = [&](const char* key, const std::string& why) {
+    if (values.is_given(key)) throw InputError(values.where(key), context + key + why);
+  };
+  const std::string& name = values.text("combination");
+  if (noise.is_density()) {
+    for (const char* key : {"exponent", "theta", "offset", "contrast", "floor"}) {
+      refuse(key, " shapes sums of octaves; combination = \"" + name +
+                      "\" is a density as it is, so leave it out");
+    }
+  }
+  if (noise.combination.kind != Combination::Kind::ridged) {
+    for (const char* key : {"ridge_offset", "ridge_gain"}) {
+      refuse(key, " belongs to combination = \"ridged\", not \"" + name + "\"");
+    }
+  }
+  if (noise.combination.kind == Combination::Kind::multiplicative) {
+    refuse("spectral_index",
+           " weighs terms of a sum; combination = \"multiplicative\" has amplitude instead");
+  } else {
+    refuse("amplitude", " belongs to combination = \"multiplicative\", not \"" + name + "\"");
+  }
+  if (noise.warp == 0) {
+    for (const char* key : {"warp_frequency", "warp_octaves"}) {
+      refuse(key, " has no meaning without warp");
+    }
+  }
+}
+
+void refuse_contradictions(const FractalParameters& noise, const ParameterSet& values,
+                           const std::string& context) {
+  refuse_meaningless(noise, values, context);
+  if (noise.lacunarity > 0 && noise.lacunarity <= 1) {
+    throw InputError(values.where("lacunarity"),
+                     context + "lacunarity must be above 1, or 0 for linear frequencies");
+  }
+  if (noise.frequency(noise.octaves) > largest_frequency) {
+    throw InputError(values.where(values.is_given("lacunarity") ? "lacunarity" : "octaves"),
+                     context + "lacunarity " + value_text(noise.lacunarity) + " gives octave " +
+                         std::to_string(noise.octaves) +
+                         " more than 1e5 cycles per galaxy radius; take fewer octaves");
+  }
+  if (!noise.inverse && noise.exponent < 0) {
+    throw InputError(values.where("exponent"),
+                     context +
+                         "exponent below 0 has no meaning where theta is 'linear'; use "
+                         "theta = \"inverse\" with a positive exponent");
+  }
+}
 
 }  // namespace
 
@@ -142,49 +195,7 @@ void FractalParameters::apply(const ParameterSet& values, const std::string& con
   contrast = values.number("contrast");
   floor = values.number("floor");
   if (values.has("seed")) seed = static_cast<std::uint64_t>(values.integer("seed"));
-
-  const auto refuse = [&](const char* key, const std::string& why) {
-    if (values.is_given(key)) throw InputError(values.where(key), context + key + why);
-  };
-  const std::string& name = values.text("combination");
-  if (is_density()) {
-    for (const char* key : {"exponent", "theta", "offset", "contrast", "floor"}) {
-      refuse(key, " shapes sums of octaves; combination = \"" + name +
-                      "\" is a density as it is, so leave it out");
-    }
-  }
-  if (combination.kind != Combination::Kind::ridged) {
-    for (const char* key : {"ridge_offset", "ridge_gain"}) {
-      refuse(key, " belongs to combination = \"ridged\", not \"" + name + "\"");
-    }
-  }
-  if (combination.kind == Combination::Kind::multiplicative) {
-    refuse("spectral_index",
-           " weighs terms of a sum; combination = \"multiplicative\" has amplitude instead");
-  } else {
-    refuse("amplitude", " belongs to combination = \"multiplicative\", not \"" + name + "\"");
-  }
-  if (warp == 0) {
-    for (const char* key : {"warp_frequency", "warp_octaves"}) {
-      refuse(key, " has no meaning without warp");
-    }
-  }
-  if (lacunarity > 0 && lacunarity <= 1) {
-    throw InputError(values.where("lacunarity"),
-                     context + "lacunarity must be above 1, or 0 for linear frequencies");
-  }
-  if (frequency(octaves) > largest_frequency) {
-    throw InputError(values.where(values.is_given("lacunarity") ? "lacunarity" : "octaves"),
-                     context + "lacunarity " + value_text(lacunarity) + " gives octave " +
-                         std::to_string(octaves) +
-                         " more than 1e5 cycles per galaxy radius; take fewer octaves");
-  }
-  if (!inverse && exponent < 0) {
-    throw InputError(values.where("exponent"),
-                     context +
-                         "exponent below 0 has no meaning where theta is 'linear'; use "
-                         "theta = \"inverse\" with a positive exponent");
-  }
+  refuse_contradictions(*this, values, context);
 }
 
 std::vector<Octave> FractalParameters::make_octaves() const {

@@ -104,8 +104,8 @@ HWY_INLINE Value<V, components> MixAll(const Value<V, components>& a, const Valu
   return value;
 }
 
-/// The hash of a lattice point from `combined` = a ^ b ^ c and `sum` = a + b of its words
-/// (lattice.h): one uniform number of 16 bits per component.
+/// The hash of a lattice point, one uniform number of 16 bits per component. It is made from
+/// `combined` = a ^ b ^ c and `sum` = a + b of the point's words (lattice.h).
 template <class D, int components>
 class PointHash {
   using VU = hn::Vec<hn::RebindToUnsigned<D>>;
@@ -294,10 +294,10 @@ class OpenLattice {
   LatticeSeed seed_{};
 };
 
-/// The lattice of any octave, or of one without periods in y and z: by m = floor(i / P), (i, j)
-/// becomes (i - m P, j - m Q), then j and k become their rests by the periods; for each corner on
-/// its own. Indices are whole numbers of single precision, exact while they and m Q stay below
-/// 2^22.
+/// The lattice of any octave, or of one without periods in y and z. With m = floor(i / P) the
+/// corner (i, j) becomes (i - m P, j - m Q). Then j and k are reduced by their periods. Each corner
+/// is reduced on its own. Indices are whole numbers of single precision, exact while they and m Q
+/// stay below 2^22.
 template <bool cycles>
 class IdentifiedLattice {
  public:
@@ -473,7 +473,7 @@ HWY_INLINE void EvaluateOctaves(const Combination& combination, const Points& po
     Lattice lattice;
   } group[group_capacity];
   using Combining = Combiner<decltype(d), components>;
-  // Between groups of octaves, the combiner's state rests in `out` and what else it needs here.
+  // Between groups of octaves, the combiner's state is kept in `out` and in these arrays.
   BatchArray carried;
   float* rest[] = {out[0], components > 1 ? out[1] : carried.data(),
                    components > 2 ? out[2] : nullptr};

@@ -16,16 +16,16 @@ namespace gamer {
 //     m = h_low g_low + h_high g_high modulo 2^16
 //
 // and floor(12 m / 2^16) chooses the gradient. Exclusive or, unlike a sum, leaves no lattice vector
-// along which h repeats; the product of two words that differ from point to point mixes what a
-// multiplication by a constant would leave linear (tests: neighbours at many distances, and the
-// corners of cells together, are independent). Each of the 12 comes within 2e-4 of 1/12.
+// along which h repeats. Multiplication by a constant would leave the hash linear. A product of two
+// words that differ from point to point does not. Tests find neighbours at many distances, and the
+// corners of cells together, independent. Each of the 12 comes within 2e-4 of 1/12.
 inline constexpr std::uint32_t lattice_px = 0x9E3779B1u;
 inline constexpr std::uint32_t lattice_py = 0x85EBCA77u;
 inline constexpr std::uint32_t lattice_pz = 0xC2B2AE3Du;
 
-// Further numbers of a point, for noises with vector values: with the halves of h and g taken as
-// signed and m to all its 32 bits, of w = lattice_again (m ^ h) the upper half, and its exclusive
-// or with the lower.
+// Further numbers of a point, for noises with vector values. The halves of h and g count as signed,
+// and m has all its 32 bits. With w = lattice_again (m ^ h) the numbers are w_high and w_high ^
+// w_low.
 inline constexpr std::uint32_t lattice_again = 0x2C1B3C6Du;
 
 /// 1.5 2^23: in cell_origin + n, |n| <= 2^22, the last bits are those of the whole number n.

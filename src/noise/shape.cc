@@ -169,8 +169,9 @@ double base_of(const NoiseShape::Parameters& p, double v) {
   return p.inverse ? std::max(std::abs(v), p.floor) : std::max(v, 0.0);
 }
 
-/// ShapeInput::expected: what is smoother in s than E[Phi], for each level of h and s:
-/// E[Phi]^(1/alpha), which is nearly linear, or log2 E[Phi] where Phi is inverse and hence above 0.
+/// ShapeInput::expected, for each level of h and each s. It is a function of E[Phi] that is
+/// smoother in s. For the linear Theta this is E[Phi]^(1/alpha), which is nearly linear. For the
+/// inverse one it is log2 E[Phi], as E[Phi] is above 0.
 std::vector<float> make_table(const NoiseShape::Parameters& p) {
   const double power = power_of(p);
   std::vector<float> result(static_cast<std::size_t>(2 * (NoiseShape::levels - 1) * table_size));

@@ -40,8 +40,8 @@ class SimplexKernel {
     const V y0 = hn::Add(hn::Sub(y, cj.floor), unskew);
     const V z0 = hn::Add(hn::Sub(z, ck.floor), unskew);
 
-    // The second corner steps along the largest coordinate, the third also along the middle one: of
-    // i1, j1, k1 one is set and of i2, j2, k2 two.
+    // The second corner steps along the largest coordinate, the third also along the middle one.
+    // One of i1, j1, k1 is set, and two of i2, j2, k2.
     const auto xy = hn::Ge(x0, y0);
     const auto yx = hn::Gt(y0, x0);
     const auto yz = hn::Ge(y0, z0);

@@ -147,6 +147,16 @@ struct RowSums {
   }
 };
 
+/// Adds light at an offset to the sums of the moments 1, x, y, x^2, y^2, x y.
+void add_moments(RowSums<6>& sums, double light, double dx, double dy) {
+  sums.row[0] += light;
+  sums.row[1] += light * dx;
+  sums.row[2] += light * dy;
+  sums.row[3] += light * dx * dx;
+  sums.row[4] += light * dy * dy;
+  sums.row[5] += light * dx * dy;
+}
+
 }  // namespace
 
 Ellipses::Ellipses(double x, double y, double axis_ratio, double angle) : x_(x), y_(y) {
@@ -402,12 +412,7 @@ LightMoments moments(const Plane& plane, const Ellipses& ellipses, double radius
         if (!std::isfinite(value)) return;
         const double light = (value - background) * ellipses.overlap(x, y, radius);
         const double dx = x - ellipses.x(), dy = y - ellipses.y();
-        sums.row[0] += light;
-        sums.row[1] += light * dx;
-        sums.row[2] += light * dy;
-        sums.row[3] += light * dx * dx;
-        sums.row[4] += light * dy * dy;
-        sums.row[5] += light * dx * dy;
+        add_moments(sums, light, dx, dy);
       },
       [&] { sums.end_row(); });
   const double flux = sums.total[0];
@@ -460,12 +465,7 @@ std::optional<LightMoments> adaptive_moments(const Plane& plane, const Ellipses&
           const double distance2 = (yy * dx * dx - 2 * xy * dx * dy + xx * dy * dy) / determinant;
           if (distance2 > reach_factor * reach_factor || ellipses.radius(x, y) > radius) return;
           const double light = (value - background) * std::exp(-distance2 / 2);
-          sums.row[0] += light;
-          sums.row[1] += light * dx;
-          sums.row[2] += light * dy;
-          sums.row[3] += light * dx * dx;
-          sums.row[4] += light * dy * dy;
-          sums.row[5] += light * dx * dy;
+          add_moments(sums, light, dx, dy);
         },
         [&] { sums.end_row(); });
     const double flux = sums.total[0];

@@ -13,8 +13,7 @@ namespace gamer {
 
 /// Concentric, similar ellipses on a plane of pixels. Pixel (x, y), counted from 0, is the square
 /// of side 1 around (x, y). For an offset d from the centre, (u, v) = A d has u along the major and
-/// v along the minor axis. v is stretched so that the ellipse of semi-major axis r is u^2 + v^2 =
-/// r^2.
+/// v along the minor axis. The stretch of v makes u^2 + v^2 = r^2 the ellipse of semi-major axis r.
 class Ellipses {
  public:
   /// Ellipses with semi-major axes in pixels; `angle` of the major axis in rad from +x towards +y.

@@ -21,8 +21,8 @@ struct Asymmetry {
 Asymmetry asymmetry_about(const Image& image, double x, double y, double radius,
                           const SkyNoise& sky);
 
-/// The least asymmetry. The centre walks to the lowest of its eight neighbours until it is lowest
-/// itself, from (x, y) with steps of radius/32, then half of that, down to 1/64 pixel.
+/// The least asymmetry. From (x, y) the centre walks to the lowest of its eight neighbours until it
+/// is lowest itself. Steps begin with radius/32 and are halved down to 1/64 pixel.
 Asymmetry least_asymmetry(const Image& image, double x, double y, double radius,
                           const SkyNoise& sky);
 

@@ -269,6 +269,14 @@ class ConvolvedPlane final : public Plane {
     Mask mask;
     double largest = 0;  ///< size of a finite value
   };
+  struct SourceRows {
+    int first;  ///< or no_source
+    int count;
+    int step;  ///< 1 or -1
+  };
+  SourceRows source_rows(const Area& input, int row, int most) const;
+  void take_row(const Columns& columns, const double* read, double scale, int row,
+                const Area& input, std::vector<double>& line, Real* target, Input& result) const;
   Input gather(const Area& input, double scale, Rows values) const;
   void convolve(const Kernel<Real>& kernel, const Area& input, Rows values) const;
 
@@ -427,6 +435,46 @@ void ConvolvedPlane<Real>::read_tile(const Kernel<Real>& kernel, const Area& til
   }
 }
 
+/// Rows of the source for a tile's rows from `row` on, at most `most`: upwards or (mirrored)
+/// downwards.
+template <class Real>
+auto ConvolvedPlane<Real>::source_rows(const Area& input, int row, int most) const -> SourceRows {
+  const auto source_row = [&](int y) { return source_of(input.y + y, this->height(), edge_); };
+  SourceRows result{source_row(row), 1, 1};
+  if (result.first == no_source) return result;
+  if (row + 1 < input.height && source_row(row + 1) == result.first - 1) result.step = -1;
+  while (result.count < most && row + result.count < input.height &&
+         source_row(row + result.count) == result.first + result.step * result.count) {
+    ++result.count;
+  }
+  return result;
+}
+
+/// Puts a row of the source, read as `columns` say, into `target`. Marks of missing pixels go to
+/// row `row` of the mask.
+template <class Real>
+void ConvolvedPlane<Real>::take_row(const Columns& columns, const double* read, double scale,
+                                    int row, const Area& input, std::vector<double>& line,
+                                    Real* target, Input& result) const {
+  const int row_end = transform_ == nullptr ? input.width : transform_->width();
+  int length = columns.read_count();
+  if (!columns.is_plain) {
+    for (std::size_t x = 0; x < line.size(); ++x) line[x] = read[columns.places[x]];
+    read = line.data();
+    length = input.width;
+  }
+  std::fill_n(target, columns.lead, Real{0});
+  std::fill(target + columns.lead + length, target + row_end, Real{0});
+  const Taken taken = take_values(read, length, scale, target + columns.lead);
+  result.largest = std::max(result.largest, taken.largest);
+  if (!taken.has_missing) return;
+  result.mask.resize(static_cast<std::size_t>(input.width) *
+                     static_cast<std::size_t>(input.height));
+  std::uint8_t* const marks =
+      result.mask.data() + static_cast<std::ptrdiff_t>(row) * input.width + columns.lead;
+  for (int x = 0; x < length; ++x) marks[x] = std::isfinite(read[x]) ? 0 : 1;
+}
+
 /// Gathers the pixels `input`, which may reach beyond the plane, times `scale`. Missing pixels and
 /// the rest of a transform's rows are 0.
 template <class Real>
@@ -440,20 +488,11 @@ auto ConvolvedPlane<Real>::gather(const Area& input, double scale, Rows values) 
   std::vector<double> line(columns.is_plain ? 0 : static_cast<std::size_t>(input.width));
   const int row_end = transform_ == nullptr ? input.width : transform_->width();
   Input result;
-
-  const auto source_row = [&](int row) { return source_of(input.y + row, this->height(), edge_); };
   for (int row = 0; row < input.height;) {
-    const int first = source_row(row);
+    const auto [first, rows, step] = source_rows(input, row, most_rows);
     if (first == no_source) {
       std::fill_n(values[row++], row_end, Real{0});
       continue;
-    }
-    // Consecutive rows of the source, upwards or (mirrored) downwards.
-    int rows = 1, step = 1;
-    if (row + 1 < input.height && source_row(row + 1) == first - 1) step = -1;
-    while (rows < most_rows && row + rows < input.height &&
-           source_row(row + rows) == first + step * rows) {
-      ++rows;
     }
     const int lowest = std::min(first, first + step * (rows - 1));
     int behind = 0;
@@ -464,25 +503,8 @@ auto ConvolvedPlane<Real>::gather(const Area& input, double scale, Rows values) 
       behind += run.count;
     }
     for (int i = 0; i < rows; ++i, ++row) {
-      const double* read =
-          strip.data() + static_cast<std::ptrdiff_t>(first + step * i - lowest) * count;
-      int lead = columns.lead, length = count;
-      if (!columns.is_plain) {
-        for (std::size_t x = 0; x < line.size(); ++x) line[x] = read[columns.places[x]];
-        read = line.data();
-        length = input.width;
-      }
-      Real* const target = values[row];
-      std::fill_n(target, lead, Real{0});
-      std::fill(target + lead + length, target + row_end, Real{0});
-      const Taken taken = take_values(read, length, scale, target + lead);
-      result.largest = std::max(result.largest, taken.largest);
-      if (!taken.has_missing) continue;
-      Mask& mask = result.mask;
-      mask.resize(static_cast<std::size_t>(input.width) * static_cast<std::size_t>(input.height));
-      std::uint8_t* const marks =
-          mask.data() + static_cast<std::ptrdiff_t>(row) * input.width + lead;
-      for (int x = 0; x < length; ++x) marks[x] = std::isfinite(read[x]) ? 0 : 1;
+      const auto place = static_cast<std::ptrdiff_t>(first + step * i - lowest) * count;
+      take_row(columns, strip.data() + place, scale, row, input, line, values[row], result);
     }
   }
   if (transform_ != nullptr) {

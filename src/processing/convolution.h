@@ -7,9 +7,9 @@
 
 namespace gamer {
 
-/// Continuation of an image beyond its edges. zero: nothing, so light that leaves is lost and none
-/// comes in. reflect: mirrored at the outer sides of the edge pixels (... b a | a b ...). wrap:
-/// repeated.
+/// Continuation of an image beyond its edges. With `zero` there is nothing: light that leaves is
+/// lost. With `reflect` it is mirrored at the outer sides of the edge pixels (... b a | a b ...).
+/// With `wrap` it is repeated.
 enum class EdgeMode { zero, reflect, wrap };
 
 struct ConvolutionOptions {

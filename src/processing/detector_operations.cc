@@ -163,11 +163,11 @@ std::optional<double> NoiseOperation::sky(const PlaneTask& task) const {
                                instrument_.get().name, task.info.label));
 }
 
-/// Area to which the flux of MAGZERO belongs: the pixel, or its arcsec^2 for a brightness.
-double calibrated_area(const PlaneTask& task) {
-  if (!is_brightness(task.info.unit) || !task.info.zero_point) return 1;
+/// Area to which the flux of MAGZERO belongs.
+double area_of(const PlaneTask& task) {
+  if (!task.info.zero_point) return 1;
   try {
-    return std::pow(pixel_scale(task.header, task.label), 2);
+    return calibrated_area(task.info.unit, task.header, task.label);
   } catch (const InputError& error) {
     throw InputError(
         fmt::format("{}a surface brightness ({}) becomes electrons by the size of "
@@ -202,7 +202,7 @@ double NoiseOperation::electron_rate(const PlaneTask& task) const {
                                  context, has("zero_point") ? "--zero-point" : "--instrument",
                                  task.label));
   }
-  return calibrated_area(task) * flux_ratio(*image_zero_point - *own_zero_point);
+  return area_of(task) * flux_ratio(*image_zero_point - *own_zero_point);
 }
 
 /// Electrons/s of the sky in a pixel.
@@ -212,7 +212,7 @@ double NoiseOperation::sky_rate(const PlaneTask& task, double rate) const {
   if (!brightness) return 0;
   std::optional<double> rate_zero_point = zero_point(task);
   if (!rate_zero_point && task.info.zero_point) {
-    rate_zero_point = *task.info.zero_point - magnitudes_of(rate / calibrated_area(task));
+    rate_zero_point = *task.info.zero_point - magnitudes_of(rate / area_of(task));
   }
   if (!rate_zero_point) {
     throw InputError(fmt::format(
@@ -256,7 +256,7 @@ PlaneNoise NoiseOperation::ccd(const PlaneTask& task) const {
     bias = number("bias");
   }
   if (output_unit_ != "same") {
-    noise.unit_factor = electrons / (calibrated_area(task) * noise.gain);
+    noise.unit_factor = electrons / (area_of(task) * noise.gain);
   }
   detector.per_electron = 1 / noise.gain;
   const double background = call_.parameters.boolean("keep_sky") ? 0 : background_counts;

@@ -26,9 +26,10 @@ struct DiskFit {
 
 /// Fits ln I = c - r/h, and the continuous function with slopes -1/h1 and -1/h2 on both sides of a
 /// break, by least squares. Points count by their spacing, so that each length of radius counts
-/// alike. At least three points lie on both sides of the break. The break is taken where it lowers
-/// the Bayesian information criterion, n ln(rms^2) + k ln n with two parameters more, by 10, and
-/// the slopes differ by more than 15 %. Nothing for fewer than 8 points with light.
+/// alike. At least three points lie on both sides of the break. The criterion is n ln(rms^2) + k ln
+/// n, with two parameters more for the break (Bayesian information criterion). The break is taken
+/// where it lowers this by 10 and the slopes differ by more than 15 %. Nothing for fewer than 8
+/// points with light.
 std::optional<DiskFit> fit_disk(std::span<const ProfilePoint> profile);
 
 }  // namespace gamer

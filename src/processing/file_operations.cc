@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "gamer/core/capitals.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/core/printable.h"

@@ -9,6 +9,7 @@
 #include <limits>
 #include <numbers>
 
+#include "gamer/core/capitals.h"
 #include "gamer/core/units.h"
 #include "processing/aperture.h"
 

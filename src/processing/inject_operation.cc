@@ -53,12 +53,6 @@ std::optional<CelestialWcs> optional_wcs(const FitsHeader& header, const std::st
   return celestial_wcs(header, label);
 }
 
-/// Area to which the flux of a zero point belongs: the pixel, or its arcsec^2 for a brightness.
-double calibrated_area(const std::string& unit, const FitsHeader& header,
-                       const std::string& label) {
-  return is_brightness(unit) ? std::pow(pixel_scale(header, label), 2) : 1;
-}
-
 /// What a number lacks to a multiple of `step`.
 int to_multiple(int number, int step) {
   const int rest = number % step;
@@ -404,9 +398,10 @@ constexpr const char* description =
     "science image. The factor is s = 10^(-0.4 (MAGZERO - zero point)); surface brightnesses are "
     "multiplied by their pixel's arcsec^2. The zero point is the AB magnitude of the value 1 of "
     "the science image, per arcsec^2 where BUNIT is a surface brightness. Without --zero-point the "
-    "value comes from a card MAGZERO, PHOTZP, MAGZEROP, MAGZPT, MAGZP or ZEROPOINT of the image's "
-    "HDU or the primary HDU, or from BUNIT nJy, uJy, mJy or Jy. Cards of one header that disagree "
-    "are an error. Give --zero-point where the card means 1 count/s or Vega magnitudes.\n\nThe "
+    "value comes from a card of the image's HDU or the primary HDU: MAGZERO, PHOTZP, MAGZEROP, "
+    "MAGZPT, MAGZP or ZEROPOINT. Without such a card BUNIT nJy, uJy, mJy or Jy gives it. Cards of "
+    "one header that disagree are an error. Give --zero-point where the card means 1 count/s or "
+    "Vega magnitudes.\n\nThe "
     "added light has Poisson noise: the image gains N / gain with N = Poisson(v s gain). A "
     "negative v counts as 0. The gain is the number of electrons per unit of the pixels (--gain, "
     "or cards GAIN or EGAIN). For an image in electron/s the gain is the exposure time. Noise "

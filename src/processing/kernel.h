@@ -25,7 +25,7 @@ double kernel_value(Kernel kernel, double x);
 /// - x)^m = (m == 0), m <= n. Plain Lanczos weights fail even for n = 0. The correction is a
 /// polynomial of u = (i - x)/(radius scale) times (1 - u^2)^3. By Strang & Fix 1971 the kernel's
 /// spectrum is then flat to that order at the frequencies that would change the flux of a smooth
-/// image. n is 2 for bicubic (unchanged at scale 1), 3 for Lanczos kernels.
+/// image. The degree n is 2 for bicubic (unchanged at scale 1) and 3 for Lanczos kernels.
 std::vector<double> interpolation_weights(Kernel kernel, double x, double scale, int first,
                                           int count);
 

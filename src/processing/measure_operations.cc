@@ -333,7 +333,8 @@ Operation compare_operation() {
   operation.summary = "Differences of two files of the same size; exit code 1 beyond a tolerance";
   operation.description =
       "For each plane of the files a (first) and b the table gives the largest |b - a|, its place, "
-      "and the rms of b - a, also relative to the largest |a| and the rms of a. Further columns "
+      "and the rms of b - a. They are also given relative to the largest |a| and the rms of a. "
+      "Further columns "
       "count the pixels that differ, and pixels that are finite in one file only. The exit code is "
       "0 if |b - a| <= --absolute + --tolerance max|a| in all planes and no pixel is finite in one "
       "file only. Two NaN, or two infinities of one sign, are equal. The exit code is 1 otherwise, "

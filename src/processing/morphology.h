@@ -48,8 +48,8 @@ struct Morphology {
 };
 
 /// Measures the one galaxy of an image without sky. Throws InputError, without a file's name, where
-/// there is no galaxy, its circle of 1.5 Petrosian radii or its Petrosian ellipse leaves the image,
-/// or a pixel in that circle is missing.
+/// there is no galaxy. Throws it where the circle of 1.5 Petrosian radii or the Petrosian ellipse
+/// leaves the image. Throws it where a pixel in that circle is missing.
 Morphology morphology(const Image& image, const MorphologyOptions& options);
 
 }  // namespace gamer

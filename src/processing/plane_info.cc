@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "gamer/core/capitals.h"
 #include "gamer/core/error.h"
 #include "gamer/core/units.h"
 
@@ -146,9 +147,8 @@ class UnitParser {
   std::size_t at_ = 0;
 };
 
-bool is_variance_name(std::string name) {
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+bool is_variance_name(std::string_view text) {
+  const std::string name = in_capitals(text);
   return name == "VARIANCE" || name.ends_with("_VARIANCE");
 }
 
@@ -336,6 +336,11 @@ double pixel_scale(const FitsHeader& header, const std::string& label) {
   const double area =
       std::hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]);
   return std::sqrt(area) / arcsecond;
+}
+
+double calibrated_area(const std::string& unit, const FitsHeader& header,
+                       const std::string& label) {
+  return is_brightness(unit) ? std::pow(pixel_scale(header, label), 2) : 1;
 }
 
 }  // namespace gamer

@@ -71,4 +71,8 @@ double magnitudes_of(double flux_ratio);
 /// where the header has no celestial coordinates.
 double pixel_scale(const FitsHeader& header, const std::string& label);
 
+/// Area to which the flux of a zero point belongs where pixels have this unit: 1 for the pixel, or
+/// its arcsec^2 for a brightness. Throws InputError as pixel_scale() does.
+double calibrated_area(const std::string& unit, const FitsHeader& header, const std::string& label);
+
 }  // namespace gamer

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "gamer/core/capitals.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/image/fits/record_names.h"
@@ -28,12 +29,6 @@ int image_count(const FitsInput& input) {
 }
 
 }  // namespace
-
-std::string in_capitals(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return text;
-}
 
 int output_bitpix(const OperationCall& call, const FitsHdu& hdu) {
   constexpr int float_bitpix = -32, double_bitpix = -64, small_integer = 16;
@@ -117,11 +112,14 @@ void visit_planes(const FitsInput& input, int threads,
   }
 }
 
-void change_planes(const OperationCall& call, const PlaneChange& change, const HeaderChange& edit,
-                   const ExtraImages& extra, const VarianceChange& variance) {
-  const FitsInput input(call.inputs.front());
-  plane_count(input);
-  FitsOutput output({call.output, call.overwrite});
+namespace {
+
+bool is_variance(const std::vector<PlaneTask>& tasks) {
+  return tasks.front().info.role == PlaneRole::variance;
+}
+
+/// The tasks of each HDU of a file, numbered among planes that are not variances.
+std::vector<std::vector<PlaneTask>> tasks_of(const OperationCall& call, const FitsInput& input) {
   std::vector<std::vector<PlaneTask>> tasks(input.hdus().size());
   std::size_t hdu_index = 0;
   int light_count = 0;
@@ -132,49 +130,72 @@ void change_planes(const OperationCall& call, const PlaneChange& change, const H
     tasks[hdu_index].push_back(task);
     if (task.info.role == PlaneRole::light) ++light_count;
   });
-  // All planes are prepared first, so that errors of later planes appear before work begins.
-  std::vector<std::vector<PlanePtr>> planes(input.hdus().size());
-  const auto is_variance = [&](std::size_t hdu) {
-    return tasks[hdu].front().info.role == PlaneRole::variance;
-  };
   int first = 0, next = 0;  // of the last image that is no variance, and after it
-  for (std::size_t i = 0; i < tasks.size(); ++i) {
-    if (tasks[i].empty()) continue;
-    const int size = static_cast<int>(tasks[i].size());
-    if (is_variance(i) && !variance.change) throw variance_error(call, tasks[i].front());
-    if (is_variance(i) && next - first != size) {
-      throw InputError(fmt::format("gutil {}: {} holds {} planes of variances, the image before {}",
-                                   call.operation, tasks[i].front().label, size, next - first));
-    }
-    if (!is_variance(i)) {
+  for (std::vector<PlaneTask>& own : tasks) {
+    if (own.empty()) continue;
+    if (!is_variance(own)) {
       first = next;
-      next += size;
+      next += static_cast<int>(own.size());
     }
-    for (PlaneTask& task : tasks[i]) {
+    for (PlaneTask& task : own) {
       task.index = first + task.info.plane;
       task.count = light_count;
-      planes[i].push_back(is_variance(i) ? variance.change(task) : change(task));
+    }
+  }
+  return tasks;
+}
+
+/// Copies an HDU that is no image. With further inputs a record is left out.
+void copy_other(const FitsInput& input, std::size_t hdu, bool is_combined, FitsOutput& output) {
+  const FitsHdu& own = input.hdus()[hdu];
+  if (is_combined && own.number == 0) {
+    FitsHeader header = own.header;
+    drop_record(header);
+    output.copy(input, hdu, header);
+  } else if (!is_combined || !is_record(own)) {
+    output.copy(input, hdu);
+  }
+}
+
+}  // namespace
+
+void change_planes(const OperationCall& call, const PlaneChange& change, const HeaderChange& edit,
+                   const ExtraImages& extra, const VarianceChange& variance) {
+  const FitsInput input(call.inputs.front());
+  plane_count(input);
+  FitsOutput output({call.output, call.overwrite});
+  const std::vector<std::vector<PlaneTask>> tasks = tasks_of(call, input);
+  // All planes are prepared first, so that errors of later planes appear before work begins.
+  std::vector<std::vector<PlanePtr>> planes(input.hdus().size());
+  std::size_t size = 0;  // of the last image that is no variance
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    if (tasks[i].empty()) continue;
+    const bool is_of_variance = is_variance(tasks[i]);
+    if (is_of_variance && !variance.change) throw variance_error(call, tasks[i].front());
+    if (!is_of_variance) size = tasks[i].size();
+    if (tasks[i].size() != size) {
+      throw InputError(fmt::format("gutil {}: {} holds {} planes of variances, the image before {}",
+                                   call.operation, tasks[i].front().label, tasks[i].size(), size));
+    }
+    for (const PlaneTask& task : tasks[i]) {
+      planes[i].push_back(is_of_variance ? variance.change(task) : change(task));
     }
   }
   const bool is_combined = call.inputs.size() > 1;
   for (std::size_t i = 0; i < input.hdus().size(); ++i) {
     const FitsHdu& hdu = input.hdus()[i];
+    if (!hdu.is_image()) {
+      copy_other(input, i, is_combined, output);
+      continue;
+    }
     FitsHeader header = hdu.header;
     if (is_combined) drop_record(header);
-    if (!hdu.is_image() && is_combined && hdu.number == 0) {
-      output.copy(input, i, header);
-      continue;
-    }
-    if (!hdu.is_image()) {
-      if (!is_combined || !is_record(hdu)) output.copy(input, i);
-      continue;
-    }
-    const HeaderChange& edit_it = is_variance(i) ? variance.edit : edit;
+    const HeaderChange& edit_it = is_variance(tasks[i]) ? variance.edit : edit;
     if (edit_it) edit_it(header, hdu.width, hdu.height, hdu.planes);
     header.set({"HISTORY", {}, call.history});
     const int bitpix = output_bitpix(call, hdu);
     output.write(header, planes[i], bitpix, call.threads, hdu.further_axes);
-    if (extra && !is_variance(i)) {
+    if (extra && !is_variance(tasks[i])) {
       for (const ExtraImage& image : extra(header, tasks[i])) {
         output.write(image.header, image.planes, bitpix, call.threads);
       }

@@ -57,7 +57,7 @@ void drop_record(FitsHeader& header);
 /// Runs an operation with one output. Images of the first input go through `change` plane by plane,
 /// and their header through `edit`. HISTORY is added, and every other HDU is copied. With further
 /// inputs the record is dropped. Images of role variance go through `variance` instead. Their tasks
-/// have the index of the plane (of the image before) whose variance they are; all tasks have the
+/// have the index of the plane, of the image before, whose variance they are. All tasks have the
 /// count of planes that are not variances. Throws InputError where the file has no image.
 void change_planes(const OperationCall& call, const PlaneChange& change,
                    const HeaderChange& edit = {}, const ExtraImages& extra = {},
@@ -69,9 +69,6 @@ int output_bitpix(const OperationCall& call, const FitsHdu& hdu);
 
 /// An HDU's name in messages: the file, with the HDU's name or number where there are several.
 std::string hdu_label(const FitsInput& input, const FitsHdu& hdu);
-
-/// The text with ASCII letters in capitals.
-std::string in_capitals(std::string text);
 
 /// Indices in hdus() of the HDUs that a text names: an EXTNAME in any case, a number, "first" (the
 /// first image) or "all". Throws InputError "gutil <operation>: ...", with all names.

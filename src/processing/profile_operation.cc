@@ -266,9 +266,9 @@ Operation profile_operation() {
   operation.group = measurement_group;
   operation.summary = "Isophotes by radius: surface brightness, shape, colour, growth, disk breaks";
   operation.description =
-      "Ellipses about one centre, by default the nucleus, are fitted to the first plane by the "
-      "second harmonic of the "
-      "brightness along them (Jedrzejewski 1987), or given by --axis-ratio and --position-angle. "
+      "Ellipses about one centre, by default the nucleus, are fitted to the first plane. The fit "
+      "removes the second harmonic of the brightness along them (Jedrzejewski 1987). --axis-ratio "
+      "and --position-angle give ellipses instead. "
       "All planes are measured on these ellipses. surface_brightness and magnitude need MAGZERO, "
       "and the former celestial coordinates; colour is the first plane's surface brightness less "
       "the plane's, in magnitudes. flux is the sum within the ellipse, with exact fractions of "

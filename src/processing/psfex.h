@@ -10,9 +10,9 @@
 
 namespace gamer {
 
-/// A PSF that varies over an image, on the image's pixels: at a place it is the sum of stamps with
-/// weights that depend on the place. Samples between those of the file come from Lanczos
-/// interpolation (lanczos5).
+/// A PSF that varies over an image, on the image's pixels. At a place it is a sum of stamps, whose
+/// weights depend on the place. Samples between those of the file come from Lanczos interpolation
+/// (lanczos5).
 class VaryingPsf {
  public:
   /// With `keep_flux` the PSF has the file's flux, else 1. Messages begin with `label`.

@@ -99,9 +99,9 @@ enum class ByteRounding {
   down      ///< whole part of 255 v, as in Astropy
 };
 
-/// Writes the picture, a few rows at a time; its top row is the last row of the channels (one for
-/// grey, or three of equal size). Pixels are black where a channel is not finite. `threads` threads
-/// make the colours. Throws RunError, and what the channels throw.
+/// Writes the picture, a few rows at a time. Its top row is the last row of the channels. There is
+/// one channel for grey, or three of equal size. Pixels are black where a channel is not finite.
+/// `threads` threads make the colours. Throws RunError, and what the channels throw.
 void write_rgb(const PictureFileOptions& options, std::span<const PlanePtr> channels,
                const ColourOf& colour, ByteRounding rounding, int threads);
 

@@ -17,8 +17,8 @@ Pieces connected_pieces(const std::vector<bool>& inside, int width, int height);
 
 /// The pixels of a galaxy (Lotz, Primack & Madau 2004, AJ 128, 163). The image is smoothed by a
 /// Gaussian of sigma = petrosian/5. Pixels of at least the smooth image's mean on the Petrosian
-/// ellipse form pieces; the piece that holds the brightest smoothed pixel within that ellipse is
-/// the galaxy. The mean is over the ellipses petrosian - 1/2 to petrosian + 1/2. Throws InputError
+/// ellipse form pieces. The galaxy is the piece that holds the brightest smoothed pixel within that
+/// ellipse. The mean is over the ellipses petrosian - 1/2 to petrosian + 1/2. Throws InputError
 /// where the galaxy has fewer than two pixels.
 std::vector<bool> galaxy_pixels(const Image& image, const Ellipses& ellipses, double petrosian);
 

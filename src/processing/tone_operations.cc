@@ -177,68 +177,86 @@ LinearTone tone_to_magnitude(double magnitude, const PlaneTask& task) {
   return tone_to_total(std::span(&task.plane, 1), total, task.threads);
 }
 
-int normalise(const OperationCall& call) {
+class Normalisation {
+ public:
+  explicit Normalisation(const OperationCall& call);
+  int run() const;
+
+ private:
+  /// The planes by which a group is measured.
+  std::span<const PlaneTask> measured(std::span<const PlaneTask> group) const;
+  LinearTone tone(std::span<const PlaneTask> group) const;
+
+  const OperationCall& call_;
+  std::string target_;
+  bool is_to_magnitude_;
+  std::array<double, 2> range_{};  ///< of target percentile_range, shares
+};
+
+Normalisation::Normalisation(const OperationCall& call)
+    : call_(call), target_(only_target(call)), is_to_magnitude_(target_ == "magnitude") {
   const ParameterSet& parameters = call.parameters;
-  const std::string target = only_target(call);
-  const bool is_to_magnitude = target == "magnitude";
-  const bool has_reference = parameters.has("reference");
-  if (has_reference && parameters.text("per") == "plane") {
+  if (parameters.has("reference") && parameters.text("per") == "plane") {
     throw InputError("gutil normalise: --reference goes with --per file");
   }
-  std::array<double, 2> range{};
-  if (target == "percentile_range") {
-    const std::vector<double>& percentiles = parameters.numbers(target);
-    range = {percentiles[0] * percent, percentiles[1] * percent};
-    if (!(range[0] < range[1])) {
-      throw InputError(fmt::format("gutil normalise: --percentile-range {}: low must be below high",
-                                   fmt::join(percentiles, ",")));
-    }
+  if (target_ != "percentile_range") return;
+  const std::vector<double>& percentiles = parameters.numbers(target_);
+  range_ = {percentiles[0] * percent, percentiles[1] * percent};
+  if (!(range_[0] < range_[1])) {
+    throw InputError(fmt::format("gutil normalise: --percentile-range {}: low must be below high",
+                                 fmt::join(percentiles, ",")));
   }
+}
 
-  const auto measure = [&](std::span<const PlaneTask> group) {
-    if (has_reference) {
-      const std::int64_t reference = parameters.integer("reference");
-      if (reference > static_cast<std::int64_t>(group.size())) {
-        throw InputError(
-            fmt::format("--reference {}: there are {} planes", reference, group.size()));
-      }
-      group = group.subspan(static_cast<std::size_t>(reference) - 1, 1);
+std::span<const PlaneTask> Normalisation::measured(std::span<const PlaneTask> group) const {
+  if (!call_.parameters.has("reference")) return group;
+  const std::int64_t reference = call_.parameters.integer("reference");
+  if (reference > static_cast<std::int64_t>(group.size())) {
+    throw InputError(fmt::format("--reference {}: there are {} planes", reference, group.size()));
+  }
+  return group.subspan(static_cast<std::size_t>(reference) - 1, 1);
+}
+
+LinearTone Normalisation::tone(std::span<const PlaneTask> group) const {
+  group = measured(group);
+  const int threads = group.front().threads;
+  if (is_to_magnitude_) {
+    if (group.size() > 1) {
+      throw InputError(fmt::format(
+          "--magnitude of which of {} planes? give --reference, or --per plane", group.size()));
     }
-    const int threads = group.front().threads;
-    if (is_to_magnitude) {
-      if (group.size() > 1) {
-        throw InputError(fmt::format(
-            "--magnitude of which of {} planes? give --reference, or --per plane", group.size()));
-      }
-      return tone_to_magnitude(plane_value(call, "magnitude", group.front()), group.front());
-    }
-    const std::vector<PlanePtr> planes = planes_of(group);
-    if (target == "percentile_range") {
-      return tone_to_unit_range(quantile_limits(planes, range[0], range[1], threads));
-    }
-    const double value = parameters.number(target);
-    if (target == "total") return tone_to_total(planes, value, threads);
-    if (target == "peak") return tone_to_peak(planes, value, threads);
-    return tone_to_mean(planes, value, threads);
-  };
+    return tone_to_magnitude(plane_value(call_, "magnitude", group.front()), group.front());
+  }
+  const std::vector<PlanePtr> planes = planes_of(group);
+  if (target_ == "percentile_range") {
+    return tone_to_unit_range(quantile_limits(planes, range_[0], range_[1], threads));
+  }
+  const double value = call_.parameters.number(target_);
+  if (target_ == "total") return tone_to_total(planes, value, threads);
+  if (target_ == "peak") return tone_to_peak(planes, value, threads);
+  return tone_to_mean(planes, value, threads);
+}
+
+int Normalisation::run() const {
+  const auto measure = [&](std::span<const PlaneTask> group) { return tone(group); };
   const auto edit = [&](FitsHeader& header, std::span<const LinearTone> tones) {
-    if (is_to_magnitude) return;
+    if (is_to_magnitude_) return;
     std::vector<double> factors;
-    for (const LinearTone& tone : tones) factors.push_back(tone.factor);
+    for (const LinearTone& one : tones) factors.push_back(one.factor);
     change_unit(header, factors, "");
   };
   const auto check = [&](const PlaneTask& task) {
-    refuse_magnitudes(call.operation, task.label, task.info.unit);
-    if (is_to_magnitude) plane_value(call, "magnitude", task);
+    refuse_magnitudes(call_.operation, task.label, task.info.unit);
+    if (is_to_magnitude_) plane_value(call_, "magnitude", task);
   };
-  const auto scale_variance = [](const PlanePtr& plane, const LinearTone& tone) {
-    return linear_tone(plane, {0, tone.factor * tone.factor});
+  const auto scale_variance = [](const PlanePtr& plane, const LinearTone& one) {
+    return linear_tone(plane, {0, one.factor * one.factor});
   };
   const auto edit_variance = [&](FitsHeader& header) {
-    if (!is_to_magnitude) header.remove("BUNIT");
+    if (!is_to_magnitude_) header.remove("BUNIT");
   };
   return change_tones<LinearTone>(
-      call, {measure, linear_tone, edit, check, scale_variance, edit_variance});
+      call_, {measure, linear_tone, edit, check, scale_variance, edit_variance});
 }
 
 Operation normalise_operation() {
@@ -274,7 +292,7 @@ Operation normalise_operation() {
           std::nullopt, "with --per file: the plane, from 1, that is measured for all"),
   };
   operation.example = "normalise --peak 1 in.fits out.fits";
-  operation.run = normalise;
+  operation.run = [](const OperationCall& call) { return Normalisation(call).run(); };
   return operation;
 }
 

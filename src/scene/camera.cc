@@ -390,7 +390,7 @@ Camera make_camera(RenderParameters& parameters, Resources& resources) {
     if (text == nullptr) {
       const std::filesystem::path beside =
           std::filesystem::path(parameters.camera.header_where.file).parent_path() / name;
-      // A file here that cannot be examined is still the file that is meant.
+      // A file beside the parameters that cannot be examined is still the one that is meant.
       std::error_code error;
       const bool is_there = std::filesystem::exists(header_file(beside), error) || error;
       const std::filesystem::path path = is_there ? beside : std::filesystem::path(name);

@@ -69,6 +69,78 @@ SphereFrame find_frame(const std::string& name) {
                                 : SphereFrame::ecliptic;
 }
 
+ParameterTable view_parameters() {
+  return {
+      Parameter::choice("projection",
+                        {"perspective", "orthographic", "sky", "fisheye", "equirectangular",
+                         "cubemap", "healpix"},
+                        "perspective", "kind of camera"),
+      Parameter::vector3("position", "scene units", Interval::any(), std::vector<double>{0, -3, 0},
+                         "place of the camera"),
+      Parameter::vector3("target", "scene units", Interval::any(), std::vector<double>{0, 0, 0},
+                         "point in the middle of the image"),
+      Parameter::vector3("up", "scene units", Interval::any(), std::vector<double>{0, 0, 1},
+                         "direction that is up in the image"),
+      Parameter::number("fov", "deg", Interval::left_open(0, 360), 45.0,
+                        "full angle across the image's width (perspective: below 180; fisheye: "
+                        "180 by default)"),
+      Parameter::number("width", "scene units", positive(), 2.5,
+                        "full width across the image (orthographic)"),
+      Parameter::integer(
+          "nside", "", Interval::closed(1, largest_nside), 128,
+          "pixels along a side of each of the twelve base pixels, a power of 2 (healpix)"),
+      Parameter::choice("ordering", {"ring", "nested"}, "ring",
+                        "order of the map's pixels in the file (healpix)"),
+      Parameter::choice("frame", {"galactic", "equatorial", "ecliptic"}, "galactic",
+                        "name of the file's longitudes and latitudes; the target is at (0, 0), "
+                        "and up is the North pole (fisheye, equirectangular, cubemap, healpix)")};
+}
+
+ParameterTable sky_parameters() {
+  return {
+      Parameter::vector2("center", "deg", Interval::any(), std::vector<double>{0, 0},
+                         "right ascension and declination of the image's middle (sky)"),
+      Parameter::text("instrument", std::nullopt,
+                      "name in `instruments/`, or a file; gives the default of pixel_scale (sky)"),
+      Parameter::number("pixel_scale", "arcsec", pixel_scales(), 0.2,
+                        "size of a pixel in the image's middle (sky)"),
+      Parameter::number("rotation", "deg", Interval::any(), 0.0,
+                        "position angle of the image's +y, East of North (sky)"),
+      Parameter::text("sky_projection", "TAN",
+                      "projection of the FITS standard, by its three letters (sky)"),
+      Parameter::numbers("projection_parameters", "", Interval::any(), std::vector<double>{},
+                         "PV2_1, PV2_2, ... of the projection (sky)"),
+      Parameter::text(
+          "header", std::nullopt,
+          "FITS file that gives the image's size and WCS, instead of the keys above (sky)")};
+}
+
+ParameterTable common_parameters() {
+  return {
+      Parameter::vector2("shear", "", Interval::open(-1, 1), std::vector<double>{0, 0},
+                         "weak lensing: reduced shear `g1 g2` of the galaxies whose rows give "
+                         "neither"),
+      Parameter::integer("supersample", "", Interval::closed(1, largest_supersample), std::nullopt,
+                         "sub-pixels per side; by default 1 for relative pixels, otherwise chosen "
+                         "by sampling.tolerance")};
+}
+
+/// Which projections have which parameters.
+std::vector<KeyCondition> conditions() {
+  const std::vector<std::string> sphere = {"fisheye", "equirectangular", "cubemap", "healpix"};
+  std::vector<std::string> with_target = sphere;
+  with_target.insert(with_target.begin(), {"perspective", "orthographic"});
+  return {
+      {"position", "projection", with_target},   {"target", "projection", with_target},
+      {"up", "projection", with_target},         {"fov", "projection", {"perspective", "fisheye"}},
+      {"width", "projection", {"orthographic"}}, {"nside", "projection", {"healpix"}},
+      {"ordering", "projection", {"healpix"}},   {"frame", "projection", sphere},
+      {"center", "projection", {"sky"}},         {"instrument", "projection", {"sky"}},
+      {"pixel_scale", "projection", {"sky"}},    {"rotation", "projection", {"sky"}},
+      {"sky_projection", "projection", {"sky"}}, {"projection_parameters", "projection", {"sky"}},
+      {"header", "projection", {"sky"}}};
+}
+
 }  // namespace
 
 std::span<const std::string_view> CameraSettings::header_keys() {
@@ -78,71 +150,8 @@ std::span<const std::string_view> CameraSettings::header_keys() {
 }
 
 ParameterSection CameraSettings::section() {
-  const std::vector<std::string> sphere = {"fisheye", "equirectangular", "cubemap", "healpix"};
-  std::vector<std::string> with_target = sphere;
-  with_target.insert(with_target.begin(), {"perspective", "orthographic"});
-  return {
-      "camera",
-      "The view.",
-      {Parameter::choice("projection",
-                         {"perspective", "orthographic", "sky", "fisheye", "equirectangular",
-                          "cubemap", "healpix"},
-                         "perspective", "kind of camera"),
-       Parameter::vector3("position", "scene units", Interval::any(), std::vector<double>{0, -3, 0},
-                          "place of the camera"),
-       Parameter::vector3("target", "scene units", Interval::any(), std::vector<double>{0, 0, 0},
-                          "point in the middle of the image"),
-       Parameter::vector3("up", "scene units", Interval::any(), std::vector<double>{0, 0, 1},
-                          "direction that is up in the image"),
-       Parameter::number("fov", "deg", Interval::left_open(0, 360), 45.0,
-                         "full angle across the image's width (perspective: below 180; fisheye: "
-                         "180 by default)"),
-       Parameter::number("width", "scene units", positive(), 2.5,
-                         "full width across the image (orthographic)"),
-       Parameter::integer(
-           "nside", "", Interval::closed(1, largest_nside), 128,
-           "pixels along a side of each of the twelve base pixels, a power of 2 (healpix)"),
-       Parameter::choice("ordering", {"ring", "nested"}, "ring",
-                         "order of the map's pixels in the file (healpix)"),
-       Parameter::choice("frame", {"galactic", "equatorial", "ecliptic"}, "galactic",
-                         "name of the file's longitudes and latitudes; the target is at (0, 0), "
-                         "and up is the North pole (fisheye, equirectangular, cubemap, healpix)"),
-       Parameter::vector2("center", "deg", Interval::any(), std::vector<double>{0, 0},
-                          "right ascension and declination of the image's middle (sky)"),
-       Parameter::text("instrument", std::nullopt,
-                       "name in `instruments/`, or a file; gives the default of pixel_scale (sky)"),
-       Parameter::number("pixel_scale", "arcsec", pixel_scales(), 0.2,
-                         "size of a pixel in the image's middle (sky)"),
-       Parameter::number("rotation", "deg", Interval::any(), 0.0,
-                         "position angle of the image's +y, East of North (sky)"),
-       Parameter::text("sky_projection", "TAN",
-                       "projection of the FITS standard, by its three letters (sky)"),
-       Parameter::numbers("projection_parameters", "", Interval::any(), std::vector<double>{},
-                          "PV2_1, PV2_2, ... of the projection (sky)"),
-       Parameter::text(
-           "header", std::nullopt,
-           "FITS file that gives the image's size and WCS, instead of the keys above (sky)"),
-       Parameter::vector2("shear", "", Interval::open(-1, 1), std::vector<double>{0, 0},
-                          "weak lensing: reduced shear `g1 g2` of the galaxies whose rows give "
-                          "neither"),
-       Parameter::integer("supersample", "", Interval::closed(1, largest_supersample), std::nullopt,
-                          "sub-pixels per side; by default 1 for relative pixels, otherwise chosen "
-                          "by sampling.tolerance")},
-      {{"position", "projection", with_target},
-       {"target", "projection", with_target},
-       {"up", "projection", with_target},
-       {"fov", "projection", {"perspective", "fisheye"}},
-       {"width", "projection", {"orthographic"}},
-       {"nside", "projection", {"healpix"}},
-       {"ordering", "projection", {"healpix"}},
-       {"frame", "projection", sphere},
-       {"center", "projection", {"sky"}},
-       {"instrument", "projection", {"sky"}},
-       {"pixel_scale", "projection", {"sky"}},
-       {"rotation", "projection", {"sky"}},
-       {"sky_projection", "projection", {"sky"}},
-       {"projection_parameters", "projection", {"sky"}},
-       {"header", "projection", {"sky"}}}};
+  return {"camera", "The view.", view_parameters() + sky_parameters() + common_parameters(),
+          conditions()};
 }
 
 CameraSettings CameraSettings::read(const ParameterSet& values) {

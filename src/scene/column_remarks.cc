@@ -85,7 +85,7 @@ std::vector<std::string> column_remarks(const Catalogue& catalogue,
   }
   for (const std::size_t i : unused_columns(catalogue, sources)) {
     const std::string& name = catalogue.columns()[i].name;
-    // Tables SCENE have it.
+    // Tables SCENE have this column.
     if (name == row_column) continue;
     unused.push_back(name);
     const std::string hint = name.size() < shortest ? "" : did_you_mean(name, missing);
@@ -94,7 +94,7 @@ std::vector<std::string> column_remarks(const Catalogue& catalogue,
           fmt::format("column {} of {} is not used{}", in_quotes(name), catalogue.label(), hint));
     }
   }
-  // Who gives nothing but positions and sizes means it.
+  // A catalogue of positions and sizes alone is meant to be one.
   if (parameters.camera.projection != Projection::sky || catalogue.rows() == 0 || unused.empty())
     return remarks;
   const std::string others = fmt::format("; not used are {}", fmt::join(unused, ", "));

@@ -24,8 +24,8 @@ struct ColumnSource {
 };
 
 /// The sources of all scene columns, by Column. A scene list and SkyMaker's have their own names.
-/// In other catalogues a column is found by, in this order, the key of [catalogue], its own name,
-/// its own name in any case, a usual name in any case. Throws InputError: unknown, repeated,
+/// In other catalogues the first of these finds a column: the key of [catalogue], the column's own
+/// name, its own name in any case, a usual name in any case. Throws InputError: unknown, repeated,
 /// ambiguous and missing columns, units that do not fit.
 std::vector<ColumnSource> find_columns(const Catalogue& catalogue,
                                        const RenderParameters& parameters);

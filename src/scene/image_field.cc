@@ -18,7 +18,7 @@ ImageField::ImageField(const Camera& camera, const ImageRegion& part)
   if (!middle) return;
   middle_ = middle->direction;
   const double left = part.left - 0.5, bottom = part.bottom - 0.5;
-  // The border, pixel edges included.
+  // Places along the border, pixel edges included.
   constexpr int samples = 128;
   double least = 1;
   for (int i = 0; i <= samples; ++i) {

@@ -28,9 +28,9 @@ struct MadeGalaxy {
 std::optional<double> sersic_index_of(const std::string& galaxy, std::optional<double> index);
 /// The name of a made galaxy of one Sersic spheroid with this index and c/a, rounded to six digits.
 std::string sersic_galaxy(double index, double flattening);
-/// The name of a made galaxy of two Sersic spheroids with one c/a: a bulge with this share of the
-/// light and this index, and an exponential disk. `ratio` is the bulge's effective radius over that
-/// of the disk. Numbers are rounded to six digits.
+/// The name of a made galaxy of two Sersic spheroids with one c/a. One is a bulge with this share
+/// of the light and this index, the other an exponential disk. `ratio` is the bulge's effective
+/// radius over that of the disk. Numbers are rounded to six digits.
 std::string bulge_and_disk(double share, double index, double ratio, double flattening);
 
 }  // namespace gamer

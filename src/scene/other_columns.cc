@@ -138,7 +138,7 @@ Values values_of(const Catalogue::Column& column, std::span<const std::size_t> r
   for (const std::size_t row : rows) {
     views.emplace_back(std::get<std::vector<std::string>>(column.cells)[row]);
   }
-  // Typed texts are those of a file that says so; words with doubled quotes are texts.
+  // A file may say that a column is of texts. Words with doubled quotes are texts.
   return values_of(views, Kind::text);
 }
 
@@ -164,7 +164,7 @@ Values integers_or_texts(std::vector<std::string> words) {
   std::vector<std::int64_t> integers;
   for (const std::string& word : words) {
     const std::optional<std::int64_t> value = number_of<std::int64_t>(word);
-    // A word such as +7 or 007 would not be itself again.
+    // A word such as +7 or 007 would come back as 7.
     if (!value || fmt::format("{}", *value) != word) return words;
     integers.push_back(*value);
   }

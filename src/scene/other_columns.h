@@ -13,12 +13,12 @@ namespace gamer {
 /// The columns of a catalogue that serve as none of a scene, in the given rows. The first column is
 /// `row`, the row of the catalogue from 1.
 ///
-/// Words are integers or numbers where all of them are, and the file does not say that they are
-/// texts; words with leading zeros are texts. Names are distinct in any case from each other and
-/// from a scene's columns: a name that is not gets "cat_" before it. Characters of names
-/// other than ASCII letters and digits become "_", as FITS wants them, and so do characters of
-/// units that are not printable ASCII. Names end after 60 characters; one that is empty becomes
-/// "column". At most 950 columns are kept, so that a FITS table can hold all.
+/// Words are integers or numbers where all of them are, unless the file says that they are texts.
+/// Words with leading zeros are texts. Names are distinct in any case from each other and from a
+/// scene's columns: a name that is not gets "cat_" before it. Characters of names other than ASCII
+/// letters and digits become "_", as FITS wants them, and so do characters of units that are not
+/// printable ASCII. Names end after 60 characters; one that is empty becomes "column". At most 950
+/// columns are kept, so that a FITS table can hold all.
 DataTable other_columns(const Catalogue& catalogue, std::span<const ColumnSource> sources,
                         std::span<const std::size_t> rows);
 

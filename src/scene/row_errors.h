@@ -14,8 +14,8 @@ class RowErrors {
   /// `label` is the catalogue's, with which its errors begin.
   explicit RowErrors(std::string label) : label_(std::move(label)) {}
 
-  /// Calls read(), and returns whether the row, which counts from 0, is right. Throws errors that
-  /// are not of the catalogue.
+  /// Calls read(), and returns whether the row, counted from 0, is right. Errors that are not of
+  /// the catalogue pass.
   bool is_read(std::size_t row, const std::function<void()>& read);
   /// Throws InputError: the first error, and the other rows with one.
   void refuse() const;

@@ -552,7 +552,7 @@ Scene SceneReader::read() {
     const auto read_row = [&] { touches = read_object(field ? &*field : nullptr); };
     if (!errors.is_read(i, read_row)) continue;
     if (!touches) {
-      // Another frame may show a star.
+      // A star outside may be in another frame.
       if (parameters_.animation.frames > 0 && !is_sky_) keep(i);
       continue;
     }

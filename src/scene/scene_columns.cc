@@ -17,20 +17,19 @@ constexpr double largest_redshift = 1000;
 constexpr double smallest_distance = 1e-12;
 constexpr double largest_distance = 1e6;
 
-ParameterTable make_columns() {
+constexpr const char* scene_unit = "scene units";
+
+ParameterTable place_columns() {
   const Interval any = Interval::any();
-  const Interval sizes = Interval::closed(smallest_size, largest_size);
-  const Interval magnitudes = Interval::closed(brightest_magnitude, faintest_magnitude);
-  const std::string unit = "scene units";
   return {
       required(Parameter::text(
           "galaxy", std::nullopt,
           "name or file of its type in `galaxies/`; `star` is a point source; `sersic`, "
           "`exponential`, `devaucouleurs` and `bulge+disk` are made from the row")),
-      Parameter::number("x", unit, any, std::nullopt,
+      Parameter::number("x", scene_unit, any, std::nullopt,
                         "position of its centre, x; not in a sky view"),
-      Parameter::number("y", unit, any, std::nullopt, "position of its centre, y"),
-      Parameter::number("z", unit, any, std::nullopt, "position of its centre, z"),
+      Parameter::number("y", scene_unit, any, std::nullopt, "position of its centre, y"),
+      Parameter::number("z", scene_unit, any, std::nullopt, "position of its centre, z"),
       Parameter::number("ra", "deg", any, std::nullopt,
                         "right ascension; in a sky view, as the next ones"),
       Parameter::number("dec", "deg", Interval::closed(-90, 90), std::nullopt, "declination"),
@@ -41,6 +40,12 @@ ParameterTable make_columns() {
       Parameter::number("px", "pixels", any, std::nullopt,
                         "instead of `ra dec`: FITS pixel, from 1"),
       Parameter::number("py", "pixels", any, std::nullopt, "instead of `ra dec`: FITS pixel, y"),
+  };
+}
+
+ParameterTable orientation_columns() {
+  const Interval any = Interval::any();
+  return {
       Parameter::number(
           "ox", "", any, 0.0,
           "direction of its +z axis in the scene (of any length), x; not in a sky view"),
@@ -56,7 +61,13 @@ ParameterTable make_columns() {
           "pa", "deg", any, 0.0,
           "rotation about its own axis; with `inclination` and in a sky view the position angle of "
           "the line of nodes, from the image's +y towards -x (on the sky East of North)"),
-      Parameter::number("size", unit, sizes, 1.0,
+  };
+}
+
+ParameterTable shape_columns() {
+  const Interval sizes = Interval::closed(smallest_size, largest_size);
+  return {
+      Parameter::number("size", scene_unit, sizes, 1.0,
                         "radius of the ball that holds it; not in a sky view"),
       Parameter::number("size_kpc", "kpc", sizes, std::nullopt,
                         "radius of the ball that holds it; in a sky view"),
@@ -77,6 +88,12 @@ ParameterTable make_columns() {
       Parameter::number("bulge_radius_ratio", "", Interval::closed(0.01, 10), std::nullopt,
                         "half-light radius of the bulge of `bulge+disk` over that of its disk; by "
                         "default 0.12"),
+  };
+}
+
+ParameterTable light_columns() {
+  const Interval magnitudes = Interval::closed(brightest_magnitude, faintest_magnitude);
+  return {
       Parameter::number("magnitude", "mag", magnitudes, std::nullopt,
                         "absolute AB magnitude in photometry.reference_band"),
       Parameter::number(
@@ -94,6 +111,11 @@ ParameterTable make_columns() {
                         "reduced shear: stretches a galaxy's image along position angle 45 deg"),
       Parameter::number("kappa", "", Interval::right_open(-10, 1), 0.0,
                         "convergence: with the shear it magnifies image and flux"),
+  };
+}
+
+ParameterTable other_columns() {
+  return {
       Parameter::text("sed", std::nullopt,
                       "spectrum of a star (default `flat_fnu`), or of all components of a galaxy"),
       Parameter::text(
@@ -109,7 +131,8 @@ ParameterTable make_columns() {
 }  // namespace
 
 const ParameterTable& scene_columns() {
-  static const ParameterTable columns = make_columns();
+  static const ParameterTable columns =
+      place_columns() + orientation_columns() + shape_columns() + light_columns() + other_columns();
   return columns;
 }
 

@@ -54,9 +54,9 @@ class SceneReader {
   void choose_unit();
   Position read_position(const ImageField* field) const;
   glm::dvec3 read_direction(const ImageField& field) const;
-  /// Name of the row's galaxy type. Those of Sersic's law are made from the row: axis_ratio is
-  /// their flattening c/a, so that they are seen edge on unless an inclination is given.
-  /// The galaxy's type with the row's overrides, and without.
+  /// Name of the row's galaxy type. Types of Sersic's law are made from the row. Their flattening
+  /// c/a is axis_ratio, so that they are seen edge on unless an inclination is given. The galaxy's
+  /// type with the row's overrides, and without.
   std::string read_type() const;
   std::string read_plain_type() const;
   /// Angular radius of the ball, rad.
@@ -97,9 +97,8 @@ class SceneReader {
   void note_unlikely(double magnitude, const SourceLocation& where);
   /// One shared text for all galaxies with a name.
   const SharedText& shared(const std::string& name);
-  /// Distance from the camera, scene units; 1 at a galaxy's very centre. There any distance will
-  /// do: seen from within, a galaxy's flux is meaningless, and its brightness does not depend on
-  /// distance.
+  /// Distance from the camera, scene units; 1 at a galaxy's very centre. Any distance serves there:
+  /// from within, a galaxy's flux has no meaning, and its brightness does not depend on distance.
   double distance_of(const glm::dvec3& centre) const {
     const double distance = camera_.distance(centre);
     return distance > 0 ? distance : 1;

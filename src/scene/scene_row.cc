@@ -81,12 +81,12 @@ std::string SceneRow::overrides_word() const {
   for (const std::size_t place : override_columns_) {
     std::string value = catalogue_word(place);
     if (value == default_word) continue;
-    // Programs write whole numbers of columns with gaps as 2.0.
+    // Some programs write whole numbers as 2.0 where the column has gaps.
     if (value.ends_with(".0")) value.resize(value.size() - 2);
     result +=
         fmt::format("{}{}={}", result.empty() ? "" : ";", catalogue_.columns()[place].name, value);
   }
-  // Blanks and '#' would end the word in a list; outside of quotes blanks mean nothing.
+  // Blanks and '#' would end the word in a list. Outside quotes blanks mean nothing.
   std::string word;
   bool is_quoted = false;
   for (const char letter : result) {

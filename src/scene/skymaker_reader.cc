@@ -129,8 +129,8 @@ class Row {
   std::array<double, word_count> values_{};
 };
 
-/// SED of a disk: that of the nearest of Stuff's types, midway of the later one. Its default SEDs
-/// are E (types -6, -2), Sbc (2, 4), Scd (6) and Im (10).
+/// SED of a disk: that of the nearest of Stuff's types, and of the later one midway between two.
+/// Its default SEDs are E (types -6, -2), Sbc (2, 4), Scd (6) and Im (10).
 const char* disk_sed(double type) {
   constexpr double first_sbc = 0;
   constexpr double first_scd = 5;
@@ -195,11 +195,84 @@ Shape shape_of(const Row& row) {
     shape.inclination = std::acos(std::sqrt(cosine2)) / degree;
     if (bulge) made.flattening = bulge_flattening(made.flattening, cosine2);
   } else {
-    // Any flattening up to the aspect ratio would do; this one is seen edge-on.
+    // Any flattening up to the aspect ratio fits. This one is seen edge-on.
     made.flattening = std::max(made.flattening, smallest_flattening);
   }
   shape.type = made.name();
   return shape;
+}
+
+/// The columns that rows of a list become.
+class Columns {
+ public:
+  void reserve(std::size_t rows) {
+    types_.reserve(rows);
+    ids_.reserve(rows);
+    for (std::vector<double>* column :
+         {&px_, &py_, &magnitudes_, &sizes_, &inclinations_, &angles_, &redshifts_}) {
+      column->reserve(rows);
+    }
+  }
+  bool empty() const { return types_.empty(); }
+  void add(const Row& row);
+  /// Moves the columns into a table.
+  void move_to(TextCatalogue& table, const std::string& label);
+
+ private:
+  std::vector<std::string> types_;
+  std::vector<double> px_, py_, magnitudes_, sizes_, inclinations_, angles_, redshifts_;
+  std::vector<std::int64_t> ids_;
+};
+
+void Columns::add(const Row& row) {
+  px_.push_back(row[x]);
+  py_.push_back(row[y]);
+  magnitudes_.push_back(row[magnitude]);
+  ids_.push_back(static_cast<std::int64_t>(ids_.size()) + 1);
+  if (row[code] == star_code) {
+    types_.emplace_back(star);
+    for (std::vector<double>* column : {&sizes_, &inclinations_, &angles_, &redshifts_}) {
+      column->push_back(missing);
+    }
+    return;
+  }
+  Shape shape = shape_of(row);
+  types_.push_back(std::move(shape.type));
+  sizes_.push_back(shape.radius);
+  inclinations_.push_back(shape.inclination);
+  angles_.push_back(shape.angle - 90);
+  redshifts_.push_back(row.has(redshift) ? row[redshift] : missing);
+}
+
+void Columns::move_to(TextCatalogue& table, const std::string& label) {
+  const auto add = [&](const char* name, const char* unit, Word word, Catalogue::Cells cells) {
+    table.columns.push_back({name, unit, {label, 0, 0}, std::move(cells), {}});
+    table.places.words.push_back(word);
+  };
+  add("galaxy", "", code, std::move(types_));
+  add("px", "pixel", x, std::move(px_));
+  add("py", "pixel", y, std::move(py_));
+  add("apparent_magnitude", "mag", magnitude, std::move(magnitudes_));
+  add("size_arcsec", "arcsec", bulge_radius, std::move(sizes_));
+  add("inclination", "deg", disk_aspect, std::move(inclinations_));
+  add("pa", "deg", disk_angle, std::move(angles_));
+  add("redshift", "", redshift, std::move(redshifts_));
+  add("id", "", code, std::move(ids_));
+}
+
+/// Refuses a row of `count` words whose code is unknown or whose number of words is wrong.
+void check_row(const Row& row, const std::vector<LineWord>& words, std::size_t count) {
+  if (row[code] != star_code && row[code] != galaxy_code) {
+    row.fail(code, fmt::format("the code {} is neither {} (a star) nor {} (a galaxy)",
+                               words[code].text, star_code, galaxy_code));
+  }
+  const bool is_galaxy = row[code] == galaxy_code;
+  if (count > word_count || count < (is_galaxy ? galaxy_words : star_words)) {
+    row.fail(words.size() - 1,
+             fmt::format("the row of a {} has {} value{}, not {} to {}",
+                         is_galaxy ? "galaxy" : star, count, count == 1 ? "" : "s",
+                         is_galaxy ? galaxy_words : star_words, std::size_t{word_count}));
+  }
 }
 
 }  // namespace
@@ -209,11 +282,7 @@ bool opens_skymaker(const std::vector<LineWord>& words) {
 }
 
 TextCatalogue read_skymaker(std::string_view text, const std::string& label) {
-  std::vector<std::string> types;
-  std::vector<double> px, py, magnitudes, sizes, inclinations, angles, redshifts;
-  std::vector<std::int64_t> ids;
-  const std::array<std::vector<double>*, 7> numbers = {&px,           &py,     &magnitudes, &sizes,
-                                                       &inclinations, &angles, &redshifts};
+  Columns columns;
   TextCatalogue table;
   table.places.text = text;
   LineReader lines(text);
@@ -224,56 +293,13 @@ TextCatalogue read_skymaker(std::string_view text, const std::string& label) {
         split_line(line, TextRows::Separator::blanks, label, word_count + 1, words);
     if (count == 0) continue;
     const Row row(label, line, words);
-    if (row[code] != star_code && row[code] != galaxy_code) {
-      row.fail(code, fmt::format("the code {} is neither {} (a star) nor {} (a galaxy)",
-                                 words[code].text, star_code, galaxy_code));
-    }
-    const bool is_galaxy = row[code] == galaxy_code;
-    if (count > word_count || count < (is_galaxy ? galaxy_words : star_words)) {
-      row.fail(words.size() - 1,
-               fmt::format("the row of a {} has {} value{}, not {} to {}",
-                           is_galaxy ? "galaxy" : star, count, count == 1 ? "" : "s",
-                           is_galaxy ? galaxy_words : star_words, std::size_t{word_count}));
-    }
-    if (types.empty()) {
-      const std::size_t rows = expected_rows(text, line.begin, star_words);
-      types.reserve(rows);
-      ids.reserve(rows);
-      for (std::vector<double>* column : numbers) column->reserve(rows);
-    }
-    px.push_back(row[x]);
-    py.push_back(row[y]);
-    magnitudes.push_back(row[magnitude]);
-    ids.push_back(static_cast<std::int64_t>(ids.size()) + 1);
-    if (is_galaxy) {
-      Shape shape = shape_of(row);
-      types.push_back(std::move(shape.type));
-      sizes.push_back(shape.radius);
-      inclinations.push_back(shape.inclination);
-      angles.push_back(shape.angle - 90);
-      redshifts.push_back(row.has(redshift) ? row[redshift] : missing);
-    } else {
-      types.emplace_back(star);
-      for (std::vector<double>* column : {&sizes, &inclinations, &angles, &redshifts}) {
-        column->push_back(missing);
-      }
-    }
+    check_row(row, words, count);
+    if (columns.empty()) columns.reserve(expected_rows(text, line.begin, star_words));
+    columns.add(row);
     table.places.begins.push_back(line.begin);
     table.places.lines.push_back(line.number);
   }
-  const auto add = [&](const char* name, const char* unit, Word word, Catalogue::Cells cells) {
-    table.columns.push_back({name, unit, {label, 0, 0}, std::move(cells), {}});
-    table.places.words.push_back(word);
-  };
-  add("galaxy", "", code, std::move(types));
-  add("px", "pixel", x, std::move(px));
-  add("py", "pixel", y, std::move(py));
-  add("apparent_magnitude", "mag", magnitude, std::move(magnitudes));
-  add("size_arcsec", "arcsec", bulge_radius, std::move(sizes));
-  add("inclination", "deg", disk_aspect, std::move(inclinations));
-  add("pa", "deg", disk_angle, std::move(angles));
-  add("redshift", "", redshift, std::move(redshifts));
-  add("id", "", code, std::move(ids));
+  columns.move_to(table, label);
   return table;
 }
 

@@ -15,7 +15,7 @@ namespace {
 using namespace column;
 
 constexpr double full_turn = 360;
-/// Numbers of that size are none of a catalogue: 1e20 and 1e30 are usual flags.
+/// No catalogue has numbers of this size: 1e20 and 1e30 are usual flags.
 constexpr double huge_number = 1e19;
 
 constexpr double flags[] = {-1,    -9, -99,  -99.9, -99.99, -999,  -999.9,

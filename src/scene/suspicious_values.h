@@ -17,10 +17,10 @@ namespace gamer {
 /// size. A value outside what is plausible for its column is one if it is -1, -9, +-99, +-99.9,
 /// +-999 or the like.
 ///
-/// A cell is missing where it is empty although other rows have a value, and no other column of the
-/// row tells the same: size_kpc instead of half_light_radius, distance instead of redshift. Stars
-/// need a place and a magnitude only. Round galaxies need no pa. In a catalogue with a column
-/// `galaxy`, an empty cell means the default, so that only places, magnitudes and sizes count.
+/// An empty cell is a missing value where other rows have one. It is none where another column of
+/// the row serves instead, as size_kpc for half_light_radius or distance for redshift. Stars need a
+/// place and a magnitude only. Round galaxies need no pa. In a catalogue with a column `galaxy`, an
+/// empty cell means the default, so that only places, magnitudes and sizes count.
 class SuspiciousValues {
  public:
   /// `row` reads the rows of `catalogue`; it is left at any row.

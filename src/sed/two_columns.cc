@@ -133,6 +133,66 @@ std::size_t choose(const std::vector<HeadEntry>& head, const std::string& label,
                                              in_quotes(entry->value), known, near));
 }
 
+/// A row of numbers, as the text has them.
+struct Row {
+  Word wavelength;
+  Word value;
+  int line;
+};
+
+/// Splits a text into the entries of its head and its rows. Returns the number of its lines.
+int split_text(std::string_view text, const std::string& label, std::vector<HeadEntry>& head,
+               std::vector<Row>& rows) {
+  int line_number = 0;
+  for (std::size_t start = 0; start < text.size();) {
+    const std::size_t end = std::min(text.find('\n', start), text.size());
+    const std::string_view line = text.substr(start, end - start);
+    start = end + 1;
+    ++line_number;
+
+    const std::size_t hash = line.find('#');
+    const std::vector<Word> words = split(line.substr(0, hash));
+    if (words.empty()) {
+      if (hash != std::string_view::npos && rows.empty()) {
+        read_head_line(line, hash, {label, line_number, 1}, head);
+      }
+      continue;
+    }
+    if (words.size() != 2) {
+      const Word& first_wrong = words[words.size() == 1 ? 0 : 2];
+      throw InputError({label, line_number, first_wrong.column},
+                       fmt::format("{} column{} where 2 are expected", words.size(),
+                                   words.size() == 1 ? "" : "s"));
+    }
+    rows.push_back({words[0], words[1], line_number});
+  }
+  return line_number;
+}
+
+/// Checks a row and appends its numbers.
+void add_row(const Row& row, const std::string& label, const Unit& unit, const std::string& key,
+             TwoColumns& result) {
+  const SourceLocation wavelength_where{label, row.line, row.wavelength.column};
+  const SourceLocation value_where{label, row.line, row.value.column};
+  const double wavelength = unit.angstrom * parse_number(row.wavelength.text, wavelength_where);
+  const double value = parse_number(row.value.text, value_where);
+  if (!(wavelength > 0) || !std::isfinite(wavelength)) {
+    throw InputError(wavelength_where, fmt::format("wavelength {} {} is outside ]0, inf[",
+                                                   row.wavelength.text, unit.name));
+  }
+  if (!result.wavelengths.empty() && !(wavelength > result.wavelengths.back())) {
+    throw InputError(wavelength_where, fmt::format("wavelengths are not ascending: {} after {}",
+                                                   wavelength / unit.angstrom,
+                                                   result.wavelengths.back() / unit.angstrom));
+  }
+  if (value < 0) {
+    throw InputError(value_where, fmt::format("negative {}: {}", key, row.value.text));
+  }
+  result.wavelengths.push_back(wavelength);
+  result.values.push_back(value);
+  result.where.push_back(value_where);
+}
+
 }  // namespace
 
 void TwoColumns::make_starts() {
@@ -160,37 +220,9 @@ bool TwoColumns::covers(double wavelength) const {
 
 TwoColumns parse_two_columns(std::string_view text, const std::string& label,
                              const TwoColumnFormat& format) {
-  struct Row {
-    Word wavelength;
-    Word value;
-    int line;
-  };
   std::vector<HeadEntry> head;
   std::vector<Row> rows;
-  int line_number = 0;
-  for (std::size_t start = 0; start < text.size();) {
-    const std::size_t end = std::min(text.find('\n', start), text.size());
-    const std::string_view line = text.substr(start, end - start);
-    start = end + 1;
-    ++line_number;
-
-    const std::size_t hash = line.find('#');
-    const std::vector<Word> words = split(line.substr(0, hash));
-    if (words.empty()) {
-      if (hash != std::string_view::npos && rows.empty()) {
-        read_head_line(line, hash, {label, line_number, 1}, head);
-      }
-      continue;
-    }
-    if (words.size() != 2) {
-      const Word& first_wrong = words[words.size() == 1 ? 0 : 2];
-      throw InputError({label, line_number, first_wrong.column},
-                       fmt::format("{} column{} where 2 are expected", words.size(),
-                                   words.size() == 1 ? "" : "s"));
-    }
-    rows.push_back({words[0], words[1], line_number});
-  }
-
+  const int line_number = split_text(text, label, head, rows);
   std::vector<std::string> units;
   for (const Unit& unit : wavelength_units) units.emplace_back(unit.name);
   const Unit& unit = wavelength_units[choose(head, label, "wavelength", units)];
@@ -199,28 +231,7 @@ TwoColumns parse_two_columns(std::string_view text, const std::string& label,
   for (const HeadNumber& number : format.numbers) {
     result.numbers.push_back(read_number(head, number));
   }
-
-  for (const Row& row : rows) {
-    const SourceLocation wavelength_where{label, row.line, row.wavelength.column};
-    const SourceLocation value_where{label, row.line, row.value.column};
-    const double wavelength = unit.angstrom * parse_number(row.wavelength.text, wavelength_where);
-    const double value = parse_number(row.value.text, value_where);
-    if (!(wavelength > 0) || !std::isfinite(wavelength)) {
-      throw InputError(wavelength_where, fmt::format("wavelength {} {} is outside ]0, inf[",
-                                                     row.wavelength.text, unit.name));
-    }
-    if (!result.wavelengths.empty() && !(wavelength > result.wavelengths.back())) {
-      throw InputError(wavelength_where, fmt::format("wavelengths are not ascending: {} after {}",
-                                                     wavelength / unit.angstrom,
-                                                     result.wavelengths.back() / unit.angstrom));
-    }
-    if (value < 0) {
-      throw InputError(value_where, fmt::format("negative {}: {}", format.key, row.value.text));
-    }
-    result.wavelengths.push_back(wavelength);
-    result.values.push_back(value);
-    result.where.push_back(value_where);
-  }
+  for (const Row& row : rows) add_row(row, label, unit, format.key, result);
   if (rows.size() < 2) {
     throw InputError({label, std::max(line_number, 1), 1},
                      fmt::format("{} row{} where at least 2 are needed", rows.size(),

@@ -1,5 +1,5 @@
-// What a point has does not depend on the others of its batch, nor on its place in it: else images
-// would depend on how threads share the rays.
+// Densities of a point do not depend on the other points of its batch, nor on its place in it.
+// Otherwise images would depend on how threads share the rays.
 
 #include "gamer/core/batch.h"
 

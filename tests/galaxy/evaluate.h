@@ -48,8 +48,8 @@ struct LayerCells {
   int radial, azimuthal, vertical;
 };
 
-/// Monte Carlo integrals over the ball of the last component's density of each galaxy: one hashed
-/// point in each of cells that are equal in r^(1/1.3), phi and share of sech^2(z/z0).
+/// Monte Carlo integrals over the ball of the last component's density of each galaxy. There is one
+/// hashed point in each cell. Cells are equal in r^(1/1.3), phi and the share of sech^2(z/z0).
 inline std::vector<double> integrate(std::span<const std::shared_ptr<const Galaxy>> galaxies,
                                      const LayerCells& cells) {
   constexpr double power = 1.3;

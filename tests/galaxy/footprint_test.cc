@@ -152,8 +152,8 @@ TEST(EveryTexture, FollowersKeepTheirLight) {
   }
 }
 
-/// The share of a thin disk's light that comes through the dust behind which it lies, along rays of
-/// a path per height, by widths (0 for rays that see all).
+/// The share of a thin disk's light that comes through the dust in front of it. Rays have this path
+/// per height and this width (0 for rays that see all).
 double light_through(const Galaxy& galaxy, double path, double width) {
   constexpr std::size_t batches = 6144 / batch_capacity, heights = 24;
   const double slope = std::sqrt(path * path - 1);

@@ -283,8 +283,9 @@ TEST(GalaxyStatistics, HasPartsOfTexturedComponents) {
     return parts;
   };
   const auto galaxy = read_galaxy(all_parts, quick_settings());
-  // Textures of a follower, a disk, associations, a star field and two kinds of dust; means of
-  // these and of the follower without a texture; the star field's largest Phi.
+  // Six textures: a follower, a disk, associations, a star field and two kinds of dust. Seven
+  // means: those of the textures and of the follower without one. One number more: the star field's
+  // largest Phi.
   const std::vector<std::size_t> parts = parts_of(*galaxy);
   EXPECT_EQ(parts[0], 6u);
   EXPECT_EQ(parts[1], 7u);

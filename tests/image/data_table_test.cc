@@ -136,49 +136,51 @@ void write_integers(FitsFile& file, int column, std::vector<LONGLONG> values) {
             static_cast<LONGLONG>(values.size()), values.data());
 }
 
+/// A table with columns of all types, with nulls, an offset that makes the type unsigned, a scale.
+void write_foreign_columns(const std::filesystem::path& path) {
+  FitsFile file = foreign_table(path, BINARY_TBL, 3,
+                                {{"1I", "mag"},
+                                 {"1I"},
+                                 {"1I"},
+                                 {"1J"},
+                                 {"1E"},
+                                 {"3E"},
+                                 {"1C"},
+                                 {"6A"},
+                                 {"6A3"},
+                                 {"1PJ"},
+                                 {"1L"},
+                                 {"8X"},
+                                 {"1B"},
+                                 {"0D"},
+                                 {"1K"}});
+  file.call(fits_write_key_lng, "TNULL1", -99L, nullptr);
+  file.call(fits_write_key_lng, "TZERO2", 32768L, nullptr);
+  file.call(fits_write_key_dbl, "TSCAL3", 0.5, 15, nullptr);
+  file.call(fits_write_key_dbl, "TZERO3", 10.0, 15, nullptr);
+  file.call(fits_write_key_lng, "TNULL3", -99L, nullptr);
+  file.call(fits_write_key_str, "TCOMM1", "first", nullptr);
+  file.call(fits_write_key_lng, "ANSWER", 42L, nullptr);
+  file.call(fits_set_hdustruc);
+  write_integers(file, 1, {1, -99, 3});
+  write_integers(file, 2, {0, 40000, 65535});
+  file.call(fits_set_tscale, 3, 1.0, 0.0);
+  write_integers(file, 3, {2, -99, -4});
+  write_integers(file, 4, {-5, 6, 2147483647});
+  Reals reals = {1.5, nan_value, positive_infinity};
+  file.call(fits_write_col_dbl, 5, LONGLONG{1}, LONGLONG{1}, LONGLONG{3}, reals.data());
+  write_texts(file, 8, {"ab", "", "%41 x"});
+  char flags[] = {1, 0, 1};
+  file.call(fits_write_col_log, 11, LONGLONG{1}, LONGLONG{1}, LONGLONG{2}, flags);
+  write_integers(file, 13, {0, 1, 255});
+  write_integers(file, 15, {1, 1LL << 60, -1});
+  file.close();
+}
+
 TEST(DataTables, BinaryTableOfAnotherProgram) {
   TemporaryFolder folder;
   const auto path = folder / "a.fits";
-  {
-    FitsFile file = foreign_table(path, BINARY_TBL, 3,
-                                  {{"1I", "mag"},
-                                   {"1I"},
-                                   {"1I"},
-                                   {"1J"},
-                                   {"1E"},
-                                   {"3E"},
-                                   {"1C"},
-                                   {"6A"},
-                                   {"6A3"},
-                                   {"1PJ"},
-                                   {"1L"},
-                                   {"8X"},
-                                   {"1B"},
-                                   {"0D"},
-                                   {"1K"}});
-    // Nulls, an offset that makes the type unsigned, a scale.
-    file.call(fits_write_key_lng, "TNULL1", -99L, nullptr);
-    file.call(fits_write_key_lng, "TZERO2", 32768L, nullptr);
-    file.call(fits_write_key_dbl, "TSCAL3", 0.5, 15, nullptr);
-    file.call(fits_write_key_dbl, "TZERO3", 10.0, 15, nullptr);
-    file.call(fits_write_key_lng, "TNULL3", -99L, nullptr);
-    file.call(fits_write_key_str, "TCOMM1", "first", nullptr);
-    file.call(fits_write_key_lng, "ANSWER", 42L, nullptr);
-    file.call(fits_set_hdustruc);
-    write_integers(file, 1, {1, -99, 3});
-    write_integers(file, 2, {0, 40000, 65535});
-    file.call(fits_set_tscale, 3, 1.0, 0.0);
-    write_integers(file, 3, {2, -99, -4});
-    write_integers(file, 4, {-5, 6, 2147483647});
-    Reals reals = {1.5, nan_value, positive_infinity};
-    file.call(fits_write_col_dbl, 5, LONGLONG{1}, LONGLONG{1}, LONGLONG{3}, reals.data());
-    write_texts(file, 8, {"ab", "", "%41 x"});
-    char flags[] = {1, 0, 1};
-    file.call(fits_write_col_log, 11, LONGLONG{1}, LONGLONG{1}, LONGLONG{2}, flags);
-    write_integers(file, 13, {0, 1, 255});
-    write_integers(file, 15, {1, 1LL << 60, -1});
-    file.close();
-  }
+  write_foreign_columns(path);
   const DataTable table = read_data_table(path);
   EXPECT_EQ(table.name, "FOREIGN");
   Texts names;

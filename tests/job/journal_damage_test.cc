@@ -157,13 +157,41 @@ class JournalDamageTest : public testing::Test {
   std::vector<std::string> victims_;
 };
 
-std::string JournalDamageTest::damaged(const std::string& journal, std::mt19937& random) const {
-  const auto below = [&](std::size_t end) { return static_cast<std::size_t>(random()) % end; };
-  const auto joined = [&](const std::vector<Entry>& entries) {
-    std::string text = journal.substr(0, magic_size);
-    for (const Entry& entry : entries) text += packed(entry);
-    return text;
-  };
+std::size_t below(std::mt19937& random, std::size_t end) {
+  return static_cast<std::size_t>(random()) % end;
+}
+
+/// A journal whose bytes are wrong in one of four ways.
+std::string with_wrong_bytes(const std::string& journal, int way, std::mt19937& random) {
+  std::string bytes = journal;
+  switch (way) {
+    case 0:  // a cut
+      return journal.substr(0, below(random, journal.size()));
+    case 1:  // wrong bits
+      for (std::size_t left = 1 + below(random, 3); left > 0; --left) {
+        char& byte = bytes[below(random, bytes.size())];
+        byte = static_cast<char>(byte ^ (1 << below(random, 8)));
+      }
+      return bytes;
+    case 2: {  // a stretch of other bytes
+      const std::size_t from = below(random, bytes.size());
+      const bool is_random = random() % 2 == 0;
+      for (std::size_t at = from; at < std::min(bytes.size(), from + 1 + below(random, 600));
+           ++at) {
+        bytes[at] = is_random ? static_cast<char>(random()) : '\0';
+      }
+      return bytes;
+    }
+    default: {  // bytes that are missing, or too many
+      const std::size_t from = below(random, bytes.size());
+      if (random() % 2 == 0) return bytes.erase(from, 1 + below(random, 100));
+      return bytes.insert(from, std::string(1 + below(random, 100), static_cast<char>(random())));
+    }
+  }
+}
+
+/// A number that a journal may not expect.
+std::uint64_t forged_number(std::mt19937& random) {
   constexpr std::uint64_t one = 1;
   constexpr std::array<std::uint64_t, 14> numbers = {0,         1,
                                                      2,         3,
@@ -172,48 +200,37 @@ std::string JournalDamageTest::damaged(const std::string& journal, std::mt19937&
                                                      one << 20, (one << 31) - 1,
                                                      one << 31, one << 32,
                                                      one << 63, ~std::uint64_t{0}};
-  std::string bytes = journal;
+  return numbers[below(random, numbers.size())];
+}
+
+std::string JournalDamageTest::damaged(const std::string& journal, std::mt19937& random) const {
+  const auto way = static_cast<int>(random() % 8);
+  if (way < 4) return with_wrong_bytes(journal, way, random);
+  const auto joined = [&](const std::vector<Entry>& entries) {
+    std::string text = journal.substr(0, magic_size);
+    for (const Entry& entry : entries) text += packed(entry);
+    return text;
+  };
   std::vector<Entry> entries = entries_of(journal);
-  switch (random() % 8) {
-    case 0:  // a cut
-      return journal.substr(0, below(journal.size()));
-    case 1:  // wrong bits
-      for (std::size_t left = 1 + below(3); left > 0; --left) {
-        char& byte = bytes[below(bytes.size())];
-        byte = static_cast<char>(byte ^ (1 << below(8)));
-      }
-      return bytes;
-    case 2: {  // a stretch of other bytes
-      const std::size_t from = below(bytes.size());
-      const bool is_random = random() % 2 == 0;
-      for (std::size_t at = from; at < std::min(bytes.size(), from + 1 + below(600)); ++at) {
-        bytes[at] = is_random ? static_cast<char>(random()) : '\0';
-      }
-      return bytes;
-    }
-    case 3: {  // bytes that are missing, or too many
-      const std::size_t from = below(bytes.size());
-      if (random() % 2 == 0) return bytes.erase(from, 1 + below(100));
-      return bytes.insert(from, std::string(1 + below(100), static_cast<char>(random())));
-    }
+  switch (way) {
     case 4: {  // a forged number
-      Entry& entry = entries[below(entries.size())];
-      entry.head[below(Entry::fields)] = numbers[below(numbers.size())];
+      Entry& entry = entries[below(random, entries.size())];
+      entry.head[below(random, Entry::fields)] = forged_number(random);
       return joined(entries);
     }
     case 5: {  // a forged length of zeros or values
-      Entry& entry = entries[1 + below(entries.size() - 1)];
-      const std::uint64_t number = numbers[below(numbers.size())];
-      const std::size_t at = sizeof number * below(2);
+      Entry& entry = entries[1 + below(random, entries.size() - 1)];
+      const std::uint64_t number = forged_number(random);
+      const std::size_t at = sizeof number * below(random, 2);
       std::memcpy(entry.payload.data() + at, &number, sizeof number);
       return joined(entries);
     }
     case 6: {  // entries that are repeated, missing or elsewhere
-      const Entry moved = entries[below(entries.size())];
+      const Entry moved = entries[below(random, entries.size())];
       if (random() % 2 == 0)
-        entries.erase(entries.begin() + static_cast<int>(below(entries.size())));
-      const auto to = entries.begin() + static_cast<int>(below(entries.size() + 1));
-      entries.insert(to, 1 + below(3), moved);
+        entries.erase(entries.begin() + static_cast<int>(below(random, entries.size())));
+      const auto to = entries.begin() + static_cast<int>(below(random, entries.size() + 1));
+      entries.insert(to, 1 + below(random, 3), moved);
       return joined(entries);
     }
     default: {  // files to remove
@@ -221,7 +238,7 @@ std::string JournalDamageTest::damaged(const std::string& journal, std::mt19937&
       for (const std::string& victim : victims_) entry.payload += victim + '\0';
       entry.head[Entry::kind] = files_kind;
       entry.head[Entry::bytes] = entry.payload.size();
-      const auto to = entries.begin() + static_cast<int>(below(entries.size() + 1));
+      const auto to = entries.begin() + static_cast<int>(below(random, entries.size() + 1));
       entries.insert(to, entry);
       return joined(entries);
     }

@@ -156,7 +156,7 @@ TEST(IdentifiedLattice, IsTheOpenLatticeWithinOneTurn) {
   }
 }
 
-// The plane cut along a line: noise on the cylinder x (mod 2 pi) of angle and height is wound by
+// The plane is cut along a line. Noise on the cylinder of angle (mod 2 pi) and height is wound by
 // the translation of one turn. docs/facts.md section 8: n = 2 arms, beta = 1.38, T = (n, n'), (P,
 // Q) = (10, 31).
 TEST(IdentifiedLattice, HasNoSeamOnTheSpiral) {

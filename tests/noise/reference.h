@@ -100,8 +100,8 @@ inline double perlin(const Vector& p, const GradientChoice& choose) {
   return sum;
 }
 
-/// Simplex noise with any choice of gradients: all lattice points near the point, not only the
-/// corners of its simplex, so that no order of coordinates is needed.
+/// Simplex noise with any choice of gradients. The sum is over all lattice points nearby, not only
+/// the corners of the simplex, so that no order of coordinates is needed.
 inline double simplex(const Vector& p, const GradientChoice& choose) {
   const double skew = (p[0] + p[1] + p[2]) / 3;
   std::array<std::int64_t, 3> base{};

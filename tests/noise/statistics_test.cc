@@ -173,9 +173,10 @@ TEST(BaseNoise, SimplexIsZeroAtLatticePoints) {
   for (const float v : evaluate(simplex_noise(), lattice, 24)) ASSERT_NEAR(v, 0, 4e-6);
 }
 
-// A jump J of the gradient anywhere on a line would show as a second difference J/h, a jump of the
-// value as more; the true second derivative is at most 44.2 (simplex), 12 (Perlin) and, of numbers
-// that change from -1 to 1 along the axis, 2 (10/sqrt 3) (value). Cell noise jumps.
+// A jump J of the gradient anywhere on a line would show as a second difference J/h, and a jump of
+// the value as more. The true second derivative is at most 44.2 (simplex) and 12 (Perlin). For
+// value noise it is at most 2 (10/sqrt 3), where numbers change from -1 to 1 along the axis. Cell
+// noise jumps.
 TEST(BaseNoise, ValueAndGradientAreContinuousAcrossFaces) {
   constexpr double h = 1.0 / 512;
   constexpr int size = 2048;
@@ -384,8 +385,8 @@ TEST(LatticeHash, ComponentsAreIndependent) {
   deviations.check();
 }
 
-/// Chi-square of the alternating sum, modulo their number, of the gradients at the corners of
-/// parallelograms (two edges) or parallelepipeds (three), as pair_deviation(): corners that are
+/// Chi-square, as pair_deviation(), of the alternating sum of gradient numbers, modulo their count,
+/// over the corners of parallelograms (two edges) or parallelepipeds (three). Corners that are
 /// independent in pairs may still fix the last of them.
 double corner_deviation(std::span<const std::array<int, 3>> edges, std::uint32_t seed) {
   constexpr int n = reference::gradient_count;

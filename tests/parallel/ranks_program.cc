@@ -422,7 +422,10 @@ void call_repeatedly(const std::function<void()>& call) {
   }
 }
 
-std::map<std::string, std::function<int()>> scenarios() {
+using Scenarios = std::map<std::string, std::function<int()>>;
+
+/// Ranks that leave, each by a message of its own.
+Scenarios leaving() {
   const InputError input("scene.lst:1:1: wrong");
   const std::string text = input.what();
   const RunError run("out of memory");
@@ -465,6 +468,16 @@ std::map<std::string, std::function<int()>> scenarios() {
          const Expected expected{ranks->rank() == last ? 1 : 0, 1, "out of memory"};
          return check_end(leave(last, run, [] {}), expected);
        }},
+  };
+}
+
+/// Ranks that fail, or stand still, in a run.
+Scenarios failing() {
+  const InputError input("scene.lst:1:1: wrong");
+  const RunError run("out of memory");
+  const int last = ranks->size() - 1;
+  const Expected all_two{2, 2, input.what()};
+  return {
       {"compute-fails",
        [=] {
          return check_end(
@@ -500,6 +513,12 @@ std::map<std::string, std::function<int()>> scenarios() {
          return code == 1 ? 0 : 1;
        }},
   };
+}
+
+Scenarios scenarios() {
+  Scenarios all = leaving();
+  all.merge(failing());
+  return all;
 }
 
 }  // namespace

@@ -147,9 +147,9 @@ TEST(Aperture, Gaussian) {
               6e-5);
 }
 
-// Light f that pixels take up and spread again becomes f + (d2f/dx2 + d2f/dy2)/12, so that an
-// ellipse's flux changes by the flux of grad(f)/12 through its rim: what the tests add to the sharp
-// profile's. Of the exponential that is up to 2e-4, of the other one 4.5e-4.
+// Light f that pixels take up and spread again becomes f + (d2f/dx2 + d2f/dy2)/12. An ellipse's
+// flux thus changes by the flux of grad(f)/12 through its rim. The tests add this to the sharp
+// profile's flux. It is up to 2e-4 for the exponential and 4.5e-4 for the other profile.
 
 TEST(Aperture, EllipticalExponential) {
   constexpr double scale = 20, true_ratio = 0.5, true_angle = 0.6;

@@ -52,6 +52,11 @@ class NoiseOperation : public testing::Test {
     output.finish();
   }
 
+  /// An image of 4 x 3 equal pixels.
+  void write_small(const std::vector<Card>& cards, double value = 1) {
+    write("in.fits", 4, 3, {{{std::vector<double>(12, value)}, cards}});
+  }
+
   /// "noise" with these options.
   void noise(const std::string& options, const std::string& in = "in.fits",
              const std::string& out = "out.fits") {
@@ -371,11 +376,7 @@ TEST_F(NoiseOperation, GivesTheSignalToNoiseRatioAskedFor) {
   EXPECT_NEAR(std::sqrt(variance(pixels(output(), 0, 1))) / 0.5, 1, 4 / std::sqrt(2 * n));
 }
 
-TEST_F(NoiseOperation, SaysWhatIsWrong) {
-  const std::vector<double> small(12, 1.0);
-  const auto write_small = [&](const std::vector<Card>& cards, double value = 1) {
-    write("in.fits", 4, 3, {{{std::vector<double>(12, value)}, cards}});
-  };
+TEST_F(NoiseOperation, SaysWhichOptionsAreWrong) {
   write_small(nanojansky());
   const std::vector<std::pair<const char*, const char*>> cases = {
       {"",
@@ -410,7 +411,10 @@ TEST_F(NoiseOperation, SaysWhatIsWrong) {
       {"--exposure 0", "gutil noise: --exposure[0] = 0 is outside ]0, inf[ (s)"},
   };
   for (const auto& [options, message] : cases) EXPECT_EQ(error(options), message) << options;
+  EXPECT_FALSE(std::filesystem::exists(path("out.fits")));
+}
 
+TEST_F(NoiseOperation, SaysWhatTheImageLacks) {
   write_small({});
   EXPECT_EQ(error("--exposure 1"),
             "gutil noise: how many electrons is light? Give --zero-point (AB magnitude of 1 "

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double pi_value = std::numbers::pi;
 
-/// A disk of scale length h with logarithmic arms, seen at an inclination: its light is exp(-r/h)
+/// A disk of scale length h with logarithmic arms, seen at an inclination. Its light is exp(-r/h)
 /// times `profile` of the azimuth from the crest of an arm.
 struct SpiralGalaxy {
   int arms = 2;

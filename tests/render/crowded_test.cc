@@ -47,14 +47,7 @@ TextScene crowd(int galaxies) {
 
 TEST(Crowded, RowsAreTheSameInBlocksOfAnySize) {
   const TextScene text = crowd(30);
-  const RenderParameters parameters =
-      RenderParameters::read(parse_toml(text.parameters, "render.par"));
-  const Camera camera(parameters);
-  Resources resources = text_resources(text);
-  const Spectrum spectrum = load_spectrum(parameters, resources);
-  const auto scene = std::make_shared<Scene>(
-      read_scene(text.scene, "scene.lst", parameters, spectrum, camera, resources));
-  const Renderer renderer(parameters, camera, scene, spectrum);
+  const Renderer renderer = text_renderer(text);
   const auto row = static_cast<std::size_t>(side) * static_cast<std::size_t>(renderer.planes());
   std::vector<double> whole(row * side);
   renderer.render_rows({0, side}, whole);

@@ -31,8 +31,8 @@ inline std::vector<std::string> galaxies_in(const std::filesystem::path& folder)
   return names;
 }
 
-/// Parallel rays, spread over the image of one galaxy at an inclination (degrees), each with the
-/// footprint of a pixel of a 512th of the galaxy's diameter, at three wavelengths.
+/// Parallel rays, spread over the image of one galaxy at an inclination (degrees), at three
+/// wavelengths. Their footprint is a 512th of the galaxy's diameter.
 class GalaxyRays {
  public:
   /// Rays through a shipped galaxy.

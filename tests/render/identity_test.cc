@@ -1,5 +1,5 @@
 // A row of an image does not depend on the rows that are rendered with it, under any instruction
-// set: so threads, ranks and a resumed job make the image of one thread.
+// set. Threads, ranks and a resumed job therefore make the image of one thread.
 
 #include <gtest/gtest.h>
 

@@ -76,8 +76,8 @@ TEST(NodeMapTest, NodesStandAtEqualDistancesOfU) {
   });
 }
 
-// Whatever the rates that are kept: the weights are ds/du times the step, hence the same sum of
-// them, and nodes half way between stand where the others' cubics have them.
+// For any rates that are kept, the weights are ds/du times the step and have one sum. Nodes half
+// way between others stand on the cubics through these.
 TEST(NodeMapTest, SeveralFocusesShareOneU) {
   for_each_simd_target([] {
     const NodeMap map = map_of_examples();

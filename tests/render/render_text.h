@@ -32,7 +32,7 @@ inline Resources text_resources(const TextScene& text) {
   return Resources::from_record(record);
 }
 
-inline Renderer text_renderer(const TextScene& text) {
+inline Renderer text_renderer(const TextScene& text, const TruthSettings& truth = {}) {
   const RenderParameters parameters =
       RenderParameters::read(parse_toml(text.parameters, "render.par"));
   const Camera camera(parameters);
@@ -40,7 +40,7 @@ inline Renderer text_renderer(const TextScene& text) {
   const Spectrum spectrum = load_spectrum(parameters, resources);
   const auto scene = std::make_shared<Scene>(
       read_scene(text.scene, "scene.lst", parameters, spectrum, camera, resources));
-  return Renderer(parameters, camera, scene, spectrum);
+  return Renderer(parameters, camera, scene, spectrum, truth);
 }
 
 /// Renders on the calling thread, through the same steps as the program.

@@ -52,8 +52,8 @@ double flux(const TextScene& text) {
   return sum;
 }
 
-// In the middle, behind, at the poles, on the edges of cubes and base pixels, at a corner; as in a
-// perspective view that looks there.
+// The places are in the middle, behind, at the poles, on the edges of cubes and base pixels, and at
+// a corner. The flux is that of a perspective view that looks there.
 TEST(SphereViews, AGalaxyHasOneFluxWhereverItStands) {
   const std::vector<glm::dvec3> places = {{0, 1, 0},  {0, -1, 0}, {0, 0, 1},    {0, 0, -1},
                                           {-1, 0, 0}, {1, 1, 1},  {-1, -1, 0.1}};

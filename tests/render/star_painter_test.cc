@@ -142,16 +142,16 @@ TEST(StarPainter, LightDoesNotDependOnResolutionAndDistance) {
     return sum[0] / size / size;  // of a field of constant width, hence of distance^2 flux
   };
   const double reference = flux(6, 64);
-  // Which stars are points changes with the resolution, and with it whose chance counts: the light
-  // of 10^4 points in the coarsest image is uncertain by a percent.
+  // The resolution decides which stars are points, and so whose chance counts. The light of 10^4
+  // points in the coarsest image is uncertain by a percent.
   for (const int size : {16, 32, 128}) EXPECT_NEAR(flux(6, size) / reference, 1, 0.01) << size;
   for (const double distance : {12.0, 50.0}) {
     EXPECT_NEAR(flux(distance, 64) / reference, 1, 0.02) << distance;
   }
 }
 
-// Shares of the smooth light are those of the light of stars too faint to be seen alone, whatever
-// the distance: between, at and beyond those of the scale.
+// At any distance the share of smooth light is that of the stars too faint to be seen alone.
+// Distances are between, at and beyond those of the scale.
 TEST(StarPainter, SmoothLightIsDimmedByItsShare) {
   for (const std::string& camera : {outside, inside, parallel}) {
     const Painted painted(
@@ -377,8 +377,8 @@ TEST(StarPainter, DustDimsStarsBehindIt) {
   EXPECT_LT(worst, 7e-4);
 }
 
-// Rough dust, within which the camera is: stars that keep 1 % of their light and more are dimmed to
-// well below the tolerance, so that it holds for other dust too.
+// The camera is within rough dust. Stars that keep 1 % of their light or more are dimmed with an
+// error well below the tolerance, which leaves room for other dust.
 TEST(StarPainter, TexturedDustDimsToTheTolerance) {
   const std::string stars = field(2000, smooth_noise);
   const std::string dust =
@@ -416,17 +416,10 @@ TEST(StarPainter, PartsAddUp) {
                              "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = false\n"
                              "[[component]]\nclass = \"dust\"\nnoise = false\n";
   const TextScene text{{{"g", galaxy}}, "galaxy x y z\ng 0 0 0\n", view(outside, 32, 3)};
-  const RenderParameters parameters =
-      RenderParameters::read(parse_toml(text.parameters, "render.par"));
-  const Camera camera(parameters);
-  Resources resources = text_resources(text);
-  const Spectrum spectrum = load_spectrum(parameters, resources);
-  const auto scene = std::make_shared<Scene>(
-      read_scene(text.scene, "scene.lst", parameters, spectrum, camera, resources));
   TruthSettings truth;
   truth.parts = TruthSettings::Parts::components;
   truth.dust_free = true;
-  const Renderer renderer(parameters, camera, scene, spectrum, truth);
+  const Renderer renderer = text_renderer(text, truth);
   ThreadExecutor executor(1);
   const Image image = render_image(renderer, executor);
   // Two planes each: the image, dust-free, the field's, the disk's.

@@ -1,5 +1,5 @@
 // Smooth dust up to an optical depth of 1000, from face on to edge on, against an integral written
-// here: the light comes from a skin that is thin beside the galaxy.
+// here. The light comes from a skin that is thin beside the galaxy.
 
 #include <gtest/gtest.h>
 

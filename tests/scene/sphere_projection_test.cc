@@ -138,8 +138,8 @@ TEST_P(EveryProjection, NeighboursAreNear) {
   }
 }
 
-// What is some pixels beyond a seam is as far away on the sphere, and on the other side of it; a
-// place near no seam has none.
+// A place some pixels beyond a seam is as far away on the sphere, on the seam's other side. A place
+// near no seam has none.
 TEST_P(EveryProjection, SeamsJoin) {
   const auto projection = GetParam().make();
   constexpr int far = 3;

@@ -109,9 +109,9 @@ TEST(Photometry, AbsoluteMagnitudes) {
   }
 }
 
-// Lines of a spectrum and edges of the IGM lie between the rows of a band. By Gauss quadrature of
-// order 8 on quarters of the pieces between all of them in NumPy; the midpoint rule with 10^6
-// points agrees to the 1e-6 that it reaches at edges.
+// Lines of a spectrum and edges of the IGM lie between the rows of a band. Values are from NumPy:
+// Gauss quadrature of order 8 on quarters of the pieces between all of these. The midpoint rule
+// with 10^6 points agrees to the 1e-6 that it reaches at edges.
 TEST(Photometry, BandFluxOfTemplates) {
   struct Row {
     std::string sed, band;

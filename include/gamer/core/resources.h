@@ -66,8 +66,8 @@ class Resources {
   std::vector<std::filesystem::path> files_;
 };
 
-/// The folders of a normal run: the working directory, the folder in the environment variable
-/// GAMER_DATA, and the folder of installed data (without one, the source tree).
+/// The folders of a normal run: the working directory, that of the environment variable GAMER_DATA,
+/// and the installed data. Without an installation the source tree serves.
 std::vector<std::filesystem::path> default_data_folders();
 
 }  // namespace gamer

@@ -9,4 +9,7 @@ namespace gamer {
 /// existing file must not be overwritten.
 void check_new_file(const std::filesystem::path& path, bool overwrite);
 
+/// Whether a file, folder or link, even a broken one, has this path.
+bool is_there(const std::filesystem::path& path);
+
 }  // namespace gamer

@@ -22,9 +22,8 @@ struct StampHeader {
 };
 
 /// Takes the stamps of one FITS file in any order and leaves a complete file or none, as
-/// ImageWriter does. An empty primary HDU has the cards; then comes an image HDU for each stamp,
-/// with all planes as in a cube, and then the tables. Pixels go to disk at once. It serves one
-/// thread.
+/// ImageWriter does. An empty primary HDU has the cards. An image HDU for each stamp follows, with
+/// all planes as in a cube. The tables come last. Pixels go to disk at once. It serves one thread.
 class StampWriter {
  public:
   virtual ~StampWriter() = default;

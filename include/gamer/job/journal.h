@@ -71,6 +71,8 @@ class Journal {
  public:
   /// The clock gives seconds; by default it is a steady one.
   using Clock = std::function<double()>;
+  /// Bytes of rows that wait in memory before the file begins.
+  static constexpr std::size_t most_pending = std::size_t{32} << 20;
 
   /// Begins the journal of a job.
   Journal(std::filesystem::path path, const JournalHead& head, double interval, Clock clock = {});

@@ -20,9 +20,10 @@ std::string list_bands(Resources& resources);
 std::string list_instruments(Resources& resources);
 std::string list_noises();
 
-/// The parameters of `kind`: a section of the parameter file ("camera"), "galaxy" or "arms", "list"
-/// (the columns of a scene list) or a kind of component. An empty `kind` gives all parameters. The
-/// tables are for a terminal, or in Markdown. Throws InputError for an unknown kind.
+/// The parameters of `kind`. A kind is a section of the parameter file ("camera"), "galaxy",
+/// "arms", "list" (the columns of a scene list) or a kind of component. An empty `kind` gives all
+/// parameters. The tables are for a terminal, or in Markdown. Throws InputError for an unknown
+/// kind.
 std::string list_parameters(const std::string& kind, bool markdown);
 
 /// The values of `kind` in list_parameters().

@@ -97,8 +97,8 @@ class ThreadExecutor : public Executor {
   int threads_;
 };
 
-/// Number of cores that this process may use, at least 1: the cores of its affinity mask, limited
-/// by the CPU quota of its control group, rounded up.
+/// Number of cores that this process may use, at least 1. It is that of the affinity mask, or the
+/// CPU quota of the control group, rounded up, where this is lower.
 int available_cores();
 
 }  // namespace gamer

@@ -63,8 +63,9 @@ ParameterTable operation_options(const Operation& operation);
 /// The files of a call: "in.fits out.fits".
 std::string files_text(const Operation& operation);
 
-/// Reads a command line: options, then files. Throws InputError for an unknown or repeated option,
-/// a missing value, a wrong type, a value out of range, and too few or too many files.
+/// Reads a command line: options, then files. Throws InputError for unknown and repeated options,
+/// and for a wrong number of files. Throws it for values that are missing, of a wrong type or out
+/// of range.
 OperationCall parse_call(const Operation& operation, std::span<const std::string> arguments);
 
 /// Texts of `gutil --help`, of `gutil <operation> --help`, and of the tables in docs/gutil.md.

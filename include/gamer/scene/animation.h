@@ -44,10 +44,10 @@ class CameraPath {
     double fov = 0, width = 0;  ///< as camera.fov, camera.width
   };
 
-  /// Throws InputError for a projection without a target, lists of different lengths, times that do
-  /// not ascend, and fov or width where the projection has none. Throws it also where a frame's
-  /// view has no direction, is too near to up (level horizon), or exceeds the projection's fov or
-  /// the range of numbers.
+  /// Throws InputError for a projection without a target, and a fov or width that the projection
+  /// lacks. Throws it for lists of different lengths and times that do not ascend. Throws it for a
+  /// frame whose view has no direction or is too near to up (level horizon). Throws it for a frame
+  /// that exceeds the projection's fov or the range of numbers.
   explicit CameraPath(const RenderParameters& parameters);
 
   int frames() const { return frames_; }

@@ -32,7 +32,7 @@ SkyPosition sky_of(const glm::dvec3& direction);
 /// lower-left pixel, x to the right, y up. They are the whole image's, whichever region of it is
 /// rendered.
 ///
-/// In a sky view the camera is the observer at the origin, and the scene is comoving space in Mpc,
+/// In a sky view the camera is the observer at the origin. The scene is comoving space in Mpc,
 /// which is Euclidean in a flat universe. A galaxy of proper radius R at redshift z stands at its
 /// comoving distance and has radius R (1+z). Angles, perspective and the order of galaxies along a
 /// ray are therefore right.
@@ -65,7 +65,7 @@ class Camera {
   /// Solid angles of the pixels of row y in the columns `x`.
   void solid_angles(int y, std::span<const int> x, std::span<double> out) const;
   /// Whether samples within a pixel are weighted by solid angle, as in views of the sphere with
-  /// pixels of unequal area. density() is the weight, sr per pixel^2; it is 1 in other views.
+  /// pixels of unequal area. The weight is density(), in sr per pixel^2. It is 1 in other views.
   bool weighs_parts() const { return sphere_ && !sphere_->is_equal_area(); }
   double density(double x, double y) const { return sphere_ ? sphere_->density(x, y) : 1; }
   /// About the longest side of the image's pixels at a point of the scene, scene units.

@@ -37,8 +37,9 @@ enum class SphereFrame { galactic, equatorial, ecliptic };
 /// Section [camera]: the view.
 struct CameraSettings {
   static ParameterSection section();
-  /// Throws InputError for a camera whose target is its position or whose up is parallel to the
-  /// view, an angle that the projection cannot show, and a declination beyond the poles.
+  /// Throws InputError for a target at the camera's position and an up that is parallel to the
+  /// view. Throws it for an angle that the projection cannot show and a declination beyond the
+  /// poles.
   static CameraSettings read(const ParameterSet& values);
   /// Keys whose values `header` replaces.
   static std::span<const std::string_view> header_keys();

@@ -46,10 +46,10 @@ struct TextRows {
 /// - VOTable: typed columns by `datatype`; arrays and complex numbers are left out.
 /// - ECSV: cells are words; empty cells have no value. Columns with doubled quotes own their texts.
 /// - SExtractor: cells are words; components of a vector NAME are NAME, NAME_1, NAME_2...
-/// - SkyMaker: typed columns with scene names: galaxy ("star", or a made galaxy's name), px, py
-///   (pixels from 1), apparent_magnitude, size_arcsec (radius of the ball), inclination, pa,
-///   redshift, id (row from 1). pa is counted from the image's +y towards -x, which is East of
-///   North where North is up and East left.
+/// - SkyMaker: typed columns with the names of a scene. They are galaxy ("star", or a made galaxy's
+///   name), px, py (pixels from 1), apparent_magnitude, size_arcsec (radius of the ball),
+///   inclination, pa, redshift, id (row from 1). pa is counted from the image's +y towards -x,
+///   which is East of North where North is up and East left.
 /// - FITS: the table's columns; empty texts have no value.
 class Catalogue {
  public:
@@ -82,8 +82,8 @@ class Catalogue {
   const std::vector<Column>& columns() const { return columns_; }
   std::vector<Column>& columns() { return columns_; }
   const std::string& label() const { return label_; }
-  /// Place of a cell: line and column (in characters) of a text, the line of a VOTable's row, or a
-  /// FITS table's label and the row.
+  /// Place of a cell. In a text it is the line and the column in characters, in a VOTable the row's
+  /// line. In a FITS table it is the label and the row.
   SourceLocation where(std::size_t row, std::size_t column) const;
 
  private:

@@ -110,13 +110,14 @@ struct Scene {
 ///   The axis is the direction to the camera, turned about the node by the inclination. In an
 ///   animation the first frame's camera counts; its scene list has ox oy oz and pa.
 ///
-/// axis_ratio gives the inclination of a galaxy whose light has this ratio on the sky by second
-/// moments. half_light_radius gives the size of the ball from the type's light without noise and
+/// By axis_ratio the inclination follows from the axis ratio of the light on the sky, in second
+/// moments. By half_light_radius the ball's size follows from the type's light without noise and
 /// dust, seen face on (LightProfile).
 ///
-/// g1, g2 and kappa distort a galaxy's image about its centre: the image at theta shows the source
-/// at A theta, A = (1 - kappa) [[1 - g1, -g2], [-g2, 1 + g1]] in (North, East), or in the image's
-/// (+y, -x). Surface brightness stays, so that the flux grows by 1/det A.
+/// By g1, g2 and kappa a galaxy's image is distorted about its centre. The image at theta shows the
+/// source at A theta, A = (1 - kappa) [[1 - g1, -g2], [-g2, 1 + g1]]. Coordinates are (North,
+/// East), in other views the image's (+y, -x). Surface brightness stays, so that the flux grows by
+/// 1/det A.
 ///
 /// In a sky view positions are ra dec, or dx dy (in the tangent plane at the image's middle), or px
 /// py. A galaxy stands at the comoving distance of its redshift or at distance/(1+z); with neither

@@ -63,9 +63,9 @@ std::unique_ptr<SphereProjection> make_fisheye(int width, int height, double fov
 /// Forward is in the middle, longitude 180 degrees at the left and right edges.
 std::unique_ptr<SphereProjection> make_equirectangular(int width, int height);
 
-/// The six sides of a cube seen from its middle, each `size` pixels wide and high, in the order of
-/// FITS (Calabretta & Greisen 2002, section 5.6): up, front, left, back, right, down. The four
-/// sides around have up at their top; the upper and lower sides join the front side.
+/// The six sides of a cube seen from its middle, each `size` pixels wide and high. Their order is
+/// that of FITS (Calabretta & Greisen 2002, section 5.6): up, front, left, back, right, down. The
+/// four sides around have up at their top; the upper and lower sides join the front side.
 std::unique_ptr<SphereProjection> make_cubemap(int size);
 
 /// HEALPix (Gorski et al. 2005, ApJ 622, 759): pixels of equal area. Faces are the twelve base

@@ -33,8 +33,8 @@ constexpr double level_ratio = 2;
 constexpr double seen_frequency = 1.8;
 constexpr double sharp_frequency = 1.0;
 
-// Wavelengths of octaves: the first in sizes of complexes, and the shortest that decides which
-// cells of a level are occupied, in diameters of its largest clump.
+// Wavelength of the first octave, in sizes of complexes. Wavelength of the last octave that decides
+// which cells of a level are occupied, in diameters of its largest clump.
 constexpr double complex_wavelength = 2;
 constexpr double shortest_wavelength = 4;
 // Largest number of octaves. The last is no shorter than the diameter of the smallest clumps.

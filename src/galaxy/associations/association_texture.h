@@ -40,9 +40,9 @@ struct AssociationParameters {
 /// These are quantiles of the level's luminosities, with heights z_k above the plane. A clump has
 /// the profile K_k = A_k (q^3 + core_height q^12), q = 1 - r^2/R_k^2. It is there where u < p_k;
 /// p_k is the surface density of clumps at its centre, times the cell's area. Within u = p_k (1 +-
-/// fade_range) it fades. The density is that of the layer, times the product M_l of octaves clamp(1
-/// + c noise/sigma, 0, 2) longer than four of the level's largest diameters, but at least
-/// least_complexes. With M the product of all octaves,
+/// fade_range) it fades. The density is that of the layer times M_l, the product of the octaves
+/// clamp(1 + c noise/sigma, 0, 2). These octaves are longer than four of the level's largest
+/// diameters, and M_l is at least least_complexes. With M the product of all octaves,
 ///   Phi = M (1 + sum_l share_l (sum_k w_k K_k/p_k - 1)).
 /// The heights follow sech^2(z/z0) convolved with the clump's profile, without the layer's edge.
 /// A_k makes each clump emit its luminosity exactly, without octaves below its size. The mean of

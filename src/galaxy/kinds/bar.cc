@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "core/math-inl.h"
+#include "galaxy/kinds/radial_law-inl.h"
 #include "galaxy/kinds/ray_cuts.h"
 #include "galaxy/kinds/taper_column.h"
 #include "gamer/core/units.h"
@@ -85,12 +86,9 @@ void BarEnvelope(const SampleBatch& batch, const BarKernelInput& in, float* HWY_
                                  Gaussian(d, u, -in.peanut_radius, in.inverse_peanut_width));
       inverse_height = hn::Div(one, hn::MulAdd(lobes, hn::Set(d, in.peanut), one));
     }
-    // sech^2(q) = 4 e^(-2q)/(1 + e^(-2q))^2
     const auto q = hn::Mul(z, hn::Mul(inverse_height, hn::Set(d, in.inverse_z0)));
-    const auto e = Exp(d, hn::Mul(q, hn::Set(d, -2.0f)));
-    const auto sum = hn::Add(one, e);
     value = hn::Mul(hn::Mul(value, inverse_height),
-                    hn::Div(hn::Mul(hn::Set(d, 4.0f), e), hn::Mul(sum, sum)));
+                    SquaredSech(d, Exp(d, hn::Mul(q, hn::Set(d, -2.0f)))));
     hn::Store(hn::Mul(value, hn::Load(d, batch.taper.data() + i)), d, out + i);
   }
 }

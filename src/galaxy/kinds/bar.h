@@ -25,8 +25,8 @@ struct BarShape {
 ///   envelope = S (z0/h) sech^2(z/h), times the taper,
 ///   S = exp(-k m^(1/n))/(1 + exp((m - 1)/w)) + F exp(-((|u| - 0.85)/0.07)^2/2 - (v/0.4)^2/2),
 ///   h = z0 (1 + P (exp(-((u - x_P)/s_P)^2/2) + exp(-((u + x_P)/s_P)^2/2))).
-/// Its light ends at m = 1, within some w. The height h, which does not change the column face on,
-/// makes the bar boxy or shaped like a peanut where it is seen from the side. F adds ansae.
+/// Its light ends at m = 1, within some w. From the side the height h makes the bar boxy or shaped
+/// like a peanut. It does not change the column face on. F adds ansae.
 class Bar : public Component {
  public:
   explicit Bar(const BarShape& shape);

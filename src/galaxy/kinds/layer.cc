@@ -14,11 +14,9 @@
 #include "galaxy/arm_courses-inl.h"
 #include "galaxy/kinds/layer_cloud-inl.h"
 #include "galaxy/kinds/radial_law-inl.h"
-#include "galaxy/kinds/ray_cuts.h"
 #include "galaxy/kinds/taper-inl.h"
 #include "galaxy/kinds/taper_column.h"
 #include "gamer/core/units.h"
-#include "gamer/noise/footprint.h"
 
 #ifndef GAMER_GALAXY_LAYER_KERNEL
 #define GAMER_GALAXY_LAYER_KERNEL
@@ -51,12 +49,8 @@ namespace HWY_NAMESPACE {
 /// Delta in [0, pi]: the distance of `angle` from the nearest multiple of the period.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V DistanceToMultiple(D d, V angle, double period) {
-  // The period has two parts. The first has few bits, so that its multiples are exact.
   const float high = std::floor(static_cast<float>(period) * 0x1p10f) * 0x1p-10f;
-  const auto low = static_cast<float>(period - double{high});
-  const V n = hn::Round(hn::Mul(angle, hn::Set(d, static_cast<float>(1 / period))));
-  const V rest = hn::NegMulAdd(n, hn::Set(d, high), angle);
-  return hn::Abs(hn::NegMulAdd(n, hn::Set(d, low), rest));
+  return hn::Abs(NearestRest(d, angle, period, high));
 }
 
 /// The envelope, with an absolute error below 4e-7 + 1.5e-7 A_w for exact coordinates and windings.
@@ -69,10 +63,7 @@ void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* 
     auto z = hn::Abs(hn::Load(d, batch.z.data() + i));
     const auto thinning = hn::Mul(r, hn::Set(d, -in.flare));
     if (in.flare > 0) z = hn::Mul(z, Exp2(d, thinning));
-    // sech^2(u) = 4 e^(-2u)/(1 + e^(-2u))^2
-    const auto e = Exp2(d, hn::Mul(z, hn::Set(d, in.z_factor)));
-    const auto sum = hn::Add(one, e);
-    auto value = hn::Div(hn::Mul(hn::Set(d, 4.0f), e), hn::Mul(sum, sum));
+    auto value = SquaredSech(d, Exp2(d, hn::Mul(z, hn::Set(d, in.z_factor))));
     auto m = r;
     if (!in.law.is_round) m = EllipseRadius(d, r, hn::Load(d, batch.azimuth.data() + i), in.law);
     auto exponent = RadialExponent(d, m, in.law);
@@ -135,50 +126,11 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-// Range of equally spaced nodes around the layer's brightest place, in scale heights or lengths.
-constexpr double layer_width = 1.5;
-
-// Density of nodes around the ray's closest approach to the axis, and the least distance used, in
-// scale lengths or radii of the hole.
-constexpr double nodes_per_width = 1.2;
-constexpr double cusp_width = 0.15;
-constexpr double hole_width = 0.5;
-
-// Number of nodes per period of the texture's sharpest features. Fewer nodes would miss features
-// unnoticed.
-constexpr double nodes_per_period = 2;
-
-// Largest product of frequency and footprint of octaves that nodes follow; four fifths of this
-// octave are resolved. Finer octaves are faint, and doubled nodes find them.
-constexpr double seen_cycles = fade_begin + 4 * (fade_end - fade_begin) / 15;
-
-// Scale lengths (e^-9) and heights (sech^2 of 5) beyond which the layer's column is negligible.
-constexpr double seen_lengths = 9;
-constexpr double seen_heights = 5;
-
-// Lengths over which columns change, in scale lengths or heights, and in periods of a texture.
-constexpr double column_lengths = 2;
-constexpr double texture_periods = 0.35;
-
-// Size of the cusp of exp(-r/rh) at the axis, in scale lengths. Length over which the profile of
-// arms changes, in lengths over which it falls by e. Where this length is below finest_arm galaxy
-// radii there is little light.
-constexpr double cusp_lengths = 0.5;
-constexpr double arm_lengths = 1;
-constexpr double finest_arm = 1.0 / 96;
-
-// Width of a hole's rim as a share of its radius.
-constexpr double rim_width = 0.6;
-
 // Bright range of the layer, in scale heights.
 constexpr double bright_height = 3.5;
 
 // Intervals between radii at which the mean of arms that vary is known.
 constexpr std::size_t mean_intervals = 256;
-
-// Widths from a ring's crest within which rays need its nodes, and their number per width.
-constexpr double seen_widths = 6;
-constexpr double nodes_per_ring_width = 1.2;
 
 // Radius outside which the steepest winding sets the texture's frequency.
 constexpr double twirl_core = 0.1;
@@ -207,16 +159,6 @@ double sum_of_taper(double r, const std::vector<double>& heights2) {
   double sum = 0;
   for (const double z2 : heights2) sum += taper_at(std::sqrt(r * r + z2));
   return sum;
-}
-
-/// The distance from the axis at which a ray meets the plane. If the ray meets the plane outside
-/// the ball, the distance is that of its closest approach to the axis.
-double plane_radius(const double nearest[3], const double direction[3]) {
-  const double along = nearest[2] / direction[2];
-  const double x = nearest[0] - along * direction[0], y = nearest[1] - along * direction[1];
-  if (const double r = std::hypot(x, y); r < 1) return r;
-  return std::abs(nearest[0] * direction[1] - nearest[1] * direction[0]) /
-         std::hypot(direction[0], direction[1]);
 }
 
 }  // namespace
@@ -474,142 +416,6 @@ ColumnCloud Layer::columns(std::size_t size, std::size_t heights) const {
     }
   }
   return result;
-}
-
-double Layer::texture_frequency() const {
-  if (texture() == nullptr) return 0;
-  const double frequency = texture()->frequency();
-  const double twirl = texture()->twirl();
-  return twirl != 0 ? frequency * std::hypot(1.0, twirl * steepest_winding_) : frequency;
-}
-
-bool Layer::hides_texture(double footprint) const {
-  if (texture() == nullptr) return false;
-  // The margin covers a footprint that single precision rounds up.
-  constexpr double margin = 1 + 1e-5;
-  return texture()->hides(footprint * margin * footprint_scale() *
-                          stretch_of(texture()->twirl() * largest_shear_));
-}
-
-ColumnScale Layer::column_scale(const double nearest[3], const double direction[3],
-                                double reach) const {
-  const double distance = std::hypot(nearest[0], nearest[1], nearest[2]);
-  if (distance - reach > std::max(law_.limit(-seen_lengths), seen_lengths * shape_.z0)) return {};
-  const double largest_flare = shape_.flare_at(std::min(law_.limit(-seen_lengths), 1.0));
-  // The ray's least height above the plane, within the ball.
-  const double half_chord = std::sqrt(std::max(1 - distance * distance, 0.0));
-  const double height = std::max(std::abs(nearest[2]) - half_chord * std::abs(direction[2]), 0.0);
-  if (height - reach > seen_heights * shape_.z0 * largest_flare) return {};
-  const double cosine = std::abs(direction[2]);
-  const double sine = std::sqrt(std::max(1 - cosine * cosine, 0.0));
-  const double shortest = law_.length() * shape_.radial.axis_ratio;
-  double scale =
-      column_lengths * std::min(shortest, std::hypot(shortest * cosine, shape_.z0 * sine));
-  if (shape_.inner > 0 && distance - reach < 2 * shape_.inner) {
-    scale = std::min(
-        scale, std::hypot(rim_width * shape_.inner * cosine, column_lengths * shape_.z0 * sine));
-  }
-  const double r = std::max(plane_radius(nearest, direction) - reach, 0.0);
-  if (!shape_.radial.is_ring()) scale = std::min(scale, std::hypot(r, cusp_lengths * shortest));
-  // Arms extend over many rays, whose errors average out like those of a texture.
-  const double frequency = texture_frequency();
-  double texture = frequency > 0 ? texture_periods / frequency : HUGE_VAL;
-  if (follows_arms()) {
-    const double fall = follows_courses() ? profile().width : std::numbers::pi / shape_.arm_width;
-    const double length = r > 0 ? arm_lengths * fall * r / std::hypot(1.0, arms_.shear(r)) : 0.0;
-    texture = std::min(texture, std::max(length, finest_arm));
-  }
-  return {.envelope = scale, .texture = texture};
-}
-
-void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const {
-  double o[3], d[3];
-  law_.stretch(ray.origin, o);
-  law_.stretch(ray.direction, d);
-  const double dd = d[0] * d[0] + d[1] * d[1];
-  const double od = o[0] * d[0] + o[1] * d[1];
-  const double oo = o[0] * o[0] + o[1] * o[1];
-  // The part of the ray where sech^2(z/z0) f can exceed the threshold.
-  double begin = ray.begin, end = ray.end;
-  const double log_least = accuracy.log_envelope_threshold + log_peak_;
-  // sech^2(u) < 4 e^(-2u)
-  const double r_limit = law_.limit(log_least);
-  const double z_limit =
-      shape_.z0 * shape_.flare_at(std::min(r_limit, 1.0)) * (std::numbers::ln2 - 0.5 * log_least);
-  if (!cut_slab(o[2], d[2], z_limit, begin, end)) return;
-  const bool is_upright = dd < least_divisor;
-  const double per_dd = is_upright ? 0.0 : 1 / dd;
-  if (!is_upright) {
-    const double root2 = od * od - dd * (oo - r_limit * r_limit);
-    if (root2 <= 0) return;
-    const double root = std::sqrt(root2);
-    begin = std::max(begin, (-od - root) * per_dd);
-    end = std::min(end, (-od + root) * per_dd);
-    if (end <= begin) return;
-  } else if (oo >= r_limit * r_limit) {
-    return;
-  }
-  out.extend(begin, end);
-  out.has_texture = out.has_texture || texture() != nullptr;
-  // The envelope is largest near the plane, shifted towards the axis along grazing rays. There the
-  // derivatives of 2 ln cosh(z/z0) and of r/rh along the ray balance. A ring has places of its own.
-  const bool is_ring = shape_.radial.is_ring();
-  double across = std::abs(d[2]) / shape_.z0;
-  const double along = std::sqrt(dd) / law_.length();
-  const double axis = is_upright ? 0.5 * (begin + end) : -od * per_dd;
-  double centre = axis;
-  if (across > 0) {
-    const double plane = -o[2] / d[2];
-    if (shape_.flare > 0) {
-      across /=
-          shape_.flare_at(std::min(std::hypot(o[0] + plane * d[0], o[1] + plane * d[1]), 1.0));
-    }
-    const double shift = is_ring ? 0.0 : 0.5 * along / (across * across);
-    centre = is_upright ? plane : plane + std::clamp(axis - plane, -shift, shift);
-  }
-  centre = std::clamp(centre, begin, end);
-  const double speed = std::sqrt(dd + d[2] * d[2]);
-  double frequency = texture_frequency();
-  if (texture() != nullptr && ray.footprint > 0) {
-    const double seen = seen_cycles * texture()->sharpness() / footprint_scale();
-    frequency = std::min(frequency, seen / ray.footprint);
-  }
-  const double texture_rate = nodes_per_period * frequency * speed;
-  out.focuses.push_back(
-      {centre, layer_width / (across + 0.5 * along), across + along + texture_rate});
-  if (is_ring) {
-    if (!is_upright) add_ring(o, d, begin, end, out);
-    return;
-  }
-  // The cusp of exp(-r/rh) at the axis, and a hole.
-  if (!is_upright && axis > begin && axis < end) {
-    const double impact2 = std::max(oo + od * axis, 0.0);
-    const double finest = shape_.inner > 0 ? hole_width * shape_.inner : cusp_width * shape_.rh;
-    const double width = std::sqrt(std::max(impact2 + finest * finest, least_divisor) * per_dd);
-    out.focuses.push_back({axis, width, nodes_per_width / width});
-  }
-}
-
-void Layer::add_ring(const double o[3], const double d[3], double begin, double end,
-                     RayPlan& out) const {
-  const double dd = d[0] * d[0] + d[1] * d[1];
-  const double od = o[0] * d[0] + o[1] * d[1];
-  const double oo = o[0] * o[0] + o[1] * o[1];
-  const double radius = shape_.radial.ring_radius, ring_width = law_.length(), axis = -od / dd;
-  const double inside2 = radius * radius - std::max(oo + od * axis, 0.0);
-  if (inside2 < 0 && std::sqrt(radius * radius - inside2) - radius > seen_widths * ring_width) {
-    return;
-  }
-  // m changes at sqrt(inside2 dd)/r_0, and next to the axis quadratically.
-  const double half = std::sqrt(std::max(inside2, 0.0) / dd);
-  const double width =
-      ring_width * radius / std::sqrt(dd * (std::max(inside2, 0.0) + ring_width * radius));
-  for (const double place : {axis - half, axis + half}) {
-    if (place > begin && place < end) {
-      out.focuses.push_back({place, layer_width * width, nodes_per_ring_width / width});
-    }
-    if (half == 0) return;
-  }
 }
 
 }  // namespace gamer

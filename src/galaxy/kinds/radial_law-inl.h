@@ -1,4 +1,5 @@
-// The profile of layers over vectors. Included once per SIMD target.
+// The profiles of layers, along the radius and across the plane, over vectors. Included once per
+// SIMD target.
 
 #if defined(GAMER_GALAXY_RADIAL_LAW_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef GAMER_GALAXY_RADIAL_LAW_INL_H_
@@ -44,6 +45,13 @@ HWY_INLINE V RadialExponent(D d, V m, const RadialConstants& law) {
   const V rest = Exp2(d, hn::Mul(hn::Abs(x), hn::Set(d, -std::numbers::log2e_v<float>)));
   const V soft = hn::Add(hn::Max(x, hn::Zero(d)), Log(d, hn::Add(hn::Set(d, 1.0f), rest)));
   return hn::MulAdd(soft, hn::Set(d, law.change), hn::Add(inner, hn::Set(d, law.start)));
+}
+
+/// sech^2(u) = 4 e/(1 + e)^2 from e = e^(-2u), u >= 0.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V SquaredSech(D d, V e) {
+  const V sum = hn::Add(hn::Set(d, 1.0f), e);
+  return hn::Div(hn::Mul(hn::Set(d, 4.0f), e), hn::Mul(sum, sum));
 }
 
 // NOLINTNEXTLINE(google-readability-namespace-comments)

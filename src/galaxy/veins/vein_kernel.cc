@@ -191,13 +191,112 @@ HWY_INLINE hn::Vec<D> PhaseOf(D d, hn::Vec<D> m, const VeinInput& in) {
   return hn::GatherIndex(d, in.phases.data(), index);
 }
 
+/// A periodic Gaussian of veins: 1/(4 pi^2 sigma^2), y of InverseI0Exp, the mean and its square.
+struct VeinProfile {
+  float kappa, y, mean, square;
+};
+
+/// The Gaussian at x, widened by `more` where `is_widened`. A widened one keeps its mean; `hidden`
+/// becomes the variance that it loses where `is_coherent`.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V Gaussian(D d, V x, V more, const VeinProfile& in, bool is_widened, bool is_coherent,
+                      V& hidden) {
+  const V cosine = OneMinusCosTurn(d, x);
+  if (!is_widened) return Exp(d, hn::Mul(cosine, hn::Set(d, -in.kappa)));
+  const V wide = hn::MulAdd(more, hn::Set(d, y_factor), hn::Set(d, in.y));
+  const V inverse = hn::Div(hn::Set(d, 1.0f), wide);
+  const V root = hn::Sqrt(inverse);
+  const V height = hn::Mul(hn::Set(d, in.mean), InverseI0Exp(d, wide, inverse, root));
+  if (is_coherent) {
+    const V twice = InverseI0Exp(d, hn::Mul(wide, hn::Set(d, 0.5f)), hn::Add(inverse, inverse),
+                                 hn::Mul(root, hn::Set(d, std::numbers::sqrt2_v<float>)));
+    const V left = hn::Sub(hn::Div(hn::Mul(height, height), twice), hn::Set(d, in.mean * in.mean));
+    hidden = hn::Max(hn::Sub(hn::Set(d, in.square), left), hn::Zero(d));
+  }
+  return hn::Mul(height, Exp(d, hn::Mul(cosine, hn::Mul(inverse, hn::Set(d, -bessel_border)))));
+}
+
+/// Coordinate of a spur, whole at its middle, and the height without the profile across it.
+template <class V>
+struct SpurPlace {
+  V t, height;
+};
+
+/// The spurs of arm k at points `away` from it. `bar` fades them where arms are too steep.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE SpurPlace<V> PlaceSpur(D d, V k, V away, V turns, V ratio, V v, V bar,
+                                  const VeinInput& in) {
+  const hn::RebindToUnsigned<D> du;
+  const V one = hn::Set(d, 1.0f);
+  // Number of turns after which arm m is arm k. A decrease of the azimuth by one turn increases it
+  // by one.
+  const V around = hn::Floor(hn::Mul(hn::Add(k, hn::Set(d, 0.5f)), hn::Set(d, in.inverse_count)));
+  const V m = hn::NegMulAdd(around, hn::Set(d, in.count), k);
+  const V arm_turns = hn::MulAdd(m, hn::Set(d, in.inverse_count), hn::Add(turns, around));
+  const V bend = hn::MulAdd(away, hn::Set(d, in.curvature), hn::Set(d, in.slope));
+  const V along =
+      hn::MulAdd(hn::Mul(ratio, bend), away, hn::NegMulAdd(arm_turns, hn::Set(d, in.cycle), v));
+  const V t = hn::MulAdd(along, hn::Set(d, in.rate), PhaseOf(d, m, in));
+  // Strength and length vary smoothly from spur to spur.
+  const V spur = hn::Floor(t);
+  const auto word = SpurWord(d, m, spur, in.seed);
+  const V first = SpurNumber(d, word);
+  const V second = SpurNumber(d, hn::Add(word, hn::Set(du, spur_step)));
+  const V number = hn::MulAdd(Smoothstep(d, hn::Sub(t, spur)), hn::Sub(second, first), first);
+  const V vigour = hn::NegMulAdd(number, hn::Set(d, in.variation), one);
+  const V share = hn::Div(hn::Mul(away, hn::Set(d, in.inverse_length)), vigour);
+  V fade = hn::Max(hn::NegMulAdd(share, share, one), hn::Zero(d));
+  fade = hn::Mul(hn::Mul(fade, fade), Smoothstep(d, hn::Mul(away, hn::Set(d, in.inverse_rise))));
+  return {t, hn::Mul(hn::Mul(fade, bar), hn::Mul(vigour, hn::Set(d, in.strength)))};
+}
+
+/// The widening of a spur, from those of structure of gradient 1: by the footprint (`spread`) and
+/// by the rest of the displacement.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V SpurWidening(D d, V away, V ratio, V spread, V rest, const VeinInput& in) {
+  const V steepness =
+      hn::Mul(ratio, hn::MulAdd(away, hn::Set(d, 2 * in.curvature), hn::Set(d, in.slope)));
+  const V both = hn::Add(hn::Set(d, 1.0f), steepness);
+  V more = hn::Mul(spread, hn::MulAdd(ratio, ratio, hn::Mul(steepness, steepness)));
+  more = hn::MulAdd(hn::Mul(both, both), rest, more);
+  return hn::Mul(more, hn::Set(d, in.rate * in.rate));
+}
+
+/// The product of (1 - spur) over all spurs at a point, and the variance that widening hides.
+template <class V>
+struct SpurSum {
+  V gap, hidden;
+};
+
+/// Adds the spurs of all arms near points with the coordinates u and v.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE void AddSpurs(D d, V u, V v, V turns, V ratio, V spread, V rest, const VeinInput& in,
+                         bool is_widened, bool is_coherent, SpurSum<V>& sum) {
+  const VeinProfile profile = {in.spur_kappa, in.spur_y, in.spur_mean, in.spur_square};
+  const V nearest = hn::Floor(u);
+  const V bar = Smoothstep(
+      d, hn::Mul(hn::Sub(hn::Set(d, bar_end), ratio), hn::Set(d, 1 / (bar_end - bar_begin))));
+  for (int b = 0; b < in.branches; ++b) {
+    const V k = hn::Sub(nearest, hn::Set(d, static_cast<float>(b)));
+    const V away = hn::Sub(u, k);
+    const SpurPlace<V> spur = PlaceSpur(d, k, away, turns, ratio, v, bar, in);
+    if (hn::AllFalse(d, hn::Gt(spur.height, hn::Zero(d)))) continue;
+    const V more = is_widened ? SpurWidening(d, away, ratio, spread, rest, in) : hn::Zero(d);
+    V lost = hn::Zero(d);
+    const V across = Gaussian(d, spur.t, more, profile, is_widened, is_coherent, lost);
+    sum.gap = hn::Mul(sum.gap, hn::NegMulAdd(spur.height, across, hn::Set(d, 1.0f)));
+    sum.hidden = hn::MulAdd(hn::Mul(spur.height, spur.height), lost, sum.hidden);
+  }
+}
+
 void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
            const float* HWY_RESTRICT displacement, const float* HWY_RESTRICT unseen,
            const VeinInput& in, float* HWY_RESTRICT density, float* coherent, float* arms,
            float* spurs, float* veins) {
   const hn::ScalableTag<float> d;
-  const hn::RebindToUnsigned<decltype(d)> du;
   const auto one = hn::Set(d, 1.0f);
+  const bool is_widened = footprints != nullptr, is_coherent = coherent != nullptr;
+  const VeinProfile arm_profile = {in.vein_kappa, in.vein_y, in.vein_mean, in.vein_square};
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
     const auto shift = hn::Load(d, displacement + i);
     const auto turns = hn::Load(d, spiral.turns.data() + i);
@@ -210,86 +309,22 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
     // displacement.
     auto spread = hn::Zero(d);
     auto rest = hn::Zero(d);
-    if (footprints != nullptr) {
+    if (is_widened) {
       const auto width = hn::Load(d, footprints + i);
       const auto square = hn::MulSub(width, width, hn::Set(d, in.square_start));
       spread = hn::Mul(hn::Mul(hn::Max(square, hn::Zero(d)), hn::Set(d, 1.0f / 12)),
                        hn::Mul(gradient, gradient));
       rest = hn::Load(d, unseen + i);
     }
-    // A widened periodic Gaussian keeps its mean; `hidden` is the variance that it loses.
-    const auto gaussian = [&](auto x, auto more, float kappa, float y, float mean, float square,
-                              auto& hidden) HWY_ATTR {
-      const auto cosine = OneMinusCosTurn(d, x);
-      if (footprints == nullptr) return Exp(d, hn::Mul(cosine, hn::Set(d, -kappa)));
-      const auto wide = hn::MulAdd(more, hn::Set(d, y_factor), hn::Set(d, y));
-      const auto inverse = hn::Div(one, wide);
-      const auto root = hn::Sqrt(inverse);
-      const auto height = hn::Mul(hn::Set(d, mean), InverseI0Exp(d, wide, inverse, root));
-      if (coherent != nullptr) {
-        const auto twice =
-            InverseI0Exp(d, hn::Mul(wide, hn::Set(d, 0.5f)), hn::Add(inverse, inverse),
-                         hn::Mul(root, hn::Set(d, std::numbers::sqrt2_v<float>)));
-        const auto left = hn::Sub(hn::Div(hn::Mul(height, height), twice), hn::Set(d, mean * mean));
-        hidden = hn::Max(hn::Sub(hn::Set(d, square), left), hn::Zero(d));
-      }
-      return hn::Mul(height, Exp(d, hn::Mul(cosine, hn::Mul(inverse, hn::Set(d, -bessel_border)))));
-    };
     auto arm_hidden = hn::Zero(d);
-    const auto arm = gaussian(u, hn::Add(spread, rest), in.vein_kappa, in.vein_y, in.vein_mean,
-                              in.vein_square, arm_hidden);
-    auto gap = one;
-    auto spur_hidden = hn::Zero(d);
+    const auto arm =
+        Gaussian(d, u, hn::Add(spread, rest), arm_profile, is_widened, is_coherent, arm_hidden);
+    SpurSum<hn::Vec<decltype(d)>> spurs_here{one, hn::Zero(d)};
     if (in.strength > 0) {
-      const auto nearest = hn::Floor(u);
-      const auto bar = Smoothstep(
-          d, hn::Mul(hn::Sub(hn::Set(d, bar_end), ratio), hn::Set(d, 1 / (bar_end - bar_begin))));
       const auto v = hn::Add(hn::Load(d, spiral.v_radial.data() + i), shift);
-      for (int b = 0; b < in.branches; ++b) {
-        const auto k = hn::Sub(nearest, hn::Set(d, static_cast<float>(b)));
-        const auto away = hn::Sub(u, k);
-
-        // Number of turns after which arm m is arm k. A decrease of the azimuth by one turn
-        // increases it by one.
-        const auto around =
-            hn::Floor(hn::Mul(hn::Add(k, hn::Set(d, 0.5f)), hn::Set(d, in.inverse_count)));
-        const auto m = hn::NegMulAdd(around, hn::Set(d, in.count), k);
-        const auto arm_turns = hn::MulAdd(m, hn::Set(d, in.inverse_count), hn::Add(turns, around));
-        const auto bend = hn::MulAdd(away, hn::Set(d, in.curvature), hn::Set(d, in.slope));
-        const auto along = hn::MulAdd(hn::Mul(ratio, bend), away,
-                                      hn::NegMulAdd(arm_turns, hn::Set(d, in.cycle), v));
-
-        const auto t = hn::MulAdd(along, hn::Set(d, in.rate), PhaseOf(d, m, in));
-        // Strength and length vary smoothly from spur to spur.
-        const auto spur = hn::Floor(t);
-        const auto word = SpurWord(d, m, spur, in.seed);
-        const auto first = SpurNumber(d, word);
-        const auto second = SpurNumber(d, hn::Add(word, hn::Set(du, spur_step)));
-        const auto number =
-            hn::MulAdd(Smoothstep(d, hn::Sub(t, spur)), hn::Sub(second, first), first);
-        const auto vigour = hn::NegMulAdd(number, hn::Set(d, in.variation), one);
-        const auto share = hn::Div(hn::Mul(away, hn::Set(d, in.inverse_length)), vigour);
-        auto fade = hn::Max(hn::NegMulAdd(share, share, one), hn::Zero(d));
-        fade =
-            hn::Mul(hn::Mul(fade, fade), Smoothstep(d, hn::Mul(away, hn::Set(d, in.inverse_rise))));
-        const auto height = hn::Mul(hn::Mul(fade, bar), hn::Mul(vigour, hn::Set(d, in.strength)));
-        if (hn::AllFalse(d, hn::Gt(height, hn::Zero(d)))) continue;
-        auto more = hn::Zero(d);
-        if (footprints != nullptr) {
-          const auto steepness =
-              hn::Mul(ratio, hn::MulAdd(away, hn::Set(d, 2 * in.curvature), hn::Set(d, in.slope)));
-          const auto both = hn::Add(one, steepness);
-          more = hn::Mul(spread, hn::MulAdd(ratio, ratio, hn::Mul(steepness, steepness)));
-          more = hn::MulAdd(hn::Mul(both, both), rest, more);
-          more = hn::Mul(more, hn::Set(d, in.rate * in.rate));
-        }
-        auto lost = hn::Zero(d);
-        const auto profile =
-            gaussian(t, more, in.spur_kappa, in.spur_y, in.spur_mean, in.spur_square, lost);
-        gap = hn::Mul(gap, hn::NegMulAdd(height, profile, one));
-        spur_hidden = hn::MulAdd(hn::Mul(height, height), lost, spur_hidden);
-      }
+      AddSpurs(d, u, v, turns, ratio, spread, rest, in, is_widened, is_coherent, spurs_here);
     }
+    const auto gap = spurs_here.gap;
     const auto open = hn::Sub(one, arm);
     const auto vein = hn::NegMulAdd(open, gap, one);
     const auto core =
@@ -297,8 +332,8 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
                               hn::Set(d, 1 / (core_end - core_begin))));
     const auto known = hn::MulAdd(core, hn::Sub(vein, hn::Set(d, in.mean)), hn::Set(d, in.mean));
     hn::Store(hn::MulAdd(known, hn::Set(d, in.high), hn::Set(d, in.low)), d, density + i);
-    if (coherent != nullptr) {
-      const auto hidden = hn::MulAdd(hn::Mul(open, open), spur_hidden, arm_hidden);
+    if (is_coherent) {
+      const auto hidden = hn::MulAdd(hn::Mul(open, open), spurs_here.hidden, arm_hidden);
       hn::Store(hn::Mul(hn::Mul(core, core), hn::Mul(hidden, hn::Set(d, in.relative))), d,
                 coherent + i);
     }

@@ -9,6 +9,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "gamer/core/capitals.h"
 #include "image/fits/fits_number.h"
 
 namespace gamer {
@@ -65,8 +66,8 @@ std::string card_prefix(const std::string& key) {
   return fmt::format("{:<{}}= ", key, keyword_width);
 }
 
-/// A string value in quotes, cut into pieces that fit the room of the first card and of further
-/// cards; all pieces but the last end in '&'.
+/// A string value in quotes, cut into pieces for the first card and for further ones. All pieces
+/// but the last end in '&'.
 std::vector<std::string> quoted_pieces(std::string_view text, std::size_t first_room,
                                        std::size_t next_room) {
   std::vector<std::string> pieces;
@@ -207,10 +208,7 @@ std::string record_key(std::string_view record) {
     fits_clear_errmsg();
     return {};
   }
-  std::string key = name;
-  std::transform(key.begin(), key.end(), key.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return key;
+  return in_capitals(name);
 }
 
 std::size_t card_length(std::span<const std::string> records) {

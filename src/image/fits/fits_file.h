@@ -8,9 +8,9 @@
 
 namespace gamer {
 
-/// An open FITS file. call() runs one CFITSIO function on it and turns a bad status into an
-/// exception with CFITSIO's words: RunError for a file that is written, InputError for one that is
-/// read.
+/// An open FITS file. Its call() runs one CFITSIO function on it and turns a bad status into an
+/// exception with CFITSIO's words. A file that is written gives RunError, and one that is read
+/// InputError.
 class FitsFile {
  public:
   /// A new file; messages name it `label` (the final name, not the temporary one).

@@ -8,6 +8,7 @@
 #include <span>
 #include <utility>
 
+#include "gamer/core/capitals.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "image/fits/card_record.h"
@@ -16,13 +17,6 @@ namespace gamer {
 namespace {
 
 constexpr std::size_t record_width = 80;
-
-std::string in_capitals(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return result;
-}
 
 /// The key without HIERARCH, in capitals.
 std::string plain_key(std::string_view key) {

@@ -20,9 +20,9 @@
 namespace gamer::mpi {
 namespace {
 
-// Blocks that a rank holds besides those being computed, so that its threads find the next one
-// while the answer to the request is on its way. More would keep them from ranks that are free;
-// where there are few, so would any.
+// Number of blocks that a rank holds besides those in work. Its threads thus find the next block
+// while the answer to the request is on its way. More blocks, or any where there are few, would be
+// lacking at free ranks.
 int prefetched_blocks(std::int64_t blocks, int ranks, int threads) {
   constexpr int many = 8;  // for each thread
   return blocks < std::int64_t{many} * ranks * threads ? 0 : 1 + threads / 4;

@@ -274,8 +274,9 @@ std::unique_ptr<Executor> MpiGroup::executor(int threads) {
 
 namespace {
 
-/// Whether an MPI launcher started this process: mpirun of Open MPI, PMIx (srun, prun), PMI 1 and 2
-/// (MPICH, Intel MPI, srun), MVAPICH and Cray's aprun and PALS each set one of these.
+/// Whether an MPI launcher started this process. Each launcher sets one of these variables: mpirun
+/// of Open MPI, PMIx (srun, prun), PMI 1 and 2 (MPICH, Intel MPI, srun), MVAPICH, Cray's aprun and
+/// PALS.
 bool started_by_launcher() {
   constexpr std::array variables = {
       "OMPI_COMM_WORLD_SIZE", "PMIX_RANK",   "PMI_RANK",    "PMI_SIZE",

@@ -76,15 +76,15 @@ constexpr std::size_t bytes_per_message = values_per_message * sizeof(double);
 // while the next is prepared.
 constexpr std::size_t transfers = 2;
 
-// MPI's own waiting burns a core that a worker needs. The pauses, half of the time for which
-// nothing has come, are short next to a block's time; the longest are so next to any part of a job,
-// and long next to a look, which takes 20 us of the worker's core, or of one that has no work.
+// MPI's own waiting burns a core that a worker needs. A rank pauses for half of the time for which
+// no message has come. A look for messages takes 20 us of a core. The longest pauses are long
+// beside a look and short beside any part of a job. A rank without work takes shorter ones.
 constexpr microseconds shortest_pause{20};
 constexpr microseconds longest_pause{4000};
 constexpr microseconds longest_idle_pause{1000};
 
-// In units of a rank's patience: how often each rank says that it is at work, and the patience with
-// rank 0 and with ranks that are still preparing.
+// Time between signs of life of a rank, in units of the patience with it. Patience with rank 0, and
+// with ranks that are still preparing, in these units.
 constexpr double alive_share = 1.0 / 12;
 constexpr double long_patience = 10;
 

@@ -45,6 +45,31 @@ optical_depth = 0.5
 noise = {octaves = 2}
 """
 
+# Stars without a list, the brightest of which are drawn.
+STAR_FIELD = """[arms]
+model = "logarithmic"
+[[component]]
+class = "starfield"
+number = 1e9
+z0 = 0.04
+noise = {octaves = 2}
+[[component]]
+class = "dust"
+optical_depth = 0.5
+noise = {octaves = 2}
+"""
+
+# Without noise.
+SMOOTH = """[[component]]
+class = "bulge"
+sed = "E"
+effective_radius = 0.1
+[[component]]
+class = "disk"
+sed = "Sbc"
+noise = false
+"""
+
 SCENE = """galaxy x y z inclination pa size
 spiral 0 0 0 50 30 1
 spiral 0.5 2 0.1 10 0 0.5

@@ -11,7 +11,7 @@ import struct
 import sys
 import unittest
 
-from gamer_program import ENVIRONMENT, LAUNCHER, PROGRAM, RANKS, Folder, main
+from gamer_program import ENVIRONMENT, LAUNCHER, PROGRAM, RANKS, SMOOTH, Folder, main
 
 SLOW = sys.argv[-1] == "slow"
 MEBIBYTE = 1 << 20
@@ -43,16 +43,6 @@ supersample = 1
 bands = ["sdss_g", "sdss_r", "sdss_i"]
 [sampling]
 tolerance = 0.01
-"""
-
-SMOOTH = """[[component]]
-class = "bulge"
-sed = "E"
-effective_radius = 0.1
-[[component]]
-class = "disk"
-sed = "Sbc"
-noise = false
 """
 
 NUMBERS = ("ra", "dec", "redshift", "size_kpc", "magnitude", "inclination", "pa")

@@ -12,7 +12,7 @@ import numpy as np
 from astropy.io import fits
 from astropy.wcs import WCS
 from gamer_job import Job
-from gamer_program import ENVIRONMENT, GALAXY, LAUNCHER, RANKS, main
+from gamer_program import ENVIRONMENT, GALAXY, LAUNCHER, RANKS, STAR_FIELD, main
 
 # DATE is the only thing in a file that is not the job's.
 ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
@@ -50,19 +50,7 @@ spiral 0.5 2 0.1 10 0 0.5
 spiral -0.7 0.3 0.4 70 80 0.3
 """
 
-# Two overlapping galaxies, the brightest of whose stars are drawn.
-FIELD = """[arms]
-model = "logarithmic"
-[[component]]
-class = "starfield"
-number = 1e9
-z0 = 0.04
-noise = {octaves = 2}
-[[component]]
-class = "dust"
-optical_depth = 0.5
-noise = {octaves = 2}
-"""
+# Two overlapping galaxies of stars.
 FIELD_LIST = """galaxy x y z size magnitude
 field 0 0 0 1 -20
 field 0.4 0.3 0.1 0.7 -19
@@ -119,7 +107,7 @@ def survey():
 
 def folder_of(view):
     par, rows, _ = VIEWS[view]
-    return SkyFolder({"spiral.toml": GALAXY, "field.toml": FIELD, "survey.fits": survey(),
+    return SkyFolder({"spiral.toml": GALAXY, "field.toml": STAR_FIELD, "survey.fits": survey(),
                       "render.par": par, "scene.lst": rows})
 
 

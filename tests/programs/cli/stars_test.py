@@ -8,23 +8,10 @@ import unittest
 from sky_program import SkyFolder, check_wrong_inputs, nanojansky, toml  # First: the Python.
 
 import numpy as np
-from gamer_program import ENVIRONMENT, RANKS, Folder, main
+from gamer_program import ENVIRONMENT, RANKS, STAR_FIELD, Folder, main
 
 # DATE is the only thing in a file that is not the job's.
 ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
-
-GALAXY = """[arms]
-model = "logarithmic"
-[[component]]
-class = "starfield"
-number = 1e9
-z0 = 0.04
-noise = {octaves = 2}
-[[component]]
-class = "dust"
-optical_depth = 0.5
-noise = {octaves = 2}
-"""
 
 PARAMETERS = """[image]
 output = "out.fits"
@@ -65,7 +52,7 @@ SKY_ROWS = ("galaxy ra dec size_arcsec redshift apparent_magnitude\n"
 
 def make(case, size, *settings, ranks=1, threads=1, output="out.fits"):
     camera, _ = CASES[case]
-    with Folder(**{"render.par": PARAMETERS + camera, "field.toml": GALAXY,
+    with Folder(**{"render.par": PARAMETERS + camera, "field.toml": STAR_FIELD,
                    "scene.lst": SKY_ROWS if case == "sky" else ROWS}) as folder:
         words = [word for setting in (f"image.size={size}", *settings) for word in ("-s", setting)]
         done = folder.run("render.par", "scene.lst", "-q", "--threads", str(threads), "-o", output, *words,

@@ -8,7 +8,7 @@ import subprocess
 import unittest
 
 import sky_program  # First: the Python.
-from gamer_program import ENVIRONMENT, RANKS, Folder, main
+from gamer_program import ENVIRONMENT, RANKS, SMOOTH, Folder, main
 
 import numpy as np
 from astropy.io import fits
@@ -31,15 +31,7 @@ unit = "kpc"
 """
 
 # Beside the smooth galaxy around the camera a few stars in known directions.
-SMOOTH = """[[component]]
-class = "bulge"
-sed = "E"
-effective_radius = 0.1
-[[component]]
-class = "disk"
-sed = "Sbc"
-noise = false
-[[component]]
+DUSTY = SMOOTH + """[[component]]
 class = "dust"
 optical_depth = 0.5
 noise = false
@@ -77,7 +69,7 @@ def star_list(stars, galaxy=True):
 class SphereFolder(Folder):
     def __init__(self, stars=STARS, galaxy=True):
         super().__init__(**{"render.par": PARAMETERS, "scene.lst": star_list(stars, galaxy),
-                            "smooth.toml": SMOOTH})
+                            "smooth.toml": DUSTY})
 
     def view(self, kind, *settings, ranks=1, output="out.fits"):
         words = [word for setting in (f"camera.projection={kind}", *settings)

@@ -73,8 +73,13 @@ class Layer : public Component {
   /// Takes the points of a cloud from m and psi to r and the azimuth, and multiplies their weights
   /// by h/z0.
   void place(SampleBatch& batch, BatchArray& weight) const;
-  /// Adds the places of a ring on a ray, whose vectors are those of RadialLaw::stretch().
-  void add_ring(const double o[3], const double d[3], double begin, double end, RayPlan& out) const;
+  struct Path;
+  /// Finds the part of a ray where the layer is bright; false where there is none.
+  bool cut(const BallRay& ray, const Accuracy& accuracy, Path& path) const;
+  /// Nodes per length that the texture needs on a ray of this speed.
+  double texture_rate(const BallRay& ray, double speed) const;
+  /// Adds the places of a ring on a ray.
+  void add_ring(const Path& path, RayPlan& out) const;
   bool follows_arms() const { return arms_.has_arms() && shape_.arm_width > 0; }
   bool follows_courses() const { return follows_arms() && arms_.courses() != nullptr; }
   /// The profile of arms with courses of their own.

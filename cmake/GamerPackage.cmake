@@ -1,0 +1,20 @@
+# `cpack` in the build folder makes a Debian package of all that `cmake --install` installs.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME gamer)
+set(CPACK_PACKAGE_CONTACT "The gamer authors")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY ${PROJECT_DESCRIPTION})
+set(CPACK_STRIP_FILES ON)
+# The programs look for their data where the build was told to install them.
+set(CPACK_PACKAGING_INSTALL_PREFIX ${CMAKE_INSTALL_PREFIX})
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+# Shared libraries become dependencies, as dpkg-shlibdeps finds them.
+find_program(GAMER_SHLIBDEPS dpkg-shlibdeps)
+mark_as_advanced(GAMER_SHLIBDEPS)
+if(GAMER_SHLIBDEPS)
+  set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+endif()
+if(gamer_needs_mpi)
+  set(CPACK_DEBIAN_PACKAGE_RECOMMENDS openmpi-bin)
+endif()
+include(CPack)

@@ -1,0 +1,215 @@
+// What the march along rays needs to know of a layer: lengths over which it changes, and nodes.
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "galaxy/arm_courses.h"
+#include "galaxy/kinds/ray_cuts.h"
+#include "gamer/galaxy/kinds/layer.h"
+#include "gamer/noise/footprint.h"
+
+namespace gamer {
+namespace {
+
+// Range of equally spaced nodes around the layer's brightest place, in scale heights or lengths.
+constexpr double layer_width = 1.5;
+
+// Density of nodes around the ray's closest approach to the axis, and the least distance used, in
+// scale lengths or radii of the hole.
+constexpr double nodes_per_width = 1.2;
+constexpr double cusp_width = 0.15;
+constexpr double hole_width = 0.5;
+
+// Number of nodes per period of the texture's sharpest features. Fewer nodes would miss features
+// unnoticed.
+constexpr double nodes_per_period = 2;
+
+// Largest product of frequency and footprint of octaves that nodes follow; four fifths of this
+// octave are resolved. Finer octaves are faint, and doubled nodes find them.
+constexpr double seen_cycles = fade_begin + 4 * (fade_end - fade_begin) / 15;
+
+// Scale lengths (e^-9) and heights (sech^2 of 5) beyond which the layer's column is negligible.
+constexpr double seen_lengths = 9;
+constexpr double seen_heights = 5;
+
+// Lengths over which columns change, in scale lengths or heights, and in periods of a texture.
+constexpr double column_lengths = 2;
+constexpr double texture_periods = 0.35;
+
+// Size of the cusp of exp(-r/rh) at the axis, in scale lengths. Length over which the profile of
+// arms changes, in lengths over which it falls by e. Where this length is below finest_arm galaxy
+// radii there is little light.
+constexpr double cusp_lengths = 0.5;
+constexpr double arm_lengths = 1;
+constexpr double finest_arm = 1.0 / 96;
+
+// Width of a hole's rim as a share of its radius.
+constexpr double rim_width = 0.6;
+
+// Widths from a ring's crest within which rays need its nodes, and their number per width.
+constexpr double seen_widths = 6;
+constexpr double nodes_per_ring_width = 1.2;
+
+/// The distance from the axis at which a ray meets the plane. If the ray meets the plane outside
+/// the ball, the distance is that of its closest approach to the axis.
+double plane_radius(const double nearest[3], const double direction[3]) {
+  const double along = nearest[2] / direction[2];
+  const double x = nearest[0] - along * direction[0], y = nearest[1] - along * direction[1];
+  if (const double r = std::hypot(x, y); r < 1) return r;
+  return std::abs(nearest[0] * direction[1] - nearest[1] * direction[0]) /
+         std::hypot(direction[0], direction[1]);
+}
+
+}  // namespace
+
+double Layer::texture_frequency() const {
+  if (texture() == nullptr) return 0;
+  const double frequency = texture()->frequency();
+  const double twirl = texture()->twirl();
+  return twirl != 0 ? frequency * std::hypot(1.0, twirl * steepest_winding_) : frequency;
+}
+
+bool Layer::hides_texture(double footprint) const {
+  if (texture() == nullptr) return false;
+  // The margin covers a footprint that single precision rounds up.
+  constexpr double margin = 1 + 1e-5;
+  return texture()->hides(footprint * margin * footprint_scale() *
+                          stretch_of(texture()->twirl() * largest_shear_));
+}
+
+ColumnScale Layer::column_scale(const double nearest[3], const double direction[3],
+                                double reach) const {
+  const double distance = std::hypot(nearest[0], nearest[1], nearest[2]);
+  if (distance - reach > std::max(law_.limit(-seen_lengths), seen_lengths * shape_.z0)) return {};
+  const double largest_flare = shape_.flare_at(std::min(law_.limit(-seen_lengths), 1.0));
+  // The ray's least height above the plane, within the ball.
+  const double half_chord = std::sqrt(std::max(1 - distance * distance, 0.0));
+  const double height = std::max(std::abs(nearest[2]) - half_chord * std::abs(direction[2]), 0.0);
+  if (height - reach > seen_heights * shape_.z0 * largest_flare) return {};
+  const double cosine = std::abs(direction[2]);
+  const double sine = std::sqrt(std::max(1 - cosine * cosine, 0.0));
+  const double shortest = law_.length() * shape_.radial.axis_ratio;
+  double scale =
+      column_lengths * std::min(shortest, std::hypot(shortest * cosine, shape_.z0 * sine));
+  if (shape_.inner > 0 && distance - reach < 2 * shape_.inner) {
+    scale = std::min(
+        scale, std::hypot(rim_width * shape_.inner * cosine, column_lengths * shape_.z0 * sine));
+  }
+  const double r = std::max(plane_radius(nearest, direction) - reach, 0.0);
+  if (!shape_.radial.is_ring()) scale = std::min(scale, std::hypot(r, cusp_lengths * shortest));
+  // Arms extend over many rays, whose errors average out like those of a texture.
+  const double frequency = texture_frequency();
+  double texture = frequency > 0 ? texture_periods / frequency : HUGE_VAL;
+  if (follows_arms()) {
+    const double fall = follows_courses() ? profile().width : std::numbers::pi / shape_.arm_width;
+    const double length = r > 0 ? arm_lengths * fall * r / std::hypot(1.0, arms_.shear(r)) : 0.0;
+    texture = std::min(texture, std::max(length, finest_arm));
+  }
+  return {.envelope = scale, .texture = texture};
+}
+
+/// A ray through a layer, in the coordinates of RadialLaw::stretch().
+struct Layer::Path {
+  double o[3], d[3];  ///< origin and direction
+  double begin, end;  ///< the part that is integrated
+  double dd, od, oo;  ///< products of the vectors within the plane
+  bool is_upright;    ///< runs along the axis
+  double per_dd;      ///< 1/dd, or 0 for an upright ray
+};
+
+bool Layer::cut(const BallRay& ray, const Accuracy& accuracy, Path& path) const {
+  law_.stretch(ray.origin, path.o);
+  law_.stretch(ray.direction, path.d);
+  const double* const o = path.o;
+  const double* const d = path.d;
+  path.dd = d[0] * d[0] + d[1] * d[1];
+  path.od = o[0] * d[0] + o[1] * d[1];
+  path.oo = o[0] * o[0] + o[1] * o[1];
+  path.begin = ray.begin;
+  path.end = ray.end;
+  path.is_upright = path.dd < least_divisor;
+  path.per_dd = path.is_upright ? 0.0 : 1 / path.dd;
+  // The part of the ray where sech^2(z/z0) f can exceed the threshold; sech^2(u) < 4 e^(-2u).
+  const double log_least = accuracy.log_envelope_threshold + log_peak_;
+  const double r_limit = law_.limit(log_least);
+  const double z_limit =
+      shape_.z0 * shape_.flare_at(std::min(r_limit, 1.0)) * (std::numbers::ln2 - 0.5 * log_least);
+  if (!cut_slab(o[2], d[2], z_limit, path.begin, path.end)) return false;
+  if (path.is_upright) return path.oo < r_limit * r_limit;
+  const double root2 = path.od * path.od - path.dd * (path.oo - r_limit * r_limit);
+  if (root2 <= 0) return false;
+  const double root = std::sqrt(root2);
+  path.begin = std::max(path.begin, (-path.od - root) * path.per_dd);
+  path.end = std::min(path.end, (-path.od + root) * path.per_dd);
+  return path.end > path.begin;
+}
+
+double Layer::texture_rate(const BallRay& ray, double speed) const {
+  double frequency = texture_frequency();
+  if (texture() != nullptr && ray.footprint > 0) {
+    const double seen = seen_cycles * texture()->sharpness() / footprint_scale();
+    frequency = std::min(frequency, seen / ray.footprint);
+  }
+  return nodes_per_period * frequency * speed;
+}
+
+void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const {
+  Path path;
+  if (!cut(ray, accuracy, path)) return;
+  const auto& [o, d, begin, end, dd, od, oo, is_upright, per_dd] = path;
+  out.extend(begin, end);
+  out.has_texture = out.has_texture || texture() != nullptr;
+  // The envelope is largest near the plane, shifted towards the axis along grazing rays. There the
+  // derivatives of 2 ln cosh(z/z0) and of r/rh along the ray balance. A ring has places of its own.
+  const bool is_ring = shape_.radial.is_ring();
+  double across = std::abs(d[2]) / shape_.z0;
+  const double along = std::sqrt(dd) / law_.length();
+  const double axis = is_upright ? 0.5 * (begin + end) : -od * per_dd;
+  double centre = axis;
+  if (across > 0) {
+    const double plane = -o[2] / d[2];
+    if (shape_.flare > 0) {
+      across /=
+          shape_.flare_at(std::min(std::hypot(o[0] + plane * d[0], o[1] + plane * d[1]), 1.0));
+    }
+    const double shift = is_ring ? 0.0 : 0.5 * along / (across * across);
+    centre = is_upright ? plane : plane + std::clamp(axis - plane, -shift, shift);
+  }
+  centre = std::clamp(centre, begin, end);
+  const double speed = std::sqrt(dd + d[2] * d[2]);
+  out.focuses.push_back(
+      {centre, layer_width / (across + 0.5 * along), across + along + texture_rate(ray, speed)});
+  if (is_ring) {
+    if (!is_upright) add_ring(path, out);
+    return;
+  }
+  // The cusp of exp(-r/rh) at the axis, and a hole.
+  if (!is_upright && axis > begin && axis < end) {
+    const double impact2 = std::max(oo + od * axis, 0.0);
+    const double finest = shape_.inner > 0 ? hole_width * shape_.inner : cusp_width * shape_.rh;
+    const double width = std::sqrt(std::max(impact2 + finest * finest, least_divisor) * per_dd);
+    out.focuses.push_back({axis, width, nodes_per_width / width});
+  }
+}
+
+void Layer::add_ring(const Path& path, RayPlan& out) const {
+  const auto& [o, d, begin, end, dd, od, oo, is_upright, per_dd] = path;
+  const double radius = shape_.radial.ring_radius, ring_width = law_.length(), axis = -od / dd;
+  const double inside2 = radius * radius - std::max(oo + od * axis, 0.0);
+  if (inside2 < 0 && std::sqrt(radius * radius - inside2) - radius > seen_widths * ring_width) {
+    return;
+  }
+  // m changes at sqrt(inside2 dd)/r_0, and next to the axis quadratically.
+  const double half = std::sqrt(std::max(inside2, 0.0) / dd);
+  const double width =
+      ring_width * radius / std::sqrt(dd * (std::max(inside2, 0.0) + ring_width * radius));
+  for (const double place : {axis - half, axis + half}) {
+    if (place > begin && place < end) {
+      out.focuses.push_back({place, layer_width * width, nodes_per_ring_width / width});
+    }
+    if (half == 0) return;
+  }
+}
+
+}  // namespace gamer
