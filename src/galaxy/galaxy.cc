@@ -176,12 +176,9 @@ void Galaxy::resolve(const std::string& label, const Galaxy* twin) {
     if (component->absorbs()) depth += component->amplitude() * component->face_on_column();
   }
   skin_scale_ = static_cast<float>(thick / std::max(depth, thick));
-  if (twin != nullptr) {
-    integrals_ = twin->integrals_;
-  } else {
-    for (const auto& component : components_) {
-      integrals_.push_back(component->envelope_integral() * axis_[0] * axis_[1] * axis_[2]);
-    }
+  if (twin != nullptr) integrals_ = twin->integrals_;
+  for (std::size_t c = integrals_.size(); c < components_.size(); ++c) {
+    integrals_.push_back(components_[c]->envelope_integral() * axis_[0] * axis_[1] * axis_[2]);
   }
   for (std::size_t c = 0; c < components_.size(); ++c) {
     if (!components_[c]->follows().empty()) {

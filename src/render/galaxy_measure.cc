@@ -13,16 +13,15 @@ namespace {
 constexpr double smallest_stamp = 32;
 constexpr double largest_stamp = 256;
 
-// Number of parts along a side over which a ray's light is spread, to sort it by radius, and number
-// of rings of one pixel's width that sort it.
-constexpr int spread = 5;
+// Light is sorted by radius in rings. A ray's light is spread over so many parts along a side.
 constexpr int rings_per_pixel = 32;
+constexpr int spread = 5;
 
 // The least sine of the angle between a view's up and the line of sight.
 constexpr double least_sine = 1e-6;
 
-/// Side of the stamp, pixels. A pixel of a round galaxy's stamp is as wide as the distance of rays,
-/// so that most pixels have one ray; cells refine the stamp where needed.
+/// Side of the stamp, pixels. A pixel of a round galaxy's stamp is as wide as the distance of rays.
+/// Most pixels thus have one ray; cells refine the stamp where needed.
 int stamp_size(const Accuracy& accuracy) {
   const double side = 2 / (accuracy.ray_spacing * accuracy.widest_footprint);
   return static_cast<int>(std::ceil(std::clamp(side, smallest_stamp, largest_stamp)));

@@ -172,9 +172,9 @@ TEST(Calibration, LightThroughDust) {
         -2.5 * std::log10(mixed_attenuation(*made.spectrum.planes.front().band, redshift));
     EXPECT_GT(lost, 0.2);
     EXPECT_NEAR(magnitude(made), 22 + lost, promised);
-    EXPECT_NEAR(-2.5 * std::log10(measure_alone(made.scene->galaxies.front(), made)
-                                      .attenuation.front()),
-                lost, promised);
+    EXPECT_NEAR(
+        -2.5 * std::log10(measure_alone(made.scene->galaxies.front(), made).attenuation.front()),
+        lost, promised);
     made = make(list, sky(90, 0.1, ""));
     EXPECT_NEAR(magnitude(made), 22, promised);
   }

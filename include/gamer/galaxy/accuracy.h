@@ -55,13 +55,15 @@ struct Accuracy {
   /// of rays never share closures, since their pixels hide equally much dust at every tolerance.
   bool shares_closure;
 
-  /// The knobs for the light of a whole galaxy, to which many rays contribute. The rays' errors
-  /// average out, as in a pixel of many rays. Rays are `distance` times as far apart.
+  /// The knobs for ratios of the light of a whole galaxy, to which many rays contribute. The rays'
+  /// errors average out, as in a pixel of many rays. Errors at a cusp are equal with dust and
+  /// without it. Rays are `distance` times as far apart.
   Accuracy for_sums(double distance) const {
     Accuracy result = *this;
     result.ray_error *= shared_error;
     result.first_step *= shared_step;
     result.ray_spacing *= distance;
+    result.ray_size *= 2 * distance;
     result.cell_size *= distance;
     return result;
   }

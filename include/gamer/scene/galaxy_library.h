@@ -73,7 +73,8 @@ class GalaxyLibrary {
   /// Whether a type and SED have no noise, so that all seeds make one galaxy.
   std::map<std::pair<std::string, std::string>, bool> smooth_;
   std::map<std::string, std::shared_ptr<Galaxy>> references_;  ///< by type; null where not needed
-  std::map<std::string, std::shared_ptr<const Galaxy>> twins_;  ///< the first galaxy of each type
+  /// The first galaxy of each type.
+  std::map<std::string, std::shared_ptr<const Galaxy>> twins_;
   std::map<std::string, std::shared_ptr<const Sed>> seds_;
   /// The components of a type, with the galaxy that they were measured on.
   struct TypeProfile {
