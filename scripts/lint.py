@@ -47,7 +47,7 @@ def layer_of(path):
     parts = path.relative_to(ROOT).parts
     if parts[0] == "src":
         return parts[1]
-    return parts[2] if parts[:2] == ("include", "gamer") else None
+    return parts[2] if parts[:2] == ("include", "gamer") and len(parts) > 3 else None
 
 
 def check_code(path, complain):

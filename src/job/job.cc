@@ -12,6 +12,7 @@
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/units.h"
 #include "gamer/core/version.h"
+#include "gamer/galaxy/calibration/calibration_memory.h"
 #include "gamer/galaxy/calibration/galaxy_statistics.h"
 #include "gamer/galaxy/kinds/star_field.h"
 #include "gamer/image/picture.h"
@@ -229,10 +230,21 @@ std::vector<std::pair<Galaxy*, FootprintRange>> references_to_measure(
   return result;
 }
 
+/// GalaxyStatistics::measure(), where the memory does not hold the part.
+void measure_part(GalaxyStatistics& statistics, GalaxyStatistics::Round round, std::size_t part,
+                  std::span<double> numbers, CalibrationMemory* memory) {
+  if (memory == nullptr) return statistics.measure(round, part, numbers);
+  const std::string name = statistics.name(round, part);
+  if (memory->recall(name, numbers)) return;
+  statistics.measure(round, part, numbers);
+  memory->keep(name, numbers);
+}
+
 }  // namespace
 
 void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
-                      std::span<const FootprintRange> footprints, const Ranks& ranks) {
+                      std::span<const FootprintRange> footprints, const Ranks& ranks,
+                      CalibrationMemory* memory) {
   std::vector<GalaxyStatistics> statistics;
   for (const auto& [reference, range] : references_to_measure(galaxies, footprints)) {
     statistics.emplace_back(*reference, range);
@@ -276,7 +288,7 @@ void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
         for (int row = runs[run].first; row < runs[run].last; ++row) {
           const auto [g, part] = rows[static_cast<std::size_t>(row)];
           const auto place = static_cast<std::size_t>(row - range.first) * numbers;
-          statistics[g].measure(round, part, values.subspan(place, numbers));
+          measure_part(statistics[g], round, part, values.subspan(place, numbers), memory);
         }
       };
       parallel_for(runs.size(), measure_run, galaxies_at_a_time);
@@ -296,9 +308,9 @@ void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
   for (GalaxyStatistics& own : std::span(statistics).subspan(references)) own.adopt();
 }
 
-void complete(RenderJob& job, const Ranks& ranks, int threads) {
+void complete(RenderJob& job, const Ranks& ranks, int threads, CalibrationMemory* memory) {
   const RenderJob::Pending pending = std::exchange(job.pending, {});
-  measure_galaxies(pending.galaxies, pending.footprints, ranks);
+  measure_galaxies(pending.galaxies, pending.footprints, ranks, memory);
   if (pending.attenuation != nullptr) {
     apply_attenuation(job.parameters, job.camera, *pending.attenuation, ranks, threads, *job.scene);
   }

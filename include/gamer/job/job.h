@@ -21,6 +21,8 @@
 
 namespace gamer {
 
+class CalibrationMemory;
+
 /// A user's request: two files, or an image to be made again, with changes.
 struct JobRequest {
   std::filesystem::path parameters;   ///< *.par
@@ -80,18 +82,20 @@ RenderJob read_job(const JobRequest& request, Resources& resources);
 RenderJob read_job(const Record& record);
 
 /// Completes a job that has been read. Every rank has the job and calls this function. Each galaxy
-/// is measured once, in `threads` threads per rank. Throws InputError where a texture cannot be
-/// normalised.
-void complete(RenderJob& job, const Ranks& ranks, int threads);
+/// is measured once, in `threads` threads per rank. A process alone may give a memory of earlier
+/// measurements. Throws InputError where a texture cannot be normalised.
+void complete(RenderJob& job, const Ranks& ranks, int threads, CalibrationMemory* memory = nullptr);
 
 /// Reads and completes a job in this process.
 RenderJob load_job(const JobRequest& request, Resources& resources);
 RenderJob job_from_record(const Record& record);
 
 /// Measures galaxies with all ranks. Every rank calls this function with equal galaxies and ranges
-/// of footprints, one for each galaxy. Without ranges all footprints are measured.
+/// of footprints, one for each galaxy. Without ranges all footprints are measured. What `memory`
+/// holds is taken from there; only a process alone may give one.
 void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
-                      std::span<const FootprintRange> footprints, const Ranks& ranks);
+                      std::span<const FootprintRange> footprints, const Ranks& ranks,
+                      CalibrationMemory* memory = nullptr);
 
 /// The resolved parameters of a record. Throws InputError.
 RenderParameters recorded_render_parameters(const Record& record);
