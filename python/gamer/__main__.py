@@ -23,8 +23,9 @@ def main():
     if path is None:
         print("gamer: the program is not installed beside the package", file=sys.stderr)
         return 1
-    if "GAMER_DATA" not in os.environ and (folder := _data.folders()[-1]):
-        os.environ["GAMER_DATA"] = folder
+    # The data of a package that pip installed; others are where the program looks.
+    if _data.own.is_dir():
+        os.environ.setdefault("GAMER_DATA", str(_data.own))
     os.execv(path, [path, *sys.argv[1:]])
 
 

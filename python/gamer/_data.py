@@ -5,7 +5,8 @@ import pathlib
 
 from . import _core
 
-_own = pathlib.Path(__file__).resolve().parent / "data"
+# Of a package that pip installed.
+own = pathlib.Path(__file__).resolve().parent / "data"
 
 
 def folders():
@@ -13,8 +14,8 @@ def folders():
     found = ["."]
     if os.environ.get("GAMER_DATA"):
         found.append(os.environ["GAMER_DATA"])
-    if _own.is_dir():
-        found.append(str(_own))
+    if own.is_dir():
+        found.append(str(own))
     else:
         found.append(str(_core.default_folders()[-1]))
     return found

@@ -191,4 +191,4 @@ def _render(own, job, truth, progress):
         close()
     for text in rendering.warnings:
         warnings.warn(text, GamerWarning, stacklevel=3)
-    return Stamps(rendering) if rendering.stamps else Image(rendering)
+    return Stamps(rendering) if rendering.is_stamps else Image(rendering)

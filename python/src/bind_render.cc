@@ -21,6 +21,7 @@
 #include "gamer/core/cancellation.h"
 #include "gamer/image/picture.h"
 #include "gamer/job/session.h"
+#include "gamer/job/stamps.h"
 
 namespace gamer::python {
 namespace {
@@ -251,6 +252,10 @@ void bind_rendering(py::module_& module) {
                              [](const PythonRendering& self) -> py::object {
                                const auto& truth = self.rendering().truth;
                                return truth ? py::object(columns_of(*truth)) : py::none();
+                             })
+      .def_property_readonly("is_stamps",
+                             [](const PythonRendering& self) {
+                               return makes_stamps(self.rendering().job->parameters);
                              })
       .def_property_readonly("unit", [](const PythonRendering& self) { return self.header().unit; })
       .def_property_readonly("labels",

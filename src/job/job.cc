@@ -153,10 +153,11 @@ void forget_columns(RenderParameters& parameters) {
   parameters.set(settings);
 }
 
-/// The footprints of a job's image, and of the stamps on which galaxies are measured.
-std::vector<FootprintRange> footprints_of(std::span<const std::shared_ptr<Galaxy>> galaxies,
-                                          const Scene& scene, const RenderParameters& parameters,
-                                          const Camera& camera) {
+/// The footprints of a job's image, and of the stamps on which galaxies are measured, by galaxy.
+/// Empty in a film.
+std::map<const Galaxy*, FootprintRange> footprints_by_galaxy(const Scene& scene,
+                                                             const RenderParameters& parameters,
+                                                             const Camera& camera) {
   // Cameras of a film's other frames may be nearer.
   if (parameters.animation.frames > 0) return {};
   const auto has_stars = [](const PlacedGalaxy& placed) {
@@ -176,9 +177,7 @@ std::vector<FootprintRange> footprints_of(std::span<const std::shared_ptr<Galaxy
     const auto [known, is_new] = by_galaxy.try_emplace(placed.galaxy.get(), own);
     if (!is_new) known->second = known->second | own;
   }
-  std::vector<FootprintRange> result;
-  for (const auto& galaxy : galaxies) result.push_back(by_galaxy.at(galaxy.get()));
-  return result;
+  return by_galaxy;
 }
 
 }  // namespace
@@ -187,11 +186,24 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
                    GalaxyLibrary& library, const SharedText& list) {
   const Camera camera = make_camera(parameters, resources);
   Spectrum spectrum = load_spectrum(parameters, resources);
-  auto scene = std::make_shared<Scene>(
-      read_scene(catalogue, parameters, spectrum, camera, resources, library));
+  const auto read = [&] {
+    return std::make_shared<Scene>(
+        read_scene(catalogue, parameters, spectrum, camera, resources, library));
+  };
+  std::shared_ptr<Scene> scene = read();
+  std::map<const Galaxy*, FootprintRange> needed = footprints_by_galaxy(*scene, parameters, camera);
+  if (!library.suffices(needed)) {
+    scene = read();
+    needed = footprints_by_galaxy(*scene, parameters, camera);
+  }
   if (scene->list == list) scene->list = list;
   RenderJob::Pending pending{library.take_unmeasured(*scene), {}, nullptr};
-  pending.footprints = footprints_of(pending.galaxies, *scene, parameters, camera);
+  if (!needed.empty()) {
+    for (const auto& galaxy : pending.galaxies) {
+      pending.footprints.push_back(needed.at(galaxy.get()));
+    }
+  }
+  pending.keep = library.keeper(pending.galaxies);
   const bool has_observed = std::ranges::any_of(scene->galaxies, [&](const auto& placed) {
     return is_observed(placed, parameters.photometry, scene->unit);
   });
@@ -311,6 +323,7 @@ void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
 void complete(RenderJob& job, const Ranks& ranks, int threads, CalibrationMemory* memory) {
   const RenderJob::Pending pending = std::exchange(job.pending, {});
   measure_galaxies(pending.galaxies, pending.footprints, ranks, memory);
+  if (pending.keep) pending.keep(pending.footprints);
   if (pending.attenuation != nullptr) {
     apply_attenuation(job.parameters, job.camera, *pending.attenuation, ranks, threads, *job.scene);
   }

@@ -269,7 +269,6 @@ Session::Session(int threads, std::vector<fs::path> folders)
   if (threads < 1) {
     throw std::invalid_argument(fmt::format("cannot render in {} threads", threads));
   }
-  use_threads(threads);
 }
 
 RenderJob Session::load(const RenderInput& input) const {
@@ -283,6 +282,8 @@ RenderJob Session::load(const RenderInput& input) const {
     label = catalogue.label();
     add_galaxies(input, label, resources);
     GalaxyLibrary library(parameters, label, resources);
+    galaxies_->begin_scene();
+    library.reuse(galaxies_);
     return make_job(std::move(parameters), catalogue, resources, library);
   };
   RenderJob job = make(catalogue_of(input, parameters, resources));
@@ -303,6 +304,7 @@ Rendering Session::render(RenderJob job, const RenderControl& control) const {
   Rendering rendering;
   rendering.warnings = job_warnings(job);
   if (control.progress) control.progress({});
+  use_threads(threads_);
   try {
     complete(job, Ranks(), threads_, memory_.get());
     rendering.job = std::make_shared<const RenderJob>(std::move(job));

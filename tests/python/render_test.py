@@ -215,6 +215,39 @@ def test_python_runs_during_a_render():
     assert counted[0] > 20
 
 
+def resident():
+    """Resident memory of this process, bytes."""
+    with open("/proc/self/statm", encoding="ascii") as file:
+        return int(file.read().split()[1]) * 4096
+
+
+def test_memory_stays(face_on):
+    """Hundreds of renders of changing galaxies, a part of them ended, leave nothing behind."""
+
+    def stop(*_):
+        raise StopIteration
+
+    def render(i):
+        galaxy = gamer.Galaxy.from_dict({"component": [
+            {"class": "disk", "name": "disk", "sed": "flat", "noise": False, "rh": 0.1 + 1e-4 * i}]})
+        renderer = gamer.Renderer([dict(galaxy=galaxy, x=0, y=0, z=0, inclination=i % 90, pa=0)],
+                                  face_on, size=32, wavelengths=[5500], threads=1)
+        if i % 5:
+            return renderer.render(truth=i % 7 == 0).data[0, 3:4]
+        with pytest.raises(StopIteration):
+            renderer.render(progress=stop)
+        return None
+
+    for i in range(60):
+        render(i)
+    gc.collect()
+    before = resident()
+    for i in range(60, 460):
+        render(i)
+    gc.collect()
+    assert resident() - before < 8e6
+
+
 def test_no_mpi_at_import():
     """Importing the package starts nothing, also below a launcher."""
     code = ("import os; os.environ['OMPI_COMM_WORLD_SIZE'] = '2'; import gamer, threading; "

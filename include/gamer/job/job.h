@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -57,6 +58,8 @@ struct RenderJob {
     /// The band in which magnitudes include the galaxies' dust; null for none.
     std::shared_ptr<const Bandpass> attenuation;
     bool star_tone = false;  ///< whether discs of stars need find_star_tone()
+    /// Keeps the galaxies, measured for these footprints, for later jobs; may be empty.
+    std::function<void(std::span<const FootprintRange> footprints)> keep = {};
   };
   Pending pending = {};
   /// Files that were read from disk, on the rank that read them, except an image that is made

@@ -18,6 +18,7 @@
 #include "gamer/image/image.h"
 #include "gamer/job/job.h"
 #include "gamer/parallel/executor.h"
+#include "gamer/scene/measured_galaxies.h"
 
 namespace gamer {
 
@@ -84,8 +85,8 @@ struct Rendering {
 };
 
 /// Renders into memory, any number of times. What was measured of galaxies is kept, so that renders
-/// that differ in camera, spectra, magnitudes or places measure nothing again. Pixels are those of
-/// the program, bit for bit, whatever was rendered before.
+/// that differ in camera, spectra, magnitudes or places measure nothing again. Equal galaxies are
+/// kept as a whole. Pixels are those of the program, bit for bit, whatever was rendered before.
 ///
 /// Several threads may use a session at the same time; each render has threads of its own.
 class Session {
@@ -98,8 +99,8 @@ class Session {
   RenderJob load(const RenderInput& input) const;
   RenderJob load(const JobRequest& request) const;
 
-  /// Renders an image or stamps. Throws Cancelled, InputError where a texture cannot be normalised
-  /// or the job is a film, and RunError.
+  /// Renders an image or stamps of a job, which is rendered once. Throws Cancelled, InputError
+  /// where a texture cannot be normalised or the job is a film, and RunError.
   Rendering render(RenderJob job, const RenderControl& control = {}) const;
 
   int threads() const { return threads_; }
@@ -111,6 +112,7 @@ class Session {
   int threads_;
   std::vector<std::filesystem::path> folders_;
   std::shared_ptr<CalibrationMemory> memory_ = std::make_shared<CalibrationMemory>();
+  std::shared_ptr<MeasuredGalaxies> galaxies_ = std::make_shared<MeasuredGalaxies>();
 };
 
 }  // namespace gamer
