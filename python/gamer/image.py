@@ -6,6 +6,8 @@ import tomllib
 
 import numpy as np
 
+from . import _core
+
 
 def _needs_astropy():
     try:
@@ -77,6 +79,8 @@ class _Rendered:
 
     def write(self, path, overwrite=False):
         """Writes the file that the command line makes: .fits, .fits.fz, .png or .bmp."""
+        if not overwrite and pathlib.Path(path).exists():
+            raise _core.InputError(f"'{path}' exists already; overwrite=True replaces it")
         self._rendering.write(pathlib.Path(path), overwrite)
 
     def to_hdulist(self):
@@ -115,11 +119,17 @@ class Image(_Rendered):
 
     @property
     def wcs(self):
-        """The world coordinates of a plane (astropy.wcs.WCS)."""
+        """The world coordinates of a plane (astropy.wcs.WCS). The faces of a cube map have their
+        own, and a HEALPix map has none."""
         _needs_astropy()
         from astropy.wcs import WCS
 
-        return WCS(self.header, naxis=2)
+        hdu = next(hdu for hdu in self.to_hdulist() if hdu.is_image and "CTYPE1" in hdu.header
+                   or not hdu.is_image)
+        if not hdu.is_image or hdu.header["NAXIS2"] != self.shape[1]:
+            raise _core.InputError("the image has no world coordinates as a whole: to_hdulist() "
+                                   "has those of its HDUs")
+        return WCS(hdu.header, naxis=2)
 
     def picture(self):
         """The picture that the command line makes: [y, x, rgb] from the top, 16 bits, sRGB."""

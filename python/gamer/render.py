@@ -122,12 +122,12 @@ def _progress(progress):
         from tqdm.auto import tqdm
     except ImportError:
         return (lambda stage, done, total: print(f"{stage}: {done} of {total}")), lambda: None
-    bar = tqdm(unit="rows")
+    bar = tqdm(unit="")
 
     def show(stage, done, total):
-        if bar.desc != f"{stage}: ":
+        if bar.desc != stage:
             bar.reset(total)
-            bar.set_description(stage)
+            bar.set_description_str(stage)
         bar.n = done
         bar.refresh()
 

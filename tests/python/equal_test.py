@@ -186,6 +186,34 @@ def test_truth_and_calibration(tmp_path, program):
     assert image.wavelengths[0] == pytest.approx(gamer.sed.Bandpass("lsst_g").pivot, rel=1e-12)
 
 
+@pytest.mark.parametrize("view, hdus", [
+    (dict(projection="cubemap"), 6), (dict(projection="equirectangular"), 1),
+    (dict(projection="healpix", nside=4), 1)])
+def test_views_of_the_sphere(view, hdus, smooth, tmp_path, program):
+    """Their files have the program's HDUs; `data` stacks the faces."""
+    camera = gamer.Camera(position=[0.3, 0, 0.01], **view)
+    settings = {} if "nside" in view else dict(size=[16, 8] if hdus == 1 else 8)
+    image = gamer.Renderer([dict(galaxy=smooth, x=0, y=0, z=0, ox=0, oy=0, oz=1, pa=0)], camera,
+                           wavelengths=[5500], tolerance=3e-2, **settings).render()
+    image.write(tmp_path / "python.fits")
+    program("--from-header", tmp_path / "python.fits", "-o", tmp_path / "again.fits", "-q")
+    with fits.open(tmp_path / "again.fits") as again:
+        own = image.to_hdulist()
+        assert [hdu.name for hdu in own] == [hdu.name for hdu in again]
+        if "nside" in view:
+            nest = np.ravel(again["HEALPIX"].data.field(0))
+            assert sorted(nest) == sorted(np.ravel(image.data))
+        else:
+            assert same(image.data, np.concatenate(
+                [hdu.data.reshape(1, -1, hdu.data.shape[-1]) for hdu in again
+                 if hdu.is_image and hdu.data is not None], axis=1))
+    if hdus == 1 and "nside" not in view:
+        assert list(image.wcs.wcs.ctype) == ["GLON-CAR", "GLAT-CAR"]
+    else:
+        with pytest.raises(gamer.InputError, match="no world coordinates"):
+            image.wcs
+
+
 def test_renders_measure_nothing_twice():
     """Pixels do not depend on what a session rendered before, and cameras need no measurement."""
     scene = [dict(galaxy="ngc4321", x=0, y=0, z=0, inclination=30, pa=150)]

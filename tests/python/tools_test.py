@@ -56,8 +56,10 @@ def test_process_errors():
         process.convolve(np.zeros((4, 4), dtype=complex), fwhm=3)
     with pytest.raises(TypeError, match="an input is"):
         process.convolve(7, fwhm=3)
-    with pytest.raises(gamer.InputError):
-        process.convolve("nowhere.fits", fwhm=3)
+    with pytest.raises(gamer.InputError, match="needs --psf"):
+        process.convolve(np.zeros((4, 4)), fwhm=3)
+    with pytest.raises(gamer.InputError, match="nowhere.fits"):
+        process.convolve("nowhere.fits", psf="gaussian", fwhm=3)
     assert "fwhm" in process.convolve.__doc__
 
 
