@@ -43,7 +43,9 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/gamerConfig.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/gamerConfigVersion.cmake
   DESTINATION ${gamer_package_dir})
 
-# pkg-config's description, for programs that are not built with CMake.
+# pkg-config's description, for programs that are not built with CMake. Its prefix is where it
+# stands, so that an installation may move.
+file(RELATIVE_PATH gamer_pc_prefix /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
 if(gamer_needs_mpi)
   set(gamer_pc_mpi " ompi-cxx")
 endif()
