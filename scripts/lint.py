@@ -100,7 +100,7 @@ def main():
     def complain(path, number, what):
         found.append(f"{path.relative_to(ROOT)}:{number}: {what}")
 
-    folders = ("src", "include", "apps", "tests", "bench", "fuzz", "examples")
+    folders = ("src", "include", "apps", "python", "tests", "bench", "fuzz", "examples")
     code = tracked(*[f"{folder}/**.{end}" for folder in folders for end in ("h", "cc", "cpp")])
     for path in code:
         check_code(path, complain)

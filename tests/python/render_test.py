@@ -14,14 +14,14 @@ from astropy.table import Table
 import gamer
 
 
-def long_renderer(threads=2):
+def long_renderer(threads=2, size=1500):
     """A render that would take a minute, of galaxies that need no measurement."""
     galaxy = gamer.Galaxy.from_dict({"component": [
         {"class": "disk", "name": "disk", "sed": "Sbc", "noise": False, "rh": 0.3, "z0": 0.02}]})
     rows = [dict(galaxy=galaxy, x=0.01 * i, y=0, z=0.02 * i, inclination=80, pa=i)
             for i in range(40)]
     camera = gamer.Camera(projection="orthographic", position=[0, 0, 10], up=[0, 1, 0], width=2.5)
-    return gamer.Renderer(rows, camera, size=1500, tolerance=1e-4, wavelengths=[5500],
+    return gamer.Renderer(rows, camera, size=size, tolerance=1e-4, wavelengths=[5500],
                           supersample=4, threads=threads)
 
 
@@ -169,30 +169,33 @@ def test_interrupt_ends_the_render(tmp_path):
 
 
 def test_threads_render_at_once(smooth, face_on):
-    """Two threads overlap, and each gets the image that it gets alone."""
+    """Each of two renders is not over before the other has begun, and each thread gets the image
+    that it gets alone."""
     scenes = [[dict(galaxy=smooth, x=0, y=0, z=0, inclination=angle, pa=0)] for angle in (20, 70)]
     renderers = [gamer.Renderer(scene, face_on, size=200, wavelengths=[5500], threads=1)
                  for scene in scenes]
     alone = [renderer.render().data for renderer in renderers]
-    results, spans = [None, None], [None, None]
+    results, begun = [None, None], [threading.Event(), threading.Event()]
 
     def work(i):
-        begin = time.monotonic()
-        results[i] = renderers[i].render().data
-        spans[i] = (begin, time.monotonic())
+        def progress(*_):
+            begun[i].set()
+            assert begun[1 - i].wait(60)
+
+        results[i] = renderers[i].render(progress=progress).data
 
     threads = [threading.Thread(target=work, args=(i,)) for i in range(2)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    assert max(begin for begin, _ in spans) < min(end for _, end in spans)
     for expected, got in zip(alone, results):
         assert np.array_equal(expected, got)
 
 
 def test_python_runs_during_a_render():
-    """The interpreter's lock is free: another thread counts."""
+    """The interpreter's lock is free: another thread counts several times between two call-backs,
+    in which the lock may change hands once."""
     counted, stop = [0], threading.Event()
 
     def count():
@@ -204,16 +207,15 @@ def test_python_runs_during_a_render():
     thread.start()
     told = []
 
-    def progress(*now):
+    def progress(*_):
         told.append(counted[0])
-        if len(told) > 20 or counted[0] > 200:
+        if len(told) > 1 and told[-1] - told[-2] >= 5:
             raise StopIteration
 
     with pytest.raises(StopIteration):
-        long_renderer().render(progress=progress)
+        long_renderer(size=300).render(progress=progress)
     stop.set()
     thread.join()
-    assert counted[0] > 20
 
 
 def resident():
@@ -246,7 +248,8 @@ def test_memory_stays(face_on):
     for i in range(60, 460):
         render(i)
     gc.collect()
-    assert resident() - before < 8e6
+    # No growth was measured.
+    assert resident() - before < 2e6
 
 
 def test_no_mpi_at_import():
