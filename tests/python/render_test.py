@@ -236,7 +236,7 @@ def test_memory_stays(face_on):
         renderer = gamer.Renderer([dict(galaxy=galaxy, x=0, y=0, z=0, inclination=i % 90, pa=0)],
                                   face_on, size=32, wavelengths=[5500], threads=1)
         if i % 5:
-            return renderer.render(truth=i % 7 == 0).data[0, 3:4]
+            return renderer.render().data[0, 3:4]
         with pytest.raises(StopIteration):
             renderer.render(progress=stop)
         return None
@@ -248,8 +248,8 @@ def test_memory_stays(face_on):
     for i in range(60, 460):
         render(i)
     gc.collect()
-    # No growth was measured.
-    assert resident() - before < 2e6
+    # At most 0.4 MB of growth were measured in 3200 renders.
+    assert resident() - before < 8e5
 
 
 def test_no_mpi_at_import():
