@@ -42,3 +42,12 @@ write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/gamerConfigVersion.
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/gamerConfig.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/gamerConfigVersion.cmake
   DESTINATION ${gamer_package_dir})
+
+# pkg-config's description, for programs that are not built with CMake. Its prefix is where it
+# stands, so that an installation may move.
+file(RELATIVE_PATH gamer_pc_prefix /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
+if(gamer_needs_mpi)
+  set(gamer_pc_mpi " ompi-cxx")
+endif()
+configure_file(${CMAKE_CURRENT_LIST_DIR}/gamer.pc.in ${CMAKE_CURRENT_BINARY_DIR}/gamer.pc @ONLY)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/gamer.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

@@ -71,7 +71,7 @@ def layer_of(path):
     parts = path.relative_to(ROOT).parts
     if parts[0] == "src":
         return parts[1]
-    return parts[2] if parts[:2] == ("include", "gamer") else None
+    return parts[2] if parts[:2] == ("include", "gamer") and len(parts) > 3 else None
 
 
 def long_sentences(text):
@@ -193,7 +193,7 @@ def main():
     def complain(path, number, what):
         found.append(f"{path.relative_to(ROOT)}:{number}: {what}")
 
-    folders = ("src", "include", "apps", "tests", "bench", "fuzz", "examples")
+    folders = ("src", "include", "apps", "python", "tests", "bench", "fuzz", "examples")
     code = tracked(*[f"{folder}/**.{end}" for folder in folders for end in ("h", "cc", "cpp")])
     for path in code:
         check_code(path, complain)

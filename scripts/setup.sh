@@ -4,7 +4,8 @@
 #   scripts/setup.sh [--tests] [--docs] [--build DIR] [--preset NAME] [--targets "NAME..."]
 #                    [CMake options of the first configuration]
 #
-# --tests also installs what the tests need and builds them; otherwise only the programs are built.
+# --tests also installs what the tests need and builds them; otherwise only the programs and
+# the Python package are built.
 # --docs also installs what scripts/docs.sh needs.
 # DIR is build/NAME where it is not given, NAME is release.
 # Exit codes: 2 when packages are missing and cannot be installed from here.
@@ -12,7 +13,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 lists=(scripts/packages.txt)
-targets=(gamer gutil)
+targets=(gamer gutil python_package)
 preset=release
 build=
 options=()

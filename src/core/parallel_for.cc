@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "gamer/core/cancellation.h"
+
 namespace gamer {
 namespace {
 
@@ -38,9 +40,11 @@ class Loop {
   std::size_t room() const { return std::min(most_workers_, (count_ + share_ - 1) / share_) - 1; }
 
   void work_off() {
+    const CancellationScope scope(cancellation_);
     std::size_t i = 0;
     try {
       while (true) {
+        check_cancelled();
         const std::size_t first = next_.fetch_add(share_);
         if (first >= count_) return;
         for (i = first; i < std::min(first + share_, count_); ++i) work_(i);
@@ -65,6 +69,7 @@ class Loop {
   std::size_t count_, share_, most_workers_;
   const std::function<void(std::size_t i)>& work_;
   const Loop* outer_;
+  const Cancellation* cancellation_ = CancellationScope::current();
   std::atomic<std::size_t> next_ = 0;
   std::mutex mutex_;
   std::size_t failed_ = std::numeric_limits<std::size_t>::max();
@@ -175,7 +180,10 @@ void parallel_for(std::size_t count, const std::function<void(std::size_t i)>& w
     team.emplace(static_cast<std::size_t>(allowed_threads.load()));
   }
   if (own_team == nullptr || most < 2) {
-    for (std::size_t i = 0; i < count; ++i) work(i);
+    for (std::size_t i = 0; i < count; ++i) {
+      check_cancelled();
+      work(i);
+    }
     return;
   }
   const std::size_t share =

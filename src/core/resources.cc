@@ -120,6 +120,16 @@ Resources Resources::from_record(std::vector<Text> record) {
 const Resources::Text& Resources::find(const std::string& kind, const std::string& name,
                                        const std::string& beside,
                                        std::span<const std::string> suffixes) {
+  const Text& found = search(kind, name, beside, suffixes);
+  if (lookups_ != nullptr) {
+    lookups_->push_back({kind, name, beside, {suffixes.begin(), suffixes.end()}, found.content});
+  }
+  return found;
+}
+
+const Resources::Text& Resources::search(const std::string& kind, const std::string& name,
+                                         const std::string& beside,
+                                         std::span<const std::string> suffixes) {
   if (name.empty()) throw InputError(fmt::format("the {}'s name is empty", noun(kind)));
   const fs::path folder = fs::path(beside).parent_path();
 

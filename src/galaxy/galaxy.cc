@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "galaxy/galaxy_overrides.h"
+#include "galaxy/shape_text.h"
 #include "gamer/core/near.h"
 #include "gamer/galaxy/calibration/galaxy_statistics.h"
 
@@ -100,6 +101,7 @@ std::shared_ptr<Galaxy> Galaxy::read_alone(std::string_view text, const std::str
     return node;
   };
   auto galaxy = std::make_shared<Galaxy>();
+  galaxy->shape_ = shape_text(root, settings);
   if (const ConfigNode* node = section("galaxy")) {
     const ParameterSet values = ParameterSet::read(table(), *node, "", "in [galaxy]");
     galaxy->name_ = values.text("name");

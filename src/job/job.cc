@@ -13,6 +13,7 @@
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/units.h"
 #include "gamer/core/version.h"
+#include "gamer/galaxy/calibration/calibration_memory.h"
 #include "gamer/galaxy/calibration/galaxy_statistics.h"
 #include "gamer/galaxy/kinds/star_field.h"
 #include "gamer/image/picture.h"
@@ -145,10 +146,11 @@ void forget_columns(RenderParameters& parameters) {
   parameters.set(settings);
 }
 
-/// The footprints of a job's image, and of the stamps on which galaxies are measured.
-std::vector<FootprintRange> footprints_of(std::span<const std::shared_ptr<Galaxy>> galaxies,
-                                          const Scene& scene, const RenderParameters& parameters,
-                                          const Camera& camera) {
+/// The footprints of a job's image, and of the stamps on which galaxies are measured, by galaxy.
+/// Empty in a film.
+std::map<const Galaxy*, FootprintRange> footprints_by_galaxy(const Scene& scene,
+                                                             const RenderParameters& parameters,
+                                                             const Camera& camera) {
   // Cameras of a film's other frames may be nearer.
   if (parameters.animation.frames > 0) return {};
   const auto has_stars = [](const PlacedGalaxy& placed) {
@@ -168,9 +170,7 @@ std::vector<FootprintRange> footprints_of(std::span<const std::shared_ptr<Galaxy
     const auto [known, is_new] = by_galaxy.try_emplace(placed.galaxy.get(), own);
     if (!is_new) known->second = known->second | own;
   }
-  std::vector<FootprintRange> result;
-  for (const auto& galaxy : galaxies) result.push_back(by_galaxy.at(galaxy.get()));
-  return result;
+  return by_galaxy;
 }
 
 }  // namespace
@@ -179,11 +179,24 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
                    GalaxyLibrary& library, const SharedText& list) {
   const Camera camera = make_camera(parameters, resources);
   Spectrum spectrum = load_spectrum(parameters, resources);
-  auto scene = std::make_shared<Scene>(
-      read_scene(catalogue, parameters, spectrum, camera, resources, library));
+  const auto read = [&] {
+    return std::make_shared<Scene>(
+        read_scene(catalogue, parameters, spectrum, camera, resources, library));
+  };
+  std::shared_ptr<Scene> scene = read();
+  std::map<const Galaxy*, FootprintRange> needed = footprints_by_galaxy(*scene, parameters, camera);
+  if (!library.suffices(needed)) {
+    scene = read();
+    needed = footprints_by_galaxy(*scene, parameters, camera);
+  }
   if (scene->list == list) scene->list = list;
   RenderJob::Pending pending{library.take_unmeasured(*scene), {}, nullptr};
-  pending.footprints = footprints_of(pending.galaxies, *scene, parameters, camera);
+  if (!needed.empty()) {
+    for (const auto& galaxy : pending.galaxies) {
+      pending.footprints.push_back(needed.at(galaxy.get()));
+    }
+  }
+  pending.keep = library.keeper(pending.galaxies);
   const bool has_observed = std::ranges::any_of(scene->galaxies, [&](const auto& placed) {
     return is_observed(placed, parameters.photometry, scene->unit);
   });
@@ -222,10 +235,35 @@ std::vector<std::pair<Galaxy*, FootprintRange>> references_to_measure(
   return result;
 }
 
+/// GalaxyStatistics::measure(), where the memory does not hold the part.
+void measure_part(GalaxyStatistics& statistics, GalaxyStatistics::Round round, std::size_t part,
+                  std::span<double> numbers, CalibrationMemory* memory) {
+  if (memory == nullptr) return statistics.measure(round, part, numbers);
+  const std::string name = statistics.name(round, part);
+  if (memory->recall(name, numbers)) return;
+  statistics.measure(round, part, numbers);
+  memory->keep(name, numbers);
+}
+
+/// Blocks of parts. Ranks take several parts at a time, fewer towards the end; a block's numbers
+/// are held twice.
+std::vector<RowRange> part_blocks(int parts, const Ranks& ranks) {
+  constexpr int most = 1024;
+  const int shares = ranks.size() > 1 ? 4 * ranks.size() : 1;
+  std::vector<RowRange> blocks;
+  for (int first = 0; first < parts;) {
+    const int last = first + std::clamp((parts - first) / shares, 1, most);
+    blocks.push_back({first, last});
+    first = last;
+  }
+  return blocks;
+}
+
 }  // namespace
 
 void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
-                      std::span<const FootprintRange> footprints, const Ranks& ranks) {
+                      std::span<const FootprintRange> footprints, const Ranks& ranks,
+                      CalibrationMemory* memory) {
   std::vector<GalaxyStatistics> statistics;
   for (const auto& [reference, range] : references_to_measure(galaxies, footprints)) {
     statistics.emplace_back(*reference, range);
@@ -246,15 +284,7 @@ void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
         rows.push_back({g, part});
       }
     }
-    // Ranks take several parts at a time, fewer towards the end. A block's numbers are held twice.
-    constexpr int most = 1024;
-    const int shares = ranks.size() > 1 ? 4 * ranks.size() : 1;
-    std::vector<RowRange> blocks;
-    for (int first = 0, end = static_cast<int>(rows.size()); first < end;) {
-      const int last = first + std::clamp((end - first) / shares, 1, most);
-      blocks.push_back({first, last});
-      first = last;
-    }
+    const std::vector<RowRange> blocks = part_blocks(static_cast<int>(rows.size()), ranks);
     const auto measure_block = [&](RowRange range, std::span<double> values) {
       // The parts of a galaxy are measured one after the other.
       std::vector<RowRange> runs;
@@ -269,7 +299,7 @@ void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
         for (int row = runs[run].first; row < runs[run].last; ++row) {
           const auto [g, part] = rows[static_cast<std::size_t>(row)];
           const auto place = static_cast<std::size_t>(row - range.first) * numbers;
-          statistics[g].measure(round, part, values.subspan(place, numbers));
+          measure_part(statistics[g], round, part, values.subspan(place, numbers), memory);
         }
       };
       parallel_for(runs.size(), measure_run, galaxies_at_a_time);
@@ -289,9 +319,10 @@ void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
   for (GalaxyStatistics& own : std::span(statistics).subspan(references)) own.adopt();
 }
 
-void complete(RenderJob& job, const Ranks& ranks, int threads) {
+void complete(RenderJob& job, const Ranks& ranks, int threads, CalibrationMemory* memory) {
   const RenderJob::Pending pending = std::exchange(job.pending, {});
-  measure_galaxies(pending.galaxies, pending.footprints, ranks);
+  measure_galaxies(pending.galaxies, pending.footprints, ranks, memory);
+  if (pending.keep) pending.keep(pending.footprints);
   if (pending.attenuation != nullptr) {
     apply_attenuation(job.parameters, job.camera, *pending.attenuation, ranks, threads, *job.scene);
   }

@@ -11,6 +11,7 @@
 #include <numbers>
 #include <utility>
 
+#include "gamer/core/capitals.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 #include "gamer/image/fits/fits.h"
@@ -70,6 +71,46 @@ std::vector<ImageRegion> stamp_regions(const RenderJob& job) {
     regions[star.object] = around(star.pixel, stamps.size.value_or(stamps.smallest));
   }
   return regions;
+}
+
+namespace {
+
+/// EXTNAME and EXTVER of each stamp.
+std::vector<StampHeader> name_stamps(const RenderJob& job) {
+  std::vector<StampHeader> stamps(job.scene->objects);
+  for (const PlacedGalaxy& placed : job.scene->galaxies) stamps[placed.object].name = placed.id;
+  for (const PlacedStar& star : job.scene->stars) stamps[star.object].name = star.id;
+  // The file's tables have their names, too.
+  std::map<std::string, int> counts = {{"SCENE", 1}, {"TRUTH", 1}, {"INPUTS", 1}};
+  for (std::size_t stamp = 0; stamp < stamps.size(); ++stamp) {
+    StampHeader& own = stamps[stamp];
+    if (own.name.empty()) own.name = fmt::format("OBJECT_{}", stamp + 1);
+    // Readers find names in any case.
+    own.version = ++counts[in_capitals(own.name)];
+  }
+  return stamps;
+}
+
+}  // namespace
+
+std::vector<StampHeader> describe_stamps(const RenderJob& job, std::span<const ImageRegion> regions,
+                                         const ImageHeader& header) {
+  std::vector<StampHeader> stamps = name_stamps(job);
+  for (std::size_t stamp = 0; stamp < stamps.size(); ++stamp) {
+    StampHeader& own = stamps[stamp];
+    const ImageRegion& region = regions[stamp];
+    own.width = region.width;
+    own.height = region.height;
+    own.wcs_records = job.camera.with_window(region).wcs_records();
+    own.cards = {{"ROW", static_cast<long long>(stamp + 1), "of the tables SCENE and TRUTH"},
+                 {"LTV1", static_cast<double>(-region.left), "x here less x in the whole image"},
+                 {"LTV2", static_cast<double>(-region.bottom), "y here less y in the whole image"}};
+    // A cube has numbered ones besides.
+    for (const Card& card : header.cards) {
+      if (card.key == "MAGZERO" || card.key == "PHOTZP") own.cards.push_back(card);
+    }
+  }
+  return stamps;
 }
 
 // ---- StampRenderer -----------------------------------------------------------------------------
@@ -177,7 +218,6 @@ StampTask::StampTask(RenderJob job, JobOptions options, int ranks, int threads)
   check_options(job_.parameters, options_);
   header_ = make_image_header(job_);
   regions_ = stamp_regions(job_);
-  name_stamps();
   OutputOptions output = job_.parameters.image.output;
   std::vector<std::filesystem::path> files = {output.path};
   if (!options_.truth_table.empty()) files.push_back(options_.truth_table);
@@ -197,42 +237,7 @@ StampTask::StampTask(RenderJob job, JobOptions options, int ranks, int threads)
   }
 }
 
-void StampTask::name_stamps() {
-  names_.resize(regions_.size());
-  for (const PlacedGalaxy& placed : job_.scene->galaxies) names_[placed.object] = placed.id;
-  for (const PlacedStar& star : job_.scene->stars) names_[star.object] = star.id;
-  // Names of the file's tables are taken, too.
-  std::map<std::string, int> counts = {{"SCENE", 1}, {"TRUTH", 1}, {"INPUTS", 1}};
-  for (std::size_t stamp = 0; stamp < names_.size(); ++stamp) {
-    if (names_[stamp].empty()) names_[stamp] = fmt::format("OBJECT_{}", stamp + 1);
-    // Readers find names in any case.
-    std::string key = names_[stamp];
-    for (char& c : key) {
-      if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
-    }
-    versions_.push_back(++counts[key]);
-  }
-}
-
 void StampTask::complete(const Ranks& ranks, int threads) { gamer::complete(job_, ranks, threads); }
-
-StampHeader StampTask::describe(std::size_t stamp) const {
-  const ImageRegion& region = regions_[stamp];
-  StampHeader own;
-  own.width = region.width;
-  own.height = region.height;
-  own.name = names_[stamp];
-  own.version = versions_[stamp];
-  own.wcs_records = job_.camera.with_window(region).wcs_records();
-  own.cards = {{"ROW", static_cast<long long>(stamp + 1), "of the tables SCENE and TRUTH"},
-               {"LTV1", static_cast<double>(-region.left), "x here less x in the whole image"},
-               {"LTV2", static_cast<double>(-region.bottom), "y here less y in the whole image"}};
-  // A cube has numbered cards, too.
-  for (const Card& card : header_.cards) {
-    if (card.key == "MAGZERO" || card.key == "PHOTZP") own.cards.push_back(card);
-  }
-  return own;
-}
 
 std::optional<DataTable> StampTask::describe_objects(Executor& executor,
                                                      Progress::Style style) const {
@@ -250,8 +255,9 @@ void StampTask::render(Executor& executor, Progress::Style style, RankReport& re
     header_.cards.push_back({"DATE", date, "time of writing (UTC)"});
     if (truth && options_.truth_table.empty()) header_.data_tables.push_back(*truth);
     const Clock clock;
+    const std::vector<StampHeader> stamps = describe_stamps(job_, regions_, header_);
     const auto writer = make_stamp_writer(job_.parameters.image.output, header_, regions_.size(),
-                                          [this](std::size_t stamp) { return describe(stamp); });
+                                          [&](std::size_t stamp) { return stamps[stamp]; });
     Progress progress(static_cast<int>(regions_.size()), "stamps", style, stderr);
     const RunTimes before = executor.times();
     report.writing += clock.seconds();

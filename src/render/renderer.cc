@@ -11,6 +11,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "gamer/core/cancellation.h"
 #include "gamer/scene/spectral_probes.h"
 #include "gamer/sed/photometry.h"
 #include "render/renderer_workspace.h"
@@ -179,6 +180,7 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
   const int last_row = std::max(camera_.height(), window.top());
   bool is_empty = true;
   const auto render_tile = [&](int left, int right, int bottom, int top) {
+    check_cancelled();
     const auto rays = index_.pixels(left, right, bottom, std::min(top, last_row));
     if (!rays) return;
     index_.find(*rays, near);

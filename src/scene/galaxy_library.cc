@@ -46,10 +46,58 @@ std::shared_ptr<const Galaxy> GalaxyLibrary::find(const std::string& type, const
   const bool is_smooth = known_type != smooth_.end() && known_type->second;
   const auto known = galaxies_.find({type, sed, is_smooth ? 0 : seed});
   if (known != galaxies_.end()) return known->second;
-  const std::shared_ptr<Galaxy> galaxy = make(type, sed, seed, row);
+  const Source source = source_of(type, sed, seed, row);
+  if (reuses_ && !source.key.empty()) {
+    if (auto found = measured_->find(source.key, resources_)) {
+      reused_[found->galaxy.get()] = found->footprints;
+      add_alone(type, sed, seed, found->galaxy);
+      return found->galaxy;
+    }
+  }
+  const std::shared_ptr<Galaxy> galaxy = make(type, source);
   unmeasured_.emplace(galaxy.get(), galaxy);
   add(type, sed, seed, galaxy);
   return galaxy;
+}
+
+bool GalaxyLibrary::suffices(const std::map<const Galaxy*, FootprintRange>& needed) {
+  for (const auto& [galaxy, own] : needed) {
+    const auto reused = reused_.find(galaxy);
+    if (reused == reused_.end()) continue;
+    const FootprintRange& known = reused->second;
+    if (known.covers(own) && (known.sees_whole || !own.sees_whole || known.narrowest == 0))
+      continue;
+    reuses_ = false;
+    reused_.clear();
+    galaxies_.clear();
+    unmeasured_.clear();
+    smooth_.clear();
+    references_.clear();
+    profiles_.clear();
+    origins_.clear();
+    return false;
+  }
+  return true;
+}
+
+GalaxyLibrary::Keep GalaxyLibrary::keeper(std::span<const std::shared_ptr<Galaxy>> galaxies) const {
+  if (measured_ == nullptr) return {};
+  struct Kept {
+    std::shared_ptr<const Galaxy> galaxy;
+    Origin origin;
+  };
+  std::vector<Kept> all;
+  for (const auto& galaxy : galaxies) {
+    const auto origin = origins_.find(galaxy.get());
+    all.push_back({galaxy, origin != origins_.end() ? origin->second : Origin()});
+  }
+  return [all = std::move(all), measured = measured_](std::span<const FootprintRange> footprints) {
+    for (std::size_t g = 0; g < all.size(); ++g) {
+      if (all[g].origin.key.empty()) continue;
+      const FootprintRange own = footprints.empty() ? FootprintRange() : footprints[g];
+      measured->add(all[g].origin.key, {all[g].galaxy, own, all[g].origin.lookups});
+    }
+  };
 }
 
 LightProfile GalaxyLibrary::light_profile(const std::string& type, const std::string& sed,
@@ -90,11 +138,16 @@ std::vector<std::shared_ptr<Galaxy>> GalaxyLibrary::take_unmeasured(const Scene&
 
 void GalaxyLibrary::add(const std::string& type, const std::string& sed, std::uint64_t seed,
                         std::shared_ptr<const Galaxy> galaxy) {
+  references_.try_emplace(type, galaxy->reference());
+  add_alone(type, sed, seed, std::move(galaxy));
+}
+
+void GalaxyLibrary::add_alone(const std::string& type, const std::string& sed, std::uint64_t seed,
+                              std::shared_ptr<const Galaxy> galaxy) {
   const auto components = galaxy->components();
   const bool is_smooth = std::all_of(components.begin(), components.end(),
                                      [](const auto& c) { return !c->depends_on_seed(); });
   smooth_[{type, sed}] = is_smooth;
-  references_.try_emplace(type, galaxy->reference());
   galaxies_.try_emplace({type, sed, is_smooth ? 0 : seed}, std::move(galaxy));
 }
 
@@ -111,25 +164,58 @@ std::shared_ptr<const Sed> GalaxyLibrary::find_sed_of(const std::string& name,
   return known;
 }
 
-std::shared_ptr<Galaxy> GalaxyLibrary::make(const std::string& type, const std::string& sed,
-                                            std::uint64_t row_seed, const SceneRow& row) {
+namespace {
+
+/// Logs lookups while it lives.
+class LookupLog {
+ public:
+  LookupLog(Resources& resources, std::vector<Resources::Lookup>* list) : resources_(resources) {
+    resources_.log_lookups(list);
+  }
+  ~LookupLog() { resources_.log_lookups(nullptr); }
+  LookupLog(const LookupLog&) = delete;
+  LookupLog& operator=(const LookupLog&) = delete;
+
+ private:
+  Resources& resources_;
+};
+
+/// All that decides a galaxy but its files: text and place of its file, overrides and settings.
+/// Empty where the overrides cannot be written.
+std::string key_of(const Resources::Text& text, const GalaxySettings& settings) {
+  const Accuracy& accuracy = settings.accuracy;
+  std::string key = fmt::format(
+      "{},{},{},{:a},{:a},{},{};", settings.noise_kind ? settings.noise_kind->name() : "",
+      settings.octaves.value_or(-1), settings.seed, accuracy.ray_error, accuracy.mean_error,
+      accuracy.shares_closure, settings.most_cloud_points);
+  try {
+    if (settings.overrides != nullptr) {
+      for (const std::string& one : assignments(*settings.overrides)) key += one + '\n';
+    }
+  } catch (const InputError&) {
+    return "";
+  }
+  return key + '\n' + text.label + '\n' + text.content.str();
+}
+
+}  // namespace
+
+GalaxyLibrary::Source GalaxyLibrary::source_of(const std::string& type, const std::string& sed,
+                                               std::uint64_t row_seed, const SceneRow& row) {
   const auto [file, overrides] = split_type(type);
-  GalaxySettings settings = settings_;
+  Source source{{}, settings_, ""};
+  GalaxySettings& settings = source.settings;
   settings.seed = hash_words({seed_, row_seed});
   if (!sed.empty()) settings.sed = find_sed_of(sed, row);
-  Resources::Text made;
-  const Resources::Text* text = &made;
   try {
     if (const std::optional<std::string> content = made_galaxy(file)) {
-      made = {"", file, *content};
+      source.text = {"", file, *content};
     } else {
-      text = &resources_.find("galaxies", file, label_, galaxy_suffixes());
+      source.text = resources_.find("galaxies", file, label_, galaxy_suffixes());
     }
   } catch (const InputError& error) {
     throw InputError(row.where(column::galaxy), error.what());
   }
-  settings.reference = references_[type];
-  settings.twin = twins_[type];
   if (const auto own = overrides_.find(name_of_type(type)); own != overrides_.end()) {
     settings.overrides = own->second;
   }
@@ -138,9 +224,23 @@ std::shared_ptr<Galaxy> GalaxyLibrary::make(const std::string& type, const std::
     add_overrides(overrides, row.where(column::overrides), all);
     settings.overrides = std::make_shared<const ConfigNode>(std::move(all));
   }
-  std::shared_ptr<Galaxy> galaxy = Galaxy::read(text->content, text->label, settings, resources_);
+  // A row's SED is no part of the key.
+  if (measured_ != nullptr && sed.empty()) source.key = key_of(source.text, settings);
+  return source;
+}
+
+std::shared_ptr<Galaxy> GalaxyLibrary::make(const std::string& type, const Source& source) {
+  GalaxySettings settings = source.settings;
+  settings.reference = references_[type];
+  settings.twin = twins_[type];
+  Origin origin{source.key, {}};
+  const std::shared_ptr<Galaxy> galaxy = [&] {
+    const LookupLog log(resources_, source.key.empty() ? nullptr : &origin.lookups);
+    return Galaxy::read(source.text.content, source.text.label, settings, resources_);
+  }();
   references_[type] = galaxy->reference();
   if (settings.twin == nullptr) twins_[type] = galaxy;
+  if (!source.key.empty()) origins_[galaxy.get()] = std::move(origin);
   return galaxy;
 }
 

@@ -64,7 +64,7 @@ expect "normalise normalize" gutil norm
 expect "--peak --per --percentile-range" gutil normalize --pe
 unset GAMER_DATA
 
-for example in render_to_memory new_component; do
+for example in render_to_memory scene_in_memory parameter_sweep new_component; do
   "$cmake" -G Ninja -S "$source/examples/$example" -B "$work/$example" \
     -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags" \
     -DCMAKE_PREFIX_PATH="$work/prefix"
@@ -83,3 +83,33 @@ GAMER_DATA=$data render_to_memory/render_to_memory "$data/scenes/survey.par" "$d
 
 GAMER_DATA=$data new_component/new_component | tee egg.txt
 grep -qE '^flux / asked = (1|1\.000[0-4]|0\.999[6-9])' egg.txt
+
+# Galaxies in memory; the dust dims each.
+GAMER_DATA=$data scene_in_memory/scene_in_memory memory.fits 2>/dev/null | tee objects.txt
+grep -qx '64 x 48 pixels in nJy' objects.txt
+[[ $(awk '/^galaxy/ && $5 > $NF { ++dimmed } END { print dimmed }' objects.txt) -eq 3 ]]
+"$work/prefix/bin/gamer" --from-header memory.fits -o again.fits -q --overwrite
+
+# Inclinations and depths of dust; dust reddens, and later renders measure less than the first.
+GAMER_DATA=$data parameter_sweep/parameter_sweep elliptical_dust band | tee sweep.txt
+[[ $(grep -c '^inclination' sweep.txt) -eq 9 ]]
+grep -qE '^(cancelled|done before it was cancelled)$' sweep.txt
+
+# Without CMake. MPI's own libraries may be built with another compiler's options.
+export PKG_CONFIG_PATH=$(dirname "$(find "$work/prefix" -name gamer.pc)")
+read -ra linked <<<"$(pkg-config --cflags --libs gamer)"
+read -ra with_flags <<<"$flags"
+"$compiler" "${with_flags[@]}" -O1 "$source/examples/scene_in_memory/main.cpp" -o by_pkg_config "${linked[@]}"
+GAMER_DATA=$data ./by_pkg_config 2>/dev/null | diff - objects.txt
+
+# The Python package beside the programs.
+package=$(find "$work/prefix" -name '_core*.so' -printf '%h\n' | head -1)
+if [[ -n $package ]]; then
+  cd /
+  PYTHONPATH=${package%/gamer} PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 -c '
+import gamer
+assert "ngc4321" in gamer.galaxies(), gamer.galaxies()
+gamer.Galaxy.load("ngc4321")'
+  PYTHONPATH=${package%/gamer} PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 -m gamer --version |
+    diff - <("$work/prefix/bin/gamer" --version)
+fi

@@ -21,6 +21,13 @@ class Resources {
     SharedText content;
   };
 
+  /// A call of find() and what it found.
+  struct Lookup {
+    std::string kind, name, beside;
+    std::vector<std::string> suffixes;
+    SharedText content;
+  };
+
   /// Reads from disk. Named data are searched in the folder of the file that names them, then in
   /// each of `folders`/<kind>.
   explicit Resources(std::vector<std::filesystem::path> folders);
@@ -56,13 +63,21 @@ class Resources {
   /// The files read, in order.
   const std::vector<std::filesystem::path>& files() const { return files_; }
 
+  /// Adds the calls of find() from now on to a list, until another list or null is given.
+  void log_lookups(std::vector<Lookup>* list) { lookups_ = list; }
+
   /// All texts in use so far, ordered by name.
   std::vector<Text> record() const;
 
  private:
+  /// find() without its entry in the list.
+  const Text& search(const std::string& kind, const std::string& name, const std::string& beside,
+                     std::span<const std::string> suffixes);
+
   bool disk_ = true;
   std::vector<std::filesystem::path> folders_;
   std::map<std::string, Text> texts_;
+  std::vector<Lookup>* lookups_ = nullptr;
   std::vector<std::filesystem::path> files_;
 };
 

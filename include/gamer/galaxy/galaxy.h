@@ -52,6 +52,9 @@ class Galaxy {
   /// The measurements of GalaxyStatistics.
   const GalaxyCalibration& calibration() const { return calibration_; }
   void set_calibration(GalaxyCalibration calibration) { calibration_ = std::move(calibration); }
+  /// Everything that decides the galaxy's textures and their statistics, except the components'
+  /// amplitudes. Galaxies of equal shape differ in light, depth of dust and spectra alone.
+  const std::string& shape() const { return shape_; }
   const ArmPattern& arms() const { return arms_; }
   /// The active components.
   std::span<const std::unique_ptr<Component>> components() const { return components_; }
@@ -123,6 +126,7 @@ class Galaxy {
   double mean_error_ = 0;              ///< Accuracy::mean_error
   std::string name_;
   std::string description_;
+  std::string shape_;
   std::vector<double> axis_ = {1, 1, 1};
   ArmPattern arms_;
   std::vector<std::unique_ptr<Component>> components_;

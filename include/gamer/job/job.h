@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -20,6 +21,8 @@
 #include "gamer/scene/spectrum.h"
 
 namespace gamer {
+
+class CalibrationMemory;
 
 /// A user's request: two files, or an image to be made again, with changes.
 struct JobRequest {
@@ -55,6 +58,8 @@ struct RenderJob {
     /// The band in which magnitudes include the galaxies' dust; null for none.
     std::shared_ptr<const Bandpass> attenuation;
     bool star_tone = false;  ///< whether discs of stars need find_star_tone()
+    /// Keeps the galaxies, measured for these footprints, for later jobs; may be empty.
+    std::function<void(std::span<const FootprintRange> footprints)> keep = {};
   };
   Pending pending = {};
   /// Files that were read from disk, on the rank that read them, except an image that is made
@@ -80,18 +85,20 @@ RenderJob read_job(const JobRequest& request, Resources& resources);
 RenderJob read_job(const Record& record);
 
 /// Completes a job that has been read. Every rank has the job and calls this function. Each galaxy
-/// is measured once, in `threads` threads per rank. Throws InputError where a texture cannot be
-/// normalised.
-void complete(RenderJob& job, const Ranks& ranks, int threads);
+/// is measured once, in `threads` threads per rank. A process alone may give a memory of earlier
+/// measurements. Throws InputError where a texture cannot be normalised.
+void complete(RenderJob& job, const Ranks& ranks, int threads, CalibrationMemory* memory = nullptr);
 
 /// Reads and completes a job in this process.
 RenderJob load_job(const JobRequest& request, Resources& resources);
 RenderJob job_from_record(const Record& record);
 
 /// Measures galaxies with all ranks. Every rank calls this function with equal galaxies and ranges
-/// of footprints, one for each galaxy. Without ranges all footprints are measured.
+/// of footprints, one for each galaxy. Without ranges all footprints are measured. What `memory`
+/// holds is taken from there; only a process alone may give one.
 void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
-                      std::span<const FootprintRange> footprints, const Ranks& ranks);
+                      std::span<const FootprintRange> footprints, const Ranks& ranks,
+                      CalibrationMemory* memory = nullptr);
 
 /// The resolved parameters of a record. Throws InputError.
 RenderParameters recorded_render_parameters(const Record& record);

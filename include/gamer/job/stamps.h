@@ -25,6 +25,10 @@ bool makes_stamps(const RenderParameters& parameters);
 /// The stamp of each object: pixels of the image, or beyond it, around the pixel of its centre.
 std::vector<ImageRegion> stamp_regions(const RenderJob& job);
 
+/// The description of each stamp in these regions. `header` is the job's make_image_header().
+std::vector<StampHeader> describe_stamps(const RenderJob& job, std::span<const ImageRegion> regions,
+                                         const ImageHeader& header);
+
 /// Renders the stamps of a scene's objects, each alone, on any rank. A block of an Executor's rows
 /// is one stamp; its values are those of Renderer::render_rows(), then the number of unconverged
 /// rays.
@@ -79,8 +83,6 @@ class StampTask {
   double pixels() const;
 
  private:
-  void name_stamps();
-  StampHeader describe(std::size_t stamp) const;
   /// Table TRUTH, where it is asked for.
   std::optional<DataTable> describe_objects(Executor& executor, Progress::Style style) const;
 
@@ -88,8 +90,6 @@ class StampTask {
   JobOptions options_;
   ImageHeader header_;
   std::vector<ImageRegion> regions_;
-  std::vector<std::string> names_;  ///< EXTNAMEs
-  std::vector<int> versions_;       ///< EXTVERs
   std::string hindrance_;
   double unconverged_rays_ = 0;
 };

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -11,6 +13,7 @@
 #include "gamer/core/resources.h"
 #include "gamer/galaxy/galaxy.h"
 #include "gamer/galaxy/light_profile.h"
+#include "gamer/scene/measured_galaxies.h"
 #include "gamer/scene/render_parameters.h"
 #include "gamer/sed/bandpass.h"
 
@@ -38,6 +41,16 @@ class GalaxyLibrary {
   /// (Accuracy::shares_closure is false).
   void keep_closures_apart() { settings_.accuracy.shares_closure = false; }
 
+  /// From now on takes galaxies that earlier scenes measured from there.
+  void reuse(std::shared_ptr<MeasuredGalaxies> measured) { measured_ = std::move(measured); }
+  /// Whether all galaxies that were taken are measured for the footprints that a scene needs. If
+  /// not, the library forgets all its galaxies and takes no more: the scene is to be read again.
+  bool suffices(const std::map<const Galaxy*, FootprintRange>& needed);
+  /// What keeps these galaxies for later scenes, once they are measured for those footprints; empty
+  /// without reuse().
+  using Keep = std::function<void(std::span<const FootprintRange> footprints)>;
+  Keep keeper(std::span<const std::shared_ptr<Galaxy>> galaxies) const;
+
   /// The galaxy of a row, made if need be, but not yet measured. Throws InputError with the row's
   /// place where the row names something unknown.
   std::shared_ptr<const Galaxy> find(const std::string& type, const std::string& sed,
@@ -58,8 +71,18 @@ class GalaxyLibrary {
            std::shared_ptr<const Galaxy> galaxy);
 
  private:
-  std::shared_ptr<Galaxy> make(const std::string& type, const std::string& sed,
-                               std::uint64_t row_seed, const SceneRow& row);
+  /// What a row's galaxy is made of.
+  struct Source {
+    Resources::Text text;
+    GalaxySettings settings;
+    std::string key;  ///< in MeasuredGalaxies; empty for none
+  };
+  Source source_of(const std::string& type, const std::string& sed, std::uint64_t row_seed,
+                   const SceneRow& row);
+  std::shared_ptr<Galaxy> make(const std::string& type, const Source& source);
+  /// Adds a galaxy whose reference, if it has one, others must not share.
+  void add_alone(const std::string& type, const std::string& sed, std::uint64_t seed,
+                 std::shared_ptr<const Galaxy> galaxy);
 
   GalaxySettings settings_;  ///< settings that all rows share
   /// SceneSettings::overrides, by type.
@@ -70,6 +93,15 @@ class GalaxyLibrary {
   std::map<std::tuple<std::string, std::string, std::uint64_t>, std::shared_ptr<const Galaxy>>
       galaxies_;
   std::map<const Galaxy*, std::shared_ptr<Galaxy>> unmeasured_;
+  std::shared_ptr<MeasuredGalaxies> measured_;
+  bool reuses_ = true;  ///< whether galaxies are taken from there
+  std::map<const Galaxy*, FootprintRange> reused_;
+  /// Keys and files of galaxies that may be kept.
+  struct Origin {
+    std::string key;
+    std::vector<Resources::Lookup> lookups;
+  };
+  std::map<const Galaxy*, Origin> origins_;
   /// Whether a type and SED have no noise, so that all seeds make one galaxy.
   std::map<std::pair<std::string, std::string>, bool> smooth_;
   std::map<std::string, std::shared_ptr<Galaxy>> references_;  ///< by type; null where not needed

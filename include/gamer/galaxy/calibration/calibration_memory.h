@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace gamer {
+
+/// A memory of measured parts of galaxies (GalaxyStatistics::name()), so that galaxies of equal
+/// shape are measured once. It holds a limited number of bytes and forgets what was not used for
+/// longest. Several threads may use it.
+class CalibrationMemory {
+ public:
+  static constexpr std::size_t usual_bytes = std::size_t{64} << 20;
+  explicit CalibrationMemory(std::size_t most_bytes = usual_bytes) : most_bytes_(most_bytes) {}
+
+  /// Whether the memory holds the part of this name. Its numbers then fill the beginning of
+  /// `numbers`, and zeros the rest.
+  bool recall(const std::string& name, std::span<double> numbers);
+  /// Keeps the numbers of a part; zeros at their end take no room.
+  void keep(const std::string& name, std::span<const double> numbers);
+
+  /// Numbers of parts that were recalled, and kept after a measurement.
+  std::size_t recalled() const;
+  std::size_t measured() const;
+
+ private:
+  using Parts = std::map<std::string, std::vector<double>>;
+  void add(const std::string& name, std::vector<double> numbers);
+
+  mutable std::mutex mutex_;
+  std::size_t most_bytes_;
+  std::size_t recalled_ = 0, measured_ = 0;
+  /// Parts that were used lately, and those that were not since `recent_` last became full.
+  Parts recent_, older_;
+  std::size_t recent_bytes_ = 0;
+};
+
+}  // namespace gamer

@@ -1,0 +1,118 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "gamer/core/cancellation.h"
+#include "gamer/core/error.h"
+#include "gamer/core/resources.h"
+#include "gamer/galaxy/calibration/calibration_memory.h"
+#include "gamer/image/data_table.h"
+#include "gamer/image/image.h"
+#include "gamer/job/job.h"
+#include "gamer/parallel/executor.h"
+#include "gamer/scene/measured_galaxies.h"
+
+namespace gamer {
+
+/// What a render is made of, in memory. Names that it does not hold are searched in the folders of
+/// the session.
+struct RenderInput {
+  /// A scene list, or any other format of catalogue that is text.
+  struct Text {
+    std::string content;
+  };
+
+  std::string parameters;  ///< text of a parameter file
+  /// The scene: a text, a table with the columns of a catalogue, or a file.
+  std::variant<Text, DataTable, std::filesystem::path> scene;
+  std::map<std::string, std::string> galaxies = {};  ///< texts of galaxy files by their names
+  std::vector<std::string> settings = {};            ///< "section.key=value", as --set
+  /// Label of parameters and scene in messages. Files that they name are searched beside it.
+  std::string label = "input";
+};
+
+/// How far a render is.
+struct RenderProgress {
+  enum class Stage {
+    measuring,  ///< the galaxies' textures; its parts are not counted
+    truth,      ///< objects of table TRUTH
+    rows,       ///< rows of the image
+    stamps
+  };
+  Stage stage = Stage::measuring;
+  int done = 0;
+  int total = 0;
+};
+
+/// What a caller asks of a render besides pixels.
+struct RenderControl {
+  bool truth = false;  ///< make table TRUTH and the images of [truth]
+  /// Called in the thread that called Session::render(). What it throws ends the render.
+  std::function<void(const RenderProgress&)> progress = {};
+  /// Ends the render at the next tile; Session::render() then throws Cancelled. May be null.
+  const Cancellation* cancellation = nullptr;
+};
+
+/// A finished render: pixels with what they mean.
+struct Rendering {
+  /// An object's image. It shows the pixels of `region` in the whole image, or beyond it.
+  struct Stamp {
+    ImageRegion region;
+    Image image;
+  };
+
+  std::shared_ptr<const RenderJob> job;
+  Image image;                     ///< the planes of job->spectrum; empty where there are stamps
+  Image truth_images;              ///< the planes of make_truth_header(); mostly empty
+  std::vector<Stamp> stamps;       ///< by object, in layout "stamps"
+  std::optional<DataTable> truth;  ///< table TRUTH, where it was asked for
+  double unconverged_rays = 0;     ///< rays whose error may exceed the tolerance
+  std::vector<std::string> warnings = {};
+
+  /// Size, axes, units, photometric calibration and parameters of the image, as in its file.
+  ImageHeader header() const;
+  /// Writes the file that the program makes of the job; the suffix of the path selects the format.
+  /// Throws InputError and RunError.
+  void write(const std::filesystem::path& path, bool overwrite = false) const;
+};
+
+/// Renders into memory, any number of times. What was measured of galaxies is kept, so that renders
+/// that differ in camera, spectra, magnitudes or places measure nothing again. Equal galaxies are
+/// kept as a whole. Pixels are those of the program, bit for bit, whatever was rendered before.
+///
+/// Several threads may use a session at the same time; each render has threads of its own.
+class Session {
+ public:
+  /// Throws std::invalid_argument when threads < 1.
+  explicit Session(int threads = available_cores(),
+                   std::vector<std::filesystem::path> folders = default_data_folders());
+
+  /// Reads and checks everything; the work is left to render(). Throws InputError.
+  RenderJob load(const RenderInput& input) const;
+  RenderJob load(const JobRequest& request) const;
+
+  /// Renders an image or stamps of a job, which is rendered once. Throws Cancelled, InputError
+  /// where a texture cannot be normalised or the job is a film, and RunError.
+  Rendering render(RenderJob job, const RenderControl& control = {}) const;
+
+  int threads() const { return threads_; }
+  const std::vector<std::filesystem::path>& folders() const { return folders_; }
+  /// What has been measured so far.
+  const CalibrationMemory& memory() const { return *memory_; }
+
+ private:
+  int threads_;
+  std::vector<std::filesystem::path> folders_;
+  std::shared_ptr<CalibrationMemory> memory_ = std::make_shared<CalibrationMemory>();
+  std::shared_ptr<MeasuredGalaxies> galaxies_ = std::make_shared<MeasuredGalaxies>();
+};
+
+}  // namespace gamer

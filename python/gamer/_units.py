@@ -1,0 +1,55 @@
+"""Astropy quantities and plain numbers. Astropy is needed only where it is used."""
+
+import numbers
+
+import numpy as np
+
+from ._core import InputError
+
+
+class UnitError(InputError):
+    """A quantity has a unit that a parameter cannot have."""
+
+
+def is_quantity(value):
+    return hasattr(value, "unit") and hasattr(value, "to_value")
+
+
+def astropy_unit(text):
+    """The Astropy unit of a declaration; None where it has no counterpart."""
+    from astropy import units
+
+    if text == "":
+        return units.dimensionless_unscaled
+    try:
+        return units.Unit(text)
+    except ValueError:
+        return None
+
+
+def plain(value, unit, name):
+    """The value without its unit, in the declared unit. Arrays become lists."""
+    if is_quantity(value):
+        wanted = astropy_unit(unit)
+        if wanted is None:
+            raise UnitError(f"{name} is in {unit}: give a plain number, not {value.unit}")
+        try:
+            value = value.to_value(wanted)
+        except Exception as error:
+            described = f"in {unit}" if unit else "a number without a unit"
+            raise UnitError(f"{name} is {described}, not in {value.unit}") from error
+    elif isinstance(value, (list, tuple)) and any(is_quantity(item) for item in value):
+        return [plain(item, unit, name) for item in value]
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, tuple):
+        return list(value)
+    if isinstance(value, list):
+        return [item.item() if isinstance(item, np.generic) else item for item in value]
+    return value
+
+
+def is_number(value):
+    return isinstance(value, numbers.Real) and not isinstance(value, (bool, np.bool_))

@@ -1,0 +1,60 @@
+"""Spectra, bands and magnitudes by themselves.
+
+    sed.color(Sed("blackbody(5800 K)"), "sdss_g", "sdss_r")
+"""
+
+import numpy as np
+
+from . import _core, _data, _units
+
+
+class Sed(_core.Sed):
+    """A spectrum f_lambda, normalised to 1 at 5500 Angstrom: a name of seds() or an analytic one,
+    "flat", "flat_fnu", "powerlaw(p)", "blackbody(T K)"."""
+
+    def __init__(self, name):
+        super().__init__(name, _data.folders())
+
+    def __call__(self, wavelength):
+        return self.flux(_units.plain(wavelength, "Angstrom", "wavelength"))
+
+
+class Bandpass(_core.Bandpass):
+    """The response of a band to photons: a name of bands()."""
+
+    def __init__(self, name):
+        super().__init__(name, _data.folders())
+
+    def __call__(self, wavelength):
+        return self.response(_units.plain(wavelength, "Angstrom", "wavelength"))
+
+
+def _sed(sed):
+    return sed if isinstance(sed, _core.Sed) else Sed(sed)
+
+
+def _band(band):
+    return band if isinstance(band, _core.Bandpass) else Bandpass(band)
+
+
+def band_flux(sed, band, redshift=0.0, igm="none"):
+    """Flux c F_nu of redshifted light in a band, in units of the spectrum times Angstrom^2."""
+    return _core.band_flux(_sed(sed), _band(band), redshift, igm)
+
+
+def color(sed, blue, red, redshift=0.0, igm="none"):
+    """AB magnitude in the first band less that in the second."""
+    return -2.5 * np.log10(band_flux(sed, blue, redshift, igm) / band_flux(sed, red, redshift, igm))
+
+
+def k_correction(sed, observed, rest=None, redshift=0.0):
+    """K correction of Hogg et al. 2002: m_observed = M_rest + distance modulus + K."""
+    band = _band(observed)
+    return _core.k_correction(_sed(sed), band, band if rest is None else _band(rest), redshift)
+
+
+def apparent_magnitude(absolute, sed, observed, rest=None, redshift=0.1, h0=70.0, omega_m=0.3):
+    """Apparent AB magnitude of an absolute one in the band `rest`, which is `observed` unless
+    given."""
+    modulus = _core.distance_modulus(redshift, h0, omega_m)
+    return absolute + modulus + k_correction(sed, observed, rest, redshift)

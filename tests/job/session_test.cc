@@ -1,0 +1,309 @@
+#include "gamer/job/session.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/error_text.h"
+#include "gamer/galaxy/galaxy.h"
+#include "gamer/job/schedule.h"
+#include "gamer/job/stamps.h"
+#include "gamer/parallel/ranks.h"
+#include "gamer/render/renderer.h"
+
+namespace gamer {
+namespace {
+
+const char* const view =
+    "[image]\nsize = [30, 20]\n[camera]\nprojection = \"orthographic\"\nposition = [0, 0, 10]\n"
+    "up = [0, 1, 0]\nwidth = 2.5\n[spectrum]\nwavelengths = [4400, 5500]\n[sampling]\n"
+    "tolerance = 3e-2\n";
+const char* const list = "galaxy x y z inclination pa\nmine 0 0 0 40 30\n";
+const char* const clumpy =
+    "[[component]]\nclass = \"disk\"\nname = \"disk\"\nsed = \"flat\"\n"
+    "[[component]]\nclass = \"dust\"\nname = \"dust\"\noptical_depth = 2\n";
+
+RenderInput input(const std::string& galaxy = clumpy, const std::string& parameters = view) {
+  return {parameters, RenderInput::Text{list}, {{"mine", galaxy}}};
+}
+
+/// The pixels that the program renders of these texts, with a calibration of their own.
+Image expected_image(const std::string& galaxy, const std::string& parameters,
+                     const std::string& scene = list) {
+  Resources resources = Resources::from_record({{"render.par", "render.par", parameters},
+                                                {"scene.lst", "scene.lst", scene},
+                                                {"galaxies/mine", "mine.toml", galaxy}});
+  const RenderJob job = load_job(JobRequest(), resources);
+  ThreadExecutor executor(1);
+  return render_image(Renderer(job.parameters, job.camera, job.scene, job.spectrum), executor);
+}
+
+void expect_equal(const Image& a, const Image& b) {
+  ASSERT_EQ(a.width(), b.width());
+  ASSERT_EQ(a.height(), b.height());
+  ASSERT_EQ(a.planes(), b.planes());
+  int different = 0;
+  double sum = 0;
+  for (int plane = 0; plane < a.planes(); ++plane) {
+    for (int y = 0; y < a.height(); ++y) {
+      for (int x = 0; x < a.width(); ++x) {
+        different += a.at(x, y, plane) != b.at(x, y, plane);
+        sum += a.at(x, y, plane);
+      }
+    }
+  }
+  EXPECT_EQ(different, 0);
+  EXPECT_GT(sum, 0);
+}
+
+std::string replaced(std::string text, const std::string& old, const std::string& by) {
+  const std::size_t place = text.find(old);
+  if (place == std::string::npos) throw std::logic_error("no " + old);
+  return text.replace(place, old.size(), by);
+}
+
+TEST(Session, RendersThePixelsOfTheProgram) {
+  const Image expected = expected_image(clumpy, view);
+  for (const int threads : {1, 3}) {
+    const Session session(threads);
+    const Rendering rendering = session.render(session.load(input()));
+    expect_equal(rendering.image, expected);
+    EXPECT_EQ(rendering.header().width, 30);
+    EXPECT_EQ(rendering.header().labels, (std::vector<std::string>{"4400A", "5500A"}));
+    EXPECT_FALSE(rendering.truth);
+    EXPECT_TRUE(rendering.stamps.empty());
+  }
+}
+
+TEST(Session, MeasuresNothingAgainForCamerasAndSpectra) {
+  const Session session(2);
+  session.render(session.load(input()));
+  const std::size_t measured = session.memory().measured();
+  EXPECT_GT(measured, 0u);
+  const std::string turned = replaced(view, "position = [0, 0, 10]", "position = [3, 1, 10]");
+  const std::string red = replaced(clumpy, "flat", "powerlaw(1)");
+  const std::string curve = replaced(clumpy, "optical_depth", "r_v = 4\noptical_depth");
+  expect_equal(session.render(session.load(input(clumpy, turned))).image,
+               expected_image(clumpy, turned));
+  expect_equal(session.render(session.load(input(red))).image, expected_image(red, view));
+  expect_equal(session.render(session.load(input(curve))).image, expected_image(curve, view));
+  EXPECT_EQ(session.memory().measured(), measured);
+  EXPECT_GT(session.memory().recalled(), measured);
+}
+
+TEST(Session, MeasuresAgainWhatDependsOnAChange) {
+  const Session session(2);
+  session.render(session.load(input()));
+  std::size_t measured = session.memory().measured();
+  const std::vector<std::string> changed = {
+      replaced(clumpy, "optical_depth = 2", "optical_depth = 4"),
+      replaced(clumpy, "sed = \"flat\"", "sed = \"flat\"\nrh = 0.3"),
+      replaced(clumpy, "optical_depth = 2", "optical_depth = 2\nnoise = {seed = 5}"),
+      replaced(clumpy, "[[component]]", "[galaxy]\naxis = [1, 1, 1.5]\n[[component]]"),
+  };
+  for (const std::string& galaxy : changed) {
+    expect_equal(session.render(session.load(input(galaxy))).image, expected_image(galaxy, view));
+    EXPECT_GT(session.memory().measured(), measured) << galaxy;
+    measured = session.memory().measured();
+  }
+  const std::string finer = replaced(view, "3e-2", "1e-2");
+  expect_equal(session.render(session.load(input(clumpy, finer))).image,
+               expected_image(clumpy, finer));
+  EXPECT_GT(session.memory().measured(), measured);
+}
+
+/// The galaxy that a render used.
+const Galaxy* galaxy_of(const Rendering& rendering) {
+  return rendering.job->scene->galaxies.at(0).galaxy.get();
+}
+
+TEST(Session, KeepsEqualGalaxiesAsAWhole) {
+  const Session session(2);
+  const Rendering first = session.render(session.load(input()));
+  const std::string turned = replaced(view, "position = [0, 0, 10]", "position = [3, 1, 10]");
+  const Rendering second = session.render(session.load(input(clumpy, turned)));
+  EXPECT_EQ(galaxy_of(first), galaxy_of(second));
+  expect_equal(second.image, expected_image(clumpy, turned));
+  // All that made the image is in its record.
+  const auto names = [](const Rendering& rendering) {
+    std::vector<std::string> result;
+    for (const Resources::Text& text : rendering.job->record) result.push_back(text.name);
+    return result;
+  };
+  EXPECT_EQ(names(first), names(second));
+
+  // Rays of other footprints need another measurement.
+  const std::string near = replaced(view, "width = 2.5", "width = 0.2");
+  const Rendering third = session.render(session.load(input(clumpy, near)));
+  EXPECT_NE(galaxy_of(first), galaxy_of(third));
+  expect_equal(third.image, expected_image(clumpy, near));
+
+  const std::string seeded = std::string(view) + "[noise]\nseed = 3\n";
+  EXPECT_NE(galaxy_of(first), galaxy_of(session.render(session.load(input(clumpy, seeded)))));
+}
+
+TEST(Session, NoticesChangedFiles) {
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / "session_changed_files";
+  std::filesystem::create_directories(folder / "seds");
+  const auto write = [&](const char* rows) {
+    std::ofstream(folder / "seds" / "own.sed") << "# wavelength: Angstrom\n# flux: flambda\n"
+                                               << rows;
+  };
+  write("3000 1\n5500 1\n9000 1\n");
+  const Session session(1, {folder});
+  const std::string galaxy = replaced(clumpy, "flat", "own");
+  const Rendering first = session.render(session.load(input(galaxy)));
+  EXPECT_EQ(galaxy_of(session.render(session.load(input(galaxy)))), galaxy_of(first));
+  write("3000 2\n5500 1\n9000 1\n");
+  const Rendering second = session.render(session.load(input(galaxy)));
+  EXPECT_NE(galaxy_of(second), galaxy_of(first));
+  // f_lambda is linear in wavelength between rows.
+  EXPECT_NEAR(second.image.at(15, 10, 0) / first.image.at(15, 10, 0), 1 + 1100.0 / 2500, 1e-12);
+}
+
+TEST(Session, TakesTables) {
+  DataTable table;
+  table.columns.push_back({"galaxy", "", "", std::vector<std::string>{"mine"}});
+  for (const char* zero : {"x", "y", "z"}) {
+    table.columns.push_back({zero, "", "", std::vector<double>{0}});
+  }
+  table.columns.push_back({"inclination", "deg", "", std::vector<double>{40}});
+  table.columns.push_back({"pa", "deg", "", std::vector<double>{30}});
+  RenderInput own = input();
+  own.scene = table;
+  const Session session(1);
+  expect_equal(session.render(session.load(own)).image, expected_image(clumpy, view));
+}
+
+TEST(Session, SaysWhatIsWrong) {
+  const Session session(1);
+  EXPECT_EQ(
+      error_text([&] { session.load(input("[[component]]\nclass = \"disk\"\n")); }),
+      "mine.toml:1:1: component 'disk1': missing key 'sed' in a [[component]] of class 'disk'");
+  EXPECT_EQ(error_text([&] { session.load(input(clumpy, "[camera]\nfov = 200\n")); }).substr(0, 9),
+            "input:2:7");
+  RenderInput slash = input();
+  slash.galaxies["a/b"] = clumpy;
+  EXPECT_EQ(error_text([&] { session.load(slash); }), "galaxy 'a/b': a name in memory has no '/'");
+  EXPECT_THROW(Session(0), std::invalid_argument);
+}
+
+TEST(Session, TellsOfProgressInTheCallersThread) {
+  const Session session(2);
+  std::vector<RenderProgress> told;
+  bool is_own_thread = true;
+  const std::thread::id own = std::this_thread::get_id();
+  RenderControl control;
+  control.truth = true;
+  control.progress = [&](const RenderProgress& now) {
+    told.push_back(now);
+    is_own_thread = is_own_thread && std::this_thread::get_id() == own;
+  };
+  const Rendering rendering = session.render(session.load(input()), control);
+  EXPECT_TRUE(is_own_thread);
+  EXPECT_EQ(told.front().stage, RenderProgress::Stage::measuring);
+  EXPECT_EQ(told.back().stage, RenderProgress::Stage::rows);
+  EXPECT_EQ(told.back().done, 20);
+  EXPECT_EQ(told.back().total, 20);
+  ASSERT_TRUE(rendering.truth);
+  EXPECT_EQ(rendering.truth->rows(), 1u);
+}
+
+TEST(Session, EndsWhenTheCallBackThrows) {
+  for (const int threads : {1, 2}) {
+    const Session session(threads);
+    RenderControl control;
+    control.progress = [&](const RenderProgress& now) {
+      if (now.stage == RenderProgress::Stage::rows) throw std::runtime_error("enough");
+    };
+    EXPECT_THROW(session.render(session.load(input()), control), std::runtime_error);
+    expect_equal(session.render(session.load(input())).image, expected_image(clumpy, view));
+  }
+}
+
+TEST(Session, IsCancelledAtAnyTime) {
+  const Session session(2);
+  Cancellation cancellation;
+  RenderControl control;
+  control.cancellation = &cancellation;
+  // Between tiles, then before anything, with galaxies that are not measured yet.
+  control.progress = [&](const RenderProgress& now) {
+    if (now.stage == RenderProgress::Stage::rows) cancellation.request();
+  };
+  EXPECT_THROW(session.render(session.load(input()), control), Cancelled);
+  const std::size_t measured = session.memory().measured();
+  control.progress = {};
+  const std::string other = replaced(clumpy, "optical_depth = 2", "noise = {seed = 9}");
+  EXPECT_THROW(session.render(session.load(input(other)), control), Cancelled);
+  EXPECT_EQ(session.memory().measured(), measured);
+}
+
+TEST(Session, MakesStamps) {
+  const std::string sky =
+      "[image]\nsize = 40\nlayout = \"stamps\"\n[camera]\nprojection = \"sky\"\npixel_scale = 0.5\n"
+      "[spectrum]\nwavelengths = [5500]\n[stamps]\nsmallest = 5\n";
+  RenderInput own = input(clumpy, sky);
+  own.scene = RenderInput::Text{"galaxy px py size_arcsec inclination pa\nmine 12 9 2 30 0\n"};
+  const Session session(2);
+  const Rendering rendering = session.render(session.load(own));
+  ASSERT_EQ(rendering.stamps.size(), 1u);
+  const ImageRegion region = stamp_regions(*rendering.job).front();
+  EXPECT_EQ(rendering.stamps[0].region.left, region.left);
+  EXPECT_EQ(rendering.stamps[0].image.width(), region.width);
+  // A galaxy alone is equal in the whole image.
+  const Image whole = expected_image(clumpy, replaced(sky, "layout = \"stamps\"\n", ""),
+                                     std::get<RenderInput::Text>(own.scene).content);
+  for (int y = 0; y < region.height; ++y) {
+    for (int x = 0; x < region.width; ++x) {
+      if (region.left + x < 0 || region.bottom + y < 0) continue;
+      EXPECT_EQ(rendering.stamps[0].image.at(x, y), whole.at(region.left + x, region.bottom + y));
+    }
+  }
+}
+
+TEST(Session, RefusesFilms) {
+  const Session session(1);
+  const std::string film =
+      std::string(view) + "[animation]\nframes = 2\nposition = [0, 0, 9, 1, 0, 9]\n";
+  EXPECT_EQ(error_text([&] { session.render(session.load(input(clumpy, film))); }),
+            "a film has many images; render its frames, each with its own camera");
+}
+
+TEST(Session, ServesThreadsAtOnce) {
+  const Session session(2);
+  const Image expected = expected_image(clumpy, view);
+  std::vector<Rendering> made(3);
+  std::vector<std::thread> threads;
+  for (Rendering& own : made) {
+    threads.emplace_back([&] { own = session.render(session.load(input())); });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const Rendering& own : made) expect_equal(own.image, expected);
+}
+
+TEST(CalibrationMemory, ForgetsWhatWasNotUsedForLongest) {
+  CalibrationMemory memory(2000);
+  std::vector<double> numbers(8);
+  const std::vector<double> kept = {1, 0, 3, 0, 0};
+  memory.keep("first", kept);
+  ASSERT_TRUE(memory.recall("first", numbers));
+  EXPECT_EQ(numbers, (std::vector<double>{1, 0, 3, 0, 0, 0, 0, 0}));
+  for (int i = 0; i < 100; ++i) {
+    memory.keep("part " + std::to_string(i), kept);
+    EXPECT_TRUE(memory.recall("first", numbers)) << i;
+  }
+  EXPECT_FALSE(memory.recall("part 0", numbers));
+  EXPECT_TRUE(memory.recall("part 99", numbers));
+  EXPECT_EQ(memory.measured(), 101u);
+  // More numbers than there is room for are no part of equal name.
+  EXPECT_FALSE(memory.recall("first", std::span(numbers).first(2)));
+}
+
+}  // namespace
+}  // namespace gamer
