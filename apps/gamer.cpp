@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "gamer/core/config.h"
 #include "gamer/core/error.h"
 #include "gamer/core/manual.h"
 #include "gamer/core/resources.h"
@@ -129,6 +130,13 @@ void CommandLine::add_view() {
   app_.add_option("-j,--threads", threads_,
                   "threads per process (default: all cores, one under mpirun)")
       ->check(CLI::Range(1, most_threads));
+  app_.add_option_function<std::string>(
+          "--solo",
+          [&request](const std::string& name) {
+            request.settings.push_back("scene.solo=" + gamer::toml_string(name));
+          },
+          "show one component of the galaxies alone, with its share of the whole light")
+      ->type_name("COMPONENT");
   app_.add_flag("--preview", request.preview,
                 "a quarter of the size on each side, tolerance 1e-2, no supersampling");
 }

@@ -1,5 +1,8 @@
 #include "gamer/galaxy/galaxy.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -54,6 +57,9 @@ ParameterTable Galaxy::table() {
       Parameter::text("description", std::string(), "for people"),
       Parameter::vector3("axis", "", Interval::left_open(0, 10), std::vector<double>{1, 1, 1},
                          "stretch of the whole galaxy along x, y, z"),
+      Parameter::text("solo", std::string(),
+                      "name of the only component that is seen, with its share of the whole "
+                      "galaxy's light; dust is hidden"),
   };
 }
 
@@ -102,11 +108,15 @@ std::shared_ptr<Galaxy> Galaxy::read_alone(std::string_view text, const std::str
   };
   auto galaxy = std::make_shared<Galaxy>();
   galaxy->shape_ = shape_text(root, settings);
+  std::string solo;
+  SourceLocation solo_where;
   if (const ConfigNode* node = section("galaxy")) {
     const ParameterSet values = ParameterSet::read(table(), *node, "", "in [galaxy]");
     galaxy->name_ = values.text("name");
     galaxy->description_ = values.text("description");
     galaxy->axis_ = values.numbers("axis");
+    solo = values.text("solo");
+    solo_where = values.where("solo");
     for (const double stretch : galaxy->axis_) {
       if (stretch < smallest_stretch) {
         throw InputError(values.where("axis"), "axis is too small; at least 1e-9 is resolved");
@@ -134,7 +144,31 @@ std::shared_ptr<Galaxy> Galaxy::read_alone(std::string_view text, const std::str
   galaxy->most_cloud_points_ = settings.most_cloud_points;
   galaxy->mean_error_ = settings.accuracy.mean_error;
   galaxy->resolve(label, twin);
+  if (!solo.empty()) galaxy->show_alone(solo, solo_where);
   return galaxy;
+}
+
+void Galaxy::show_alone(const std::string& name, const SourceLocation& where) {
+  std::vector<std::string> known;
+  const Component* shown = nullptr;
+  for (const auto& component : components_) {
+    if (component->name() == name || bare_name(component->name()) == name) shown = component.get();
+    if (!component->absorbs()) known.push_back(component->name());
+  }
+  if (shown == nullptr) {
+    throw InputError(
+        where, fmt::format("the galaxy has no component {}{}; its light is in '{}'",
+                           in_quotes(name), did_you_mean(name, known), fmt::join(known, "', '")));
+  }
+  if (shown->absorbs()) {
+    throw InputError(where, fmt::format("{} is dust, which emits no light to be seen alone; "
+                                        "truth.optical_depth makes an image of it",
+                                        in_quotes(name)));
+  }
+  for (std::size_t c = 0; c < components_.size(); ++c) luminosities_.push_back(luminosity(c));
+  for (const auto& component : components_) {
+    if (component.get() != shown) component->set_amplitude(0);
+  }
 }
 
 void Galaxy::resolve(const std::string& label, const Galaxy* twin) {
@@ -213,6 +247,7 @@ void Galaxy::check_densities() const {
 }
 
 double Galaxy::luminosity(std::size_t c) const {
+  if (c < luminosities_.size()) return luminosities_[c];
   return std::as_const(*components_[c]).amplitude() * integrals_[c];
 }
 

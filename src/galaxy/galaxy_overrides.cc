@@ -18,14 +18,6 @@ std::string text_of(const ConfigNode& node, std::string_view key) {
   return text == nullptr ? "" : *text;
 }
 
-/// The name with _ for characters that a bare key cannot have.
-std::string bare(std::string name) {
-  for (char& c : name) {
-    if (!is_bare_key({&c, 1})) c = '_';
-  }
-  return name;
-}
-
 /// Replaces members of `to` by those of `from`; nested tables are merged too.
 void merge(const ConfigNode& from, ConfigNode& to) {
   if (!from.is_table() || !to.is_table()) {
@@ -54,7 +46,7 @@ class NamedComponents {
       nodes_.push_back(&node);
       kinds_.push_back(kind);
       places_.push_back(fmt::format("{}{}", kind, nodes_.size()));
-      names_.push_back(name.empty() ? places_.back() : bare(name));
+      names_.push_back(name.empty() ? places_.back() : bare_name(name));
     }
   }
 
@@ -84,6 +76,13 @@ void check_table(const ConfigNode& node) {
 }
 
 }  // namespace
+
+std::string bare_name(std::string name) {
+  for (char& c : name) {
+    if (!is_bare_key({&c, 1})) c = '_';
+  }
+  return name;
+}
 
 void apply_overrides(const ConfigNode& overrides, ConfigNode& file) {
   check_table(overrides);

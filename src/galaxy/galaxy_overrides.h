@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "gamer/core/config.h"
 
 namespace gamer {
@@ -9,5 +11,8 @@ namespace gamer {
 /// of TOML cannot have. Its class and its place in the file ("disk3") are another name, or its
 /// class alone if that is unique. Throws InputError for other names.
 void apply_overrides(const ConfigNode& overrides, ConfigNode& file);
+
+/// The name with _ for characters that a bare key cannot have.
+std::string bare_name(std::string name);
 
 }  // namespace gamer

@@ -35,6 +35,7 @@ GalaxyLibrary::GalaxyLibrary(const RenderParameters& parameters, std::string lab
   settings_.octaves = parameters.noise.octaves;
   settings_.accuracy = Accuracy::from_tolerance(parameters.sampling.tolerance);
   if (parameters.camera.supersample) keep_closures_apart();
+  solo_ = parameters.scene.solo;
   for (const auto& [type, values] : parameters.scene.overrides.table()) {
     overrides_.emplace(type, std::make_shared<const ConfigNode>(values));
   }
@@ -222,6 +223,11 @@ GalaxyLibrary::Source GalaxyLibrary::source_of(const std::string& type, const st
   if (!overrides.empty()) {
     ConfigNode all = settings.overrides ? *settings.overrides : ConfigNode();
     add_overrides(overrides, row.where(column::overrides), all);
+    settings.overrides = std::make_shared<const ConfigNode>(std::move(all));
+  }
+  if (!solo_.empty()) {
+    ConfigNode all = settings.overrides ? *settings.overrides : ConfigNode();
+    set_from_text(all, "galaxy.solo=" + toml_string(solo_), type + ".");
     settings.overrides = std::make_shared<const ConfigNode>(std::move(all));
   }
   // A row's SED is no part of the key.

@@ -71,13 +71,17 @@ ParameterSection SceneSettings::section() {
        Parameter::texts(
            "overrides", std::vector<std::string>(),
            "parameters that replace those of galaxy files, as TYPE.COMPONENT.key=value; sections "
-           "[galaxy.TYPE.COMPONENT] and --set galaxy.TYPE.COMPONENT.key=value add to the list")},
+           "[galaxy.TYPE.COMPONENT] and --set galaxy.TYPE.COMPONENT.key=value add to the list"),
+       Parameter::text("solo", std::string(),
+                       "name of the only component that galaxies show, with its share of the whole "
+                       "galaxy's light; dust is hidden")},
       {}};
 }
 
 SceneSettings SceneSettings::read(const ParameterSet& values) {
   const std::string& unit = values.text("unit");
-  SceneSettings result{.unit = unit == "arbitrary" ? "" : unit, .overrides = {}};
+  SceneSettings result{
+      .unit = unit == "arbitrary" ? "" : unit, .overrides = {}, .solo = values.text("solo")};
   for (const std::string& assignment : values.texts("overrides")) {
     set_from_text(result.overrides, assignment, "galaxy.");
   }

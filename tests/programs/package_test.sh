@@ -50,7 +50,7 @@ export GAMER_DATA=$share/gamer
 expect "--list-bands --list-components --list-galaxies --list-instruments --list-noises --list-parameters --list-seds" \
   gamer --li
 expect "--list-galaxies" gamer --list-g
-expect "m51 milky_way" gamer look m
+expect "m101 m33 m51 m74 m83 milky_way" gamer look m
 expect "m51" gamer new -q m5
 expect "--inclination" gamer look m51 --inc
 expect "json" gamer --log j

@@ -81,7 +81,7 @@ class Galaxy {
                           EvaluationCounts& counts) const;
 
   /// Dust-free light at 5500 Angstrom of component c: the integral of its emissivity over the
-  /// galaxy, galaxy radii^3.
+  /// galaxy, galaxy radii^3. Components that `solo` hides count as if they were seen.
   double luminosity(std::size_t c) const;
 
   /// Index of the component whose texture also modulates component c, or -1.
@@ -105,6 +105,9 @@ class Galaxy {
                                             const GalaxySettings& settings, Resources& resources);
   void resolve(const std::string& label, const Galaxy* twin);
   void resolve_fractions();
+  /// Hides all components but the one of this name, and keeps what luminosity() says. Throws
+  /// InputError if no component that emits light has the name.
+  void show_alone(const std::string& name, const SourceLocation& where);
   /// Throws InputError where a component's density exceeds single precision.
   void check_densities() const;
   /// Fills an array for each component with the mean of its own Phi at these footprints; null
@@ -133,7 +136,8 @@ class Galaxy {
   /// Factor of the thresholds of evaluate(). Thick dust is seen at its surface, where envelopes
   /// have fallen by its optical depth.
   float skin_scale_ = 1;
-  std::vector<double> integrals_;  ///< integral of each component's envelope over the galaxy
+  std::vector<double> integrals_;     ///< integral of each component's envelope over the galaxy
+  std::vector<double> luminosities_;  ///< of the components before some were hidden, or empty
   /// Index of the component whose noise also modulates component c, or -1.
   std::vector<int> followed_;
   std::vector<std::size_t> followed_components_;

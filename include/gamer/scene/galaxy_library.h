@@ -88,6 +88,7 @@ class GalaxyLibrary {
   /// SceneSettings::overrides, by type.
   std::map<std::string, std::shared_ptr<const ConfigNode>> overrides_;
   std::uint64_t seed_;
+  std::string solo_;  ///< `scene.solo`
   std::string label_;
   Resources& resources_;
   std::map<std::tuple<std::string, std::string, std::uint64_t>, std::shared_ptr<const Galaxy>>

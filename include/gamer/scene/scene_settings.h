@@ -17,6 +17,7 @@ struct SceneSettings {
   std::string unit;  ///< "" (arbitrary), "pc", "kpc", "Mpc"
   /// Parameters of galaxies that differ from their files, by type and component.
   ConfigNode overrides;
+  std::string solo;  ///< name of the only component that galaxies show, or empty
   /// Mpc per scene unit; none where arbitrary.
   std::optional<double> megaparsec() const;
 };

@@ -24,7 +24,7 @@ class Tells(unittest.TestCase):
 
     def test_help_lists_every_option(self):
         text = self.tell("--help")
-        for option in ("-o,--output", "-s,--set", "-j,--threads", "--stamps", "--region", "--preview", "--list-components",
+        for option in ("-o,--output", "-s,--set", "-j,--threads", "--stamps", "--region", "--solo", "--preview", "--list-components",
                        "--list-galaxies", "--list-seds", "--list-bands", "--list-instruments", "--list-noises",
                        "--print-mapping", "--list-parameters", "--markdown", "--sample-config", "--print-config",
                        "--dry-run", "--from-header", "--overwrite", "--resume", "--journal", "--status", "--log", "-q,--quiet", "-v,--verbose",

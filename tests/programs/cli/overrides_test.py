@@ -133,6 +133,92 @@ class Overrides(unittest.TestCase):
             self.assertIn("galaxy.spirl.dust.tau: no galaxy in the image is of this type",
                           result.stderr)
 
+# Light whose fractions are known, behind dust that --solo hides.
+SHARES = """[[component]]
+class = "sersic"
+name = "round bulge"
+sed = "flat"
+index = 1
+effective_radius = 0.15
+fraction = 0.3
+[[component]]
+class = "disk"
+name = "disk"
+sed = "flat"
+noise = false
+fraction = 0.7
+[[component]]
+class = "dust"
+name = "lanes"
+optical_depth = 3
+"""
+FROM_ABOVE = """[image]
+size = [64, 64]
+output = "out.fits"
+[camera]
+projection = "orthographic"
+position = [0, 0, 10]
+up = [0, 1, 0]
+width = 2.2
+[spectrum]
+wavelengths = [5500]
+"""
+
+
+class Solo(unittest.TestCase):
+    def light(self, folder, *arguments):
+        result = folder.run("--overwrite", "-q", *arguments)
+        self.assertEqual((result.returncode, result.stderr), (0, ""), arguments)
+        return fits.getdata(folder.path / "out.fits").astype(float)
+
+    def test_a_component_keeps_its_fraction(self):
+        files = {"spiral.toml": SHARES, "render.par": FROM_ABOVE, "scene.lst": "galaxy x y z\nspiral 0 0 0\n"}
+        with Folder(**files) as folder:
+            words = ("render.par", "scene.lst")
+            whole = self.light(folder, *words, "-s", "galaxy.spiral.lanes.optical_depth=0")
+            bulge = self.light(folder, *words, "--solo", "round bulge")
+            self.assertAlmostEqual(bulge.sum() / whole.sum(), 0.3, delta=7e-4)
+            self.assertAlmostEqual(self.light(folder, *words, "--solo", "disk").sum() / whole.sum(), 0.7,
+                                   delta=7e-4)
+            for other in (("-s", "scene.solo=round_bulge"), ("-s", "galaxy.spiral.galaxy.solo=round bulge")):
+                self.assertEqual(self.light(folder, *words, *other).tobytes(), bulge.tobytes())
+            again = self.light(folder, "--from-header", "out.fits", "-o", "again.fits")
+            self.assertEqual(again.tobytes(), bulge.tobytes())
+
+    def test_magnitudes_are_those_of_the_whole_galaxy(self):
+        sky = FROM_ABOVE.split("[camera]")[0] + """[camera]
+projection = "sky"
+pixel_scale = 0.1
+[spectrum]
+bands = ["sdss_r"]
+[photometry]
+attenuated = false
+"""
+        scene = "galaxy ra dec redshift size_arcsec apparent_magnitude\nspiral 0 0 0.1 3 22.5\n"
+        with Folder(**{"spiral.toml": SHARES, "render.par": sky, "scene.lst": scene}) as folder:
+            # 22.5 AB are 3631 Jy 10^-9.
+            for name, share in (("round bulge", 0.3), ("disk", 0.7)):
+                light = self.light(folder, "render.par", "scene.lst", "--solo", name).sum()
+                self.assertAlmostEqual(light / 3631, share, delta=2e-3 * share)
+
+    def test_look_shows_one_too(self):
+        with Folder(**{"spiral.toml": SHARES}) as folder:
+            words = ("look", "spiral.toml", "-s", "image.size=[24, 24]", "-o", "out.fits")
+            self.assertLess(self.light(folder, *words, "--solo", "disk").sum(), self.light(
+                folder, *words, "-s", "galaxy.spiral.lanes.optical_depth=0").sum())
+
+    def test_what_cannot_be_shown_is_said(self):
+        wrong = {"bulge": "spiral.galaxy.solo: the galaxy has no component 'bulge'; its light is in "
+                          "'round bulge', 'disk'",
+                 "dsk": "the galaxy has no component 'dsk'; did you mean 'disk'?; its light is in",
+                 "lanes": "'lanes' is dust, which emits no light to be seen alone; truth.optical_depth "
+                          "makes an image of it"}
+        with Folder(**{"spiral.toml": SHARES}) as folder:
+            for name, message in wrong.items():
+                result = folder.run("render.par", "scene.lst", "--solo", name)
+                self.assertEqual(result.returncode, 2, name)
+                self.assertIn(message, result.stderr)
+
 
 if __name__ == "__main__":
     main()
