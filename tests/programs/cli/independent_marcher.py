@@ -1213,9 +1213,7 @@ class IndependentMarcher(unittest.TestCase):
     def test_shipped_galaxies(self):
         for name, tolerance in TOLERANCES.items():
             with self.subTest(name):
-                # The Milky Way's dust has the finest clouds.
-                steps = 80000 if name == "milky_way" else 40000
-                self.assertLess(np.abs(errors(name, 2, steps)).max(), tolerance)
+                self.assertLess(np.abs(errors(name, 2, 40000)).max(), tolerance)
 
     def test_shapes(self):
         found = errors("own", 2, 10000, SHAPES, SHAPES_RATIOS)
