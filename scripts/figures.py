@@ -237,11 +237,12 @@ def statistics(figure):
     for n in range(len(figure.galaxies)):
         file = figure.part(n)
         # The middle, where the disk varies little.
-        run(TOOLS / "gutil", "crop", "--center", f"{PIXELS // 2},{PIXELS // 2}", "--size", "64,64", file, "middle.fits", "--overwrite")
+        run(TOOLS / "gutil", "crop", "--center", f"{PIXELS // 2},{PIXELS // 2}", "--size", "64,64", file,
+            "middle.fits", "--overwrite")
         told = json.loads(run(TOOLS / "gutil", "stats", "--json", "--percentiles", "5,95", "middle.fits"))
         one = told["statistics"]["rows"][0]
         spectrum = json.loads(run(TOOLS / "gutil", "spectrum", "--json", "middle.fits"))
-        slope = next(iter(spectrum.values()))["rows"][0]["slope"]
+        slope = spectrum["fits"]["rows"][0]["slope"]
         mean = one["mean"]
         rows.append([f"{light(file)[0] / light(figure.part(0))[0]:.3f}", f"{one['sigma'] / mean:.2f}",
                      f"{one['p5'] / mean:.2f}", f"{one['p95'] / mean:.2f}", f"{slope:.2f}"])
@@ -274,12 +275,12 @@ def arms_of(model):
 
 FIGURES = [
     Figure("spectra", "Spectra",
-           "An elliptical galaxy with each shipped spectrum (the paper's figure 1 shows them): `sed` of its component. "
+           "An elliptical galaxy with each shipped spectrum (figure 1 of Groeneboom & Dahle 2014 shows such spectra): `sed` of its component. "
            "Magnitudes are AB.",
            [Galaxy("elliptical", name, f"bulge1.sed={name}") for name in ("E", "Sbc", "Scd", "Im")], 4, colours, BESSELL),
     Figure("components", "Components alone",
-           "The components of `spiral` alone, as `--solo` shows them, then all of them without dust and with it. Shares are "
-           "those of the galaxy in the last picture but one.",
+           "The components of `spiral` alone, as `--solo` shows them, then all of them with dust and without it. Shares are "
+           "relative to the galaxy without dust.",
            [Galaxy("spiral", name, f"galaxy.solo={name.replace(' ', '_')}")
             for name in ("bulge1", "disk", "stars", "star-forming regions")]
            + [Galaxy("spiral", "with dust"), Galaxy("spiral", "without dust", "dust.optical_depth=0")], 3, shares),
@@ -322,8 +323,8 @@ FIGURES = [
            [Galaxy("noisy", f"{t:g}", f'disk.noise.theta="linear";disk.noise.exponent=3;disk.twirl={t}')
             for t in (0, 0.3, 0.6, 1)], 4, None, GREEN),
     Figure("dust", "Dust",
-           "A smooth disk with as much dust as light at each place, `optical_depth` 0, 0.5, 2 and 8. The column between is the "
-           "integral of x e^-x (1 - exp(-tau))/tau over the disk.",
+           "A smooth disk with as much dust as light at each place, `optical_depth` 0, 0.5, 2 and 8. A column of "
+           "depth tau lets (1 - exp(-tau))/tau of its light through; the integral of this over the disk is the third column.",
            [Galaxy("slab", f"{d:g}", f"dust.optical_depth={d}") for d in (0, 0.5, 2, 8)], 4, lost, COLOURS,
            {"slab": SLAB}),
     Figure("inclination", "Inclination",

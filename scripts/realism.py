@@ -29,16 +29,21 @@ COLUMNS = {
 # (Conselice 2003, ApJS 147, 1), Gini and M20 (Lotz et al. 2004, AJ 128, 163), pitch angle (Kennicutt 1981, AJ 86, 1847,
 # and of the galaxies themselves).
 ELLIPTICAL = ("4.4", "0.02", "0.00", "0.59", "-2.5", "")
+S0 = ("3.9", "0.07", "0.08", "0.57", "-2.4")
 SAB = ("3.9", "0.07", "0.08", "0.53", "-2.2")
 SBC = ("3.4", "0.12", "0.2", "0.50", "-1.9")
 SC = ("3.1", "0.15", "0.29", "0.46", "-1.6")
+IRR = ("2.9", "0.17", "0.40", "0.45", "-1.3")
 OBSERVED = {
     "elliptical": ("E", *ELLIPTICAL), "elliptical_dust": ("E with dust", *ELLIPTICAL),
-    "ngc4594": ("Sa", "3.9", "0.07", "0.08", "0.57", "-2.4", ""), "one_armed": ("Sab", *SAB, "9"),
+    "ngc4594": ("Sa", *S0, ""), "one_armed": ("Sab", *SAB, "9"),
     "ngc891": ("Sb, seen face on", *SAB, ""), "dusty_barred": ("SBbc", *SBC, "15"), "ngc1300": ("SBbc", *SBC, "10-15"),
     "milky_way": ("SBbc", *SBC, "10-14"), "ngc4321": ("SABbc", *SBC, "15-20"), "m51": ("Sbc", *SBC, "19"),
     "spiral": ("Sbc", *SBC, "15"), "shader_galaxy": ("Sc", *SC, "18"), "flocculent": ("Sc", *SC, "18"),
-    "irregular": ("Irr", "2.9", "0.17", "0.40", "0.45", "-1.3", ""),
+    "irregular": ("Irr", *IRR, ""), "lmc": ("SBm", *IRR, ""), "lenticular": ("SB0", *S0, ""),
+    "m33": ("Scd", *SC, "20-25"), "m74": ("Sc", *SC, "15"), "m83": ("SABc", *SC, "14"), "m101": ("SABcd", *SC, "20-25"),
+    "ngc1097": ("SBb", *SAB, "15"), "ngc2841": ("Sb", *SAB, "<10"), "ngc4414": ("Sc", *SC, "20"),
+    "ngc5128": ("S0 pec, seen face on", *S0, ""), "ngc7793": ("Sd", *SC, "15"),
 }
 BESIDE = ("C", "A", "S", "G", "M20", "pitch (deg)")
 
@@ -49,6 +54,7 @@ def beside(name, values):
     cells = [f"{text(values[title])} ({known})" if known else text(values[title]) if title != BESIDE[-1] else ""
              for title, known in zip(BESIDE, observed)]
     return {"type": kind, **dict(zip(BESIDE, cells)), "contrast (mag)": values["contrast (mag)"],
+            "slope of P(k)": values["slope of P(k)"],
             "colour at 0.5 Rp": values["colour at 0.5 Rp"]}
 
 
@@ -81,7 +87,11 @@ def measured(name, folder, options):
         found = [ring[column] / (ring["radius"] if by_radius else 1) for ring in rings if ring[column] is not None]
         return statistics.median(found) if found else None
 
-    values |= {"arms": spiral["arms"], "pitch (deg)": abs(spiral["pitch"]), "amplitude": spiral["amplitude"],
+    # The inner disk, where light falls least: half a Petrosian radius to each side of the centre.
+    run(GUTIL, "crop", "--center", f"{row['x']},{row['y']}", "--size", ",".join(2 * [str(round(row["petrosian"]))]),
+        small, folder / f"{name}_middle.fits", "--overwrite")
+    power = json.loads(run(GUTIL, "spectrum", "--log", "--json", folder / f"{name}_middle.fits"))["fits"]["rows"][2]
+    values |= {"slope of P(k)": power["slope"], "arms": spiral["arms"], "pitch (deg)": abs(spiral["pitch"]), "amplitude": spiral["amplitude"],
                "contrast (mag)": median("contrast"), "width/r": median("width", True), "A1": median("a1")}
     disk = next(row for row in profile["disks"]["rows"] if row["plane"] == int(RED))
     values |= {"type": disk["type"], "h/Rp": ratio(disk["inner_scale"], row["petrosian"]),
