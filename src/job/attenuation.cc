@@ -11,17 +11,10 @@ namespace {
 constexpr double coarser = 10;
 constexpr double coarsest_tolerance = 0.01;
 
-// Distance of the rays, relative to those of an image.
-constexpr double ray_distance = 1.6;
-
 RenderParameters coarse(RenderParameters parameters) {
   double& tolerance = parameters.sampling.tolerance;
   tolerance = std::max(tolerance, std::min(coarser * tolerance, coarsest_tolerance));
   return parameters;
-}
-
-Accuracy rough_accuracy(const RenderParameters& parameters) {
-  return Accuracy::from_tolerance(coarse(parameters).sampling.tolerance).for_sums(ray_distance);
 }
 
 }  // namespace
@@ -33,7 +26,7 @@ bool is_observed(const PlacedGalaxy& placed, const PhotometrySettings& photometr
 }
 
 FootprintRange attenuation_footprints(const RenderParameters& parameters) {
-  return measure_footprints(rough_accuracy(parameters));
+  return measure_footprints(measure_accuracy(coarse(parameters)));
 }
 
 void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
@@ -47,7 +40,7 @@ void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
     if (is_observed(placed, parameters.photometry, scene.unit)) observed.push_back(&placed);
   }
   const RenderParameters rough = coarse(parameters);
-  const Accuracy accuracy = rough_accuracy(parameters);
+  const Accuracy accuracy = measure_accuracy(rough);
   const auto count = static_cast<int>(observed.size());
   constexpr int blocks_per_thread = 16;
   const int block = std::max(1, count / (blocks_per_thread * ranks.size() * threads));

@@ -162,7 +162,7 @@ std::map<const Galaxy*, FootprintRange> footprints_by_galaxy(const Scene& scene,
   std::map<const Galaxy*, FootprintRange> by_galaxy;
   for (const PlacedGalaxy& placed : scene.galaxies) {
     FootprintRange own = Renderer::footprints(parameters, camera, scene.unit, placed) |
-                         measure_footprints(truth_accuracy(parameters));
+                         measure_footprints(measure_accuracy(parameters));
     if (is_observed(placed, parameters.photometry, scene.unit)) {
       own = own | attenuation_footprints(parameters);
     }

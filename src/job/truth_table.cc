@@ -153,7 +153,7 @@ void TruthRows::describe_galaxy(const PlacedGalaxy& placed, std::span<double> ro
   const double length = is_sky() ? arcsecond * glm::length(placed.centre) : 1;
   row[radius] = placed.radius / length;
   const GalaxyMeasure measured =
-      measure(placed, job_.parameters, truth_accuracy(job_.parameters), camera, job_.spectrum);
+      measure(placed, job_.parameters, measure_accuracy(job_.parameters), camera, job_.spectrum);
   row[half_light_radius] = measured.half_light_radius / length;
   row[e1] = measured.e1;
   row[e2] = measured.e2;

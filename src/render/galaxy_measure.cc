@@ -17,6 +17,9 @@ constexpr double largest_stamp = 256;
 constexpr int rings_per_pixel = 32;
 constexpr int spread = 5;
 
+// Distance of the rays, relative to those of an image.
+constexpr double ray_distance = 1.6;
+
 // The least sine of the angle between a view's up and the line of sight.
 constexpr double least_sine = 1e-6;
 
@@ -89,8 +92,8 @@ RenderParameters stamp_view(const PlacedGalaxy& galaxy, const RenderParameters& 
 
 }  // namespace
 
-Accuracy truth_accuracy(const RenderParameters& parameters) {
-  return Accuracy::from_tolerance(parameters.sampling.tolerance).for_sums(1);
+Accuracy measure_accuracy(const RenderParameters& parameters) {
+  return Accuracy::from_tolerance(parameters.sampling.tolerance).for_sums(ray_distance);
 }
 
 FootprintRange measure_footprints(const Accuracy& accuracy) {

@@ -72,6 +72,7 @@ Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
   Coarseness result;
   const Accuracy& accuracy = medium_.accuracy();
   const double finest = accuracy.ray_spacing * accuracy.widest_footprint;
+  const double at_edges = accuracy.edge_spacing * accuracy.widest_footprint;
   const bool is_parallel = camera_.projection() == Projection::orthographic;
   for (const int g : galaxies) {
     const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
@@ -89,20 +90,25 @@ Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
     const double length = size * pixel_in_ball_[static_cast<std::size_t>(g)];
     // Half a diagonal of the cell.
     const double around = length * std::numbers::sqrt2 / 2;
-    double envelope = HUGE_VAL, texture = HUGE_VAL;
+    ColumnScale least;
     for (const auto& component : placed.galaxy->components()) {
       if (supersample_ && !component->has_cusp()) continue;
       const ColumnScale scale = component->column_scale(&nearest.x, &direction.x, around);
-      envelope = std::min(envelope, scale.envelope);
-      texture = std::min(texture, scale.texture);
+      least.envelope = std::min(least.envelope, scale.envelope);
+      least.edge = std::min(least.edge, scale.edge);
+      least.texture = std::min(least.texture, scale.texture);
     }
-    // Number of rays across the cell, if one ray suffices for `share` of the envelope's scale.
-    const auto need = [&](double share, double distance) {
-      return length / std::min(share * envelope, std::max(share * texture, distance));
+    // The length for which one ray suffices is `share` of the scale. `rays` is the number of rays
+    // across such a length.
+    const auto smooth = [&](double share, double rays) {
+      return std::min(share * least.envelope, std::max(share * least.edge, rays * at_edges));
     };
-    result.rays = std::max(result.rays, need(accuracy.ray_size, finest));
-    result.parts = std::max(result.parts, need(accuracy.cell_size, 2 * finest));
-    result.steepness = std::max(result.steepness, length / (accuracy.cell_size * envelope));
+    const auto need = [&](double share, double rays) {
+      return length / std::min(smooth(share, rays), std::max(share * least.texture, rays * finest));
+    };
+    result.rays = std::max(result.rays, need(accuracy.ray_size, 1));
+    result.parts = std::max(result.parts, need(accuracy.cell_size, 2));
+    result.steepness = std::max(result.steepness, length / smooth(accuracy.cell_size, 2));
   }
   return result;
 }

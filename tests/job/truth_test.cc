@@ -94,7 +94,7 @@ Made make(const std::string& list, const std::string& toml) {
 }
 
 GalaxyMeasure measure_alone(const PlacedGalaxy& placed, const Made& made) {
-  return measure(placed, made.parameters, truth_accuracy(made.parameters), made.camera,
+  return measure(placed, made.parameters, measure_accuracy(made.parameters), made.camera,
                  made.spectrum);
 }
 

@@ -46,6 +46,9 @@ struct Accuracy {
   /// Largest distance between rays on a texture, in footprints. Controls the light of clumps that
   /// rays would miss or count twice.
   double ray_spacing;
+  /// Distance of rays, in such footprints, below which an edge needs no closer rays. Controls the
+  /// light at the edges of bars.
+  double edge_spacing;
   /// Relative error of a texture's mean over a galaxy, as if its sample points were independent.
   /// The points are spread evenly, so their error is up to four times smaller. Controls a galaxy's
   /// flux.
@@ -63,6 +66,7 @@ struct Accuracy {
     result.ray_error *= shared_error;
     result.first_step *= shared_step;
     result.ray_spacing *= distance;
+    result.edge_spacing *= distance;
     result.ray_size *= 2 * distance;
     result.cell_size *= distance;
     return result;
@@ -94,6 +98,7 @@ struct Accuracy {
             .cell_size = 0.5 * std::pow(t / 1e-3, 0.25) * std::pow(rough, 0.3),
             .widest_footprint = std::sqrt(t / 1e-3) / 160,
             .ray_spacing = 0.8 * std::pow(rough, 0.2),
+            .edge_spacing = 0.8 * std::pow(rough, 0.2) * std::log10(rough),
             .mean_error = 0.003 * std::pow(rough, 0.6),
             .shares_closure = t > 3e-3};
   }

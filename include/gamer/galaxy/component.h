@@ -67,6 +67,7 @@ struct RayPlan {
 /// value; infinite where the column is negligible.
 struct ColumnScale {
   double envelope = HUGE_VAL;
+  double edge = HUGE_VAL;     ///< scale of an edge, a line across many rays
   double texture = HUGE_VAL;  ///< scale of arms and noise, which extend over many rays
 };
 

@@ -19,8 +19,8 @@ struct GalaxyMeasure {
   double optical_depth = 0;  ///< through the centre, first plane
 };
 
-/// The accuracy with which the galaxies of the truth table are measured.
-Accuracy truth_accuracy(const RenderParameters& parameters);
+/// The accuracy with which galaxies are measured at sampling.tolerance.
+Accuracy measure_accuracy(const RenderParameters& parameters);
 
 /// The footprints of the rays with which galaxies are measured.
 FootprintRange measure_footprints(const Accuracy& accuracy);

@@ -317,7 +317,7 @@ ColumnScale Bar::column_scale(const double nearest[3], const double direction[3]
     if (std::abs(plane) < half_chord) place = plane;
   }
   const double m = metric(o[0] + place * d[0], o[1] + place * d[1]);
-  // The edge and the ansae extend over many rays, whose errors average out like those of arms.
+  // The edge and the ansae extend over many rays.
   const double outside = std::min(m + reach / b, 1 + shape_.cut);
   const double edge = shape_.cut * (1 + std::exp((1 - outside) / shape_.cut));
   double fine = column_lengths * b * edge;
@@ -330,7 +330,7 @@ ColumnScale Bar::column_scale(const double nearest[3], const double direction[3]
   double side = std::hypot(plane * cosine, column_lengths * shape_.z0 * sine);
   if (shape_.peanut > 0)
     side = std::min(side, std::hypot(plane, shape_.peanut_width * shape_.half_length));
-  return {.envelope = std::min(plane, side), .texture = fine};
+  return {.envelope = std::min(plane, side), .edge = fine};
 }
 
 ComponentKind bar_kind() {

@@ -22,7 +22,8 @@ from gamer_program import (ENVIRONMENT, FILES, GALAXY, LAUNCHER, PARAMETERS, PRO
 ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
 
 WIDTH, HEIGHT = 48, 72
-ARGUMENTS = ("render.par", "scene.lst", "-s", f"image.size=[{WIDTH}, {HEIGHT}]")
+ARGUMENTS = ("render.par", "scene.lst", "-s", f"image.size=[{WIDTH}, {HEIGHT}]",
+             "-s", "sampling.tolerance=1e-4")
 KILLS = 20
 
 
@@ -271,7 +272,7 @@ class Resume(unittest.TestCase):
             changed = "out.fits.journal: the job has changed since it began: "
             self.check_refused(folder, "--resume", "-s", "sampling.tolerance=0.02", "-s",
                                "noise.seed=3", begin=changed,
-                               also=["noise.seed was 1, is 3", "sampling.tolerance was 0.01, is 0.02",
+                               also=["noise.seed was 1, is 3", "sampling.tolerance was 0.0001, is 0.02",
                                      "--overwrite"])
             self.check_refused(folder, "--resume", "--truth", begin=changed,
                                also=["--truth was not asked for, is in the image"])
