@@ -34,7 +34,7 @@ def plain(value, unit, name):
         if wanted is None:
             raise UnitError(f"{name} is in {unit}: give a plain number, not {value.unit}")
         try:
-            value = value.to_value(wanted)
+            value = _converted(value, wanted)
         except Exception as error:
             described = f"in {unit}" if unit else "a number without a unit"
             raise UnitError(f"{name} is {described}, not in {value.unit}") from error
@@ -49,6 +49,15 @@ def plain(value, unit, name):
     if isinstance(value, list):
         return [item.item() if isinstance(item, np.generic) else item for item in value]
     return value
+
+
+def _converted(value, wanted):
+    """The value in another unit. 550 nm are 5500 Angstrom, not 5499.999999999999."""
+    if value.unit == wanted:
+        return value.to_value(wanted)
+    converted = value.to_value(wanted)
+    digits = np.vectorize(lambda number: float(f"{number:.15g}"), otypes=[float])
+    return digits(converted) if np.size(converted) else converted
 
 
 def is_number(value):

@@ -19,10 +19,14 @@ def kinds():
 class Galaxy:
     """A galaxy that can be changed. `galaxy["bulge"]["fraction"] = 0.3` sets a parameter of the
     component "bulge"; "galaxy" and "arms" are the sections of these names. Every value is checked
-    when it is set, and the galaxy as a whole when it is rendered, or by check()."""
+    when it is set, and the galaxy as a whole when it is rendered, or by check(). Galaxy() has no
+    component yet, add() gives it some."""
 
-    def __init__(self, tree, name="galaxy", text=None):
-        self._tree = tree
+    def __init__(self, tree=None, name="galaxy", text=None):
+        if tree is not None and not isinstance(tree, dict):
+            raise _core.InputError(f"Galaxy() takes a dictionary, not {tree!r}; Galaxy.load() "
+                                   "reads a galaxy by name or from a file")
+        self._tree = {} if tree is None else tree
         self._text = text
         self.name = name
         self._check_shape()
@@ -117,6 +121,16 @@ class Galaxy:
             number += 1
         return f"{kind}{number}"
 
+    def normalise(self):
+        """Scales the fractions of light so that they add up to 1."""
+        given = [c for c in self._list() if "fraction" in c and c.get("active", True)]
+        total = sum(component["fraction"] for component in given)
+        if not total:
+            raise _core.InputError(f"no component of galaxy {self.name!r} has a fraction")
+        for component in given:
+            component["fraction"] /= total
+        self._changed()
+
     def remove(self, name):
         """Removes a component, or a section."""
         if name in self._names():
@@ -147,14 +161,24 @@ class Galaxy:
             component = self._list()[self._names().index(name)]
             return Parameters("component", component["class"], component, self._changed)
         if name in _sections:
-            values = self._tree.get(name, {})
-
-            def changed():
-                self._tree[name] = values
-                self._changed()
-
-            return Parameters(name, "", values, changed)
+            return self.section(name)
         raise self._unknown(name)
+
+    def __setitem__(self, name, values):
+        raise TypeError(f"galaxy[{name!r}] cannot be replaced: galaxy[{name!r}].update(...) sets "
+                        "parameters, add() and remove() change components")
+
+    def section(self, name):
+        """The section [galaxy] or [arms], also where a component has its name."""
+        if name not in _sections:
+            raise UnknownParameter(f"a galaxy has the sections {', '.join(_sections)}, not {name!r}")
+        values = self._tree.get(name, {})
+
+        def changed():
+            self._tree[name] = values
+            self._changed()
+
+        return Parameters(name, "", values, changed)
 
     def __delitem__(self, name):
         self.remove(name)
@@ -169,7 +193,8 @@ class Galaxy:
         return name in self.keys()
 
     def keys(self):
-        return [*_sections, *self._names()]
+        names = self._names()
+        return [*(section for section in _sections if section not in names), *names]
 
     def _ipython_key_completions_(self):
         return self.keys()

@@ -25,6 +25,11 @@ def _unit(text):
     return units.Unit(text) if text else units.dimensionless_unscaled
 
 
+def _read_only(data):
+    data.flags.writeable = False
+    return data
+
+
 def _table(columns):
     """An Astropy Table of columns with units."""
     from astropy.table import Column, Table
@@ -102,16 +107,19 @@ class Image(_Rendered):
     @property
     def data(self):
         """The pixels as [plane, y, x], row 0 at the bottom. It is a view without a copy, in the
-        precision of image.bitpix: float32, or float64 for -64."""
-        return self._rendering.data
+        precision of image.bitpix: float32, or float64 for -64. It cannot be written to, so that
+        the file and the picture show what it holds; data.copy() can."""
+        return _read_only(self._rendering.data)
 
     @property
     def truth_data(self):
         """The planes of [truth], as [plane, y, x]."""
-        return self._rendering.truth_data
+        return _read_only(self._rendering.truth_data)
 
-    def __array__(self, dtype=None):
-        return self.data if dtype is None else self.data.astype(dtype)
+    def __array__(self, dtype=None, copy=None):
+        if copy:
+            return np.array(self.data, dtype=dtype)
+        return self.data if dtype is None else self.data.astype(dtype, copy=False)
 
     @property
     def shape(self):
@@ -169,6 +177,10 @@ class Stamp:
     def unit(self):
         return self._owner.unit
 
+    @property
+    def planes(self):
+        return self._owner.planes
+
     def __repr__(self):
         return f"<Stamp {self._number + 1}: {self.data.shape[2]} x {self.data.shape[1]}>"
 
@@ -178,7 +190,7 @@ class Stamps(_Rendered):
 
     def __init__(self, rendering):
         super().__init__(rendering)
-        self._stamps = [Stamp(self, number, x, y, data)
+        self._stamps = [Stamp(self, number, x, y, _read_only(data))
                         for number, (x, y, data) in enumerate(rendering.stamps)]
 
     def __len__(self):
@@ -191,4 +203,4 @@ class Stamps(_Rendered):
         return iter(self._stamps)
 
     def __repr__(self):
-        return f"<Stamps of {len(self)} objects>"
+        return f"<Stamps of {len(self)} object{'' if len(self) == 1 else 's'}>"

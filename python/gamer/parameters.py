@@ -1,5 +1,6 @@
 """Declared parameters: each has a name, a type, a unit, an interval, a default, a description."""
 
+import difflib
 import functools
 import html
 from collections.abc import MutableMapping
@@ -46,11 +47,20 @@ def html_table(rows, titles):
 
 def unknown(key, known, where):
     """A KeyError that names near keys."""
-    import difflib
+    return UnknownParameter(f"{where} has no parameter {key!r}{near(key, known)}")
 
-    near = difflib.get_close_matches(str(key), list(known), n=3)
-    hint = f"; did you mean {', '.join(map(repr, near))}?" if near else ""
-    return UnknownParameter(f"{where} has no parameter {key!r}{hint}")
+
+def near(key, known):
+    """A hint at names like one that nothing has; at all names where there are few."""
+    known = list(known)
+    found = difflib.get_close_matches(str(key), known, n=3)
+    if found:
+        return f"; did you mean {', '.join(map(repr, found))}?"
+    return f"; it has {', '.join(known)}" if 0 < len(known) <= 12 else ""
+
+
+def _nothing():
+    pass
 
 
 class UnknownParameter(KeyError, _core.InputError):
@@ -72,7 +82,7 @@ class Parameters(MutableMapping):
         set_own("_group", group)
         set_own("_name", name)
         set_own("_values", {} if values is None else values)
-        set_own("_changed", changed or (lambda: None))
+        set_own("_changed", changed or _nothing)
         set_own("_declarations", declarations(group, name))
 
     # -- a mapping -------------------------------------------------------------------------------
@@ -85,6 +95,8 @@ class Parameters(MutableMapping):
 
     def __setitem__(self, key, value):
         declared = self.declaration(key)
+        if key == "class" and self._group == "component" and value != self._name:
+            raise _core.InputError(f"{self._where()} stays one: remove it and add another")
         if declared.type == "noise":
             self._set_noise(key, value)
         else:
@@ -113,8 +125,11 @@ class Parameters(MutableMapping):
     # -- attributes, for completion --------------------------------------------------------------
 
     def __getattr__(self, key):
-        if key.startswith("_") or key not in self._declarations:
-            raise AttributeError(f"{self._where()} has no parameter {key!r}")
+        if key.startswith("_"):
+            raise AttributeError(key)
+        if key not in self._declarations:
+            hint = near(key, self._declarations)
+            raise AttributeError(f"{self._where()} has no parameter {key!r}{hint}")
         return self[key]
 
     def __setattr__(self, key, value):

@@ -1,6 +1,7 @@
 """Cameras and renderers."""
 
 import functools
+import numbers
 import pathlib
 import tomllib
 import warnings
@@ -42,6 +43,22 @@ def _sections_of_keys():
     return found
 
 
+def _tree_of_text(text, label):
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise _core.InputError(f"{label}: {error}; a parameter file has lines such as "
+                               "[image] and size = 256") from error
+
+
+def _tree_of_file(path):
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise _core.InputError(f"cannot read '{path}': {error.strerror}") from error
+    return _tree_of_text(text, path)
+
+
 class RenderParameters:
     """All sections of a parameter file: parameters["image"]["size"] = 128."""
 
@@ -51,9 +68,9 @@ class RenderParameters:
             tree = source
         elif isinstance(source, pathlib.Path) or (isinstance(source, str) and "\n" not in source
                                                   and source.endswith(".par")):
-            tree = tomllib.loads(pathlib.Path(source).read_text(encoding="utf-8"))
+            tree = _tree_of_file(pathlib.Path(source))
         elif source is not None:
-            tree = tomllib.loads(source)
+            tree = _tree_of_text(source, "parameters")
         self._others = {}
         self._sections = {}
         for section, values in tree.items():
@@ -109,6 +126,8 @@ def _session(threads, folders):
 def session(threads=0):
     """The session that renderers with so many threads share (0: all cores). It keeps what was
     measured of galaxies: `measured` and `recalled` count the parts."""
+    if not isinstance(threads, numbers.Integral) or threads < 0:
+        raise _core.InputError(f"threads is a whole number, 0 for all cores, not {threads!r}")
     return _session(threads, tuple(_data.folders()))
 
 
@@ -118,6 +137,8 @@ def _progress(progress):
         return None, lambda: None
     if callable(progress):
         return progress, lambda: None
+    if progress is not True:
+        raise TypeError(f"progress is True or a function of (stage, done, total), not {progress!r}")
     try:
         from tqdm.auto import tqdm
     except ImportError:
@@ -159,6 +180,9 @@ class Renderer:
         """As the command line reads two files."""
         return cls(Scene.read(scene), None, pathlib.Path(parameters), threads=threads, **settings)
 
+    def __repr__(self):
+        return f"<Renderer of {self.scene!r}\n{self.parameters.to_toml()}>"
+
     def _load(self):
         columns, path, galaxies = self.scene._input(self.parameters["camera"]["projection"] == "sky")
         return session(self.threads).load(
@@ -168,16 +192,24 @@ class Renderer:
         """Every parameter that applies with its value, as the text of a parameter file."""
         return self._load().parameters
 
-    def render(self, truth=False, progress=None):
+    def render(self, truth=False, progress=None, comm=None):
         """Renders, and returns an Image or, in layout "stamps", Stamps. With `truth` there is a
         table of what each object is. `progress` is True or a function of (stage, done, total);
-        what it raises ends the render. Ctrl-C ends it, too."""
+        what it raises ends the render. Ctrl-C ends it, too. `comm`, a communicator of mpi4py, may
+        have one rank: several ranks render an image each."""
+        if comm is not None and comm.Get_size() > 1:
+            raise _core.InputError(
+                f"a render has the threads of one process, not {comm.Get_size()} ranks: let each "
+                "rank render images of its own, with comm=MPI.COMM_SELF; for one large image, "
+                "start the program gamer with mpirun")
         return _render(session(self.threads), self._load(), truth, progress)
 
 
 def render_again(path, *, threads=0, settings=(), truth=False, progress=None):
     """Renders an image anew from its file, as `gamer --from-header`; settings are
     "section.key=value"."""
+    if isinstance(settings, str):
+        settings = [settings]
     own = session(threads)
     job = own.load_files(pathlib.Path(), pathlib.Path(), pathlib.Path(path), list(settings))
     return _render(own, job, truth, progress)

@@ -49,13 +49,14 @@ class Renderer:
         self,
         truth: bool = False,
         progress: bool | Callable[[str, int, int], Any] | None = None,
+        comm: Any = None,
     ) -> Image | Stamps: ...
 
 def render_again(
     path: str | os.PathLike[str],
     *,
     threads: int = 0,
-    settings: Sequence[str] = (),
+    settings: str | Sequence[str] = (),
     truth: bool = False,
     progress: bool | Callable[[str, int, int], Any] | None = None,
 ) -> Image | Stamps: ...

@@ -1,6 +1,7 @@
 """Scenes: rows of objects, in memory or from a catalogue."""
 
 import pathlib
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -12,6 +13,27 @@ from .parameters import declarations, unknown
 # Columns of a scene without rows, which a view of the sky may show, by whether it is one.
 _empty = {True: ("galaxy", "ra", "dec", "size_kpc", "inclination", "pa", "apparent_magnitude"),
           False: ("galaxy", "x", "y", "z", "inclination", "pa")}
+
+
+def _mappings(rows):
+    """The rows of a scene, if they are rows."""
+    if isinstance(rows, (str, pathlib.Path)):
+        raise _core.InputError(f"Scene.read({str(rows)!r}) reads a file; Scene() takes rows")
+    if isinstance(rows, (Mapping, Galaxy)):
+        raise _core.InputError("a scene is a list of rows, such as [dict(galaxy=..., x=0)], also "
+                               "where it is one row; columns make an Astropy Table first")
+    if hasattr(rows, "iterrows"):
+        raise _core.InputError("a DataFrame makes an Astropy Table first: Table.from_pandas(frame)")
+    if not isinstance(rows, Iterable):
+        raise _core.InputError(f"a scene is a list of rows or an Astropy Table, not {rows!r}")
+    rows = list(rows)
+    for number, row in enumerate(rows, 1):
+        if isinstance(row, Galaxy) or not isinstance(row, Mapping):
+            raise _core.InputError(f"row {number} must be a dictionary, such as "
+                                   f"dict(galaxy=..., x=0), not {row!r}")
+        if "galaxy" not in row:
+            raise _core.InputError(f"row {number} has no galaxy; it has {', '.join(row)}")
+    return rows
 
 
 class Scene:
@@ -36,7 +58,7 @@ class Scene:
         else:
             self._table = None
             self._rows = []
-            for row in rows:
+            for row in _mappings(rows):
                 self.add(**row)
 
     @classmethod

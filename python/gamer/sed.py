@@ -15,6 +15,9 @@ class Sed(_core.Sed):
     def __init__(self, name):
         super().__init__(name, _data.folders())
 
+    def __repr__(self):
+        return f"<Sed {self.name}>"
+
     def __call__(self, wavelength):
         return self.flux(_units.plain(wavelength, "Angstrom", "wavelength"))
 
@@ -24,6 +27,9 @@ class Bandpass(_core.Bandpass):
 
     def __init__(self, name):
         super().__init__(name, _data.folders())
+
+    def __repr__(self):
+        return f"<Bandpass {self.name}, pivot {self.pivot:.0f} Angstrom>"
 
     def __call__(self, wavelength):
         return self.response(_units.plain(wavelength, "Angstrom", "wavelength"))
@@ -37,9 +43,19 @@ def _band(band):
     return band if isinstance(band, _core.Bandpass) else Bandpass(band)
 
 
+def _each(function, redshift):
+    """The function's value at a redshift, or at each of an array."""
+    redshift = np.asarray(redshift, dtype=float)
+    if redshift.ndim == 0:
+        return function(float(redshift))
+    return np.array([function(z) for z in redshift.ravel().tolist()]).reshape(redshift.shape)
+
+
 def band_flux(sed, band, redshift=0.0, igm="none"):
-    """Flux c F_nu of redshifted light in a band, in units of the spectrum times Angstrom^2."""
-    return _core.band_flux(_sed(sed), _band(band), redshift, igm)
+    """Flux c F_nu of redshifted light in a band, in units of the spectrum times Angstrom^2. This
+    function and those below take arrays of redshifts, too."""
+    spectrum, response = _sed(sed), _band(band)
+    return _each(lambda z: _core.band_flux(spectrum, response, z, igm), redshift)
 
 
 def color(sed, blue, red, redshift=0.0, igm="none"):
@@ -50,11 +66,12 @@ def color(sed, blue, red, redshift=0.0, igm="none"):
 def k_correction(sed, observed, rest=None, redshift=0.0):
     """K correction of Hogg et al. 2002: m_observed = M_rest + distance modulus + K."""
     band = _band(observed)
-    return _core.k_correction(_sed(sed), band, band if rest is None else _band(rest), redshift)
+    spectrum, own = _sed(sed), band if rest is None else _band(rest)
+    return _each(lambda z: _core.k_correction(spectrum, band, own, z), redshift)
 
 
 def apparent_magnitude(absolute, sed, observed, rest=None, redshift=0.1, h0=70.0, omega_m=0.3):
     """Apparent AB magnitude of an absolute one in the band `rest`, which is `observed` unless
     given."""
-    modulus = _core.distance_modulus(redshift, h0, omega_m)
+    modulus = _each(lambda z: _core.distance_modulus(z, h0, omega_m), redshift)
     return absolute + modulus + k_correction(sed, observed, rest, redshift)

@@ -1,13 +1,17 @@
 from typing import Any
 
-from .image import Image
+from .image import Image, Stamp
 
 def galsim_image(
-    image: Image, plane: int = 0, scale: float | None = None, flux: float | None = None, **settings: Any
+    image: Image | Stamp,
+    plane: int | str = 0,
+    scale: float | None = None,
+    flux: float | None = None,
+    **settings: Any,
 ) -> Any: ...
 def lenstronomy_source(
-    image: Image,
-    plane: int = 0,
+    image: Image | Stamp,
+    plane: int | str = 0,
     scale: float | None = None,
     amp: float = 1.0,
     center_x: float = 0.0,

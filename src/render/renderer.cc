@@ -263,6 +263,7 @@ void Renderer::sample_light(const std::function<void(double x, double y, double 
     for (int x = 0; x < camera_.width(); ++x) place_samples(x, y, 0, near, work);
     // Each ray becomes a pixel of its own.
     for (std::size_t begin = 0; begin < work.samples.size(); begin += width) {
+      check_cancelled();
       const std::span<Sample> part =
           std::span(work.samples).subspan(begin, std::min(width, work.samples.size() - begin));
       for (std::size_t i = 0; i < part.size(); ++i) part[i].pixel = static_cast<int>(i);

@@ -1,5 +1,7 @@
 """Galaxies as objects: parameters, components, texts."""
 
+import copy
+import pickle
 import tomllib
 
 import pytest
@@ -121,3 +123,57 @@ def test_quantities():
         dust["optical_depth"] = 2 * u.mag
     with pytest.raises(gamer.UnitError, match="galaxy radii"):
         dust["z0"] = 1 * u.kpc
+
+
+def test_a_galaxy_from_nothing():
+    own = gamer.Galaxy(name="mine")
+    with pytest.raises(gamer.InputError, match="at least one"):
+        own.check()
+    own.add("disk", name="disk", sed="Sbc", noise=False, fraction=0.7)
+    own.add("bulge", name="bulge", sed="E", effective_radius=0.1, fraction=0.5)
+    with pytest.raises(gamer.InputError, match="fractions"):
+        own.check()
+    own.normalise()
+    own.check()
+    assert own["disk"]["fraction"] == pytest.approx(7 / 12, rel=1e-15)
+    assert own["bulge"]["fraction"] == pytest.approx(5 / 12, rel=1e-15)
+    with pytest.raises(gamer.InputError, match="no component of galaxy 'empty' has a fraction"):
+        gamer.Galaxy(name="empty").normalise()
+    with pytest.raises(gamer.InputError, match=r"Galaxy.load\(\) reads"):
+        gamer.Galaxy("ngc4321")
+
+
+def test_sections_behind_components():
+    """A component that is called "arms" hides the section of this name."""
+    galaxy = gamer.Galaxy.load("ngc4321")
+    assert galaxy["arms"]["class"] != "" and list(galaxy).count("arms") == 1
+    assert galaxy.section("arms")["model"] == "logarithmic"
+    galaxy.section("arms")["pitch_angle"] = 12
+    assert gamer.Galaxy.from_toml(galaxy.to_toml()).section("arms")["pitch_angle"] == 12
+    with pytest.raises(KeyError, match="galaxy, arms, not 'arm'"):
+        galaxy.section("arm")
+
+
+def test_components_keep_their_class(smooth):
+    with pytest.raises(gamer.InputError, match="remove it and add another"):
+        smooth["disk"]["class"] = "bar"
+    smooth["disk"]["class"] = "disk"
+    with pytest.raises(TypeError, match=r"galaxy\['disk'\].update"):
+        smooth["disk"] = {"rh": 0.2}
+    with pytest.raises(AttributeError, match="did you mean 'effective_radius'"):
+        smooth["bulge"].effective_radii
+
+
+def test_copies_and_pickles(smooth):
+    camera = gamer.Camera(projection="sky", center=[1, 2])
+    renderer = gamer.Renderer([dict(galaxy=smooth, ra=1, dec=2)], camera, size=8)
+    for clone in (copy.deepcopy, lambda value: pickle.loads(pickle.dumps(value))):
+        assert clone(camera).given() == camera.given()
+        assert clone(smooth) == smooth
+        assert clone(renderer).parameters.to_toml() == renderer.parameters.to_toml()
+
+
+def test_converted_units_are_round():
+    assert gamer.Camera(pixel_scale=0.1 / 60 * u.arcmin)["pixel_scale"] == 0.1
+    parameters = gamer.RenderParameters({"spectrum": {"wavelengths": [550, 640.3] * u.nm}})
+    assert parameters["spectrum"]["wavelengths"] == [5500, 6403]

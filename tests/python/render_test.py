@@ -25,11 +25,21 @@ def long_renderer(threads=2, size=1500):
                           supersample=4, threads=threads)
 
 
+def long_truth():
+    """One object whose row in the table of truth would take a minute."""
+    camera = gamer.Camera(projection="orthographic", position=[0, 0, 10], up=[0, 1, 0], width=2.5)
+    return gamer.Renderer([dict(galaxy="m51", x=0, y=0, z=0, inclination=30, pa=0)], camera,
+                          size=8, tolerance=1e-4, wavelengths=[5500])
+
+
 def test_data_is_a_view(smooth, face_on):
     image = gamer.Renderer([dict(galaxy=smooth, x=0, y=0, z=0, inclination=40, pa=0)], face_on,
                            size=[20, 10], wavelengths=[4400, 5500, 7000]).render()
     assert image.shape == (3, 10, 20) and image.data.dtype == np.float32
     assert np.shares_memory(image.data, image.data)
+    with pytest.raises(ValueError, match="read-only"):
+        image.data[0, 0, 0] = 1
+    assert np.array(image, copy=True).flags.writeable
     assert np.asarray(image).shape == (3, 10, 20)
     assert image.planes == ["4400A", "5500A", "7000A"]
     assert image.wavelengths.tolist() == [4400, 5500, 7000]
@@ -97,6 +107,17 @@ def test_wrong_scenes():
         gamer.Scene([dict(galaxy=3)])
     with pytest.raises(gamer.UnitError, match="deg, not in kpc"):
         gamer.Scene([dict(galaxy="ngc4321", pa=3 * u.kpc)])
+    galaxy = gamer.Galaxy.load("ngc4321")
+    for rows, message in [
+        (dict(galaxy=galaxy, x=0), "a scene is a list of rows"),
+        (galaxy, "a scene is a list of rows"),
+        (3, "a scene is a list of rows or an Astropy Table, not 3"),
+        ("scene.lst", r"Scene.read\('scene.lst'\) reads a file"),
+        ([galaxy], "row 1 must be a dictionary"),
+        ([dict(galaxy=galaxy), dict(x=0)], "row 2 has no galaxy; it has x"),
+    ]:
+        with pytest.raises(gamer.InputError, match=message):
+            gamer.Scene(rows)
     with pytest.raises(gamer.InputError, match="no file"):
         gamer.Scene.read("nowhere.fits")
     table = Table({"galaxy": ["ngc4321"], "x": [[0.0, 1.0]]})
@@ -118,6 +139,13 @@ def test_wrong_settings(face_on):
         gamer.Camera(projection="round")
     with pytest.raises(TypeError):
         gamer.Renderer([], "camera")
+    with pytest.raises(gamer.InputError, match="cannot read 'nowhere.par'"):
+        gamer.Renderer([], face_on, "nowhere.par")
+    with pytest.raises(gamer.InputError, match="parameters: Expected '='"):
+        gamer.Renderer([], face_on, "size 3")
+    for threads in (-1, 1.5, "two"):
+        with pytest.raises(gamer.InputError, match="threads is a whole number"):
+            gamer.Renderer([], face_on, threads=threads).render()
     renderer = gamer.Renderer([dict(galaxy="ngc4321", x=0, y=0, z=0)], face_on, size=8,
                               wavelengths=[5500], parameters="[animation]\nframes = 3\n")
     with pytest.raises(gamer.InputError, match="a film has many images"):
@@ -150,17 +178,18 @@ def test_exceptions_of_callbacks_end_the_render(threads):
     assert image.data.shape == (1, 8, 8)
 
 
-def test_interrupt_ends_the_render(tmp_path):
+@pytest.mark.parametrize("arguments", ["", "truth=True"])
+def test_interrupt_ends_the_render(tmp_path, arguments):
     script = tmp_path / "interrupted.py"
     script.write_text(
         "import os, signal, sys, threading, time\n"
         f"sys.path.insert(0, {str(__file__).rsplit('/', 1)[0]!r})\n"
         "import render_test\n"
-        "renderer = render_test.long_renderer()\n"
+        f"renderer = render_test.{'long_truth' if arguments else 'long_renderer'}()\n"
         "threading.Timer(1, lambda: os.kill(os.getpid(), signal.SIGINT)).start()\n"
         "begin = time.monotonic()\n"
         "try:\n"
-        "    renderer.render()\n"
+        f"    renderer.render({arguments})\n"
         "except KeyboardInterrupt:\n"
         "    print('interrupted after', time.monotonic() - begin)\n")
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=60)
@@ -250,6 +279,21 @@ def test_memory_stays(face_on):
     gc.collect()
     # At most 0.4 MB of growth were measured in 3200 renders.
     assert resident() - before < 8e5
+
+
+def test_communicators(smooth, face_on):
+    class Communicator:
+        def __init__(self, size):
+            self.size = size
+
+        def Get_size(self):
+            return self.size
+
+    renderer = gamer.Renderer([dict(galaxy=smooth, x=0, y=0, z=0, inclination=0, pa=0)], face_on,
+                              size=8, wavelengths=[5500])
+    assert renderer.render(comm=Communicator(1)).shape == (1, 8, 8)
+    with pytest.raises(gamer.InputError, match="one process, not 3 ranks"):
+        renderer.render(comm=Communicator(3))
 
 
 def test_no_mpi_at_import():

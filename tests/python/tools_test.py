@@ -1,5 +1,7 @@
 """gamer.process, gamer.noise, gamer.sed and stamps for other packages."""
 
+import json
+
 import numpy as np
 import pytest
 from astropy import units as u
@@ -63,6 +65,57 @@ def test_process_errors():
     assert "fwhm" in process.convolve.__doc__
 
 
+def test_process_keeps_doubles():
+    """Numbers that float32 cannot hold stay, in the byte order of a FITS file, too."""
+    values = 1 + 2.0**-40 * np.arange(12).reshape(3, 4)
+    for array in (values, values.astype(">f8"), values.astype(np.longdouble)):
+        assert np.array_equal(process.scale(array, factor=[1.0])[0].data, values)
+    counts = 2**26 + np.arange(12).reshape(3, 4)
+    assert np.array_equal(process.scale(counts, factor=[1.0])[0].data, counts)
+    assert process.scale(values.astype(np.float32), factor=[1.0])[0].header["BITPIX"] == -32
+
+
+def test_process_takes_units_and_masks():
+    values = np.arange(12.0).reshape(3, 4)
+    scaled = process.scale(values * u.nJy, factor=[2.0])[0]
+    assert scaled.header["BUNIT"] == "nJy" and np.array_equal(scaled.data, 2 * values)
+    scaled = process.scale(np.ma.masked_less(values, 5), factor=[2.0])[0].data
+    assert np.array_equal(scaled, np.where(values < 5, np.nan, 2 * values), equal_nan=True)
+
+
+def test_process_options(smooth):
+    image = np.zeros((9, 9))
+    image[4, 4] = 1
+    kernel = np.outer([1, 2, 1], [1, 3, 1]) / 20
+    seen = process.convolve(image, psf=kernel)[0].data
+    assert np.allclose(seen[3:6, 3:6], kernel, rtol=1e-12) and seen.sum() == pytest.approx(1)
+    sky = sky_image(smooth)
+    plain = process.convolve(sky, psf="gaussian", fwhm=0.8, unit="arcsec")[0].data
+    for fwhm in (0.8 * u.arcsec, 4 * u.pix, (0.8 / 60) * u.arcmin):
+        seen = process.convolve(sky, psf="gaussian", fwhm=fwhm)[0].data
+        # A pixel in the middle has 0.2 arcsec; rounding remains.
+        assert np.allclose(seen, plain, rtol=2e-6, atol=1e-6 * plain.max())
+    with pytest.raises(gamer.UnitError, match="but unit='pixel'"):
+        process.convolve(sky, psf="gaussian", fwhm=1 * u.arcsec, unit="pixel")
+
+
+def test_process_measures():
+    values = np.arange(12.0).reshape(3, 4)
+    told = process.stats(values)
+    assert told.table["median"][0] == 5.5 and told.table["sum"][0] == 66
+    assert repr(told) == str(told)
+    assert json.loads(process.stats(values, json=True))["statistics"]["rows"][0]["sum"] == 66
+
+
+def test_process_errors_name_inputs():
+    with pytest.raises(gamer.InputError, match="^input 1: no celestial axes"):
+        process.convolve(np.zeros((4, 4)), psf="gaussian", fwhm=1, unit="arcsec")
+    with pytest.raises(gamer.InputError, match="^psf: a PSF of 4 x 4 pixels"):
+        process.convolve(np.zeros((9, 9)), psf=np.ones((4, 4)))
+    with pytest.raises(AttributeError, match="did you mean 'noise'"):
+        process.nosie
+
+
 def test_noise_fields():
     assert {"simplex", "perlin"} <= set(noise.kinds())
     field = noise.Field(seed=3, kind="perlin", octaves=3, frequency_scale=4)
@@ -83,6 +136,15 @@ def test_noise_fields():
         noise.Field(octave=3)
     with pytest.raises(gamer.InputError, match="octaves"):
         noise.Field(octaves=-3)
+    for seed in (-1, 1.5):
+        with pytest.raises(gamer.InputError, match="seed is a whole number"):
+            noise.Field(seed=seed)
+    with pytest.raises(gamer.InputError, match="whole number of pixels"):
+        field.slice(8.5)
+    with pytest.raises(gamer.InputError, match="coordinates are numbers"):
+        field("a", 1)
+    with pytest.raises(gamer.UnitError):
+        field(1 * u.kpc, 1)
 
 
 def test_sed_magnitudes():
@@ -101,6 +163,12 @@ def test_sed_magnitudes():
     modulus = FlatLambdaCDM(H0=70, Om0=0.3).distmod(0.5).value
     assert sed.apparent_magnitude(-20, flat, "sdss_r", redshift=0.5) == pytest.approx(
         -20 + modulus - 2.5 * np.log10(1.5), abs=2e-4)
+    redshifts = np.array([[0.1, 0.5], [1.0, 2.0]])
+    colors = sed.color("E", "sdss_g", "sdss_r", redshift=redshifts)
+    assert colors.shape == (2, 2)
+    assert colors[1, 0] == sed.color("E", "sdss_g", "sdss_r", redshift=1.0)
+    assert sed.apparent_magnitude(-20, flat, "sdss_r", redshift=[0.5])[0] == sed.apparent_magnitude(
+        -20, flat, "sdss_r", redshift=0.5)
     with pytest.raises(gamer.InputError, match="unknown SED"):
         sed.Sed("nothing")
     with pytest.raises(gamer.InputError, match="madau95"):
@@ -114,6 +182,18 @@ def sky_image(smooth):
     return gamer.Renderer([dict(galaxy=smooth, dx=0, dy=0, redshift=0.1, size_kpc=15,
                                 magnitude=-21, inclination=40, pa=0)], camera, size=63,
                           bands=["lsst_r"], tolerance=1e-2).render()
+
+
+def test_stamps_need_a_scale(smooth, face_on):
+    _, arguments = gamer.stamps.lenstronomy_source(sky_image(smooth), plane="lsst_r")
+    assert arguments[0]["scale"] == pytest.approx(0.2, rel=1e-9)
+    relative = gamer.Renderer([dict(galaxy=smooth, x=0, y=0, z=0, inclination=0, pa=0)], face_on,
+                              size=8, wavelengths=[5500]).render()
+    with pytest.raises(gamer.InputError, match="no view of the sky: give scale"):
+        gamer.stamps.lenstronomy_source(relative)
+    with pytest.raises(gamer.InputError, match="no plane 'lsst_r'; there are 5500A"):
+        gamer.stamps.lenstronomy_source(relative, plane="lsst_r", scale=0.1)
+    assert gamer.stamps.lenstronomy_source(relative, scale=0.1)[1][0]["scale"] == 0.1
 
 
 def test_galsim(smooth):
