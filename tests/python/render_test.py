@@ -1,6 +1,9 @@
 """Renders: views, progress, cancellation, exceptions, threads, lifetimes."""
 
 import gc
+import os
+import pathlib
+import shutil
 import subprocess
 import sys
 import threading
@@ -340,3 +343,13 @@ def test_command_line(program):
     wrong = subprocess.run([sys.executable, "-m", "gamer", "--nothing"], capture_output=True,
                            text=True)
     assert wrong.returncode == 2
+
+
+def test_missing_module(tmp_path):
+    """Without its compiled module, as for another Python, the package says what is wrong."""
+    folder = pathlib.Path(gamer.__file__).parent
+    shutil.copytree(folder, tmp_path / "gamer", ignore=shutil.ignore_patterns("*.so", "__pycache__"))
+    done = subprocess.run([sys.executable, "-c", "import gamer"], capture_output=True, text=True,
+                          env={**os.environ, "PYTHONPATH": str(tmp_path)})
+    assert done.returncode == 1
+    assert f"gamer._core is not built for this Python, {sys.executable}" in done.stderr
