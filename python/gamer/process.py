@@ -141,7 +141,7 @@ def run(name, *inputs, **values):
         files = names + ([str(folder / output)] if output else [])
         answer, printed = _run(name, [*arguments, *files], folder)
         if result == "fits":
-            return fits.HDUList.fromstring((folder / output).read_bytes())
+            return fits.open(io.BytesIO((folder / output).read_bytes()))
         if result == "picture":
             return Picture((folder / output).read_bytes())
         table = folder / "table.fits"
