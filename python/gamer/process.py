@@ -157,6 +157,10 @@ class Picture:
     def _repr_png_(self):
         return self.png
 
+    def __repr__(self):
+        width, height = (int.from_bytes(self.png[at:at + 4], "big") for at in (16, 20))
+        return f"<Picture {width} x {height}>"
+
     def write(self, path):
         pathlib.Path(path).write_bytes(self.png)
 
@@ -201,6 +205,10 @@ for _name, _operation in _operations.items():
         globals()[_alias] = globals()[_name]
 
 __all__ = ["operations", "run", *_operations]
+
+
+def __dir__():
+    return [*__all__, "Picture", "Text"]
 
 
 def __getattr__(name):
