@@ -8,6 +8,16 @@
     image = gamer.Renderer(scene, camera, size=256, wavelengths=[4300, 5750, 7400]).render()
 """
 
+from importlib import import_module as _import_module
+from sys import executable as _executable
+
+try:
+    _import_module("gamer._core")
+except ImportError as error:
+    raise ImportError(
+        f"the module gamer._core is not built for this Python, {_executable}, or cannot be "
+        f"loaded: {error}. docs/python.md says how to install the package") from error
+
 from . import noise, process, sed, stamps
 from ._core import Cancelled, InputError, RunError, __version__
 from ._data import bands, galaxies, seds

@@ -28,7 +28,10 @@ def astropy_unit(text):
 
 
 def plain(value, unit, name):
-    """The value without its unit, in the declared unit. Arrays become lists."""
+    """The value without its unit, in the declared unit. Arrays become lists, and a SkyCoord its
+    right ascension and declination."""
+    if unit == "deg" and hasattr(value, "icrs"):
+        value = [value.icrs.ra, value.icrs.dec]
     if is_quantity(value):
         wanted = astropy_unit(unit)
         if wanted is None:
@@ -55,6 +58,10 @@ def _converted(value, wanted):
     """The value in another unit. 550 nm are 5500 Angstrom, not 5499.999999999999."""
     if value.unit == wanted:
         return value.to_value(wanted)
+    if hasattr(value.unit, "physical_unit") and str(wanted) == "mag":
+        from astropy import units
+
+        return value.to_value(units.ABmag)
     converted = value.to_value(wanted)
     digits = np.vectorize(lambda number: float(f"{number:.15g}"), otypes=[float])
     return digits(converted) if np.size(converted) else converted

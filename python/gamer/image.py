@@ -1,5 +1,6 @@
 """Rendered images: pixels with what they mean."""
 
+import io
 import pathlib
 import tempfile
 import tomllib
@@ -97,7 +98,7 @@ class _Rendered:
             with tempfile.TemporaryDirectory(prefix="gamer-") as folder:
                 path = pathlib.Path(folder) / "image.fits"
                 self._rendering.write(path)
-                self._hdus = fits.HDUList.fromstring(path.read_bytes())
+                self._hdus = fits.open(io.BytesIO(path.read_bytes()))
         return self._hdus
 
 

@@ -8,6 +8,8 @@ Operations that make an image return an HDUList; those that make a picture retur
 that measure return the text that gutil prints, whose `table` is an Astropy Table.
 """
 
+import functools
+import io
 import pathlib
 import re
 import reprlib
@@ -139,10 +141,11 @@ def run(name, *inputs, **values):
         files = names + ([str(folder / output)] if output else [])
         answer, printed = _run(name, [*arguments, *files], folder)
         if result == "fits":
-            return fits.HDUList.fromstring((folder / output).read_bytes())
+            return fits.open(io.BytesIO((folder / output).read_bytes()))
         if result == "picture":
             return Picture((folder / output).read_bytes())
-        return Text(printed, answer, _table(folder / "table.fits"))
+        table = folder / "table.fits"
+        return Text(printed, answer, table.read_bytes() if table.exists() else None)
 
 
 class Picture:
@@ -154,32 +157,36 @@ class Picture:
     def _repr_png_(self):
         return self.png
 
+    def __repr__(self):
+        width, height = (int.from_bytes(self.png[at:at + 4], "big") for at in (16, 20))
+        return f"<Picture {width} x {height}>"
+
     def write(self, path):
         pathlib.Path(path).write_bytes(self.png)
 
 
 class Text(str):
-    """What an operation prints; `answer` is 1 where it says no (compare). `table` holds the numbers
-    as an Astropy Table, None for operations that make no table."""
+    """What an operation prints; `answer` is 1 where it says no (compare)."""
 
-    def __new__(cls, text, answer=0, table=None):
+    def __new__(cls, text, answer=0, fits=None):
         made = super().__new__(cls, text)
         made.answer = answer
-        made.table = table
+        made._fits = fits
         return made
+
+    @functools.cached_property
+    def table(self):
+        """The numbers as an Astropy Table; None for operations that make no table."""
+        from astropy.table import Table
+
+        if self._fits is None:
+            return None
+        table = Table.read(io.BytesIO(self._fits), format="fits")
+        table.convert_bytestring_to_unicode()
+        return table
 
     def __repr__(self):
         return str(self)
-
-
-def _table(path):
-    from astropy.table import Table
-
-    if not path.exists():
-        return None
-    table = Table.read(path)
-    table.convert_bytestring_to_unicode()
-    return table
 
 
 def _make(name, operation):
@@ -198,6 +205,10 @@ for _name, _operation in _operations.items():
         globals()[_alias] = globals()[_name]
 
 __all__ = ["operations", "run", *_operations]
+
+
+def __dir__():
+    return [*__all__, "Picture", "Text"]
 
 
 def __getattr__(name):

@@ -163,6 +163,9 @@ def _columns_of_table(table):
     columns = []
     for name in table.colnames:
         column = table[name]
+        if hasattr(column, "icrs"):
+            columns += [("ra", "deg", column.icrs.ra.deg), ("dec", "deg", column.icrs.dec.deg)]
+            continue
         if getattr(column, "ndim", 1) != 1:
             raise _core.InputError(f"column {name!r} has {column.ndim} dimensions, not 1")
         unit = getattr(column, "unit", None)

@@ -1,6 +1,9 @@
 """Renders: views, progress, cancellation, exceptions, threads, lifetimes."""
 
 import gc
+import os
+import pathlib
+import shutil
 import subprocess
 import sys
 import threading
@@ -9,6 +12,8 @@ import time
 import numpy as np
 import pytest
 from astropy import units as u
+from astropy.coordinates import SkyCoord
+from astropy.io import fits
 from astropy.table import Table
 
 import gamer
@@ -80,6 +85,15 @@ def test_table_with_units(smooth, face_on):
     assert image.data.max() > 0
     # arcmin to degrees and radians to degrees round the places of objects.
     assert np.allclose(image.data, other.data, rtol=2e-6)
+    table = Table({"galaxy": table["galaxy"], "place": SkyCoord(table["ra"], table["dec"]),
+                   "redshift": table["redshift"], "size_kpc": table["size_kpc"],
+                   "magnitude": [-21.0, -20.0], "inclination": table["inclination"],
+                   "pa": table["pa"]})
+    camera = gamer.Camera(projection="sky", center=SkyCoord(150.1, 2.2, unit="deg"),
+                          pixel_scale=0.5)
+    other = gamer.Renderer(gamer.Scene(table, galaxies={"smooth": smooth}), camera, size=32,
+                           bands=["lsst_r"], tolerance=1e-2).render()
+    assert np.allclose(image.data, other.data, rtol=2e-6)
     kept = image.to_hdulist()["SCENE"].data
     assert "note" in kept.names and [note.strip() for note in kept["note"]] == ["first", "second"]
 
@@ -96,6 +110,27 @@ def test_wrong_rows(rows, message, face_on):
     renderer = gamer.Renderer(rows, face_on, size=8, wavelengths=[5500])
     with pytest.raises(gamer.InputError, match=message):
         renderer.render()
+
+
+def test_magnitudes_with_units():
+    scene = gamer.Scene([dict(galaxy="ngc4321", magnitude=-20 * u.ABmag),
+                         dict(galaxy="ngc4321", magnitude=-20 * u.mag)])
+    assert [row["magnitude"] for row in scene.rows] == [-20, -20]
+    with pytest.raises(gamer.UnitError, match="mag"):
+        gamer.Scene([dict(galaxy="ngc4321", magnitude=-20 * u.STmag)])
+
+
+def test_hdus_can_be_written(smooth, face_on, tmp_path):
+    image = gamer.Renderer([dict(galaxy=smooth, x=0, y=0, z=0, inclination=0, pa=0)], face_on,
+                           size=8, wavelengths=[5500]).render(truth=True)
+    hdus = image.to_hdulist()
+    hdus["SCENE"].data["pa"] += 1
+    hdus[0].data *= 2
+    hdus.writeto(tmp_path / "changed.fits")
+    with fits.open(tmp_path / "changed.fits") as kept:
+        assert np.array_equal(kept[0].data, 2 * image.data[0])
+        assert kept["SCENE"].data["galaxy"][0] == "smooth" and kept["SCENE"].data["pa"][0] == 1
+    assert np.array_equal(gamer.process.scale(hdus, factor=[0.5])[0].data, image.data[0])
 
 
 def test_wrong_scenes():
@@ -340,3 +375,13 @@ def test_command_line(program):
     wrong = subprocess.run([sys.executable, "-m", "gamer", "--nothing"], capture_output=True,
                            text=True)
     assert wrong.returncode == 2
+
+
+def test_missing_module(tmp_path):
+    """Without its compiled module, as for another Python, the package says what is wrong."""
+    folder = pathlib.Path(gamer.__file__).parent
+    shutil.copytree(folder, tmp_path / "gamer", ignore=shutil.ignore_patterns("*.so", "__pycache__"))
+    done = subprocess.run([sys.executable, "-c", "import gamer"], capture_output=True, text=True,
+                          env={**os.environ, "PYTHONPATH": str(tmp_path)})
+    assert done.returncode == 1
+    assert f"gamer._core is not built for this Python, {sys.executable}" in done.stderr

@@ -39,7 +39,9 @@ def test_process_takes_images_and_hdus(smooth, face_on):
     assert np.allclose(sums[0].data, 3 * image.data, rtol=1e-7)
     hdu = fits.ImageHDU(image.data)
     assert np.array_equal(process.run("flip", hdu)[0].data, image.data[:, :, ::-1])
-    assert process.rgb(image)._repr_png_()[:4] == b"\x89PNG"
+    picture = process.rgb(image)
+    assert picture._repr_png_()[:4] == b"\x89PNG" and repr(picture) == "<Picture 16 x 16>"
+    assert {"convolve", "run"} <= set(dir(process)) and "pathlib" not in dir(process)
     assert process.compare(image, image).answer == 0
     assert process.compare(image, doubled).answer == 1
     assert "median" in process.stats(image)
