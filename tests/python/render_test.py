@@ -331,6 +331,16 @@ def test_communicators(smooth, face_on):
         renderer.render(comm=Communicator(3))
 
 
+def test_mpi4py():
+    pytest.importorskip("mpi4py", reason="mpi4py is not installed")
+    code = ("from mpi4py import MPI\nimport gamer\n"
+            "row = dict(galaxy='elliptical', x=0, y=0, z=0, inclination=0, pa=0)\n"
+            "renderer = gamer.Renderer([row], size=8, wavelengths=[5500])\n"
+            "print(renderer.render(comm=MPI.COMM_WORLD).shape)")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout == "(1, 8, 8)\n", done.stderr
+
+
 def test_no_mpi_at_import():
     """Importing the package starts nothing, also below a launcher."""
     code = ("import os; os.environ['OMPI_COMM_WORLD_SIZE'] = '2'; import gamer, threading; "
