@@ -104,6 +104,7 @@ largest_radius = 3
 [scene]
 unit = "kpc"
 overrides = ["spiral.disk.strength=2"]
+solo = "disk"
 
 [catalogue]
 format = "sextractor"

@@ -58,17 +58,13 @@ struct Accuracy {
   /// of rays never share closures, since their pixels hide equally much dust at every tolerance.
   bool shares_closure;
 
-  /// The knobs for ratios of the light of a whole galaxy, to which many rays contribute. The rays'
-  /// errors average out, as in a pixel of many rays. Errors at a cusp are equal with dust and
-  /// without it. Rays are `distance` times as far apart.
+  /// The knobs for the light of a whole galaxy, to which many rays contribute, so that their
+  /// errors average out. Rays are `distance` times as far apart, and have fewer first nodes.
   Accuracy for_sums(double distance) const {
     Accuracy result = *this;
-    result.ray_error *= shared_error;
-    result.first_step *= shared_step;
+    result.first_step *= std::sqrt(shared_step);
     result.ray_spacing *= distance;
     result.edge_spacing *= distance;
-    result.ray_size *= 2 * distance;
-    result.cell_size *= distance;
     return result;
   }
 
@@ -90,7 +86,7 @@ struct Accuracy {
             .star_error = std::min(0.15 * t * std::pow(coarser, 0.35), 0.025),
             .first_step = 0.7 * std::pow(t / 1e-3, 0.08),
             .shared_error = 2 * std::pow(rough, 0.3),
-            .shared_step = 1.5 * std::pow(rough, 0.12),
+            .shared_step = 1.5,
             .log_envelope_threshold = std::log(0.003 * t),
             .texture_threshold = 0.01 * t,
             .faint_share = 0.01,
