@@ -283,7 +283,11 @@ void GalaxyStatistics::measure_all() {
 }
 
 double GalaxyStatistics::share(std::size_t c) const {
-  return component_at(c).absorbs() || light_ == 0 ? 1 : galaxy_.luminosity(c) / light_;
+  // Galaxies with stars are seen from within, where a camera may see little but one component.
+  const bool has_stars = std::ranges::any_of(
+      galaxy_.components(), [](const auto& own) { return own->star_field() != nullptr; });
+  if (component_at(c).absorbs() || light_ == 0 || has_stars) return 1;
+  return galaxy_.luminosity(c) / light_;
 }
 
 std::size_t GalaxyStatistics::first_points() const {

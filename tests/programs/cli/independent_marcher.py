@@ -967,9 +967,11 @@ class Galaxy:
         for c in light:
             if "fraction" in c.c:
                 c.amplitude = c.c["fraction"] * whole_light / integral[c]
+        has_stars = any(c.kind == "starfield" for c in self.components)
         self.ratios = {}
         for c in sorted(self.components, key=lambda c: c.followed is not None):
-            share = 1 if c.absorbs else c.amplitude * integral[c] / whole_light
+            is_whole = c.absorbs or has_stars
+            share = 1 if is_whole else c.amplitude * integral[c] / whole_light
             given = None if ratios is None else ratios.get(c.name, 1)
             self.ratios[c.name] = c.normalise(share, given)
 
@@ -1026,7 +1028,7 @@ RATIOS = {
                   "H II regions": 1.191606, "clouds": 0.999172},
     "m51": {"arms": 0.988171, "associations": 0.828773, "H II regions": 2.317854,
             "lanes": 1.00892},
-    "milky_way": {"arms": 0.996742, "associations": 3.870243, "H II regions": 5.965071,
+    "milky_way": {"arms": 0.999119, "associations": 3.425862, "H II regions": 3.766572,
                   "lanes": 0.906941},
     "ngc4321": {"arms": 0.997077, "associations": 0.969624, "H II regions": 0.599576,
                 "lanes": 1.014908},
