@@ -1035,8 +1035,8 @@ RATIOS = {
     "ngc4594": {"ring dust": 1.005976, "inner strands": 0.989376},
     "ngc891": {"young disk": 0.995446, "associations": 1.557619, "H II regions": 1.579477,
                "lane": 1.016056, "filaments": 0.993658},
-    "shader_galaxy": {"base": 1.004882, "clumps": 1.000305, "lanes": 1.004185,
-                      "field": 0.998845},
+    "shader_galaxy": {"base": 1.005518, "clumps": 1.008437, "lanes": 1.004185,
+                      "field": 0.998129},
     "young": {"associations1": 0.954103},
 }
 
