@@ -43,9 +43,9 @@ class RingSums {
     const double part = width / spread;
     for (int i = 0; i < spread; ++i) {
       for (int k = 0; k < spread; ++k) {
-        const double radius =
-            std::hypot(x + (i - 0.5 * (spread - 1)) * part, y + (k - 0.5 * (spread - 1)) * part);
-        const auto ring = static_cast<std::size_t>(radius * rings_per_pixel);
+        const double u = x + (i - 0.5 * (spread - 1)) * part;
+        const double v = y + (k - 0.5 * (spread - 1)) * part;
+        const auto ring = static_cast<std::size_t>(std::sqrt(u * u + v * v) * rings_per_pixel);
         sums_[std::min(ring, sums_.size() - 1)] += flux / (spread * spread);
       }
     }

@@ -42,6 +42,28 @@ std::vector<Vector> positions_in_disk(std::size_t count, double height) {
   return positions;
 }
 
+TEST(Galaxy, IsTheSameWithATwin) {
+  const std::string text =
+      "[arms]\nmodel = \"logarithmic\"\n[[arm]]\n[[arm]]\nstrength = 0.7\n" +
+      layer_text("disk", "name = \"d\"\nbreak_radius = 0.5\ntwirl = 0.5") +
+      layer_text("associations", "number = 300\narm_width = 6\nring_radius = 0.4") +
+      layer_text("stars", "follows = \"d\"\nnoise = {exponent = 3, octaves = 4}") +
+      layer_text("dust", "inner = 0.05\narm_width = 3\noptical_depth = 2");
+  GalaxySettings settings = settings_with(1);
+  settings.most_cloud_points = std::size_t{1} << 13;
+  const auto twin = parse_galaxy(text, settings);
+  settings.seed = 5;
+  const auto alone = parse_galaxy(text, settings);
+  settings.twin = twin;
+  const auto copied = parse_galaxy(text, settings);
+  const std::vector<Vector> positions = positions_in_disk(2000, 0.05);
+  EXPECT_EQ(evaluate(*copied, positions), evaluate(*alone, positions));
+  EXPECT_NE(evaluate(*copied, positions), evaluate(*twin, positions));
+  for (std::size_t c = 0; c < alone->components().size(); ++c) {
+    EXPECT_EQ(copied->luminosity(c), alone->luminosity(c)) << c;
+  }
+}
+
 TEST(Galaxy, DensityDoesNotDependOnTheBatch) {
   const auto galaxy = parse_galaxy(rich);
   const std::vector<Vector> positions = positions_in_disk(1000, 0.1);
