@@ -30,14 +30,14 @@ constexpr float least_complexes = 0.15f;
 
 /// The clumps of a level: one in each occupied cell of a square lattice.
 struct ClumpLevel {
-  float cosine, sine;        ///< of the lattice's angle, in cells per galaxy radius
-  float offset_x, offset_y;  ///< of the lattice, cells
-  std::uint32_t seed;
-  double side;      ///< side of a cell, galaxy radii
-  float cell;       ///< `side`, in single precision
-  float occupancy;  ///< mean number of clumps in a cell where the surface density is 1
-  float share;      ///< of the light
-  float frequency;  ///< for the visibility, cycles per galaxy radius
+  float cosine = 0, sine = 0;        ///< of the lattice's angle, in cells per galaxy radius
+  float offset_x = 0, offset_y = 0;  ///< of the lattice, cells
+  std::uint32_t seed = 0;
+  double side = 0;      ///< side of a cell, galaxy radii
+  float cell = 0;       ///< `side`, in single precision
+  float occupancy = 0;  ///< mean number of clumps in a cell where the surface density is 1
+  float share = 0;      ///< of the light
+  float frequency = 0;  ///< for the visibility, cycles per galaxy radius
   std::vector<float> inverse_square;  ///< 1/R^2
   std::vector<float> amplitude;       ///< height of the profile
   std::vector<float> height;          ///< z of the centre
