@@ -24,6 +24,8 @@
 #include "gamer/job/run_job.h"
 #include "gamer/job/status.h"
 #include "gamer/parallel/ranks.h"
+#include "gamer/scene/background.h"
+#include "gamer/scene/camera.h"
 
 namespace {
 
@@ -36,8 +38,9 @@ struct Options {
   bool lists_components = false, lists_galaxies = false, lists_seds = false;
   bool lists_bands = false, lists_instruments = false, lists_noises = false;
   std::string sample_galaxy;
-  std::string status;                      ///< a journal to tell about
-  std::optional<std::string> listed_kind;  ///< --list-parameters; empty for all
+  std::optional<gamer::Background> background;  ///< a list to print
+  std::string status;                           ///< a journal to tell about
+  std::optional<std::string> listed_kind;       ///< --list-parameters; empty for all
   bool markdown = false;
   bool sample_config = false;
   bool version = false;
@@ -47,7 +50,7 @@ struct Options {
   bool only_tells() const {
     return !help.empty() || version || lists_components || lists_galaxies || lists_seds ||
            lists_bands || lists_instruments || lists_noises || !sample_galaxy.empty() ||
-           !status.empty() || listed_kind || sample_config;
+           !status.empty() || listed_kind || sample_config || background;
   }
 };
 
@@ -79,6 +82,7 @@ class CommandLine {
   void add_run();
   void add_messages();
   void add_commands();
+  void add_background();
   /// Checks that options fit together. Throws InputError.
   void check_run() const;
   /// Checks what is to be rendered, and takes it. Throws InputError.
@@ -86,11 +90,13 @@ class CommandLine {
 
   Options options_;
   gamer::Look look_;
+  gamer::Background background_;
   std::string parameters_, scene_, output_, from_header_, listed_kind_, truth_table_, manual_;
   std::string log_format_;  // main reads it before, for messages about wrong options
   int threads_ = 0;
   CLI::App app_{"Renders a scene of synthetic galaxies to a FITS image or a picture.", "gamer"};
   CLI::App* look_command_ = nullptr;
+  CLI::App* background_command_ = nullptr;
 };
 
 CommandLine::CommandLine() {
@@ -215,7 +221,33 @@ void CommandLine::add_commands() {
   look_command_->footer("Options of a render follow, too, such as -o, -s, -j and --overwrite.");
   look_command_->fallthrough();
   new_command->fallthrough();
+  add_background();
   app_.require_subcommand(0, 1);
+}
+
+void CommandLine::add_background() {
+  using gamer::Background;
+  CLI::App* command = background_command_ = app_.add_subcommand(
+      "background", "print a scene list of faint galaxies and stars that fill a view of the sky");
+  command->add_option("render.par", parameters_, "parameter file of the view")
+      ->required()
+      ->type_name("FILE");
+  const CLI::Range magnitudes(Background::least_magnitude, Background::most_magnitude);
+  command
+      ->add_option("--brightest", background_.brightest, "AB magnitude i of the brightest galaxies")
+      ->check(magnitudes)
+      ->capture_default_str();
+  command->add_option("--faintest", background_.faintest, "AB magnitude i of the faintest galaxies")
+      ->check(magnitudes)
+      ->capture_default_str();
+  command
+      ->add_option("--stars", background_.star_number,
+                   "stars of magnitude 14 to 22 in a square arcminute")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command->add_option("--seed", background_.seed, "another number gives another sky")
+      ->capture_default_str();
+  command->fallthrough();
 }
 
 Options CommandLine::parse(int argc, char** argv) {
@@ -243,6 +275,12 @@ Options CommandLine::parse(int argc, char** argv) {
   if (!truth_table_.empty()) {
     run.work.truth = true;
     run.work.truth_table = truth_table_;
+  }
+  if (background_command_->parsed()) {
+    if (!(background_.brightest < background_.faintest)) {
+      throw InputError("gamer: background: --brightest must be below --faintest");
+    }
+    options_.background = background_;
   }
   check_run();
   if (!options_.only_tells()) take_job();
@@ -300,6 +338,10 @@ void tell(const Options& options) {
   if (options.lists_noises) fmt::print("{}", gamer::list_noises());
   if (!options.sample_galaxy.empty()) {
     fmt::print("{}", gamer::sample_galaxy(options.sample_galaxy, data));
+  }
+  if (options.background) {
+    gamer::RenderParameters parameters = gamer::load_parameters(options.run.request, data);
+    fmt::print("{}", gamer::background_list(*options.background, make_camera(parameters, data)));
   }
   if (!options.status.empty()) fmt::print("{}", gamer::status_text(options.status));
   if (options.listed_kind) {

@@ -95,7 +95,7 @@ struct Accuracy {
             .widest_footprint = std::sqrt(t / 1e-3) / 160,
             .ray_spacing = 0.8 * std::pow(rough, 0.2),
             .edge_spacing = 0.8 * std::pow(rough, 0.2) * std::log10(rough),
-            .mean_error = 0.003 * std::pow(rough, 0.6),
+            .mean_error = 0.003 * std::pow(rough, 0.3),
             .shares_closure = t > 3e-3};
   }
 };

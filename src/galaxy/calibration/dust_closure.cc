@@ -15,6 +15,9 @@ namespace {
 // Numbers of rays, and of points on face-on rays, on which the transmission of dust is measured.
 constexpr std::size_t coherence_rays = std::size_t{1} << 12;
 constexpr double coherence_heights = 10;
+// Heights at which the light behind the dust is added up, and the ratio of successive heights.
+constexpr double lowest_light = 2e-3;
+constexpr double light_ratio = 1.5;
 constexpr double least_coherence = 0.05;
 constexpr double largest_coherence = 4;
 constexpr double first_factor = 1.3;
@@ -104,20 +107,25 @@ double DustRays::mean(const std::vector<BatchArray>& values, bool by_light, Term
   return all.term / all.weight;
 }
 
-/// Adds the light of the galaxy's components at places in the plane.
+/// The light behind places in the plane, of a galaxy seen face-on: half of the components' columns.
 void add_light(const Galaxy& galaxy, WeightedBatch& at, BatchArray& light) {
   SampleBatch batch{};
-  std::fill_n(at.z.data(), batch_capacity, 0.0f);
-  galaxy.fill_batch(at.points(), false, batch);
   BatchArray envelope;
   std::fill_n(light.data(), batch_capacity, 0.0f);
-  for (const auto& component : galaxy.components()) {
-    if (component->absorbs()) continue;
-    component->envelope(batch, envelope.data());
-    const auto column = static_cast<float>(std::as_const(*component).amplitude() *
-                                           component->face_on_column() / component->peak());
-    for (std::size_t i = 0; i < at.size; ++i) light[i] += column * envelope[i];
+  // The trapezoidal rule in ln z; the first interval begins in the plane.
+  for (double z = lowest_light; z < 1; z *= light_ratio) {
+    std::fill_n(at.z.data(), batch_capacity, static_cast<float>(z));
+    galaxy.fill_batch(at.points(), false, batch);
+    const bool is_first = z == lowest_light;
+    const double step = z * std::log(light_ratio) * (is_first ? 0.5 : 1) + (is_first ? z : 0);
+    for (const auto& component : galaxy.components()) {
+      if (component->absorbs()) continue;
+      component->envelope(batch, envelope.data());
+      const auto weight = static_cast<float>(step * std::as_const(*component).amplitude());
+      for (std::size_t i = 0; i < at.size; ++i) light[i] += weight * envelope[i];
+    }
   }
+  std::fill_n(at.z.data(), batch_capacity, 0.0f);
 }
 
 DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path, std::size_t rays,

@@ -90,6 +90,26 @@ class Tells(unittest.TestCase):
                 self.assertTrue(result.stderr.startswith(message), result.stderr)
                 self.assertEqual(folder.content(), before)
 
+    def test_background(self):
+        with Folder() as folder:
+            folder.write("sky.par", '[image]\nsize = 60\n[camera]\nprojection = "sky"\ncenter = [185, 15]\n'
+                                    'pixel_scale = 2\n[spectrum]\nbands = ["sdss_i"]\n[photometry]\n'
+                                    'reference_band = "sdss_i"\n')
+            result = folder.run("background", "sky.par", "--faintest", "22", "--seed", "3")
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            folder.write("sky.lst", result.stdout)
+            result = folder.run("sky.par", "sky.lst", "--dry-run")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            for arguments, message in (
+                    (["render.par"], "gamer: background needs a parameter file with camera.projection"),
+                    (["sky.par", "--faintest", "17"], "gamer: --faintest: Value 17 not in range"),
+                    (["sky.par", "--faintest", "20", "--brightest", "20"],
+                     "gamer: background: --brightest must be below --faintest"),
+                    ([], "gamer: render.par is required")):
+                result = folder.run("background", *arguments)
+                self.assertEqual((result.returncode, result.stdout), (2, ""))
+                self.assertTrue(result.stderr.startswith(message), result.stderr)
+
     def test_print_mapping(self):
         table = ("# %ECSV 1.0\n# ---\n# datatype:\n# - {name: RAJ2000, datatype: float64}\n"
                  "# - {name: DEJ2000, datatype: float64}\nRAJ2000 DEJ2000\n1 2\n")
