@@ -1,10 +1,10 @@
-"""Every shipped scene and every projection makes the same file, byte by byte, from any number of
-ranks and threads, resumed at another, and from its own header.
+"""Every shipped scene and every projection makes one file, byte by byte. Numbers of ranks and threads
+do not count, nor whether the job is resumed or made again from its own header.
 
 identity_test.py GAMER SOURCE_DIR [MPI_LAUNCHER] [slow]
 
-Each scene takes a few of 1 to 5 ranks x 1 to 3 threads, another few than the one before; with "slow"
-all of them.
+Each scene takes a few of 1 to 5 ranks x 1 to 3 threads, which change from scene to scene; "slow"
+takes all of them.
 """
 
 import concurrent.futures
@@ -16,12 +16,12 @@ import unittest
 from gamer_job import Job
 from gamer_program import ENVIRONMENT, LAUNCHER, SOURCE, Folder, main
 
-# DATE is the only thing in a file that is not the job's.
+# A file's DATE does not follow from the job.
 ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
 
 IS_SLOW = "slow" in sys.argv[3:]
 WORKERS = list(itertools.product(range(1, 6) if LAUNCHER else (1,), range(1, 4)))
-# Of a scene: these many, besides the reference and a resumed job.
+# Numbers of workers for each scene, besides the reference and a resumed job.
 FEW = 2
 
 INSIDE = {
@@ -32,7 +32,7 @@ INSIDE = {
     "perspective": ["image.size=32", "camera.fov=60"],
     "orthographic": ["image.size=32", "camera.width=20"],
 }
-# Its galaxies are measured for seconds.
+# A scene whose galaxies are measured for seconds.
 LONG = "deepfield_2014"
 
 
@@ -47,7 +47,7 @@ def cases():
 
 class Identity(unittest.TestCase):
     def run_case(self, number, case):
-        """What is wrong with it."""
+        """The first difference of the case's files, or an empty text."""
         scene, settings = case
         path = str(SOURCE / "scenes" / scene)
         arguments = [f"{path}.par", f"{path}.lst", "-o", "out.fits"]
