@@ -257,6 +257,12 @@ Options CommandLine::parse(int argc, char** argv) {
     options_.help = app_.help();
     return options_;
   } catch (const CLI::ParseError& error) {
+    const std::vector<CLI::App*> commands = app_.get_subcommands();
+    if (!commands.empty() && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
+      throw InputError(
+          fmt::format("gamer: {0} needs a galaxy: gamer {0} m51 (gamer --list-galaxies lists them)",
+                      commands.front()->get_name()));
+    }
     throw InputError(fmt::format("gamer: {} (gamer --help lists the options)", error.what()));
   }
   if (!manual_.empty()) {

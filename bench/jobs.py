@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""What whole jobs take, as JSON: what gamer --verbose says, and how the time grows.
+"""The times of whole jobs, as JSON: the figures of gamer --verbose, and how the time grows.
 
     bench/jobs.py PROGRAM [--launcher mpirun] [--scenes a,b] [--size N] [--repeat 3] > jobs.json
 
-For each shipped scene (or those named) larger than 256 x 256 pixels: one thread; how many times as fast two
-threads are and, with a launcher, two ranks; four times the pixels. Then a field of galaxies and ten times as many
-at the same covered area. Each time is the least of --repeat. `wall` compares clocks, which needs a machine without
-other work; `inside` the same without the start and end of the program, and of MPI; `cpu` compares what cores spent,
-which says how much work more there is: two threads cannot be faster than twice that ratio.
+Each shipped scene (or those named) larger than 256 x 256 pixels runs in one thread and in two, and with four times
+the pixels. With a launcher it runs on two ranks, too. A field of galaxies follows, and ten times as many that cover
+an equal area. Each time is the least of --repeat.
+
+- `wall` compares clocks, which needs a machine without other work.
+- `inside` leaves out the start and end of the program and of MPI.
+- `cpu` compares processor times. Two threads cannot be faster than twice that ratio.
 """
 
 import argparse

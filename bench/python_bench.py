@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""What the Python package saves and costs.
+"""The times that the Python package saves and costs.
 
     bench/python_bench.py build/release [variants [galaxy [tolerance]]]
 
-Times a sweep of variants of a galaxy at 128 x 128 through the package and through as many command
-lines, one after the other, and a call of a tiny render. Variants differ in inclination, and every
-tenth has more dust. Times are those of a clock, and of the processor in all threads.
+Times a sweep of variants of a galaxy at 128 x 128, through the package and through as many command
+lines. Variants differ in inclination, and every tenth has more dust. Then times a call of a tiny
+render. Times are those of a clock, and of the processor in all threads.
 """
 
 import os

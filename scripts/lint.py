@@ -5,15 +5,17 @@
 
 - An include points to its own layer or to one below it.
 - Constants have names in snake_case like all others, no kConstant.
-- No comment or paragraph begins with words that leave its subject open ("The same", "Of ...",
+- No comment, docstring or paragraph begins with words that leave its subject open ("The same", "Of ...",
   "By which ...", "Those that ...", "That of ...").
-- A sentence of a comment or a document has at most 25 words. Numbers, formulae and names of code
+- A sentence of a comment, a docstring or a document has at most 25 words. Numbers, formulae and names of code
   do not count, nor do tables and indented text.
 - A comment's lines have at most 100 columns.
 - A function has at most 60 lines, and a file of the programs and the library at most 600.
 - A section of docs/facts.md that is cited is there, and so is every file that a document names.
 """
 
+import ast
+import itertools
 import pathlib
 import re
 import subprocess
@@ -51,8 +53,6 @@ MOST_FILE_LINES = 600
 # Files with a longer function, and its lines. The list may only become shorter.
 LONGER = {
     "src/galaxy/calibration/dust_closure.cc": 68,
-    "src/job/job.cc": 64,
-    "src/render/galaxy_measure.cc": 67,
     "src/render/march/node_map.cc": 68,
     "src/render/medium.cc": 110,
     "src/render/stars/star_painter.cc": 77,
@@ -100,6 +100,20 @@ def comment_paragraphs(lines):
             yield here, behind[1]
 
 
+def script_paragraphs(lines):
+    """The paragraphs of the docstrings and comments of Python, as comment_paragraphs()."""
+    nodes = (ast.Module, ast.ClassDef, ast.FunctionDef)
+    for node in ast.walk(ast.parse("\n".join(lines))):
+        text = ast.get_docstring(node) if isinstance(node, nodes) else None
+        for number, paragraph in document_paragraphs(text.splitlines()) if text else ():
+            yield node.body[0].lineno + number - 1, paragraph
+    for here, line in enumerate(lines, 1):
+        before = re.match(r"\s*# \S", lines[here - 2]) if here > 1 else None
+        if not before and re.match(r"\s*# \S", line):
+            words = itertools.takewhile(bool, (re.match(r"\s*# (\S.*)", one) for one in lines[here - 1:]))
+            yield here, " ".join(word[1] for word in words)
+
+
 def document_paragraphs(lines):
     """The paragraphs and list items of a document, without tables, headings and code."""
     number, words, is_code = 0, [], False
@@ -119,6 +133,8 @@ def check_sentences(path, paragraphs, complain):
     for number, text in paragraphs(path.read_text().splitlines()):
         for beginning in long_sentences(text):
             complain(path, number, f"more than {MOST_WORDS} words in '{beginning} ...'")
+        if path.suffix == ".py" and OPEN_BEGINNING.match(text):
+            complain(path, number, f"a comment begins with '{text[:20]}'")
 
 
 def check_lengths(path, complain):
@@ -206,6 +222,8 @@ def main():
     for path in documents:
         check_document(path, complain)
         check_sentences(path, document_paragraphs, complain)
+    for path in tracked("*.py"):
+        check_sentences(path, script_paragraphs, complain)
     for path in code + documents + tracked("*.py", "*.sh"):
         check_references(path, sections, complain)
     print("\n".join(found), end="\n" if found else "")

@@ -5,7 +5,7 @@ import pathlib
 
 from . import _core
 
-# Of a package that pip installed.
+# The data of a package that pip installed.
 own = pathlib.Path(__file__).resolve().parent / "data"
 
 

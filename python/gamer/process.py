@@ -2,10 +2,10 @@
 
     seen = process.convolve(image, psf="moffat", fwhm=0.8, beta=3.5, unit="arcsec")
 
-An input is a rendered Image, an HDU or HDUList of Astropy, a NumPy array of two or three
-dimensions, or the path of a file. An array may have a unit or a mask; masked pixels are NaN.
-Operations that make an image return an HDUList; those that make a picture return a Picture; those
-that measure return the text that gutil prints, whose `table` is an Astropy Table.
+An input is a rendered Image, an HDU or HDUList of Astropy, a path, or a NumPy array of two or three
+dimensions. An array may have a unit or a mask; masked pixels are NaN. Operations that make an image
+return an HDUList, and operations that make a picture a Picture. Operations that measure return the
+text that gutil prints; its `table` is an Astropy Table.
 """
 
 import functools

@@ -4,7 +4,9 @@
 #include <utility>
 #include <vector>
 
+#include "background.h"
 #include "bindings.h"
+#include "gamer/core/cancellation.h"
 #include "gamer/parallel/executor.h"
 #include "gamer/processing/operation.h"
 
@@ -43,16 +45,20 @@ py::list list_operations() {
   return result;
 }
 
-/// Runs an operation as gutil does. Returns its answer and what it printed.
+/// Runs an operation as gutil does. Returns its answer and the printed text.
 std::pair<int, std::string> run_operation(const std::string& name,
                                           const std::vector<std::string>& arguments) {
-  const py::gil_scoped_release release;
   const Operation& operation = find_operation(name);
   OperationCall call = parse_call(operation, arguments);
   if (call.threads == 0) call.threads = available_cores();
   std::string printed;
   call.print = [&](const std::string& text) { printed += text; };
-  const int answer = operation.run(call);
+  int answer = 0;
+  Background work([&](const Cancellation& cancellation) {
+    const CancellationScope scope(&cancellation);
+    answer = operation.run(call);
+  });
+  work.finish();
   return {answer, printed};
 }
 

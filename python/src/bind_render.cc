@@ -3,20 +3,17 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <chrono>
-#include <condition_variable>
-#include <exception>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <variant>
 #include <vector>
 
+#include "background.h"
 #include "bindings.h"
 #include "gamer/core/cancellation.h"
 #include "gamer/image/picture.h"
@@ -96,65 +93,13 @@ RenderJob load_files(const Session& session, const fs::path& parameters, const f
   return session.load(request);
 }
 
-/// A render in a thread of its own, while the caller's thread looks for signals and tells of the
-/// progress.
-class BackgroundRender {
+/// The latest progress of a render, which its thread notes and the caller's thread tells.
+class LatestProgress {
  public:
-  BackgroundRender(const Session& session, RenderJob job, bool truth)
-      : thread_([this, &session, truth, own = std::move(job)]() mutable {
-          try {
-            RenderControl control{truth, [this](const RenderProgress& now) { note(now); },
-                                  &cancellation_};
-            rendering_ = session.render(std::move(own), control);
-          } catch (...) {
-            failure_ = std::current_exception();
-          }
-          const std::lock_guard lock(mutex_);
-          is_done_ = true;
-          changed_.notify_all();
-        }) {}
-  ~BackgroundRender() {
-    cancellation_.request();
-    if (thread_.joinable()) thread_.join();
-  }
-  BackgroundRender(const BackgroundRender&) = delete;
-  BackgroundRender& operator=(const BackgroundRender&) = delete;
-
-  /// Called and left with the GIL.
-  Rendering finish(const py::object& progress) {
-    std::optional<py::error_already_set> raised;
-    while (!wait()) {
-      try {
-        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-        tell(progress);
-      } catch (py::error_already_set& error) {
-        raised.emplace(error);
-        break;
-      }
-    }
-    if (raised) cancellation_.request();
-    {
-      const py::gil_scoped_release release;
-      thread_.join();
-    }
-    if (raised) throw *raised;
-    if (failure_) std::rethrow_exception(failure_);
-    tell(progress);
-    return std::move(*rendering_);
-  }
-
- private:
   void note(const RenderProgress& now) {
     const std::lock_guard lock(mutex_);
     now_ = now;
     is_told_ = false;
-  }
-  /// Whether the render is done, after a moment at most.
-  bool wait() {
-    constexpr std::chrono::milliseconds moment(30);
-    const py::gil_scoped_release release;
-    std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, moment, [this] { return is_done_; });
   }
   void tell(const py::object& progress) {
     if (progress.is_none()) return;
@@ -168,16 +113,26 @@ class BackgroundRender {
     progress(stages[static_cast<int>(now.stage)], now.done, now.total);
   }
 
-  Cancellation cancellation_;
+ private:
   std::mutex mutex_;
-  std::condition_variable changed_;
-  bool is_done_ = false;
   bool is_told_ = true;
   RenderProgress now_;
-  std::optional<Rendering> rendering_;
-  std::exception_ptr failure_;
-  std::thread thread_;  ///< last member, since it uses all others
 };
+
+/// Called and left with the GIL.
+Rendering render_in_background(const Session& session, RenderJob job, bool truth,
+                               const py::object& progress) {
+  LatestProgress latest;
+  std::optional<Rendering> rendering;
+  Background work([&](const Cancellation& cancellation) {
+    const RenderControl control{truth, [&](const RenderProgress& now) { latest.note(now); },
+                                &cancellation};
+    rendering = session.render(std::move(job), control);
+  });
+  work.finish([&] { latest.tell(progress); });
+  latest.tell(progress);
+  return std::move(*rendering);
+}
 
 /// A finished render whose pixels Python may look at.
 class PythonRendering {
@@ -301,8 +256,8 @@ void bind_render(py::module_& module) {
           "render",
           [](const Session& self, RenderJob& job, bool truth, const py::object& progress) {
             if (job.scene == nullptr) throw InputError("a job is rendered once; load it anew");
-            BackgroundRender render(self, std::move(job), truth);
-            return std::make_unique<PythonRendering>(render.finish(progress));
+            return std::make_unique<PythonRendering>(
+                render_in_background(self, std::move(job), truth, progress));
           },
           py::arg("job"), py::arg("truth") = false, py::arg("progress") = py::none())
       .def_property_readonly("threads", &Session::threads)

@@ -10,6 +10,8 @@
 #include <thread>
 #include <utility>
 
+#include "gamer/core/cancellation.h"
+
 namespace gamer {
 namespace {
 
@@ -41,14 +43,18 @@ class ChangedPlane final : public Plane {
   PixelChange change_;
 };
 
-/// Calls work(i) for i in [0, count) from `threads` threads; throws the first exception.
-void parallel_for(int count, int threads, const std::function<void(int)>& work) {
+/// Calls work(i) for i in [0, count) from `threads` threads; throws the first exception. A request
+/// in `cancellation` ends it.
+void parallel_for(int count, int threads, const Cancellation* cancellation,
+                  const std::function<void(int)>& work) {
   std::atomic<int> next{0};
   std::exception_ptr error;
   std::mutex mutex;
   const auto run = [&] {
+    const CancellationScope scope(cancellation);
     for (int i = next++; i < count; i = next++) {
       try {
+        check_cancelled();
         work(i);
       } catch (...) {
         const std::lock_guard lock(mutex);
@@ -108,10 +114,11 @@ void for_each_band(const Plane& plane, int threads,
   const auto band_height = static_cast<int>(
       std::min<long long>(static_cast<long long>(tile_height) * rows_of_tiles, plane.height()));
   const std::size_t band_size = static_cast<std::size_t>(plane.width()) * band_height;
+  const Cancellation* const cancellation = CancellationScope::current();
   const auto make = [&](int y, std::vector<double>& values) {
     const int height = std::min(band_height, plane.height() - y);
     const int rows = (height + tile_height - 1) / tile_height;
-    parallel_for(columns * rows, threads, [&](int index) {
+    parallel_for(columns * rows, threads, cancellation, [&](int index) {
       const int row = index / columns * tile_height, x = index % columns * tile_width;
       const Area area = {x, y + row, std::min(tile_width, plane.width() - x),
                          std::min(tile_height, height - row)};

@@ -211,27 +211,30 @@ std::string least_of(const ComponentKind& kind, const std::string& key) {
 }
 
 TEST(ComponentKinds, IntervalEndsOfEveryParameter) {
+  // Whether a value is accepted does not depend on the number of points.
+  GalaxySettings settings = settings_with(1);
+  settings.most_cloud_points = std::size_t{1} << 13;
   for (const ComponentKind& kind : component_kinds()) {
     SCOPED_TRACE(kind.name);
     EXPECT_FALSE(kind.description.empty());
     check_parameter_ends(kind.parameters, [&](const std::string& key, const std::string& value) {
-      parse_galaxy(least_of(kind, key) + key + " = " + value);
+      parse_galaxy(least_of(kind, key) + key + " = " + value, settings);
     });
     if (kind.noise) {
-      check_parameter_ends(kind.noise->table(),
-                           [&](const std::string& key, const std::string& value) {
-                             std::string text = "[[component]]\nclass = \"" + kind.name + "\"\n";
-                             if (kind.name != "dust") text += "sed = \"flat\"\n";
-                             // What the key needs beside it, and Phi is finite whatever its value.
-                             std::string beside = "theta = \"inverse\", exponent = 1, ";
-                             if (key == "exponent") beside = "theta = \"inverse\", ";
-                             if (key == "theta") beside = "";
-                             if (key == "amplitude") beside = "combination = \"multiplicative\", ";
-                             if (key == "combination") beside = "";
-                             if (key.starts_with("ridge_")) beside = "combination = \"ridged\", ";
-                             if (key.starts_with("warp_")) beside += "warp = 0.1, ";
-                             parse_galaxy(text + "noise = {" + beside + key + " = " + value + "}");
-                           });
+      check_parameter_ends(
+          kind.noise->table(), [&](const std::string& key, const std::string& value) {
+            std::string text = "[[component]]\nclass = \"" + kind.name + "\"\n";
+            if (kind.name != "dust") text += "sed = \"flat\"\n";
+            // What the key needs beside it, and Phi is finite whatever its value.
+            std::string beside = "theta = \"inverse\", exponent = 1, ";
+            if (key == "exponent") beside = "theta = \"inverse\", ";
+            if (key == "theta") beside = "";
+            if (key == "amplitude") beside = "combination = \"multiplicative\", ";
+            if (key == "combination") beside = "";
+            if (key.starts_with("ridge_")) beside = "combination = \"ridged\", ";
+            if (key.starts_with("warp_")) beside += "warp = 0.1, ";
+            parse_galaxy(text + "noise = {" + beside + key + " = " + value + "}", settings);
+          });
     }
   }
 }

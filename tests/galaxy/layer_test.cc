@@ -280,17 +280,15 @@ TEST(Layer, IntegralsOfOtherLaws) {
 /// The sum over a ring of r times the mean envelope along z, in units of the steps.
 double uneven_ring(const LayerShape& shape, const ArmPattern& arms, double r, int azimuthal,
                    int vertical) {
-  double sum = 0;
+  const double h = shape.z0 * std::exp(shape.flare * r);
+  double plane = 0, column = 0;
   for (int k = 0; k < azimuthal; ++k) {
-    const double phi = 2 * pi * (k + 0.5) / azimuthal, h = shape.z0 * std::exp(shape.flare * r);
-    const double plane = envelope(shape, arms, r, phi, 0) / taper(r) * h;
-    double column = 0;
-    for (int j = 0; j < vertical; ++j) {
-      column += taper(std::hypot(r, h * std::atanh((j + 0.5) / vertical)));
-    }
-    sum += r * plane * column;
+    plane += envelope(shape, arms, r, 2 * pi * (k + 0.5) / azimuthal, 0) / taper(r) * h;
   }
-  return sum;
+  for (int j = 0; j < vertical; ++j) {
+    column += taper(std::hypot(r, h * std::atanh((j + 0.5) / vertical)));
+  }
+  return r * plane * column;
 }
 
 TEST(Layer, IntegralByBruteForce) {
@@ -402,26 +400,29 @@ TEST(Layer, CloudOfAnUnevenLayer) {
     const ArmPattern arms = arms_of(c.arms);
     const Layer layer(c.shape, arms);
     using Moments = std::array<double, 6>;
-    const auto add = [](Moments& sums, double weight, double x, double y, double z) {
-      const Moments own = {1, x, y, x * x, x * y, std::abs(z)};
+    const auto add = [](Moments& sums, double weight, double x, double y, double height) {
+      const Moments own = {1, x, y, x * x, x * y, height};
       for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += weight * own[k];
     };
     Moments cloud{}, grid{};
     for (const WeightedBatch& batch : layer.cloud(1 << 17).all()) {
       for (std::size_t i = 0; i < batch.size; ++i) {
-        add(cloud, batch.weight[i], batch.x[i], batch.y[i], batch.z[i]);
+        add(cloud, batch.weight[i], batch.x[i], batch.y[i], std::abs(batch.z[i]));
       }
     }
     constexpr int radial = 300, azimuthal = 360, vertical = 200;
     for (int i = 0; i < radial; ++i) {
       const double r = (i + 0.5) / radial, h = c.shape.z0 * std::exp(c.shape.flare * r);
+      double column = 0, heights = 0;
+      for (int j = 0; j < vertical; ++j) {
+        const double z = h * std::atanh((j + 0.5) / vertical);
+        column += taper(std::hypot(r, z));
+        heights += taper(std::hypot(r, z)) * z;
+      }
       for (int k = 0; k < azimuthal; ++k) {
         const double phi = 2 * pi * (k + 0.5) / azimuthal;
         const double plane = r * envelope(c.shape, arms, r, phi, 0) / taper(r) * h;
-        for (int j = 0; j < vertical; ++j) {
-          const double z = h * std::atanh((j + 0.5) / vertical);
-          add(grid, plane * taper(std::hypot(r, z)), r * std::cos(phi), r * std::sin(phi), z);
-        }
+        add(grid, plane * column, r * std::cos(phi), r * std::sin(phi), heights / column);
       }
     }
     for (std::size_t k = 1; k < cloud.size(); ++k) {

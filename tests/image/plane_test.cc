@@ -8,6 +8,8 @@
 #include <set>
 #include <stdexcept>
 
+#include "gamer/core/cancellation.h"
+
 namespace gamer {
 namespace {
 
@@ -93,6 +95,23 @@ TEST(Plane, BandsOfTilesCoverIt) {
       EXPECT_LE(plane.widest(), tile.width);
       EXPECT_LE(plane.highest(), tile.height);
     }
+  }
+}
+
+TEST(Plane, BandsEndWhenCancelled) {
+  const TiledPlane plane(16, 1000, {16, 1});
+  for (const int threads : {1, 3}) {
+    Cancellation request;
+    const CancellationScope scope(&request);
+    int rows = 0;
+    EXPECT_THROW(for_each_band(plane, threads,
+                               [&](const Area& area, const double*) {
+                                 rows += area.height;
+                                 request.request();
+                               }),
+                 Cancelled);
+    // The next band may have been made meanwhile.
+    EXPECT_LE(rows, 2 * threads);
   }
 }
 

@@ -1,6 +1,8 @@
 """gamer.process, gamer.noise, gamer.sed and stamps for other packages."""
 
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -116,6 +118,25 @@ def test_process_errors_name_inputs():
         process.convolve(np.zeros((9, 9)), psf=np.ones((4, 4)))
     with pytest.raises(AttributeError, match="did you mean 'noise'"):
         process.nosie
+
+
+def test_interrupt_ends_the_operation(tmp_path):
+    """The whole operation takes some 20 s; what is cancelled has ended 0.1 s later."""
+    y, x = np.mgrid[-1500:1500, -1500:1500]
+    fits.PrimaryHDU(np.exp(-np.hypot(y, x) / 200)).writeto(tmp_path / "disk.fits")
+    done = subprocess.run(
+        [sys.executable, "-c",
+         "import os, signal, threading, time\n"
+         "from gamer import process\n"
+         "threading.Timer(1, lambda: os.kill(os.getpid(), signal.SIGINT)).start()\n"
+         "begin = time.monotonic()\n"
+         "try:\n"
+         "    process.morphology('disk.fits')\n"
+         "except KeyboardInterrupt:\n"
+         "    print('interrupted after', time.monotonic() - begin)\n"],
+        cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.stdout.startswith("interrupted after"), done.stderr
+    assert float(done.stdout.split()[-1]) < 10
 
 
 def test_noise_fields():

@@ -52,8 +52,8 @@ bool is_bare_key(std::string_view key);
 void set_from_text(ConfigNode& root, std::string_view assignment,
                    std::string_view origin = "--set ");
 
-/// The leaves of a tree as "section.key=value", in their order, with which set_from_text() makes it
-/// again. Throws InputError for keys that are not of letters, digits, _ and -, and for tables in
+/// The leaves of a tree as "section.key=value", in their order. set_from_text() makes an equal tree
+/// of them. Throws InputError for keys that are not of letters, digits, _ and -, and for tables in
 /// lists.
 std::vector<std::string> assignments(const ConfigNode& root);
 

@@ -29,7 +29,7 @@ struct Interval {
     return open(-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity());
   }
 
-  bool contains(double x) const;  ///< false for NaN, and for infinity but at closed infinite ends
+  bool contains(double x) const;  ///< false for NaN, and for an infinite open end
   std::string text() const;       ///< "[0, 1[" in the notation of the docs
 };
 

@@ -43,10 +43,10 @@ struct Accuracy {
   /// equally. Controls a galaxy's flux, which depends on the overlap of resolved clumps of light
   /// and dust.
   double widest_footprint;
-  /// Largest distance between rays on a texture, in footprints. Controls the light of clumps that
-  /// rays would miss or count twice.
+  /// Distance of rays, in widest footprints, below which noise and arms need no closer rays.
+  /// Controls the light of clumps that rays would miss or count twice.
   double ray_spacing;
-  /// Distance of rays, in such footprints, below which an edge needs no closer rays. Controls the
+  /// Distance of rays, in widest footprints, below which an edge needs no closer rays. Controls the
   /// light at the edges of bars.
   double edge_spacing;
   /// Relative error of a texture's mean over a galaxy, as if its sample points were independent.

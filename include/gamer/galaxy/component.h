@@ -36,8 +36,8 @@ struct BallRay {
   double footprint = 0;  ///< width of the area that the ray represents, galaxy radii
 };
 
-/// The place of a component on a ray, and the density of nodes around it: rate / sqrt(1 + ((t -
-/// centre)/width)^2) nodes per unit of t.
+/// A place on a ray where a component needs nodes: rate / sqrt(1 + ((t - centre)/width)^2) nodes
+/// per unit of t.
 struct Focus {
   double centre;
   double width;
@@ -110,14 +110,14 @@ struct ComponentTraits {
 };
 
 /// One light-emitting or absorbing part of a galaxy:
-///   emissivity  j = amplitude * envelope * Phi * flux(lambda)        (light)
-///   opacity     kappa = amplitude * envelope * Phi * a(lambda)/a(V)  (dust)
+///   emissivity              j = amplitude * envelope * Phi * flux(lambda)        (light)
+///   extinction coefficient  kappa = amplitude * envelope * Phi * A(lambda)/A(V)  (dust)
 /// per galaxy radius of path. Envelopes are analytic; Phi is the texture's noise, or 1.
 class Component {
  public:
   virtual ~Component() = default;
 
-  /// envelope = arm modifier times D, taper included, over a batch.
+  /// The envelope over a batch: D with the taper, times the arm modifier.
   virtual void envelope(const SampleBatch& batch, float* out) const = 0;
   /// The integral of the envelope over the ball, galaxy radii^3.
   virtual double envelope_integral() const = 0;

@@ -105,7 +105,7 @@ class Galaxy {
                                             const GalaxySettings& settings, Resources& resources);
   void resolve(const std::string& label, const Galaxy* twin);
   void resolve_fractions();
-  /// Hides all components but the one of this name, and keeps what luminosity() says. Throws
+  /// Hides all components except the one of this name; luminosity() does not change. Throws
   /// InputError if no component that emits light has the name.
   void show_alone(const std::string& name, const SourceLocation& where);
   /// Throws InputError where a component's density exceeds single precision.

@@ -22,8 +22,8 @@ struct StopLine {
   std::size_t time_at = std::string::npos;
 };
 
-/// Makes these signals print a line on standard error as well. `line` makes it now, from a signal's
-/// name. Without this call they print nothing.
+/// Makes these signals also print a line on standard error. `line` is called now, with the name of
+/// each signal. Without this call signals print nothing.
 void say_when_stopped(const std::function<StopLine(const std::string& signal)>& line);
 void say_nothing_when_stopped();
 

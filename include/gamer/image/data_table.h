@@ -43,7 +43,7 @@ void write_fits_table(const std::filesystem::path& path, const DataTable& table,
 /// replaces an old file. Words are separated by blanks, NaN is "nan", and control characters in
 /// texts become %XX. Throws RunError.
 void write_ecsv(const std::filesystem::path& path, const DataTable& table);
-/// The text of that file.
+/// The text that write_ecsv() writes.
 std::string ecsv_text(const DataTable& table);
 
 /// Header text of the first image HDU of two axes or more: 80-character records, each followed by a

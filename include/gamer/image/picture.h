@@ -83,8 +83,8 @@ class PictureWhite {
   /// The picture of an image with so many planes; see picture_channels().
   PictureWhite(const PictureTone& tone, int planes, const std::vector<double>& wavelengths);
 
-  /// How many times light exceeds light of its colour at full brightness. `light` has a value for
-  /// each plane, without the sky. 0 where a picture has no light.
+  /// The ratio of `light` to light of equal colour at full brightness; 0 if the picture has no
+  /// light. `light` has a value for each plane, without the sky.
   double times(std::span<const double> light) const;
 
  private:
@@ -92,9 +92,9 @@ class PictureWhite {
   double slope_, scale_;
 };
 
-/// Chooses slope and scale, and black and factor where they are not given. There is one channel or
-/// three, all finite, and at most three passes over them. A grey picture's three values are equal.
-/// `threads` is the number of threads that make the pixels.
+/// Chooses slope and scale, and black and factor where they are not given. `channels` are one or
+/// three, with finite pixels, and are read at most three times. A grey picture's three values are
+/// equal. `threads` is the number of threads that make the pixels.
 PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
                            const std::optional<std::array<double, 3>>& black = {},
                            const std::optional<std::array<double, 3>>& factor = {});

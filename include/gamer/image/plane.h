@@ -73,8 +73,8 @@ PlanePtr memory_plane(const Image& image, int plane = 0);
 using PixelChange = std::function<void(const Area& area, double* values)>;
 PlanePtr changed(PlanePtr source, PixelChange change);
 
-/// Splits the plane into bands of whole rows, bottom first. `threads` threads make the tiles of a
-/// band, then this thread calls `take(area, values)`. Throws what the plane or `take` throws.
+/// Splits the plane into bands of whole rows, bottom first. `threads` threads make a band's tiles,
+/// then this thread calls `take(area, values)`. Throws Cancelled, or what the plane or `take` does.
 void for_each_band(const Plane& plane, int threads,
                    const std::function<void(const Area& area, const double* values)>& take);
 

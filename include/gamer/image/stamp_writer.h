@@ -36,14 +36,14 @@ class StampWriter {
   virtual void finish() = 0;
 };
 
-/// Makes the writer of `count` stamps, of which `describe` tells each once, in order. `header`
-/// describes what they share; its size, axes and faces do not count. Throws RunError.
+/// Makes the writer of `count` stamps. `describe` is called once for each stamp, in order. `header`
+/// describes what stamps share; its size, axes and faces do not count. Throws RunError.
 std::unique_ptr<StampWriter> make_stamp_writer(
     const OutputOptions& options, const ImageHeader& header, std::size_t count,
     const std::function<StampHeader(std::size_t)>& describe);
 
-/// Checks what can be known beforehand, as check_output() does, of stamps with so many pixels in
-/// each plane together. Throws InputError for another suffix than .fits.
+/// Checks all that can be known beforehand, as check_output() does. `pixels` is the number of
+/// pixels of all stamps in one plane. Throws InputError, also for another suffix than .fits.
 void check_stamp_output(const OutputOptions& options, const ImageHeader& header, double pixels);
 
 }  // namespace gamer

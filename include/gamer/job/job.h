@@ -94,8 +94,8 @@ RenderJob load_job(const JobRequest& request, Resources& resources);
 RenderJob job_from_record(const Record& record);
 
 /// Measures galaxies with all ranks. Every rank calls this function with equal galaxies and ranges
-/// of footprints, one for each galaxy. Without ranges all footprints are measured. What `memory`
-/// holds is taken from there; only a process alone may give one.
+/// of footprints, one for each galaxy. Without ranges all footprints are measured. Results that
+/// `memory` holds are not measured again; only a process without other ranks may give a memory.
 void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
                       std::span<const FootprintRange> footprints, const Ranks& ranks,
                       CalibrationMemory* memory = nullptr);

@@ -17,7 +17,7 @@ struct ProgressNumbers {
   double left = -1;  ///< seconds; negative where not known
 };
 
-/// What a job says, for people or for machines.
+/// The messages of a job, for people or for machines.
 ///
 /// Text: results go to `out`, and everything else to `err`, behind the program's name. JSON: every
 /// message is an object on a line of `err`, with the keys `time` (ISO 8601, UTC), `level` (info,
@@ -32,13 +32,13 @@ class MessageLog {
                       std::FILE* err = stderr, std::function<std::time_t()> now = {});
 
   Format format() const { return format_; }
-  /// From now on nothing but answers and errors.
+  /// From now on, prints answers and errors only.
   void be_quiet() { is_quiet_ = true; }
   bool is_quiet() const { return is_quiet_; }
 
-  /// What the user has asked for.
+  /// A text that the user has asked for.
   void answer(const std::string& text) const;
-  /// What was made.
+  /// The line that says which file was made.
   void result(const std::string& text) const;
   void info(const std::string& text) const;
   void warning(const std::string& text) const;
@@ -66,7 +66,7 @@ std::string json_message(const std::string& time, const std::string& level,
 std::string json_message(const std::string& time, const std::string& text,
                          const ProgressNumbers& numbers);
 
-/// The format that the program's arguments ask for by --log, also where others of them are wrong.
+/// The format that --log asks for among the program's arguments, even if other arguments are wrong.
 MessageLog::Format log_format(std::span<char* const> arguments);
 
 }  // namespace gamer

@@ -52,7 +52,7 @@ struct RenderProgress {
   int total = 0;
 };
 
-/// What a caller asks of a render besides pixels.
+/// The requests of a caller besides pixels.
 struct RenderControl {
   bool truth = false;  ///< make table TRUTH and the images of [truth]
   /// Called in the thread that called Session::render(). What it throws ends the render.
@@ -61,7 +61,7 @@ struct RenderControl {
   const Cancellation* cancellation = nullptr;
 };
 
-/// A finished render: pixels with what they mean.
+/// A finished render: pixels and their header.
 struct Rendering {
   /// An object's image. It shows the pixels of `region` in the whole image, or beyond it.
   struct Stamp {
@@ -84,9 +84,9 @@ struct Rendering {
   void write(const std::filesystem::path& path, bool overwrite = false) const;
 };
 
-/// Renders into memory, any number of times. What was measured of galaxies is kept, so that renders
-/// that differ in camera, spectra, magnitudes or places measure nothing again. Equal galaxies are
-/// kept as a whole. Pixels are those of the program, bit for bit, whatever was rendered before.
+/// Renders into memory, any number of times. A session keeps its galaxies and what it has measured.
+/// Renders that differ in camera, spectra, magnitudes or places measure nothing again. Pixels are
+/// those of the program, bit for bit, whatever was rendered before.
 ///
 /// Several threads may use a session at the same time; each render has threads of its own.
 class Session {
@@ -99,13 +99,13 @@ class Session {
   RenderJob load(const RenderInput& input) const;
   RenderJob load(const JobRequest& request) const;
 
-  /// Renders an image or stamps of a job, which is rendered once. Throws Cancelled, InputError
+  /// Renders the image or the stamps of a job, once for each job. Throws Cancelled, InputError
   /// where a texture cannot be normalised or the job is a film, and RunError.
   Rendering render(RenderJob job, const RenderControl& control = {}) const;
 
   int threads() const { return threads_; }
   const std::vector<std::filesystem::path>& folders() const { return folders_; }
-  /// What has been measured so far.
+  /// All measurements so far.
   const CalibrationMemory& memory() const { return *memory_; }
 
  private:

@@ -59,8 +59,8 @@ class StampRenderer {
   std::vector<const PlacedStar*> stars_;
 };
 
-/// The number of values in a piece of stamps, so that there are at most `most` pieces. `values` are
-/// those of each stamp, which begins with a piece of its own. The smallest is 256.
+/// The number of values of a piece, at least 256, for which all stamps have at most `most` pieces.
+/// `values` has the number of values of each stamp; each stamp begins with a new piece.
 std::size_t stamp_piece(std::span<const std::size_t> values, std::uint64_t most);
 
 /// A job of stamps with its file, as rank 0 has it.

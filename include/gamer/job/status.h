@@ -7,12 +7,12 @@
 
 namespace gamer {
 
-/// What the journal of an interrupted or running job tells, some lines. `program` is that of this
-/// process (program_text()). Control characters of names are escaped.
+/// Lines about the journal of an interrupted or running job. `program` is that of this process
+/// (program_text()). Control characters of names are escaped.
 std::string status_text(const std::filesystem::path& journal, const JournalStatus& status,
                         const std::string& program);
 
-/// Reads the journal and tells about it. Throws InputError, RunError.
+/// Reads the journal, and describes it as above. Throws InputError, RunError.
 std::string status_text(const std::filesystem::path& journal);
 
 }  // namespace gamer

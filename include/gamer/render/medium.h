@@ -69,8 +69,8 @@ class HitTable {
 };
 
 /// Points (nodes) on stretches of rays (segments), with light and dust. Each slot of a segment's
-/// cover has the emissivity at 5500 Angstrom (rest frame) or the opacity at V, per scene unit of
-/// path.
+/// cover has the emissivity at 5500 Angstrom (rest frame) or the extinction coefficient at V, per
+/// scene unit of path.
 struct RayNodes {
   struct Segment {
     std::int32_t ray;

@@ -41,13 +41,13 @@ class GalaxyLibrary {
   /// (Accuracy::shares_closure is false).
   void keep_closures_apart() { settings_.accuracy.shares_closure = false; }
 
-  /// From now on takes galaxies that earlier scenes measured from there.
+  /// From now on, takes from this store the galaxies that earlier scenes measured.
   void reuse(std::shared_ptr<MeasuredGalaxies> measured) { measured_ = std::move(measured); }
   /// Whether all galaxies that were taken are measured for the footprints that a scene needs. If
   /// not, the library forgets all its galaxies and takes no more: the scene is to be read again.
   bool suffices(const std::map<const Galaxy*, FootprintRange>& needed);
-  /// What keeps these galaxies for later scenes, once they are measured for those footprints; empty
-  /// without reuse().
+  /// A function that keeps these galaxies for later scenes. Its argument gives the footprints for
+  /// which each was measured. Empty without reuse().
   using Keep = std::function<void(std::span<const FootprintRange> footprints)>;
   Keep keeper(std::span<const std::shared_ptr<Galaxy>> galaxies) const;
 
@@ -95,7 +95,7 @@ class GalaxyLibrary {
       galaxies_;
   std::map<const Galaxy*, std::shared_ptr<Galaxy>> unmeasured_;
   std::shared_ptr<MeasuredGalaxies> measured_;
-  bool reuses_ = true;  ///< whether galaxies are taken from there
+  bool reuses_ = true;  ///< whether galaxies are taken from measured_
   std::map<const Galaxy*, FootprintRange> reused_;
   /// Keys and files of galaxies that may be kept.
   struct Origin {

@@ -14,9 +14,9 @@
 
 namespace gamer {
 
-/// Galaxies that earlier scenes made and measured, so that a scene with equal ones need not even
-/// make them. A galaxy is known by a key, which is all that decides it but for the files that it
-/// names. These are looked up anew, and must be equal. Several threads may use it.
+/// A store of galaxies that earlier scenes made and measured, for scenes with equal galaxies. A
+/// key holds all that decides a galaxy, except the contents of the files that it names. These files
+/// are looked up again, and must be equal. Several threads may use a store.
 class MeasuredGalaxies {
  public:
   struct Entry {
@@ -25,10 +25,10 @@ class MeasuredGalaxies {
     std::vector<Resources::Lookup> lookups;  ///< the files that it names
   };
 
-  /// A scene begins. Galaxies that none of the last eight scenes used are forgotten.
+  /// Begins a scene. Galaxies that none of the last eight scenes used are forgotten.
   void begin_scene();
-  /// The galaxy of this key, whose files are then in use in `resources` too. Nothing where there is
-  /// none, or a file has changed.
+  /// The galaxy of this key; `resources` then records its files, too. Nothing if there is no such
+  /// galaxy or a file has changed.
   std::optional<Entry> find(const std::string& key, Resources& resources);
   void add(const std::string& key, Entry entry);
 

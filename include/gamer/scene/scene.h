@@ -48,8 +48,8 @@ struct PlacedGalaxy {
   bool is_absolute = false;  ///< whether its magnitude is absolute
   /// Radius of a sphere around `centre` that holds the stretched ball, scene units.
   double bounding_radius = 1;
-  /// Half-light radius along the major axis, lensing included, scene units; 0 where nobody asks for
-  /// it.
+  /// Half-light radius along the major axis, lensing included, scene units; 0 unless the sizes of
+  /// stamps need it.
   double half_light_radius = 0;
 };
 
@@ -110,12 +110,12 @@ struct Scene {
 ///   The axis is the direction to the camera, turned about the node by the inclination. In an
 ///   animation the first frame's camera counts; its scene list has ox oy oz and pa.
 ///
-/// By axis_ratio the inclination follows from the axis ratio of the light on the sky, in second
-/// moments. By half_light_radius the ball's size follows from the type's light without noise and
+/// With axis_ratio, the inclination follows from the axis ratio of the light on the sky, by second
+/// moments. With half_light_radius, the ball's size follows from the type's light without noise and
 /// dust, seen face on (LightProfile).
 ///
-/// By g1, g2 and kappa a galaxy's image is distorted about its centre. The image at theta shows the
-/// source at A theta, A = (1 - kappa) [[1 - g1, -g2], [-g2, 1 + g1]]. Coordinates are (North,
+/// g1, g2 and kappa distort a galaxy's image about its centre. The image at theta shows the source
+/// at A theta, A = (1 - kappa) [[1 - g1, -g2], [-g2, 1 + g1]]. Coordinates are (North,
 /// East), in other views the image's (+y, -x). Surface brightness stays, so that the flux grows by
 /// 1/det A.
 ///

@@ -62,7 +62,7 @@ struct RecordedProbe {
 };
 
 /// A line for each probe: its row of the list, from 1, and the number of its component of dust,
-/// from 1, or "light". `list_rows` gives the list's row of each of the catalogue.
+/// from 1, or "light". `list_rows` maps rows of the catalogue to the list.
 std::string probes_text(const SpectralProbes& probes,
                         const std::map<std::size_t, std::size_t>& list_rows);
 /// Reads such a text. Throws InputError with `label`.

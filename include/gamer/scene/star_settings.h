@@ -27,9 +27,9 @@ struct StarSettings {
 
   FieldStarParameters field;
   bool antialiased = true;
-  /// Whether bright stars are discs; none: those of pictures are.
+  /// Whether bright stars are discs; if not given, they are discs in pictures.
   std::optional<bool> discs;
-  /// The brightness of discs in the image's unit; none: the white of the image's picture.
+  /// The brightness of discs in the image's unit; if not given, the white of the image's picture.
   std::optional<double> white_point;
   double largest_radius = 8;  ///< of a star's disc, pixels
   /// PictureTone::numbers() of the image's picture, which complete() finds where discs need it.

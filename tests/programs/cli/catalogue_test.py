@@ -1,4 +1,4 @@
-"""The same sky from every kind of catalogue.
+"""One sky from every kind of catalogue.
 
 catalogue_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """

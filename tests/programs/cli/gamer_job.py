@@ -68,7 +68,7 @@ class Job:
         self.wait_for_ranks_to_end(ranks)
 
     def processes(self):
-        """Of the ranks, as far as they have started."""
+        """The processes of the ranks that have started."""
         if self.ranks == 1:
             return [self.process.pid]
         found = {rank_of(child): child for child in children(self.process.pid)}

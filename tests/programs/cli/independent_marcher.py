@@ -49,7 +49,7 @@ def to_unit(x):
 
 
 def mix32(w):
-    """Of numbers or arrays of 32 bits."""
+    """The hash of numbers or arrays of 32 bits."""
     w = np.asarray(w, U32)
     w = (w ^ (w >> U32(16))) * U32(0x7FEB352D)
     w = (w ^ (w >> U32(15))) * U32(0x846CA68B)
@@ -85,7 +85,7 @@ class PointHash:
         self.m = low.view(U32) + high.view(U32)
 
     def number(self, component):
-        """Of 16 bits."""
+        """A hash of 16 bits."""
         if component == 0:
             return self.m & U32(0xFFFF)
         w = (self.m ^ self.h) * U32(0x2C1B3C6D)
@@ -726,7 +726,7 @@ class Veins:
 
 
 def power_integral(power, least, most):
-    """Of x^power."""
+    """The integral of x^power."""
     if power == -1:
         return math.log(most / least)
     return (most**(power + 1) - least**(power + 1)) / (power + 1)
@@ -1040,8 +1040,8 @@ RATIOS = {
     "young": {"associations1": 0.954103},
 }
 
-# Of the test's rays: twice the largest relative error, which is that of steps and, where there are
-# star fields, of their spectrum.
+# Twice the largest relative error of the test's rays. It is the error of their steps and, where
+# there are star fields, of the fields' spectrum.
 TOLERANCES = {
     "elliptical": 6e-7, "shader_galaxy": 1e-3, "m51": 4e-5, "ngc4594": 1.4e-4,
     "dusty_barred": 3.2e-5, "ngc4321": 2e-5, "irregular": 3.8e-5, "milky_way": 3.8e-4,
@@ -1179,8 +1179,8 @@ stars_per_pixel = 0
 
 
 def errors(name, count, steps, own=None, ratios=None):
-    """Of the marcher's rays against gamer's, relative; `own` is the text of a galaxy that is not
-    shipped."""
+    """The relative errors of the marcher's rays against gamer's. `own` is the text of a galaxy that
+    is not shipped."""
     lines = rays(count)
     expected = film(name, lines, own)
     text = own if own is not None else (SOURCE / "galaxies" / f"{name}.toml").read_text()

@@ -72,7 +72,7 @@ def run(folder, *arguments, ranks=1):
 
 def rows(count, all_touch):
     """Numbers without a pattern, the same in every format."""
-    # Of an image 320 arcsec wide, or of 4 degrees.
+    # The image is 320 arcsec wide; 4 degrees reach beyond it.
     side = 0.085 if all_touch else 4
     for i in range(count):
         share = [(i * step) % 1 for step in (0.6180339887, 0.7548776662, 0.5698402910,

@@ -80,7 +80,7 @@ class Tells(unittest.TestCase):
             self.assertEqual((result.returncode, result.stderr), (0, ""))
             for arguments, message in (
                     (["m52"], "gamer look:2:1: unknown galaxy 'm52'; did you mean 'm51'?"),
-                    ([], "gamer: galaxy is required"),
+                    ([], "gamer: look needs a galaxy: gamer look m51 (gamer --list-galaxies lists"),
                     (["m51", "render.par"], "gamer: look takes one galaxy"),
                     (['a"b'], "gamer look: a galaxy's name has no quotes"),
                     (["m51", "--inclination", "x"], "gamer: Could not convert")):

@@ -32,7 +32,7 @@ def render(rows, columns, size=161, tolerance=1e-3, files=None, camera=None):
 
 
 class Moments:
-    """Of an image, in pixels; the pixel's own are taken away. N is +y, E is -x."""
+    """Second moments of an image, in pixels, less those of a pixel. N is +y, E is -x."""
 
     def __init__(self, image):
         y, x = np.indices(image.shape)
@@ -182,7 +182,7 @@ def growth(index, radius):
 
 
 def share_within(image, radius):
-    """Of MAGNITUDE's light."""
+    """The share of MAGNITUDE's light within a radius."""
     middle = (image.shape[0] - 1) / 2
     y, x = np.indices(image.shape)
     offsets = (np.arange(20) + 0.5) / 20 - 0.5

@@ -35,8 +35,8 @@ white_point = 1e9
 largest_radius = 2
 """
 
-# Two fields that overlap, the camera in both, their stars dimmed by the dust of both; and stars of
-# the sky's own among galaxies with fields.
+# Two star fields that overlap, with the camera in both and dust in both; and field stars of the sky
+# among galaxies with star fields.
 CASES = {
     "outside": ("[scene]\nunit = \"kpc\"\n[camera]\nposition = [0, -1.5, 1]\nfov = 60\n",
                 "[40, 37]"),

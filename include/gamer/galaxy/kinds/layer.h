@@ -84,9 +84,9 @@ class Layer : public Component {
   bool follows_courses() const { return follows_arms() && arms_.courses() != nullptr; }
   /// The profile of arms with courses of their own.
   ArmProfile profile() const;
-  /// The mean of the arm modifier around a circle, of arms that are alike.
+  /// The mean of the arm modifier around a circle, if all arms are alike.
   double mean_arm_modifier() const;
-  /// The integral over the plane of the column over 2 z0.
+  /// The integral over the plane of the envelope's column, divided by 2 z0.
   double uneven_integral() const;
 
   LayerShape shape_;

@@ -8,8 +8,8 @@
 
 namespace gamer {
 
-/// What makes a layer's profile in the plane other than a round exponential; lengths in galaxy
-/// radii, angles in radians.
+/// The shape of a layer's profile in the plane; by default a round exponential. Lengths are in
+/// galaxy radii, angles in radians.
 struct RadialShape {
   double break_radius = 0;  ///< 0 for none
   double outer_rh = 0.1;
