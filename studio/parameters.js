@@ -1,0 +1,211 @@
+// The right panel: parameters of the chosen component, of the galaxy, and of the render.
+
+import {$, h} from './dom.js';
+import {ParameterRow} from './parameter_row.js';
+import {shareEdits} from './light.js';
+
+const tabs = [['component', 'Component'], ['galaxy', 'Galaxy'], ['render', 'View & render']];
+const hiddenSections = new Set(['animation', 'catalogue', 'stamps', 'truth']);
+const folded = new Set(['photometry', 'cosmology', 'sampling', 'stars', 'scene', 'noise_of_render']);
+
+export class ParameterPanel {
+  constructor(app) {
+    this.app = app;
+    this.rows = [];
+    this.built = '';
+    const {doc, ui} = app;
+    $('tabs').append(...tabs.map(([key, label]) =>
+        h('button', {type: 'button', role: 'tab', id: `tab-${key}`, 'aria-controls': 'parameters',
+                     onclick: () => this.choose(key), onkeydown: (event) => this.tabKey(event)}, label)));
+    this.search = h('input', {type: 'search', placeholder: 'Find a parameter', 'aria-label': 'Find a parameter',
+                              oninput: () => this.filter()});
+    this.which = h('button', {type: 'button', class: 'chip', title: 'Only parameters that the file gives or that changed',
+                              onclick: () => this.toggleFilter()}, 'In the file');
+    $('filters').append(this.search, this.which);
+    for (const [target, name] of [[doc, 'change'], [ui, 'selected'], [ui, 'camera']]) {
+      target.addEventListener(name, () => this.show());
+    }
+  }
+
+  choose(tab) {
+    this.app.ui.tab = tab;
+    this.app.ui.say('panels');
+    this.show();
+  }
+
+  tabKey(event) {
+    const step = {ArrowLeft: -1, ArrowRight: 1}[event.key];
+    if (!step) return;
+    const at = tabs.findIndex(([key]) => key === this.app.ui.tab);
+    const [next] = tabs[(at + step + tabs.length) % tabs.length];
+    this.choose(next);
+    $(`tab-${next}`).focus();
+  }
+
+  toggleFilter() {
+    this.app.ui.filter = this.app.ui.filter === 'all' ? 'given' : 'all';
+    this.filter();
+  }
+
+  show() {
+    const {doc, ui} = this.app;
+    if (!doc.model) return;
+    for (const [key] of tabs) {
+      $(`tab-${key}`).setAttribute('aria-selected', String(key === ui.tab));
+      $(`tab-${key}`).tabIndex = key === ui.tab ? 0 : -1;
+    }
+    $('parameters').setAttribute('aria-labelledby', `tab-${ui.tab}`);
+    const component = this.app.components.chosen;
+    const built = ui.tab === 'component' ? `component/${doc.chosen}/${component?.kind}/${component?.name}` : ui.tab;
+    if (built !== this.built) this.build(ui.tab, component);
+    this.built = built;
+    for (const {row, state} of this.rows) row.show(state());
+    this.filter();
+  }
+
+  build(tab, component) {
+    this.rows = [];
+    const box = $('parameters');
+    box.replaceChildren();
+    box.scrollTop = 0;
+    if (tab === 'component') {
+      if (component) this.buildComponent(box, component.kind);
+    } else if (tab === 'galaxy') {
+      this.buildGalaxy(box);
+    } else {
+      this.buildRender(box);
+    }
+  }
+
+  group(box, key, title, open = true) {
+    const {ui} = this.app;
+    const details = h('details', {class: 'group', open: ui.folded[key] === undefined ? open : !ui.folded[key],
+                                  ontoggle: () => { ui.folded[key] = !details.open; }},
+                      h('summary', {}, title));
+    box.append(details);
+    return details;
+  }
+
+  words(name) {
+    const {catalogue} = this.app.doc.opened;
+    if (name === 'sed') return catalogue.seds;
+    if (name === 'bands' || name === 'reference_band') return catalogue.bands;
+    if (name === 'follows' || name === 'solo') return this.app.components.components.map((other) => other.name);
+    return null;
+  }
+
+  buildComponent(box, kind) {
+    const {doc, components} = this.app;
+    const groups = new Map();
+    for (const declared of doc.opened.declarations.kinds[kind] ?? []) {
+      if (declared.name === 'class') continue;
+      const [group, short] = declared.name.includes('.') ? declared.name.split('.') : ['', declared.name];
+      if (!groups.has(group)) groups.set(group, group === '' ? box : this.group(box, group, group));
+      const row = new ParameterRow({...declared, label: short}, this.componentActions(declared.name), this.words(short));
+      groups.get(group).append(row.element);
+      this.rows.push({row, state: () => {
+        const now = components.chosen;
+        const first = doc.firstModel?.components.find((other) => other.name === now.name);
+        return {value: now.values[declared.name], given: now.given.includes(declared.name),
+                first: first ? first.values[declared.name] : now.values[declared.name]};
+      }});
+    }
+  }
+
+  componentActions(name) {
+    const {doc, components, preview} = this.app;
+    const edits = (value) => name === 'fraction' ? shareEdits(components.components, components.index, value)
+                                                 : [{set: [components.index, name, value]}];
+    const label = () => `${components.chosen.name}: ${name}`;
+    return {
+      preview: (value) => name === 'fraction' ? preview.showShares(edits(value)) : doc.preview(edits(value)),
+      commit: (value) => doc.edit(edits(value), label(), `${components.chosen.name}/${name}`),
+      reset: (toDefault = false) => {
+        const at = components.index, now = components.chosen;
+        const first = doc.firstModel?.components.find((other) => other.name === now.name);
+        const isChanged = first && JSON.stringify(first.values[name]) !== JSON.stringify(now.values[name]);
+        const goBack = !toDefault && isChanged && first.given.includes(name);
+        doc.edit(goBack ? edits(first.values[name]) : [{reset: [at, name]}], `${label()} reset`);
+      },
+    };
+  }
+
+  buildGalaxy(box) {
+    const {doc} = this.app, groups = new Map();
+    for (const declared of doc.opened.declarations.galaxy) {
+      const [section, short] = declared.name.includes('.') ? declared.name.split('.') : ['galaxy', declared.name];
+      if (!groups.has(section)) groups.set(section, this.group(box, `galaxy/${section}`, section));
+      const row = new ParameterRow({...declared, label: short}, this.galaxyActions(declared.name), this.words(short));
+      groups.get(section).append(row.element);
+      this.rows.push({row, state: () => {
+        const value = doc.model.values[declared.name], first = doc.firstModel?.values[declared.name];
+        return {value, first, given: doc.model.given?.includes(declared.name) ?? value !== undefined};
+      }});
+    }
+  }
+
+  galaxyActions(name) {
+    const {doc} = this.app;
+    return {
+      preview: (value) => doc.preview([{set: [null, name, value]}]),
+      commit: (value) => doc.edit([{set: [null, name, value]}], name, `galaxy/${name}`),
+      reset: (toDefault = false) => {
+        const first = doc.firstModel?.values[name], now = doc.model.values[name];
+        const wasGiven = doc.firstModel?.given?.includes(name);
+        const goBack = !toDefault && wasGiven && JSON.stringify(first) !== JSON.stringify(now);
+        doc.edit([goBack ? {set: [null, name, first]} : {reset: [null, name]}], `${name} reset`);
+      },
+    };
+  }
+
+  buildRender(box) {
+    const {doc, ui} = this.app;
+    for (const [section, list] of Object.entries(doc.opened.declarations.parameters)) {
+      if (hiddenSections.has(section)) continue;
+      const group = this.group(box, `render/${section}`, section, !folded.has(section));
+      for (const declared of list) {
+        const key = `${section}.${declared.name}`;
+        if (key === 'image.output') continue;
+        const row = new ParameterRow(declared, this.renderActions(section, declared.name), this.words(declared.name));
+        group.append(row.element);
+        this.rows.push({row, state: () => {
+          const isCamera = section === 'camera' && declared.name in ui.camera;
+          const first = doc.opened.values?.[key];
+          const value = isCamera ? ui.camera[declared.name] : doc.value(key);
+          return {value, first, given: doc.opened.given?.includes(key) || key in doc.state.settings};
+        }});
+      }
+    }
+  }
+
+  renderActions(section, name) {
+    const {doc, ui} = this.app, key = `${section}.${name}`;
+    if (section === 'camera' && name in ui.camera) {
+      return {
+        preview: (value) => ui.setCamera({...ui.camera, [name]: value}, true),
+        commit: (value) => ui.setCamera({...ui.camera, [name]: value}, false),
+        reset: () => ui.setCamera({...ui.camera, [name]: doc.opened.camera[name]}, false),
+      };
+    }
+    return {
+      preview: (value) => doc.previewSettings({[key]: value}),
+      commit: (value) => doc.set({[key]: value}, key, `render/${key}`),
+      reset: () => doc.set({[key]: null}, `${key} reset`),
+    };
+  }
+
+  filter() {
+    const {ui} = this.app, wanted = this.search.value.trim().toLowerCase();
+    this.which.setAttribute('aria-pressed', String(ui.filter === 'given'));
+    for (const {row} of this.rows) {
+      const {name, description} = row.declared;
+      const isFound = wanted === '' || name.includes(wanted) || description.toLowerCase().includes(wanted);
+      const classes = row.element.classList;
+      const isIn = ui.filter === 'all' || wanted !== '' || classes.contains('given') || classes.contains('changed');
+      row.element.hidden = !(isFound && isIn);
+    }
+    for (const group of $('parameters').querySelectorAll('.group')) {
+      group.hidden = ![...group.querySelectorAll('.row')].some((row) => !row.hidden);
+    }
+  }
+}
