@@ -54,7 +54,8 @@ struct RenderProgress {
 
 /// What a caller asks of a render besides pixels.
 struct RenderControl {
-  bool truth = false;  ///< make table TRUTH and the images of [truth]
+  bool truth = false;         ///< make table TRUTH and the images of [truth]
+  bool truth_images = false;  ///< make those images even without the table
   /// Called in the thread that called Session::render(). What it throws ends the render.
   std::function<void(const RenderProgress&)> progress = {};
   /// Ends the render at the next tile; Session::render() then throws Cancelled. May be null.

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace gamer {
+
+// Who may talk to the server. All functions take what a stranger may have sent.
+
+/// 128 random bits of the operating system as 32 hexadecimal digits. Throws RunError.
+std::string make_token();
+
+/// Whether two texts are equal, in a time that depends on their lengths alone.
+bool are_equal_secrets(std::string_view a, std::string_view b);
+
+/// Whether the value of a Host header names this machine: 127.0.0.1 or localhost, with any port. A
+/// tunnel has a port of its own. Other names may be a stranger's that lead here (DNS rebinding).
+bool is_own_host(std::string_view host);
+
+/// Whether the value of an Origin header is that of pages which this host serves.
+bool is_own_origin(std::string_view origin, std::string_view host);
+
+/// The value of a cookie in a Cookie header; nothing where it is not there.
+std::optional<std::string_view> cookie_value(std::string_view header, std::string_view name);
+
+/// The path of a request's target, and the value of `token` in its query.
+struct Target {
+  std::string_view path;
+  std::optional<std::string_view> token;
+};
+Target parse_target(std::string_view target);
+
+}  // namespace gamer

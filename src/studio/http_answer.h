@@ -1,0 +1,45 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace gamer {
+
+/// Secrets of a server, made anew at each start.
+struct ServerSecrets {
+  std::string token;   ///< in the address
+  std::string cookie;  ///< what the token is exchanged for
+  /// Name of the cookie. Browsers give a host's cookies to all its ports, so that servers need
+  /// names of their own.
+  std::string cookie_name;
+};
+
+/// What of a request counts. Fields that are not there, or more than once, have no value.
+struct HttpRequest {
+  std::string_view method;
+  std::string_view target;
+  std::optional<std::string_view> host, origin, cookie;
+  bool is_upgrade = false;  ///< to a WebSocket
+};
+
+struct HttpAnswer {
+  unsigned status = 200;
+  std::string type = "text/plain; charset=utf-8";
+  std::string body = {};
+  std::filesystem::path file = {};  ///< instead of a body
+  std::vector<std::pair<std::string, std::string>> fields = {};
+  bool is_upgrade = false;  ///< the WebSocket may begin
+};
+
+/// Answers a request: who may see what, and the files of the page. `folder` is that of the outputs.
+HttpAnswer answer_request(const HttpRequest& request, const ServerSecrets& secrets,
+                          const std::filesystem::path& folder);
+
+/// Fields that every answer has.
+const std::vector<std::pair<std::string, std::string>>& safety_fields();
+
+}  // namespace gamer
