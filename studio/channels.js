@@ -2,18 +2,18 @@
 
 import {channelWeights} from './stretch.js';
 
-/// The spectral planes of a frame, each once: those of components share names.
+/// The spectral planes of a frame, each once: those of components share labels.
 export function spectralPlanes(header) {
   const known = new Map();
-  for (const plane of header.planes) if (!known.has(plane.name)) known.set(plane.name, plane);
+  for (const plane of header.planes) if (!known.has(plane.label)) known.set(plane.label, plane);
   return [...known.values()];
 }
 
-/// Weights of each spectral plane in red, green and blue: chosen by name, or those of the program's
+/// Weights of each spectral plane in red, green and blue: chosen by label, or those of the program's
 /// pictures.
 export function channelsOf(header, chosen) {
   const planes = spectralPlanes(header);
-  const names = planes.map((plane) => plane.name);
+  const names = planes.map((plane) => plane.label);
   const isChosen = chosen !== null && chosen.every((name) => names.includes(name));
   const weights = isChosen ? chosen.map((name) => names.map((other) => other === name ? 1 : 0))
                            : channelWeights(planes.map((plane) => plane.wavelength ?? null));
@@ -26,7 +26,7 @@ export function channelsOf(header, chosen) {
 export function planeWeights(header, chosen, share) {
   const {names, weights} = channelsOf(header, chosen);
   return header.planes.map((plane) => {
-    const spectral = names.indexOf(plane.name);
+    const spectral = names.indexOf(plane.label);
     const factor = plane.component === null || plane.component === undefined ? 1 : share(plane.component);
     return weights.map((channel) => channel[spectral] * factor);
   });
@@ -38,7 +38,7 @@ export function valuesAt(frame, x, y, share) {
   const sums = new Map();
   header.planes.forEach((plane, i) => {
     const factor = plane.component === null || plane.component === undefined ? 1 : share(plane.component);
-    sums.set(plane.name, (sums.get(plane.name) ?? 0) + (factor === 0 ? 0 : factor * frame.plane(i)[at]));
+    sums.set(plane.label, (sums.get(plane.label) ?? 0) + (factor === 0 ? 0 : factor * frame.plane(i)[at]));
   });
-  return [...sums].map(([name, value]) => ({name, value, unit: header.planes.find((p) => p.name === name).unit}));
+  return [...sums].map(([name, value]) => ({name, value, unit: header.planes.find((p) => p.label === name).unit}));
 }

@@ -152,7 +152,7 @@ export class ComponentPanel {
       const isLight = this.app.doc.isLight(kind);
       list.append(h('button', {type: 'button', class: 'kind-button', onclick: () => { close(); this.add(kind); }},
                     h('strong', {}, kind), h('em', {}, isLight ? 'light' : 'dust'),
-                    h('span', {}, declarations.descriptions?.[kind] ?? '')));
+                    h('span', {}, declarations.traits[kind].description)));
     }
     list.firstChild?.focus();
   }

@@ -46,7 +46,7 @@ export class StudioDocument extends EventTarget {
 
   /// Whether a kind of component emits light; the others absorb it.
   isLight(kind) {
-    return this.opened.declarations.kinds[kind].some(({name}) => name === 'fraction');
+    return this.opened.declarations.traits[kind].emits;
   }
 
   /// Value of a render parameter, with settings.
@@ -164,7 +164,7 @@ export class StudioDocument extends EventTarget {
   /// The fields of messages that render.
   fields(extra = {}) {
     const settings = {...this.state.settings, ...extra};
-    return {parameters: this.parameters, scene: this.scene, galaxies: this.state.galaxies,
+    return {parameters: this.parameters, scene: this.scene, galaxies: this.state.galaxies, chosen: this.chosen,
             settings: Object.entries(settings).map(([key, value]) => `${key}=${JSON.stringify(value)}`)};
   }
 }

@@ -10,7 +10,7 @@ export function h(name, properties = {}, ...children) {
     else if (key === 'class') element.className = value;
     else element[key] = value;
   }
-  element.append(...children.flat().filter((child) => child !== null && child !== undefined));
+  element.append(...children.flat(Infinity).filter((child) => child !== null && child !== undefined));
   return element;
 }
 

@@ -92,7 +92,7 @@ export class Histogram {
     const height = this.canvas.height = Math.round(box.height * ratio);
     const ink = this.canvas.getContext('2d');
     ink.globalCompositeOperation = 'lighter';
-    const colours = this.counts.length === 1 ? ['#8a8f96'] : ['#a8443f', '#3f8a4d', '#3f63b0'];
+    const colours = this.counts.length === 1 ? ['#5d6269'] : ['#6e2b28', '#27582f', '#273f74'];
     const most = Math.max(...this.counts.flatMap((count) => [...count.subarray(1)]), 1);
     this.counts.forEach((count, c) => {
       ink.fillStyle = colours[c];

@@ -72,7 +72,7 @@ export class LookPanel {
 
   showChannels() {
     const {ui, picture} = this.app, {header} = picture.frame;
-    const names = spectralPlanes(header).map((plane) => plane.name);
+    const names = spectralPlanes(header).map((plane) => plane.label);
     const key = names.join('/');
     if (key !== this.names) {
       this.names = key;
@@ -101,7 +101,7 @@ export class LookPanel {
   autoPlanes(names) {
     const planes = spectralPlanes(this.app.picture.frame.header);
     const sorted = planes.every((plane) => plane.wavelength) ?
-        [...planes].sort((a, b) => b.wavelength - a.wavelength).map((plane) => plane.name) : names;
+        [...planes].sort((a, b) => b.wavelength - a.wavelength).map((plane) => plane.label) : names;
     return [sorted[0], sorted[Math.floor(sorted.length / 2)], sorted[sorted.length - 1]];
   }
 }

@@ -84,10 +84,11 @@ function followChanges() {
   doc.addEventListener('change', ({detail}) => { preview.ask(detail.moving); later(); });
   ui.addEventListener('camera', ({detail}) => { preview.ask(detail.moving); later(); });
   // Muted light is muted in the picture; without a muted layer of dust the light differs.
+  let dust = '';
   ui.addEventListener('muted', () => {
-    const muted = preview.muted(doc.model).join();
-    if (muted !== preview.mutedDust) preview.ask(false);
-    preview.mutedDust = muted;
+    const muted = preview.muted(doc.model, false).join();
+    if (muted !== dust || preview.isWhole) preview.ask(false);
+    dust = muted;
     later();
   });
   for (const name of ['look', 'panels', 'selected', 'keys']) ui.addEventListener(name, later);

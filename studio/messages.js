@@ -26,6 +26,7 @@ export function dialog(title, content, className = '') {
   box.addEventListener('close', () => box.remove());
   document.body.append(box);
   box.showModal();
+  (content.querySelector('[autofocus], input, button') ?? box).focus();
   return {box, close};
 }
 

@@ -17,7 +17,7 @@ export class ParameterRow {
     this.reset = h('button', {type: 'button', class: 'reset', onclick: () => actions.reset()}, icon('reset'));
     const unit = declared.unit ? h('span', {class: 'unit'}, declared.unit) : null;
     this.label = h('label', {for: this.id, title: this.tip()}, declared.label ?? declared.name);
-    this.element = h('div', {class: `row ${declared.type}`, 'data-key': declared.name},
+    this.element = h('div', {class: this.isNumber || declared.type === 'boolean' ? 'row' : 'row words', 'data-key': declared.name},
                      this.label, unit, ...this.controls(words), this.reset);
   }
 
@@ -104,10 +104,10 @@ export class ParameterRow {
     if (type === 'texts') return parts;
     const numbers = parts.map(Number);
     if (numbers.some((number) => !Number.isFinite(number))) return undefined;
-    if (this.isNumber || (type === 'size' && numbers.length === 1)) {
+    if (this.isNumber) {
       return numbers.length === 1 && (type !== 'integer' || Number.isInteger(numbers[0])) ? numbers[0] : undefined;
     }
-    return numbers;
+    return type === 'pair' && numbers.length === 1 ? numbers[0] : numbers;
   }
 
   commit(value) {

@@ -6,7 +6,15 @@ import {shareEdits} from './light.js';
 
 const tabs = [['component', 'Component'], ['galaxy', 'Galaxy'], ['render', 'View & render']];
 const hiddenSections = new Set(['animation', 'catalogue', 'stamps', 'truth']);
-const folded = new Set(['photometry', 'cosmology', 'sampling', 'stars', 'scene', 'noise_of_render']);
+const projections = ['perspective', 'orthographic', 'sky', 'fisheye', 'equirectangular', 'cubemap', 'healpix'];
+const folded = new Set(['photometry', 'cosmology', 'sampling', 'stars', 'scene']);
+
+/// Whether a key of the camera belongs to a projection; its description ends with those it has.
+function belongsTo(projection, {description}) {
+  const words = description.match(/\(([^()]*)\)$/)?.[1] ?? '';
+  const named = projections.filter((name) => words.includes(name));
+  return named.length === 0 || named.includes(projection);
+}
 
 export class ParameterPanel {
   constructor(app) {
@@ -202,7 +210,8 @@ export class ParameterPanel {
       const isFound = wanted === '' || name.includes(wanted) || description.toLowerCase().includes(wanted);
       const classes = row.element.classList;
       const isIn = ui.filter === 'all' || wanted !== '' || classes.contains('given') || classes.contains('changed');
-      row.element.hidden = !(isFound && isIn);
+      const applies = ui.tab !== 'render' || belongsTo(ui.camera.projection, row.declared);
+      row.element.hidden = !(isFound && isIn && applies);
     }
     for (const group of $('parameters').querySelectorAll('.group')) {
       group.hidden = ![...group.querySelectorAll('.row')].some((row) => !row.hidden);

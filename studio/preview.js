@@ -48,17 +48,22 @@ export class Preview extends EventTarget {
   sizes(moving) {
     if (moving) return [this.sized(this.side, 0.1)];
     const tolerance = this.doc.value('sampling.tolerance') ?? 1e-3;
-    const last = this.sized(this.ui.side, tolerance);
+    const last = this.sized(this.ui.side, null);
     const coarse = steps.filter(([side]) => side < Math.max(last[0], last[1]))
         .map(([side, rough]) => this.sized(side, Math.max(rough, tolerance)));
     return [...coarse, last];
   }
 
-  /// Components that the server leaves out. Muted light stays in the planes: the picture mutes it.
-  muted(model) {
+  /// Components that the server leaves out. Muted light stays in planes of components, and the
+  /// picture mutes it.
+  muted(model, isWhole) {
     return model.components.flatMap((component, i) =>
-        this.ui.isMuted(this.doc.chosen, component.name) && !this.doc.isLight(component.kind) ? [i] : []);
+        this.ui.isMuted(this.doc.chosen, component.name) &&
+        (isWhole || !this.doc.isLight(component.kind)) ? [i] : []);
   }
+
+  /// Whether the frame that is shown has no planes of components.
+  get isWhole() { return this.picture.frame?.header.is_whole ?? true; }
 
   /// Asks for the present view. Moving views wait for the one before.
   ask(moving) {
@@ -70,8 +75,8 @@ export class Preview extends EventTarget {
     const model = this.doc.model;
     const request = {moving, model, galaxy: this.doc.chosen, camera: this.ui.camera};
     const id = this.connection.send('view', {
-      ...this.doc.fields(cameraSettings(this.ui.camera)), planes: 'components', galaxy: this.doc.chosen,
-      muted: this.muted(model), sizes: this.sizes(moving)});
+      ...this.doc.fields(cameraSettings(this.ui.camera)), planes: moving ? 'image' : 'components',
+      muted: this.muted(model, moving), sizes: this.sizes(moving)});
     if (id === 0) return;
     this.asked.clear();
     this.asked.set(id, request);
@@ -124,6 +129,7 @@ export class Preview extends EventTarget {
 
   /// Shows other shares of light in the frame that is there: no render.
   showShares(edits) {
+    if (!this.shown) return;
     this.shares = edits;
     this.weigh();
     this.dispatchEvent(new Event('frame'));

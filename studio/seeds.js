@@ -102,7 +102,7 @@ export class Seeds {
     const fields = doc.fields(cameraSettings(ui.camera));
     fields.galaxies = {...fields.galaxies, [doc.chosen]: reply.galaxy_text};
     const [width, height, rough] = preview.sized(tile, tolerance);
-    const frame = await this.render({...fields, planes: 'image', galaxy: doc.chosen, muted: preview.muted(doc.model), sizes: [[width, height, rough]]});
+    const frame = await this.render({...fields, planes: 'image', muted: preview.muted(doc.model, true), sizes: [[width, height, rough]]});
     this.picture ??= new Picture(h('canvas'));
     [this.picture.canvas.width, this.picture.canvas.height] = [width, height];
     this.picture.setFrame(frame);
