@@ -79,7 +79,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
                            field(request, http::field::cookie),
                            beast::websocket::is_upgrade(request)};
     HttpAnswer answer =
-        answer_request(seen, shared_.secrets, shared_.core.document().options.folder);
+        answer_request(seen, shared_.secrets, shared_.core.options().folder);
     const bool has_foreign_origin = request.count(http::field::origin) > 1;
     if (has_foreign_origin) answer = {.status = 400, .body = "a request has one Origin\n"};
     if (answer.is_upgrade && PageSocket::count() < most_sockets) {

@@ -1,11 +1,12 @@
 #include "studio/studio_core.h"
 
 #include <exception>
+#include <functional>
 #include <new>
 #include <utility>
 
-#include "studio/galaxy_text.h"
-#include "studio/model.h"
+#include "gamer/core/error.h"
+#include "studio/child_process.h"
 #include "studio/view.h"
 
 namespace gamer {
@@ -16,42 +17,29 @@ using Json = nlohmann::json;
 // Messages that wait for their answers, of all pages.
 constexpr std::size_t most_waiting = 1000;
 
-/// A galaxy's text in messages about errors, beside which it names others.
-std::string galaxy_label(const OpenedDocument& document) {
-  return (std::filesystem::path(document.label).parent_path() / "galaxy").generic_string();
+/// Runs a piece of work; what it throws goes to the page.
+void report(Page& page, std::int64_t id, const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const std::bad_alloc&) {
+    page.fail(id, "gstudio: out of memory");
+  } catch (const std::exception& error) {
+    page.fail(id, error.what());
+  }
 }
-
-/// What answers a message that needs no render.
-struct Answer {
-  const OpenedDocument& document;
-  const Session& session;
-
-  Json operator()(const OpenRequest&) const { return document_json(document, session); }
-  Json operator()(const EditRequest& request) const {
-    const std::string label = request.is_galaxy ? galaxy_label(document) : document.label;
-    std::string text = edit_text(request.text, request.edits, label);
-    if (!request.is_galaxy) return {{"op", "edited"}, {"parameters", text}};
-    Json model = model_json(text, label, session.folders());
-    return {{"op", "edited"}, {"galaxy_text", text}, {"model", model}};
-  }
-  Json operator()(const ModelRequest& request) const {
-    return {{"op", "model"},
-            {"model", model_json(request.text, galaxy_label(document), session.folders())}};
-  }
-  template <typename Other>
-  Json operator()(const Other&) const {
-    throw InputError("this operation is not there yet");
-  }
-};
 
 }  // namespace
 
 StudioCore::StudioCore(const StudioOptions& options)
-    : session_(options.threads),
-      document_(open_document(options, session_)),
+    : options_(options),
+      session_(options.threads),
+      answers_(session_, open_document(options, session_)),
+      label_(answers_.document().label),
+      paths_(answers_.paths()),
       views_([this](std::int64_t id, const ViewRequest& request, const Cancellation& cancellation,
                     const Send& send) {
-        render_view(session_, document_.label, id, request, cancellation, send);
+        paths_.check(request.document);
+        render_view(session_, label_, id, request, cancellation, send);
       }) {}
 
 void StudioCore::receive(const std::shared_ptr<Page>& page, std::string_view text) {
@@ -64,28 +52,47 @@ void StudioCore::receive(const std::shared_ptr<Page>& page, std::string_view tex
 
 void StudioCore::start(const std::shared_ptr<Page>& page, Message message) {
   if (auto* view = std::get_if<ViewRequest>(&message.request)) {
+    page->drop_frames();
     return views_.ask(page, message.id, std::move(*view));
   }
-  if (std::holds_alternative<CancelRequest>(message.request)) {
-    if (!views_.cancel(*page)) page->reply({{"op", "cancelled"}, {"id", nullptr}});
-    return;
+  if (const auto* request = std::get_if<CancelRequest>(&message.request)) {
+    return cancel(page, *request);
   }
-  if (answers_.size() >= most_waiting) return page->fail(message.id, "too many messages wait");
-  answers_.add([this, page, message = std::move(message)] {
-    try {
-      Json reply = answer(message);
-      reply["id"] = message.id;
-      page->reply(reply);
-    } catch (const std::bad_alloc&) {
-      page->fail(message.id, "gstudio: out of memory");
-    } catch (const std::exception& error) {
-      page->fail(message.id, error.what());
-    }
+  if (waiting_.size() >= most_waiting) return page->fail(message.id, "too many messages wait");
+  waiting_.add([this, page, message = std::move(message)] {
+    report(*page, message.id, [&] { answer(page, message); });
   });
 }
 
-Json StudioCore::answer(const Message& message) const {
-  return std::visit(Answer{document_, session_}, message.request);
+void StudioCore::cancel(const std::shared_ptr<Page>& page, const CancelRequest& request) {
+  const bool was_there =
+      request.target ? renders_.cancel(*page, *request.target) : views_.cancel(*page);
+  if (!request.target) page->drop_frames();
+  if (!was_there) page->reply({{"op", "cancelled"}, {"id", nullptr}});
+}
+
+void StudioCore::answer(const std::shared_ptr<Page>& page, const Message& message) {
+  std::visit(
+      [&](const auto& request) {
+        using Request = std::decay_t<decltype(request)>;
+        if constexpr (std::is_same_v<Request, RenderRequest>) {
+          render(page, message.id, request);
+        } else if constexpr (std::is_invocable_v<Answers&, const Request&>) {
+          Json reply = answers_(request);
+          if constexpr (std::is_same_v<Request, OutputsRequest>) reply["jobs"] = renders_.list();
+          reply["id"] = message.id;
+          page->reply(reply);
+        }
+      },
+      message.request);
+}
+
+void StudioCore::render(const std::shared_ptr<Page>& page, std::int64_t id,
+                        const RenderRequest& request) {
+  std::vector<std::string> words = answers_.prepare(request);
+  words.front() = program_beside(words.front());
+  words.insert(words.end(), {"--log", "json", "-j", std::to_string(options_.threads)});
+  renders_.add({page, id, request.name, std::move(words)});
 }
 
 void StudioCore::leave(const Page& page) { views_.cancel(page); }
