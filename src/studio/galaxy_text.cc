@@ -187,7 +187,7 @@ class TextTable {
         } else if (members.size() > 1) {
           gone.emplace_back(member.key_begin, members[1].key_begin);
         } else {
-          gone.emplace_back(member.key_begin, member.value_end);
+          gone.emplace_back(begin + 1, (*text_).find('}', member.value_end));
         }
         return;
       }
@@ -441,7 +441,9 @@ class EditedText {
     std::string block = fmt::format("[[component]]{0}class = {1}{0}name = {2}{0}", line_end_,
                                     toml_string(kind.name), toml_string(name));
     for (const Parameter& parameter : kind.parameters) {
-      if (!parameter.required || parameter.name == "class") continue;
+      // Bulges need one of two radii, of which none is required by itself.
+      const bool is_needed = parameter.required || parameter.name == "effective_radius";
+      if (!is_needed || parameter.name == "class") continue;
       block += fmt::format("{} = {}{}", parameter.name, first_value(kind, parameter), line_end_);
     }
     if (kind.traits.emits) block += fmt::format("fraction = 0.1{}", line_end_);

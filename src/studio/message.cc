@@ -84,7 +84,7 @@ class Members {
     for (const auto& [key, value] : object_.items()) {
       if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
       throw InputError(
-          fmt::format("{} has no '{}'{}", what_, in_quotes(key), did_you_mean(key, known_)));
+          fmt::format("{} has no {}{}", what_, in_quotes(key), did_you_mean(key, known_)));
     }
   }
 

@@ -265,7 +265,13 @@ class LevelView {
 }  // namespace
 
 RenderParameters level_parameters(RenderParameters parameters, const ViewLevel& level) {
-  if (parameters.animation.frames > 0) parameters.set("animation", "frames", std::int64_t{0});
+  if (parameters.animation.frames > 0) {
+    std::vector<RenderParameters::Setting> defaults;
+    for (const Parameter& parameter : parameters.section("animation").table()) {
+      defaults.push_back({"animation", parameter.name, parameter.default_value});
+    }
+    parameters.set(defaults);
+  }
   if (parameters.image.output.layout == ImageLayout::stamps) {
     parameters.set("image", "layout", std::string("cube"));
   }
