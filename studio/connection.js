@@ -48,13 +48,14 @@ export class Connection extends EventTarget {
     return id;
   }
 
-  /// The reply to a message. `onprogress` gets what comes before it.
+  /// The reply to a message, a promise with the message's `id`. `onprogress` gets what comes before.
   request(op, fields = {}, onprogress = null) {
-    return new Promise((resolve, reject) => {
-      const id = this.send(op, fields);
+    const id = this.send(op, fields);
+    const reply = new Promise((resolve, reject) => {
       if (id === 0) reject(new Error('there is no connection'));
       else this.waiting.set(id, {resolve, reject, onprogress});
     });
+    return Object.assign(reply, {id});
   }
 
   receive(data) {
@@ -66,7 +67,7 @@ export class Connection extends EventTarget {
     const waiting = this.waiting.get(message.id);
     if (!waiting) {
       this.dispatchEvent(new CustomEvent('message', {detail: message}));
-    } else if (message.op === 'progress') {
+    } else if (message.op === 'progress' || message.op === 'log') {
       waiting.onprogress?.(message);
     } else {
       this.waiting.delete(message.id);

@@ -1,7 +1,7 @@
 // Save, save as, command line, render and export.
 
 import {download, h} from './dom.js';
-import {ask, dialog, say} from './messages.js';
+import {ask, confirm, dialog, say} from './messages.js';
 import {cameraSettings} from './view.js';
 import {animationSettings} from './animation.js';
 
@@ -14,13 +14,18 @@ export class Files {
     return doc.fields({...cameraSettings(ui.camera), ...extra});
   }
 
+  /// Saves over the galaxy's own file; a galaxy of the catalogue gets a name first.
   async save() {
     const {connection, doc} = this.app, galaxy = doc.chosen, text = doc.text;
+    if (!doc.opened.own.includes(galaxy)) {
+      await this.saveAs();
+      return;
+    }
     try {
       const reply = await connection.request('save', {galaxy, galaxy_text: text});
       doc.saved[galaxy] = text;
       await doc.refresh(false);
-      say(`Saved ${reply.file ?? galaxy}.`);
+      say(`Saved ${reply.file}.`);
     } catch (error) {
       say(`Not saved: ${error.message}`, 'problem');
     }
@@ -30,15 +35,26 @@ export class Files {
     const {connection, doc} = this.app, text = doc.text;
     const name = await ask('Save as', 'Name of the galaxy in the output folder', `my_${doc.chosen}`, 'Save');
     if (!name) return;
+    const names = await this.outputs();
+    const fields = {name, galaxy_text: text};
+    if (names.includes(name.replace(/(\.toml)?$/, '.toml'))) {
+      if (!await confirm('Save as', `${name} is there already.`, 'Replace it')) return;
+      fields.overwrite = true;
+    }
     try {
-      const reply = await connection.request('save_as', {name, galaxy: doc.chosen, galaxy_text: text});
+      const reply = await connection.request('save_as', fields);
       doc.saved[doc.chosen] = text;
       await doc.refresh(false);
-      const file = reply.file ?? `${name}.toml`;
-      say(`Saved ${file}.`, 'note', ['Download', () => this.fetchFile(file)]);
+      say(`Saved ${reply.path}.`, 'note', ['Download', () => this.fetchFile(reply.file)]);
     } catch (error) {
       say(`Not saved: ${error.message}`, 'problem');
     }
+  }
+
+  /// Names of the files in the output folder.
+  async outputs() {
+    const reply = await this.app.connection.request('outputs').catch(() => ({outputs: []}));
+    return reply.outputs.map(({name}) => name);
   }
 
   fetchFile(file) {
@@ -50,7 +66,8 @@ export class Files {
       const reply = await this.app.connection.request('command', this.job());
       await navigator.clipboard.writeText(reply.command).catch(() => null);
       const area = h('textarea', {readOnly: true, rows: 5, value: reply.command, 'aria-label': 'Command line'});
-      dialog('Command line, copied', h('div', {}, h('p', {}, 'This makes the picture of the present view.'), area));
+      const unsaved = reply.unsaved?.length ? `Save first: ${reply.unsaved.join(', ')}.` : '';
+      dialog('Command line, copied', h('div', {}, h('p', {}, `This makes the picture of the present view. ${unsaved}`), area));
       area.select();
     } catch (error) {
       say(error.message, 'problem');
@@ -92,7 +109,13 @@ export class Files {
       const sides = size.value.trim().split(/[\s,x×]+/).map(Number);
       start.disabled = true;
       stop.disabled = false;
-      await this.render(name.value.trim(), {
+      const file = name.value.trim();
+      if ((await this.outputs()).includes(file) && !await confirm('Render', `${file} is there already.`, 'Replace it')) {
+        start.disabled = false;
+        stop.disabled = true;
+        return;
+      }
+      await this.render(file, {
         'image.size': sides.length === 1 ? [sides[0], sides[0]] : sides,
         'sampling.tolerance': Number(tolerance.value), ...(film?.settings ?? {})}, bar, note);
       start.disabled = false;
@@ -110,10 +133,10 @@ export class Files {
     const {connection} = this.app, started = performance.now();
     note.textContent = 'Starting';
     try {
-      const reply = await connection.request('render', {name, ...this.job(settings)}, ({stage, done, total}) => {
-        bar.value = total > 0 ? done / total : 0;
-        note.textContent = `${stage} ${total > 0 ? `${Math.floor(100 * done / total)} %` : ''}`;
-      });
+      const job = connection.request('render', {name, overwrite: true, ...this.job(settings)},
+                                     (message) => this.showProgress(message, bar, note));
+      this.jobId = job.id;
+      const reply = await job;
       if (reply.op === 'cancelled') {
         note.textContent = 'Cancelled.';
         bar.value = 0;
@@ -130,5 +153,15 @@ export class Files {
     }
   }
 
-  cancelRender() { this.app.connection.send('cancel'); }
+  showProgress({op, stage, done, total, left, level, text}, bar, note) {
+    if (op === 'log') {
+      if (level === 'warning') say(text);
+      return;
+    }
+    bar.value = total > 0 ? done / total : 0;
+    const percent = total > 0 ? ` ${Math.floor(100 * done / total)} %` : '';
+    note.textContent = `${stage}${percent}${left > 1 ? `, ${Math.round(left)} s left` : ''}`;
+  }
+
+  cancelRender() { this.app.connection.send('cancel', {target: this.jobId}); }
 }

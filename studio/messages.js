@@ -43,3 +43,14 @@ export function ask(title, label, value, button) {
     input.select();
   });
 }
+
+/// Asks whether to go on; the promise is false where the dialog is closed otherwise.
+export function confirm(title, text, button) {
+  return new Promise((resolve) => {
+    let isSure = false;
+    const form = h('form', {method: 'dialog'}, h('p', {}, text),
+                   h('div', {class: 'buttons'}, h('button', {class: 'main', autofocus: true}, button)));
+    form.addEventListener('submit', () => { isSure = true; });
+    dialog(title, form, 'small').box.addEventListener('close', () => resolve(isSure));
+  });
+}
