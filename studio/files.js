@@ -3,7 +3,6 @@
 import {download, h} from './dom.js';
 import {ask, confirm, dialog, say} from './messages.js';
 import {cameraSettings} from './view.js';
-import {animationSettings} from './animation.js';
 
 export class Files {
   constructor(app) { this.app = app; }
@@ -122,11 +121,6 @@ export class Files {
       stop.disabled = true;
     });
     this.renderBox = box;
-  }
-
-  showFilm() {
-    const {ui} = this.app;
-    this.showRender({frames: ui.frames, settings: animationSettings(ui.keys, ui.frames)});
   }
 
   async render(name, settings, bar, note) {

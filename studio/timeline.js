@@ -1,7 +1,7 @@
 // Key frames of the camera on a time line, with play, and their film.
 
 import {$, h, tool} from './dom.js';
-import {animationProblem, cameraAt} from './animation.js';
+import {animationProblem, animationSettings, cameraAt} from './animation.js';
 import {say} from './messages.js';
 
 const framesPerSecond = 25;
@@ -141,9 +141,12 @@ export class TimeLine {
     step();
   }
 
+  /// The film as settings of a render.
+  settings() { return animationSettings(this.keys, this.app.ui.frames); }
+
   film() {
     const problem = animationProblem(this.keys);
     if (problem) say(problem);
-    else this.app.files.showFilm();
+    else this.app.files.showRender({frames: this.app.ui.frames, settings: this.settings()});
   }
 }

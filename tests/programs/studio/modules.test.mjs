@@ -293,7 +293,24 @@ test('a film has its keys as settings', () => {
   const settings = animationSettings(keys, 51);
   assert.deepEqual(settings['animation.position'], [0, 0, 10, 0, 10, 0]);
   assert.deepEqual(settings['animation.width'], [2, 8]);
+  assert.deepEqual(settings['animation.up'], [0, 1, 0, 0, 0, 1]);
   assert.equal(settings['animation.frames'], 51);
   assert.equal(animationProblem(keys), '');
   assert.notEqual(animationProblem(keys.slice(1)), '');
+});
+
+test('up turns from key frame to key frame and stays across the view', () => {
+  const keys = [{time: 0, camera: {...camera, position: [0, -8, 6], up: [0, 0, 1]}},
+                {time: 1, camera: {...camera, position: [0, 0, 10], up: [0, 1, 0]}},
+                {time: 3, camera: {...camera, position: [10, 0, 0], up: [0, -1, 0]}}];
+  for (const {time, camera: key} of keys) {
+    const at = cameraAt(keys, time);
+    nearAll(view.basis(at).right, view.basis(key).right, 1e-12);
+    nearAll(view.basis(at).up, view.basis(key).up, 1e-12);
+  }
+  for (let time = 0; time <= 3; time += 0.1) {
+    const at = cameraAt(keys, time);
+    near(view.length(at.up), 1, 1e-12);
+    near(view.dot(at.up, view.basis(at).back), 0, 1e-12);
+  }
 });

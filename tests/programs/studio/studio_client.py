@@ -36,6 +36,7 @@ class WebSocket:
                 raise Closed("no answer")
             head += byte
         self.status = int(head.split()[1])
+        self.asked = 1000000  # numbers of messages that ask() sends
         if self.status == 101:
             accept = base64.b64encode(hashlib.sha1((key + GUID).encode()).digest())
             assert accept in head, head
@@ -91,8 +92,8 @@ class WebSocket:
 
     def ask(self, op, **members):
         """Sends a message and waits for its answer, a text."""
-        self.ask.__func__.last = getattr(self.ask.__func__, "last", 0) + 1
-        number = self.ask.__func__.last
+        self.asked += 1
+        number = self.asked
         self.send({"op": op, "id": number, **members})
         while True:
             answer = self.receive()
@@ -101,6 +102,9 @@ class WebSocket:
 
     def close(self):
         self.socket.close()
+
+    def __del__(self):
+        self.close()
 
 
 def frame_of(payload):
@@ -124,8 +128,9 @@ class Studio:
         line = self.process.stdout.readline()
         match = re.search(r"http://127\.0\.0\.1:(\d+)/\?token=([0-9a-f]{32})\b", line)
         if not match:
-            self.process.wait(timeout=10)
-            raise RuntimeError(f"no address: {line!r} {self.process.stderr.read()!r}")
+            error = self.process.stderr.read()
+            self.stop()
+            raise RuntimeError(f"no address: {line!r} {error!r}")
         self.port, self.token = int(match[1]), match[2]
         self.address = match[0]
         self.cookie = None

@@ -104,7 +104,7 @@ class Server:
     def start(self):
         self.process = subprocess.Popen(
             [GSTUDIO, *self.arguments, "--no-browser", "--port", str(self.port), "--folder", "out",
-             "--threads", "2"], cwd=self.path, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True)
+             "--threads", "2", "--token-file", "token"], cwd=self.path, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True)
         self.address = self.process.stdout.readline().strip()
         if not self.address.startswith("http://127.0.0.1:"):
             raise RuntimeError(f"no address but {self.address!r}")
@@ -154,12 +154,14 @@ class Page:
 
     def __init__(self, browser, address, fresh=True):
         self.browser = browser
-        browser.get(address)
+        script = None
         if fresh:
-            self.wait("globalThis.studio")
-            # An unload would keep the state again.
-            self.run("window.addEventListener('pagehide', () => sessionStorage.clear())")
-            browser.get(address)
+            script = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument",
+                                             {"source": "sessionStorage.clear()"})
+        browser.get(address)
+        self.wait("globalThis.studio && studio.preview")
+        if script:
+            browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
         self.settle()
 
     def run(self, script, *arguments):
