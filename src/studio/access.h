@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -10,6 +11,19 @@ namespace gamer {
 
 /// 128 random bits of the operating system as 32 hexadecimal digits. Throws RunError.
 std::string make_token();
+
+/// Secrets of a server.
+struct ServerSecrets {
+  std::string token;   ///< in the address
+  std::string cookie;  ///< what the token is exchanged for
+  /// Name of the cookie. Browsers give a host's cookies to all its ports, so that servers need
+  /// names of their own.
+  std::string cookie_name;
+};
+
+/// New token and cookie; with a file, those that it holds, or it is made. Throws RunError, and
+/// InputError for a file that others may read or that holds something else.
+ServerSecrets make_secrets(const std::filesystem::path& file);
 
 /// Whether two texts are equal, in a time that depends on their lengths alone.
 bool are_equal_secrets(std::string_view a, std::string_view b);

@@ -7,16 +7,9 @@
 #include <utility>
 #include <vector>
 
-namespace gamer {
+#include "studio/access.h"
 
-/// Secrets of a server, made anew at each start.
-struct ServerSecrets {
-  std::string token;   ///< in the address
-  std::string cookie;  ///< what the token is exchanged for
-  /// Name of the cookie. Browsers give a host's cookies to all its ports, so that servers need
-  /// names of their own.
-  std::string cookie_name;
-};
+namespace gamer {
 
 /// What of a request counts. Fields that are not there, or more than once, have no value.
 struct HttpRequest {

@@ -269,7 +269,8 @@ const std::map<std::string, std::function<Request(Members&)>, std::less<>>& oper
        }},
       {"save",
        [](Members& m) -> Request {
-         return SaveRequest{m.text("galaxy", most_name_bytes), m.text("galaxy_text"), true, true};
+         return SaveRequest{m.text("galaxy", most_name_bytes), m.text("galaxy_text"), true,
+                            m.flag("overwrite")};
        }},
       {"save_as",
        [](Members& m) -> Request {

@@ -136,7 +136,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
 class Server::Impl {
  public:
-  Impl(StudioCore& core, int port) : shared_{core, {make_token(), make_token(), {}}} {
+  Impl(StudioCore& core, int port) : shared_{core, make_secrets(core.options().token_file)} {
     try {
       const tcp::endpoint place(asio::ip::address_v4::loopback(),
                                 static_cast<unsigned short>(port));

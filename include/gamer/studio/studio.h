@@ -16,6 +16,8 @@ struct StudioOptions {
   /// The only folder that the page writes into and reads from. It is made when it is needed.
   std::filesystem::path folder = "gstudio-output";
   int port = 0;  ///< 0: one that is free
+  /// Holds the token for later starts, so that an open page comes back; empty: a new one each time.
+  std::filesystem::path token_file;
   int threads = available_cores();
   bool opens_browser = true;
 };
