@@ -1,5 +1,5 @@
-// Any texts as target, Host, Origin and Cookie of a request to the studio, a NUL between them. Without
-// the secrets nothing is given away.
+// Any texts as target, Host, Origin and Cookie of a request to the studio, a NUL between them.
+// Without the secrets nothing is given away.
 
 #include <cstdint>
 #include <optional>

@@ -60,8 +60,7 @@ Json Answers::operator()(const EditRequest& request) const {
 
 Json Answers::operator()(const ModelRequest& request) const {
   paths_.check_text(request.text);
-  return {{"op", "model"},
-          {"model", model_json(request.text, galaxy_label_, session_.folders())}};
+  return {{"op", "model"}, {"model", model_json(request.text, galaxy_label_, session_.folders())}};
 }
 
 Json Answers::operator()(const SaveRequest& request) {
@@ -73,16 +72,18 @@ Json Answers::operator()(const SaveRequest& request) {
 Json Answers::save_own(const SaveRequest& request) {
   const auto file = document_.files.find(request.galaxy);
   if (file == document_.files.end()) {
-    throw InputError(fmt::format("'{}' is a galaxy of the catalogue, which stays as it is; save it "
-                                 "under another name",
-                                 request.galaxy));
+    throw InputError(
+        fmt::format("'{}' is a galaxy of the catalogue, which stays as it is; save it "
+                    "under another name",
+                    request.galaxy));
   }
   const std::optional<std::string> now = read_text(file->second);
   std::string& known = document_.texts.galaxies[request.galaxy];
   if (now && *now != known && *now != request.text && !request.overwrite) {
-    throw InputError(fmt::format("'{}' was changed by another program since it was opened; save "
-                                 "under another name",
-                                 file->second.string()));
+    throw InputError(
+        fmt::format("'{}' was changed by another program since it was opened; save "
+                    "under another name",
+                    file->second.string()));
   }
   write_text(file->second, request.text, true);
   known = request.text;
@@ -122,8 +123,7 @@ std::vector<std::string> Answers::prepare(const RenderRequest& request) const {
     sources = (document_.options.folder / sources_name(request.name)).string();
     write_sources(request.document, sources);
   }
-  std::vector<std::string> words =
-      job_words(document_, request.document, output.string(), sources);
+  std::vector<std::string> words = job_words(document_, request.document, output.string(), sources);
   if (request.overwrite) words.emplace_back("--overwrite");
   if (request.resume) words.emplace_back("--resume");
   return words;

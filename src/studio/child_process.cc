@@ -60,8 +60,8 @@ pid_t start(std::vector<std::string> words, int output) {
       posix_spawnp(&child, arguments.front(), &actions, nullptr, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   if (error != 0) {
-    throw RunError(fmt::format("gstudio: cannot start {}: {}", words.front(),
-                               std::strerror(error)));
+    throw RunError(
+        fmt::format("gstudio: cannot start {}: {}", words.front(), std::strerror(error)));
   }
   return child;
 }
@@ -87,8 +87,7 @@ void read_lines(int file, const std::function<void(const std::string&)>& take) {
 
 }  // namespace
 
-ChildEnd run_child(const std::vector<std::string>& words,
-                   const std::function<void(pid_t)>& started,
+ChildEnd run_child(const std::vector<std::string>& words, const std::function<void(pid_t)>& started,
                    const std::function<void(const std::string&)>& take) {
   Pipe pipe;
   const pid_t child = start(words, pipe.writing());

@@ -17,8 +17,7 @@ struct ChildEnd {
 /// Runs a program with nothing on its standard input and calls `take` with each line of its output
 /// and errors. `started` hears of its process number before, and of 0 once it has ended. The child
 /// inherits no files. Throws RunError where it cannot be started.
-ChildEnd run_child(const std::vector<std::string>& words,
-                   const std::function<void(pid_t)>& started,
+ChildEnd run_child(const std::vector<std::string>& words, const std::function<void(pid_t)>& started,
                    const std::function<void(const std::string&)>& take);
 
 /// The path of a program that is installed beside this one, or its name for the search path.

@@ -124,7 +124,7 @@ class TextTable {
         fmt::format("{} = {}", key_text({rest.front()}), nested(without(rest, 1), value));
     if (members.empty()) {
       text_->replace(pair.value_begin, pair.value_end - pair.value_begin,
-                    fmt::format("{{ {} }}", entry));
+                     fmt::format("{{ {} }}", entry));
     } else {
       text_->insert(members.back().value_end, ", " + entry);
     }
@@ -160,9 +160,9 @@ class TextTable {
       }
     }
     if (is_root_ && part->key.empty() && rest.size() > 1 && !is_dotted) return false;
-    const std::string entry =
-        is_dotted ? fmt::format("{} = {}", key_text(rest), value)
-                  : fmt::format("{} = {}", key_text({rest.front()}), nested(without(rest, 1), value));
+    const std::string entry = is_dotted ? fmt::format("{} = {}", key_text(rest), value)
+                                        : fmt::format("{} = {}", key_text({rest.front()}),
+                                                      nested(without(rest, 1), value));
     std::size_t at = last != nullptr ? last->line_end : section.body;
     std::string line = entry + line_end_;
     if (last != nullptr) line.insert(0, indentation(*last));
@@ -356,8 +356,9 @@ class EditedText {
       bool is_below_list = false;
       for (const TomlSection& section : sections_) {
         if (section.is_list) is_below_list = true;
-        const bool is_of_list = is_below_list && !section.path.empty() &&
-                                (section.path.front() == "component" || section.path.front() == "arm");
+        const bool is_of_list =
+            is_below_list && !section.path.empty() &&
+            (section.path.front() == "component" || section.path.front() == "arm");
         if (!section.is_list && !is_of_list) parts.push_back({section.path, &section});
       }
       return {text_, parts, line_end_, true};

@@ -36,8 +36,8 @@ using TextEdit = std::variant<SetEdit, ResetEdit, AddEdit, CloneEdit, DeleteEdit
 
 /// Makes changes in the text of a galaxy or parameter file. Only the bytes of what changes are
 /// replaced, so that comments, order and form stay. What the text says afterwards is compared with
-/// what it should say. Throws InputError, with `label` as the file, where the text is no TOML, an
-/// edit has no meaning, or a change cannot be made by replacing bytes.
+/// what it should say. `label` is the file in messages. Throws InputError where the text is no
+/// TOML, an edit has no meaning, or bytes cannot make it.
 std::string edit_text(std::string text, const std::vector<TextEdit>& edits,
                       const std::string& label);
 

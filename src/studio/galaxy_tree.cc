@@ -11,8 +11,7 @@ namespace gamer {
 namespace {
 
 ConfigNode* find_member(ConfigNode& table, const std::string& key) {
-  const auto found =
-      std::ranges::find(table.table(), key, &ConfigNode::Table::value_type::first);
+  const auto found = std::ranges::find(table.table(), key, &ConfigNode::Table::value_type::first);
   return found == table.table().end() ? nullptr : &found->second;
 }
 

@@ -10,8 +10,7 @@ namespace gamer {
 
 /// The table that a key begins in: a component, or the root. The number of an [[arm]] in a key,
 /// "arm.0.offset", is taken off it. Throws InputError where there is no such table.
-ConfigNode& table_of(ConfigNode& root, std::optional<int> component,
-                     std::vector<std::string>& key);
+ConfigNode& table_of(ConfigNode& root, std::optional<int> component, std::vector<std::string>& key);
 
 /// Sets or removes (null) the value at a key of a table. What stands in the way is replaced.
 void set_node(ConfigNode& table, const std::vector<std::string>& key, const ConfigNode* value);

@@ -24,9 +24,13 @@ HttpAnswer refuse(unsigned status, std::string reason) {
 std::string type_of(std::string_view name) {
   const std::string_view suffix = name.substr(std::min(name.rfind('.'), name.size()));
   constexpr std::pair<std::string_view, const char*> types[] = {
-      {".html", "text/html; charset=utf-8"}, {".css", "text/css; charset=utf-8"},
-      {".js", "text/javascript; charset=utf-8"}, {".svg", "image/svg+xml"},
-      {".png", "image/png"}, {".bmp", "image/bmp"}, {".fits", "application/fits"}};
+      {".html", "text/html; charset=utf-8"},
+      {".css", "text/css; charset=utf-8"},
+      {".js", "text/javascript; charset=utf-8"},
+      {".svg", "image/svg+xml"},
+      {".png", "image/png"},
+      {".bmp", "image/bmp"},
+      {".fits", "application/fits"}};
   for (const auto& [known, type] : types) {
     if (suffix == known) return type;
   }

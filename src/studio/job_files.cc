@@ -59,8 +59,8 @@ std::vector<std::string> job_words(const OpenedDocument& opened, const PageDocum
     words.push_back(opened.options.scene.string());
   }
   if (!output.empty()) words.insert(words.end(), {"-o", output});
-  for (const std::string& setting : sources.empty() ? look_settings(opened, document)
-                                                    : document.settings) {
+  for (const std::string& setting :
+       sources.empty() ? look_settings(opened, document) : document.settings) {
     words.insert(words.end(), {"-s", setting});
   }
   return words;

@@ -13,8 +13,8 @@ namespace gamer {
 std::vector<std::string> unsaved_texts(const OpenedDocument& opened, const PageDocument& document);
 
 /// The command line that renders a document into a file: `gamer` and its arguments. Without
-/// `sources` it names the files that the program was started with, else a parameter file and a scene
-/// of that folder.
+/// `sources` it names the files that the program was started with, else a parameter file and a
+/// scene of that folder.
 std::vector<std::string> job_words(const OpenedDocument& opened, const PageDocument& document,
                                    const std::string& output, const std::string& sources);
 

@@ -85,9 +85,10 @@ KnownPaths::KnownPaths(const PageDocument& opened) {
 
 void KnownPaths::refuse_unknown(const std::string& text) const {
   if (!is_path(text) || known_.count(text) > 0) return;
-  throw InputError(fmt::format("{} is a path; the page may use names of the catalogue, and paths "
-                               "in the files that gstudio was started with",
-                               in_quotes(text)));
+  throw InputError(
+      fmt::format("{} is a path; the page may use names of the catalogue, and paths "
+                  "in the files that gstudio was started with",
+                  in_quotes(text)));
 }
 
 void KnownPaths::check(const PageDocument& document) const {

@@ -132,7 +132,8 @@ std::optional<int> component_of(const Json& json) {
 std::string toml_value(const Json& json, int depth = 0) {
   constexpr int most_lists = 4;
   if (json.is_boolean()) return json.get<bool>() ? "true" : "false";
-  if (json.is_string()) return value_text(ParameterValue(Members::text_of(json, "value", most_message_bytes)));
+  if (json.is_string())
+    return value_text(ParameterValue(Members::text_of(json, "value", most_message_bytes)));
   if (json.is_number_float()) return value_text(ParameterValue(json.get<double>()));
   if (json.is_number()) {
     const auto limit = std::numeric_limits<std::int64_t>::max();
@@ -142,7 +143,8 @@ std::string toml_value(const Json& json, int depth = 0) {
     throw InputError("a value is a number, a text, true, false or a list of these");
   }
   std::string list;
-  for (const Json& member : json) list += (list.empty() ? "" : ", ") + toml_value(member, depth + 1);
+  for (const Json& member : json)
+    list += (list.empty() ? "" : ", ") + toml_value(member, depth + 1);
   return "[" + list + "]";
 }
 
@@ -155,7 +157,8 @@ const Json::array_t& list_of(const Json& json, const char* what, std::size_t siz
 
 TextEdit parse_edit(const Json& json) {
   if (!json.is_object() || json.size() != 1) throw InputError("an edit is an object of one member");
-  const auto& [name, value] = *json.items().begin();
+  const std::string& name = json.begin().key();
+  const Json& value = *json.begin();
   const auto index = [](const Json& one) {
     const std::optional<int> component = component_of(one);
     if (!component) throw InputError("an edit needs a component's number");
@@ -255,7 +258,8 @@ const std::map<std::string, std::function<Request(Members&)>, std::less<>>& oper
       {"open", [](Members&) -> Request { return OpenRequest{}; }},
       {"outputs", [](Members&) -> Request { return OutputsRequest{}; }},
       {"edit", [](Members& m) -> Request { return parse_edits(m, "galaxy_text", true); }},
-      {"edit_parameters", [](Members& m) -> Request { return parse_edits(m, "parameters", false); }},
+      {"edit_parameters",
+       [](Members& m) -> Request { return parse_edits(m, "parameters", false); }},
       {"model", [](Members& m) -> Request { return ModelRequest{m.text("galaxy_text")}; }},
       {"view", [](Members& m) -> Request { return parse_view(m); }},
       {"cancel",

@@ -87,8 +87,8 @@ class BadMessage : public InputError {
 
 inline constexpr std::size_t most_message_bytes = std::size_t{1} << 20;
 
-/// Reads a message. Throws BadMessage for what is no JSON object, an unknown operation or key, a
-/// wrong type, a missing key, and numbers or lists beyond their limits.
+/// Reads a message. Throws BadMessage for what is no JSON object, and for an unknown operation or
+/// key. It throws it, too, for a wrong type, a missing key, and numbers or lists beyond limits.
 Message parse_message(std::string_view text);
 
 /// The text of an answer. Bytes that are not UTF-8 are replaced.

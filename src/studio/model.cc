@@ -110,8 +110,11 @@ Json model_json(const std::string& text, const std::string& label,
   for (const ConfigNode& node : root.find("component")->array()) {
     components.push_back(component_json(node, names[index++]));
   }
-  return {{"name", galaxy->name()}, {"values", values},         {"given", given},
-          {"arms", arms_json(root)}, {"components", components}};
+  return {{"name", galaxy->name()},
+          {"values", values},
+          {"given", given},
+          {"arms", arms_json(root)},
+          {"components", components}};
 }
 
 }  // namespace gamer

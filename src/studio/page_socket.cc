@@ -73,10 +73,11 @@ void PageSocket::take(beast::error_code error) {
 }
 
 void PageSocket::send(std::string message, bool is_binary) {
-  asio::post(socket_.get_executor(),
-             [self = shared_from_this(), outgoing = Outgoing{std::move(message), is_binary}]() mutable {
-               self->enqueue(std::move(outgoing));
-             });
+  asio::post(
+      socket_.get_executor(),
+      [self = shared_from_this(), outgoing = Outgoing{std::move(message), is_binary}]() mutable {
+        self->enqueue(std::move(outgoing));
+      });
 }
 
 void PageSocket::enqueue(Outgoing outgoing) {

@@ -95,8 +95,7 @@ void RenderQueue::take_line(Render& render, const std::string& line) {
       render.done = member(message, "done", 0);
       render.total = member(message, "total", 0);
       render.unit = member<std::string>(message, "unit", "");
-      progress.update(
-          {{"stage", render.unit}, {"done", render.done}, {"total", render.total}});
+      progress.update({{"stage", render.unit}, {"done", render.done}, {"total", render.total}});
     }
     progress["left"] = message.value("left", Json(nullptr));
     task.page->reply(progress);
@@ -122,9 +121,8 @@ void RenderQueue::run(Render& render) {
     }
     ChildEnd end;
     if (!is_cancelled) {
-      end = run_child(task.words, started, [&](const std::string& line) {
-        take_line(render, line);
-      });
+      end =
+          run_child(task.words, started, [&](const std::string& line) { take_line(render, line); });
       const std::lock_guard lock(mutex_);
       is_cancelled = render.is_cancelled && end.signal != 0;
     }

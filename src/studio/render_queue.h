@@ -22,9 +22,9 @@ struct RenderTask {
   std::vector<std::string> words;  ///< the command line
 };
 
-/// Renders, one after the other. Each is a run of the program `gamer`, so that its file, journal and
-/// messages are the program's. The page hears of progress, and of the end as "rendered", "cancelled"
-/// or "error".
+/// Renders, one after the other. Each is a run of the program `gamer`, so that its file, journal
+/// and messages are the program's. The page hears of progress, and of the end as "rendered",
+/// "cancelled" or "error".
 class RenderQueue {
  public:
   RenderQueue() = default;

@@ -72,14 +72,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   void answer() {
     const Request& request = parser_->get();
-    const HttpRequest seen{view(request.method_string()),
-                           view(request.target()),
-                           field(request, http::field::host),
-                           field(request, http::field::origin),
-                           field(request, http::field::cookie),
-                           beast::websocket::is_upgrade(request)};
-    HttpAnswer answer =
-        answer_request(seen, shared_.secrets, shared_.core.options().folder);
+    const HttpRequest seen{
+        view(request.method_string()),       view(request.target()),
+        field(request, http::field::host),   field(request, http::field::origin),
+        field(request, http::field::cookie), beast::websocket::is_upgrade(request)};
+    HttpAnswer answer = answer_request(seen, shared_.secrets, shared_.core.options().folder);
     const bool has_foreign_origin = request.count(http::field::origin) > 1;
     if (has_foreign_origin) answer = {.status = 400, .body = "a request has one Origin\n"};
     if (answer.is_upgrade && PageSocket::count() < most_sockets) {
@@ -145,8 +142,8 @@ class Server::Impl {
       acceptor_.bind(place);
       acceptor_.listen();
     } catch (const boost::system::system_error& error) {
-      throw RunError(fmt::format("gstudio: port {} of 127.0.0.1: {}", port,
-                                 error.code().message()));
+      throw RunError(
+          fmt::format("gstudio: port {} of 127.0.0.1: {}", port, error.code().message()));
     }
     port_ = acceptor_.local_endpoint().port();
     shared_.secrets.cookie_name = fmt::format("gstudio-{}", port_);

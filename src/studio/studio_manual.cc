@@ -12,10 +12,13 @@ namespace gamer {
 namespace {
 
 constexpr const char* description =
-    "gstudio serves a page on which a galaxy is designed: its components in a list, their parameters "
-    "beside a picture that follows. It prints the address, and opens it in a browser where there is "
+    "gstudio serves a page on which a galaxy is designed: its components in a list, their "
+    "parameters "
+    "beside a picture that follows. It prints the address, and opens it in a browser where there "
+    "is "
     "a display. The address holds a secret; whoever knows it may use the page.\n\n"
-    "Without a file it begins with the galaxy `spiral`. Galaxies are saved over their own files, or "
+    "Without a file it begins with the galaxy `spiral`. Galaxies are saved over their own files, "
+    "or "
     "into a folder, together with images that `gamer` renders.\n\n"
     "On a cluster, a tunnel leads to the page:\n\n"
     "    gstudio --no-browser --port 8765 mine.toml\n"
@@ -24,7 +27,8 @@ constexpr const char* description =
 const std::vector<std::pair<std::string, std::string>>& sections() {
   static const std::vector<std::pair<std::string, std::string>> all = {
       {"EXIT STATUS",
-       "1 is failed while running, and 2 wrong input. It serves until a signal ends it; shells then "
+       "1 is failed while running, and 2 wrong input. It serves until a signal ends it; shells "
+       "then "
        "see 128 and its number."},
       {"ENVIRONMENT",
        "`GAMER_DATA` is a folder with galaxies/, seds/, bandpasses/ and instruments/."},

@@ -97,7 +97,8 @@ class Scanner {
         skip_string();
         parts.emplace_back(text_.substr(begin + 1, std::max(at_, begin + 2) - begin - 2));
       } else {
-        while (!is_done() && std::string_view(" \t\r\n.=]}").find(peek()) == std::string_view::npos) {
+        while (!is_done() &&
+               std::string_view(" \t\r\n.=]}").find(peek()) == std::string_view::npos) {
           step();
         }
         parts.emplace_back(text_.substr(begin, at_ - begin));
@@ -122,7 +123,8 @@ class Scanner {
  private:
   /// A number, true or false, or a date.
   void skip_word() {
-    while (!is_done() && std::string_view(",]}#\r\n").find(peek()) == std::string_view::npos) step();
+    while (!is_done() && std::string_view(",]}#\r\n").find(peek()) == std::string_view::npos)
+      step();
     while (at_ > 0 && (text_[at_ - 1] == ' ' || text_[at_ - 1] == '\t')) --at_;
   }
 
@@ -136,8 +138,8 @@ void close_sections(std::string_view text, std::vector<TomlSection>& sections) {
     TomlSection& section = sections[s];
     section.end = s + 1 < sections.size() ? sections[s + 1].lead : text.size();
     std::size_t end = section.end;
-    while (end > section.body && std::string_view(" \t\r\n").find(text[end - 1]) !=
-                                     std::string_view::npos) {
+    while (end > section.body &&
+           std::string_view(" \t\r\n").find(text[end - 1]) != std::string_view::npos) {
       --end;
     }
     end = std::min(text.find('\n', end), section.end);

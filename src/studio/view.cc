@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "galaxy/galaxy_overrides.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/config.h"
 #include "gamer/galaxy/component.h"
 #include "gamer/image/fits/fits_header.h"
 #include "gamer/render/output_planes.h"
 #include "gamer/scene/galaxy_library.h"
-#include "galaxy/galaxy_overrides.h"
 #include "studio/document.h"
 #include "studio/frame.h"
 #include "studio/model.h"
@@ -57,8 +57,8 @@ class ChosenGalaxy {
       if (index >= static_cast<int>(names_.size())) continue;
       const std::string& kind = kinds_[static_cast<std::size_t>(index)];
       if (!find_component_kind(kind, {}).traits.absorbs) continue;
-      result.push_back(fmt::format("galaxy.{}.{}{}.optical_depth=0", bare_name(name_), kind,
-                                   index + 1));
+      result.push_back(
+          fmt::format("galaxy.{}.{}{}.optical_depth=0", bare_name(name_), kind, index + 1));
     }
     return result;
   }
@@ -175,11 +175,10 @@ class LevelView {
   std::string frame(const ViewLevel& level, Json head, const Cancellation& cancellation) const {
     const Clock clock;
     RenderParameters own = level_parameters(parameters_, level);
-    RenderInput input{own.toml(), RenderInput::Text{document_.scene}, document_.galaxies, {},
-                      label_};
+    RenderInput input{
+        own.toml(), RenderInput::Text{document_.scene}, document_.galaxies, {}, label_};
     RenderJob job = session_.load(input);
-    const bool has_parts =
-        (wants_components_ || chosen_.mutes_light()) && can_have_parts(job);
+    const bool has_parts = (wants_components_ || chosen_.mutes_light()) && can_have_parts(job);
     if (has_parts && job.parameters.truth.parts != TruthSettings::Parts::components) {
       own.set("truth", "parts", std::string("components"));
       input.parameters = own.toml();
@@ -189,7 +188,9 @@ class LevelView {
     control.truth_images = has_parts;
     control.cancellation = &cancellation;
     const Rendering rendering = session_.render(std::move(job), control);
-    head["warnings"] = rendering.warnings;
+    // Nobody measures on a coarse view.
+    const bool is_coarse = own.sampling.tolerance > parameters_.sampling.tolerance;
+    head["warnings"] = is_coarse ? std::vector<std::string>() : rendering.warnings;
     add_planes(rendering, has_parts, head);
     head["milliseconds"] = clock.seconds() * 1000;
     return encode(rendering, has_parts, std::move(head));
@@ -300,8 +301,7 @@ void render_view(const Session& session, const std::string& label, std::int64_t 
                  const ViewRequest& request, const Cancellation& cancellation, const Send& send) {
   const LevelView view(session, request, label);
   for (std::size_t level = 0; level < request.levels.size(); ++level) {
-    const Json head = {
-        {"id", id}, {"level", level}, {"last", level + 1 == request.levels.size()}};
+    const Json head = {{"id", id}, {"level", level}, {"last", level + 1 == request.levels.size()}};
     send(view.frame(request.levels[level], head, cancellation), true);
   }
 }

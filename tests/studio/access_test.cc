@@ -35,9 +35,9 @@ TEST(Host, IsThisMachine) {
     EXPECT_TRUE(is_own_host(host)) << host;
   }
   for (const char* host :
-       {"", "127.0.0.2", "127.0.0.1.evil.org", "localhost.evil.org:80", "evil.org", "127.0.0.1:",
-        "127.0.0.1:80:80", "127.0.0.1:8x", "127.0.0.1:123456", "evil.org:localhost", "LOCALHOST ",
-        "[::1]:80", "localhost@evil.org", "127.0.0.1:80@evil.org"}) {
+       {"", "127.0.0.2", "127.0.0.1.evil.org", "localhost.evil.org:80", "evil.org",
+        "127.0.0.1:", "127.0.0.1:80:80", "127.0.0.1:8x", "127.0.0.1:123456", "evil.org:localhost",
+        "LOCALHOST ", "[::1]:80", "localhost@evil.org", "127.0.0.1:80@evil.org"}) {
     EXPECT_FALSE(is_own_host(host)) << host;
   }
 }

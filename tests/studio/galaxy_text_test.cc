@@ -189,7 +189,8 @@ TEST(AddedComponent, IsValidForEveryKind) {
 
 TEST(GalaxyText, BytesAroundAValueStay) {
   const std::string text =
-      "# top\r\n[galaxy]  # [not a header]\r\nname = \"a # b\"\r\n\r\n# about\r\n[[component]] # x\r\n"
+      "# top\r\n[galaxy]  # [not a header]\r\nname = \"a # b\"\r\n\r\n# about\r\n[[component]] # "
+      "x\r\n"
       "\tclass = 'disk'   # kind\r\n\trh=0.2 # length\r\n\tsed = \"Sbc\"";
   EXPECT_EQ(edited(text, {SetEdit{0, "rh", "0.25"}}),
             "# top\r\n[galaxy]  # [not a header]\r\nname = \"a # b\"\r\n\r\n# about\r\n"
@@ -198,7 +199,7 @@ TEST(GalaxyText, BytesAroundAValueStay) {
   EXPECT_EQ(edited(text, {SetEdit{0, "z0", "0.01"}}), text + "\r\n\tz0 = 0.01\r\n");
   EXPECT_EQ(edited(text, {SetEdit{{}, "galaxy.description", "\"d\""}}),
             "# top\r\n[galaxy]  # [not a header]\r\nname = \"a # b\"\r\ndescription = \"d\"\r\n" +
-                text.substr(text.find("\r\n\r\n# about")  + 2));
+                text.substr(text.find("\r\n\r\n# about") + 2));
 }
 
 TEST(GalaxyText, NoiseInEveryForm) {
@@ -215,8 +216,7 @@ TEST(GalaxyText, NoiseInEveryForm) {
             head + "noise.octaves = 2\nnoise.k0 = 3\nrh = 0.2\n");
   EXPECT_EQ(edited(head + "\n[component.noise]\noctaves = 2\n", {set}),
             head + "\n[component.noise]\noctaves = 2\nk0 = 3\n");
-  EXPECT_EQ(edited(head + "\n[component.noise]\n", {set}),
-            head + "\n[component.noise]\nk0 = 3\n");
+  EXPECT_EQ(edited(head + "\n[component.noise]\n", {set}), head + "\n[component.noise]\nk0 = 3\n");
 }
 
 TEST(GalaxyText, NoiseIsSwitchedOffAndOn) {
@@ -303,8 +303,7 @@ TEST(GalaxyText, UnknownFormsAreLeftAlone) {
       "[[component]]\nclass = \"disk\"\nsed = \"Sbc\"\n[galaxy]\nname = \"x\"\n"
       "[component.noise]\nk0 = 1\n";
   EXPECT_NE(message(text, {CloneEdit{0}}).find("change it in an editor"), std::string::npos);
-  EXPECT_EQ(edited(text, {SetEdit{0, "noise.k0", "2"}}),
-            text.substr(0, text.size() - 2) + "2\n");
+  EXPECT_EQ(edited(text, {SetEdit{0, "noise.k0", "2"}}), text.substr(0, text.size() - 2) + "2\n");
 }
 
 }  // namespace

@@ -112,8 +112,7 @@ TEST(Message, LimitsOfViews) {
   EXPECT_EQ(view(R"("sizes":[[1,16385,1]])"), "'height' is no whole number from 1 to 16384");
   EXPECT_EQ(view(R"("sizes":[[1,1,"a"]])"), "a tolerance is a number");
   EXPECT_EQ(view(R"("sizes":[[1,1]])"), "'sizes' is a list of 3");
-  EXPECT_EQ(view(R"("planes":"all","sizes":[[1,1,1]])"),
-            "'planes' is \"image\" or \"components\"");
+  EXPECT_EQ(view(R"("planes":"all","sizes":[[1,1,1]])"), "'planes' is \"image\" or \"components\"");
   EXPECT_EQ(view(R"("muted":[-1],"sizes":[[1,1,1]])"),
             "'component' is no whole number from 0 to 2147483647");
   std::string many = "[1,1,1]";

@@ -23,7 +23,8 @@ const char* const parameters =
     "[image]\nsize = [32, 24]\n[camera]\nposition = [0, -3, 1]\n"
     "[spectrum]\nwavelengths = [4400, 6500]\n[sampling]\ntolerance = 0.01\n";
 const char* const galaxy =
-    "[arms]\nmodel = \"logarithmic\"\n[[component]]\nclass = \"bulge\"\nsed = \"E\"\neffective_radius = 0.1\n"
+    "[arms]\nmodel = \"logarithmic\"\n[[component]]\nclass = \"bulge\"\nsed = "
+    "\"E\"\neffective_radius = 0.1\n"
     "[[component]]\nclass = \"disk\"\nname = \"arms\"\nsed = \"Sbc\"\nnoise = {octaves = 2}\n"
     "[[component]]\nclass = \"dust\"\noptical_depth = 0.5\nnoise = {octaves = 2}\n";
 
@@ -54,16 +55,16 @@ class View : public testing::Test {
  protected:
   View() {
     request.document.parameters = parameters;
-    request.document.scene = "galaxy x y z inclination pa size\nown 0 0 0 50 30 1\nown 1 2 0 9 0 .5\n";
+    request.document.scene =
+        "galaxy x y z inclination pa size\nown 0 0 0 50 30 1\nown 1 2 0 9 0 .5\n";
     request.document.galaxies["own"] = galaxy;
     request.levels = {{32, 24, {}}};
   }
 
   std::vector<Frame> frames() {
     std::vector<Frame> result;
-    render_view(session, label, 5, request, Cancellation(), [&](const std::string& bytes, bool) {
-      result.push_back(decode(bytes));
-    });
+    render_view(session, label, 5, request, Cancellation(),
+                [&](const std::string& bytes, bool) { result.push_back(decode(bytes)); });
     return result;
   }
 
@@ -167,7 +168,8 @@ TEST_F(View, MutedDustIsTransparent) {
 }
 
 TEST_F(View, ManyPartsAreTheImageAlone) {
-  for (int i = 0; i < 20; ++i) request.document.scene += "own 3 " + std::to_string(i) + " 0 9 0 .5\n";
+  for (int i = 0; i < 20; ++i)
+    request.document.scene += "own 3 " + std::to_string(i) + " 0 9 0 .5\n";
   request.wants_components = true;
   const Frame frame = frames().front();
   EXPECT_EQ(frame.head["is_whole"], true);
@@ -178,8 +180,7 @@ TEST_F(View, SkyKeepsItsField) {
   request.document.parameters =
       "[image]\nsize = [40, 20]\n[camera]\nprojection = \"sky\"\npixel_scale = 0.1\n"
       "[sampling]\ntolerance = 0.01\n";
-  request.document.scene =
-      "galaxy dx dy redshift size_kpc inclination pa\nown 0 0 0.3 10 50 30\n";
+  request.document.scene = "galaxy dx dy redshift size_kpc inclination pa\nown 0 0 0.3 10 50 30\n";
   request.levels = {{20, 10, 0.05}, {40, 20, {}}};
   const std::vector<Frame> all = frames();
   const auto number = [&](std::size_t level, const char* key) {
@@ -242,7 +243,8 @@ TEST(KnownPaths, StrangePathsAreRefused) {
     }
     return false;
   };
-  EXPECT_TRUE(refuses([](PageDocument& d) { d.parameters = "[image]\noutput = \"/etc/x.fits\"\n"; }));
+  EXPECT_TRUE(
+      refuses([](PageDocument& d) { d.parameters = "[image]\noutput = \"/etc/x.fits\"\n"; }));
   EXPECT_TRUE(refuses([](PageDocument& d) { d.parameters = "[spectrum]\nbands = [\"../x\"]\n"; }));
   EXPECT_TRUE(refuses([](PageDocument& d) { d.settings = {"camera.header=/etc/passwd"}; }));
   EXPECT_TRUE(refuses([](PageDocument& d) { d.settings = {"spectrum.bands=[\"a/b\"]"}; }));
@@ -252,7 +254,8 @@ TEST(KnownPaths, StrangePathsAreRefused) {
   EXPECT_TRUE(refuses([](PageDocument& d) {
     d.galaxies["mine"] = "[[component]]\nextinction = \"/etc/passwd\"\n";
   }));
-  EXPECT_FALSE(refuses([](PageDocument& d) { d.galaxies["b"] = "[[component]]\nsed = \"../own\"\n"; }));
+  EXPECT_FALSE(
+      refuses([](PageDocument& d) { d.galaxies["b"] = "[[component]]\nsed = \"../own\"\n"; }));
   EXPECT_FALSE(refuses([](PageDocument& d) { d.settings = {"image.unit=\"MJy/sr\""}; }));
   EXPECT_FALSE(refuses([](PageDocument& d) { d.settings = {"scene.unit=kpc", "no setting"}; }));
 }
@@ -261,8 +264,8 @@ TEST(OutputFolder, NamesOfPlainFiles) {
   for (const char* name : {"x.fits", "a b.toml", "A-1_2+3.png", "0"}) {
     EXPECT_TRUE(OutputFolder::is_name(name)) << name;
   }
-  for (const std::string name : {"", ".", "..", ".x", "-x", " x", "x ", "a/b", "/etc/passwd", "a\\b",
-                                 "a\nb", "a:b", "\xc3\xa9", "a\x7f", "a%2fb"}) {
+  for (const std::string name : {"", ".", "..", ".x", "-x", " x", "x ", "a/b", "/etc/passwd",
+                                 "a\\b", "a\nb", "a:b", "\xc3\xa9", "a\x7f", "a%2fb"}) {
     EXPECT_FALSE(OutputFolder::is_name(name)) << name;
   }
   EXPECT_FALSE(OutputFolder::is_name(std::string(101, 'a')));

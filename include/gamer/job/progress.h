@@ -15,9 +15,7 @@ class Progress {
     none,
     bar,    ///< one line that is redrawn, for a terminal
     lines,  ///< after a minute, a dated line each minute and each tenth
-    /// json_message() at once and at the end; between them each time that a tenth of the time so
-    /// far has passed, but at least one second and at most ten.
-    json
+    json    ///< json_message() at once, each tenth of the time so far, and at the end
   };
   /// The style that suits `stream`.
   static Style style_for(std::FILE* stream);
