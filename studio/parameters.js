@@ -4,7 +4,7 @@ import {$, h} from './dom.js';
 import {ParameterRow} from './parameter_row.js';
 import {shareEdits} from './light.js';
 
-const tabs = [['component', 'Component'], ['galaxy', 'Galaxy'], ['render', 'View & render']];
+const tabs = [['component', 'Component'], ['galaxy', 'Galaxy'], ['render', 'View']];
 const hiddenSections = new Set(['animation', 'catalogue', 'stamps', 'truth']);
 const projections = ['perspective', 'orthographic', 'sky', 'fisheye', 'equirectangular', 'cubemap', 'healpix'];
 const folded = new Set(['photometry', 'cosmology', 'sampling', 'stars', 'scene']);
@@ -64,7 +64,7 @@ export class ParameterPanel {
     }
     $('parameters').setAttribute('aria-labelledby', `tab-${ui.tab}`);
     const component = this.app.components.chosen;
-    const built = ui.tab === 'component' ? `component/${doc.chosen}/${component?.kind}/${component?.name}` : ui.tab;
+    const built = ui.tab === 'component' ? `component/${doc.chosen}/${component?.kind}/${component?.name}` : `${ui.tab}/${doc.chosen}/${doc.model.arms?.length}`;
     if (built !== this.built) this.build(ui.tab, component);
     this.built = built;
     for (const {row, state} of this.rows) row.show(state());
@@ -147,9 +147,33 @@ export class ParameterPanel {
       groups.get(section).append(row.element);
       this.rows.push({row, state: () => {
         const value = doc.model.values[declared.name], first = doc.firstModel?.values[declared.name];
-        return {value, first, given: doc.model.given?.includes(declared.name) ?? value !== undefined};
+        return {value, first, given: doc.model.given.includes(declared.name)};
       }});
     }
+    this.buildArms(box);
+  }
+
+  /// Arms of their own, [[arm]]; `model.arms` lists their values.
+  buildArms(box) {
+    const {doc} = this.app;
+    doc.model.arms?.forEach((_, i) => {
+      const group = this.group(box, `galaxy/arm${i}`, `arm ${i + 1}`, false);
+      for (const declared of doc.opened.declarations.arm) {
+        const key = `arm.${i}.${declared.name}`;
+        const row = new ParameterRow(declared, this.galaxyActions(key));
+        group.append(row.element);
+        const valueOf = (model) => model?.arms?.[i]?.[declared.name];
+        this.rows.push({row, state: () => {
+          const value = valueOf(doc.model);
+          return {value, first: valueOf(doc.firstModel), given: value !== null && value !== undefined};
+        }});
+      }
+    });
+  }
+
+  galaxyValue(model, name) {
+    const [section, i, key] = name.split('.');
+    return section === 'arm' ? model?.arms?.[i]?.[key] : model?.values[name];
   }
 
   galaxyActions(name) {
@@ -158,8 +182,8 @@ export class ParameterPanel {
       preview: (value) => doc.preview([{set: [null, name, value]}]),
       commit: (value) => doc.edit([{set: [null, name, value]}], name, `galaxy/${name}`),
       reset: (toDefault = false) => {
-        const first = doc.firstModel?.values[name], now = doc.model.values[name];
-        const wasGiven = doc.firstModel?.given?.includes(name);
+        const first = this.galaxyValue(doc.firstModel, name), now = this.galaxyValue(doc.model, name);
+        const wasGiven = doc.firstModel?.given.includes(name) || (name.startsWith('arm.') && (first ?? null) !== null);
         const goBack = !toDefault && wasGiven && JSON.stringify(first) !== JSON.stringify(now);
         doc.edit([goBack ? {set: [null, name, first]} : {reset: [null, name]}], `${name} reset`);
       },

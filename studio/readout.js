@@ -31,10 +31,10 @@ export class Readout {
       return;
     }
     const parts = preview.values(pixel.x, pixel.y).map(({name, value}) => `${name} ${this.number(value)}`);
-    const unit = picture.frame.header.planes[0].unit;
+    const unit = picture.frame.header.planes[0].unit ?? '';
     const [width, height] = preview.size;
     const place = `x ${(pixel.u * width + 0.5).toFixed(1)}  y ${(pixel.v * height + 0.5).toFixed(1)}`;
-    $('readout').textContent = `${place}   ${this.where(pixel, ui.camera)}   ${parts.join('   ')} ${unit ?? ''}`;
+    $('readout').textContent = `${place}   ${this.where(pixel, ui.camera)}\n${parts.join('   ')} ${unit}`;
   }
 
   summary() {
@@ -42,10 +42,10 @@ export class Readout {
     if (!picture.frame) return '';
     const {width, height, milliseconds} = picture.frame.header;
     const [full] = preview.size;
-    return `${width} × ${height}${width < full ? ` of ${preview.size.join(' × ')}` : ''}   ${Math.round(milliseconds)} ms`;
+    return `${width} × ${height} pixels${width < full ? ` of ${preview.size.join(' × ')}` : ''}\n${Math.round(milliseconds)} ms`;
   }
 
-  number(value) { return Number.isFinite(value) ? value.toExponential(3) : 'none'; }
+  number(value) { return Number.isFinite(value) ? String(Number(value.toPrecision(4))) : 'none'; }
 
   where(pixel, camera) {
     const sky = skyOf(this.app.picture.frame.header.wcs);

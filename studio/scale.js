@@ -1,14 +1,19 @@
 // A slider's scale: from a declared parameter to positions in [0, 1] and back.
 
+const wide = 20;  // times the default
+
 /// Least and greatest value of a slider, and whether its scale is logarithmic. Without soft bounds
 /// they are guessed from interval, default and value.
 export function sliderScale(declared, value) {
   const finite = (x) => typeof x === 'number' && Number.isFinite(x);
-  const size = Math.max(...[value, declared.default].filter(finite).map(Math.abs), 0) || 1;
+  const size = Math.abs(declared.default || (finite(declared.default) ? 1 : value) || 1);
   let low = finite(declared.soft_min) ? declared.soft_min : declared.min;
   let high = finite(declared.soft_max) ? declared.soft_max : declared.max;
-  if (!finite(low)) low = finite(high) ? Math.min(high - 2 * size, -2 * size) : -4 * size;
-  if (!finite(high) || high > 1e4 * Math.max(size, 1)) high = Math.max(4 * size, low + size);
+  // Intervals are far wider than what is usual.
+  const isWide = (bound) => !finite(bound) || Math.abs(bound) > wide * size;
+  if (declared.unit === 'deg' && !finite(low) && !finite(high)) [low, high] = [-180, 180];
+  if (!finite(declared.soft_max) && isWide(high)) high = wide / 2 * size;
+  if (!finite(declared.soft_min) && (!finite(low) || low < -wide * size)) low = -wide / 2 * size;
   const log = declared.scale === 'log' && high > 0;
   if (log && !(low > 0)) low = high * 1e-4;
   // A value beyond soft bounds stays within reach.
