@@ -4,6 +4,21 @@
 import {History} from './history.js';
 
 const mostModels = 400;
+const mostExcluded = 40;
+
+/// The reset of the key that a message says to need another value than one that is set, or null.
+export function excludedBy(message, edits) {
+  const [, key] = message.match(/'(\w+)' needs /) ?? [];
+  if (key === undefined) return null;
+  for (const {set, reset} of edits) {
+    if (reset && reset[1].endsWith(key)) return null;
+    if (!set || typeof set[2] !== 'string') continue;
+    const [index, name] = set;
+    const other = name.replace(/\w+$/, key);
+    if (other !== name) return {reset: [index, other]};
+  }
+  return null;
+}
 
 /// Events: `change` (detail.moving: true while a slider is dragged), `problem` (detail: a text).
 export class StudioDocument extends EventTarget {
@@ -90,10 +105,22 @@ export class StudioDocument extends EventTarget {
 
   async apply(edits) {
     const text = this.history.state.galaxies[this.chosen];
-    const reply = await this.connection.request('edit', {galaxy_text: text, edits});
+    const reply = await this.ask(text, edits);
     this.remember(reply.galaxy_text, reply.model);
     const galaxies = {...this.history.state.galaxies, [this.chosen]: reply.galaxy_text};
     return {...this.history.state, galaxies};
+  }
+
+  /// The server's answer to edits. Keys that a choice excludes go with it: another law of the arms
+  /// takes out the keys of the one before.
+  async ask(text, edits) {
+    try {
+      return await this.connection.request('edit', {galaxy_text: text, edits});
+    } catch (error) {
+      const excluded = excludedBy(error.message, edits);
+      if (excluded === null || edits.length > mostExcluded) throw error;
+      return this.ask(text, [excluded, ...edits]);
+    }
   }
 
   /// Edits of the chosen galaxy, as one step of the history.

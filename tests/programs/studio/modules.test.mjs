@@ -5,6 +5,7 @@ import {test} from 'node:test';
 
 import {animationProblem, animationSettings, cameraAt, smoothPath} from '../../../studio/animation.js';
 import {channelsOf, planeWeights} from '../../../studio/channels.js';
+import {excludedBy} from '../../../studio/document.js';
 import {parseFrame} from '../../../studio/framing.js';
 import {History} from '../../../studio/history.js';
 import {shareEdits, shareFactors, sharing} from '../../../studio/light.js';
@@ -97,6 +98,16 @@ test('a packed history is the same, with each text once', () => {
   assert.deepEqual(History.unpack(history.pack(1)).state, history.state);
 });
 
+test('keys that a choice excludes are taken out', () => {
+  const model = {set: [null, 'arms.model', 'logarithmic']};
+  const message = "galaxy:7:13: 'winding_b' needs model = \"ringermacher-mead\"";
+  assert.deepEqual(excludedBy(message, [model]), {reset: [null, 'arms.winding_b']});
+  assert.equal(excludedBy(message, [{reset: [null, 'arms.winding_b']}, model]), null);
+  assert.equal(excludedBy(message, [{set: [null, 'arms.winding_b', 2]}]), null);
+  assert.equal(excludedBy("'model' needs more", [model]), null);
+  assert.equal(excludedBy('other', [model]), null);
+});
+
 // --- shares of light
 
 const component = (fraction, given = ['fraction']) => ({values: {fraction}, given});
@@ -128,7 +139,7 @@ test('beside intensities shares are free', () => {
 
 test('positions and values are inverse', () => {
   for (const declared of [{min: 0, max: 1, type: 'number'}, {min: 1e-5, max: 1, scale: 'log', type: 'number'},
-                          {min: 1, max: 32, type: 'integer'}, {min: null, max: null, default: 0, type: 'number'}]) {
+                          {min: 1, max: 32, default: 7, type: 'integer'}, {min: null, max: null, default: 0, type: 'number'}]) {
     const scale = sliderScale(declared, declared.default ?? 0.5);
     for (const position of [0, 0.1, 0.5, 0.9, 1]) {
       const value = valueAt(scale, position);

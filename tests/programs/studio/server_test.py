@@ -522,6 +522,30 @@ class Files(unittest.TestCase):
             self.assertEqual(list((folder.path / "gstudio-output").glob("*.fits")), [])
 
 
+    def test_a_render_ends_with_the_program_and_is_resumed(self):
+        with Folder() as folder:
+            page, document = folder.open()
+            changes = {"settings": ["image.size=[600,600]", "sampling.tolerance=1e-3"]}
+            page.send({"op": "render", "id": 5, "name": "x.fits", **texts(document, **changes)})
+            while page.receive()["op"] != "progress":
+                pass
+            children = subprocess.run(["pgrep", "-P", str(folder.studio.process.pid)], text=True,
+                                      capture_output=True, check=True).stdout.split()
+            folder.studio.process.kill()
+            folder.studio.stop()
+            for _ in range(100):
+                if not any(os.path.exists(f"/proc/{child}") for child in children):
+                    break
+                time.sleep(0.02)
+            folder.studio = Studio(GSTUDIO, ("mine.toml",), folder.path, ENVIRONMENT)
+            page, document = folder.open()
+            last, _ = render(page, 6, document, "x.fits", resume=True, **changes)
+            self.assertEqual(last["op"], "rendered")
+            folder.shell(page.ask("command", name="y.fits", **texts(document, **changes))["command"])
+            made = folder.path / "gstudio-output"
+            numpy.testing.assert_array_equal(fits.getdata(made / "x.fits"), fits.getdata(made / "y.fits"))
+
+
 class CommandLine(unittest.TestCase):
     def run_studio(self, *arguments):
         result = subprocess.run([GSTUDIO, *arguments], capture_output=True, text=True, timeout=20,
@@ -538,6 +562,35 @@ class CommandLine(unittest.TestCase):
             code, out, error = self.run_studio(*arguments)
             self.assertEqual((code, out), (2, ""))
             self.assertIn(problem, error)
+
+    def test_a_browser_gets_a_private_file(self):
+        with Folder() as folder:
+            folder.studio.stop()
+            bin_folder = folder.path / "bin"
+            bin_folder.mkdir()
+            script = bin_folder / "xdg-open"
+            script.write_text('#!/bin/sh\ncp -p "$1" "$OUT"; echo "$1" > "$OUT.name"\n')
+            script.chmod(0o755)
+            out = folder.path / "opened.html"
+            process = subprocess.Popen(
+                [GSTUDIO, "mine.toml"], cwd=folder.path, stdout=subprocess.PIPE, text=True,
+                env={**os.environ, **ENVIRONMENT, "DISPLAY": ":0", "OUT": str(out),
+                     "PATH": f"{bin_folder}:{os.environ['PATH']}"})
+            address = process.stdout.readline().strip()
+            for _ in range(100):
+                name = folder.path / "opened.html.name"
+                if name.exists() and name.read_text():
+                    break
+                time.sleep(0.05)
+            self.assertIn(f"url={address}\"", out.read_text())
+            self.assertEqual(out.stat().st_mode & 0o777, 0o600)
+            self.assertNotIn(address.split("=")[1], (folder.path / "opened.html.name").read_text())
+            process.terminate()
+            process.wait(timeout=10)
+            process.stdout.close()
+            # A signal removes the file.
+            self.assertFalse(os.path.exists((folder.path / "opened.html.name").read_text().strip()))
+            folder.studio = Studio(GSTUDIO, folder.arguments, folder.path, ENVIRONMENT)
 
     def test_signals_end_it(self):
         for number in (signal.SIGINT, signal.SIGTERM):

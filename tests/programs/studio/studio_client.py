@@ -113,7 +113,7 @@ def frame_of(payload):
     head = json.loads(payload[4 : 4 + length])
     assert length % 4 == 0
     numbers = memoryview(payload[4 + length :]).cast("f")
-    pixels = head["width"] * head["height"]
+    pixels = head["width"] * head["rows"]
     assert len(numbers) == pixels * len(head["planes"]), (len(numbers), head)
     return head, [numbers[p * pixels : (p + 1) * pixels] for p in range(len(head["planes"]))]
 
