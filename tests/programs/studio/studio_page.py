@@ -167,6 +167,11 @@ class Page:
     def run(self, script, *arguments):
         return self.browser.execute_script(script, *arguments)
 
+    def make(self, promise, *arguments):
+        """Waits for a promise that an expression gives."""
+        self.browser.execute_async_script(
+            f"const done = arguments[arguments.length - 1]; ({promise}).then(() => done())", *arguments)
+
     def value(self, expression):
         return self.run(f"return {expression}")
 
@@ -187,7 +192,7 @@ class Page:
     def settle(self):
         """Waits until all edits are made and the last frame of the present view is shown."""
         self.wait("globalThis.studio && studio.preview")
-        self.browser.execute_async_script("const done = arguments[0]; studio.doc.queue.then(() => done())")
+        self.make("studio.doc.queue")
         self.wait("studio.preview.isFinal && studio.preview.asked.size === 0 && studio.ui.tone")
 
     def log(self):
