@@ -162,6 +162,7 @@ class Run {
         [&](RowRange rows, std::span<const double> values) {
           take_rows(rows, values, rendering_.image, rendering_.truth_images);
           is_dark = is_dark && !has_light(values, false);
+          if (control_.finished) control_.finished(rows, rendering_);
           tell(Stage::rows, done += rows.size(), height);
         });
     rendering_.unconverged_rays = unconverged;

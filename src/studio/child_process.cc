@@ -2,19 +2,17 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
+#include <signal.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <system_error>
 
 #include "gamer/core/error.h"
-
-extern char** environ;
 
 namespace gamer {
 namespace {
@@ -45,24 +43,27 @@ class Pipe {
   std::array<int, 2> ends_{-1, -1};
 };
 
+/// The part of the child; it calls nothing that another thread may have locked.
+[[noreturn]] void become(char* const* arguments, int output, pid_t parent) {
+  constexpr int not_started = 127;
+  // The child ends with this program.
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  const int input = open("/dev/null", O_RDONLY);
+  const bool is_ready = getppid() == parent && input >= 0 && dup2(input, STDIN_FILENO) >= 0 &&
+                        dup2(output, STDOUT_FILENO) >= 0 && dup2(output, STDERR_FILENO) >= 0 &&
+                        close_range(STDERR_FILENO + 1, ~0U, 0) == 0;
+  if (is_ready) execvp(arguments[0], arguments);
+  _exit(not_started);
+}
+
 pid_t start(std::vector<std::string> words, int output) {
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, output, STDERR_FILENO);
-  posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);
-  pid_t child = 0;
-  const int error =
-      posix_spawnp(&child, arguments.front(), &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) {
-    throw RunError(
-        fmt::format("gstudio: cannot start {}: {}", words.front(), std::strerror(error)));
-  }
+  const pid_t parent = getpid();
+  const pid_t child = fork();
+  if (child == 0) become(arguments.data(), output, parent);
+  if (child < 0) throw RunError(fmt::format("gstudio: cannot start {}", words.front()));
   return child;
 }
 

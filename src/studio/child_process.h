@@ -16,7 +16,8 @@ struct ChildEnd {
 
 /// Runs a program with nothing on its standard input and calls `take` with each line of its output
 /// and errors. `started` hears of its process number before, and of 0 once it has ended. The child
-/// inherits no files. Throws RunError where it cannot be started.
+/// inherits no files and ends with this program. Its exit code is 127 where it cannot be started.
+/// Throws RunError.
 ChildEnd run_child(const std::vector<std::string>& words, const std::function<void(pid_t)>& started,
                    const std::function<void(const std::string&)>& take);
 

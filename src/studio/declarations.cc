@@ -52,7 +52,17 @@ Json bound(double value) { return std::isfinite(value) ? Json(value) : Json(null
 
 Json parameter_json(const Parameter& parameter, const std::string& prefix) {
   const Interval& interval = parameter.interval;
+  Json soft_min = nullptr, soft_max = nullptr;
+  const char* scale = "linear";
+  if (parameter.usual_range) {
+    soft_min = parameter.usual_range->low;
+    soft_max = parameter.usual_range->high;
+    if (parameter.usual_range->is_logarithmic) scale = "log";
+  }
   return {{"name", prefix + parameter.name},
+          {"soft_min", soft_min},
+          {"soft_max", soft_max},
+          {"scale", scale},
           {"type", type_name(parameter.type)},
           {"unit", parameter.unit},
           {"min", bound(interval.low)},

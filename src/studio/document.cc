@@ -66,6 +66,15 @@ OpenedDocument open_document(const StudioOptions& options, const Session& sessio
   OpenedDocument document =
       options.galaxy.empty() ? open_scene(options, session) : open_galaxy(options, session);
   document.options = options;
+  std::size_t bytes = document.texts.parameters.size() + document.texts.scene.size();
+  for (const auto& [name, text] : document.texts.galaxies) bytes += text.size();
+  // A part of a message stays for the rest of it, and for quotes within the texts.
+  if (bytes > most_message_bytes / 4 * 3) {
+    throw InputError({document.label, 0, 0},
+                     fmt::format("parameters, scene and galaxies together have {} bytes; the page "
+                                 "takes {}: a part of the scene, perhaps",
+                                 bytes, most_message_bytes / 4 * 3));
+  }
   return document;
 }
 

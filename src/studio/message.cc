@@ -222,6 +222,7 @@ ViewRequest parse_view(Members& members) {
     throw InputError("'planes' is \"image\" or \"components\"");
   }
   request.wants_components = planes == "components";
+  request.wants_strips = members.flag("strips");
   for (const Json& one : members.list("muted", most_muted)) {
     request.muted.push_back(component_of(one).value_or(0));
   }

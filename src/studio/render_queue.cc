@@ -127,6 +127,8 @@ void RenderQueue::run(Render& render) {
       is_cancelled = render.is_cancelled && end.signal != 0;
     }
     if (is_cancelled) return task.page->reply({{"op", "cancelled"}, {"id", task.id}});
+    constexpr int not_started = 127;
+    if (end.code == not_started) render.error = "gstudio: cannot start " + task.words.front();
     if (end.signal != 0) render.error = fmt::format("gamer: stopped by signal {}", end.signal);
     if (end.code != 0 || end.signal != 0) return task.page->fail(task.id, render.error);
     task.page->reply({{"op", "rendered"}, {"id", task.id}, {"file", task.name}});

@@ -4,6 +4,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
@@ -164,12 +165,16 @@ class Server::Impl {
       if (!error && shared_.connections < most_connections) {
         std::make_shared<Connection>(std::move(socket), shared_)->read();
       }
-      accept();
+      if (!error) return accept();
+      // Perhaps there are too many files; soon there may be fewer.
+      pause_.expires_after(std::chrono::milliseconds(100));
+      pause_.async_wait([this](beast::error_code) { accept(); });
     });
   }
 
   asio::io_context context_{1};
   tcp::acceptor acceptor_{context_};
+  asio::steady_timer pause_{context_};
   int port_ = 0;
   Shared shared_;
 };

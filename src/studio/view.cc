@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "galaxy/galaxy_overrides.h"
+#include "job/make_job.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/config.h"
 #include "gamer/galaxy/component.h"
@@ -23,7 +24,9 @@ using Json = nlohmann::json;
 
 // Planes of parts above which a view shows the image alone.
 constexpr std::size_t most_part_planes = 96;
-constexpr double most_frame_bytes = 256.0 * (1 << 20);
+// Images of fewer rows are soon there.
+constexpr int least_strip_rows = 256;
+constexpr double most_frame_bytes = 256.0 * (1 << 20), most_image_bytes = 1024.0 * (1 << 20);
 
 /// The chosen galaxy of a view, and what of it is muted.
 class ChosenGalaxy {
@@ -131,22 +134,23 @@ bool can_have_parts(const RenderJob& job) {
   return parts * job.spectrum.planes.size() <= most_part_planes;
 }
 
-/// The numbers and texts of the cards of world coordinates.
-Json wcs_json(const ImageHeader& header) {
+/// The numbers and texts of the cards of world coordinates; null for views of the sphere.
+Json wcs_json(const Camera& camera) {
   Json cards = Json::object();
-  if (header.wcs_records.empty()) {
+  if (!camera.wcs()) {
+    if (is_sphere(camera.projection())) return nullptr;
     int number = 0;
-    for (const LinearAxis* axis : {&header.x, &header.y}) {
+    for (const LinearAxis& axis : {camera.x_axis(), camera.y_axis()}) {
       ++number;
-      cards[fmt::format("CTYPE{}", number)] = axis->type;
-      cards[fmt::format("CUNIT{}", number)] = axis->unit;
-      cards[fmt::format("CRPIX{}", number)] = axis->reference_pixel;
-      cards[fmt::format("CRVAL{}", number)] = axis->reference_value;
-      cards[fmt::format("CDELT{}", number)] = axis->step;
+      cards[fmt::format("CTYPE{}", number)] = axis.type;
+      cards[fmt::format("CUNIT{}", number)] = axis.unit;
+      cards[fmt::format("CRPIX{}", number)] = axis.reference_pixel;
+      cards[fmt::format("CRVAL{}", number)] = axis.reference_value;
+      cards[fmt::format("CDELT{}", number)] = axis.step;
     }
     return cards;
   }
-  const FitsHeader records(header.wcs_records);
+  const FitsHeader records(camera.wcs_records());
   for (const std::string& record : records.records()) {
     const std::string key = FitsHeader::key_of(record);
     if (key.empty() || key == "COMMENT" || key == "HISTORY") continue;
@@ -172,7 +176,10 @@ class LevelView {
     parameters_ = parameters_of(document_, label_, session.folders());
   }
 
-  std::string frame(const ViewLevel& level, Json head, const Cancellation& cancellation) const {
+  /// Renders a level, and sends its frame; before it, rows as they are finished where they are
+  /// wanted.
+  void render(const ViewLevel& level, Json head, bool wants_strips,
+              const Cancellation& cancellation, const Send& send) const {
     const Clock clock;
     RenderParameters own = level_parameters(parameters_, level);
     RenderInput input{
@@ -184,27 +191,48 @@ class LevelView {
       input.parameters = own.toml();
       job = session_.load(input);
     }
+    const std::vector<FramePlane> planes = planes_of(job, has_parts);
+    check_size(job, has_parts, planes.size());
+    add_planes(job, has_parts, planes, head);
     RenderControl control;
     control.truth_images = has_parts;
     control.cancellation = &cancellation;
+    if (wants_strips && job.camera.window().height >= least_strip_rows) {
+      control.finished = [&](RowRange rows, const Rendering& rendering) {
+        send(encode(rendering, has_parts, planes, rows, head), true);
+      };
+    }
     const Rendering rendering = session_.render(std::move(job), control);
     // Nobody measures on a coarse view.
     const bool is_coarse = own.sampling.tolerance > parameters_.sampling.tolerance;
     head["warnings"] = is_coarse ? std::vector<std::string>() : rendering.warnings;
-    add_planes(rendering, has_parts, head);
+    head["wcs"] = wcs_json(rendering.job->camera);
     head["milliseconds"] = clock.seconds() * 1000;
-    return encode(rendering, has_parts, std::move(head));
+    send(encode(rendering, has_parts, planes, {0, rendering.image.height()}, head), true);
   }
 
  private:
-  std::vector<FramePlane> planes_of(const Rendering& rendering, bool has_parts) const {
+  /// Throws InputError for a view that needs too much memory.
+  static void check_size(const RenderJob& job, bool has_parts, std::size_t sent) {
+    const ImageRegion& window = job.camera.window();
+    const double pixels = static_cast<double>(window.width) * window.height;
+    TruthSettings truth;
+    if (has_parts) truth.parts = TruthSettings::Parts::components;
+    const auto all = static_cast<double>(output_planes(*job.scene, job.spectrum, truth).size());
+    if (pixels * static_cast<double>(sent * sizeof(float)) > most_frame_bytes ||
+        pixels * all * sizeof(double) > most_image_bytes) {
+      throw InputError("the view is too large to be sent; ask for fewer pixels");
+    }
+  }
+
+  std::vector<FramePlane> planes_of(const RenderJob& job, bool has_parts) const {
     std::vector<FramePlane> planes;
     if (has_parts) {
-      planes = part_planes(*rendering.job, chosen_);
+      planes = part_planes(job, chosen_);
       std::erase_if(planes, [&](const FramePlane& p) { return chosen_.is_muted(p.component); });
       if (wants_components_) return planes;
     }
-    std::vector<FramePlane> whole(rendering.job->spectrum.planes.size());
+    std::vector<FramePlane> whole(job.spectrum.planes.size());
     for (std::size_t p = 0; p < whole.size(); ++p) whole[p] = {std::nullopt, "image", p, {}};
     for (const FramePlane& part : planes) {
       auto& parts = whole[part.plane].parts;
@@ -213,42 +241,43 @@ class LevelView {
     return whole;
   }
 
-  void add_planes(const Rendering& rendering, bool has_parts, Json& head) const {
-    const ImageHeader header = rendering.header();
-    head["width"] = rendering.image.width();
-    head["height"] = rendering.image.height();
+  void add_planes(const RenderJob& job, bool has_parts, const std::vector<FramePlane>& planes,
+                  Json& head) const {
+    head["width"] = job.camera.window().width;
+    head["height"] = job.camera.window().height;
     head["is_whole"] = !(has_parts && wants_components_);
-    Json planes = Json::array();
-    for (const FramePlane& plane : planes_of(rendering, has_parts)) {
-      const SpectralPlane& spectral = rendering.job->spectrum.planes[plane.plane];
-      planes.push_back({{"name", plane.name},
-                        {"component", plane.component ? Json(*plane.component) : Json(nullptr)},
-                        {"label", spectral.label},
-                        {"wavelength", spectral.wavelength},
-                        {"unit", header.unit}});
+    const std::string unit = unit_text(job.scene->unit);
+    Json list = Json::array();
+    for (const FramePlane& plane : planes) {
+      const SpectralPlane& spectral = job.spectrum.planes[plane.plane];
+      list.push_back({{"name", plane.name},
+                      {"component", plane.component ? Json(*plane.component) : Json(nullptr)},
+                      {"label", spectral.label},
+                      {"wavelength", spectral.wavelength},
+                      {"unit", unit}});
     }
-    head["planes"] = planes;
-    head["wcs"] = wcs_json(header);
+    head["planes"] = list;
   }
 
-  std::string encode(const Rendering& rendering, bool has_parts, Json head) const {
-    const Image& image = rendering.image;
-    const std::vector<FramePlane> planes = planes_of(rendering, has_parts);
-    const auto pixels = static_cast<std::size_t>(image.width()) * image.height();
-    if (static_cast<double>(pixels * planes.size()) * sizeof(float) > most_frame_bytes) {
-      throw InputError("the view is too large to be sent; ask for fewer pixels");
-    }
-    FrameEncoder frame(json_text(head), pixels * planes.size());
-    std::vector<double> sums(pixels);
+  /// A frame of rows of the image.
+  static std::string encode(const Rendering& rendering, bool has_parts,
+                            const std::vector<FramePlane>& planes, RowRange rows, Json head) {
+    head["row"] = rows.first;
+    head["rows"] = rows.size();
+    const auto width = static_cast<std::size_t>(rendering.image.width());
+    const std::size_t begin = static_cast<std::size_t>(rows.first) * width;
+    const std::size_t count = static_cast<std::size_t>(rows.size()) * width;
+    FrameEncoder frame(json_text(head), count * planes.size());
+    std::vector<double> sums(count);
     for (const FramePlane& plane : planes) {
       if (!has_parts) {
-        frame.add({image.plane(static_cast<int>(plane.plane)), pixels});
+        frame.add({rendering.image.plane(static_cast<int>(plane.plane)) + begin, count});
         continue;
       }
       std::ranges::fill(sums, 0.0);
       for (const int part : plane.parts) {
-        const double* from = rendering.truth_images.plane(part);
-        for (std::size_t i = 0; i < pixels; ++i) sums[i] += from[i];
+        const double* from = rendering.truth_images.plane(part) + begin;
+        for (std::size_t i = 0; i < count; ++i) sums[i] += from[i];
       }
       frame.add(sums);
     }
@@ -302,7 +331,7 @@ void render_view(const Session& session, const std::string& label, std::int64_t 
   const LevelView view(session, request, label);
   for (std::size_t level = 0; level < request.levels.size(); ++level) {
     const Json head = {{"id", id}, {"level", level}, {"last", level + 1 == request.levels.size()}};
-    send(view.frame(request.levels[level], head, cancellation), true);
+    view.render(request.levels[level], head, request.wants_strips, cancellation, send);
   }
 }
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <algorithm>
 #include <cstring>
 #include <map>
 #include <string>
@@ -40,7 +40,7 @@ Frame decode(const std::string& bytes) {
   Frame frame;
   frame.head = Json::parse(bytes.substr(sizeof(length), length));
   const std::size_t pixels =
-      frame.head["width"].get<std::size_t>() * frame.head["height"].get<std::size_t>();
+      frame.head["width"].get<std::size_t>() * frame.head["rows"].get<std::size_t>();
   const char* from = bytes.data() + sizeof(length) + length;
   for (std::size_t p = 0; p < frame.head["planes"].size(); ++p) {
     std::vector<float>& plane = frame.planes.emplace_back(pixels);
@@ -190,6 +190,35 @@ TEST_F(View, SkyKeepsItsField) {
   EXPECT_EQ(number(1, "CRPIX1"), 20.5);
   EXPECT_EQ(all[1].head["wcs"]["CTYPE1"], "RA---TAN");
   expect_plane(all[1].planes[0], image(request.document), 0);
+}
+
+TEST_F(View, StripsAreRowsOfTheImage) {
+  request.document.parameters =
+      "[image]\nsize = [16, 256]\n[camera]\nprojection = \"orthographic\"\nwidth = 0.2\n"
+      "[sampling]\ntolerance = 0.05\n";
+  request.levels = {{8, 128, {}}, {16, 256, {}}};
+  request.wants_strips = true;
+  request.wants_components = true;
+  std::vector<std::string> frames_of_rows;
+  std::vector<int> seen(256);
+  render_view(session, label, 5, request, Cancellation(),
+              [&](const std::string& bytes, bool) { frames_of_rows.push_back(bytes); });
+  ASSERT_GT(frames_of_rows.size(), 3u);
+  const Frame whole = decode(frames_of_rows.back());
+  EXPECT_EQ(whole.head["rows"].get<int>(), 256);
+  EXPECT_EQ(decode(frames_of_rows.front()).head["rows"].get<int>(), 128);
+  for (std::size_t f = 1; f + 1 < frames_of_rows.size(); ++f) {
+    const Frame strip = decode(frames_of_rows[f]);
+    EXPECT_EQ(strip.head["level"].get<int>(), 1);
+    const auto row = strip.head["row"].get<std::size_t>();
+    for (std::size_t p = 0; p < strip.planes.size(); ++p) {
+      for (std::size_t i = 0; i < strip.planes[p].size(); ++i) {
+        ASSERT_EQ(strip.planes[p][i], whole.planes[p][16 * row + i]);
+      }
+    }
+    for (std::size_t r = 0; r < strip.head["rows"].get<std::size_t>(); ++r) ++seen[row + r];
+  }
+  EXPECT_EQ(std::ranges::count(seen, 1), 256);
 }
 
 TEST_F(View, IsCancelledBetweenLevels) {
