@@ -79,7 +79,7 @@ export class Files {
     if (!picture.frame) return;
     const {width, height} = picture.frame.header, before = [canvas.width, canvas.height];
     [canvas.width, canvas.height] = [width, height];
-    picture.draw(ui.tone, ui.look);
+    picture.draw(ui.tone, ui.look, stage.seeing());
     canvas.toBlob((blob) => {
       download(blob, `${doc.chosen}.png`);
       [canvas.width, canvas.height] = before;
@@ -102,7 +102,7 @@ export class Files {
         h('label', {for: tolerance.id}, 'Tolerance'), tolerance,
         h('p', {class: 'note'}, 'The name\'s suffix decides: .fits, .fits.fz, .png. Mutes and the stretch of the page do not count.'),
         bar, note, h('div', {class: 'buttons'}, stop, start));
-    const {box} = dialog(film ? 'Render the film' : 'Render', form, 'small');
+    dialog(film ? 'Render the film' : 'Render', form, 'small');
     form.addEventListener('submit', async (event) => {
       event.preventDefault();
       const sides = size.value.trim().split(/[\s,x×]+/).map(Number);
@@ -114,25 +114,28 @@ export class Files {
         stop.disabled = true;
         return;
       }
-      await this.render(file, {
+      const isResumed = file === this.stopped;
+      await this.render(file, isResumed, {
         'image.size': sides.length === 1 ? [sides[0], sides[0]] : sides,
         'sampling.tolerance': Number(tolerance.value), ...(film?.settings ?? {})}, bar, note);
       start.disabled = false;
+      start.textContent = this.stopped === file ? 'Resume' : 'Render';
       stop.disabled = true;
     });
-    this.renderBox = box;
   }
 
-  async render(name, settings, bar, note) {
+  async render(name, isResumed, settings, bar, note) {
     const {connection} = this.app, started = performance.now();
     note.textContent = 'Starting';
+    this.stopped = null;
     try {
-      const job = connection.request('render', {name, overwrite: true, ...this.job(settings)},
+      const job = connection.request('render', {name, ...(isResumed ? {resume: true} : {overwrite: true}), ...this.job(settings)},
                                      (message) => this.showProgress(message, bar, note));
       this.jobId = job.id;
       const reply = await job;
       if (reply.op === 'cancelled') {
         note.textContent = 'Cancelled.';
+        this.stopped = name;
         bar.value = 0;
         return;
       }

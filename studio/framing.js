@@ -1,5 +1,6 @@
 // Binary messages of the server: uint32 length of the header, little endian, a JSON header padded
-// with spaces to a multiple of 4 bytes, then float32 planes (plane, y, x; row 0 at the bottom).
+// with spaces to a multiple of 4 bytes, then float32 planes (plane, y, x; row 0 at the bottom). A strip
+// has `rows` rows from `row` instead of all.
 
 /// The header and the planes of a message. Throws RangeError for a message that is cut short or
 /// too long.
@@ -11,7 +12,7 @@ export function parseFrame(buffer) {
     throw new RangeError('a frame with a header of a wrong length');
   }
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
-  const size = header.width * header.height, count = header.planes.length;
+  const size = header.width * (header.rows ?? header.height), count = header.planes.length;
   if (buffer.byteLength - start !== 4 * size * count) {
     throw new RangeError(`a frame of ${buffer.byteLength - start} bytes; its header promises ` +
                          `${4 * size * count}`);

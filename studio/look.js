@@ -7,7 +7,7 @@ import {spectralPlanes} from './channels.js';
 import {plainLook} from './stretch.js';
 
 const stretches = [['lupton', 'Lupton'], ['asinh', 'asinh'], ['log', 'log'], ['linear', 'linear']];
-const neutral = {exposure: 0, gamma: 1, saturation: 1};
+const neutral = {exposure: 0, gamma: 1, saturation: 1, psf: 0, noise: 0};
 
 const declared = [
   {name: 'exposure', type: 'number', unit: 'stops', min: -8, max: 8, default: 0,
@@ -18,6 +18,10 @@ const declared = [
    description: 'distance of the channels from their mean; 0 is grey'},
   {name: 'softness', type: 'number', unit: '', min: 0.1, max: 1e5, soft_min: 1, soft_max: 1e4, default: null,
    scale: 'log', description: 'slope times white of asinh, log and Lupton: larger shows fainter light'},
+  {name: 'psf', type: 'number', unit: 'pixels', min: 0, max: 30, soft_max: 12, default: 0,
+   description: 'FWHM of a Gaussian point-spread function in pixels of the image, for the eye: gutil convolve --psf gaussian'},
+  {name: 'noise', type: 'number', unit: '', min: 0, max: null, default: 0,
+   description: 'standard deviation of Gaussian noise in the image\'s unit, for the eye: gutil noise --sigma'},
 ];
 
 export class LookPanel {
@@ -65,6 +69,7 @@ export class LookPanel {
     const first = {...neutral, softness: Number((tone.slope * tone.white).toPrecision(4))};
     for (const row of this.rows) {
       const name = row.declared.name;
+      if (name === 'noise') row.declared.soft_max = Number((0.02 * tone.white).toPrecision(2));
       row.show({value: values[name], first: first[name], given: false});
     }
     this.showChannels();

@@ -3,6 +3,7 @@
 
 import {automaticTone, modes} from './stretch.js';
 import * as shaders from './shaders.js';
+import {kernelLength} from './seeing.js';
 
 export class Picture {
   /// Throws Error where the browser has no WebGL2.
@@ -25,6 +26,7 @@ export class Picture {
     this.onGpu = gl.getExtension('EXT_color_buffer_float') !== null;
     this.stretching = this.program(shaders.stretch);
     this.summing = this.onGpu ? this.program(shaders.sum) : null;
+    this.seeing = this.onGpu ? this.program(shaders.seeing.replace('KERNEL_LENGTH', kernelLength)) : null;
     const corners = gl.createBuffer();
     gl.bindBuffer(gl.ARRAY_BUFFER, corners);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array([-1, -1, 3, -1, -1, 3]), gl.STATIC_DRAW);
@@ -33,6 +35,7 @@ export class Picture {
     this.planes = gl.createTexture();
     this.weights = this.nearest(gl.TEXTURE_2D);
     this.channels = this.nearest(gl.TEXTURE_2D);
+    this.blurred = [0, 1].map(() => this.nearest(gl.TEXTURE_2D));
     this.target = gl.createFramebuffer();
   }
 
@@ -76,8 +79,10 @@ export class Picture {
     this.planes = this.nearest(gl.TEXTURE_2D_ARRAY);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
     gl.texImage3D(gl.TEXTURE_2D_ARRAY, 0, gl.R32F, width, height, planes.length, 0, gl.RED, gl.FLOAT, frame.values);
-    gl.bindTexture(gl.TEXTURE_2D, this.channels);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, null);
+    for (const texture of [this.channels, ...this.blurred]) {
+      gl.bindTexture(gl.TEXTURE_2D, texture);
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, null);
+    }
   }
 
   /// Takes the weights [red, green, blue] of each plane.
@@ -118,6 +123,28 @@ export class Picture {
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
 
+  /// The channels with PSF and noise (seeingOf() in seeing.js), as a texture.
+  seen(seeing) {
+    if (!seeing || !this.onGpu) return this.channels;
+    const gl = this.gl, {width, height} = this.frame.header, {program, places} = this.seeing;
+    gl.useProgram(program);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
+    gl.viewport(0, 0, width, height);
+    gl.activeTexture(gl.TEXTURE0);
+    gl.uniform1i(places.channels, 0);
+    gl.uniform1fv(places['kernel[0]'], seeing.kernel);
+    gl.uniform1i(places.reach, seeing.kernel.length - 1);
+    [[1, 0], [0, 1]].forEach((way, i) => {
+      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.blurred[i], 0);
+      gl.bindTexture(gl.TEXTURE_2D, i === 0 ? this.channels : this.blurred[0]);
+      gl.uniform2iv(places.way, way);
+      gl.uniform1f(places.noise, i === 0 ? 0 : seeing.noise);
+      gl.drawArrays(gl.TRIANGLES, 0, 3);
+    });
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    return this.blurred[1];
+  }
+
   /// The sums where the browser cannot draw into floats.
   sumHere() {
     const {width, height} = this.frame.header;
@@ -135,14 +162,18 @@ export class Picture {
   /// The three channels of every pixel, four numbers each, row 0 at the bottom.
   sums() {
     this.sumUp();
-    if (this.read) return this.read;
-    const gl = this.gl, {width, height} = this.frame.header;
-    this.read = new Float32Array(4 * width * height);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
-    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.channels, 0);
-    gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, this.read);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    this.read ??= this.pixelsOf(this.channels);
     return this.read;
+  }
+
+  pixelsOf(texture) {
+    const gl = this.gl, {width, height} = this.frame.header;
+    const pixels = new Float32Array(4 * width * height);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, pixels);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    return pixels;
   }
 
   /// The tone that the program would choose for these channels.
@@ -157,14 +188,15 @@ export class Picture {
     return automaticTone(channels, this.frame.header.width);
   }
 
-  /// Draws with a tone and a look (stretch.js) at the canvas's size.
-  draw(tone, look) {
+  /// Draws with a tone and a look (stretch.js) at the canvas's size, with PSF and noise or without.
+  draw(tone, look, seeing = null) {
     if (!this.frame || this.gl.isContextLost()) return;
     this.sumUp();
+    const channels = this.seen(seeing);
     const gl = this.gl, {program, places} = this.stretching;
     gl.useProgram(program);
     gl.activeTexture(gl.TEXTURE0);
-    gl.bindTexture(gl.TEXTURE_2D, this.channels);
+    gl.bindTexture(gl.TEXTURE_2D, channels);
     gl.uniform1i(places.channels, 0);
     gl.uniform3fv(places.black, tone.black);
     gl.uniform3fv(places.factor, tone.factor);

@@ -5,6 +5,7 @@
 import {cameraSettings} from './view.js';
 import {channelsOf, planeWeights, valuesAt} from './channels.js';
 import {shareFactors} from './light.js';
+import {enlarged, putStrip} from './strips.js';
 
 const targetMs = 30;       // of a frame while moving
 const leastSide = 48;
@@ -76,7 +77,7 @@ export class Preview extends EventTarget {
     const request = {moving, model, galaxy: this.doc.chosen, camera: this.ui.camera};
     const id = this.connection.send('view', {
       ...this.doc.fields(cameraSettings(this.ui.camera)), planes: moving ? 'image' : 'components',
-      muted: this.muted(model, moving), sizes: this.sizes(moving)});
+      muted: this.muted(model, moving), strips: !moving, sizes: this.sizes(moving)});
     if (id === 0) return;
     this.asked.clear();
     this.asked.set(id, request);
@@ -89,6 +90,10 @@ export class Preview extends EventTarget {
   receive(frame) {
     const request = this.asked.get(frame.header.id);
     if (!request) return;
+    if ((frame.header.rows ?? frame.header.height) < frame.header.height) {
+      this.receiveStrip(request, frame);
+      return;
+    }
     this.shown = request;
     this.isFinal = frame.header.last && !request.moving;
     if (!request.moving) this.shares = null;
@@ -96,6 +101,21 @@ export class Preview extends EventTarget {
     this.weigh();
     if (request.moving) this.adapt(frame.header.milliseconds);
     if (frame.header.last) this.finish(request);
+    this.dispatchEvent(new Event('frame'));
+  }
+
+  /// Shows rows of a level that is being made, over the coarser frame of the same request.
+  receiveStrip(request, strip) {
+    const {frame} = this.picture;
+    if (this.shown !== request || !frame) return;
+    const {width, height} = strip.header;
+    const isOpen = frame.header.isPartial && frame.header.width === width && frame.header.height === height;
+    const target = isOpen ? frame : enlarged(strip.header, frame);
+    if (!target) return;
+    putStrip(target, strip);
+    this.isFinal = false;
+    this.picture.setFrame(target);
+    this.weigh();
     this.dispatchEvent(new Event('frame'));
   }
 

@@ -40,7 +40,7 @@ export class Readout {
   summary() {
     const {picture, preview} = this.app;
     if (!picture.frame) return '';
-    const {width, height, milliseconds} = picture.frame.header;
+    const {width, height, milliseconds = 0} = picture.frame.header;
     const [full] = preview.size;
     return `${width} × ${height} pixels${width < full ? ` of ${preview.size.join(' × ')}` : ''}\n${Math.round(milliseconds)} ms`;
   }

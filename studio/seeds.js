@@ -121,7 +121,7 @@ export class Seeds {
         connection.removeEventListener('message', onmessage);
         connection.removeEventListener('lost', onlost);
       };
-      const onframe = ({detail}) => { if (detail.header.id === id && detail.header.last) { done(); resolve(detail); } };
+      const onframe = ({detail}) => { if (detail.header.id === id && detail.header.last && !(detail.header.rows < detail.header.height)) { done(); resolve(detail); } };
       const onmessage = ({detail}) => {
         if (detail.id !== id) return;
         done();

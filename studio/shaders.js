@@ -29,6 +29,46 @@ void main() {
   light = vec4(channels, 1.0);
 }`;
 
+// One direction of a convolution, and noise: a normal deviate of each pixel and channel (PCG hash,
+// Jarzynski & Olano 2020, and Box & Muller 1958).
+export const seeing = `#version 300 es
+precision highp float;
+precision highp int;
+precision highp sampler2D;
+uniform sampler2D channels;
+uniform ivec2 way;
+uniform float kernel[KERNEL_LENGTH];
+uniform int reach;
+uniform float noise;
+in vec2 place;
+out vec4 light;
+
+uvec3 pcg(uvec3 v) {
+  v = v * 1664525u + 1013904223u;
+  v.x += v.y * v.z; v.y += v.z * v.x; v.z += v.x * v.y;
+  v ^= v >> 16u;
+  v.x += v.y * v.z; v.y += v.z * v.x; v.z += v.x * v.y;
+  return v;
+}
+
+vec3 normal(ivec2 at) {
+  vec3 a = (vec3(pcg(uvec3(at, 1))) + 0.5) / 4294967296.0;
+  vec3 b = vec3(pcg(uvec3(at, 2))) / 4294967296.0;
+  return sqrt(-2.0 * log(a)) * cos(6.283185307179586 * b);
+}
+
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy), size = textureSize(channels, 0);
+  vec3 sum = vec3(0.0);
+  for (int i = -reach; i <= reach; ++i) {
+    ivec2 from = at + way * i;
+    if (any(lessThan(from, ivec2(0))) || any(greaterThanEqual(from, size))) continue;
+    sum += kernel[abs(i)] * texelFetch(channels, from, 0).rgb;
+  }
+  if (noise > 0.0) sum += noise * normal(at);
+  light = vec4(sum, 1.0);
+}`;
+
 export const stretch = `#version 300 es
 precision highp float;
 precision highp sampler2D;

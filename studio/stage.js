@@ -1,6 +1,7 @@
 // The canvas in its room: its size, its tone, and when it is drawn again.
 
 import {plainLook} from './stretch.js';
+import {seeingOf} from './seeing.js';
 
 export class Stage {
   constructor({room, canvas, picture, preview, ui}) {
@@ -54,10 +55,13 @@ export class Stage {
     requestAnimationFrame(() => {
       this.isDirty = false;
       if (!this.ui.tone || !this.picture.frame) return;
-      this.picture.draw(this.ui.tone, this.ui.look);
+      this.picture.draw(this.ui.tone, this.ui.look, this.seeing());
       for (const listener of this.listeners) listener();
     });
   }
+
+  /// PSF and noise in the pixels of the frame.
+  seeing() { return seeingOf(this.ui.look, this.picture.frame.header.width / this.preview.size[0]); }
 
   /// Calls a function after each drawing.
   ondraw(listener) { this.listeners.push(listener); }

@@ -9,8 +9,10 @@ import {excludedBy} from '../../../studio/document.js';
 import {parseFrame} from '../../../studio/framing.js';
 import {History} from '../../../studio/history.js';
 import {shareEdits, shareFactors, sharing} from '../../../studio/light.js';
+import {gaussianKernel, seeingOf} from '../../../studio/seeing.js';
 import {positionOf, sliderScale, text, valueAt} from '../../../studio/scale.js';
 import {automaticTone, channelWeights, colour, level, lightOf, plainLook} from '../../../studio/stretch.js';
+import {enlarged, putStrip} from '../../../studio/strips.js';
 import * as view from '../../../studio/view.js';
 import {skyOf} from '../../../studio/wcs.js';
 
@@ -52,6 +54,19 @@ test('wrong frames are refused', () => {
   const long = good.slice(0);
   new DataView(long).setUint32(0, 1 << 30, true);
   assert.throws(() => parseFrame(long), RangeError);
+});
+
+test('strips replace rows of an enlarged frame', () => {
+  const planes = [{label: 'a', component: 0}, {label: 'a', component: 1}];
+  const coarse = parseFrame(frameOf({width: 2, height: 2, planes}, [1, 2, 3, 4, 5, 6, 7, 8]));
+  const strip = parseFrame(frameOf({width: 4, height: 4, row: 2, rows: 1, planes: [planes[1], planes[0]]},
+                                   [10, 11, 12, 13, 20, 21, 22, 23]));
+  const frame = enlarged(strip.header, coarse);
+  putStrip(frame, strip);
+  assert.deepEqual([...frame.plane(0)], [5, 5, 6, 6, 5, 5, 6, 6, 10, 11, 12, 13, 7, 7, 8, 8]);
+  assert.deepEqual([...frame.plane(1)], [1, 1, 2, 2, 1, 1, 2, 2, 20, 21, 22, 23, 3, 3, 4, 4]);
+  const other = {...strip.header, planes: [{label: 'b', component: 0}]};
+  assert.equal(enlarged(other, coarse), null);
 });
 
 // --- undo
@@ -225,6 +240,16 @@ test('the sky is black, and the white point is the 99.99 % quantile', () => {
   let sum = 0;
   const reference = lit.find((value) => (sum += value) >= 0.8 * total);
   near(level('asinh', reference, tone.slope, tone.white), 0.28, 1e-9);
+});
+
+test('the PSF is a Gaussian integrated over pixels', () => {
+  // Differences of erf, from Python's math.erf.
+  const kernel = gaussianKernel(2);
+  const whole = [0.443940824343, 0.239341311945, 0.0370657881104, 0.00160362088556];
+  const total = whole[0] + 2 * whole.slice(1).reduce((a, b) => a + b);
+  nearAll(kernel, whole.map((weight) => weight / total), 1e-9);
+  assert.equal(seeingOf({psf: 0, noise: 0}, 1), null);
+  assert.equal(seeingOf({psf: 0, noise: 4}, 0.25).noise, 1);
 });
 
 // --- camera

@@ -117,6 +117,38 @@ class PageTest(unittest.TestCase):
         self.assertEqual(page.shown(), before)
         self.assertEqual(page.value("studio.connection.next"), asked)
 
+    def test_psf_is_that_of_gutil(self):
+        page = self.page
+        rendered = self.server.gamer("f.fits")
+        convolved = rendered.with_name("convolved.fits")
+        subprocess.run([GAMER.with_name("gutil"), "convolve", "--psf", "gaussian", "--fwhm", "3", rendered,
+                        convolved, "--overwrite"], env=ENVIRONMENT, check=True, capture_output=True)
+        page.run("studio.look.put('psf', 3)")
+        seen = page.value("Array.from(studio.picture.pixelsOf(studio.picture.seen(studio.stage.seeing())))")
+        planes = read_planes(convolved)
+        for channel, plane in enumerate(reversed(planes)):
+            worst = max(abs(a - b) for a, b in zip(seen[channel::4], plane))
+            self.assertLess(worst, 1e-6 * max(plane))
+        # Noise of one deviate a pixel and channel.
+        page.run("studio.look.put('psf', 0); studio.look.put('noise', 0.5)")
+        noisy = page.value("Array.from(studio.picture.pixelsOf(studio.picture.seen(studio.stage.seeing())))")
+        plain = page.value("Array.from(studio.picture.sums())")
+        deviates = [a - b for i, (a, b) in enumerate(zip(noisy, plain)) if i % 4 != 3]
+        mean = sum(deviates) / len(deviates)
+        rms = (sum(one * one for one in deviates) / len(deviates)) ** 0.5
+        self.assertLess(abs(mean), 4 * 0.5 / len(deviates) ** 0.5)
+        self.assertLess(abs(rms - 0.5), 4 * 0.5 / (2 * len(deviates)) ** 0.5)
+
+    def test_strips_show_the_finest_level_in_the_making(self):
+        page = self.page
+        page.run("""globalThis.partial = 0;
+          studio.preview.addEventListener('frame', () => { partial += studio.picture.frame.header.isPartial ? 1 : 0; });
+          return studio.doc.set({'image.size': [400, 300]}, 'size');""")
+        page.settle()
+        self.assertGreater(page.value("partial"), 0)
+        planes = read_planes(self.server.gamer("g.fits", "--set=image.size=[400,300]"))
+        self.assert_planes(page.sums(), planes, 5e-7)
+
     def test_picture_follows_a_slider(self):
         page = self.page
         page.select("lanes")

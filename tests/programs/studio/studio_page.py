@@ -21,7 +21,7 @@ except ImportError:
     webdriver = None
 
 GSTUDIO = pathlib.Path(sys.argv[1]).resolve()
-GAMER = pathlib.Path(sys.argv[2]).resolve()
+GAMER = pathlib.Path(sys.argv[2]).absolute()
 SOURCE = pathlib.Path(sys.argv[3]).resolve()
 ENVIRONMENT = {**os.environ, "GAMER_DATA": str(SOURCE)}
 
