@@ -114,6 +114,34 @@ void scatter(Octave& octave, const std::function<std::uint64_t(std::uint64_t)>& 
   octave.seed = static_cast<std::uint32_t>(hash(3));
 }
 
+namespace {
+
+/// The keys of the shape, and the seed.
+ParameterTable shape_table(const FractalParameters& values) {
+  return {
+      Parameter::number("exponent", "", Interval::closed(-20, 20), values.exponent,
+                        "alpha, power of the shaped noise")
+          .usual(-1, 8),
+      Parameter::choice("theta", {"linear", "inverse"},
+                        std::string(values.inverse ? "inverse" : "linear"),
+                        "shape: linear max(v, 0)^alpha or inverse max(|v|, floor)^-alpha"),
+      Parameter::number("offset", "sigmas", Interval::closed(-10, 10), values.offset,
+                        "added to the normalised sum")
+          .usual(-3, 4),
+      Parameter::number("contrast", "", Interval::left_open(0, 10), values.contrast,
+                        "factor of the normalised sum")
+          .usual_logarithmic(0.1, 4),
+      Parameter::number("floor", "sigmas", Interval::closed(smallest_floor, 10), values.floor,
+                        "least |v| of the inverse shape")
+          .usual_logarithmic(0.01, 2),
+      Parameter::integer("seed", "", Interval::closed(0, largest_seed), std::nullopt,
+                         "seed of this component's noise; default: from the galaxy's seed and the "
+                         "component's name"),
+  };
+}
+
+}  // namespace
+
 ParameterTable FractalParameters::table() const {
   std::string combination_name;
   std::vector<std::string> combinations;
@@ -121,7 +149,7 @@ ParameterTable FractalParameters::table() const {
     combinations.emplace_back(known.name);
     if (known.kind == combination.kind) combination_name = known.name;
   }
-  return {
+  const ParameterTable octaves_of = {
       Parameter::choice("kind", noise_names(), std::nullopt,
                         "base noise P; default: `noise.kind` of the render parameters"),
       Parameter::choice("combination", combinations, combination_name,
@@ -163,24 +191,8 @@ ParameterTable FractalParameters::table() const {
           "warp_octaves", "", Interval::closed(1, 16), warp_octaves,
           "octaves of the displacement: 1 varies the lacunarity, more warp the domain")
           .usual(1, 6),
-      Parameter::number("exponent", "", Interval::closed(-20, 20), exponent,
-                        "alpha, power of the shaped noise")
-          .usual(-1, 8),
-      Parameter::choice("theta", {"linear", "inverse"}, std::string(inverse ? "inverse" : "linear"),
-                        "shape: linear max(v, 0)^alpha or inverse max(|v|, floor)^-alpha"),
-      Parameter::number("offset", "sigmas", Interval::closed(-10, 10), offset,
-                        "added to the normalised sum")
-          .usual(-3, 4),
-      Parameter::number("contrast", "", Interval::left_open(0, 10), contrast,
-                        "factor of the normalised sum")
-          .usual_logarithmic(0.1, 4),
-      Parameter::number("floor", "sigmas", Interval::closed(smallest_floor, 10), floor,
-                        "least |v| of the inverse shape")
-          .usual_logarithmic(0.01, 2),
-      Parameter::integer("seed", "", Interval::closed(0, largest_seed), std::nullopt,
-                         "seed of this component's noise; default: from the galaxy's seed and the "
-                         "component's name"),
   };
+  return octaves_of + shape_table(*this);
 }
 
 void FractalParameters::apply(const ParameterSet& values, const std::string& context) {

@@ -43,7 +43,7 @@ struct ViewRequest {
   PageDocument document;
   bool wants_components = false;
   bool wants_strips = false;  ///< rows of large levels as soon as they are finished
-  std::vector<int> muted;  ///< components of the chosen galaxy, from 0
+  std::vector<int> muted;     ///< components of the chosen galaxy, from 0
   std::vector<ViewLevel> levels;
 };
 struct CancelRequest {

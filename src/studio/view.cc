@@ -6,13 +6,13 @@
 #include <utility>
 
 #include "galaxy/galaxy_overrides.h"
-#include "job/make_job.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/config.h"
 #include "gamer/galaxy/component.h"
 #include "gamer/image/fits/fits_header.h"
 #include "gamer/render/output_planes.h"
 #include "gamer/scene/galaxy_library.h"
+#include "job/make_job.h"
 #include "studio/document.h"
 #include "studio/frame.h"
 #include "studio/model.h"

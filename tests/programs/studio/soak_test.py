@@ -2,13 +2,14 @@
 
 soak_test.py GSTUDIO GAMER SOURCE_DIR [SECONDS [SEED]]
 
-The server must live, its memory must not grow, the newest view must be answered, and each hundredth
+The server must live, its memory must not grow, the newest view must be answered, and each fortieth
 picture must be that of the program.
 """
 
 import os
 import pathlib
 import random
+import select
 import subprocess
 import sys
 import tempfile
@@ -23,6 +24,8 @@ GSTUDIO, GAMER, SOURCE = (pathlib.Path(word).resolve() for word in sys.argv[1:4]
 SECONDS = float(sys.argv[4]) if len(sys.argv) > 4 else 30
 SEED = int(sys.argv[5]) if len(sys.argv) > 5 else 1
 ENVIRONMENT = {"GAMER_DATA": str(SOURCE)}
+LONG = 10  # seconds after which a view is cancelled
+STEPS = 40  # edits of a galaxy before the next one
 MOST_GROWTH = 200e6  # bytes after the first third; the memory of measurements has limits of its own
 
 
@@ -62,7 +65,8 @@ class Soak:
         self.kinds = self.document["declarations"]["kinds"]
         self.galaxies = self.document["catalogue"]["galaxies"]
         self.number = 0
-        self.counts = {"edited": 0, "refused": 0, "views": 0, "cancelled": 0, "errors": 0, "compared": 0}
+        self.counts = {"edited": 0, "refused": 0, "views": 0, "cancelled": 0, "errors": 0, "compared": 0, "long": 0}
+        self.slowest_cancel = 0
 
     def random_edit(self, model):
         components = model["components"]
@@ -98,8 +102,11 @@ class Soak:
                             "settings": [f"camera.position=[{position[0]},{position[1]},10]",
                                          "image.size=40", "sampling.tolerance=0.05"]})
         self.counts["views"] += 1
+        asked = time.monotonic()
         while True:
-            message = self.page.receive()
+            message = self.receive(asked)
+            if message is None:
+                return None
             if isinstance(message, dict):
                 if message["op"] == "cancelled":
                     self.counts["cancelled"] += 1
@@ -113,6 +120,19 @@ class Soak:
                 values = numpy.array(pixels).reshape(len(pixels), head["height"], head["width"])
                 assert numpy.isfinite(values).all()
                 return values, position
+
+    def receive(self, asked):
+        """The next message; none where the view was cancelled since it takes long."""
+        if time.monotonic() - asked < LONG and select.select([self.page.socket], [], [], LONG)[0]:
+            return self.page.receive()
+        begin = time.monotonic()
+        self.page.send({"op": "cancel", "id": 0})
+        while True:
+            message = self.page.receive()
+            if isinstance(message, dict) and message.get("id") in (self.number, None):
+                self.counts["long"] += 1
+                self.slowest_cancel = max(self.slowest_cancel, time.monotonic() - begin)
+                return None
 
     def compare(self, text, folder):
         """A view against the program."""
@@ -131,7 +151,7 @@ class Soak:
     def work_on(self, name, folder, end):
         text = (SOURCE / "galaxies" / f"{name}.toml").read_text()
         model = self.page.ask("model", galaxy_text=text)["model"]
-        for step in range(100):
+        for step in range(STEPS):
             if time.monotonic() > end:
                 return
             answer = self.page.ask("edit", galaxy_text=text, edits=[self.random_edit(model)])
@@ -140,7 +160,7 @@ class Soak:
             else:
                 self.counts["edited"] += 1
                 text, model = answer["galaxy_text"], answer["model"]
-            if step == 99:
+            if step == STEPS - 1:
                 self.compare(text, folder)
             elif answer["op"] == "edited":
                 self.view(text, False)
@@ -160,7 +180,8 @@ def main():
             now = memory(studio.process)
             if first is None and time.monotonic() > begin + SECONDS / 3:
                 first = now
-            print(f"{time.monotonic() - begin:.0f} s, {now / 1e6:.0f} MB, {soak.counts}", flush=True)
+            print(f"{time.monotonic() - begin:.0f} s, {now / 1e6:.0f} MB, {soak.counts}, "
+                  f"slowest cancel {soak.slowest_cancel:.2f} s", flush=True)
         grown = memory(studio.process) - (first or 0)
         assert first is None or grown < MOST_GROWTH, grown
         assert studio.process.poll() is None
