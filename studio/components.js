@@ -92,7 +92,8 @@ export class ComponentPanel {
     row.addEventListener('dragover', (event) => event.preventDefault());
     row.addEventListener('drop', (event) => {
       event.preventDefault();
-      this.moveTo(Number(event.dataTransfer.getData('text/plain')), i);
+      const from = Number(event.dataTransfer.getData('text/plain'));
+      this.moveTo(() => [from, i]);
     });
     return row;
   }
@@ -108,39 +109,48 @@ export class ComponentPanel {
   solo() { if (this.chosen) this.app.ui.toggleSolo(this.app.doc.chosen, this.chosen.name); }
 
   async remove() {
-    const {doc} = this.app, at = this.index, gone = this.chosen;
-    if (!gone) return;
-    const left = this.components.filter((_, i) => i !== at);
-    await doc.edit([{delete: at}, ...shareEdits(left, null)], `delete ${gone.name}`);
+    let at = 0;
+    await this.app.doc.editLater(() => {
+      at = this.index;
+      const gone = this.chosen, left = this.components.filter((_, i) => i !== at);
+      return gone && {edits: [{delete: at}, ...shareEdits(left, null)], label: `delete ${gone.name}`};
+    });
     this.select(at);
   }
 
   async clone() {
-    const {doc} = this.app, at = this.index, of = this.chosen;
-    if (!of) return;
-    const copies = [...this.components.slice(0, at + 1), of, ...this.components.slice(at + 1)];
-    await doc.edit([{clone: at}, ...shareEdits(copies, null)], `clone ${of.name}`);
+    let at = 0;
+    await this.app.doc.editLater(() => {
+      at = this.index;
+      const of = this.chosen;
+      const copies = [...this.components.slice(0, at + 1), of, ...this.components.slice(at + 1)];
+      return of && {edits: [{clone: at}, ...shareEdits(copies, null)], label: `clone ${of.name}`};
+    });
     this.select(at + 1);
   }
 
-  move(step) { this.moveTo(this.index, this.index + step); }
+  move(step) { return this.moveTo(() => [this.index, this.index + step]); }
 
-  async moveTo(from, to) {
-    const {doc} = this.app;
-    if (from === to || to < 0 || to >= this.components.length) return;
-    const name = this.components[from].name;
-    await doc.edit([{move: [from, to]}], `move ${name}`);
+  /// Moves a component; `places` gives its index and the new one.
+  async moveTo(places) {
+    let to = this.index;
+    await this.app.doc.editLater(() => {
+      const [from, place] = places();
+      if (from === place || place < 0 || place >= this.components.length) return null;
+      to = place;
+      return {edits: [{move: [from, to]}], label: `move ${this.components[from].name}`};
+    });
     this.select(to);
   }
 
   async add(kind) {
-    const {doc} = this.app, before = this.components;
-    const isLight = doc.isLight(kind);
-    const added = {values: {fraction: 0.1}, given: ['fraction']};
-    const edits = isLight ?
-        shareEdits([...before, added], before.length, sharing(before).length ? 0.1 : 1) :
-        [];
-    await doc.edit([{add: kind}, ...edits], `add ${kind}`);
+    const {doc} = this.app;
+    await doc.editLater(() => {
+      const before = this.components, added = {values: {fraction: 0.1}, given: ['fraction']};
+      const shares = doc.isLight(kind) ?
+          shareEdits([...before, added], before.length, sharing(before).length ? 0.1 : 1) : [];
+      return {edits: [{add: kind}, ...shares], label: `add ${kind}`};
+    });
     this.select(this.components.length - 1, true);
   }
 

@@ -8,7 +8,7 @@ const mostExcluded = 40;
 
 /// The reset of the key that a message says to need another value than one that is set, or null.
 export function excludedBy(message, edits) {
-  const [, key] = message.match(/'(\w+)' needs /) ?? [];
+  const [, key] = message.match(/'?(\w+)'? (?:needs|belongs to|has no meaning) /) ?? [];
   if (key === undefined) return null;
   for (const {set, reset} of edits) {
     if (reset && reset[1].endsWith(key)) return null;
@@ -124,13 +124,19 @@ export class StudioDocument extends EventTarget {
   }
 
   /// Edits of the chosen galaxy, as one step of the history.
-  edit(edits, label, key = null) {
+  edit(edits, label, key = null) { return this.editLater(() => ({edits, label}), key); }
+
+  /// Edits that follow from the galaxy as it is when the edits before are made: `make` gives {edits,
+  /// label}, or null for none.
+  editLater(make, key = null) {
     this.wanted = null;
     this.queue = this.queue.then(async () => {
       try {
-        const state = await this.apply(edits);
         this.draft = null;
-        this.commit(state, label, key);
+        const made = make();
+        if (made === null) return;
+        const state = await this.apply(made.edits);
+        this.commit(state, made.label, key);
       } catch (error) {
         this.draft = null;
         this.problem(error);

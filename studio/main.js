@@ -14,6 +14,8 @@ import {LookPanel} from './look.js';
 import {Readout} from './readout.js';
 import {Seeds} from './seeds.js';
 import {Files} from './files.js';
+import {Outputs} from './outputs.js';
+import {RenderDialog} from './render.js';
 import {TimeLine} from './timeline.js';
 import {Keyboard} from './keyboard.js';
 import {say} from './messages.js';
@@ -28,7 +30,6 @@ connection.addEventListener('open', async () => {
   showConnection(true);
   try {
     if (app) {
-      app.doc.opened.outputs = (await connection.request('open')).outputs;
       app.preview.forget();
       app.preview.ask(false);
     } else {
@@ -66,6 +67,8 @@ async function begin(opened) {
   app.navigation = new Navigation({canvas, stage, ui, preview, home: () => opened.camera});
   app.seeds = new Seeds(app);
   app.files = new Files(app);
+  app.outputs = new Outputs(app);
+  app.renders = new RenderDialog(app);
   app.components = new ComponentPanel(app);
   app.parameters = new ParameterPanel(app);
   app.look = new LookPanel(app);
@@ -107,7 +110,7 @@ function later() {
 }
 
 function buildTools() {
-  const {doc, files, seeds} = app;
+  const {doc, files, renders, seeds} = app;
   const undo = tool('undo', 'Undo', 'Ctrl+Z', () => doc.go('undo'));
   const redo = tool('redo', 'Redo', 'Ctrl+Shift+Z', () => doc.go('redo'));
   const side = h('select', {id: 'side', title: 'Longer side of the preview, pixels', 'aria-label': 'Preview size',
@@ -121,7 +124,8 @@ function buildTools() {
       tool('picture', 'Export the picture that is shown as PNG', 'E', () => files.exportShown(), 'PNG'),
       tool('save', 'Save the galaxy', 'Ctrl+S', () => files.save(), 'Save'),
       tool('save', 'Save the galaxy as', 'Ctrl+Shift+S', () => files.saveAs(), 'Save as'),
-      tool('render', 'Render to a file', 'R', () => files.showRender(), 'Render'));
+      tool('folder', 'Files and renders of the output folder', 'O', () => app.outputs.show()),
+      tool('render', 'Render to a file', 'R', () => renders.show(), 'Render'));
   $('tools').lastChild.classList.add('main');
   const show = () => {
     undo.disabled = !doc.history.canUndo;
@@ -174,14 +178,15 @@ function toggle(panel) {
 }
 
 function commands(seeds) {
-  const {doc, files, components, navigation, timeline, look} = app;
+  const {doc, files, renders, components, navigation, timeline, look} = app;
   return [
     ['Edit', ['Ctrl+Z'], 'Undo', () => doc.go('undo')],
     ['Edit', ['Ctrl+Shift+Z', 'Ctrl+Y'], 'Redo', () => doc.go('redo')],
     ['Edit', ['Ctrl+S'], 'Save the galaxy', () => files.save()],
     ['Edit', ['Ctrl+Shift+S'], 'Save the galaxy as', () => files.saveAs()],
     ['Edit', ['Ctrl+Shift+C'], 'Copy as command line', () => files.copyCommand()],
-    ['Edit', ['R'], 'Render to a file', () => files.showRender()],
+    ['Edit', ['R'], 'Render to a file', () => renders.show()],
+    ['Edit', ['O'], 'Files and renders of the output folder', () => app.outputs.show()],
     ['Edit', ['E'], 'Export the shown picture as PNG', () => files.exportShown()],
     ['Components', ['A'], 'Add a component', () => components.showKinds()],
     ['Components', ['D'], 'Clone', () => components.clone()],

@@ -2,7 +2,7 @@
 
 import {$, h} from './dom.js';
 import {ParameterRow} from './parameter_row.js';
-import {shareEdits} from './light.js';
+import {shareEdits, valueEdits} from './light.js';
 
 const tabs = [['component', 'Component'], ['galaxy', 'Galaxy'], ['render', 'View']];
 const hiddenSections = new Set(['animation', 'catalogue', 'stamps', 'truth']);
@@ -122,11 +122,11 @@ export class ParameterPanel {
 
   componentActions(name) {
     const {doc, components, preview} = this.app;
-    const edits = (value) => name === 'fraction' ? shareEdits(components.components, components.index, value)
-                                                 : [{set: [components.index, name, value]}];
+    const edits = (value) => valueEdits(components.components, components.index, name, value);
+    const shares = (value) => shareEdits(components.components, components.index, value);
     const label = () => `${components.chosen.name}: ${name}`;
     return {
-      preview: (value) => name === 'fraction' ? preview.showShares(edits(value)) : doc.preview(edits(value)),
+      preview: (value) => name === 'fraction' ? preview.showShares(shares(value)) : doc.preview(edits(value)),
       commit: (value) => doc.edit(edits(value), label(), `${components.chosen.name}/${name}`),
       reset: (toDefault = false) => {
         const at = components.index, now = components.chosen;

@@ -96,7 +96,7 @@ export class Preview extends EventTarget {
     }
     this.shown = request;
     this.isFinal = frame.header.last && !request.moving;
-    if (!request.moving) this.shares = null;
+    this.shares = null;
     this.picture.setFrame(frame);
     this.weigh();
     if (request.moving) this.adapt(frame.header.milliseconds);
@@ -149,7 +149,9 @@ export class Preview extends EventTarget {
 
   /// Shows other shares of light in the frame that is there: no render.
   showShares(edits) {
-    if (!this.shown) return;
+    // A frame from before a component was added or moved keeps its shares.
+    const names = (model) => model?.components.map((component) => component.name).join('/');
+    if (!this.shown || names(this.shown.model) !== names(this.doc.model)) return;
     this.shares = edits;
     this.weigh();
     this.dispatchEvent(new Event('frame'));

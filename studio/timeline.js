@@ -147,6 +147,6 @@ export class TimeLine {
   film() {
     const problem = animationProblem(this.keys);
     if (problem) say(problem);
-    else this.app.files.showRender({frames: this.app.ui.frames, settings: this.settings()});
+    else this.app.renders.show({frames: this.app.ui.frames, settings: this.settings()});
   }
 }

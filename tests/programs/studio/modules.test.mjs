@@ -8,7 +8,7 @@ import {channelsOf, planeWeights} from '../../../studio/channels.js';
 import {excludedBy} from '../../../studio/document.js';
 import {parseFrame} from '../../../studio/framing.js';
 import {History} from '../../../studio/history.js';
-import {shareEdits, shareFactors, sharing} from '../../../studio/light.js';
+import {shareEdits, shareFactors, sharing, valueEdits} from '../../../studio/light.js';
 import {gaussianKernel, seeingOf} from '../../../studio/seeing.js';
 import {positionOf, sliderScale, text, valueAt} from '../../../studio/scale.js';
 import {automaticTone, channelWeights, colour, level, lightOf, plainLook} from '../../../studio/stretch.js';
@@ -119,6 +119,8 @@ test('keys that a choice excludes are taken out', () => {
   assert.deepEqual(excludedBy(message, [model]), {reset: [null, 'arms.winding_b']});
   assert.equal(excludedBy(message, [{reset: [null, 'arms.winding_b']}, model]), null);
   assert.equal(excludedBy(message, [{set: [null, 'arms.winding_b', 2]}]), null);
+  assert.deepEqual(excludedBy("galaxy:4:3: component 'd': noise: amplitude belongs to combination = \"multiplicative\", not \"ridged\"",
+                              [{set: [2, 'noise.combination', 'ridged']}]), {reset: [2, 'noise.amplitude']});
   assert.equal(excludedBy("'model' needs more", [model]), null);
   assert.equal(excludedBy('other', [model]), null);
 });
@@ -128,7 +130,7 @@ test('keys that a choice excludes are taken out', () => {
 const component = (fraction, given = ['fraction']) => ({values: {fraction}, given});
 
 test('shares keep their sum of 1 and their ratios', () => {
-  const components = [component(0.2), component(null, []), component(0.5), component(0.3)];
+  const components = [component(0.2), {values: {}, given: []}, component(0.5), component(0.3)];
   const edits = shareEdits(components, 0, 0.6);
   const shares = new Map(edits.map(({set: [i, , value]}) => [i, value]));
   assert.deepEqual([...shares.keys()], [0, 2, 3]);
@@ -146,8 +148,23 @@ test('a component of light alone has all of it', () => {
 });
 
 test('beside intensities shares are free', () => {
-  const components = [component(0.2), component(null, ['intensity'])];
-  assert.deepEqual(shareEdits(components, 0, 0.9), [{set: [0, 'fraction', 0.9]}]);
+  const components = [component(0.2), component(null, ['intensity']), component(0.5)];
+  assert.deepEqual(shareEdits(components, 0, 0.3), [{set: [0, 'fraction', 0.3]}]);
+  // They leave light for the others.
+  assert.deepEqual(shareEdits(components, 0, 0.9), [{set: [0, 'fraction', 0.495]}]);
+  assert.deepEqual(shareEdits(components, null), []);
+  const full = shareEdits([...components, component(0.5)], null).map(({set}) => set[2]);
+  near(full.reduce((a, b) => a + b), 0.95, 1e-5);
+});
+
+test('a component has a share or an intensity, and its activity changes the other shares', () => {
+  const components = [component(0.25), component(0.75)];
+  assert.deepEqual(valueEdits(components, 0, 'intensity', 2), [{reset: [0, 'fraction']}, {set: [0, 'intensity', 2]}]);
+  assert.deepEqual(valueEdits(components, 0, 'active', false), [{set: [0, 'active', false]}, {set: [1, 'fraction', 1]}]);
+  const bright = [component(null, ['intensity']), component(0.5)];
+  assert.deepEqual(valueEdits(bright, 0, 'fraction', 0.2),
+                   [{reset: [0, 'intensity']}, {set: [0, 'fraction', 0.2]}, {set: [1, 'fraction', 0.8]}]);
+  assert.deepEqual(valueEdits(components, 1, 'rh', 0.1), [{set: [1, 'rh', 0.1]}]);
 });
 
 // --- sliders
