@@ -15,7 +15,8 @@ install(TARGETS gamer_core gamer_noise gamer_sed gamer_image gamer_processing ga
                 gamer_render gamer_job gamer_library
   EXPORT gamerTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT gamerTargets NAMESPACE gamer:: DESTINATION ${gamer_package_dir})
-install(DIRECTORY include/gamer DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.h)
+install(DIRECTORY include/gamer DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.h
+        PATTERN studio EXCLUDE)
 install(DIRECTORY seds bandpasses galaxies instruments scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/gamer)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 # Shells look for completions in these folders of share/.

@@ -328,6 +328,8 @@ RenderParameters level_parameters(RenderParameters parameters, const ViewLevel& 
 
 void render_view(const Session& session, const std::string& label, std::int64_t id,
                  const ViewRequest& request, const Cancellation& cancellation, const Send& send) {
+  // Galaxies of the scene are made before it is rendered.
+  const CancellationScope scope(&cancellation);
   const LevelView view(session, request, label);
   for (std::size_t level = 0; level < request.levels.size(); ++level) {
     const Json head = {{"id", id}, {"level", level}, {"last", level + 1 == request.levels.size()}};
