@@ -9,17 +9,18 @@ target_link_libraries(gamer_library INTERFACE gamer_job gamer_processing)
 
 set(gamer_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/gamer)
 
-install(TARGETS gamer gutil RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(TARGETS ${gamer_programs} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(TARGETS gamer_core gamer_noise gamer_sed gamer_image gamer_processing gamer_parallel gamer_galaxy
                 gamer_scene
                 gamer_render gamer_job gamer_library
   EXPORT gamerTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT gamerTargets NAMESPACE gamer:: DESTINATION ${gamer_package_dir})
-install(DIRECTORY include/gamer DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.h)
+install(DIRECTORY include/gamer DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.h
+        PATTERN studio EXCLUDE)
 install(DIRECTORY seds bandpasses galaxies instruments scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/gamer)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 # Shells look for completions in these folders of share/.
-foreach(program gamer gutil)
+foreach(program ${gamer_programs})
   set(manual ${gamer_manuals}/${program})
   install(FILES ${manual}.man DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 RENAME ${program}.1)
   install(FILES ${manual}.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions

@@ -7,7 +7,11 @@ set(gamer_alone ${CMAKE_COMMAND} -E env ASAN_OPTIONS=detect_leaks=0)
 foreach(variable OMPI_COMM_WORLD_SIZE PMIX_RANK PMI_RANK PMI_SIZE MV2_COMM_WORLD_SIZE ALPS_APP_PE PALS_RANKID)
   list(APPEND gamer_alone --unset=${variable})
 endforeach()
-foreach(program gamer gutil)
+set(gamer_programs gamer gutil)
+if(TARGET gstudio)
+  list(APPEND gamer_programs gstudio)
+endif()
+foreach(program ${gamer_programs})
   foreach(format man bash zsh)
     add_custom_command(TARGET ${program} POST_BUILD
       COMMAND ${gamer_alone} $<TARGET_FILE:${program}> --print-manual ${format}

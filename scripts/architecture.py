@@ -39,7 +39,7 @@ SURVIVAL = [
 ]
 COLOURS = {
     "core": "#d9d9d9", "noise": "#fde0c5", "sed": "#fbf2c0", "image": "#d5e8d4", "processing": "#e3f0d8",
-    "parallel": "#e6d9ec", "galaxy": "#f8cecc", "scene": "#dae8fc", "render": "#cfe2f3", "job": "#ead1dc",
+    "parallel": "#e6d9ec", "galaxy": "#f8cecc", "scene": "#dae8fc", "render": "#cfe2f3", "job": "#ead1dc", "studio": "#d0e0e3",
     "apps": "#ffffff",
 }
 WIDTH, HEIGHT, GAP = 420, 40, 12  # of a step, pixels
@@ -100,7 +100,7 @@ def draw_layers(left, top):
     rows = [[layer for layer in below if level[layer] == n] for n in range(max(level.values()) + 1)]
     for row in rows[1:]:  # above the layers that they may include
         row.sort(key=lambda layer: sum(map(order.index, direct[layer])) / len(direct[layer]))
-    width, height, gap = 80, 26, 34
+    width, height, gap = 80, 26, 24
     place = {}
     for n, row in enumerate(rows):
         for k, layer in enumerate(row):

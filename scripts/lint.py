@@ -34,6 +34,7 @@ BELOW = {
     "scene": ["core", "noise", "sed", "image", "galaxy"],
     "render": ["core", "noise", "sed", "image", "parallel", "galaxy", "scene"],
     "job": ["core", "noise", "sed", "image", "parallel", "galaxy", "scene", "render"],
+    "studio": ["core", "noise", "sed", "image", "parallel", "galaxy", "scene", "render", "job"],
 }
 OPEN_BEGINNING = re.compile(
     r"(The same\b(?! \w+ (as|for|in|of|whatever)\b)|Of [a-z]|By which\b|Those (that|which|of)\b|That of\b)"

@@ -27,8 +27,8 @@ case ${1:-} in
   --sanitize)
     # Leaks are looked for by tracing the process, which some containers forbid.
     export UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1
-    layers="core noise sed image parallel galaxy scene nodes journal threads"
-    corpora="sed galaxy scene parameters catalogue png_table"
+    layers="core noise sed image parallel galaxy scene nodes journal threads studio"
+    corpora="sed galaxy scene parameters catalogue png_table message request"
     scripts/setup.sh --tests --preset asan --targets "${layers// /_tests }_tests ${corpora// /_corpus }_corpus"
     if [[ $(build/asan/tests/sed_tests --gtest_list_tests 2>&1) == *"LeakSanitizer has encountered"* ]]; then
       export ASAN_OPTIONS=detect_leaks=0

@@ -366,6 +366,18 @@ ParameterTable operator+(ParameterTable a, const ParameterTable& b) {
   return a;
 }
 
+Parameter Parameter::usual(double low, double high) const {
+  Parameter parameter = *this;
+  parameter.usual_range = UsualRange{low, high, false};
+  return parameter;
+}
+
+Parameter Parameter::usual_logarithmic(double low, double high) const {
+  Parameter parameter = *this;
+  parameter.usual_range = UsualRange{low, high, true};
+  return parameter;
+}
+
 Parameter required(Parameter parameter) {
   parameter.required = true;
   return parameter;

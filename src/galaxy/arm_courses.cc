@@ -208,16 +208,19 @@ ParameterTable ArmCourses::common_table() {
       Parameter::number("begin", "galaxy radii", Interval::right_open(0, 1), 0.0,
                         "radius at which arms begin; they rise over 0.08"),
       Parameter::number("end", "galaxy radii", Interval::left_open(0, 2), std::nullopt,
-                        "radius at which arms have faded, over 0.2; by default they do not end"),
+                        "radius at which arms have faded, over 0.2; by default they do not end")
+          .usual(0.2, 1.5),
       Parameter::number("pitch_variation", "", Interval::closed(0, 0.6), 0.0,
                         "relative deviation of tan p of the segments of an arm, 0.2 to 0.3 in "
                         "most galaxies"),
       Parameter::number("segment_length", "galaxy radii", Interval::closed(0.03, 2), 0.25,
-                        "mean length of segments of one pitch angle, in radius"),
+                        "mean length of segments of one pitch angle, in radius")
+          .usual(0.05, 0.6),
       Parameter::number("strength_variation", "", Interval::closed(0, 1), 0.0,
                         "depth of the beats of strength along an arm"),
       Parameter::number("beat_length", "galaxy radii", Interval::closed(0.02, 2), 0.15,
-                        "mean distance of minima of strength, in radius"),
+                        "mean distance of minima of strength, in radius")
+          .usual(0.03, 0.5),
       Parameter::number("width_growth", "", Interval::closed(-2, 2), 0.0,
                         "g: widths as angles are multiplied by (2 r)^g; at 0 arms widen as r"),
       Parameter::integer("seed", "", Interval::right_open(0, largest_seed), 1,
@@ -228,15 +231,18 @@ ParameterTable ArmCourses::common_table() {
 ParameterTable ArmCourses::arm_table() {
   return {
       Parameter::number("offset", "deg", Interval::any(), std::nullopt,
-                        "angle of the arm; by default arms are evenly spread"),
+                        "angle of the arm; by default arms are evenly spread")
+          .usual(-360, 360),
       Parameter::number("strength", "", Interval::closed(0, 1), 1.0,
                         "contrast of the arm against the full one"),
       Parameter::number("width", "", Interval::closed(0.1, 10), 1.0,
-                        "width relative to that of the component"),
+                        "width relative to that of the component")
+          .usual_logarithmic(0.2, 5),
       Parameter::number("begin", "galaxy radii", Interval::right_open(0, 1), std::nullopt,
                         "radius at which the arm begins; default that of [arms]"),
       Parameter::number("end", "galaxy radii", Interval::left_open(0, 2), std::nullopt,
-                        "radius at which the arm has faded; default that of [arms]"),
+                        "radius at which the arm has faded; default that of [arms]")
+          .usual(0.2, 1.5),
       Parameter::numbers("pitch_angles", "deg", Interval::open(0, 90), std::nullopt,
                          "pitch angle of each segment, from inside; default the law of [arms]"),
       Parameter::numbers("kinks", "galaxy radii", Interval::open(0, 1), std::nullopt,

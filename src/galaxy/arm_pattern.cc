@@ -157,16 +157,21 @@ ParameterTable ArmPattern::table() {
       Parameter::choice("model", {"ringermacher-mead", "logarithmic", "none"}, "none",
                         "winding law of the arms"),
       Parameter::number("winding_b", "", Interval::left_open(0, 100), 0.5,
-                        "W_B of ringermacher-mead: larger sweeps more, with a smaller bar"),
+                        "W_B of ringermacher-mead: larger sweeps more, with a smaller bar")
+          .usual_logarithmic(0.1, 5),
       Parameter::number("winding_n", "", Interval::left_open(0, 100), 4.0,
-                        "W_N of ringermacher-mead: larger winds tighter"),
+                        "W_N of ringermacher-mead: larger winds tighter")
+          .usual(0.5, 16),
       Parameter::number("pitch_angle", "deg", Interval::open(0, 90), 15.0,
-                        "pitch angle p of logarithmic"),
+                        "pitch angle p of logarithmic")
+          .usual(4, 60),
       Parameter::number("scale", "galaxy radii", Interval::left_open(0, 10), std::nullopt,
                         "A: radius at which the pattern turns; default 1 for ringermacher-mead, "
-                        "0.1 for logarithmic"),
+                        "0.1 for logarithmic")
+          .usual_logarithmic(0.03, 3),
       Parameter::integer("count", "", Interval::closed(0, most_arms), 2,
-                         "number of arms, evenly spread"),
+                         "number of arms, evenly spread")
+          .usual(0, 8),
       Parameter::numbers("offsets", "deg", Interval::any(), std::nullopt,
                          "angles of the arms; by default they are evenly spread"),
       Parameter::integer("handedness", "", Interval::closed(-1, 1), 1, "1 or -1: sense of winding"),

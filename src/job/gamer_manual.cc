@@ -8,6 +8,7 @@
 #include "gamer/core/version.h"
 #include "gamer/job/listing.h"
 #include "gamer/scene/render_parameters.h"
+#include "job/cli_options.h"
 
 namespace gamer {
 namespace {
@@ -80,16 +81,15 @@ ManualOption option_of(const CLI::Option& option) {
   return entry;
 }
 
-/// Options and arguments of the program or of a command.
-void add_options(const CLI::App& app, std::vector<ManualOption>& options,
-                 std::vector<ManualOption>& arguments) {
+}  // namespace
+
+void add_cli_options(const CLI::App& app, std::vector<ManualOption>& options,
+                     std::vector<ManualOption>& arguments) {
   for (const CLI::Option* option : app.get_options()) {
     if (option->get_group().empty()) continue;
     (option->get_positional() ? arguments : options).push_back(option_of(*option));
   }
 }
-
-}  // namespace
 
 Manual gamer_manual(const CLI::App& app) {
   Manual manual;
@@ -98,13 +98,13 @@ Manual gamer_manual(const CLI::App& app) {
   manual.summary = "render synthetic galaxies";
   manual.synopses = {"[options] render.par scene.lst", "[options] --from-header image"};
   manual.description = description;
-  add_options(app, manual.options, manual.arguments);
+  add_cli_options(app, manual.options, manual.arguments);
   manual.commands_take_options = true;
   for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
     ManualCommand entry;
     entry.name = command->get_name();
     entry.description = command->get_description();
-    add_options(*command, entry.options, entry.arguments);
+    add_cli_options(*command, entry.options, entry.arguments);
     for (const ManualOption& argument : entry.arguments) {
       entry.synopsis += (entry.synopsis.empty() ? "" : " ") + argument.value.name;
     }

@@ -81,7 +81,8 @@ std::vector<Card> make_cards(const RenderParameters& parameters, const Scene& sc
   return cards;
 }
 
-/// The unit for BUNIT; a relative image has none.
+}  // namespace
+
 std::string unit_text(PixelUnit unit) {
   switch (unit) {
     case PixelUnit::relative:
@@ -99,6 +100,8 @@ std::string unit_text(PixelUnit unit) {
   }
   throw std::logic_error("unknown PixelUnit");
 }
+
+namespace {
 
 /// Cards with the calibration of a plane. The flux per pixel, or per arcsec^2, has m_AB = MAGZERO -
 /// 2.5 log10(value). A value of 1 is PHOTFLAM erg/s/cm^2/Angstrom.

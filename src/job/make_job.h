@@ -15,6 +15,9 @@ namespace gamer {
 RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Resources& resources,
                    GalaxyLibrary& library, const SharedText& list = {});
 
+/// The unit for BUNIT; a relative image has none.
+std::string unit_text(PixelUnit unit);
+
 /// The job with its record. `label` is the catalogue's: what its rows name is looked up beside it.
 RenderJob recorded(RenderJob job, const std::string& label, Resources& resources);
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <ctime>
@@ -14,10 +15,11 @@
 namespace gamer {
 namespace {
 
-constexpr double bar_interval = 0.1;    // seconds between two drawings
-constexpr double line_interval = 60;    // seconds between two lines at most
-constexpr double tenth_interval = 5;    // seconds between two lines at least
-constexpr double object_interval = 10;  // seconds between two objects
+constexpr double bar_interval = 0.1;  // seconds between two drawings
+constexpr double line_interval = 60;  // seconds between two lines at most
+constexpr double tenth_interval = 5;  // seconds between two lines at least
+// Bounds of the seconds between two objects, which are a tenth of the time so far.
+constexpr double shortest_object_interval = 1, object_interval = 10;
 constexpr int bar_width = 30;
 constexpr int seconds_per_minute = 60;
 constexpr int seconds_per_hour = 3600;
@@ -73,7 +75,8 @@ Progress::~Progress() {
 
 double Progress::interval() const {
   if (style_ == Style::bar) return bar_interval;
-  return style_ == Style::json ? object_interval : line_interval;
+  if (style_ != Style::json) return line_interval;
+  return std::clamp(seconds() / 10, shortest_object_interval, object_interval);
 }
 
 void Progress::add(int count) {

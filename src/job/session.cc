@@ -138,7 +138,8 @@ class Run {
   }
 
   void render_image() {
-    const TruthSettings truth = control_.truth ? job_.parameters.truth : TruthSettings();
+    const bool has_truth = control_.truth || control_.truth_images;
+    const TruthSettings truth = has_truth ? job_.parameters.truth : TruthSettings();
     const Renderer renderer(job_.parameters, job_.camera, job_.scene, job_.spectrum, truth);
     const int width = renderer.width(), height = renderer.height();
     const auto planes = static_cast<int>(job_.spectrum.planes.size());
@@ -161,6 +162,7 @@ class Run {
         [&](RowRange rows, std::span<const double> values) {
           take_rows(rows, values, rendering_.image, rendering_.truth_images);
           is_dark = is_dark && !has_light(values, false);
+          if (control_.finished) control_.finished(rows, rendering_);
           tell(Stage::rows, done += rows.size(), height);
         });
     rendering_.unconverged_rays = unconverged;

@@ -114,6 +114,34 @@ void scatter(Octave& octave, const std::function<std::uint64_t(std::uint64_t)>& 
   octave.seed = static_cast<std::uint32_t>(hash(3));
 }
 
+namespace {
+
+/// The keys of the shape, and the seed.
+ParameterTable shape_table(const FractalParameters& values) {
+  return {
+      Parameter::number("exponent", "", Interval::closed(-20, 20), values.exponent,
+                        "alpha, power of the shaped noise")
+          .usual(-1, 8),
+      Parameter::choice("theta", {"linear", "inverse"},
+                        std::string(values.inverse ? "inverse" : "linear"),
+                        "shape: linear max(v, 0)^alpha or inverse max(|v|, floor)^-alpha"),
+      Parameter::number("offset", "sigmas", Interval::closed(-10, 10), values.offset,
+                        "added to the normalised sum")
+          .usual(-3, 4),
+      Parameter::number("contrast", "", Interval::left_open(0, 10), values.contrast,
+                        "factor of the normalised sum")
+          .usual_logarithmic(0.1, 4),
+      Parameter::number("floor", "sigmas", Interval::closed(smallest_floor, 10), values.floor,
+                        "least |v| of the inverse shape")
+          .usual_logarithmic(0.01, 2),
+      Parameter::integer("seed", "", Interval::closed(0, largest_seed), std::nullopt,
+                         "seed of this component's noise; default: from the galaxy's seed and the "
+                         "component's name"),
+  };
+}
+
+}  // namespace
+
 ParameterTable FractalParameters::table() const {
   std::string combination_name;
   std::vector<std::string> combinations;
@@ -121,7 +149,7 @@ ParameterTable FractalParameters::table() const {
     combinations.emplace_back(known.name);
     if (known.kind == combination.kind) combination_name = known.name;
   }
-  return {
+  const ParameterTable octaves_of = {
       Parameter::choice("kind", noise_names(), std::nullopt,
                         "base noise P; default: `noise.kind` of the render parameters"),
       Parameter::choice("combination", combinations, combination_name,
@@ -129,44 +157,42 @@ ParameterTable FractalParameters::table() const {
                         "n in [0, 2]; ridged multifractal of (o - |n|)^2; billow sum w |n|"),
       Parameter::integer("octaves", "", Interval::closed(1, double{most_octaves}), octaves,
                          "omega, number of octaves; default as listed only if the render "
-                         "parameters have no `noise.octaves`"),
+                         "parameters have no `noise.octaves`")
+          .usual(1, 12),
       Parameter::number("k0", "cycles per galaxy radius", Interval::closed(0, 1000), k0,
-                        "offset of the frequencies k0 + f_s k"),
+                        "offset of the frequencies k0 + f_s k")
+          .usual(0, 40),
       Parameter::number("frequency_scale", "cycles per galaxy radius", Interval::left_open(0, 1000),
-                        frequency_scale, "f_s, spacing of the frequencies"),
+                        frequency_scale, "f_s, spacing of the frequencies")
+          .usual_logarithmic(0.2, 60),
       Parameter::number("lacunarity", "", Interval::closed(0, 4), std::nullopt,
                         "l, ratio of the frequencies (k0 + f_s) l^(k - 1), above 1; 0: k0 + f_s k. "
                         "Default: 0 where additive or billow, else 2"),
       Parameter::number("spectral_index", "", Interval::closed(-10, 10), spectral_index,
-                        "nu: octave k of frequency f has weight f^-nu"),
+                        "nu: octave k of frequency f has weight f^-nu")
+          .usual(0, 3),
       Parameter::number("amplitude", "", Interval::left_open(0, 4), amplitude,
-                        "a, amplitude of every octave of multiplicative noise"),
+                        "a, amplitude of every octave of multiplicative noise")
+          .usual(0.1, 2),
       Parameter::number("ridge_offset", "", Interval::left_open(0, 4),
-                        double{combination.ridge_offset}, "o, height of the ridges"),
+                        double{combination.ridge_offset}, "o, height of the ridges")
+          .usual(0.2, 2),
       Parameter::number("ridge_gain", "", Interval::left_open(0, 100),
                         double{combination.ridge_gain},
-                        "G: a ridge of height s scales the next octave by G s, at most 1"),
+                        "G: a ridge of height s scales the next octave by G s, at most 1")
+          .usual_logarithmic(0.2, 20),
       Parameter::number("warp", "galaxy radii", Interval::closed(0, 10), warp,
-                        "rms displacement of the noise along each axis by a vector noise"),
+                        "rms displacement of the noise along each axis by a vector noise")
+          .usual(0, 0.3),
       Parameter::number("warp_frequency", "cycles per galaxy radius", Interval::left_open(0, 1000),
-                        warp_frequency, "frequency of the displacement's first octave"),
+                        warp_frequency, "frequency of the displacement's first octave")
+          .usual_logarithmic(0.3, 30),
       Parameter::integer(
           "warp_octaves", "", Interval::closed(1, 16), warp_octaves,
-          "octaves of the displacement: 1 varies the lacunarity, more warp the domain"),
-      Parameter::number("exponent", "", Interval::closed(-20, 20), exponent,
-                        "alpha, power of the shaped noise"),
-      Parameter::choice("theta", {"linear", "inverse"}, std::string(inverse ? "inverse" : "linear"),
-                        "shape: linear max(v, 0)^alpha or inverse max(|v|, floor)^-alpha"),
-      Parameter::number("offset", "sigmas", Interval::closed(-10, 10), offset,
-                        "added to the normalised sum"),
-      Parameter::number("contrast", "", Interval::left_open(0, 10), contrast,
-                        "factor of the normalised sum"),
-      Parameter::number("floor", "sigmas", Interval::closed(smallest_floor, 10), floor,
-                        "least |v| of the inverse shape"),
-      Parameter::integer("seed", "", Interval::closed(0, largest_seed), std::nullopt,
-                         "seed of this component's noise; default: from the galaxy's seed and the "
-                         "component's name"),
+          "octaves of the displacement: 1 varies the lacunarity, more warp the domain")
+          .usual(1, 6),
   };
+  return octaves_of + shape_table(*this);
 }
 
 void FractalParameters::apply(const ParameterSet& values, const std::string& context) {

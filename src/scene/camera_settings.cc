@@ -83,9 +83,11 @@ ParameterTable view_parameters() {
                          "direction that is up in the image"),
       Parameter::number("fov", "deg", Interval::left_open(0, 360), 45.0,
                         "full angle across the image's width (perspective: below 180; fisheye: "
-                        "180 by default)"),
+                        "180 by default)")
+          .usual_logarithmic(1, 180),
       Parameter::number("width", "scene units", positive(), 2.5,
-                        "full width across the image (orthographic)"),
+                        "full width across the image (orthographic)")
+          .usual_logarithmic(0.05, 50),
       Parameter::integer(
           "nside", "", Interval::closed(1, largest_nside), 128,
           "pixels along a side of each of the twelve base pixels, a power of 2 (healpix)"),
@@ -103,9 +105,11 @@ ParameterTable sky_parameters() {
       Parameter::text("instrument", std::nullopt,
                       "name in `instruments/`, or a file; gives the default of pixel_scale (sky)"),
       Parameter::number("pixel_scale", "arcsec", pixel_scales(), 0.2,
-                        "size of a pixel in the image's middle (sky)"),
+                        "size of a pixel in the image's middle (sky)")
+          .usual_logarithmic(0.01, 10),
       Parameter::number("rotation", "deg", Interval::any(), 0.0,
-                        "position angle of the image's +y, East of North (sky)"),
+                        "position angle of the image's +y, East of North (sky)")
+          .usual(-180, 180),
       Parameter::text("sky_projection", "TAN",
                       "projection of the FITS standard, by its three letters (sky)"),
       Parameter::numbers("projection_parameters", "", Interval::any(), std::vector<double>{},

@@ -41,7 +41,8 @@ ParameterSection SamplingSettings::section() {
                              "uniform sampler: step along the ray"),
            Parameter::number("tolerance", "", Interval::open(0, 1), 1e-3,
                              "rms relative error over pixels above 1 % of the peak (adaptive "
-                             "sampler); also the limit below which faint light has no texture"),
+                             "sampler); also the limit below which faint light has no texture")
+               .usual_logarithmic(0.0001, 0.1),
            Parameter::number("stars_per_pixel", "", Interval::closed(0, most_stars_per_pixel), 1.0,
                              "expected number of individual stars of a star field in the pixel "
                              "with the most; other stars are smooth light")},

@@ -67,15 +67,19 @@ TEST(Progress, BarIsDrawnTenTimesASecondAtMost) {
   EXPECT_EQ(std::count(text.begin(), text.end(), '\r'), 4);
 }
 
-TEST(Progress, ObjectsComeAtOnceEveryTenSecondsAndAtTheEnd) {
+TEST(Progress, ObjectsComeAtOnceThenEachTenthOfTheTimeAndAtTheEnd) {
   const auto object = [](const std::string& text, int done, const std::string& numbers) {
     return R"({"time":"12:30","level":"progress","text":")" + text + R"(","done":)" +
            std::to_string(done) + R"(,"total":100,"unit":"rows",)" + numbers + "}\n";
   };
   EXPECT_EQ(output_of(Progress::Style::json, 6, 3),
             object("0 %  0.0 rows/s", 0, R"("rate":0,"left":null)") +
+                object("10 %  1.7 rows/s  0:54 left", 10, R"("rate":1.66667,"left":54.0)") +
                 object("20 %  1.7 rows/s  0:48 left", 20, R"("rate":1.66667,"left":48.0)") +
                 object("30 %  1.7 rows/s  0:42 left", 30, R"("rate":1.66667,"left":42.0)"));
+  // Blocks at 0.3 s: told at once, at 1.2 s, 2.4 s and at the end.
+  const std::string quick = output_of(Progress::Style::json, 0.3, 10);
+  EXPECT_EQ(std::count(quick.begin(), quick.end(), '\n'), 4);
   // What is told is not told again at the end.
   const std::string text = output_of(Progress::Style::json, 10, 10, 0);
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 11);

@@ -15,6 +15,7 @@ package=$(ls "$work"/gamer_*.deb)
 
 dpkg-deb --contents "$package" | sed 's/.* \.\//\//' >"$work/contents"
 for file in bin/gamer bin/gutil share/man/man1/gamer.1 share/man/man1/gutil.1 \
+  $([[ ! -e $build/gstudio ]] || echo bin/gstudio share/man/man1/gstudio.1) \
   share/gamer/galaxies/ngc4321.toml share/gamer/seds/E.sed include/gamer/job/job.h \
   lib/cmake/gamer/gamerConfig.cmake; do
   # Libraries of some systems are in lib/<architecture>.

@@ -28,7 +28,9 @@ expect() { # expect TEXT PROGRAM WORD...: bash offers exactly these words
   offered=$(offers "${@:2}" | sort | xargs)
   [[ $offered == "$1" ]] || { echo "${*:2}: bash offers '$offered', not '$1'" >&2; exit 1; }
 }
-for program in gamer gutil; do
+programs="gamer gutil"
+if [[ -e $work/prefix/bin/gstudio ]]; then programs+=" gstudio"; fi
+for program in $programs; do
   page=$share/man/man1/$program.1
   warnings=$(groff -man -ww -z "$page" 2>&1; MANWIDTH=80 man -l --warnings "$page" 2>&1 >/dev/null)
   [[ -z $warnings ]] || { echo "$page: $warnings" >&2; exit 1; }
@@ -36,7 +38,7 @@ for program in gamer gutil; do
   if command -v zsh >/dev/null; then zsh -n "$share/zsh/site-functions/_$program"; fi
 done
 # Every option and every operation has its entry.
-for program in gamer gutil; do
+for program in $programs; do
   MANWIDTH=200 man -l "$share/man/man1/$program.1" | sed 's/.\x08//g' >"$work/$program.txt"
 done
 for option in $("$work/prefix/bin/gamer" --help | grep -oE '^  (-[a-z],)?--[a-z-]+' | sed 's/.*-\(-.*\)/-\1/'); do

@@ -89,6 +89,16 @@ struct Parameter {
   std::vector<std::string> choices = {};
   bool required = false;
 
+  /// The usual values of a number within its interval, over which a slider runs.
+  struct UsualRange {
+    double low = 0, high = 1;
+    bool is_logarithmic = false;  ///< equal ways of the slider are equal ratios
+  };
+  std::optional<UsualRange> usual_range = {};
+  /// The declaration with this range.
+  Parameter usual(double low, double high) const;
+  Parameter usual_logarithmic(double low, double high) const;
+
   /// "number, deg, ]0, 180[" for lists and messages.
   std::string type_text() const;
   /// The default in TOML syntax; without a default, "required" or "none".

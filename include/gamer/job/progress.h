@@ -15,7 +15,7 @@ class Progress {
     none,
     bar,    ///< one line that is redrawn, for a terminal
     lines,  ///< after a minute, a dated line each minute and each tenth
-    json,   ///< json_message() at once, every ten seconds and at the end
+    json    ///< json_message() at once, each tenth of the time so far, and at the end
   };
   /// The style that suits `stream`.
   static Style style_for(std::FILE* stream);

@@ -52,11 +52,17 @@ struct RenderProgress {
   int total = 0;
 };
 
+struct Rendering;
+
 /// The requests of a caller besides pixels.
 struct RenderControl {
-  bool truth = false;  ///< make table TRUTH and the images of [truth]
+  bool truth = false;         ///< make table TRUTH and the images of [truth]
+  bool truth_images = false;  ///< make those images even without the table
   /// Called in the thread that called Session::render(). What it throws ends the render.
   std::function<void(const RenderProgress&)> progress = {};
+  /// Called there, too, with rows of an image that are finished, in any order. What it throws ends
+  /// the render.
+  std::function<void(RowRange rows, const Rendering& rendering)> finished = {};
   /// Ends the render at the next tile; Session::render() then throws Cancelled. May be null.
   const Cancellation* cancellation = nullptr;
 };

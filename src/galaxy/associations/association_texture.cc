@@ -152,18 +152,22 @@ ParameterTable AssociationParameters::table() const {
   };
   return {
       number_of("number", "", Interval::closed(1, 1e6), number,
-                "mean number of clumps; where their cells are full, clumps are brighter instead"),
+                "mean number of clumps; where their cells are full, clumps are brighter instead")
+          .usual_logarithmic(10, 100000.0),
       number_of("luminosity_slope", "", Interval::closed(1, 4), luminosity_slope,
                 "a: luminosities L of clumps have dN/dL ~ L^-a"),
       number_of("luminosity_range", "", Interval::closed(1, 1e5), luminosity_range,
-                "ratio of the largest to the smallest L"),
+                "ratio of the largest to the smallest L")
+          .usual_logarithmic(1, 100000.0),
       number_of("size_exponent", "", Interval::closed(2, 10), size_exponent,
                 "b: diameters D of clumps have L ~ D^b"),
       number_of(
           "largest", "galaxy radii", Interval::closed(1e-4, 0.5), largest,
-          "diameter of the brightest clumps; half of a clump's light is within 0.14 D of its axis"),
+          "diameter of the brightest clumps; half of a clump's light is within 0.14 D of its axis")
+          .usual_logarithmic(0.002, 0.2),
       number_of("complex_size", "galaxy radii", Interval::closed(1e-4, 1), complex_size,
-                "size of the largest complexes; smaller ones follow in steps of 2"),
+                "size of the largest complexes; smaller ones follow in steps of 2")
+          .usual_logarithmic(0.005, 0.5),
       number_of("clustering", "", Interval::closed(0, 1.5), clustering,
                 "contrast of each step of complexes; 0 spreads clumps at random"),
       number_of("diffuse", "", Interval::closed(0, 0.95), diffuse,

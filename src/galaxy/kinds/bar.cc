@@ -341,29 +341,37 @@ ComponentKind bar_kind() {
   const BarShape shape;
   kind.parameters = {
       Parameter::number("half_length", "galaxy radii", Interval::closed(1e-3, 1), shape.half_length,
-                        "a: where the bar's light ends"),
+                        "a: where the bar's light ends")
+          .usual_logarithmic(0.05, 0.8),
       Parameter::number("axis_ratio", "", Interval::closed(0.05, 1), shape.axis_ratio,
-                        "b/a: width over length"),
+                        "b/a: width over length")
+          .usual(0.05, 1),
       Parameter::number("boxiness", "", Interval::closed(2, 4), shape.boxiness,
                         "c of the isophotes |x/a|^c + |y/b|^c: 2 is an ellipse, 4 nearly a box"),
       Parameter::number("index", "", Interval::closed(0.5, 1), shape.index,
                         "n of exp(-k m^(1/n)): 0.5 is a Gaussian, 1 exponential"),
       Parameter::number("decline", "", Interval::closed(0, 20), shape.decline,
-                        "k: e-folds from the centre to the end; small is flat"),
+                        "k: e-folds from the centre to the end; small is flat")
+          .usual(0, 8),
       Parameter::number("cut", "", Interval::closed(0.02, 0.5), shape.cut,
-                        "w: scale length beyond the end, in half-lengths"),
+                        "w: scale length beyond the end, in half-lengths")
+          .usual(0.02, 0.5),
       Parameter::number("z0", "galaxy radii", Interval::closed(Layer::least_height, 1), shape.z0,
-                        "scale height of sech^2(z/z0)"),
+                        "scale height of sech^2(z/z0)")
+          .usual_logarithmic(0.002, 0.2),
       Parameter::number("peanut", "", Interval::closed(0, 20), shape.peanut,
-                        "P: the height grows to about (1 + P) z0 at `peanut_radius`"),
+                        "P: the height grows to about (1 + P) z0 at `peanut_radius`")
+          .usual(0, 5),
       Parameter::number("peanut_radius", "", Interval::closed(0, 1), shape.peanut_radius,
                         "x_P: where the bar is highest, in half-lengths"),
       Parameter::number("peanut_width", "", Interval::closed(0.05, 1), shape.peanut_width,
                         "s_P: standard deviation of the height's maxima, in half-lengths"),
       Parameter::number("ansae", "", Interval::closed(0, 10), shape.ansae,
-                        "F: brightness of spots at the ends over that of the centre"),
+                        "F: brightness of spots at the ends over that of the centre")
+          .usual(0, 4),
       Parameter::number("position_angle", "deg", Interval::any(), 0.0,
-                        "angle of the bar from the x axis towards y"),
+                        "angle of the bar from the x axis towards y")
+          .usual(-180, 180),
   };
   kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
     const auto number = [&](const char* name) { return input.values.number(name); };

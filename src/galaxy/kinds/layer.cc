@@ -174,28 +174,37 @@ Layer::Layer(const LayerShape& shape, const ArmPattern& arms)
 ParameterTable Layer::parameters() {
   const ParameterTable own = {
       Parameter::number("z0", "galaxy radii", Interval::closed(least_height, 1), 0.02,
-                        "scale height of sech^2(z/z0)"),
+                        "scale height of sech^2(z/z0)")
+          .usual_logarithmic(0.002, 0.2),
       Parameter::number("rh", "galaxy radii", Interval::left_open(0, 1), 0.2,
-                        "scale length of exp(-r/rh)"),
+                        "scale length of exp(-r/rh)")
+          .usual_logarithmic(0.03, 0.6),
       Parameter::number("inner", "galaxy radii", Interval::right_open(0, 1), 0.0,
-                        "radius of a smooth central hole"),
+                        "radius of a smooth central hole")
+          .usual(0, 0.6),
       Parameter::number("arm_width", "", Interval::closed(0, 100), 0.5,
-                        "A_w: larger makes narrower arms; 0 ignores them"),
+                        "A_w: larger makes narrower arms; 0 ignores them")
+          .usual(0, 20),
       Parameter::number(
           "shift", "deg", Interval::any(), 0.0,
           "delta: angle by which this component's arms are turned; towards the concave side it is "
-          "negative for ringermacher-mead and positive for logarithmic, times the handedness"),
+          "negative for ringermacher-mead and positive for logarithmic, times the handedness")
+          .usual(-90, 90),
       Parameter::number(
           "twirl", "", Interval::closed(-10, 10), 0.1,
-          "tau: the noise is wound by tau theta(r); at 1 its features run along the arms"),
+          "tau: the noise is wound by tau theta(r); at 1 its features run along the arms")
+          .usual(0, 1),
   };
   const ParameterTable more = {
       Parameter::number("flare", "1/galaxy radii", Interval::closed(0, 5), 0.0,
-                        "growth of the scale height, z0 exp(flare r)"),
+                        "growth of the scale height, z0 exp(flare r)")
+          .usual(0, 3),
       Parameter::number("lopsidedness", "1/galaxy radii", Interval::closed(0, 1), 0.0,
-                        "L: one side is brighter by 1 + L r, the other fainter by 1 - L r"),
+                        "L: one side is brighter by 1 + L r, the other fainter by 1 - L r")
+          .usual(0, 1),
       Parameter::number("lopsided_angle", "deg", Interval::any(), 0.0,
-                        "direction of the brighter side from the x axis towards y"),
+                        "direction of the brighter side from the x axis towards y")
+          .usual(0, 360),
   };
   return own + RadialLaw::parameters() + more;
 }

@@ -181,22 +181,29 @@ ParameterTable RadialLaw::parameters() {
   constexpr double least_width = 2e-3;
   return {
       Parameter::number("break_radius", "galaxy radii", Interval::right_open(0, 1), 0.0,
-                        "where the scale length changes from rh to outer_rh; 0 for no break"),
+                        "where the scale length changes from rh to outer_rh; 0 for no break")
+          .usual(0, 0.9),
       Parameter::number("outer_rh", "galaxy radii", Interval::closed(0.01, 1), std::nullopt,
-                        "scale length outside the break; by default rh/2"),
+                        "scale length outside the break; by default rh/2")
+          .usual_logarithmic(0.02, 0.5),
       Parameter::number("break_sharpness", "1/galaxy radii", Interval::closed(5, 1000),
-                        shape.break_sharpness, "s: the break is about 4/s wide"),
+                        shape.break_sharpness, "s: the break is about 4/s wide")
+          .usual_logarithmic(5, 200),
       Parameter::number("ring_radius", "galaxy radii", Interval::right_open(0, 1), 0.0,
-                        "radius of a ring in place of the exponential; 0 for none"),
+                        "radius of a ring in place of the exponential; 0 for none")
+          .usual(0, 0.9),
       Parameter::number("ring_width", "galaxy radii", Interval::closed(least_width, 1),
-                        shape.ring_width, "standard deviation of the ring's profile"),
+                        shape.ring_width, "standard deviation of the ring's profile")
+          .usual_logarithmic(0.005, 0.3),
       Parameter::number("ring_outer_width", "galaxy radii", Interval::closed(least_width, 1),
-                        std::nullopt,
-                        "standard deviation outside the crest; by default ring_width"),
+                        std::nullopt, "standard deviation outside the crest; by default ring_width")
+          .usual_logarithmic(0.005, 0.5),
       Parameter::number("axis_ratio", "", Interval::closed(0.1, 1), 1.0,
-                        "q: width over length of the ellipses of equal density in the plane"),
+                        "q: width over length of the ellipses of equal density in the plane")
+          .usual(0.2, 1),
       Parameter::number("position_angle", "deg", Interval::any(), 0.0,
-                        "angle of the ellipses from the x axis towards y"),
+                        "angle of the ellipses from the x axis towards y")
+          .usual(-180, 180),
   };
 }
 

@@ -108,9 +108,11 @@ ComponentKind starfield_kind() {
   kind.traits = {.can_follow = true, .has_own_spectrum = true};
   kind.parameters =
       Layer::parameters() +
-      ParameterTable{Parameter::number(
-          "number", "", Interval::closed(1, largest_number), 1e11,
-          "number of stars in the galaxy, including stars that are never drawn individually")} +
+      ParameterTable{
+          Parameter::number(
+              "number", "", Interval::closed(1, largest_number), 1e11,
+              "number of stars in the galaxy, including stars that are never drawn individually")
+              .usual_logarithmic(1000000.0, 1000000000000.0)} +
       StellarPopulation::parameters();
   FractalParameters noise;
   noise.octaves = 4;

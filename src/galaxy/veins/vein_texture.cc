@@ -102,59 +102,44 @@ void place(Octave& octave, std::uint64_t seed, std::uint64_t index) {
   octave.seed = static_cast<std::uint32_t>(hash_words({seed, index, 3}));
 }
 
-}  // namespace
+/// A declaration whose default is a plain number.
+Parameter number(const char* name, const char* unit, const Interval& interval, double value,
+                 const char* description) {
+  return Parameter::number(name, unit, interval, value, description);
+}
 
-ParameterTable VeinParameters::table() const {
-  const auto number = [](const char* name, const char* unit, const Interval& interval, double value,
-                         const char* description) {
-    return Parameter::number(name, unit, interval, value, description);
-  };
+/// The keys of the density within veins and between them, and the seeds.
+ParameterTable cloud_table(const VeinParameters& values) {
   return {
-      number("vein_width", "arm spacings", Interval::closed(0.01, 1), vein_width,
-             "sigma of the veins along the arms"),
-      number("spur_number", "", Interval::closed(0, 200), spur_number, "spurs per turn of an arm"),
-      number("spur_width", "spur spacings", Interval::closed(0.01, 1), spur_width,
-             "sigma of the spurs"),
-      number("spur_angle", "deg", Interval::closed(5, 175), spur_angle,
-             "angle between a spur and its arm, at the arm"),
-      number("spur_curvature", "", Interval::closed(-10, 10), spur_curvature,
-             "curvature of spurs: positive towards parallel to the arms, negative backwards"),
-      number("spur_length", "arm spacings", Interval::left_open(0, 3), spur_length,
-             "distance from its arm at which the longest spur has faded"),
-      number("spur_strength", "", Interval::closed(0, 1), spur_strength,
-             "height of the strongest spur, in units of the height of the arms' veins"),
-      number("spur_variation", "", Interval::closed(0, 0.95), spur_variation,
-             "variation of the spurs' heights and lengths"),
-      number("displacement", "arm spacings", Interval::closed(0, 1), displacement,
-             "rms of the noise that displaces veins and spurs together"),
-      number("displacement_frequency", "cycles per arm spacing", Interval::closed(0.1, 20),
-             displacement_frequency, "frequency of the displacement's first octave"),
-      Parameter::integer(
-          "displacement_octaves", "", Interval::closed(1, 6), displacement_octaves,
-          "octaves of the displacement, each of twice the frequency and half the height"),
-      number("density_high", "", Interval::left_open(0, 1000), density_high,
-             "D_h, density within veins; only its ratio to `density_low` counts"),
-      number("density_low", "", Interval::closed(0, 1000), density_low,
-             "D_l, density between veins"),
+      number("density_high", "", Interval::left_open(0, 1000), values.density_high,
+             "D_h, density within veins; only its ratio to `density_low` counts")
+          .usual_logarithmic(0.1, 100),
+      number("density_low", "", Interval::closed(0, 1000), values.density_low,
+             "D_l, density between veins")
+          .usual(0, 10),
       Parameter::integer("octaves", "",
-                         Interval::closed(1, double{FractalParameters::most_octaves}), octaves,
+                         Interval::closed(1, double{FractalParameters::most_octaves}),
+                         values.octaves,
                          "octaves of the noise that multiplies the density; default as listed only "
-                         "if the render parameters have no `noise.octaves`"),
+                         "if the render parameters have no `noise.octaves`")
+          .usual(1, 12),
       number("noise_frequency", "cycles per arm spacing", Interval::closed(0.1, 50),
-             noise_frequency, "frequency of the noise's first octave, across the spurs"),
-      number("noise_contrast", "", Interval::closed(0, 1), noise_contrast,
+             values.noise_frequency, "frequency of the noise's first octave, across the spurs")
+          .usual_logarithmic(0.3, 20),
+      number("noise_contrast", "", Interval::closed(0, 1), values.noise_contrast,
              "rms of the octave whose cells are `isotropic_scale` large"),
-      number("spectral_index", "", Interval::closed(0, 6), spectral_index,
+      number("spectral_index", "", Interval::closed(0, 6), values.spectral_index,
              "the column density's power spectrum falls as |k|^-spectral_index"),
-      number("clumpiness", "", Interval::closed(0.1, 12), clumpiness,
+      number("clumpiness", "", Interval::closed(0.1, 12), values.clumpiness,
              "power of the octaves below `isotropic_scale`; large values make knots"),
-      number("anisotropy", "", Interval::closed(1, 10), anisotropy,
+      number("anisotropy", "", Interval::closed(1, 10), values.anisotropy,
              "ratio of length to width of clouds"),
-      number("anisotropy_angle", "deg", Interval::closed(0, 180), anisotropy_angle,
+      number("anisotropy_angle", "deg", Interval::closed(0, 180), values.anisotropy_angle,
              "angle between clouds and arms"),
-      number("isotropic_scale", "galaxy radii", Interval::left_open(0, 1), isotropic_scale,
+      number("isotropic_scale", "galaxy radii", Interval::left_open(0, 1), values.isotropic_scale,
              "scale above which clouds grow with the radius and follow the arms; smaller clouds "
-             "are isotropic and uniform"),
+             "are isotropic and uniform")
+          .usual_logarithmic(0.003, 0.5),
       Parameter::integer("seed", "", Interval::closed(0, largest_seed), std::nullopt,
                          "seed of this component's noise; default: from the galaxy's seed and the "
                          "component's name"),
@@ -162,6 +147,40 @@ ParameterTable VeinParameters::table() const {
           "pattern_seed", "", Interval::closed(0, largest_seed), 1,
           "seed of displacement and spurs: veins of one galaxy with equal seed and shape coincide"),
   };
+}
+
+}  // namespace
+
+ParameterTable VeinParameters::table() const {
+  const ParameterTable pattern = {
+      number("vein_width", "arm spacings", Interval::closed(0.01, 1), vein_width,
+             "sigma of the veins along the arms"),
+      number("spur_number", "", Interval::closed(0, 200), spur_number, "spurs per turn of an arm")
+          .usual(0, 80),
+      number("spur_width", "spur spacings", Interval::closed(0.01, 1), spur_width,
+             "sigma of the spurs"),
+      number("spur_angle", "deg", Interval::closed(5, 175), spur_angle,
+             "angle between a spur and its arm, at the arm"),
+      number("spur_curvature", "", Interval::closed(-10, 10), spur_curvature,
+             "curvature of spurs: positive towards parallel to the arms, negative backwards")
+          .usual(-4, 4),
+      number("spur_length", "arm spacings", Interval::left_open(0, 3), spur_length,
+             "distance from its arm at which the longest spur has faded"),
+      number("spur_strength", "", Interval::closed(0, 1), spur_strength,
+             "height of the strongest spur, in units of the height of the arms' veins"),
+      number("spur_variation", "", Interval::closed(0, 0.95), spur_variation,
+             "variation of the spurs' heights and lengths"),
+      number("displacement", "arm spacings", Interval::closed(0, 1), displacement,
+             "rms of the noise that displaces veins and spurs together")
+          .usual(0, 0.5),
+      number("displacement_frequency", "cycles per arm spacing", Interval::closed(0.1, 20),
+             displacement_frequency, "frequency of the displacement's first octave")
+          .usual_logarithmic(0.1, 10),
+      Parameter::integer(
+          "displacement_octaves", "", Interval::closed(1, 6), displacement_octaves,
+          "octaves of the displacement, each of twice the frequency and half the height"),
+  };
+  return pattern + cloud_table(*this);
 }
 
 void VeinParameters::apply(const ParameterSet& values) {

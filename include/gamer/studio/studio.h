@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "gamer/parallel/executor.h"
+
+namespace gamer {
+
+/// The options of gstudio.
+struct StudioOptions {
+  std::filesystem::path galaxy;      ///< a galaxy's file, or its type's name
+  std::filesystem::path parameters;  ///< instead of it: a parameter file
+  std::filesystem::path scene;       ///< and the scene that it goes with
+  /// The only folder that the page writes into and reads from. It is made when it is needed.
+  std::filesystem::path folder = "gstudio-output";
+  int port = 0;  ///< 0: one that is free
+  /// Holds the token for later starts, so that an open page comes back; empty: a new one each time.
+  std::filesystem::path token_file;
+  int threads = available_cores();
+  bool opens_browser = true;
+};
+
+/// Serves the page until a signal ends the process, and tells its address. Throws InputError for
+/// what cannot be opened, and RunError where the port is in use.
+void run_studio(const StudioOptions& options, const std::function<void(const std::string&)>& say);
+
+}  // namespace gamer

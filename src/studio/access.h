@@ -1,0 +1,48 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace gamer {
+
+// Who may talk to the server. All functions take what a stranger may have sent.
+
+/// 128 random bits of the operating system as 32 hexadecimal digits. Throws RunError.
+std::string make_token();
+
+/// Secrets of a server.
+struct ServerSecrets {
+  std::string token;   ///< in the address
+  std::string cookie;  ///< what the token is exchanged for
+  /// Name of the cookie. Browsers give a host's cookies to all its ports, so that servers need
+  /// names of their own.
+  std::string cookie_name;
+};
+
+/// New token and cookie; with a file, those that it holds, or it is made. Throws RunError, and
+/// InputError for a file that others may read or that holds something else.
+ServerSecrets make_secrets(const std::filesystem::path& file);
+
+/// Whether two texts are equal, in a time that depends on their lengths alone.
+bool are_equal_secrets(std::string_view a, std::string_view b);
+
+/// Whether the value of a Host header names this machine: 127.0.0.1 or localhost, with any port. A
+/// tunnel has a port of its own. Other names may be a stranger's that lead here (DNS rebinding).
+bool is_own_host(std::string_view host);
+
+/// Whether the value of an Origin header is that of pages which this host serves.
+bool is_own_origin(std::string_view origin, std::string_view host);
+
+/// The value of a cookie in a Cookie header; nothing where it is not there.
+std::optional<std::string_view> cookie_value(std::string_view header, std::string_view name);
+
+/// The path of a request's target, and the value of `token` in its query.
+struct Target {
+  std::string_view path;
+  std::optional<std::string_view> token;
+};
+Target parse_target(std::string_view target);
+
+}  // namespace gamer

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gamer/job/session.h"
+#include "studio/document.h"
+#include "studio/known_paths.h"
+#include "studio/message.h"
+#include "studio/output_folder.h"
+
+namespace gamer {
+
+/// Answers messages that need no render, one at a time. It keeps what the files of the document
+/// hold, so that it never writes over what another program wrote.
+class Answers {
+ public:
+  Answers(const Session& session, OpenedDocument document);
+
+  /// All of these throw InputError and RunError.
+  nlohmann::json operator()(const OpenRequest& request) const;
+  nlohmann::json operator()(const EditRequest& request) const;
+  nlohmann::json operator()(const ModelRequest& request) const;
+  nlohmann::json operator()(const SaveRequest& request);
+  nlohmann::json operator()(const CommandRequest& request) const;
+  nlohmann::json operator()(const OutputsRequest& request) const;
+
+  /// Writes what of the document is not in files beside the output, and returns the command line.
+  std::vector<std::string> prepare(const RenderRequest& request) const;
+
+  const OpenedDocument& document() const { return document_; }
+  const KnownPaths& paths() const { return paths_; }
+
+ private:
+  nlohmann::json save_own(const SaveRequest& request);
+  nlohmann::json save_as(const SaveRequest& request) const;
+  std::string path_of_output(const std::string& name) const;
+
+  const Session& session_;
+  OpenedDocument document_;
+  KnownPaths paths_;
+  OutputFolder folder_;
+  std::string galaxy_label_;  ///< beside it a galaxy's text names other files
+};
+
+}  // namespace gamer

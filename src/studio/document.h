@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gamer/job/session.h"
+#include "gamer/studio/studio.h"
+#include "studio/message.h"
+
+namespace gamer {
+
+/// What the program was started with.
+struct OpenedDocument {
+  std::string label;  ///< the scene's file; other files are searched beside it
+  PageDocument texts;
+  std::map<std::string, std::filesystem::path> files;  ///< of galaxies that are the user's own
+  bool is_look = false;                                ///< one galaxy without a scene
+  StudioOptions options;
+};
+
+/// Reads what the options name. Throws InputError.
+OpenedDocument open_document(const StudioOptions& options, const Session& session);
+
+/// The render parameters of a document. Throws InputError.
+RenderParameters parameters_of(const PageDocument& document, const std::string& label,
+                               const std::vector<std::filesystem::path>& folders);
+
+/// The answer to "open", without its id and the outputs.
+nlohmann::json document_json(const OpenedDocument& document, const Session& session);
+
+}  // namespace gamer

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "gamer/core/parameter.h"
+
+namespace gamer {
+
+/// A change of a TOML text. Components count from 0 as the text has them after the edits before.
+struct SetEdit {
+  std::optional<int> component;  ///< none: a key of the whole file
+  std::string key;               ///< "rh", "noise.k0", "arms.count", "arm.0.offset"
+  std::string value;             ///< in TOML syntax
+};
+struct ResetEdit {
+  std::optional<int> component;
+  std::string key;
+};
+struct AddEdit {
+  std::string kind;
+};
+struct CloneEdit {
+  int component = 0;
+};
+struct DeleteEdit {
+  int component = 0;
+};
+struct MoveEdit {
+  int from = 0, to = 0;
+};
+using TextEdit = std::variant<SetEdit, ResetEdit, AddEdit, CloneEdit, DeleteEdit, MoveEdit>;
+
+/// Makes changes in the text of a galaxy or parameter file. Only the bytes of what changes are
+/// replaced, so that comments, order and form stay. What the text says afterwards is compared with
+/// what it should say. `label` is the file in messages. Throws InputError where the text is no
+/// TOML, an edit has no meaning, or bytes cannot make it.
+std::string edit_text(std::string text, const std::vector<TextEdit>& edits,
+                      const std::string& label);
+
+}  // namespace gamer

@@ -1,0 +1,15 @@
+#include "studio/page.h"
+
+#include "studio/message.h"
+
+namespace gamer {
+
+void Page::reply(const nlohmann::json& message) { send(json_text(message), false); }
+
+void Page::fail(std::optional<std::int64_t> id, const std::string& message) {
+  nlohmann::json error = {{"op", "error"}, {"id", nullptr}, {"message", message}};
+  if (id) error["id"] = *id;
+  reply(error);
+}
+
+}  // namespace gamer

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <algorithm>
+
+namespace gamer {
+
+/// How much may come in a time: `rate` a second, and `burst` at once.
+class RateLimit {
+ public:
+  RateLimit(double rate, double burst) : rate_(rate), burst_(burst), left_(burst) {}
+
+  /// Takes an amount at a time in seconds. Returns how long the next one has to wait, seconds.
+  double take(double amount, double now) {
+    left_ = std::min(burst_, left_ + (now - before_) * rate_) - amount;
+    before_ = now;
+    return left_ >= 0 ? 0 : -left_ / rate_;
+  }
+
+ private:
+  double rate_, burst_, left_;
+  double before_ = 0;
+};
+
+}  // namespace gamer

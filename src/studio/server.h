@@ -1,0 +1,28 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "studio/studio_core.h"
+
+namespace gamer {
+
+/// Serves the page and its WebSocket on 127.0.0.1, in the thread that calls run().
+class Server {
+ public:
+  /// Throws RunError where the port is in use.
+  Server(StudioCore& core, int port);
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  std::string address() const;  ///< "http://127.0.0.1:PORT/?token=..."
+  void run();
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace gamer

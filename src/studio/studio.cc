@@ -1,0 +1,17 @@
+#include "gamer/studio/studio.h"
+
+#include "studio/browser.h"
+#include "studio/server.h"
+#include "studio/studio_core.h"
+
+namespace gamer {
+
+void run_studio(const StudioOptions& options, const std::function<void(const std::string&)>& say) {
+  StudioCore core(options);
+  Server server(core, options.port);
+  say(server.address());
+  if (options.opens_browser) open_browser(server.address());
+  server.run();
+}
+
+}  // namespace gamer

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+namespace gamer {
+
+/// A thread that runs tasks one after the other. Its destruction waits for the one in progress and
+/// drops those that wait.
+class TaskQueue {
+ public:
+  TaskQueue();
+  ~TaskQueue();
+  TaskQueue(const TaskQueue&) = delete;
+  TaskQueue& operator=(const TaskQueue&) = delete;
+
+  /// Adds a task, which must not throw. Any thread may call it.
+  void add(std::function<void()> task);
+  /// Tasks that wait.
+  std::size_t size() const;
+
+ private:
+  void run();
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::function<void()>> tasks_;
+  bool ends_ = false;
+  std::thread thread_;
+};
+
+}  // namespace gamer

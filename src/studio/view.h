@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "gamer/core/cancellation.h"
+#include "gamer/job/session.h"
+#include "studio/message.h"
+
+namespace gamer {
+
+/// Takes a message for the page: a text, or the bytes of a frame.
+using Send = std::function<void(std::string message, bool is_binary)>;
+
+/// Renders the levels of a view and sends a frame of each. The last has the pixels of the command
+/// line where its size and tolerance are the scene's. Throws Cancelled, InputError and RunError.
+void render_view(const Session& session, const std::string& label, std::int64_t id,
+                 const ViewRequest& request, const Cancellation& cancellation, const Send& send);
+
+/// Parameters of the view at another size: a sky view keeps its field, and a tolerance above the
+/// scene's goes with one ray a pixel. Throws InputError.
+RenderParameters level_parameters(RenderParameters parameters, const ViewLevel& level);
+
+}  // namespace gamer

@@ -1,0 +1,61 @@
+#include "studio/view_queue.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <exception>
+#include <new>
+#include <utility>
+
+namespace gamer {
+
+ViewQueue::~ViewQueue() {
+  const std::lock_guard lock(mutex_);
+  for (const auto& view : views_) view->cancellation.request();
+}
+
+bool ViewQueue::cancel(const Page& page) {
+  const std::lock_guard lock(mutex_);
+  bool was_there = false;
+  for (const auto& view : views_) {
+    if (view->key != &page) continue;
+    view->cancellation.request();
+    was_there = true;
+  }
+  return was_there;
+}
+
+void ViewQueue::ask(const std::shared_ptr<Page>& page, std::int64_t id, ViewRequest request) {
+  cancel(*page);
+  const auto view = std::make_shared<View>(page, id, std::move(request));
+  {
+    const std::lock_guard lock(mutex_);
+    views_.push_back(view);
+  }
+  queue_.add([this, view] {
+    render(*view);
+    const std::lock_guard lock(mutex_);
+    views_.remove(view);
+  });
+}
+
+void ViewQueue::render(View& view) const {
+  const auto page = view.page.lock();
+  if (!page) return;
+  const auto send = [&](std::string message, bool is_binary) {
+    if (view.cancellation.is_requested()) throw Cancelled();
+    page->send(std::move(message), is_binary);
+  };
+  try {
+    if (view.cancellation.is_requested()) throw Cancelled();
+    render_(view.id, view.request, view.cancellation, send);
+  } catch (const Cancelled&) {
+    page->reply({{"op", "cancelled"}, {"id", view.id}});
+  } catch (const std::bad_alloc&) {
+    page->fail(view.id, "gstudio: out of memory");
+  } catch (const std::exception& error) {
+    page->fail(view.id, error.what());
+  }
+}
+
+}  // namespace gamer

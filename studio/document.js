@@ -1,0 +1,203 @@
+// What is edited: texts of galaxies and settings that replace keys of the parameter file, with
+// their history. The server turns edits into texts; nothing else changes them.
+
+import {History} from './history.js';
+
+const mostModels = 400;
+const mostExcluded = 40;
+
+/// The reset of the key that a message says to need another value than one that is set, or null.
+export function excludedBy(message, edits) {
+  const [, key] = message.match(/'?(\w+)'? (?:needs|belongs to|has no meaning) /) ?? [];
+  if (key === undefined) return null;
+  for (const {set, reset} of edits) {
+    if (reset && reset[1].endsWith(key)) return null;
+    if (!set || typeof set[2] !== 'string') continue;
+    const [index, name] = set;
+    const other = name.replace(/\w+$/, key);
+    if (other !== name) return {reset: [index, other]};
+  }
+  return null;
+}
+
+/// Events: `change` (detail.moving: true while a slider is dragged), `problem` (detail: a text).
+export class StudioDocument extends EventTarget {
+  constructor(connection) {
+    super();
+    this.connection = connection;
+    this.models = new Map();   // by text
+    this.draft = null;         // a state that is not in the history yet
+    this.queue = Promise.resolve();
+    this.wanted = null;        // the latest preview that has not been sent
+  }
+
+  /// Begins with what the server opened, or goes on with a history of the same files.
+  async load(opened, kept = null) {
+    this.opened = opened;
+    this.parameters = opened.parameters;
+    this.scene = opened.scene;
+    this.first = {galaxies: opened.galaxies, settings: {}};
+    const known = kept && kept.source === this.source();
+    this.history = known ? History.unpack(kept.history) : new History(this.first);
+    this.saved = known ? kept.saved : {...opened.galaxies};
+    this.chosen = known && opened.galaxies[kept.chosen] !== undefined ? kept.chosen : opened.chosen;
+    await this.refresh(false);
+  }
+
+  /// The texts that identify the files: a reload continues only with these.
+  source() { return JSON.stringify([this.opened.parameters, this.opened.scene, this.opened.chosen]); }
+
+  keep(most) {
+    return {source: this.source(), history: this.history.pack(most), saved: this.saved,
+            chosen: this.chosen};
+  }
+
+  get state() { return this.draft ?? this.history.state; }
+  get text() { return this.state.galaxies[this.chosen]; }
+  get model() { return this.models.get(this.text); }
+  /// The model of the chosen galaxy in the file.
+  get firstModel() { return this.models.get(this.saved[this.chosen]); }
+  get isChanged() { return Object.entries(this.saved).some(([name, text]) => this.state.galaxies[name] !== text); }
+
+  /// Whether a kind of component emits light; the others absorb it.
+  isLight(kind) {
+    return this.opened.declarations.traits[kind].emits;
+  }
+
+  /// Value of a render parameter, with settings.
+  value(key) { return this.state.settings[key] ?? this.opened.values?.[key]; }
+
+  async choose(name) {
+    this.chosen = name;
+    await this.refresh(false);
+  }
+
+  async modelOf(text) {
+    if (this.models.has(text)) return this.models.get(text);
+    const reply = await this.connection.request('model', {galaxy_text: text});
+    return this.remember(text, reply.model);
+  }
+
+  remember(text, model) {
+    this.models.delete(text);
+    this.models.set(text, model);
+    for (const old of this.models.keys()) {
+      if (this.models.size <= mostModels) break;
+      this.models.delete(old);
+    }
+    return model;
+  }
+
+  async refresh(moving) {
+    try {
+      await this.modelOf(this.saved[this.chosen]);
+      await this.modelOf(this.text);
+    } catch (error) {
+      this.problem(error);
+      return;
+    }
+    this.dispatchEvent(new CustomEvent('change', {detail: {moving}}));
+  }
+
+  problem(error) {
+    this.dispatchEvent(new CustomEvent('problem', {detail: error.message}));
+  }
+
+  async apply(edits) {
+    const text = this.history.state.galaxies[this.chosen];
+    const reply = await this.ask(text, edits);
+    this.remember(reply.galaxy_text, reply.model);
+    const galaxies = {...this.history.state.galaxies, [this.chosen]: reply.galaxy_text};
+    return {...this.history.state, galaxies};
+  }
+
+  /// The server's answer to edits. Keys that a choice excludes go with it: another law of the arms
+  /// takes out the keys of the one before.
+  async ask(text, edits) {
+    try {
+      return await this.connection.request('edit', {galaxy_text: text, edits});
+    } catch (error) {
+      const excluded = excludedBy(error.message, edits);
+      if (excluded === null || edits.length > mostExcluded) throw error;
+      return this.ask(text, [excluded, ...edits]);
+    }
+  }
+
+  /// Edits of the chosen galaxy, as one step of the history.
+  edit(edits, label, key = null) { return this.editLater(() => ({edits, label}), key); }
+
+  /// Edits that follow from the galaxy as it is when the edits before are made: `make` gives {edits,
+  /// label}, or null for none.
+  editLater(make, key = null) {
+    this.wanted = null;
+    this.queue = this.queue.then(async () => {
+      try {
+        this.draft = null;
+        const made = make();
+        if (made === null) return;
+        const state = await this.apply(made.edits);
+        this.commit(state, made.label, key);
+      } catch (error) {
+        this.draft = null;
+        this.problem(error);
+        this.dispatchEvent(new CustomEvent('change', {detail: {moving: false}}));
+      }
+    });
+    return this.queue;
+  }
+
+  /// Shows edits that a moving slider would make. Only the latest of those that wait is made.
+  preview(edits) {
+    const is_waiting = this.wanted !== null;
+    this.wanted = edits;
+    if (is_waiting) return;
+    this.queue = this.queue.then(async () => {
+      const latest = this.wanted;
+      this.wanted = null;
+      if (latest === null) return;
+      try {
+        this.draft = await this.apply(latest);
+        this.dispatchEvent(new CustomEvent('change', {detail: {moving: true}}));
+      } catch { /* a value between two valid ones: the last picture stays */ }
+    });
+  }
+
+  /// Sets render parameters, null to return to the file's.
+  set(changes, label, key = null) {
+    this.queue = this.queue.then(() => {
+      const settings = {...this.history.state.settings};
+      for (const [name, value] of Object.entries(changes)) {
+        if (value === null) delete settings[name];
+        else settings[name] = value;
+      }
+      this.draft = null;
+      this.commit({...this.history.state, settings}, label, key);
+    });
+    return this.queue;
+  }
+
+  /// Shows render parameters that a moving slider would set.
+  previewSettings(changes) {
+    this.draft = {...this.history.state, settings: {...this.history.state.settings, ...changes}};
+    this.dispatchEvent(new CustomEvent('change', {detail: {moving: true}}));
+  }
+
+  commit(state, label, key) {
+    const same = JSON.stringify(state) === JSON.stringify(this.history.state);
+    if (!same) this.history.commit(state, label, key);
+    this.dispatchEvent(new CustomEvent('change', {detail: {moving: false}}));
+  }
+
+  async go(step) {
+    await this.queue;
+    this.draft = null;
+    if (this.history[step]()) await this.refresh(false);
+  }
+
+  /// The fields of messages that render.
+  fields(extra = {}) {
+    const settings = {...this.state.settings, ...extra};
+    return {parameters: this.parameters, scene: this.scene, galaxies: this.state.galaxies, chosen: this.chosen,
+            settings: Object.entries(settings).map(([key, value]) => `${key}=${JSON.stringify(value)}`)};
+  }
+}

@@ -1,0 +1,22 @@
+// Binary messages of the server: uint32 length of the header, little endian, a JSON header padded
+// with spaces to a multiple of 4 bytes, then float32 planes (plane, y, x; row 0 at the bottom). A strip
+// has `rows` rows from `row` instead of all.
+
+/// The header and the planes of a message. Throws RangeError for a message that is cut short or
+/// too long.
+export function parseFrame(buffer) {
+  if (buffer.byteLength < 4) throw new RangeError('a frame without a header');
+  const length = new DataView(buffer).getUint32(0, true);
+  const start = 4 + length;
+  if (length > buffer.byteLength - 4 || start % 4 !== 0) {
+    throw new RangeError('a frame with a header of a wrong length');
+  }
+  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  const size = header.width * (header.rows ?? header.height), count = header.planes.length;
+  if (buffer.byteLength - start !== 4 * size * count) {
+    throw new RangeError(`a frame of ${buffer.byteLength - start} bytes; its header promises ` +
+                         `${4 * size * count}`);
+  }
+  const values = new Float32Array(buffer, start, size * count);
+  return {header, values, plane: (i) => values.subarray(i * size, (i + 1) * size)};
+}

@@ -1,0 +1,222 @@
+// The picture: float planes in a WebGL2 canvas. Planes are summed to three channels with a weight
+// for each plane and channel, then stretched. No change of weights or stretch needs the server.
+
+import {automaticTone, modes} from './stretch.js';
+import * as shaders from './shaders.js';
+import {kernelLength} from './seeing.js';
+
+export class Picture {
+  /// Throws Error where the browser has no WebGL2.
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.frame = null;
+    canvas.addEventListener('webglcontextlost', (event) => event.preventDefault());
+    canvas.addEventListener('webglcontextrestored', () => {
+      this.begin();
+      if (this.frame) this.setFrame(this.frame);
+      canvas.dispatchEvent(new Event('restored'));
+    });
+    this.begin();
+  }
+
+  begin() {
+    const gl = this.canvas.getContext('webgl2', {alpha: false, antialias: false, preserveDrawingBuffer: true});
+    if (!gl) throw new Error('This browser has no WebGL2, which draws the picture.');
+    this.gl = gl;
+    this.onGpu = gl.getExtension('EXT_color_buffer_float') !== null;
+    this.stretching = this.program(shaders.stretch);
+    this.summing = this.onGpu ? this.program(shaders.sum) : null;
+    this.seeing = this.onGpu ? this.program(shaders.seeing.replace('KERNEL_LENGTH', kernelLength)) : null;
+    const corners = gl.createBuffer();
+    gl.bindBuffer(gl.ARRAY_BUFFER, corners);
+    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array([-1, -1, 3, -1, -1, 3]), gl.STATIC_DRAW);
+    gl.enableVertexAttribArray(0);
+    gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
+    this.planes = gl.createTexture();
+    this.weights = this.nearest(gl.TEXTURE_2D);
+    this.channels = this.nearest(gl.TEXTURE_2D);
+    this.blurred = [0, 1].map(() => this.nearest(gl.TEXTURE_2D));
+    this.target = gl.createFramebuffer();
+  }
+
+  program(fragment) {
+    const gl = this.gl, program = gl.createProgram();
+    for (const [type, text] of [[gl.VERTEX_SHADER, shaders.square], [gl.FRAGMENT_SHADER, fragment]]) {
+      const shader = gl.createShader(type);
+      gl.shaderSource(shader, text);
+      gl.compileShader(shader);
+      if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
+      gl.attachShader(program, shader);
+    }
+    gl.bindAttribLocation(program, 0, 'corner');
+    gl.linkProgram(program);
+    if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
+    const places = {};
+    const count = gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS);
+    for (let i = 0; i < count; ++i) {
+      const {name} = gl.getActiveUniform(program, i);
+      places[name] = gl.getUniformLocation(program, name);
+    }
+    return {program, places};
+  }
+
+  nearest(kind) {
+    const gl = this.gl, texture = gl.createTexture();
+    gl.bindTexture(kind, texture);
+    for (const key of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(kind, key, gl.NEAREST);
+    for (const key of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(kind, key, gl.CLAMP_TO_EDGE);
+    return texture;
+  }
+
+  /// Takes the planes of a frame (framing.js).
+  setFrame(frame) {
+    const gl = this.gl, {width, height, planes} = frame.header;
+    this.frame = frame;
+    this.isSummed = false;
+    this.read = null;
+    if (!this.onGpu) return;
+    gl.deleteTexture(this.planes);
+    this.planes = this.nearest(gl.TEXTURE_2D_ARRAY);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
+    gl.texImage3D(gl.TEXTURE_2D_ARRAY, 0, gl.R32F, width, height, planes.length, 0, gl.RED, gl.FLOAT, frame.values);
+    for (const texture of [this.channels, ...this.blurred]) {
+      gl.bindTexture(gl.TEXTURE_2D, texture);
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, null);
+    }
+  }
+
+  /// Takes the weights [red, green, blue] of each plane.
+  setWeights(weights) {
+    const key = weights.flat().join();
+    if (key === this.key && this.isSummed) return;
+    this.key = key;
+    this.weightList = weights;
+    this.isSummed = false;
+    this.read = null;
+  }
+
+  sumUp() {
+    if (this.isSummed) return;
+    const gl = this.gl, {width, height} = this.frame.header;
+    this.isSummed = true;
+    gl.bindTexture(gl.TEXTURE_2D, this.channels);
+    if (!this.onGpu) {
+      this.read = this.sumHere();
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, this.read);
+      return;
+    }
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.channels, 0);
+    gl.bindTexture(gl.TEXTURE_2D, this.weights);
+    const list = new Float32Array(this.weightList.flatMap((weight) => [...weight, 0]));
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, this.weightList.length, 1, 0, gl.RGBA, gl.FLOAT, list);
+    const {program, places} = this.summing;
+    gl.useProgram(program);
+    gl.activeTexture(gl.TEXTURE1);
+    gl.bindTexture(gl.TEXTURE_2D_ARRAY, this.planes);
+    gl.activeTexture(gl.TEXTURE0);
+    gl.uniform1i(places.weights, 0);
+    gl.uniform1i(places.planes, 1);
+    gl.uniform1i(places.count, this.weightList.length);
+    gl.viewport(0, 0, width, height);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  }
+
+  /// The channels with PSF and noise (seeingOf() in seeing.js), as a texture.
+  seen(seeing) {
+    if (!seeing || !this.onGpu) return this.channels;
+    const gl = this.gl, {width, height} = this.frame.header, {program, places} = this.seeing;
+    gl.useProgram(program);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
+    gl.viewport(0, 0, width, height);
+    gl.activeTexture(gl.TEXTURE0);
+    gl.uniform1i(places.channels, 0);
+    gl.uniform1fv(places['kernel[0]'], seeing.kernel);
+    gl.uniform1i(places.reach, seeing.kernel.length - 1);
+    [[1, 0], [0, 1]].forEach((way, i) => {
+      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.blurred[i], 0);
+      gl.bindTexture(gl.TEXTURE_2D, i === 0 ? this.channels : this.blurred[0]);
+      gl.uniform2iv(places.way, way);
+      gl.uniform1f(places.noise, i === 0 ? 0 : seeing.noise);
+      gl.drawArrays(gl.TRIANGLES, 0, 3);
+    });
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    return this.blurred[1];
+  }
+
+  /// The sums where the browser cannot draw into floats.
+  sumHere() {
+    const {width, height} = this.frame.header;
+    const sums = new Float32Array(4 * width * height);
+    this.weightList.forEach((weight, i) => {
+      const plane = this.frame.plane(i);
+      for (let at = 0; at < plane.length; ++at) {
+        if (!Number.isFinite(plane[at])) continue;
+        for (let c = 0; c < 3; ++c) sums[4 * at + c] += weight[c] * plane[at];
+      }
+    });
+    return sums;
+  }
+
+  /// The three channels of every pixel, four numbers each, row 0 at the bottom.
+  sums() {
+    this.sumUp();
+    this.read ??= this.pixelsOf(this.channels);
+    return this.read;
+  }
+
+  pixelsOf(texture) {
+    const gl = this.gl, {width, height} = this.frame.header;
+    const pixels = new Float32Array(4 * width * height);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, pixels);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    return pixels;
+  }
+
+  /// The tone that the program would choose for these channels.
+  tone(isGrey) {
+    const sums = this.sums(), count = sums.length / 4;
+    const channels = [];
+    for (let c = 0; c < (isGrey ? 1 : 3); ++c) {
+      const channel = new Float64Array(count);
+      for (let i = 0; i < count; ++i) channel[i] = sums[4 * i + c];
+      channels.push(channel);
+    }
+    return automaticTone(channels, this.frame.header.width);
+  }
+
+  /// Draws with a tone and a look (stretch.js) at the canvas's size, with PSF and noise or without.
+  draw(tone, look, seeing = null) {
+    if (!this.frame || this.gl.isContextLost()) return;
+    this.sumUp();
+    const channels = this.seen(seeing);
+    const gl = this.gl, {program, places} = this.stretching;
+    gl.useProgram(program);
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, channels);
+    gl.uniform1i(places.channels, 0);
+    gl.uniform3fv(places.black, tone.black);
+    gl.uniform3fv(places.factor, tone.factor);
+    gl.uniform1i(places.mode, modes.indexOf(look.mode));
+    gl.uniform1f(places.slope, look.slope);
+    gl.uniform1f(places.white, Math.max(look.white - look.black, 0));
+    gl.uniform1f(places.handle, look.black);
+    gl.uniform1f(places.gain, 2 ** look.exposure);
+    gl.uniform1f(places.gamma, look.gamma);
+    gl.uniform1f(places.saturation, look.saturation);
+    gl.uniform1i(places.smoothed, look.pixels ? 0 : 1);
+    gl.viewport(0, 0, this.canvas.width, this.canvas.height);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  /// The bytes that are shown, RGBA from the bottom.
+  shown() {
+    const gl = this.gl, {width, height} = this.canvas;
+    const bytes = new Uint8Array(4 * width * height);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
+    return bytes;
+  }
+}

@@ -1,0 +1,184 @@
+// Which renders the page asks for, and what of them it shows: small ones while something moves,
+// then finer ones up to the scene's own tolerance. A frame of an older request is never shown
+// after one of a newer request.
+
+import {cameraSettings} from './view.js';
+import {channelsOf, planeWeights, valuesAt} from './channels.js';
+import {shareFactors} from './light.js';
+import {enlarged, putStrip} from './strips.js';
+
+const targetMs = 30;       // of a frame while moving
+const leastSide = 48;
+const steps = [[128, 0.05], [256, 0.02]];  // longer side and tolerance of the coarse steps
+
+/// Events: `frame` (a new picture), `busy` (detail: true or false), `problem` (detail: a text).
+export class Preview extends EventTarget {
+  constructor({connection, doc, ui, picture}) {
+    super();
+    Object.assign(this, {connection, doc, ui, picture});
+    this.side = 96;
+    this.asked = new Map();    // by id
+    this.shown = null;         // the request whose frame is shown
+    this.flight = null;        // id of a request of a moving view
+    this.isPending = false;
+    this.isPaused = false;
+    this.shares = null;        // edits of shares that a slider shows
+    connection.addEventListener('frame', ({detail}) => this.receive(detail));
+    connection.addEventListener('message', ({detail}) => this.fail(detail));
+    connection.addEventListener('lost', () => this.forget());
+  }
+
+  /// Width and height of the real image.
+  get size() {
+    const size = this.doc.value('image.size') ?? 512;
+    return Array.isArray(size) ? (size.length === 1 ? [size[0], size[0]] : size) : [size, size];
+  }
+
+  forget() {
+    this.asked.clear();
+    this.flight = null;
+    this.isPending = false;
+  }
+
+  sized(side, tolerance) {
+    const [width, height] = this.size, longest = Math.max(width, height);
+    const part = Math.min(side, longest) / longest;
+    return [Math.max(Math.round(width * part), 1), Math.max(Math.round(height * part), 1), tolerance];
+  }
+
+  sizes(moving) {
+    if (moving) return [this.sized(this.side, 0.1)];
+    const tolerance = this.doc.value('sampling.tolerance') ?? 1e-3;
+    const last = this.sized(this.ui.side, null);
+    const coarse = steps.filter(([side]) => side < Math.max(last[0], last[1]))
+        .map(([side, rough]) => this.sized(side, Math.max(rough, tolerance)));
+    return [...coarse, last];
+  }
+
+  /// Components that the server leaves out. Muted light stays in planes of components, and the
+  /// picture mutes it.
+  muted(model, isWhole) {
+    return model.components.flatMap((component, i) =>
+        this.ui.isMuted(this.doc.chosen, component.name) &&
+        (isWhole || !this.doc.isLight(component.kind)) ? [i] : []);
+  }
+
+  /// Whether the frame that is shown has no planes of components.
+  get isWhole() { return this.picture.frame?.header.is_whole ?? true; }
+
+  /// Asks for the present view. Moving views wait for the one before.
+  ask(moving) {
+    if (this.isPaused || !this.connection.isOpen || !this.doc.model) return;
+    if (moving && this.flight !== null) {
+      this.isPending = true;
+      return;
+    }
+    const model = this.doc.model;
+    const request = {moving, model, galaxy: this.doc.chosen, camera: this.ui.camera};
+    const id = this.connection.send('view', {
+      ...this.doc.fields(cameraSettings(this.ui.camera)), planes: moving ? 'image' : 'components',
+      muted: this.muted(model, moving), strips: !moving, sizes: this.sizes(moving)});
+    if (id === 0) return;
+    this.asked.clear();
+    this.asked.set(id, request);
+    request.id = id;
+    this.flight = moving ? id : null;
+    this.isPending = false;
+    this.dispatchEvent(new CustomEvent('busy', {detail: true}));
+  }
+
+  receive(frame) {
+    const request = this.asked.get(frame.header.id);
+    if (!request) return;
+    if ((frame.header.rows ?? frame.header.height) < frame.header.height) {
+      this.receiveStrip(request, frame);
+      return;
+    }
+    this.shown = request;
+    this.isFinal = frame.header.last && !request.moving;
+    this.shares = null;
+    this.picture.setFrame(frame);
+    this.weigh();
+    if (request.moving) this.adapt(frame.header.milliseconds);
+    if (frame.header.last) this.finish(request);
+    this.dispatchEvent(new Event('frame'));
+  }
+
+  /// Shows rows of a level that is being made, over the coarser frame of the same request.
+  receiveStrip(request, strip) {
+    const {frame} = this.picture;
+    if (this.shown !== request || !frame) return;
+    const {width, height} = strip.header;
+    const isOpen = frame.header.isPartial && frame.header.width === width && frame.header.height === height;
+    const target = isOpen ? frame : enlarged(strip.header, frame);
+    if (!target) return;
+    putStrip(target, strip);
+    this.isFinal = false;
+    this.picture.setFrame(target);
+    this.weigh();
+    this.dispatchEvent(new Event('frame'));
+  }
+
+  adapt(milliseconds) {
+    const factor = Math.sqrt(targetMs / Math.max(milliseconds, 1));
+    const side = Math.round(this.side * Math.min(Math.max(factor, 0.7), 1.25));
+    this.side = Math.min(Math.max(side, leastSide), this.ui.side);
+  }
+
+  finish(request) {
+    this.asked.delete(request.id);
+    if (this.flight === request.id) this.flight = null;
+    this.dispatchEvent(new CustomEvent('busy', {detail: false}));
+    if (this.isPending) this.ask(true);
+  }
+
+  fail(message) {
+    const request = this.asked.get(message.id);
+    if (!request) return;
+    this.finish(request);
+    if (message.op === 'error' && !request.moving) {
+      this.dispatchEvent(new CustomEvent('problem', {detail: message.message}));
+    }
+  }
+
+  cancel() {
+    this.connection.send('cancel');
+    this.forget();
+    this.dispatchEvent(new CustomEvent('busy', {detail: false}));
+  }
+
+  /// Shows other shares of light in the frame that is there: no render.
+  showShares(edits) {
+    // A frame from before a component was added or moved keeps its shares.
+    const names = (model) => model?.components.map((component) => component.name).join('/');
+    if (!this.shown || names(this.shown.model) !== names(this.doc.model)) return;
+    this.shares = edits;
+    this.weigh();
+    this.dispatchEvent(new Event('frame'));
+  }
+
+  /// Factor of the light of component `i` of the frame.
+  share(i) {
+    const component = this.shown.model.components[i];
+    if (!component) return 1;
+    if (this.ui.isMuted(this.shown.galaxy, component.name)) return 0;
+    return this.factors?.[i] ?? 1;
+  }
+
+  weigh() {
+    if (!this.shown) return;
+    const model = this.shown.model;
+    this.factors = null;
+    if (this.shares) {
+      const after = model.components.map((component) => ({values: {...component.values}}));
+      for (const {set: [i, , value]} of this.shares) after[i].values.fraction = value;
+      this.factors = shareFactors(model.components, after);
+    }
+    const {header} = this.picture.frame;
+    this.picture.setWeights(planeWeights(header, this.ui.channels, (i) => this.share(i)));
+    this.isGrey = channelsOf(header, this.ui.channels).isGrey;
+  }
+
+  /// Values of the planes under a pixel.
+  values(x, y) { return valuesAt(this.picture.frame, x, y, (i) => this.share(i)); }
+}

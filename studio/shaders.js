@@ -1,0 +1,133 @@
+// The shaders of picture.js. `sum` adds planes to three channels, `stretch` makes colours of them;
+// its formulas are those of stretch.js.
+
+export const square = `#version 300 es
+in vec2 corner;
+out vec2 place;
+void main() {
+  place = 0.5 * (corner + 1.0);
+  gl_Position = vec4(corner, 0.0, 1.0);
+}`;
+
+export const sum = `#version 300 es
+precision highp float;
+precision highp sampler2DArray;
+uniform sampler2DArray planes;
+uniform sampler2D weights;
+uniform int count;
+in vec2 place;
+out vec4 light;
+void main() {
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  vec3 channels = vec3(0.0);
+  for (int i = 0; i < count; ++i) {
+    float value = texelFetch(planes, ivec3(pixel, i), 0).r;
+    if (!isnan(value) && !isinf(value)) {
+      channels += texelFetch(weights, ivec2(i, 0), 0).rgb * value;
+    }
+  }
+  light = vec4(channels, 1.0);
+}`;
+
+// One direction of a convolution, and noise: a normal deviate of each pixel and channel (PCG hash,
+// Jarzynski & Olano 2020, and Box & Muller 1958).
+export const seeing = `#version 300 es
+precision highp float;
+precision highp int;
+precision highp sampler2D;
+uniform sampler2D channels;
+uniform ivec2 way;
+uniform float kernel[KERNEL_LENGTH];
+uniform int reach;
+uniform float noise;
+in vec2 place;
+out vec4 light;
+
+uvec3 pcg(uvec3 v) {
+  v = v * 1664525u + 1013904223u;
+  v.x += v.y * v.z; v.y += v.z * v.x; v.z += v.x * v.y;
+  v ^= v >> 16u;
+  v.x += v.y * v.z; v.y += v.z * v.x; v.z += v.x * v.y;
+  return v;
+}
+
+vec3 normal(ivec2 at) {
+  vec3 a = (vec3(pcg(uvec3(at, 1))) + 0.5) / 4294967296.0;
+  vec3 b = vec3(pcg(uvec3(at, 2))) / 4294967296.0;
+  return sqrt(-2.0 * log(a)) * cos(6.283185307179586 * b);
+}
+
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy), size = textureSize(channels, 0);
+  vec3 sum = vec3(0.0);
+  for (int i = -reach; i <= reach; ++i) {
+    ivec2 from = at + way * i;
+    if (any(lessThan(from, ivec2(0))) || any(greaterThanEqual(from, size))) continue;
+    sum += kernel[abs(i)] * texelFetch(channels, from, 0).rgb;
+  }
+  if (noise > 0.0) sum += noise * normal(at);
+  light = vec4(sum, 1.0);
+}`;
+
+export const stretch = `#version 300 es
+precision highp float;
+precision highp sampler2D;
+uniform sampler2D channels;
+uniform vec3 black;
+uniform vec3 factor;
+uniform int mode;        // 0 lupton, 1 asinh, 2 log, 3 linear
+uniform float slope;
+uniform float white;
+uniform float handle;    // the black handle
+uniform float gain;
+uniform float gamma;
+uniform float saturation;
+uniform bool smoothed;
+in vec2 place;
+out vec4 colour;
+
+float inverse_sinh(float x) {
+  // log1p by series where the logarithm would lose digits.
+  return x < 1e-2 ? x - x * x * x / 6.0 : log(x + sqrt(x * x + 1.0));
+}
+
+float level(int shape, float value) {
+  if (!(white > 0.0)) return 0.0;
+  float steep = slope * white;
+  if (shape == 3 || !(steep > 1e-6)) return value / white;
+  if (shape == 2) return log(1.0 + slope * value) / log(1.0 + steep);
+  return inverse_sinh(slope * value) / inverse_sinh(steep);
+}
+
+vec3 light_at(vec2 at) {
+  ivec2 size = textureSize(channels, 0);
+  if (!smoothed) {
+    return texelFetch(channels, clamp(ivec2(floor(at * vec2(size))), ivec2(0), size - 1), 0).rgb;
+  }
+  vec2 from = at * vec2(size) - 0.5;
+  ivec2 low = ivec2(floor(from));
+  vec2 part = from - vec2(low);
+  ivec2 most = size - 1;
+  ivec2 a = clamp(low, ivec2(0), most), b = clamp(low + 1, ivec2(0), most);
+  vec3 bottom = mix(texelFetch(channels, a, 0).rgb, texelFetch(channels, ivec2(b.x, a.y), 0).rgb, part.x);
+  vec3 top = mix(texelFetch(channels, ivec2(a.x, b.y), 0).rgb, texelFetch(channels, b, 0).rgb, part.x);
+  return mix(bottom, top, part.y);
+}
+
+void main() {
+  vec3 light = max(max(light_at(place) - black, 0.0) * factor * gain - handle, 0.0);
+  if (saturation != 1.0) {
+    float mean = (light.r + light.g + light.b) / 3.0;
+    light = max(mean + saturation * (light - mean), 0.0);
+  }
+  vec3 shown;
+  if (mode == 0) {
+    float intensity = (light.r + light.g + light.b) / 3.0;
+    shown = intensity > 0.0 ? light * (level(1, intensity) / intensity) : vec3(0.0);
+    shown /= max(max(shown.r, max(shown.g, shown.b)), 1.0);
+  } else {
+    shown = min(vec3(level(mode, light.r), level(mode, light.g), level(mode, light.b)), 1.0);
+  }
+  if (gamma != 1.0) shown = pow(shown, vec3(1.0 / gamma));
+  colour = vec4(shown, 1.0);
+}`;

@@ -1,0 +1,81 @@
+// The canvas in its room: its size, its tone, and when it is drawn again.
+
+import {plainLook} from './stretch.js';
+import {seeingOf} from './seeing.js';
+
+export class Stage {
+  constructor({room, canvas, picture, preview, ui}) {
+    Object.assign(this, {room, canvas, picture, preview, ui});
+    this.isDirty = false;
+    new ResizeObserver(() => this.fit()).observe(room);
+    preview.addEventListener('frame', () => this.take());
+    canvas.addEventListener('restored', () => { preview.weigh(); this.draw(); });
+    ui.addEventListener('muted', () => { preview.weigh(); this.draw(); });
+    ui.addEventListener('look', () => { preview.weigh(); this.take(true); });
+    this.listeners = [];
+  }
+
+  /// Gives the canvas the image's aspect within its room.
+  fit() {
+    const [width, height] = this.preview.size;
+    const room = this.room.getBoundingClientRect();
+    const factor = Math.min((room.width - 2) / width, (room.height - 2) / height);
+    const shown = [Math.max(Math.floor(width * factor), 1), Math.max(Math.floor(height * factor), 1)];
+    this.canvas.style.width = `${shown[0]}px`;
+    this.canvas.style.height = `${shown[1]}px`;
+    const ratio = Math.min(window.devicePixelRatio || 1, 2);
+    const pixels = shown.map((side) => Math.max(Math.round(side * ratio), 1));
+    if (this.canvas.width !== pixels[0] || this.canvas.height !== pixels[1]) {
+      [this.canvas.width, this.canvas.height] = pixels;
+      this.draw();
+    }
+  }
+
+  /// Takes a new frame or look. While something moves the tone stays as it was, without flicker.
+  take(force = false) {
+    const {ui, preview, picture} = this;
+    if (!picture.frame) return;
+    const key = `${ui.channels}/${preview.isGrey}`;
+    const isNew = !ui.tone || ui.tone.key !== key;
+    if (isNew || (ui.look.auto && preview.isFinal && !preview.shares) || (force && ui.look.auto)) {
+      ui.tone = {...picture.tone(preview.isGrey), key};
+      if (ui.look.auto || isNew) {
+        const {slope, white} = plainLook(ui.tone);
+        Object.assign(ui.look, {slope, white, black: 0});
+      }
+    }
+    this.fit();
+    this.draw();
+  }
+
+  /// Draws before the browser's next frame.
+  draw() {
+    if (this.isDirty) return;
+    this.isDirty = true;
+    requestAnimationFrame(() => {
+      this.isDirty = false;
+      if (!this.ui.tone || !this.picture.frame) return;
+      this.picture.draw(this.ui.tone, this.ui.look, this.seeing());
+      for (const listener of this.listeners) listener();
+    });
+  }
+
+  /// PSF and noise in the pixels of the frame.
+  seeing() { return seeingOf(this.ui.look, this.picture.frame.header.width / this.preview.size[0]); }
+
+  /// Calls a function after each drawing.
+  ondraw(listener) { this.listeners.push(listener); }
+
+  /// Pixel of the frame at a place of the window, or null.
+  pixelAt(clientX, clientY) {
+    const frame = this.picture.frame;
+    if (!frame) return null;
+    const box = this.canvas.getBoundingClientRect();
+    const u = (clientX - box.left) / box.width, v = 1 - (clientY - box.top) / box.height;
+    if (u < 0 || v < 0 || u >= 1 || v >= 1) return null;
+    const {width, height} = frame.header;
+    return {u, v, x: Math.floor(u * width), y: Math.floor(v * height), width, height,
+            // from the middle, in units of the width
+            dx: u - 0.5, dy: (v - 0.5) * height / width};
+  }
+}

@@ -1,0 +1,207 @@
+// The stretch from light to colours: that of the program's pictures (docs/pictures.md), and others.
+// shaders.js has the same formulas in GLSL.
+
+const mostSamples = 2 ** 20;
+const blackQuantile = 0.05;
+const blackSigmas = 1.645;  // distance of the 5 % quantile below the middle of a Gaussian
+const sigmaPerMedian = 1.4826;
+const lightSigmas = 3;
+const balance = 0.5;
+const whiteQuantile = 0.9999;
+const referenceLight = 0.8;
+const referenceLevel = 0.28;
+
+export const modes = ['lupton', 'asinh', 'log', 'linear'];
+
+/// Weight of each plane in red, green and blue. Planes are sorted by wavelength, the longest is
+/// red; one plane is grey. `wavelengths` may hold nulls: such planes count as sorted.
+export function channelWeights(wavelengths) {
+  const count = wavelengths.length;
+  if (count === 1) return [[1], [1], [1]];
+  const order = wavelengths.map((_, i) => i);
+  if (wavelengths.every((w) => w !== null)) order.sort((a, b) => wavelengths[b] - wavelengths[a]);
+  const weights = [0, 1, 2].map(() => new Array(count).fill(0));
+  if (count === 2) {
+    weights[0][order[0]] = 1;
+    weights[1] = [0.5, 0.5];
+    weights[2][order[1]] = 1;
+    return weights;
+  }
+  for (let channel = 0; channel < 3; ++channel) {
+    const first = Math.trunc(channel * count / 3), end = Math.trunc((channel + 1) * count / 3);
+    for (let i = first; i < end; ++i) weights[channel][order[i]] = 1 / (end - first);
+  }
+  return weights;
+}
+
+/// Brightness that a mode gives light of `value`: 0 at 0, 1 at `white`.
+export function level(mode, value, slope, white) {
+  if (!(white > 0)) return 0;
+  const steep = slope * white;
+  if (mode === 'linear' || !(steep > 1e-6)) return value / white;
+  if (mode === 'log') return Math.log1p(slope * value) / Math.log1p(steep);
+  return Math.asinh(slope * value) / Math.asinh(steep);
+}
+
+/// The light of brightness `brightness`: the inverse of level().
+export function lightOf(mode, brightness, slope, white) {
+  const steep = slope * white;
+  if (mode === 'linear' || !(steep > 1e-6)) return brightness * white;
+  if (mode === 'log') return Math.expm1(brightness * Math.log1p(steep)) / slope;
+  return Math.sinh(brightness * Math.asinh(steep)) / slope;
+}
+
+/// The light of three channels after sky, balance, exposure, the black handle and saturation.
+export function balanced(tone, look, rgb) {
+  const gain = 2 ** look.exposure;
+  const light = rgb.map((value, c) =>
+      Math.max(Math.max(value - tone.black[c], 0) * tone.factor[c] * gain - look.black, 0));
+  if (look.saturation === 1) return light;
+  const mean = (light[0] + light[1] + light[2]) / 3;
+  return light.map((value) => Math.max(mean + look.saturation * (value - mean), 0));
+}
+
+/// The colour of a pixel, each channel in [0, 1], as displays expect it (sRGB).
+export function colour(tone, look, rgb) {
+  const light = balanced(tone, look, rgb);
+  const white = Math.max(look.white - look.black, 0);
+  let out;
+  if (look.mode === 'lupton') {
+    const intensity = (light[0] + light[1] + light[2]) / 3;
+    if (!(intensity > 0)) return [0, 0, 0];
+    const factor = level('asinh', intensity, look.slope, white) / intensity;
+    out = light.map((value) => value * factor);
+    const largest = Math.max(...out);
+    if (largest > 1) out = out.map((value) => value / largest);
+  } else {
+    out = light.map((value) => Math.min(level(look.mode, value, look.slope, white), 1));
+  }
+  return look.gamma === 1 ? out : out.map((value) => value ** (1 / look.gamma));
+}
+
+/// A look that shows a tone as the program's pictures do.
+export function plainLook(tone) {
+  return {mode: 'lupton', slope: tone.slope, white: tone.white, black: 0, exposure: 0, gamma: 1,
+          saturation: 1};
+}
+
+function quantile(sorted, fraction) {
+  return sorted[Math.trunc(fraction * (sorted.length - 1))];
+}
+
+function takeSample(channel, width, stride) {
+  const values = [], differences = [];
+  for (let next = 0; next < channel.length; next += stride) {
+    values.push(channel[next]);
+    if ((next + 1) % width !== 0) differences.push(Math.abs(channel[next + 1] - channel[next]));
+  }
+  return {values: Float64Array.from(values), differences: Float64Array.from(differences)};
+}
+
+function measureSky(sample) {
+  const values = sample.values.slice().sort();
+  const low = quantile(values, blackQuantile);
+  const middle = quantile(values, 0.5);
+  let sigma = 0;
+  if (sample.differences.length > 0) {
+    const differences = sample.differences.slice().sort();
+    sigma = Math.min(sigmaPerMedian * quantile(differences, 0.5) / Math.SQRT2,
+                     (middle - low) / blackSigmas);
+  }
+  return {level: low + blackSigmas * sigma, sigma};
+}
+
+function sumLight(channel, black, least) {
+  let light = 0;
+  for (const pixel of channel) {
+    const value = Math.max(pixel - black, 0);
+    if (value > least) light += value;
+  }
+  return light;
+}
+
+/// The slope for which asinh(slope reference)/asinh(slope white) is the reference level.
+function solveSlope(reference, white) {
+  let low = Math.log(1e-3 / white), high = Math.log(1e30 / white);
+  for (let i = 0; i < 100; ++i) {
+    const middle = (low + high) / 2, slope = Math.exp(middle);
+    if (Math.asinh(slope * reference) > referenceLevel * Math.asinh(slope * white)) {
+      high = middle;
+    } else {
+      low = middle;
+    }
+  }
+  return Math.exp((low + high) / 2);
+}
+
+function chooseStretch(samples, threshold) {
+  const lit = [], peaks = [];
+  for (let i = 0; i < samples[0].length; ++i) {
+    let sum = 0, peak = 0;
+    for (const values of samples) {
+      sum += values[i];
+      peak = Math.max(peak, values[i]);
+    }
+    const intensity = sum / samples.length;
+    if (!(intensity > threshold)) continue;
+    lit.push(intensity);
+    peaks.push(peak / intensity);
+  }
+  if (lit.length === 0) return {slope: 0, scale: 0};
+  const sorted = Float64Array.from(lit).sort().reverse();
+  const place = Math.trunc((1 - whiteQuantile) * lit.length);
+  const total = sorted.reduce((sum, value) => sum + value, 0);
+  let sum = 0, reference = sorted[sorted.length - 1];
+  for (const value of sorted) {
+    sum += value;
+    if (sum >= referenceLight * total) {
+      reference = value;
+      break;
+    }
+  }
+  const slope = solveSlope(reference, sorted[place]);
+  // The largest channel must fit, not the mean: otherwise a red core would be a flat disc.
+  const largest = Float64Array.from(peaks, (peak, i) => peak * Math.asinh(slope * lit[i]));
+  largest.sort().reverse();
+  return {slope, scale: 1 / largest[place]};
+}
+
+/// The tone that the program chooses for a picture of these channels: one (grey) or three arrays,
+/// red first. `black` and `factor` have three numbers; `white` is the intensity whose brightness
+/// is 1, sinh(1/scale)/slope.
+export function automaticTone(channels, width) {
+  const stride = Math.ceil(channels[0].length / mostSamples) || 1;
+  const tone = {black: [0, 0, 0], factor: [1, 1, 1], slope: 0, white: 0};
+  const samples = [], sigma = [], light = [];
+  channels.forEach((channel, c) => {
+    const sample = takeSample(channel, width, stride);
+    const sky = measureSky(sample);
+    sigma[c] = sky.sigma;
+    tone.black[c] = sky.level;
+    light[c] = sumLight(channel, sky.level, lightSigmas * sky.sigma);
+    samples.push(sample.values);
+  });
+  const mean = light.reduce((sum, value) => sum + value, 0) / light.length;
+  light.forEach((value, c) => {
+    if (value > 0) tone.factor[c] = (mean / value) ** balance;
+  });
+  // Stars differ in redness or blueness, but are never green.
+  if (light.length === 3 && Math.min(...light) > 0) {
+    tone.factor[1] = Math.sqrt(tone.factor[0] * light[0] * tone.factor[2] * light[2]) / light[1];
+  }
+  let variance = 0;
+  samples.forEach((values, c) => {
+    for (let i = 0; i < values.length; ++i) {
+      values[i] = Math.max(values[i] - tone.black[c], 0) * tone.factor[c];
+    }
+    if (light[c] > 0) variance += (tone.factor[c] * sigma[c] / light.length) ** 2;
+  });
+  if (channels.length === 1) {
+    tone.black.fill(tone.black[0]);
+    tone.factor.fill(tone.factor[0]);
+  }
+  const {slope, scale} = chooseStretch(samples, lightSigmas * Math.sqrt(variance));
+  tone.slope = slope;
+  tone.white = scale > 0 ? Math.sinh(1 / scale) / slope : 0;
+  return tone;
+}

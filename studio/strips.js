@@ -1,0 +1,38 @@
+// Strips of a frame that is not finished: rows of the fine level over the coarser frame that is
+// shown.
+
+/// The place of each plane of a header in a frame with the same planes; null where one is missing.
+function placesOf(header, frame) {
+  const key = ({label, component}) => `${component}/${label}`;
+  const known = new Map(frame.header.planes.map((plane, i) => [key(plane), i]));
+  const places = header.planes.map((plane) => known.get(key(plane)));
+  return places.includes(undefined) ? null : places;
+}
+
+/// A frame of the strip's size that shows another one, each pixel that of the nearest place; null
+/// where their planes differ.
+export function enlarged(header, frame) {
+  const places = placesOf(header, frame);
+  if (!places) return null;
+  const {width, height} = header, size = width * height;
+  const values = new Float32Array(size * places.length);
+  const columns = Array.from({length: width}, (_, x) => Math.floor((x + 0.5) * frame.header.width / width));
+  places.forEach((place, i) => {
+    const from = frame.plane(place);
+    for (let y = 0; y < height; ++y) {
+      const row = Math.floor((y + 0.5) * frame.header.height / height) * frame.header.width;
+      const to = i * size + y * width;
+      for (let x = 0; x < width; ++x) values[to + x] = from[row + columns[x]];
+    }
+  });
+  const own = {...frame.header, ...header, row: 0, rows: height, isPartial: true};
+  return {header: own, values, plane: (i) => values.subarray(i * size, (i + 1) * size)};
+}
+
+/// Writes a strip's rows into a frame of its size.
+export function putStrip(frame, strip) {
+  const {width, height, row, rows} = strip.header;
+  for (let i = 0; i < strip.header.planes.length; ++i) {
+    frame.values.set(strip.plane(i), i * width * height + row * width);
+  }
+}

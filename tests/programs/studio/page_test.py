@@ -1,0 +1,485 @@
+"""The page of gstudio in a real browser: page_test.py GSTUDIO GAMER SOURCE.
+
+Headless Chromium is driven by selenium. Where either is missing, the tests are skipped."""
+
+import shlex
+import shutil
+import struct
+import subprocess
+import sys
+import unittest
+
+from studio_page import ENVIRONMENT, GALAXY, GAMER, SOURCE, Page, Server, missing, set_size, start_browser
+
+if not missing():
+    from studio_page import Keys
+
+SKIPPED = 77  # exit status
+
+
+def read_planes(path):
+    """Planes of a FITS image of floats, each a list from the bottom."""
+    content = path.read_bytes()
+    cards, at = {}, 0
+    while "END" not in cards:
+        for i in range(at, at + 2880, 80):
+            card = content[i:i + 80].decode("ascii")
+            cards.setdefault(card[:8].strip(), card[10:].split("/")[0].strip())
+        at += 2880
+    size = int(cards["NAXIS1"]) * int(cards["NAXIS2"])
+    planes = int(cards.get("NAXIS3", 1))
+    values = struct.unpack_from(f">{size * planes}f", content, at)
+    return [values[i * size:(i + 1) * size] for i in range(planes)]
+
+
+def read_bmp(path):
+    """RGB bytes of a 24-bit BMP, rows from the bottom."""
+    content = path.read_bytes()
+    start, = struct.unpack_from("<I", content, 10)
+    width, height = struct.unpack_from("<ii", content, 18)
+    stride = (3 * width + 3) // 4 * 4
+    rows = range(height) if height > 0 else reversed(range(-height))
+    out = []
+    for row in rows:
+        line = content[start + row * stride:start + row * stride + 3 * width]
+        for x in range(width):
+            out += [line[3 * x + 2], line[3 * x + 1], line[3 * x]]
+    return out
+
+
+@unittest.skipIf(missing(), missing())
+class PageTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.server = Server()
+        cls.addClassCleanup(cls.server.close)
+        cls.browser = start_browser()
+        cls.addClassCleanup(cls.browser.quit)
+
+    def setUp(self):
+        self.page = Page(self.browser, self.server.address)
+        self.page.log()
+
+    def tearDown(self):
+        self.assertEqual(self.page.log(), [])
+
+    def assert_planes(self, sums, planes, least):
+        """Channels are planes but for the rounding of floats: red is the longest wavelength."""
+        peak = max(planes[0])
+        for channel, plane in zip(sums, reversed(planes)):
+            self.assertEqual(len(channel), len(plane))
+            for a, b in zip(channel, plane):
+                self.assertLessEqual(abs(a - b), least * max(abs(b), 1e-3 * peak))
+
+    def slide(self, key, pixels):
+        slider = self.page.find(f'#parameters [data-key="{key}"] .slider')
+        self.browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", slider)
+        at = float(slider.get_attribute("value")) / 1000
+        start = (at - 0.5) * (slider.size["width"] - 10)
+        from selenium.webdriver.common.action_chains import ActionChains
+        chain = ActionChains(self.browser).move_to_element_with_offset(slider, round(start), 0)
+        chain.click_and_hold()
+        for _ in range(4):
+            chain.move_by_offset(pixels // 4, 0).pause(0.06)
+        self.middle = None
+        chain.perform()
+        self.middle = self.page.value("[studio.doc.draft !== null, studio.doc.history.states.length]")
+        ActionChains(self.browser).release().perform()
+        self.page.settle()
+
+    def test_pixels_are_those_of_the_command_line(self):
+        page = self.page
+        planes = read_planes(self.server.gamer("a.fits"))
+        self.assertEqual(page.value("studio.picture.frame.header.is_whole"), False)
+        self.assert_planes(page.sums(), planes, 5e-7)
+
+    def test_colours_are_those_of_the_command_line(self):
+        page = self.page
+        expected = read_bmp(self.server.gamer("a.bmp"))
+        page.run("studio.look.togglePixels()")
+        shown = page.shown()
+        self.assertEqual(len(shown), len(expected))
+        self.assertLessEqual(max(abs(a - b) for a, b in zip(shown, expected)), 1)
+        differ = sum(a != b for a, b in zip(shown, expected))
+        self.assertLess(differ, 0.01 * len(shown))
+
+    def test_stretch_asks_for_no_render(self):
+        page = self.page
+        asked = page.value("studio.connection.next")
+        before = page.shown()
+        page.run("studio.look.put('exposure', 2)")
+        brighter = page.shown()
+        self.assertGreater(sum(brighter), sum(before))
+        page.run("studio.look.set({mode: 'linear', auto: false})")
+        self.assertLess(sum(page.shown()), sum(brighter))
+        page.find(".handle.white").send_keys(Keys.SHIFT, Keys.ARROW_LEFT)
+        page.find(".look [title^='Back']").click()
+        self.assertEqual(page.shown(), before)
+        self.assertEqual(page.value("studio.connection.next"), asked)
+
+    def test_psf_is_that_of_gutil(self):
+        page = self.page
+        rendered = self.server.gamer("f.fits")
+        convolved = rendered.with_name("convolved.fits")
+        subprocess.run([GAMER.with_name("gutil"), "convolve", "--psf", "gaussian", "--fwhm", "3", rendered,
+                        convolved, "--overwrite"], env=ENVIRONMENT, check=True, capture_output=True)
+        page.run("studio.look.put('psf', 3)")
+        seen = page.value("Array.from(studio.picture.pixelsOf(studio.picture.seen(studio.stage.seeing())))")
+        planes = read_planes(convolved)
+        for channel, plane in enumerate(reversed(planes)):
+            worst = max(abs(a - b) for a, b in zip(seen[channel::4], plane))
+            self.assertLess(worst, 1e-6 * max(plane))
+        # Noise of one deviate a pixel and channel.
+        page.run("studio.look.put('psf', 0); studio.look.put('noise', 0.5)")
+        noisy = page.value("Array.from(studio.picture.pixelsOf(studio.picture.seen(studio.stage.seeing())))")
+        plain = page.value("Array.from(studio.picture.sums())")
+        deviates = [a - b for i, (a, b) in enumerate(zip(noisy, plain)) if i % 4 != 3]
+        mean = sum(deviates) / len(deviates)
+        rms = (sum(one * one for one in deviates) / len(deviates)) ** 0.5
+        self.assertLess(abs(mean), 4 * 0.5 / len(deviates) ** 0.5)
+        self.assertLess(abs(rms - 0.5), 4 * 0.5 / (2 * len(deviates)) ** 0.5)
+
+    def test_strips_show_the_finest_level_in_the_making(self):
+        page = self.page
+        page.run("""globalThis.partial = 0;
+          studio.preview.addEventListener('frame', () => { partial += studio.picture.frame.header.isPartial ? 1 : 0; });
+          return studio.doc.set({'image.size': [400, 300]}, 'size');""")
+        page.settle()
+        self.assertGreater(page.value("partial"), 0)
+        planes = read_planes(self.server.gamer("g.fits", "--set=image.size=[400,300]"))
+        self.assert_planes(page.sums(), planes, 5e-7)
+
+    def test_picture_follows_a_slider(self):
+        page = self.page
+        page.select("lanes")
+        before = page.sums()
+        self.slide("optical_depth", 60)
+        self.assertEqual(self.middle, [True, 1])
+        depth = page.value("studio.doc.model.components[2].values.optical_depth")
+        self.assertGreater(depth, 0.5)
+        after = page.sums()
+        self.assertLess(sum(after[2]), sum(before[2]))
+        self.assertEqual(page.value("studio.doc.history.states.length"), 2)
+        # The text differs by this value alone.
+        text = page.value("studio.doc.text")
+        self.assertEqual(text, GALAXY.replace("optical_depth = 0.5", f"optical_depth = {depth}"))
+        self.assert_planes(after, read_planes(self.server.gamer("b.fits", galaxy=text)), 5e-7)
+
+    def test_share_of_light_follows_without_a_render(self):
+        page = self.page
+        page.select("core")
+        asked = page.value("studio.connection.next")
+        page.run("studio.preview.showShares([{set: [0, 'fraction', 0.5]}, {set: [1, 'fraction', 0.5]}])")
+        shown = page.sums()
+        self.assertEqual(page.value("studio.connection.next"), asked)
+        page.run("return studio.doc.edit([{set: [0, 'fraction', 0.5]}, {set: [1, 'fraction', 0.5]}], 'share')")
+        page.settle()
+        rendered = page.sums()
+        # The render chooses its own steps: it agrees to the tolerance.
+        scale = max(rendered[0])
+        self.assertLess(max(abs(a - b) for a, b in zip(shown[0], rendered[0])), 0.01 * scale)
+
+    def test_shares_keep_their_sum(self):
+        page = self.page
+        page.select("core")
+        self.slide("fraction", 50)
+        shares = page.value("studio.doc.model.components.map((c) => c.values.fraction ?? 0)")
+        self.assertGreater(shares[0], 0.25)
+        self.assertAlmostEqual(sum(shares), 1, places=9)
+
+    def test_orbit_pan_zoom_and_centre(self):
+        page = self.page
+        canvas = page.find("#picture")
+        first = page.value("studio.ui.camera")
+        page.drag(canvas, 80, 40)
+        page.settle()
+        camera = page.value("studio.ui.camera")
+        self.assertNotEqual(camera["position"], first["position"])
+        self.assertAlmostEqual(sum(x * x for x in camera["position"]), 100, places=5)
+        # The frame is that of this camera.
+        rendered = self.server.gamer("c.fits", f"--set=camera.position={camera['position']}")
+        self.assert_planes(page.sums(), read_planes(rendered), 5e-7)
+        from selenium.webdriver.common.action_chains import ActionChains
+        ActionChains(self.browser).key_down(Keys.SHIFT).perform()
+        page.drag(canvas, 40, 0)
+        ActionChains(self.browser).key_up(Keys.SHIFT).perform()
+        page.settle()
+        panned = page.value("studio.ui.camera")
+        self.assertNotEqual(panned["target"], [0, 0, 0])
+        from selenium.webdriver.common.actions.wheel_input import ScrollOrigin
+        ActionChains(self.browser).scroll_from_origin(ScrollOrigin.from_element(canvas), 0, -240).perform()
+        page.wait("studio.ui.camera.width < 1.8")
+        ActionChains(self.browser).move_to_element_with_offset(canvas, 60, 20).double_click().perform()
+        page.wait(f"studio.ui.camera.target[0] !== {panned['target'][0]}")
+        page.keys("0")
+        page.settle()
+        self.assertEqual(page.value("studio.ui.camera.position"), first["position"])
+
+    def test_cursor_tells_the_value(self):
+        page = self.page
+        from selenium.webdriver.common.action_chains import ActionChains
+        ActionChains(self.browser).move_to_element(page.find("#picture")).perform()
+        page.wait("document.getElementById('readout').textContent.startsWith('x ')")
+        text = page.find("#readout").text
+        place, values = (line.split() for line in text.split("\n"))
+        x, y = (int(float(place[i]) - 0.5) for i in (1, 3))
+        shown = [float(word) for word in values[1:6:2]]
+        planes = read_planes(self.server.gamer("a.fits"))
+        expected = [float(f"{plane[48 * y + x]:.3e}") for plane in planes]
+        self.assertEqual(shown, expected, text)
+
+    def test_mute_and_solo(self):
+        page = self.page
+        whole = page.sums()
+        page.select("core")
+        asked = page.value("studio.connection.next")
+        page.find(".component.chosen .toggle.M").click()
+        muted = page.sums()
+        self.assertEqual(page.value("studio.connection.next"), asked)
+        page.find(".component.chosen .toggle.M").click()
+        self.assertEqual(page.sums(), whole)
+        # Alone the component has its light without dust: that of --set scene.solo.
+        page.find(".component.chosen .toggle.S").click()
+        page.settle()
+        planes = read_planes(self.server.gamer("d.fits", "--set=scene.solo=core"))
+        alone = page.sums()
+        self.assertLess(max(abs(a - b) for a, b in zip(alone[2], planes[0])), 0.01 * max(planes[0]))
+        page.keys("s")
+        page.settle()
+        self.assertLess(sum(muted[0]) + 0, sum(whole[0]))
+        self.assertEqual(page.value("studio.ui.solo.mine"), None)
+
+    def test_components_are_added_cloned_moved_deleted(self):
+        page = self.page
+        names = "studio.components.components.map((c) => c.name)"
+        page.select("disk")
+        page.keys("d")
+        page.wait("studio.components.components.length === 4")
+        self.assertEqual(page.value(names), ["core", "disk", "disk 2", "lanes"])
+        page.keys(Keys.ALT, Keys.ARROW_UP)
+        page.wait("studio.components.components[1].name === 'disk 2'")
+        page.keys(Keys.DELETE)
+        page.wait("studio.components.components.length === 3")
+        page.keys("a")
+        buttons = self.browser.find_elements("css selector", ".kind-button")
+        self.assertEqual(len(buttons), len(page.value("Object.keys(studio.doc.opened.declarations.kinds)")))
+        next(one for one in buttons if one.text.startswith("sersic")).click()
+        page.wait("studio.components.components.length === 4")
+        page.settle()
+        shares = page.value("studio.components.components.map((c) => c.values.fraction ?? 0)")
+        self.assertAlmostEqual(sum(shares), 1, places=9)
+        page.select("disk")
+        page.keys("n")
+        page.wait("studio.doc.model.components[1].values['noise.seed'] > 0")
+        page.settle()
+
+    def test_every_kind_can_be_added(self):
+        page = self.page
+        for kind in page.value("Object.keys(studio.doc.opened.declarations.kinds)"):
+            count = page.value("studio.components.components.length")
+            page.run("studio.components.add(arguments[0])", kind)
+            page.wait(f"studio.components.components.length === {count + 1}")
+        self.assertEqual(self.browser.find_elements("css selector", ".message.problem"), [])
+
+    def test_undo_to_the_start(self):
+        page = self.page
+        texts = [page.value("studio.doc.text")]
+        for depth in range(1, 21):
+            page.browser.execute_async_script(
+                "const done = arguments[1]; studio.doc.edit([{set: [2, 'optical_depth', arguments[0]]}], 'depth').then(done)", depth)
+            texts.append(page.value("studio.doc.text"))
+        self.assertEqual(len(set(texts)), 21)
+        for text in reversed(texts[:-1]):
+            page.keys(Keys.CONTROL, "z")
+            page.wait(f"studio.doc.text === {text!r}".replace("\\'", "'"))
+        self.assertEqual(page.value("studio.doc.history.canUndo"), False)
+        self.assertEqual(page.value("studio.doc.text"), GALAXY)
+        page.keys(Keys.CONTROL, Keys.SHIFT, "z")
+        page.wait("studio.doc.history.at === 1")
+        page.settle()
+
+    def own_server(self):
+        """The page of a server of this test alone."""
+        self.server = Server()
+        self.addCleanup(self.server.close)
+        self.page = Page(self.browser, self.server.address)
+        return self.page
+
+    def test_save_keeps_comments_and_order(self):
+        page = self.own_server()
+        page.run("return studio.doc.edit([{set: [0, 'effective_radius', 0.2]}], 'radius')")
+        page.settle()
+        self.assertIn("edited", page.find("#title").text)
+        page.keys(Keys.CONTROL, "s")
+        page.wait("!studio.doc.isChanged")
+        saved = (self.server.path / "mine.toml").read_text()
+        self.assertEqual(saved, GALAXY.replace("radius = 0.1 ", "radius = 0.2 "))
+        page.keys(Keys.CONTROL, Keys.SHIFT, "s")
+        name = page.find("dialog input")
+        name.clear()
+        name.send_keys("other", Keys.ENTER)
+        page.wait("[...document.querySelectorAll('.message')].some((one) => one.textContent.includes('other'))")
+        self.assertEqual((self.server.path / "out/other.toml").read_text(), saved)
+
+    def test_render_makes_the_bytes_of_gamer(self):
+        page = self.own_server()
+        page.run("return studio.doc.edit([{set: [2, 'optical_depth', 1.5]}], 'depth')")
+        page.settle()
+        page.keys(Keys.CONTROL, "s")
+        page.wait("!studio.doc.isChanged")
+        page.keys("r")
+        name = page.find("#render-name")
+        name.clear()
+        name.send_keys("e.fits", Keys.ENTER)
+        page.wait("document.querySelector('dialog a')")
+        page.keys(Keys.ESCAPE)
+        rendered = (self.server.path / "out/e.fits").read_bytes()
+        page.keys(Keys.CONTROL, Keys.SHIFT, "c")
+        page.wait("document.querySelector('dialog textarea')")
+        line = shlex.split(page.find("dialog textarea").get_attribute("value"))
+        page.keys(Keys.ESCAPE)
+        self.assertEqual(line[0], "gamer")
+        subprocess.run([GAMER, *line[1:], "-o", "out/e.fits", "--overwrite"], cwd=self.server.path,
+                       env=ENVIRONMENT, check=True, capture_output=True, timeout=60)
+        self.assertEqual(rendered, (self.server.path / "out/e.fits").read_bytes())
+
+    def test_render_is_cancelled(self):
+        page = self.page
+        page.keys("r")
+        page.find("#render-name").clear()
+        page.find("#render-name").send_keys("big.fits")
+        page.find("#render-size").clear()
+        page.find("#render-size").send_keys("4000")
+        page.find("#render-tolerance").clear()
+        page.find("#render-tolerance").send_keys("0.00001", Keys.ENTER)
+        page.wait("/[0-9]/.test(document.querySelector('dialog .render > .note[role=status]').textContent)")
+        page.run("""globalThis.pressed = performance.now();
+          const note = document.querySelector('dialog .note[role=status]');
+          new MutationObserver(() => { globalThis.stopped ??= performance.now(); }).observe(note, {childList: true, characterData: true, subtree: true});
+          [...document.querySelectorAll('dialog button')].find((one) => one.textContent === 'Cancel').click();""")
+        page.wait("document.querySelector('dialog .note[role=status]').textContent === 'Cancelled.'")
+        page.keys(Keys.ESCAPE)
+        self.assertFalse((self.server.path / "out/big.fits").exists())
+
+    def test_reload_keeps_edits_and_view(self):
+        page = self.page
+        page.run("return studio.doc.edit([{set: [0, 'effective_radius', 0.3]}], 'radius')")
+        page.keys("m")
+        page.run("studio.navigation.edgeOn(); studio.look.put('gamma', 1.5)")
+        page.keys("]")
+        page.settle()
+        before = page.value("[studio.doc.text, studio.ui.camera, studio.ui.muted, studio.ui.look.gamma, studio.ui.right]")
+        self.browser.refresh()
+        page.settle()
+        after = page.value("[studio.doc.text, studio.ui.camera, studio.ui.muted, studio.ui.look.gamma, studio.ui.right]")
+        self.assertEqual(after, before)
+        self.assertEqual(page.value("studio.doc.history.canUndo"), True)
+
+    def test_connection_comes_back(self):
+        page = self.page
+        page.run("studio.connection.socket.close()")
+        page.wait("document.getElementById('connection').textContent === 'connection lost'")
+        page.wait("document.getElementById('connection').textContent === 'connected'")
+        self.assertFalse(page.find("#lost").is_displayed())
+        page.run("return studio.doc.edit([{set: [0, 'effective_radius', 0.3]}], 'radius')")
+        page.settle()
+
+    def test_restart_of_the_server(self):
+        page = self.page
+        page.run("return studio.doc.edit([{set: [0, 'effective_radius', 0.3]}], 'radius')")
+        page.settle()
+        text = page.value("studio.doc.text")
+        self.server.kill()
+        page.wait("!document.getElementById('lost').hidden")
+        self.assertIn("edits are kept", page.find("#lost").text)
+        self.server.start()
+        page.wait("document.getElementById('lost').hidden")
+        self.assertEqual(page.value("studio.doc.text"), text)
+        page.run("return studio.doc.edit([{set: [0, 'effective_radius', 0.4]}], 'radius')")
+        page.settle()
+        page.log()
+
+    def test_restart_with_another_key(self):
+        page = self.page
+        page.run("return studio.doc.edit([{set: [0, 'effective_radius', 0.3]}], 'radius')")
+        page.settle()
+        text = page.value("studio.doc.text")
+        self.server.kill()
+        (self.server.path / "token").unlink()
+        self.server.start()
+        page.wait("document.getElementById('lost').textContent.includes('no longer valid')")
+        page.log()
+        self.page = page = Page(self.browser, self.server.address, fresh=False)
+        self.assertEqual(page.value("studio.doc.text"), text)
+
+    def test_key_frames_play(self):
+        page = self.page
+        page.keys("k")
+        page.run("studio.navigation.faceOn()")
+        page.settle()
+        page.keys("k")
+        self.assertEqual(page.value("studio.ui.keys.length"), 2)
+        page.run("studio.ui.frames = 12; studio.ui.keys[1].time = 11; studio.timeline.go(0, false)")
+        page.settle()
+        self.assertNotEqual(page.value("studio.ui.camera.position"), page.value("studio.ui.keys[1].camera.position"))
+        page.run("document.activeElement.blur()")
+        page.keys(" ")
+        page.wait("studio.timeline.time === 11 && !studio.timeline.isPlaying")
+        page.settle()
+        self.assertEqual(page.value("studio.ui.camera.position"), page.value("studio.ui.keys[1].camera.position"))
+
+    def test_film_shows_the_views_of_the_time_line(self):
+        page = self.page
+        page.keys("k")
+        page.run("studio.navigation.faceOn()")
+        page.keys("k")
+        page.run("studio.ui.frames = 3; studio.ui.keys[1].time = 2; studio.timeline.go(1, false)")
+        page.settle()
+        settings = page.value("studio.doc.fields(studio.timeline.settings()).settings")
+        film = self.server.gamer("film.fits", *(f"--set={one}" for one in settings))
+        second = read_planes(film.with_name("film_0002.fits"))
+        self.assert_planes(page.sums(), second, 2e-6)
+
+    def test_nine_variations(self):
+        page = self.page
+        page.select("disk")
+        page.keys("v")
+        page.wait("document.querySelectorAll('.variation:not(:disabled)').length === 9")
+        page.find(".variation:nth-child(5)").click()
+        page.wait("studio.doc.history.undoLabel.startsWith('variation')")
+        page.settle()
+
+    def test_page_works_at_three_sizes(self):
+        page = self.page
+        self.addCleanup(set_size, self.browser, 1280, 720)
+        for width, height in ((1280, 720), (1920, 1080), (1024, 768)):
+            set_size(self.browser, width, height)
+            page.wait(f"innerWidth === {width}")
+            box = page.value("(() => { const b = document.getElementById('picture').getBoundingClientRect();"
+                             " return [b.width, b.height]; })()")
+            self.assertGreater(min(box), 200)
+            outside = page.value(
+                "[...document.querySelectorAll('button, select, input')].filter((one) => { const b = one.getBoundingClientRect();"
+                " return b.width > 0 && (b.right > innerWidth + 1 || b.left < -1); }).map((one) => one.outerHTML)")
+            self.assertEqual(outside, [])
+
+    def test_controls_have_names(self):
+        names = self.page.value("""[...document.querySelectorAll('button, select, input, canvas, [role=slider]')]
+            .filter((one) => !(one.getAttribute('aria-label') || one.title || one.textContent.trim() ||
+                               (one.labels && one.labels.length))).map((one) => one.outerHTML)""")
+        self.assertEqual(names, [])
+
+
+class ModuleTest(unittest.TestCase):
+    @unittest.skipUnless(shutil.which("node"), "node is not installed (nodejs)")
+    def test_modules(self):
+        done = subprocess.run(["node", "--test", str(SOURCE / "tests/programs/studio")],
+                              capture_output=True, text=True, timeout=60)
+        self.assertEqual(done.returncode, 0, done.stdout)
+
+
+if __name__ == "__main__":
+    if missing() and not shutil.which("node"):
+        print(f"skipped: {missing()}")
+        sys.exit(SKIPPED)
+    unittest.main(argv=sys.argv[:1] + sys.argv[4:], verbosity=2)

@@ -1,0 +1,127 @@
+#include "studio/declarations.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <set>
+#include <string>
+
+#include "gamer/galaxy/component.h"
+#include "gamer/scene/render_parameters.h"
+#include "studio/model.h"
+
+namespace gamer {
+namespace {
+
+using Json = nlohmann::json;
+namespace fs = std::filesystem;
+
+const fs::path source = GAMER_TEST_SOURCE_DIR;
+
+/// All declarations by their place: "kinds.disk.rh".
+std::map<std::string, Json> declared() {
+  std::map<std::string, Json> all;
+  const Json declarations = declarations_json();
+  const auto add = [&](const std::string& place, const Json& list) {
+    for (const Json& one : list) {
+      const std::string name = place + "." + one["name"].get<std::string>();
+      EXPECT_TRUE(all.emplace(name, one).second) << name << " is there twice";
+    }
+  };
+  for (const auto& [kind, list] : declarations["kinds"].items()) add("kinds." + kind, list);
+  for (const auto& [section, list] : declarations["parameters"].items()) add(section, list);
+  add("galaxy", declarations["galaxy"]);
+  add("arm", declarations["arm"]);
+  return all;
+}
+
+TEST(Declarations, AreThoseOfTheTables) {
+  const std::map<std::string, Json> all = declared();
+  const auto& rh = all.at("kinds.disk.rh");
+  EXPECT_EQ(rh["type"].get<std::string>(), "number");
+  EXPECT_EQ(rh["unit"].get<std::string>(), "galaxy radii");
+  EXPECT_EQ(rh["min"].get<double>(), 0);
+  EXPECT_TRUE(rh["min_open"].get<bool>());
+  EXPECT_EQ(rh["max"].get<double>(), 1);
+  EXPECT_EQ(rh["default"].get<double>(), 0.2);
+  EXPECT_EQ(rh["scale"].get<std::string>(), "log");
+  EXPECT_TRUE(all.at("kinds.disk.shift")["max"].is_null());
+  EXPECT_TRUE(all.at("kinds.disk.sed")["required"].get<bool>());
+  EXPECT_EQ(all.at("kinds.disk.noise")["type"].get<std::string>(), "boolean");
+  EXPECT_EQ(all.at("kinds.disk.noise.theta")["choices"].size(), 2u);
+  EXPECT_EQ(all.at("galaxy.arms.model")["type"].get<std::string>(), "choice");
+  EXPECT_EQ(all.at("image.size")["type"].get<std::string>(), "pair");
+  EXPECT_EQ(all.at("camera.position")["type"].get<std::string>(), "vector");
+  EXPECT_EQ(declarations_json()["kinds"].size(), component_kinds().size());
+  EXPECT_EQ(declarations_json()["parameters"].size(), render_parameter_sections().size());
+}
+
+TEST(Declarations, UsualRangesAreUsual) {
+  int count = 0;
+  for (const auto& [name, one] : declared()) {
+    if (one["soft_min"].is_null()) continue;
+    ++count;
+    const double low = one["soft_min"].get<double>(), high = one["soft_max"].get<double>();
+    EXPECT_LT(low, high) << name;
+    if (one["scale"].get<std::string>() == "log") {
+      EXPECT_GT(low, 0) << name;
+    }
+    if (!one["min"].is_null()) {
+      EXPECT_GE(low, one["min"].get<double>()) << name;
+    }
+    if (!one["max"].is_null()) {
+      EXPECT_LE(high, one["max"].get<double>()) << name;
+    }
+    if (!one["default"].is_number()) continue;
+    const double usual = one["default"].get<double>();
+    // A logarithmic slider of what may be 0 has a place of its own for it.
+    if (one["scale"].get<std::string>() != "log" || usual > 0) {
+      EXPECT_GE(usual, low) << name;
+    }
+    EXPECT_LE(usual, high) << name;
+  }
+  EXPECT_GT(count, 200);
+}
+
+TEST(Declarations, UsualRangesHoldTheShippedGalaxies) {
+  const std::map<std::string, Json> all = declared();
+  for (const auto& file : fs::directory_iterator(source / "galaxies")) {
+    std::ifstream stream(file.path());
+    const Json model =
+        model_json({std::istreambuf_iterator<char>(stream), {}}, file.path().string(), {source});
+    const auto check = [&](const std::string& place, const Json& values) {
+      for (const auto& [key, value] : values.items()) {
+        const auto found = all.find(place + "." + key);
+        if (found == all.end() || found->second["soft_min"].is_null() || !value.is_number())
+          continue;
+        const double low = found->second["soft_min"].get<double>();
+        const bool is_low = value.get<double>() < low && value.get<double>() != 0;
+        EXPECT_FALSE(is_low || value.get<double>() > found->second["soft_max"].get<double>())
+            << file.path().filename() << " " << place << "." << key << " = " << value;
+      }
+    };
+    check("galaxy", model["values"]);
+    for (const Json& component : model["components"]) {
+      check("kinds." + component["kind"].get<std::string>(), component["values"]);
+    }
+  }
+}
+
+TEST(Catalogue, HasTheShippedNames) {
+  const Json catalogue = catalogue_json(Resources({source}));
+  const auto has = [&](const char* kind, const std::string& name) {
+    const auto names = catalogue[kind].get<std::set<std::string>>();
+    return names.count(name) == 1;
+  };
+  EXPECT_TRUE(has("galaxies", "ngc4321"));
+  EXPECT_TRUE(has("seds", "Sbc"));
+  EXPECT_TRUE(has("bands", "sdss_g"));
+  EXPECT_TRUE(has("noises", "simplex"));
+}
+
+}  // namespace
+}  // namespace gamer

@@ -1,0 +1,134 @@
+#include "studio/message.h"
+
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <string>
+
+namespace gamer {
+namespace {
+
+/// The message of the error that a text gives.
+std::string problem(const std::string& text) {
+  try {
+    parse_message(text);
+  } catch (const BadMessage& error) {
+    return error.what();
+  }
+  return "";
+}
+
+std::optional<std::int64_t> id_of_problem(const std::string& text) {
+  try {
+    parse_message(text);
+  } catch (const BadMessage& error) {
+    return error.id();
+  }
+  return -1;
+}
+
+TEST(Message, EveryOperation) {
+  const auto index = [](const std::string& rest) {
+    return parse_message(R"({"id":7,"op":)" + rest + "}").request.index();
+  };
+  const std::string document = R"("parameters":"","scene":"","galaxies":{})";
+  EXPECT_EQ(index(R"("open")"), 0u);
+  EXPECT_EQ(index(R"("edit","galaxy_text":"","edits":[])"), 1u);
+  EXPECT_EQ(index(R"("edit_parameters","parameters":"","edits":[])"), 1u);
+  EXPECT_EQ(index(R"("model","galaxy_text":"")"), 2u);
+  EXPECT_EQ(index(R"("view",)" + document + R"(,"sizes":[[1,1,null]])"), 3u);
+  EXPECT_EQ(index(R"("cancel")"), 4u);
+  EXPECT_EQ(index(R"("save","galaxy":"x","galaxy_text":"")"), 5u);
+  EXPECT_EQ(index(R"("save_as","name":"x","galaxy_text":"")"), 5u);
+  EXPECT_EQ(index(R"("command",)" + document), 6u);
+  EXPECT_EQ(index(R"("render","name":"x.fits",)" + document), 7u);
+  EXPECT_EQ(index(R"("outputs")"), 8u);
+}
+
+TEST(Message, View) {
+  const Message message = parse_message(
+      R"({"op":"view","id":-3,"parameters":"p","scene":"s","galaxies":{"a":"t"},"chosen":"a",)"
+      R"("settings":["camera.fov=3"],"planes":"components","muted":[0,2],)"
+      R"("sizes":[[64,32,0.05],[128,64,null]]})");
+  EXPECT_EQ(message.id, -3);
+  const auto& view = std::get<ViewRequest>(message.request);
+  EXPECT_EQ(view.document.parameters, "p");
+  EXPECT_EQ(view.document.scene, "s");
+  EXPECT_EQ(view.document.galaxies.at("a"), "t");
+  EXPECT_EQ(view.document.settings, std::vector<std::string>{"camera.fov=3"});
+  EXPECT_EQ(view.document.chosen, "a");
+  EXPECT_TRUE(view.wants_components);
+  EXPECT_EQ(view.muted, (std::vector<int>{0, 2}));
+  ASSERT_EQ(view.levels.size(), 2u);
+  EXPECT_EQ(view.levels[0].tolerance, 0.05);
+  EXPECT_EQ(view.levels[1].width, 128);
+  EXPECT_FALSE(view.levels[1].tolerance);
+}
+
+TEST(Message, ValuesOfEditsAreToml) {
+  const auto value = [](const std::string& json) {
+    const Message message = parse_message(
+        R"({"op":"edit","id":1,"galaxy_text":"","edits":[{"set":[0,"a",)" + json + "]}]}");
+    return std::get<SetEdit>(std::get<EditRequest>(message.request).edits.at(0)).value;
+  };
+  EXPECT_EQ(value("3"), "3");
+  EXPECT_EQ(value("-3"), "-3");
+  EXPECT_EQ(value("0.1"), "0.1");
+  EXPECT_EQ(value("1e300"), "1e+300");
+  EXPECT_EQ(value("true"), "true");
+  EXPECT_EQ(value("[1,2.5,[3]]"), "[1, 2.5, [3]]");
+  EXPECT_EQ(value(R"("a\"b\\c\nd")"), R"("a\"b\\c\u000Ad")");
+  EXPECT_EQ(value(R"("\" # = [")"), R"("\" # = [")");
+}
+
+TEST(Message, WrongOnes) {
+  EXPECT_EQ(problem(""), "a message is no JSON");
+  EXPECT_EQ(problem("{"), "a message is no JSON");
+  EXPECT_EQ(problem("[1]"), "a message is no object");
+  EXPECT_EQ(problem("{}"), "a message lacks 'id'");
+  EXPECT_EQ(problem(R"({"id":1})"), "a message lacks 'op'");
+  EXPECT_EQ(problem(R"({"id":1,"op":"opne"})"), "there is no operation 'opne'");
+  EXPECT_EQ(problem(R"({"id":1,"op":"open","x":2})"), "a message has no 'x'");
+  EXPECT_EQ(problem(R"({"id":1.5,"op":"open"})"),
+            "'id' is no whole number from -9223372036854775808 to 9223372036854775807");
+  EXPECT_EQ(problem(R"({"id":1,"op":"model","galaxy_text":3})"), "'galaxy_text' is no text");
+  EXPECT_EQ(problem(R"({"id":1,"op":"model","galaxy_text":"a\u0000b"})"),
+            "'galaxy_text' has NUL bytes");
+  EXPECT_EQ(problem(std::string(100000, '[')), "a message is nested too deep");
+  EXPECT_EQ(problem(std::string(most_message_bytes + 1, ' ')), "a message is too long");
+  // Brackets of strings do not count.
+  EXPECT_EQ(problem(R"({"id":1,"op":"[[[[[[[[[[[[[[[[[[[[[[[[[[[[\"[[["})"),
+            R"(there is no operation '[[[[[[[[[[[[[[[[[[[[[[[[[[[["[[[')");
+  // Bytes that are not UTF-8.
+  EXPECT_EQ(problem("{\"id\":1,\"op\":\"\xff\"}"), "a message is no JSON");
+}
+
+TEST(Message, LimitsOfViews) {
+  const auto view = [](const std::string& rest) {
+    return problem(R"({"id":1,"op":"view","parameters":"","scene":"","galaxies":{},)" + rest + "}");
+  };
+  EXPECT_EQ(view(R"("sizes":[])"), "'sizes' is empty");
+  EXPECT_EQ(view(R"("sizes":[[0,1,1]])"), "'width' is no whole number from 1 to 16384");
+  EXPECT_EQ(view(R"("sizes":[[1,16385,1]])"), "'height' is no whole number from 1 to 16384");
+  EXPECT_EQ(view(R"("sizes":[[1,1,"a"]])"), "a tolerance is a number");
+  EXPECT_EQ(view(R"("sizes":[[1,1]])"), "'sizes' is a list of 3");
+  EXPECT_EQ(view(R"("planes":"all","sizes":[[1,1,1]])"), "'planes' is \"image\" or \"components\"");
+  EXPECT_EQ(view(R"("muted":[-1],"sizes":[[1,1,1]])"),
+            "'component' is no whole number from 0 to 2147483647");
+  std::string many = "[1,1,1]";
+  for (int i = 0; i < 16; ++i) many += ",[1,1,1]";
+  EXPECT_EQ(view(R"("sizes":[)" + many + "]"), "'sizes' has more than 16 members");
+}
+
+TEST(Message, ErrorsHaveTheIdWhereThereIsOne) {
+  EXPECT_EQ(id_of_problem(R"({"id":12,"op":"x"})"), 12);
+  EXPECT_EQ(id_of_problem(R"({"op":"x"})"), std::nullopt);
+  EXPECT_EQ(id_of_problem("nothing"), std::nullopt);
+}
+
+TEST(JsonText, ReplacesWhatIsNotUtf8) {
+  EXPECT_EQ(json_text({{"a", "\xff"}}), "{\"a\":\"\xef\xbf\xbd\"}");
+}
+
+}  // namespace
+}  // namespace gamer
