@@ -21,6 +21,7 @@ import {Keyboard} from './keyboard.js';
 import {say} from './messages.js';
 
 const storeMs = 400;
+const patienceMs = 1500;  // without a frame
 const sides = [256, 512, 1024, 2048];
 
 const connection = new Connection();
@@ -83,7 +84,7 @@ async function begin(opened) {
 }
 
 function followChanges() {
-  const {doc, ui, preview} = app;
+  const {doc, ui, preview, picture} = app;
   doc.addEventListener('change', ({detail}) => { preview.ask(detail.moving); later(); });
   ui.addEventListener('camera', ({detail}) => { preview.ask(detail.moving); later(); });
   // Muted light is muted in the picture; without a muted layer of dust the light differs.
@@ -96,9 +97,16 @@ function followChanges() {
   });
   for (const name of ['look', 'panels', 'selected', 'keys']) ui.addEventListener(name, later);
   preview.addEventListener('problem', ({detail}) => say(detail, 'problem'));
-  preview.addEventListener('busy', ({detail}) => $('stage').classList.toggle('busy', detail));
+  let patience = null;
+  preview.addEventListener('busy', ({detail}) => {
+    $('stage').classList.toggle('busy', detail);
+    clearTimeout(patience);
+    if (detail) patience = setTimeout(() => { $('stage-note').textContent = 'Measuring the galaxies …'; }, patienceMs);
+    else if (!picture.frame) $('stage-note').textContent = '';
+  });
   preview.addEventListener('frame', () => {
-    $('stage-note').textContent = (app.picture.frame.header.warnings ?? []).join(' ');
+    clearTimeout(patience);
+    $('stage-note').textContent = (picture.frame.header.warnings ?? []).join(' ');
   });
   addEventListener('pagehide', () => store(doc, ui));
 }

@@ -1,5 +1,6 @@
 #include "studio/page_socket.h"
 
+#include <boost/asio/dispatch.hpp>
 #include <boost/asio/post.hpp>
 #include <chrono>
 #include <string_view>
@@ -27,6 +28,26 @@ double now() {
 
 }  // namespace
 
+// ---- Mailbox -----------------------------------------------------------------------------------
+
+Mailbox::Mailbox(const std::shared_ptr<PageSocket>& socket, asio::any_io_executor server)
+    : socket_(socket), server_(std::move(server)) {}
+
+void Mailbox::send(std::string message, bool is_binary) {
+  asio::post(server_, [socket = socket_,
+                       outgoing = PageSocket::Outgoing{std::move(message), is_binary}]() mutable {
+    if (const auto open = socket.lock()) open->enqueue(std::move(outgoing));
+  });
+}
+
+void Mailbox::drop_frames() {
+  asio::dispatch(server_, [socket = socket_] {
+    if (const auto open = socket.lock()) open->drop_frames();
+  });
+}
+
+// ---- PageSocket --------------------------------------------------------------------------------
+
 int PageSocket::count_ = 0;
 
 PageSocket::PageSocket(beast::tcp_stream stream, StudioCore& core)
@@ -48,7 +69,7 @@ void PageSocket::accept(const beast::http::request<beast::http::empty_body>& req
   socket_.auto_fragment(false);
   socket_.async_accept(request, [self = shared_from_this()](beast::error_code error) {
     if (error) return;
-    self->is_open_ = true;
+    self->mailbox_ = std::make_shared<Mailbox>(self, self->socket_.get_executor());
     self->read();
   });
 }
@@ -65,23 +86,15 @@ void PageSocket::take(beast::error_code error) {
   const auto data = buffer_.data();
   const std::string_view text(static_cast<const char*>(data.data()), data.size());
   const double wait = std::max(messages_.take(1, now()), bytes_.take(double(text.size()), now()));
-  core_.receive(shared_from_this(), text);
+  core_.receive(mailbox_, text);
   buffer_.consume(buffer_.size());
   if (wait <= 0) return read();
   pause_.expires_after(std::chrono::microseconds(static_cast<long long>(wait * 1e6)));
   pause_.async_wait([self = shared_from_this()](beast::error_code) { self->read(); });
 }
 
-void PageSocket::send(std::string message, bool is_binary) {
-  asio::post(
-      socket_.get_executor(),
-      [self = shared_from_this(), outgoing = Outgoing{std::move(message), is_binary}]() mutable {
-        self->enqueue(std::move(outgoing));
-      });
-}
-
 void PageSocket::enqueue(Outgoing outgoing) {
-  if (!is_open_) return;
+  if (!mailbox_) return;
   waiting_bytes_ += outgoing.message.size();
   outgoing_.push_back(std::move(outgoing));
   if (waiting_bytes_ > most_waiting_bytes) return close("the page does not read its messages");
@@ -118,9 +131,9 @@ void PageSocket::close(const std::string& reason) {
 }
 
 void PageSocket::leave() {
-  if (!is_open_) return;
-  is_open_ = false;
-  core_.leave(*this);
+  if (!mailbox_) return;
+  core_.leave(*mailbox_);
+  mailbox_.reset();
 }
 
 }  // namespace gamer

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
@@ -13,30 +14,46 @@
 
 namespace gamer {
 
-/// The WebSocket of a page. Its functions run in the thread of the server, but send() in any.
-class PageSocket : public Page, public std::enable_shared_from_this<PageSocket> {
+class PageSocket;
+
+/// The address of a page for other threads, which outlives its socket. The socket itself stays in
+/// the thread of the server.
+class Mailbox : public Page {
  public:
+  Mailbox(const std::shared_ptr<PageSocket>& socket, boost::asio::any_io_executor server);
+
+  void send(std::string message, bool is_binary) override;
+  void drop_frames() override;
+
+ private:
+  std::weak_ptr<PageSocket> socket_;
+  boost::asio::any_io_executor server_;
+};
+
+/// The WebSocket of a page. All its functions run in the thread of the server.
+class PageSocket : public std::enable_shared_from_this<PageSocket> {
+ public:
+  struct Outgoing {
+    std::string message;
+    bool is_binary;
+  };
+
   PageSocket(boost::beast::tcp_stream stream, StudioCore& core);
-  ~PageSocket() override;
+  ~PageSocket();
   PageSocket(const PageSocket&) = delete;
   PageSocket& operator=(const PageSocket&) = delete;
 
   /// Answers the request that begins the WebSocket, and reads messages from then on.
   void accept(const boost::beast::http::request<boost::beast::http::empty_body>& request);
-  void send(std::string message, bool is_binary) override;
-  void drop_frames() override;
+  void enqueue(Outgoing outgoing);
+  void drop_frames();
 
   /// Sockets that are open.
   static int count() { return count_; }
 
  private:
-  struct Outgoing {
-    std::string message;
-    bool is_binary;
-  };
   void read();
   void take(boost::beast::error_code error);
-  void enqueue(Outgoing outgoing);
   void write();
   void close(const std::string& reason);
   void leave();
@@ -50,7 +67,7 @@ class PageSocket : public Page, public std::enable_shared_from_this<PageSocket> 
   RateLimit messages_, bytes_;
   std::deque<Outgoing> outgoing_;  ///< the first is being written
   std::size_t waiting_bytes_ = 0;
-  bool is_open_ = false;
+  std::shared_ptr<Mailbox> mailbox_;  ///< null while the socket is not open
 };
 
 }  // namespace gamer

@@ -32,7 +32,7 @@ constexpr auto patience = std::chrono::seconds(30);
 
 /// What all connections share.
 struct Shared {
-  StudioCore& core;
+  StudioCore* core;  ///< not null while the server runs
   ServerSecrets secrets;
   int connections = 0;
 };
@@ -77,11 +77,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
         view(request.method_string()),       view(request.target()),
         field(request, http::field::host),   field(request, http::field::origin),
         field(request, http::field::cookie), beast::websocket::is_upgrade(request)};
-    HttpAnswer answer = answer_request(seen, shared_.secrets, shared_.core.options().folder);
+    HttpAnswer answer = answer_request(seen, shared_.secrets, shared_.core->options().folder);
     const bool has_foreign_origin = request.count(http::field::origin) > 1;
     if (has_foreign_origin) answer = {.status = 400, .body = "a request has one Origin\n"};
     if (answer.is_upgrade && PageSocket::count() < most_sockets) {
-      return std::make_shared<PageSocket>(std::move(stream_), shared_.core)->accept(request);
+      return std::make_shared<PageSocket>(std::move(stream_), *shared_.core)->accept(request);
     }
     if (answer.is_upgrade) answer = {.status = 503, .body = "too many pages are open\n"};
     respond(answer);
@@ -134,7 +134,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
 class Server::Impl {
  public:
-  Impl(StudioCore& core, int port) : shared_{core, make_secrets(core.options().token_file)} {
+  explicit Impl(const StudioOptions& options) : shared_{nullptr, make_secrets(options.token_file)} {
+    const int port = options.port;
     try {
       const tcp::endpoint place(asio::ip::address_v4::loopback(),
                                 static_cast<unsigned short>(port));
@@ -154,7 +155,8 @@ class Server::Impl {
     return fmt::format("http://127.0.0.1:{}/?token={}", port_, shared_.secrets.token);
   }
 
-  void run() {
+  void run(StudioCore& core) {
+    shared_.core = &core;
     accept();
     context_.run();
   }
@@ -172,16 +174,16 @@ class Server::Impl {
     });
   }
 
+  Shared shared_;  // outlives the connections, which end with the context
   asio::io_context context_{1};
   tcp::acceptor acceptor_{context_};
   asio::steady_timer pause_{context_};
   int port_ = 0;
-  Shared shared_;
 };
 
-Server::Server(StudioCore& core, int port) : impl_(std::make_unique<Impl>(core, port)) {}
+Server::Server(const StudioOptions& options) : impl_(std::make_unique<Impl>(options)) {}
 Server::~Server() = default;
 std::string Server::address() const { return impl_->address(); }
-void Server::run() { impl_->run(); }
+void Server::run(StudioCore& core) { impl_->run(core); }
 
 }  // namespace gamer

@@ -8,17 +8,18 @@
 
 namespace gamer {
 
-/// Serves the page and its WebSocket on 127.0.0.1, in the thread that calls run().
+/// Serves the page and its WebSocket on 127.0.0.1, in the thread that calls run(). It outlives the
+/// core, whose threads send to its sockets.
 class Server {
  public:
-  /// Throws RunError where the port is in use.
-  Server(StudioCore& core, int port);
+  /// Throws RunError where the port is in use, and what make_secrets() throws.
+  explicit Server(const StudioOptions& options);
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
   std::string address() const;  ///< "http://127.0.0.1:PORT/?token=..."
-  void run();
+  void run(StudioCore& core);
 
  private:
   class Impl;

@@ -7,11 +7,11 @@
 namespace gamer {
 
 void run_studio(const StudioOptions& options, const std::function<void(const std::string&)>& say) {
+  Server server(options);
   StudioCore core(options);
-  Server server(core, options.port);
   say(server.address());
   if (options.opens_browser) open_browser(server.address());
-  server.run();
+  server.run(core);
 }
 
 }  // namespace gamer
