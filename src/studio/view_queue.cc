@@ -1,6 +1,6 @@
 #include "studio/view_queue.h"
 
-#include <fmt/format.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <exception>
@@ -34,9 +34,22 @@ void ViewQueue::ask(const std::shared_ptr<Page>& page, std::int64_t id, ViewRequ
   }
   queue_.add([this, view] {
     render(*view);
+    return_memory();
     const std::lock_guard lock(mutex_);
     views_.remove(view);
   });
+}
+
+/// Gives memory that renders have freed back to the system, at most once a second. The threads of
+/// each render have heaps of their own, which would keep it.
+void ViewQueue::return_memory() {
+  using std::chrono::steady_clock;
+  const auto now = steady_clock::now();
+  if (now - returned_ < std::chrono::seconds(1)) return;
+  returned_ = now;
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
 }
 
 void ViewQueue::render(View& view) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <list>
@@ -42,11 +43,13 @@ class ViewQueue {
     Cancellation cancellation;
   };
   void render(View& view) const;
+  void return_memory();
 
   Render render_;
   std::mutex mutex_;
   std::list<std::shared_ptr<View>> views_;  ///< in progress or waiting
-  TaskQueue queue_;                         ///< its thread ends before the rest
+  std::chrono::steady_clock::time_point returned_ = {};
+  TaskQueue queue_;  ///< its thread ends before the rest
 };
 
 }  // namespace gamer

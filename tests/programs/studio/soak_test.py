@@ -26,7 +26,7 @@ SEED = int(sys.argv[5]) if len(sys.argv) > 5 else 1
 ENVIRONMENT = {"GAMER_DATA": str(SOURCE)}
 LONG = 10  # seconds after which a view is cancelled
 STEPS = 40  # edits of a galaxy before the next one
-MOST_GROWTH = 200e6  # bytes after the first third; the memory of measurements has limits of its own
+MOST_GROWTH = 100e6  # bytes after the first third; the memory of measurements has limits of its own
 
 
 def memory(process):
