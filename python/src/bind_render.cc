@@ -125,8 +125,10 @@ Rendering render_in_background(const Session& session, RenderJob job, bool truth
   LatestProgress latest;
   std::optional<Rendering> rendering;
   Background work([&](const Cancellation& cancellation) {
-    const RenderControl control{truth, [&](const RenderProgress& now) { latest.note(now); },
-                                &cancellation};
+    RenderControl control;
+    control.truth = truth;
+    control.progress = [&](const RenderProgress& now) { latest.note(now); };
+    control.cancellation = &cancellation;
     rendering = session.render(std::move(job), control);
   });
   work.finish([&] { latest.tell(progress); });
