@@ -259,6 +259,9 @@ Options CommandLine::parse(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     const std::vector<CLI::App*> commands = app_.get_subcommands();
     if (!commands.empty() && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
+      if (commands.front() == background_command_) {
+        throw InputError("gamer: background needs the parameter file of a view of the sky");
+      }
       throw InputError(
           fmt::format("gamer: {0} needs a galaxy: gamer {0} m51 (gamer --list-galaxies lists them)",
                       commands.front()->get_name()));

@@ -105,7 +105,7 @@ class Tells(unittest.TestCase):
                     (["sky.par", "--faintest", "17"], "gamer: --faintest: Value 17 not in range"),
                     (["sky.par", "--faintest", "20", "--brightest", "20"],
                      "gamer: background: --brightest must be below --faintest"),
-                    ([], "gamer: render.par is required")):
+                    ([], "gamer: background needs the parameter file of a view of the sky")):
                 result = folder.run("background", *arguments)
                 self.assertEqual((result.returncode, result.stdout), (2, ""))
                 self.assertTrue(result.stderr.startswith(message), result.stderr)
