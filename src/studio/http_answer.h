@@ -11,8 +11,8 @@
 
 namespace gamer {
 
-/// The fields of a request that the server reads. Fields that are not there, or more than once, have
-/// no value.
+/// The fields of a request that the server reads. Fields that are not there, or more than once,
+/// have no value.
 struct HttpRequest {
   std::string_view method;
   std::string_view target;
