@@ -6,10 +6,14 @@ namespace gamer {
 
 void Page::reply(const nlohmann::json& message) { send(json_text(message), false); }
 
-void Page::fail(std::optional<std::int64_t> id, const std::string& message) {
+nlohmann::json error_message(std::optional<std::int64_t> id, const std::string& message) {
   nlohmann::json error = {{"op", "error"}, {"id", nullptr}, {"message", message}};
   if (id) error["id"] = *id;
-  reply(error);
+  return error;
+}
+
+void Page::fail(std::optional<std::int64_t> id, const std::string& message) {
+  reply(error_message(id, message));
 }
 
 }  // namespace gamer

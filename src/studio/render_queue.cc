@@ -53,9 +53,13 @@ void RenderQueue::add(RenderTask task) {
     renders_.push_back(render);
   }
   queue_.add([this, render] {
-    run(*render);
-    const std::lock_guard lock(mutex_);
-    renders_.remove(render);
+    const Json end = run(*render);
+    {
+      // A page that hears of the end finds the render gone.
+      const std::lock_guard lock(mutex_);
+      renders_.remove(render);
+    }
+    render->task.page->reply(end);
   });
 }
 
@@ -106,7 +110,7 @@ void RenderQueue::take_line(Render& render, const std::string& line) {
   }
 }
 
-void RenderQueue::run(Render& render) {
+Json RenderQueue::run(Render& render) {
   const RenderTask& task = render.task;
   const auto started = [&](pid_t process) {
     const std::lock_guard lock(mutex_);
@@ -126,14 +130,14 @@ void RenderQueue::run(Render& render) {
       const std::lock_guard lock(mutex_);
       is_cancelled = render.is_cancelled && end.signal != 0;
     }
-    if (is_cancelled) return task.page->reply({{"op", "cancelled"}, {"id", task.id}});
+    if (is_cancelled) return {{"op", "cancelled"}, {"id", task.id}};
     constexpr int not_started = 127;
     if (end.code == not_started) render.error = "gstudio: cannot start " + task.words.front();
     if (end.signal != 0) render.error = fmt::format("gamer: stopped by signal {}", end.signal);
-    if (end.code != 0 || end.signal != 0) return task.page->fail(task.id, render.error);
-    task.page->reply({{"op", "rendered"}, {"id", task.id}, {"file", task.name}});
+    if (end.code != 0 || end.signal != 0) return error_message(task.id, render.error);
+    return {{"op", "rendered"}, {"id", task.id}, {"file", task.name}};
   } catch (const std::exception& error) {
-    task.page->fail(task.id, error.what());
+    return error_message(task.id, error.what());
   }
 }
 

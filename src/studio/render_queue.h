@@ -49,7 +49,8 @@ class RenderQueue {
     std::string unit;
     std::string error;  ///< the last one that the program told
   };
-  void run(Render& render);
+  /// Runs the program; returns the message of its end.
+  nlohmann::json run(Render& render);
   void take_line(Render& render, const std::string& line);
   static void stop(Render& render);
 

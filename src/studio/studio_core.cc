@@ -39,7 +39,7 @@ StudioCore::StudioCore(const StudioOptions& options)
       views_([this](std::int64_t id, const ViewRequest& request, const Cancellation& cancellation,
                     const Send& send) {
         paths_.check(request.document);
-        render_view(session_, label_, id, request, cancellation, send);
+        return render_view(session_, label_, id, request, cancellation, send);
       }) {}
 
 void StudioCore::receive(const std::shared_ptr<Page>& page, std::string_view text) {

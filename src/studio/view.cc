@@ -176,9 +176,9 @@ class LevelView {
     parameters_ = parameters_of(document_, label_, session.folders());
   }
 
-  /// Renders a level, and sends its frame; before it, rows as they are finished where they are
-  /// wanted.
-  void render(const ViewLevel& level, Json head, bool wants_strips,
+  /// Renders a level, and returns its frame; before it, sends rows as they are finished where they
+  /// are wanted.
+  std::string render(const ViewLevel& level, Json head, bool wants_strips,
               const Cancellation& cancellation, const Send& send) const {
     const Clock clock;
     RenderParameters own = level_parameters(parameters_, level);
@@ -208,7 +208,7 @@ class LevelView {
     head["warnings"] = is_coarse ? std::vector<std::string>() : rendering.warnings;
     head["wcs"] = wcs_json(rendering.job->camera);
     head["milliseconds"] = clock.seconds() * 1000;
-    send(encode(rendering, has_parts, planes, {0, rendering.image.height()}, head), true);
+    return encode(rendering, has_parts, planes, {0, rendering.image.height()}, head);
   }
 
  private:
@@ -326,15 +326,19 @@ RenderParameters level_parameters(RenderParameters parameters, const ViewLevel& 
   return parameters;
 }
 
-void render_view(const Session& session, const std::string& label, std::int64_t id,
-                 const ViewRequest& request, const Cancellation& cancellation, const Send& send) {
+std::string render_view(const Session& session, const std::string& label, std::int64_t id,
+                        const ViewRequest& request, const Cancellation& cancellation,
+                        const Send& send) {
   // Galaxies of the scene are made before it is rendered.
   const CancellationScope scope(&cancellation);
   const LevelView view(session, request, label);
+  std::string frame;
   for (std::size_t level = 0; level < request.levels.size(); ++level) {
+    if (level > 0) send(std::move(frame), true);
     const Json head = {{"id", id}, {"level", level}, {"last", level + 1 == request.levels.size()}};
-    view.render(request.levels[level], head, request.wants_strips, cancellation, send);
+    frame = view.render(request.levels[level], head, request.wants_strips, cancellation, send);
   }
+  return frame;
 }
 
 }  // namespace gamer

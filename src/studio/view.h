@@ -15,10 +15,12 @@ namespace gamer {
 /// Takes a message for the page: a text, or the bytes of a frame.
 using Send = std::function<void(std::string message, bool is_binary)>;
 
-/// Renders the levels of a view and sends a frame of each. The last has the pixels of the command
-/// line where its size and tolerance are the scene's. Throws Cancelled, InputError and RunError.
-void render_view(const Session& session, const std::string& label, std::int64_t id,
-                 const ViewRequest& request, const Cancellation& cancellation, const Send& send);
+/// Renders the levels of a view, and sends a frame of each but the last, which it returns. The last
+/// has the pixels of the command line where its size and tolerance are the scene's. Throws
+/// Cancelled, InputError and RunError.
+std::string render_view(const Session& session, const std::string& label, std::int64_t id,
+                        const ViewRequest& request, const Cancellation& cancellation,
+                        const Send& send);
 
 /// Parameters of the view at another size: a sky view keeps its field, and a tolerance above the
 /// scene's goes with one ray a pixel. Throws InputError.

@@ -33,10 +33,8 @@ void ViewQueue::ask(const std::shared_ptr<Page>& page, std::int64_t id, ViewRequ
     views_.push_back(view);
   }
   queue_.add([this, view] {
-    render(*view);
+    render(view);
     return_memory();
-    const std::lock_guard lock(mutex_);
-    views_.remove(view);
   });
 }
 
@@ -52,22 +50,34 @@ void ViewQueue::return_memory() {
 #endif
 }
 
-void ViewQueue::render(View& view) const {
-  const auto page = view.page.lock();
-  if (!page) return;
+void ViewQueue::render(const std::shared_ptr<View>& view) {
+  const auto page = view->page.lock();
   const auto send = [&](std::string message, bool is_binary) {
-    if (view.cancellation.is_requested()) throw Cancelled();
+    if (view->cancellation.is_requested()) throw Cancelled();
     page->send(std::move(message), is_binary);
   };
+  // The view leaves the list before the page hears of its end: what the page then asks finds it
+  // gone.
+  const auto leave = [&](bool unless_cancelled = false) {
+    const std::lock_guard lock(mutex_);
+    if (unless_cancelled && view->cancellation.is_requested()) throw Cancelled();
+    views_.remove(view);
+  };
+  if (!page) return leave();
   try {
-    if (view.cancellation.is_requested()) throw Cancelled();
-    render_(view.id, view.request, view.cancellation, send);
+    if (view->cancellation.is_requested()) throw Cancelled();
+    std::string last = render_(view->id, view->request, view->cancellation, send);
+    leave(true);
+    page->send(std::move(last), true);
   } catch (const Cancelled&) {
-    page->reply({{"op", "cancelled"}, {"id", view.id}});
+    leave();
+    page->reply({{"op", "cancelled"}, {"id", view->id}});
   } catch (const std::bad_alloc&) {
-    page->fail(view.id, "gstudio: out of memory");
+    leave();
+    page->fail(view->id, "gstudio: out of memory");
   } catch (const std::exception& error) {
-    page->fail(view.id, error.what());
+    leave();
+    page->fail(view->id, error.what());
   }
 }
 

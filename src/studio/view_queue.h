@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "gamer/core/cancellation.h"
@@ -21,8 +22,10 @@ namespace gamer {
 /// cancels the one before. A view that was cancelled ends with the message "cancelled".
 class ViewQueue {
  public:
-  using Render = std::function<void(std::int64_t id, const ViewRequest& request,
-                                    const Cancellation& cancellation, const Send& send)>;
+  /// Renders a view: sends its frames but the last, which it returns.
+  using Render =
+      std::function<std::string(std::int64_t id, const ViewRequest& request,
+                                const Cancellation& cancellation, const Send& send)>;
   explicit ViewQueue(Render render) : render_(std::move(render)) {}
   /// Cancels all views.
   ~ViewQueue();
@@ -42,7 +45,7 @@ class ViewQueue {
     ViewRequest request;
     Cancellation cancellation;
   };
-  void render(View& view) const;
+  void render(const std::shared_ptr<View>& view);
   void return_memory();
 
   Render render_;

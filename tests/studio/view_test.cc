@@ -63,8 +63,8 @@ class View : public testing::Test {
 
   std::vector<Frame> frames() {
     std::vector<Frame> result;
-    render_view(session, label, 5, request, Cancellation(),
-                [&](const std::string& bytes, bool) { result.push_back(decode(bytes)); });
+    const auto take = [&](const std::string& bytes, bool) { result.push_back(decode(bytes)); };
+    take(render_view(session, label, 5, request, Cancellation(), take), true);
     return result;
   }
 
@@ -201,8 +201,8 @@ TEST_F(View, StripsAreRowsOfTheImage) {
   request.wants_components = true;
   std::vector<std::string> frames_of_rows;
   std::vector<int> seen(256);
-  render_view(session, label, 5, request, Cancellation(),
-              [&](const std::string& bytes, bool) { frames_of_rows.push_back(bytes); });
+  const auto take = [&](const std::string& bytes, bool) { frames_of_rows.push_back(bytes); };
+  take(render_view(session, label, 5, request, Cancellation(), take), true);
   ASSERT_GT(frames_of_rows.size(), 3u);
   const Frame whole = decode(frames_of_rows.back());
   EXPECT_EQ(whole.head["rows"].get<int>(), 256);
