@@ -175,7 +175,7 @@ class Page:
     def value(self, expression):
         return self.run(f"return {expression}")
 
-    def wait(self, condition, seconds=20):
+    def wait(self, condition, seconds=60):
         """Waits for an expression of JavaScript to hold."""
         end = time.monotonic() + seconds
         while True:
