@@ -60,7 +60,11 @@ class Session:
         settings: Sequence[str] = ...,
     ) -> Job: ...
     def render(
-        self, job: Job, truth: bool = False, progress: Callable[[str, int, int], Any] | None = None
+        self,
+        job: Job,
+        truth: bool = False,
+        progress: Callable[[str, int, int], Any] | None = None,
+        team: tuple[int, int, Callable[[Any], Any]] | None = None,
     ) -> Rendering: ...
     @property
     def threads(self) -> int: ...

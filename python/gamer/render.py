@@ -195,14 +195,41 @@ class Renderer:
     def render(self, truth=False, progress=None, comm=None):
         """Renders, and returns an Image or, in layout "stamps", Stamps. With `truth` there is a
         table of what each object is. `progress` is True or a function of (stage, done, total);
-        what it raises ends the render. Ctrl-C ends it, too. `comm`, a communicator of mpi4py, may
-        have one rank: several ranks render an image each."""
-        if comm is not None and comm.Get_size() > 1:
-            raise _core.InputError(
-                f"a render has the threads of one process, not {comm.Get_size()} ranks: let each "
-                "rank render images of its own, with comm=MPI.COMM_SELF; for one large image, "
-                "start the program gamer with mpirun")
-        return _render(session(self.threads), self._load(), truth, progress)
+        what it raises ends the render. Ctrl-C ends it, too. With `comm`, a communicator of mpi4py,
+        its ranks render the image together, each in `threads` threads: every rank makes an equal
+        call and gets the whole image. When one rank fails, the others raise RunError."""
+        if comm is None or comm.Get_size() == 1:
+            return _render(session(self.threads), self._load(), truth, progress)
+        job = _on_all_ranks(comm, self._load)
+        return _render(session(self.threads), job, truth, progress, _team(comm))
+
+
+def _on_all_ranks(comm, work):
+    """What `work` returns; when it fails on a rank, every rank raises."""
+    result, failure = None, None
+    try:
+        result = work()
+    except BaseException as error:
+        failure = error
+    failed = comm.allgather(failure is not None)
+    if failure is not None:
+        raise failure
+    if any(failed):
+        raise _core.RunError(f"the render failed on rank {failed.index(True)}")
+    return result
+
+
+def _team(comm):
+    """Rank, size, and the sum over ranks of an array, in place."""
+    from mpi4py import MPI
+
+    most = 1 << 26  # numbers of a message, far below MPI's limit
+
+    def add_up(numbers):
+        for first in range(0, len(numbers), most):
+            comm.Allreduce(MPI.IN_PLACE, numbers[first:first + most], op=MPI.SUM)
+
+    return comm.Get_rank(), comm.Get_size(), add_up
 
 
 def render_again(path, *, threads=0, settings=(), truth=False, progress=None):
@@ -215,10 +242,10 @@ def render_again(path, *, threads=0, settings=(), truth=False, progress=None):
     return _render(own, job, truth, progress)
 
 
-def _render(own, job, truth, progress):
+def _render(own, job, truth, progress, team=None):
     tell, close = _progress(progress)
     try:
-        rendering = own.render(job, truth, tell)
+        rendering = own.render(job, truth, tell, team)
     finally:
         close()
     for text in rendering.warnings:

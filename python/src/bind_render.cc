@@ -3,12 +3,16 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -119,9 +123,22 @@ class LatestProgress {
   RenderProgress now_;
 };
 
+/// Rank, size, and a function that replaces an array of unsigned integers by its sum over ranks.
+using PythonTeam = std::tuple<int, int, py::function>;
+
+Team team_of(const PythonTeam& given) {
+  const auto& [rank, size, add_up] = given;
+  return {rank, size, [&add_up](std::span<std::byte> integers) {
+            const py::gil_scoped_acquire acquire;
+            auto* first = reinterpret_cast<std::uint64_t*>(integers.data());
+            // An array with a base is a view.
+            add_up(py::array_t<std::uint64_t>(integers.size() / sizeof *first, first, py::none()));
+          }};
+}
+
 /// Called and left with the GIL.
 Rendering render_in_background(const Session& session, RenderJob job, bool truth,
-                               const py::object& progress) {
+                               const py::object& progress, const std::optional<PythonTeam>& team) {
   LatestProgress latest;
   std::optional<Rendering> rendering;
   Background work([&](const Cancellation& cancellation) {
@@ -129,6 +146,7 @@ Rendering render_in_background(const Session& session, RenderJob job, bool truth
     control.truth = truth;
     control.progress = [&](const RenderProgress& now) { latest.note(now); };
     control.cancellation = &cancellation;
+    if (team) control.team = team_of(*team);
     rendering = session.render(std::move(job), control);
   });
   work.finish([&] { latest.tell(progress); });
@@ -256,12 +274,14 @@ void bind_render(py::module_& module) {
            py::arg("from_header") = fs::path(), py::arg("settings") = std::vector<std::string>())
       .def(
           "render",
-          [](const Session& self, RenderJob& job, bool truth, const py::object& progress) {
+          [](const Session& self, RenderJob& job, bool truth, const py::object& progress,
+             const std::optional<PythonTeam>& team) {
             if (job.scene == nullptr) throw InputError("a job is rendered once; load it anew");
             return std::make_unique<PythonRendering>(
-                render_in_background(self, std::move(job), truth, progress));
+                render_in_background(self, std::move(job), truth, progress, team));
           },
-          py::arg("job"), py::arg("truth") = false, py::arg("progress") = py::none())
+          py::arg("job"), py::arg("truth") = false, py::arg("progress") = py::none(),
+          py::arg("team") = py::none())
       .def_property_readonly("threads", &Session::threads)
       .def_property_readonly("measured",
                              [](const Session& self) { return self.memory().measured(); })

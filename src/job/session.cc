@@ -9,9 +9,11 @@
 #include <utility>
 
 #include "gamer/core/parallel_for.h"
+#include "gamer/core/random.h"
 #include "gamer/image/fits/fits.h"
 #include "gamer/image/image_writer.h"
 #include "gamer/image/stamp_writer.h"
+#include "gamer/job/record.h"
 #include "gamer/job/schedule.h"
 #include "gamer/job/stamps.h"
 #include "gamer/job/truth_table.h"
@@ -32,8 +34,8 @@ namespace fs = std::filesystem;
 /// An executor whose work ends on request.
 class CancellableExecutor : public Executor {
  public:
-  CancellableExecutor(int threads, const Cancellation* cancellation)
-      : threads_(threads), cancellation_(cancellation) {}
+  CancellableExecutor(Executor& executor, const Cancellation* cancellation)
+      : executor_(executor), cancellation_(cancellation) {}
 
   void run(std::span<const RowRange> blocks, std::size_t values_per_row, const Compute& compute,
            const Consume& consume) override {
@@ -42,13 +44,13 @@ class CancellableExecutor : public Executor {
       check_cancelled();
       compute(range, values);
     };
-    threads_.run(blocks, values_per_row, compute_unless_cancelled, consume);
+    executor_.run(blocks, values_per_row, compute_unless_cancelled, consume);
   }
-  int workers() const override { return threads_.workers(); }
-  const RunTimes& times() const override { return threads_.times(); }
+  int workers() const override { return executor_.workers(); }
+  const RunTimes& times() const override { return executor_.times(); }
 
  private:
-  ThreadExecutor threads_;
+  Executor& executor_;
   const Cancellation* cancellation_;
 };
 
@@ -105,9 +107,10 @@ void append_row(const Image& image, int row, std::vector<double>& values) {
 /// A render in progress.
 class Run {
  public:
-  Run(const RenderControl& control, int threads, Rendering& rendering)
+  Run(const RenderControl& control, TeamExecutor& executor, Rendering& rendering)
       : control_(control),
-        executor_(threads, control.cancellation),
+        team_(executor),
+        executor_(executor, control.cancellation),
         job_(*rendering.job),
         rendering_(rendering) {}
 
@@ -165,7 +168,8 @@ class Run {
           if (control_.finished) control_.finished(rows, rendering_);
           tell(Stage::rows, done += rows.size(), height);
         });
-    rendering_.unconverged_rays = unconverged;
+    rendering_.unconverged_rays =
+        static_cast<double>(team_.sum(static_cast<std::uint64_t>(unconverged)));
     if (is_dark) rendering_.warnings.push_back(darkness_warning(job_));
   }
 
@@ -192,6 +196,7 @@ class Run {
   }
 
   const RenderControl& control_;
+  TeamExecutor& team_;
   CancellableExecutor executor_;
   const RenderJob& job_;
   Rendering& rendering_;
@@ -298,21 +303,28 @@ RenderJob Session::load(const JobRequest& request) const {
 }
 
 Rendering Session::render(RenderJob job, const RenderControl& control) const {
-  if (job.parameters.animation.frames > 0) {
-    throw InputError("a film has many images; render its frames, each with its own camera");
-  }
+  TeamExecutor executor(control.team.value_or(Team()), threads_);
   const CancellationScope scope(control.cancellation);
-  check_cancelled();
   Rendering rendering;
-  rendering.warnings = job_warnings(job);
-  if (control.progress) control.progress({});
-  use_threads(threads_);
   try {
+    check_cancelled();
+    if (job.parameters.animation.frames > 0) {
+      throw InputError("a film has many images; render its frames, each with its own camera");
+    }
+    rendering.warnings = job_warnings(job);
+    if (control.progress) control.progress({});
+    use_threads(threads_);
+    if (control.team) executor.agree(hash_text(0, pack_record(job.record)));
     complete(job, Ranks(), threads_, memory_.get());
     rendering.job = std::make_shared<const RenderJob>(std::move(job));
-    Run(control, threads_, rendering).render();
+    Run(control, executor, rendering).render();
+    executor.leave();
   } catch (const std::bad_alloc&) {
+    executor.leave(std::current_exception());
     throw RunError("out of memory");
+  } catch (...) {
+    executor.leave(std::current_exception());
+    throw;
   }
   return rendering;
 }

@@ -1,6 +1,7 @@
 """Renders: views, progress, cancellation, exceptions, threads, lifetimes."""
 
 import gc
+import importlib.util
 import os
 import pathlib
 import shutil
@@ -316,29 +317,93 @@ def test_memory_stays(face_on):
     assert resident() - before < 8e5
 
 
-def test_communicators(smooth, face_on):
-    class Communicator:
-        def __init__(self, size):
-            self.size = size
+# Ranks render together, and each writes how its render ended.
+TEAM = """
+import sys
+import numpy
+from mpi4py import MPI
+import gamer
+comm = MPI.COMM_WORLD
+rank = comm.Get_rank()
+row = dict(galaxy="m51", x=0, y=0, z=0, inclination=50, pa=30)
+rows = [row, dict(row, galaxy="elliptical", x=1, seed=rank if sys.argv[1] == "differ" else 0)]
+settings = dict(size=(40, 30), wavelengths=[4400, 7000], tolerance=0.02)
+camera = gamer.Camera(projection="orthographic", width=4)
+if sys.argv[1] == "stamps":
+    rows = [dict(galaxy=name, ra=10, dec=2, redshift=0.1, size_arcsec=5, inclination=50, pa=30,
+                 apparent_magnitude=18) for name in ("m51", "elliptical")]
+    settings["layout"] = "stamps"
+    camera = gamer.Camera(projection="sky", center=[10, 2], pixel_scale=0.5)
+if sys.argv[1] == "progress":
+    settings["size"] = 600  # takes far longer than the first call of progress
+if sys.argv[1] == "load" and rank == 2:
+    rows[0]["galaxy"] = "nothing"
+told = []
+def progress(stage, done, total):
+    told.append((stage, done, total))
+    if sys.argv[1] == "progress" and rank == 1:
+        raise ValueError("enough")
+try:
+    image = gamer.Renderer(rows, camera, threads=2, **settings).render(
+        comm=comm, truth=sys.argv[1] == "truth", progress=progress)
+except Exception as error:
+    line = f"{type(error).__name__}: {error}"
+else:
+    line = "done"
+    data = [one.data for one in image] if sys.argv[1] == "stamps" else [image.data]
+    columns = [] if image.truth is None else list(image.truth.columns.values())
+    numpy.savez(f"{sys.argv[2]}/{rank}.npz", *data, *columns)
+with open(f"{sys.argv[2]}/{rank}.txt", "w") as file:
+    file.write(line)
+"""
 
-        def Get_size(self):
-            return self.size
 
-    renderer = gamer.Renderer([dict(galaxy=smooth, x=0, y=0, z=0, inclination=0, pa=0)], face_on,
-                              size=8, wavelengths=[5500])
-    assert renderer.render(comm=Communicator(1)).shape == (1, 8, 8)
-    with pytest.raises(gamer.InputError, match="one process, not 3 ranks"):
-        renderer.render(comm=Communicator(3))
+def run_team(tmp_path, what, ranks=3):
+    script = tmp_path / "team.py"
+    script.write_text(TEAM)
+    environment = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    start = ["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
+    done = subprocess.run([*start, sys.executable, str(script), what, str(tmp_path)],
+                          capture_output=True, text=True, env=environment, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return [(tmp_path / f"{rank}.txt").read_text() for rank in range(ranks)]
 
 
-def test_mpi4py():
-    pytest.importorskip("mpi4py", reason="mpi4py is not installed")
-    code = ("from mpi4py import MPI\nimport gamer\n"
-            "row = dict(galaxy='elliptical', x=0, y=0, z=0, inclination=0, pa=0)\n"
-            "renderer = gamer.Renderer([row], size=8, wavelengths=[5500])\n"
-            "print(renderer.render(comm=MPI.COMM_WORLD).shape)")
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.stdout == "(1, 8, 8)\n", done.stderr
+needs_mpi = pytest.mark.skipif(
+    shutil.which("mpirun") is None or importlib.util.find_spec("mpi4py") is None,
+    reason="mpi4py or mpirun is not installed")
+
+
+@needs_mpi
+@pytest.mark.parametrize("what", ["truth", "stamps"])
+def test_ranks_render_together(tmp_path, what):
+    found = []
+    for ranks in (1, 3):
+        assert run_team(tmp_path, what, ranks) == ["done"] * ranks
+        for rank in range(ranks):
+            with np.load(tmp_path / f"{rank}.npz") as file:
+                found.append([file[name] for name in file.files])
+    assert any(image.any() for image in found[0])
+    for other in found[1:]:
+        assert len(other) == len(found[0])
+        for one, two in zip(found[0], other):
+            np.testing.assert_array_equal(one, two)
+
+
+@needs_mpi
+def test_a_rank_that_fails(tmp_path):
+    other = "RunError: the render failed on rank {}"
+    lines = run_team(tmp_path, "load")
+    assert lines[:2] == [other.format(2)] * 2
+    assert lines[2].startswith("InputError: ") and "nothing" in lines[2]
+    lines = run_team(tmp_path, "progress")
+    assert lines == [other.format(1), "ValueError: enough", other.format(1)]
+
+
+@needs_mpi
+def test_ranks_with_different_scenes(tmp_path):
+    lines = run_team(tmp_path, "differ")
+    assert lines == ["InputError: ranks 0 and 1 do not render equal images"] * 3
 
 
 def test_no_mpi_at_import():

@@ -18,6 +18,7 @@
 #include "gamer/image/image.h"
 #include "gamer/job/job.h"
 #include "gamer/parallel/executor.h"
+#include "gamer/parallel/team.h"
 #include "gamer/scene/measured_galaxies.h"
 
 namespace gamer {
@@ -65,6 +66,9 @@ struct RenderControl {
   std::function<void(RowRange rows, const Rendering& rendering)> finished = {};
   /// Ends the render at the next tile; Session::render() then throws Cancelled. May be null.
   const Cancellation* cancellation = nullptr;
+  /// Processes that render the image together. Each calls Session::render() with an equal job, and
+  /// gets the whole rendering. They share the rays; each measures the galaxies itself.
+  std::optional<Team> team = {};
 };
 
 /// A finished render: pixels and their header.
@@ -106,7 +110,8 @@ class Session {
   RenderJob load(const JobRequest& request) const;
 
   /// Renders the image or the stamps of a job, once for each job. Throws Cancelled, InputError
-  /// where a texture cannot be normalised or the job is a film, and RunError.
+  /// where a texture cannot be normalised or the job is a film, and RunError. When one process of a
+  /// team fails, the others throw RunError.
   Rendering render(RenderJob job, const RenderControl& control = {}) const;
 
   int threads() const { return threads_; }
