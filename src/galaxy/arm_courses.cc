@@ -38,7 +38,7 @@ void StraightenArms(const Points& points, const float* HWY_RESTRICT winding, flo
     auto weights = hn::Set(d, 1e-30f);
     auto sum = hn::Zero(d);
     for (int k = 0; k < trunks; ++k) {
-      const auto offset = nodes.At(d, table + static_cast<std::size_t>(k) * arm_size, 0);
+      const auto offset = nodes.LookUp(d, table + static_cast<std::size_t>(k) * arm_size).offset;
       const auto away = WithoutTurns(d, hn::Sub(angle, offset));
       const auto moved =
           WithoutTurns(d, hn::Sub(offset, hn::Set(d, static_cast<float>(k) * spacing)));
