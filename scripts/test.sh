@@ -29,11 +29,11 @@ case ${1:-} in
     export UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1
     layers="core noise sed image parallel galaxy scene nodes journal threads studio"
     corpora="sed galaxy scene parameters catalogue png_table message request"
-    scripts/setup.sh --tests --preset asan --targets "${layers// /_tests }_tests ${corpora// /_corpus }_corpus"
+    scripts/setup.sh --tests --preset asan --targets "${layers// /_tests }_tests ${corpora// /_corpus }_corpus gamer_python"
     if [[ $(build/asan/tests/sed_tests --gtest_list_tests 2>&1) == *"LeakSanitizer has encountered"* ]]; then
       export ASAN_OPTIONS=detect_leaks=0
     fi
-    run_tests build/asan --tests-regex "^(${layers// /|}|fuzz\.(${corpora// /|}))$" "${@:2}"
+    run_tests build/asan --tests-regex "^(${layers// /|}|python|fuzz\.(${corpora// /|}))$" "${@:2}"
     scripts/setup.sh --tests --preset tsan --targets threads_tests
     run_tests build/tsan --tests-regex '^threads$' "${@:2}"
     ;;
