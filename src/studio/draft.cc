@@ -1,0 +1,334 @@
+#include "studio/draft.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include <glm/geometric.hpp>
+#include <nlohmann/json.hpp>
+
+#include "gamer/core/config.h"
+#include "gamer/core/parallel_for.h"
+#include "gamer/render/spectral_basis.h"
+#include "gamer/render/stars/star_fields.h"
+#include "job/make_job.h"
+#include "studio/document.h"
+#include "studio/frame.h"
+#include "studio/model.h"
+
+namespace gamer {
+namespace {
+
+using Json = nlohmann::json;
+
+// Pixels across the ball of the view whose footprint the voxels have.
+constexpr int footprint_pixels = 128;
+// The largest number of a voxel; half precision ends at 65504.
+constexpr double largest_number = 32768;
+constexpr std::size_t most_planes = 3;
+// ln(path/height) of a ray that is inclined by 45 degrees.
+constexpr float mean_obliquity = 0.347f;
+
+/// Two cameras of which no direction is that of the other.
+const std::vector<std::vector<std::string>>& cameras() {
+  static const std::vector<std::vector<std::string>> all = {
+      {"camera.position=[3, -5, 4]", "camera.target=[0, 0, 0]", "camera.up=[0, 0, 1]"},
+      {"camera.position=[-4, -3, 7]", "camera.target=[0, 0, 0]", "camera.up=[0, 1, 0]"}};
+  return all;
+}
+
+/// The job of a view of the whole ball.
+RenderJob load_view(const Session& session, const std::string& label, const DraftRequest& request,
+                    std::size_t camera, double width) {
+  PageDocument document = request.document;
+  const RenderParameters given = parameters_of(document, label, session.folders());
+  if (given.camera.projection != Projection::orthographic &&
+      given.camera.projection != Projection::perspective) {
+    throw InputError("a draft needs a perspective or orthographic camera");
+  }
+  for (const std::string& setting : cameras()[camera]) document.settings.push_back(setting);
+  document.settings.push_back("camera.projection=\"orthographic\"");
+  document.settings.push_back("camera.width=" + value_text(ParameterValue(width)));
+  RenderParameters parameters = level_parameters(
+      parameters_of(document, label, session.folders()), {footprint_pixels, footprint_pixels, {}});
+  parameters.set("image", "region", std::vector<double>{1, 1, 1, 1});
+  return session.load(
+      {parameters.toml(), RenderInput::Text{document.scene}, document.galaxies, {}, label});
+}
+
+/// Throws InputError where the job is more than what a draft can show.
+void check_job(const RenderJob& job, const RenderJob& other) {
+  const Scene& scene = *job.scene;
+  if (scene.galaxies.size() != 1 || scene.objects != 1) {
+    throw InputError("a draft shows a scene of one galaxy");
+  }
+  if (job.spectrum.planes.size() > most_planes) throw InputError("a draft has at most 3 planes");
+  if (counts_flux(scene.unit) || scene.unit == PixelUnit::magnitude) {
+    throw InputError("a draft needs a unit of brightness");
+  }
+  const glm::dmat3 &a = scene.galaxies[0].to_ball, &b = other.scene->galaxies[0].to_ball;
+  for (int i = 0; i < 3; ++i) {
+    if (glm::length(a[i] - b[i]) > 1e-9 * glm::length(a[i])) {
+      throw InputError("a draft needs a galaxy that does not turn with the camera");
+    }
+  }
+}
+
+/// What a component adds to the numbers of a voxel.
+struct Contribution {
+  std::size_t component = 0;
+  std::array<double, Draft::numbers> factors{};
+};
+
+class Baker {
+ public:
+  Baker(const RenderJob& job, const std::set<std::string>& muted, Draft& draft)
+      : job_(job), placed_(job.scene->galaxies[0]), draft_(draft) {
+    const auto& axis = placed_.galaxy->axis();
+    footprint_ = static_cast<float>(2.0 / footprint_pixels /
+                                    *std::min_element(axis.begin(), axis.end()));
+    draft_.to_ball = placed_.to_ball;
+    draft_.centre = placed_.centre;
+    draft_.radius = placed_.radius;
+    draft_.unit = unit_text(job.scene->unit);
+    for (const SpectralPlane& plane : job.spectrum.planes) {
+      draft_.planes.push_back({plane.label, plane.wavelength, 0, 0});
+    }
+    add_contributions(muted);
+  }
+
+  void bake() {
+    const std::size_t nx = size(0), ny = size(1), nz = size(2);
+    values_.assign(nx * ny * nz * Draft::numbers, 0.0f);
+    parallel_for(ny * nz, [&](std::size_t row) {
+      check_cancelled();
+      fill_row(row % ny, row / ny, values_.data() + row * nx * Draft::numbers);
+    });
+    pack();
+  }
+
+ private:
+  std::size_t size(int axis) const {
+    return static_cast<std::size_t>(draft_.axes[static_cast<std::size_t>(axis)].nodes);
+  }
+
+  void add_contributions(const std::set<std::string>& muted) {
+    const auto components = placed_.galaxy->components();
+    const StarFields fields(*job_.scene, job_.camera, 0);
+    double all_dust = 0;
+    for (std::size_t c = 0; c < components.size(); ++c) {
+      const Component& component = *components[c];
+      if (muted.contains(component.name())) continue;
+      Contribution own{c, {}};
+      if (component.absorbs()) {
+        own.factors[most_planes] = 1;
+        // Planes have one curve of extinction, the mean of those of all dust.
+        const double dust = component.amplitude() * component.envelope_integral();
+        all_dust += dust;
+        for (Draft::Plane& plane : draft_.planes) {
+          plane.extinction += dust * SpectralBasis::extinction(*component.extinction(),
+                                                               placed_.redshift, plane.wavelength);
+        }
+      } else {
+        const StarFields::Field* field = fields.find(0, c);
+        add_light(component.sed(), field, own);
+      }
+      contributions_.push_back(own);
+    }
+    for (Draft::Plane& plane : draft_.planes) {
+      if (all_dust > 0) plane.extinction /= all_dust;
+    }
+  }
+
+  void add_light(const Sed* sed, const StarFields::Field* field, Contribution& own) const {
+    for (std::size_t p = 0; p < job_.spectrum.planes.size(); ++p) {
+      const SpectralPlane& plane = job_.spectrum.planes[p];
+      const double unit = placed_.brightness *
+                          value_of_nanojansky(plane, job_.scene->unit, job_.parameters);
+      const auto add = [&](const Sed& one) {
+        own.factors[p] += unit * plane.flux(one, placed_.redshift, job_.spectrum.igm);
+      };
+      if (field == nullptr) {
+        add(*sed);
+        continue;
+      }
+      for (const StarFields::SmoothPart& part : field->parts) add(*part.sed);
+    }
+  }
+
+  /// The voxels of a row, those outside the ball left 0.
+  void fill_row(std::size_t iy, std::size_t iz, float* out) const {
+    const double y = draft_.axes[1].place(double(iy)), z = draft_.axes[2].place(double(iz));
+    const double room = 1 - y * y - z * z;
+    if (room <= 0) return;
+    struct Scratch {
+      BatchArray x, y, z;
+      RayBatch rays;
+      std::vector<BatchArray> densities;
+    };
+    thread_local Scratch s;
+    s.densities.resize(std::max(s.densities.size(), placed_.galaxy->components().size()));
+    std::size_t first = 0, count = 0;
+    for (std::size_t i = 0; i < size(0); ++i) {
+      const double x = draft_.axes[0].place(double(i));
+      if (x * x >= room) continue;
+      if (count == 0) first = i;
+      s.x[count++] = static_cast<float>(x);
+    }
+    if (count == 0) return;
+    for (std::size_t i = count; i < padded(count); ++i) s.x[i] = 0;
+    std::fill_n(s.y.data(), padded(count), static_cast<float>(y));
+    std::fill_n(s.z.data(), padded(count), static_cast<float>(z));
+    std::fill_n(s.rays.footprint.data(), padded(count), footprint_);
+    std::fill_n(s.rays.obliquity.data(), padded(count), mean_obliquity);
+    const Accuracy accuracy = Accuracy::from_tolerance(job_.parameters.sampling.tolerance);
+    EvaluationCounts counts;
+    placed_.galaxy->evaluate({s.x.data(), s.y.data(), s.z.data(), count},
+                             static_cast<float>(accuracy.texture_threshold), &s.rays, {},
+                             s.densities, counts);
+    for (const Contribution& one : contributions_) {
+      const BatchArray& density = s.densities[one.component];
+      for (std::size_t i = 0; i < count; ++i) {
+        float* voxel = out + (first + i) * Draft::numbers;
+        for (std::size_t n = 0; n < Draft::numbers; ++n) {
+          voxel[n] += static_cast<float>(one.factors[n]) * density[i];
+        }
+      }
+    }
+  }
+
+  /// Scales the numbers to half precision.
+  void pack() {
+    std::array<double, Draft::numbers> most{};
+    for (std::size_t i = 0; i < values_.size(); ++i) {
+      double& own = most[i % Draft::numbers];
+      own = std::max(own, double{values_[i]});
+    }
+    std::array<double, Draft::numbers> scale{};
+    for (std::size_t n = 0; n < Draft::numbers; ++n) {
+      scale[n] = most[n] > 0 ? most[n] / largest_number : 0;
+      if (n < draft_.planes.size()) draft_.planes[n].light = scale[n];
+    }
+    draft_.depth = scale[most_planes];
+    draft_.voxels.resize(values_.size());
+    for (std::size_t i = 0; i < values_.size(); ++i) {
+      const double unit = scale[i % Draft::numbers];
+      draft_.voxels[i] = unit > 0 ? half_of(static_cast<float>(double{values_[i]} / unit)) : 0;
+    }
+  }
+
+  const RenderJob& job_;
+  const PlacedGalaxy& placed_;
+  Draft& draft_;
+  float footprint_;
+  std::vector<Contribution> contributions_;
+  std::vector<float> values_;
+};
+
+/// The names of the components of the one galaxy that are muted.
+std::set<std::string> muted_names(const DraftRequest& request, const std::string& label) {
+  std::set<std::string> names;
+  if (request.muted.empty() || request.document.galaxies.empty()) return names;
+  const auto& galaxies = request.document.galaxies;
+  const auto chosen = galaxies.find(request.document.chosen);
+  const std::string& text = (chosen == galaxies.end() ? galaxies.begin() : chosen)->second;
+  const std::vector<std::string> all = component_names(parse_toml(text, label));
+  for (const int index : request.muted) {
+    if (index < static_cast<int>(all.size())) names.insert(all[static_cast<std::size_t>(index)]);
+  }
+  return names;
+}
+
+}  // namespace
+
+double DraftAxis::index(double x) const {
+  const double close = std::asinh(x / core) / std::asinh(1 / core);
+  return 0.5 * (nodes - 1) * (1 + (1 - share) * x + share * close);
+}
+
+double DraftAxis::place(double index) const {
+  double low = -1, high = 1;
+  // Halves the interval until it is that of neighbouring doubles.
+  for (int step = 0; step < 64 && low < high; ++step) {
+    const double middle = 0.5 * (low + high);
+    if (middle <= low || middle >= high) break;
+    (this->index(middle) < index ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+std::uint16_t half_of(float value) {
+  constexpr float smallest_normal = 0x1p-14f;
+  if (!(value > 0)) return 0;
+  // Subnormal numbers are multiples of 2^-24.
+  if (value < smallest_normal) return static_cast<std::uint16_t>(std::nearbyint(value * 0x1p24f));
+  const auto bits = std::bit_cast<std::uint32_t>(value) - (112u << 23);
+  constexpr std::uint32_t dropped = 13, below_half = (1u << 12) - 1;
+  const std::uint32_t rounded = (bits + below_half + ((bits >> dropped) & 1u)) >> dropped;
+  return static_cast<std::uint16_t>(std::min(rounded, 0x7bffu));
+}
+
+Draft make_draft(const Session& session, const std::string& label, const DraftRequest& request,
+                 const Cancellation& cancellation) {
+  const CancellationScope scope(&cancellation);
+  const RenderJob first = load_view(session, label, request, 0, 1);
+  check_job(first, load_view(session, label, request, 1, 1));
+  // The render measures the textures for rays of the draft's footprint.
+  RenderControl control;
+  control.cancellation = &cancellation;
+  const Rendering rendering = session.render(
+      load_view(session, label, request, 0, 2 * first.scene->galaxies[0].radius), control);
+  Draft draft;
+  const auto in_plane = request.size, upwards = request.size / 4;
+  draft.axes[0] = draft.axes[1] = {in_plane, 0.003, 0.4};
+  draft.axes[2] = {upwards, 0.01, 0.85};
+  Baker(*rendering.job, muted_names(request, label), draft).bake();
+  return draft;
+}
+
+std::string encode_slices(const Draft& draft, std::int64_t id, int first, int count) {
+  Json axes = Json::array(), planes = Json::array(), to_ball = Json::array();
+  for (const DraftAxis& axis : draft.axes) {
+    axes.push_back({{"nodes", axis.nodes}, {"core", axis.core}, {"share", axis.share}});
+  }
+  for (const Draft::Plane& plane : draft.planes) {
+    planes.push_back({{"label", plane.label},
+                      {"wavelength", plane.wavelength},
+                      {"unit", draft.unit},
+                      {"extinction", plane.extinction},
+                      {"light", plane.light}});
+  }
+  for (int column = 0; column < 3; ++column) {
+    for (int row = 0; row < 3; ++row) to_ball.push_back(draft.to_ball[column][row]);
+  }
+  const Json head = {{"id", id},
+                     {"slice", first},
+                     {"slices", count},
+                     {"axes", axes},
+                     {"planes", planes},
+                     {"depth", draft.depth},
+                     {"to_ball", to_ball},
+                     {"centre", {draft.centre.x, draft.centre.y, draft.centre.z}},
+                     {"radius", draft.radius}};
+  const std::size_t slice = draft.voxels.size() / static_cast<std::size_t>(draft.axes[2].nodes);
+  const std::size_t size = slice * static_cast<std::size_t>(count);
+  FrameEncoder frame(json_text(head), size / 2);
+  frame.add(std::span(draft.voxels).subspan(slice * static_cast<std::size_t>(first), size));
+  return frame.take();
+}
+
+std::string send_draft(const Draft& draft, std::int64_t id, const Send& send) {
+  constexpr std::size_t most_bytes = std::size_t{1} << 19;
+  const int all = draft.axes[2].nodes;
+  const std::size_t slice = draft.voxels.size() * sizeof(std::uint16_t) / std::size_t(all);
+  const int at_once = std::max(static_cast<int>(most_bytes / slice), 1);
+  int first = 0;
+  for (; first + at_once < all; first += at_once) {
+    send(encode_slices(draft, id, first, at_once), true);
+  }
+  return encode_slices(draft, id, first, all - first);
+}
+
+}  // namespace gamer
