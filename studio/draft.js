@@ -5,9 +5,10 @@ import {channelsOf} from './channels.js';
 import {march} from './draft_shader.js';
 import {basis, isFlat, scale, subtract} from './view.js';
 
-const size = 256;           // nodes in the plane of the disk
+const size = 192;           // nodes in the plane of the disk
 const pauseMs = 220;        // without motion, after which a render is asked for
 const frameMs = 30;         // of a draft
+const stride = 1;           // nodes between two points of a ray
 const trials = [48, 192];   // sides of the drafts whose time is measured
 const leastSide = 200, mostSide = 1024;
 const trueSide = 256;       // of the first render that replaces a draft
@@ -38,7 +39,7 @@ export class Draft extends EventTarget {
   }
 
   forget() {
-    this.key = this.asked = this.program = this.voxels = this.target = null;
+    this.key = this.asked = this.program = this.voxels = this.variants = this.target = null;
     this.isShown = false;
   }
 
@@ -68,14 +69,18 @@ export class Draft extends EventTarget {
     this.asked = null;
   }
 
-  take({header, halves}) {
+  take({header, halves, variants}) {
     if (header.id !== this.asked?.id) return;
     const gl = this.picture.gl, [nx, ny, nz] = header.axes.map((axis) => axis.nodes);
     gl.activeTexture(gl.TEXTURE2);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
-    if (header.slice === 0) this.begin(nx, ny, nz);
-    gl.bindTexture(gl.TEXTURE_3D, this.voxels);
-    gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, header.slice, nx, ny, header.slices, gl.RGBA, gl.HALF_FLOAT, halves);
+    if (header.slice === 0) this.begin(header);
+    const put = (texture, format, values) => {
+      gl.bindTexture(gl.TEXTURE_3D, texture);
+      gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, header.slice, nx, ny, header.slices, format, gl.HALF_FLOAT, values);
+    };
+    put(this.voxels, gl.RGBA, halves);
+    if (variants) put(this.variants, gl.RG, variants);
     gl.activeTexture(gl.TEXTURE0);
     if (header.slice + header.slices < nz) return;
     this.header = header;
@@ -85,17 +90,24 @@ export class Draft extends EventTarget {
     this.dispatchEvent(new Event('ready'));
   }
 
-  begin(nx, ny, nz) {
+  begin(header) {
     const gl = this.picture.gl;
     this.key = null;
     this.isShown = false;
     this.program ??= this.picture.program(march);
     this.target ??= this.picture.nearest(gl.TEXTURE_2D);
-    if (this.voxels) gl.deleteTexture(this.voxels);
-    this.voxels = this.picture.nearest(gl.TEXTURE_3D);
+    for (const texture of [this.voxels, this.variants]) if (texture) gl.deleteTexture(texture);
+    const nodes = header.axes.map((axis) => axis.nodes);
+    this.voxels = this.grid(gl.RGBA16F, nodes);
+    this.variants = this.grid(gl.RG16F, header.variants ? nodes : [1, 1, 1]);
+  }
+
+  grid(format, nodes) {
+    const gl = this.picture.gl, texture = this.picture.nearest(gl.TEXTURE_3D);
     for (const key of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_3D, key, gl.LINEAR);
     gl.texParameteri(gl.TEXTURE_3D, gl.TEXTURE_WRAP_R, gl.CLAMP_TO_EDGE);
-    gl.texStorage3D(gl.TEXTURE_3D, 1, gl.RGBA16F, nx, ny, nz);
+    gl.texStorage3D(gl.TEXTURE_3D, 1, format, ...nodes);
+    return texture;
   }
 
   /// Finds the side whose drafts take `frameMs`. Without a GPU there is none.
@@ -145,7 +157,11 @@ export class Draft extends EventTarget {
     gl.bindTexture(gl.TEXTURE_2D, null);
     gl.activeTexture(gl.TEXTURE2);
     gl.bindTexture(gl.TEXTURE_3D, this.voxels);
+    gl.activeTexture(gl.TEXTURE3);
+    gl.bindTexture(gl.TEXTURE_3D, this.variants);
     gl.uniform1i(places.voxels, 2);
+    gl.uniform1i(places.variants, 3);
+    gl.uniform1i(places.has_variants, header.variants ? 1 : 0);
     const all = (key) => header.axes.map((axis) => axis[key]);
     gl.uniform3fv(places.nodes, all('nodes'));
     gl.uniform3fv(places.core, all('core'));
@@ -161,7 +177,7 @@ export class Draft extends EventTarget {
     gl.uniform1f(places.side, 2 / width);
     gl.uniformMatrix3fv(places.light, false, this.channelMatrix());
     gl.uniform3fv(places.extinction, [0, 1, 2].map((p) => (header.planes[p]?.extinction ?? 0) * header.depth / header.radius));
-    gl.uniform1f(places.stride, 1);
+    gl.uniform1f(places.stride, stride);
     gl.bindFramebuffer(gl.FRAMEBUFFER, picture.target);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.target, 0);
     gl.viewport(0, 0, width, height);

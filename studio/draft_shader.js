@@ -6,6 +6,8 @@ precision highp float;
 precision highp int;
 precision highp sampler3D;
 uniform sampler3D voxels;
+uniform sampler3D variants;  // of the dust
+uniform bool has_variants;
 uniform vec3 nodes;      // of each axis
 uniform vec3 core;
 uniform vec3 share;
@@ -16,7 +18,7 @@ uniform vec3 right;      // across half of the image
 uniform vec3 up;
 uniform vec3 back;
 uniform bool perspective;
-uniform float side;      // of a pixel: its share of \`right\`
+uniform float side;      // of a pixel: its share of 'right'
 uniform mat3 light;      // planes to channels
 uniform vec3 extinction; // of each plane, per galaxy radius of a voxel's number 1
 uniform float stride;    // nodes between two points of a ray
@@ -24,7 +26,6 @@ in vec2 place;
 out vec4 sum;
 
 const int most_steps = 4096;
-const int parts = 4;     // of a pixel's side, about the galaxy's centre
 
 vec3 stretched(vec3 x) { return sign(x) * log(abs(x) + sqrt(x * x + 1.0)); }
 
@@ -38,6 +39,16 @@ vec3 density(vec3 at) {
   return 0.5 * (nodes - 1.0) * (1.0 - share + share / (stretched(1.0 / core) * sqrt(at * at + core * core)));
 }
 
+// The share of the light of a step that is seen, with dust of this depth mixed in, behind dust of
+// transmission 'clear': (1 - exp(-x))/x. The dust of the step is then in front.
+vec3 through(vec3 depth, inout vec3 clear) {
+  vec3 passed = exp(-depth);
+  vec3 mixed = mix(1.0 - 0.5 * depth, (1.0 - passed) / max(depth, 1e-3), greaterThan(depth, vec3(1e-3)));
+  vec3 seen = clear * mixed;
+  clear *= passed;
+  return seen;
+}
+
 // The planes along the ray of a place in the image, from -1 to 1.
 vec3 ray(vec2 at) {
   vec3 offset = at.x * right + at.y * up;
@@ -49,19 +60,22 @@ vec3 ray(vec2 at) {
   if (room <= 0.0) return vec3(0.0);
   float end = sqrt(room / dot(way, way));
   float t = perspective ? max(-end, -nearest) : -end;
-  vec3 light_sum = vec3(0.0), transmission = vec3(1.0), speed = abs(way);
+  vec3 light_sum = vec3(0.0), speed = abs(way);
+  vec3 clear[3] = vec3[3](vec3(1.0), vec3(1.0), vec3(1.0));
   for (int i = 0; i < most_steps && t < end; ++i) {
     vec3 rate = density(middle + t * way) * speed;
     float step = stride / max(rate.x, max(rate.y, rate.z));
     rate = density(middle + (t + 0.5 * step) * way) * speed;
     step = min(stride / max(rate.x, max(rate.y, rate.z)), end - t);
-    vec4 voxel = texture(voxels, cell(middle + (t + 0.5 * step) * way));
-    vec3 depth = voxel.a * extinction * step;
-    vec3 passed = exp(-depth);
-    // Light mixed with dust of depth x: (1 - exp(-x))/x of it is seen.
-    vec3 seen = mix(1.0 - 0.5 * depth, (1.0 - passed) / max(depth, 1e-3), greaterThan(depth, vec3(1e-3)));
-    light_sum += transmission * seen * voxel.rgb * step;
-    transmission *= passed;
+    vec3 at = cell(middle + (t + 0.5 * step) * way);
+    vec4 voxel = texture(voxels, at);
+    vec3 weight = through(voxel.a * extinction * step, clear[0]);
+    if (has_variants) {
+      vec2 other = texture(variants, at).rg;
+      weight = 2.0 / 3.0 * weight + (through(other.r * extinction * step, clear[1]) +
+                                     through(other.g * extinction * step, clear[2])) / 6.0;
+    }
+    light_sum += weight * voxel.rgb * step;
     t += step;
   }
   return light_sum;
@@ -81,8 +95,10 @@ void main() {
   vec2 at = 2.0 * place - 1.0;
   vec2 pixel = vec2(side, side * length(right) / length(up));
   vec3 planes = vec3(0.0);
-  if (distance_in_pixels(at) < 2.5) {
+  float distance = distance_in_pixels(at);
+  if (distance < 2.5) {
     // Cusps differ strongly within a pixel.
+    int parts = distance < 1.2 ? 12 : 4;
     for (int i = 0; i < parts * parts; ++i) {
       vec2 part = (vec2(i % parts, i / parts) + 0.5) / float(parts) - 0.5;
       planes += ray(at + part * pixel) / float(parts * parts);

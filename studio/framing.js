@@ -22,11 +22,13 @@ export function parseFrame(buffer) {
   return {header, values, plane: (i) => values.subarray(i * size, (i + 1) * size)};
 }
 
-/// Slices of a draft: four half-precision numbers a voxel.
+/// Slices of a draft: four half-precision numbers a voxel, then two where its dust has variants.
 function draftSlices(header, buffer, start) {
-  const size = 4 * header.axes[0].nodes * header.axes[1].nodes * header.slices;
-  if (buffer.byteLength - start !== 2 * size) {
-    throw new RangeError(`a draft of ${buffer.byteLength - start} bytes; its header promises ${2 * size}`);
+  const voxels = header.axes[0].nodes * header.axes[1].nodes * header.slices;
+  const bytes = voxels * (header.variants ? 12 : 8);
+  if (buffer.byteLength - start !== bytes) {
+    throw new RangeError(`a draft of ${buffer.byteLength - start} bytes; its header promises ${bytes}`);
   }
-  return {header, halves: new Uint16Array(buffer, start, size)};
+  return {header, halves: new Uint16Array(buffer, start, 4 * voxels),
+          variants: header.variants ? new Uint16Array(buffer, start + 8 * voxels, 2 * voxels) : null};
 }

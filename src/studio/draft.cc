@@ -11,6 +11,7 @@
 
 #include "gamer/core/config.h"
 #include "gamer/core/parallel_for.h"
+#include "gamer/galaxy/calibration/dust_variants.h"
 #include "gamer/render/spectral_basis.h"
 #include "gamer/render/stars/star_fields.h"
 #include "job/make_job.h"
@@ -30,6 +31,8 @@ constexpr double largest_number = 32768;
 constexpr std::size_t most_planes = 3;
 // ln(path/height) of a ray that is inclined by 45 degrees.
 constexpr float mean_obliquity = 0.347f;
+// Wavelengths in a band, for the extinction of its light.
+constexpr int band_samples = 6;
 
 /// Two cameras of which no direction is that of the other.
 const std::vector<std::vector<std::string>>& cameras() {
@@ -76,10 +79,13 @@ void check_job(const RenderJob& job, const RenderJob& other) {
   }
 }
 
-/// What a component adds to the numbers of a voxel.
+constexpr std::size_t all_numbers = Draft::numbers + Draft::other_variants;
+
+/// A component and its factors of the planes.
 struct Contribution {
   std::size_t component = 0;
-  std::array<double, Draft::numbers> factors{};
+  bool absorbs = false;
+  std::array<double, most_planes> factors{};
 };
 
 class Baker {
@@ -96,15 +102,17 @@ class Baker {
     for (const SpectralPlane& plane : job.spectrum.planes) {
       draft_.planes.push_back({plane.label, plane.wavelength, 0, 0});
     }
+    for (std::size_t i = 0; i < 3; ++i) places_[i] = draft_.axes[i].places();
+    weights_ = draft_.axes[2].weights();
     add_contributions(muted);
   }
 
   void bake() {
     const std::size_t nx = size(0), ny = size(1), nz = size(2);
-    values_.assign(nx * ny * nz * Draft::numbers, 0.0f);
+    values_.assign(nx * ny * nz * all_numbers, 0.0f);
     parallel_for(ny * nz, [&](std::size_t row) {
       check_cancelled();
-      fill_row(row % ny, row / ny, values_.data() + row * nx * Draft::numbers);
+      fill_row(row % ny, row / ny, values_.data() + row * nx * all_numbers);
     });
     pack();
   }
@@ -114,53 +122,85 @@ class Baker {
     return static_cast<std::size_t>(draft_.axes[static_cast<std::size_t>(axis)].nodes);
   }
 
+  SpectralBasis make_basis() const {
+    const Sed* light = first_light(*placed_.galaxy);
+    std::vector<SpectralBasis::Probe> probes;
+    for (const auto& component : placed_.galaxy->components()) {
+      if (!component->absorbs() || light == nullptr) continue;
+      probes.push_back({light, placed_.redshift, component->extinction(), placed_.redshift});
+    }
+    return {job_.spectrum, probes, band_samples, 1};
+  }
+
   void add_contributions(const std::set<std::string>& muted) {
     const auto components = placed_.galaxy->components();
     const StarFields fields(*job_.scene, job_.camera, 0);
+    const SpectralBasis basis = make_basis();
+    std::vector<double> flux(basis.planes() * basis.size()), curve(basis.size());
     double all_dust = 0;
     for (std::size_t c = 0; c < components.size(); ++c) {
       const Component& component = *components[c];
       if (muted.contains(component.name())) continue;
-      Contribution own{c, {}};
+      Contribution own{c, component.absorbs(), {}};
       if (component.absorbs()) {
-        own.factors[most_planes] = 1;
         // Planes have one curve of extinction, the mean of those of all dust.
         const double dust = component.amplitude() * component.envelope_integral();
         all_dust += dust;
-        for (Draft::Plane& plane : draft_.planes) {
-          plane.extinction += dust * SpectralBasis::extinction(*component.extinction(),
-                                                               placed_.redshift, plane.wavelength);
+        for (std::size_t j = 0; j < curve.size(); ++j) {
+          curve[j] += dust * SpectralBasis::extinction(*component.extinction(), placed_.redshift,
+                                                       basis.node(j));
         }
+        has_variants_ = has_variants_ || component.hides_texture(footprint_);
       } else {
-        const StarFields::Field* field = fields.find(0, c);
-        add_light(component.sed(), field, own);
+        add_light(c, fields.find(0, c), basis, own, flux);
       }
       contributions_.push_back(own);
     }
-    for (Draft::Plane& plane : draft_.planes) {
-      if (all_dust > 0) plane.extinction /= all_dust;
+    if (all_dust > 0) set_extinction(all_dust, curve, flux);
+  }
+
+  /// Adds the light of a component to its factors, and to the sums `flux` [plane][node].
+  void add_light(std::size_t c, const StarFields::Field* field, const SpectralBasis& basis,
+                 Contribution& own, std::vector<double>& flux) const {
+    std::vector<const Sed*> seds;
+    if (field == nullptr) {
+      seds.push_back(placed_.galaxy->components()[c]->sed());
+    } else {
+      for (const StarFields::SmoothPart& part : field->parts) seds.push_back(part.sed.get());
+    }
+    for (const Sed* sed : seds) {
+      const std::vector<double> weights = basis.weights(*sed, placed_.redshift);
+      for (std::size_t p = 0; p < basis.planes(); ++p) {
+        const double unit = placed_.brightness * value_of_nanojansky(job_.spectrum.planes[p],
+                                                                     job_.scene->unit,
+                                                                     job_.parameters);
+        for (std::size_t j = 0; j < basis.size(); ++j) {
+          const double light = weights[p * basis.size() + j];
+          own.factors[p] += unit * light;
+          flux[p * basis.size() + j] += light * placed_.galaxy->luminosity(c);
+        }
+      }
     }
   }
 
-  void add_light(const Sed* sed, const StarFields::Field* field, Contribution& own) const {
-    for (std::size_t p = 0; p < job_.spectrum.planes.size(); ++p) {
-      const SpectralPlane& plane = job_.spectrum.planes[p];
-      const double unit = placed_.brightness *
-                          value_of_nanojansky(plane, job_.scene->unit, job_.parameters);
-      const auto add = [&](const Sed& one) {
-        own.factors[p] += unit * plane.flux(one, placed_.redshift, job_.spectrum.igm);
-      };
-      if (field == nullptr) {
-        add(*sed);
-        continue;
+  /// A band's light behind a screen falls less than at a wavelength, since its red part stays.
+  void set_extinction(double all_dust, const std::vector<double>& curve,
+                      const std::vector<double>& flux) {
+    constexpr double screen = 1;
+    for (std::size_t p = 0; p < draft_.planes.size(); ++p) {
+      double clear = 0, seen = 0;
+      for (std::size_t j = 0; j < curve.size(); ++j) {
+        const double light = flux[p * curve.size() + j];
+        clear += light;
+        seen += light * std::exp(-screen * curve[j] / all_dust);
       }
-      for (const StarFields::SmoothPart& part : field->parts) add(*part.sed);
+      if (seen > 0) draft_.planes[p].extinction = std::log(clear / seen) / screen;
     }
   }
 
   /// The voxels of a row, those outside the ball left 0.
   void fill_row(std::size_t iy, std::size_t iz, float* out) const {
-    const double y = draft_.axes[1].place(double(iy)), z = draft_.axes[2].place(double(iz));
+    const double y = places_[1][iy], z = places_[2][iz];
     const double room = 1 - y * y - z * z;
     if (room <= 0) return;
     struct Scratch {
@@ -169,10 +209,11 @@ class Baker {
       std::vector<BatchArray> densities;
     };
     thread_local Scratch s;
-    s.densities.resize(std::max(s.densities.size(), placed_.galaxy->components().size()));
+    s.densities.resize(std::max(
+        s.densities.size(), dust_deviations.size() * placed_.galaxy->components().size()));
     std::size_t first = 0, count = 0;
     for (std::size_t i = 0; i < size(0); ++i) {
-      const double x = draft_.axes[0].place(double(i));
+      const double x = places_[0][i];
       if (x * x >= room) continue;
       if (count == 0) first = i;
       s.x[count++] = static_cast<float>(x);
@@ -184,38 +225,59 @@ class Baker {
     std::fill_n(s.rays.footprint.data(), padded(count), footprint_);
     std::fill_n(s.rays.obliquity.data(), padded(count), mean_obliquity);
     const Accuracy accuracy = Accuracy::from_tolerance(job_.parameters.sampling.tolerance);
+    const std::span deviations =
+        std::span(dust_deviations).first(has_variants_ ? dust_deviations.size() : 0);
     EvaluationCounts counts;
     placed_.galaxy->evaluate({s.x.data(), s.y.data(), s.z.data(), count},
-                             static_cast<float>(accuracy.texture_threshold), &s.rays, {},
+                             static_cast<float>(accuracy.texture_threshold), &s.rays, deviations,
                              s.densities, counts);
     for (const Contribution& one : contributions_) {
-      const BatchArray& density = s.densities[one.component];
       for (std::size_t i = 0; i < count; ++i) {
-        float* voxel = out + (first + i) * Draft::numbers;
-        for (std::size_t n = 0; n < Draft::numbers; ++n) {
-          voxel[n] += static_cast<float>(one.factors[n]) * density[i];
-        }
+        add(one, s.densities, i, weights_[iz], out + (first + i) * all_numbers);
       }
+    }
+  }
+
+  /// Adds a component's density at point i to a voxel.
+  void add(const Contribution& one, std::span<const BatchArray> densities, std::size_t i,
+           double weight, float* voxel) const {
+    if (!one.absorbs) {
+      for (std::size_t p = 0; p < draft_.planes.size(); ++p) {
+        voxel[p] += static_cast<float>(one.factors[p] * weight * densities[one.component][i]);
+      }
+      return;
+    }
+    const std::size_t components = placed_.galaxy->components().size();
+    for (std::size_t v = 0; v <= Draft::other_variants; ++v) {
+      const std::size_t set = has_variants_ ? v : 0;
+      voxel[most_planes + v] +=
+          static_cast<float>(weight * densities[set * components + one.component][i]);
     }
   }
 
   /// Scales the numbers to half precision.
   void pack() {
-    std::array<double, Draft::numbers> most{};
+    std::array<double, all_numbers> most{};
     for (std::size_t i = 0; i < values_.size(); ++i) {
-      double& own = most[i % Draft::numbers];
+      double& own = most[i % all_numbers];
       own = std::max(own, double{values_[i]});
     }
-    std::array<double, Draft::numbers> scale{};
-    for (std::size_t n = 0; n < Draft::numbers; ++n) {
-      scale[n] = most[n] > 0 ? most[n] / largest_number : 0;
-      if (n < draft_.planes.size()) draft_.planes[n].light = scale[n];
+    // All variants of the dust have one scale.
+    const double dust = *std::max_element(most.begin() + most_planes, most.end());
+    std::fill(most.begin() + most_planes, most.end(), dust);
+    for (std::size_t p = 0; p < draft_.planes.size(); ++p) {
+      draft_.planes[p].light = most[p] / largest_number;
     }
-    draft_.depth = scale[most_planes];
-    draft_.voxels.resize(values_.size());
+    draft_.depth = dust / largest_number;
+    const std::size_t voxels = values_.size() / all_numbers;
+    draft_.voxels.reserve(voxels * Draft::numbers);
+    if (has_variants_) draft_.variants.reserve(voxels * Draft::other_variants);
     for (std::size_t i = 0; i < values_.size(); ++i) {
-      const double unit = scale[i % Draft::numbers];
-      draft_.voxels[i] = unit > 0 ? half_of(static_cast<float>(double{values_[i]} / unit)) : 0;
+      const std::size_t number = i % all_numbers;
+      if (number >= Draft::numbers && !has_variants_) continue;
+      const double scale = most[number] > 0 ? largest_number / most[number] : 0;
+      (number < Draft::numbers ? draft_.voxels : draft_.variants)
+          .push_back(half_of(static_cast<float>(values_[i] * scale)));
     }
   }
 
@@ -223,8 +285,11 @@ class Baker {
   const PlacedGalaxy& placed_;
   Draft& draft_;
   float footprint_;
+  std::array<std::vector<double>, 3> places_;  ///< [axis][node]
+  std::vector<double> weights_;                ///< of the nodes of the last axis
   std::vector<Contribution> contributions_;
-  std::vector<float> values_;
+  bool has_variants_ = false;
+  std::vector<float> values_;  ///< [voxel][plane, then variant of the dust]
 };
 
 /// The names of the components of the one galaxy that are muted.
@@ -248,15 +313,36 @@ double DraftAxis::index(double x) const {
   return 0.5 * (nodes - 1) * (1 + (1 - share) * x + share * close);
 }
 
+double DraftAxis::density(double x) const {
+  return 0.5 * (nodes - 1) *
+         (1 - share + share / (std::asinh(1 / core) * std::sqrt(x * x + core * core)));
+}
+
 double DraftAxis::place(double index) const {
   double low = -1, high = 1;
-  // Halves the interval until it is that of neighbouring doubles.
-  for (int step = 0; step < 64 && low < high; ++step) {
+  for (;;) {
     const double middle = 0.5 * (low + high);
-    if (middle <= low || middle >= high) break;
+    if (middle <= low || middle >= high) return middle;
     (this->index(middle) < index ? low : high) = middle;
   }
-  return 0.5 * (low + high);
+}
+
+std::vector<double> DraftAxis::places() const {
+  std::vector<double> result;
+  for (int i = 0; i < nodes; ++i) result.push_back(place(i));
+  return result;
+}
+
+std::vector<double> DraftAxis::weights() const {
+  std::vector<double> result(static_cast<std::size_t>(nodes), 1.0);
+  for (int i = 1; i + 1 < nodes; ++i) {
+    // The integral of a hat function times dx/du is the difference of those of x over its halves,
+    // here by Simpson's rule.
+    const double hat =
+        (4 * (place(i + 0.5) - place(i - 0.5)) + place(i + 1) - place(i - 1)) / 6;
+    result[static_cast<std::size_t>(i)] = 1 / (density(place(i)) * hat);
+  }
+  return result;
 }
 
 std::uint16_t half_of(float value) {
@@ -281,9 +367,9 @@ Draft make_draft(const Session& session, const std::string& label, const DraftRe
   const Rendering rendering = session.render(
       load_view(session, label, request, 0, 2 * first.scene->galaxies[0].radius), control);
   Draft draft;
-  const auto in_plane = request.size, upwards = request.size / 4;
-  draft.axes[0] = draft.axes[1] = {in_plane, 0.003, 0.4};
-  draft.axes[2] = {upwards, 0.01, 0.85};
+  // Cusps need the nodes at the middle, thin layers those in the plane, and textures the others.
+  draft.axes[0] = draft.axes[1] = {request.size, 0.003, 0.4};
+  draft.axes[2] = {request.size * 2 / 3, 0.01, 0.85};
   Baker(*rendering.job, muted_names(request, label), draft).bake();
   return draft;
 }
@@ -311,18 +397,26 @@ std::string encode_slices(const Draft& draft, std::int64_t id, int first, int co
                      {"depth", draft.depth},
                      {"to_ball", to_ball},
                      {"centre", {draft.centre.x, draft.centre.y, draft.centre.z}},
-                     {"radius", draft.radius}};
-  const std::size_t slice = draft.voxels.size() / static_cast<std::size_t>(draft.axes[2].nodes);
-  const std::size_t size = slice * static_cast<std::size_t>(count);
-  FrameEncoder frame(json_text(head), size / 2);
-  frame.add(std::span(draft.voxels).subspan(slice * static_cast<std::size_t>(first), size));
+                     {"radius", draft.radius},
+                     {"variants", !draft.variants.empty()}};
+  const auto all = static_cast<std::size_t>(draft.axes[2].nodes);
+  const auto part = [&](const std::vector<std::uint16_t>& numbers) {
+    const std::size_t slice = numbers.size() / all;
+    return std::span(numbers).subspan(slice * static_cast<std::size_t>(first),
+                                      slice * static_cast<std::size_t>(count));
+  };
+  const auto voxels = part(draft.voxels), variants = part(draft.variants);
+  FrameEncoder frame(json_text(head), (voxels.size() + variants.size()) / 2);
+  frame.add(voxels);
+  frame.add(variants);
   return frame.take();
 }
 
 std::string send_draft(const Draft& draft, std::int64_t id, const Send& send) {
   constexpr std::size_t most_bytes = std::size_t{1} << 19;
   const int all = draft.axes[2].nodes;
-  const std::size_t slice = draft.voxels.size() * sizeof(std::uint16_t) / std::size_t(all);
+  const std::size_t numbers = draft.voxels.size() + draft.variants.size();
+  const std::size_t slice = numbers * sizeof(std::uint16_t) / static_cast<std::size_t>(all);
   const int at_once = std::max(static_cast<int>(most_bytes / slice), 1);
   int first = 0;
   for (; first + at_once < all; first += at_once) {

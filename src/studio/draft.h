@@ -25,8 +25,14 @@ struct DraftAxis {
   double share = 0;  ///< of the nodes that are close together
 
   double index(double x) const;
-  /// The place of an index, to the rounding of doubles.
+  /// du/dx, nodes per galaxy radius.
+  double density(double x) const;
+  /// The place of an index from 0 to nodes - 1, to the rounding of doubles.
   double place(double index) const;
+  std::vector<double> places() const;  ///< of all nodes
+  /// Factors of the values at the nodes, near 1. Interpolation between them, which is linear in u,
+  /// then has the integral over x of the trapezoidal rule in u. That rule errs far less.
+  std::vector<double> weights() const;
 };
 
 /// Light and dust of a galaxy on a grid of its ball, from which a page draws it from any side.
@@ -34,7 +40,7 @@ struct Draft {
   struct Plane {
     std::string label;
     double wavelength = 0;
-    double extinction = 0;  ///< relative to V
+    double extinction = 0;  ///< relative to V, of the galaxy's light behind tau_V = 1
     double light = 0;       ///< brightness per galaxy radius of a voxel's number 1
   };
   std::array<DraftAxis, 3> axes;
@@ -46,8 +52,12 @@ struct Draft {
   double depth = 0;           ///< optical depth at V per galaxy radius of a voxel's number 1
   /// Half-precision numbers [(z ny + y) nx + x][plane], then that of the dust.
   std::vector<std::uint16_t> voxels;
+  /// [(z ny + y) nx + x][i]: the dust of the other variants of dust_variants.h; empty where no dust
+  /// has any.
+  std::vector<std::uint16_t> variants;
 
-  static constexpr std::size_t numbers = 4;  ///< of a voxel
+  static constexpr std::size_t numbers = 4;         ///< of a voxel
+  static constexpr std::size_t other_variants = 2;  ///< of a voxel
 };
 
 /// Evaluates the one galaxy of a view as rays see it whose footprint is a 128th of the ball.

@@ -19,7 +19,7 @@ constexpr std::size_t most_edits = 256, most_settings = 256, most_galaxies = 256
 constexpr std::size_t most_levels = 16, most_muted = 64;
 constexpr std::size_t most_name_bytes = 200, most_setting_bytes = 4096;
 constexpr int most_pixels_a_side = 16384;
-constexpr int least_draft_nodes = 16, most_draft_nodes = 384;
+constexpr int least_draft_nodes = 16, most_draft_nodes = 256;
 
 /// Throws InputError where brackets outside of strings are nested too deep.
 void check_depth(std::string_view text) {
