@@ -26,6 +26,7 @@ in vec2 place;
 out vec4 sum;
 
 const int most_steps = 4096;
+const int parts = 12;    // of a pixel's side, at the galaxy's centre
 
 vec3 stretched(vec3 x) { return sign(x) * log(abs(x) + sqrt(x * x + 1.0)); }
 
@@ -95,10 +96,8 @@ void main() {
   vec2 at = 2.0 * place - 1.0;
   vec2 pixel = vec2(side, side * length(right) / length(up));
   vec3 planes = vec3(0.0);
-  float distance = distance_in_pixels(at);
-  if (distance < 2.5) {
-    // Cusps differ strongly within a pixel.
-    int parts = distance < 1.2 ? 12 : 4;
+  if (distance_in_pixels(at) < 1.5) {
+    // The mean over a pixel differs from its middle at a cusp.
     for (int i = 0; i < parts * parts; ++i) {
       vec2 part = (vec2(i % parts, i / parts) + 0.5) / float(parts) - 0.5;
       planes += ray(at + part * pixel) / float(parts * parts);

@@ -6,7 +6,9 @@
 #include <set>
 #include <utility>
 
+#include <fmt/format.h>
 #include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
 #include <nlohmann/json.hpp>
 
 #include "gamer/core/config.h"
@@ -34,28 +36,27 @@ constexpr float mean_obliquity = 0.347f;
 // Wavelengths in a band, for the extinction of its light.
 constexpr int band_samples = 6;
 
-/// Two cameras of which no direction is that of the other.
-const std::vector<std::vector<std::string>>& cameras() {
-  static const std::vector<std::vector<std::string>> all = {
-      {"camera.position=[3, -5, 4]", "camera.target=[0, 0, 0]", "camera.up=[0, 0, 1]"},
-      {"camera.position=[-4, -3, 7]", "camera.target=[0, 0, 0]", "camera.up=[0, 1, 0]"}};
-  return all;
-}
-
-/// The job of a view of the whole ball.
+/// The job of a view from a direction in which the ball fills the image.
 RenderJob load_view(const Session& session, const std::string& label, const DraftRequest& request,
-                    std::size_t camera, double width) {
+                    const glm::dvec3& direction, const glm::dvec3& centre, double radius) {
   PageDocument document = request.document;
   const RenderParameters given = parameters_of(document, label, session.folders());
-  if (given.camera.projection != Projection::orthographic &&
-      given.camera.projection != Projection::perspective) {
+  const bool is_flat = given.camera.projection == Projection::orthographic;
+  if (!is_flat && given.camera.projection != Projection::perspective) {
     throw InputError("a draft needs a perspective or orthographic camera");
   }
-  for (const std::string& setting : cameras()[camera]) document.settings.push_back(setting);
-  document.settings.push_back("camera.projection=\"orthographic\"");
-  document.settings.push_back("camera.width=" + value_text(ParameterValue(width)));
+  const auto set = [&](const char* key, const ParameterValue& value) {
+    document.settings.push_back(fmt::format("camera.{}={}", key, value_text(value)));
+  };
+  const auto vector = [](const glm::dvec3& v) { return std::vector<double>{v.x, v.y, v.z}; };
+  const double distance = is_flat ? 1 : radius / std::tan(glm::radians(given.camera.fov) / 2);
+  set("target", vector(centre));
+  set("position", vector(centre + distance * glm::normalize(direction)));
+  set("up", vector({0, 0, 1}));
+  if (is_flat) set("width", 2 * radius);
   RenderParameters parameters = level_parameters(
       parameters_of(document, label, session.folders()), {footprint_pixels, footprint_pixels, {}});
+  // The job measures the galaxy; nobody looks at the image.
   parameters.set("image", "region", std::vector<double>{1, 1, 1, 1});
   return session.load(
       {parameters.toml(), RenderInput::Text{document.scene}, document.galaxies, {}, label});
@@ -359,17 +360,19 @@ std::uint16_t half_of(float value) {
 Draft make_draft(const Session& session, const std::string& label, const DraftRequest& request,
                  const Cancellation& cancellation) {
   const CancellationScope scope(&cancellation);
-  const RenderJob first = load_view(session, label, request, 0, 1);
-  check_job(first, load_view(session, label, request, 1, 1));
+  const glm::dvec3 direction{3, -5, 4}, another{-4, -3, 7}, origin{0, 0, 0};
+  const RenderJob first = load_view(session, label, request, direction, origin, 1);
+  check_job(first, load_view(session, label, request, another, origin, 1));
+  const PlacedGalaxy& placed = first.scene->galaxies[0];
   // The render measures the textures for rays of the draft's footprint.
   RenderControl control;
   control.cancellation = &cancellation;
   const Rendering rendering = session.render(
-      load_view(session, label, request, 0, 2 * first.scene->galaxies[0].radius), control);
+      load_view(session, label, request, direction, placed.centre, placed.radius), control);
   Draft draft;
   // Cusps need the nodes at the middle, thin layers those in the plane, and textures the others.
-  draft.axes[0] = draft.axes[1] = {request.size, 0.003, 0.4};
-  draft.axes[2] = {request.size * 2 / 3, 0.01, 0.85};
+  draft.axes[0] = draft.axes[1] = {request.size, 0.003, 0.25};
+  draft.axes[2] = {request.size * 5 / 8, 0.01, 0.85};
   Baker(*rendering.job, muted_names(request, label), draft).bake();
   return draft;
 }
