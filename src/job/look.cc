@@ -41,9 +41,9 @@ bool chooses_planes(const std::vector<std::string>& settings) {
   });
 }
 
-/// The scene list of a galaxy with this inclination and position angle for the camera of `view`. The
-/// axis is in scene coordinates, so that a moved camera sees the galaxy from another side. The line
-/// of nodes is at `position_angle` from +y, that is, a right angle more from +x.
+/// The scene list of a galaxy with this inclination and position angle for the camera of `view`.
+/// The axis is in scene coordinates, so that a moved camera sees the galaxy from another side. The
+/// line of nodes is at `position_angle` from +y, that is, a right angle more from +x.
 std::string scene_list(const Look& look) {
   constexpr double degree = std::numbers::pi / 180;
   const double tilt = look.inclination * degree, angle = look.position_angle * degree;

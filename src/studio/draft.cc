@@ -54,8 +54,8 @@ RenderJob load_view(const Session& session, const std::string& label, const Draf
   set("position", vector(centre + distance * glm::normalize(direction)));
   set("up", vector({0, 0, 1}));
   if (is_flat) set("width", 2 * radius);
-  RenderParameters parameters = level_parameters(
-      parameters_of(document, label, session.folders()), {footprint_pixels, footprint_pixels, {}});
+  RenderParameters parameters = level_parameters(parameters_of(document, label, session.folders()),
+                                                 {footprint_pixels, footprint_pixels, {}});
   // The job measures the galaxy; nobody looks at the image.
   parameters.set("image", "region", std::vector<double>{1, 1, 1, 1});
   return session.load(
@@ -94,8 +94,8 @@ class Baker {
   Baker(const RenderJob& job, const std::set<std::string>& muted, Draft& draft)
       : job_(job), placed_(job.scene->galaxies[0]), draft_(draft) {
     const auto& axis = placed_.galaxy->axis();
-    footprint_ = static_cast<float>(2.0 / footprint_pixels /
-                                    *std::min_element(axis.begin(), axis.end()));
+    footprint_ =
+        static_cast<float>(2.0 / footprint_pixels / *std::min_element(axis.begin(), axis.end()));
     draft_.to_ball = placed_.to_ball;
     draft_.centre = placed_.centre;
     draft_.radius = placed_.radius;
@@ -172,9 +172,9 @@ class Baker {
     for (const Sed* sed : seds) {
       const std::vector<double> weights = basis.weights(*sed, placed_.redshift);
       for (std::size_t p = 0; p < basis.planes(); ++p) {
-        const double unit = placed_.brightness * value_of_nanojansky(job_.spectrum.planes[p],
-                                                                     job_.scene->unit,
-                                                                     job_.parameters);
+        const double unit =
+            placed_.brightness *
+            value_of_nanojansky(job_.spectrum.planes[p], job_.scene->unit, job_.parameters);
         for (std::size_t j = 0; j < basis.size(); ++j) {
           const double light = weights[p * basis.size() + j];
           own.factors[p] += unit * light;
@@ -210,8 +210,8 @@ class Baker {
       std::vector<BatchArray> densities;
     };
     thread_local Scratch s;
-    s.densities.resize(std::max(
-        s.densities.size(), dust_deviations.size() * placed_.galaxy->components().size()));
+    s.densities.resize(
+        std::max(s.densities.size(), dust_deviations.size() * placed_.galaxy->components().size()));
     std::size_t first = 0, count = 0;
     for (std::size_t i = 0; i < size(0); ++i) {
       const double x = places_[0][i];
@@ -339,8 +339,7 @@ std::vector<double> DraftAxis::weights() const {
   for (int i = 1; i + 1 < nodes; ++i) {
     // The integral of a hat function times dx/du is the difference of those of x over its halves,
     // here by Simpson's rule.
-    const double hat =
-        (4 * (place(i + 0.5) - place(i - 0.5)) + place(i + 1) - place(i - 1)) / 6;
+    const double hat = (4 * (place(i + 0.5) - place(i - 0.5)) + place(i + 1) - place(i - 1)) / 6;
     result[static_cast<std::size_t>(i)] = 1 / (density(place(i)) * hat);
   }
   return result;

@@ -57,13 +57,13 @@ void StudioCore::start(const std::shared_ptr<Page>& page, Message message) {
     return views_.ask(page, message.id, std::move(*view));
   }
   if (auto* draft = std::get_if<DraftRequest>(&message.request)) {
-    return views_.ask_draft(
-        page, message.id,
-        [this, id = message.id, request = std::move(*draft)](const Cancellation& cancellation,
-                                                             const Send& send) {
-          paths_.check(request.document);
-          return send_draft(make_draft(session_, label_, request, cancellation), id, send);
-        });
+    return views_.ask_draft(page, message.id,
+                            [this, id = message.id, request = std::move(*draft)](
+                                const Cancellation& cancellation, const Send& send) {
+                              paths_.check(request.document);
+                              return send_draft(make_draft(session_, label_, request, cancellation),
+                                                id, send);
+                            });
   }
   if (const auto* request = std::get_if<CancelRequest>(&message.request)) {
     return cancel(page, *request);

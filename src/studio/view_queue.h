@@ -24,9 +24,8 @@ namespace gamer {
 class ViewQueue {
  public:
   /// Renders a view: sends its frames but the last, which it returns.
-  using Render =
-      std::function<std::string(std::int64_t id, const ViewRequest& request,
-                                const Cancellation& cancellation, const Send& send)>;
+  using Render = std::function<std::string(std::int64_t id, const ViewRequest& request,
+                                           const Cancellation& cancellation, const Send& send)>;
   /// Makes a draft: sends its parts but the last, which it returns.
   using Work = std::function<std::string(const Cancellation& cancellation, const Send& send)>;
   explicit ViewQueue(Render render) : render_(std::move(render)) {}

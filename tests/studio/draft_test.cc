@@ -58,10 +58,9 @@ double value_of(std::uint16_t half) {
 
 /// A number of a voxel.
 double number_at(const Draft& draft, int x, int y, int z, std::size_t number) {
-  const std::size_t voxel =
-      (std::size_t(z) * std::size_t(draft.axes[1].nodes) + std::size_t(y)) *
-          std::size_t(draft.axes[0].nodes) +
-      std::size_t(x);
+  const std::size_t voxel = (std::size_t(z) * std::size_t(draft.axes[1].nodes) + std::size_t(y)) *
+                                std::size_t(draft.axes[0].nodes) +
+                            std::size_t(x);
   return value_of(draft.voxels[voxel * Draft::numbers + number]);
 }
 
@@ -128,7 +127,8 @@ TEST(Draft, LightIsTheIntegralOfTheDisk) {
   for (int k = 0; k < draft.axes[2].nodes; ++k) {
     for (int j = 0; j < draft.axes[1].nodes; ++j) {
       for (int i = 0; i < draft.axes[0].nodes; ++i) {
-        sum += x[std::size_t(i)] * x[std::size_t(j)] * z[std::size_t(k)] * number_at(draft, i, j, k, 0);
+        sum += x[std::size_t(i)] * x[std::size_t(j)] * z[std::size_t(k)] *
+               number_at(draft, i, j, k, 0);
       }
     }
   }
@@ -199,7 +199,7 @@ TEST(Draft, SlicesAreMessages) {
 }
 
 TEST(Draft, IsRefusedWhereItCannotShowTheView) {
-  const auto refused = [](const char* what, const char* with, std::string PageDocument::* text) {
+  const auto refused = [](const char* what, const char* with, std::string PageDocument::*text) {
     return problem([&](DraftRequest& request) {
       std::string& own = request.document.*text;
       ASSERT_NE(own.find(what), std::string::npos);
@@ -211,10 +211,11 @@ TEST(Draft, IsRefusedWhereItCannotShowTheView) {
             "a draft shows a scene of one galaxy");
   EXPECT_EQ(refused("[5500, 8000]", "[5500, 6000, 7000, 8000]", &PageDocument::parameters),
             "a draft has at most 3 planes");
-  EXPECT_EQ(refused("projection = \"orthographic\"\nposition = [0, 0, 9]\nup = [0, 1, 0]\nwidth = 2",
-                    "projection = \"fisheye\"\nposition = [0, 0, 9]\nup = [0, 1, 0]",
-                    &PageDocument::parameters),
-            "a draft needs a perspective or orthographic camera");
+  EXPECT_EQ(
+      refused("projection = \"orthographic\"\nposition = [0, 0, 9]\nup = [0, 1, 0]\nwidth = 2",
+              "projection = \"fisheye\"\nposition = [0, 0, 9]\nup = [0, 1, 0]",
+              &PageDocument::parameters),
+      "a draft needs a perspective or orthographic camera");
   EXPECT_EQ(problem([](DraftRequest& request) {
               request.document.scene = "galaxy x y z inclination pa\nown 1 2 3 20 30\n";
             }),
