@@ -4,8 +4,8 @@ import {parseFrame} from './framing.js';
 
 const firstDelay = 300, longestDelay = 4000;  // milliseconds between attempts
 
-/// Events: `open` (each time), `lost` (detail: whether the key is no longer valid), `frame` (detail:
-/// parseFrame()), `message` (detail: a message without a waiting request).
+/// Events: `open` (each time), `lost` (detail: whether the key is no longer valid), `frame` and
+/// `draft` (detail: parseFrame()), `message` (detail: a message without a waiting request).
 export class Connection extends EventTarget {
   constructor() {
     super();
@@ -60,7 +60,8 @@ export class Connection extends EventTarget {
 
   receive(data) {
     if (typeof data !== 'string') {
-      this.dispatchEvent(new CustomEvent('frame', {detail: parseFrame(data)}));
+      const frame = parseFrame(data);
+      this.dispatchEvent(new CustomEvent(frame.halves ? 'draft' : 'frame', {detail: frame}));
       return;
     }
     const message = JSON.parse(data);

@@ -7,6 +7,7 @@ import {UiState, restore, store} from './ui_state.js';
 import {Picture} from './picture.js';
 import {Preview} from './preview.js';
 import {Stage} from './stage.js';
+import {Draft} from './draft.js';
 import {Navigation} from './navigation.js';
 import {ComponentPanel} from './components.js';
 import {ParameterPanel} from './parameters.js';
@@ -63,7 +64,8 @@ async function begin(opened) {
   const picture = new Picture(canvas);
   const preview = new Preview({connection, doc, ui, picture});
   const stage = new Stage({room: $('stage'), canvas, picture, preview, ui});
-  app = {connection, doc, ui, canvas, picture, preview, stage};
+  const draft = new Draft({connection, doc, ui, picture, preview, stage});
+  app = {connection, doc, ui, canvas, picture, preview, stage, draft};
   globalThis.studio = app;  // for the console and tests
   app.navigation = new Navigation({canvas, stage, ui, preview, home: () => opened.camera});
   app.seeds = new Seeds(app);
@@ -84,9 +86,12 @@ async function begin(opened) {
 }
 
 function followChanges() {
-  const {doc, ui, preview, picture} = app;
+  const {doc, ui, preview, picture, draft} = app;
   doc.addEventListener('change', ({detail}) => { preview.ask(detail.moving); later(); });
-  ui.addEventListener('camera', ({detail}) => { preview.ask(detail.moving); later(); });
+  ui.addEventListener('camera', ({detail}) => {
+    if (!detail.moving || !draft.show()) preview.ask(detail.moving);
+    later();
+  });
   // Muted light is muted in the picture; without a muted layer of dust the light differs.
   let dust = '';
   ui.addEventListener('muted', () => {

@@ -166,8 +166,8 @@ export class Picture {
     return this.read;
   }
 
-  pixelsOf(texture) {
-    const gl = this.gl, {width, height} = this.frame.header;
+  pixelsOf(texture, width = this.frame.header.width, height = this.frame.header.height) {
+    const gl = this.gl;
     const pixels = new Float32Array(4 * width * height);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
@@ -192,7 +192,11 @@ export class Picture {
   draw(tone, look, seeing = null) {
     if (!this.frame || this.gl.isContextLost()) return;
     this.sumUp();
-    const channels = this.seen(seeing);
+    this.paint(this.seen(seeing), tone, look);
+  }
+
+  /// Draws the channels of a texture.
+  paint(channels, tone, look) {
     const gl = this.gl, {program, places} = this.stretching;
     gl.useProgram(program);
     gl.activeTexture(gl.TEXTURE0);

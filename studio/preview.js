@@ -11,7 +11,7 @@ const targetMs = 30;       // of a frame while moving
 const leastSide = 48;
 const steps = [[128, 0.05], [256, 0.02]];  // longer side and tolerance of the coarse steps
 
-/// Events: `frame` (a new picture), `busy` (detail: true or false), `problem` (detail: a text).
+/// Events: `asked` (a view was asked for), `frame` (a new picture), `busy` (detail: true or false), `problem` (detail: a text).
 export class Preview extends EventTarget {
   constructor({connection, doc, ui, picture}) {
     super();
@@ -79,6 +79,7 @@ export class Preview extends EventTarget {
       ...this.doc.fields(cameraSettings(this.ui.camera)), planes: moving ? 'image' : 'components',
       muted: this.muted(model, moving), strips: !moving, sizes: this.sizes(moving)});
     if (id === 0) return;
+    this.dispatchEvent(new Event('asked'));
     this.asked.clear();
     this.asked.set(id, request);
     request.id = id;

@@ -55,7 +55,8 @@ export class Stage {
     requestAnimationFrame(() => {
       this.isDirty = false;
       if (!this.ui.tone || !this.picture.frame) return;
-      this.picture.draw(this.ui.tone, this.ui.look, this.seeing());
+      if (this.draft?.isShown) this.draft.draw(this.ui.tone, this.ui.look);
+      else this.picture.draw(this.ui.tone, this.ui.look, this.seeing());
       for (const listener of this.listeners) listener();
     });
   }

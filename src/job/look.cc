@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -39,6 +41,17 @@ bool chooses_planes(const std::vector<std::string>& settings) {
   });
 }
 
+/// The scene list of a galaxy with this inclination and position angle for the camera of `view`.
+/// The axis is in scene coordinates, so that a moved camera sees the galaxy from another side. The
+/// line of nodes is at `position_angle` from +y, that is, a right angle more from +x.
+std::string scene_list(const Look& look) {
+  constexpr double degree = std::numbers::pi / 180;
+  const double tilt = look.inclination * degree, angle = look.position_angle * degree;
+  return fmt::format("galaxy,x,y,z,ox,oy,oz,pa\n\"{}\",0,0,0,{},{},{},{}\n", look.galaxy,
+                     std::sin(tilt) * std::cos(angle), std::sin(tilt) * std::sin(angle),
+                     std::cos(tilt), std::remainder(look.position_angle + 90, 360));
+}
+
 }  // namespace
 
 void add_look(const Look& look, const std::vector<std::string>& settings, Resources& resources) {
@@ -49,9 +62,7 @@ void add_look(const Look& look, const std::vector<std::string>& settings, Resour
   resources.add({recorded_parameters, label,
                  fmt::format(fmt::runtime(view), toml_string(picture)) +
                      (chooses_planes(settings) ? "" : colours)});
-  resources.add({recorded_scene, label,
-                 fmt::format("galaxy,x,y,z,inclination,pa\n\"{}\",0,0,0,{},{}\n", look.galaxy,
-                             look.inclination, look.position_angle)});
+  resources.add({recorded_scene, label, scene_list(look)});
 }
 
 }  // namespace gamer

@@ -19,6 +19,7 @@ constexpr std::size_t most_edits = 256, most_settings = 256, most_galaxies = 256
 constexpr std::size_t most_levels = 16, most_muted = 64;
 constexpr std::size_t most_name_bytes = 200, most_setting_bytes = 4096;
 constexpr int most_pixels_a_side = 16384;
+constexpr int least_draft_nodes = 16, most_draft_nodes = 256;
 
 /// Throws InputError where brackets outside of strings are nested too deep.
 void check_depth(std::string_view text) {
@@ -214,6 +215,23 @@ ViewLevel level_of(const Json& json) {
   return level;
 }
 
+std::vector<int> muted_of(Members& members) {
+  std::vector<int> muted;
+  for (const Json& one : members.list("muted", most_muted)) {
+    muted.push_back(component_of(one).value_or(0));
+  }
+  return muted;
+}
+
+DraftRequest parse_draft(Members& members) {
+  DraftRequest request;
+  request.document = document_of(members);
+  request.muted = muted_of(members);
+  request.size =
+      static_cast<int>(whole(members.get("size"), "size", least_draft_nodes, most_draft_nodes));
+  return request;
+}
+
 ViewRequest parse_view(Members& members) {
   ViewRequest request;
   request.document = document_of(members);
@@ -223,9 +241,7 @@ ViewRequest parse_view(Members& members) {
   }
   request.wants_components = planes == "components";
   request.wants_strips = members.flag("strips");
-  for (const Json& one : members.list("muted", most_muted)) {
-    request.muted.push_back(component_of(one).value_or(0));
-  }
+  request.muted = muted_of(members);
   for (const Json& one : members.list("sizes", most_levels)) {
     request.levels.push_back(level_of(one));
   }
@@ -263,6 +279,7 @@ const std::map<std::string, std::function<Request(Members&)>, std::less<>>& oper
        [](Members& m) -> Request { return parse_edits(m, "parameters", false); }},
       {"model", [](Members& m) -> Request { return ModelRequest{m.text("galaxy_text")}; }},
       {"view", [](Members& m) -> Request { return parse_view(m); }},
+      {"draft", [](Members& m) -> Request { return parse_draft(m); }},
       {"cancel",
        [](Members& m) -> Request {
          CancelRequest request;

@@ -46,6 +46,11 @@ struct ViewRequest {
   std::vector<int> muted;     ///< components of the chosen galaxy, from 0
   std::vector<ViewLevel> levels;
 };
+struct DraftRequest {
+  PageDocument document;
+  std::vector<int> muted;  ///< components of the galaxy, from 0
+  int size = 0;            ///< nodes in the plane
+};
 struct CancelRequest {
   std::optional<std::int64_t> target;  ///< a render; none: the page's view
 };
@@ -71,7 +76,7 @@ struct OutputsRequest {};
 struct Message {
   std::int64_t id = 0;
   std::variant<OpenRequest, EditRequest, ModelRequest, ViewRequest, CancelRequest, SaveRequest,
-               CommandRequest, RenderRequest, OutputsRequest>
+               CommandRequest, RenderRequest, OutputsRequest, DraftRequest>
       request;
 };
 

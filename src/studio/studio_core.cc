@@ -7,6 +7,7 @@
 
 #include "gamer/core/error.h"
 #include "studio/child_process.h"
+#include "studio/draft.h"
 #include "studio/view.h"
 
 namespace gamer {
@@ -54,6 +55,15 @@ void StudioCore::start(const std::shared_ptr<Page>& page, Message message) {
   if (auto* view = std::get_if<ViewRequest>(&message.request)) {
     page->drop_frames();
     return views_.ask(page, message.id, std::move(*view));
+  }
+  if (auto* draft = std::get_if<DraftRequest>(&message.request)) {
+    return views_.ask_draft(page, message.id,
+                            [this, id = message.id, request = std::move(*draft)](
+                                const Cancellation& cancellation, const Send& send) {
+                              paths_.check(request.document);
+                              return send_draft(make_draft(session_, label_, request, cancellation),
+                                                id, send);
+                            });
   }
   if (const auto* request = std::get_if<CancelRequest>(&message.request)) {
     return cancel(page, *request);

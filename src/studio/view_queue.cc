@@ -26,13 +26,35 @@ bool ViewQueue::cancel(const Page& page) {
 }
 
 void ViewQueue::ask(const std::shared_ptr<Page>& page, std::int64_t id, ViewRequest request) {
-  cancel(*page);
-  const auto view = std::make_shared<View>(page, id, std::move(request));
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& view : views_) {
+      if (view->key == page.get() || view->is_draft) view->cancellation.request();
+    }
+  }
+  add(std::make_shared<View>(
+      page, id, false,
+      [this, id, request = std::move(request)](const Cancellation& cancellation, const Send& send) {
+        return render_(id, request, cancellation, send);
+      }));
+}
+
+void ViewQueue::ask_draft(const std::shared_ptr<Page>& page, std::int64_t id, Work work) {
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& view : views_) {
+      if (view->key == page.get() && view->is_draft) view->cancellation.request();
+    }
+  }
+  add(std::make_shared<View>(page, id, true, std::move(work)));
+}
+
+void ViewQueue::add(std::shared_ptr<View> view) {
   {
     const std::lock_guard lock(mutex_);
     views_.push_back(view);
   }
-  queue_.add([this, view] {
+  queue_.add([this, view = std::move(view)] {
     render(view);
     return_memory();
   });
@@ -66,7 +88,7 @@ void ViewQueue::render(const std::shared_ptr<View>& view) {
   if (!page) return leave();
   try {
     if (view->cancellation.is_requested()) throw Cancelled();
-    std::string last = render_(view->id, view->request, view->cancellation, send);
+    std::string last = view->work(view->cancellation, send);
     leave(true);
     page->send(std::move(last), true);
   } catch (const Cancelled&) {

@@ -18,33 +18,39 @@
 
 namespace gamer {
 
-/// Renders the views of all pages in a thread of its own. Of a page only the newest view counts: it
-/// cancels the one before. A view that was cancelled ends with the message "cancelled".
+/// Renders the views and drafts of all pages in a thread of its own. Of a page only the newest view
+/// counts: it cancels the one before. A view also cancels the drafts of all pages, which are worth
+/// less than it. What was cancelled ends with the message "cancelled".
 class ViewQueue {
  public:
   /// Renders a view: sends its frames but the last, which it returns.
-  using Render =
-      std::function<std::string(std::int64_t id, const ViewRequest& request,
-                                const Cancellation& cancellation, const Send& send)>;
+  using Render = std::function<std::string(std::int64_t id, const ViewRequest& request,
+                                           const Cancellation& cancellation, const Send& send)>;
+  /// Makes a draft: sends its parts but the last, which it returns.
+  using Work = std::function<std::string(const Cancellation& cancellation, const Send& send)>;
   explicit ViewQueue(Render render) : render_(std::move(render)) {}
   /// Cancels all views.
   ~ViewQueue();
 
   void ask(const std::shared_ptr<Page>& page, std::int64_t id, ViewRequest request);
-  /// Cancels the view of a page, and tells whether it had one.
+  /// A page has one draft in the making.
+  void ask_draft(const std::shared_ptr<Page>& page, std::int64_t id, Work work);
+  /// Cancels the view and the draft of a page, and tells whether it had one.
   bool cancel(const Page& page);
 
  private:
   struct View {
-    View(const std::shared_ptr<Page>& asker, std::int64_t number, ViewRequest wanted)
-        : page(asker), key(asker.get()), id(number), request(std::move(wanted)) {}
+    View(const std::shared_ptr<Page>& asker, std::int64_t number, bool draft, Work own)
+        : page(asker), key(asker.get()), id(number), is_draft(draft), work(std::move(own)) {}
 
     std::weak_ptr<Page> page;
     const Page* key;
     std::int64_t id;
-    ViewRequest request;
+    bool is_draft;
+    Work work;
     Cancellation cancellation;
   };
+  void add(std::shared_ptr<View> view);
   void render(const std::shared_ptr<View>& view);
   void return_memory();
 

@@ -43,6 +43,7 @@ TEST(Message, EveryOperation) {
   EXPECT_EQ(index(R"("command",)" + document), 6u);
   EXPECT_EQ(index(R"("render","name":"x.fits",)" + document), 7u);
   EXPECT_EQ(index(R"("outputs")"), 8u);
+  EXPECT_EQ(index(R"("draft",)" + document + R"(,"size":64)"), 9u);
 }
 
 TEST(Message, View) {
@@ -118,6 +119,21 @@ TEST(Message, LimitsOfViews) {
   std::string many = "[1,1,1]";
   for (int i = 0; i < 16; ++i) many += ",[1,1,1]";
   EXPECT_EQ(view(R"("sizes":[)" + many + "]"), "'sizes' has more than 16 members");
+}
+
+TEST(Message, Draft) {
+  const std::string begin =
+      R"({"op":"draft","id":3,"parameters":"p","scene":"s","galaxies":{"a":"t"},"muted":[2],)";
+  const Message message = parse_message(begin + R"("size":128})");
+  const auto& draft = std::get<DraftRequest>(message.request);
+  EXPECT_EQ(draft.document.galaxies.at("a"), "t");
+  EXPECT_EQ(draft.muted, std::vector<int>{2});
+  EXPECT_EQ(draft.size, 128);
+  const std::string limits = "'size' is no whole number from 16 to 256";
+  EXPECT_EQ(problem(begin + R"("size":15})"), limits);
+  EXPECT_EQ(problem(begin + R"("size":257})"), limits);
+  EXPECT_EQ(problem(begin + R"("size":"x"})"), limits);
+  EXPECT_EQ(problem(begin + R"("more":1})"), "a message lacks 'size'");
 }
 
 TEST(Message, ErrorsHaveTheIdWhereThereIsOne) {

@@ -1,9 +1,11 @@
 #include <condition_variable>
 #include <functional>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -64,6 +66,23 @@ TEST(ViewQueue, AViewIsGoneWhenThePageHearsOfItsEnd) {
     EXPECT_EQ(was_there, std::vector<bool>{false}) << end;
     EXPECT_NE(message.find(end), std::string::npos) << message;
   }
+}
+
+TEST(ViewQueue, AViewEndsTheDraftsOfAllPages) {
+  const auto drafting = std::make_shared<RecordingPage>(),
+             viewing = std::make_shared<RecordingPage>();
+  std::promise<void> begun;
+  ViewQueue views([](std::int64_t, const ViewRequest&, const Cancellation&,
+                     const Send&) -> std::string { return "frame"; });
+  views.ask_draft(drafting, 3, [&](const Cancellation& cancellation, const Send&) -> std::string {
+    begun.set_value();
+    while (!cancellation.is_requested()) std::this_thread::yield();
+    throw Cancelled();
+  });
+  begun.get_future().wait();
+  views.ask(viewing, 4, {});
+  EXPECT_EQ(viewing->wait(1).front(), "frame");
+  EXPECT_NE(drafting->wait(1).front().find("cancelled"), std::string::npos);
 }
 
 TEST(RenderQueue, TheNameIsFreeWhenThePageHearsOfTheEnd) {

@@ -56,6 +56,17 @@ test('wrong frames are refused', () => {
   assert.throws(() => parseFrame(long), RangeError);
 });
 
+test('slices of a draft have half-precision numbers', () => {
+  const header = {axes: [{nodes: 2}, {nodes: 1}, {nodes: 4}], slice: 1, slices: 2, variants: true, planes: []};
+  const buffer = frameOf(header, new Array(12).fill(1));
+  const {halves, variants} = parseFrame(buffer);
+  assert.deepEqual([halves.length, variants.length], [16, 8]);
+  assert.equal(halves[1], 0x3f80);
+  assert.throws(() => parseFrame(frameOf(header, new Array(11).fill(1))), RangeError);
+  assert.equal(parseFrame(frameOf({...header, variants: false}, new Array(8).fill(1))).variants, null);
+  assert.throws(() => parseFrame(frameOf({...header, variants: false}, new Array(12).fill(1))), RangeError);
+});
+
 test('strips replace rows of an enlarged frame', () => {
   const planes = [{label: 'a', component: 0}, {label: 'a', component: 1}];
   const coarse = parseFrame(frameOf({width: 2, height: 2, planes}, [1, 2, 3, 4, 5, 6, 7, 8]));

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import unittest
 
-from studio_page import ENVIRONMENT, GALAXY, GAMER, SOURCE, Page, Server, missing, set_size, start_browser
+from studio_page import ENVIRONMENT, FILES, GALAXY, GAMER, SOURCE, Page, Server, missing, set_size, start_browser
 
 if not missing():
     from studio_page import Keys
@@ -470,6 +470,128 @@ class PageTest(unittest.TestCase):
         self.assertEqual(names, [])
 
 
+def rms_error(drawn, true):
+    """RMS of the difference over that of the true values, for each channel."""
+    errors = []
+    for channel in range(3):
+        pairs = list(zip(drawn[channel::4], true[channel::4]))
+        errors.append((sum((a - b) ** 2 for a, b in pairs) / sum(b * b for _, b in pairs)) ** 0.5)
+    return errors
+
+
+# The view of `gamer look` in few pixels, with inclination 35 and position angle 30.
+LOOK = """[image]
+size = [128, 128]
+[camera]
+projection = "orthographic"
+position = [0, 0, 10]
+up = [0, 1, 0]
+width = 2
+[spectrum]
+bands = ["bessell_b", "bessell_v", "red_halpha"]
+[sampling]
+tolerance = 0.01
+"""
+TILTED = "galaxy x y z ox oy oz pa\n{} 0 0 0 0.49673 0.28679 0.81915 120\n"
+
+# Galaxies of the suite, and all that are shipped, whose drafts take some minutes.
+DRAFTED = ("elliptical_dust", "m51", "ngc4594")
+ALL_DRAFTED = sorted(path.stem for path in (SOURCE / "galaxies").glob("*.toml"))
+
+
+@unittest.skipIf(missing(), missing())
+class DraftTest(unittest.TestCase):
+    """The draft of a moving view, which the tests allow to be slow."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.browser = start_browser()
+        cls.addClassCleanup(cls.browser.quit)
+
+    def open(self, *arguments, files=None):
+        server = Server(files=files or {}, arguments=arguments)
+        self.addCleanup(server.close)
+        page = Page(self.browser, server.address)
+        page.run("studio.draft.side = 512; studio.draft.isSlow = false")
+        return page
+
+    def wait_for_draft(self, page):
+        page.run("studio.draft.afterFrame()")
+        page.wait("studio.draft.isPresent(studio.draft.key)", 120)
+
+    def test_draft_is_the_true_render(self):
+        for galaxy in ALL_DRAFTED if "all_drafts" in sys.argv else DRAFTED:
+            page = self.open("render.par", "scene.lst", files={"render.par": LOOK, "scene.lst": TILTED.format(galaxy)})
+            self.wait_for_draft(page)
+            for position in (None, [5, -6, 4]):
+                if position:
+                    page.run("studio.ui.setCamera({...studio.ui.camera, position: arguments[0], up: [0, 0, 1]}, false)", position)
+                    page.settle()
+                true = page.value("Array.from(studio.picture.sums())")
+                drawn = page.value("Array.from(studio.draft.channels(studio.ui.camera, 128, 128))")
+                errors = rms_error(drawn, true)
+                with self.subTest(galaxy=galaxy, position=position, errors=errors):
+                    self.assertLess(max(errors), 0.03)
+            self.doCleanups()
+
+    def test_draft_is_that_of_a_perspective_camera(self):
+        parameters = FILES["render.par"].replace("orthographic", "perspective").replace("width = 2.2", "fov = 12.5")
+        page = self.open("render.par", "scene.lst", files={**FILES, "render.par": parameters})
+        self.wait_for_draft(page)
+        true = page.value("Array.from(studio.picture.sums())")
+        drawn = page.value("Array.from(studio.draft.channels(studio.ui.camera, 48, 36))")
+        self.assertLess(max(rms_error(drawn, true)), 0.03)
+
+    def test_draft_follows_keys_and_gives_way_to_the_render(self):
+        page = self.open("render.par", "scene.lst", files=FILES)
+        self.wait_for_draft(page)
+        page.run("globalThis.moving = 0; const ask = studio.preview.ask;"
+                 "studio.preview.ask = function(isMoving) { moving += isMoving ? 1 : 0; return ask.call(this, isMoving); }")
+        page.find("#picture").click()
+        page.settle()
+        before = page.value("studio.ui.camera.position")
+        self.browser.execute_script(
+            "const key = new KeyboardEvent('keydown', {key: 'ArrowRight', bubbles: true});"
+            "studio.canvas.dispatchEvent(key); globalThis.was_shown = studio.draft.isShown;")
+        self.assertEqual(page.value("was_shown"), True)
+        self.assertNotEqual(page.value("studio.ui.camera.position"), before)
+        page.wait("!studio.draft.isShown")
+        page.settle()
+        self.assertEqual(page.value("moving"), 0)
+        # An edit ends the draft, and the next one shows what was edited.
+        page.run("return studio.doc.edit([{set: [1, 'sed', 'E']}], 'sed')")
+        self.assertEqual(page.value("studio.draft.show()"), False)
+        page.settle()
+        self.wait_for_draft(page)
+        true = page.value("Array.from(studio.picture.sums())")
+        drawn = page.value("Array.from(studio.draft.channels(studio.ui.camera, 48, 36))")
+        self.assertLess(max(rms_error(drawn, true)), 0.03)
+
+    def test_no_draft_without_a_gpu(self):
+        server = Server()
+        self.addCleanup(server.close)
+        page = Page(self.browser, server.address)
+        page.wait("studio.draft.key")
+        self.assertEqual(page.value("[studio.draft.isSlow, studio.draft.show()]"), [True, False])
+
+    def test_scenes_of_several_galaxies_have_none(self):
+        page = self.open("render.par", "scene.lst", files={**FILES, "scene.lst": FILES["scene.lst"] + "mine 1 0 0\n"})
+        page.run("studio.draft.afterFrame()")
+        page.wait("studio.draft.refused")
+        self.assertEqual(self.browser.find_elements("css selector", ".message.problem"), [])
+
+    def test_a_galaxy_turns_under_a_moved_camera(self):
+        page = self.open("ngc4594")
+        page.run("return studio.doc.set({'image.size': [64, 64]}, 'size')")
+        page.settle()
+        face_on = page.sums()[0]
+        page.run("studio.navigation.edgeOn()")
+        page.wait("studio.preview.asked.size > 0")
+        page.settle()
+        edge_on = page.sums()[0]
+        self.assertGreater(sum(abs(a - b) for a, b in zip(face_on, edge_on)), 0.1 * sum(face_on))
+
+
 class ModuleTest(unittest.TestCase):
     @unittest.skipUnless(shutil.which("node"), "node is not installed (nodejs)")
     def test_modules(self):
@@ -482,4 +604,4 @@ if __name__ == "__main__":
     if missing() and not shutil.which("node"):
         print(f"skipped: {missing()}")
         sys.exit(SKIPPED)
-    unittest.main(argv=sys.argv[:1] + sys.argv[4:], verbosity=2)
+    unittest.main(argv=sys.argv[:1] + [one for one in sys.argv[4:] if one != "all_drafts"], verbosity=2)
