@@ -88,9 +88,7 @@ LONG = "deepfield_2014"
 def cases():
     """(parameter file, scene list, settings)."""
     scenes = SOURCE / "scenes"
-    # Cells of the bulge take most of the time from within the Milky Way.
-    found = [(path, path.with_suffix(".lst"), [f"image.size={12 if path.stem == 'milky_way_inside' else 24}"])
-             for path in sorted(scenes.glob("*.par"))]
+    found = [(path, path.with_suffix(".lst"), ["image.size=24"]) for path in sorted(scenes.glob("*.par"))]
     # Fine enough that rays of many widths and lengths share batches.
     return found + [(scenes / "milky_way_inside.par", "inside.lst",
                      [f"camera.projection={projection}", *settings, "sampling.tolerance=1e-4"])
