@@ -26,12 +26,11 @@
 #include "gamer/parallel/ranks.h"
 #include "gamer/scene/background.h"
 #include "gamer/scene/camera.h"
+#include "program.h"
 
 namespace {
 
 using gamer::InputError;
-
-enum ExitCode { done = 0, failed = 1, wrong_input = 2 };
 
 struct Options {
   gamer::RunOptions run;

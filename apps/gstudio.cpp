@@ -4,22 +4,17 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <exception>
-#include <new>
 #include <string>
 #include <vector>
 
 #include "gamer/core/error.h"
 #include "gamer/core/manual.h"
-#include "gamer/core/printable.h"
 #include "gamer/core/version.h"
-#include "gamer/image/clean_up.h"
 #include "gamer/studio/studio.h"
 #include "gamer/studio/studio_manual.h"
+#include "program.h"
 
 namespace {
-
-enum ExitCode { done = 0, failed = 1, wrong_input = 2 };
 
 constexpr int most_threads = 4096, most_port = 65535;
 
@@ -105,24 +100,6 @@ int run(int argc, char** argv) {
 
 }  // namespace
 
-/// The one place where errors are reported.
 int main(int argc, char** argv) {
-  const auto report = [](const std::string& message) {
-    fmt::print(stderr, "{}\n", gamer::printable(message));
-  };
-  gamer::open_standard_streams();
-  gamer::clean_up_on_signals();
-  try {
-    return run(argc, argv);
-  } catch (const gamer::InputError& error) {
-    report(error.what());
-    return wrong_input;
-  } catch (const gamer::RunError& error) {
-    report(error.what());
-  } catch (const std::bad_alloc&) {
-    report("gstudio: out of memory");
-  } catch (const std::exception& error) {
-    report(fmt::format("gstudio: {}", error.what()));
-  }
-  return failed;
+  return run_program("gstudio", [&] { return run(argc, argv); });
 }

@@ -3,23 +3,18 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <exception>
-#include <new>
 #include <string>
 #include <vector>
 
 #include "gamer/core/error.h"
 #include "gamer/core/manual.h"
-#include "gamer/core/printable.h"
 #include "gamer/core/version.h"
-#include "gamer/image/clean_up.h"
 #include "gamer/parallel/executor.h"
 #include "gamer/processing/gutil_manual.h"
 #include "gamer/processing/operation.h"
+#include "program.h"
 
 namespace {
-
-enum ExitCode { done = 0, failed = 1, wrong_input = 2 };
 
 bool asks_for(const std::vector<std::string>& arguments, const std::string& option) {
   for (const std::string& argument : arguments) {
@@ -67,24 +62,6 @@ int run(const std::vector<std::string>& arguments) {
 
 }  // namespace
 
-/// The one place where errors are reported.
 int main(int argc, char** argv) {
-  const auto report = [](const std::string& message) {
-    fmt::print(stderr, "{}\n", gamer::printable(message));
-  };
-  gamer::open_standard_streams();
-  gamer::clean_up_on_signals();
-  try {
-    return run({argv + 1, argv + argc});
-  } catch (const gamer::InputError& error) {
-    report(error.what());
-    return wrong_input;
-  } catch (const gamer::RunError& error) {
-    report(error.what());
-  } catch (const std::bad_alloc&) {
-    report("gutil: out of memory");
-  } catch (const std::exception& error) {
-    report(fmt::format("gutil: {}", error.what()));
-  }
-  return failed;
+  return run_program("gutil", [&] { return run({argv + 1, argv + argc}); });
 }

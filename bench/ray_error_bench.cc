@@ -56,7 +56,7 @@ void print_table(const std::vector<std::string>& galaxies) {
 int main(int count, char** names) {
   std::vector<std::string> galaxies(names + 1, names + count);
   if (galaxies.empty()) {
-    galaxies = gamer::galaxies_in(std::filesystem::path(GAMER_BENCH_SOURCE_DIR) / "galaxies");
+    galaxies = gamer::names_in(std::filesystem::path(GAMER_BENCH_SOURCE_DIR) / "galaxies", ".toml");
   }
   gamer::print_table(galaxies);
 }

@@ -31,6 +31,14 @@ float obliquity_of(const Hit& hit) {
 
 /// Arrays of one thread, kept between calls.
 struct Medium::Scratch {
+  /// The next node of a galaxy's stretches.
+  struct Cursor {
+    std::size_t stretch = 0;
+    /// A full batch cuts a stretch: so many of its nodes are in earlier batches.
+    std::int32_t done = 0;
+    std::array<double, 3> direction{};
+    float obliquity = 0;
+  };
   /// Successive nodes of a batch.
   struct Piece {
     std::int32_t first, count;
@@ -43,7 +51,95 @@ struct Medium::Scratch {
   HitTable table;
   std::vector<std::vector<NodesInBall>> members;  ///< [cover and galaxy]
   std::vector<std::size_t> first_group;           ///< [cover] its first index in `members`
+  std::size_t size = 0;                           ///< of the batch
+  bool has_footprints = false;                    ///< whether the batch needs `rays`
+
+  /// Fills the batch with the next nodes of the stretches. `s` holds the nodes' places on their
+  /// rays. `fields` is null where no distances are needed.
+  void gather(std::span<const NodesInBall> stretches, const float* s, const StarFields* fields,
+              Cursor& cursor);
+  /// Adds `count` nodes of a stretch, which are at `s`, to the batch.
+  void add(const NodesInBall& stretch, const float* s, std::int32_t count, const StarFields* fields,
+           Cursor& cursor);
+  /// Copies `scale` times the densities `from` of the batch to the places of its nodes.
+  void deposit(float scale, const float* from, std::vector<float>& slot) const;
+  /// Sets a slot to 0 at the nodes of the stretches' segments that are outside the ball.
+  static void clear_outside(std::span<const NodesInBall> stretches, std::vector<float>& slot);
 };
+
+void Medium::Scratch::gather(std::span<const NodesInBall> stretches, const float* s,
+                             const StarFields* fields, Cursor& cursor) {
+  pieces.clear();
+  size = 0;
+  has_footprints = false;
+  while (cursor.stretch < stretches.size() && size < batch_capacity) {
+    const NodesInBall& stretch = stretches[cursor.stretch];
+    const auto room = static_cast<std::int32_t>(batch_capacity - size);
+    const std::int32_t count = std::min(stretch.count - cursor.done, room);
+    const std::int32_t first = stretch.first + cursor.done;
+    if (count > 0) {
+      add(stretch, s + first, count, fields, cursor);
+      if (!pieces.empty() && pieces.back().first + pieces.back().count == first) {
+        pieces.back().count += count;
+      } else {
+        pieces.push_back({first, count});
+      }
+    }
+    cursor.done += count;
+    if (cursor.done < stretch.count) break;
+    ++cursor.stretch;
+    cursor.done = 0;
+  }
+  for (std::size_t i = size; i < padded(size); ++i) {
+    x[i] = y[i] = z[i] = rays.footprint[i] = rays.obliquity[i] = distance[i] = 0;
+  }
+}
+
+void Medium::Scratch::add(const NodesInBall& stretch, const float* s, std::int32_t count,
+                          const StarFields* fields, Cursor& cursor) {
+  const Hit& hit = *stretch.hit;
+  const auto along = [&](double start, double slope, BatchArray& out) {
+    const auto from = static_cast<float>(start), rate = static_cast<float>(slope);
+    float* to = out.data() + size;
+    for (std::int32_t i = 0; i < count; ++i) to[i] = from + s[i] * rate;
+  };
+  const double shift = stretch.origin - hit.centre;
+  along(hit.nearest[0] + shift * hit.direction[0], hit.direction[0], x);
+  along(hit.nearest[1] + shift * hit.direction[1], hit.direction[1], y);
+  along(hit.nearest[2] + shift * hit.direction[2], hit.direction[2], z);
+  along(hit.footprint_at(stretch.origin), hit.footprint_growth, rays.footprint);
+  // Parallel rays have one direction in a galaxy's ball.
+  if (!std::equal(cursor.direction.begin(), cursor.direction.end(), hit.direction)) {
+    std::copy_n(hit.direction, 3, cursor.direction.begin());
+    cursor.obliquity = obliquity_of(hit);
+  }
+  std::fill_n(rays.obliquity.data() + size, count, cursor.obliquity);
+  if (fields != nullptr && fields->is_parallel()) {
+    std::fill_n(distance.data() + size, count, 1.0f);
+  } else if (fields != nullptr) {
+    along(stretch.origin, 1, distance);
+  }
+  size += static_cast<std::size_t>(count);
+  has_footprints = has_footprints || hit.footprint_at(hit.end) > 0;
+}
+
+void Medium::Scratch::deposit(float scale, const float* from, std::vector<float>& slot) const {
+  for (const Piece& piece : pieces) {
+    float* to = slot.data() + piece.first;
+    for (std::int32_t n = 0; n < piece.count; ++n) to[n] = scale * from[n];
+    from += piece.count;
+  }
+}
+
+void Medium::Scratch::clear_outside(std::span<const NodesInBall> stretches,
+                                    std::vector<float>& slot) {
+  for (const NodesInBall& stretch : stretches) {
+    if (stretch.count == stretch.segment_count) continue;
+    const auto begin = slot.begin() + stretch.segment_first, first = slot.begin() + stretch.first;
+    std::fill(begin, first, 0.0f);
+    std::fill(first + stretch.count, begin + stretch.segment_count, 0.0f);
+  }
+}
 
 Medium::Scratch& Medium::scratch() {
   thread_local Scratch instance;
@@ -447,100 +543,39 @@ void Medium::fill(int galaxy, std::span<const NodesInBall> stretches, std::size_
   s.densities.resize(std::max(s.densities.size(), variants * components));
   const bool has_fields = std::any_of(own.fields.begin(), own.fields.end(),
                                       [](const auto* field) { return field != nullptr; });
-  for (const NodesInBall& stretch : stretches) {
-    if (stretch.count == stretch.segment_count) continue;
-    const auto clear_around = [&](std::vector<float>& slot) {
-      const auto begin = slot.begin() + stretch.segment_first, first = slot.begin() + stretch.first;
-      std::fill(begin, first, 0.0f);
-      std::fill(first + stretch.count, begin + stretch.segment_count, 0.0f);
-    };
-    for (std::size_t m = 0; m < own.light.size(); ++m) clear_around(nodes.light[first_light + m]);
-    for (std::size_t v = 0; v < variants; ++v) {
-      for (std::size_t m = 0; m < own.dust.size(); ++m) {
-        clear_around(nodes.dust[v * nodes.dust_slots + first_dust + m]);
-      }
+  const auto dust_slot = [&](std::size_t variant, std::size_t m) -> std::vector<float>& {
+    return nodes.dust[variant * nodes.dust_slots + first_dust + m];
+  };
+  for (std::size_t m = 0; m < own.light.size(); ++m) {
+    Scratch::clear_outside(stretches, nodes.light[first_light + m]);
+  }
+  for (std::size_t v = 0; v < variants; ++v) {
+    for (std::size_t m = 0; m < own.dust.size(); ++m) {
+      Scratch::clear_outside(stretches, dust_slot(v, m));
     }
   }
-  // A full batch cuts a stretch: `done` nodes of the first stretch are in earlier batches.
-  std::int32_t done = 0;
-  std::array<double, 3> direction{};
-  float obliquity = 0;
-  for (std::size_t next = 0; next < stretches.size();) {
-    s.pieces.clear();
-    std::size_t size = 0;
-    bool has_footprints = false;
-    while (next < stretches.size() && size < batch_capacity) {
-      const NodesInBall& stretch = stretches[next];
-      if (stretch.count == 0) {
-        ++next;
-        continue;
-      }
-      const Hit& hit = *stretch.hit;
-      const auto room = static_cast<std::int32_t>(batch_capacity - size);
-      const std::int32_t count = std::min(stretch.count - done, room);
-      const std::int32_t first = stretch.first + done;
-      const float* at = nodes.s.data() + first;
-      const auto along = [&](double start, double slope, BatchArray& out) {
-        const auto from = static_cast<float>(start), rate = static_cast<float>(slope);
-        float* to = out.data() + size;
-        for (std::int32_t i = 0; i < count; ++i) to[i] = from + at[i] * rate;
-      };
-      const double shift = stretch.origin - hit.centre;
-      along(hit.nearest[0] + shift * hit.direction[0], hit.direction[0], s.x);
-      along(hit.nearest[1] + shift * hit.direction[1], hit.direction[1], s.y);
-      along(hit.nearest[2] + shift * hit.direction[2], hit.direction[2], s.z);
-      along(hit.footprint_at(stretch.origin), hit.footprint_growth, s.rays.footprint);
-      // Parallel rays have one direction in a galaxy's ball.
-      if (!std::equal(direction.begin(), direction.end(), hit.direction)) {
-        std::copy_n(hit.direction, 3, direction.begin());
-        obliquity = obliquity_of(hit);
-      }
-      std::fill_n(s.rays.obliquity.data() + size, count, obliquity);
-      if (has_fields && star_fields_->is_parallel()) {
-        std::fill_n(s.distance.data() + size, count, 1.0f);
-      } else if (has_fields) {
-        along(stretch.origin, 1, s.distance);
-      }
-      if (!s.pieces.empty() && s.pieces.back().first + s.pieces.back().count == first) {
-        s.pieces.back().count += count;
-      } else {
-        s.pieces.push_back({first, count});
-      }
-      size += static_cast<std::size_t>(count);
-      has_footprints = has_footprints || hit.footprint_at(hit.end) > 0;
-      done += count;
-      if (done < stretch.count) break;
-      ++next;
-      done = 0;
-    }
-    if (size == 0) break;
-    for (std::size_t i = size; i < padded(size); ++i) {
-      s.x[i] = s.y[i] = s.z[i] = s.rays.footprint[i] = s.rays.obliquity[i] = s.distance[i] = 0;
-    }
-    type.evaluate(
-        {s.x.data(), s.y.data(), s.z.data(), size}, threshold, has_footprints ? &s.rays : nullptr,
-        std::span(dust_deviations).first(variants > 1 ? variants : 0), s.densities, counts);
-    const auto deposit = [&](const float* from, std::vector<float>& slot) {
-      for (const Scratch::Piece& piece : s.pieces) {
-        float* to = slot.data() + piece.first;
-        for (std::int32_t n = 0; n < piece.count; ++n) to[n] = scale * from[n];
-        from += piece.count;
-      }
-    };
+  Scratch::Cursor cursor;
+  while (cursor.stretch < stretches.size()) {
+    s.gather(stretches, nodes.s.data(), has_fields ? star_fields_.get() : nullptr, cursor);
+    if (s.size == 0) break;
+    type.evaluate({s.x.data(), s.y.data(), s.z.data(), s.size}, threshold,
+                  s.has_footprints ? &s.rays : nullptr,
+                  std::span(dust_deviations).first(variants > 1 ? variants : 0), s.densities,
+                  counts);
     const auto density = [&](int component, std::size_t variant) {
       return s.densities[variant * components + static_cast<std::size_t>(component)].data();
     };
     for (std::size_t m = 0; m < own.light.size(); ++m) {
       const float* light = density(own.light[m], 0);
       if (const StarFields::Field* field = own.fields[m]) {
-        field->dim(*own.field_parts[m], {s.distance.data(), size}, light, s.dimmed.data());
+        field->dim(*own.field_parts[m], {s.distance.data(), s.size}, light, s.dimmed.data());
         light = s.dimmed.data();
       }
-      deposit(light, nodes.light[first_light + m]);
+      s.deposit(scale, light, nodes.light[first_light + m]);
     }
     for (std::size_t v = 0; v < variants; ++v) {
       for (std::size_t m = 0; m < own.dust.size(); ++m) {
-        deposit(density(own.dust[m], v), nodes.dust[v * nodes.dust_slots + first_dust + m]);
+        s.deposit(scale, density(own.dust[m], v), dust_slot(v, m));
       }
     }
   }

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "gamer/job/schedule.h"
 #include "gamer/sed/extinction.h"
 #include "render/render_text.h"
 
@@ -48,13 +47,7 @@ Image render(const std::string& list, const std::string& toml) {
   resources.add({"galaxies/disk", "disk.toml", disk});
   resources.add({"galaxies/bulge", "bulge.toml", bulge});
   resources.add({"galaxies/dust", "dust.toml", dust});
-  const Camera camera(parameters);
-  const Spectrum spectrum = load_spectrum(parameters, resources);
-  const auto scene = std::make_shared<Scene>(
-      read_scene(list, "scene.lst", parameters, spectrum, camera, resources));
-  const Renderer renderer(parameters, camera, scene, spectrum);
-  ThreadExecutor executor(1);
-  return render_image(renderer, executor);
+  return image_of(measured_job(parameters, list, "scene.lst", resources));
 }
 
 double magnitude_of(double nanojansky) { return 31.4 - 2.5 * std::log10(nanojansky); }

@@ -18,18 +18,9 @@
 #include "gamer/scene/render_parameters.h"
 #include "gamer/scene/scene.h"
 #include "gamer/scene/spectrum.h"
+#include "render/measured_scene.h"
 
 namespace gamer {
-
-/// The names of the galaxies in a folder, in alphabetical order.
-inline std::vector<std::string> galaxies_in(const std::filesystem::path& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
 
 /// Parallel rays, spread over the image of one galaxy at an inclination (degrees), at three
 /// wavelengths. Their footprint is a 512th of the galaxy's diameter.
@@ -51,8 +42,13 @@ class GalaxyRays {
         "view.par");
     const RenderParameters parameters = RenderParameters::read(root);
     const Spectrum spectrum = load_spectrum(parameters, resources);
+    GalaxyLibrary library(parameters, "scene.lst", resources);
     scene_ = std::make_shared<Scene>(
-        read_scene(scene, "scene.lst", parameters, spectrum, Camera(parameters), resources));
+        read_scene(Catalogue::parse(scene, "scene.lst", CatalogueFormat::list), parameters,
+                   spectrum, Camera(parameters), resources, library));
+    const auto unmeasured = library.take_unmeasured(*scene_);
+    const std::vector<FootprintRange> footprints(unmeasured.size(), {pixel, pixel});
+    measure_galaxies(unmeasured, footprints, Ranks(), &measurements());
     for (std::size_t g = 0; g < scene_->galaxies.size(); ++g) {
       galaxies_.push_back(static_cast<int>(g));
     }
@@ -92,9 +88,11 @@ class GalaxyRays {
   }
 
  private:
+  static constexpr double pixel = 2.0 / 512;  ///< galaxy radii
+
   std::vector<double> trace(const Medium& medium, const Sampler& sampler,
                             RenderCounts& counts) const {
-    constexpr double pixel = 2.0 / 512, widest = 0.9, thinnest = 0.1;
+    constexpr double widest = 0.9, thinnest = 0.1;
     const double height = widest * std::max(std::cos(inclination_), thinnest);
     std::vector<std::vector<Hit>> hits(rays_);
     std::vector<std::span<const Hit>> spans;

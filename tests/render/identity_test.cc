@@ -6,18 +6,14 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "core/each_simd_target.h"
-#include "render/render_text.h"
+#include "render/measured_scene.h"
 
 namespace gamer {
 namespace {
-
-namespace fs = std::filesystem;
 
 struct View {
   std::string scene;
@@ -27,24 +23,20 @@ struct View {
 /// Every shipped scene at few pixels, and the one from within a galaxy in each projection.
 std::vector<View> shipped_views() {
   std::vector<View> views;
-  for (const auto& entry : fs::directory_iterator(fs::path(GAMER_TEST_SOURCE_DIR) / "scenes")) {
-    const std::string name = entry.path().stem();
+  for (const std::string& name :
+       names_in(std::filesystem::path(GAMER_TEST_SOURCE_DIR) / "scenes", ".lst")) {
     // Most of the time of fields goes into the statistics of a hundred galaxies and more; the view
     // from within a galaxy follows.
-    if (entry.path().extension() != ".lst" || name == "deepfield_2014" || name == "survey_field" ||
-        name == "milky_way_inside") {
-      continue;
-    }
+    if (name == "deepfield_2014" || name == "survey_field" || name == "milky_way_inside") continue;
     views.push_back({name, {"image.size=24"}});
   }
-  std::ranges::sort(views, {}, &View::scene);
   const auto inside = [&](const std::string& projection, std::vector<std::string> settings) {
     settings.push_back("camera.projection=" + projection);
     views.push_back({"milky_way_inside", settings});
   };
   // Fine enough that rays of many widths and lengths share batches; away from the bulge, whose
   // cells would take most of the time.
-  inside("perspective", {"image.size=24", "camera.fov=60", "camera.target=[7.24, 0, 0]",
+  inside("perspective", {"image.size=[24, 8]", "camera.fov=60", "camera.target=[7.24, 0, 0]",
                          "sampling.tolerance=1e-4"});
   const std::string coarse = "sampling.tolerance=0.1";
   inside("equirectangular", {"image.size=[16, 8]", coarse});
@@ -53,26 +45,6 @@ std::vector<View> shipped_views() {
   inside("cubemap", {"image.size=4", coarse});
   inside("healpix", {"camera.nside=2", coarse});
   return views;
-}
-
-std::string contents(const fs::path& path) {
-  std::stringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
-
-Renderer renderer_of(const View& view) {
-  const fs::path folder = fs::path(GAMER_TEST_SOURCE_DIR) / "scenes";
-  ConfigNode root = parse_toml(contents(folder / (view.scene + ".par")), view.scene + ".par");
-  for (const std::string& setting : view.settings) set_from_text(root, setting);
-  const RenderParameters parameters = RenderParameters::read(root);
-  const Camera camera(parameters);
-  Resources resources({fs::path(GAMER_TEST_SOURCE_DIR)});
-  const Spectrum spectrum = load_spectrum(parameters, resources);
-  const auto scene = std::make_shared<Scene>(read_scene(contents(folder / (view.scene + ".lst")),
-                                                        (folder / (view.scene + ".lst")).string(),
-                                                        parameters, spectrum, camera, resources));
-  return Renderer(parameters, camera, scene, spectrum);
 }
 
 /// All rows, so many at once.
@@ -91,7 +63,8 @@ std::vector<double> render(const Renderer& renderer, int at_once) {
 class IdentityTest : public testing::TestWithParam<View> {};
 
 TEST_P(IdentityTest, RowsDoNotDependOnOthers) {
-  const Renderer renderer = renderer_of(GetParam());
+  const Renderer renderer =
+      renderer_of(shipped_job(GAMER_TEST_SOURCE_DIR, GetParam().scene, GetParam().settings));
   for_each_simd_target([&] {
     const std::vector<double> together = render(renderer, renderer.height());
     for (const int at_once : {1, 3}) {

@@ -11,6 +11,7 @@
 #include "gamer/parallel/executor.h"
 #include "gamer/render/renderer.h"
 #include "gamer/scene/scene.h"
+#include "render/measured_scene.h"
 
 namespace gamer {
 
@@ -33,14 +34,10 @@ inline Resources text_resources(const TextScene& text) {
 }
 
 inline Renderer text_renderer(const TextScene& text, const TruthSettings& truth = {}) {
-  const RenderParameters parameters =
-      RenderParameters::read(parse_toml(text.parameters, "render.par"));
-  const Camera camera(parameters);
   Resources resources = text_resources(text);
-  const Spectrum spectrum = load_spectrum(parameters, resources);
-  const auto scene = std::make_shared<Scene>(
-      read_scene(text.scene, "scene.lst", parameters, spectrum, camera, resources));
-  return Renderer(parameters, camera, scene, spectrum, truth);
+  return renderer_of(measured_job(RenderParameters::read(parse_toml(text.parameters, "render.par")),
+                                  text.scene, "scene.lst", resources),
+                     truth);
 }
 
 /// Renders on the calling thread, through the same steps as the program.

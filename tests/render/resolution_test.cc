@@ -6,26 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <numbers>
-#include <sstream>
 
-#include "gamer/job/schedule.h"
 #include "render/render_text.h"
 
 namespace gamer {
 namespace {
-
-namespace fs = std::filesystem;
-
-std::vector<std::string> shipped_galaxies() {
-  std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(fs::path(GAMER_TEST_SOURCE_DIR) / "galaxies")) {
-    names.push_back(entry.path().stem());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
 
 /// Young stars behind and among dust.
 const char* const young_stars =
@@ -44,16 +30,11 @@ double flux_of(const std::string& galaxy, int size, const std::string& tolerance
                   "[sampling]\nstars_per_pixel = 0\ntolerance = " + tolerance +
                       "\n[scene]\nunit = \"kpc\"\n"),
       "render.par"));
-  const Camera camera(parameters);
   Resources resources = galaxy == "young_stars" ? text_resources({{{galaxy, young_stars}}, "", ""})
-                                                : Resources({fs::path(GAMER_TEST_SOURCE_DIR)});
-  const Spectrum spectrum = load_spectrum(parameters, resources);
-  const auto scene = std::make_shared<Scene>(
-      read_scene("galaxy x y z inclination pa apparent_magnitude\n" + galaxy + " 0 0 0 40 20 20\n",
-                 "scene.lst", parameters, spectrum, camera, resources));
-  const Renderer renderer(parameters, camera, scene, spectrum);
-  ThreadExecutor executor(1);
-  return sum_of(render_image(renderer, executor));
+                                                : Resources({GAMER_TEST_SOURCE_DIR});
+  return sum_of(image_of(measured_job(
+      parameters, "galaxy x y z inclination pa apparent_magnitude\n" + galaxy + " 0 0 0 40 20 20\n",
+      "scene.lst", resources)));
 }
 
 /// The fluxes at so many pixels against that at the last, for each a line of output.
@@ -84,8 +65,10 @@ TEST(Associations, FluxDoesNotDependOnThePixels) {
   EXPECT_LT(worst_change("young_stars", {8, 32, 64, 160}, "1e-2"), 4e-3);
 }
 
-INSTANTIATE_TEST_SUITE_P(ShippedGalaxies, FluxTest, testing::ValuesIn(shipped_galaxies()),
-                         [](const auto& galaxy) { return galaxy.param; });
+INSTANTIATE_TEST_SUITE_P(
+    ShippedGalaxies, FluxTest,
+    testing::ValuesIn(names_in(std::filesystem::path(GAMER_TEST_SOURCE_DIR) / "galaxies", ".toml")),
+    [](const auto& galaxy) { return galaxy.param; });
 
 /// Frame values at (x, y) by Lanczos' kernel of five lobes, exact but for what is near or above the
 /// Nyquist frequency.

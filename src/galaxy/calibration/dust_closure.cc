@@ -128,6 +128,31 @@ void add_light(const Galaxy& galaxy, WeightedBatch& at, BatchArray& light) {
   std::fill_n(at.z.data(), batch_capacity, 0.0f);
 }
 
+/// Directions in the plane, every one.
+struct Directions {
+  BatchArray x, y;
+  Directions() {
+    for (std::size_t i = 0; i < batch_capacity; ++i) {
+      const double angle = 2 * std::numbers::pi * std::numbers::phi * static_cast<double>(i);
+      x[i] = static_cast<float>(std::cos(angle));
+      y[i] = static_cast<float>(std::sin(angle));
+    }
+  }
+};
+
+/// Multiplies an envelope at places with the step of a ray there. Places without dust move to the
+/// centre, since arms may have no winding outside the galaxy.
+void to_steps(float step, const Points& points, BatchArray& envelope, BatchArray& x, BatchArray& y,
+              BatchArray& z) {
+  for (std::size_t i = 0; i < points.size; ++i) {
+    if (envelope[i] > 0) {
+      envelope[i] *= step;
+    } else {
+      envelope[i] = x[i] = y[i] = z[i] = 0;
+    }
+  }
+}
+
 DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path, std::size_t rays,
                     std::span<const double> widths) {
   const Component& dust = *galaxy.components()[c];
@@ -149,12 +174,7 @@ DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path, std::size_
   parallel_for(batches,
                [&](std::size_t b) { add_light(galaxy, cloud.columns[b], result.brightness[b]); });
   const auto slope = static_cast<float>(std::sqrt(path * path - 1));
-  BatchArray to_x, to_y;  // Directions in the plane, every one.
-  for (std::size_t i = 0; i < batch_capacity; ++i) {
-    const double angle = 2 * std::numbers::pi * std::numbers::phi * static_cast<double>(i);
-    to_x[i] = static_cast<float>(std::cos(angle));
-    to_y[i] = static_cast<float>(std::sin(angle));
-  }
+  const Directions to;
   const double mean = galaxy.calibration().means[c].narrowest();
   const double scale = dust.amplitude() * galaxy.axis()[2] * path / mean;
   parallel_for(places, [&](std::size_t place) {
@@ -163,8 +183,8 @@ DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path, std::size_
     const float away = slope * cloud.heights[k];
     BatchArray x, y, z, shear;
     for (std::size_t i = 0; i < padded(at.size); ++i) {
-      x[i] = at.x[i] + away * to_x[i];
-      y[i] = at.y[i] + away * to_y[i];
+      x[i] = at.x[i] + away * to.x[i];
+      y[i] = at.y[i] + away * to.y[i];
     }
     std::fill_n(z.data(), batch_capacity, cloud.heights[k]);
     const Points points{x.data(), y.data(), z.data(), at.size};
@@ -172,15 +192,7 @@ DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path, std::size_
     galaxy.fill_batch(points, false, batch);
     BatchArray envelope;
     dust.envelope(batch, envelope.data());
-    const auto step = static_cast<float>(scale) * cloud.steps[k];
-    for (std::size_t i = 0; i < at.size; ++i) {
-      if (envelope[i] > 0) {
-        envelope[i] *= step;
-      } else {
-        // Arms may have no winding outside the galaxy.
-        envelope[i] = x[i] = y[i] = z[i] = 0;
-      }
-    }
+    to_steps(static_cast<float>(scale) * cloud.steps[k], points, envelope, x, y, z);
     const std::span own(result.weights.get() + place * widths.size(), widths.size());
     std::fill(own.begin(), own.end(), envelope);
     textures.fill_shear(points, shear);

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <type_traits>
 
 #include "core/math-inl.h"
 #include "render/march/vector_memory.h"
@@ -159,17 +160,75 @@ void MeasureSegments(const MapArrays& arrays, std::size_t size, float* length,
   }
 }
 
+/// The place of one node in each lane, which goes from node to node.
+template <class D>
+class NodePlace {
+  using V = hn::Vec<D>;
+
+ public:
+  NodePlace(D d, const Map<D>& map)
+      : map_(map),
+        any_single_(!hn::AllFalse(d, map.is_single())),
+        any_other_(!hn::AllTrue(d, map.is_single())),
+        s_(map.begin()),
+        inverse_rho_(hn::Zero(d)),
+        u_(hn::Zero(d)),
+        slope_(hn::Zero(d)) {
+    if (any_other_) map_(d, s_, u_, inverse_rho_, slope_);
+    u_ = hn::Zero(d);
+  }
+
+  /// Moves to u(s) - u(begin) = `target`.
+  HWY_INLINE void move(D d, V target) {
+    const V half = hn::Set(d, 0.5f);
+    for (int n = 0; n < corrections && any_other_; ++n) {
+      // A step of second order: u + rho ds + rho' ds^2/2.
+      const V straight = hn::Mul(hn::Sub(target, u_), inverse_rho_);
+      const V bend = hn::Mul(hn::Mul(half, straight), hn::Mul(slope_, inverse_rho_));
+      s_ = within(hn::NegMulAdd(straight, hn::Min(bend, half), hn::Add(s_, straight)));
+      map_(d, s_, u_, inverse_rho_, slope_);
+    }
+    if (any_other_) {
+      const V last = hn::Mul(hn::Sub(target, u_), inverse_rho_);
+      const V moved = within(hn::Add(s_, last));
+      const V growth = hn::Mul(hn::Mul(slope_, hn::Sub(moved, s_)), inverse_rho_);
+      inverse_rho_ = hn::Div(inverse_rho_, hn::Add(hn::Set(d, 1.0f), growth));
+      s_ = moved;
+      // The next node starts from u at this place.
+      u_ = target;
+    }
+    if (any_single_) {
+      V exact = hn::Zero(d), exact_inverse_rho = hn::Zero(d);
+      map_.invert(d, target, exact, exact_inverse_rho);
+      s_ = hn::IfThenElse(map_.is_single(), within(exact), s_);
+      inverse_rho_ = hn::IfThenElse(map_.is_single(), exact_inverse_rho, inverse_rho_);
+    }
+  }
+
+  V s() const { return s_; }
+  /// 1/rho(s).
+  V inverse_rho() const { return inverse_rho_; }
+
+ private:
+  HWY_INLINE V within(V place) const { return hn::Min(hn::Max(place, map_.begin()), map_.end()); }
+
+  const Map<D>& map_;
+  bool any_single_, any_other_;
+  V s_, inverse_rho_;
+  V u_, slope_;  ///< u(s) - u(begin) and the derivative of rho
+};
+
 void PlaceNodes(const MapArrays& arrays, const NodeMap::Places& out, VectorMemory& memory) {
   const hn::ScalableTag<float> d;
-  const hn::RebindToSigned<decltype(d)> di;
+  using D = std::remove_const_t<decltype(d)>;
+  const hn::RebindToSigned<D> di;
   const std::size_t lanes = hn::Lanes(d);
   const std::size_t size = out.segments.size();
-  const auto half = hn::Set(d, 0.5f);
   HWY_ALIGN std::int32_t segment[HWY_MAX_BYTES / sizeof(float)];
   HWY_ALIGN float step_of[HWY_MAX_BYTES / sizeof(float)];
   HWY_ALIGN float s_of[HWY_MAX_BYTES / sizeof(float)];
   HWY_ALIGN float weight_of[HWY_MAX_BYTES / sizeof(float)];
-  float* const focuses = memory.room_for(Map<decltype(d)>::room_for(arrays.most_focuses));
+  float* const focuses = memory.room_for(Map<D>::room_for(arrays.most_focuses));
   for (std::size_t i = 0; i < size; i += lanes) {
     const std::size_t used = std::min(lanes, size - i);
     std::int32_t longest = 0;
@@ -179,45 +238,13 @@ void PlaceNodes(const MapArrays& arrays, const NodeMap::Places& out, VectorMemor
       step_of[lane] = out.step[own];
       if (lane < used) longest = std::max(longest, out.count[own]);
     }
-    const Map<decltype(d)> map(d, arrays, hn::Load(di, segment), focuses);
-    const bool any_single = !hn::AllFalse(d, map.is_single());
-    const bool any_other = !hn::AllTrue(d, map.is_single());
+    const Map<D> map(d, arrays, hn::Load(di, segment), focuses);
     const auto step = hn::Load(d, step_of);
-    auto s = map.begin();
-    auto u = hn::Zero(d);
-    auto inverse_rho = hn::Zero(d);
-    auto slope = hn::Zero(d);
-    if (any_other) map(d, s, u, inverse_rho, slope);
-    u = hn::Zero(d);
+    NodePlace<D> place(d, map);
     for (std::int32_t k = 0; k < longest; ++k) {
-      const auto target = hn::Mul(hn::Set(d, static_cast<float>(k) + out.shift), step);
-      for (int n = 0; n < corrections && any_other; ++n) {
-        // A step of second order: u + rho ds + rho' ds^2/2.
-        const auto straight = hn::Mul(hn::Sub(target, u), inverse_rho);
-        const auto bend = hn::Mul(hn::Mul(half, straight), hn::Mul(slope, inverse_rho));
-        const auto moved = hn::NegMulAdd(straight, hn::Min(bend, half), hn::Add(s, straight));
-        s = hn::Min(hn::Max(moved, map.begin()), map.end());
-        map(d, s, u, inverse_rho, slope);
-      }
-      if (any_other) {
-        const auto last = hn::Mul(hn::Sub(target, u), inverse_rho);
-        const auto moved = hn::Min(hn::Max(hn::Add(s, last), map.begin()), map.end());
-        const auto growth = hn::Mul(hn::Mul(slope, hn::Sub(moved, s)), inverse_rho);
-        inverse_rho = hn::Div(inverse_rho, hn::Add(hn::Set(d, 1.0f), growth));
-        s = moved;
-        // The next node starts from u at this place.
-        u = target;
-      }
-      if (any_single) {
-        auto exact = hn::Zero(d);
-        auto exact_inverse_rho = hn::Zero(d);
-        map.invert(d, target, exact, exact_inverse_rho);
-        exact = hn::Min(hn::Max(exact, map.begin()), map.end());
-        s = hn::IfThenElse(map.is_single(), exact, s);
-        inverse_rho = hn::IfThenElse(map.is_single(), exact_inverse_rho, inverse_rho);
-      }
-      hn::Store(s, d, s_of);
-      hn::Store(hn::Mul(step, inverse_rho), d, weight_of);
+      place.move(d, hn::Mul(hn::Set(d, static_cast<float>(k) + out.shift), step));
+      hn::Store(place.s(), d, s_of);
+      hn::Store(hn::Mul(step, place.inverse_rho()), d, weight_of);
       for (std::size_t lane = 0; lane < used; ++lane) {
         if (k >= out.count[i + lane]) continue;
         const auto at = static_cast<std::size_t>(out.first[i + lane] + k);

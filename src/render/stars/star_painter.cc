@@ -77,6 +77,26 @@ class TileSpace {
   std::optional<std::array<Plane, 4>> planes_;
 };
 
+/// Whether a place of the image is within `margin` pixels of a tile, also over a seam.
+bool touches(const Camera& camera, const StarPainter::Tile& tile, double margin,
+             const glm::dvec2& pixel) {
+  if (pixel.x > tile.left - margin && pixel.x < tile.right - 1 + margin &&
+      pixel.y > tile.bottom - margin && pixel.y < tile.top - 1 + margin) {
+    return true;
+  }
+  if (!camera.is_near_seam(pixel, margin)) return false;
+  for (int y = static_cast<int>(std::ceil(pixel.y - margin)); y <= pixel.y + margin; ++y) {
+    for (int x = static_cast<int>(std::ceil(pixel.x - margin)); x <= pixel.x + margin; ++x) {
+      const glm::ivec2 place = camera.neighbour(pixel, x, y);
+      if (place.x >= tile.left && place.x < tile.right && place.y >= tile.bottom &&
+          place.y < tile.top) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 /// Candidates that are examined together, then the stars among them.
@@ -116,7 +136,49 @@ struct StarPainter::Batch {
   std::vector<double> between;  ///< [segment] integral over the added nodes
   std::vector<double> depth;    ///< [entry * basis nodes + j]
   std::vector<double> flux, dust_free, mixed;
+
+  Line& line_of(std::size_t segment) { return lines[static_cast<std::size_t>(segments[segment])]; }
+  /// Places the first nodes of the segments, or those half way between existing nodes. Returns
+  /// their number.
+  std::int32_t place_nodes(bool is_first);
+  /// Refines the lines' columns with the integrals over the added nodes.
+  void refine(bool is_first);
 };
+
+std::int32_t StarPainter::Batch::place_nodes(bool is_first) {
+  const std::size_t size = segments.size();
+  first.resize(size);
+  count.resize(size);
+  step.resize(size);
+  std::int32_t nodes = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    const Line& line = line_of(i);
+    first[i] = nodes;
+    count[i] = line.intervals + (is_first ? 1 : 0);
+    step[i] =
+        static_cast<float>(map.length(static_cast<std::size_t>(segments[i])) / line.intervals);
+    nodes += count[i];
+  }
+  // The arrays have room for whole vectors of any target.
+  s.resize(static_cast<std::size_t>(nodes) + batch_padding);
+  weight.resize(s.size());
+  map.place({segments, first, count, step, is_first ? 0.0f : 0.5f, s.data(), weight.data()});
+  return nodes;
+}
+
+void StarPainter::Batch::refine(bool is_first) {
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    Line& line = line_of(i);
+    if (is_first) {
+      line.fine = between[i];
+      continue;
+    }
+    line.coarser = line.coarse;
+    line.coarse = line.fine;
+    line.fine = 0.5 * (line.fine + between[i]);
+    line.intervals *= 2;
+  }
+}
 
 StarPainter::StarPainter(std::shared_ptr<const Scene> scene, const Camera& camera,
                          const Medium& medium, const GalaxyIndex& index,
@@ -203,23 +265,6 @@ void StarPainter::paint_field(std::size_t number, const Tile& tile, double margi
   const BallSpace space(placed);
   const TileSpace tile_space(camera_, tile, margin, space);
   const bool is_parallel = fields_->is_parallel();
-  const auto is_near = [&](const glm::dvec2& pixel) {
-    return pixel.x > tile.left - margin && pixel.x < tile.right - 1 + margin &&
-           pixel.y > tile.bottom - margin && pixel.y < tile.top - 1 + margin;
-  };
-  const auto touches_over_seam = [&](const glm::dvec2& pixel) {
-    if (!camera_.is_near_seam(pixel, margin)) return false;
-    for (int y = static_cast<int>(std::ceil(pixel.y - margin)); y <= pixel.y + margin; ++y) {
-      for (int x = static_cast<int>(std::ceil(pixel.x - margin)); x <= pixel.x + margin; ++x) {
-        const glm::ivec2 place = camera_.neighbour(pixel, x, y);
-        if (place.x >= tile.left && place.x < tile.right && place.y >= tile.bottom &&
-            place.y < tile.top) {
-          return true;
-        }
-      }
-    }
-    return false;
-  };
   // The brightest stars come first, since their cells are the largest.
   for (std::size_t k = stars.population().size(); k-- > 0;) {
     const double brightest = stars.population().at(k).high;
@@ -252,7 +297,7 @@ void StarPainter::paint_field(std::size_t number, const Tile& tile, double margi
       const double q = luminosity / distance2;
       if (!(q > field.limit)) return;
       const std::optional<glm::dvec2> pixel = camera_.pixel(place);
-      if (!pixel || !(is_near(*pixel) || touches_over_seam(*pixel))) return;
+      if (!pixel || !touches(camera_, tile, margin, *pixel)) return;
       batch.entries.push_back(
           {place, *pixel, candidate.threshold, luminosity, field.weight(q) * q, candidate});
       if (batch.entries.size() == batch_capacity) {
@@ -419,24 +464,7 @@ void StarPainter::measure_columns(Batch& batch, RenderCounts& counts) const {
 
 void StarPainter::add_nodes(Batch& batch, bool is_first, RenderCounts& counts) const {
   const std::size_t segments = batch.segments.size();
-  batch.first.resize(segments);
-  batch.count.resize(segments);
-  batch.step.resize(segments);
-  std::int32_t nodes = 0;
-  for (std::size_t i = 0; i < segments; ++i) {
-    const auto r = static_cast<std::size_t>(batch.segments[i]);
-    Batch::Line& line = batch.lines[r];
-    batch.first[i] = nodes;
-    batch.count[i] = line.intervals + (is_first ? 1 : 0);
-    batch.step[i] = static_cast<float>(batch.map.length(r) / line.intervals);
-    nodes += batch.count[i];
-  }
-  // The arrays have room for whole vectors of any target.
-  batch.s.resize(static_cast<std::size_t>(nodes) + batch_padding);
-  batch.weight.resize(batch.s.size());
-  batch.map.place({batch.segments, batch.first, batch.count, batch.step, is_first ? 0.0f : 0.5f,
-                   batch.s.data(), batch.weight.data()});
-  counts.nodes += static_cast<std::uint64_t>(nodes);
+  counts.nodes += static_cast<std::uint64_t>(batch.place_nodes(is_first));
 
   const auto threshold = static_cast<float>(medium_.accuracy().texture_threshold);
   batch.between.assign(segments, 0.0);
@@ -455,7 +483,7 @@ void StarPainter::add_nodes(Batch& batch, bool is_first, RenderCounts& counts) c
       const double light = scale * double{batch.density[i]};
       batch.between[place.segment] += place.weight * light;
       if (is_first) {
-        Batch::Line& own = batch.lines[static_cast<std::size_t>(batch.segments[place.segment])];
+        Batch::Line& own = batch.line_of(place.segment);
         own.coarse += place.coarse_weight * light;
         own.coarser += place.coarser_weight * light;
       }
@@ -463,7 +491,7 @@ void StarPainter::add_nodes(Batch& batch, bool is_first, RenderCounts& counts) c
     batch.places.clear();
   };
   for (std::size_t i = 0; i < segments; ++i) {
-    const Batch::Line& line = batch.lines[static_cast<std::size_t>(batch.segments[i])];
+    const Batch::Line& line = batch.line_of(i);
     for (std::int32_t k = 0; k < batch.count[i]; ++k) {
       const auto n = static_cast<std::size_t>(batch.first[i] + k);
       const double t = double{batch.s[n]};
@@ -476,23 +504,12 @@ void StarPainter::add_nodes(Batch& batch, bool is_first, RenderCounts& counts) c
       batch.places.push_back({i, weight, k % 2 == 0 ? 2 * weight : 0, k % 4 == 0 ? 4 * weight : 0});
       if (batch.places.size() == batch_capacity) evaluate(line);
     }
-    const Batch::Line* next =
-        i + 1 < segments ? &batch.lines[static_cast<std::size_t>(batch.segments[i + 1])] : nullptr;
+    const Batch::Line* next = i + 1 < segments ? &batch.line_of(i + 1) : nullptr;
     const bool is_last =
         next == nullptr || next->galaxy != line.galaxy || next->component != line.component;
     if (is_last && !batch.places.empty()) evaluate(line);
   }
-  for (std::size_t i = 0; i < segments; ++i) {
-    Batch::Line& line = batch.lines[static_cast<std::size_t>(batch.segments[i])];
-    if (is_first) {
-      line.fine = batch.between[i];
-      continue;
-    }
-    line.coarser = line.coarse;
-    line.coarse = line.fine;
-    line.fine = 0.5 * (line.fine + batch.between[i]);
-    line.intervals *= 2;
-  }
+  batch.refine(is_first);
 }
 
 }  // namespace gamer

@@ -24,7 +24,7 @@ ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
 WIDTH, HEIGHT = 48, 72
 ARGUMENTS = ("render.par", "scene.lst", "-s", f"image.size=[{WIDTH}, {HEIGHT}]",
              "-s", "sampling.tolerance=1e-4")
-KILLS = 20
+KILLS = 10
 
 
 def resume_command(*arguments):
