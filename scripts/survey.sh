@@ -28,7 +28,7 @@ skies=23.3,22.6,22.6
   "$folder/cube.fits" "$folder/seen.fits" --overwrite
 "$gutil" noise --exposure 4000 --exposures 4 --zero-point $zero_points --sky $skies --read-noise 4.5 \
   --variance "$folder/seen.fits" "$folder/observed.fits" --overwrite
-"$gutil" rgb "$folder/observed.fits[0]" "$folder/observed.png" --bits 8 --stretch 7 --q 10 \
-  --overwrite
+"$gutil" rgb "$folder/observed.fits[0]" "$folder/observed.png" --bits 8 --scale 0.6,0.9,2.2 \
+  --stretch 5 --q 8 --overwrite
 "$gutil" photometry --radius 8 --unit arcsec "$folder/observed.fits[0]"
 echo "Picture: $folder/observed.png"

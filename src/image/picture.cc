@@ -183,16 +183,20 @@ Sky measure_sky(const Sample& sample) {
   return {low + black_sigmas * sigma, sigma};
 }
 
-/// Sum of v - black over pixels that are more than `least` above black.
-double sum_light(const Plane& channel, int threads, double black, double least) {
-  double light = 0;
-  for_each_band(channel, threads, [&](const Area& area, const double* values) {
-    const std::size_t count = static_cast<std::size_t>(area.width) * area.height;
-    for (std::size_t i = 0; i < count; ++i) {
-      const double value = std::max(values[i] - black, 0.0);
-      light += value > least ? value : 0;
+/// Sums of v - black of all channels over the same pixels, those in which some channel is light. A
+/// choice of pixels by channel would lose most light of a faint channel, and change its colour.
+std::array<double, 3> sum_light(const std::vector<std::vector<double>>& channels,
+                                const std::array<double, 3>& black,
+                                const std::array<double, 3>& sigma) {
+  std::array<double, 3> light{};
+  for (std::size_t i = 0; i < channels.front().size(); ++i) {
+    bool is_light = false;
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+      is_light = is_light || channels[c][i] - black[c] > light_sigmas * sigma[c];
     }
-  });
+    if (!is_light) continue;
+    for (std::size_t c = 0; c < channels.size(); ++c) light[c] += channels[c][i] - black[c];
+  }
   return light;
 }
 
@@ -393,20 +397,21 @@ PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
   const std::size_t stride = (count + most_samples - 1) / most_samples;
   PictureTone tone;
   std::vector<std::vector<double>> samples;
-  std::array<double, 3> sigma{}, light{};
+  std::array<double, 3> sigma{};
   for (std::size_t c = 0; c < planes; ++c) {
     Sample sample = take_sample(*channels[c], threads, stride);
     const Sky sky = measure_sky(sample);
     sigma[c] = sky.sigma;
     tone.black[c] = black ? (*black)[c] : sky.level;
-    light[c] = sum_light(*channels[c], threads, tone.black[c], light_sigmas * sky.sigma);
     samples.push_back(std::move(sample.values));
   }
-  const auto lights = std::span(light).first(planes);
+  const std::array<double, 3> light = sum_light(samples, tone.black, sigma);
   const double mean_light =
-      std::accumulate(lights.begin(), lights.end(), 0.0) / static_cast<double>(planes);
+      std::accumulate(light.begin(), light.end(), 0.0) / static_cast<double>(planes);
   for (std::size_t c = 0; c < planes; ++c) {
-    if (light[c] > 0) tone.factor[c] = std::pow(mean_light / light[c], balance);
+    if (light[c] > 0 && mean_light > 0) {
+      tone.factor[c] = std::pow(mean_light / light[c], balance);
+    }
   }
   // Stars differ in redness or blueness, but are never green.
   if (planes == 3 && *std::min_element(light.begin(), light.end()) > 0) {

@@ -42,8 +42,9 @@ std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double sl
 /// q05)/1.645. In a noise-free image with dark corners, m = 0; in an image with sky and noise, m is
 /// the sky.
 ///
-/// *Balance.* L_c is the channel's light (pixels above 3 sigma) and L the mean of the L_c. Channel
-/// c is multiplied by (L/L_c)^0.5. With exponent 1 every galaxy's sum would be white, with 0 red
+/// *Balance.* L_c is the channel's light and L the mean of the L_c. Light is summed over the pixels
+/// in which some channel is 3 sigma above its sky, equal ones for all channels. Channel c is
+/// multiplied by (L/L_c)^0.5. With exponent 1 every galaxy's sum would be white, with 0 red
 /// galaxies would be all red. With 0.5 a yellow-white bulge in a bluer disk remains. Green is then
 /// scaled so that its light is the geometric mean of red's and blue's: no galaxy as a whole is
 /// green or magenta.
@@ -93,7 +94,7 @@ class PictureWhite {
 };
 
 /// Chooses slope and scale, and black and factor where they are not given. `channels` are one or
-/// three, with finite pixels, and are read at most three times. A grey picture's three values are
+/// three, with finite pixels, and are read once. A grey picture's three values are
 /// equal. `threads` is the number of threads that make the pixels.
 PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
                            const std::optional<std::array<double, 3>>& black = {},
