@@ -439,7 +439,8 @@ class EditedText {
   }
 
   void add_to_tree(ConfigNode::Array& list, const std::string& block, const char* name) const {
-    for (const ConfigNode& one : parse_toml(block, label_).find(name)->array()) list.push_back(one);
+    const ConfigNode parsed = parse_toml(block, label_);
+    for (const ConfigNode& one : parsed.find(name)->array()) list.push_back(one);
   }
 
   /// Writes the arms of the pattern as tables, which then have their number and angles.
