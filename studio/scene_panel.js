@@ -6,7 +6,7 @@ import {ask} from './messages.js';
 import {ParameterRow} from './parameter_row.js';
 import {columnsOf, rowAfterDelete, rowsOf, valueOf, visibleRows} from './scene_rows.js';
 
-const rowHeight = 24;
+const rowHeight = 24, mostRows = 7;
 
 export class ScenePanel {
   constructor(app) { this.app = app; }
@@ -107,6 +107,7 @@ export class ScenePanel {
 
   key(event) {
     const page = Math.max(Math.floor(this.list.clientHeight / rowHeight) - 1, 1);
+    if (event.key === 'Enter') this.openGalaxy();
     const step = {ArrowUp: -1, ArrowDown: 1, PageUp: -page, PageDown: page, Home: -1e9, End: 1e9}[event.key];
     if (event.altKey || event.ctrlKey || (!step && event.key !== 'Delete')) return;
     event.preventDefault();
@@ -124,6 +125,7 @@ export class ScenePanel {
   showRows() {
     const {rows} = this.table;
     this.count.textContent = `row ${this.row + 1} of ${rows.length}`;
+    this.list.style.height = `${Math.min(Math.max(rows.length, 2), mostRows) * rowHeight}px`;
     this.inner.style.height = `${rows.length * rowHeight}px`;
     const [first, last] = visibleRows(this.list.scrollTop, this.list.clientHeight || 160, rowHeight, rows.length);
     this.inner.replaceChildren(...rows.slice(first, last).map((_, i) => this.rowElement(first + i)));

@@ -558,9 +558,9 @@ class PageTest(unittest.TestCase):
     def test_page_works_at_three_sizes(self):
         page = self.page
         self.addCleanup(set_size, self.browser, 1280, 720)
-        for width, height in ((1280, 720), (1920, 1080), (1024, 768)):
-            set_size(self.browser, width, height)
-            page.wait(f"innerWidth === {width}")
+        for width, height, has_fingers in ((1280, 720, False), (1920, 1080, False), (1024, 768, False), (1024, 768, True)):
+            set_size(self.browser, width, height, has_fingers)
+            page.wait(f"innerWidth === {width} && matchMedia('(pointer: coarse)').matches === {str(has_fingers).lower()}")
             box = page.value("(() => { const b = document.getElementById('picture').getBoundingClientRect();"
                              " return [b.width, b.height]; })()")
             self.assertGreater(min(box), 200)

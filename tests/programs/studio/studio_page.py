@@ -146,9 +146,10 @@ def start_browser(width=1280, height=720):
     return browser
 
 
-def set_size(browser, width, height):
+def set_size(browser, width, height, has_fingers=False):
+    browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": has_fingers})
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
-                            {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False})
+                            {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": has_fingers})
 
 
 class Page:
