@@ -41,8 +41,8 @@ ConfigNode::Array& arms_of(ConfigNode& root) {
 ConfigNode& arm_at(ConfigNode& root, int arm) {
   ConfigNode::Array& arms = arms_of(root);
   if (arm < 0 || arm >= static_cast<int>(arms.size())) {
-    throw InputError(root.where, fmt::format("there is no [[arm]] {}; the galaxy has {}", arm,
-                                             arms.size()));
+    throw InputError(root.where,
+                     fmt::format("there is no [[arm]] {}; the galaxy has {}", arm, arms.size()));
   }
   return arms[static_cast<std::size_t>(arm)];
 }

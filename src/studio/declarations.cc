@@ -141,12 +141,8 @@ Json declarations_json() {
     add(section.table, "", list);
     parameters[section.name] = std::move(list);
   }
-  return {{"kinds", kinds},
-          {"traits", traits},
-          {"galaxy", galaxy},
-          {"arm", arm},
-          {"scene", scene},
-          {"parameters", parameters}};
+  return {{"kinds", kinds}, {"traits", traits}, {"galaxy", galaxy},
+          {"arm", arm},     {"scene", scene},   {"parameters", parameters}};
 }
 
 Json catalogue_json(const Resources& resources) {

@@ -290,7 +290,8 @@ class EditedText {
     auto& list = list_of(edit.list);
     list.erase(list.begin() + edit.index);
     const std::vector<Slot> all = slots(edit.list);
-    if (list.empty()) std::erase_if(tree_.table(), [](const auto& one) { return one.first == "arm"; });
+    if (list.empty())
+      std::erase_if(tree_.table(), [](const auto& one) { return one.first == "arm"; });
     std::size_t begin = all[index].begin, end = all[index].end;
     // Blank lines on one side go along.
     while (end < text_.size() && (text_[end] == '\n' || text_[end] == '\r')) ++end;

@@ -118,8 +118,9 @@ class EditedScene {
  private:
   InputError error(const std::string& message) const { return {{label_, 0, 0}, message}; }
   InputError form_error() const {
-    return error("only a list with the names of its columns above its rows can be changed here; "
-                 "change this scene in an editor");
+    return error(
+        "only a list with the names of its columns above its rows can be changed here; "
+        "change this scene in an editor");
   }
 
   void read() {

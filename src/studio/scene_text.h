@@ -28,7 +28,7 @@ using SceneEdit = std::variant<SetCellEdit, AddRowEdit, CloneRowEdit, DeleteRowE
 /// Makes changes in the text of a scene list. Comments and other rows keep their bytes; a column
 /// that the list lacks is added to all rows. What the text says afterwards is compared with what it
 /// should say. Throws InputError where the text is no list with the names of its columns above its
-/// rows, where an edit has no meaning, and where the list would lose its last row.
+/// rows. Throws it, too, where an edit has no meaning or takes the last row away.
 std::string edit_scene(std::string text, const std::vector<SceneEdit>& edits,
                        const std::string& label);
 

@@ -307,10 +307,12 @@ TEST(GalaxyText, FirstArmsAreThoseOfThePattern) {
   const std::string tail = "# disk\n[[component]]\nclass = \"disk\"\nsed = \"Sbc\"\n";
   const auto first = [&](const std::string& arms) { return edited(arms + tail, {AddArmEdit{}}); };
   const std::string law = "[arms]\nmodel = \"logarithmic\"\n";
-  EXPECT_EQ(first(law + "count = 3 # three\npitch_angle = 20\n\n"),
-            law +
-                "pitch_angle = 20\n\n[[arm]]\noffset = 0\n\n[[arm]]\noffset = 120\n\n[[arm]]\noffset "
-                "= 240\n\n" + tail);
+  EXPECT_EQ(
+      first(law + "count = 3 # three\npitch_angle = 20\n\n"),
+      law +
+          "pitch_angle = 20\n\n[[arm]]\noffset = 0\n\n[[arm]]\noffset = 120\n\n[[arm]]\noffset "
+          "= 240\n\n" +
+          tail);
   EXPECT_EQ(first(law + "offsets = [10, 70.5]\n\n"),
             law + "\n[[arm]]\noffset = 10\n\n[[arm]]\noffset = 70.5\n\n" + tail);
   EXPECT_EQ(first(law + "\n").find("offset = 180"), first(law + "\n").rfind("offset"));

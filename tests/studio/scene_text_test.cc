@@ -73,7 +73,8 @@ TEST(SceneText, RowsAreClonedAddedAndDeleted) {
   EXPECT_EQ(edited("galaxy x sed arms.count\na 1 E 3\n", {AddRowEdit{0, "b"}}),
             "galaxy x sed arms.count\na 1 E 3\nb 1 - -\n");
   EXPECT_EQ(edited("galaxy x\na 1", {CloneRowEdit{0}}), "galaxy x\na 1\na 1");
-  EXPECT_EQ(message("galaxy x\na 1\n", {DeleteRowEdit{0}}), "x.lst: a scene needs at least one row");
+  EXPECT_EQ(message("galaxy x\na 1\n", {DeleteRowEdit{0}}),
+            "x.lst: a scene needs at least one row");
 }
 
 TEST(SceneText, WhatHasNoMeaningIsAnError) {
@@ -84,8 +85,8 @@ TEST(SceneText, WhatHasNoMeaningIsAnError) {
                                                       DeleteRowEdit{2}, AddRowEdit{9, "a"}}) {
     EXPECT_NE(message(list, {edit}), "") << edit.index();
   }
-  for (const char* text : {"", "galaxy x\n", "galaxy,x\na,1\n", "x y\n1 2\n", "galaxy x\na\n",
-                           "# galaxy x\na 1\n"}) {
+  for (const char* text :
+       {"", "galaxy x\n", "galaxy,x\na,1\n", "x y\n1 2\n", "galaxy x\na\n", "# galaxy x\na 1\n"}) {
     EXPECT_NE(message(text, {CloneRowEdit{0}}), "") << text;
   }
 }
