@@ -1,4 +1,5 @@
-// Any text as a message of the studio's page. The edits that it asks for are made.
+// Any text as a message of the studio's page. The edits of galaxies and scenes that it asks for are
+// made.
 
 #include <cstdint>
 #include <string>
@@ -14,6 +15,11 @@ namespace {
 
 void read(std::string_view text) {
   const gamer::Message message = gamer::parse_message(text);
+  if (const auto* scene = std::get_if<gamer::EditSceneRequest>(&message.request)) {
+    const std::string edited = gamer::edit_scene(scene->text, scene->edits, "x.lst");
+    gamer::edit_scene(edited, {}, "x.lst");
+    return;
+  }
   const auto* request = std::get_if<gamer::EditRequest>(&message.request);
   if (request == nullptr) return;
   const std::string edited = gamer::edit_text(request->text, request->edits, "x.toml");

@@ -41,6 +41,12 @@ export class ComponentPanel {
     if (focus) $('components').children[this.index]?.querySelector('.pick').focus();
   }
 
+  /// Chooses a component and shows its parameters.
+  open(index, focus = false) {
+    this.select(index, focus);
+    if (this.app.ui.tab !== 'component') this.app.parameters.choose('component');
+  }
+
   show() {
     const {doc, ui} = this.app;
     this.showGalaxies();
@@ -73,7 +79,7 @@ export class ComponentPanel {
     const share = component.values.fraction;
     const pick = h('button', {type: 'button', class: 'pick', 'aria-current': isChosen ? 'true' : null,
                               'data-role': 'pick', tabIndex: isChosen ? 0 : -1,
-                              onclick: () => this.select(i), onkeydown: (event) => this.key(event, i)},
+                              onclick: () => this.open(i), onkeydown: (event) => this.key(event, i)},
                    h('span', {class: 'name'}, name), h('span', {class: 'kind'}, component.kind));
     if (typeof share === 'number') {
       const bar = h('span', {class: 'share', title: `share of the light ${share}`});
@@ -151,7 +157,7 @@ export class ComponentPanel {
           shareEdits([...before, added], before.length, sharing(before).length ? 0.1 : 1) : [];
       return {edits: [{add: kind}, ...shares], label: `add ${kind}`};
     });
-    this.select(this.components.length - 1, true);
+    this.open(this.components.length - 1, true);
   }
 
   showKinds() {

@@ -1,4 +1,4 @@
-// What is edited: texts of galaxies and settings that replace keys of the parameter file, with
+// What is edited: texts of galaxies and the scene, and settings that replace keys of the parameter file, with
 // their history. The server turns edits into texts; nothing else changes them.
 
 import {History} from './history.js';
@@ -35,12 +35,12 @@ export class StudioDocument extends EventTarget {
   async load(opened, kept = null) {
     this.opened = opened;
     this.parameters = opened.parameters;
-    this.scene = opened.scene;
-    this.first = {galaxies: opened.galaxies, settings: {}};
+    this.first = {galaxies: opened.galaxies, settings: {}, scene: opened.scene};
     const known = kept && kept.source === this.source();
     this.history = known ? History.unpack(kept.history) : new History(this.first);
     this.saved = known ? kept.saved : {...opened.galaxies};
-    this.chosen = known && opened.galaxies[kept.chosen] !== undefined ? kept.chosen : opened.chosen;
+    this.savedScene = known ? kept.savedScene : opened.scene;
+    this.chosen = known && this.state.galaxies[kept.chosen] !== undefined ? kept.chosen : opened.chosen;
     await this.refresh(false);
   }
 
@@ -49,7 +49,7 @@ export class StudioDocument extends EventTarget {
 
   keep(most) {
     return {source: this.source(), history: this.history.pack(most), saved: this.saved,
-            chosen: this.chosen};
+            savedScene: this.savedScene, chosen: this.chosen};
   }
 
   get state() { return this.draft ?? this.history.state; }
@@ -57,7 +57,13 @@ export class StudioDocument extends EventTarget {
   get model() { return this.models.get(this.text); }
   /// The model of the chosen galaxy in the file.
   get firstModel() { return this.models.get(this.saved[this.chosen]); }
-  get isChanged() { return Object.entries(this.saved).some(([name, text]) => this.state.galaxies[name] !== text); }
+  get scene() { return this.state.scene; }
+  get isSceneChanged() { return this.scene !== this.savedScene; }
+  /// Galaxies of undone rows are in no state.
+  get isChanged() {
+    return this.isSceneChanged ||
+        Object.entries(this.saved).some(([name, text]) => (this.state.galaxies[name] ?? text) !== text);
+  }
 
   /// Whether a kind of component emits light; the others absorb it.
   isLight(kind) {
@@ -146,17 +152,49 @@ export class StudioDocument extends EventTarget {
     return this.queue;
   }
 
+  /// The state with edits of the scene's rows. `galaxies` are texts that join the document.
+  async applyScene(edits, galaxies = {}) {
+    const state = this.history.state;
+    const reply = await this.connection.request('edit_scene', {scene: state.scene, edits});
+    return {...state, scene: reply.scene, galaxies: {...state.galaxies, ...galaxies}};
+  }
+
+  /// Edits of rows, as one step of the history. `name` is a galaxy of the catalogue that a row names.
+  editScene(edits, label, key = null, name = null) {
+    this.wanted = null;
+    this.queue = this.queue.then(async () => {
+      try {
+        this.draft = null;
+        const galaxies = {};
+        if (name !== null && this.history.state.galaxies[name] === undefined &&
+            this.opened.catalogue.galaxies.includes(name)) {
+          galaxies[name] = (await this.connection.request('galaxy', {galaxy: name})).galaxy_text;
+          this.saved[name] ??= galaxies[name];
+        }
+        this.commit(await this.applyScene(edits, galaxies), label, key);
+      } catch (error) {
+        this.draft = null;
+        this.problem(error);
+        this.dispatchEvent(new CustomEvent('change', {detail: {moving: false}}));
+      }
+    });
+    return this.queue;
+  }
+
   /// Shows edits that a moving slider would make. Only the latest of those that wait is made.
-  preview(edits) {
+  preview(edits) { this.previewLater(() => this.apply(edits)); }
+  previewScene(edits) { this.previewLater(() => this.applyScene(edits)); }
+
+  previewLater(make) {
     const is_waiting = this.wanted !== null;
-    this.wanted = edits;
+    this.wanted = make;
     if (is_waiting) return;
     this.queue = this.queue.then(async () => {
       const latest = this.wanted;
       this.wanted = null;
       if (latest === null) return;
       try {
-        this.draft = await this.apply(latest);
+        this.draft = await latest();
         this.dispatchEvent(new CustomEvent('change', {detail: {moving: true}}));
       } catch { /* a value between two valid ones: the last picture stays */ }
     });
@@ -191,7 +229,9 @@ export class StudioDocument extends EventTarget {
   async go(step) {
     await this.queue;
     this.draft = null;
-    if (this.history[step]()) await this.refresh(false);
+    if (!this.history[step]()) return;
+    if (this.text === undefined) this.chosen = this.opened.chosen;
+    await this.refresh(false);
   }
 
   /// The fields of messages that render.

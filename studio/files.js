@@ -14,8 +14,30 @@ export class Files {
     return doc.fields({...cameraSettings(ui.camera), ...extra});
   }
 
-  /// Saves over the galaxy's own file; a galaxy of the catalogue gets a name first.
+  /// Saves the scene's rows where they changed, and the galaxy over its own file. A galaxy of the
+  /// catalogue that changed gets a name first.
   async save() {
+    const {doc} = this.app;
+    if (!doc.isSceneChanged) return this.saveGalaxy();
+    if (!await this.saveScene()) return;
+    if (doc.text !== doc.saved[doc.chosen]) await this.saveGalaxy();
+  }
+
+  async saveScene() {
+    const {connection, doc} = this.app, scene = doc.scene;
+    try {
+      const reply = await connection.request('save_scene', {scene});
+      doc.savedScene = scene;
+      await doc.refresh(false);
+      say(`Saved ${reply.file}.`);
+      return true;
+    } catch (error) {
+      say(`Not saved: ${error.message}`, 'problem');
+      return false;
+    }
+  }
+
+  async saveGalaxy() {
     const {connection, doc} = this.app, galaxy = doc.chosen, text = doc.text;
     if (!doc.opened.own.includes(galaxy)) {
       await this.saveAs();

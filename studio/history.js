@@ -50,14 +50,14 @@ export class History {
       return places.get(text);
     };
     const states = this.states.slice(first).map(({state, label}) => [place(JSON.stringify(state.settings)),
-      Object.entries(state.galaxies).map(([name, text]) => [name, place(text)]), label]);
+      Object.entries(state.galaxies).map(([name, text]) => [name, place(text)]), label, place(state.scene)]);
     return {at: this.at - first, texts, states};
   }
 
   static unpack({at, texts, states}) {
     const history = new History(null);
-    history.states = states.map(([settings, galaxies, label]) => ({label, state: {
-      settings: JSON.parse(texts[settings]),
+    history.states = states.map(([settings, galaxies, label, scene]) => ({label, state: {
+      settings: JSON.parse(texts[settings]), scene: texts[scene],
       galaxies: Object.fromEntries(galaxies.map(([name, text]) => [name, texts[text]]))}}));
     history.at = at;
     return history;

@@ -11,6 +11,7 @@ import {Draft} from './draft.js';
 import {Navigation} from './navigation.js';
 import {ComponentPanel} from './components.js';
 import {ParameterPanel} from './parameters.js';
+import {ScenePanel} from './scene_panel.js';
 import {LookPanel} from './look.js';
 import {Readout} from './readout.js';
 import {Seeds} from './seeds.js';
@@ -73,6 +74,7 @@ async function begin(opened) {
   app.outputs = new Outputs(app);
   app.renders = new RenderDialog(app);
   app.components = new ComponentPanel(app);
+  app.scenePanel = new ScenePanel(app);
   app.parameters = new ParameterPanel(app);
   app.look = new LookPanel(app);
   app.readout = new Readout(app);

@@ -30,12 +30,14 @@ export function dialog(title, content, className = '') {
   return {box, close};
 }
 
-/// Asks for a text; the promise is null where the dialog is closed without one.
-export function ask(title, label, value, button) {
+/// Asks for a text; the promise is null where the dialog is closed without one. `words` are offered.
+export function ask(title, label, value, button, words = []) {
   return new Promise((resolve) => {
     const input = h('input', {type: 'text', value, id: 'asked', autocomplete: 'off', spellcheck: false});
     const form = h('form', {method: 'dialog'}, h('label', {for: 'asked'}, label), input,
+                   h('datalist', {id: 'asked-words'}, words.map((word) => h('option', {value: word}))),
                    h('div', {class: 'buttons'}, h('button', {class: 'main'}, button)));
+    if (words.length > 0) input.setAttribute('list', 'asked-words');
     let answer = null;
     form.addEventListener('submit', () => { answer = input.value.trim() || null; });
     const {box} = dialog(title, form, 'small');

@@ -50,7 +50,7 @@ export class Navigation {
     const others = [...this.pointers].filter(([id]) => id !== event.pointerId);
     this.pointers.set(event.pointerId, [event.clientX, event.clientY]);
     if (others.length > 0) {
-      this.pinch(others[0][1], from, [event.clientX, event.clientY], dx, dy);
+      this.pinch(others[0][1], from, [event.clientX, event.clientY], dx, dy, others.length + 1);
     } else if (event.shiftKey || event.buttons === 4 || event.buttons === 2 || isSky(this.ui.camera)) {
       this.go(pan(this.ui.camera, dx, dy, this.pixels), false);
     } else {
@@ -58,11 +58,13 @@ export class Navigation {
     }
   }
 
-  pinch(other, from, to, dx, dy) {
-    const distance = (a) => Math.hypot(a[0] - other[0], a[1] - other[1]);
-    const factor = distance(from) / Math.max(distance(to), 1);
-    const moved = pan(this.ui.camera, dx / 2, dy / 2, this.pixels);
-    this.go(zoom(moved, Math.min(Math.max(factor, 0.5), 2)), false);
+  /// One of several fingers moves: their middle pans by its part, and their distance zooms about it.
+  pinch(other, from, to, dx, dy, fingers) {
+    const moved = pan(this.ui.camera, dx / fingers, dy / fingers, this.pixels);
+    const distance = (a) => Math.max(Math.hypot(a[0] - other[0], a[1] - other[1]), 1);
+    const factor = fingers === 2 ? Math.min(Math.max(distance(from) / distance(to), 0.5), 2) : 1;
+    const middle = this.stage.pixelAt((to[0] + other[0]) / 2, (to[1] + other[1]) / 2);
+    this.go(zoomAt(moved, factor, middle?.dx ?? 0, middle?.dy ?? 0, this.pixels), false);
   }
 
   up(event) {

@@ -3,8 +3,9 @@
 import {$, h} from './dom.js';
 import {ParameterRow} from './parameter_row.js';
 import {shareEdits, valueEdits} from './light.js';
+import {ArmTools} from './arms.js';
 
-const tabs = [['component', 'Component'], ['galaxy', 'Galaxy'], ['render', 'View']];
+const allTabs = [['component', 'Component'], ['galaxy', 'Galaxy'], ['scene', 'Scene'], ['render', 'View']];
 const hiddenSections = new Set(['animation', 'catalogue', 'stamps', 'truth']);
 const projections = ['perspective', 'orthographic', 'sky', 'fisheye', 'equirectangular', 'cubemap', 'healpix'];
 const folded = new Set(['photometry', 'cosmology', 'sampling', 'stars', 'scene']);
@@ -22,7 +23,11 @@ export class ParameterPanel {
     this.rows = [];
     this.built = '';
     const {doc, ui} = app;
-    $('tabs').append(...tabs.map(([key, label]) =>
+    this.arms = new ArmTools(app);
+    // One galaxy without a scene has no list.
+    this.tabs = allTabs.filter(([key]) => key !== 'scene' || doc.opened.scene_file);
+    if (!this.tabs.some(([key]) => key === ui.tab)) ui.tab = 'component';
+    $('tabs').append(...this.tabs.map(([key, label]) =>
         h('button', {type: 'button', role: 'tab', id: `tab-${key}`, 'aria-controls': 'parameters',
                      onclick: () => this.choose(key), onkeydown: (event) => this.tabKey(event)}, label)));
     this.search = h('input', {type: 'search', placeholder: 'Find a parameter', 'aria-label': 'Find a parameter',
@@ -44,7 +49,7 @@ export class ParameterPanel {
   tabKey(event) {
     const step = {ArrowLeft: -1, ArrowRight: 1}[event.key];
     if (!step) return;
-    const at = tabs.findIndex(([key]) => key === this.app.ui.tab);
+    const {tabs} = this, at = tabs.findIndex(([key]) => key === this.app.ui.tab);
     const [next] = tabs[(at + step + tabs.length) % tabs.length];
     this.choose(next);
     $(`tab-${next}`).focus();
@@ -58,16 +63,19 @@ export class ParameterPanel {
   show() {
     const {doc, ui} = this.app;
     if (!doc.model) return;
-    for (const [key] of tabs) {
+    for (const [key] of this.tabs) {
       $(`tab-${key}`).setAttribute('aria-selected', String(key === ui.tab));
       $(`tab-${key}`).tabIndex = key === ui.tab ? 0 : -1;
     }
     $('parameters').setAttribute('aria-labelledby', `tab-${ui.tab}`);
     const component = this.app.components.chosen;
-    const built = ui.tab === 'component' ? `component/${doc.chosen}/${component?.kind}/${component?.name}` : `${ui.tab}/${doc.chosen}/${doc.model.arms?.length}`;
+    const {tab} = ui, {scenePanel} = this.app;
+    const built = tab === 'component' ? `component/${doc.chosen}/${component?.kind}/${component?.name}` :
+        tab === 'scene' ? `scene/${scenePanel.table.columns}` : `${tab}/${doc.chosen}/${doc.model.arms?.length}`;
     if (built !== this.built) this.build(ui.tab, component);
     this.built = built;
     for (const {row, state} of this.rows) row.show(state());
+    if (tab === 'scene') scenePanel.showRows();
     this.filter();
   }
 
@@ -80,6 +88,8 @@ export class ParameterPanel {
       if (component) this.buildComponent(box, component.kind);
     } else if (tab === 'galaxy') {
       this.buildGalaxy(box);
+    } else if (tab === 'scene') {
+      this.rows = this.app.scenePanel.build(box);
     } else {
       this.buildRender(box);
     }
@@ -156,8 +166,10 @@ export class ParameterPanel {
   /// Arms of their own, [[arm]]; `model.arms` lists their values.
   buildArms(box) {
     const {doc} = this.app;
+    this.arms.head(box);
     doc.model.arms?.forEach((_, i) => {
       const group = this.group(box, `galaxy/arm${i}`, `arm ${i + 1}`, false);
+      this.arms.tools(group, i);
       for (const declared of doc.opened.declarations.arm) {
         const key = `arm.${i}.${declared.name}`;
         const row = new ParameterRow(declared, this.galaxyActions(key));

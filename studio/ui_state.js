@@ -9,7 +9,7 @@ export function newLook() {
 }
 
 function initial(camera) {
-  return {camera, muted: {}, solo: {}, look: newLook(), tone: null, channels: null, selected: {},
+  return {camera, muted: {}, solo: {}, look: newLook(), tone: null, channels: null, selected: {}, row: 0,
           tab: 'component', dock: 'light', left: true, right: true, filter: 'all', keys: [],
           frames: 120, side: 512, folded: {}};
 }

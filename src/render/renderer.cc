@@ -180,7 +180,6 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
   const int last_row = std::max(camera_.height(), window.top());
   bool is_empty = true;
   const auto render_tile = [&](int left, int right, int bottom, int top) {
-    check_cancelled();
     const auto rays = index_.pixels(left, right, bottom, std::min(top, last_row));
     if (!rays) return;
     index_.find(*rays, near);
@@ -188,6 +187,7 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
     is_empty = false;
     const int first = std::max(left, window.left), last = std::min(right, window.right());
     for (int y = std::max(bottom, lines.first); y < std::min(top, lines.last); ++y) {
+      check_cancelled();
       aim(first, last, y, work);
       for (int x = first; x < last; ++x) {
         place_samples(x, y, y - lines.first, near, work);

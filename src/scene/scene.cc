@@ -11,6 +11,7 @@
 #include <optional>
 #include <utility>
 
+#include "gamer/core/cancellation.h"
 #include "gamer/core/near.h"
 #include "gamer/core/units.h"
 #include "gamer/galaxy/calibration/galaxy_statistics.h"
@@ -476,6 +477,7 @@ SpectralProbes SceneReader::find_probes(const SuspiciousValues& suspicious) {
   ProbeChooser chooser;
   RowErrors errors(catalogue_.label());
   for (std::size_t row = 0; row < catalogue_.rows(); ++row) {
+    check_cancelled();
     if (parameters_.catalogue.skip_flagged && suspicious.is_flagged(row)) continue;
     errors.is_read(row, [&] {
       if (const auto placed = probe_row(row, whole)) {
@@ -546,6 +548,7 @@ Scene SceneReader::read() {
   }
   RowErrors errors(catalogue_.label());
   for (std::size_t i = 0; i < catalogue_.rows(); ++i) {
+    check_cancelled();
     row_.select(i);
     if (skips && suspicious.is_flagged(i)) continue;
     bool touches = false;

@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "gamer/core/error.h"
+#include "gamer/core/near.h"
 #include "gamer/core/shell_word.h"
+#include "gamer/scene/galaxy_library.h"
 #include "studio/galaxy_text.h"
 #include "studio/job_files.h"
 #include "studio/model.h"
@@ -58,6 +61,30 @@ Json Answers::operator()(const EditRequest& request) const {
   return {{"op", "edited"}, {"galaxy_text", std::move(text)}, {"model", std::move(model)}};
 }
 
+Json Answers::operator()(const EditSceneRequest& request) const {
+  std::string scene = edit_scene(request.text, request.edits, document_.label);
+  return {{"op", "edited"}, {"scene", std::move(scene)}};
+}
+
+Json Answers::operator()(const GalaxyRequest& request) {
+  Resources resources(session_.folders());
+  const std::vector<std::string> names = resources.names("galaxies", galaxy_suffixes());
+  if (std::ranges::find(names, request.name) == names.end()) {
+    throw InputError(fmt::format("the catalogue has no galaxy {}{}", in_quotes(request.name),
+                                 did_you_mean(request.name, names)));
+  }
+  // A galaxy of the document is the one that its scene finds.
+  const auto known = document_.texts.galaxies.find(request.name);
+  if (known == document_.texts.galaxies.end()) {
+    const Resources::Text& text =
+        resources.find("galaxies", request.name, document_.label, galaxy_suffixes());
+    document_.texts.galaxies[request.name] = text.content;
+  }
+  return {{"op", "galaxy"},
+          {"name", request.name},
+          {"galaxy_text", document_.texts.galaxies[request.name]}};
+}
+
 Json Answers::operator()(const ModelRequest& request) const {
   paths_.check_text(request.text);
   return {{"op", "model"}, {"model", model_json(request.text, galaxy_label_, session_.folders())}};
@@ -77,17 +104,34 @@ Json Answers::save_own(const SaveRequest& request) {
                     "under another name",
                     request.galaxy));
   }
-  const std::optional<std::string> now = read_text(file->second);
-  std::string& known = document_.texts.galaxies[request.galaxy];
-  if (now && *now != known && *now != request.text && !request.overwrite) {
+  save_over(file->second, document_.texts.galaxies[request.galaxy], request.text,
+            request.overwrite);
+  return {{"op", "saved"}, {"galaxy", request.galaxy}, {"file", file->second.filename().string()}};
+}
+
+void Answers::save_over(const fs::path& file, std::string& known, const std::string& text,
+                        bool overwrite) const {
+  const std::optional<std::string> now = read_text(file);
+  if (now && *now != known && *now != text && !overwrite) {
     throw InputError(
         fmt::format("'{}' was changed by another program since it was opened; save "
                     "under another name",
-                    file->second.string()));
+                    file.string()));
   }
-  write_text(file->second, request.text, true);
-  known = request.text;
-  return {{"op", "saved"}, {"galaxy", request.galaxy}, {"file", file->second.filename().string()}};
+  write_text(file, text, true);
+  known = text;
+}
+
+Json Answers::operator()(const SaveSceneRequest& request) {
+  const fs::path& file = document_.options.scene;
+  if (document_.is_look) throw InputError("gstudio was started with a galaxy: there is no scene");
+  PageDocument document = document_.texts;
+  document.scene = request.text;
+  paths_.check(document);
+  // A file that is no list is not written.
+  edit_scene(request.text, {}, document_.label);
+  save_over(file, document_.texts.scene, request.text, request.overwrite);
+  return {{"op", "saved"}, {"scene", true}, {"file", file.filename().string()}};
 }
 
 Json Answers::save_as(const SaveRequest& request) const {
@@ -121,7 +165,7 @@ std::vector<std::string> Answers::prepare(const RenderRequest& request) const {
   std::string sources;
   if (!unsaved_texts(document_, request.document).empty()) {
     sources = (document_.options.folder / sources_name(request.name)).string();
-    write_sources(request.document, sources);
+    write_sources(session_, document_.label, request.document, sources);
   }
   std::vector<std::string> words = job_words(document_, request.document, output.string(), sources);
   if (request.overwrite) words.emplace_back("--overwrite");

@@ -22,8 +22,11 @@ class Answers {
   /// All of these throw InputError and RunError.
   nlohmann::json operator()(const OpenRequest& request) const;
   nlohmann::json operator()(const EditRequest& request) const;
+  nlohmann::json operator()(const EditSceneRequest& request) const;
+  nlohmann::json operator()(const GalaxyRequest& request);
   nlohmann::json operator()(const ModelRequest& request) const;
   nlohmann::json operator()(const SaveRequest& request);
+  nlohmann::json operator()(const SaveSceneRequest& request);
   nlohmann::json operator()(const CommandRequest& request) const;
   nlohmann::json operator()(const OutputsRequest& request) const;
 
@@ -34,6 +37,8 @@ class Answers {
   const KnownPaths& paths() const { return paths_; }
 
  private:
+  void save_over(const std::filesystem::path& file, std::string& known, const std::string& text,
+                 bool overwrite) const;
   nlohmann::json save_own(const SaveRequest& request);
   nlohmann::json save_as(const SaveRequest& request) const;
   std::string path_of_output(const std::string& name) const;

@@ -13,6 +13,7 @@
 #include "gamer/noise/noise.h"
 #include "gamer/scene/galaxy_library.h"
 #include "gamer/scene/render_parameters.h"
+#include "gamer/scene/scene_columns.h"
 #include "gamer/sed/bandpass.h"
 #include "gamer/sed/sed.h"
 
@@ -127,6 +128,8 @@ Json declarations_json() {
   add(Galaxy::table(), "galaxy.", galaxy);
   add(ArmPattern::table(), "arms.", galaxy);
   add(ArmPattern::arm_table(), "", arm);
+  Json scene = Json::array();
+  add(scene_columns(), "", scene);
   Json kinds = Json::object(), traits = Json::object();
   for (const ComponentKind& kind : component_kinds()) {
     kinds[kind.name] = kind_json(kind);
@@ -138,11 +141,8 @@ Json declarations_json() {
     add(section.table, "", list);
     parameters[section.name] = std::move(list);
   }
-  return {{"kinds", kinds},
-          {"traits", traits},
-          {"galaxy", galaxy},
-          {"arm", arm},
-          {"parameters", parameters}};
+  return {{"kinds", kinds}, {"traits", traits}, {"galaxy", galaxy},
+          {"arm", arm},     {"scene", scene},   {"parameters", parameters}};
 }
 
 Json catalogue_json(const Resources& resources) {

@@ -60,6 +60,17 @@ OpenedDocument open_scene(const StudioOptions& options, const Session& session) 
   return document;
 }
 
+/// The name of the scene's file, where it is a list that can be edited; else null.
+Json scene_file(const OpenedDocument& document) {
+  if (document.is_look) return nullptr;
+  try {
+    edit_scene(document.texts.scene, {}, document.label);
+  } catch (const InputError&) {
+    return nullptr;
+  }
+  return document.options.scene.filename().string();
+}
+
 }  // namespace
 
 OpenedDocument open_document(const StudioOptions& options, const Session& session) {
@@ -107,6 +118,7 @@ Json document_json(const OpenedDocument& document, const Session& session) {
           {"scene", document.texts.scene},
           {"galaxies", document.texts.galaxies},
           {"own", own},
+          {"scene_file", scene_file(document)},
           {"chosen", document.texts.chosen},
           {"camera", camera},
           {"values", values},

@@ -8,6 +8,7 @@
 
 #include "gamer/core/config.h"
 #include "gamer/galaxy/component.h"
+#include "studio/arm_tables.h"
 #include "studio/galaxy_tree.h"
 #include "studio/model.h"
 #include "studio/toml_layout.h"
@@ -244,33 +245,53 @@ class EditedText {
 
   void operator()(const AddEdit& edit) {
     const std::string block = new_component(edit.kind);
-    components_of(tree_).push_back(parse_toml(block, label_).find("component")->array().front());
-    insert_behind(slots().back(), block);
+    add_to_tree(components_of(tree_), block, "component");
+    insert_behind(slots(TextList::components).back(), block);
+  }
+
+  void operator()(const AddArmEdit&) {
+    if (tree_.find("arm") == nullptr) return add_first_arms();
+    const std::string block = arm_block(free_angle(tree_));
+    add_to_tree(arms_of(tree_), block, "arm");
+    insert_behind(slots(TextList::arms).back(), block);
   }
 
   void operator()(const CloneEdit& edit) {
-    component_at(tree_, edit.component);
-    const auto index = static_cast<std::size_t>(edit.component);
-    const std::string name = free_name(component_names(tree_)[index]);
-    keep_names(index + 1);
-    ConfigNode copy = component_at(tree_, edit.component);
+    element_at(edit.list, edit.index);
+    const auto index = static_cast<std::size_t>(edit.index);
+    const bool is_component = edit.list == TextList::components;
+    std::string name;
+    if (is_component) {
+      name = free_name(component_names(tree_)[index]);
+      keep_names(index + 1);
+    } else {
+      renumber([&](int arm) { return arm > edit.index ? arm + 1 : arm; });
+    }
+    ConfigNode copy = element_at(edit.list, edit.index);
     ConfigNode value;
     value.data = name;
-    set_node(copy, {"name"}, &value);
-    auto& list = components_of(tree_);
-    list.insert(list.begin() + edit.component + 1, copy);
-    const Slot slot = slots()[index];
+    if (is_component) set_node(copy, {"name"}, &value);
+    auto& list = list_of(edit.list);
+    list.insert(list.begin() + edit.index + 1, copy);
+    const Slot slot = slots(edit.list)[index];
     insert_behind(slot, text_.substr(slot.begin, slot.end - slot.begin));
-    table(edit.component + 1, {"name"}).set({"name"}, toml_string(name));
+    if (is_component) table(edit.index + 1, {"name"}).set({"name"}, toml_string(name));
   }
 
   void operator()(const DeleteEdit& edit) {
-    component_at(tree_, edit.component);
-    const auto index = static_cast<std::size_t>(edit.component);
-    keep_names(index + 1);
-    auto& list = components_of(tree_);
-    list.erase(list.begin() + edit.component);
-    const std::vector<Slot> all = slots();
+    element_at(edit.list, edit.index);
+    const auto index = static_cast<std::size_t>(edit.index);
+    if (edit.list == TextList::components) {
+      keep_names(index + 1);
+    } else {
+      refuse_left_arm(tree_, edit.index);
+      renumber([&](int arm) { return arm > edit.index ? arm - 1 : arm; });
+    }
+    auto& list = list_of(edit.list);
+    list.erase(list.begin() + edit.index);
+    const std::vector<Slot> all = slots(edit.list);
+    if (list.empty())
+      std::erase_if(tree_.table(), [](const auto& one) { return one.first == "arm"; });
     std::size_t begin = all[index].begin, end = all[index].end;
     // Blank lines on one side go along.
     while (end < text_.size() && (text_[end] == '\n' || text_[end] == '\r')) ++end;
@@ -284,10 +305,14 @@ class EditedText {
   }
 
   void operator()(const MoveEdit& edit) {
-    component_at(tree_, edit.from);
-    component_at(tree_, edit.to);
+    element_at(edit.list, edit.from);
+    element_at(edit.list, edit.to);
     const auto [first, last] = std::minmax(edit.from, edit.to);
-    keep_names(static_cast<std::size_t>(first), static_cast<std::size_t>(last) + 1);
+    if (edit.list == TextList::components) {
+      keep_names(static_cast<std::size_t>(first), static_cast<std::size_t>(last) + 1);
+    } else {
+      renumber([&](int arm) { return place_after(edit, arm); });
+    }
     const auto rotate = [&](auto& list) {
       const auto begin = list.begin();
       if (edit.from < edit.to) {
@@ -296,8 +321,8 @@ class EditedText {
         std::rotate(begin + edit.to, begin + edit.from, begin + edit.from + 1);
       }
     };
-    rotate(components_of(tree_));
-    const std::vector<Slot> all = slots();
+    rotate(list_of(edit.list));
+    const std::vector<Slot> all = slots(edit.list);
     std::vector<std::string> blocks;
     for (const Slot& slot : all) {
       blocks.push_back(with_line_end(text_.substr(slot.begin, slot.end - slot.begin)));
@@ -381,24 +406,77 @@ class EditedText {
     return parts;
   }
 
-  /// The places of the components. Throws InputError where they are not written as [[component]].
-  std::vector<Slot> slots() {
+  static const char* name_of(TextList list) {
+    return list == TextList::components ? "component" : "arm";
+  }
+  ConfigNode::Array& list_of(TextList list) {
+    return list == TextList::components ? components_of(tree_) : arms_of(tree_);
+  }
+  /// An element of a list. Throws InputError for a number that it has not.
+  ConfigNode& element_at(TextList list, int index) {
+    return list == TextList::components ? component_at(tree_, index) : arm_at(tree_, index);
+  }
+
+  /// Where an element stands after a move.
+  static int place_after(const MoveEdit& edit, int place) {
+    if (place == edit.from) return edit.to;
+    if (edit.from < place && place <= edit.to) return place - 1;
+    return edit.to <= place && place < edit.from ? place + 1 : place;
+  }
+
+  /// Gives branches the new numbers of the arms that they leave.
+  void renumber(const std::function<int(int arm)>& number) {
+    const ConfigNode::Array arms = arms_of(tree_);
+    for (std::size_t i = 0; i < arms.size(); ++i) {
+      const std::optional<int> left = arm_left_by(arms[i]);
+      if (!left || number(*left) == *left) continue;
+      (*this)(SetEdit{{}, fmt::format("arm.{}.leaves", i), fmt::format("{}", number(*left) + 1)});
+    }
+  }
+
+  std::string arm_block(const std::optional<double>& offset) const {
+    const std::string head = "[[arm]]" + line_end_;
+    return offset ? fmt::format("{}offset = {}{}", head, value_text(*offset), line_end_) : head;
+  }
+
+  void add_to_tree(ConfigNode::Array& list, const std::string& block, const char* name) const {
+    const ConfigNode parsed = parse_toml(block, label_);
+    for (const ConfigNode& one : parsed.find(name)->array()) list.push_back(one);
+  }
+
+  /// Writes the arms of the pattern as tables, which then have their number and angles.
+  void add_first_arms() {
+    std::string blocks;
+    for (const double angle : pattern_angles(tree_)) {
+      blocks += (blocks.empty() ? "" : line_end_) + arm_block(angle);
+    }
+    for (const char* key : {"arms.count", "arms.offsets"}) (*this)(ResetEdit{{}, key});
+    ConfigNode::Array arms;
+    add_to_tree(arms, blocks, "arm");
+    tree_.table().emplace_back("arm", ConfigNode{}).second.data = arms;
+    sections_ = toml_sections(text_);
+    const auto list = std::ranges::find_if(sections_, &TomlSection::is_list);
+    text_.insert(list != sections_.end() ? list->lead : text_.size(), blocks + line_end_);
+  }
+
+  /// The places of a list's tables. Throws InputError where they are not written as [[component]].
+  std::vector<Slot> slots(TextList list) {
     sections_ = toml_sections(text_);
     std::vector<Slot> result;
     bool is_open = false;
     for (const TomlSection& section : sections_) {
-      const bool is_component = !section.path.empty() && section.path.front() == "component";
-      if (is_component && section.is_list && section.path.size() == 1) {
+      const bool is_of_list = !section.path.empty() && section.path.front() == name_of(list);
+      if (is_of_list && section.is_list && section.path.size() == 1) {
         result.push_back({section.lead, section.content_end});
         is_open = true;
-      } else if (is_component && is_open) {
+      } else if (is_of_list && is_open) {
         result.back().end = section.content_end;
       } else {
         is_open = false;
       }
     }
     if (result.empty()) {
-      throw InputError({label_, 0, 0}, "write each component as [[component]]");
+      throw InputError({label_, 0, 0}, fmt::format("write each {0} as [[{0}]]", name_of(list)));
     }
     return result;
   }

@@ -10,7 +10,11 @@
 
 namespace gamer {
 
-/// A change of a TOML text. Components count from 0 as the text has them after the edits before.
+/// A list of tables of a galaxy's text: [[component]] or [[arm]].
+enum class TextList { components, arms };
+
+/// A change of a TOML text. Components and arms count from 0 as the text has them after the edits
+/// before.
 struct SetEdit {
   std::optional<int> component;  ///< none: a key of the whole file
   std::string key;               ///< "rh", "noise.k0", "arms.count", "arm.0.offset"
@@ -23,16 +27,23 @@ struct ResetEdit {
 struct AddEdit {
   std::string kind;
 };
+/// Adds an [[arm]] behind the last one, without keys. The first one makes all arms of the pattern
+/// tables, each with its angle.
+struct AddArmEdit {};
 struct CloneEdit {
-  int component = 0;
+  int index = 0;
+  TextList list = TextList::components;
 };
 struct DeleteEdit {
-  int component = 0;
+  int index = 0;
+  TextList list = TextList::components;
 };
 struct MoveEdit {
   int from = 0, to = 0;
+  TextList list = TextList::components;
 };
-using TextEdit = std::variant<SetEdit, ResetEdit, AddEdit, CloneEdit, DeleteEdit, MoveEdit>;
+using TextEdit =
+    std::variant<SetEdit, ResetEdit, AddEdit, AddArmEdit, CloneEdit, DeleteEdit, MoveEdit>;
 
 /// Makes changes in the text of a galaxy or parameter file. Only the bytes of what changes are
 /// replaced, so that comments, order and form stay. What the text says afterwards is compared with

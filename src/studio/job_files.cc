@@ -17,6 +17,15 @@ namespace fs = std::filesystem;
 constexpr const char* source_parameters = "scene.par";
 constexpr const char* source_scene = "scene.lst";
 
+void make_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) {
+    throw RunError(
+        fmt::format("cannot make the folder '{}': {}", folder.string(), error.message()));
+  }
+}
+
 bool sets(const std::vector<std::string>& settings, const char* key) {
   return std::ranges::any_of(settings, [&](const auto& one) { return one.starts_with(key); });
 }
@@ -31,6 +40,28 @@ std::vector<std::string> look_settings(const OpenedDocument& opened, const PageD
   const RenderParameters own = parameters_of(document, opened.label, {});
   settings.push_back("spectrum.bands=" + value_text(own.section("spectrum").value("bands")));
   return settings;
+}
+
+/// Copies what a document names beside its scene. A name of the catalogue has no path in the record
+/// of a job, "seds/E"; what was found beside the scene has one, "seds/./mine.sed".
+void write_neighbours(const Session& session, const std::string& label,
+                      const PageDocument& document, const fs::path& folder) {
+  RenderInput input;
+  input.parameters = document.parameters;
+  input.scene = RenderInput::Text{document.scene};
+  input.galaxies = document.galaxies;
+  input.settings = document.settings;
+  input.label = label;
+  const fs::path beside = fs::path(label).parent_path();
+  for (const Resources::Text& text : session.load(input).record) {
+    const std::size_t kind = text.name.find('/');
+    if (kind == std::string::npos || text.name.find('/', kind + 1) == std::string::npos) continue;
+    const fs::path place = fs::path(text.label).lexically_relative(beside.empty() ? "." : beside);
+    if (place.empty() || *place.begin() == "..") continue;
+    const fs::path copy = folder / place;
+    make_folder(copy.parent_path());
+    write_text(copy, text.content, true);
+  }
 }
 
 }  // namespace
@@ -66,13 +97,10 @@ std::vector<std::string> job_words(const OpenedDocument& opened, const PageDocum
   return words;
 }
 
-void write_sources(const PageDocument& document, const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) {
-    throw RunError(
-        fmt::format("cannot make the folder '{}': {}", folder.string(), error.message()));
-  }
+void write_sources(const Session& session, const std::string& label, const PageDocument& document,
+                   const fs::path& folder) {
+  write_neighbours(session, label, document, folder);
+  make_folder(folder);
   write_text(folder / source_parameters, document.parameters, true);
   write_text(folder / source_scene, document.scene, true);
   for (const auto& [name, text] : document.galaxies) {

@@ -18,9 +18,11 @@ std::vector<std::string> unsaved_texts(const OpenedDocument& opened, const PageD
 std::vector<std::string> job_words(const OpenedDocument& opened, const PageDocument& document,
                                    const std::string& output, const std::string& sources);
 
-/// Writes the texts of a document into a folder, as job_words() names them. Throws InputError and
-/// RunError.
-void write_sources(const PageDocument& document, const std::filesystem::path& folder);
+/// Writes the texts of a document into a folder, as job_words() names them. With them go copies of
+/// the spectra, bands and galaxies that they name and that lie in the folder of `label`, or below
+/// it. Throws InputError and RunError.
+void write_sources(const Session& session, const std::string& label, const PageDocument& document,
+                   const std::filesystem::path& folder);
 
 /// Writes a file so that it is complete or not there. Throws RunError.
 void write_text(const std::filesystem::path& path, const std::string& text, bool overwrite);

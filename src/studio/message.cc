@@ -175,11 +175,15 @@ TextEdit parse_edit(const Json& json) {
     return ResetEdit{component_of(parts[0]), Members::text_of(parts[1], "reset", most_name_bytes)};
   }
   if (name == "add") return AddEdit{Members::text_of(value, "add", most_name_bytes)};
-  if (name == "clone") return CloneEdit{index(value)};
-  if (name == "delete") return DeleteEdit{index(value)};
-  if (name == "move") {
+  if (name == "add_arm") return AddArmEdit{};
+  const bool is_arm = name.ends_with("_arm");
+  const TextList list = is_arm ? TextList::arms : TextList::components;
+  const std::string verb = is_arm ? name.substr(0, name.size() - 4) : name;
+  if (verb == "clone") return CloneEdit{index(value), list};
+  if (verb == "delete") return DeleteEdit{index(value), list};
+  if (verb == "move") {
     const auto& parts = list_of(value, "move", 2);
-    return MoveEdit{index(parts[0]), index(parts[1])};
+    return MoveEdit{index(parts[0]), index(parts[1]), list};
   }
   throw InputError(fmt::format("there is no edit {}", in_quotes(name)));
 }
@@ -259,6 +263,44 @@ EditRequest parse_edits(Members& members, const char* text, bool is_galaxy) {
   return request;
 }
 
+/// A word of a list; null for none.
+std::string word_of(const Json& json) {
+  if (json.is_null()) return "-";
+  if (json.is_string()) return Members::text_of(json, "value", most_setting_bytes);
+  if (json.is_number()) return toml_value(json);
+  throw InputError("a value of a row is a number, a text or null");
+}
+
+SceneEdit parse_scene_edit(const Json& json) {
+  if (!json.is_object() || json.size() != 1) throw InputError("an edit is an object of one member");
+  const std::string& name = json.begin().key();
+  const Json& value = *json.begin();
+  const auto row = [](const Json& one) {
+    return static_cast<int>(whole(one, "row", 0, std::numeric_limits<int>::max()));
+  };
+  if (name == "set") {
+    const auto& parts = list_of(value, "set", 3);
+    return SetCellEdit{row(parts[0]), Members::text_of(parts[1], "set", most_name_bytes),
+                       word_of(parts[2])};
+  }
+  if (name == "add") {
+    const auto& parts = list_of(value, "add", 2);
+    return AddRowEdit{row(parts[0]), Members::text_of(parts[1], "add", most_name_bytes)};
+  }
+  if (name == "clone") return CloneRowEdit{row(value)};
+  if (name == "delete") return DeleteRowEdit{row(value)};
+  throw InputError(fmt::format("there is no edit {}", in_quotes(name)));
+}
+
+EditSceneRequest parse_scene_edits(Members& members) {
+  EditSceneRequest request;
+  request.text = members.text("scene");
+  for (const Json& edit : members.list("edits", most_edits)) {
+    request.edits.push_back(parse_scene_edit(edit));
+  }
+  return request;
+}
+
 RenderRequest parse_render(Members& members) {
   RenderRequest request;
   request.document = document_of(members);
@@ -277,6 +319,13 @@ const std::map<std::string, std::function<Request(Members&)>, std::less<>>& oper
       {"edit", [](Members& m) -> Request { return parse_edits(m, "galaxy_text", true); }},
       {"edit_parameters",
        [](Members& m) -> Request { return parse_edits(m, "parameters", false); }},
+      {"edit_scene", [](Members& m) -> Request { return parse_scene_edits(m); }},
+      {"galaxy",
+       [](Members& m) -> Request { return GalaxyRequest{m.text("galaxy", most_name_bytes)}; }},
+      {"save_scene",
+       [](Members& m) -> Request {
+         return SaveSceneRequest{m.text("scene"), m.flag("overwrite")};
+       }},
       {"model", [](Members& m) -> Request { return ModelRequest{m.text("galaxy_text")}; }},
       {"view", [](Members& m) -> Request { return parse_view(m); }},
       {"draft", [](Members& m) -> Request { return parse_draft(m); }},

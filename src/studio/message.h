@@ -12,6 +12,7 @@
 
 #include "gamer/core/error.h"
 #include "studio/galaxy_text.h"
+#include "studio/scene_text.h"
 
 namespace gamer {
 
@@ -35,6 +36,14 @@ struct EditRequest {
   std::string text;
   std::vector<TextEdit> edits;
   bool is_galaxy = true;  ///< otherwise a parameter file
+};
+struct EditSceneRequest {
+  std::string text;
+  std::vector<SceneEdit> edits;
+};
+/// The text of a galaxy of the catalogue.
+struct GalaxyRequest {
+  std::string name;
 };
 struct ModelRequest {
   std::string text;
@@ -60,6 +69,10 @@ struct SaveRequest {
   bool is_own = true;  ///< over its own file
   bool overwrite = false;
 };
+struct SaveSceneRequest {
+  std::string text;
+  bool overwrite = false;
+};
 struct CommandRequest {
   PageDocument document;
   std::string name;
@@ -75,8 +88,9 @@ struct OutputsRequest {};
 /// A message of the page.
 struct Message {
   std::int64_t id = 0;
-  std::variant<OpenRequest, EditRequest, ModelRequest, ViewRequest, CancelRequest, SaveRequest,
-               CommandRequest, RenderRequest, OutputsRequest, DraftRequest>
+  std::variant<OpenRequest, EditRequest, EditSceneRequest, GalaxyRequest, ModelRequest, ViewRequest,
+               CancelRequest, SaveRequest, SaveSceneRequest, CommandRequest, RenderRequest,
+               OutputsRequest, DraftRequest>
       request;
 };
 

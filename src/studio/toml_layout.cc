@@ -142,8 +142,10 @@ void close_sections(std::string_view text, std::vector<TomlSection>& sections) {
            std::string_view(" \t\r\n").find(text[end - 1]) != std::string_view::npos) {
       --end;
     }
+    section.content_end = section.body;
+    if (end == section.body) continue;
     end = std::min(text.find('\n', end), section.end);
-    section.content_end = std::max(std::min(end + 1, section.end), section.body);
+    section.content_end = std::min(end + 1, section.end);
   }
 }
 

@@ -155,6 +155,23 @@ TEST_P(ShippedText, DeletingKeepsTheOthers) {
   }
 }
 
+TEST_P(ShippedText, ArmsAreEditedAndBack) {
+  const Json before = model(text);
+  if (before["values"]["arms.model"] == "none") return;
+  const auto list = TextList::arms;
+  const auto arms = static_cast<int>(before["arms"].size());
+  const std::string added = edited(text, {AddArmEdit{}});
+  EXPECT_EQ(comments(added), comments(text));
+  const auto after = static_cast<int>(model(added)["arms"].size());
+  const Json& offsets = before["values"]["arms.offsets"];
+  const int pattern = offsets.is_array() ? static_cast<int>(offsets.size())
+                                         : before["values"]["arms.count"].get<int>();
+  EXPECT_EQ(after, arms > 0 ? arms + 1 : std::max(pattern, 1));
+  for (int arm = 0; arm < arms; ++arm) {
+    EXPECT_EQ(edited(text, {CloneEdit{arm, list}, DeleteEdit{arm + 1, list}}), text) << arm;
+  }
+}
+
 std::vector<fs::path> shipped() {
   std::vector<fs::path> files;
   for (const auto& file : fs::directory_iterator(source / "galaxies")) {
@@ -261,6 +278,59 @@ TEST(GalaxyText, ArmsOfTheirOwn) {
   after.replace(after.find("90"), 2, "80");
   EXPECT_EQ(edited(text, {SetEdit{{}, "arm.1.offset", "80"}}), after);
   EXPECT_NE(message(text, {SetEdit{{}, "arm.2.offset", "80"}}), "");
+}
+
+TEST(GalaxyText, ArmsAreAddedClonedMovedAndDeleted) {
+  const std::string head = "# top\n[arms]\nmodel = \"logarithmic\"\n\n";
+  const std::string tail = "# disk\n[[component]]\nclass = \"disk\"\nsed = \"Sbc\"\n";
+  const std::string a = "# first\n[[arm]] # a\noffset = 0\n\n", b = "[[arm]]\noffset = 100\n\n";
+  const auto list = TextList::arms;
+  const std::string text = head + a + b + tail;
+  // The widest gap is between 100 and 360.
+  const std::string added = "[[arm]]\noffset = 230\n\n";
+  EXPECT_EQ(edited(text, {AddArmEdit{}}), head + a + b + added + tail);
+  EXPECT_EQ(edited(text, {AddArmEdit{}, DeleteEdit{2, list}}), text);
+  EXPECT_EQ(edited(text, {CloneEdit{0, list}}), head + a + a + b + tail);
+  EXPECT_EQ(edited(text, {CloneEdit{0, list}, DeleteEdit{1, list}}), text);
+  EXPECT_EQ(edited(text, {MoveEdit{0, 1, list}}), head + b + a + tail);
+  EXPECT_EQ(edited(text, {MoveEdit{0, 1, list}, MoveEdit{1, 0, list}}), text);
+  EXPECT_EQ(edited(text, {DeleteEdit{0, list}}), head + b + tail);
+  EXPECT_EQ(edited(text, {DeleteEdit{0, list}, DeleteEdit{0, list}}), head + tail);
+  for (const TextEdit& edit :
+       std::vector<TextEdit>{CloneEdit{2, list}, DeleteEdit{-1, list}, MoveEdit{0, 2, list}}) {
+    EXPECT_NE(message(text, {edit}), "") << edit.index();
+  }
+  EXPECT_NE(message(tail, {DeleteEdit{0, list}}).find("no [[arm]]"), std::string::npos);
+}
+
+TEST(GalaxyText, FirstArmsAreThoseOfThePattern) {
+  const std::string tail = "# disk\n[[component]]\nclass = \"disk\"\nsed = \"Sbc\"\n";
+  const auto first = [&](const std::string& arms) { return edited(arms + tail, {AddArmEdit{}}); };
+  const std::string law = "[arms]\nmodel = \"logarithmic\"\n";
+  EXPECT_EQ(
+      first(law + "count = 3 # three\npitch_angle = 20\n\n"),
+      law +
+          "pitch_angle = 20\n\n[[arm]]\noffset = 0\n\n[[arm]]\noffset = 120\n\n[[arm]]\noffset "
+          "= 240\n\n" +
+          tail);
+  EXPECT_EQ(first(law + "offsets = [10, 70.5]\n\n"),
+            law + "\n[[arm]]\noffset = 10\n\n[[arm]]\noffset = 70.5\n\n" + tail);
+  EXPECT_EQ(first(law + "\n").find("offset = 180"), first(law + "\n").rfind("offset"));
+}
+
+TEST(GalaxyText, BranchesKeepTheirArm) {
+  const std::string text =
+      "[arms]\nmodel = \"logarithmic\"\n[[arm]]\noffset = 0\n[[arm]]\noffset = 90\n[[arm]]\n"
+      "leaves = 2\nbegin = 0.3\n[[component]]\nclass = \"disk\"\nsed = \"Sbc\"\n";
+  const auto list = TextList::arms;
+  const auto left = [&](const TextEdit& edit, int arm) {
+    return model(edited(text, {edit}))["arms"][arm]["leaves"].get<int>();
+  };
+  EXPECT_EQ(left(DeleteEdit{0, list}, 1), 1);
+  EXPECT_EQ(left(CloneEdit{0, list}, 3), 3);
+  EXPECT_EQ(left(CloneEdit{1, list}, 3), 2);
+  EXPECT_EQ(left(MoveEdit{1, 0, list}, 2), 1);
+  EXPECT_EQ(message(text, {DeleteEdit{1, list}}), "x.toml: arm 3 leaves arm 2: delete arm 3 first");
 }
 
 TEST(GalaxyText, MultilineValues) {

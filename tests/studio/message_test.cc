@@ -35,15 +35,39 @@ TEST(Message, EveryOperation) {
   EXPECT_EQ(index(R"("open")"), 0u);
   EXPECT_EQ(index(R"("edit","galaxy_text":"","edits":[])"), 1u);
   EXPECT_EQ(index(R"("edit_parameters","parameters":"","edits":[])"), 1u);
-  EXPECT_EQ(index(R"("model","galaxy_text":"")"), 2u);
-  EXPECT_EQ(index(R"("view",)" + document + R"(,"sizes":[[1,1,null]])"), 3u);
-  EXPECT_EQ(index(R"("cancel")"), 4u);
-  EXPECT_EQ(index(R"("save","galaxy":"x","galaxy_text":"")"), 5u);
-  EXPECT_EQ(index(R"("save_as","name":"x","galaxy_text":"")"), 5u);
-  EXPECT_EQ(index(R"("command",)" + document), 6u);
-  EXPECT_EQ(index(R"("render","name":"x.fits",)" + document), 7u);
-  EXPECT_EQ(index(R"("outputs")"), 8u);
-  EXPECT_EQ(index(R"("draft",)" + document + R"(,"size":64)"), 9u);
+  EXPECT_EQ(index(R"("edit_scene","scene":"","edits":[{"set":[0,"x",1]},{"delete":2}])"), 2u);
+  EXPECT_EQ(index(R"("galaxy","galaxy":"m51")"), 3u);
+  EXPECT_EQ(index(R"("model","galaxy_text":"")"), 4u);
+  EXPECT_EQ(index(R"("view",)" + document + R"(,"sizes":[[1,1,null]])"), 5u);
+  EXPECT_EQ(index(R"("cancel")"), 6u);
+  EXPECT_EQ(index(R"("save","galaxy":"x","galaxy_text":"")"), 7u);
+  EXPECT_EQ(index(R"("save_as","name":"x","galaxy_text":"")"), 7u);
+  EXPECT_EQ(index(R"("save_scene","scene":"")"), 8u);
+  EXPECT_EQ(index(R"("command",)" + document), 9u);
+  EXPECT_EQ(index(R"("render","name":"x.fits",)" + document), 10u);
+  EXPECT_EQ(index(R"("outputs")"), 11u);
+  EXPECT_EQ(index(R"("draft",)" + document + R"(,"size":64)"), 12u);
+}
+
+TEST(Message, EditsOfArmsAndRows) {
+  const Message arms = parse_message(
+      R"({"op":"edit","id":1,"galaxy_text":"","edits":[{"add_arm":true},{"clone_arm":1},)"
+      R"({"delete_arm":2},{"move_arm":[0,3]},{"delete":4}]})");
+  const auto& edits = std::get<EditRequest>(arms.request).edits;
+  EXPECT_TRUE(std::holds_alternative<AddArmEdit>(edits[0]));
+  EXPECT_EQ(std::get<CloneEdit>(edits[1]).list, TextList::arms);
+  EXPECT_EQ(std::get<DeleteEdit>(edits[2]).index, 2);
+  EXPECT_EQ(std::get<MoveEdit>(edits[3]).to, 3);
+  EXPECT_EQ(std::get<DeleteEdit>(edits[4]).list, TextList::components);
+  const Message rows = parse_message(
+      R"({"op":"edit_scene","id":1,"scene":"s","edits":[{"set":[0,"x",1.5]},{"set":[1,"sed",null]},)"
+      R"({"set":[1,"galaxy","m51"]},{"add":[2,"lmc"]},{"clone":3}]})");
+  const auto& scene = std::get<EditSceneRequest>(rows.request).edits;
+  EXPECT_EQ(std::get<SetCellEdit>(scene[0]).word, "1.5");
+  EXPECT_EQ(std::get<SetCellEdit>(scene[1]).word, "-");
+  EXPECT_EQ(std::get<SetCellEdit>(scene[2]).word, "m51");
+  EXPECT_EQ(std::get<AddRowEdit>(scene[3]).galaxy, "lmc");
+  EXPECT_EQ(std::get<CloneRowEdit>(scene[4]).row, 3);
 }
 
 TEST(Message, View) {

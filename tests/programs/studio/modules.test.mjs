@@ -10,6 +10,7 @@ import {parseFrame} from '../../../studio/framing.js';
 import {History} from '../../../studio/history.js';
 import {shareEdits, shareFactors, sharing, valueEdits} from '../../../studio/light.js';
 import {gaussianKernel, seeingOf} from '../../../studio/seeing.js';
+import {columnsOf, rowAfterDelete, rowsOf, valueOf, visibleRows} from '../../../studio/scene_rows.js';
 import {positionOf, sliderScale, text, valueAt} from '../../../studio/scale.js';
 import {automaticTone, channelWeights, colour, level, lightOf, plainLook} from '../../../studio/stretch.js';
 import {enlarged, putStrip} from '../../../studio/strips.js';
@@ -82,7 +83,7 @@ test('strips replace rows of an enlarged frame', () => {
 
 // --- undo
 
-const stateOf = (text, settings = {}) => ({galaxies: {a: text}, settings});
+const stateOf = (text, settings = {}) => ({galaxies: {a: text}, settings, scene: 'galaxy x'});
 
 test('undo and redo walk through all states', () => {
   const history = new History(stateOf('0'));
@@ -122,6 +123,22 @@ test('a packed history is the same, with each text once', () => {
   assert.deepEqual(again.states, history.states);
   assert.equal(again.at, 1);
   assert.deepEqual(History.unpack(history.pack(1)).state, history.state);
+});
+
+test('rows of a scene', () => {
+  const {columns, rows} = rowsOf('# a\ngalaxy x\tsed # b\r\n\nm51  1.5 -\n  # c\nlmc 2 E');
+  assert.deepEqual(columns, ['galaxy', 'x', 'sed']);
+  assert.deepEqual(rows, [['m51', '1.5', '-'], ['lmc', '2', 'E']]);
+  assert.equal(valueOf('1.5', 'number'), 1.5);
+  assert.equal(valueOf('10:30:00', 'number'), '10:30:00');
+  assert.equal(valueOf('-', 'number'), null);
+  assert.equal(valueOf('12', 'text'), '12');
+  const {own, others} = columnsOf(['x', 'arms.count'], [{name: 'x', type: 'number'}, {name: 'y'}]);
+  assert.deepEqual(own.map(({name, type}) => [name, type]), [['x', 'number'], ['arms.count', 'text']]);
+  assert.deepEqual(others, [{name: 'y'}]);
+  assert.deepEqual(visibleRows(0, 168, 24, 3), [0, 3]);
+  assert.deepEqual(visibleRows(24000, 168, 24, 2000), [998, 1009]);
+  assert.equal(rowAfterDelete(4, 5), 3);
 });
 
 test('keys that a choice excludes are taken out', () => {

@@ -215,6 +215,112 @@ class PageTest(unittest.TestCase):
         page.settle()
         self.assertEqual(page.value("studio.ui.camera.position"), first["position"])
 
+    def test_fingers_orbit_pan_and_zoom(self):
+        page = self.page
+        canvas = page.find("#picture")
+        first = page.value("studio.ui.camera")
+        page.touch(canvas, [(0, 0), (40, 10), (80, 20)])
+        page.settle()
+        orbited = page.value("studio.ui.camera")
+        self.assertNotEqual(orbited["position"], first["position"])
+        self.assertEqual([orbited["target"], orbited["width"]], [first["target"], first["width"]])
+        # Two fingers side by side pan: the picture follows them by 60 pixels of its width.
+        page.keys("0")
+        page.settle()
+        width = page.value("studio.canvas.clientWidth")
+        page.touch(canvas, [(-50, 0), (-20, 0), (10, 0)], [(50, 0), (80, 0), (110, 0)])
+        page.settle()
+        panned = page.value("studio.ui.camera")
+        self.assertAlmostEqual(panned["target"][0], -60 / width * first["width"], delta=0.02 * first["width"])
+        self.assertAlmostEqual(panned["width"], first["width"], delta=0.1 * first["width"])
+        # Two fingers that part to twice their distance zoom in by two.
+        page.keys("0")
+        page.settle()
+        page.touch(canvas, [(-50, 0), (-75, 0), (-100, 0)], [(50, 0), (75, 0), (100, 0)])
+        page.settle()
+        zoomed = page.value("studio.ui.camera")
+        self.assertAlmostEqual(zoomed["width"], first["width"] / 2, places=6)
+        for a, b in zip(zoomed["target"], first["target"]):
+            self.assertAlmostEqual(a, b, delta=0.05 * first["width"])
+
+    def test_arms_are_tables_of_their_own(self):
+        page = self.page
+        page.find("#tab-galaxy").click()
+        arms = "studio.doc.model.arms.length"
+        page.find(".arm-head button").click()
+        page.wait(f"{arms} === 2")
+        page.settle()
+        added = "[[arm]]\noffset = 0\n\n[[arm]]\noffset = 180\n\n"
+        self.assertEqual(page.value("studio.doc.text"), GALAXY.replace("[[component]]", added + "[[component]]", 1))
+        page.find(".arm-head button").click()
+        page.wait(f"{arms} === 3")
+        page.run("document.querySelectorAll('details.group').forEach((one) => { one.open = true; })")
+        page.find("[aria-label='Clone arm 1']").click()
+        page.wait(f"{arms} === 4")
+        page.find("[aria-label='Delete arm 2']").click()
+        page.wait(f"{arms} === 3")
+        page.find("[aria-label='Move arm 1 down']").click()
+        page.wait("studio.doc.model.arms[0].offset === 180")
+        page.run("const one = document.querySelectorAll('[data-key=strength] input[type=text]')[1];"
+                 "one.value = '0.5'; one.dispatchEvent(new Event('change'));")
+        page.wait("studio.doc.model.arms[1].strength === 0.5")
+        page.settle()
+        self.assertIn("offset = 0\nstrength = 0.5\n", page.value("studio.doc.text"))
+        for _ in range(6):
+            page.keys(Keys.CONTROL, "z")
+        page.wait("!studio.doc.history.canUndo")
+        self.assertEqual(page.value("studio.doc.text"), GALAXY)
+        page.settle()
+        page.find("#tab-component").click()
+
+    def test_rows_of_the_scene_are_edited(self):
+        scene = "# Two.\ngalaxy x   y z seed # columns\nmine   0   0 0 1\n# behind\nmine   0.5 0 -1 2 # small\n"
+        page = self.own_server({**FILES, "scene.lst": scene})
+        page.find("#tab-scene").click()
+        self.assertEqual(len(self.browser.find_elements("css selector", ".scene-row")), 2)
+        page.find(".scene-row:nth-child(2)").click()
+        page.wait("studio.ui.row === 1")
+        self.slide("x", 40)
+        x = page.value("studio.scenePanel.state({name: 'x', type: 'number'}).value")
+        self.assertGreater(x, 0.5)
+        text = page.value("studio.doc.scene")
+        self.assertRegex(text, rf"\nmine   {x} +0 -1 2 # small\n$")
+        self.assertTrue(text.startswith(scene[:scene.index("0.5")]))
+        # The picture is that of the changed list.
+        self.assert_planes(page.sums(), read_planes(self.server.gamer("s.fits", scene=text)), 5e-7)
+        page.find("[aria-label='Clone the row']").click()
+        page.wait("studio.scenePanel.table.rows.length === 3")
+        page.find("[aria-label^='Add a galaxy']").click()
+        name = page.find("dialog input")
+        name.clear()
+        name.send_keys("elliptical", Keys.ENTER)
+        page.wait("studio.scenePanel.table.rows.length === 4")
+        page.settle()
+        self.assertEqual(page.value("studio.scenePanel.table.rows[3][0]"), "elliptical")
+        self.assertEqual(page.value("Object.keys(studio.doc.state.galaxies)"), ["mine", "elliptical"])
+        page.find("[aria-label='Delete the row']").click()
+        page.wait("studio.scenePanel.table.rows.length === 3")
+        page.keys(Keys.CONTROL, "s")
+        page.wait("!studio.doc.isChanged")
+        self.assertEqual((self.server.path / "scene.lst").read_text(), page.value("studio.doc.scene"))
+        for _ in range(4):
+            page.keys(Keys.CONTROL, "z")
+        page.wait("!studio.doc.history.canUndo")
+        self.assertEqual(page.value("studio.doc.scene"), scene)
+        page.settle()
+
+    def test_a_list_of_2000_rows_holds_the_visible_ones(self):
+        rows = "".join(f"mine {i * 10} 0 0 0.1\n" for i in range(2000))
+        page = self.own_server({**FILES, "scene.lst": "galaxy x y z size\n" + rows})
+        page.find("#tab-scene").click()
+        self.assertLess(len(self.browser.find_elements("css selector", ".scene-row")), 20)
+        page.find(".scene-rows").send_keys(Keys.END)
+        page.wait("studio.ui.row === 1999")
+        self.assertIn("2000", page.find(".scene-row[aria-selected=true]").text)
+        page.run("return studio.doc.editScene([{set: [1999, 'x', -1]}], 'x')")
+        page.settle()
+        self.assertTrue(page.value("studio.doc.scene").endswith("\nmine -1    0 0 0.1\n"))
+
     def test_cursor_tells_the_value(self):
         page = self.page
         from selenium.webdriver.common.action_chains import ActionChains
@@ -298,9 +404,9 @@ class PageTest(unittest.TestCase):
         page.wait("studio.doc.history.at === 1")
         page.settle()
 
-    def own_server(self):
+    def own_server(self, files=FILES):
         """The page of a server of this test alone."""
-        self.server = Server()
+        self.server = Server(files=files)
         self.addCleanup(self.server.close)
         self.page = Page(self.browser, self.server.address)
         return self.page
@@ -452,9 +558,9 @@ class PageTest(unittest.TestCase):
     def test_page_works_at_three_sizes(self):
         page = self.page
         self.addCleanup(set_size, self.browser, 1280, 720)
-        for width, height in ((1280, 720), (1920, 1080), (1024, 768)):
-            set_size(self.browser, width, height)
-            page.wait(f"innerWidth === {width}")
+        for width, height, has_fingers in ((1280, 720, False), (1920, 1080, False), (1024, 768, False), (1024, 768, True)):
+            set_size(self.browser, width, height, has_fingers)
+            page.wait(f"innerWidth === {width} && matchMedia('(pointer: coarse)').matches === {str(has_fingers).lower()}")
             box = page.value("(() => { const b = document.getElementById('picture').getBoundingClientRect();"
                              " return [b.width, b.height]; })()")
             self.assertGreater(min(box), 200)

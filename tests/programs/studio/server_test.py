@@ -73,6 +73,7 @@ class Folder:
     def __init__(self, *arguments, files=FILES):
         self.path = pathlib.Path(tempfile.mkdtemp(prefix="gstudio"))
         for name, text in files.items():
+            (self.path / name).parent.mkdir(parents=True, exist_ok=True)
             (self.path / name).write_text(text)
         self.arguments = arguments or ("mine.toml",)
         self.studio = None
@@ -488,6 +489,56 @@ class Files(unittest.TestCase):
                     self.assertEqual(made.read_bytes(), mine)
                     (frame,) = view(page, 60, document, [[32, 20, None]], **changes)
                     numpy.testing.assert_array_equal(cube(frame), fits.getdata(made))
+
+    def test_neighbours_of_unsaved_texts_go_along(self):
+        head = "# wavelength: Angstrom\n# flux: flambda\n"
+        galaxy = GALAXY.replace('sed = "Sbc"', 'sed = "only_mine"').replace('sed = "E"', 'sed = "spectra/old.sed"')
+        files = {"work/mine.toml": galaxy, "work/only_mine.sed": head + "1000 0.2\n5500 1\n20000 3\n",
+                 "work/spectra/old.sed": head + "1000 1\n5500 1\n20000 1\n", "work/secret.sed": head + "1000 1\n20000 1\n",
+                 "work/scene.lst": SCENE, "render.par": PARAMETERS}
+        with Folder("render.par", "work/scene.lst", files=files) as folder:
+            page, document = folder.open()
+            changes = {"galaxies": {"mine": galaxy.replace("0.1", "0.2")}}
+            last, _ = render(page, 1, document, "x.fits", **changes)
+            self.assertEqual(last, {"op": "rendered", "id": 1, "file": "x.fits"})
+            sources = folder.path / "gstudio-output" / "x.sources"
+            self.assertEqual(sorted(str(one.relative_to(sources)) for one in sources.rglob("*.*")),
+                             ["mine.toml", "only_mine.sed", "scene.lst", "scene.par", "spectra/old.sed"])
+            (frame,) = view(page, 2, document, [[24, 18, None]], **changes)
+            made = fits.getdata(folder.path / "gstudio-output" / "x.fits")
+            numpy.testing.assert_array_equal(cube(frame), made)
+            # A path that the files do not name stays out of reach.
+            changes = {"galaxies": {"mine": galaxy.replace('"only_mine"', '"./secret.sed"')}}
+            self.assertIn("is a path", render(page, 3, document, "y.fits", **changes)[0]["message"])
+
+    def test_a_scene_is_edited_and_saved(self):
+        with Folder("render.par", "scene.lst") as folder:
+            page, document = folder.open()
+            self.assertEqual(document["scene_file"], "scene.lst")
+            edited = page.ask("edit_scene", scene=SCENE, edits=[{"set": [1, "x", 0.25]}])["scene"]
+            self.assertEqual(edited, SCENE.replace("mine 0.5 2", "mine 0.25 2"))
+            self.assertEqual(page.ask("save_scene", scene=edited)["op"], "saved")
+            self.assertEqual((folder.path / "scene.lst").read_text(), edited)
+            for scene in ("x", "galaxy x\n../mine 0\n", ""):
+                self.assertEqual(page.ask("save_scene", scene=scene)["op"], "error", scene)
+            (folder.path / "scene.lst").write_text(SCENE)
+            self.assertIn("another program", page.ask("save_scene", scene=edited + "# more\n")["message"])
+            self.assertEqual((folder.path / "scene.lst").read_text(), SCENE)
+            added = page.ask("edit_scene", scene=SCENE, edits=[{"add": [0, "elliptical"]}])["scene"]
+            galaxy = page.ask("galaxy", galaxy="elliptical")["galaxy_text"]
+            self.assertEqual(galaxy, (SOURCE / "galaxies/elliptical.toml").read_text())
+            for name in ("../mine", "/etc/passwd", "mine2", ""):
+                self.assertEqual(page.ask("galaxy", galaxy=name)["op"], "error", name)
+            changes = {"scene": added, "galaxies": {**document["galaxies"], "elliptical": galaxy}}
+            self.assertEqual(page.ask("command", **texts(document, **changes))["unsaved"], ["scene"])
+            (frame,) = view(page, 4, document, [[24, 18, None]], **changes)
+            (folder.path / "scene.lst").write_text(added)
+            folder.gamer("render.par", "scene.lst", "-o", "all.fits")
+            numpy.testing.assert_array_equal(cube(frame), fits.getdata(folder.path / "all.fits"))
+        with Folder("mine.toml") as folder:
+            page, document = folder.open()
+            self.assertIsNone(document["scene_file"])
+            self.assertIn("no scene", page.ask("save_scene", scene=SCENE)["message"])
 
     def test_errors_of_renders_are_the_programs(self):
         with Folder() as folder:

@@ -80,6 +80,8 @@ class Soak:
             return {"delete": index}
         if choice < 0.13:
             return {"move": [index, random.randrange(len(components))]}
+        if choice < 0.16:
+            return self.arm_edit(len(model["arms"]))
         if choice < 0.2:
             parameter = random.choice(self.document["declarations"]["galaxy"])
             return {"set": [None, parameter["name"], random_value(parameter)]}
@@ -87,6 +89,14 @@ class Soak:
         if choice < 0.3:
             return {"reset": [index, parameter["name"]]}
         return {"set": [index, parameter["name"], random_value(parameter)]}
+
+    def arm_edit(self, arms):
+        if arms == 0 or random.random() < 0.2:
+            return {"add_arm": True}
+        index = random.randrange(arms)
+        parameter = random.choice(self.document["declarations"]["arm"])
+        return random.choice([{"clone_arm": index}, {"delete_arm": index}, {"move_arm": [index, random.randrange(arms)]},
+                              {"set": [None, f"arm.{index}.{parameter['name']}", random_value(parameter)]}])
 
     def view(self, text, wants_pixels):
         """Asks for a view, perhaps one more, and returns the last frame of the newest."""

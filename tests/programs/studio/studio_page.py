@@ -118,14 +118,16 @@ class Server:
         self.kill()
         self._folder.cleanup()
 
-    def gamer(self, output, *settings, galaxy=None):
-        """The path of what the command line makes of the scene, with another galaxy."""
+    def gamer(self, output, *settings, galaxy=None, scene=None):
+        """The path of what the command line makes of the scene, with another galaxy or list."""
         folder = self.path / "gamer"
         folder.mkdir(exist_ok=True)
         for name in FILES:
             shutil.copy(self.path / name, folder)
         if galaxy is not None:
             (folder / "mine.toml").write_text(galaxy)
+        if scene is not None:
+            (folder / "scene.lst").write_text(scene)
         subprocess.run([GAMER, "render.par", "scene.lst", "-o", output, "--overwrite", *settings],
                        cwd=folder, env=ENVIRONMENT, capture_output=True, timeout=120, check=True)
         return folder / output
@@ -144,9 +146,10 @@ def start_browser(width=1280, height=720):
     return browser
 
 
-def set_size(browser, width, height):
+def set_size(browser, width, height, has_fingers=False):
+    browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": has_fingers})
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
-                            {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False})
+                            {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": has_fingers})
 
 
 class Page:
@@ -217,6 +220,16 @@ class Page:
         for _ in range(steps):
             chain.move_by_offset(x // steps, y // steps).pause(0.05)
         chain.release().perform()
+
+    def touch(self, element, *paths):
+        """Fingers that go along paths of places from the middle of an element, at the same time."""
+        def finger(number, path):
+            place = lambda at, milliseconds: {"type": "pointerMove", "duration": milliseconds, "x": at[0], "y": at[1],
+                                              "origin": {"element-6066-11e4-a52e-4f735466cecf": element.id}}
+            steps = [place(path[0], 0), {"type": "pointerDown", "button": 0}, *(place(at, 60) for at in path[1:]),
+                     {"type": "pointerUp", "button": 0}]
+            return {"type": "pointer", "id": f"finger{number}", "parameters": {"pointerType": "touch"}, "actions": steps}
+        self.browser.execute("actions", {"actions": [finger(i, path) for i, path in enumerate(paths)]})
 
     def select(self, name):
         self.find(f".component [data-role=pick]").click()
