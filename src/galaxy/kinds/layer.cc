@@ -184,7 +184,7 @@ ParameterTable Layer::parameters() {
           .usual(0, 0.6),
       Parameter::number("arm_width", "", Interval::closed(0, 100), 0.5,
                         "A_w: larger makes narrower arms; 0 ignores them")
-          .usual(0, 20),
+          .usual(0, 60),
       Parameter::number(
           "shift", "deg", Interval::any(), 0.0,
           "delta: angle by which this component's arms are turned; towards the concave side it is "
