@@ -29,29 +29,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// An executor whose work ends on request.
-class CancellableExecutor : public Executor {
- public:
-  CancellableExecutor(int threads, const Cancellation* cancellation)
-      : threads_(threads), cancellation_(cancellation) {}
-
-  void run(std::span<const RowRange> blocks, std::size_t values_per_row, const Compute& compute,
-           const Consume& consume) override {
-    const auto compute_unless_cancelled = [&](RowRange range, std::span<double> values) {
-      const CancellationScope scope(cancellation_);
-      check_cancelled();
-      compute(range, values);
-    };
-    threads_.run(blocks, values_per_row, compute_unless_cancelled, consume);
-  }
-  int workers() const override { return threads_.workers(); }
-  const RunTimes& times() const override { return threads_.times(); }
-
- private:
-  ThreadExecutor threads_;
-  const Cancellation* cancellation_;
-};
-
 /// Records the galaxies of the input where the scene looks for them first: beside its label.
 void add_galaxies(const RenderInput& input, const std::string& label, Resources& resources) {
   for (const auto& [name, text] : input.galaxies) {
@@ -106,10 +83,7 @@ void append_row(const Image& image, int row, std::vector<double>& values) {
 class Run {
  public:
   Run(const RenderControl& control, int threads, Rendering& rendering)
-      : control_(control),
-        executor_(threads, control.cancellation),
-        job_(*rendering.job),
-        rendering_(rendering) {}
+      : control_(control), executor_(threads), job_(*rendering.job), rendering_(rendering) {}
 
   void render() {
     if (control_.truth) describe_objects();
@@ -192,7 +166,7 @@ class Run {
   }
 
   const RenderControl& control_;
-  CancellableExecutor executor_;
+  ThreadExecutor executor_;
   const RenderJob& job_;
   Rendering& rendering_;
 };
