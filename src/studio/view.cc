@@ -179,7 +179,7 @@ class LevelView {
   /// Renders a level, and returns its frame; before it, sends rows as they are finished where they
   /// are wanted.
   std::string render(const ViewLevel& level, Json head, bool wants_strips,
-              const Cancellation& cancellation, const Send& send) const {
+                     const Cancellation& cancellation, const Send& send) const {
     const Clock clock;
     RenderParameters own = level_parameters(parameters_, level);
     RenderInput input{

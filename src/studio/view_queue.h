@@ -23,9 +23,8 @@ namespace gamer {
 class ViewQueue {
  public:
   /// Renders a view: sends its frames but the last, which it returns.
-  using Render =
-      std::function<std::string(std::int64_t id, const ViewRequest& request,
-                                const Cancellation& cancellation, const Send& send)>;
+  using Render = std::function<std::string(std::int64_t id, const ViewRequest& request,
+                                           const Cancellation& cancellation, const Send& send)>;
   explicit ViewQueue(Render render) : render_(std::move(render)) {}
   /// Cancels all views.
   ~ViewQueue();
