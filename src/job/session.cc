@@ -31,29 +31,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// An executor whose work ends on request.
-class CancellableExecutor : public Executor {
- public:
-  CancellableExecutor(Executor& executor, const Cancellation* cancellation)
-      : executor_(executor), cancellation_(cancellation) {}
-
-  void run(std::span<const RowRange> blocks, std::size_t values_per_row, const Compute& compute,
-           const Consume& consume) override {
-    const auto compute_unless_cancelled = [&](RowRange range, std::span<double> values) {
-      const CancellationScope scope(cancellation_);
-      check_cancelled();
-      compute(range, values);
-    };
-    executor_.run(blocks, values_per_row, compute_unless_cancelled, consume);
-  }
-  int workers() const override { return executor_.workers(); }
-  const RunTimes& times() const override { return executor_.times(); }
-
- private:
-  Executor& executor_;
-  const Cancellation* cancellation_;
-};
-
 /// Records the galaxies of the input where the scene looks for them first: beside its label.
 void add_galaxies(const RenderInput& input, const std::string& label, Resources& resources) {
   for (const auto& [name, text] : input.galaxies) {
@@ -108,11 +85,7 @@ void append_row(const Image& image, int row, std::vector<double>& values) {
 class Run {
  public:
   Run(const RenderControl& control, TeamExecutor& executor, Rendering& rendering)
-      : control_(control),
-        team_(executor),
-        executor_(executor, control.cancellation),
-        job_(*rendering.job),
-        rendering_(rendering) {}
+      : control_(control), executor_(executor), job_(*rendering.job), rendering_(rendering) {}
 
   void render() {
     if (control_.truth) describe_objects();
@@ -169,7 +142,7 @@ class Run {
           tell(Stage::rows, done += rows.size(), height);
         });
     rendering_.unconverged_rays =
-        static_cast<double>(team_.sum(static_cast<std::uint64_t>(unconverged)));
+        static_cast<double>(executor_.sum(static_cast<std::uint64_t>(unconverged)));
     if (is_dark) rendering_.warnings.push_back(darkness_warning(job_));
   }
 
@@ -196,8 +169,7 @@ class Run {
   }
 
   const RenderControl& control_;
-  TeamExecutor& team_;
-  CancellableExecutor executor_;
+  TeamExecutor& executor_;
   const RenderJob& job_;
   Rendering& rendering_;
 };

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "gamer/core/cancellation.h"
 #include "gamer/core/clock.h"
 #include "gamer/parallel/executor.h"
 #include "parallel/row_handout.h"
@@ -20,6 +21,7 @@ std::pair<double, double> run_here(RowHandout& handout, std::size_t values_per_r
   std::vector<double> values;
   double computing = 0, consuming = 0;
   while (const std::optional<RowRange> range = handout.next()) {
+    check_cancelled();
     values.assign(static_cast<std::size_t>(range->size()) * values_per_row, 0.0);
     const Clock clock;
     compute(*range, values);

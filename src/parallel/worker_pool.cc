@@ -5,6 +5,7 @@
 #include <system_error>
 #include <utility>
 
+#include "gamer/core/cancellation.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 
@@ -18,7 +19,8 @@ WorkerPool::WorkerPool(int threads, std::size_t values_per_row, const Executor::
       source_(std::move(source)),
       stop_source_(std::move(stop_source)),
       capacity_(static_cast<std::size_t>(threads)),
-      running_(threads) {
+      running_(threads),
+      cancellation_(CancellationScope::current()) {
   threads_.reserve(capacity_);
   try {
     while (threads_.size() < capacity_) threads_.emplace_back([this] { work(); });
@@ -32,8 +34,10 @@ WorkerPool::WorkerPool(int threads, std::size_t values_per_row, const Executor::
 WorkerPool::~WorkerPool() { stop(); }
 
 void WorkerPool::work() {
+  const CancellationScope scope(cancellation_);
   try {
     while (const std::optional<RowRange> range = source_()) {
+      check_cancelled();
       FinishedBlock block{*range, {}};
       block.values.resize(static_cast<std::size_t>(range->size()) * values_per_row_);
       const Clock clock;

@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "gamer/core/cancellation.h"
 #include "gamer/parallel/executor.h"
 
 namespace gamer {
@@ -72,6 +73,7 @@ class WorkerPool {
   double compute_seconds_ = 0;
   int running_ = 0;
   bool stopped_ = false;
+  const Cancellation* const cancellation_;  ///< of the thread that made the pool
   std::vector<std::jthread> threads_;
 };
 

@@ -22,7 +22,7 @@ class Cancellation {
 };
 
 /// While an instance lives, check_cancelled() in this thread looks at its request. Threads of
-/// parallel_for() take the request of the thread that begins the loop.
+/// parallel_for() and of executors take the request of the thread that begins the work.
 class CancellationScope {
  public:
   /// With a null pointer nothing is cancelled.
