@@ -109,7 +109,7 @@ TEST(ToleranceOfRingTest, IsKept) {
 class RayToleranceTest : public testing::TestWithParam<std::string> {};
 
 TEST_P(RayToleranceTest, IsKeptFromFaceOnTo89Degrees) {
-  constexpr int rays = 24;
+  constexpr int rays = 40;
   for (const double inclination : {0.0, 60.0, 80.0, 85.0, 89.0}) {
     const GalaxyRays view(GAMER_TEST_SOURCE_DIR, GetParam(), inclination, rays);
     const std::vector<double> exact = view.uniform(1e5);
@@ -141,7 +141,7 @@ TEST(SteepRaysTest, ConvergeInViewsWithTheMostStructure) {
                                                   {"m51", 85, 1},
                                                   {"ngc4594", 84, 1},
                                                   {"dusty_barred", 85, 3}}) {
-    const GalaxyRays view(GAMER_TEST_SOURCE_DIR, galaxy, inclination, 64, seed);
+    const GalaxyRays view(GAMER_TEST_SOURCE_DIR, galaxy, inclination, 128, seed);
     const std::vector<double> exact = view.uniform(1e5);
     double last = HUGE_VAL;
     for (const double tolerance : {1e-3, 1e-4, 3e-6}) {
