@@ -35,9 +35,7 @@ class FrameEncoder {
 
   /// Numbers of half precision, an even number of them.
   void add(std::span<const std::uint16_t> halves) {
-    const std::size_t begin = bytes_.size();
-    bytes_.resize(begin + halves.size_bytes());
-    std::memcpy(bytes_.data() + begin, halves.data(), halves.size_bytes());
+    bytes_.append(reinterpret_cast<const char*>(halves.data()), halves.size_bytes());
   }
 
   std::string take() { return std::move(bytes_); }
