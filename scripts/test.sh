@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# Builds everything and runs the test suite.
+# Builds everything and runs the test suite, without the tests of the label `long`, which take minutes.
 #
-#   scripts/test.sh [--werror | --sanitize] [ctest options]
+#   scripts/test.sh [--all | --werror | --sanitize] [ctest options]
 #
-# --werror builds apart, in build/ci, with warnings as errors, and installs what the site of the documents
-# needs, too.
+# --all runs these tests, too.
+# --werror runs them, too. It builds apart, in build/ci, with warnings as errors, and installs what the site of
+# the documents needs.
 # --sanitize builds the tests of most layers apart, in build/asan, with the sanitizers of addresses and
 # undefined behaviour, and what runs in threads in build/tsan, with that of threads.
 set -euo pipefail
@@ -37,8 +38,12 @@ case ${1:-} in
     scripts/setup.sh --tests --preset tsan --targets threads_tests
     run_tests build/tsan --tests-regex '^threads$' "${@:2}"
     ;;
+  --all)
+    scripts/setup.sh --tests
+    run_tests build/release "${@:2}"
+    ;;
   *)
     scripts/setup.sh --tests
-    run_tests build/release "$@"
+    run_tests build/release --label-exclude long "$@"
     ;;
 esac

@@ -107,7 +107,7 @@ export class ParameterRow {
     if (this.isNumber) {
       return numbers.length === 1 && (type !== 'integer' || Number.isInteger(numbers[0])) ? numbers[0] : undefined;
     }
-    return type === 'pair' && numbers.length === 1 ? numbers[0] : numbers;
+    return type === 'size2' && numbers.length === 1 ? numbers[0] : numbers;
   }
 
   commit(value) {

@@ -8,6 +8,7 @@
 #include "bindings.h"
 #include "gamer/core/error.h"
 #include "gamer/core/resources.h"
+#include "gamer/core/type_name.h"
 #include "gamer/galaxy/arm_pattern.h"
 #include "gamer/galaxy/component.h"
 #include "gamer/galaxy/galaxy.h"
@@ -22,34 +23,6 @@ namespace gamer::python {
 namespace {
 
 namespace py = pybind11;
-
-const char* type_name(ParameterType type) {
-  switch (type) {
-    case ParameterType::boolean:
-      return "boolean";
-    case ParameterType::integer:
-      return "integer";
-    case ParameterType::number:
-      return "number";
-    case ParameterType::text:
-      return "text";
-    case ParameterType::choice:
-      return "choice";
-    case ParameterType::vector2:
-      return "vector2";
-    case ParameterType::vector3:
-      return "vector3";
-    case ParameterType::numbers:
-      return "numbers";
-    case ParameterType::texts:
-      return "texts";
-    case ParameterType::size2:
-      return "size2";
-    case ParameterType::noise:
-      return "noise";
-  }
-  return "";
-}
 
 py::object to_python(const ParameterValue& value) {
   return std::visit(

@@ -8,36 +8,45 @@
 #include <utility>
 
 #include "gamer/core/near.h"
+#include "gamer/core/type_name.h"
 
 namespace gamer {
 namespace {
 
-std::string expected(ParameterType type) {
+struct TypeWords {
+  const char* name;
+  const char* expected;  ///< for messages
+};
+
+TypeWords words_of(ParameterType type) {
   switch (type) {
     case ParameterType::boolean:
-      return "true or false";
+      return {"boolean", "true or false"};
     case ParameterType::integer:
-      return "an integer";
+      return {"integer", "an integer"};
     case ParameterType::number:
-      return "a number";
+      return {"number", "a number"};
     case ParameterType::text:
+      return {"text", "a string"};
     case ParameterType::choice:
-      return "a string";
+      return {"choice", "a string"};
     case ParameterType::vector2:
-      return "a list of two numbers";
+      return {"vector2", "a list of two numbers"};
     case ParameterType::vector3:
-      return "a list of three numbers";
+      return {"vector3", "a list of three numbers"};
     case ParameterType::numbers:
-      return "a list of numbers";
+      return {"numbers", "a list of numbers"};
     case ParameterType::texts:
-      return "a list of strings";
+      return {"texts", "a list of strings"};
     case ParameterType::size2:
-      return "an integer or a list of two";
+      return {"size2", "an integer or a list of two"};
     case ParameterType::noise:
-      return "a table or false";
+      return {"noise", "a table or false"};
   }
   throw std::logic_error("unknown ParameterType");
 }
+
+std::string expected(ParameterType type) { return words_of(type).expected; }
 
 /// " (deg)" for messages.
 std::string unit_note(const std::string& unit) {
@@ -382,6 +391,8 @@ Parameter required(Parameter parameter) {
   parameter.required = true;
   return parameter;
 }
+
+const char* type_name(ParameterType type) { return words_of(type).name; }
 
 std::string Parameter::type_text() const {
   std::string result;

@@ -47,12 +47,16 @@ void append(const ConfigNode& node, bool is_section, std::string& text) {
 
 }  // namespace
 
-std::string shape_text(const ConfigNode& file, const GalaxySettings& settings) {
+std::string measure_key(const GalaxySettings& settings) {
   const Accuracy& accuracy = settings.accuracy;
-  std::string text = fmt::format(
-      "{},{},{},{:a},{:a},{},{};", settings.noise_kind ? settings.noise_kind->name() : "",
-      settings.octaves.value_or(-1), settings.seed, accuracy.ray_error, accuracy.mean_error,
-      accuracy.shares_closure, settings.most_cloud_points);
+  return fmt::format("{},{},{},{:a},{:a},{},{};",
+                     settings.noise_kind ? settings.noise_kind->name() : "",
+                     settings.octaves.value_or(-1), settings.seed, accuracy.ray_error,
+                     accuracy.mean_error, accuracy.shares_closure, settings.most_cloud_points);
+}
+
+std::string shape_text(const ConfigNode& file, const GalaxySettings& settings) {
+  std::string text = measure_key(settings);
   for (const auto& [section, node] : file.table()) {
     text += section + '=';
     append(node, node.is_table(), text);

@@ -196,7 +196,6 @@ SpiralCoordinates::SpiralCoordinates(const ArmPattern& arms, double shift) {
   }
   std::sort(tangents.begin(), tangents.end());
   tangent_ = tangents[reference_samples / 2];
-  pitch_ = std::atan(tangent_);
   cycle_ = count_ / tangent_;
   const double first = arms.offsets().front() + shift;
   shift_cosine_ = std::cos(first);
@@ -211,7 +210,6 @@ SpiralCoordinates::SpiralCoordinates(const ArmPattern& arms, double shift) {
     const double low = orientation_ * arms.winding(0);
     const double high = orientation_ * arms.winding(far);
     tangent_ = std::log(10) / (orientation_ * arms.winding(10 * far) - high);
-    pitch_ = std::atan(tangent_);
     cycle_ = count_ / tangent_;
     core_ = far * std::exp(tangent_ * (low - high));
     start_ = high - std::log(far) / tangent_;
@@ -240,7 +238,6 @@ SpiralCoordinates SpiralCoordinates::logarithmic(int count, double beta) {
   SpiralCoordinates result;
   result.count_ = count;
   result.tangent_ = std::log(beta);
-  result.pitch_ = std::atan(result.tangent_);
   result.cycle_ = count / result.tangent_;
   return result;
 }
@@ -271,21 +268,6 @@ SpiralCoordinates::Law SpiralCoordinates::law(double s) const {
 SpiralCoordinates::Position SpiralCoordinates::at(double r, double theta) const {
   const Law known = law(std::log(r));
   return {count_ / turn * (known.g - theta), -cycle_ / turn * (known.h + theta)};
-}
-
-SpiralCoordinates::Place SpiralCoordinates::place(const Position& position) const {
-  // u and v together give g + h, which grows with s.
-  const double sum = turn * (position.u / count_ - position.v / cycle_);
-  double low = nodes_.empty() ? -30.0 : table_start;
-  double high = nodes_.empty() ? 30.0 : 0.0;
-  constexpr int halvings = 60;
-  for (int i = 0; i < halvings; ++i) {
-    const double middle = 0.5 * (low + high);
-    const Law known = law(middle);
-    (known.g + known.h < sum ? low : high) = middle;
-  }
-  const double s = 0.5 * (low + high);
-  return {std::exp(s), law(s).g - turn * position.u / count_};
 }
 
 double SpiralCoordinates::u_gradient(double r) const {

@@ -42,20 +42,14 @@ class SpiralCoordinates {
   /// Whether `arms` has evenly spread arms.
   static bool fits(const ArmPattern& arms);
 
-  int count() const { return count_; }               ///< n
-  double cycle() const { return cycle_; }            ///< n'
-  double reference_pitch() const { return pitch_; }  ///< radians
+  int count() const { return count_; }     ///< n
+  double cycle() const { return cycle_; }  ///< n'
   double reference_tangent() const { return tangent_; }
 
   struct Position {
     double u, v;
   };
   Position at(double r, double theta) const;
-  struct Place {
-    double r, theta;
-  };
-  /// The place with these (u, v), for theta of any turn.
-  Place place(const Position& position) const;
   double u_gradient(double r) const;  ///< |grad u|
   double v_gradient(double r) const;  ///< |grad v|
 
@@ -73,7 +67,6 @@ class SpiralCoordinates {
 
   int count_ = 1;
   double cycle_ = 1;
-  double pitch_ = 0;
   double tangent_ = 1;
   double core_ = 0;
   double start_ = 0;

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <stdexcept>
@@ -13,6 +11,7 @@
 
 #include "gamer/core/near.h"
 #include "image/data_table_writer.h"
+#include "image/fits/card_record.h"
 #include "image/fits/fits_cards.h"
 #include "image/fits/fits_file.h"
 

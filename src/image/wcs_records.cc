@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "gamer/core/error.h"
-#include "gamer/core/near.h"
 
 namespace gamer {
 namespace {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <mutex>
 #include <new>
 #include <span>
@@ -162,8 +161,8 @@ std::string hindrance(const OutputOptions& output, const JobOptions& options,
           output.path.string(), journal.string());
     }
     return fmt::format(
-        "output '{}': '{}' holds finished rows of a job that was interrupted; "
-        "--resume goes on with it, --overwrite starts anew",
+        "output '{}': '{}' holds finished rows of a job that was interrupted; --resume goes on "
+        "with it, --overwrite starts anew",
         output.path.string(), journal.string());
   }
   try {

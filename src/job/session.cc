@@ -22,7 +22,6 @@
 #include "gamer/render/renderer.h"
 #include "gamer/scene/catalogue.h"
 #include "gamer/scene/galaxy_library.h"
-#include "image/image_suffix.h"
 #include "job/make_job.h"
 #include "job/scene_input.h"
 

@@ -8,7 +8,6 @@
 #include <map>
 #include <mutex>
 #include <new>
-#include <numbers>
 #include <utility>
 
 #include "gamer/core/capitals.h"

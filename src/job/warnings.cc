@@ -7,7 +7,6 @@
 #include <glm/geometric.hpp>
 #include <iterator>
 
-#include "gamer/core/units.h"
 #include "gamer/render/march/sampler.h"
 #include "gamer/scene/galaxy_library.h"
 
@@ -147,8 +146,7 @@ std::vector<std::string> job_warnings(const RenderJob& job) {
         unlikely.number > 1 ? fmt::format(", and {} more are", unlikely.number - 1) : " is";
     warnings.push_back(
         fmt::format("{}: an apparent magnitude of {:.1f}{} outside 5 to 40; are magnitude, "
-                    "redshift and distance "
-                    "right?",
+                    "redshift and distance right?",
                     unlikely.where.text(), unlikely.magnitude, others));
   }
   return warnings;

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "core/math-inl.h"
 #include "gamer/core/parallel_for.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -202,26 +201,30 @@ int scale_file(const OperationCall& call) {
   return 0;
 }
 
+Operation scale_operation() {
+  return {.name = "scale",
+          .group = group_name,
+          .summary = "Multiply by a number and add one",
+          .description =
+              "v' = factor v + offset. Without --unit the light changes and the unit stays. With "
+              "--unit the light stays, and BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and SATURATE "
+              "follow. Variances (EXTNAME VARIANCE, ..._VARIANCE) are multiplied by factor^2.",
+          .parameters =
+              {
+                  Parameter::numbers("factor", "", Interval::any(), std::vector<double>{1},
+                                     "one for all planes, or one for each"),
+                  Parameter::numbers("offset", "unit of the pixels", Interval::any(),
+                                     std::vector<double>{0}, "one for all planes, or one for each"),
+                  Parameter::text("unit", std::nullopt,
+                                  "new BUNIT; one old unit is --factor new units"),
+              },
+          .example = "scale --factor 1e-3 --unit uJy in.fits out.fits",
+          .run = scale_file};
+}
+
 }  // namespace
 
 std::vector<Operation> arithmetic_operations() {
-  Operation scale;
-  scale.name = "scale";
-  scale.group = group_name;
-  scale.summary = "Multiply by a number and add one";
-  scale.description =
-      "v' = factor v + offset. Without --unit the light changes and the unit stays. With --unit "
-      "the light stays, and BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and SATURATE follow. Variances "
-      "(EXTNAME VARIANCE, ..._VARIANCE) are multiplied by factor^2.";
-  scale.parameters = {
-      Parameter::numbers("factor", "", Interval::any(), std::vector<double>{1},
-                         "one for all planes, or one for each"),
-      Parameter::numbers("offset", "unit of the pixels", Interval::any(), std::vector<double>{0},
-                         "one for all planes, or one for each"),
-      Parameter::text("unit", std::nullopt, "new BUNIT; one old unit is --factor new units"),
-  };
-  scale.example = "scale --factor 1e-3 --unit uJy in.fits out.fits";
-  scale.run = scale_file;
   return {
       combining("add", Combination::sum, "Add images", "The result is a + b + ... over all files."),
       combining("subtract", Combination::difference, "Subtract images",
@@ -230,7 +233,7 @@ std::vector<Operation> arithmetic_operations() {
                 "The result is a b ... over all files, for weights, masks and flat fields."),
       combining("average", Combination::mean, "Mean of images",
                 "The result is (a + b + ...)/n over n files."),
-      scale,
+      scale_operation(),
   };
 }
 

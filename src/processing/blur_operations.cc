@@ -155,75 +155,74 @@ int run_psf(const OperationCall& call) {
 }
 
 Operation convolve_operation() {
-  Operation convolve;
-  convolve.name = "convolve";
-  convolve.group = "Blur";
-  convolve.summary = "Convolve with a point-spread function";
-  convolve.description =
-      std::string("out(x, y) = sum over (i, j) of psf(i, j) in(x - i, y - j). ") + psf_model_text +
-      "The PSF's sum is 1, so that flux is kept, except for light that leaves the image with "
-      "--edge zero.\n\nAny other text of --psf names a FITS file (extended names too), or a .psf "
-      "file of PSFEx. The FITS image has odd sides and is centred on its middle pixel, with one "
-      "plane, or one for each plane of the input. The PSF of PSFEx varies over the image: the "
-      "light "
-      "of each pixel gets the PSF at that pixel. --one-psf takes the PSF of the image's middle "
-      "everywhere.\n\n--position-angle is measured on the sky from North towards East, at the "
-      "middle of the image. Without celestial coordinates the angle runs from +y towards "
-      "-x.\n\nMissing pixels (NaN or infinite) are NaN in the output and spread no further. Where "
-      "the PSF covers missing pixels, the weights of the others are scaled up to replace them. "
-      "rotate, resample and bin differ: there infinities spread. Single precision is quicker, and "
-      "accurate to about 1e-7 of the brightest pixel nearby. The header gains one HISTORY card.";
-  convolve.parameters = {
-      Parameter::text("psf", std::nullopt,
-                      fmt::format("{}, or a FITS file", fmt::join(psf_models(), ", "))),
-      InstrumentOption::parameter()};
-  for (Parameter& parameter :
-       psf_parameters({"unit of --fwhm; arcsec needs celestial coordinates",
-                       "direction of the major axis, from North towards East; without celestial "
-                       "coordinates from +y towards -x"})) {
-    convolve.parameters.push_back(std::move(parameter));
-  }
-  convolve.parameters.push_back(Parameter::boolean(
-      "one_psf", false, "of a .psf file of PSFEx: its PSF at the middle of the image, everywhere"));
-  convolve.parameters.push_back(Parameter::choice(
-      "edge", {"zero", "reflect", "wrap"}, "zero",
-      "continuation beyond the edges: zeros, the mirrored image, or the repeated image"));
-  convolve.parameters.push_back(Parameter::choice("precision", {"double", "single"}, "double",
-                                                  "floating-point type of the computation"));
-  convolve.example = "convolve --psf moffat --fwhm 3.5 --beta 3 in.fits out.fits";
-  convolve.run = run_convolve;
-  return convolve;
+  return {
+      .name = "convolve",
+      .group = "Blur",
+      .summary = "Convolve with a point-spread function",
+      .description =
+          std::string("out(x, y) = sum over (i, j) of psf(i, j) in(x - i, y - j). ") +
+          psf_model_text +
+          "The PSF's sum is 1, so that flux is kept, except for light that leaves the image with "
+          "--edge zero.\n\nAny other text of --psf names a FITS file (extended names too), or a "
+          ".psf file of PSFEx. The FITS image has odd sides and is centred on its middle pixel, "
+          "with one plane, or one for each plane of the input. The PSF of PSFEx varies over the "
+          "image: the light of each pixel gets the PSF at that pixel. --one-psf takes the PSF of "
+          "the image's middle everywhere.\n\n--position-angle is measured on the sky from North "
+          "towards East, at the middle of the image. Without celestial coordinates the angle runs "
+          "from +y towards -x.\n\nMissing pixels (NaN or infinite) are NaN in the output and "
+          "spread no further. Where the PSF covers missing pixels, the weights of the others are "
+          "scaled up to replace them. rotate, resample and bin differ: there infinities spread. "
+          "Single precision is quicker, and accurate to about 1e-7 of the brightest pixel nearby. "
+          "The header gains one HISTORY card.",
+      .parameters =
+          ParameterTable{
+              Parameter::text("psf", std::nullopt,
+                              fmt::format("{}, or a FITS file", fmt::join(psf_models(), ", "))),
+              InstrumentOption::parameter()} +
+          psf_parameters({"unit of --fwhm; arcsec needs celestial coordinates",
+                          "direction of the major axis, from North towards East; without celestial "
+                          "coordinates from +y towards -x"}) +
+          ParameterTable{
+              Parameter::boolean(
+                  "one_psf", false,
+                  "of a .psf file of PSFEx: its PSF at the middle of the image, everywhere"),
+              Parameter::choice("edge", {"zero", "reflect", "wrap"}, "zero",
+                                "continuation beyond the edges: zeros, the mirrored image, or the "
+                                "repeated image"),
+              Parameter::choice("precision", {"double", "single"}, "double",
+                                "floating-point type of the computation")},
+      .example = "convolve --psf moffat --fwhm 3.5 --beta 3 in.fits out.fits",
+      .run = run_convolve};
 }
 
 Operation psf_operation() {
-  Operation psf;
-  psf.name = "psf";
-  psf.group = "Blur";
-  psf.summary = "Write the image of a point-spread function";
-  psf.description =
-      std::string(psf_model_text) +
-      "The image has odd sides, the PSF's centre on the middle pixel, and the sum 1. Several "
-      "widths or wavelengths make a cube. Its third axis is the wavelength where wavelengths are "
-      "evenly spaced, otherwise the number of the plane. The header holds FWHM in pixels (FWHMn "
-      "for plane n), and WAVELENn where --wavelength is given. With --pixel-scale the header has "
-      "celestial coordinates of that scale, North up and East to the left.";
-  psf.least_inputs = 0;
-  psf.most_inputs = 0;
-  psf.parameters = {required(Parameter::choice("psf", psf_models(), std::nullopt, "model"))};
-  for (Parameter& parameter : psf_parameters({"unit of --fwhm; arcsec needs --pixel-scale",
-                                              "direction of the major axis, from +y towards -x: "
-                                              "from North towards East with --pixel-scale"})) {
-    psf.parameters.push_back(std::move(parameter));
-  }
   const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
-  psf.parameters.push_back(Parameter::number("pixel_scale", "arcsec", Interval::left_open(0, 3600),
-                                             std::nullopt, "side of a pixel"));
-  psf.parameters.push_back(
-      Parameter::numbers("wavelength", "Angstrom", positive, std::nullopt,
-                         "wavelength for --diameter; one value, or one for each plane"));
-  psf.example = "psf --psf airy --fwhm 3 --obscuration 0.33 --size 65 out.fits";
-  psf.run = run_psf;
-  return psf;
+  return {
+      .name = "psf",
+      .group = "Blur",
+      .summary = "Write the image of a point-spread function",
+      .description =
+          std::string(psf_model_text) +
+          "The image has odd sides, the PSF's centre on the middle pixel, and the sum 1. Several "
+          "widths or wavelengths make a cube. Its third axis is the wavelength where wavelengths "
+          "are evenly spaced, otherwise the number of the plane. The header holds FWHM in pixels "
+          "(FWHMn for plane n), and WAVELENn where --wavelength is given. With --pixel-scale the "
+          "header has celestial coordinates of that scale, North up and East to the left.",
+      .least_inputs = 0,
+      .most_inputs = 0,
+      .parameters =
+          ParameterTable{required(Parameter::choice("psf", psf_models(), std::nullopt, "model"))} +
+          psf_parameters(
+              {"unit of --fwhm; arcsec needs --pixel-scale",
+               "direction of the major axis, from +y towards -x: from North towards East with "
+               "--pixel-scale"}) +
+          ParameterTable{
+              Parameter::number("pixel_scale", "arcsec", Interval::left_open(0, 3600), std::nullopt,
+                                "side of a pixel"),
+              Parameter::numbers("wavelength", "Angstrom", positive, std::nullopt,
+                                 "wavelength for --diameter; one value, or one for each plane")},
+      .example = "psf --psf airy --fwhm 3 --obscuration 0.33 --size 65 out.fits",
+      .run = run_psf};
 }
 
 }  // namespace

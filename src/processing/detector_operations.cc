@@ -7,11 +7,10 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <string_view>
-#include <utility>
 #include <vector>
 
 #include "gamer/core/error.h"
+#include "gamer/core/random.h"
 #include "processing/detector.h"
 #include "processing/instrument_option.h"
 #include "processing/operation_groups.h"
@@ -216,8 +215,8 @@ double NoiseOperation::sky_rate(const PlaneTask& task, double rate) const {
   }
   if (!rate_zero_point) {
     throw InputError(fmt::format(
-        "{}--sky needs --zero-point (AB magnitude of 1 electron/s), as {} has no MAGZERO; "
-        "or give --sky-rate",
+        "{}--sky needs --zero-point (AB magnitude of 1 electron/s), as {} has no MAGZERO; or give "
+        "--sky-rate",
         context, task.label));
   }
   try {
@@ -245,8 +244,7 @@ PlaneNoise NoiseOperation::ccd(const PlaneTask& task) const {
   if (!(std::isnormal(electrons) && std::isfinite(background_counts))) {
     throw InputError(
         fmt::format("{}a pixel of value 1 of {} would be {:.6g} electrons, and the sky {:.6g}; "
-                    "check the zero points, "
-                    "--sky and --exposure",
+                    "check the zero points, --sky and --exposure",
                     context, task.label, electrons, background_counts));
   }
   if (output_unit_ == "same") {
@@ -376,7 +374,6 @@ int run_noise(const OperationCall& call) {
 ParameterTable noise_parameters() {
   constexpr double positive_infinity = std::numeric_limits<double>::infinity();
   constexpr double most_exposures = 1e6;
-  constexpr double largest_seed = 0x1p63;
   const Interval not_negative = Interval::right_open(0, positive_infinity);
   const Interval positive = Interval::open(0, positive_infinity);
   const auto list = [](const char* name, const char* unit, const Interval& interval,
@@ -418,38 +415,40 @@ ParameterTable noise_parameters() {
   };
 }
 
+Operation noise_operation() {
+  return {
+      .name = "noise",
+      .group = "Detector",
+      .summary = "Add the noise of a CCD, or Gaussian noise",
+      .description =
+          "A pixel of value v collects mu = (v s + sky + dark) exposure electrons in the mean. The "
+          "pixel reads N = Poisson(mu) + Normal(0, read noise sqrt(exposures)), at most full well "
+          "x exposures. The factor s is 10^(-0.4 (MAGZERO - zero point)), for surface brightnesses "
+          "times the pixel's arcsec^2. --electrons-per-unit gives s directly; for images in "
+          "electron/s the default of s is 1. The sky is 10^(-0.4 (sky - zero point)) times the "
+          "pixel's arcsec^2. A negative v counts as 0.\n\nThe output is N less the mean of sky and "
+          "dark; --keep-sky keeps that mean. By default the output has the input's unit, so that "
+          "photometry stays. --output-unit chooses electrons, or ADU = N / gain + bias. MAGZERO, "
+          "PHOTZP and PHOTFLAM follow the unit. EXPTIME, GAIN (electrons per unit of the output), "
+          "RDNOISE (for all exposures together) and SATURATE are set.\n\n--sigma and --snr add "
+          "Normal(0, sigma) instead. The signal-to-noise ratio is that of a matched filter: S/N = "
+          "sqrt(sum v^2) / sigma over the pixels of the plane. --variance adds an HDU "
+          "<EXTNAME>_VARIANCE, or VARIANCE, with mu + exposures read noise^2 in the output's unit "
+          "squared, or with sigma^2. The variance ignores saturation.\n\nA pixel's noise follows "
+          "from the seed, the plane's band or wavelength and the pixel's place alone. The order "
+          "and the number of planes in the file do not matter.\n\n--instrument gives exposure, "
+          "read noise, dark current, gain and full well of a camera, and zero point and sky of "
+          "each plane's band. An option that is given replaces the instrument's value. The "
+          "instrument's number of exposures holds only with its own exposure time.",
+      .parameters = noise_parameters(),
+      .example =
+          "noise --exposure 3600 --zero-point 28 --sky 21.5 --read-noise 5 --variance in.fits "
+          "out.fits",
+      .run = run_noise};
+}
+
 }  // namespace
 
-std::vector<Operation> detector_operations() {
-  Operation noise;
-  noise.name = "noise";
-  noise.group = "Detector";
-  noise.summary = "Add the noise of a CCD, or Gaussian noise";
-  noise.description =
-      "A pixel of value v collects mu = (v s + sky + dark) exposure electrons in the mean. The "
-      "pixel reads N = Poisson(mu) + Normal(0, read noise sqrt(exposures)), at most full well x "
-      "exposures. The factor s is 10^(-0.4 (MAGZERO - zero point)), for surface brightnesses times "
-      "the pixel's arcsec^2. --electrons-per-unit gives s directly; for images in electron/s the "
-      "default of s is 1. The sky is 10^(-0.4 (sky - zero point)) times the pixel's arcsec^2. A "
-      "negative v counts as 0.\n\nThe output is N less the mean of sky and dark; --keep-sky keeps "
-      "that mean. By default the output has the input's unit, so that photometry stays. "
-      "--output-unit chooses electrons, or ADU = N / gain + bias. MAGZERO, PHOTZP and PHOTFLAM "
-      "follow the unit. EXPTIME, GAIN (electrons per unit of the output), RDNOISE (for all "
-      "exposures together) and SATURATE are set.\n\n--sigma and --snr add Normal(0, sigma) "
-      "instead. The signal-to-noise ratio is that of a matched filter: S/N = sqrt(sum v^2) / sigma "
-      "over the pixels of the plane. --variance adds an HDU <EXTNAME>_VARIANCE, or VARIANCE, with "
-      "mu + exposures read noise^2 in the output's unit squared, or with sigma^2. The variance "
-      "ignores saturation.\n\nA pixel's noise follows from the seed, the plane's band or "
-      "wavelength and the pixel's place alone. The order and the number of planes in the file do "
-      "not matter.\n\n--instrument gives exposure, read noise, dark current, gain and full well of "
-      "a camera, and zero point and sky of each plane's band. An option that is given replaces the "
-      "instrument's value. The instrument's number of exposures holds only with its own exposure "
-      "time.";
-  noise.parameters = noise_parameters();
-  noise.example =
-      "noise --exposure 3600 --zero-point 28 --sky 21.5 --read-noise 5 --variance in.fits out.fits";
-  noise.run = run_noise;
-  return {noise, inject_operation()};
-}
+std::vector<Operation> detector_operations() { return {noise_operation(), inject_operation()}; }
 
 }  // namespace gamer

@@ -102,8 +102,7 @@ std::vector<StackedPlane> chosen_planes(const OperationCall& call,
       if (plane.info.wavelength) continue;
       throw InputError(
           fmt::format("gutil stack: {} has no WAVELEN card and no axis of wavelengths to order its "
-                      "planes by; see "
-                      "gutil header",
+                      "planes by; see gutil header",
                       plane.file));
     }
     std::stable_sort(planes.begin(), planes.end(), [](const auto& a, const auto& b) {
@@ -427,55 +426,63 @@ int run_header(const OperationCall& call) {
   return edits ? edit_file(call) : show_header(call);
 }
 
+Operation stack_operation() {
+  return {
+      .name = "stack",
+      .group = group_name,
+      .summary = "Put planes of several files into one, or take a cube apart",
+      .description =
+          "All planes of all files, in order, become a cube, one extension each, or one file each "
+          "(out_<label>.fits). The header is the first file's. WAVELEN, BAND, MAGZERO and other "
+          "cards of one plane go with the plane, as KEYn in a cube. Wavelengths come from WAVELEN, "
+          "or from an input's third axis where CTYPE3 is WAVE, AWAV, WAVELENGTH or LAMBDA. Evenly "
+          "spaced wavelengths are the cube's third axis; otherwise that axis counts the planes. "
+          "Tables are the first file's. Its record (INPUTS and the GAMER cards) is left out, "
+          "because it describes the first image alone. Variances (EXTNAME VARIANCE, ..._VARIANCE) "
+          "are left out.",
+      .most_inputs = 0,
+      .parameters =
+          {
+              Parameter::choice("layout", {"cube", "extensions", "files"}, "cube",
+                                "layout of the output"),
+              Parameter::choice("order", {"given", "wavelength"}, "given", "order of the planes"),
+              Parameter::numbers("planes", "", Interval::any(), std::nullopt,
+                                 "planes to take, counted from 1 over all files, in this order"),
+          },
+      .example = "stack --order wavelength in.fits in2.fits out.fits",
+      .run = stack_files};
+}
+
+Operation header_operation() {
+  const std::vector<std::string> none;
+  return {
+      .name = "header",
+      .group = group_name,
+      .summary = "Show, set, delete or copy header cards",
+      .description =
+          "Without --set, --delete and --copy the cards are printed. With any of them a file is "
+          "written: gutil header --set OBJECT=M100 in.fits out.fits. Pixels are unchanged.",
+      .most_inputs = 2,
+      .result = Operation::Result::text,
+      .parameters =
+          {
+              Parameter::text("hdu", "first",
+                              "name or number (from 0) of the HDU; first: the first image; all"),
+              Parameter::texts("get", none, "print only the value of this card (repeatable)"),
+              Parameter::texts(
+                  "set", none,
+                  "KEY=value or KEY=value / comment (repeatable); 'text' in quotes is never a "
+                  "number, and '' in it is one quote"),
+              Parameter::texts("delete", none, "card to delete (repeatable)"),
+              Parameter::texts("copy", none, "card to copy (repeatable)"),
+              Parameter::text("from", std::nullopt, "file that --copy copies from"),
+          },
+      .example = "header --get BUNIT in.fits",
+      .run = run_header};
+}
+
 }  // namespace
 
-std::vector<Operation> file_operations() {
-  Operation stack;
-  stack.name = "stack";
-  stack.group = group_name;
-  stack.summary = "Put planes of several files into one, or take a cube apart";
-  stack.description =
-      "All planes of all files, in order, become a cube, one extension each, or one file each "
-      "(out_<label>.fits). The header is the first file's. WAVELEN, BAND, MAGZERO and other cards "
-      "of one plane go with the plane, as KEYn in a cube. Wavelengths come from WAVELEN, or from "
-      "an input's third axis where CTYPE3 is WAVE, AWAV, WAVELENGTH or LAMBDA. Evenly spaced "
-      "wavelengths are the cube's third axis; otherwise that axis counts the planes. Tables are "
-      "the first file's. Its record (INPUTS and the GAMER cards) is left out, because it describes "
-      "the first image alone. Variances (EXTNAME VARIANCE, ..._VARIANCE) are left out.";
-  stack.most_inputs = 0;
-  stack.parameters = {
-      Parameter::choice("layout", {"cube", "extensions", "files"}, "cube", "layout of the output"),
-      Parameter::choice("order", {"given", "wavelength"}, "given", "order of the planes"),
-      Parameter::numbers("planes", "", Interval::any(), std::nullopt,
-                         "planes to take, counted from 1 over all files, in this order"),
-  };
-  stack.example = "stack --order wavelength in.fits in2.fits out.fits";
-  stack.run = stack_files;
-
-  Operation header;
-  header.name = "header";
-  header.group = group_name;
-  header.summary = "Show, set, delete or copy header cards";
-  header.description =
-      "Without --set, --delete and --copy the cards are printed. With any of them a file is "
-      "written: gutil header --set OBJECT=M100 in.fits out.fits. Pixels are unchanged.";
-  header.most_inputs = 2;
-  header.result = Operation::Result::text;
-  const std::vector<std::string> none;
-  header.parameters = {
-      Parameter::text("hdu", "first",
-                      "name or number (from 0) of the HDU; first: the first image; all"),
-      Parameter::texts("get", none, "print only the value of this card (repeatable)"),
-      Parameter::texts("set", none,
-                       "KEY=value or KEY=value / comment (repeatable); 'text' in quotes is never a "
-                       "number, and '' in it is one quote"),
-      Parameter::texts("delete", none, "card to delete (repeatable)"),
-      Parameter::texts("copy", none, "card to copy (repeatable)"),
-      Parameter::text("from", std::nullopt, "file that --copy copies from"),
-  };
-  header.example = "header --get BUNIT in.fits";
-  header.run = run_header;
-  return {stack, header};
-}
+std::vector<Operation> file_operations() { return {stack_operation(), header_operation()}; }
 
 }  // namespace gamer

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <utility>
-
 #include "gamer/image/plane.h"
 #include "gamer/image/wcs_affine.h"
 

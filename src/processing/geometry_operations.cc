@@ -132,32 +132,32 @@ int rotate_file(const OperationCall& call) {
 }
 
 Operation rotate_operation() {
-  Operation operation;
-  operation.name = "rotate";
-  operation.group = group_name;
-  operation.summary = "Turn by any angle";
-  operation.description = fmt::format(
-      "Turns about the middle of the image, counter-clockwise with the first row at the bottom. A "
-      "pixel is sum k(x - i) k(y - j) v_ij divided by the sum of its weights; (x, y) is the place "
-      "of its centre in the input. The total flux of well-sampled images is kept, to 1e-4 for "
-      "Lanczos kernels and Gaussians of sigma 1.6 pixels or more. Multiples of 90 degrees copy the "
-      "pixels and swap the sides, whatever --canvas says. {} {}",
-      missing_text, wcs_text);
   std::vector<std::string> kernels;
   for (const std::string& name : kernel_names()) {
     if (kernel_of(name) != Kernel::area) kernels.push_back(name);
   }
-  operation.parameters = {
-      required(Parameter::number("angle", "deg", Interval::any(), std::nullopt,
-                                 "angle, counter-clockwise")),
-      Parameter::choice("kernel", kernels, "lanczos3", "interpolation between pixels"),
-      Parameter::choice("canvas", {"same", "full"}, "same",
-                        "keep the size, or grow to hold the whole turned image"),
-      fill_parameter("value outside the input, or nan"),
-  };
-  operation.example = "rotate --angle 30 --canvas full in.fits out.fits";
-  operation.run = rotate_file;
-  return operation;
+  return {
+      .name = "rotate",
+      .group = group_name,
+      .summary = "Turn by any angle",
+      .description = fmt::format(
+          "Turns about the middle of the image, counter-clockwise with the first row at the "
+          "bottom. A pixel is sum k(x - i) k(y - j) v_ij divided by the sum of its weights; (x, y) "
+          "is the place of its centre in the input. The total flux of well-sampled images is kept, "
+          "to 1e-4 for Lanczos kernels and Gaussians of sigma 1.6 pixels or more. Multiples of 90 "
+          "degrees copy the pixels and swap the sides, whatever --canvas says. {} {}",
+          missing_text, wcs_text),
+      .parameters =
+          {
+              required(Parameter::number("angle", "deg", Interval::any(), std::nullopt,
+                                         "angle, counter-clockwise")),
+              Parameter::choice("kernel", kernels, "lanczos3", "interpolation between pixels"),
+              Parameter::choice("canvas", {"same", "full"}, "same",
+                                "keep the size, or grow to hold the whole turned image"),
+              fill_parameter("value outside the input, or nan"),
+          },
+      .example = "rotate --angle 30 --canvas full in.fits out.fits",
+      .run = rotate_file};
 }
 
 // ---- flip --------------------------------------------------------------------------------------
@@ -173,16 +173,14 @@ int flip_file(const OperationCall& call) {
 }
 
 Operation flip_operation() {
-  Operation operation;
-  operation.name = "flip";
-  operation.group = group_name;
-  operation.summary = "Mirror";
-  operation.description = fmt::format("Copies pixels in reverse order along an axis. {}", wcs_text);
-  operation.parameters = {Parameter::choice("axis", {"x", "y", "both"}, "x",
-                                            "x: left becomes right; y: bottom becomes top")};
-  operation.example = "flip --axis y in.fits out.fits";
-  operation.run = flip_file;
-  return operation;
+  return {.name = "flip",
+          .group = group_name,
+          .summary = "Mirror",
+          .description = fmt::format("Copies pixels in reverse order along an axis. {}", wcs_text),
+          .parameters = {Parameter::choice("axis", {"x", "y", "both"}, "x",
+                                           "x: left becomes right; y: bottom becomes top")},
+          .example = "flip --axis y in.fits out.fits",
+          .run = flip_file};
 }
 
 // ---- crop --------------------------------------------------------------------------------------
@@ -296,34 +294,35 @@ int crop_file(const OperationCall& call) {
 }
 
 Operation crop_operation() {
-  Operation operation;
-  operation.name = "crop";
-  operation.group = group_name;
-  operation.summary = "Cut out a box";
-  operation.description = fmt::format(
-      "Cuts out a box given in FITS pixels (the first is 1, ends are included), or by its size "
-      "about a pixel or a sky position. The position's pixel follows from each image's own world "
-      "coordinates, in their frame. An image without world coordinates uses the box of the image "
-      "before, if their sizes agree. A position outside an image is an error.\n\nA box about a "
-      "position may reach over the edges: pixels outside the image are missing (NaN), or have the "
-      "value of --pad. Other boxes must lie within the image unless --pad is given. {}",
-      wcs_text);
   constexpr double farthest = 1e9;
   const Interval pixel = Interval::closed(-farthest, farthest);
   Parameter fill = Parameter::text(
       "pad", std::nullopt, "value outside the image, or nan (default with --position: nan)");
   fill.unit = "unit of the pixels";
-  operation.parameters = {
-      Parameter::numbers("box", "pixels", pixel, std::nullopt, "x1,x2,y1,y2"),
-      Parameter::vector2("center", "pixels", pixel, std::nullopt, "middle of the box: x,y"),
-      position_parameter("middle of the box: ra,dec, or h:m:s,d:m:s"),
-      Parameter::size2("size", "pixels", Interval::closed(1, longest_side), std::nullopt,
-                       "size of the box: n, or width,height"),
-      fill,
-  };
-  operation.example = "crop --box 2,9,3,8 in.fits out.fits";
-  operation.run = crop_file;
-  return operation;
+  return {
+      .name = "crop",
+      .group = group_name,
+      .summary = "Cut out a box",
+      .description = fmt::format(
+          "Cuts out a box given in FITS pixels (the first is 1, ends are included), or by its size "
+          "about a pixel or a sky position. The position's pixel follows from each image's own "
+          "world coordinates, in their frame. An image without world coordinates uses the box of "
+          "the image before, if their sizes agree. A position outside an image is an error.\n\nA "
+          "box about a position may reach over the edges: pixels outside the image are missing "
+          "(NaN), or have the value of --pad. Other boxes must lie within the image unless --pad "
+          "is given. {}",
+          wcs_text),
+      .parameters =
+          {
+              Parameter::numbers("box", "pixels", pixel, std::nullopt, "x1,x2,y1,y2"),
+              Parameter::vector2("center", "pixels", pixel, std::nullopt, "middle of the box: x,y"),
+              position_parameter("middle of the box: ra,dec, or h:m:s,d:m:s"),
+              Parameter::size2("size", "pixels", Interval::closed(1, longest_side), std::nullopt,
+                               "size of the box: n, or width,height"),
+              fill,
+          },
+      .example = "crop --box 2,9,3,8 in.fits out.fits",
+      .run = crop_file};
 }
 
 // ---- pad ---------------------------------------------------------------------------------------
@@ -373,24 +372,23 @@ int pad_file(const OperationCall& call) {
 }
 
 Operation pad_operation() {
-  Operation operation;
-  operation.name = "pad";
-  operation.group = group_name;
-  operation.summary = "Add a margin";
-  operation.description = fmt::format(
-      "Surrounds the image with pixels of one value. With --size the image stands in the middle; "
-      "an odd pixel is added at the right and at the top. {}",
-      wcs_text);
-  operation.parameters = {
-      Parameter::numbers("margin", "pixels", Interval::closed(0, longest_side), std::nullopt,
-                         "width for all sides, or left,right,bottom,top"),
-      Parameter::size2("size", "pixels", Interval::closed(1, longest_side), std::nullopt,
-                       "size of the output: n, or width,height"),
-      fill_parameter("value of the margin, or nan"),
-  };
-  operation.example = "pad --margin 5,5,2,3 --fill nan in.fits out.fits";
-  operation.run = pad_file;
-  return operation;
+  return {.name = "pad",
+          .group = group_name,
+          .summary = "Add a margin",
+          .description = fmt::format("Surrounds the image with pixels of one value. With --size "
+                                     "the image stands in the middle; an odd pixel is added at the "
+                                     "right and at the top. {}",
+                                     wcs_text),
+          .parameters =
+              {
+                  Parameter::numbers("margin", "pixels", Interval::closed(0, longest_side),
+                                     std::nullopt, "width for all sides, or left,right,bottom,top"),
+                  Parameter::size2("size", "pixels", Interval::closed(1, longest_side),
+                                   std::nullopt, "size of the output: n, or width,height"),
+                  fill_parameter("value of the margin, or nan"),
+              },
+          .example = "pad --margin 5,5,2,3 --fill nan in.fits out.fits",
+          .run = pad_file};
 }
 
 // ---- bin ---------------------------------------------------------------------------------------
@@ -424,24 +422,24 @@ int bin_file(const OperationCall& call) {
 }
 
 Operation bin_operation() {
-  Operation operation;
-  operation.name = "bin";
-  operation.group = group_name;
-  operation.summary = "Join blocks of pixels";
-  operation.description = fmt::format(
-      "Each block of nx x ny pixels becomes one pixel: the sum of fluxes, or the mean of "
-      "brightnesses. The variance of a sum is the sum of the variances; the variance of a mean is "
-      "their sum / (nx ny)^2. {} {}",
-      missing_text, wcs_text);
-  operation.parameters = {
-      required(Parameter::size2("factor", "pixels", Interval::closed(1, longest_side), std::nullopt,
-                                "side of a block: n, or nx,ny")),
-      Parameter::boolean("trim", false, "leave out pixels at the right and top that fill no block"),
-      values_parameter(),
-  };
-  operation.example = "bin --factor 2 --trim in.fits out.fits";
-  operation.run = bin_file;
-  return operation;
+  return {.name = "bin",
+          .group = group_name,
+          .summary = "Join blocks of pixels",
+          .description = fmt::format(
+              "Each block of nx x ny pixels becomes one pixel: the sum of fluxes, or the mean of "
+              "brightnesses. The variance of a sum is the sum of the variances; the variance of a "
+              "mean is their sum / (nx ny)^2. {} {}",
+              missing_text, wcs_text),
+          .parameters =
+              {
+                  required(Parameter::size2("factor", "pixels", Interval::closed(1, longest_side),
+                                            std::nullopt, "side of a block: n, or nx,ny")),
+                  Parameter::boolean("trim", false,
+                                     "leave out pixels at the right and top that fill no block"),
+                  values_parameter(),
+              },
+          .example = "bin --factor 2 --trim in.fits out.fits",
+          .run = bin_file};
 }
 
 // ---- resample ----------------------------------------------------------------------------------
@@ -488,32 +486,36 @@ int resample_file(const OperationCall& call) {
 }
 
 Operation resample_operation() {
-  Operation operation;
-  operation.name = "resample";
-  operation.group = group_name;
-  operation.summary = "Pixels of another size";
-  operation.description = fmt::format(
-      "The kernel interpolates the running sum of the input pixels, along x and then along y. An "
-      "output pixel is the difference of that sum between the pixel's edges. The flux of every "
-      "pixel is kept exactly, and a uniform image stays uniform. area: exact overlap. bilinear: "
-      "the integral of the surface between pixel centres. bicubic and lanczos widen when pixels "
-      "become larger, so that nothing aliases. nearest copies pixels, and keeps flux on average "
-      "only. With --factor and --scale the middle stays in place. The outermost pixels may reach "
-      "over the edges and hold the flux up to them. {} {}",
-      missing_text, wcs_text);
-  operation.parameters = {
-      Parameter::number("factor", "", Interval::closed(least_factor, most_factor), std::nullopt,
-                        "pixels of the output per pixel of the input, along a side"),
-      Parameter::number("scale", "arcsec", Interval::left_open(0, largest_scale), std::nullopt,
-                        "side of an output pixel (needs celestial coordinates)"),
-      Parameter::size2("size", "pixels", Interval::closed(1, longest_side), std::nullopt,
-                       "size of the output, which covers the whole input: n, or width,height"),
-      Parameter::choice("kernel", kernel_names(), "lanczos3", "interpolation of the running sum"),
-      values_parameter(),
-  };
-  operation.example = "resample --factor 1.5 --kernel area in.fits out.fits";
-  operation.run = resample_file;
-  return operation;
+  return {
+      .name = "resample",
+      .group = group_name,
+      .summary = "Pixels of another size",
+      .description = fmt::format(
+          "The kernel interpolates the running sum of the input pixels, along x and then along y. "
+          "An output pixel is the difference of that sum between the pixel's edges. The flux of "
+          "every pixel is kept exactly, and a uniform image stays uniform. area: exact overlap. "
+          "bilinear: the integral of the surface between pixel centres. bicubic and lanczos widen "
+          "when pixels become larger, so that nothing aliases. nearest copies pixels, and keeps "
+          "flux on average only. With --factor and --scale the middle stays in place. The "
+          "outermost pixels may reach over the edges and hold the flux up to them. {} {}",
+          missing_text, wcs_text),
+      .parameters =
+          {
+              Parameter::number("factor", "", Interval::closed(least_factor, most_factor),
+                                std::nullopt,
+                                "pixels of the output per pixel of the input, along a side"),
+              Parameter::number("scale", "arcsec", Interval::left_open(0, largest_scale),
+                                std::nullopt,
+                                "side of an output pixel (needs celestial coordinates)"),
+              Parameter::size2(
+                  "size", "pixels", Interval::closed(1, longest_side), std::nullopt,
+                  "size of the output, which covers the whole input: n, or width,height"),
+              Parameter::choice("kernel", kernel_names(), "lanczos3",
+                                "interpolation of the running sum"),
+              values_parameter(),
+          },
+      .example = "resample --factor 1.5 --kernel area in.fits out.fits",
+      .run = resample_file};
 }
 
 }  // namespace

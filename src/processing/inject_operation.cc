@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "gamer/core/error.h"
+#include "gamer/core/random.h"
 #include "processing/convolution.h"
 #include "processing/detector.h"
 #include "processing/geometry.h"
@@ -401,32 +402,31 @@ constexpr const char* description =
     "value comes from a card of the image's HDU or the primary HDU: MAGZERO, PHOTZP, MAGZEROP, "
     "MAGZPT, MAGZP or ZEROPOINT. Without such a card BUNIT nJy, uJy, mJy or Jy gives it. Cards of "
     "one header that disagree are an error. Give --zero-point where the card means 1 count/s or "
-    "Vega magnitudes.\n\nThe "
-    "added light has Poisson noise: the image gains N / gain with N = Poisson(v s gain). A "
-    "negative v counts as 0. The gain is the number of electrons per unit of the pixels (--gain, "
-    "or cards GAIN or EGAIN). For an image in electron/s the gain is the exposure time. Noise "
-    "follows from the seed, the render's band or wavelength and the science image's pixel alone. "
-    "--no-noise adds v s itself.\n\nThe world coordinates of both images say where the render "
-    "belongs. Their pixels must agree to 0.1 pixel, as with camera.header in the render. Images "
-    "without world coordinates must have equal sizes. --at and --position place the middle of the "
-    "render, rounded to whole pixels. The pixels of both images must then agree in size and "
-    "direction on the sky to 1 %. --ignore-wcs ignores the render's coordinates. --subpixel shifts "
-    "the light to the exact place: it is resampled as by gutil resample --kernel lanczos3, after "
-    "the convolution, which keeps its flux. Light that is sharper than the pixels gets negative "
-    "values around it, which count as 0 where there is noise. Light beyond the edges is lost. The "
-    "PSF options work as in convolve, with the pixels and position angles of the science image. A "
-    "PSF of PSFEx is evaluated at the middle of the render. --instrument gives the PSF of the "
-    "render's band without --psf. It also gives the zero point and the gain of counts (ADU) of the "
-    "instrument's exposure, where neither an option nor the header does.\n\nPixels without added "
-    "light keep their bits. Missing pixels stay missing, missing pixels of the render add nothing, "
-    "and no pixel is clipped at SATURATE. 16-bit integers become 32-bit floats and 32-bit integers "
-    "become doubles, scaled by BSCALE and BZERO. The header stays, except that DATE is renewed and "
-    "DATAMIN and DATAMAX are deleted. HISTORY tells zero point, gain and place. Weights, "
-    "variances, masks, tables and other HDUs are copied unchanged.";
+    "Vega magnitudes.\n\nThe added light has Poisson noise: the image gains N / gain with N = "
+    "Poisson(v s gain). A negative v counts as 0. The gain is the number of electrons per unit of "
+    "the pixels (--gain, or cards GAIN or EGAIN). For an image in electron/s the gain is the "
+    "exposure time. Noise follows from the seed, the render's band or wavelength and the science "
+    "image's pixel alone. --no-noise adds v s itself.\n\nThe world coordinates of both images say "
+    "where the render belongs. Their pixels must agree to 0.1 pixel, as with camera.header in the "
+    "render. Images without world coordinates must have equal sizes. --at and --position place the "
+    "middle of the render, rounded to whole pixels. The pixels of both images must then agree in "
+    "size and direction on the sky to 1 %. --ignore-wcs ignores the render's coordinates. "
+    "--subpixel shifts the light to the exact place: it is resampled as by gutil resample --kernel "
+    "lanczos3, after the convolution, which keeps its flux. Light that is sharper than the pixels "
+    "gets negative values around it, which count as 0 where there is noise. Light beyond the edges "
+    "is lost. The PSF options work as in convolve, with the pixels and position angles of the "
+    "science image. A PSF of PSFEx is evaluated at the middle of the render. --instrument gives "
+    "the PSF of the render's band without --psf. It also gives the zero point and the gain of "
+    "counts (ADU) of the instrument's exposure, where neither an option nor the header "
+    "does.\n\nPixels without added light keep their bits. Missing pixels stay missing, missing "
+    "pixels of the render add nothing, and no pixel is clipped at SATURATE. 16-bit integers become "
+    "32-bit floats and 32-bit integers become doubles, scaled by BSCALE and BZERO. The header "
+    "stays, except that DATE is renewed and DATAMIN and DATAMAX are deleted. HISTORY tells zero "
+    "point, gain and place. Weights, variances, masks, tables and other HDUs are copied unchanged.";
 
 ParameterTable inject_parameters() {
   const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
-  constexpr double farthest = 1e9, most_planes = 1e6, largest_seed = 0x1p63;
+  constexpr double farthest = 1e9, most_planes = 1e6;
   ParameterTable table = {
       Parameter::text("hdu", "first",
                       "name or number (from 0) of the science image; first: the first image"),
@@ -461,21 +461,19 @@ ParameterTable inject_parameters() {
 }  // namespace
 
 Operation inject_operation() {
-  Operation inject;
-  inject.name = "inject";
-  inject.group = "Detector";
-  inject.summary = "Add a render to a science image";
-  inject.description = description;
-  inject.least_inputs = 2;
-  inject.most_inputs = 2;
-  inject.parameters = inject_parameters();
-  inject.example =
-      "inject --gain 2 --zero-point 30 --psf gaussian --fwhm 3 in.fits in2.fits out.fits";
-  inject.run = [](const OperationCall& call) {
-    InjectOperation(call).run();
-    return 0;
-  };
-  return inject;
+  return {.name = "inject",
+          .group = "Detector",
+          .summary = "Add a render to a science image",
+          .description = description,
+          .least_inputs = 2,
+          .most_inputs = 2,
+          .parameters = inject_parameters(),
+          .example =
+              "inject --gain 2 --zero-point 30 --psf gaussian --fwhm 3 in.fits in2.fits out.fits",
+          .run = [](const OperationCall& call) {
+            InjectOperation(call).run();
+            return 0;
+          }};
 }
 
 }  // namespace gamer

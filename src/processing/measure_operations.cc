@@ -1,14 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "gamer/core/error.h"
@@ -95,28 +92,27 @@ void check_percentiles(const OperationCall& call) {
 }
 
 Operation stats_operation() {
-  Operation operation;
-  operation.name = "stats";
-  operation.group = measurement_group;
-  operation.summary = "Counts, sum, extremes, mean, sigma, median and percentiles of every plane";
-  operation.description =
-      "Each plane has a row for its finite pixels. sigma = sqrt(mean((v - mean)^2)) and mad_sigma "
-      "= 1.4826 median|v - median|. A percentile interpolates linearly between the sorted values, "
-      "as NumPy does, and is exact for images of any size. Positions are FITS pixels; of equal "
-      "pixels the first from the bottom is named. --clip adds mean and sigma of the pixels within "
-      "this number of sigma, iterated from median and mad_sigma.";
-  operation.result = Operation::Result::text;
-  operation.parameters = with_output(
-      {Parameter::numbers("percentiles", "", Interval::closed(0, 100),
-                          std::vector<double>{1, 5, 25, 75, 95, 99}, "percentiles to list"),
-       Parameter::number("clip", "sigma", positive, std::nullopt,
-                         "limit in sigma; also lists the clipped mean and sigma")});
-  operation.example = "stats --percentiles 5,95 --clip 3 in.fits";
-  operation.run = [](const OperationCall& call) {
-    check_percentiles(call);
-    return run_stats(call);
-  };
-  return operation;
+  return {
+      .name = "stats",
+      .group = measurement_group,
+      .summary = "Counts, sum, extremes, mean, sigma, median and percentiles of every plane",
+      .description =
+          "Each plane has a row for its finite pixels. sigma = sqrt(mean((v - mean)^2)) and "
+          "mad_sigma = 1.4826 median|v - median|. A percentile interpolates linearly between the "
+          "sorted values, as NumPy does, and is exact for images of any size. Positions are FITS "
+          "pixels; of equal pixels the first from the bottom is named. --clip adds mean and sigma "
+          "of the pixels within this number of sigma, iterated from median and mad_sigma.",
+      .result = Operation::Result::text,
+      .parameters = with_output(
+          {Parameter::numbers("percentiles", "", Interval::closed(0, 100),
+                              std::vector<double>{1, 5, 25, 75, 95, 99}, "percentiles to list"),
+           Parameter::number("clip", "sigma", positive, std::nullopt,
+                             "limit in sigma; also lists the clipped mean and sigma")}),
+      .example = "stats --percentiles 5,95 --clip 3 in.fits",
+      .run = [](const OperationCall& call) {
+        check_percentiles(call);
+        return run_stats(call);
+      }};
 }
 
 // spectrum
@@ -227,40 +223,39 @@ int run_spectrum(const OperationCall& call) {
 }
 
 Operation spectrum_operation() {
-  Operation operation;
-  operation.name = "spectrum";
-  operation.group = measurement_group;
-  operation.summary = "Azimuthally averaged power spectrum and its slope";
-  operation.description =
-      "The mean is subtracted and the window w applied. The power |F|^2/sum(w^2) is averaged over "
-      "the modes whose |k| rounds to 1, 2, ... N/2. k counts waves per shorter side N, so that k/N "
-      "is the frequency in cycles per pixel. White noise has power sigma^2 at all k. A straight "
-      "line through ln P against ln k gives the slope and its standard error. Its bins have equal "
-      "width in ln k over --range (default 4 to N/4). Hann's window keeps steep spectra free of "
-      "leakage from the edges; none is right for periodic images. Missing pixels become the mean. "
-      "sigma and skewness of the values and of their logarithms are listed too. An image is held "
-      "in memory whole, 8 bytes per pixel.";
-  operation.result = Operation::Result::text;
-  operation.parameters = with_output({
-      Parameter::choice("window", {"none", "hann", "cosine"}, "hann",
-                        "none, hann, or cosine (rises over --taper at every edge)"),
-      Parameter::number("taper", "side", Interval::left_open(0, 0.5), 0.1,
-                        "length of the cosine's rise"),
-      Parameter::boolean("opacity", false, "pixels are opacities: take tau = -ln(1 - v)"),
-      Parameter::boolean("log", false, "take the natural logarithm first"),
-      Parameter::number("white", "(unit of the pixels)^2", not_negative, 0.0,
-                        "power of white noise to subtract, sigma^2"),
-      Parameter::number(
-          "psf_fwhm", "pixel", not_negative, 0.0,
-          "divide by the squared transfer function of a Gaussian of this FWHM (after --white)"),
-      Parameter::vector2("range", "", Interval::right_open(1, positive.high), std::nullopt,
-                         "k1,k2 of the fit (default: 4,N/4)"),
-      Parameter::integer("bins", "", Interval::closed(3, 1000), 12, "of the fit"),
-      Parameter::text("plot", std::nullopt, "write a plot: .png"),
-  });
-  operation.example = "spectrum --window hann --bins 8 in.fits";
-  operation.run = run_spectrum;
-  return operation;
+  return {
+      .name = "spectrum",
+      .group = measurement_group,
+      .summary = "Azimuthally averaged power spectrum and its slope",
+      .description =
+          "The mean is subtracted and the window w applied. The power |F|^2/sum(w^2) is averaged "
+          "over the modes whose |k| rounds to 1, 2, ... N/2. k counts waves per shorter side N, so "
+          "that k/N is the frequency in cycles per pixel. White noise has power sigma^2 at all k. "
+          "A straight line through ln P against ln k gives the slope and its standard error. Its "
+          "bins have equal width in ln k over --range (default 4 to N/4). Hann's window keeps "
+          "steep spectra free of leakage from the edges; none is right for periodic images. "
+          "Missing pixels become the mean. sigma and skewness of the values and of their "
+          "logarithms are listed too. An image is held in memory whole, 8 bytes per pixel.",
+      .result = Operation::Result::text,
+      .parameters = with_output({
+          Parameter::choice("window", {"none", "hann", "cosine"}, "hann",
+                            "none, hann, or cosine (rises over --taper at every edge)"),
+          Parameter::number("taper", "side", Interval::left_open(0, 0.5), 0.1,
+                            "length of the cosine's rise"),
+          Parameter::boolean("opacity", false, "pixels are opacities: take tau = -ln(1 - v)"),
+          Parameter::boolean("log", false, "take the natural logarithm first"),
+          Parameter::number("white", "(unit of the pixels)^2", not_negative, 0.0,
+                            "power of white noise to subtract, sigma^2"),
+          Parameter::number(
+              "psf_fwhm", "pixel", not_negative, 0.0,
+              "divide by the squared transfer function of a Gaussian of this FWHM (after --white)"),
+          Parameter::vector2("range", "", Interval::right_open(1, positive.high), std::nullopt,
+                             "k1,k2 of the fit (default: 4,N/4)"),
+          Parameter::integer("bins", "", Interval::closed(3, 1000), 12, "of the fit"),
+          Parameter::text("plot", std::nullopt, "write a plot: .png"),
+      }),
+      .example = "spectrum --window hann --bins 8 in.fits",
+      .run = run_spectrum};
 }
 
 // compare
@@ -327,27 +322,27 @@ int run_compare(const OperationCall& call) {
 }
 
 Operation compare_operation() {
-  Operation operation;
-  operation.name = "compare";
-  operation.group = measurement_group;
-  operation.summary = "Differences of two files of the same size; exit code 1 beyond a tolerance";
-  operation.description =
-      "For each plane of the files a (first) and b the table gives the largest |b - a|, its place, "
-      "and the rms of b - a. They are also given relative to the largest |a| and the rms of a. "
-      "Further columns "
-      "count the pixels that differ, and pixels that are finite in one file only. The exit code is "
-      "0 if |b - a| <= --absolute + --tolerance max|a| in all planes and no pixel is finite in one "
-      "file only. Two NaN, or two infinities of one sign, are equal. The exit code is 1 otherwise, "
-      "and 2 if sizes differ. Headers are not compared.";
-  operation.least_inputs = operation.most_inputs = 2;
-  operation.result = Operation::Result::text;
-  operation.parameters = with_output(
-      {Parameter::number("tolerance", "largest |a|", not_negative, 0.0, "relative tolerance"),
-       Parameter::number("absolute", "unit of the pixels", not_negative, 0.0,
-                         "absolute tolerance")});
-  operation.example = "compare --tolerance 1e-6 in.fits in2.fits";
-  operation.run = run_compare;
-  return operation;
+  return {
+      .name = "compare",
+      .group = measurement_group,
+      .summary = "Differences of two files of the same size; exit code 1 beyond a tolerance",
+      .description =
+          "For each plane of the files a (first) and b the table gives the largest |b - a|, its "
+          "place, and the rms of b - a. They are also given relative to the largest |a| and the "
+          "rms of a. Further columns count the pixels that differ, and pixels that are finite in "
+          "one file only. The exit code is 0 if |b - a| <= --absolute + --tolerance max|a| in all "
+          "planes and no pixel is finite in one file only. Two NaN, or two infinities of one sign, "
+          "are equal. The exit code is 1 otherwise, and 2 if sizes differ. Headers are not "
+          "compared.",
+      .least_inputs = 2,
+      .most_inputs = 2,
+      .result = Operation::Result::text,
+      .parameters = with_output(
+          {Parameter::number("tolerance", "largest |a|", not_negative, 0.0, "relative tolerance"),
+           Parameter::number("absolute", "unit of the pixels", not_negative, 0.0,
+                             "absolute tolerance")}),
+      .example = "compare --tolerance 1e-6 in.fits in2.fits",
+      .run = run_compare};
 }
 
 }  // namespace

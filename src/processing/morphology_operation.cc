@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -85,35 +84,36 @@ int run_morphology(const OperationCall& call) {
 }  // namespace
 
 Operation morphology_operation() {
-  Operation operation;
-  operation.name = "morphology";
-  operation.group = measurement_group;
-  operation.summary =
-      "Concentration, asymmetry, smoothness, Gini, M20 and the multimode statistics of a galaxy";
-  operation.description =
-      "Each plane has a row; docs/morphology.md defines each number. The Petrosian radius Rp is "
-      "where I(r)/<I>(<r) = 0.2. The flux is that within 1.5 Rp. C = 5 log10(r80/r20). A = (min "
-      "sum|I - I180| - noise)/sum|I|; its centre, found to 1/64 pixel, is that of all circles. S "
-      "= 10 (sum max(0, I - Is) - noise)/sum I, with a box of 0.3 Rp and without the innermost "
-      "0.075 Rp; smoothness_lotz has no factor 10, a box of 0.25 Rp, and radii from 0.25 Rp. Gini "
-      "and M20 are of the pixels above the mean on the Petrosian ellipse, after a Gaussian of "
-      "sigma Rp/5. bulge_statistic = -0.693 M20 + 4.95 G - 3.96. The noise's part of A and S is "
-      "measured in the image's corners, or that of white noise of --sky-sigma (0: none). Pixels "
-      "must hold light in linear units; rendered images have no sky. At least 300 pixels across "
-      "2 Rp make numbers comparable with published ones. A galaxy whose circle of 1.5 Rp leaves "
-      "the image is refused. A plane is held in memory, about 60 bytes per pixel.";
-  operation.result = Operation::Result::text;
-  operation.parameters = with_output(
-      galaxy_parameters() +
-      ParameterTable{
-          Parameter::number("sky_sigma", "unit of the pixels", not_negative, std::nullopt,
-                            "noise of a pixel (default: measured in the corners)"),
-          Parameter::text("plot", std::nullopt,
-                          "draw the plane with its apertures and segmentation: .png"),
-      });
-  operation.example = "morphology --planes 2 --plot apertures.png in.fits";
-  operation.run = run_morphology;
-  return operation;
+  return {
+      .name = "morphology",
+      .group = measurement_group,
+      .summary =
+          "Concentration, asymmetry, smoothness, Gini, M20 and the multimode statistics of a "
+          "galaxy",
+      .description =
+          "Each plane has a row; docs/morphology.md defines each number. The Petrosian radius Rp "
+          "is where I(r)/<I>(<r) = 0.2. The flux is that within 1.5 Rp. C = 5 log10(r80/r20). A = "
+          "(min sum|I - I180| - noise)/sum|I|; its centre, found to 1/64 pixel, is that of all "
+          "circles. S = 10 (sum max(0, I - Is) - noise)/sum I, with a box of 0.3 Rp and without "
+          "the innermost 0.075 Rp; smoothness_lotz has no factor 10, a box of 0.25 Rp, and radii "
+          "from 0.25 Rp. Gini and M20 are of the pixels above the mean on the Petrosian ellipse, "
+          "after a Gaussian of sigma Rp/5. bulge_statistic = -0.693 M20 + 4.95 G - 3.96. The "
+          "noise's part of A and S is measured in the image's corners, or that of white noise of "
+          "--sky-sigma (0: none). Pixels must hold light in linear units; rendered images have no "
+          "sky. At least 300 pixels across 2 Rp make numbers comparable with published ones. A "
+          "galaxy whose circle of 1.5 Rp leaves the image is refused. A plane is held in memory, "
+          "about 60 bytes per pixel.",
+      .result = Operation::Result::text,
+      .parameters = with_output(
+          galaxy_parameters() +
+          ParameterTable{
+              Parameter::number("sky_sigma", "unit of the pixels", not_negative, std::nullopt,
+                                "noise of a pixel (default: measured in the corners)"),
+              Parameter::text("plot", std::nullopt,
+                              "draw the plane with its apertures and segmentation: .png"),
+          }),
+      .example = "morphology --planes 2 --plot apertures.png in.fits",
+      .run = run_morphology};
 }
 
 }  // namespace gamer

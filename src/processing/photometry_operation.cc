@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -359,64 +358,62 @@ int run_photometry(const OperationCall& call) {
 }  // namespace
 
 Operation photometry_operation() {
-  Operation operation;
-  operation.name = "photometry";
-  operation.group = measurement_group;
-  operation.summary = "Fluxes and magnitudes in apertures, half-light radius, moments";
-  operation.description =
-      "Apertures are circles or ellipses about --center, --position or the middle of the image. "
-      "--positions is a FITS table (cat.fits[TRUTH]), ECSV, CSV or a plain table with a row of "
-      "names. "
-      "It has columns ra dec, ALPHA_J2000 DELTA_J2000 or RAJ2000 DEJ2000, else x y or X_IMAGE "
-      "Y_IMAGE, in any case. Its rows outside the image are left out. Column position of the "
-      "result "
-      "is the number of the place, or the row of the table. "
-      "Pixels count with the exact area that lies inside. flux is the sum of the pixels less the "
-      "background of --annulus. magnitude = MAGZERO - 2.5 log10(flux), for brightnesses times the "
-      "pixel's solid angle. The magnitude is empty where MAGZERO is missing or flux <= 0. "
-      "half_light_radius is the smallest semi-major axis that holds half of --total, by default of "
-      "the flux within the largest aperture. The moments describe the light within the largest "
-      "aperture about its centroid, along x and y, without background subtraction. size = sqrt(ixx "
-      "+ iyy), e1 = (ixx - iyy)/(ixx + iyy), e2 = 2 ixy/(ixx + iyy). With --weight-sigma the "
-      "weight is the Gaussian ellipse of the moments themselves (adaptive moments). Position "
-      "angles, given and measured, run on the sky from North towards East, as in convolve, at the "
-      "centre. Without celestial coordinates they run from +y towards -x. position_angle is the "
-      "direction of the moments on the sky. Where all light is in one pixel, position_angle and "
-      "axis_ratio are empty. Missing pixels add nothing and are counted. A table (--table) joins "
-      "both tables, with a row per plane, place and radius.";
-  operation.result = Operation::Result::text;
-  operation.parameters = with_output({
-      Parameter::numbers("center", "pixels", Interval::any(), std::nullopt,
-                         "x,y as FITS counts (default: the middle), or x,y,x,y..."),
-      Parameter::numbers("position", "deg", Interval::any(), std::nullopt,
-                         "ra,dec, or ra,dec,ra,dec..., instead of --center"),
-      Parameter::text("positions", std::nullopt,
-                      "table of places, instead of --center: ra and dec (deg), or x and y"),
-      Parameter::boolean(
-          "recenter", false,
-          "move the centre to the centroid within the largest aperture, iteratively"),
-      Parameter::numbers(
-          "radius", "--unit", positive, std::nullopt,
-          "semi-major axes (default: the largest within the image, or up to the annulus)"),
-      Parameter::choice("unit", {"pixel", "arcsec"}, "pixel", "unit of all radii"),
-      Parameter::number("axis_ratio", "", Interval::closed(least_axis_ratio, 1), 1.0,
-                        "ratio of minor to major axis"),
-      Parameter::number("position_angle", "deg", Interval::any(), 0.0,
-                        "direction of the major axis, from North towards East; without celestial "
-                        "coordinates from +y towards -x"),
-      Parameter::vector2(
-          "annulus", "--unit", not_negative, std::nullopt,
-          "inner,outer semi-major axis of the background (default: none is subtracted)"),
-      Parameter::choice("background", {"median", "mean", "clipped"}, "median",
-                        "statistic of the annulus; clipped: mean within 3 sigma"),
-      Parameter::number("total", "unit of the pixels", positive, std::nullopt,
-                        "total flux for the half-light radius"),
-      Parameter::number("weight_sigma", "pixels", positive, std::nullopt,
-                        "compute adaptive moments, beginning with a Gaussian of this sigma"),
-  });
-  operation.example = "photometry --radius 2,4,8 --axis-ratio 0.7 --position-angle 30 in.fits";
-  operation.run = run_photometry;
-  return operation;
+  return {
+      .name = "photometry",
+      .group = measurement_group,
+      .summary = "Fluxes and magnitudes in apertures, half-light radius, moments",
+      .description =
+          "Apertures are circles or ellipses about --center, --position or the middle of the "
+          "image. --positions is a FITS table (cat.fits[TRUTH]), ECSV, CSV or a plain table with a "
+          "row of names. It has columns ra dec, ALPHA_J2000 DELTA_J2000 or RAJ2000 DEJ2000, else x "
+          "y or X_IMAGE Y_IMAGE, in any case. Its rows outside the image are left out. Column "
+          "position of the result is the number of the place, or the row of the table. Pixels "
+          "count with the exact area that lies inside. flux is the sum of the pixels less the "
+          "background of --annulus. magnitude = MAGZERO - 2.5 log10(flux), for brightnesses times "
+          "the pixel's solid angle. The magnitude is empty where MAGZERO is missing or flux <= 0. "
+          "half_light_radius is the smallest semi-major axis that holds half of --total, by "
+          "default of the flux within the largest aperture. The moments describe the light within "
+          "the largest aperture about its centroid, along x and y, without background subtraction. "
+          "size = sqrt(ixx + iyy), e1 = (ixx - iyy)/(ixx + iyy), e2 = 2 ixy/(ixx + iyy). With "
+          "--weight-sigma the weight is the Gaussian ellipse of the moments themselves (adaptive "
+          "moments). Position angles, given and measured, run on the sky from North towards East, "
+          "as in convolve, at the centre. Without celestial coordinates they run from +y towards "
+          "-x. position_angle is the direction of the moments on the sky. Where all light is in "
+          "one pixel, position_angle and axis_ratio are empty. Missing pixels add nothing and are "
+          "counted. A table (--table) joins both tables, with a row per plane, place and radius.",
+      .result = Operation::Result::text,
+      .parameters = with_output({
+          Parameter::numbers("center", "pixels", Interval::any(), std::nullopt,
+                             "x,y as FITS counts (default: the middle), or x,y,x,y..."),
+          Parameter::numbers("position", "deg", Interval::any(), std::nullopt,
+                             "ra,dec, or ra,dec,ra,dec..., instead of --center"),
+          Parameter::text("positions", std::nullopt,
+                          "table of places, instead of --center: ra and dec (deg), or x and y"),
+          Parameter::boolean(
+              "recenter", false,
+              "move the centre to the centroid within the largest aperture, iteratively"),
+          Parameter::numbers(
+              "radius", "--unit", positive, std::nullopt,
+              "semi-major axes (default: the largest within the image, or up to the annulus)"),
+          Parameter::choice("unit", {"pixel", "arcsec"}, "pixel", "unit of all radii"),
+          Parameter::number("axis_ratio", "", Interval::closed(least_axis_ratio, 1), 1.0,
+                            "ratio of minor to major axis"),
+          Parameter::number(
+              "position_angle", "deg", Interval::any(), 0.0,
+              "direction of the major axis, from North towards East; without celestial coordinates "
+              "from +y towards -x"),
+          Parameter::vector2(
+              "annulus", "--unit", not_negative, std::nullopt,
+              "inner,outer semi-major axis of the background (default: none is subtracted)"),
+          Parameter::choice("background", {"median", "mean", "clipped"}, "median",
+                            "statistic of the annulus; clipped: mean within 3 sigma"),
+          Parameter::number("total", "unit of the pixels", positive, std::nullopt,
+                            "total flux for the half-light radius"),
+          Parameter::number("weight_sigma", "pixels", positive, std::nullopt,
+                            "compute adaptive moments, beginning with a Gaussian of this sigma"),
+      }),
+      .example = "photometry --radius 2,4,8 --axis-ratio 0.7 --position-angle 30 in.fits",
+      .run = run_photometry};
 }
 
 }  // namespace gamer

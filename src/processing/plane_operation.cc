@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
-#include <utility>
 #include <vector>
 
 #include "gamer/core/capitals.h"
@@ -209,9 +207,8 @@ double plane_value(const OperationCall& call, std::string_view name, const Plane
   if (values.size() == 1) return values.front();
   if (values.size() != static_cast<std::size_t>(task.count)) {
     throw InputError(fmt::format(
-        "gutil {}: {} has {} values for {} plane{}; give one, or one for "
-        "each",
-        call.operation, option_name(name), values.size(), task.count, task.count == 1 ? "" : "s"));
+        "gutil {}: {} has {} values for {} plane{}; give one, or one for each", call.operation,
+        option_name(name), values.size(), task.count, task.count == 1 ? "" : "s"));
   }
   return values[static_cast<std::size_t>(task.index)];
 }

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "gamer/core/parallel_for.h"
-#include "gamer/core/units.h"
 #include "processing/disk_breaks.h"
 #include "processing/galaxy_options.h"
 #include "processing/isophotes.h"
@@ -261,44 +260,42 @@ int run_profile(const OperationCall& call) {
 }  // namespace
 
 Operation profile_operation() {
-  Operation operation;
-  operation.name = "profile";
-  operation.group = measurement_group;
-  operation.summary = "Isophotes by radius: surface brightness, shape, colour, growth, disk breaks";
-  operation.description =
-      "Ellipses about one centre, by default the nucleus, are fitted to the first plane. The fit "
-      "removes the second harmonic of the brightness along them (Jedrzejewski 1987). --axis-ratio "
-      "and --position-angle give ellipses instead. "
-      "All planes are measured on these ellipses. surface_brightness and magnitude need MAGZERO, "
-      "and the former celestial coordinates; colour is the first plane's surface brightness less "
-      "the plane's, in magnitudes. flux is the sum within the ellipse, with exact fractions of "
-      "pixels. fitted says whether the shape was found; where the light is too faint for it, that "
-      "of the neighbour stays. The table of disks has an exponential fit, or one broken at the "
-      "radius that lowers the residuals most where that is significant: type I, II (down) or III "
-      "(up). Its range is --range, by default from half the half-light radius to that of 99 % of "
-      "the "
-      "light. docs/morphology.md has the details. Planes are held in memory.";
-  operation.result = Operation::Result::text;
-  operation.parameters = with_output(
-      galaxy_parameters() +
-      ParameterTable{
-          Parameter::number("axis_ratio", "", Interval::closed(0.05, 1), std::nullopt,
-                            "of all ellipses (default: fitted)"),
-          Parameter::number("position_angle", "deg", Interval::any(), std::nullopt,
-                            "of all ellipses, from North towards East; without celestial "
-                            "coordinates from +y towards -x (default: fitted)"),
-          Parameter::vector2("radius", "pixels", positive, std::nullopt,
-                             "inner,outer semi-major axis (default: 1, and the last within the "
-                             "image with light above its error)"),
-          Parameter::number("step", "", Interval::closed(0.01, 1), 0.1,
-                            "each semi-major axis is 1 + step times the one before"),
-          Parameter::vector2("range", "pixels", not_negative, std::nullopt,
-                             "inner,outer semi-major axis of the disk's fit"),
-          Parameter::text("plot", std::nullopt, "write a plot: .png"),
-      });
-  operation.example = "profile --planes sdss_g,sdss_r --plot profile.png in.fits";
-  operation.run = run_profile;
-  return operation;
+  return {
+      .name = "profile",
+      .group = measurement_group,
+      .summary = "Isophotes by radius: surface brightness, shape, colour, growth, disk breaks",
+      .description =
+          "Ellipses about one centre, by default the nucleus, are fitted to the first plane. The "
+          "fit removes the second harmonic of the brightness along them (Jedrzejewski 1987). "
+          "--axis-ratio and --position-angle give ellipses instead. All planes are measured on "
+          "these ellipses. surface_brightness and magnitude need MAGZERO, and the former celestial "
+          "coordinates; colour is the first plane's surface brightness less the plane's, in "
+          "magnitudes. flux is the sum within the ellipse, with exact fractions of pixels. fitted "
+          "says whether the shape was found; where the light is too faint for it, that of the "
+          "neighbour stays. The table of disks has an exponential fit, or one broken at the radius "
+          "that lowers the residuals most where that is significant: type I, II (down) or III "
+          "(up). Its range is --range, by default from half the half-light radius to that of 99 % "
+          "of the light. docs/morphology.md has the details. Planes are held in memory.",
+      .result = Operation::Result::text,
+      .parameters = with_output(
+          galaxy_parameters() +
+          ParameterTable{
+              Parameter::number("axis_ratio", "", Interval::closed(0.05, 1), std::nullopt,
+                                "of all ellipses (default: fitted)"),
+              Parameter::number("position_angle", "deg", Interval::any(), std::nullopt,
+                                "of all ellipses, from North towards East; without celestial "
+                                "coordinates from +y towards -x (default: fitted)"),
+              Parameter::vector2("radius", "pixels", positive, std::nullopt,
+                                 "inner,outer semi-major axis (default: 1, and the last within the "
+                                 "image with light above its error)"),
+              Parameter::number("step", "", Interval::closed(0.01, 1), 0.1,
+                                "each semi-major axis is 1 + step times the one before"),
+              Parameter::vector2("range", "pixels", not_negative, std::nullopt,
+                                 "inner,outer semi-major axis of the disk's fit"),
+              Parameter::text("plot", std::nullopt, "write a plot: .png"),
+          }),
+      .example = "profile --planes sdss_g,sdss_r --plot profile.png in.fits",
+      .run = run_profile};
 }
 
 }  // namespace gamer

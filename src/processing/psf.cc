@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <boost/math/special_functions/legendre.hpp>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
@@ -186,14 +185,6 @@ double Psf::density(double x, double y) const {
 }
 
 double Psf::encircled_energy(double r) const { return profile_->energy(r / model_.fwhm); }
-
-double Psf::energy_radius(double energy) const {
-  check(energy > 0 && energy < 1, "energy outside ]0, 1[");
-  const auto excess = [&](double r) { return (1 - energy) - profile_->missing(r); };
-  double high = 1;
-  while (excess(high) < 0) high *= 2;
-  return model_.fwhm * root(excess, 0.0, high);
-}
 
 double Stamp::sum() const { return std::accumulate(values.begin(), values.end(), 0.0); }
 

@@ -49,8 +49,6 @@ class Psf {
   double density(double x, double y) const;
   /// Share of the flux within r.
   double encircled_energy(double r) const;
-  /// Radius that contains the share `energy`, in ]0, 1[, of the flux.
-  double energy_radius(double energy) const;
 
   /// A scale-free profile: radii in units of the FWHM, flux 1.
   class Profile;

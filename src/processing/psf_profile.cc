@@ -24,7 +24,6 @@ class GaussianProfile final : public Psf::Profile {
     return gaussian_exponent / pi * std::exp(-gaussian_exponent * r * r);
   }
   double energy(double r) const override { return -std::expm1(-gaussian_exponent * r * r); }
-  double missing(double r) const override { return std::exp(-gaussian_exponent * r * r); }
 };
 
 class MoffatProfile final : public Psf::Profile {
@@ -39,9 +38,6 @@ class MoffatProfile final : public Psf::Profile {
   }
   double energy(double r) const override {
     return -std::expm1((1 - beta_) * std::log1p(r * r * inverse_alpha2_));
-  }
-  double missing(double r) const override {
-    return std::exp((1 - beta_) * std::log1p(r * r * inverse_alpha2_));
   }
 
  private:
@@ -85,7 +81,7 @@ class AiryProfile : public Psf::Profile {
   /// Closed form for the full aperture, 1 - J0^2 - J1^2; else a sum over steps of half a ring.
   double energy(double r) const override {
     const double x = scale_ * r;
-    if (obscuration_ == 0) return 1 - missing(r);
+    if (obscuration_ == 0) return 1 - (j0(x) * j0(x) + j1(x) * j1(x));
     const auto steps = static_cast<int>(std::ceil(2 * x / pi));
     const double step = x / std::max(steps, 1);
     double sum = 0;
@@ -96,10 +92,6 @@ class AiryProfile : public Psf::Profile {
           (i + 1) * step);
     }
     return peak_ * sum;
-  }
-  double missing(double r) const override {
-    const double x = scale_ * r;
-    return obscuration_ == 0 ? j0(x) * j0(x) + j1(x) * j1(x) : 1 - energy(r);
   }
 
   /// Band limit of the aperture's autocorrelation.
@@ -163,10 +155,7 @@ class KolmogorovTable {
     if (t < table_end) return density_(t);
     return tail(t, density_terms_) / (t * t);
   }
-  double energy(double t) const { return t < table_end ? energy_(t) : 1 - missing(t); }
-  double missing(double t) const {
-    return t < table_end ? 1 - energy_(t) : tail(t, missing_terms_);
-  }
+  double energy(double t) const { return t < table_end ? energy_(t) : 1 - tail(t, missing_terms_); }
   double fwhm() const { return fwhm_; }
 
  private:
@@ -266,7 +255,6 @@ class KolmogorovProfile final : public Psf::Profile {
  public:
   double density(double r) const override { return scale_ * scale_ * table_.density(scale_ * r); }
   double energy(double r) const override { return table_.energy(scale_ * r); }
-  double missing(double r) const override { return table_.missing(scale_ * r); }
 
  private:
   const KolmogorovTable& table_ = KolmogorovTable::get();

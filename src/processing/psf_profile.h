@@ -17,8 +17,6 @@ class Psf::Profile {
   virtual ~Profile() = default;
   virtual double density(double r) const = 0;
   virtual double energy(double r) const = 0;
-  /// 1 - energy(r), accurate where it is small.
-  virtual double missing(double r) const { return 1 - energy(r); }
   /// Highest spatial frequency in the density, rad per FWHM; 0 where there is no limit.
   virtual double band_limit() const { return 0; }
   /// A table of the density up to the radius `last`, for quick evaluation; null where the density

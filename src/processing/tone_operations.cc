@@ -8,11 +8,9 @@
 #include <limits>
 #include <map>
 #include <memory>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -260,40 +258,41 @@ int Normalisation::run() const {
 }
 
 Operation normalise_operation() {
-  Operation operation;
-  operation.name = "normalise";
-  operation.aliases = {"normalize"};
-  operation.group = tone_group;
-  operation.summary = "Bring the pixels to a total, peak, mean, range or magnitude";
-  operation.description =
-      "v' = f v, where f gives the sum, the largest or the mean of the pixels the wanted value. By "
-      "default all planes of the file have one factor f, which keeps colours; --per plane gives "
-      "each plane its own. --percentile-range low,high subtracts the low percentile and scales the "
-      "high percentile to 1. With --per file all planes are measured together, or only the plane "
-      "that --reference names. --magnitude m makes the sum 10^(-0.4 (m - MAGZERO)); pixels per "
-      "solid angle count with their area. Missing pixels (NaN) are left out. --magnitude changes "
-      "the light: BUNIT and MAGZERO stay. The other options change the unit, so that magnitudes "
-      "stay right. BUNIT is deleted, MAGZERO and PHOTZP grow by 2.5 log10 f, PHOTFLAM and GAIN are "
-      "divided by f, and SATURATE is multiplied by f. After --percentile-range magnitudes are "
-      "those of light above the low percentile. Variances (EXTNAME VARIANCE, ..._VARIANCE) are not "
-      "measured, and are multiplied by f^2.";
   const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
-  operation.parameters = {
-      Parameter::number("total", "", positive, std::nullopt, "sum of the pixels"),
-      Parameter::number("peak", "", positive, std::nullopt, "largest pixel"),
-      Parameter::number("mean", "", positive, std::nullopt, "mean of the pixels"),
-      Parameter::vector2("percentile_range", "%", Interval::closed(0, 100), std::nullopt,
-                         "percentiles low,high that become 0 and 1"),
-      Parameter::numbers("magnitude", "mag", Interval::any(), std::nullopt,
-                         "AB magnitude of the sum: one for all planes, or one for each"),
-      per_parameter(),
-      Parameter::integer(
-          "reference", "", Interval::right_open(1, std::numeric_limits<double>::infinity()),
-          std::nullopt, "with --per file: the plane, from 1, that is measured for all"),
-  };
-  operation.example = "normalise --peak 1 in.fits out.fits";
-  operation.run = [](const OperationCall& call) { return Normalisation(call).run(); };
-  return operation;
+  return {
+      .name = "normalise",
+      .aliases = {"normalize"},
+      .group = tone_group,
+      .summary = "Bring the pixels to a total, peak, mean, range or magnitude",
+      .description =
+          "v' = f v, where f gives the sum, the largest or the mean of the pixels the wanted "
+          "value. By default all planes of the file have one factor f, which keeps colours; --per "
+          "plane gives each plane its own. --percentile-range low,high subtracts the low "
+          "percentile and scales the high percentile to 1. With --per file all planes are measured "
+          "together, or only the plane that --reference names. --magnitude m makes the sum "
+          "10^(-0.4 (m - MAGZERO)); pixels per solid angle count with their area. Missing pixels "
+          "(NaN) are left out. --magnitude changes the light: BUNIT and MAGZERO stay. The other "
+          "options change the unit, so that magnitudes stay right. BUNIT is deleted, MAGZERO and "
+          "PHOTZP grow by 2.5 log10 f, PHOTFLAM and GAIN are divided by f, and SATURATE is "
+          "multiplied by f. After --percentile-range magnitudes are those of light above the low "
+          "percentile. Variances (EXTNAME VARIANCE, ..._VARIANCE) are not measured, and are "
+          "multiplied by f^2.",
+      .parameters =
+          {
+              Parameter::number("total", "", positive, std::nullopt, "sum of the pixels"),
+              Parameter::number("peak", "", positive, std::nullopt, "largest pixel"),
+              Parameter::number("mean", "", positive, std::nullopt, "mean of the pixels"),
+              Parameter::vector2("percentile_range", "%", Interval::closed(0, 100), std::nullopt,
+                                 "percentiles low,high that become 0 and 1"),
+              Parameter::numbers("magnitude", "mag", Interval::any(), std::nullopt,
+                                 "AB magnitude of the sum: one for all planes, or one for each"),
+              per_parameter(),
+              Parameter::integer(
+                  "reference", "", Interval::right_open(1, std::numeric_limits<double>::infinity()),
+                  std::nullopt, "with --per file: the plane, from 1, that is measured for all"),
+          },
+      .example = "normalise --peak 1 in.fits out.fits",
+      .run = [](const OperationCall& call) { return Normalisation(call).run(); }};
 }
 
 // ---- gamma -------------------------------------------------------------------------------------
@@ -315,26 +314,26 @@ int correct_gamma(const OperationCall& call) {
 }
 
 Operation gamma_operation() {
-  Operation operation;
-  operation.name = "gamma";
-  operation.group = tone_group;
-  operation.summary = "Gamma correction";
-  operation.description =
-      "v' = (v/max)^gamma, where max is the largest pixel of the file, the largest of each plane "
-      "(--per plane), or --maximum (Groeneboom & Dahle 2014). A gamma below 1 brightens faint "
-      "pixels; displays need 1/2.2 = 0.4545. Negative pixels keep their sign: -(-v/max)^gamma. "
-      "Pixels are no longer a linear measure of light: BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and "
-      "SATURATE are deleted.";
   const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
-  operation.parameters = {
-      required(Parameter::number("gamma", "", positive, std::nullopt, "exponent")),
-      Parameter::number("maximum", "unit of the pixels", positive, std::nullopt,
-                        "value that becomes 1 (default: the largest pixel)"),
-      per_parameter(),
-  };
-  operation.example = "gamma --gamma 0.4545 in.fits out.fits";
-  operation.run = correct_gamma;
-  return operation;
+  return {
+      .name = "gamma",
+      .group = tone_group,
+      .summary = "Gamma correction",
+      .description =
+          "v' = (v/max)^gamma, where max is the largest pixel of the file, the largest of each "
+          "plane (--per plane), or --maximum (Groeneboom & Dahle 2014). A gamma below 1 brightens "
+          "faint pixels; displays need 1/2.2 = 0.4545. Negative pixels keep their sign: "
+          "-(-v/max)^gamma. Pixels are no longer a linear measure of light: BUNIT, MAGZERO, "
+          "PHOTZP, PHOTFLAM, GAIN and SATURATE are deleted.",
+      .parameters =
+          {
+              required(Parameter::number("gamma", "", positive, std::nullopt, "exponent")),
+              Parameter::number("maximum", "unit of the pixels", positive, std::nullopt,
+                                "value that becomes 1 (default: the largest pixel)"),
+              per_parameter(),
+          },
+      .example = "gamma --gamma 0.4545 in.fits out.fits",
+      .run = correct_gamma};
 }
 
 // ---- stretch -----------------------------------------------------------------------------------
@@ -389,33 +388,34 @@ int stretch_file(const OperationCall& call) {
 }
 
 Operation stretch_operation() {
-  Operation operation;
-  operation.name = "stretch";
-  operation.group = tone_group;
-  operation.summary = "Linear, sqrt, log or asinh stretch between two limits";
-  operation.description =
-      "With x = (v - low)/(high - low) and softening a, the functions are: linear v' = x; sqrt v' "
-      "= sqrt(x); log v' = ln(1 + a x)/ln(1 + a); asinh v' = asinh(x/a)/asinh(1/a). The limits low "
-      "and high are percentiles of the file or of each plane (--per plane), or fixed values. x is "
-      "clipped to [0, 1]; with --no-clip v'(-x) = -v'(x). Missing pixels stay missing. Pixels are "
-      "no longer a linear measure of light: BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and SATURATE "
-      "are deleted.";
-  operation.parameters = {
-      Parameter::choice("function", {"linear", "sqrt", "log", "asinh"}, "asinh", "the stretch"),
-      Parameter::number("softening", "", Interval::open(0, std::numeric_limits<double>::infinity()),
-                        std::nullopt,
-                        "parameter a of log (default 1000; larger bends more) and asinh (default "
-                        "0.1; smaller bends more)"),
-      Parameter::vector2("percentiles", "%", Interval::closed(0, 100), std::vector<double>{0, 100},
-                         "limits low,high as percentiles"),
-      Parameter::vector2("limits", "unit of the pixels", Interval::any(), std::nullopt,
-                         "limits low,high as values"),
-      Parameter::boolean("no_clip", false, "keep values beyond the limits"),
-      per_parameter(),
-  };
-  operation.example = "stretch --function asinh --percentiles 1,99.9 in.fits out.fits";
-  operation.run = stretch_file;
-  return operation;
+  return {.name = "stretch",
+          .group = tone_group,
+          .summary = "Linear, sqrt, log or asinh stretch between two limits",
+          .description =
+              "With x = (v - low)/(high - low) and softening a, the functions are: linear v' = x; "
+              "sqrt v' = sqrt(x); log v' = ln(1 + a x)/ln(1 + a); asinh v' = "
+              "asinh(x/a)/asinh(1/a). The limits low and high are percentiles of the file or of "
+              "each plane (--per plane), or fixed values. x is clipped to [0, 1]; with --no-clip "
+              "v'(-x) = -v'(x). Missing pixels stay missing. Pixels are no longer a linear measure "
+              "of light: BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and SATURATE are deleted.",
+          .parameters =
+              {
+                  Parameter::choice("function", {"linear", "sqrt", "log", "asinh"}, "asinh",
+                                    "the stretch"),
+                  Parameter::number(
+                      "softening", "", Interval::open(0, std::numeric_limits<double>::infinity()),
+                      std::nullopt,
+                      "parameter a of log (default 1000; larger bends more) and asinh (default "
+                      "0.1; smaller bends more)"),
+                  Parameter::vector2("percentiles", "%", Interval::closed(0, 100),
+                                     std::vector<double>{0, 100}, "limits low,high as percentiles"),
+                  Parameter::vector2("limits", "unit of the pixels", Interval::any(), std::nullopt,
+                                     "limits low,high as values"),
+                  Parameter::boolean("no_clip", false, "keep values beyond the limits"),
+                  per_parameter(),
+              },
+          .example = "stretch --function asinh --percentiles 1,99.9 in.fits out.fits",
+          .run = stretch_file};
 }
 
 }  // namespace

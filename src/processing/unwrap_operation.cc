@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -195,41 +194,42 @@ int run_unwrap(const OperationCall& call) {
 }  // namespace
 
 Operation unwrap_operation() {
-  Operation operation;
-  operation.name = "unwrap";
-  operation.group = measurement_group;
-  operation.summary = "Deproject a disk into polar coordinates; fit its spiral arms";
-  operation.description =
-      "The disk is thin, of --inclination about the line of nodes at --position-angle. The output "
-      "has azimuth, from the line of nodes and counter-clockwise, along x, and ln r or r along y, "
-      "with linear world coordinates. A value is the mean brightness over its cell, per pixel of "
-      "the input. Each plane becomes an HDU. Spirals are fitted in (ln r, azimuth) by A(m, p) = <I "
-      "exp(i(p ln r - m azimuth))>, m = 1 to 8, where each radius is divided by its mean. The peak "
-      "in p gives the pitch, tan P = m/p, and the strongest m the number of arms. The table of "
-      "arms has the contrast 2.5 log10(peak/minimum), the mean of the arms, their FWHM, and the "
-      "pitch by radius; docs/morphology.md defines them. Tables are printed unless the output is "
-      "'-'. A plane is held in memory.";
-  operation.result = Operation::Result::fits;
-  operation.parameters = with_output(
-      galaxy_parameters() +
-      ParameterTable{
-          Parameter::number("inclination", "deg", Interval::right_open(0, 90), std::nullopt,
-                            "0: face-on (default: of the light's axis ratio within 1.5 Petrosian "
-                            "radii)"),
-          Parameter::number("position_angle", "deg", Interval::any(), std::nullopt,
-                            "line of nodes, from North towards East; without celestial coordinates "
-                            "from +y towards -x (default: the light's major axis)"),
-          Parameter::vector2("radius", "pixels", positive, std::nullopt,
-                             "inner,outer radius in the disk (default: 0.25 and 1 Petrosian "
-                             "radii)"),
-          Parameter::choice("axis", {"log", "linear"}, "log", "rows even in ln r or in r"),
-          Parameter::integer("columns", "", Interval::closed(16, 100000), 720, "steps of azimuth"),
-          Parameter::integer("bins", "", Interval::closed(1, 1000), 12,
-                             "ranges of radius in the table of arms"),
-      });
-  operation.example = "unwrap --planes 2 --inclination 40 --radius 3,16 in.fits out.fits";
-  operation.run = run_unwrap;
-  return operation;
+  return {
+      .name = "unwrap",
+      .group = measurement_group,
+      .summary = "Deproject a disk into polar coordinates; fit its spiral arms",
+      .description =
+          "The disk is thin, of --inclination about the line of nodes at --position-angle. The "
+          "output has azimuth, from the line of nodes and counter-clockwise, along x, and ln r or "
+          "r along y, with linear world coordinates. A value is the mean brightness over its cell, "
+          "per pixel of the input. Each plane becomes an HDU. Spirals are fitted in (ln r, "
+          "azimuth) by A(m, p) = <I exp(i(p ln r - m azimuth))>, m = 1 to 8, where each radius is "
+          "divided by its mean. The peak in p gives the pitch, tan P = m/p, and the strongest m "
+          "the number of arms. The table of arms has the contrast 2.5 log10(peak/minimum), the "
+          "mean of the arms, their FWHM, and the pitch by radius; docs/morphology.md defines them. "
+          "Tables are printed unless the output is '-'. A plane is held in memory.",
+      .result = Operation::Result::fits,
+      .parameters = with_output(
+          galaxy_parameters() +
+          ParameterTable{
+              Parameter::number(
+                  "inclination", "deg", Interval::right_open(0, 90), std::nullopt,
+                  "0: face-on (default: of the light's axis ratio within 1.5 Petrosian radii)"),
+              Parameter::number(
+                  "position_angle", "deg", Interval::any(), std::nullopt,
+                  "line of nodes, from North towards East; without celestial coordinates from +y "
+                  "towards -x (default: the light's major axis)"),
+              Parameter::vector2("radius", "pixels", positive, std::nullopt,
+                                 "inner,outer radius in the disk (default: 0.25 and 1 Petrosian "
+                                 "radii)"),
+              Parameter::choice("axis", {"log", "linear"}, "log", "rows even in ln r or in r"),
+              Parameter::integer("columns", "", Interval::closed(16, 100000), 720,
+                                 "steps of azimuth"),
+              Parameter::integer("bins", "", Interval::closed(1, 1000), 12,
+                                 "ranges of radius in the table of arms"),
+          }),
+      .example = "unwrap --planes 2 --inclination 40 --radius 3,16 in.fits out.fits",
+      .run = run_unwrap};
 }
 
 }  // namespace gamer

@@ -8,7 +8,6 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
-#include <numeric>
 #include <tuple>
 
 #include "gamer/core/cancellation.h"

@@ -10,7 +10,6 @@
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 #include <glm/vec2.hpp>
-#include <numbers>
 #include <optional>
 
 #include "gamer/image/data_table.h"

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <cstdint>
 #include <functional>
 
 #include <glm/vec3.hpp>
 
-#include "gamer/scene/render_parameters.h"
+#include "gamer/scene/star_settings.h"
 
 namespace gamer {
 

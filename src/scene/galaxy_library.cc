@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "galaxy/shape_text.h"
 #include "gamer/core/random.h"
 #include "gamer/scene/catalogue.h"
 #include "gamer/scene/scene.h"
@@ -184,11 +185,7 @@ class LookupLog {
 /// All that decides a galaxy but its files: text and place of its file, overrides and settings.
 /// Empty where the overrides cannot be written.
 std::string key_of(const Resources::Text& text, const GalaxySettings& settings) {
-  const Accuracy& accuracy = settings.accuracy;
-  std::string key = fmt::format(
-      "{},{},{},{:a},{:a},{},{};", settings.noise_kind ? settings.noise_kind->name() : "",
-      settings.octaves.value_or(-1), settings.seed, accuracy.ray_error, accuracy.mean_error,
-      accuracy.shares_closure, settings.most_cloud_points);
+  std::string key = measure_key(settings);
   try {
     if (settings.overrides != nullptr) {
       for (const std::string& one : assignments(*settings.overrides)) key += one + '\n';

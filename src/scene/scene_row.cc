@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <map>
 #include <system_error>
 
 #include "core/sexagesimal.h"

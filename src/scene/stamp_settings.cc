@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <vector>
-
 #include "scene/section_values.h"
 
 namespace gamer {
@@ -34,8 +32,8 @@ ParameterSection StampSettings::section() {
        Parameter::number("extent", "", positive(), usual.extent,
                          "half the side of a galaxy's stamp, in units of its radius"),
        Parameter::choice("radius", {"ball", "half_light"}, "ball",
-                         "which radius: that of the ball that holds the galaxy, or the "
-                         "half-light radius along its major axis, without noise and dust"),
+                         "which radius: that of the ball that holds the galaxy, or the half-light "
+                         "radius along its major axis, without noise and dust"),
        Parameter::integer("smallest", "pixels", Interval::closed(1, largest_side), usual.smallest,
                           "least side where the extent decides, odd; that of stars"),
        Parameter::integer("largest", "pixels", Interval::closed(1, largest_side), usual.largest,

@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <variant>
 
+#include "gamer/core/type_name.h"
 #include "gamer/galaxy/arm_pattern.h"
 #include "gamer/galaxy/component.h"
 #include "gamer/galaxy/galaxy.h"
@@ -21,33 +22,6 @@ namespace gamer {
 namespace {
 
 using Json = nlohmann::json;
-
-const char* type_name(ParameterType type) {
-  switch (type) {
-    case ParameterType::boolean:
-      return "boolean";
-    case ParameterType::integer:
-      return "integer";
-    case ParameterType::number:
-      return "number";
-    case ParameterType::text:
-      return "text";
-    case ParameterType::choice:
-      return "choice";
-    case ParameterType::vector2:
-    case ParameterType::size2:
-      return "pair";
-    case ParameterType::vector3:
-      return "vector";
-    case ParameterType::numbers:
-      return "numbers";
-    case ParameterType::texts:
-      return "texts";
-    case ParameterType::noise:
-      return "noise";
-  }
-  return "";
-}
 
 Json bound(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 

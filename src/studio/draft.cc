@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <set>
-#include <utility>
 
 #include <fmt/format.h>
 #include <glm/geometric.hpp>

@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "image/temporary_file.h"
+#include "studio/output_folder.h"
 
 namespace gamer {
 namespace {

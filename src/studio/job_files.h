@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "studio/document.h"
-#include "studio/output_folder.h"
 
 namespace gamer {
 

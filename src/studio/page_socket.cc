@@ -6,8 +6,6 @@
 #include <string_view>
 #include <utility>
 
-#include "gamer/core/version.h"
-
 namespace gamer {
 namespace {
 

@@ -11,7 +11,6 @@
 #include <chrono>
 #include <optional>
 #include <utility>
-#include <variant>
 
 #include "gamer/core/error.h"
 #include "studio/access.h"

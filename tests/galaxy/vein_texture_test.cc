@@ -77,8 +77,18 @@ std::vector<Sample> sample(const VeinTexture& veins, const std::vector<Vector>& 
 
 /// Where (u, v) is, in the plane; arms without shift or offset whose angle grows outwards.
 Vector position(const SpiralCoordinates& c, double u, double v) {
-  const auto place = c.place({u, v});
-  return {place.r * std::cos(place.theta), place.r * std::sin(place.theta), 0};
+  // u/n - v/n' grows with ln r and does not depend on theta.
+  const auto sum = [&](double s) {
+    const auto here = c.at(std::exp(s), 0);
+    return here.u / c.count() - here.v / c.cycle();
+  };
+  double low = -30, high = 30;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (sum(middle) < u / c.count() - v / c.cycle() ? low : high) = middle;
+  }
+  const double r = std::exp(low), theta = 2 * pi * (c.at(r, 0).u - u) / c.count();
+  return {r * std::cos(theta), r * std::sin(theta), 0};
 }
 
 /// All that could open a seam: real n', spur rates, stretches, numbers of arms, a bar.

@@ -61,18 +61,16 @@ TEST(PsfModels, EnergyIsTheIntegralOfTheDensity) {
   }
 }
 
-TEST(PsfModels, EnergyRadiusInvertsTheEnergy) {
-  for (const Psf& psf : models(1.3)) {
-    for (const double energy : {0.01, 0.5, 0.99}) {
-      EXPECT_NEAR(psf.encircled_energy(psf.energy_radius(energy)), energy, 1e-13);
-    }
-  }
+/// Half of the flux lies within a radius that is `radius` up to an error.
+void expect_half_light(const Psf& psf, double radius, double error) {
+  EXPECT_LT(psf.encircled_energy(radius - error), 0.5);
+  EXPECT_GT(psf.encircled_energy(radius + error), 0.5);
 }
 
 TEST(PsfModels, Gaussian) {
   // FWHM = 2.354820 sigma, r50 = 1.177410 sigma.
   const Psf psf({PsfKind::gaussian, 2.354820045});
-  EXPECT_NEAR(psf.energy_radius(0.5), 1.177410, 5e-7);
+  expect_half_light(psf, 1.177410, 5e-7);
   EXPECT_NEAR(psf.density(0), 1 / (2 * pi), 1e-9);
   EXPECT_NEAR(psf.density(1) / psf.density(0), std::exp(-0.5), 1e-9);
 }
@@ -85,7 +83,7 @@ TEST(PsfModels, Moffat) {
        {Row{2.5, .884564, .677948, .97738}, Row{3, .980730, .631192, .99068},
         Row{3.5, 1.068401, .603914, .99575}, Row{4.765, 1.263582, .568106, .99920}}) {
     const Psf psf = moffat(1, row.beta);
-    EXPECT_NEAR(psf.energy_radius(0.5), row.half_light, 5e-7);
+    expect_half_light(psf, row.half_light, 5e-7);
     EXPECT_NEAR(psf.encircled_energy(3), row.energy, 5e-6);
     EXPECT_NEAR(psf.density(0), (row.beta - 1) / (pi * row.alpha * row.alpha), 2e-6);
     EXPECT_NEAR(psf.density(row.alpha) / psf.density(0), std::pow(2, -row.beta), 1e-6);
@@ -115,7 +113,7 @@ TEST(PsfModels, Airy) {
 
 TEST(PsfModels, Kolmogorov) {
   const Psf psf({PsfKind::kolmogorov, 1});
-  EXPECT_NEAR(psf.energy_radius(0.5), .5685, 5e-5);
+  expect_half_light(psf, .5685, 5e-5);
   EXPECT_NEAR(psf.density(0), .74794, 5e-6);
   EXPECT_NEAR(psf.density(1) / psf.density(0), .0891, 5e-5);
   EXPECT_NEAR(psf.density(2) / psf.density(0), 3.83e-3, 5e-6);

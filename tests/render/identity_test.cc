@@ -36,7 +36,7 @@ std::vector<View> shipped_views() {
   };
   // Fine enough that rays of many widths and lengths share batches; away from the bulge, whose
   // cells would take most of the time.
-  inside("perspective", {"image.size=[24, 8]", "camera.fov=60", "camera.target=[7.24, 0, 0]",
+  inside("perspective", {"image.size=[24, 6]", "camera.fov=60", "camera.target=[7.24, 0, 0]",
                          "sampling.tolerance=1e-4"});
   const std::string coarse = "sampling.tolerance=0.1";
   inside("equirectangular", {"image.size=[16, 8]", coarse});

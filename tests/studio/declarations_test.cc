@@ -54,8 +54,8 @@ TEST(Declarations, AreThoseOfTheTables) {
   EXPECT_EQ(all.at("kinds.disk.noise")["type"].get<std::string>(), "boolean");
   EXPECT_EQ(all.at("kinds.disk.noise.theta")["choices"].size(), 2u);
   EXPECT_EQ(all.at("galaxy.arms.model")["type"].get<std::string>(), "choice");
-  EXPECT_EQ(all.at("image.size")["type"].get<std::string>(), "pair");
-  EXPECT_EQ(all.at("camera.position")["type"].get<std::string>(), "vector");
+  EXPECT_EQ(all.at("image.size")["type"].get<std::string>(), "size2");
+  EXPECT_EQ(all.at("camera.position")["type"].get<std::string>(), "vector3");
   EXPECT_EQ(declarations_json()["kinds"].size(), component_kinds().size());
   EXPECT_EQ(declarations_json()["parameters"].size(), render_parameter_sections().size());
 }

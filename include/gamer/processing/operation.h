@@ -34,14 +34,14 @@ struct Operation {
   };
 
   std::string name;
-  std::vector<std::string> aliases;
+  std::vector<std::string> aliases = {};
   std::string group;        ///< heading in lists
   std::string summary;      ///< one line
   std::string description;  ///< formulae, units, what happens to the header
   int least_inputs = 1;
   int most_inputs = 1;  ///< 0: no limit
   Result result = Result::fits;
-  ParameterTable parameters;
+  ParameterTable parameters = {};
   std::string example;  ///< options and files; the tests run it
   /// Runs the operation. Returns 0, or 1 where the answer is "no" (compare).
   std::function<int(const OperationCall&)> run;

@@ -1,12 +1,10 @@
 #include "gamer/galaxy/calibration/galaxy_statistics.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <memory>
 #include <numbers>
 #include <stdexcept>
-#include <utility>
 
 #include "galaxy/calibration/dust_closure.h"
 #include "galaxy/calibration/seen_textures.h"

@@ -5,8 +5,6 @@
 #include <memory>
 #include <vector>
 
-#include "gamer/noise/footprint.h"
-
 namespace gamer {
 namespace {
 

@@ -101,19 +101,6 @@ double StarField::temperature(double luminosity, const Candidate& candidate) con
 }
 
 ComponentKind starfield_kind() {
-  ComponentKind kind;
-  kind.name = "starfield";
-  kind.description =
-      "stars: the nearest and brightest are points of light, the others are smooth light";
-  kind.traits = {.can_follow = true, .has_own_spectrum = true};
-  kind.parameters =
-      Layer::parameters() +
-      ParameterTable{
-          Parameter::number(
-              "number", "", Interval::closed(1, largest_number), 1e11,
-              "number of stars in the galaxy, including stars that are never drawn individually")
-              .usual_logarithmic(1000000.0, 1000000000000.0)} +
-      StellarPopulation::parameters();
   FractalParameters noise;
   noise.octaves = 4;
   noise.k0 = 0;
@@ -122,15 +109,25 @@ ComponentKind starfield_kind() {
   noise.exponent = 1;
   noise.inverse = true;
   noise.floor = 0.3;
-  kind.noise = noise;
-  kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
-    check_spectrum(input.values, input.context);
-    return std::make_unique<StarField>(
-        Layer::read_shape(input), input.arms,
-        StellarPopulation(input.values, input.context, input.resources),
-        input.values.number("number"), input.settings.seed);
-  };
-  return kind;
+  return {.name = "starfield",
+          .description =
+              "stars: the nearest and brightest are points of light, the others are smooth light",
+          .traits = {.can_follow = true, .has_own_spectrum = true},
+          .parameters = Layer::parameters() +
+                        ParameterTable{Parameter::number("number", "",
+                                                         Interval::closed(1, largest_number), 1e11,
+                                                         "number of stars in the galaxy, including "
+                                                         "stars that are never drawn individually")
+                                           .usual_logarithmic(1000000.0, 1000000000000.0)} +
+                        StellarPopulation::parameters(),
+          .noise = noise,
+          .make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
+            check_spectrum(input.values, input.context);
+            return std::make_unique<StarField>(
+                Layer::read_shape(input), input.arms,
+                StellarPopulation(input.values, input.context, input.resources),
+                input.values.number("number"), input.settings.seed);
+          }};
 }
 
 }  // namespace gamer

@@ -3,11 +3,6 @@
 namespace gamer {
 
 ComponentKind stars_kind() {
-  ComponentKind kind;
-  kind.name = "stars";
-  kind.description = "bright young clumps: a disk of high, sparse noise (GAMER section 2.4)";
-  kind.traits = {.can_follow = true};
-  kind.parameters = Layer::parameters();
   FractalParameters noise;
   noise.octaves = 7;
   noise.k0 = 20;
@@ -15,11 +10,14 @@ ComponentKind stars_kind() {
   noise.spectral_index = 1;
   noise.exponent = 8;
   noise.inverse = false;
-  kind.noise = noise;
-  kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
-    return std::make_unique<Layer>(Layer::read_shape(input), input.arms);
-  };
-  return kind;
+  return {.name = "stars",
+          .description = "bright young clumps: a disk of high, sparse noise (GAMER section 2.4)",
+          .traits = {.can_follow = true},
+          .parameters = Layer::parameters(),
+          .noise = noise,
+          .make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
+            return std::make_unique<Layer>(Layer::read_shape(input), input.arms);
+          }};
 }
 
 }  // namespace gamer

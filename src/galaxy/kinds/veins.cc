@@ -1,4 +1,3 @@
-#include <cmath>
 #include <memory>
 
 #include "galaxy/veins/vein_texture.h"

@@ -4,9 +4,6 @@
 #define HWY_TARGET_INCLUDE "galaxy/veins/vein_kernel.cc"
 #include "hwy/foreach_target.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "core/math-inl.h"
 #include "gamer/noise/footprint.h"
 #include "noise/perlin-inl.h"

@@ -6,21 +6,17 @@
 #include <algorithm>
 #include <bit>
 #include <charconv>
-#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
-#include <iterator>
 #include <memory>
 #include <optional>
-#include <set>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
 
 #include "gamer/core/error.h"
-#include "gamer/core/version.h"
 #include "gamer/image/fits/fits_stream.h"
 #include "image/data_table_writer.h"
 #include "image/fits/fits_cards.h"

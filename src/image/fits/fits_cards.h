@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "gamer/image/image.h"
-#include "image/fits/card_record.h"
 #include "image/fits/fits_file.h"
 
 namespace gamer {

@@ -24,6 +24,7 @@
 #include "gamer/core/near.h"
 #include "gamer/image/fits/fits.h"
 #include "gamer/image/new_file.h"
+#include "image/fits/card_record.h"
 #include "image/fits/fits_cards.h"
 #include "image/fits/fits_file.h"
 #include "image/fits/fits_scan.h"

@@ -3,8 +3,8 @@ do not count, nor whether the job is resumed or made again from its own header.
 
 identity_test.py GAMER SOURCE_DIR [MPI_LAUNCHER] [slow]
 
-Each scene takes a few of 1 to 5 ranks x 1 to 3 threads, which change from scene to scene; "slow"
-takes all of them.
+Each scene takes three of 1 to 5 ranks x 1 to 3 threads, which change from scene to scene: for the
+image, from its header, and to resume. "slow" takes all of them for the image.
 """
 
 import concurrent.futures
@@ -21,8 +21,8 @@ ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
 
 IS_SLOW = "slow" in sys.argv[3:]
 WORKERS = list(itertools.product(range(1, 6) if LAUNCHER else (1,), range(1, 4)))
-# Numbers of workers for each scene, besides the reference and a resumed job.
-FEW = 2
+# Numbers of workers for each scene, besides the reference. The last two make the image from its header, and resume.
+FEW = 3
 
 INSIDE = {
     "equirectangular": ["image.size=[48, 24]"],
@@ -117,23 +117,24 @@ class Identity(unittest.TestCase):
             if not IS_SLOW:
                 first = FEW * number % len(others)
                 others = (others + others)[first:first + (1 if is_long else FEW)]
-            for ranks, threads in others:
+            from_header, resumed = others[-2:] if len(others) > 1 else (others * 2)
+            for ranks, threads in others if IS_SLOW or is_long else others[:-2]:
                 if make(ranks, threads, *arguments, "--overwrite") != expected:
                     return f"{case}: {ranks} ranks of {threads} threads"
             if is_long and not IS_SLOW:
                 return ""
             (folder.path / "out.fits").rename(folder.path / "known.fits")
-            if make(1, 2, "--from-header", "known.fits", "-o", "out.fits") != expected:
-                return f"{case}: from its header"
+            if make(*from_header, "--from-header", "known.fits", "-o", "out.fits") != expected:
+                return f"{case}: from its header by {from_header}"
             (folder.path / "out.fits").unlink()
-            # Interrupted with one thread, after some rows; resumed by as many as the last.
+            # Interrupted with one thread, after some rows.
             with Job(folder, *arguments, "-j", "1", "--journal", "0") as job:
                 job.wait_for_journal(1)
                 job.process.kill()
                 job.end()
             self.interrupted += (folder.path / "out.fits.journal").exists()
-            if make(*others[-1], *arguments, "--resume") != expected:
-                return f"{case}: resumed by {others[-1]}"
+            if make(*resumed, *arguments, "--resume") != expected:
+                return f"{case}: resumed by {resumed}"
         return ""
 
     def test_shipped_scenes(self):

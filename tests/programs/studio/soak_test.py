@@ -53,7 +53,7 @@ def random_value(parameter):
         return random.random() < 0.8
     if kind == "choice":
         return random.choice(parameter["choices"])
-    if kind == "vector":
+    if kind == "vector3":
         return [random.uniform(0.3, 1.5) for _ in range(3)]
     return None
 
