@@ -178,7 +178,6 @@ void ComponentReader::read_light(Component& component, const ParameterSet& value
                                  context, component.amplitude_, smallest_intensity));
   }
   if (values.has("fraction")) component.fraction_ = values.number("fraction");
-  component.spectrum_where_ = values.is_given("sed") ? values.where("sed") : component.where_;
   if (settings.sed != nullptr) {
     component.sed_ = settings.sed;
     return;
@@ -260,7 +259,6 @@ std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int ind
   component->where_ = node.where;
   if (kind.traits.emits) read_light(*component, values, context, settings, resources);
   if (kind.traits.absorbs) {
-    component->spectrum_where_ = values.where("extinction");
     try {
       component->extinction_ = find_extinction(values.text("extinction"), values.number("r_v"),
                                                node.where.file, resources);

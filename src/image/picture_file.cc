@@ -7,11 +7,9 @@
 #include <bit>
 #include <cerrno>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <stdexcept>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include "gamer/core/error.h"
@@ -298,15 +296,6 @@ class BmpEncoder final : public PictureFile::Encoder {
   std::string row_;
 };
 
-void write_picture(const fs::path& path, PictureFormat format, const Picture& picture) {
-  PictureFile file({path.string(), format, 16, true, {}, {}}, picture.width, picture.height);
-  const std::size_t length = static_cast<std::size_t>(picture.width) * 3;
-  for (std::size_t row = 0; row < static_cast<std::size_t>(picture.height); ++row) {
-    file.write_row(std::span(picture.rgb).subspan(row * length, length));
-  }
-  file.finish();
-}
-
 }  // namespace
 
 PictureFile::PictureFile(const PictureFileOptions& options, int width, int height)
@@ -337,14 +326,6 @@ void PictureFile::finish() {
   encoder_->end();
   encoder_.reset();
   destination_->finish(options_.overwrite);
-}
-
-void write_png(const fs::path& path, const Picture& picture) {
-  write_picture(path, PictureFormat::png, picture);
-}
-
-void write_bmp(const fs::path& path, const Picture& picture) {
-  write_picture(path, PictureFormat::bmp, picture);
 }
 
 }  // namespace gamer

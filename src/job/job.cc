@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <map>
 #include <stdexcept>
-#include <string_view>
 #include <unordered_map>
 #include <utility>
 
@@ -396,12 +395,6 @@ RenderJob read_job(const Record& record) {
 
 RenderJob load_job(const JobRequest& request, Resources& resources) {
   RenderJob job = read_job(request, resources);
-  complete(job, Ranks(), 1);
-  return job;
-}
-
-RenderJob job_from_record(const Record& record) {
-  RenderJob job = read_job(record);
   complete(job, Ranks(), 1);
   return job;
 }

@@ -47,22 +47,8 @@ double Cosmology::luminosity_distance(double redshift) const {
   return (1 + redshift) * comoving_distance(redshift);
 }
 
-double Cosmology::angular_diameter_distance(double redshift) const {
-  return comoving_distance(redshift) / (1 + redshift);
-}
-
-double Cosmology::angular_diameter_distance(double lens, double source) const {
-  assert(lens <= source);
-  return (comoving_distance(source) - comoving_distance(lens)) / (1 + source);
-}
-
 double Cosmology::distance_modulus(double redshift) const {
   return 5 * std::log10(luminosity_distance(redshift) * parsec_per_megaparsec / modulus_distance);
-}
-
-double Cosmology::differential_volume(double redshift) const {
-  const double distance = comoving_distance(redshift);
-  return hubble_distance() * distance * distance / expansion_rate(omega_m_, 1 + redshift);
 }
 
 }  // namespace gamer

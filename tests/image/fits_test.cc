@@ -20,6 +20,7 @@
 #include "gamer/core/error.h"
 #include "gamer/core/version.h"
 #include "gamer/image/wcs.h"
+#include "image/fits/card_record.h"
 #include "image/fits/fits_cards.h"
 #include "image/fits/fits_file.h"
 #include "image/image_test_util.h"

@@ -242,48 +242,6 @@ Picture small_picture() {
   return picture;
 }
 
-TEST(WritePng, SixteenBitsComeBack) {
-  TemporaryFolder folder;
-  const auto path = folder / "a.png";
-  const Picture picture = small_picture();
-  write_png(path, picture);
-  EXPECT_EQ(folder.file_count(), 1U);
-  const ReadPng read = read_png(path);
-  EXPECT_EQ(read.width, 3);
-  EXPECT_EQ(read.height, 2);
-  EXPECT_EQ(read.bits, 16);
-  EXPECT_EQ(read.colour_type, PNG_COLOR_TYPE_RGB);
-  EXPECT_TRUE(read.is_srgb);
-  EXPECT_EQ(read.texts.size(), 1U);
-  EXPECT_TRUE(read.texts.count("Software"));
-  EXPECT_EQ(read.values, picture.rgb);
-}
-
-TEST(WriteBmp, EveryByte) {
-  TemporaryFolder folder;
-  const auto path = folder / "a.bmp";
-  Picture picture{1, 2, {65535, 32768, 0, 257, 386, 385}};
-  write_bmp(path, picture);
-  const unsigned char expected[] = {
-      'B', 'M', 62,  0, 0, 0, 0, 0, 0,    0,    54, 0, 0,    0,  // file header
-      40,  0,   0,   0, 1, 0, 0, 0, 2,    0,    0,  0, 1,    0,
-      24,  0,  // size, planes, bits
-      0,   0,   0,   0, 8, 0, 0, 0, 0x13, 0x0B, 0,  0, 0x13, 0x0B,
-      0,   0,                        // no compression, resolution
-      0,   0,   0,   0, 0, 0, 0, 0,  // no palette
-      1,   2,   1,   0,              // lower row: blue, green, red
-      0,   128, 255, 0};             // upper row
-  EXPECT_EQ(file_bytes(path), std::string(std::begin(expected), std::end(expected)));
-}
-
-TEST(WritePicture, FolderThatDoesNotExistIsARunError) {
-  TemporaryFolder folder;
-  EXPECT_THROW(write_png(folder / "none/a.png", small_picture()), RunError);
-  EXPECT_THROW(write_bmp(folder / "none/a.bmp", small_picture()), RunError);
-}
-
-// ---- Row by row --------------------------------------------------------------------------------
-
 void write_rows(PictureFile& file, const Picture& picture) {
   const std::size_t length = static_cast<std::size_t>(picture.width) * 3;
   for (std::size_t first = 0; first < picture.rgb.size(); first += length) {
@@ -298,6 +256,54 @@ PictureFileOptions options_for(const std::filesystem::path& path, int bits = 16)
   options.bits = bits;
   return options;
 }
+
+void write_picture(const std::filesystem::path& path, const Picture& picture) {
+  PictureFile file(options_for(path), picture.width, picture.height);
+  write_rows(file, picture);
+  file.finish();
+}
+
+TEST(PictureFile, SixteenBitsComeBack) {
+  TemporaryFolder folder;
+  const auto path = folder / "a.png";
+  const Picture picture = small_picture();
+  write_picture(path, picture);
+  EXPECT_EQ(folder.file_count(), 1U);
+  const ReadPng read = read_png(path);
+  EXPECT_EQ(read.width, 3);
+  EXPECT_EQ(read.height, 2);
+  EXPECT_EQ(read.bits, 16);
+  EXPECT_EQ(read.colour_type, PNG_COLOR_TYPE_RGB);
+  EXPECT_TRUE(read.is_srgb);
+  EXPECT_EQ(read.texts.size(), 1U);
+  EXPECT_TRUE(read.texts.count("Software"));
+  EXPECT_EQ(read.values, picture.rgb);
+}
+
+TEST(PictureFile, EveryByteOfABmp) {
+  TemporaryFolder folder;
+  const auto path = folder / "a.bmp";
+  Picture picture{1, 2, {65535, 32768, 0, 257, 386, 385}};
+  write_picture(path, picture);
+  const unsigned char expected[] = {
+      'B', 'M', 62,  0, 0, 0, 0, 0, 0,    0,    54, 0, 0,    0,  // file header
+      40,  0,   0,   0, 1, 0, 0, 0, 2,    0,    0,  0, 1,    0,
+      24,  0,  // size, planes, bits
+      0,   0,   0,   0, 8, 0, 0, 0, 0x13, 0x0B, 0,  0, 0x13, 0x0B,
+      0,   0,                        // no compression, resolution
+      0,   0,   0,   0, 0, 0, 0, 0,  // no palette
+      1,   2,   1,   0,              // lower row: blue, green, red
+      0,   128, 255, 0};             // upper row
+  EXPECT_EQ(file_bytes(path), std::string(std::begin(expected), std::end(expected)));
+}
+
+TEST(PictureFile, FolderThatDoesNotExistIsARunError) {
+  TemporaryFolder folder;
+  EXPECT_THROW(write_picture(folder / "none/a.png", small_picture()), RunError);
+  EXPECT_THROW(write_picture(folder / "none/a.bmp", small_picture()), RunError);
+}
+
+// ---- Row by row --------------------------------------------------------------------------------
 
 TEST(PictureFile, EightBitsAreTheNearestOfSixteen) {
   TemporaryFolder folder;
@@ -376,7 +382,7 @@ TEST(PictureFile, StandardOutputHasTheWholePng) {
   dup2(saved, STDOUT_FILENO);
   close(saved);
   std::fclose(file);
-  write_png(folder / "a.png", picture);
+  write_picture(folder / "a.png", picture);
   EXPECT_EQ(file_bytes(folder / "out"), file_bytes(folder / "a.png"));
 }
 
@@ -489,7 +495,7 @@ TEST(PictureWriter, SameAsMakePictureInAnyOrder) {
   const Image image = galaxy(size);
   ImageHeader header = test_header(size, size, some_wavelengths);
   TemporaryFolder folder;
-  write_png(folder / "expected.png", make_picture(image, some_wavelengths));
+  write_picture(folder / "expected.png", make_picture(image, some_wavelengths));
   auto writer = make_image_writer({folder / "a.png"}, header);
   for (int i = 0; i < size; ++i) {
     const int y = i * 7 % size;

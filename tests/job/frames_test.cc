@@ -11,11 +11,13 @@
 
 #include "core/error_text.h"
 #include "gamer/image/image_writer.h"
+#include "job/completed.h"
 
 namespace gamer {
 namespace {
 
 namespace fs = std::filesystem;
+using test::completed;
 
 const char* const parameters_text =
     "[image]\nsize = [24, 18]\noutput = \"film.fits\"\n[sampling]\ntolerance = 0.01\n"
@@ -66,7 +68,7 @@ TEST(FrameJobs, AreTheJobsOfTheFramesAlone) {
     EXPECT_EQ(pack_record(shared.record), pack_record(alone.record));
     EXPECT_EQ(pack_record(from_record.make(frame(film, number)).record), pack_record(alone.record));
     EXPECT_EQ(pixels(shared), pixels(alone));
-    EXPECT_EQ(pixels(shared), pixels(job_from_record(shared.record)));
+    EXPECT_EQ(pixels(shared), pixels(completed(shared.record)));
   }
 }
 

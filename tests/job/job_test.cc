@@ -5,9 +5,12 @@
 #include <algorithm>
 
 #include "gamer/core/version.h"
+#include "job/completed.h"
 
 namespace gamer {
 namespace {
+
+using test::completed;
 
 const char* const parameters_text =
     "[image]\nsize = [50, 30]\noutput = \"a.fits\"\n[camera]\nsupersample = 2\n"
@@ -63,7 +66,7 @@ TEST(Job, RecordHoldsResolvedParametersAndMakesTheSameJob) {
   request.settings = {"noise.seed=17"};
   request.preview = true;
   const RenderJob job = load(request);
-  const RenderJob again = job_from_record(unpack_record(pack_record(job.record)));
+  const RenderJob again = completed(unpack_record(pack_record(job.record)));
   EXPECT_EQ(again.parameters.toml(), job.parameters.toml());
   EXPECT_EQ(again.parameters.noise.seed, 17u);
   ASSERT_EQ(again.scene->galaxies.size(), 2u);
@@ -92,7 +95,7 @@ TEST(Job, IsCompleteOnceItsGalaxiesAreMeasured) {
   complete(job, Ranks(), 1);
   EXPECT_TRUE(job.pending.galaxies.empty());
   EXPECT_EQ(pixels(job), pixels(load_job({}, data)));
-  EXPECT_EQ(pixels(job), pixels(job_from_record(job.record)));
+  EXPECT_EQ(pixels(job), pixels(completed(job.record)));
 }
 
 const Card* find_card(const ImageHeader& header, const std::string& key) {
@@ -156,7 +159,7 @@ TEST(Job, HeaderHoldsTheSceneAndTheRecord) {
   EXPECT_EQ(std::get<std::vector<std::int64_t>>(scene.columns[5].values)[1], 2);
   ASSERT_EQ(header.tables.size(), 1u);
   EXPECT_EQ(header.tables[0].name, "INPUTS");
-  const RenderJob again = job_from_record(record_from_table(header.tables[0]));
+  const RenderJob again = completed(record_from_table(header.tables[0]));
   EXPECT_EQ(again.scene->galaxies.size(), 2u);
 }
 

@@ -116,8 +116,8 @@ class Calibration : public testing::TestWithParam<double> {};
 // A galaxy of 6 kpc: 270 to 5 pixels wide, its half-light radius 100 to less than one.
 TEST_P(Calibration, SumOfPixelsIsTheMagnitude) {
   const double redshift = GetParam();
-  const double radius =
-      6 * 1e-3 / Cosmology().angular_diameter_distance(redshift) * 180 * 3600 / std::numbers::pi;
+  const double radius = 6 * 1e-3 * (1 + redshift) / Cosmology().comoving_distance(redshift) * 180 *
+                        3600 / std::numbers::pi;
   // Twice what was measured; the textured disk's error is that of the mean of its noise.
   struct Kind {
     const char* type;

@@ -14,56 +14,41 @@ namespace {
 // docs/facts.md section 4; each tolerance is half a unit of the last place given.
 TEST(Cosmology, CheckValues) {
   struct Row {
-    double z, comoving, luminosity, angular, modulus, kpc_per_arcsec, volume_per_arcmin2;
+    double z, comoving, luminosity, modulus;
   };
-  const std::vector<Row> rows = {{0.1, 418.454, 460.300, 380.413, 38.3152, 1.8443, 60.52},
-                                 {0.5, 1888.625, 2832.938, 1259.084, 42.2612, 6.1042, 987.76},
-                                 {1, 3303.829, 6607.658, 1651.914, 44.1002, 8.0087, 2246.62},
-                                 {2, 5179.862, 15539.586, 1726.621, 45.9572, 8.3709, 3277.71},
-                                 {3, 6355.685, 25422.742, 1588.921, 47.0261, 7.7033, 3281.51}};
-  constexpr double arcsec = std::numbers::pi / 180 / 3600;
-  constexpr double arcmin = 60 * arcsec;
+  const std::vector<Row> rows = {{0.1, 418.454, 460.300, 38.3152},
+                                 {0.5, 1888.625, 2832.938, 42.2612},
+                                 {1, 3303.829, 6607.658, 44.1002},
+                                 {2, 5179.862, 15539.586, 45.9572},
+                                 {3, 6355.685, 25422.742, 47.0261}};
   const Cosmology cosmology;
   EXPECT_NEAR(cosmology.hubble_distance(), 4282.749, 0.5e-3);
   for (const Row& row : rows) {
     EXPECT_NEAR(cosmology.comoving_distance(row.z), row.comoving, 0.51e-3) << row.z;
     EXPECT_NEAR(cosmology.luminosity_distance(row.z), row.luminosity, 0.51e-3) << row.z;
-    EXPECT_NEAR(cosmology.angular_diameter_distance(row.z), row.angular, 0.51e-3) << row.z;
     EXPECT_NEAR(cosmology.distance_modulus(row.z), row.modulus, 0.51e-4) << row.z;
-    EXPECT_NEAR(cosmology.angular_diameter_distance(row.z) * 1e3 * arcsec, row.kpc_per_arcsec,
-                0.51e-4)
-        << row.z;
-    EXPECT_NEAR(cosmology.differential_volume(row.z) * arcmin * arcmin, row.volume_per_arcmin2,
-                0.51e-2)
-        << row.z;
   }
 }
 
 // FlatLambdaCDM(H0, Om0, Tcmb0=0) of astropy 5.2.1, to the ten digits printed.
 TEST(Cosmology, AgreesWithAstropy) {
   struct Row {
-    double h0, omega_m, z, comoving, luminosity, angular, modulus, volume;
+    double h0, omega_m, z, comoving, luminosity, modulus;
   };
-  const std::vector<Row> rows = {
-      {70, 0.3, 0.01, 42.73092581, 43.15823507, 42.30784734, 33.17531838, 7784706.654},
-      {70, 0.3, 1, 3303.828806, 6607.657612, 1651.914403, 44.10023766, 2.655075571e+10},
-      {70, 0.3, 7, 8627.602323, 69020.81859, 1078.45029, 49.19490053, 2.566373944e+10},
-      {70, 0.3, 1100, 13683.51051, 15065545.07, 12.42825659, 60.88992425, 40075238.62},
-      {67.4, 0.315, 0.1, 434.1109946, 477.5220941, 394.6463588, 38.39496735, 797674526.6},
-      {67.4, 0.315, 2, 5312.075392, 15936.22618, 1770.691797, 46.01192742, 4.140297145e+10}};
+  const std::vector<Row> rows = {{70, 0.3, 0.01, 42.73092581, 43.15823507, 33.17531838},
+                                 {70, 0.3, 1, 3303.828806, 6607.657612, 44.10023766},
+                                 {70, 0.3, 7, 8627.602323, 69020.81859, 49.19490053},
+                                 {70, 0.3, 1100, 13683.51051, 15065545.07, 60.88992425},
+                                 {67.4, 0.315, 0.1, 434.1109946, 477.5220941, 38.39496735},
+                                 {67.4, 0.315, 2, 5312.075392, 15936.22618, 46.01192742}};
   // In units of the tenth digit of a number that starts with 1.
   constexpr double digits = 5e-10;
   for (const Row& row : rows) {
     const Cosmology cosmology(row.h0, row.omega_m);
     EXPECT_NEAR(cosmology.comoving_distance(row.z) / row.comoving, 1, digits) << row.z;
     EXPECT_NEAR(cosmology.luminosity_distance(row.z) / row.luminosity, 1, digits) << row.z;
-    EXPECT_NEAR(cosmology.angular_diameter_distance(row.z) / row.angular, 1, digits) << row.z;
     EXPECT_NEAR(cosmology.distance_modulus(row.z) / row.modulus, 1, digits) << row.z;
-    EXPECT_NEAR(cosmology.differential_volume(row.z) / row.volume, 1, digits) << row.z;
   }
-  const Cosmology cosmology;
-  EXPECT_NEAR(cosmology.angular_diameter_distance(0.5, 1) / 707.6017049770254, 1, 1.6e-14);
-  EXPECT_NEAR(cosmology.angular_diameter_distance(0.3, 2) / 1328.488401564715, 1, 1e-15);
 }
 
 // Einstein-de Sitter: D_C = 2 c/H0 (1 - (1+z)^-1/2); without matter: c z/H0.
@@ -75,10 +60,6 @@ TEST(Cosmology, ClosedForms) {
     const double expected = 2 * matter.hubble_distance() * z / (root * (1 + root));
     EXPECT_NEAR(matter.comoving_distance(z) / expected, 1, 5e-16) << z;
     EXPECT_NEAR(empty.comoving_distance(z) / (empty.hubble_distance() * z), 1, 2.5e-15) << z;
-    EXPECT_NEAR(matter.differential_volume(z) * std::pow(1 + z, 1.5) /
-                    (matter.hubble_distance() * expected * expected),
-                1, 1e-15)
-        << z;
   }
 }
 
@@ -87,8 +68,6 @@ TEST(Cosmology, Limits) {
   EXPECT_EQ(cosmology.comoving_distance(0), 0);
   EXPECT_EQ(cosmology.luminosity_distance(0), 0);
   EXPECT_EQ(cosmology.distance_modulus(0), -std::numeric_limits<double>::infinity());
-  EXPECT_EQ(cosmology.angular_diameter_distance(1, 1), 0);
-  EXPECT_EQ(cosmology.angular_diameter_distance(0, 2), cosmology.angular_diameter_distance(2));
   // Hubble's law, with q0 = 3/2 Omega_m - 1: D_L = c/H0 (z + (1 - q0) z^2/2 + O(z^3)).
   constexpr double z = 1e-3;
   constexpr double q0 = 1.5 * 0.3 - 1;

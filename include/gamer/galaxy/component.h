@@ -182,8 +182,6 @@ class Component {
   /// Place of that name in the file.
   const SourceLocation& follows_where() const { return follows_where_; }
   const SourceLocation& where() const { return where_; }
-  /// Place of the name of the SED or extinction in the file.
-  const SourceLocation& spectrum_where() const { return spectrum_where_; }
 
  protected:
   std::string kind_;
@@ -198,7 +196,6 @@ class Component {
   std::unique_ptr<Texture> texture_;
   SourceLocation where_;
   SourceLocation follows_where_;
-  SourceLocation spectrum_where_;
 
   friend class ComponentReader;
 };

@@ -151,10 +151,6 @@ class PictureFile {
 /// The tone that make_picture() chooses for an image.
 PictureTone choose_tone(const Image& image, const std::vector<double>& wavelengths);
 
-/// Write a 16-bit PNG or 24-bit BMP, complete or absent; an old file is replaced. Throw RunError.
-void write_png(const std::filesystem::path& path, const Picture& picture);
-void write_bmp(const std::filesystem::path& path, const Picture& picture);
-
 /// A writer that collects the image's channels, then makes and writes one picture (.png or .bmp) in
 /// any layout. A PNG keeps the header's tables.
 std::unique_ptr<ImageWriter> make_picture_writer(const OutputOptions& options,

@@ -91,7 +91,6 @@ void complete(RenderJob& job, const Ranks& ranks, int threads, CalibrationMemory
 
 /// Reads and completes a job in this process.
 RenderJob load_job(const JobRequest& request, Resources& resources);
-RenderJob job_from_record(const Record& record);
 
 /// Measures galaxies with all ranks. Every rank calls this function with equal galaxies and ranges
 /// of footprints, one for each galaxy. Without ranges all footprints are measured. Results that

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "gamer/core/cancellation.h"
+#include "gamer/core/error.h"
 #include "gamer/core/resources.h"
 #include "gamer/galaxy/calibration/calibration_memory.h"
 #include "gamer/image/data_table.h"

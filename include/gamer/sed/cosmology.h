@@ -13,14 +13,9 @@ class Cosmology {
   double omega_m() const { return omega_m_; }
   double hubble_distance() const;  ///< c/H0
   double comoving_distance(double redshift) const;
-  double luminosity_distance(double redshift) const;        ///< (1+z) D_C
-  double angular_diameter_distance(double redshift) const;  ///< D_C/(1+z)
-  /// Distance of `source` as seen from `lens`; both are redshifts, lens <= source.
-  double angular_diameter_distance(double lens, double source) const;
+  double luminosity_distance(double redshift) const;  ///< (1+z) D_C
   /// 5 log10(D_L/10 pc), mag.
   double distance_modulus(double redshift) const;
-  /// dV_C/dz/dOmega = (c/H0) D_C^2/E, Mpc^3/sr.
-  double differential_volume(double redshift) const;
 
  private:
   double h0_, omega_m_;
