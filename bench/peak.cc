@@ -55,7 +55,6 @@ float WorkAtPeak(float factor, float term) {
   return hn::GetLane(hn::SumOfLanes(d, hn::Add(first, second)));
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

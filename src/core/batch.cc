@@ -33,7 +33,6 @@ Range RangeOf(const float* values, std::size_t size) {
   return range;
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -103,7 +103,6 @@ HWY_INLINE V ExpDouble(D d, V x) {
   return hn::Mul(Polynomial(d, r, taylor), hn::BitCast(d, hn::ShiftLeft<mantissa_bits>(exponent)));
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -148,7 +148,6 @@ HWY_INLINE V Atan2(D d, V y, V x) {
   return hn::CopySign(a, y);
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -433,7 +433,6 @@ void NormalVariates(std::uint64_t key, std::uint64_t first, double* out, std::si
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

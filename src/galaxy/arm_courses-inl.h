@@ -132,7 +132,6 @@ HWY_INLINE V ArmFactor(D d, V r, V angle, const ArmFactorInput& in) {
   return hn::MulAdd(hn::Set(d, in.floor - 1), missed, one);
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -54,7 +54,6 @@ void StraightenArms(const Points& points, const float* HWY_RESTRICT winding, flo
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

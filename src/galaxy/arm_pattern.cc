@@ -66,7 +66,6 @@ void LogarithmicShear(const float* HWY_RESTRICT r, std::size_t size, float inver
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

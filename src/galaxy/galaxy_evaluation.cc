@@ -167,7 +167,6 @@ void Largest(std::size_t size, const float* HWY_RESTRICT a, float* HWY_RESTRICT 
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -135,7 +135,6 @@ void SpiralKernel(const Points& points, const SpiralKernelInput& in, SpiralBatch
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -62,7 +62,6 @@ void SumVectorCell(const Points& points, const OctaveList& octaves, float* const
   SumOctavesVector<CellKernel<hn::ScalableTag<float>>>(points, octaves, out, components);
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -46,7 +46,6 @@ void AddMoments(std::size_t size, const float* HWY_RESTRICT weight, const float*
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -141,7 +141,6 @@ void Displace(const Points& points, BatchArray* displacement) {
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

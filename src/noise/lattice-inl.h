@@ -568,7 +568,6 @@ HWY_INLINE void SumOctavesVector(const Points& points, const OctaveList& octaves
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

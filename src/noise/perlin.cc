@@ -22,7 +22,6 @@ void SumVectorPerlin(const Points& points, const OctaveList& octaves, float* con
   SumOctavesVector<PerlinKernel<hn::ScalableTag<float>>>(points, octaves, out, components);
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -143,7 +143,6 @@ void ApplyExpected(const ShapeInput& shape, std::size_t size, const float* HWY_R
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -127,7 +127,6 @@ void SumVectorSimplex(const Points& points, const OctaveList& octaves, float* co
   SumOctavesVector<SimplexKernel<hn::ScalableTag<float>>>(points, octaves, out, components);
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -74,7 +74,6 @@ void SumVectorValue(const Points& points, const OctaveList& octaves, float* cons
   SumOctavesVector<ValueKernel<hn::ScalableTag<float>>>(points, octaves, out, components);
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

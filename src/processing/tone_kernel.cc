@@ -102,7 +102,6 @@ void ApplyTone(const ToneKernel& kernel, double* values, std::size_t count) {
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -24,7 +24,6 @@ void LogOf(const double* HWY_RESTRICT x, std::size_t size, double* HWY_RESTRICT 
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

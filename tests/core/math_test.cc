@@ -58,7 +58,6 @@ void Atan2Of(const float* HWY_RESTRICT y, const float* HWY_RESTRICT x, std::size
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -169,7 +169,6 @@ void FillLight(std::size_t size, const float* HWY_RESTRICT sum, const float* HWY
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -65,7 +65,6 @@ void LookUp(const TableInput& in, std::size_t size, const float* HWY_RESTRICT po
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -93,7 +93,6 @@ void BarEnvelope(const SampleBatch& batch, const BarKernelInput& in, float* HWY_
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

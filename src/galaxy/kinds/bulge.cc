@@ -44,7 +44,6 @@ void BulgeEnvelope(const SampleBatch& batch, const SpheroidMetric& metric,
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

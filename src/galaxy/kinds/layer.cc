@@ -110,7 +110,6 @@ void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* 
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

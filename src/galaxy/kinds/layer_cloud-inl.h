@@ -95,7 +95,6 @@ void PlaceCloud(const SampleBatch& batch, const BatchArray& v, const CloudInput&
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

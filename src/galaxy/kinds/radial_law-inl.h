@@ -54,7 +54,6 @@ HWY_INLINE V SquaredSech(D d, V e) {
   return hn::Div(hn::Mul(hn::Set(d, 4.0f), e), hn::Mul(sum, sum));
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

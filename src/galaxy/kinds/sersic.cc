@@ -53,7 +53,6 @@ void SersicEnvelope(const SampleBatch& batch, const SersicShape& shape, float* H
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -39,7 +39,6 @@ HWY_INLINE V MetricSquared(D d, const SampleBatch& batch, std::size_t i,
   return hn::MulAdd(hn::Mul(largest, largest), stretch, hn::Set(d, metric.softening));
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -26,7 +26,6 @@ HWY_INLINE V Taper(D d, V radius) {
   return hn::Mul(hn::Mul(hn::Mul(u, u), u), p);
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -471,7 +471,6 @@ void Scaled(std::size_t size, const float* HWY_RESTRICT density, float scale,
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

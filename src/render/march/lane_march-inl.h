@@ -456,7 +456,6 @@ HWY_INLINE void MarchThrough(const LaneNodes<D>& nodes, Absorption<D>& absorptio
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -255,7 +255,6 @@ void PlaceNodes(const MapArrays& arrays, const NodeMap::Places& out, VectorMemor
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -295,7 +295,6 @@ void IntegrateSegments(const SegmentNodes& segments, const SegmentCovers& covers
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();

@@ -42,7 +42,6 @@ void Dim(const StarFields::DistanceScale& scale, const float* HWY_RESTRICT share
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace gamer
 HWY_AFTER_NAMESPACE();
