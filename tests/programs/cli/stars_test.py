@@ -197,7 +197,8 @@ class Table(unittest.TestCase):
 
     def test_where_there_is_no_table(self):
         def case(also, *more, galaxy=STAR_FIELD, camera=CASES["outside"][0]):
-            files = {"render.par": TABLE + camera + "[stars]\ntable = true\n", "field.toml": galaxy, "scene.lst": ROWS}
+            files = {"render.par": TABLE + camera + "[stars]\ntable = true\n", "field.toml": galaxy,
+                     "scene.lst": ROWS}
             words = [word for setting in more for word in ("-s", setting)]
             return files, ("render.par", "scene.lst", *words), "render.par:", also
         check_wrong_inputs(self, {
