@@ -119,7 +119,7 @@ def main():
         observed = {b: expected(v, b) for b in LATITUDES}
         ratios = [found[b] / observed[b] for b in LATITUDES]
         farthest = max(farthest, *(abs(ratio - 1) for ratio in ratios))
-        cells = [f"{values[b]:.3g}" for values in (found, observed) for b in LATITUDES]
+        cells = [f"{float(f'{values[b]:.3g}'):g}" for values in (found, observed) for b in LATITUDES]
         print("| " + " | ".join([str(v), *cells, *(f"{ratio:.2f}" for ratio in ratios)]) + " |", flush=True)
     return 0 if farthest <= 0.3 else 1
 
