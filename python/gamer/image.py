@@ -79,6 +79,12 @@ class _Rendered:
         return None if columns is None else _table(columns)
 
     @property
+    def stars(self):
+        """Table STARS, the drawn stars of star fields; None without stars.table."""
+        columns = self._rendering.stars
+        return None if columns is None else _table(columns)
+
+    @property
     def header(self):
         """The FITS header of the primary HDU."""
         return self.to_hdulist()[0].header

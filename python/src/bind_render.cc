@@ -228,6 +228,11 @@ void bind_rendering(py::module_& module) {
                                const auto& truth = self.rendering().truth;
                                return truth ? py::object(columns_of(*truth)) : py::none();
                              })
+      .def_property_readonly("stars",
+                             [](const PythonRendering& self) -> py::object {
+                               const auto& stars = self.rendering().stars;
+                               return stars ? py::object(columns_of(*stars)) : py::none();
+                             })
       .def_property_readonly("is_stamps",
                              [](const PythonRendering& self) {
                                return makes_stamps(self.rendering().job->parameters);

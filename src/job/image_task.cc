@@ -17,6 +17,7 @@
 #include "gamer/image/fits/fits.h"
 #include "gamer/image/new_file.h"
 #include "gamer/job/schedule.h"
+#include "gamer/job/star_table.h"
 #include "gamer/job/truth_table.h"
 #include "image/output_file.h"
 #include "image/private_folder.h"
@@ -130,13 +131,14 @@ std::vector<fs::path> result_files(const RenderParameters& parameters, const Job
 
 void check_undamaged(const RenderParameters& parameters, const JobOptions& options,
                      const ImageHeader& image, const ImageHeader& truth) {
-  const bool has_table = options.truth && options.truth_table.empty();
+  const int extra =
+      (options.truth && options.truth_table.empty() ? 1 : 0) + (parameters.stars.table ? 1 : 0);
   const auto check = [](const OutputOptions& output, const ImageHeader& header, int tables) {
     const int hdus = fits_hdus(output, header) + tables;
     for (const fs::path& file : output_files(output, header)) check_sums(file, hdus);
   };
   try {
-    check(parameters.image.output, image, has_table ? 1 : 0);
+    check(parameters.image.output, image, extra);
     if (truth.planes() > 0) check(truth_output(parameters), truth, 0);
     // The table follows an empty primary HDU.
     constexpr int table_hdus = 2;
@@ -313,6 +315,18 @@ DataTable ImageTask::describe_objects(JournaledExecutor& executor, Progress::Sty
   return truth_table(job_, executor, [&](int objects) { add(objects, executor, progress); });
 }
 
+/// The table's two runs have the journal's sections after that of the image.
+DataTable ImageTask::find_stars(const Renderer& renderer, JournaledExecutor& executor,
+                                Progress::Style style) const {
+  Progress progress(renderer.height(), "rows of STARS", style, stderr);
+  const int image_section = executor.next_section();
+  executor.go_to(image_section + 1);
+  DataTable table =
+      star_table(job_, renderer, executor, [&](int rows) { add(rows, executor, progress); });
+  executor.go_to(image_section);
+  return table;
+}
+
 void ImageTask::render_rows(Executor& executor, Progress::Style style, RankReport& report) {
   JournaledExecutor journaled(executor, journal_.get());
   RunTimes before = executor.times();
@@ -321,6 +335,11 @@ void ImageTask::render_rows(Executor& executor, Progress::Style style, RankRepor
   const Renderer renderer = make_renderer(job_, options_);
   const auto blocks = blocks_of(renderer, executor, before);
   if (truth && options_.truth_table.empty()) header_.data_tables.push_back(*truth);
+  if (job_.parameters.stars.table) {
+    const RunTimes begin = executor.times();
+    header_.data_tables.push_back(find_stars(renderer, journaled, style));
+    before += executor.times() - begin;
+  }
   const std::unique_ptr<ImageWriter> writer = make_writer();
   Progress progress(renderer.height(), "rows", style, stderr);
   const bool is_single = is_single_precision(job_.parameters.image.output);
@@ -406,6 +425,11 @@ void help_render(const RenderJob& job, const JobOptions& options, Executor& exec
   if (options.truth) truth_table(job, executor);
   const Renderer renderer = make_renderer(job, options);
   const auto blocks = blocks_of(renderer, executor, before);
+  if (job.parameters.stars.table) {
+    const RunTimes begin = executor.times();
+    star_table(job, renderer, executor);
+    before += executor.times() - begin;
+  }
   run(renderer, blocks, executor, {}, report);
   report.runs += executor.times() - before;
 }

@@ -18,6 +18,7 @@
 #include "gamer/image/picture.h"
 #include "gamer/job/attenuation.h"
 #include "gamer/job/schedule.h"
+#include "gamer/job/star_table.h"
 #include "gamer/job/star_tone.h"
 #include "gamer/render/galaxy_measure.h"
 #include "gamer/render/renderer.h"
@@ -204,8 +205,10 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
   });
   pending.star_tone = measures_star_tone(parameters, *scene);
   if (has_observed) pending.attenuation = load_reference_band(parameters, resources);
-  return {std::move(parameters), camera, std::move(spectrum),
-          std::move(scene),      {},     std::move(pending)};
+  RenderJob job{std::move(parameters), camera, std::move(spectrum),
+                std::move(scene),      {},     std::move(pending)};
+  check_star_table(job);
+  return job;
 }
 
 namespace {

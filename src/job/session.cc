@@ -16,6 +16,7 @@
 #include "gamer/job/record.h"
 #include "gamer/job/schedule.h"
 #include "gamer/job/stamps.h"
+#include "gamer/job/star_table.h"
 #include "gamer/job/truth_table.h"
 #include "gamer/job/warnings.h"
 #include "gamer/parallel/ranks.h"
@@ -118,6 +119,9 @@ class Run {
     const Renderer renderer(job_.parameters, job_.camera, job_.scene, job_.spectrum, truth);
     const int width = renderer.width(), height = renderer.height();
     const auto planes = static_cast<int>(job_.spectrum.planes.size());
+    if (job_.parameters.stars.table) {
+      rendering_.stars = star_table(job_, renderer, executor_);
+    }
     rendering_.image = Image(width, height, planes);
     rendering_.truth_images = Image(width, height, renderer.planes() - planes);
     tell(Stage::rows, 0, height);
@@ -181,6 +185,7 @@ ImageHeader Rendering::header() const {
   ImageHeader header = make_image_header(*job);
   header.cards.push_back({"DATE", fits_date(), "time of writing (UTC)"});
   if (truth) header.data_tables.push_back(*truth);
+  if (stars) header.data_tables.push_back(*stars);
   return header;
 }
 

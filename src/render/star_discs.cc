@@ -144,4 +144,28 @@ void Renderer::add_field_stars(RowRange rows, LightSums& sums, RenderCounts& cou
   }
 }
 
+void Renderer::visit_field_stars(
+    RowRange rows, StarPainter::Detail detail,
+    const std::function<void(const StarPainter::Seen& star, glm::ivec2 pixel)>& take) const {
+  if (star_fields_->empty()) return;
+  const ImageRegion& window = camera_.window();
+  const RowRange lines{rows.first + window.bottom, rows.last + window.bottom};
+  RenderCounts counts;
+  for (int left = window.left; left < window.right(); left += star_tile) {
+    const StarPainter::Tile tile{left, std::min(left + star_tile, window.right()), lines.first,
+                                 lines.last};
+    const auto take_own = [&](const StarPainter::Seen& star) {
+      const glm::ivec2 own =
+          camera_.neighbour(star.pixel, static_cast<int>(std::round(star.pixel.x)),
+                            static_cast<int>(std::round(star.pixel.y)));
+      if (!(star.weight > 0) || own.x < tile.left || own.x >= tile.right || own.y < tile.bottom ||
+          own.y >= tile.top) {
+        return;
+      }
+      take(star, own);
+    };
+    painter_.paint(tile, 1, take_own, counts, detail);
+  }
+}
+
 }  // namespace gamer

@@ -262,6 +262,7 @@ bool RenderParameters::applies(std::string_view section_name, std::string_view k
   if (section_name == "image" && key == "size") return camera.projection != Projection::healpix;
   if (section_name == "stamps") return image.output.layout == ImageLayout::stamps;
   if (section_name == "animation") return animation.frames > 0;
+  if (section_name == "stars" && key == "table") return stars.table;
   // These keys say how all stars are drawn; the other keys are about field stars.
   if (section_name == "stars" && key != "antialiased" && key != "discs" && key != "white_point" &&
       key != "largest_radius") {

@@ -56,7 +56,10 @@ ParameterSection StarSettings::section() {
                          "picture that the image makes"),
        Parameter::number(
            "largest_radius", "pixels", Interval::closed(1, largest_star_radius), 8.0,
-           "largest radius of these discs; stars that need larger discs become brighter ones")},
+           "largest radius of these discs; stars that need larger discs become brighter ones"),
+       Parameter::boolean("table", false,
+                          "add table STARS to a FITS image: places, magnitudes, distances and "
+                          "optical depths of the stars of star fields that it draws")},
       {}};
 }
 
@@ -75,6 +78,7 @@ StarSettings StarSettings::read(const ParameterSet& values) {
   result.discs = optional_boolean(values, "discs");
   result.white_point = optional_number(values, "white_point");
   result.largest_radius = values.number("largest_radius");
+  result.table = values.boolean("table");
   return result;
 }
 

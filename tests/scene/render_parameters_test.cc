@@ -100,6 +100,7 @@ stars_per_pixel = 2
 antialiased = false
 white_point = 12.5
 largest_radius = 3
+table = true
 
 [scene]
 unit = "kpc"

@@ -121,6 +121,8 @@ class ImageTask {
   std::vector<std::filesystem::path> files() const;
   std::unique_ptr<ImageWriter> make_writer() const;
   DataTable describe_objects(JournaledExecutor& executor, Progress::Style style) const;
+  DataTable find_stars(const Renderer& renderer, JournaledExecutor& executor,
+                       Progress::Style style) const;
   void finish(ImageWriter& writer, const std::optional<DataTable>& truth);
   void render_rows(Executor& executor, Progress::Style style, RankReport& report);
 

@@ -48,7 +48,7 @@ std::vector<RowRange> unfinished_blocks(std::span<const RowRange> blocks,
                                         std::span<const RowRange> finished);
 
 /// An executor that takes finished rows from a journal and computes the others. Each run is the
-/// next section of the journal.
+/// next section of the journal, unless go_to() names another.
 class JournaledExecutor : public Executor {
  public:
   /// `journal` is the journal on rank 0; null on other ranks or if none is kept. Both arguments
@@ -61,6 +61,9 @@ class JournaledExecutor : public Executor {
   int workers() const override { return executor_.workers(); }
   const RunTimes& times() const override { return executor_.times(); }
 
+  int next_section() const { return section_; }
+  /// Sets the section of the next run.
+  void go_to(int section) { section_ = section; }
   /// Sets whether the following runs need only single precision; at first false.
   void keep_single(bool single) { single_ = single; }
   /// Whether the rows being consumed come from an earlier process.

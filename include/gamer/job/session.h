@@ -84,6 +84,7 @@ struct Rendering {
   Image truth_images;              ///< the planes of make_truth_header(); mostly empty
   std::vector<Stamp> stamps;       ///< by object, in layout "stamps"
   std::optional<DataTable> truth;  ///< table TRUTH, where it was asked for
+  std::optional<DataTable> stars;  ///< table STARS, where stars.table asks for it
   double unconverged_rays = 0;     ///< rays whose error may exceed the tolerance
   std::vector<std::string> warnings = {};
 

@@ -65,6 +65,12 @@ class Renderer {
   /// Renders values[plane * width + x] of pixels of a row, in the given ranges of columns and
   /// without stars that are drawn. Other columns have no light.
   void render_smooth(int y, std::span<const RowRange> columns, std::span<double> values) const;
+  /// Calls take(star, pixel) for the stars of star fields that rows of the image draw, once for the
+  /// star. The pixel of the whole image is the one that holds the star.
+  void visit_field_stars(
+      RowRange rows, StarPainter::Detail detail,
+      const std::function<void(const StarPainter::Seen& star, glm::ivec2 pixel)>& take) const;
+  const StarFields& star_fields() const { return *star_fields_; }
   /// Optical depth along the ray of a point of the image, at the first plane's wavelength.
   double optical_depth(double x, double y) const;
 

@@ -32,6 +32,8 @@ struct StarSettings {
   /// The brightness of discs in the image's unit; if not given, the white of the image's picture.
   std::optional<double> white_point;
   double largest_radius = 8;  ///< of a star's disc, pixels
+  /// Whether the image's file has a table of the stars of star fields that it draws.
+  bool table = false;
   /// PictureTone::numbers() of the image's picture, which complete() finds where discs need it.
   std::optional<std::array<double, 8>> tone;
 };

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <limits>
 #include <numeric>
 #include <optional>
 
@@ -106,9 +107,11 @@ struct StarPainter::Batch {
     glm::dvec2 pixel;
     double threshold;
     double luminosity;
+    double distance2;
     double light;  ///< w(q) L/d^2
     StarField::Candidate candidate;
   };
+  Detail detail = Detail::light;
   std::vector<Entry> entries;
   BatchArray x, y, z, density;
 
@@ -217,7 +220,8 @@ StarPainter::StarPainter(std::shared_ptr<const Scene> scene, const Camera& camer
 }
 
 void StarPainter::paint(const Tile& tile, double margin,
-                        const std::function<void(const Seen&)>& take, RenderCounts& counts) const {
+                        const std::function<void(const Seen&)>& take, RenderCounts& counts,
+                        Detail detail) const {
   const int more = static_cast<int>(std::ceil(margin));
   std::optional<GalaxyIndex::Ball> rays =
       index_.pixels(tile.left - more, tile.right + more, tile.bottom - more, tile.top + more);
@@ -244,6 +248,7 @@ void StarPainter::paint(const Tile& tile, double margin,
     }
   }
   Batch batch;
+  batch.detail = detail;
   for (const std::size_t number : order_) {
     const StarFields::Field& field = fields_->fields()[number];
     if (std::isinf(field.limit) || std::find(near.galaxies.begin(), near.galaxies.end(),
@@ -298,8 +303,8 @@ void StarPainter::paint_field(std::size_t number, const Tile& tile, double margi
       if (!(q > field.limit)) return;
       const std::optional<glm::dvec2> pixel = camera_.pixel(place);
       if (!pixel || !touches(camera_, tile, margin, *pixel)) return;
-      batch.entries.push_back(
-          {place, *pixel, candidate.threshold, luminosity, field.weight(q) * q, candidate});
+      batch.entries.push_back({place, *pixel, candidate.threshold, luminosity, distance2,
+                               field.weight(q) * q, candidate});
       if (batch.entries.size() == batch_capacity) {
         flush(number, dusty, batch, take, counts);
       }
@@ -309,12 +314,9 @@ void StarPainter::paint_field(std::size_t number, const Tile& tile, double margi
   flush(number, dusty, batch, take, counts);
 }
 
-void StarPainter::flush(std::size_t number, std::span<const int> dusty, Batch& batch,
-                        const std::function<void(const Seen&)>& take, RenderCounts& counts) const {
-  const StarFields::Field& field = fields_->fields()[number];
+void StarPainter::sift(const StarFields::Field& field, Batch& batch, RenderCounts& counts) const {
   const Galaxy& galaxy = *scene_->galaxies[static_cast<std::size_t>(field.galaxy)].galaxy;
   const std::size_t size = batch.entries.size();
-  if (size == 0) return;
   for (std::size_t i = 0; i < padded(size); ++i) {
     const double* place = i < size ? batch.entries[i].candidate.position : nullptr;
     batch.x[i] = place != nullptr ? static_cast<float>(place[0]) : 0;
@@ -330,20 +332,29 @@ void StarPainter::flush(std::size_t number, std::span<const int> dusty, Batch& b
     }
   }
   batch.entries.resize(kept);
-  find_depths(dusty, batch, counts);
+}
+
+void StarPainter::flush(std::size_t number, std::span<const int> dusty, Batch& batch,
+                        const std::function<void(const Seen&)>& take, RenderCounts& counts) const {
+  if (batch.entries.empty()) return;
+  const StarFields::Field& field = fields_->fields()[number];
+  sift(field, batch, counts);
+  const bool has_light = batch.detail == Detail::light;
+  if (has_light) find_depths(dusty, batch, counts);
 
   const Look& look = looks_[number];
   const SpectralBasis& basis = medium_.basis();
-  const std::size_t steps = basis.size(), planes = basis.planes();
+  const std::size_t steps = basis.size(), planes = has_light ? basis.planes() : 0;
   batch.flux.resize(planes);
   batch.dust_free.resize(planes);
   batch.mixed.resize(planes * steps);
-  for (std::size_t i = 0; i < kept; ++i) {
+  for (std::size_t i = 0; i < batch.entries.size(); ++i) {
     const Batch::Entry& entry = batch.entries[i];
     const double* weights = look.weights.front().data();
+    double temperature = std::numeric_limits<double>::quiet_NaN();
     if (!field.stars->has_one_sed()) {
-      const auto at = field.stars->population().place(
-          field.stars->temperature(entry.luminosity, entry.candidate));
+      temperature = field.stars->temperature(entry.luminosity, entry.candidate);
+      const auto at = field.stars->population().place(temperature);
       const std::vector<double>&cold = look.weights[at.first], &hot = look.weights[at.first + 1];
       for (std::size_t n = 0; n < batch.mixed.size(); ++n) {
         batch.mixed[n] = (1 - at.share) * cold[n] + at.share * hot[n];
@@ -361,7 +372,9 @@ void StarPainter::flush(std::size_t number, std::span<const int> dusty, Batch& b
       batch.flux[p] = scale * seen;
       batch.dust_free[p] = scale * free;
     }
-    take({field.galaxy, look.emitter, entry.pixel, batch.flux, batch.dust_free});
+    take({field.galaxy, look.emitter, entry.pixel, batch.flux, batch.dust_free, number, entry.place,
+          std::sqrt(entry.distance2), entry.luminosity,
+          field.weight(entry.luminosity / entry.distance2), temperature});
   }
   batch.entries.clear();
 }

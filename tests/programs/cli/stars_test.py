@@ -8,7 +8,11 @@ import unittest
 from sky_program import SkyFolder, check_wrong_inputs, nanojansky, toml  # First: the Python.
 
 import numpy as np
-from gamer_program import ENVIRONMENT, RANKS, STAR_FIELD, Folder, main
+from astropy.io import fits
+from astropy.wcs import WCS
+from gamer_job import Job
+from gamer_program import ENVIRONMENT, RANKS, SMOOTH, STAR_FIELD, Folder, main
+from scipy import constants
 
 # DATE is the only thing in a file that is not the job's.
 ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
@@ -81,6 +85,128 @@ class Stars(unittest.TestCase):
         # Stars of the field become discs.
         points = make(*few, "stars.discs=false", output="out.bmp")
         self.assertTrue(points not in pictures)
+
+
+TABLE = PARAMETERS.replace('output = "out.fits"', 'output = "out.fits"\nbitpix = -64')
+# So few stars that all are drawn, and no light is smooth.
+FEW = ("image.size=[40, 37]", "galaxy.field.starfield.number=3000", "sampling.stars_per_pixel=1e6")
+
+
+class Table(unittest.TestCase):
+    """Table STARS."""
+
+    def files(self, camera):
+        return {"render.par": TABLE + camera, "field.toml": STAR_FIELD, "scene.lst": ROWS}
+
+    def read(self, camera, *settings):
+        with Folder(**self.files(camera)) as folder:
+            words = [word for setting in ("stars.table=true", *settings) for word in ("-s", setting)]
+            done = folder.run("render.par", "scene.lst", "-q", *words)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            with fits.open(folder.path / "out.fits") as file:
+                return file[0].data.copy(), file[0].header.copy(), file["STARS"].data.copy(), \
+                    file["STARS"].header.copy()
+
+    def test_the_image_is_the_table_s_light(self):
+        image, _, stars, header = self.read(CASES["outside"][0], *FEW)
+        self.assertGreater(len(stars), 1000)
+        self.assertEqual((header["FIELD1"], header["FIELD2"]), ("starfield1", "starfield1"))
+        self.assertTrue((stars["share"] == 1).all())
+        self.assertGreater(stars["optical_depth"].max(), 0.5)
+        inner = (slice(1, -1), slice(1, -1))
+        for plane, label in zip(image, ("4400A", "8000A")):
+            flux = nanojansky(stars[f"mag_{label}"])
+            self.assertTrue((stars[f"mag_{label}"] >= stars[f"mag_dustfree_{label}"]).all())
+            expected = np.zeros(plane.shape)
+            x, y = stars["x"] - 1, stars["y"] - 1
+            left, below = np.floor(x).astype(int), np.floor(y).astype(int)
+            for i in (0, 1):
+                for j in (0, 1):
+                    share = (1 - abs(x - left - i)) * (1 - abs(y - below - j))
+                    inside = (left + i >= 0) & (left + i < 40) & (below + j >= 0) & (below + j < 37)
+                    np.add.at(expected, (below[inside] + j, left[inside] + i), (share * flux)[inside])
+            np.testing.assert_allclose(plane[inner], expected[inner], rtol=1e-9, atol=1e-9 * plane.max())
+        # Dust in front: the first plane's optical depth.
+        dimming = stars["mag_4400A"] - stars["mag_dustfree_4400A"]
+        np.testing.assert_allclose(dimming, 2.5 / np.log(10) * stars["optical_depth"], atol=1e-9)
+
+    def test_stars_are_black_bodies_of_their_luminosity(self):
+        _, _, stars, header = self.read(CASES["outside"][0], *FEW)
+        c2 = constants.h * constants.c / constants.k * 1e10  # Angstrom K
+
+        def planck(wavelength):
+            return wavelength**-5 / np.expm1(c2 / (wavelength * stars["temperature"]))
+
+        def flux(wavelength):
+            """f_nu, for f_lambda(5500 A) = L/d^2."""
+            return (stars["luminosity"] / stars["distance"]**2 * planck(wavelength) / planck(5500.)
+                    * wavelength**2)
+
+        for label, wavelength in (("4400A", 4400.), ("8000A", 8000.)):
+            for field in (1, 2):
+                own = stars["field"] == field
+                self.assertGreater(own.sum(), 100)
+                ratio = (nanojansky(stars[f"mag_dustfree_{label}"]) / flux(wavelength))[own]
+                # Blackbodies are mixed at temperatures in steps of 2 %.
+                np.testing.assert_allclose(ratio / np.median(ratio), 1, atol=2e-3)
+        self.assertEqual(set(stars["object"]), {1, 2})
+
+    def test_places_are_those_of_the_header(self):
+        image, header, stars, _ = self.read(CASES["equirectangular"][0], "image.size=[48, 24]")
+        wcs = WCS(header).celestial
+        longitude, latitude = wcs.wcs_pix2world(stars["x"], stars["y"], 1)
+        away = (longitude - stars["l"] + 180) % 360 - 180
+        self.assertGreater(len(stars), 100)
+        self.assertLess(abs(away).max(), 1e-9)
+        self.assertLess(abs(latitude - stars["b"]).max(), 1e-9)
+        self.assertTrue(((stars["x"] >= 0.5) & (stars["x"] <= 48.5)).all())
+        # Every star above the limit is there: the table of an image that draws more has the same ones.
+        _, _, more, _ = self.read(CASES["equirectangular"][0], "image.size=[48, 24]",
+                                  "sampling.stars_per_pixel=8")
+        bright = {star["luminosity"] for star in more}
+        self.assertLess(len(stars), len(more))
+        self.assertTrue({star["luminosity"] for star in stars} <= bright)
+
+    def test_the_same_for_any_ranks_and_threads(self):
+        for case, (_, size) in CASES.items():
+            with self.subTest(case):
+                files = {make(case, size, "stars.table=true", ranks=ranks, threads=threads)
+                         for ranks in RANKS for threads in (1, 2)}
+                self.assertEqual(len(files), 1)
+                self.assertIn(b"'STARS   '", files.pop())
+
+    def test_resumed(self):
+        arguments = ("render.par", "scene.lst", "-q", "-s", "image.size=160", "-s", "stars.table=true",
+                     "--journal", "0", "-j", "1")
+        camera = CASES["outside"][0]
+        with Folder(**self.files(camera)) as folder:
+            self.assertEqual(folder.run(*arguments).returncode, 0)
+            expected = folder.content()["out.fits"]
+        for size in (1000, 300000):
+            with self.subTest(size), Folder(**self.files(camera)) as folder:
+                with Job(folder, *arguments) as job:
+                    job.wait_for_journal(size, "out.fits")
+                    job.process.kill()
+                    job.end()
+                self.assertIn("out.fits.journal", folder.content())
+                done = folder.run(*arguments, "--resume")
+                self.assertEqual((done.returncode, done.stderr), (0, ""))
+                self.assertTrue(folder.content()["out.fits"] == expected)
+                # A complete file is known as complete.
+                self.assertEqual(folder.run(*arguments, "--resume").returncode, 0)
+
+    def test_where_there_is_no_table(self):
+        def case(also, *more, galaxy=STAR_FIELD, camera=CASES["outside"][0]):
+            files = {"render.par": TABLE + camera + "[stars]\ntable = true\n", "field.toml": galaxy,
+                     "scene.lst": ROWS}
+            words = [word for setting in more for word in ("-s", setting)]
+            return files, ("render.par", "scene.lst", *words), "render.par:", also
+        check_wrong_inputs(self, {
+            "a picture": case("a picture has no tables", "image.output=out.png"),
+            "no star field": case("no galaxy of the scene has a component of class starfield",
+                                  galaxy=SMOOTH),
+            "smooth light": case("draws no star", "sampling.stars_per_pixel=0"),
+        })
 
 
 def view(output, **more):

@@ -28,14 +28,22 @@ class StarPainter {
     glm::dvec2 pixel;              ///< from 0
     std::span<const double> flux;  ///< [plane] in the unit of the sums: brightness times sr
     std::span<const double> dust_free;
+    std::size_t field;   ///< number in StarFields::fields()
+    glm::dvec3 place;    ///< in the scene
+    double distance;     ///< 1 in an orthographic view
+    double luminosity;   ///< in the population's unit
+    double weight;       ///< w(q): the share of its light that is in `flux`
+    double temperature;  ///< K; NaN where all stars of the field have one spectrum
   };
+  /// What paint() finds of each star. Places alone cost no dust; fluxes are then empty.
+  enum class Detail { places, light };
 
   StarPainter(std::shared_ptr<const Scene> scene, const Camera& camera, const Medium& medium,
               const GalaxyIndex& index, std::shared_ptr<const StarFields> fields);
 
   /// Calls take() for every star within `margin` pixels of the tile.
   void paint(const Tile& tile, double margin, const std::function<void(const Seen&)>& take,
-             RenderCounts& counts) const;
+             RenderCounts& counts, Detail detail = Detail::light) const;
 
  private:
   /// The data that give the flux of a field's stars.
@@ -53,6 +61,8 @@ class StarPainter {
                    const std::function<void(const Seen&)>& take, RenderCounts& counts) const;
   void flush(std::size_t number, std::span<const int> dusty, Batch& batch,
              const std::function<void(const Seen&)>& take, RenderCounts& counts) const;
+  /// Keeps the batch's candidates that are stars.
+  void sift(const StarFields::Field& field, Batch& batch, RenderCounts& counts) const;
   /// Finds the optical depths of all dust up to the batch's stars, at the spectral nodes.
   void find_depths(std::span<const int> dusty, Batch& batch, RenderCounts& counts) const;
   /// Measures the dust columns of the batch's lines; their steps are halved until the accuracy is
