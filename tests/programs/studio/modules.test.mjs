@@ -10,7 +10,7 @@ import {parseFrame} from '../../../studio/framing.js';
 import {History} from '../../../studio/history.js';
 import {shareEdits, shareFactors, sharing, valueEdits} from '../../../studio/light.js';
 import {gaussianKernel, seeingOf} from '../../../studio/seeing.js';
-import {columnsOf, rowAfterDelete, rowsOf, valueOf, visibleRows} from '../../../studio/scene_rows.js';
+import {columnsOf, hasInclination, poleOf, rowAfterDelete, rowsOf, valueOf, visibleRows} from '../../../studio/scene_rows.js';
 import {positionOf, sliderScale, text, valueAt} from '../../../studio/scale.js';
 import {automaticTone, channelWeights, colour, level, lightOf, plainLook} from '../../../studio/stretch.js';
 import {enlarged, putStrip} from '../../../studio/strips.js';
@@ -394,4 +394,35 @@ test('up turns from key frame to key frame and stays across the view', () => {
     near(view.length(at.up), 1, 1e-12);
     near(view.dot(at.up, view.basis(at).back), 0, 1e-12);
   }
+});
+
+// --- orientations
+
+test('rows with an inclination turn with the camera', () => {
+  assert.equal(hasInclination('galaxy x inclination\nm51 0 -\nlmc 0 30\n'), true);
+  assert.equal(hasInclination('galaxy x inclination\nm51 0 -\n'), false);
+  assert.equal(hasInclination('galaxy axis_ratio ox oy oz\nsersic 0.5 1 0 0\n'), false);
+  assert.equal(hasInclination('galaxy x\nm51 0\n'), false);
+  assert.deepEqual(poleOf('galaxy ox oy oz\nlmc 1 2 3\nm51 0 -1 0.5\n', 'm51'), [0, -1, 0.5]);
+  assert.deepEqual(poleOf('galaxy ox oy oz\nm51 - - -\n', 'm51'), [0, 0, 1]);
+  assert.deepEqual(poleOf('galaxy x\nm51 0\n', 'lmc'), [0, 0, 1]);
+});
+
+test('directions go along with the pole', () => {
+  nearAll(view.alongPole([0, 0, 1], [3, -4, 12]), [3 / 13, -4 / 13, 12 / 13], 1e-15);
+  // The line of nodes of the turn stays.
+  nearAll(view.alongPole([4, 3, 0], [3, -4, 12]), [4, 3, 0], 1e-14);
+  nearAll(view.alongPole([1, 2, 3], [0, 0, 5]), [1, 2, 3], 0);
+  nearAll(view.alongPole([1, 2, 3], [0, 0, -1]), [1, -2, -3], 0);
+});
+
+test('which moves of the camera turn galaxies with an inclination', () => {
+  const flat = {projection: 'orthographic', position: [0, -3, 4], target: [0, 0, 0], up: [0, 0, 1], width: 2};
+  const deep = {...flat, projection: 'perspective', fov: 30};
+  assert.equal(view.turnsGalaxies(flat, view.pan(flat, 0.1, 0.2, 512)), false);
+  assert.equal(view.turnsGalaxies(flat, view.zoom(flat, 2)), false);
+  assert.equal(view.turnsGalaxies(flat, view.orbit(flat, 0.1, 0)), true);
+  assert.equal(view.turnsGalaxies(flat, view.roll(flat, 0.1)), true);
+  assert.equal(view.turnsGalaxies(deep, view.pan(deep, 0.1, 0.2, 512)), true);
+  assert.equal(view.turnsGalaxies({projection: 'sky'}, {projection: 'sky'}), false);
 });

@@ -215,6 +215,33 @@ class PageTest(unittest.TestCase):
         page.settle()
         self.assertEqual(page.value("studio.ui.camera.position"), first["position"])
 
+    def test_galaxies_with_an_inclination_are_orbited(self):
+        page = self.own_server({**FILES, "scene.lst": "galaxy x y z inclination pa\nmine 0 0 0 60 25\n"})
+        canvas, scene = page.find("#picture"), page.value("studio.doc.scene")
+        before = page.sums()[0]
+        page.drag(canvas, 40, 20)
+        page.wait(f"studio.doc.scene !== {scene!r}")
+        page.settle()
+        after = page.sums()[0]
+        self.assertGreater(sum(abs(a - b) for a, b in zip(before, after)), 0.05 * sum(before))
+        # The picture is the program's with the scene and the camera as they are saved.
+        camera = page.value("studio.ui.camera")
+        rendered = self.server.gamer("i.fits", f"--set=camera.position={camera['position']}",
+                                     scene=page.value("studio.doc.scene"))
+        self.assert_planes(page.sums(), read_planes(rendered), 5e-7)
+        # "Face-on" is along the galaxy's own axis.
+        page.keys("1")
+        page.settle()
+        row = dict(zip(*(line.split() for line in page.value("studio.doc.scene").splitlines())))
+        for name, place in zip(("ox", "oy", "oz"), page.value("studio.ui.camera.position")):
+            self.assertAlmostEqual(10 * float(row[name]), place, places=6)
+        page.keys(Keys.CONTROL, "z")
+        page.wait(f"studio.doc.scene === {scene!r}")
+        page.keys("0")
+        page.settle()
+        self.assertEqual(page.value("studio.doc.scene"), scene)
+        self.assertEqual(page.sums()[0], before)
+
     def test_fingers_orbit_pan_and_zoom(self):
         page = self.page
         canvas = page.find("#picture")

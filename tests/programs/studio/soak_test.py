@@ -3,8 +3,8 @@
 soak_test.py GSTUDIO GAMER SOURCE_DIR [SECONDS [SEED]]
 
 The server must live, its memory must not grow, the newest view must be answered, and each fortieth
-picture must be that of the program. An edit or a view may be refused only where the program refuses
-the galaxy with the same words; edits that add parts only for REFUSALS.
+picture must be that of the program. Edits and views may be refused only where the program refuses
+the galaxy with the same words. Edits that add parts may be refused only for REFUSALS.
 """
 
 import json
