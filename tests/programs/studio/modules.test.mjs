@@ -2,11 +2,12 @@
 
 import assert from 'node:assert/strict';
 import {test} from 'node:test';
+import {deflateSync} from 'node:zlib';
 
 import {animationProblem, animationSettings, cameraAt, smoothPath} from '../../../studio/animation.js';
 import {channelsOf, planeWeights} from '../../../studio/channels.js';
 import {excludedBy} from '../../../studio/document.js';
-import {parseFrame} from '../../../studio/framing.js';
+import {parseFrame, unpackSlices} from '../../../studio/framing.js';
 import {History} from '../../../studio/history.js';
 import {shareEdits, shareFactors, sharing, valueEdits} from '../../../studio/light.js';
 import {gaussianKernel, seeingOf} from '../../../studio/seeing.js';
@@ -57,15 +58,29 @@ test('wrong frames are refused', () => {
   assert.throws(() => parseFrame(long), RangeError);
 });
 
-test('slices of a draft have half-precision numbers', () => {
+test('slices of a draft are unpacked', async () => {
   const header = {axes: [{nodes: 2}, {nodes: 1}, {nodes: 4}], slice: 1, slices: 2, variants: true, planes: []};
-  const buffer = frameOf(header, new Array(12).fill(1));
-  const {halves, variants} = parseFrame(buffer);
-  assert.deepEqual([halves.length, variants.length], [16, 8]);
-  assert.equal(halves[1], 0x3f80);
-  assert.throws(() => parseFrame(frameOf(header, new Array(11).fill(1))), RangeError);
-  assert.equal(parseFrame(frameOf({...header, variants: false}, new Array(8).fill(1))).variants, null);
-  assert.throws(() => parseFrame(frameOf({...header, variants: false}, new Array(12).fill(1))), RangeError);
+  const packedOf = (codes, head = header) => {
+    const bytes = deflateSync(Buffer.from([...codes.map((code) => code >> 8), ...codes.map((code) => code & 255)]));
+    const empty = frameOf(head, []), whole = new Uint8Array(empty.byteLength + bytes.length);
+    whole.set(new Uint8Array(empty));
+    whole.set(bytes, empty.byteLength);
+    return parseFrame(whole.buffer);
+  };
+  // Codes 100, 101 and 99, 100 in the first plane; the second has 5 more, then 4 less; and so on.
+  const first = [200, 2, 198, 2], second = [10, 0, 7, 0], third = [0, 0, 0, 0], dust = [600, 1, 0, 0];
+  const others = [4, 0, 0, 0, 3, 0, 0, 0];
+  const {halves, variants} = await unpackSlices(packedOf([...first, ...second, ...third, ...dust, ...others]));
+  const of = (list, step, number) => [0, 1, 2, 3].map((i) => list[step * i + number] / 16);
+  assert.deepEqual(of(halves, 4, 0), [100, 101, 99, 100]);
+  assert.deepEqual(of(halves, 4, 1), [105, 106, 95, 96]);
+  assert.deepEqual(of(halves, 4, 2), [100, 101, 99, 100]);
+  assert.deepEqual(of(halves, 4, 3), [300, 299, 0, 0]);
+  assert.deepEqual(of(variants, 2, 0), [302, 301, 0, 0]);
+  assert.deepEqual(of(variants, 2, 1), [298, 297, 0, 0]);
+  const short = packedOf([...first, ...second, ...third, ...dust], {...header, variants: false});
+  assert.equal((await unpackSlices(short)).variants, null);
+  await assert.rejects(unpackSlices({...short, header}), RangeError);
 });
 
 test('strips replace rows of an enlarged frame', () => {
