@@ -165,6 +165,24 @@ class PageTest(unittest.TestCase):
         self.assertEqual(text, GALAXY.replace("optical_depth = 0.5", f"optical_depth = {depth}"))
         self.assert_planes(after, read_planes(self.server.gamer("b.fits", galaxy=text)), 5e-7)
 
+    def test_keys_work_after_a_value_is_typed(self):
+        page = self.page
+        page.run("studio.components.select(2)")
+        field = page.find('#parameters [data-key="optical_depth"] input[type=text]')
+        field.click()
+        page.keys(Keys.CONTROL, "a")
+        field.send_keys("1.25", Keys.ENTER)
+        page.settle()
+        self.assertIn("optical_depth = 1.25", page.value("studio.doc.text"))
+        page.keys("m")
+        page.wait("studio.ui.isMuted('mine', 'lanes')")
+        # What is no number stays in the field.
+        field.click()
+        field.send_keys(Keys.END, "x", Keys.ENTER)
+        self.assertEqual(page.value("document.activeElement.value"), "1.25x")
+        field.send_keys(Keys.ESCAPE)
+        page.settle()
+
     def test_share_of_light_follows_without_a_render(self):
         page = self.page
         page.select("core")
