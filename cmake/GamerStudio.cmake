@@ -10,7 +10,7 @@ add_custom_command(OUTPUT ${gamer_page_code}
   DEPENDS ${gamer_page_files} ${CMAKE_CURRENT_SOURCE_DIR}/cmake/EmbedPage.cmake VERBATIM)
 
 gamer_add_layer(studio LINK PUBLIC gamer_job PRIVATE fmt::fmt tomlplusplus::tomlplusplus
-                nlohmann_json::nlohmann_json Threads::Threads $<BUILD_INTERFACE:Boost::headers>
+                nlohmann_json::nlohmann_json Threads::Threads ZLIB::ZLIB $<BUILD_INTERFACE:Boost::headers>
                 $<BUILD_INTERFACE:CLI11::CLI11>)
 target_sources(gamer_studio PRIVATE ${gamer_page_code})
 

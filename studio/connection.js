@@ -61,7 +61,7 @@ export class Connection extends EventTarget {
   receive(data) {
     if (typeof data !== 'string') {
       const frame = parseFrame(data);
-      this.dispatchEvent(new CustomEvent(frame.halves ? 'draft' : 'frame', {detail: frame}));
+      this.dispatchEvent(new CustomEvent(frame.packed ? 'draft' : 'frame', {detail: frame}));
       return;
     }
     const message = JSON.parse(data);

@@ -2,6 +2,7 @@
 // their history. The server turns edits into texts; nothing else changes them.
 
 import {History} from './history.js';
+import {hasInclination} from './scene_rows.js';
 
 const mostModels = 400;
 const mostExcluded = 40;
@@ -29,6 +30,7 @@ export class StudioDocument extends EventTarget {
     this.draft = null;         // a state that is not in the history yet
     this.queue = Promise.resolve();
     this.wanted = null;        // the latest preview that has not been sent
+    this.fixed = null;         // the scene whose rows keep their orientation while the camera moves
   }
 
   /// Begins with what the server opened, or goes on with a history of the same files.
@@ -179,6 +181,25 @@ export class StudioDocument extends EventTarget {
       }
     });
     return this.queue;
+  }
+
+  /// Gives rows with an inclination their orientation in space, as this camera sees it, so that another
+  /// camera sees them from another side. A list that cannot be changed stays as it is.
+  fixOrientations(settings) {
+    if (this.scene === this.fixed) return;
+    this.fixed = this.scene;
+    if (!hasInclination(this.scene)) return;
+    this.queue = this.queue.then(async () => {
+      const {state} = this.history;
+      try {
+        const reply = await this.connection.request('fix_orientations', {...this.fields(settings), scene: state.scene});
+        this.fixed = reply.scene;
+        this.commit({...state, scene: reply.scene}, 'orientation in space');
+        this.dispatchEvent(new Event('fixed'));
+      } catch (error) {
+        this.problem(error);
+      }
+    });
   }
 
   /// Shows edits that a moving slider would make. Only the latest of those that wait is made.

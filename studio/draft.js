@@ -2,6 +2,7 @@
 // for each state of the galaxy. It is shown while the camera moves, where the GPU is fast enough.
 
 import {channelsOf} from './channels.js';
+import {unpackSlices} from './framing.js';
 import {march} from './draft_shader.js';
 import {basis, isFlat, scale, subtract} from './view.js';
 
@@ -23,7 +24,13 @@ export class Draft extends EventTarget {
     this.refused = null;   // key of what has no draft
     this.side = 0;         // longest side that is drawn in time; 0 for none
     this.isShown = false;
-    connection.addEventListener('draft', ({detail}) => this.take(detail));
+    this.taking = Promise.resolve();
+    // Slices are unpacked and taken in their order.
+    connection.addEventListener('draft', ({detail}) => {
+      if (detail.header.id !== this.asked?.id) return;
+      this.taking = this.taking.then(() => unpackSlices(detail)).then((slices) => this.take(slices))
+          .catch(() => { this.asked = null; });
+    });
     connection.addEventListener('message', ({detail}) => this.fail(detail));
     connection.addEventListener('lost', () => { this.asked = null; });
     picture.canvas.addEventListener('restored', () => this.forget());

@@ -4,7 +4,7 @@ import {h} from './dom.js';
 import {level} from './stretch.js';
 import {text} from './scale.js';
 
-const bins = 160, mostPixels = 65536, beyondWhite = 4;
+const bins = 160, mostPixels = 16384, beyondWhite = 4;
 
 /// Counts of light in bins of the scale that axis() spans, for each channel.
 export function countLight(sums, tone, gain, channels) {
@@ -74,7 +74,8 @@ export class Histogram {
   refresh() {
     const {ui, picture, preview} = this.app;
     if (!ui.tone || !this.element.offsetParent) return;
-    const sums = picture.read && !preview.isFinal ? picture.read : preview.isFinal ? picture.sums() : null;
+    // While light moves nothing is read back from the GPU.
+    const sums = picture.read ?? (preview.isFinal && !preview.shares ? picture.sums() : null);
     const key = `${ui.tone.slope}/${ui.tone.white}/${ui.look.exposure}`;
     if (sums && (sums !== this.sums || key !== this.key)) {
       this.counts = countLight(sums, ui.tone, 2 ** ui.look.exposure, preview.isGrey ? 1 : 3);

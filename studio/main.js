@@ -68,7 +68,7 @@ async function begin(opened) {
   const draft = new Draft({connection, doc, ui, picture, preview, stage});
   app = {connection, doc, ui, canvas, picture, preview, stage, draft};
   globalThis.studio = app;  // for the console and tests
-  app.navigation = new Navigation({canvas, stage, ui, preview, home: () => opened.camera});
+  app.navigation = new Navigation({canvas, stage, doc, ui, preview, home: () => opened.camera});
   app.seeds = new Seeds(app);
   app.files = new Files(app);
   app.outputs = new Outputs(app);
@@ -89,6 +89,9 @@ async function begin(opened) {
 
 function followChanges() {
   const {doc, ui, preview, picture, draft} = app;
+  doc.addEventListener('fixed', () => {
+    say('The rows of the scene now have their orientation in space (ox oy oz) instead of an inclination towards the camera.');
+  });
   doc.addEventListener('change', ({detail}) => { preview.ask(detail.moving); later(); });
   ui.addEventListener('camera', ({detail}) => {
     if (!detail.moving || !draft.show()) preview.ask(detail.moving);

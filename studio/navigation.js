@@ -1,14 +1,15 @@
 // Camera by mouse, touch and keys: drag orbits, Shift-drag pans, the wheel zooms, a double click
 // centres; two fingers pan and zoom.
 
-import {centre, isFlat, isSky, lookFrom, orbit, pan, roll, zoom, zoomAt} from './view.js';
+import {alongPole, cameraSettings, centre, isFlat, isSky, lookFrom, orbit, pan, roll, turnsGalaxies, zoom, zoomAt} from './view.js';
+import {poleOf} from './scene_rows.js';
 
 const turnPerWidth = Math.PI;      // radians for a drag across the picture
 const settleMs = 220;
 
 export class Navigation {
-  constructor({canvas, stage, ui, preview, home}) {
-    Object.assign(this, {canvas, stage, ui, preview, home});
+  constructor({canvas, stage, doc, ui, preview, home}) {
+    Object.assign(this, {canvas, stage, doc, ui, preview, home});
     this.pointers = new Map();
     canvas.addEventListener('pointerdown', (event) => this.down(event));
     canvas.addEventListener('pointermove', (event) => this.move(event));
@@ -23,6 +24,11 @@ export class Navigation {
 
   /// Shows a camera in motion; it settles when nothing follows.
   go(camera, settle = true) {
+    if (turnsGalaxies(this.ui.camera, camera)) this.doc.fixOrientations(cameraSettings(this.ui.camera));
+    this.show(camera, settle);
+  }
+
+  show(camera, settle = true) {
     this.ui.setCamera(camera, true);
     clearTimeout(this.timer);
     if (settle) this.timer = setTimeout(() => this.settle(), settleMs);
@@ -98,11 +104,21 @@ export class Navigation {
 
   zoomBy(factor) { this.go(zoom(this.ui.camera, factor)); }
   rollBy(angle) { this.go(roll(this.ui.camera, angle)); }
-  goHome() { this.go(this.home()); }
+  /// In the view of the file an inclination is what the file means.
+  goHome() { this.show(this.home()); }
 
-  /// Views of a galaxy whose disk lies in z = 0.
-  faceOn() { this.go(lookFrom(this.ui.camera, [0, 0, 1], [0, 1, 0])); }
-  edgeOn() { this.go(lookFrom(this.ui.camera, [0, -1, 0], [0, 0, 1])); }
-  oblique() { this.go(lookFrom(this.ui.camera, [0, -1, 0.6], [0, 0, 1])); }
+  /// Views of the chosen galaxy.
+  faceOn() { return this.look([0, 0, 1], [0, 1, 0]); }
+  edgeOn() { return this.look([0, -1, 0], [0, 0, 1]); }
+  oblique() { return this.look([0, -1, 0.6], [0, 0, 1]); }
+
+  async look(from, up) {
+    if (isSky(this.ui.camera)) return;
+    this.doc.fixOrientations(cameraSettings(this.ui.camera));
+    await this.doc.queue;
+    const pole = poleOf(this.doc.scene, this.doc.chosen);
+    this.go(lookFrom(this.ui.camera, alongPole(from, pole), alongPole(up, pole)));
+  }
+
   get canLook() { return isFlat(this.ui.camera); }
 }

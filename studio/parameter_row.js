@@ -52,7 +52,7 @@ export class ParameterRow {
     }
     this.input = h('input', {type: 'text', id: this.id, inputMode: this.isNumber ? 'decimal' : 'text',
                              autocomplete: 'off', spellcheck: false, onchange: () => this.typed(),
-                             onkeydown: (event) => { if (event.key === 'Escape') { this.write(); this.input.blur(); } }});
+                             onkeydown: (event) => this.leave(event)});
     if (words?.length) {
       const list = h('datalist', {id: `${this.id}-words`}, words.map((word) => h('option', {value: word})));
       this.input.setAttribute('list', list.id);
@@ -64,6 +64,17 @@ export class ParameterRow {
                               oninput: () => this.slide(false), onchange: () => this.slide(true),
                               onkeydown: (event) => this.key(event)});
     return [this.input, this.slider];
+  }
+
+  /// Escape drops what was typed. Enter takes it, and leaves the field so that the keys of the page work again.
+  leave(event) {
+    if (event.key === 'Escape') {
+      this.write();
+      this.input.blur();
+    } else if (event.key === 'Enter' && this.parse(this.input.value.trim()) !== undefined) {
+      if (this.slider) this.slider.focus();
+      else this.input.blur();
+    }
   }
 
   /// Arrow keys move by a hundredth of the slider, with Shift by a tenth.

@@ -1,7 +1,7 @@
 // The picture: float planes in a WebGL2 canvas. Planes are summed to three channels with a weight
 // for each plane and channel, then stretched. No change of weights or stretch needs the server.
 
-import {automaticTone, modes} from './stretch.js';
+import {automaticTone, modes, steepnessOf} from './stretch.js';
 import * as shaders from './shaders.js';
 import {kernelLength} from './seeing.js';
 
@@ -178,7 +178,15 @@ export class Picture {
 
   /// The tone that the program would choose for these channels.
   tone(isGrey) {
-    const sums = this.sums(), count = sums.length / 4;
+    const sums = this.sums();
+    if (this.toned?.sums !== sums || this.toned.isGrey !== isGrey) {
+      this.toned = {sums, isGrey, tone: this.toneOf(sums, isGrey)};
+    }
+    return this.toned.tone;
+  }
+
+  toneOf(sums, isGrey) {
+    const count = sums.length / 4;
     const channels = [];
     for (let c = 0; c < (isGrey ? 1 : 3); ++c) {
       const channel = new Float64Array(count);
@@ -192,11 +200,13 @@ export class Picture {
   draw(tone, look, seeing = null) {
     if (!this.frame || this.gl.isContextLost()) return;
     this.sumUp();
-    this.paint(this.seen(seeing), tone, look);
+    const {width, height} = this.frame.header;
+    this.paint(this.seen(seeing), tone, look, [width, height]);
   }
 
   /// Draws the channels of a texture.
-  paint(channels, tone, look) {
+  /// Pixels of `size` need no interpolation on a canvas of this size.
+  paint(channels, tone, look, size = null) {
     const gl = this.gl, {program, places} = this.stretching;
     gl.useProgram(program);
     gl.activeTexture(gl.TEXTURE0);
@@ -206,12 +216,15 @@ export class Picture {
     gl.uniform3fv(places.factor, tone.factor);
     gl.uniform1i(places.mode, modes.indexOf(look.mode));
     gl.uniform1f(places.slope, look.slope);
-    gl.uniform1f(places.white, Math.max(look.white - look.black, 0));
+    const white = Math.max(look.white - look.black, 0);
+    gl.uniform1f(places.white, white);
+    gl.uniform1f(places.steepness, steepnessOf(look.mode, look.slope * white));
     gl.uniform1f(places.handle, look.black);
     gl.uniform1f(places.gain, 2 ** look.exposure);
     gl.uniform1f(places.gamma, look.gamma);
     gl.uniform1f(places.saturation, look.saturation);
-    gl.uniform1i(places.smoothed, look.pixels ? 0 : 1);
+    const {width, height} = this.canvas, isSameSize = size && size[0] === width && size[1] === height;
+    gl.uniform1i(places.smoothed, look.pixels || isSameSize ? 0 : 1);
     gl.viewport(0, 0, this.canvas.width, this.canvas.height);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }

@@ -15,6 +15,22 @@ export function rowsOf(scene) {
   return {columns: lines[0] ?? [], rows: lines.slice(1)};
 }
 
+/// Whether rows have an inclination, which is that towards the camera.
+export function hasInclination(scene) {
+  const {columns, rows} = rowsOf(scene);
+  const places = ['inclination', 'axis_ratio'].map((name) => columns.indexOf(name)).filter((place) => place >= 0);
+  const isFree = columns.indexOf('ox');
+  return rows.some((row) => places.some((place) => (row[place] ?? none) !== none) && (row[isFree] ?? none) === none);
+}
+
+/// The axis of the first row of a galaxy, that of rows without `ox oy oz` where it has none.
+export function poleOf(scene, galaxy) {
+  const {columns, rows} = rowsOf(scene);
+  const row = rows.find((words) => words[columns.indexOf('galaxy')] === galaxy) ?? [];
+  const pole = ['ox', 'oy', 'oz'].map((name) => Number(row[columns.indexOf(name)] ?? NaN));
+  return pole.every(Number.isFinite) && pole.some((part) => part !== 0) ? pole : [0, 0, 1];
+}
+
 /// The value of a word: a number where the column has numbers, null for none.
 export function valueOf(word, type) {
   if (word === undefined || word === none) return null;

@@ -78,6 +78,7 @@ uniform vec3 factor;
 uniform int mode;        // 0 lupton, 1 asinh, 2 log, 3 linear
 uniform float slope;
 uniform float white;
+uniform float steepness; // log(1 + slope white) or asinh(slope white); 0 for a straight line
 uniform float handle;    // the black handle
 uniform float gain;
 uniform float gamma;
@@ -93,10 +94,8 @@ float inverse_sinh(float x) {
 
 float level(int shape, float value) {
   if (!(white > 0.0)) return 0.0;
-  float steep = slope * white;
-  if (shape == 3 || !(steep > 1e-6)) return value / white;
-  if (shape == 2) return log(1.0 + slope * value) / log(1.0 + steep);
-  return inverse_sinh(slope * value) / inverse_sinh(steep);
+  if (!(steepness > 0.0)) return value / white;
+  return (shape == 2 ? log(1.0 + slope * value) : inverse_sinh(slope * value)) / steepness;
 }
 
 vec3 light_at(vec2 at) {

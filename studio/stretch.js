@@ -34,13 +34,18 @@ export function channelWeights(wavelengths) {
   return weights;
 }
 
+/// What level() divides by for slope times white; 0 where the stretch is a straight line.
+export function steepnessOf(mode, steep) {
+  if (mode === 'linear' || !(steep > 1e-6)) return 0;
+  return mode === 'log' ? Math.log1p(steep) : Math.asinh(steep);
+}
+
 /// Brightness that a mode gives light of `value`: 0 at 0, 1 at `white`.
 export function level(mode, value, slope, white) {
   if (!(white > 0)) return 0;
-  const steep = slope * white;
-  if (mode === 'linear' || !(steep > 1e-6)) return value / white;
-  if (mode === 'log') return Math.log1p(slope * value) / Math.log1p(steep);
-  return Math.asinh(slope * value) / Math.asinh(steep);
+  const steepness = steepnessOf(mode, slope * white);
+  if (steepness === 0) return value / white;
+  return (mode === 'log' ? Math.log1p(slope * value) : Math.asinh(slope * value)) / steepness;
 }
 
 /// The light of brightness `brightness`: the inverse of level().

@@ -3,6 +3,7 @@
 import {$, h, tool} from './dom.js';
 import {animationProblem, animationSettings, cameraAt} from './animation.js';
 import {say} from './messages.js';
+import {cameraSettings} from './view.js';
 
 const framesPerSecond = 25;
 
@@ -83,6 +84,7 @@ export class TimeLine {
     this.time = Math.min(Math.max(time, 0), this.end);
     this.isPlaced = true;
     if (animationProblem(this.keys) === '') {
+      this.app.doc.fixOrientations(cameraSettings(this.keys[0].camera));
       const {keys} = this, first = keys[0].time, last = keys[keys.length - 1].time;
       this.app.ui.setCamera(cameraAt(keys, Math.min(Math.max(this.time, first), last)), moving);
     } else if (this.keys.length === 1 && !moving && this.keyAt(time)) {

@@ -27,6 +27,17 @@ export function basis(camera) {
 export const isSky = (camera) => camera.projection === 'sky';
 export const isFlat = (camera) => camera.projection === 'orthographic' || camera.projection === 'perspective';
 
+/// Whether a row's inclination, which is that towards the camera, means another orientation.
+export function turnsGalaxies(before, after) {
+  if (isSky(before) || isSky(after)) return false;
+  const seen = ({projection, position, target, up}) => {
+    const way = subtract(position, target);
+    return projection === 'orthographic' ? [...normalize(way), ...up] : [...position, ...target, ...up];
+  };
+  const from = seen(before), to = seen(after);
+  return from.length !== to.length || from.some((value, i) => Math.abs(value - to[i]) > 1e-9);
+}
+
 /// Scene units across the image in the plane of the target.
 export function across(camera) {
   if (camera.projection === 'orthographic') return camera.width;
@@ -118,6 +129,13 @@ export function lookFrom(camera, from, up) {
   if (isSky(camera)) return camera;
   const distance = length(subtract(camera.position, camera.target));
   return {...camera, position: tidy(add(camera.target, scale(normalize(from), distance))), up};
+}
+
+/// A direction of a galaxy whose axis is z, turned with it to the axis `pole` by the shortest way.
+export function alongPole(v, pole) {
+  const o = normalize(pole), across = [-o[1], o[0], 0], sine = length(across);
+  if (sine > 0) return turn(v, scale(across, 1 / sine), Math.atan2(sine, o[2]));
+  return o[2] > 0 ? v : [v[0], -v[1], -v[2]];
 }
 
 /// The keys of section [camera] that a camera has, as settings.

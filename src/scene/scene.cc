@@ -249,8 +249,9 @@ std::string SceneReader::read_plain_type() const {
 
 std::optional<double> SceneReader::read_inclination() {
   using namespace column;
-  if (row_.is_given(axis_ratio) && read_plain_type() != row_.text(galaxy)) {
-    return row_.is_given(inclination) ? row_.number(inclination) : 90;
+  if (row_.is_given(axis_ratio) && is_made()) {
+    if (row_.is_given(inclination)) return row_.number(inclination);
+    return row_.is_given(ox) ? std::nullopt : std::optional(90.0);
   }
   if (!row_.is_given(axis_ratio)) {
     return row_.is_given(inclination) ? std::optional(row_.number(inclination)) : std::nullopt;
@@ -292,6 +293,7 @@ glm::dmat3 SceneReader::orient(const glm::dvec3& centre) {
   const glm::dmat3 axes = read_axes(row_, inclined, centre, *first_camera_);
   if (!inclined) return axes;
   // The list of an animation gives orientations that do not depend on the camera.
+  if (!is_made()) row_.leave_out(column::axis_ratio);
   const double turn = turn_about_axis(axes);
   row_.replace(column::ox, axes[2].x);
   row_.replace(column::oy, axes[2].y);

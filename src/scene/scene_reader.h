@@ -61,6 +61,8 @@ class SceneReader {
   std::string read_plain_type() const;
   /// Angular radius of the ball, rad.
   double read_angular_radius(const Position& position);
+  /// Whether the galaxy is made from the row, by Sersic's law.
+  bool is_made() const { return read_plain_type() != row_.text(column::galaxy); }
   /// The inclination that the row tells, deg.
   std::optional<double> read_inclination();
   Lensing read_lensing() const;

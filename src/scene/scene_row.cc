@@ -226,7 +226,7 @@ void SceneRow::fail_without(Column column, std::initializer_list<Column> wanted,
 bool SceneRow::stands_in_lines(Column column) const {
   if (!is_fixed_) return has(column);
   using namespace column;
-  return column != inclination && column != axis_ratio &&
+  return column != inclination &&
          (has(column) || column == ox || column == oy || column == oz || column == pa);
 }
 
@@ -244,7 +244,7 @@ std::string SceneRow::line() const {
   for (std::size_t c = 0; c < sources_.size(); ++c) {
     const auto column = static_cast<Column>(c);
     if (!stands_in_lines(column)) continue;
-    std::string text = word(column);
+    std::string text = left_out_.contains(column) ? std::string(default_word) : word(column);
     if (replaced_.contains(column) || (sources_[c].factor != 1 && is_given(column)) ||
         sexagesimal(column)) {
       text = fmt::format("{}", number(column));

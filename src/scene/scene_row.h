@@ -3,6 +3,7 @@
 #include <initializer_list>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,9 +25,12 @@ class SceneRow {
   void select(std::size_t row) {
     row_ = row;
     replaced_.clear();
+    left_out_.clear();
   }
   /// Replaces the value of a column of the selected row.
   void replace(Column column, double value) { replaced_[column] = value; }
+  /// Leaves the selected row's line without a value of a column.
+  void leave_out(Column column) { left_out_.insert(column); }
   /// Makes lines have ox oy oz and pa (set by replace()) in place of inclination.
   void fix_orientation() { is_fixed_ = true; }
 
@@ -91,6 +95,7 @@ class SceneRow {
   std::vector<std::size_t> override_columns_;
   std::size_t row_ = 0;
   std::map<Column, double> replaced_;
+  std::set<Column> left_out_;
   bool is_fixed_ = false;
 };
 

@@ -12,6 +12,7 @@
 #include "studio/galaxy_text.h"
 #include "studio/job_files.h"
 #include "studio/model.h"
+#include "studio/scene_orientation.h"
 
 namespace gamer {
 namespace {
@@ -64,6 +65,12 @@ Json Answers::operator()(const EditRequest& request) const {
 Json Answers::operator()(const EditSceneRequest& request) const {
   std::string scene = edit_scene(request.text, request.edits, document_.label);
   return {{"op", "edited"}, {"scene", std::move(scene)}};
+}
+
+Json Answers::operator()(const FixOrientationsRequest& request) const {
+  paths_.check(request.document);
+  return {{"op", "edited"},
+          {"scene", fix_orientations(session_, document_.label, request.document)}};
 }
 
 Json Answers::operator()(const GalaxyRequest& request) {

@@ -22,6 +22,7 @@ class Answers {
   nlohmann::json operator()(const OpenRequest& request) const;
   nlohmann::json operator()(const EditRequest& request) const;
   nlohmann::json operator()(const EditSceneRequest& request) const;
+  nlohmann::json operator()(const FixOrientationsRequest& request) const;
   nlohmann::json operator()(const GalaxyRequest& request);
   nlohmann::json operator()(const ModelRequest& request) const;
   nlohmann::json operator()(const SaveRequest& request);

@@ -17,6 +17,7 @@
 #include "gamer/render/stars/star_fields.h"
 #include "job/make_job.h"
 #include "studio/document.h"
+#include "studio/draft_bytes.h"
 #include "studio/frame.h"
 #include "studio/model.h"
 
@@ -400,16 +401,8 @@ std::string encode_slices(const Draft& draft, std::int64_t id, int first, int co
                      {"centre", {draft.centre.x, draft.centre.y, draft.centre.z}},
                      {"radius", draft.radius},
                      {"variants", !draft.variants.empty()}};
-  const auto all = static_cast<std::size_t>(draft.axes[2].nodes);
-  const auto part = [&](const std::vector<std::uint16_t>& numbers) {
-    const std::size_t slice = numbers.size() / all;
-    return std::span(numbers).subspan(slice * static_cast<std::size_t>(first),
-                                      slice * static_cast<std::size_t>(count));
-  };
-  const auto voxels = part(draft.voxels), variants = part(draft.variants);
-  FrameEncoder frame(json_text(head), (voxels.size() + variants.size()) / 2);
-  frame.add(voxels);
-  frame.add(variants);
+  FrameEncoder frame(json_text(head), 0);
+  frame.add(packed_slices(draft, first, count));
   return frame.take();
 }
 

@@ -67,7 +67,8 @@ struct Draft {
 Draft make_draft(const Session& session, const std::string& label, const DraftRequest& request,
                  const Cancellation& cancellation);
 
-/// The message of some slices z = `first`... of a draft: a head as of FrameEncoder, then voxels.
+/// The message of some slices z = `first`... of a draft: a head as of FrameEncoder, then
+/// packed_slices().
 std::string encode_slices(const Draft& draft, std::int64_t id, int first, int count);
 /// Sends a draft in messages of few slices, so that views need not wait for all of it. The last
 /// message is returned.

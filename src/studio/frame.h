@@ -5,6 +5,7 @@
 #include <cstring>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace gamer {
@@ -33,10 +34,7 @@ class FrameEncoder {
     }
   }
 
-  /// Numbers of half precision, an even number of them.
-  void add(std::span<const std::uint16_t> halves) {
-    bytes_.append(reinterpret_cast<const char*>(halves.data()), halves.size_bytes());
-  }
+  void add(std::string_view bytes) { bytes_ += bytes; }
 
   std::string take() { return std::move(bytes_); }
 

@@ -282,6 +282,9 @@ class EditedText {
     element_at(edit.list, edit.index);
     const auto index = static_cast<std::size_t>(edit.index);
     if (edit.list == TextList::components) {
+      if (list_of(edit.list).size() == 1) {
+        throw InputError({label_, 0, 0}, "a galaxy needs at least one [[component]]");
+      }
       keep_names(index + 1);
     } else {
       refuse_left_arm(tree_, edit.index);

@@ -320,6 +320,8 @@ const std::map<std::string, std::function<Request(Members&)>, std::less<>>& oper
       {"edit_parameters",
        [](Members& m) -> Request { return parse_edits(m, "parameters", false); }},
       {"edit_scene", [](Members& m) -> Request { return parse_scene_edits(m); }},
+      {"fix_orientations",
+       [](Members& m) -> Request { return FixOrientationsRequest{document_of(m)}; }},
       {"galaxy",
        [](Members& m) -> Request { return GalaxyRequest{m.text("galaxy", most_name_bytes)}; }},
       {"save_scene",

@@ -41,6 +41,10 @@ struct EditSceneRequest {
   std::string text;
   std::vector<SceneEdit> edits;
 };
+/// Orientations in space for rows that have an inclination.
+struct FixOrientationsRequest {
+  PageDocument document;
+};
 /// The text of a galaxy of the catalogue.
 struct GalaxyRequest {
   std::string name;
@@ -90,7 +94,7 @@ struct Message {
   std::int64_t id = 0;
   std::variant<OpenRequest, EditRequest, EditSceneRequest, GalaxyRequest, ModelRequest, ViewRequest,
                CancelRequest, SaveRequest, SaveSceneRequest, CommandRequest, RenderRequest,
-               OutputsRequest, DraftRequest>
+               OutputsRequest, DraftRequest, FixOrientationsRequest>
       request;
 };
 

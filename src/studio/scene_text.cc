@@ -195,7 +195,27 @@ class EditedScene {
       cell.resize(std::max(next - begin, word.size() + 1), ' ');
     }
     text_.replace(begin, next - begin, cell);
-    read();
+    move_words(line, column, word.size(), cell.size() - (next - begin));
+  }
+
+  /// Places of words after one of `size` bytes has been put and what follows has moved by `shift`,
+  /// which wraps where it is negative.
+  void move_words(std::size_t line, std::size_t column, std::size_t size, std::size_t shift) {
+    Line& own = lines_[line];
+    own.words[column].end = own.words[column].begin + size;
+    own.end += shift;
+    for (std::size_t i = column + 1; i < own.words.size(); ++i) {
+      own.words[i].begin += shift;
+      own.words[i].end += shift;
+    }
+    for (std::size_t i = line + 1; i < lines_.size(); ++i) {
+      lines_[i].begin += shift;
+      lines_[i].end += shift;
+      for (Line::Word& word : lines_[i].words) {
+        word.begin += shift;
+        word.end += shift;
+      }
+    }
   }
 
   std::string text_;

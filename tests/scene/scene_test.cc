@@ -36,7 +36,8 @@ Resources resources() {
                                  {"galaxies/noisy", "galaxies/noisy.toml", noisy_galaxy},
                                  {"galaxies/table", "galaxies/table.toml", tabulated_galaxy},
                                  {"galaxies/dusty", "galaxies/dusty.toml", dusty_galaxy},
-                                 {"seds/Sbc", "seds/Sbc.sed", sbc}});
+                                 {"seds/Sbc", "seds/Sbc.sed", sbc},
+                                 {"seds/E", "seds/E.sed", sbc}});
 }
 
 Scene read(const std::string& list, const std::string& parameters = "") {
@@ -114,6 +115,38 @@ TEST(Scene, DashMeansTheDefault) {
   EXPECT_EQ(g.radius, 1);
   EXPECT_EQ(g.seed, 1u);
   EXPECT_LT(distance(g.to_ball * glm::dvec3(1, 2, 0.5), {1, 1, 1}), rounding);
+}
+
+TEST(Scene, GalaxiesOfARowAreEdgeOnOrAlongTheirAxis) {
+  // The default camera is at (0, -3, 0): towards it, and turned by 90 degrees about the node.
+  const Scene scene = read(
+      "galaxy sersic_index axis_ratio inclination x y z ox oy oz\n"
+      "sersic 1 0.5 - 0 0 0 - - -\n"
+      "sersic 1 0.5 0 0 0 0 - - -\n"
+      "sersic 1 0.5 - 0 0 0 0.6 0 0.8\n",
+      "[camera]\nposition = [0, -3, 0]\n[sampling]\ntolerance = 0.01\n");
+  EXPECT_LT(std::abs(scene.galaxies[0].pole.y), rounding);
+  EXPECT_LT(distance(scene.galaxies[1].pole, {0, -1, 0}), rounding);
+  EXPECT_LT(distance(scene.galaxies[2].pole, {0.6, 0, 0.8}), rounding);
+  for (const PlacedGalaxy& galaxy : scene.galaxies) EXPECT_EQ(galaxy.type, scene.galaxies[0].type);
+}
+
+TEST(Scene, TheListOfAFilmHasOrientationsInSpace) {
+  const std::string camera = "[camera]\nposition = [0, -3, 0]\n";
+  const Scene film = read(
+      "galaxy sersic_index axis_ratio inclination x y z pa\n"
+      "sersic 1 0.5 - 0 0 0 20\n"
+      "smooth - - 40 0 0 0 70\n"
+      "smooth - 0.9 - 0 0 0 0\n",
+      camera + "[animation]\nframes = 2\n");
+  const Scene again = read(std::string(film.list), camera + "[sampling]\ntolerance = 0.01\n");
+  ASSERT_EQ(again.galaxies.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(again.galaxies[i].type, film.galaxies[i].type);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_LT(distance(again.galaxies[i].to_ball[c], film.galaxies[i].to_ball[c]), rounding);
+    }
+  }
 }
 
 TEST(Scene, ReadsEveryColumn) {

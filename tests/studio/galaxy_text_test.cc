@@ -318,6 +318,11 @@ TEST(GalaxyText, FirstArmsAreThoseOfThePattern) {
   EXPECT_EQ(first(law + "\n").find("offset = 180"), first(law + "\n").rfind("offset"));
 }
 
+TEST(GalaxyText, TheLastComponentStays) {
+  EXPECT_EQ(message("[[component]]\nclass = \"bulge\"\n", {DeleteEdit{0}}),
+            "x.toml: a galaxy needs at least one [[component]]");
+}
+
 TEST(GalaxyText, BranchesKeepTheirArm) {
   const std::string text =
       "[arms]\nmodel = \"logarithmic\"\n[[arm]]\noffset = 0\n[[arm]]\noffset = 90\n[[arm]]\n"

@@ -47,6 +47,7 @@ TEST(Message, EveryOperation) {
   EXPECT_EQ(index(R"("render","name":"x.fits",)" + document), 10u);
   EXPECT_EQ(index(R"("outputs")"), 11u);
   EXPECT_EQ(index(R"("draft",)" + document + R"(,"size":64)"), 12u);
+  EXPECT_EQ(index(R"("fix_orientations",)" + document), 13u);
 }
 
 TEST(Message, EditsOfArmsAndRows) {

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "core/denormals.h"
+#include "gamer/core/cancellation.h"
 #include "gamer/core/clock.h"
 
 namespace gamer {
@@ -198,6 +199,7 @@ void AdaptiveSampler::begin_level(AdaptiveWorkspace& ws) const {
 
 void AdaptiveSampler::evaluate(std::span<const std::span<const Hit>> hits, SegmentLevel& level,
                                AdaptiveWorkspace& ws, RenderCounts& counts) const {
+  check_cancelled();
   medium_.evaluate(hits, ws.covers, level.variants, level.nodes, counts);
   counts.nodes += level.nodes.size();
 }
@@ -206,6 +208,7 @@ void AdaptiveSampler::integrate(const SegmentLevel& level, std::size_t variant,
                                 std::span<const double> weights, const std::uint8_t* has_variants,
                                 bool is_first, AdaptiveWorkspace& ws) const {
   static_assert(RayNodes::padding >= SegmentNodes::padding);
+  check_cancelled();
   ws.light.clear();
   for (std::size_t slot = 0; slot < ws.light_slots; ++slot) {
     ws.light.push_back(level.nodes.light[slot].data());

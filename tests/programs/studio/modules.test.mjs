@@ -2,15 +2,16 @@
 
 import assert from 'node:assert/strict';
 import {test} from 'node:test';
+import {deflateSync} from 'node:zlib';
 
 import {animationProblem, animationSettings, cameraAt, smoothPath} from '../../../studio/animation.js';
 import {channelsOf, planeWeights} from '../../../studio/channels.js';
 import {excludedBy} from '../../../studio/document.js';
-import {parseFrame} from '../../../studio/framing.js';
+import {parseFrame, unpackSlices} from '../../../studio/framing.js';
 import {History} from '../../../studio/history.js';
 import {shareEdits, shareFactors, sharing, valueEdits} from '../../../studio/light.js';
 import {gaussianKernel, seeingOf} from '../../../studio/seeing.js';
-import {columnsOf, rowAfterDelete, rowsOf, valueOf, visibleRows} from '../../../studio/scene_rows.js';
+import {columnsOf, hasInclination, poleOf, rowAfterDelete, rowsOf, valueOf, visibleRows} from '../../../studio/scene_rows.js';
 import {positionOf, sliderScale, text, valueAt} from '../../../studio/scale.js';
 import {automaticTone, channelWeights, colour, level, lightOf, plainLook} from '../../../studio/stretch.js';
 import {enlarged, putStrip} from '../../../studio/strips.js';
@@ -57,15 +58,29 @@ test('wrong frames are refused', () => {
   assert.throws(() => parseFrame(long), RangeError);
 });
 
-test('slices of a draft have half-precision numbers', () => {
+test('slices of a draft are unpacked', async () => {
   const header = {axes: [{nodes: 2}, {nodes: 1}, {nodes: 4}], slice: 1, slices: 2, variants: true, planes: []};
-  const buffer = frameOf(header, new Array(12).fill(1));
-  const {halves, variants} = parseFrame(buffer);
-  assert.deepEqual([halves.length, variants.length], [16, 8]);
-  assert.equal(halves[1], 0x3f80);
-  assert.throws(() => parseFrame(frameOf(header, new Array(11).fill(1))), RangeError);
-  assert.equal(parseFrame(frameOf({...header, variants: false}, new Array(8).fill(1))).variants, null);
-  assert.throws(() => parseFrame(frameOf({...header, variants: false}, new Array(12).fill(1))), RangeError);
+  const packedOf = (codes, head = header) => {
+    const bytes = deflateSync(Buffer.from([...codes.map((code) => code >> 8), ...codes.map((code) => code & 255)]));
+    const empty = frameOf(head, []), whole = new Uint8Array(empty.byteLength + bytes.length);
+    whole.set(new Uint8Array(empty));
+    whole.set(bytes, empty.byteLength);
+    return parseFrame(whole.buffer);
+  };
+  // Codes 100, 101 and 99, 100 in the first plane; the second has 5 more, then 4 less; and so on.
+  const first = [200, 2, 198, 2], second = [10, 0, 7, 0], third = [0, 0, 0, 0], dust = [600, 1, 0, 0];
+  const others = [4, 0, 0, 0, 3, 0, 0, 0];
+  const {halves, variants} = await unpackSlices(packedOf([...first, ...second, ...third, ...dust, ...others]));
+  const of = (list, step, number) => [0, 1, 2, 3].map((i) => list[step * i + number] / 16);
+  assert.deepEqual(of(halves, 4, 0), [100, 101, 99, 100]);
+  assert.deepEqual(of(halves, 4, 1), [105, 106, 95, 96]);
+  assert.deepEqual(of(halves, 4, 2), [100, 101, 99, 100]);
+  assert.deepEqual(of(halves, 4, 3), [300, 299, 0, 0]);
+  assert.deepEqual(of(variants, 2, 0), [302, 301, 0, 0]);
+  assert.deepEqual(of(variants, 2, 1), [298, 297, 0, 0]);
+  const short = packedOf([...first, ...second, ...third, ...dust], {...header, variants: false});
+  assert.equal((await unpackSlices(short)).variants, null);
+  await assert.rejects(unpackSlices({...short, header}), RangeError);
 });
 
 test('strips replace rows of an enlarged frame', () => {
@@ -394,4 +409,35 @@ test('up turns from key frame to key frame and stays across the view', () => {
     near(view.length(at.up), 1, 1e-12);
     near(view.dot(at.up, view.basis(at).back), 0, 1e-12);
   }
+});
+
+// --- orientations
+
+test('rows with an inclination turn with the camera', () => {
+  assert.equal(hasInclination('galaxy x inclination\nm51 0 -\nlmc 0 30\n'), true);
+  assert.equal(hasInclination('galaxy x inclination\nm51 0 -\n'), false);
+  assert.equal(hasInclination('galaxy axis_ratio ox oy oz\nsersic 0.5 1 0 0\n'), false);
+  assert.equal(hasInclination('galaxy x\nm51 0\n'), false);
+  assert.deepEqual(poleOf('galaxy ox oy oz\nlmc 1 2 3\nm51 0 -1 0.5\n', 'm51'), [0, -1, 0.5]);
+  assert.deepEqual(poleOf('galaxy ox oy oz\nm51 - - -\n', 'm51'), [0, 0, 1]);
+  assert.deepEqual(poleOf('galaxy x\nm51 0\n', 'lmc'), [0, 0, 1]);
+});
+
+test('directions go along with the pole', () => {
+  nearAll(view.alongPole([0, 0, 1], [3, -4, 12]), [3 / 13, -4 / 13, 12 / 13], 1e-15);
+  // The line of nodes of the turn stays.
+  nearAll(view.alongPole([4, 3, 0], [3, -4, 12]), [4, 3, 0], 1e-14);
+  nearAll(view.alongPole([1, 2, 3], [0, 0, 5]), [1, 2, 3], 0);
+  nearAll(view.alongPole([1, 2, 3], [0, 0, -1]), [1, -2, -3], 0);
+});
+
+test('which moves of the camera turn galaxies with an inclination', () => {
+  const flat = {projection: 'orthographic', position: [0, -3, 4], target: [0, 0, 0], up: [0, 0, 1], width: 2};
+  const deep = {...flat, projection: 'perspective', fov: 30};
+  assert.equal(view.turnsGalaxies(flat, view.pan(flat, 0.1, 0.2, 512)), false);
+  assert.equal(view.turnsGalaxies(flat, view.zoom(flat, 2)), false);
+  assert.equal(view.turnsGalaxies(flat, view.orbit(flat, 0.1, 0)), true);
+  assert.equal(view.turnsGalaxies(flat, view.roll(flat, 0.1)), true);
+  assert.equal(view.turnsGalaxies(deep, view.pan(deep, 0.1, 0.2, 512)), true);
+  assert.equal(view.turnsGalaxies({projection: 'sky'}, {projection: 'sky'}), false);
 });

@@ -165,6 +165,24 @@ class PageTest(unittest.TestCase):
         self.assertEqual(text, GALAXY.replace("optical_depth = 0.5", f"optical_depth = {depth}"))
         self.assert_planes(after, read_planes(self.server.gamer("b.fits", galaxy=text)), 5e-7)
 
+    def test_keys_work_after_a_value_is_typed(self):
+        page = self.page
+        page.run("studio.components.select(2)")
+        field = page.find('#parameters [data-key="optical_depth"] input[type=text]')
+        field.click()
+        page.keys(Keys.CONTROL, "a")
+        field.send_keys("1.25", Keys.ENTER)
+        page.settle()
+        self.assertIn("optical_depth = 1.25", page.value("studio.doc.text"))
+        page.keys("m")
+        page.wait("studio.ui.isMuted('mine', 'lanes')")
+        # What is no number stays in the field.
+        field.click()
+        field.send_keys(Keys.END, "x", Keys.ENTER)
+        self.assertEqual(page.value("document.activeElement.value"), "1.25x")
+        field.send_keys(Keys.ESCAPE)
+        page.settle()
+
     def test_share_of_light_follows_without_a_render(self):
         page = self.page
         page.select("core")
@@ -214,6 +232,33 @@ class PageTest(unittest.TestCase):
         page.keys("0")
         page.settle()
         self.assertEqual(page.value("studio.ui.camera.position"), first["position"])
+
+    def test_galaxies_with_an_inclination_are_orbited(self):
+        page = self.own_server({**FILES, "scene.lst": "galaxy x y z inclination pa\nmine 0 0 0 60 25\n"})
+        canvas, scene = page.find("#picture"), page.value("studio.doc.scene")
+        before = page.sums()[0]
+        page.drag(canvas, 40, 20)
+        page.wait(f"studio.doc.scene !== {scene!r}")
+        page.settle()
+        after = page.sums()[0]
+        self.assertGreater(sum(abs(a - b) for a, b in zip(before, after)), 0.05 * sum(before))
+        # The picture is the program's with the scene and the camera as they are saved.
+        camera = page.value("studio.ui.camera")
+        rendered = self.server.gamer("i.fits", f"--set=camera.position={camera['position']}",
+                                     scene=page.value("studio.doc.scene"))
+        self.assert_planes(page.sums(), read_planes(rendered), 5e-7)
+        # "Face-on" is along the galaxy's own axis.
+        page.keys("1")
+        page.settle()
+        row = dict(zip(*(line.split() for line in page.value("studio.doc.scene").splitlines())))
+        for name, place in zip(("ox", "oy", "oz"), page.value("studio.ui.camera.position")):
+            self.assertAlmostEqual(10 * float(row[name]), place, places=6)
+        page.keys(Keys.CONTROL, "z")
+        page.wait(f"studio.doc.scene === {scene!r}")
+        page.keys("0")
+        page.settle()
+        self.assertEqual(page.value("studio.doc.scene"), scene)
+        self.assertEqual(page.sums()[0], before)
 
     def test_fingers_orbit_pan_and_zoom(self):
         page = self.page

@@ -5,6 +5,7 @@ server_test.py GSTUDIO GAMER SOURCE_DIR
 
 import http.client
 import json
+import math
 import os
 import pathlib
 import random
@@ -101,6 +102,19 @@ class Folder:
         subprocess.run(command + " -q", cwd=self.path, check=True, shell=True,
                        env={**os.environ, **ENVIRONMENT,
                             "PATH": f"{GAMER.parent}:{os.environ['PATH']}"})
+
+
+def rotation(degrees):
+    """A turn about z."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    return numpy.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+
+
+def shortest_turn(to):
+    """The shortest turn from z to a unit vector (Rodrigues' formula)."""
+    cross = numpy.cross([0, 0, 1], to)
+    matrix = numpy.array([[0, -cross[2], cross[1]], [cross[2], 0, -cross[0]], [-cross[1], cross[0], 0]])
+    return numpy.eye(3) + matrix + matrix @ matrix / (1 + to[2])
 
 
 def texts(document, **changes):
@@ -539,6 +553,48 @@ class Files(unittest.TestCase):
             page, document = folder.open()
             self.assertIsNone(document["scene_file"])
             self.assertIn("no scene", page.ask("save_scene", scene=SCENE)["message"])
+
+    def test_rows_keep_their_orientation_in_space(self):
+        above = 'position = [0, 0, 10]\nup = [0, 1, 0]\nprojection = "orthographic"\nwidth = 2.5'
+        parameters = PARAMETERS.replace("position = [0, -3, 1]", above)
+        with Folder("render.par", "scene.lst", files={**FILES, "render.par": parameters}) as folder:
+            page, document = folder.open()
+            scene = page.ask("fix_orientations", **texts(document))["scene"]
+            names, *rows = [line.split() for line in scene.splitlines()]
+            for row, inclination, angle in zip(rows, (50, 10), (30, 0)):
+                word = dict(zip(names, row))
+                self.assertEqual(word["inclination"], "-")
+                # The node lies at `pa` from +y to -x, and the axis is z turned about it.
+                i, a = math.radians(inclination), math.radians(angle)
+                node = numpy.array([-math.sin(a), math.cos(a), 0])
+                axis = numpy.array([math.sin(i) * math.cos(a), math.sin(i) * math.sin(a), math.cos(i)])
+                numpy.testing.assert_allclose([float(word[name]) for name in ("ox", "oy", "oz")], axis, atol=1e-15)
+                turned = rotation(float(word["pa"])) @ [1, 0, 0]
+                numpy.testing.assert_allclose(shortest_turn(axis) @ turned, node, atol=1e-15)
+            # The camera sees the scene as before, another one sees it from another side.
+            (before,) = view(page, 1, document, [[24, 18, None]])
+            (after,) = view(page, 2, document, [[24, 18, None]], scene=scene)
+            numpy.testing.assert_allclose(cube(after), cube(before), rtol=2e-6)
+            moved = ["camera.position=[6,-8,0.5]", "camera.up=[0,0,1]"]
+            (frame,) = view(page, 3, document, [[24, 18, None]], scene=scene, settings=moved)
+            (towards,) = view(page, 4, document, [[24, 18, None]], settings=moved)
+            self.assertGreater(numpy.abs(cube(frame) - cube(towards)).max(), 0.05 * cube(frame).max())
+            self.assertEqual(page.ask("save_scene", scene=scene)["op"], "saved")
+            folder.gamer("render.par", "scene.lst", "-o", "all.fits", *(f"--set={one}" for one in moved))
+            numpy.testing.assert_array_equal(cube(frame), fits.getdata(folder.path / "all.fits"))
+            self.assertEqual(page.ask("fix_orientations", **texts(document, scene=scene))["scene"], scene)
+            sky = ['camera.projection="sky"', "camera.pixel_scale=1", "camera.center=[0,0]"]
+            self.assertEqual(page.ask("fix_orientations", **texts(document), settings=sky)["op"], "error")
+
+    def test_galaxies_of_a_row_keep_their_flattening(self):
+        scene = "galaxy sersic_index axis_ratio pa x y z\nsersic 1 0.4 20 0 0 0\n"
+        with Folder("render.par", "scene.lst", files={**FILES, "scene.lst": scene}) as folder:
+            page, document = folder.open()
+            fixed = page.ask("fix_orientations", **texts(document))["scene"]
+            self.assertIn("sersic 1 0.4 ", fixed)
+            (before,) = view(page, 1, document, [[24, 18, None]])
+            (after,) = view(page, 2, document, [[24, 18, None]], scene=fixed)
+            numpy.testing.assert_allclose(cube(after), cube(before), rtol=2e-6)
 
     def test_errors_of_renders_are_the_programs(self):
         with Folder() as folder:

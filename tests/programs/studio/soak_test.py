@@ -3,17 +3,21 @@
 soak_test.py GSTUDIO GAMER SOURCE_DIR [SECONDS [SEED]]
 
 The server must live, its memory must not grow, the newest view must be answered, and each fortieth
-picture must be that of the program.
+picture must be that of the program. Edits and views may be refused only where the program refuses
+the galaxy with the same words. Edits that add parts may be refused only for REFUSALS.
 """
 
+import json
 import os
 import pathlib
 import random
+import re
 import select
 import subprocess
 import sys
 import tempfile
 import time
+import tomllib
 
 import numpy
 from astropy.io import fits
@@ -27,6 +31,11 @@ ENVIRONMENT = {"GAMER_DATA": str(SOURCE)}
 LONG = 10  # seconds after which a view is cancelled
 STEPS = 40  # edits of a galaxy before the next one
 MOST_GROWTH = 100e6  # bytes after the first third; the memory of measurements has limits of its own
+
+# Why parts cannot be added, cloned, moved or deleted.
+REFUSALS = [r"the fractions of the galaxy's light (add up to|leave nothing for)", r"\[\[arm\]\] needs \[arms\] with a model",
+            r"arm \d+ leaves arm \d+: delete arm \d+ first", r"'leaves' must name an arm that stands before it in the file",
+            r"veins need \[arms\]", r"'(count|offsets)' and \[\[arm\]\] exclude each other"]
 
 
 def memory(process):
@@ -55,18 +64,62 @@ def random_value(parameter):
         return random.choice(parameter["choices"])
     if kind == "vector3":
         return [random.uniform(0.3, 1.5) for _ in range(3)]
-    return None
+    return random.choice(["E", "Im", "none such", ""])
+
+
+def edited_text(text, edit):
+    """The galaxy that an edit asks for, as a TOML text; none for edits that this does not know."""
+    (verb, what), root = *edit.items(), tomllib.loads(text)
+    if verb == "delete":
+        del root["component"][what]
+    elif verb in ("set", "reset"):
+        index, *keys = what[0], *what[1].split(".")
+        table = root if index is None else root["component"][index]
+        for key in keys[:-1]:
+            if isinstance(table, list):
+                table = table[int(key)]
+            else:
+                if not isinstance(table.get(key), (dict, list)):
+                    table[key] = {}
+                table = table[key]
+        if verb == "set":
+            table[keys[-1]] = what[2]
+        else:
+            table.pop(keys[-1], None)
+    else:
+        return None
+    return toml_text(root)
+
+
+def toml_text(root):
+    def value(one):
+        if isinstance(one, dict):
+            return "{" + ", ".join(f"{key} = {value(own)}" for key, own in one.items()) + "}"
+        if isinstance(one, list):
+            return "[" + ", ".join(value(own) for own in one) + "]"
+        is_whole = isinstance(one, float) and one.is_integer()
+        return json.dumps(int(one) if is_whole else one, ensure_ascii=False)
+
+    lines = []
+    for name, tables in root.items():
+        for table in tables if isinstance(tables, list) else [tables]:
+            lines.append(f"[[{name}]]" if isinstance(tables, list) else f"[{name}]")
+            lines += [f"{key} = {value(own)}" for key, own in table.items()]
+    return "\n".join(lines) + "\n"
 
 
 class Soak:
-    def __init__(self, studio):
+    def __init__(self, studio, folder):
+        self.folder = folder
         self.page = studio.page()
         self.document = self.page.ask("open")
         self.kinds = self.document["declarations"]["kinds"]
         self.galaxies = self.document["catalogue"]["galaxies"]
         self.number = 0
-        self.counts = {"edited": 0, "refused": 0, "views": 0, "cancelled": 0, "errors": 0, "compared": 0, "long": 0}
+        self.counts = {"edited": 0, "refused": 0, "views": 0, "cancelled": 0, "errors": 0, "checked": 0, "compared": 0,
+                       "long": 0}
         self.slowest_cancel = 0
+        self.failures = []
 
     def random_edit(self, model):
         components = model["components"]
@@ -98,6 +151,30 @@ class Soak:
         return random.choice([{"clone_arm": index}, {"delete_arm": index}, {"move_arm": [index, random.randrange(arms)]},
                               {"set": [None, f"arm.{index}.{parameter['name']}", random_value(parameter)]}])
 
+    def fail(self, what, message, text):
+        self.failures.append(f"{what}: {message}")
+        print(f"{self.failures[-1]}\n{text}", flush=True)
+
+    def program(self, text, x, y):
+        """A run of the program that renders as view() does."""
+        (self.folder / "own.toml").write_text(text)
+        return subprocess.run([GAMER, "look", "own.toml", "-q", "-o", "own.fits", "--overwrite", "-s",
+                               f"camera.position=[{x},{y},10]", "-s", "image.size=40", "-s",
+                               "sampling.tolerance=0.05"], cwd=self.folder, capture_output=True, text=True,
+                              env={**os.environ, **ENVIRONMENT})
+
+    def check_refusal(self, what, message, text, position=(0, 0)):
+        """What is refused is a galaxy that the program refuses, too, with these words."""
+        if text is None:
+            if not any(re.search(one, message) for one in REFUSALS):
+                self.fail(what, message, "")
+            return
+        self.counts["checked"] += 1
+        run = self.program(text, *position)
+        words = message.split(": ", 1)[-1]
+        if run.returncode != 2 or words not in run.stderr:
+            self.fail(what, f"{message}, but the program: {run.returncode} {run.stderr}", text)
+
     def view(self, text, wants_pixels):
         """Asks for a view, perhaps one more, and returns the last frame of the newest."""
         planes = random.choice(["image", "components"])
@@ -124,6 +201,8 @@ class Soak:
                 if message["id"] != self.number:
                     continue
                 self.counts["errors"] += 1
+                print(f"no view: {message['message']}", flush=True)
+                self.check_refusal("view", message["message"], text, position)
                 return None
             head, pixels = message
             if head["id"] == self.number and head["last"]:
@@ -144,34 +223,33 @@ class Soak:
                 self.slowest_cancel = max(self.slowest_cancel, time.monotonic() - begin)
                 return None
 
-    def compare(self, text, folder):
+    def compare(self, text):
         """A view against the program."""
         seen = self.view(text, True)
         if seen is None:
             return
-        values, (x, y) = seen
-        (folder / "own.toml").write_text(text)
-        subprocess.run([GAMER, "look", "own.toml", "-q", "-o", "own.fits", "--overwrite", "-s",
-                        f"camera.position=[{x},{y},10]", "-s", "image.size=40", "-s",
-                        "sampling.tolerance=0.05"], cwd=folder, check=True,
-                       env={**os.environ, **ENVIRONMENT})
-        numpy.testing.assert_array_equal(values, fits.getdata(folder / "own.fits"))
+        values, position = seen
+        run = self.program(text, *position)
+        assert run.returncode == 0, run.stderr
+        numpy.testing.assert_array_equal(values, fits.getdata(self.folder / "own.fits"))
         self.counts["compared"] += 1
 
-    def work_on(self, name, folder, end):
+    def work_on(self, name, end):
         text = (SOURCE / "galaxies" / f"{name}.toml").read_text()
         model = self.page.ask("model", galaxy_text=text)["model"]
         for step in range(STEPS):
             if time.monotonic() > end:
                 return
-            answer = self.page.ask("edit", galaxy_text=text, edits=[self.random_edit(model)])
+            edit = self.random_edit(model)
+            answer = self.page.ask("edit", galaxy_text=text, edits=[edit])
             if answer["op"] == "error":
                 self.counts["refused"] += 1
+                self.check_refusal(f"edit {edit}", answer["message"], edited_text(text, edit))
             else:
                 self.counts["edited"] += 1
                 text, model = answer["galaxy_text"], answer["model"]
             if step == STEPS - 1:
-                self.compare(text, folder)
+                self.compare(text)
             elif answer["op"] == "edited":
                 self.view(text, False)
 
@@ -183,10 +261,10 @@ def main():
         (folder / "own.toml").write_text((SOURCE / "galaxies/spiral.toml").read_text())
         studio = Studio(GSTUDIO, ("own.toml",), folder, ENVIRONMENT)
         studio.enter()
-        soak = Soak(studio)
+        soak = Soak(studio, folder)
         begin, first = time.monotonic(), None
         while time.monotonic() < begin + SECONDS:
-            soak.work_on(random.choice(soak.galaxies), folder, begin + SECONDS)
+            soak.work_on(random.choice(soak.galaxies), begin + SECONDS)
             now = memory(studio.process)
             if first is None and time.monotonic() > begin + SECONDS / 3:
                 first = now
@@ -195,6 +273,7 @@ def main():
         grown = memory(studio.process) - (first or 0)
         assert first is None or grown < MOST_GROWTH, grown
         assert studio.process.poll() is None
+        assert not soak.failures, "\n".join(soak.failures)
         studio.stop()
 
 
