@@ -15,7 +15,10 @@ namespace {
 
 // Largest number of rays of a cell. A cell that needs more rays may reach beyond the galaxy, and is
 // halved.
-constexpr int most_rays_of_cell = 64;
+constexpr int most_rays_of_cell = 16;
+
+// Share of a component's peak brightness below which rays are farther apart.
+constexpr double faint = 0.25;
 
 // Largest number of halvings of a pixel.
 constexpr int deepest_cell = 24;
@@ -91,24 +94,33 @@ Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
     // Half a diagonal of the cell.
     const double around = length * std::numbers::sqrt2 / 2;
     ColumnScale least;
+    // The largest sides of a cell with one ray and with Gauss' rule that textures allow.
+    double texture_ray = HUGE_VAL, texture_cell = HUGE_VAL;
     for (const auto& component : placed.galaxy->components()) {
       if (supersample_ && !component->has_cusp()) continue;
       const ColumnScale scale = component->column_scale(&nearest.x, &direction.x, around);
-      least.envelope = std::min(least.envelope, scale.envelope);
+      // A cell of side h and brightness B has light B h^2. Its error is a constant share of it for
+      // an unresolved texture, and a share ~ h^2 for a smooth envelope. For a given number of cells
+      // the sum errs least with h ~ B^(-1/2) and h ~ B^(-1/4).
+      const double relief =
+          std::clamp(std::sqrt(faint / scale.brightness), 1.0, accuracy.faint_spacing);
+      least.envelope = std::min(least.envelope, std::sqrt(relief) * scale.envelope);
       least.edge = std::min(least.edge, scale.edge);
-      least.texture = std::min(least.texture, scale.texture);
+      texture_ray =
+          std::min(texture_ray, relief * std::max(accuracy.ray_size * scale.texture, finest));
+      texture_cell =
+          std::min(texture_cell, relief * std::max(accuracy.cell_size * scale.texture, 2 * finest));
     }
     // The length for which one ray suffices is `share` of the scale. `rays` is the number of rays
     // across such a length.
     const auto smooth = [&](double share, double rays) {
       return std::min(share * least.envelope, std::max(share * least.edge, rays * at_edges));
     };
-    const auto need = [&](double share, double rays) {
-      return length / std::min(smooth(share, rays), std::max(share * least.texture, rays * finest));
-    };
-    result.rays = std::max(result.rays, need(accuracy.ray_size, 1));
-    result.parts = std::max(result.parts, need(accuracy.cell_size, 2));
-    result.steepness = std::max(result.steepness, length / smooth(accuracy.cell_size, 2));
+    const double whole = smooth(accuracy.cell_size, 2);
+    result.rays =
+        std::max(result.rays, length / std::min(smooth(accuracy.ray_size, 1), texture_ray));
+    result.parts = std::max(result.parts, length / std::min(whole, texture_cell));
+    result.steepness = std::max(result.steepness, length / whole);
   }
   return result;
 }

@@ -46,6 +46,9 @@ struct Accuracy {
   /// Distance of rays, in widest footprints, below which noise and arms need no closer rays.
   /// Controls the light of clumps that rays would miss or count twice.
   double ray_spacing;
+  /// Largest factor on the distance of rays where a component is faint. Controls the light of rare
+  /// bright clumps in faint outskirts.
+  double faint_spacing;
   /// Distance of rays, in widest footprints, below which an edge needs no closer rays. Controls the
   /// light at the edges of bars.
   double edge_spacing;
@@ -94,6 +97,7 @@ struct Accuracy {
             .cell_size = 0.5 * std::pow(t / 1e-3, 0.25) * std::pow(rough, 0.3),
             .widest_footprint = std::sqrt(t / 1e-3) / 160,
             .ray_spacing = 0.8 * std::pow(rough, 0.2),
+            .faint_spacing = std::pow(rough, 0.6),
             .edge_spacing = 0.8 * std::pow(rough, 0.2) * std::log10(rough),
             .mean_error = 0.003 * std::pow(rough, 0.3),
             .shares_closure = t > 3e-3};

@@ -51,6 +51,11 @@ constexpr double rim_width = 0.6;
 constexpr double seen_widths = 6;
 constexpr double nodes_per_ring_width = 1.2;
 
+/// The largest distance along a ray from the plane to the layer's brightest place, which is on the
+/// side of the axis. There the derivatives of 2 ln cosh(z/z0) and of r/rh along the ray balance.
+/// `along` and `across` are the scale lengths and heights that the ray passes per unit of length.
+double brightest_shift(double along, double across) { return 0.5 * along / (across * across); }
+
 /// The distance from the axis at which a ray meets the plane. If the ray meets the plane outside
 /// the ball, the distance is that of its closest approach to the axis.
 double plane_radius(const double nearest[3], const double direction[3]) {
@@ -76,6 +81,30 @@ bool Layer::hides_texture(double footprint) const {
   constexpr double margin = 1 + 1e-5;
   return texture()->hides(footprint * margin * footprint_scale() *
                           stretch_of(texture()->twirl() * largest_shear_));
+}
+
+double Layer::brightness(const double nearest[3], const double direction[3],
+                         double half_chord) const {
+  double o[3], d[3];
+  law_.stretch(nearest, o);
+  law_.stretch(direction, d);
+  const auto m_at = [&](double t) { return std::hypot(o[0] + t * d[0], o[1] + t * d[1]); };
+  const double dd = d[0] * d[0] + d[1] * d[1];
+  const double axis = dd > least_divisor ? -(o[0] * d[0] + o[1] * d[1]) / dd : 0.0;
+  // A ray along the plane has its brightest place next to the axis.
+  const double plane = d[2] != 0 ? std::clamp(-o[2] / d[2], -half_chord, half_chord) : axis;
+  const double height = shape_.z0 * shape_.flare_at(std::min(m_at(plane), 1.0));
+  const double across = std::abs(d[2]) / height;
+  if (shape_.radial.is_ring()) {
+    const double far = across > 0 ? std::min(seen_heights / across, half_chord) : half_chord;
+    const double begin = plane - far, end = plane + far;
+    const double inside = m_at(std::clamp(axis, begin, end));
+    return law_.bound(inside, std::max(m_at(begin), m_at(end))) / law_.peak();
+  }
+  const double shift = across > 0 ? brightest_shift(std::sqrt(dd) / law_.length(), across) : 0.0;
+  const double place = plane + std::clamp(axis - plane, -shift, shift);
+  const double cosh = std::cosh((o[2] + place * d[2]) / height);
+  return std::exp(law_.logarithm(m_at(place))) / (law_.peak() * cosh * cosh);
 }
 
 ColumnScale Layer::column_scale(const double nearest[3], const double direction[3],
@@ -106,7 +135,10 @@ ColumnScale Layer::column_scale(const double nearest[3], const double direction[
     const double length = r > 0 ? arm_lengths * fall * r / std::hypot(1.0, arms_.shear(r)) : 0.0;
     texture = std::min(texture, std::max(length, finest_arm));
   }
-  return {.envelope = scale, .texture = texture};
+  return {.envelope = scale,
+          .texture = texture,
+          .brightness = std::min(
+              brightness(nearest, direction, half_chord) * std::exp(reach / law_.length()), 1.0)};
 }
 
 /// A ray through a layer, in the coordinates of RadialLaw::stretch().
@@ -160,8 +192,8 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
   const auto& [o, d, begin, end, dd, od, oo, is_upright, per_dd] = path;
   out.extend(begin, end);
   out.has_texture = out.has_texture || texture() != nullptr;
-  // The envelope is largest near the plane, shifted towards the axis along grazing rays. There the
-  // derivatives of 2 ln cosh(z/z0) and of r/rh along the ray balance. A ring has places of its own.
+  // The envelope is largest near the plane, shifted towards the axis along grazing rays. A ring has
+  // places of its own.
   const bool is_ring = shape_.radial.is_ring();
   double across = std::abs(d[2]) / shape_.z0;
   const double along = std::sqrt(dd) / law_.length();
@@ -173,7 +205,7 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
       across /=
           shape_.flare_at(std::min(std::hypot(o[0] + plane * d[0], o[1] + plane * d[1]), 1.0));
     }
-    const double shift = is_ring ? 0.0 : 0.5 * along / (across * across);
+    const double shift = is_ring ? 0.0 : brightest_shift(along, across);
     centre = is_upright ? plane : plane + std::clamp(axis - plane, -shift, shift);
   }
   centre = std::clamp(centre, begin, end);
