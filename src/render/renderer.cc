@@ -113,10 +113,8 @@ Renderer::Renderer(const RenderParameters& parameters, const Accuracy& accuracy,
       index_(*scene_, camera_),
       painter_(scene_, camera_, medium_, index_, star_fields_),
       layout_(output_planes(*scene_, spectrum, truth), scene_->objects, spectrum.planes.size()),
-      antialiased_stars_(parameters.stars.antialiased),
       draws_discs_(parameters.draws_star_discs()),
-      white_point_(parameters.stars.white_point),
-      largest_star_(parameters.stars.largest_radius) {
+      star_settings_(parameters.stars) {
   if (!supersample_ && scene_->unit == PixelUnit::relative) supersample_ = 1;
   if (supersample_) {
     for (const PlacedGalaxy& placed : scene_->galaxies) {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -15,11 +16,49 @@ namespace {
 // Largest sides, in pixels, of areas in which stars of star fields are searched.
 constexpr int star_tile = 64, wide_star_tile = 256;
 
+// Standard deviation of a spike across its length, pixels.
+constexpr double spike_width = 0.6;
+
+/// The light of a bright star in a picture, in three parts that are each known up to a factor: a
+/// disc, a halo (1 + (d/r)^2)^-2, and four spikes along rows and columns. Halo and spikes end at
+/// outer_radius(). Lengths are in pixels.
+class StarProfile {
+ public:
+  static constexpr std::size_t parts = 3;
+
+  explicit StarProfile(double radius)
+      : radius_(radius), outer_radius_(star_halo_radii * std::max(radius, 1.0)) {}
+
+  double radius() const { return radius_; }
+  double outer_radius() const { return outer_radius_; }
+
+  /// The parts at (dx, dy) from the star.
+  std::array<double, parts> at(double dx, double dy) const {
+    const double distance = std::hypot(dx, dy);
+    // The disc has an edge of one pixel.
+    return {std::clamp(radius_ + 0.5 - distance, 0.0, 1.0),
+            std::max(0.0, halo(distance) - halo(outer_radius_)), spike(dx, dy) + spike(dy, dx)};
+  }
+
+ private:
+  double halo(double distance) const {
+    const double q = star_halo_radii * distance / outer_radius_;
+    return 1 / ((1 + q * q) * (1 + q * q));
+  }
+  double spike(double along, double across) const {
+    const double left = std::max(0.0, 1 - std::abs(along) / outer_radius_);
+    const double q = across / spike_width;
+    return left * left * std::exp(-0.5 * q * q);
+  }
+
+  double radius_, outer_radius_;
+};
+
 }  // namespace
 
 double Renderer::times_white(const glm::dvec2& pixel, std::span<const double> flux,
                              double area_scale) const {
-  if (!draws_discs_ || (!white_point_ && !white_)) return 0;
+  if (!draws_discs_ || (!star_settings_.white_point && !white_)) return 0;
   const glm::ivec2 own_pixel = camera_.neighbour(pixel, static_cast<int>(std::round(pixel.x)),
                                                  static_cast<int>(std::round(pixel.y)));
   const double area = camera_.solid_angle(own_pixel.x, own_pixel.y);
@@ -29,9 +68,10 @@ double Renderer::times_white(const glm::dvec2& pixel, std::span<const double> fl
     const double brightness = flux[p] * area_scale / area * unit_factors_[p];
     values.push_back(counts_flux(scene_->unit) ? brightness * area : brightness);
   }
-  if (!white_point_) return white_->times(values);
-  const double white_point =
-      scene_->unit == PixelUnit::magnitude ? nanojansky(*white_point_) : *white_point_;
+  if (!star_settings_.white_point) return white_->times(values);
+  const double white_point = scene_->unit == PixelUnit::magnitude
+                                 ? nanojansky(*star_settings_.white_point)
+                                 : *star_settings_.white_point;
   return std::max(0.0, *std::ranges::max_element(values)) / white_point;
 }
 
@@ -41,7 +81,7 @@ void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, 
     share_disc(pixel, times, take);
     return;
   }
-  if (!antialiased_stars_) {
+  if (!star_settings_.antialiased) {
     const glm::ivec2 place = camera_.neighbour(pixel, static_cast<int>(std::round(pixel.x)),
                                                static_cast<int>(std::round(pixel.y)));
     take(place.x, place.y, 1);
@@ -63,24 +103,29 @@ void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, 
 void Renderer::share_disc(const glm::dvec2& pixel, double pixels,
                           const std::function<void(int x, int y, double share)>& take) const {
   const double x = std::round(pixel.x), y = std::round(pixel.y);
-  // The disc has an edge of one pixel.
-  const double radius = std::min(std::sqrt(pixels / std::numbers::pi), largest_star_);
-  const auto cover = [&](double i, double j) {
-    return std::clamp(radius + 0.5 - std::hypot(i - pixel.x, j - pixel.y), 0.0, 1.0);
-  };
-  const double reach = std::ceil(radius + 1);
-  double sum = 0;
+  // A disc of one pixel has neither halo nor spikes, so that stars do not jump as they brighten.
+  const double growth = 1 - 1 / pixels;
+  const double halo = growth * star_settings_.halo, spikes = growth * star_settings_.spikes;
+  const std::array<double, StarProfile::parts> shares = {1 - halo - spikes, halo, spikes};
+  const StarProfile profile(
+      std::min(std::sqrt(shares[0] * pixels / std::numbers::pi), star_settings_.largest_radius));
+  const double reach = std::ceil(halo + spikes > 0 ? profile.outer_radius() : profile.radius()) + 1;
+  std::array<double, StarProfile::parts> sums{};
   for (const bool is_second : {false, true}) {
     for (double j = y - reach; j <= y + reach; ++j) {
       for (double i = x - reach; i <= x + reach; ++i) {
-        const double own = cover(i, j);
-        if (!is_second) {
-          sum += own;
-        } else if (own > 0) {
-          const glm::ivec2 place =
-              camera_.neighbour(pixel, static_cast<int>(i), static_cast<int>(j));
-          take(place.x, place.y, own / sum);
+        const auto own = profile.at(i - pixel.x, j - pixel.y);
+        double share = 0;
+        for (std::size_t k = 0; k < own.size(); ++k) {
+          if (!is_second) {
+            sums[k] += own[k];
+          } else if (own[k] > 0) {
+            share += shares[k] * own[k] / sums[k];
+          }
         }
+        if (!(share > 0)) continue;
+        const glm::ivec2 place = camera_.neighbour(pixel, static_cast<int>(i), static_cast<int>(j));
+        take(place.x, place.y, share);
       }
     }
   }

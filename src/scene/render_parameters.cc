@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <stdexcept>
 #include <tuple>
@@ -264,8 +265,9 @@ bool RenderParameters::applies(std::string_view section_name, std::string_view k
   if (section_name == "animation") return animation.frames > 0;
   if (section_name == "stars" && key == "table") return stars.table;
   // These keys say how all stars are drawn; the other keys are about field stars.
-  if (section_name == "stars" && key != "antialiased" && key != "discs" && key != "white_point" &&
-      key != "largest_radius") {
+  constexpr std::array<std::string_view, 6> drawing = {"antialiased",    "discs", "white_point",
+                                                       "largest_radius", "halo",  "spikes"};
+  if (section_name == "stars" && std::ranges::count(drawing, key) == 0) {
     return set.number("number") > 0;
   }
   if (section_name == "spectrum" && key == "wavelengths") return !spectrum.wavelengths.empty();

@@ -369,7 +369,7 @@ bool SceneReader::read_star(const Position& position) {
 
 std::optional<glm::dvec2> SceneReader::star_pixel(const glm::dvec3& direction) const {
   // Margin around the image, pixels, within which a star still touches it.
-  const double margin = parameters_.draws_star_discs() ? parameters_.stars.largest_radius + 1 : 1;
+  const double margin = parameters_.draws_star_discs() ? parameters_.stars.reach() : 1;
   const std::optional<glm::dvec2> pixel = camera_.pixel(direction);
   const ImageRegion& window = camera_.window();
   const bool touches = pixel && pixel->x > window.left - margin &&

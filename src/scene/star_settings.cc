@@ -57,10 +57,18 @@ ParameterSection StarSettings::section() {
        Parameter::number(
            "largest_radius", "pixels", Interval::closed(1, largest_star_radius), 8.0,
            "largest radius of these discs; stars that need larger discs become brighter ones"),
+       Parameter::number("halo", "", Interval::right_open(0, 1), 0.0,
+                         "share of a large disc's light in a halo around it"),
+       Parameter::number("spikes", "", Interval::right_open(0, 1), 0.0,
+                         "share of a large disc's light in four diffraction spikes"),
        Parameter::boolean("table", false,
                           "add table STARS to a FITS image: places, magnitudes, distances and "
                           "optical depths of the stars of star fields that it draws")},
       {}};
+}
+
+double StarSettings::reach() const {
+  return largest_radius * (halo > 0 || spikes > 0 ? star_halo_radii : 1) + 1;
 }
 
 StarSettings StarSettings::read(const ParameterSet& values) {
@@ -78,6 +86,15 @@ StarSettings StarSettings::read(const ParameterSet& values) {
   result.discs = optional_boolean(values, "discs");
   result.white_point = optional_number(values, "white_point");
   result.largest_radius = values.number("largest_radius");
+  result.halo = values.number("halo");
+  result.spikes = values.number("spikes");
+  if (!(result.halo + result.spikes < 1)) {
+    throw InputError(
+        place_of(values, {"spikes", "halo"}),
+        fmt::format("stars.halo = {} and stars.spikes = {} leave no light for the disc; "
+                    "their sum must be below 1",
+                    result.halo, result.spikes));
+  }
   result.table = values.boolean("table");
   return result;
 }

@@ -300,7 +300,9 @@ TEST(StarPainter, TilesHaveTheStarsOfTheImage) {
 
 TEST(StarPainter, RowsAreTheSameInBlocksOfAnySize) {
   constexpr int side = 24;
-  for (const std::string& more : {std::string(), std::string("[stars]\nwhite_point = 1e-4\n")}) {
+  for (const std::string& more :
+       {std::string(), std::string("[stars]\nwhite_point = 1e-4\n"),
+        std::string("[stars]\nwhite_point = 1e-4\nhalo = 0.3\nspikes = 0.1\n")}) {
     const TextScene text{
         {{"g", field(2e4, "noise = {octaves = 2}") +
                    "[[component]]\nclass = \"dust\"\nz0 = 0.02\nnoise = {octaves = 2}\n"}},
@@ -434,24 +436,27 @@ TEST(StarPainter, PartsAddUp) {
   EXPECT_GT(sum_of(image, 4), 0.3 * sum_of(image, 0));
 }
 
+/// A star of magnitude 20 at this place.
+Image bright_star(const std::string& stars, const std::string& place) {
+  const RenderParameters parameters = RenderParameters::read(parse_toml(
+      "[image]\nsize = 64\n[camera]\nprojection = \"sky\"\npixel_scale = 0.2\n[spectrum]\n"
+      "wavelengths = [6200]\n" +
+          stars,
+      "render.par"));
+  const Camera camera(parameters);
+  Resources resources({std::filesystem::path(GAMER_TEST_SOURCE_DIR)});
+  const Spectrum spectrum = load_spectrum(parameters, resources);
+  const auto scene =
+      std::make_shared<Scene>(read_scene("galaxy px py apparent_magnitude\nstar " + place + " 20\n",
+                                         "scene.lst", parameters, spectrum, camera, resources));
+  const Renderer renderer(parameters, camera, scene, spectrum);
+  ThreadExecutor executor(1);
+  return render_image(renderer, executor);
+}
+
 // Beyond the white point a star is a disc of that brightness; its flux and place stay.
 TEST(StarPainter, BrightStarsGrow) {
-  const auto image_of = [](const std::string& stars) {
-    const RenderParameters parameters = RenderParameters::read(parse_toml(
-        "[image]\nsize = 64\n[camera]\nprojection = \"sky\"\npixel_scale = 0.2\n[spectrum]\n"
-        "wavelengths = [6200]\n" +
-            stars,
-        "render.par"));
-    const Camera camera(parameters);
-    Resources resources({std::filesystem::path(GAMER_TEST_SOURCE_DIR)});
-    const Spectrum spectrum = load_spectrum(parameters, resources);
-    const auto scene =
-        std::make_shared<Scene>(read_scene("galaxy px py apparent_magnitude\nstar 30.3 32.6 20\n",
-                                           "scene.lst", parameters, spectrum, camera, resources));
-    const Renderer renderer(parameters, camera, scene, spectrum);
-    ThreadExecutor executor(1);
-    return render_image(renderer, executor);
-  };
+  const auto image_of = [](const std::string& stars) { return bright_star(stars, "30.3 32.6"); };
   const auto moments = [](const Image& image) {
     double sum = 0, x = 0, y = 0, most = 0;
     for (int j = 0; j < 64; ++j) {
@@ -472,6 +477,45 @@ TEST(StarPainter, BrightStarsGrow) {
   EXPECT_NEAR(disc[1], 30.3, 0.03);
   EXPECT_NEAR(disc[2], 32.6, 0.03);
   EXPECT_NEAR(disc[3] / 500, 1, 0.15);
+}
+
+// The disc's part of the light stays white. Halo and spikes have the other light, and their
+// profiles are closed forms.
+TEST(StarPainter, BrightStarsHaveHaloAndSpikes) {
+  constexpr int x = 31, y = 32;
+  const auto image_of = [](const std::string& more) {
+    return bright_star("[stars]\nwhite_point = 500\n" + more, "32 33");
+  };
+  const double flux = sum_of(image_of(""), 0), times = flux / 500, growth = 1 - 1 / times;
+  const auto radius = [&](double share) {
+    return std::sqrt((1 - share * growth) * times / std::numbers::pi);
+  };
+  const Image halo = image_of("halo = 0.4\n");
+  EXPECT_NEAR(sum_of(halo, 0) / flux, 1, 1e-9);
+  const double own = radius(0.4), least = 1 / std::pow(1 + 36.0, 2);
+  const auto beyond = [&](double q) {
+    const auto integral = [&](double r) { return -0.5 / (1 + r * r) - 0.5 * least * r * r; };
+    return (integral(6) - integral(q)) / (integral(6) - integral(0));
+  };
+  double far_light = 0;
+  for (int j = 0; j < 64; ++j) {
+    for (int i = 0; i < 64; ++i) {
+      if (std::hypot(i - x, j - y) > 2 * own) far_light += halo.at(i, j, 0);
+    }
+  }
+  EXPECT_NEAR(far_light / flux / (0.4 * growth * beyond(2)), 1, 0.016);
+  const Image spikes = image_of("spikes = 0.3\n");
+  EXPECT_NEAR(sum_of(spikes, 0) / flux, 1, 1e-9);
+  const double length = 6 * radius(0.3);
+  for (const int far : {14, 18}) {
+    const double expected = std::pow((1 - far / length) / (1 - 10 / length), 2);
+    const std::array<std::pair<int, int>, 4> ways = {{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
+    for (const auto& [i, j] : ways) {
+      const double near = spikes.at(x + 10 * i, y + 10 * j, 0);
+      EXPECT_NEAR(spikes.at(x + far * i, y + far * j, 0) / near, expected, 1e-5);
+    }
+  }
+  EXPECT_LT(spikes.at(x + 10, y + 10, 0), 1e-20 * flux);
 }
 
 }  // namespace

@@ -100,6 +100,8 @@ stars_per_pixel = 2
 antialiased = false
 white_point = 12.5
 largest_radius = 3
+halo = 0.25
+spikes = 0.125
 table = true
 
 [scene]

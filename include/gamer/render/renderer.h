@@ -122,7 +122,7 @@ class Renderer {
                   const std::function<void(int x, int y, double share)>& take) const;
   void add_star(const PlacedStar& star, RowRange rows, LightSums& sums) const;
   /// Largest distance, in pixels, at which a star adds light to a pixel.
-  double star_reach() const { return draws_discs_ ? largest_star_ + 1 : 1; }
+  double star_reach() const { return draws_discs_ ? star_settings_.reach() : 1; }
   /// Solid angles of a row's pixels, where there is light and the unit needs them; elsewhere 1.
   std::vector<double> areas_of(int y, std::size_t row, LightSums& sums) const;
   /// Converts the sums of a row of the image to pixel values.
@@ -143,12 +143,10 @@ class Renderer {
   /// [galaxy] a pixel's width in the ball per scene unit of distance, for a camera inside the
   /// galaxy.
   std::vector<double> pixel_angle_in_ball_;
-  std::vector<double> unit_factors_;  ///< [spectral plane]
-  bool antialiased_stars_;
-  bool draws_discs_;                           ///< of bright stars
-  std::optional<double> white_point_;          ///< in the image's unit; none: white_
-  std::optional<PictureWhite> white_;          ///< of the image's picture
-  double largest_star_;                        ///< pixels
+  std::vector<double> unit_factors_;   ///< [spectral plane]
+  bool draws_discs_;                   ///< of bright stars
+  std::optional<PictureWhite> white_;  ///< of the image's picture
+  StarSettings star_settings_;
   std::vector<const PlacedStar*> stars_;       ///< from the lowest to the highest in the image
   std::vector<const PlacedStar*> seam_stars_;  ///< stars that may touch any row; not in `stars_`
 };

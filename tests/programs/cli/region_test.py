@@ -70,7 +70,8 @@ VIEWS = {
     "sky, another image's distorted axes": (
         parameters({"projection": "sky", "header": "survey.fits"}), SKY_LIST, []),
     "sky, field stars and discs": (
-        parameters(SKY, stars={"number": 1e7, "white_point": 3000}), SKY_LIST, []),
+        parameters(SKY, stars={"number": 1e7, "white_point": 3000, "halo": 0.3, "spikes": 0.1}),
+        SKY_LIST, []),
     "sky, magnitudes": (parameters(SKY), SKY_LIST, ["-s", "image.unit=mag/arcsec^2"]),
     "perspective": (parameters({"projection": "perspective", "fov": 40},
                                {"wavelengths": [4400, 5500, 8000]}), NEAR_LIST, []),
