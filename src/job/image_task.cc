@@ -18,6 +18,7 @@
 #include "gamer/image/new_file.h"
 #include "gamer/job/schedule.h"
 #include "gamer/job/star_table.h"
+#include "gamer/job/star_tone.h"
 #include "gamer/job/truth_table.h"
 #include "image/output_file.h"
 #include "image/private_folder.h"
@@ -286,7 +287,8 @@ std::vector<fs::path> ImageTask::files() const {
 
 /// The image's writer, and that of the truth images where there are.
 std::unique_ptr<ImageWriter> ImageTask::make_writer() const {
-  auto image = make_image_writer(job_.parameters.image.output, header_);
+  auto image =
+      make_image_writer(toned_output(job_.parameters.image.output, job_.parameters), header_);
   const int extra = truth_header_.planes();
   if (extra == 0) return image;
   const int own = header_.planes();

@@ -17,6 +17,7 @@
 #include "gamer/job/schedule.h"
 #include "gamer/job/stamps.h"
 #include "gamer/job/star_table.h"
+#include "gamer/job/star_tone.h"
 #include "gamer/job/truth_table.h"
 #include "gamer/job/warnings.h"
 #include "gamer/parallel/ranks.h"
@@ -222,7 +223,8 @@ void Rendering::write(const fs::path& path, bool overwrite) const {
     return writer->finish();
   }
   check_output(output, own);
-  std::unique_ptr<ImageWriter> writer = make_image_writer(output, own);
+  std::unique_ptr<ImageWriter> writer =
+      make_image_writer(toned_output(output, job->parameters), own);
   const int planes = image.planes() + truth_images.planes();
   if (truth_images.planes() > 0) {
     RenderParameters parameters = job->parameters;

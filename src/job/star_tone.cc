@@ -86,4 +86,10 @@ void find_star_tone(RenderJob& job, const Ranks& ranks, int threads) {
   job.parameters.stars.tone = choose_tone(sample, wavelengths).numbers();
 }
 
+OutputOptions toned_output(const OutputOptions& output, const RenderParameters& parameters) {
+  OutputOptions result = output;
+  if (!result.tone) result.tone = parameters.stars.tone;
+  return result;
+}
+
 }  // namespace gamer

@@ -278,8 +278,16 @@ class Discs(unittest.TestCase):
     def test_faint_stars_are_points(self):
         with SkyFolder() as folder:
             star = [(27, "flat_fnu")]
-            np.testing.assert_array_equal(self.render(folder, "out.bmp", star),
-                                          self.render(folder, "out.bmp", star, stars={"discs": False}))
+            np.testing.assert_array_equal(
+                self.render(folder, "out.fits", star, stars={"discs": True}),
+                self.render(folder, "out.fits", star))
+
+    def test_many_are_white_too(self):
+        """The picture's stretch is that of the discs, however much of its light is in stars."""
+        with SkyFolder() as folder:
+            stars = {"number": 2e6, "bright": 14, "faint": 20}
+            largest = self.render(folder, "out.bmp", [], stars=stars).max(axis=2)
+            self.assertGreater((largest >= 240).sum(), 0.15 * largest.size)
 
     def test_a_given_tone_says_what_is_white(self):
         """asinh(slope I) scale = 1 for the light of a disc that is alone."""
