@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "gamer/core/error.h"
+#include "gamer/job/star_tone.h"
 #include "gamer/sed/photometry.h"
 #include "image/image_suffix.h"
 #include "image/memory.h"
@@ -21,14 +22,6 @@ namespace {
 
 // Rows of the image whose stars one worker finds together.
 constexpr int strip_rows = 64;
-
-bool has_star_field(const Scene& scene) {
-  return std::ranges::any_of(scene.galaxies, [](const PlacedGalaxy& placed) {
-    return std::ranges::any_of(placed.galaxy->components(), [](const auto& component) {
-      return component->star_field() != nullptr;
-    });
-  });
-}
 
 /// Names of a header's longitude and latitude; empty where it has none.
 std::pair<const char*, const char*> angle_names(const RenderParameters& parameters) {

@@ -27,8 +27,9 @@ std::vector<RowRange> sampled_columns(int width) {
   return runs;
 }
 
-bool draws_fields(const RenderParameters& parameters, const Scene& scene) {
-  if (!(parameters.sampling.stars_per_pixel > 0)) return false;
+}  // namespace
+
+bool has_star_field(const Scene& scene) {
   return std::ranges::any_of(scene.galaxies, [](const PlacedGalaxy& placed) {
     return std::ranges::any_of(placed.galaxy->components(), [](const auto& component) {
       return component->star_field() != nullptr;
@@ -36,12 +37,11 @@ bool draws_fields(const RenderParameters& parameters, const Scene& scene) {
   });
 }
 
-}  // namespace
-
 bool measures_star_tone(const RenderParameters& parameters, const Scene& scene) {
   return parameters.draws_star_discs() && !parameters.stars.white_point &&
          scene.unit != PixelUnit::magnitude &&
-         (!scene.stars.empty() || draws_fields(parameters, scene));
+         (!scene.stars.empty() ||
+          (parameters.sampling.stars_per_pixel > 0 && has_star_field(scene)));
 }
 
 void find_star_tone(RenderJob& job, const Ranks& ranks, int threads) {

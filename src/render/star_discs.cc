@@ -21,23 +21,28 @@ constexpr double spike_width = 0.6;
 
 /// The light of a bright star in a picture, in three parts that are each known up to a factor: a
 /// disc, a halo (1 + (d/r)^2)^-2, and four spikes along rows and columns. Halo and spikes end at
-/// outer_radius(). Lengths are in pixels.
+/// star_halo_radii disc radii. Lengths are in pixels.
 class StarProfile {
  public:
   static constexpr std::size_t parts = 3;
 
-  explicit StarProfile(double radius)
-      : radius_(radius), outer_radius_(star_halo_radii * std::max(radius, 1.0)) {}
+  /// A plain star is a disc alone.
+  StarProfile(double radius, bool is_plain)
+      : radius_(radius),
+        outer_radius_(star_halo_radii * std::max(radius, 1.0)),
+        is_plain_(is_plain) {}
 
-  double radius() const { return radius_; }
-  double outer_radius() const { return outer_radius_; }
+  /// Largest distance with light, but for the disc's edge.
+  double reach() const { return is_plain_ ? radius_ : outer_radius_; }
 
   /// The parts at (dx, dy) from the star.
   std::array<double, parts> at(double dx, double dy) const {
     const double distance = std::hypot(dx, dy);
     // The disc has an edge of one pixel.
-    return {std::clamp(radius_ + 0.5 - distance, 0.0, 1.0),
-            std::max(0.0, halo(distance) - halo(outer_radius_)), spike(dx, dy) + spike(dy, dx)};
+    const double disc = std::clamp(radius_ + 0.5 - distance, 0.0, 1.0);
+    if (is_plain_) return {disc, 0.0, 0.0};
+    return {disc, std::max(0.0, halo(distance) - halo(outer_radius_)),
+            spike(dx, dy) + spike(dy, dx)};
   }
 
  private:
@@ -52,6 +57,7 @@ class StarProfile {
   }
 
   double radius_, outer_radius_;
+  bool is_plain_;
 };
 
 }  // namespace
@@ -108,8 +114,9 @@ void Renderer::share_disc(const glm::dvec2& pixel, double pixels,
   const double halo = growth * star_settings_.halo, spikes = growth * star_settings_.spikes;
   const std::array<double, StarProfile::parts> shares = {1 - halo - spikes, halo, spikes};
   const StarProfile profile(
-      std::min(std::sqrt(shares[0] * pixels / std::numbers::pi), star_settings_.largest_radius));
-  const double reach = std::ceil(halo + spikes > 0 ? profile.outer_radius() : profile.radius()) + 1;
+      std::min(std::sqrt(shares[0] * pixels / std::numbers::pi), star_settings_.largest_radius),
+      !(halo + spikes > 0));
+  const double reach = std::ceil(profile.reach()) + 1;
   std::array<double, StarProfile::parts> sums{};
   for (const bool is_second : {false, true}) {
     for (double j = y - reach; j <= y + reach; ++j) {
