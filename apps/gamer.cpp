@@ -181,6 +181,8 @@ void CommandLine::add_run() {
                   "write that table to this file (.fits, .ecsv) instead of into the image's")
       ->type_name("PATH");
   app_.add_flag("--overwrite", request.overwrite, "replace an existing output");
+  app_.add_flag("!--no-cache", options_.run.cache,
+                "measure galaxies anew, without the cache of earlier jobs (GAMER_CACHE)");
   app_.add_flag("--resume", options_.run.work.resume,
                 "go on with a job that was interrupted, from OUTPUT.journal; without one start it, "
                 "and leave a complete output as it is");

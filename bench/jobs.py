@@ -44,7 +44,7 @@ def read_report(text):
 def run_once(command):
     before = os.times()
     start = time.perf_counter()
-    result = subprocess.run(command, capture_output=True, text=True, env={"GAMER_DATA": str(SOURCE), **os.environ})
+    result = subprocess.run(command, capture_output=True, text=True, env={"GAMER_DATA": str(SOURCE), "GAMER_CACHE": "off", **os.environ})
     wall = time.perf_counter() - start
     after = os.times()
     if result.returncode != 0:

@@ -96,7 +96,7 @@ class Program:
                    "--journal", "inf", *more]
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         result = subprocess.run([str(word) for word in command], capture_output=True, text=True,
-                                env={"GAMER_DATA": str(SOURCE), **os.environ})
+                                env={"GAMER_DATA": str(SOURCE), "GAMER_CACHE": "off", **os.environ})
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         if result.returncode != 0:
             sys.exit(f"{' '.join(map(str, command))}:\n{result.stderr}")

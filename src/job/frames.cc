@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "gamer/image/picture.h"
+#include "gamer/job/measure_galaxies.h"
 #include "gamer/job/resume.h"
 #include "job/make_job.h"
 

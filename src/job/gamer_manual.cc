@@ -31,6 +31,8 @@ const std::vector<std::pair<std::string, std::string>>& sections() {
        "ends by it: shells see 128 and its number."},
       {"ENVIRONMENT",
        "`GAMER_DATA` is a folder with galaxies/, seds/, bandpasses/ and instruments/. "
+       "`GAMER_CACHE` is the folder that keeps measurements of galaxies between jobs, or `off`; by "
+       "default it is gamer/ in `XDG_CACHE_HOME` or ~/.cache. "
        "`SOURCE_DATE_EPOCH` gives the DATE of files, in seconds since 1970."},
       {"EXAMPLES",
        "    gamer look ngc4321\n    gamer render.par scene.lst -o field.fits --truth\n"

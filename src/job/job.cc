@@ -5,18 +5,16 @@
 #include <algorithm>
 #include <map>
 #include <stdexcept>
-#include <unordered_map>
 #include <utility>
 
 #include "gamer/core/capitals.h"
-#include "gamer/core/parallel_for.h"
 #include "gamer/core/units.h"
 #include "gamer/core/version.h"
 #include "gamer/galaxy/calibration/calibration_memory.h"
-#include "gamer/galaxy/calibration/galaxy_statistics.h"
 #include "gamer/galaxy/kinds/star_field.h"
 #include "gamer/image/picture.h"
 #include "gamer/job/attenuation.h"
+#include "gamer/job/measure_galaxies.h"
 #include "gamer/job/schedule.h"
 #include "gamer/job/star_table.h"
 #include "gamer/job/star_tone.h"
@@ -209,119 +207,6 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
                 std::move(scene),      {},     std::move(pending)};
   check_star_table(job);
   return job;
-}
-
-namespace {
-
-/// Each galaxy that is being measured needs some 10 MiB.
-constexpr std::size_t galaxies_at_a_time = 4;
-
-/// References of galaxies that lack closures, in the galaxies' order, each with the footprints of
-/// the galaxies for which it needs them.
-std::vector<std::pair<Galaxy*, FootprintRange>> references_to_measure(
-    std::span<const std::shared_ptr<Galaxy>> galaxies, std::span<const FootprintRange> footprints) {
-  std::vector<std::pair<Galaxy*, FootprintRange>> result;
-  std::unordered_map<Galaxy*, std::size_t> places;
-  for (std::size_t g = 0; g < galaxies.size(); ++g) {
-    Galaxy* const reference = galaxies[g]->reference().get();
-    if (reference == nullptr) continue;
-    const FootprintRange own = footprints.empty() ? FootprintRange() : footprints[g];
-    const auto [place, is_new] = places.try_emplace(reference, result.size());
-    if (is_new) {
-      result.emplace_back(reference, own);
-    } else {
-      FootprintRange& known = result[place->second].second;
-      known = known | own;
-    }
-  }
-  std::erase_if(
-      result, [](const auto& r) { return r.first->calibration().closure_range.covers(r.second); });
-  for (auto& [reference, range] : result) range = range | reference->calibration().closure_range;
-  return result;
-}
-
-/// GalaxyStatistics::measure(), where the memory does not hold the part.
-void measure_part(GalaxyStatistics& statistics, GalaxyStatistics::Round round, std::size_t part,
-                  std::span<double> numbers, CalibrationMemory* memory) {
-  if (memory == nullptr) return statistics.measure(round, part, numbers);
-  const std::string name = statistics.name(round, part);
-  if (memory->recall(name, numbers)) return;
-  statistics.measure(round, part, numbers);
-  memory->keep(name, numbers);
-}
-
-/// Blocks of parts. Ranks take several parts at a time, fewer towards the end; a block's numbers
-/// are held twice.
-std::vector<RowRange> part_blocks(int parts, const Ranks& ranks) {
-  constexpr int most = 1024;
-  const int shares = ranks.size() > 1 ? 4 * ranks.size() : 1;
-  std::vector<RowRange> blocks;
-  for (int first = 0; first < parts;) {
-    const int last = first + std::clamp((parts - first) / shares, 1, most);
-    blocks.push_back({first, last});
-    first = last;
-  }
-  return blocks;
-}
-
-}  // namespace
-
-void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
-                      std::span<const FootprintRange> footprints, const Ranks& ranks,
-                      CalibrationMemory* memory) {
-  std::vector<GalaxyStatistics> statistics;
-  for (const auto& [reference, range] : references_to_measure(galaxies, footprints)) {
-    statistics.emplace_back(*reference, range);
-  }
-  const std::size_t references = statistics.size();
-  for (std::size_t g = 0; g < galaxies.size(); ++g) {
-    statistics.emplace_back(*galaxies[g], footprints.empty() ? FootprintRange() : footprints[g]);
-  }
-  std::size_t numbers = 0;
-  for (const GalaxyStatistics& own : statistics) numbers = std::max(numbers, own.most_numbers());
-  for (const GalaxyStatistics::Round round : GalaxyStatistics::rounds) {
-    struct Row {
-      std::size_t galaxy, part;
-    };
-    std::vector<Row> rows;
-    for (std::size_t g = 0; g < statistics.size(); ++g) {
-      for (std::size_t part = 0; part < statistics[g].parts(round); ++part) {
-        rows.push_back({g, part});
-      }
-    }
-    const std::vector<RowRange> blocks = part_blocks(static_cast<int>(rows.size()), ranks);
-    const auto measure_block = [&](RowRange range, std::span<double> values) {
-      // The parts of a galaxy are measured one after the other.
-      std::vector<RowRange> runs;
-      for (int row = range.first; row < range.last; ++row) {
-        const std::size_t galaxy = rows[static_cast<std::size_t>(row)].galaxy;
-        if (runs.empty() || rows[static_cast<std::size_t>(runs.back().first)].galaxy != galaxy) {
-          runs.push_back({row, row});
-        }
-        ++runs.back().last;
-      }
-      const auto measure_run = [&](std::size_t run) {
-        for (int row = runs[run].first; row < runs[run].last; ++row) {
-          const auto [g, part] = rows[static_cast<std::size_t>(row)];
-          const auto place = static_cast<std::size_t>(row - range.first) * numbers;
-          measure_part(statistics[g], round, part, values.subspan(place, numbers), memory);
-        }
-      };
-      parallel_for(runs.size(), measure_run, galaxies_at_a_time);
-    };
-    std::vector<double> all;
-    // All ranks agree: parts follow from what all have taken.
-    if (!rows.empty()) all = ranks.compute_together(blocks, numbers, 1, measure_block);
-    if (all.size() != rows.size() * numbers) {
-      throw std::logic_error("ranks do not measure the same galaxies");
-    }
-    for (std::size_t row = 0; row < rows.size(); ++row) {
-      statistics[rows[row].galaxy].take(round, rows[row].part,
-                                        std::span(all).subspan(row * numbers, numbers));
-    }
-    for (GalaxyStatistics& own : statistics) own.finish(round);
-  }
-  for (GalaxyStatistics& own : std::span(statistics).subspan(references)) own.adopt();
 }
 
 void complete(RenderJob& job, const Ranks& ranks, int threads, CalibrationMemory* memory) {

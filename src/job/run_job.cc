@@ -14,6 +14,7 @@
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/resources.h"
 #include "gamer/core/simd.h"
+#include "gamer/job/calibration_cache.h"
 #include "gamer/job/estimate.h"
 #include "gamer/job/film.h"
 #include "gamer/job/journal.h"
@@ -290,6 +291,7 @@ void run_job(const Ranks& ranks, const RunOptions& options, MessageLog& log) {
   use_threads(threads);
   const std::unique_ptr<Executor> executor = ranks.executor(threads);
 
+  if (ranks.rank() == 0 && options.cache) use_calibration_cache(CalibrationCache::of_user());
   RankReport report;
   report.threads = threads;
   Task task;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "gamer/core/config.h"
+#include "gamer/job/measure_galaxies.h"
 #include "gamer/render/march/sampler.h"
 #include "gamer/render/medium.h"
 #include "gamer/scene/camera.h"

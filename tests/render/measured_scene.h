@@ -14,6 +14,7 @@
 #include "gamer/core/resources.h"
 #include "gamer/galaxy/calibration/calibration_memory.h"
 #include "gamer/job/job.h"
+#include "gamer/job/measure_galaxies.h"
 #include "gamer/job/schedule.h"
 #include "gamer/parallel/executor.h"
 #include "gamer/parallel/ranks.h"

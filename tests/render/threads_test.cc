@@ -11,6 +11,7 @@
 #include "gamer/core/parallel_for.h"
 #include "gamer/galaxy/galaxy.h"
 #include "gamer/job/job.h"
+#include "gamer/job/measure_galaxies.h"
 #include "gamer/job/schedule.h"
 #include "gamer/noise/noise.h"
 #include "gamer/parallel/ranks.h"

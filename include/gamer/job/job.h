@@ -92,13 +92,6 @@ void complete(RenderJob& job, const Ranks& ranks, int threads, CalibrationMemory
 /// Reads and completes a job in this process.
 RenderJob load_job(const JobRequest& request, Resources& resources);
 
-/// Measures galaxies with all ranks. Every rank calls this function with equal galaxies and ranges
-/// of footprints, one for each galaxy. Without ranges all footprints are measured. Results that
-/// `memory` holds are not measured again; only a process without other ranks may give a memory.
-void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
-                      std::span<const FootprintRange> footprints, const Ranks& ranks,
-                      CalibrationMemory* memory = nullptr);
-
 /// The resolved parameters of a record. Throws InputError.
 RenderParameters recorded_render_parameters(const Record& record);
 

@@ -17,6 +17,7 @@ struct RunOptions {
   bool print_config = false;   ///< print the resolved parameters instead of rendering
   bool print_mapping = false;  ///< print the use of the catalogue's columns instead of rendering
   JobOptions work;
+  bool cache = true;     ///< use CalibrationCache::of_user()
   bool quiet = false;    ///< print only errors
   bool verbose = false;  ///< print more, including times
 };

@@ -15,6 +15,7 @@ RANKS = (1, 3) if LAUNCHER else (1,)
 ENVIRONMENT = {
     **os.environ,
     "GAMER_DATA": str(SOURCE),
+    "GAMER_CACHE": "off",
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
 }

@@ -1,0 +1,208 @@
+#include "gamer/job/measure_galaxies.h"
+
+#include <algorithm>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "gamer/core/parallel_for.h"
+#include "gamer/galaxy/calibration/galaxy_statistics.h"
+#include "gamer/job/calibration_cache.h"
+
+namespace gamer {
+namespace {
+
+/// Each galaxy that is being measured needs some 10 MiB.
+constexpr std::size_t galaxies_at_a_time = 4;
+
+/// The cache takes the parts of all galaxies of a job that has no more, and else of references.
+constexpr std::size_t most_cached = CalibrationCache::most_files / 4;
+
+/// References of galaxies that lack closures, in the galaxies' order, each with the footprints of
+/// the galaxies for which it needs them.
+std::vector<std::pair<Galaxy*, FootprintRange>> references_to_measure(
+    std::span<const std::shared_ptr<Galaxy>> galaxies, std::span<const FootprintRange> footprints) {
+  std::vector<std::pair<Galaxy*, FootprintRange>> result;
+  std::unordered_map<Galaxy*, std::size_t> places;
+  for (std::size_t g = 0; g < galaxies.size(); ++g) {
+    Galaxy* const reference = galaxies[g]->reference().get();
+    if (reference == nullptr) continue;
+    const FootprintRange own = footprints.empty() ? FootprintRange() : footprints[g];
+    const auto [place, is_new] = places.try_emplace(reference, result.size());
+    if (is_new) {
+      result.emplace_back(reference, own);
+    } else {
+      FootprintRange& known = result[place->second].second;
+      known = known | own;
+    }
+  }
+  std::erase_if(
+      result, [](const auto& r) { return r.first->calibration().closure_range.covers(r.second); });
+  for (auto& [reference, range] : result) range = range | reference->calibration().closure_range;
+  return result;
+}
+
+/// Blocks of parts. Ranks take several parts at a time, fewer towards the end; a block's numbers
+/// are held twice.
+std::vector<RowRange> part_blocks(int parts, const Ranks& ranks) {
+  constexpr int most = 1024;
+  const int shares = ranks.size() > 1 ? 4 * ranks.size() : 1;
+  std::vector<RowRange> blocks;
+  for (int first = 0; first < parts;) {
+    const int last = first + std::clamp((parts - first) / shares, 1, most);
+    blocks.push_back({first, last});
+    first = last;
+  }
+  return blocks;
+}
+
+/// A measurement of galaxies in rounds.
+class Measurement {
+ public:
+  Measurement(const Ranks& ranks, CalibrationMemory* memory) : ranks_(ranks), memory_(memory) {}
+
+  void add(Galaxy& galaxy, FootprintRange footprints) {
+    subjects_.push_back({GalaxyStatistics(galaxy, footprints), &galaxy});
+  }
+  /// Takes from the cache what it holds. `count` first galaxies are cached.
+  void recall(std::size_t count);
+  void measure(GalaxyStatistics::Round round);
+  void adopt() {
+    for (Subject& own : subjects_) own.statistics.adopt();
+  }
+  /// Gives the cache what it did not hold.
+  void keep() const;
+
+ private:
+  /// A galaxy that is measured.
+  struct Subject {
+    GalaxyStatistics statistics;
+    const Galaxy* galaxy;
+    bool is_cached = false;
+  };
+  struct Row {
+    std::size_t subject, part;
+  };
+
+  /// GalaxyStatistics::measure(), unless the part is known.
+  void measure_part(Subject& subject, GalaxyStatistics::Round round, std::size_t part,
+                    std::span<double> numbers);
+  void take(GalaxyStatistics::Round round, const Row& row, std::span<const double> numbers);
+
+  const Ranks& ranks_;
+  CalibrationMemory* memory_;
+  std::vector<Subject> subjects_;
+  CalibrationParts known_;         ///< of galaxies that are cached; names begin with their shapes
+  std::set<std::string> changed_;  ///< shapes of galaxies with parts that the cache did not hold
+};
+
+void Measurement::recall(std::size_t count) {
+  const CalibrationCache* const cache = calibration_cache();
+  for (Subject& own : std::span(subjects_).first(count)) {
+    own.is_cached = true;
+    if (cache != nullptr) known_.merge(cache->load(own.galaxy->shape()));
+  }
+  if (ranks_.size() == 1) return;
+  const std::string all = ranks_.broadcast(ranks_.rank() == 0 ? pack_parts(known_) : "");
+  if (ranks_.rank() != 0) known_ = unpack_parts(all);
+}
+
+void Measurement::measure_part(Subject& subject, GalaxyStatistics::Round round, std::size_t part,
+                               std::span<double> numbers) {
+  const std::string name = subject.statistics.name(round, part);
+  if (memory_ != nullptr && memory_->recall(name, numbers)) return;
+  const auto known = known_.find(name);
+  if (known != known_.end() && known->second.size() <= numbers.size()) {
+    const auto rest = std::ranges::copy(known->second, numbers.begin()).out;
+    std::fill(rest, numbers.end(), 0.0);
+  } else {
+    subject.statistics.measure(round, part, numbers);
+  }
+  if (memory_ != nullptr) memory_->keep(name, numbers);
+}
+
+void Measurement::take(GalaxyStatistics::Round round, const Row& row,
+                       std::span<const double> numbers) {
+  Subject& own = subjects_[row.subject];
+  own.statistics.take(round, row.part, numbers);
+  if (!own.is_cached) return;
+  while (!numbers.empty() && numbers.back() == 0) numbers = numbers.first(numbers.size() - 1);
+  std::vector<double> kept(numbers.begin(), numbers.end());
+  if (known_.try_emplace(own.statistics.name(round, row.part), std::move(kept)).second) {
+    changed_.insert(own.galaxy->shape());
+  }
+}
+
+void Measurement::measure(GalaxyStatistics::Round round) {
+  std::size_t numbers = 0;
+  std::vector<Row> rows;
+  for (std::size_t k = 0; k < subjects_.size(); ++k) {
+    const GalaxyStatistics& own = subjects_[k].statistics;
+    numbers = std::max(numbers, own.most_numbers());
+    for (std::size_t part = 0; part < own.parts(round); ++part) rows.push_back({k, part});
+  }
+  const std::vector<RowRange> blocks = part_blocks(static_cast<int>(rows.size()), ranks_);
+  const auto measure_block = [&](RowRange range, std::span<double> values) {
+    // The parts of a galaxy are measured one after the other.
+    std::vector<RowRange> runs;
+    for (int row = range.first; row < range.last; ++row) {
+      const std::size_t subject = rows[static_cast<std::size_t>(row)].subject;
+      if (runs.empty() || rows[static_cast<std::size_t>(runs.back().first)].subject != subject) {
+        runs.push_back({row, row});
+      }
+      ++runs.back().last;
+    }
+    const auto measure_run = [&](std::size_t run) {
+      for (int row = runs[run].first; row < runs[run].last; ++row) {
+        const auto [subject, part] = rows[static_cast<std::size_t>(row)];
+        const auto place = static_cast<std::size_t>(row - range.first) * numbers;
+        measure_part(subjects_[subject], round, part, values.subspan(place, numbers));
+      }
+    };
+    parallel_for(runs.size(), measure_run, galaxies_at_a_time);
+  };
+  std::vector<double> all;
+  // All ranks agree: parts follow from what all have taken.
+  if (!rows.empty()) all = ranks_.compute_together(blocks, numbers, 1, measure_block);
+  if (all.size() != rows.size() * numbers) {
+    throw std::logic_error("ranks do not measure the same galaxies");
+  }
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    take(round, rows[row], std::span(all).subspan(row * numbers, numbers));
+  }
+  for (Subject& own : subjects_) own.statistics.finish(round);
+}
+
+void Measurement::keep() const {
+  const CalibrationCache* const cache = calibration_cache();
+  if (cache == nullptr) return;
+  for (const std::string& shape : changed_) {
+    auto end = known_.lower_bound(shape);
+    const auto begin = end;
+    while (end != known_.end() && end->first.starts_with(shape)) ++end;
+    cache->save(shape, {begin, end});
+  }
+}
+
+}  // namespace
+
+void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
+                      std::span<const FootprintRange> footprints, const Ranks& ranks,
+                      CalibrationMemory* memory) {
+  Measurement measurement(ranks, memory);
+  const auto references = references_to_measure(galaxies, footprints);
+  for (const auto& [reference, range] : references) measurement.add(*reference, range);
+  for (std::size_t g = 0; g < galaxies.size(); ++g) {
+    measurement.add(*galaxies[g], footprints.empty() ? FootprintRange() : footprints[g]);
+  }
+  const bool is_few = galaxies.size() <= most_cached;
+  measurement.recall(references.size() + (is_few ? galaxies.size() : 0));
+  for (const GalaxyStatistics::Round round : GalaxyStatistics::rounds) measurement.measure(round);
+  measurement.adopt();
+  measurement.keep();
+}
+
+}  // namespace gamer
