@@ -18,6 +18,9 @@ namespace {
 /// Each galaxy that is being measured needs some 10 MiB.
 constexpr std::size_t galaxies_at_a_time = 4;
 
+/// Galaxies whose numbers are held at one time.
+constexpr std::size_t most_together = 1024;
+
 /// The cache takes the parts of all galaxies of a job that has no more, and else of references.
 constexpr std::size_t most_cached = CalibrationCache::most_files / 4;
 
@@ -62,31 +65,29 @@ std::vector<RowRange> part_blocks(int parts, const Ranks& ranks) {
 /// A measurement of galaxies in rounds.
 class Measurement {
  public:
-  Measurement(const Ranks& ranks, CalibrationMemory* memory) : ranks_(ranks), memory_(memory) {}
+  Measurement(const Ranks& ranks, CalibrationMemory* memory, bool is_cached)
+      : ranks_(ranks), memory_(memory), is_cached_(is_cached) {}
 
   void add(Galaxy& galaxy, FootprintRange footprints) {
     subjects_.push_back({GalaxyStatistics(galaxy, footprints), &galaxy});
   }
-  /// Takes from the cache what it holds. `count` first galaxies are cached.
-  void recall(std::size_t count);
-  void measure(GalaxyStatistics::Round round);
-  void adopt() {
-    for (Subject& own : subjects_) own.statistics.adopt();
-  }
-  /// Gives the cache what it did not hold.
-  void keep() const;
+  void run();
 
  private:
   /// A galaxy that is measured.
   struct Subject {
     GalaxyStatistics statistics;
     const Galaxy* galaxy;
-    bool is_cached = false;
   };
   struct Row {
     std::size_t subject, part;
   };
 
+  /// Takes from the cache what it holds.
+  void recall();
+  void measure(GalaxyStatistics::Round round);
+  /// Gives the cache what it did not hold.
+  void keep() const;
   /// GalaxyStatistics::measure(), unless the part is known.
   void measure_part(Subject& subject, GalaxyStatistics::Round round, std::size_t part,
                     std::span<double> numbers);
@@ -94,15 +95,22 @@ class Measurement {
 
   const Ranks& ranks_;
   CalibrationMemory* memory_;
+  bool is_cached_;
   std::vector<Subject> subjects_;
   CalibrationParts known_;         ///< of galaxies that are cached; names begin with their shapes
   std::set<std::string> changed_;  ///< shapes of galaxies with parts that the cache did not hold
 };
 
-void Measurement::recall(std::size_t count) {
+void Measurement::run() {
+  if (is_cached_) recall();
+  for (const GalaxyStatistics::Round round : GalaxyStatistics::rounds) measure(round);
+  for (Subject& own : subjects_) own.statistics.adopt();
+  keep();
+}
+
+void Measurement::recall() {
   const CalibrationCache* const cache = calibration_cache();
-  for (Subject& own : std::span(subjects_).first(count)) {
-    own.is_cached = true;
+  for (const Subject& own : subjects_) {
     if (cache != nullptr) known_.merge(cache->load(own.galaxy->shape()));
   }
   if (ranks_.size() == 1) return;
@@ -128,7 +136,7 @@ void Measurement::take(GalaxyStatistics::Round round, const Row& row,
                        std::span<const double> numbers) {
   Subject& own = subjects_[row.subject];
   own.statistics.take(round, row.part, numbers);
-  if (!own.is_cached) return;
+  if (!is_cached_ || calibration_cache() == nullptr) return;
   while (!numbers.empty() && numbers.back() == 0) numbers = numbers.first(numbers.size() - 1);
   std::vector<double> kept(numbers.begin(), numbers.end());
   if (known_.try_emplace(own.statistics.name(round, row.part), std::move(kept)).second) {
@@ -192,17 +200,20 @@ void Measurement::keep() const {
 void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
                       std::span<const FootprintRange> footprints, const Ranks& ranks,
                       CalibrationMemory* memory) {
-  Measurement measurement(ranks, memory);
-  const auto references = references_to_measure(galaxies, footprints);
-  for (const auto& [reference, range] : references) measurement.add(*reference, range);
-  for (std::size_t g = 0; g < galaxies.size(); ++g) {
-    measurement.add(*galaxies[g], footprints.empty() ? FootprintRange() : footprints[g]);
+  Measurement of_references(ranks, memory, true);
+  for (const auto& [reference, range] : references_to_measure(galaxies, footprints)) {
+    of_references.add(*reference, range);
   }
-  const bool is_few = galaxies.size() <= most_cached;
-  measurement.recall(references.size() + (is_few ? galaxies.size() : 0));
-  for (const GalaxyStatistics::Round round : GalaxyStatistics::rounds) measurement.measure(round);
-  measurement.adopt();
-  measurement.keep();
+  of_references.run();
+  const bool is_cached = galaxies.size() <= most_cached;
+  for (std::size_t first = 0; first < galaxies.size(); first += most_together) {
+    Measurement measurement(ranks, memory, is_cached);
+    const std::size_t last = std::min(first + most_together, galaxies.size());
+    for (std::size_t g = first; g < last; ++g) {
+      measurement.add(*galaxies[g], footprints.empty() ? FootprintRange() : footprints[g]);
+    }
+    measurement.run();
+  }
 }
 
 }  // namespace gamer
