@@ -12,8 +12,10 @@ Cost is the processor time, user and system, of the whole program on one thread,
 the program's own report (gamer -v) of that processor time.
 
 Fluxes are sums over pixels, one band at a time. The galaxies stand apart for them: each has a cell
-of a mosaic to itself, at the same place within its pixel. An error is the flux over that at the
-tolerance --reference, less 1. The reference has an error too, of up to about that tolerance.
+of a mosaic to itself, at the same place within its pixel. An error is the flux over the exact flux,
+less 1. In the band of the magnitudes the exact flux is that of the magnitude. The flux of another
+band follows by the colour at the tolerance --reference, which has an error of up to about that
+tolerance.
 
 The reference takes by far the longest, so --keep FOLDER saves its fluxes and uses them again. They
 hold as long as the galaxies stay the same; only another list, view or tolerance is noticed.
@@ -51,6 +53,8 @@ ANGLES = (0, 40, 60, 75, 85, 88)
 CELL = 2.4
 # It is wider by so many pixels, of which a galaxy's place within its pixel needs one.
 MARGIN = 4
+# AB magnitude of 1 nJy.
+ZERO_POINT = 31.4
 
 
 def read_scene():
@@ -62,6 +66,12 @@ def read_scene():
 def write_scene(path, rows):
     lines = [rows[0].keys(), *(row.values() for row in rows)]
     path.write_text("".join(" ".join(map(str, line)) + "\n" for line in lines))
+
+
+def reference_band():
+    """It is the index of the magnitudes' band."""
+    settings = tomllib.loads(PARAMETERS.read_text())
+    return settings["spectrum"]["bands"].index(settings["photometry"]["reference_band"])
 
 
 def table(head, rows):
@@ -147,6 +157,12 @@ def print_cost(program, rows, tolerances, repeat):
            "samples a pixel", "noise evaluations a pixel"], lines)
 
 
+def fluxes_of_magnitudes(rows):
+    """The unit is nJy."""
+    magnitudes = np.array([float(row["apparent_magnitude"]) for row in rows])
+    return 10 ** (-0.4 * (magnitudes - ZERO_POINT))
+
+
 def reference_fluxes(program, rows, scale, reference, folder):
     if folder is None:
         return program.fluxes(rows, scale, reference)
@@ -161,6 +177,7 @@ def reference_fluxes(program, rows, scale, reference, folder):
 def measure(program, rows, scale, tolerances, reference, folder):
     """For each tolerance these are the errors of fluxes and colours (mag), by band and row."""
     exact = reference_fluxes(program, rows, scale, reference, folder)
+    exact = exact * fluxes_of_magnitudes(rows) / exact[reference_band()]
     result = {}
     for tolerance in tolerances:
         ratio = program.fluxes(rows, scale, tolerance) / exact
@@ -234,7 +251,7 @@ def main():
     parser.add_argument("--repeat", type=int, default=3, help="runs of each timing (default: 3)")
     parser.add_argument("--fine", action="store_true", help="also at tolerance 1e-3")
     parser.add_argument("--reference", type=float, default=1e-4,
-                        help="tolerance of the fluxes taken for exact (default: 1e-4)")
+                        help="tolerance of the colours taken for exact (default: 1e-4)")
     parser.add_argument("--keep", type=pathlib.Path, metavar="FOLDER",
                         help="keep the reference fluxes here, and use those that are here")
     parser.add_argument("--by-angle", type=float, nargs="+", default=[], metavar="RADIUS",
@@ -261,14 +278,14 @@ def main():
         if not options.no_cost:
             print_cost(program, rows, tolerances, options.repeat)
         if not options.no_flux:
-            print(f"Relative errors of fluxes against tolerance {options.reference:g}:\n")
+            print(f"Relative errors of fluxes, with colours of tolerance {options.reference:g}:\n")
             errors = measure(program, rows, scale, tolerances, options.reference, options.keep)
             print_errors(errors, bands)
             print_types(errors, rows)
         if options.by_angle:
             types = sorted({row["galaxy"] for row in rows})
             inclined = by_angle_rows(types, options.by_angle, scale)
-            print(f"The same by inclination, against tolerance {options.reference:g}:\n")
+            print(f"Errors by inclination, with colours of tolerance {options.reference:g}:\n")
             errors = measure(program, inclined, scale, tolerances, options.reference,
                              options.keep)
             print_errors(errors, bands)

@@ -8,7 +8,7 @@ namespace gamer {
 namespace {
 
 // How much coarser than the image a galaxy's attenuation is measured, and the coarsest that helps.
-constexpr double coarser = 10;
+constexpr double coarser = 3;
 constexpr double coarsest_tolerance = 0.01;
 
 RenderParameters coarse(RenderParameters parameters) {

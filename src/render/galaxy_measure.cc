@@ -18,7 +18,7 @@ constexpr int rings_per_pixel = 32;
 constexpr int spread = 5;
 
 // Distance of the rays, relative to those of an image.
-constexpr double ray_distance = 2.5;
+constexpr double ray_distance = 2;
 
 // The least sine of the angle between a view's up and the line of sight.
 constexpr double least_sine = 1e-6;
