@@ -13,7 +13,7 @@ export function excludedBy(message, edits) {
   if (key === undefined) return null;
   for (const {set, reset} of edits) {
     if (reset && reset[1].endsWith(key)) return null;
-    if (!set || typeof set[2] !== 'string') continue;
+    if (!set) continue;
     const [index, name] = set;
     const other = name.replace(/\w+$/, key);
     if (other !== name) return {reset: [index, other]};

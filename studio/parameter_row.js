@@ -7,8 +7,8 @@ const resolution = 1000;
 let count = 0;
 
 /// `actions` has preview(value), commit(value) and reset(to the file or default). Its show() takes
-/// {value, given, first}: the value as resolved, whether the file gives it, and the value in the
-/// file the galaxy began with.
+/// {value, given, first, useless}: the value as resolved, whether the file gives it, the value in
+/// the file the galaxy began with, and why the parameter does not matter.
 export class ParameterRow {
   constructor(declared, actions, words = null) {
     this.declared = declared;
@@ -134,7 +134,15 @@ export class ParameterRow {
 
   show(state) {
     this.state = state;
-    const {given, value, first} = state;
+    const {given, value, first, useless = null} = state;
+    this.element.classList.toggle('useless', useless !== null);
+    for (const control of [this.input, this.slider]) {
+      if (control) control.disabled = useless !== null;
+    }
+    const tip = useless === null ? this.tip() : `${useless}\n${this.tip()}`;
+    if (this.label.title !== tip) this.label.title = tip;
+    if (useless === null) this.input.removeAttribute('title');
+    else this.input.title = useless;
     const isChanged = JSON.stringify(value ?? null) !== JSON.stringify(first ?? null);
     this.element.classList.toggle('given', given);
     this.element.classList.toggle('changed', isChanged);

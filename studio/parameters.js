@@ -4,18 +4,11 @@ import {$, h} from './dom.js';
 import {ParameterRow} from './parameter_row.js';
 import {shareEdits, valueEdits} from './light.js';
 import {ArmTools} from './arms.js';
+import {uselessness} from './key_use.js';
 
 const allTabs = [['component', 'Component'], ['galaxy', 'Galaxy'], ['scene', 'Scene'], ['render', 'View']];
 const hiddenSections = new Set(['animation', 'catalogue', 'stamps', 'truth']);
-const projections = ['perspective', 'orthographic', 'sky', 'fisheye', 'equirectangular', 'cubemap', 'healpix'];
 const folded = new Set(['photometry', 'cosmology', 'sampling', 'stars', 'scene']);
-
-/// Whether a key of the camera belongs to a projection; its description ends with those it has.
-function belongsTo(projection, {description}) {
-  const words = description.match(/\(([^()]*)\)$/)?.[1] ?? '';
-  const named = projections.filter((name) => words.includes(name));
-  return named.length === 0 || named.includes(projection);
-}
 
 export class ParameterPanel {
   constructor(app) {
@@ -125,7 +118,8 @@ export class ParameterPanel {
         const now = components.chosen;
         const first = doc.firstModel?.components.find((other) => other.name === now.name);
         return {value: now.values[declared.name], given: now.given.includes(declared.name),
-                first: first ? first.values[declared.name] : now.values[declared.name]};
+                first: first ? first.values[declared.name] : now.values[declared.name],
+                useless: uselessness(declared, (key) => key in now.values ? now.values[key] : this.galaxyValue(doc.model, key))};
       }});
     }
   }
@@ -157,7 +151,8 @@ export class ParameterPanel {
       groups.get(section).append(row.element);
       this.rows.push({row, state: () => {
         const value = doc.model.values[declared.name], first = doc.firstModel?.values[declared.name];
-        return {value, first, given: doc.model.given.includes(declared.name)};
+        return {value, first, given: doc.model.given.includes(declared.name),
+                useless: uselessness(declared, (other) => this.galaxyValue(doc.model, other))};
       }});
     }
     this.buildArms(box);
@@ -184,6 +179,7 @@ export class ParameterPanel {
   }
 
   galaxyValue(model, name) {
+    if (name === 'arm') return model?.arms?.length ?? 0;
     const [section, i, key] = name.split('.');
     return section === 'arm' ? model?.arms?.[i]?.[key] : model?.values[name];
   }
@@ -213,13 +209,17 @@ export class ParameterPanel {
         const row = new ParameterRow(declared, this.renderActions(section, declared.name), this.words(declared.name));
         group.append(row.element);
         this.rows.push({row, state: () => {
-          const isCamera = section === 'camera' && declared.name in ui.camera;
-          const first = doc.opened.values?.[key];
-          const value = isCamera ? ui.camera[declared.name] : doc.value(key);
-          return {value, first, given: doc.opened.given?.includes(key) || key in doc.state.settings};
+          const first = doc.opened.values?.[key], value = this.renderValue(section, declared.name);
+          return {value, first, given: doc.opened.given?.includes(key) || key in doc.state.settings,
+                  useless: uselessness(declared, (other) => this.renderValue(section, other))};
         }});
       }
     }
+  }
+
+  renderValue(section, name) {
+    const {doc, ui} = this.app;
+    return section === 'camera' && name in ui.camera ? ui.camera[name] : doc.value(`${section}.${name}`);
   }
 
   renderActions(section, name) {
@@ -246,8 +246,9 @@ export class ParameterPanel {
       const isFound = wanted === '' || name.includes(wanted) || description.toLowerCase().includes(wanted);
       const classes = row.element.classList;
       const isIn = ui.filter === 'all' || wanted !== '' || classes.contains('given') || classes.contains('changed');
-      const applies = ui.tab !== 'render' || belongsTo(ui.camera.projection, row.declared);
-      row.element.hidden = !(isFound && isIn && applies);
+      // What cannot matter is shown, greyed, where it is in the file or looked for.
+      const matters = !row.state.useless || wanted !== '' || row.state.given;
+      row.element.hidden = !(isFound && isIn && matters);
     }
     for (const group of $('parameters').querySelectorAll('.group')) {
       group.hidden = ![...group.querySelectorAll('.row')].some((row) => !row.hidden);

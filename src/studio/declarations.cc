@@ -10,6 +10,7 @@
 #include "gamer/galaxy/arm_pattern.h"
 #include "gamer/galaxy/component.h"
 #include "gamer/galaxy/galaxy.h"
+#include "gamer/galaxy/key_use.h"
 #include "gamer/image/instrument.h"
 #include "gamer/noise/noise.h"
 #include "gamer/scene/galaxy_library.h"
@@ -54,6 +55,28 @@ void add(const ParameterTable& table, const std::string& prefix, Json& list) {
   for (const Parameter& parameter : table) list.push_back(parameter_json(parameter, prefix));
 }
 
+/// Adds to the declarations of a list what each key needs in order to matter.
+void add_uses(const std::vector<KeyUse>& uses, const std::string& prefix, Json& list) {
+  const auto full = [&](const std::string& key) {
+    return key.find('.') != std::string::npos || key == "arm" ? key : prefix + key;
+  };
+  for (Json& one : list) {
+    for (const KeyUse& use : uses) {
+      if (one["name"].get_ref<const std::string&>() != full(use.key)) continue;
+      one["needs"].push_back(
+          {{"key", full(use.selector)}, {"values", use.values}, {"excluded", use.is_excluded}});
+    }
+  }
+}
+
+std::vector<KeyUse> uses_of(const ParameterSection& section) {
+  std::vector<KeyUse> uses;
+  for (const KeyCondition& condition : section.conditions) {
+    uses.push_back({condition.key, condition.selector, condition.values});
+  }
+  return uses;
+}
+
 /// The parameters of a kind, and those of its noise.
 Json kind_json(const ComponentKind& kind) {
   Json list = Json::array();
@@ -62,6 +85,7 @@ Json kind_json(const ComponentKind& kind) {
     add({Parameter::boolean("noise", true, "whether the component has a texture")}, "", list);
     add(kind.noise->table(), "noise.", list);
   }
+  add_uses(component_key_uses(kind), "", list);
   return list;
 }
 
@@ -101,6 +125,7 @@ Json declarations_json() {
   Json galaxy = Json::array(), arm = Json::array();
   add(Galaxy::table(), "galaxy.", galaxy);
   add(ArmPattern::table(), "arms.", galaxy);
+  add_uses(arm_key_uses(), "arms.", galaxy);
   add(ArmPattern::arm_table(), "", arm);
   Json scene = Json::array();
   add(scene_columns(), "", scene);
@@ -113,6 +138,7 @@ Json declarations_json() {
   for (const ParameterSection& section : render_parameter_sections()) {
     Json list = Json::array();
     add(section.table, "", list);
+    add_uses(uses_of(section), "", list);
     parameters[section.name] = std::move(list);
   }
   return {{"kinds", kinds}, {"traits", traits}, {"galaxy", galaxy},

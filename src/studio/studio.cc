@@ -1,12 +1,29 @@
 #include "gamer/studio/studio.h"
 
+#include <malloc.h>
+
 #include "studio/browser.h"
 #include "studio/server.h"
 #include "studio/studio_core.h"
 
 namespace gamer {
+namespace {
+
+/// Keeps what lasts, small measurements of galaxies, apart from what a render needs for a moment.
+/// With a heap for each thread, and large blocks within heaps, measurements end up spread over
+/// pages that could not be given back.
+void keep_heap_compact() {
+#ifdef __GLIBC__
+  constexpr int large_block = 256 << 10;
+  mallopt(M_ARENA_MAX, 1);
+  mallopt(M_MMAP_THRESHOLD, large_block);
+#endif
+}
+
+}  // namespace
 
 void run_studio(const StudioOptions& options, const std::function<void(const std::string&)>& say) {
+  keep_heap_compact();
   Server server(options);
   StudioCore core(options);
   say(server.address());

@@ -202,7 +202,10 @@ class LevelView {
         send(encode(rendering, has_parts, planes, rows, head), true);
       };
     }
+    // Parts of galaxies that were measured, not recalled.
+    const std::size_t before = session_.memory().measured();
     const Rendering rendering = session_.render(std::move(job), control);
+    head["measured"] = session_.memory().measured() - before;
     // Nobody measures on a coarse view.
     const bool is_coarse = own.sampling.tolerance > parameters_.sampling.tolerance;
     head["warnings"] = is_coarse ? std::vector<std::string>() : rendering.warnings;

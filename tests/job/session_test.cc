@@ -1,6 +1,7 @@
 #include "gamer/job/session.h"
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 #include <filesystem>
 #include <fstream>
@@ -304,6 +305,30 @@ TEST(CalibrationMemory, ForgetsWhatWasNotUsedForLongest) {
   // More numbers than there is room for are no part of equal name.
   EXPECT_FALSE(memory.recall("first", std::span(numbers).first(2)));
 }
+
+#ifdef __GLIBC__
+
+std::size_t bytes_in_use() {
+  const struct mallinfo2 info = mallinfo2();
+  return info.uordblks + info.hblkhd;
+}
+
+TEST(CalibrationMemory, TakesNoMoreThanItsLimit) {
+  constexpr std::size_t most = std::size_t{8} << 20;
+  const std::size_t before = bytes_in_use();
+  CalibrationMemory memory(most);
+  const std::vector<double> numbers(20, 1.5);
+  std::size_t largest = 0;
+  for (int i = 0; i < 200000; ++i) {
+    memory.keep("a name as long as those of parts of galaxies are " + std::to_string(i), numbers);
+    if (i % 100 == 0) largest = std::max(largest, bytes_in_use() - before);
+  }
+  // 1.09 times; the last block of each half may be empty yet.
+  EXPECT_LT(static_cast<double>(largest), 1.2 * most);
+  EXPECT_GT(static_cast<double>(largest), 0.5 * most);
+}
+
+#endif
 
 }  // namespace
 }  // namespace gamer

@@ -60,6 +60,29 @@ TEST(Declarations, AreThoseOfTheTables) {
   EXPECT_EQ(declarations_json()["parameters"].size(), render_parameter_sections().size());
 }
 
+TEST(Declarations, SayWhatAKeyNeeds) {
+  const std::map<std::string, Json> all = declared();
+  const auto needs = [&](const char* name) { return all.at(name).value("needs", Json::array()); };
+  EXPECT_EQ(needs("galaxy.arms.winding_b"),
+            Json::parse(
+                R"([{"key": "arms.model", "values": ["ringermacher-mead"], "excluded": false}])"));
+  EXPECT_EQ(needs("galaxy.arms.count")[1]["key"], "arm");
+  EXPECT_EQ(needs("kinds.disk.noise.ridge_gain")[1]["key"], "noise.combination");
+  EXPECT_EQ(needs("kinds.disk.shift")[0]["key"], "arms.model");
+  EXPECT_TRUE(needs("kinds.disk.rh").empty());
+  EXPECT_EQ(needs("camera.width")[0],
+            Json::parse(R"({"key": "projection", "values": ["orthographic"], "excluded": false})"));
+  // What is needed is a parameter, too.
+  for (const auto& [name, one] : all) {
+    const std::string place = name.substr(0, name.size() - one["name"].get<std::string>().size());
+    for (const Json& need : one.value("needs", Json::array())) {
+      const std::string key = need["key"].get<std::string>();
+      EXPECT_TRUE(key == "arm" || all.contains(place + key) || all.contains("galaxy." + key))
+          << name;
+    }
+  }
+}
+
 TEST(Declarations, UsualRangesAreUsual) {
   int count = 0;
   for (const auto& [name, one] : declared()) {

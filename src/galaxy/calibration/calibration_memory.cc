@@ -1,6 +1,7 @@
 #include "gamer/galaxy/calibration/calibration_memory.h"
 
 #include <algorithm>
+#include <string_view>
 #include <utility>
 
 namespace gamer {
@@ -11,19 +12,22 @@ constexpr std::size_t overhead = 128;
 
 }  // namespace
 
+const std::pmr::vector<double>* CalibrationMemory::Generation::find(const std::string& name) const {
+  const auto found = parts.find(std::string_view(name));
+  return found != parts.end() ? &found->second : nullptr;
+}
+
 bool CalibrationMemory::recall(const std::string& name, std::span<double> numbers) {
   const std::lock_guard lock(mutex_);
-  auto found = recent_.find(name);
-  if (found == recent_.end()) {
-    const auto older = older_.find(name);
-    if (older == older_.end()) return false;
-    std::vector<double> own = std::move(older->second);
-    older_.erase(older);
-    add(name, std::move(own));
-    found = recent_.find(name);
+  const std::pmr::vector<double>* found = recent_->find(name);
+  if (found == nullptr) {
+    const std::pmr::vector<double>* const older = older_->find(name);
+    if (older == nullptr) return false;
+    const std::vector<double> own(older->begin(), older->end());
+    found = &add(name, own);
   }
-  if (found->second.size() > numbers.size()) return false;
-  std::ranges::fill(std::ranges::copy(found->second, numbers.begin()).out, numbers.end(), 0.0);
+  if (found->size() > numbers.size()) return false;
+  std::ranges::fill(std::ranges::copy(*found, numbers.begin()).out, numbers.end(), 0.0);
   ++recalled_;
   return true;
 }
@@ -31,18 +35,21 @@ bool CalibrationMemory::recall(const std::string& name, std::span<double> number
 void CalibrationMemory::keep(const std::string& name, std::span<const double> numbers) {
   while (!numbers.empty() && numbers.back() == 0) numbers = numbers.first(numbers.size() - 1);
   const std::lock_guard lock(mutex_);
-  add(name, {numbers.begin(), numbers.end()});
+  add(name, numbers);
   ++measured_;
 }
 
-void CalibrationMemory::add(const std::string& name, std::vector<double> numbers) {
+const std::pmr::vector<double>& CalibrationMemory::add(const std::string& name,
+                                                       std::span<const double> numbers) {
   const std::size_t bytes = name.size() + numbers.size() * sizeof(double) + overhead;
   if (recent_bytes_ + bytes > most_bytes_ / 2) {
-    older_ = std::exchange(recent_, {});
+    older_ = std::exchange(recent_, std::make_unique<Generation>());
     recent_bytes_ = 0;
   }
   recent_bytes_ += bytes;
-  recent_.insert_or_assign(name, std::move(numbers));
+  std::pmr::vector<double>& kept = recent_->parts[std::pmr::string(name, recent_->blocks.get())];
+  kept.assign(numbers.begin(), numbers.end());
+  return kept;
 }
 
 std::size_t CalibrationMemory::recalled() const {

@@ -9,6 +9,7 @@ import {channelsOf, planeWeights} from '../../../studio/channels.js';
 import {excludedBy} from '../../../studio/document.js';
 import {parseFrame, unpackSlices} from '../../../studio/framing.js';
 import {History} from '../../../studio/history.js';
+import {uselessness} from '../../../studio/key_use.js';
 import {shareEdits, shareFactors, sharing, valueEdits} from '../../../studio/light.js';
 import {gaussianKernel, seeingOf} from '../../../studio/seeing.js';
 import {columnsOf, hasInclination, poleOf, rowAfterDelete, rowsOf, valueOf, visibleRows} from '../../../studio/scene_rows.js';
@@ -166,6 +167,24 @@ test('keys that a choice excludes are taken out', () => {
                               [{set: [2, 'noise.combination', 'ridged']}]), {reset: [2, 'noise.amplitude']});
   assert.equal(excludedBy("'model' needs more", [model]), null);
   assert.equal(excludedBy('other', [model]), null);
+  assert.deepEqual(excludedBy("galaxy:4:3: component 'd': 'outer_rh' belongs to a break; give 'break_radius'",
+                              [{set: [1, 'break_radius', 0]}]), {reset: [1, 'outer_rh']});
+});
+
+test('a parameter says why it does not matter', () => {
+  const declared = {needs: [{key: 'noise', values: ['true'], excluded: false},
+                            {key: 'noise.warp', values: ['0'], excluded: true}]};
+  const of = (values) => uselessness(declared, (key) => values[key]);
+  assert.equal(of({noise: true, 'noise.warp': 0.1}), null);
+  assert.equal(of({noise: true, 'noise.warp': 0}), 'Has no effect while warp is 0.');
+  assert.equal(of({noise: false, 'noise.warp': 0.1}), 'Needs noise, which is off.');
+  const needs = [{key: 'arms.model', values: ['a', 'b'], excluded: false}];
+  assert.equal(uselessness({needs}, () => 'c'), 'Belongs to model a or b.');
+  assert.equal(uselessness({needs}, () => 'b'), null);
+  const stars = [{key: 'sed', values: [''], excluded: false}];
+  assert.equal(uselessness({needs: stars}, () => null), null);
+  assert.equal(uselessness({needs: stars}, () => 'E'), 'Has no effect while sed is given.');
+  assert.equal(uselessness({}, () => null), null);
 });
 
 // --- shares of light

@@ -165,6 +165,34 @@ class PageTest(unittest.TestCase):
         self.assertEqual(text, GALAXY.replace("optical_depth = 0.5", f"optical_depth = {depth}"))
         self.assert_planes(after, read_planes(self.server.gamer("b.fits", galaxy=text)), 5e-7)
 
+    def test_parameters_that_cannot_matter_are_hidden_or_say_why(self):
+        page = self.page
+        shown = lambda key: page.value(f"[...document.querySelectorAll('#parameters [data-key=\"{key}\"]')].map((row) => "
+                                       "[!row.hidden, row.querySelector('input').disabled, row.querySelector('label').title.split('\\n')[0]])")[0]
+        page.run("studio.parameters.choose('galaxy')")
+        self.assertFalse(shown("arms.winding_b")[0])
+        self.assertEqual(shown("arms.pitch_angle")[:2], [True, False])
+        search = page.find("#filters input")
+        search.send_keys("winding")
+        self.assertEqual(shown("arms.winding_b"), [True, True, "Belongs to model ringermacher-mead."])
+        search.clear()
+        page.make("studio.doc.edit([{set: [null, 'arms.model', 'ringermacher-mead']}], 'law')")
+        page.settle()
+        page.run("studio.parameters.search.value = ''; studio.parameters.filter()")
+        self.assertEqual(shown("arms.winding_b")[:2], [True, False])
+        self.assertFalse(shown("arms.pitch_angle")[0])
+        page.run("studio.parameters.choose('component')")
+        page.select("disk")
+        self.assertFalse(shown("outer_rh")[0])
+        page.make("studio.doc.edit([{set: [1, 'break_radius', 0.5]}, {set: [1, 'outer_rh', 0.05]}], 'break')")
+        page.settle()
+        self.assertEqual(shown("outer_rh")[:2], [True, False])
+        # A break that goes takes its keys with it.
+        page.make("studio.doc.edit([{set: [1, 'break_radius', 0]}], 'no break')")
+        page.settle()
+        self.assertFalse(shown("outer_rh")[0])
+        self.assertNotIn("outer_rh", page.value("studio.doc.history.state.galaxies.mine"))
+
     def test_keys_work_after_a_value_is_typed(self):
         page = self.page
         page.run("studio.components.select(2)")

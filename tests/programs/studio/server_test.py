@@ -384,6 +384,25 @@ class Views(unittest.TestCase):
             folder.gamer("look", "edited.toml", "-o", "x.fits", "-s", "image.size=20")
             numpy.testing.assert_array_equal(cube(frame), fits.getdata(folder.path / "x.fits"))
 
+    def test_an_equal_view_measures_nothing(self):
+        rows = "".join(f"mine {i % 8 - 4} {i} {i // 8 - 4} {i % 90} {7 * i % 180} 0.5 {i % 30}\n" for i in range(60))
+        scene = "galaxy x y z inclination pa size seed\n" + rows
+        with Folder("render.par", "scene.lst", files={**FILES, "scene.lst": scene}) as folder:
+            page, document = folder.open()
+
+            def measured(number, sizes, settings=()):
+                page.send({"op": "view", "id": number, "parameters": document["parameters"], "scene": document["scene"],
+                           "galaxies": document["galaxies"], "settings": list(settings), "sizes": sizes})
+                return [page.receive()[0]["measured"] for _ in sizes]
+
+            levels = [[12, 9, 0.05], [18, 14, 0.02], [24, 18, None]]
+            self.assertGreater(min(measured(1, levels)), 30)
+            self.assertEqual(measured(2, levels), [0, 0, 0])
+            # The galaxies of fine levels are forgotten while the camera moves, but not what was measured of them.
+            for turn in range(12):
+                self.assertEqual(measured(3 + turn, levels[:1], ["camera.up=[0.01, 0, 1]"]), [0])
+            self.assertEqual(measured(20, levels), [0, 0, 0])
+
     def test_a_newer_view_cancels(self):
         with Folder() as folder:
             page, document = folder.open()

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <map>
+#include <memory>
+#include <memory_resource>
 #include <mutex>
 #include <span>
 #include <string>
@@ -11,7 +14,8 @@ namespace gamer {
 
 /// A memory of measured parts of galaxies (GalaxyStatistics::name()), so that galaxies of equal
 /// shape are measured once. It holds a limited number of bytes and forgets what was not used for
-/// longest. Several threads may use it.
+/// longest. Parts lie together in large blocks, apart from what renders need for a moment, and are
+/// freed together. Several threads may use it.
 class CalibrationMemory {
  public:
   static constexpr std::size_t usual_bytes = std::size_t{64} << 20;
@@ -28,14 +32,23 @@ class CalibrationMemory {
   std::size_t measured() const;
 
  private:
-  using Parts = std::map<std::string, std::vector<double>>;
-  void add(const std::string& name, std::vector<double> numbers);
+  /// Parts in blocks of their own.
+  struct Generation {
+    std::unique_ptr<std::pmr::monotonic_buffer_resource> blocks =
+        std::make_unique<std::pmr::monotonic_buffer_resource>();
+    std::pmr::map<std::pmr::string, std::pmr::vector<double>, std::less<>> parts{blocks.get()};
+
+    /// The numbers of a part, or null.
+    const std::pmr::vector<double>* find(const std::string& name) const;
+  };
+  const std::pmr::vector<double>& add(const std::string& name, std::span<const double> numbers);
 
   mutable std::mutex mutex_;
   std::size_t most_bytes_;
   std::size_t recalled_ = 0, measured_ = 0;
   /// Parts that were used lately, and those that were not since `recent_` last became full.
-  Parts recent_, older_;
+  std::unique_ptr<Generation> recent_ = std::make_unique<Generation>();
+  std::unique_ptr<Generation> older_ = std::make_unique<Generation>();
   std::size_t recent_bytes_ = 0;
 };
 

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "gamer/galaxy/component.h"
+
+namespace gamer {
+
+/// A key that matters only while another key of its table has one of these values, or, where they
+/// are excluded, none of them. Without this it is refused or has no effect. `selector` may be in
+/// another table: "arms.model"; "arm" is the number of tables [[arm]]. Values are texts as in the
+/// file, without quotes; a key without a value has the empty text.
+struct KeyUse {
+  std::string key;
+  std::string selector;
+  std::vector<std::string> values;
+  bool is_excluded = false;
+};
+
+/// The uses of the keys of a kind; those of its noise are "noise.floor". A key with several uses
+/// needs all of them.
+std::vector<KeyUse> component_key_uses(const ComponentKind& kind);
+
+/// The uses of the keys of [arms].
+std::vector<KeyUse> arm_key_uses();
+
+}  // namespace gamer
