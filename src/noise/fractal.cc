@@ -20,8 +20,8 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// Shares of octaves that footprints resolve. No footprint resolves octaves from `in_sight` on.
-/// Their sums are, bit by bit, those of batches in which some footprint does.
+/// Combines octaves by the shares that footprints resolve. No footprint resolves octaves from
+/// `in_sight` on; these count by their means.
 template <Combination::Kind kind>
 HWY_INLINE void SeeOctavesOf(std::size_t size, const float* HWY_RESTRICT footprint,
                              std::span<const SeenOctave> octaves, std::size_t in_sight,
@@ -33,7 +33,7 @@ HWY_INLINE void SeeOctavesOf(std::size_t size, const float* HWY_RESTRICT footpri
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
     const auto width = hn::Load(d, footprint + i);
     auto sum = kind == Kind::multiplicative ? one : zero;
-    auto ridge = one;  // What the next ridge is multiplied by.
+    auto ridge = one;  // Factor of the next ridge.
     auto hidden = zero;
     auto coherent = zero;
     const auto add_ridge = [&](const SeenOctave& in, auto height) HWY_ATTR {
@@ -115,8 +115,7 @@ void Deviate(std::size_t size, const SeenNoise& seen, const float* coherence, fl
   }
 }
 
-/// Makes `sum` that of a product: sum exp(step r - r^2/2), r^2 the coherent part of the variance of
-/// ln S.
+/// Sets `sum` to S exp(deviation r - r^2/2) for a product S, r^2 the coherent variance of ln S.
 void DeviateFactor(std::size_t size, const SeenNoise& seen, const float* coherence, float deviation,
                    float log_variance, float* HWY_RESTRICT sum) {
   const hn::ScalableTag<float> d;
@@ -129,7 +128,7 @@ void DeviateFactor(std::size_t size, const SeenNoise& seen, const float* coheren
   }
 }
 
-/// The points, displaced.
+/// Adds the points to their displacements.
 void Displace(const Points& points, BatchArray* displacement) {
   const hn::ScalableTag<float> d;
   const float* coordinates[3] = {points.x, points.y, points.z};
@@ -155,8 +154,8 @@ HWY_EXPORT(Displace);
 
 namespace {
 
-// The least deviation of S over the points, relative to independent octaves. Below it rounding
-// would take the place of the noise.
+// The least deviation of S over the points, relative to independent octaves. A smaller one would
+// be rounding errors.
 constexpr double smallest_variation = 1e-4;
 
 // Lacunarity and gain of the warp's octaves.
@@ -290,8 +289,7 @@ void FractalNoise::evaluate(const Points& points, float* out) const {
 }
 
 std::size_t FractalNoise::octaves_in_sight(float footprint) const {
-  // The margin covers rounding in single precision, so that such octaves count as unseen, bit by
-  // bit.
+  // The margin covers rounding of the shares in single precision.
   constexpr double end = fade_end * (1 + 1e-5);
   std::size_t count = octaves_.size();
   while (count > 0 && double{footprint} * stretch_ * double{octaves_[count - 1].frequency} >= end) {
@@ -429,7 +427,7 @@ void FractalNoise::take_octave(std::size_t k, std::span<const WeightedBatch> clo
       moments.add(cloud[b], value.data());
       continue;
     }
-    // The value that is multiplied or summed for the octave.
+    // The factor or term of the octave.
     for (std::size_t i = 0; i < cloud[b].size; ++i) {
       const float crest = height - std::abs(value[i]);
       term[i] = kind == Kind::ridged ? crest * crest

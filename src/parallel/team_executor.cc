@@ -59,7 +59,7 @@ void TeamExecutor::add_up(std::span<std::byte> integers) {
 }
 
 void TeamExecutor::meet(const std::exception_ptr& failure, std::uint64_t agreed) {
-  // Each rank fills a place of its own with its failure and its number.
+  // A sum with a place for each rank gives every rank all failures and numbers.
   const auto size = static_cast<std::size_t>(team_.size),
              own = static_cast<std::size_t>(team_.rank);
   std::vector<std::uint64_t> numbers(2 * size);
