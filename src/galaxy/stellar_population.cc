@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <numeric>
 #include <optional>
 #include <string_view>
 
+#include "core/text.h"
 #include "gamer/core/near.h"
 
 namespace gamer {
@@ -68,10 +68,8 @@ std::vector<Row> read_rows(const Resources::Text& text) {
       if (first == std::string_view::npos) break;
       rest.remove_prefix(first);
       const std::string_view word = rest.substr(0, rest.find_first_of(" \t\r,"));
-      double value = 0;
-      const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-      if (error != std::errc() || stop != word.data() + word.size() || !(value >= smallest_entry) ||
-          !(value <= largest_entry)) {
+      const double value = number_of<double>(word).value_or(0);
+      if (!(value >= smallest_entry && value <= largest_entry)) {
         fail(word.data(), fmt::format("{} is no number in [1e-12, 1e30]", in_quotes(word)));
       }
       numbers.push_back(value);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -10,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/no_value.h"
 #include "gamer/core/units.h"
 #include "gamer/image/wcs.h"
 #include "processing/aperture.h"
@@ -20,7 +20,6 @@
 namespace gamer {
 namespace {
 
-constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 constexpr double least_axis_ratio = 1e-6;  ///< of apertures; its square does not underflow
 
 /// Where to measure.
@@ -320,14 +319,7 @@ int run_photometry(const OperationCall& call) {
   check_table(call);
   const ParameterSet& parameters = call.parameters;
   const std::vector<Place> places = places_of(call);
-  if (parameters.has("annulus")) {
-    const std::vector<double>& annulus = parameters.numbers("annulus");
-    if (!(annulus[0] < annulus[1])) {
-      throw wrong(call, fmt::format("--annulus {:g},{:g}: the outer radius must be larger than the "
-                                    "inner one",
-                                    annulus[0], annulus[1]));
-    }
-  }
+  check_radii(call, "annulus");
   DataTable apertures, shapes, joined;
   apertures.name = "apertures";
   shapes.name = "shapes";

@@ -5,26 +5,23 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <optional>
 #include <sstream>
 #include <string_view>
-#include <system_error>
 #include <utility>
 #include <variant>
 
+#include "core/no_value.h"
+#include "core/text.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/image/data_table.h"
 
 namespace gamer {
 namespace {
-
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 struct Columns {
   std::vector<std::string> names;
@@ -64,20 +61,8 @@ std::vector<std::string> words_of(const std::string& line) {
   }
   std::istringstream stream(line);
   constexpr const char* blanks = " \t\r";
-  while (std::getline(stream, word, ',')) {
-    const std::size_t first = word.find_first_not_of(blanks);
-    words.push_back(first == std::string::npos
-                        ? ""
-                        : word.substr(first, word.find_last_not_of(blanks) - first + 1));
-  }
+  while (std::getline(stream, word, ',')) words.emplace_back(trimmed(word, blanks));
   return words;
-}
-
-double number_of(std::string_view word) {
-  if (word.starts_with('+')) word.remove_prefix(1);
-  double value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  return error == std::errc() && end == word.data() + word.size() ? value : missing;
 }
 
 Columns text_columns(const std::string& path) {
@@ -99,7 +84,9 @@ Columns text_columns(const std::string& path) {
                                    "read",
                                    words.size(), result.names.size()));
     }
-    for (std::size_t i = 0; i < words.size(); ++i) result.values[i].push_back(number_of(words[i]));
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      result.values[i].push_back(number_of<double>(without_plus(words[i])).value_or(no_value));
+    }
   }
   return result;
 }

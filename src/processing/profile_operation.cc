@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/no_value.h"
 #include "gamer/core/parallel_for.h"
 #include "processing/disk_breaks.h"
 #include "processing/galaxy_options.h"
@@ -18,8 +19,6 @@
 
 namespace gamer {
 namespace {
-
-constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 /// AB magnitude of one unit of the pixels, per pixel and per arcsec^2; NaN without calibration.
 struct Calibration {
@@ -158,15 +157,8 @@ void put_disk(DataTable& table, const PlaneProfile& profile, int hdu, const Gala
 void check_call(const OperationCall& call) {
   check_table(call);
   check_output(call, "plot", {".png"});
-  for (const char* name : {"radius", "range"}) {
-    if (!call.parameters.has(name)) continue;
-    const std::vector<double>& radii = call.parameters.numbers(name);
-    if (!(radii[0] < radii[1])) {
-      throw wrong(call, fmt::format("--{} {:g},{:g}: the outer radius must be larger than the "
-                                    "inner one",
-                                    name, radii[0], radii[1]));
-    }
-  }
+  check_radii(call, "radius");
+  check_radii(call, "range");
 }
 
 std::vector<PlaneProfile> measured_profiles(const OperationCall& call,

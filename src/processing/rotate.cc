@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/no_value.h"
 #include "processing/geometry.h"
 
 namespace gamer {
@@ -236,7 +237,7 @@ class RotatedPlane final : public Plane {
         }
       }
     }
-    if (lost >= missing_share) return std::numeric_limits<double>::quiet_NaN();
+    if (lost >= missing_share) return no_value;
     return sum / present;
   }
 

@@ -136,19 +136,9 @@ FitsHeader map_header(const PlaneTask& task, const Disk& disk, const PolarGrid& 
   return header;
 }
 
-void check_call(const OperationCall& call) {
-  check_table(call);
-  if (!call.parameters.has("radius")) return;
-  const std::vector<double>& radius = call.parameters.numbers("radius");
-  if (!(radius[0] < radius[1])) {
-    throw wrong(call, fmt::format("--radius {:g},{:g}: the outer radius must be larger than the "
-                                  "inner one",
-                                  radius[0], radius[1]));
-  }
-}
-
 int run_unwrap(const OperationCall& call) {
-  check_call(call);
+  check_table(call);
+  check_radii(call, "radius");
   use_threads(call.threads);
   const FitsInput input(call.inputs.front());
   const std::vector<int> hdus = hdu_numbers(input);

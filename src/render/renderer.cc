@@ -6,10 +6,10 @@
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
-#include <limits>
 #include <numbers>
 #include <tuple>
 
+#include "core/no_value.h"
 #include "gamer/core/cancellation.h"
 #include "gamer/scene/spectral_probes.h"
 #include "gamer/sed/photometry.h"
@@ -422,7 +422,6 @@ std::vector<double> Renderer::areas_of(int y, std::size_t row, LightSums& sums) 
 }
 
 void Renderer::finish(int y, std::size_t row, LightSums& sums) const {
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   const std::size_t width = sums.width();
   std::vector<std::optional<Ray>> middles;
   if (camera_.has_edge()) {
@@ -451,9 +450,10 @@ void Renderer::finish(int y, std::size_t row, LightSums& sums) const {
           break;
         default:
           value = sum * areas[x] * unit_factors_[layout_.planes()[o].plane];
-          if (scene_->unit == PixelUnit::magnitude) value = sum > 0 ? ab_magnitude(value) : nan;
+          if (scene_->unit == PixelUnit::magnitude)
+            value = sum > 0 ? ab_magnitude(value) : no_value;
       }
-      if (!shows_sky) value = nan;
+      if (!shows_sky) value = no_value;
     }
   }
 }

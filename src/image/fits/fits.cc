@@ -18,7 +18,6 @@
 
 #include "gamer/core/error.h"
 #include "gamer/image/fits/fits_stream.h"
-#include "image/data_table_writer.h"
 #include "image/fits/fits_cards.h"
 #include "image/fits/fits_file.h"
 #include "image/fits/image_hdu.h"

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "gamer/core/error.h"
-#include "image/data_table_writer.h"
 #include "image/fits/fits_cards.h"
 #include "image/fits/image_hdu.h"
 #include "image/image_suffix.h"
