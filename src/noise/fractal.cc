@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <stdexcept>
 
 #include "core/math-inl.h"
@@ -47,17 +46,17 @@ HWY_INLINE void SeeOctavesOf(std::size_t size, const float* HWY_RESTRICT footpri
       u = hn::Min(hn::Max(u, zero), one);
       const auto seen =
           hn::Mul(hn::Mul(u, u), hn::NegMulAdd(hn::Set(d, 2.0f), u, hn::Set(d, 3.0f)));
-      const auto own = hn::Load(d, in.values + i);
+      const auto value = hn::Load(d, in.values + i);
       const auto weight = hn::Set(d, in.weight);
       if constexpr (kind == Kind::multiplicative) {
-        const auto bounded = hn::Min(hn::Max(hn::Mul(own, weight), hn::Neg(one)), one);
+        const auto bounded = hn::Min(hn::Max(hn::Mul(value, weight), hn::Neg(one)), one);
         sum = hn::Mul(sum, hn::MulAdd(seen, bounded, one));
       } else if constexpr (kind == Kind::ridged) {
-        const auto crest = hn::Sub(hn::Set(d, combination.ridge_offset), hn::Abs(own));
+        const auto crest = hn::Sub(hn::Set(d, combination.ridge_offset), hn::Abs(value));
         const auto mean = hn::Set(d, in.mean);
         add_ridge(in, hn::MulAdd(seen, hn::MulSub(crest, crest, mean), mean));
       } else {
-        sum = hn::MulAdd(kind == Kind::billow ? hn::Abs(own) : own, hn::Mul(seen, weight), sum);
+        sum = hn::MulAdd(kind == Kind::billow ? hn::Abs(value) : value, hn::Mul(seen, weight), sum);
         sum = hn::MulAdd(hn::Sub(one, seen), hn::Set(d, in.weighted_mean), sum);
       }
       const auto rest = hn::NegMulAdd(seen, seen, one);
@@ -133,9 +132,9 @@ void Displace(const Points& points, BatchArray* displacement) {
   const hn::ScalableTag<float> d;
   const float* coordinates[3] = {points.x, points.y, points.z};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    float* HWY_RESTRICT own = displacement[axis].data();
+    float* HWY_RESTRICT moved = displacement[axis].data();
     for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
-      hn::Store(hn::Add(hn::Load(d, coordinates[axis] + i), hn::Load(d, own + i)), d, own + i);
+      hn::Store(hn::Add(hn::Load(d, coordinates[axis] + i), hn::Load(d, moved + i)), d, moved + i);
     }
   }
 }
@@ -320,9 +319,9 @@ void FractalNoise::see(const Points& points, std::span<const float* const> footp
                        std::span<SeenNoise> out, std::uint64_t& evaluations) const {
   auto [least, most] = range_of(footprints[0], points.size);
   for (const float* footprint : footprints.subspan(1)) {
-    const Range own = range_of(footprint, points.size);
-    least = std::min(least, own.least);
-    most = std::max(most, own.most);
+    const Range range = range_of(footprint, points.size);
+    least = std::min(least, range.least);
+    most = std::max(most, range.most);
   }
   std::array<BatchArray, 3> storage;
   const Points displaced = displace(points, storage);
@@ -452,10 +451,10 @@ void FractalNoise::take_octaves(std::span<const WeightedBatch> cloud) {
     std::array<BatchArray, 3> storage;
     const Points displaced = displace(cloud[b].points(), storage);
     for (std::size_t k = 0; k < octaves; ++k) {
-      Octave own = octaves_[k];
-      own.weight = 1;
+      Octave octave = octaves_[k];
+      octave.weight = 1;
       BatchArray& value = values[b * octaves + k];
-      parameters_.kind->sum(displaced, std::span(&own, 1), value.data());
+      parameters_.kind->sum(displaced, std::span(&octave, 1), value.data());
       if (billow) {
         for (float& term : value.values) term = std::abs(term);
       }

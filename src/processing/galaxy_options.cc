@@ -22,10 +22,10 @@ bool is_named(const PlaneTask& task, const std::string& word) {
          (!task.info.label.empty() && in_capitals(word) == in_capitals(task.info.label));
 }
 
-std::optional<Place> given_centre(const OperationCall& call, const PlaneTask& task,
-                                  const std::optional<CelestialWcs>& wcs) {
+std::optional<PlanePoint> given_centre(const OperationCall& call, const PlaneTask& task,
+                                       const std::optional<CelestialWcs>& wcs) {
   const ParameterSet& parameters = call.parameters;
-  Place place;
+  PlanePoint place;
   if (parameters.has("center")) {
     place = {parameters.numbers("center")[0] - 1, parameters.numbers("center")[1] - 1};
   } else if (parameters.has("position")) {
@@ -64,7 +64,7 @@ void check_options(const OperationCall& call) {
 double sky_level(const OperationCall& call, const PlaneTask& task, const GalaxyPlane& galaxy) {
   if (!call.parameters.has("annulus")) return call.parameters.number("sky");
   const std::vector<double>& annulus = call.parameters.numbers("annulus");
-  const Place centre = galaxy.start ? *galaxy.start : brightest_place(galaxy.image);
+  const PlanePoint centre = galaxy.start ? *galaxy.start : brightest_place(galaxy.image);
   const Background background =
       annulus_background(*memory_plane(galaxy.image), Ellipses(centre.x, centre.y), annulus[0],
                          annulus[1], BackgroundMethod::clipped, call.threads);
@@ -151,7 +151,7 @@ GalaxyPlane galaxy_plane(const OperationCall& call, const PlaneTask& task) {
   return galaxy;
 }
 
-Place centre_of(const GalaxyPlane& galaxy, int threads) {
+PlanePoint centre_of(const GalaxyPlane& galaxy, int threads) {
   if (galaxy.start) return *galaxy.start;
   return nucleus_of(*memory_plane(galaxy.image), brightest_place(galaxy.image), threads);
 }

@@ -93,7 +93,7 @@ Columns text_columns(const std::string& path) {
 
 std::optional<std::size_t> column_of(const Columns& columns, std::string_view name) {
   const auto found = std::ranges::find_if(
-      columns.names, [&](const std::string& own) { return lower(own) == name; });
+      columns.names, [&](const std::string& column) { return lower(column) == name; });
   if (found == columns.names.end()) return std::nullopt;
   return static_cast<std::size_t>(found - columns.names.begin());
 }
@@ -119,10 +119,10 @@ PositionTable read_positions(const std::string& name) {
                                            {"raj2000", "dej2000", true},
                                            {"x", "y", false},
                                            {"x_image", "y_image", false}}};
-  for (const Names& own : known) {
-    const auto x = column_of(columns, own.x), y = column_of(columns, own.y);
+  for (const Names& names : known) {
+    const auto x = column_of(columns, names.x), y = column_of(columns, names.y);
     if (!x || !y) continue;
-    return {own.is_sky, std::move(columns.values[*x]), std::move(columns.values[*y])};
+    return {names.is_sky, std::move(columns.values[*x]), std::move(columns.values[*y])};
   }
   throw InputError(fmt::format("{}: no columns ra and dec, or x and y; the numbers are in {}", path,
                                fmt::join(columns.names, ", ")));

@@ -14,7 +14,6 @@
 #include "processing/isophotes.h"
 #include "processing/measurement_table.h"
 #include "processing/operation_groups.h"
-#include "processing/petrosian.h"
 #include "processing/profile_plot.h"
 
 namespace gamer {
@@ -77,7 +76,7 @@ std::optional<DiskFit> disk_of(const OperationCall& call, const std::vector<Isop
 IsophoteOptions isophote_options(const OperationCall& call, const GalaxyPlane& galaxy) {
   const ParameterSet& parameters = call.parameters;
   const PlanePtr plane = memory_plane(galaxy.image);
-  const Place centre = centre_of(galaxy, call.threads);
+  const PlanePoint centre = centre_of(galaxy, call.threads);
   IsophoteOptions options;
   options.x = centre.x;
   options.y = centre.y;
@@ -173,7 +172,7 @@ std::vector<PlaneProfile> measured_profiles(const OperationCall& call,
     try {
       if (profiles.empty()) {
         options = isophote_options(call, profile.galaxy);
-        profile.galaxy.start = Place{options.x, options.y};
+        profile.galaxy.start = PlanePoint{options.x, options.y};
         profile.isophotes = isophotes(image, options);
         if (profile.isophotes.empty()) {
           throw InputError(

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -38,7 +37,7 @@ Disk found_disk(const OperationCall& call, const GalaxyPlane& galaxy) {
     disk.plane.x = galaxy.start->x;
     disk.plane.y = galaxy.start->y;
   } else {
-    const Place centre = centre_of(galaxy, call.threads);
+    const PlanePoint centre = centre_of(galaxy, call.threads);
     light = elliptical_light(*plane, Ellipses(centre.x, centre.y), call.threads);
     disk.plane.x = centre.x;
     disk.plane.y = centre.y;

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
-#include <numbers>
 #include <tuple>
 
 #include "core/no_value.h"
@@ -413,10 +412,10 @@ std::vector<double> Renderer::areas_of(int y, std::size_t row, LightSums& sums) 
       break;
     }
   }
-  std::vector<double> own(lit.size());
-  camera_.solid_angles(y, lit, own);
+  std::vector<double> alone(lit.size());
+  camera_.solid_angles(y, lit, alone);
   for (std::size_t i = 0; i < lit.size(); ++i) {
-    areas[static_cast<std::size_t>(column_of(lit[i]))] = own[i];
+    areas[static_cast<std::size_t>(column_of(lit[i]))] = alone[i];
   }
   return areas;
 }

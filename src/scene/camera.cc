@@ -300,8 +300,8 @@ void Camera::solid_angles(int y, std::span<const int> x, std::span<double> out) 
   constexpr double half = 0.5;
   std::vector<glm::dvec2> places;
   if (wcs_) {
-    for (const int own : x) {
-      const Cross cross = cross_at({own, y}, half);
+    for (const int column : x) {
+      const Cross cross = cross_at({column, y}, half);
       places.insert(places.end(), cross.begin(), cross.end());
     }
   }

@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <boost/math/special_functions/gamma.hpp>
-#include <cctype>
 #include <cmath>
-#include <system_error>
 #include <vector>
 
 #include "core/text.h"

@@ -69,9 +69,9 @@ std::string SceneRow::word(Column column) const {
 
 std::string SceneRow::overrides_word() const {
   std::string result;
-  const ColumnSource& own = sources_[column::overrides];
-  if (own.kind == ColumnSource::Kind::constant) result = own.constant;
-  if (own.kind == ColumnSource::Kind::catalogue) result = catalogue_word(own.place);
+  const ColumnSource& source = sources_[column::overrides];
+  if (source.kind == ColumnSource::Kind::constant) result = source.constant;
+  if (source.kind == ColumnSource::Kind::catalogue) result = catalogue_word(source.place);
   if (result == default_word) result.clear();
   for (const std::size_t place : override_columns_) {
     std::string value = catalogue_word(place);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cctype>
 #include <memory>
-#include <optional>
 #include <utility>
 
 #include "core/no_value.h"

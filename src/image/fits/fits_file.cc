@@ -147,9 +147,9 @@ void FitsFile::move_to_named(const std::string& hdu) {
   for (int i = 1; i <= count; ++i) {
     move_to(i);
     names.push_back(text("EXTNAME"));
-    const std::string own = text("EXTVER");
+    const std::string its_version = text("EXTVER");
     if (in_capitals(names.back()) != in_capitals(name)) continue;
-    if (!version || version == number_of<int>(own.empty() ? "1" : own)) return;
+    if (!version || version == number_of<int>(its_version.empty() ? "1" : its_version)) return;
   }
   std::erase(names, "");
   fail(fmt::format("no HDU {} in it{}", in_quotes(hdu), did_you_mean(hdu, names)));
