@@ -31,7 +31,7 @@ std::vector<ManualOption> options_of(const Manual& manual, const ManualCommand& 
   if (!manual.commands_take_options) return options;
   for (const ManualOption& option : manual.options) {
     const bool is_there = std::ranges::any_of(
-        options, [&](const ManualOption& own) { return own.names == option.names; });
+        options, [&](const ManualOption& known) { return known.names == option.names; });
     if (!is_there) options.push_back(option);
   }
   return options;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "core/text.h"
 #include "gamer/core/near.h"
 
 namespace gamer {
@@ -155,12 +156,7 @@ toml::table parse_document(std::string_view text, const Places& places) {
   }
 }
 
-std::string_view trim(std::string_view text) {
-  const std::string_view blanks = " \t\r\n";
-  const auto first = text.find_first_not_of(blanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
-}
+std::string_view trim(std::string_view text) { return trimmed(text, " \t\r\n"); }
 
 std::vector<std::string> split_key(std::string_view key) {
   std::vector<std::string> parts;

@@ -1,19 +1,16 @@
 #include "core/sexagesimal.h"
 
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <system_error>
+
+#include "core/text.h"
 
 namespace gamer {
 namespace {
 
 std::optional<double> plain_number(std::string_view text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool is_whole_text = error == std::errc() && end == text.data() + text.size();
-  if (!is_whole_text || !std::isfinite(value)) return std::nullopt;
-  return value;
+  const std::optional<double> value = number_of<double>(text);
+  return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 }  // namespace

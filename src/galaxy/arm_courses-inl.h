@@ -7,7 +7,6 @@
 #define GAMER_GALAXY_ARM_COURSES_INL
 #endif
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <numbers>

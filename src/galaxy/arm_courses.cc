@@ -319,13 +319,13 @@ ArmCourses::ArmCourses(const ArmPattern& pattern, const ParameterSet& common,
   // Trunks stand before branches in the tables.
   std::vector<std::size_t> places;
   std::size_t trunk = 0, branch = static_cast<std::size_t>(trunks_);
-  for (const ParameterSet& own : arms) {
+  for (const ParameterSet& values : arms) {
     const auto either = [&](const char* key) {
-      return own.has(key) ? own.number(key) : common.has(key) ? common.number(key) : HUGE_VAL;
+      return values.has(key) ? values.number(key) : common.has(key) ? common.number(key) : HUGE_VAL;
     };
     Arm arm;
-    arm.strength = own.number("strength");
-    arm.width = own.number("width");
+    arm.strength = values.number("strength");
+    arm.width = values.number("width");
     arm.begin = either("begin");
     arm.end = either("end");
     arm.pitch_variation = common.number("pitch_variation");
@@ -333,20 +333,21 @@ ArmCourses::ArmCourses(const ArmPattern& pattern, const ParameterSet& common,
     arm.strength_variation = common.number("strength_variation");
     arm.beat_length = common.number("beat_length");
     arm.width_growth = common.number("width_growth");
-    if (own.has("kinks")) arm.kinks = own.numbers("kinks");
-    if (own.has("pitch_angles")) {
-      for (const double angle : own.numbers("pitch_angles")) arm.pitches.push_back(angle * degree);
+    if (values.has("kinks")) arm.kinks = values.numbers("kinks");
+    if (values.has("pitch_angles")) {
+      for (const double angle : values.numbers("pitch_angles"))
+        arm.pitches.push_back(angle * degree);
     }
-    const auto seed =
-        static_cast<std::uint64_t>(own.has("seed") ? own.integer("seed") : common.integer("seed"));
-    arm.seed = own.has("seed") ? seed : hash_words({seed, places.size() + 1});
+    const auto seed = static_cast<std::uint64_t>(values.has("seed") ? values.integer("seed")
+                                                                    : common.integer("seed"));
+    arm.seed = values.has("seed") ? seed : hash_words({seed, places.size() + 1});
     arm.spacing = turn / std::max(trunks_, 1);
-    if (own.has("leaves")) {
-      const std::size_t left = places[static_cast<std::size_t>(own.integer("leaves")) - 1];
+    if (values.has("leaves")) {
+      const std::size_t left = places[static_cast<std::size_t>(values.integer("leaves")) - 1];
       arm.offset = at(left, arm.begin).offset;
       places.push_back(branch++);
     } else {
-      arm.offset = own.has("offset")           ? own.number("offset") * degree
+      arm.offset = values.has("offset")        ? values.number("offset") * degree
                    : pattern.offsets().empty() ? 0.0
                                                : pattern.offsets()[trunk];
       places.push_back(trunk++);

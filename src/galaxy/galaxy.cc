@@ -84,10 +84,10 @@ std::shared_ptr<Galaxy> Galaxy::read(std::string_view text, const std::string& l
       galaxy->reference_ = settings.reference;
       return galaxy;
     }
-    GalaxySettings own = settings;
-    if (is_shared) own.seed = reference_seed;
-    if (own.twin == nullptr) own.twin = galaxy;
-    galaxy->reference_ = read_alone(text, label, own, resources);
+    GalaxySettings of_reference = settings;
+    if (is_shared) of_reference.seed = reference_seed;
+    if (of_reference.twin == nullptr) of_reference.twin = galaxy;
+    galaxy->reference_ = read_alone(text, label, of_reference, resources);
     galaxy->reference_->is_reference_ = true;
     return galaxy;
   }

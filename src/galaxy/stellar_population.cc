@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <numeric>
 #include <optional>
 #include <string_view>
 
+#include "core/text.h"
 #include "gamer/core/near.h"
 
 namespace gamer {
@@ -68,10 +68,8 @@ std::vector<Row> read_rows(const Resources::Text& text) {
       if (first == std::string_view::npos) break;
       rest.remove_prefix(first);
       const std::string_view word = rest.substr(0, rest.find_first_of(" \t\r,"));
-      double value = 0;
-      const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-      if (error != std::errc() || stop != word.data() + word.size() || !(value >= smallest_entry) ||
-          !(value <= largest_entry)) {
+      const double value = number_of<double>(word).value_or(0);
+      if (!(value >= smallest_entry && value <= largest_entry)) {
         fail(word.data(), fmt::format("{} is no number in [1e-12, 1e30]", in_quotes(word)));
       }
       numbers.push_back(value);
@@ -160,21 +158,21 @@ StellarPopulation::StellarPopulation(const ParameterSet& values, const std::stri
   }
   // The numbers of the classes become shares.
   double number = 0, light = 0;
-  for (const Class& own : classes_) {
-    number += own.number;
-    light += own.light;
+  for (const Class& one : classes_) {
+    number += one.number;
+    light += one.light;
   }
   mean_luminosity_ = light / number;
-  for (Class& own : classes_) {
-    own.number /= number;
-    own.light /= light;
-    const double width = std::log(own.high / own.low);
-    const double whole = power_integral(own.index + 1, own.low, own.low, own.high);
+  for (Class& one : classes_) {
+    one.number /= number;
+    one.light /= light;
+    const double width = std::log(one.high / one.low);
+    const double whole = power_integral(one.index + 1, one.low, one.low, one.high);
     for (int i = 0; i < nodes_per_class; ++i) {
-      const double from = own.low * std::exp(width * i / nodes_per_class);
-      const double to = own.low * std::exp(width * (i + 1) / nodes_per_class);
+      const double from = one.low * std::exp(width * i / nodes_per_class);
+      const double to = one.low * std::exp(width * (i + 1) / nodes_per_class);
       nodes_.push_back({std::sqrt(from * to),
-                        own.light * power_integral(own.index + 1, own.low, from, to) / whole});
+                        one.light * power_integral(one.index + 1, one.low, from, to) / whole});
     }
   }
   for (std::size_t k = 0; k < classes_.size(); ++k) {
@@ -253,23 +251,23 @@ void StellarPopulation::make_grid() {
 
 double StellarPopulation::number_above(double luminosity) const {
   double sum = 0;
-  for (const Class& own : classes_) {
-    if (luminosity <= own.low) {
-      sum += own.number;
-    } else if (luminosity < own.high) {
-      sum += own.number * power_integral(own.index, own.low, luminosity, own.high) /
-             power_integral(own.index, own.low, own.low, own.high);
+  for (const Class& one : classes_) {
+    if (luminosity <= one.low) {
+      sum += one.number;
+    } else if (luminosity < one.high) {
+      sum += one.number * power_integral(one.index, one.low, luminosity, one.high) /
+             power_integral(one.index, one.low, one.low, one.high);
     }
   }
   return sum;
 }
 
 double StellarPopulation::luminosity(std::size_t k, double u) const {
-  const Class& own = classes_[k];
-  const double width = std::log(own.high / own.low);
-  const double a = own.index * width;
+  const Class& one = classes_[k];
+  const double width = std::log(one.high / one.low);
+  const double a = one.index * width;
   const double part = std::abs(a) < 1e-9 ? u : std::log1p(u * std::expm1(a)) / a;
-  return own.low * std::exp(width * part);
+  return one.low * std::exp(width * part);
 }
 
 double StellarPopulation::mean_temperature(double luminosity) const {
@@ -311,13 +309,13 @@ double StellarPopulation::light(const std::function<double(double luminosity)>& 
   if (spectrum != nullptr) spectrum->assign(grid_.size(), 0.0);
   double sum = 0;
   for (const Node& node : nodes_) {
-    const double own = node.light * share(node.luminosity);
-    sum += own;
-    if (spectrum == nullptr || own == 0) continue;
+    const double light = node.light * share(node.luminosity);
+    sum += light;
+    if (spectrum == nullptr || light == 0) continue;
     for (int i = 0; i < deviates; ++i) {
       const double u = (i + 0.5) / deviates;
       const GridPlace at = place(temperature(node.luminosity, u, u, u));
-      const auto part = own * weights[static_cast<std::size_t>(i)];
+      const auto part = light * weights[static_cast<std::size_t>(i)];
       (*spectrum)[at.first] += (1 - at.share) * part;
       (*spectrum)[at.first + 1] += at.share * part;
     }

@@ -3,22 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
 
+#include "core/no_value.h"
 #include "gamer/core/near.h"
-#include "image/data_table_writer.h"
 #include "image/fits/card_record.h"
 #include "image/fits/fits_cards.h"
 #include "image/fits/fits_file.h"
 
 namespace gamer {
 namespace {
-
-constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 bool is_table(FitsFile& file) {
   int type = 0, status = 0;

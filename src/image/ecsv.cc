@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "gamer/image/data_table.h"
-#include "image/fits/fits_number.h"
+#include "image/fits/card_record.h"
 #include "image/write_file.h"
 
 namespace gamer {

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "gamer/core/error.h"
-#include "image/data_table_writer.h"
 #include "image/fits/fits_cards.h"
 #include "image/fits/fits_file.h"
 #include "image/output_file.h"

@@ -65,13 +65,13 @@ Instrument Instrument::parse(std::string_view text, const std::string& label) {
     throw InputError(node.key_where, fmt::format("unknown section {} in an instrument{}",
                                                  in_quotes(key), did_you_mean(key, sections)));
   }
-  const ConfigNode* own = root.find("instrument");
+  const ConfigNode* section = root.find("instrument");
   const ConfigNode* list = root.find("band");
-  if (own == nullptr) throw InputError({label, 0, 0}, "an instrument needs [instrument]");
+  if (section == nullptr) throw InputError({label, 0, 0}, "an instrument needs [instrument]");
   if (list == nullptr || !list->is_array()) {
     throw InputError({label, 0, 0}, "an instrument needs [[band]] with name, zero_point and fwhm");
   }
-  const ParameterSet values = ParameterSet::read(table(), *own, "", "in [instrument]");
+  const ParameterSet values = ParameterSet::read(table(), *section, "", "in [instrument]");
   Instrument result;
   result.name = values.text("name");
   result.description = values.text("description");

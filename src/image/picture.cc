@@ -11,7 +11,6 @@
 
 #include "gamer/core/error.h"
 #include "gamer/image/png_table.h"
-#include "image/image_suffix.h"
 #include "image/picture_size.h"
 
 namespace gamer {

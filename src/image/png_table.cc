@@ -5,15 +5,14 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdint>
-#include <cstring>
 #include <fstream>
 #include <optional>
 #include <span>
 #include <string_view>
 #include <system_error>
 
+#include "core/text.h"
 #include "gamer/core/error.h"
 
 namespace gamer {
@@ -29,17 +28,6 @@ constexpr std::uint64_t most_packed = 1032;
 void append_netstring(std::string& packed, std::string_view text) {
   packed += fmt::format("{}:", text.size());
   packed += text;
-}
-
-/// Removes the first netstring and returns its text; nothing where there is none.
-std::optional<std::string> take_netstring(std::string_view& packed) {
-  std::size_t length = 0;
-  const auto [end, error] = std::from_chars(packed.data(), packed.data() + packed.size(), length);
-  const std::size_t head = static_cast<std::size_t>(end - packed.data()) + 1;
-  if (error != std::errc() || head > packed.size() || length > packed.size() - head) return {};
-  std::string text(packed.substr(head, length));
-  packed.remove_prefix(head + length);
-  return text;
 }
 
 std::uint64_t big_endian(std::span<const unsigned char> bytes) {
@@ -64,8 +52,7 @@ std::optional<TextTable> unpack_png_table(std::span<const unsigned char> data) {
   const auto name = take_netstring(left), count_text = take_netstring(left);
   if (!name || !count_text) return {};
   table.name = *name;
-  std::size_t count = 0;
-  std::from_chars(count_text->data(), count_text->data() + count_text->size(), count);
+  const std::size_t count = number_of<std::size_t>(*count_text).value_or(0);
   for (std::size_t column = 0; column < count; ++column) {
     auto text = take_netstring(left);
     if (!text) return {};

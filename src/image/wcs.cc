@@ -15,14 +15,15 @@
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <mutex>
 #include <stdexcept>
 #include <utility>
 
+#include "core/no_value.h"
+#include "core/text.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
-#include "image/fits/fits_number.h"
+#include "image/fits/card_record.h"
 #include "image/wcs_records.h"
 
 namespace gamer {
@@ -139,8 +140,6 @@ class Converter {
   }
 
  private:
-  static constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
-
   /// Converts a block of pixels; false when WCSLIB converts none of them.
   bool convert(std::span<const PixelPosition> pixels, std::span<SkyPosition> out) {
     std::array<double, axis_count * block_size> from, intermediate, to;
@@ -197,7 +196,7 @@ class Converter {
       // Other records lead WCSLIB beyond their end (7.12).
       if (!is_printing(record) || has_open_string(record)) {
         throw InputError({label, 0, 0},
-                         fmt::format("cannot read the card {}", in_quotes(trim(record))));
+                         fmt::format("cannot read the card {}", in_quotes(trimmed(record))));
       }
       text += record;
     }
@@ -213,7 +212,7 @@ class Converter {
     if (rejected > 0) {
       const std::string rest = text.substr(0, std::min(text.find('\0'), record_width));
       throw InputError({label, 0, 0},
-                       fmt::format("cannot read the card {}", in_quotes(trim(rest))));
+                       fmt::format("cannot read the card {}", in_quotes(trimmed(rest))));
     }
     for (int i = 0; i < all_.count; ++i) {
       if (all_.list[i].alt[0] == ' ') wcs_ = &all_.list[i];
@@ -252,7 +251,7 @@ class Converter {
   /// The coordinate of an axis, "RA" of "RA---TAN".
   std::string coordinate(int axis) const {
     const std::string_view type = wcs_->ctype[axis];
-    return std::string(trim(type.substr(0, type.find('-'))));
+    return std::string(trimmed(type.substr(0, type.find('-'))));
   }
 
   void check_frame(const std::string& label) const {
@@ -268,14 +267,14 @@ class Converter {
     constexpr std::size_t place_begin = 5, image_width = 3;
     const std::string_view type = wcs_->ctype[axis];
     return std::string(
-        trim(type.size() > place_begin ? type.substr(place_begin, image_width) : ""));
+        trimmed(type.size() > place_begin ? type.substr(place_begin, image_width) : ""));
   }
 
   void check_projection_is_named(const std::string& label) const {
     for (int axis = 0; axis < axis_count; ++axis) {
       if (!projection(axis).empty()) continue;
       throw InputError({label, 0, 0}, fmt::format("CTYPE{} = {} names no projection", axis + 1,
-                                                  in_quotes(trim(wcs_->ctype[axis]))));
+                                                  in_quotes(trimmed(wcs_->ctype[axis]))));
     }
   }
 
@@ -346,7 +345,7 @@ class Converter {
   /// WCSLIB's own messages about units leak memory (7.12).
   void check_units(const std::string& label) const {
     for (int axis = 0; axis < axis_count; ++axis) {
-      const std::string_view unit = trim(wcs_->cunit[axis]);
+      const std::string_view unit = trimmed(wcs_->cunit[axis]);
       double scale = 0, offset = 0, power = 0;
       if (unit.empty() || wcsunits(wcs_->cunit[axis], "deg", &scale, &offset, &power) == 0)
         continue;

@@ -6,12 +6,15 @@
 #include <regex>
 #include <utility>
 
+#include "core/text.h"
 #include "gamer/core/error.h"
 
 namespace gamer {
 namespace {
 
-std::string_view keyword(std::string_view record) { return trim(record.substr(0, keyword_width)); }
+std::string_view keyword(std::string_view record) {
+  return trimmed(record.substr(0, keyword_width));
+}
 
 /// Whether a keyword describes the celestial axes 1 and 2, or their frame.
 bool concerns_celestial_axes(const std::string& key) {
@@ -36,14 +39,8 @@ bool is_printing(std::string_view record) {
 
 bool has_open_string(std::string_view record) {
   const std::string_view value =
-      trim(record.substr(std::min(record.size(), keyword_width + std::size_t{2})));
+      trimmed(record.substr(std::min(record.size(), keyword_width + std::size_t{2})));
   return value.starts_with('\'') && value.find('\'', 1) == std::string_view::npos;
-}
-
-std::string_view trim(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(' ');
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(' ') - first + 1);
 }
 
 std::vector<std::string> split_records(std::string_view header) {

@@ -9,8 +9,6 @@ namespace gamer {
 
 inline constexpr std::size_t record_width = 80, keyword_width = 8;
 
-/// The text without blanks at its ends.
-std::string_view trim(std::string_view text);
 /// Whether all characters are printing ones of ASCII.
 bool is_printing(std::string_view record);
 /// Whether the card's value is a string without closing quote.

@@ -301,10 +301,7 @@ std::unique_ptr<ImageWriter> ImageTask::make_writer() const {
 /// job's.
 void ImageTask::finish(ImageWriter& writer, const std::optional<DataTable>& truth) {
   if (journal_ && std::ranges::none_of(files(), is_there)) journal_->add_end();
-  if (unconverged_rays_ > 0) {
-    writer.add_cards({{"UNCONV", static_cast<long long>(unconverged_rays_),
-                       "rays whose error may exceed the tolerance"}});
-  }
+  writer.add_cards(shortfall_cards(unconverged_rays_));
   writer.finish();
   if (truth && !options_.truth_table.empty()) {
     write_truth_table(options_.truth_table, *truth, date_);

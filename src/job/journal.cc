@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <bit>
 #include <cerrno>
-#include <charconv>
 #include <chrono>
 #include <cstring>
 #include <limits>
@@ -18,6 +17,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/text.h"
 #include "gamer/core/error.h"
 #include "image/temporary_file.h"
 
@@ -137,12 +137,10 @@ void pack_head(const JournalHead& head, const std::function<void(std::string_vie
 
 /// Throws RunError.
 template <class Number>
-Number number_of(const std::string& text) {
-  Number number{};
-  const char* end = text.data() + text.size();
-  const auto [last, error] = std::from_chars(text.data(), end, number);
-  if (error != std::errc() || last != end || number < 0) throw RunError("a fact is no number");
-  return number;
+Number fact_of(const std::string& text) {
+  const std::optional<Number> number = number_of<Number>(text);
+  if (!number || *number < 0) throw RunError("a fact is no number");
+  return *number;
 }
 
 /// Throws RunError.
@@ -158,9 +156,9 @@ JournalHead unpack_head(std::string_view packed) {
   head.overwrite = !record[4].content.empty();
   head.plan = {record[5].content,
                record[6].content,
-               number_of<int>(record[7].content),
-               number_of<int>(record[8].content),
-               number_of<std::time_t>(record[9].content),
+               fact_of<int>(record[7].content),
+               fact_of<int>(record[8].content),
+               fact_of<std::time_t>(record[9].content),
                record[10].content,
                record[11].content};
   head.record.assign(record.begin() + facts, record.end());

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 
+#include "core/text.h"
 #include "gamer/core/error.h"
 #include "gamer/image/fits/fits.h"
 #include "gamer/image/png_table.h"
@@ -15,15 +15,9 @@ namespace gamer {
 namespace {
 
 std::string unpack(std::string_view& packed) {
-  std::size_t length = 0;
-  const auto [end, error] = std::from_chars(packed.data(), packed.data() + packed.size(), length);
-  const std::size_t head = static_cast<std::size_t>(end - packed.data()) + 1;
-  if (error != std::errc() || head > packed.size() || length > packed.size() - head) {
-    throw RunError("the record of the job is damaged");
-  }
-  std::string text(packed.substr(head, length));
-  packed.remove_prefix(head + length);
-  return text;
+  std::optional<std::string> text = take_netstring(packed);
+  if (!text) throw RunError("the record of the job is damaged");
+  return std::move(*text);
 }
 
 const std::array<std::string, 3> table_columns = {"NAME", "LABEL", "TEXT"};
@@ -47,7 +41,7 @@ const Resources::Text& text_of(const Record& record, std::string_view name) {
 }
 
 void pack_record(const Record& record, const std::function<void(std::string_view)>& take) {
-  // "<length>:<bytes>", a netstring without its comma.
+  // Netstrings, see take_netstring().
   const auto pack = [&](std::string_view text) {
     take(fmt::format("{}:", text.size()));
     take(text);

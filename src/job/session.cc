@@ -196,11 +196,7 @@ void Rendering::write(const fs::path& path, bool overwrite) const {
   output.overwrite = overwrite;
   check_output_suffix(output);
   const ImageHeader own = header();
-  std::vector<Card> cards;
-  if (unconverged_rays > 0) {
-    cards = {{"UNCONV", static_cast<long long>(unconverged_rays),
-              "rays whose error may exceed the tolerance"}};
-  }
+  const std::vector<Card> cards = shortfall_cards(unconverged_rays);
   if (makes_stamps(job->parameters)) {
     std::vector<ImageRegion> regions;
     double pixels = 0;
@@ -219,7 +215,7 @@ void Rendering::write(const fs::path& path, bool overwrite) const {
       }
       writer->write(stamp, values);
     }
-    if (!cards.empty()) writer->add_cards(cards);
+    writer->add_cards(cards);
     return writer->finish();
   }
   check_output(output, own);
@@ -243,7 +239,7 @@ void Rendering::write(const fs::path& path, bool overwrite) const {
     append_row(truth_images, row, values);
     writer->write_rows(row, 1, values);
   }
-  if (!cards.empty()) writer->add_cards(cards);
+  writer->add_cards(cards);
   writer->finish();
 }
 

@@ -271,10 +271,7 @@ void StampTask::render(Executor& executor, Progress::Style style, RankReport& re
     const RunTimes times = executor.times() - before;
     report.runs += times;
     const Clock end;
-    if (unconverged_rays_ > 0) {
-      writer->add_cards({{"UNCONV", static_cast<long long>(unconverged_rays_),
-                          "rays whose error may exceed the tolerance"}});
-    }
+    writer->add_cards(shortfall_cards(unconverged_rays_));
     writer->finish();
     if (truth && !options_.truth_table.empty()) {
       write_truth_table(options_.truth_table, *truth, date);

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
-#include <limits>
 
+#include "core/no_value.h"
 #include "gamer/core/units.h"
 #include "gamer/image/new_file.h"
 #include "gamer/render/galaxy_measure.h"
@@ -17,8 +17,6 @@
 
 namespace gamer {
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// Dust-free flux of a galaxy, in units of its brightness times scene units^2, in each plane.
 std::vector<double> free_flux(const PlacedGalaxy& placed, const Spectrum& spectrum,
@@ -118,7 +116,7 @@ TruthRows::TruthRows(const RenderJob& job)
 }
 
 void TruthRows::describe(std::size_t object, std::span<double> row) const {
-  std::fill(row.begin(), row.end(), nan);
+  std::fill(row.begin(), row.end(), no_value);
   if (stars_[object] != nullptr) {
     describe_star(*stars_[object], row);
   } else {
@@ -165,7 +163,7 @@ void TruthRows::describe_light(const PlacedGalaxy& placed, const GalaxyMeasure& 
                                std::span<double> row) const {
   const std::vector<double> free = free_flux(placed, job_.spectrum, false);
   const std::vector<double> bulge = free_flux(placed, job_.spectrum, true);
-  row[bulge_to_total] = free.front() > 0 ? bulge.front() / free.front() : nan;
+  row[bulge_to_total] = free.front() > 0 ? bulge.front() / free.front() : no_value;
   const double distance = job_.camera.distance(placed.centre);
   const bool has_angle = job_.camera.projection() != Projection::orthographic;
   for (std::size_t p = 0; p < planes(); ++p) {
@@ -237,7 +235,7 @@ DataTable truth_table(const RenderJob& job, Executor& executor,
                       const std::function<void(int)>& count) {
   const TruthRows truth(job);
   const std::size_t per_object = truth.size();
-  std::vector<double> all(job.scene->objects * per_object, nan);
+  std::vector<double> all(job.scene->objects * per_object, no_value);
   executor.run(
       even_blocks(static_cast<int>(job.scene->objects), 1), per_object,
       [&](RowRange rows, std::span<double> values) {

@@ -171,4 +171,9 @@ std::string shortfall_warning(const std::string& where, double rays) {
       where, rays, most_nodes_of_a_ray);
 }
 
+std::vector<Card> shortfall_cards(double rays) {
+  if (rays == 0) return {};
+  return {{"UNCONV", static_cast<long long>(rays), "rays whose error may exceed the tolerance"}};
+}
+
 }  // namespace gamer

@@ -50,16 +50,9 @@ class CellKernel {
   }
 };
 
-void SumCell(const Points& points, const OctaveList& octaves, float* out) {
-  SumOctaves<CellKernel<hn::ScalableTag<float>>>(points, octaves, out);
-}
-void CombineCell(const Combination& combination, const Points& points, const OctaveList& octaves,
-                 float* out) {
-  CombineOctaves<CellKernel<hn::ScalableTag<float>>>(combination, points, octaves, out);
-}
-void SumVectorCell(const Points& points, const OctaveList& octaves, float* const* out,
-                   std::size_t components) {
-  SumOctavesVector<CellKernel<hn::ScalableTag<float>>>(points, octaves, out, components);
+void EvaluateCell(const Combination& combination, const Points& points, const OctaveList& octaves,
+                  std::span<float* const> out) {
+  EvaluateNoise<CellKernel<hn::ScalableTag<float>>>(combination, points, octaves, out);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -69,40 +62,16 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace gamer {
 
-HWY_EXPORT(SumCell);
-HWY_EXPORT(CombineCell);
-HWY_EXPORT(SumVectorCell);
-
-namespace {
-
-class CellNoise : public Noise {
- public:
-  std::string_view name() const override { return "cell"; }
-  std::string_view description() const override {
-    return "one number per cell of the cubic lattice, with jumps between";
-  }
-  double variance() const override { return cell_variance; }
-  double bound() const override { return cell_bound; }
-  bool identifies() const override { return true; }
-  void sum(const Points& points, std::span<const Octave> octaves, float* out) const override {
-    HWY_DYNAMIC_DISPATCH(SumCell)(points, list_octaves(*this, octaves), out);
-  }
-  void combine(const Combination& combination, const Points& points,
-               std::span<const Octave> octaves, float* out) const override {
-    HWY_DYNAMIC_DISPATCH(CombineCell)(combination, points, list_octaves(*this, octaves), out);
-  }
-  void sum_vector(const Points& points, std::span<const Octave> octaves,
-                  std::span<float* const> out) const override {
-    if (out.size() == 1) return sum(points, octaves, out[0]);
-    HWY_DYNAMIC_DISPATCH(SumVectorCell)
-    (points, list_octaves(*this, octaves), out.data(), out.size());
-  }
-};
-
-}  // namespace
+HWY_EXPORT(EvaluateCell);
 
 const Noise& cell_noise() {
-  static const CellNoise noise;
+  static const LatticeNoise noise(
+      {"cell", "one number per cell of the cubic lattice, with jumps between", cell_variance,
+       cell_bound, true},
+      [](const Combination& combination, const Points& points, const OctaveList& octaves,
+         std::span<float* const> out) {
+        HWY_DYNAMIC_DISPATCH(EvaluateCell)(combination, points, octaves, out);
+      });
   return noise;
 }
 

@@ -26,11 +26,11 @@ void AddMoments(std::size_t size, const float* HWY_RESTRICT weight, const float*
   std::size_t i = 0;
   for (; i + lanes <= size; i += lanes) {
     const auto w = load(weight + i);
-    const auto own = load(x + i);
-    const auto light = hn::Mul(w, own);
+    const auto value = load(x + i);
+    const auto light = hn::Mul(w, value);
     w0 = hn::Add(w0, w);
     wx = hn::Add(wx, light);
-    wxx = hn::MulAdd(light, own, wxx);
+    wxx = hn::MulAdd(light, value, wxx);
     ww = hn::MulAdd(w, w, ww);
     wwx = hn::MulAdd(w, light, wwx);
     wwxx = hn::MulAdd(light, light, wwxx);
@@ -78,9 +78,9 @@ CloudMean mean_over(std::span<const WeightedBatch> cloud,
                     const std::function<void(std::size_t b, BatchArray& out)>& values) {
   std::vector<CloudMoments> parts(cloud.size());
   parallel_for(cloud.size(), [&](std::size_t b) {
-    BatchArray own;
-    values(b, own);
-    parts[b].add(cloud[b], own.data());
+    BatchArray x;
+    values(b, x);
+    parts[b].add(cloud[b], x.data());
   });
   CloudMoments moments;
   for (const CloudMoments& part : parts) moments.add(part.sums());

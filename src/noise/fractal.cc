@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <stdexcept>
 
 #include "core/math-inl.h"
@@ -20,8 +19,8 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// Shares of octaves that footprints resolve. No footprint resolves octaves from `in_sight` on.
-/// Their sums are, bit by bit, those of batches in which some footprint does.
+/// Combines octaves by the shares that footprints resolve. No footprint resolves octaves from
+/// `in_sight` on; these count by their means.
 template <Combination::Kind kind>
 HWY_INLINE void SeeOctavesOf(std::size_t size, const float* HWY_RESTRICT footprint,
                              std::span<const SeenOctave> octaves, std::size_t in_sight,
@@ -33,7 +32,7 @@ HWY_INLINE void SeeOctavesOf(std::size_t size, const float* HWY_RESTRICT footpri
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
     const auto width = hn::Load(d, footprint + i);
     auto sum = kind == Kind::multiplicative ? one : zero;
-    auto ridge = one;  // What the next ridge is multiplied by.
+    auto ridge = one;  // Factor of the next ridge.
     auto hidden = zero;
     auto coherent = zero;
     const auto add_ridge = [&](const SeenOctave& in, auto height) HWY_ATTR {
@@ -47,17 +46,17 @@ HWY_INLINE void SeeOctavesOf(std::size_t size, const float* HWY_RESTRICT footpri
       u = hn::Min(hn::Max(u, zero), one);
       const auto seen =
           hn::Mul(hn::Mul(u, u), hn::NegMulAdd(hn::Set(d, 2.0f), u, hn::Set(d, 3.0f)));
-      const auto own = hn::Load(d, in.values + i);
+      const auto value = hn::Load(d, in.values + i);
       const auto weight = hn::Set(d, in.weight);
       if constexpr (kind == Kind::multiplicative) {
-        const auto bounded = hn::Min(hn::Max(hn::Mul(own, weight), hn::Neg(one)), one);
+        const auto bounded = hn::Min(hn::Max(hn::Mul(value, weight), hn::Neg(one)), one);
         sum = hn::Mul(sum, hn::MulAdd(seen, bounded, one));
       } else if constexpr (kind == Kind::ridged) {
-        const auto crest = hn::Sub(hn::Set(d, combination.ridge_offset), hn::Abs(own));
+        const auto crest = hn::Sub(hn::Set(d, combination.ridge_offset), hn::Abs(value));
         const auto mean = hn::Set(d, in.mean);
         add_ridge(in, hn::MulAdd(seen, hn::MulSub(crest, crest, mean), mean));
       } else {
-        sum = hn::MulAdd(kind == Kind::billow ? hn::Abs(own) : own, hn::Mul(seen, weight), sum);
+        sum = hn::MulAdd(kind == Kind::billow ? hn::Abs(value) : value, hn::Mul(seen, weight), sum);
         sum = hn::MulAdd(hn::Sub(one, seen), hn::Set(d, in.weighted_mean), sum);
       }
       const auto rest = hn::NegMulAdd(seen, seen, one);
@@ -115,8 +114,7 @@ void Deviate(std::size_t size, const SeenNoise& seen, const float* coherence, fl
   }
 }
 
-/// Makes `sum` that of a product: sum exp(step r - r^2/2), r^2 the coherent part of the variance of
-/// ln S.
+/// Sets `sum` to S exp(deviation r - r^2/2) for a product S, r^2 the coherent variance of ln S.
 void DeviateFactor(std::size_t size, const SeenNoise& seen, const float* coherence, float deviation,
                    float log_variance, float* HWY_RESTRICT sum) {
   const hn::ScalableTag<float> d;
@@ -129,14 +127,14 @@ void DeviateFactor(std::size_t size, const SeenNoise& seen, const float* coheren
   }
 }
 
-/// The points, displaced.
+/// Adds the points to their displacements.
 void Displace(const Points& points, BatchArray* displacement) {
   const hn::ScalableTag<float> d;
   const float* coordinates[3] = {points.x, points.y, points.z};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    float* HWY_RESTRICT own = displacement[axis].data();
+    float* HWY_RESTRICT moved = displacement[axis].data();
     for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
-      hn::Store(hn::Add(hn::Load(d, coordinates[axis] + i), hn::Load(d, own + i)), d, own + i);
+      hn::Store(hn::Add(hn::Load(d, coordinates[axis] + i), hn::Load(d, moved + i)), d, moved + i);
     }
   }
 }
@@ -155,8 +153,8 @@ HWY_EXPORT(Displace);
 
 namespace {
 
-// The least deviation of S over the points, relative to independent octaves. Below it rounding
-// would take the place of the noise.
+// The least deviation of S over the points, relative to independent octaves. A smaller one would
+// be rounding errors.
 constexpr double smallest_variation = 1e-4;
 
 // Lacunarity and gain of the warp's octaves.
@@ -290,8 +288,7 @@ void FractalNoise::evaluate(const Points& points, float* out) const {
 }
 
 std::size_t FractalNoise::octaves_in_sight(float footprint) const {
-  // The margin covers rounding in single precision, so that such octaves count as unseen, bit by
-  // bit.
+  // The margin covers rounding of the shares in single precision.
   constexpr double end = fade_end * (1 + 1e-5);
   std::size_t count = octaves_.size();
   while (count > 0 && double{footprint} * stretch_ * double{octaves_[count - 1].frequency} >= end) {
@@ -322,9 +319,9 @@ void FractalNoise::see(const Points& points, std::span<const float* const> footp
                        std::span<SeenNoise> out, std::uint64_t& evaluations) const {
   auto [least, most] = range_of(footprints[0], points.size);
   for (const float* footprint : footprints.subspan(1)) {
-    const Range own = range_of(footprint, points.size);
-    least = std::min(least, own.least);
-    most = std::max(most, own.most);
+    const Range range = range_of(footprint, points.size);
+    least = std::min(least, range.least);
+    most = std::max(most, range.most);
   }
   std::array<BatchArray, 3> storage;
   const Points displaced = displace(points, storage);
@@ -429,7 +426,7 @@ void FractalNoise::take_octave(std::size_t k, std::span<const WeightedBatch> clo
       moments.add(cloud[b], value.data());
       continue;
     }
-    // The value that is multiplied or summed for the octave.
+    // The factor or term of the octave.
     for (std::size_t i = 0; i < cloud[b].size; ++i) {
       const float crest = height - std::abs(value[i]);
       term[i] = kind == Kind::ridged ? crest * crest
@@ -454,10 +451,10 @@ void FractalNoise::take_octaves(std::span<const WeightedBatch> cloud) {
     std::array<BatchArray, 3> storage;
     const Points displaced = displace(cloud[b].points(), storage);
     for (std::size_t k = 0; k < octaves; ++k) {
-      Octave own = octaves_[k];
-      own.weight = 1;
+      Octave octave = octaves_[k];
+      octave.weight = 1;
       BatchArray& value = values[b * octaves + k];
-      parameters_.kind->sum(displaced, std::span(&own, 1), value.data());
+      parameters_.kind->sum(displaced, std::span(&octave, 1), value.data());
       if (billow) {
         for (float& term : value.values) term = std::abs(term);
       }

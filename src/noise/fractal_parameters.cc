@@ -16,7 +16,7 @@ constexpr double largest_offset = 16.0;
 // (noise.h).
 constexpr double largest_frequency = 1e5;
 
-// The lacunarity of a combination of scale-free octaves that names none.
+// Default lacunarity of multiplicative and ridged combinations.
 constexpr double usual_lacunarity = 2.0;
 
 // With this floor |v|^-20 stays within single precision.
@@ -32,7 +32,7 @@ constexpr CombinationName combination_names[] = {
     {"ridged", Combination::Kind::ridged},
     {"billow", Combination::Kind::billow}};
 
-/// Refuses given values that the others leave without a meaning.
+/// Throws InputError where a given parameter has no effect.
 void refuse_meaningless(const FractalParameters& noise, const ParameterSet& values,
                         const std::string& context) {
   const auto refuse = [&](const char* key, const std::string& why) {

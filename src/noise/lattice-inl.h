@@ -362,7 +362,7 @@ class IdentifiedLattice {
   LatticeWrap wrap_{};
 };
 
-/// An octave's weight for values as they are and as the kernel gives them: P / scale; and whether
+/// An octave's weight, weight scale (for a kernel's values P / scale) and scale, and whether
 /// |weight P| can exceed 1.
 struct OctaveScales {
   float weight, scaled_weight, scale;
@@ -420,8 +420,7 @@ class MultiplicativeCombiner {
   V product_;
 };
 
-/// Billow or ridged. The kind is the same for all octaves and points: a branch that is always
-/// foreseen.
+/// Billow or ridged. One kind for all octaves and points makes the branch predictable.
 template <class D, int components>
 class RidgeCombiner {
   static_assert(components == 1);
@@ -535,36 +534,21 @@ HWY_INLINE void EvaluateOctaves(const Combination& combination, const Points& po
                                                              octaves.count, out);
 }
 
+/// Evaluates a combination of octaves (LatticeNoise::Evaluate).
 template <class Kernel>
-HWY_INLINE void SumOctaves(const Points& points, const OctaveList& octaves, float* out) {
-  EvaluateOctaves<Kernel, AdditiveCombiner, 1>({}, points, octaves, &out);
-}
-
-template <class Kernel>
-HWY_INLINE void CombineOctaves(const Combination& combination, const Points& points,
-                               const OctaveList& octaves, float* out) {
-  switch (combination.kind) {
-    case Combination::Kind::additive:
-      EvaluateOctaves<Kernel, AdditiveCombiner, 1>(combination, points, octaves, &out);
-      break;
-    case Combination::Kind::multiplicative:
-      EvaluateOctaves<Kernel, MultiplicativeCombiner, 1>(combination, points, octaves, &out);
-      break;
-    case Combination::Kind::billow:
-    case Combination::Kind::ridged:
-      EvaluateOctaves<Kernel, RidgeCombiner, 1>(combination, points, octaves, &out);
-      break;
-  }
-}
-
-/// Evaluates two or three components.
-template <class Kernel>
-HWY_INLINE void SumOctavesVector(const Points& points, const OctaveList& octaves, float* const* out,
-                                 std::size_t components) {
-  if (components == 2) {
-    EvaluateOctaves<Kernel, AdditiveCombiner, 2>({}, points, octaves, out);
+HWY_INLINE void EvaluateNoise(const Combination& combination, const Points& points,
+                              const OctaveList& octaves, std::span<float* const> out) {
+  using Kind = Combination::Kind;
+  if (out.size() == 3) {
+    EvaluateOctaves<Kernel, AdditiveCombiner, 3>(combination, points, octaves, out.data());
+  } else if (out.size() == 2) {
+    EvaluateOctaves<Kernel, AdditiveCombiner, 2>(combination, points, octaves, out.data());
+  } else if (combination.kind == Kind::additive) {
+    EvaluateOctaves<Kernel, AdditiveCombiner, 1>(combination, points, octaves, out.data());
+  } else if (combination.kind == Kind::multiplicative) {
+    EvaluateOctaves<Kernel, MultiplicativeCombiner, 1>(combination, points, octaves, out.data());
   } else {
-    EvaluateOctaves<Kernel, AdditiveCombiner, 3>({}, points, octaves, out);
+    EvaluateOctaves<Kernel, RidgeCombiner, 1>(combination, points, octaves, out.data());
   }
 }
 

@@ -17,8 +17,8 @@ namespace gamer {
 //
 // and floor(12 m / 2^16) chooses the gradient. Exclusive or, unlike a sum, leaves no lattice vector
 // along which h repeats. Multiplication by a constant would leave the hash linear. A product of two
-// words that differ from point to point does not. Tests find neighbours at many distances, and the
-// corners of cells together, independent. Each of the 12 comes within 2e-4 of 1/12.
+// words that differ from point to point does not. In tests neighbours at many distances and the
+// corners of a cell are independent. Each gradient has a probability within 2e-4 of 1/12.
 inline constexpr std::uint32_t lattice_px = 0x9E3779B1u;
 inline constexpr std::uint32_t lattice_py = 0x85EBCA77u;
 inline constexpr std::uint32_t lattice_pz = 0xC2B2AE3Du;
@@ -70,8 +70,44 @@ struct OctaveList {
   Lattices lattices;
 };
 
-/// Throws InputError where the noise cannot evaluate them.
-OctaveList list_octaves(const Noise& noise, std::span<const Octave> octaves);
+/// A noise that a kernel evaluates on a lattice.
+class LatticeNoise final : public Noise {
+ public:
+  struct Traits {
+    std::string_view name, description;
+    double variance, bound;
+    bool identifies;
+  };
+  /// Writes a combination of octaves. Sums may have several components, with an array of `out`
+  /// each.
+  using Evaluate = void (*)(const Combination& combination, const Points& points,
+                            const OctaveList& octaves, std::span<float* const> out);
+  LatticeNoise(const Traits& traits, Evaluate evaluate) : traits_(traits), evaluate_(evaluate) {}
+
+  std::string_view name() const override { return traits_.name; }
+  std::string_view description() const override { return traits_.description; }
+  double variance() const override { return traits_.variance; }
+  double bound() const override { return traits_.bound; }
+  bool identifies() const override { return traits_.identifies; }
+  void sum(const Points& points, std::span<const Octave> octaves, float* out) const override {
+    evaluate_({}, points, list(octaves), {&out, 1});
+  }
+  void combine(const Combination& combination, const Points& points,
+               std::span<const Octave> octaves, float* out) const override {
+    evaluate_(combination, points, list(octaves), {&out, 1});
+  }
+  void sum_vector(const Points& points, std::span<const Octave> octaves,
+                  std::span<float* const> out) const override {
+    evaluate_({}, points, list(octaves), out);
+  }
+
+ private:
+  /// Throws InputError where this noise cannot evaluate the octaves.
+  OctaveList list(std::span<const Octave> octaves) const;
+
+  Traits traits_;
+  Evaluate evaluate_;
+};
 
 /// The period of an index.
 struct LatticeCycle {
@@ -149,7 +185,7 @@ inline constexpr double value_variance = 181.0 / 231 * 181 / 231 * 181 / 231 / 3
 inline constexpr double value_bound = 1;
 inline constexpr double cell_variance = 1.0 / 3;
 inline constexpr double cell_bound = 1;
-/// The variance of the numbers of cells.
+/// The step of the hash between components of cell noise.
 inline constexpr std::uint32_t cell_step = 0x9E3779B9u;
 inline constexpr double simplex_scale = 76.8857;
 /// scale^2 2 (2/3) int (1/2 - r^2)^8 r^2 d^3r: 2 lattice points per unit volume, <(g . r)^2> =

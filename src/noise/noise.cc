@@ -28,7 +28,7 @@ const Noise& find_noise(const std::string& name) {
   throw InputError("unknown noise '" + name + "'" + did_you_mean(name, noise_names()));
 }
 
-OctaveList list_octaves(const Noise& noise, std::span<const Octave> octaves) {
+OctaveList LatticeNoise::list(std::span<const Octave> octaves) const {
   OctaveList list{octaves.data(), octaves.size(), Lattices::open};
   for (const Octave& octave : octaves) {
     const auto [p, q] = octave.translation;
@@ -38,11 +38,11 @@ OctaveList list_octaves(const Noise& noise, std::span<const Octave> octaves) {
     if ((p != 0 && x != 0) || (p == 0 && q != 0 && y != 0)) {
       throw InputError("a lattice's translation and period of the same axis exclude each other");
     }
-    const Lattices own = lattice_wrap(octave).cycles ? Lattices::cyclic : Lattices::helical;
-    list.lattices = std::max(list.lattices, own);
+    const Lattices needed = lattice_wrap(octave).cycles ? Lattices::cyclic : Lattices::helical;
+    list.lattices = std::max(list.lattices, needed);
   }
-  if (list.lattices != Lattices::open && !noise.identifies()) {
-    throw InputError("noise '" + std::string(noise.name()) +
+  if (list.lattices != Lattices::open && !identifies()) {
+    throw InputError("noise '" + std::string(name()) +
                      "' has no cubic lattice, so its points cannot be identified by a translation "
                      "or a period");
   }

@@ -10,16 +10,9 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-void SumPerlin(const Points& points, const OctaveList& octaves, float* out) {
-  SumOctaves<PerlinKernel<hn::ScalableTag<float>>>(points, octaves, out);
-}
-void CombinePerlin(const Combination& combination, const Points& points, const OctaveList& octaves,
-                   float* out) {
-  CombineOctaves<PerlinKernel<hn::ScalableTag<float>>>(combination, points, octaves, out);
-}
-void SumVectorPerlin(const Points& points, const OctaveList& octaves, float* const* out,
-                     std::size_t components) {
-  SumOctavesVector<PerlinKernel<hn::ScalableTag<float>>>(points, octaves, out, components);
+void EvaluatePerlin(const Combination& combination, const Points& points, const OctaveList& octaves,
+                    std::span<float* const> out) {
+  EvaluateNoise<PerlinKernel<hn::ScalableTag<float>>>(combination, points, octaves, out);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -29,40 +22,16 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace gamer {
 
-HWY_EXPORT(SumPerlin);
-HWY_EXPORT(CombinePerlin);
-HWY_EXPORT(SumVectorPerlin);
-
-namespace {
-
-class PerlinNoise : public Noise {
- public:
-  std::string_view name() const override { return "perlin"; }
-  std::string_view description() const override {
-    return "improved gradient noise on the cubic lattice (Perlin 2002)";
-  }
-  double variance() const override { return perlin_variance; }
-  double bound() const override { return perlin_bound; }
-  bool identifies() const override { return true; }
-  void sum(const Points& points, std::span<const Octave> octaves, float* out) const override {
-    HWY_DYNAMIC_DISPATCH(SumPerlin)(points, list_octaves(*this, octaves), out);
-  }
-  void combine(const Combination& combination, const Points& points,
-               std::span<const Octave> octaves, float* out) const override {
-    HWY_DYNAMIC_DISPATCH(CombinePerlin)(combination, points, list_octaves(*this, octaves), out);
-  }
-  void sum_vector(const Points& points, std::span<const Octave> octaves,
-                  std::span<float* const> out) const override {
-    if (out.size() == 1) return sum(points, octaves, out[0]);
-    HWY_DYNAMIC_DISPATCH(SumVectorPerlin)
-    (points, list_octaves(*this, octaves), out.data(), out.size());
-  }
-};
-
-}  // namespace
+HWY_EXPORT(EvaluatePerlin);
 
 const Noise& perlin_noise() {
-  static const PerlinNoise noise;
+  static const LatticeNoise noise(
+      {"perlin", "improved gradient noise on the cubic lattice (Perlin 2002)", perlin_variance,
+       perlin_bound, true},
+      [](const Combination& combination, const Points& points, const OctaveList& octaves,
+         std::span<float* const> out) {
+        HWY_DYNAMIC_DISPATCH(EvaluatePerlin)(combination, points, octaves, out);
+      });
   return noise;
 }
 

@@ -30,8 +30,7 @@ struct ShapeInput {
   bool inverse;
   float inverse_contrast;
   float offset;
-  /// Table: entry s of level n, then that of level n + 1, for each s, for each n; none where values
-  /// are their own expectation.
+  /// Table [n][s][2] with the entries of s at the levels n and n + 1; null without expectations.
   const float* expected;
 };
 
@@ -75,13 +74,13 @@ void ApplyShape(const ShapeInput& shape, std::size_t size, float* HWY_RESTRICT v
   }
 }
 
-/// Number of values whose expectations are looked up together.
+/// Values whose expectations are looked up together, at most `capacity`.
 struct Lookups {
   static constexpr std::size_t capacity = 64;
   static_assert(capacity % batch_padding == 0);
-  HWY_ALIGN std::int32_t at[capacity];  ///< of the table's four entries that a value lies between
-  HWY_ALIGN float up[capacity];         ///< between two levels
-  HWY_ALIGN float right[capacity];      ///< and two places of s
+  HWY_ALIGN std::int32_t at[capacity];  ///< place of a value's four neighbours in the table
+  HWY_ALIGN float up[capacity];         ///< fraction between two levels
+  HWY_ALIGN float right[capacity];      ///< fraction between two places of s
   HWY_ALIGN float corners[4 * capacity];
 };
 
@@ -158,7 +157,7 @@ namespace {
 // Whole powers up to here are multiplied out; beyond, e^(alpha ln v) is as fast.
 constexpr double largest_whole_exponent = 20.0;
 
-// The end of single precision.
+// log2 of the largest number in single precision, with a margin.
 constexpr double largest_log2 = 127.9;
 
 /// The exponent, negative where Theta is inverse.

@@ -115,16 +115,9 @@ class SimplexKernel {
   }
 };
 
-void SumSimplex(const Points& points, const OctaveList& octaves, float* out) {
-  SumOctaves<SimplexKernel<hn::ScalableTag<float>>>(points, octaves, out);
-}
-void CombineSimplex(const Combination& combination, const Points& points, const OctaveList& octaves,
-                    float* out) {
-  CombineOctaves<SimplexKernel<hn::ScalableTag<float>>>(combination, points, octaves, out);
-}
-void SumVectorSimplex(const Points& points, const OctaveList& octaves, float* const* out,
-                      std::size_t components) {
-  SumOctavesVector<SimplexKernel<hn::ScalableTag<float>>>(points, octaves, out, components);
+void EvaluateSimplex(const Combination& combination, const Points& points,
+                     const OctaveList& octaves, std::span<float* const> out) {
+  EvaluateNoise<SimplexKernel<hn::ScalableTag<float>>>(combination, points, octaves, out);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -134,40 +127,16 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace gamer {
 
-HWY_EXPORT(SumSimplex);
-HWY_EXPORT(CombineSimplex);
-HWY_EXPORT(SumVectorSimplex);
-
-namespace {
-
-class SimplexNoise : public Noise {
- public:
-  std::string_view name() const override { return "simplex"; }
-  std::string_view description() const override {
-    return "gradient noise on the tetrahedral lattice (Perlin 2001)";
-  }
-  double variance() const override { return simplex_variance; }
-  double bound() const override { return simplex_bound; }
-  bool identifies() const override { return false; }
-  void sum(const Points& points, std::span<const Octave> octaves, float* out) const override {
-    HWY_DYNAMIC_DISPATCH(SumSimplex)(points, list_octaves(*this, octaves), out);
-  }
-  void combine(const Combination& combination, const Points& points,
-               std::span<const Octave> octaves, float* out) const override {
-    HWY_DYNAMIC_DISPATCH(CombineSimplex)(combination, points, list_octaves(*this, octaves), out);
-  }
-  void sum_vector(const Points& points, std::span<const Octave> octaves,
-                  std::span<float* const> out) const override {
-    if (out.size() == 1) return sum(points, octaves, out[0]);
-    HWY_DYNAMIC_DISPATCH(SumVectorSimplex)
-    (points, list_octaves(*this, octaves), out.data(), out.size());
-  }
-};
-
-}  // namespace
+HWY_EXPORT(EvaluateSimplex);
 
 const Noise& simplex_noise() {
-  static const SimplexNoise noise;
+  static const LatticeNoise noise(
+      {"simplex", "gradient noise on the tetrahedral lattice (Perlin 2001)", simplex_variance,
+       simplex_bound, false},
+      [](const Combination& combination, const Points& points, const OctaveList& octaves,
+         std::span<float* const> out) {
+        HWY_DYNAMIC_DISPATCH(EvaluateSimplex)(combination, points, octaves, out);
+      });
   return noise;
 }
 

@@ -62,16 +62,9 @@ class ValueKernel {
   }
 };
 
-void SumValue(const Points& points, const OctaveList& octaves, float* out) {
-  SumOctaves<ValueKernel<hn::ScalableTag<float>>>(points, octaves, out);
-}
-void CombineValue(const Combination& combination, const Points& points, const OctaveList& octaves,
-                  float* out) {
-  CombineOctaves<ValueKernel<hn::ScalableTag<float>>>(combination, points, octaves, out);
-}
-void SumVectorValue(const Points& points, const OctaveList& octaves, float* const* out,
-                    std::size_t components) {
-  SumOctavesVector<ValueKernel<hn::ScalableTag<float>>>(points, octaves, out, components);
+void EvaluateValue(const Combination& combination, const Points& points, const OctaveList& octaves,
+                   std::span<float* const> out) {
+  EvaluateNoise<ValueKernel<hn::ScalableTag<float>>>(combination, points, octaves, out);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -81,40 +74,16 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace gamer {
 
-HWY_EXPORT(SumValue);
-HWY_EXPORT(CombineValue);
-HWY_EXPORT(SumVectorValue);
-
-namespace {
-
-class ValueNoise : public Noise {
- public:
-  std::string_view name() const override { return "value"; }
-  std::string_view description() const override {
-    return "interpolated numbers of the points of the cubic lattice";
-  }
-  double variance() const override { return value_variance; }
-  double bound() const override { return value_bound; }
-  bool identifies() const override { return true; }
-  void sum(const Points& points, std::span<const Octave> octaves, float* out) const override {
-    HWY_DYNAMIC_DISPATCH(SumValue)(points, list_octaves(*this, octaves), out);
-  }
-  void combine(const Combination& combination, const Points& points,
-               std::span<const Octave> octaves, float* out) const override {
-    HWY_DYNAMIC_DISPATCH(CombineValue)(combination, points, list_octaves(*this, octaves), out);
-  }
-  void sum_vector(const Points& points, std::span<const Octave> octaves,
-                  std::span<float* const> out) const override {
-    if (out.size() == 1) return sum(points, octaves, out[0]);
-    HWY_DYNAMIC_DISPATCH(SumVectorValue)
-    (points, list_octaves(*this, octaves), out.data(), out.size());
-  }
-};
-
-}  // namespace
+HWY_EXPORT(EvaluateValue);
 
 const Noise& value_noise() {
-  static const ValueNoise noise;
+  static const LatticeNoise noise(
+      {"value", "interpolated numbers of the points of the cubic lattice", value_variance,
+       value_bound, true},
+      [](const Combination& combination, const Points& points, const OctaveList& octaves,
+         std::span<float* const> out) {
+        HWY_DYNAMIC_DISPATCH(EvaluateValue)(combination, points, octaves, out);
+      });
   return noise;
 }
 

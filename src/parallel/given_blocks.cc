@@ -11,10 +11,10 @@ void GivenBlocks::give(int rank, RowRange block) {
 }
 
 bool GivenBlocks::take_back(int rank, RowRange block) {
-  std::vector<RowRange>& own = blocks_[static_cast<std::size_t>(rank)];
-  const auto found = std::ranges::find(own, block);
-  if (found == own.end()) return false;
-  own.erase(found);
+  std::vector<RowRange>& given = blocks_[static_cast<std::size_t>(rank)];
+  const auto found = std::ranges::find(given, block);
+  if (found == given.end()) return false;
+  given.erase(found);
   return true;
 }
 

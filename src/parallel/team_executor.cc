@@ -59,7 +59,7 @@ void TeamExecutor::add_up(std::span<std::byte> integers) {
 }
 
 void TeamExecutor::meet(const std::exception_ptr& failure, std::uint64_t agreed) {
-  // Each rank fills a place of its own with its failure and its number.
+  // A sum with a place for each rank gives every rank all failures and numbers.
   const auto size = static_cast<std::size_t>(team_.size),
              own = static_cast<std::size_t>(team_.rank);
   std::vector<std::uint64_t> numbers(2 * size);
@@ -98,18 +98,18 @@ void TeamExecutor::leave(const std::exception_ptr& failure) {
 
 void TeamExecutor::share(std::span<const RowRange> blocks, std::size_t values_per_row,
                          const Compute& compute, std::vector<double>& values) {
-  std::vector<RowRange> own;
+  std::vector<RowRange> mine;
   std::vector<std::size_t> places;
   std::size_t place = 0;
   for (std::size_t block = 0; block < blocks.size(); ++block) {
     if (block % static_cast<std::size_t>(team_.size) == static_cast<std::size_t>(team_.rank)) {
-      own.push_back(blocks[block]);
+      mine.push_back(blocks[block]);
       places.push_back(place);
     }
     place += static_cast<std::size_t>(blocks[block].size()) * values_per_row;
   }
-  threads_.run(own, values_per_row, compute, [&](RowRange rows, std::span<const double> of_block) {
-    const auto block = std::ranges::find(own, rows) - own.begin();
+  threads_.run(mine, values_per_row, compute, [&](RowRange rows, std::span<const double> of_block) {
+    const auto block = std::ranges::find(mine, rows) - mine.begin();
     std::ranges::copy(of_block, values.begin() + static_cast<std::ptrdiff_t>(
                                                      places[static_cast<std::size_t>(block)]));
   });

@@ -46,9 +46,9 @@ class WorkerPool {
 
   /// All threads have ended and all results are taken.
   bool finished() const;
-  /// In compute so far, sum over the threads.
+  /// Seconds in compute so far, sum over the threads.
   double compute_seconds() const;
-  /// What compute threw first, or null.
+  /// The first exception of compute, or null.
   std::exception_ptr failure() const;
 
   /// Computes no further block and drops the results that were not taken.

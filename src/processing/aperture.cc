@@ -10,13 +10,13 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "core/no_value.h"
 #include "gamer/core/error.h"
 #include "gamer/core/units.h"
 
 namespace gamer {
 namespace {
 
-constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 constexpr double pi_value = std::numbers::pi;
 
 struct Vector {

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <utility>
 
+#include "core/no_value.h"
 #include "gamer/core/error.h"
 
 namespace gamer {
@@ -71,7 +71,7 @@ class CombinedPlane final : public Plane {
     const auto planes = static_cast<double>(planes_.size());
     for (std::size_t i = 0; i < result.size(); ++i) {
       if (skip_missing_ && there[i] == 0) {
-        result[i] = std::numeric_limits<double>::quiet_NaN();
+        result[i] = no_value;
       } else if (combination_ == Combination::mean) {
         result[i] /= skip_missing_ ? there[i] : planes;
       }

@@ -65,16 +65,16 @@ std::size_t partner(const Operand& operand, const PlaneTask& task, const std::st
 void check_units(const OperationCall& call, const Operand& operand, const PlaneInfo& other,
                  const PlaneTask& task) {
   constexpr double zero_point_error = 1e-6;
-  const PlaneInfo& own = task.info;
-  if (!other.unit.empty() && !own.unit.empty() && other.unit != own.unit) {
+  const PlaneInfo& info = task.info;
+  if (!other.unit.empty() && !info.unit.empty() && other.unit != info.unit) {
     throw InputError(fmt::format("gutil {}: the pixels of {} are in {}, those of {} in {}",
-                                 call.operation, operand.name, other.unit, task.label, own.unit));
+                                 call.operation, operand.name, other.unit, task.label, info.unit));
   }
-  if (!other.zero_point || !own.zero_point) return;
-  if (std::abs(*other.zero_point - *own.zero_point) > zero_point_error) {
+  if (!other.zero_point || !info.zero_point) return;
+  if (std::abs(*other.zero_point - *info.zero_point) > zero_point_error) {
     throw InputError(fmt::format(
         "gutil {}: MAGZERO of {} is {}, of {} {}; gutil scale --unit makes them the same",
-        call.operation, operand.name, *other.zero_point, task.label, *own.zero_point));
+        call.operation, operand.name, *other.zero_point, task.label, *info.zero_point));
   }
 }
 

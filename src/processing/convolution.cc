@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/no_value.h"
 #include "processing/fft.h"
 
 namespace gamer {
@@ -425,11 +426,10 @@ void ConvolvedPlane<Real>::read_tile(const Kernel<Real>& kernel, const Area& til
       double& value = out[row * stride + i];
       const double lost = values[y][x], weight = kernel.sum - lost;
       if (is_missing(x + half_width, y + half_height)) {
-        value = std::numeric_limits<double>::quiet_NaN();
+        value = no_value;
       } else if (std::abs(lost) > noise) {
         const bool is_enough = weight > 0 && weight >= least_weight * kernel.sum;
-        value =
-            is_enough ? value * (kernel.sum / weight) : std::numeric_limits<double>::quiet_NaN();
+        value = is_enough ? value * (kernel.sum / weight) : no_value;
       }
     }
   }

@@ -311,9 +311,10 @@ void NoiseOperation::edit(FitsHeader& header, int planes) {
     change_unit(header, values([](const PlaneNoise& noise) { return noise.unit_factor; }), unit);
     for (const char* key : {"MAGZERO", "PHOTZP"}) {
       for (int i = 0; i <= planes; ++i) {
-        const std::string own = i == 0 ? key : fmt::format("{}{}", key, i);
-        const auto zero_point = header.number(own);
-        if (zero_point) header.set({own, *zero_point, fmt::format("AB magnitude of 1 {}", unit)});
+        const std::string numbered = i == 0 ? key : fmt::format("{}{}", key, i);
+        const auto zero_point = header.number(numbered);
+        if (zero_point)
+          header.set({numbered, *zero_point, fmt::format("AB magnitude of 1 {}", unit)});
       }
     }
     header.set({"BUNIT", unit, "unit of the pixels"});

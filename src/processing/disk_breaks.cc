@@ -7,10 +7,10 @@
 #include <limits>
 #include <vector>
 
+#include "core/no_value.h"
+
 namespace gamer {
 namespace {
-
-constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 struct Point {
   double r, value, weight;

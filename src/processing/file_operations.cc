@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -13,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/text.h"
 #include "gamer/core/capitals.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
@@ -244,19 +244,13 @@ int stack_files(const OperationCall& call) {
 
 // ---- header ------------------------------------------------------------------------------------
 
-std::string trim(const std::string& word) {
-  const std::size_t first = word.find_first_not_of(' ');
-  if (first == std::string::npos) return std::string();
-  return word.substr(first, word.find_last_not_of(' ') - first + 1);
-}
-
 /// Throws InputError, beginning with `option`, for a key that no card of a FITS file can have.
 void check_key(const std::string& option, const std::string& key) {
   constexpr std::size_t standard_length = 8;
   constexpr std::string_view standard = "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_";
   constexpr std::string_view long_key = "HIERARCH ";
   std::string name = in_capitals(key);
-  if (name.starts_with(long_key)) name = trim(name.substr(long_key.size()));
+  if (name.starts_with(long_key)) name = trimmed(name.substr(long_key.size()));
   const bool is_reserved = name == "CONTINUE" || name == "HIERARCH";
   const bool is_odd =
       name.size() <= standard_length && name.find_first_not_of(standard) != std::string::npos;
@@ -274,9 +268,9 @@ std::optional<std::pair<std::string, std::string>> parse_quoted(const std::strin
   for (std::size_t i = 1; i < text.size(); ++i) {
     if (text[i] == '\'') {
       if (i + 1 == text.size() || text[i + 1] != '\'') {
-        const std::string rest = trim(text.substr(i + 1));
+        const std::string rest(trimmed(text.substr(i + 1)));
         if (!rest.empty() && !rest.starts_with('/')) return std::nullopt;
-        return std::pair(value, rest.empty() ? "" : trim(rest.substr(1)));
+        return std::pair(value, rest.empty() ? "" : std::string(trimmed(rest.substr(1))));
       }
       ++i;
     }
@@ -294,9 +288,9 @@ Card parse_setting(const std::string& text) {
         "gutil header: --set {}: expected KEY=value or KEY=value / comment", in_quotes(text)));
   }
   Card card;
-  card.key = trim(text.substr(0, equals));
+  card.key = trimmed(text.substr(0, equals));
   check_key("--set " + in_quotes(text), card.key);
-  std::string value = trim(text.substr(equals + 1));
+  std::string value(trimmed(text.substr(equals + 1)));
   if (const std::string key = in_capitals(card.key); key == "COMMENT" || key == "HISTORY") {
     card.comment = value;
     return card;
@@ -307,18 +301,13 @@ Card parse_setting(const std::string& text) {
     return card;
   }
   if (const std::size_t slash = value.find(" / "); slash != std::string::npos) {
-    card.comment = trim(value.substr(slash + 3));
-    value = trim(value.substr(0, slash));
+    card.comment = trimmed(value.substr(slash + 3));
+    value = trimmed(value.substr(0, slash));
   }
-  const char *first = value.data(), *last = first + value.size();
-  long long whole = 0;
-  double real = 0;
-  if (const auto end = std::from_chars(first, last, whole);
-      end.ec == std::errc() && end.ptr == last) {
-    card.value = whole;
-  } else if (const auto finish = std::from_chars(first, last, real);
-             finish.ec == std::errc() && finish.ptr == last) {
-    card.value = real;
+  if (const auto whole = number_of<long long>(value)) {
+    card.value = *whole;
+  } else if (const auto real = number_of<double>(value)) {
+    card.value = *real;
   } else if (value == "T" || value == "F") {
     card.value = value == "T";
   } else {
@@ -379,7 +368,7 @@ int edit_file(const OperationCall& call) {
   return 0;
 }
 
-std::string trimmed(const std::string& record) {
+std::string shown(const std::string& record) {
   return printable(record.substr(0, record.find_last_not_of(' ') + 1));
 }
 
@@ -406,7 +395,7 @@ int show_header(const OperationCall& call) {
     if (chosen.size() > 1) {
       text = fmt::format("# HDU {}{}{}\n", hdu.number, hdu.name.empty() ? "" : " ", hdu.name);
     }
-    for (const std::string& record : hdu.header.records()) text += trimmed(record) + "\n";
+    for (const std::string& record : hdu.header.records()) text += shown(record) + "\n";
     call.print(text);
   }
   return 0;

@@ -6,9 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <numbers>
 
+#include "core/no_value.h"
+#include "core/text.h"
 #include "gamer/core/capitals.h"
 #include "gamer/core/units.h"
 #include "processing/aperture.h"
@@ -16,27 +17,15 @@
 namespace gamer {
 namespace {
 
-constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
-
-std::vector<std::string> words_of(const std::string& list) {
-  std::vector<std::string> words;
-  std::size_t first = 0;
-  for (std::size_t comma; (comma = list.find(',', first)) != std::string::npos; first = comma + 1) {
-    words.push_back(list.substr(first, comma - first));
-  }
-  words.push_back(list.substr(first));
-  return words;
-}
-
 bool is_named(const PlaneTask& task, const std::string& word) {
   return word == fmt::format("{}", task.index + 1) ||
          (!task.info.label.empty() && in_capitals(word) == in_capitals(task.info.label));
 }
 
-std::optional<Place> given_centre(const OperationCall& call, const PlaneTask& task,
-                                  const std::optional<CelestialWcs>& wcs) {
+std::optional<PlanePoint> given_centre(const OperationCall& call, const PlaneTask& task,
+                                       const std::optional<CelestialWcs>& wcs) {
   const ParameterSet& parameters = call.parameters;
-  Place place;
+  PlanePoint place;
   if (parameters.has("center")) {
     place = {parameters.numbers("center")[0] - 1, parameters.numbers("center")[1] - 1};
   } else if (parameters.has("position")) {
@@ -66,22 +55,16 @@ void check_options(const OperationCall& call) {
   if (parameters.has("center") && parameters.has("position")) {
     throw wrong(call, "--center and --position both say where; give one");
   }
-  if (!parameters.has("annulus")) return;
-  if (parameters.is_given("sky")) {
+  if (parameters.has("annulus") && parameters.is_given("sky")) {
     throw wrong(call, "--sky and --annulus both say what the sky is; give one");
   }
-  const std::vector<double>& annulus = parameters.numbers("annulus");
-  if (!(annulus[0] < annulus[1])) {
-    throw wrong(call, fmt::format("--annulus {:g},{:g}: the outer radius must be larger than the "
-                                  "inner one",
-                                  annulus[0], annulus[1]));
-  }
+  check_radii(call, "annulus");
 }
 
 double sky_level(const OperationCall& call, const PlaneTask& task, const GalaxyPlane& galaxy) {
   if (!call.parameters.has("annulus")) return call.parameters.number("sky");
   const std::vector<double>& annulus = call.parameters.numbers("annulus");
-  const Place centre = galaxy.start ? *galaxy.start : brightest_place(galaxy.image);
+  const PlanePoint centre = galaxy.start ? *galaxy.start : brightest_place(galaxy.image);
   const Background background =
       annulus_background(*memory_plane(galaxy.image), Ellipses(centre.x, centre.y), annulus[0],
                          annulus[1], BackgroundMethod::clipped, call.threads);
@@ -116,7 +99,7 @@ std::vector<PlaneTask> chosen_planes(const OperationCall& call, const FitsInput&
     if (task.info.role == PlaneRole::light) all.push_back(task);
   });
   if (!call.parameters.has("planes")) return all;
-  const std::vector<std::string> words = words_of(call.parameters.text("planes"));
+  const std::vector<std::string> words = split_at_commas(call.parameters.text("planes"));
   std::vector<std::string> names;
   for (const PlaneTask& task : all) {
     names.push_back(task.info.label.empty()
@@ -168,7 +151,7 @@ GalaxyPlane galaxy_plane(const OperationCall& call, const PlaneTask& task) {
   return galaxy;
 }
 
-Place centre_of(const GalaxyPlane& galaxy, int threads) {
+PlanePoint centre_of(const GalaxyPlane& galaxy, int threads) {
   if (galaxy.start) return *galaxy.start;
   return nucleus_of(*memory_plane(galaxy.image), brightest_place(galaxy.image), threads);
 }

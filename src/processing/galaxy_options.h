@@ -19,8 +19,8 @@ ParameterTable galaxy_parameters();
 /// One plane in memory, less its sky.
 struct GalaxyPlane {
   Image image;
-  double sky = 0;              ///< what was subtracted from each pixel
-  std::optional<Place> start;  ///< the given centre, from 0
+  double sky = 0;                   ///< what was subtracted from each pixel
+  std::optional<PlanePoint> start;  ///< the given centre, from 0
   std::optional<CelestialWcs> wcs;
   double pixel_area = 1;  ///< arcsec^2; NaN without celestial coordinates
 };
@@ -35,7 +35,7 @@ GalaxyPlane galaxy_plane(const OperationCall& call, const PlaneTask& task);
 
 /// The centre of profiles and disks: the given one, else the nucleus. Throws what nucleus_of() and
 /// brightest_place() throw.
-Place centre_of(const GalaxyPlane& galaxy, int threads);
+PlanePoint centre_of(const GalaxyPlane& galaxy, int threads);
 
 /// The file with the number of the plane where it has several, for messages.
 std::string plane_label(const PlaneTask& task);

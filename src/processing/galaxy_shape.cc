@@ -15,7 +15,7 @@ constexpr double extent = 1.5;  ///< of a galaxy, Petrosian radii
 
 }  // namespace
 
-Place brightest_place(const Image& image) {
+PlanePoint brightest_place(const Image& image) {
   constexpr double share = 1.0 / 32, least_width = 3;
   Image present = image;
   const auto size = static_cast<std::ptrdiff_t>(image.width()) * image.height();
@@ -24,7 +24,7 @@ Place brightest_place(const Image& image) {
   }
   const double width = std::max(least_width, share * std::max(image.width(), image.height()));
   const Image smooth = box_mean(present, width);
-  Place best;
+  PlanePoint best;
   double most = -std::numeric_limits<double>::infinity();
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x) {
@@ -37,7 +37,7 @@ Place brightest_place(const Image& image) {
   return best;
 }
 
-CentredLight centre_of_light(const Plane& plane, const Place& start, int threads) {
+CentredLight centre_of_light(const Plane& plane, const PlanePoint& start, int threads) {
   constexpr int most_steps = 10;
   constexpr double settled = 0.1;
   CentredLight light{Ellipses(start.x, start.y), 0};
@@ -53,7 +53,7 @@ CentredLight centre_of_light(const Plane& plane, const Place& start, int threads
   return light;
 }
 
-Place nucleus_of(const Plane& plane, const Place& start, int threads) {
+PlanePoint nucleus_of(const Plane& plane, const PlanePoint& start, int threads) {
   constexpr double share = 0.1, least_radius = 2;
   const double petrosian = centre_of_light(plane, start, threads).petrosian;
   const Ellipses circles = recentered(plane, Ellipses(start.x, start.y),

@@ -5,15 +5,15 @@
 
 namespace gamer {
 
-/// A place on an image; pixels count from 0.
-struct Place {
+/// A point of an image; pixels count from 0.
+struct PlanePoint {
   double x = 0, y = 0;
 };
 
 /// The middle of the pixel where the mean over a square of 1/32 of the image's longer side (at
 /// least 3 pixels) is largest. Missing pixels count as 0. Throws InputError where the mean is not
 /// above 0.
-Place brightest_place(const Image& image);
+PlanePoint brightest_place(const Image& image);
 
 /// Circles about a galaxy's centroid, and its Petrosian radius.
 struct CentredLight {
@@ -23,11 +23,11 @@ struct CentredLight {
 /// The centroid of the light within 1.5 Petrosian radii. The circle is moved from `start` to the
 /// centroid until a step is below 0.1 pixels, at most 10 times. Throws what petrosian_radius()
 /// throws.
-CentredLight centre_of_light(const Plane& plane, const Place& start, int threads);
+CentredLight centre_of_light(const Plane& plane, const PlanePoint& start, int threads);
 
 /// The nucleus: the centroid of the light within a tenth of the Petrosian radius, whose circle
 /// moves from `start` as recentered() does. Throws what recentered() and petrosian_radius() throw.
-Place nucleus_of(const Plane& plane, const Place& start, int threads);
+PlanePoint nucleus_of(const Plane& plane, const PlanePoint& start, int threads);
 
 /// Ellipses that follow a galaxy's light, and their Petrosian radius.
 struct EllipticalLight {

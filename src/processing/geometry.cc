@@ -6,10 +6,10 @@
 #include <stdexcept>
 #include <vector>
 
+#include "core/no_value.h"
+
 namespace gamer {
 namespace {
-
-constexpr double missing_value = std::numeric_limits<double>::quiet_NaN();
 
 // ---- Flip --------------------------------------------------------------------------------------
 
@@ -221,7 +221,7 @@ class BinnedPlane final : public Plane {
       const auto lost = static_cast<double>(missing[i]);
       out[i] = sums[i] * scale_;
       if (lost >= missing_share * pixels_) {
-        out[i] = missing_value;
+        out[i] = no_value;
       } else if (lost > 0) {
         out[i] *= pixels_ / (pixels_ - lost);
       }

@@ -1,13 +1,13 @@
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/no_value.h"
+#include "core/text.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "processing/arithmetic.h"
@@ -67,13 +67,12 @@ int checked_side(const OperationCall& call, double side) {
 /// The value of --fill, or of another option of that kind: a number or nan.
 double fill_of(const OperationCall& call, const char* name = "fill") {
   const std::string& text = call.parameters.text(name);
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || std::isinf(value)) {
+  const std::optional<double> value = number_of<double>(text);
+  if (!value || std::isinf(*value)) {
     throw error_of(
         call, fmt::format("{} {}: expected a number, or nan", option_name(name), in_quotes(text)));
   }
-  return value;
+  return *value;
 }
 
 Parameter fill_parameter(const char* description) {
@@ -275,7 +274,7 @@ class CropBoxes {
   std::vector<int> size_;
   std::optional<SkyPosition> sky_;
   bool is_padded_ = false;
-  double fill_ = std::numeric_limits<double>::quiet_NaN();
+  double fill_ = no_value;
   Area box_;
   int known_width_ = 0, known_height_ = 0;  ///< of the last image with world coordinates
 };

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
+
+#include "core/no_value.h"
 
 namespace gamer {
 
@@ -27,7 +28,7 @@ double m20(std::vector<LitPixel> pixels) {
     x += pixel.flux * pixel.x;
     y += pixel.flux * pixel.y;
   }
-  if (!(flux > 0)) return std::numeric_limits<double>::quiet_NaN();
+  if (!(flux > 0)) return no_value;
   x /= flux;
   y /= flux;
   std::sort(pixels.begin(), pixels.end(), [](const LitPixel& a, const LitPixel& b) {

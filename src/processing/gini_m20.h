@@ -2,8 +2,6 @@
 
 #include <vector>
 
-#include "gamer/image/image.h"
-
 namespace gamer {
 
 /// Gini coefficient of values (Lotz, Primack & Madau 2004, AJ 128, 163): with |f_i| ascending, i

@@ -339,9 +339,9 @@ PlanePtr InjectOperation::change(const PlaneTask& science) {
   // The name differs from those of gutil noise, so that the noise of both is independent.
   const std::string name = "inject " + light.info.label;
   injection.key = noise_key(seed, name, labels_[name]++);
-  const LightPlace own = place(science, light);
-  const Area& box = own.box;
-  const PlacedLight placed = shifted(blurred(science, light, box), own);
+  const LightPlace at = place(science, light);
+  const Area& box = at.box;
+  const PlacedLight placed = shifted(blurred(science, light, box), at);
   if (psf_) {
     injection.tile = placed.plane->tile();
     injection.least =

@@ -24,9 +24,9 @@ constexpr double zero_point_error = 1e-3;
 /// The number of a plane's own card, or of a card for all planes.
 std::optional<CardValue> plane_card(const FitsHeader& header, std::string_view key, int plane,
                                     int planes) {
-  const std::string own = fmt::format("{}{}", key, plane + 1);
+  const std::string numbered = fmt::format("{}{}", key, plane + 1);
   if (planes > 1) {
-    if (const auto value = header.number(own)) return CardValue{*value, own};
+    if (const auto value = header.number(numbered)) return CardValue{*value, numbered};
   }
   if (const auto value = header.number(key)) return CardValue{*value, std::string(key)};
   return std::nullopt;

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/no_value.h"
 #include "gamer/core/error.h"
 #include "gamer/image/data_table.h"
 #include "processing/comparison.h"
@@ -20,8 +19,6 @@
 
 namespace gamer {
 namespace {
-
-constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 // stats
 

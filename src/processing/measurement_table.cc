@@ -53,6 +53,15 @@ void check_output(const OperationCall& call, const char* option,
 
 void check_table(const OperationCall& call) { check_output(call, "table", {".ecsv", ".fits"}); }
 
+void check_radii(const OperationCall& call, const char* option) {
+  if (!call.parameters.has(option)) return;
+  const std::vector<double>& radii = call.parameters.numbers(option);
+  if (radii[0] < radii[1]) return;
+  throw wrong(call,
+              fmt::format("--{} {:g},{:g}: the outer radius must be larger than the inner one",
+                          option, radii[0], radii[1]));
+}
+
 void deliver(const OperationCall& call, const std::vector<DataTable>& tables,
              const DataTable& file) {
   if (call.parameters.has("table")) {

@@ -50,6 +50,8 @@ ParameterTable with_output(ParameterTable table);
 void check_output(const OperationCall& call, const char* option,
                   std::initializer_list<const char*> suffixes);
 void check_table(const OperationCall& call);
+/// Checks an option of an inner and an outer radius, if it is given.
+void check_radii(const OperationCall& call, const char* option);
 /// Prints `tables`, and writes `file` if --table is given.
 void deliver(const OperationCall& call, const std::vector<DataTable>& tables,
              const DataTable& file);

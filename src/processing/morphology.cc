@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -118,7 +117,7 @@ Morphology morphology(const Image& image, const MorphologyOptions& options) {
   const Image present = present_pixels(image);
   const PlanePtr plane = memory_plane(present);
   const bool is_given = options.x && options.y;
-  const Place start = is_given ? Place{*options.x, *options.y} : brightest_place(present);
+  const PlanePoint start = is_given ? PlanePoint{*options.x, *options.y} : brightest_place(present);
   const auto [light, radius] = centre_of_light(*plane, start, threads);
   const SkyNoise sky = options.sky_sigma
                            ? SkyNoise(*options.sky_sigma)

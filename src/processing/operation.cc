@@ -4,12 +4,12 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <cstdint>
 #include <iterator>
 #include <map>
 #include <optional>
 
+#include "core/text.h"
 #include "gamer/core/config.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
@@ -47,15 +47,6 @@ std::string context_of(const Operation& operation) {
   return fmt::format("gutil {}: ", operation.name);
 }
 
-template <class Number>
-std::optional<Number> parse_number(std::string_view text) {
-  if (text.starts_with('+')) text.remove_prefix(1);
-  Number number{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
-
 ConfigNode node(ConfigNode::Data data) {
   ConfigNode result;
   result.data = std::move(data);
@@ -64,19 +55,9 @@ ConfigNode node(ConfigNode::Data data) {
 
 /// A number if the text is one, else the text; the declaration then reports what is wrong.
 ConfigNode number_node(const std::string& text) {
-  if (const auto whole = parse_number<std::int64_t>(text)) return node(*whole);
-  if (const auto real = parse_number<double>(text)) return node(*real);
+  if (const auto whole = number_of<std::int64_t>(without_plus(text))) return node(*whole);
+  if (const auto real = number_of<double>(without_plus(text))) return node(*real);
   return node(text);
-}
-
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> parts;
-  std::size_t first = 0;
-  for (std::size_t comma; (comma = text.find(',', first)) != std::string::npos; first = comma + 1) {
-    parts.push_back(text.substr(first, comma - first));
-  }
-  parts.push_back(text.substr(first));
-  return parts;
 }
 
 /// The words after an option, as a node of the parameter's type.
@@ -85,7 +66,7 @@ ConfigNode value_node(const Parameter& parameter, const std::vector<std::string>
   const std::string& text = given.front();
   const auto list = [&text](auto element) {
     ConfigNode::Array elements;
-    for (const std::string& part : split(text)) elements.push_back(element(part));
+    for (const std::string& part : split_at_commas(text)) elements.push_back(element(part));
     return node(std::move(elements));
   };
   switch (parameter.type) {
@@ -311,7 +292,7 @@ OperationCall parse_call(const Operation& operation, std::span<const std::string
   call.operation = operation.name;
   call.overwrite = all.boolean("overwrite");
   const bool writes_fits = operation.result == Operation::Result::fits;
-  if (writes_fits && all.has("bitpix")) call.bitpix = *parse_number<int>(all.text("bitpix"));
+  if (writes_fits && all.has("bitpix")) call.bitpix = *number_of<int>(all.text("bitpix"));
   call.threads = all.has("threads") ? static_cast<int>(all.integer("threads")) : 0;
   call.parameters = all;
   take_files(operation, line.files, call);

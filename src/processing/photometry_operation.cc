@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -10,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/no_value.h"
 #include "gamer/core/units.h"
 #include "gamer/image/wcs.h"
 #include "processing/aperture.h"
@@ -20,11 +20,10 @@
 namespace gamer {
 namespace {
 
-constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 constexpr double least_axis_ratio = 1e-6;  ///< of apertures; its square does not underflow
 
-/// Where to measure.
-struct Place {
+/// The centre of apertures: the middle of the image, a pixel or a sky position.
+struct Target {
   enum class Kind { middle, pixel, sky };
   Kind kind = Kind::middle;
   double x = 0, y = 0;      ///< FITS pixel, or ra and dec
@@ -34,7 +33,7 @@ struct Place {
 };
 
 /// All places, in their order.
-std::vector<Place> places_of(const OperationCall& call) {
+std::vector<Target> places_of(const OperationCall& call) {
   const ParameterSet& parameters = call.parameters;
   std::vector<std::string> given;
   for (const char* name : {"center", "position", "positions"}) {
@@ -43,9 +42,9 @@ std::vector<Place> places_of(const OperationCall& call) {
   if (given.size() > 1) {
     throw wrong(call, fmt::format("{} and {} both say where; give one", given[0], given[1]));
   }
-  std::vector<Place> places;
+  std::vector<Target> places;
   const auto add = [&](bool is_sky, double x, double y, bool is_of_table) {
-    places.push_back({is_sky ? Place::Kind::sky : Place::Kind::pixel, x, y,
+    places.push_back({is_sky ? Target::Kind::sky : Target::Kind::pixel, x, y,
                       static_cast<std::int64_t>(places.size()) + 1, is_of_table});
   };
   for (const char* name : {"center", "position"}) {
@@ -71,17 +70,17 @@ std::vector<Place> places_of(const OperationCall& call) {
     if (places.empty()) throw wrong(call, "--positions: the table has no rows");
   }
   if (places.empty()) places.push_back({});
-  for (Place& place : places) place.is_numbered = place.is_of_table || places.size() > 1;
+  for (Target& place : places) place.is_numbered = place.is_of_table || places.size() > 1;
   return places;
 }
 
 /// Place and parameters of the measurement of one plane.
 class Photometry {
  public:
-  Photometry(const OperationCall& call, const PlaneTask& task, const Place& place)
+  Photometry(const OperationCall& call, const PlaneTask& task, const Target& place)
       : call_(call), parameters_(call.parameters), task_(task), plane_(*task.plane), place_(place) {
     in_arcsec_ = parameters_.text("unit") == "arcsec";
-    const bool needs_sky = in_arcsec_ || place.kind == Place::Kind::sky;
+    const bool needs_sky = in_arcsec_ || place.kind == Target::Kind::sky;
     try {
       wcs_ = celestial_wcs(task.header, task.label);
     } catch (const InputError& error) {
@@ -181,10 +180,10 @@ class Photometry {
   /// Coordinates of the centre, from 0; nothing for a place of a table outside the image.
   std::optional<std::pair<double, double>> center() const {
     double x = (plane_.width() - 1) / 2.0, y = (plane_.height() - 1) / 2.0;
-    if (place_.kind == Place::Kind::pixel) {
+    if (place_.kind == Target::Kind::pixel) {
       x = place_.x - 1;
       y = place_.y - 1;
-    } else if (place_.kind == Place::Kind::sky) {
+    } else if (place_.kind == Target::Kind::sky) {
       const bool is_number = std::isfinite(place_.x) && std::isfinite(place_.y);
       const auto pixel = is_number ? wcs_->pixel({place_.x, place_.y}) : std::nullopt;
       if (!pixel && place_.is_of_table) return std::nullopt;
@@ -303,7 +302,7 @@ class Photometry {
   const ParameterSet& parameters_;
   const PlaneTask& task_;
   const Plane& plane_;
-  const Place& place_;
+  const Target& place_;
   bool in_arcsec_ = false;
   std::optional<CelestialWcs> wcs_;
   std::optional<Ellipses> ellipses_;
@@ -319,15 +318,8 @@ class Photometry {
 int run_photometry(const OperationCall& call) {
   check_table(call);
   const ParameterSet& parameters = call.parameters;
-  const std::vector<Place> places = places_of(call);
-  if (parameters.has("annulus")) {
-    const std::vector<double>& annulus = parameters.numbers("annulus");
-    if (!(annulus[0] < annulus[1])) {
-      throw wrong(call, fmt::format("--annulus {:g},{:g}: the outer radius must be larger than the "
-                                    "inner one",
-                                    annulus[0], annulus[1]));
-    }
-  }
+  const std::vector<Target> places = places_of(call);
+  check_radii(call, "annulus");
   DataTable apertures, shapes, joined;
   apertures.name = "apertures";
   shapes.name = "shapes";
@@ -336,7 +328,7 @@ int run_photometry(const OperationCall& call) {
   const std::vector<int> hdus = hdu_numbers(input);
   visit_planes(input, call.threads, [&](const PlaneTask& task) {
     const int hdu = hdus[static_cast<std::size_t>(task.index)];
-    for (const Place& place : places) {
+    for (const Target& place : places) {
       const Photometry photometry(call, task, place);
       if (!photometry.is_there()) continue;
       photometry.put_apertures(apertures, hdu);

@@ -56,8 +56,8 @@ void spread_card(FitsHeader& header, std::string_view key, std::size_t planes) {
   const std::optional<Card> common = header.card(key);
   if (!common) return;
   for (std::size_t plane = 1; plane <= planes; ++plane) {
-    const std::string own = numbered(key, plane);
-    if (!header.has(own)) header.set({own, common->value, common->comment});
+    const std::string of_plane = numbered(key, plane);
+    if (!header.has(of_plane)) header.set({of_plane, common->value, common->comment});
   }
   header.remove(key);
 }

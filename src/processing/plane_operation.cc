@@ -129,13 +129,13 @@ std::vector<std::vector<PlaneTask>> tasks_of(const OperationCall& call, const Fi
     if (task.info.role == PlaneRole::light) ++light_count;
   });
   int first = 0, next = 0;  // of the last image that is no variance, and after it
-  for (std::vector<PlaneTask>& own : tasks) {
-    if (own.empty()) continue;
-    if (!is_variance(own)) {
+  for (std::vector<PlaneTask>& of_file : tasks) {
+    if (of_file.empty()) continue;
+    if (!is_variance(of_file)) {
       first = next;
-      next += static_cast<int>(own.size());
+      next += static_cast<int>(of_file.size());
     }
-    for (PlaneTask& task : own) {
+    for (PlaneTask& task : of_file) {
       task.index = first + task.info.plane;
       task.count = light_count;
     }
@@ -145,12 +145,12 @@ std::vector<std::vector<PlaneTask>> tasks_of(const OperationCall& call, const Fi
 
 /// Copies an HDU that is no image. With further inputs a record is left out.
 void copy_other(const FitsInput& input, std::size_t hdu, bool is_combined, FitsOutput& output) {
-  const FitsHdu& own = input.hdus()[hdu];
-  if (is_combined && own.number == 0) {
-    FitsHeader header = own.header;
+  const FitsHdu& input_hdu = input.hdus()[hdu];
+  if (is_combined && input_hdu.number == 0) {
+    FitsHeader header = input_hdu.header;
     drop_record(header);
     output.copy(input, hdu, header);
-  } else if (!is_combined || !is_record(own)) {
+  } else if (!is_combined || !is_record(input_hdu)) {
     output.copy(input, hdu);
   }
 }

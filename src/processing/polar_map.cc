@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <numbers>
 
+#include "core/no_value.h"
 #include "gamer/core/parallel_for.h"
 
 namespace gamer {
@@ -30,7 +30,7 @@ double PolarGrid::radius(double row) const {
 double bilinear(const Image& image, double x, double y) {
   const double left = std::floor(x), bottom = std::floor(y);
   if (!(left >= 0 && bottom >= 0 && x <= image.width() - 1 && y <= image.height() - 1)) {
-    return std::numeric_limits<double>::quiet_NaN();
+    return no_value;
   }
   const int x0 = static_cast<int>(left), y0 = static_cast<int>(bottom);
   const int x1 = std::min(x0 + 1, image.width() - 1), y1 = std::min(y0 + 1, image.height() - 1);
@@ -61,8 +61,7 @@ Image polar_map(const Image& image, const DiskPlane& disk, const PolarGrid& grid
           ++count;
         }
       }
-      map.at(i, static_cast<int>(j)) =
-          count > 0 ? sum / count : std::numeric_limits<double>::quiet_NaN();
+      map.at(i, static_cast<int>(j)) = count > 0 ? sum / count : no_value;
     }
   });
   return map;

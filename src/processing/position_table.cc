@@ -5,26 +5,23 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <optional>
 #include <sstream>
 #include <string_view>
-#include <system_error>
 #include <utility>
 #include <variant>
 
+#include "core/no_value.h"
+#include "core/text.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/image/data_table.h"
 
 namespace gamer {
 namespace {
-
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 struct Columns {
   std::vector<std::string> names;
@@ -64,20 +61,8 @@ std::vector<std::string> words_of(const std::string& line) {
   }
   std::istringstream stream(line);
   constexpr const char* blanks = " \t\r";
-  while (std::getline(stream, word, ',')) {
-    const std::size_t first = word.find_first_not_of(blanks);
-    words.push_back(first == std::string::npos
-                        ? ""
-                        : word.substr(first, word.find_last_not_of(blanks) - first + 1));
-  }
+  while (std::getline(stream, word, ',')) words.emplace_back(trimmed(word, blanks));
   return words;
-}
-
-double number_of(std::string_view word) {
-  if (word.starts_with('+')) word.remove_prefix(1);
-  double value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  return error == std::errc() && end == word.data() + word.size() ? value : missing;
 }
 
 Columns text_columns(const std::string& path) {
@@ -99,14 +84,16 @@ Columns text_columns(const std::string& path) {
                                    "read",
                                    words.size(), result.names.size()));
     }
-    for (std::size_t i = 0; i < words.size(); ++i) result.values[i].push_back(number_of(words[i]));
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      result.values[i].push_back(number_of<double>(without_plus(words[i])).value_or(no_value));
+    }
   }
   return result;
 }
 
 std::optional<std::size_t> column_of(const Columns& columns, std::string_view name) {
   const auto found = std::ranges::find_if(
-      columns.names, [&](const std::string& own) { return lower(own) == name; });
+      columns.names, [&](const std::string& column) { return lower(column) == name; });
   if (found == columns.names.end()) return std::nullopt;
   return static_cast<std::size_t>(found - columns.names.begin());
 }
@@ -132,10 +119,10 @@ PositionTable read_positions(const std::string& name) {
                                            {"raj2000", "dej2000", true},
                                            {"x", "y", false},
                                            {"x_image", "y_image", false}}};
-  for (const Names& own : known) {
-    const auto x = column_of(columns, own.x), y = column_of(columns, own.y);
+  for (const Names& names : known) {
+    const auto x = column_of(columns, names.x), y = column_of(columns, names.y);
     if (!x || !y) continue;
-    return {own.is_sky, std::move(columns.values[*x]), std::move(columns.values[*y])};
+    return {names.is_sky, std::move(columns.values[*x]), std::move(columns.values[*y])};
   }
   throw InputError(fmt::format("{}: no columns ra and dec, or x and y; the numbers are in {}", path,
                                fmt::join(columns.names, ", ")));

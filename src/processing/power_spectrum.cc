@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <mutex>
 #include <numbers>
 
+#include "core/no_value.h"
 #include "gamer/core/error.h"
 #include "image/memory.h"
 #include "processing/fftw_planner.h"
@@ -17,7 +17,6 @@
 namespace gamer {
 namespace {
 
-constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 constexpr double pi_value = std::numbers::pi;
 constexpr double sigma_per_fwhm = 1 / 2.3548200450309493;
 

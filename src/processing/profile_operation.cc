@@ -7,19 +7,17 @@
 #include <string>
 #include <vector>
 
+#include "core/no_value.h"
 #include "gamer/core/parallel_for.h"
 #include "processing/disk_breaks.h"
 #include "processing/galaxy_options.h"
 #include "processing/isophotes.h"
 #include "processing/measurement_table.h"
 #include "processing/operation_groups.h"
-#include "processing/petrosian.h"
 #include "processing/profile_plot.h"
 
 namespace gamer {
 namespace {
-
-constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 /// AB magnitude of one unit of the pixels, per pixel and per arcsec^2; NaN without calibration.
 struct Calibration {
@@ -78,7 +76,7 @@ std::optional<DiskFit> disk_of(const OperationCall& call, const std::vector<Isop
 IsophoteOptions isophote_options(const OperationCall& call, const GalaxyPlane& galaxy) {
   const ParameterSet& parameters = call.parameters;
   const PlanePtr plane = memory_plane(galaxy.image);
-  const Place centre = centre_of(galaxy, call.threads);
+  const PlanePoint centre = centre_of(galaxy, call.threads);
   IsophoteOptions options;
   options.x = centre.x;
   options.y = centre.y;
@@ -158,15 +156,8 @@ void put_disk(DataTable& table, const PlaneProfile& profile, int hdu, const Gala
 void check_call(const OperationCall& call) {
   check_table(call);
   check_output(call, "plot", {".png"});
-  for (const char* name : {"radius", "range"}) {
-    if (!call.parameters.has(name)) continue;
-    const std::vector<double>& radii = call.parameters.numbers(name);
-    if (!(radii[0] < radii[1])) {
-      throw wrong(call, fmt::format("--{} {:g},{:g}: the outer radius must be larger than the "
-                                    "inner one",
-                                    name, radii[0], radii[1]));
-    }
-  }
+  check_radii(call, "radius");
+  check_radii(call, "range");
 }
 
 std::vector<PlaneProfile> measured_profiles(const OperationCall& call,
@@ -181,7 +172,7 @@ std::vector<PlaneProfile> measured_profiles(const OperationCall& call,
     try {
       if (profiles.empty()) {
         options = isophote_options(call, profile.galaxy);
-        profile.galaxy.start = Place{options.x, options.y};
+        profile.galaxy.start = PlanePoint{options.x, options.y};
         profile.isophotes = isophotes(image, options);
         if (profile.isophotes.empty()) {
           throw InputError(

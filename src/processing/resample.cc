@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/no_value.h"
+
 namespace gamer {
 namespace {
 
@@ -277,7 +279,7 @@ class ResampledPlane final : public Plane {
         const std::size_t index = static_cast<std::size_t>(j) * area.width + i;
         double& value = out[j * stride + i];
         if (missing.size[index] >= missing_share * all) {
-          value = std::numeric_limits<double>::quiet_NaN();
+          value = no_value;
         } else if (missing.size[index] > 0) {
           value *= all / (all - missing.weight[index]);
         }

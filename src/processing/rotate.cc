@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/no_value.h"
 #include "processing/geometry.h"
 
 namespace gamer {
@@ -98,11 +99,11 @@ class RotatedPlane final : public Plane {
  private:
   static constexpr int side_length = 256;
 
-  struct Place {
+  struct Point {
     double x, y;
   };
   /// Place in the source of an output pixel's centre; both are counted from 0.
-  Place source_place(double x, double y) const {
+  Point source_place(double x, double y) const {
     constexpr double one_half = 0.5;
     const double dx = x - one_half * (width() - 1), dy = y - one_half * (height() - 1);
     return {turn_.cosine * dx + turn_.sine * dy + one_half * (source_->width() - 1),
@@ -114,7 +115,7 @@ class RotatedPlane final : public Plane {
     double x1 = std::numeric_limits<double>::infinity(), y1 = x1, x2 = -x1, y2 = -x1;
     for (const int x : {block.x, block.x + block.width - 1}) {
       for (const int y : {block.y, block.y + block.height - 1}) {
-        const Place place = source_place(x, y);
+        const Point place = source_place(x, y);
         x1 = std::min(x1, place.x);
         x2 = std::max(x2, place.x);
         y1 = std::min(y1, place.y);
@@ -188,7 +189,7 @@ class RotatedPlane final : public Plane {
   void take_nearest(const Area& block, double* out, std::ptrdiff_t stride,
                     const std::vector<double>& values, const Area& from) const {
     constexpr double one_half = 0.5;
-    for_each_place(block, [&](int j, int i, const Place& place) {
+    for_each_place(block, [&](int j, int i, const Point& place) {
       const int x = whole_part(place.x + one_half) - from.x;
       const int y = whole_part(place.y + one_half) - from.y;
       out[j * stride + i] = values[static_cast<std::size_t>(y) * from.width + x];
@@ -198,7 +199,7 @@ class RotatedPlane final : public Plane {
   template <int Taps>
   void interpolate(const Area& block, double* out, std::ptrdiff_t stride,
                    const std::vector<double>& values, const Area& from) const {
-    for_each_place(block, [&](int j, int i, const Place& place) {
+    for_each_place(block, [&](int j, int i, const Point& place) {
       const int x = whole_part(place.x), y = whole_part(place.y);
       double wx[Taps], wy[Taps];
       table_.weights<Taps>(place.x - x, wx);
@@ -236,7 +237,7 @@ class RotatedPlane final : public Plane {
         }
       }
     }
-    if (lost >= missing_share) return std::numeric_limits<double>::quiet_NaN();
+    if (lost >= missing_share) return no_value;
     return sum / present;
   }
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
+#include "core/no_value.h"
 #include "processing/asymmetry.h"
 #include "processing/smoothing.h"
 
@@ -74,7 +74,7 @@ double SkyNoise::sigma() const {
     }
     count += static_cast<double>(box.width()) * box.height();
   }
-  return count > 0 ? std::sqrt(squares / count) : std::numeric_limits<double>::quiet_NaN();
+  return count > 0 ? std::sqrt(squares / count) : no_value;
 }
 
 double SkyNoise::asymmetry(double fraction_x, double fraction_y) const {

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
-#include <limits>
 #include <numbers>
 #include <utility>
 
+#include "core/no_value.h"
 #include "gamer/core/error.h"
 
 namespace gamer {
@@ -17,7 +17,6 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 constexpr double full_turn = 2 * std::numbers::pi;
 
 /// A row of the map divided by its mean, missing values as 1; empty where it cannot be used.

@@ -5,13 +5,12 @@
 #include <bit>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <stdexcept>
+
+#include "core/no_value.h"
 
 namespace gamer {
 namespace {
-
-constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 /// Knuth's exact sum: a + b = sum + error in exact arithmetic.
 struct TwoSum {

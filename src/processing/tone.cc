@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/no_value.h"
 #include "gamer/core/error.h"
 #include "processing/statistics.h"
 #include "processing/tone_kernel.h"
@@ -32,8 +33,7 @@ class StackedPlane final : public Plane {
         double* rows = out + (first - area.y) * stride;
         if (there > 0) plane->read({area.x, first - bottom, there, last - first}, rows, stride);
         for (int row = 0; row < last - first; ++row) {
-          std::fill(rows + row * stride + there, rows + row * stride + area.width,
-                    std::numeric_limits<double>::quiet_NaN());
+          std::fill(rows + row * stride + there, rows + row * stride + area.width, no_value);
         }
       }
       bottom += plane->height();

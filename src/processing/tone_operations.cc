@@ -1,9 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <functional>
 #include <limits>
 #include <map>
@@ -377,9 +375,9 @@ int stretch_file(const OperationCall& call) {
     return measured;
   };
   const auto apply = [&](const PlanePtr& plane, const Limits& measured) {
-    Stretch own = stretch;
-    own.limits = measured;
-    return stretched(plane, own);
+    Stretch of_plane = stretch;
+    of_plane.limits = measured;
+    return stretched(plane, of_plane);
   };
   const auto edit = [](FitsHeader& header, std::span<const Limits> tones) {
     drop_calibration(header, static_cast<int>(tones.size()));

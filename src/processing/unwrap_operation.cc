@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -38,7 +37,7 @@ Disk found_disk(const OperationCall& call, const GalaxyPlane& galaxy) {
     disk.plane.x = galaxy.start->x;
     disk.plane.y = galaxy.start->y;
   } else {
-    const Place centre = centre_of(galaxy, call.threads);
+    const PlanePoint centre = centre_of(galaxy, call.threads);
     light = elliptical_light(*plane, Ellipses(centre.x, centre.y), call.threads);
     disk.plane.x = centre.x;
     disk.plane.y = centre.y;
@@ -136,19 +135,9 @@ FitsHeader map_header(const PlaneTask& task, const Disk& disk, const PolarGrid& 
   return header;
 }
 
-void check_call(const OperationCall& call) {
-  check_table(call);
-  if (!call.parameters.has("radius")) return;
-  const std::vector<double>& radius = call.parameters.numbers("radius");
-  if (!(radius[0] < radius[1])) {
-    throw wrong(call, fmt::format("--radius {:g},{:g}: the outer radius must be larger than the "
-                                  "inner one",
-                                  radius[0], radius[1]));
-  }
-}
-
 int run_unwrap(const OperationCall& call) {
-  check_call(call);
+  check_table(call);
+  check_radii(call, "radius");
   use_threads(call.threads);
   const FitsInput input(call.inputs.front());
   const std::vector<int> hdus = hdu_numbers(input);

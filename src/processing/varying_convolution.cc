@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "core/no_value.h"
 #include "processing/arithmetic.h"
 
 namespace gamer {
@@ -80,7 +80,7 @@ class VaryingConvolution final : public Plane {
       constexpr double least_share = 1e-3, rounding = 1e-12;
       const double share = good[i] / all[i];
       if (!std::isfinite(own[i]) || !(share >= least_share)) {
-        value = std::numeric_limits<double>::quiet_NaN();
+        value = no_value;
       } else if (std::abs(share - 1) > rounding) {
         value /= share;
       }

@@ -217,12 +217,29 @@ std::optional<GalaxyIndex::Ball> GalaxyIndex::rays(double left, double right, do
   return grid.ball();
 }
 
+template <class Use>
+bool GalaxyIndex::any_of(const Ball& rays, const Use& use) const {
+  for (std::size_t n = 0; n < nodes_.size();) {
+    const Node& node = nodes_[n];
+    if (!overlap(node.ball, rays)) {
+      n = static_cast<std::size_t>(node.behind);
+      continue;
+    }
+    for (auto i = static_cast<std::size_t>(node.first), end = i + node.count; i < end; ++i) {
+      if (overlap(balls_[i], rays) && use(i)) return true;
+    }
+    ++n;
+  }
+  return false;
+}
+
 bool GalaxyIndex::may_meet(int left, int right, int bottom, int top) const {
   // A coarse grid may miss sky within an edge, and seams of projections of the sky.
   if (camera_.has_edge() || camera_.projection() == Projection::sky) return true;
   constexpr double steps = 8;
   const double step = std::max(spacing, (right - left) / steps);
-  return finds(Grid(camera_, left - 1.5, right + 0.5, bottom - 1.5, top + 0.5, step).ball());
+  const Grid grid(camera_, left - 1.5, right + 0.5, bottom - 1.5, top + 0.5, step);
+  return any_of(grid.ball(), [](std::size_t) { return true; });
 }
 
 GalaxyIndex::Ball GalaxyIndex::around(const Ray& ray, double pixels) const {
@@ -231,40 +248,16 @@ GalaxyIndex::Ball GalaxyIndex::around(const Ray& ray, double pixels) const {
   return {is_orthographic ? ray.origin : ray.direction, pixels * pixel};
 }
 
-bool GalaxyIndex::finds(const Ball& rays) const {
-  for (std::size_t n = 0; n < nodes_.size();) {
-    const Node& node = nodes_[n];
-    if (!overlap(node.ball, rays)) {
-      n = static_cast<std::size_t>(node.behind);
-      continue;
-    }
-    for (int i = node.first; i < node.first + node.count; ++i) {
-      if (overlap(balls_[static_cast<std::size_t>(i)], rays)) return true;
-    }
-    ++n;
-  }
-  return false;
-}
-
 void GalaxyIndex::find(const Ball& rays, Found& out) const {
   out.clear();
-  for (std::size_t n = 0; n < nodes_.size();) {
-    const Node& node = nodes_[n];
-    if (!overlap(node.ball, rays)) {
-      n = static_cast<std::size_t>(node.behind);
-      continue;
-    }
-    for (int i = node.first; i < node.first + node.count; ++i) {
-      const Ball& ball = balls_[static_cast<std::size_t>(i)];
-      if (!overlap(ball, rays)) continue;
-      out.galaxies.push_back(order_[static_cast<std::size_t>(i)]);
-      out.x.push_back(ball.centre.x);
-      out.y.push_back(ball.centre.y);
-      out.z.push_back(ball.centre.z);
-      out.radius.push_back(ball.radius);
-    }
-    ++n;
-  }
+  any_of(rays, [&](std::size_t i) {
+    out.galaxies.push_back(order_[i]);
+    out.x.push_back(balls_[i].centre.x);
+    out.y.push_back(balls_[i].centre.y);
+    out.z.push_back(balls_[i].centre.z);
+    out.radius.push_back(balls_[i].radius);
+    return false;
+  });
 }
 
 void GalaxyIndex::find(const Ball& rays, const Found& among, std::vector<int>& out) {

@@ -22,10 +22,10 @@ void LightSums::add_planes(std::size_t first, std::span<const double> light, dou
 
 void LightSums::add(std::size_t row, std::size_t x, const Source& source,
                     std::span<const double> seen, std::span<const double> dust_free) {
-  double* const own = pixel(row, x);
-  add_planes(0, seen, own);
-  if (layout_->dust_free()) add_planes(*layout_->dust_free(), dust_free, own);
-  if (const auto part = layout_->part(source.object, source.emitter)) add_planes(*part, seen, own);
+  double* const sums = pixel(row, x);
+  add_planes(0, seen, sums);
+  if (layout_->dust_free()) add_planes(*layout_->dust_free(), dust_free, sums);
+  if (const auto part = layout_->part(source.object, source.emitter)) add_planes(*part, seen, sums);
   if (!layout_->owner()) return;
   double& light = owners_[row * width_ + x][source.object];
   for (std::size_t p = 0; p < seen.size(); ++p) light += seen[p] * unit_factors_[p];

@@ -173,7 +173,7 @@ std::size_t HitTable::find(std::size_t ray, int galaxy) const {
   const auto first = entries_.begin() + static_cast<std::ptrdiff_t>(ray == 0 ? 0 : end_[ray - 1]);
   const auto last = entries_.begin() + static_cast<std::ptrdiff_t>(end_[ray]);
   return std::lower_bound(first, last, galaxy,
-                          [](const Entry& entry, int own) { return entry.galaxy < own; })
+                          [](const Entry& entry, int number) { return entry.galaxy < number; })
       ->hit;
 }
 
@@ -318,8 +318,8 @@ void Medium::fill_share(const PlacedGalaxy& galaxy, const GalaxyClass& kind,
   for (const Sed* sed : kind.seds) {
     const auto [same, is_new] = known.try_emplace(sed, weights);
     if (is_new) {
-      const std::vector<double> own = basis_->weights(*sed, galaxy.redshift);
-      std::copy(own.begin(), own.end(), weights);
+      const std::vector<double> row = basis_->weights(*sed, galaxy.redshift);
+      std::copy(row.begin(), row.end(), weights);
     } else {
       std::copy_n(same->second, planes_times_steps(), weights);
     }
@@ -535,22 +535,22 @@ void Medium::fill(int galaxy, std::span<const NodesInBall> stretches, std::size_
                   std::size_t first_dust, std::size_t variants, RayNodes& nodes,
                   RenderCounts& counts) const {
   Scratch& s = scratch();
-  const GalaxyClass& own = kind(galaxy);
+  const GalaxyClass& galaxy_class = kind(galaxy);
   const Galaxy& type = *placed(galaxy).galaxy;
   const auto scale = static_cast<float>(1 / placed(galaxy).radius);
   const auto threshold = static_cast<float>(accuracy_.texture_threshold);
   const std::size_t components = type.components().size();
   s.densities.resize(std::max(s.densities.size(), variants * components));
-  const bool has_fields = std::any_of(own.fields.begin(), own.fields.end(),
+  const bool has_fields = std::any_of(galaxy_class.fields.begin(), galaxy_class.fields.end(),
                                       [](const auto* field) { return field != nullptr; });
   const auto dust_slot = [&](std::size_t variant, std::size_t m) -> std::vector<float>& {
     return nodes.dust[variant * nodes.dust_slots + first_dust + m];
   };
-  for (std::size_t m = 0; m < own.light.size(); ++m) {
+  for (std::size_t m = 0; m < galaxy_class.light.size(); ++m) {
     Scratch::clear_outside(stretches, nodes.light[first_light + m]);
   }
   for (std::size_t v = 0; v < variants; ++v) {
-    for (std::size_t m = 0; m < own.dust.size(); ++m) {
+    for (std::size_t m = 0; m < galaxy_class.dust.size(); ++m) {
       Scratch::clear_outside(stretches, dust_slot(v, m));
     }
   }
@@ -565,17 +565,18 @@ void Medium::fill(int galaxy, std::span<const NodesInBall> stretches, std::size_
     const auto density = [&](int component, std::size_t variant) {
       return s.densities[variant * components + static_cast<std::size_t>(component)].data();
     };
-    for (std::size_t m = 0; m < own.light.size(); ++m) {
-      const float* light = density(own.light[m], 0);
-      if (const StarFields::Field* field = own.fields[m]) {
-        field->dim(*own.field_parts[m], {s.distance.data(), s.size}, light, s.dimmed.data());
+    for (std::size_t m = 0; m < galaxy_class.light.size(); ++m) {
+      const float* light = density(galaxy_class.light[m], 0);
+      if (const StarFields::Field* field = galaxy_class.fields[m]) {
+        field->dim(*galaxy_class.field_parts[m], {s.distance.data(), s.size}, light,
+                   s.dimmed.data());
         light = s.dimmed.data();
       }
       s.deposit(scale, light, nodes.light[first_light + m]);
     }
     for (std::size_t v = 0; v < variants; ++v) {
-      for (std::size_t m = 0; m < own.dust.size(); ++m) {
-        s.deposit(scale, density(own.dust[m], v), dust_slot(v, m));
+      for (std::size_t m = 0; m < galaxy_class.dust.size(); ++m) {
+        s.deposit(scale, density(galaxy_class.dust[m], v), dust_slot(v, m));
       }
     }
   }

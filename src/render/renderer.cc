@@ -6,10 +6,9 @@
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
-#include <limits>
-#include <numbers>
 #include <tuple>
 
+#include "core/no_value.h"
 #include "gamer/core/cancellation.h"
 #include "gamer/scene/spectral_probes.h"
 #include "gamer/sed/photometry.h"
@@ -413,16 +412,15 @@ std::vector<double> Renderer::areas_of(int y, std::size_t row, LightSums& sums) 
       break;
     }
   }
-  std::vector<double> own(lit.size());
-  camera_.solid_angles(y, lit, own);
+  std::vector<double> alone(lit.size());
+  camera_.solid_angles(y, lit, alone);
   for (std::size_t i = 0; i < lit.size(); ++i) {
-    areas[static_cast<std::size_t>(column_of(lit[i]))] = own[i];
+    areas[static_cast<std::size_t>(column_of(lit[i]))] = alone[i];
   }
   return areas;
 }
 
 void Renderer::finish(int y, std::size_t row, LightSums& sums) const {
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   const std::size_t width = sums.width();
   std::vector<std::optional<Ray>> middles;
   if (camera_.has_edge()) {
@@ -451,9 +449,10 @@ void Renderer::finish(int y, std::size_t row, LightSums& sums) const {
           break;
         default:
           value = sum * areas[x] * unit_factors_[layout_.planes()[o].plane];
-          if (scene_->unit == PixelUnit::magnitude) value = sum > 0 ? ab_magnitude(value) : nan;
+          if (scene_->unit == PixelUnit::magnitude)
+            value = sum > 0 ? ab_magnitude(value) : no_value;
       }
-      if (!shows_sky) value = nan;
+      if (!shows_sky) value = no_value;
     }
   }
 }

@@ -5,7 +5,6 @@
 #include <boost/math/special_functions/legendre.hpp>
 #include <cmath>
 
-#include "gamer/scene/render_parameters.h"
 #include "gamer/sed/igm.h"
 #include "gamer/sed/photometry.h"
 
@@ -86,9 +85,9 @@ SpectralBasis::SpectralBasis(Spectrum spectrum, const std::vector<Probe>& probes
                   range.high > range.low ? static_cast<std::size_t>(*band_samples) : 1);
     }
   } else {
-    const std::vector<Sed::Range> own = merged(ranges);
+    const std::vector<Sed::Range> covered = merged(ranges);
     // One interval for all wavelengths is an alternative to nodes at single wavelengths.
-    const std::vector<Sed::Range> whole = {{own.front().low, own.back().high}};
+    const std::vector<Sed::Range> whole = {{covered.front().low, covered.back().high}};
     struct Layout {
       const std::vector<Sed::Range>* intervals;
       std::size_t order;
@@ -96,7 +95,7 @@ SpectralBasis::SpectralBasis(Spectrum spectrum, const std::vector<Probe>& probes
       std::size_t nodes;
     };
     std::vector<Layout> layouts;
-    for (const auto* intervals : {&own, &whole}) {
+    for (const auto* intervals : {&covered, &whole}) {
       for (std::size_t order = 1; order <= highest_order; ++order) {
         for (std::size_t count = 1; count <= most_segments; ++count) {
           const double width = widest(*intervals);

@@ -121,13 +121,13 @@ void Renderer::share_disc(const glm::dvec2& pixel, double pixels,
   for (const bool is_second : {false, true}) {
     for (double j = y - reach; j <= y + reach; ++j) {
       for (double i = x - reach; i <= x + reach; ++i) {
-        const auto own = profile.at(i - pixel.x, j - pixel.y);
+        const auto value = profile.at(i - pixel.x, j - pixel.y);
         double share = 0;
-        for (std::size_t k = 0; k < own.size(); ++k) {
+        for (std::size_t k = 0; k < value.size(); ++k) {
           if (!is_second) {
-            sums[k] += own[k];
-          } else if (own[k] > 0) {
-            share += shares[k] * own[k] / sums[k];
+            sums[k] += value[k];
+          } else if (value[k] > 0) {
+            share += shares[k] * value[k] / sums[k];
           }
         }
         if (!(share > 0)) continue;

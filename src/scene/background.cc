@@ -64,11 +64,12 @@ class Draws {
 };
 
 std::string_view type_at(double u, double v) {
-  for (const TypeShare& own : type_shares) {
-    if (u < own.share || &own == std::end(type_shares) - 1) {
-      return own.types[static_cast<std::size_t>(v * static_cast<double>(own.types.size()))];
+  for (const TypeShare& type_share : type_shares) {
+    if (u < type_share.share || &type_share == std::end(type_shares) - 1) {
+      return type_share
+          .types[static_cast<std::size_t>(v * static_cast<double>(type_share.types.size()))];
     }
-    u -= own.share;
+    u -= type_share.share;
   }
   return early[0];
 }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <glm/geometric.hpp>
@@ -12,6 +11,7 @@
 #include <glm/vec2.hpp>
 #include <optional>
 
+#include "core/text.h"
 #include "gamer/image/data_table.h"
 #include "gamer/image/wcs_affine.h"
 
@@ -75,9 +75,8 @@ std::optional<std::string> header_value(const std::string& header, const std::st
 int header_size(const std::string& header, const std::string& key, const std::string& label) {
   const std::optional<std::string> value = header_value(header, key);
   if (!value) throw InputError({label, 0, 0}, fmt::format("its header has no {}", key));
-  int size = 0;
-  const auto [end, error] = std::from_chars(value->data(), value->data() + value->size(), size);
-  if (error != std::errc() || end != value->data() + value->size() || size < 1) {
+  const int size = number_of<int>(*value).value_or(0);
+  if (size < 1) {
     throw InputError({label, 0, 0}, fmt::format("{} = {} is no image's size", key, *value));
   }
   return size;
@@ -301,8 +300,8 @@ void Camera::solid_angles(int y, std::span<const int> x, std::span<double> out) 
   constexpr double half = 0.5;
   std::vector<glm::dvec2> places;
   if (wcs_) {
-    for (const int own : x) {
-      const Cross cross = cross_at({own, y}, half);
+    for (const int column : x) {
+      const Cross cross = cross_at({column, y}, half);
       places.insert(places.end(), cross.begin(), cross.end());
     }
   }

@@ -161,7 +161,7 @@ std::optional<std::size_t> ColumnFinder::place_of(Column column) const {
   const std::string& name = scene_columns()[column].name;
   if (const auto place = places_.find(name); place != places_.end()) return place->second;
   if (is_own_) return std::nullopt;
-  if (const auto own = only_one(column, free_places(std::span(&name, 1)))) return own;
+  if (const auto place = only_one(column, free_places(std::span(&name, 1)))) return place;
   const bool has_rival = std::ranges::any_of(rivals_of(column), [&](Column rival) {
     return sources_[rival].kind != ColumnSource::Kind::absent;
   });
@@ -189,8 +189,8 @@ ColumnSource ColumnFinder::find(Column column) {
     source.kind = ColumnSource::Kind::constant;
     source.constant = mapped->second.substr(1);
     // The mapped column replaces the catalogue's column of that name.
-    if (const auto own = places_.find(declared.name); own != places_.end()) {
-      used_.insert(own->second);
+    if (const auto named = places_.find(declared.name); named != places_.end()) {
+      used_.insert(named->second);
     }
     return source;
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/text.h"
 #include "gamer/core/near.h"
 #include "scene/catalogue_readers.h"
 
@@ -19,18 +20,13 @@ constexpr std::string_view known_version = "1.0";
 // A longer head can only be a mistake. The limit bounds the time that YAML takes.
 constexpr std::size_t largest_head = std::size_t{1} << 20;
 
-std::string_view without_blanks(std::string_view text) {
-  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
-  return text;
-}
-
 /// The text after "%ECSV" in a first line; empty for other lines.
 std::string_view version_of(std::string_view line) {
-  line = without_blanks(line);
+  line = trimmed(line, blank_characters);
   if (!line.starts_with('#')) return {};
-  line = without_blanks(line.substr(1));
-  return line.starts_with(marker) ? without_blanks(line.substr(marker.size())) : std::string_view();
+  line = trimmed(line.substr(1), blank_characters);
+  return line.starts_with(marker) ? trimmed(line.substr(marker.size()), blank_characters)
+                                  : std::string_view();
 }
 
 /// The YAML text after the '#' of the head's lines, and the place of its characters in the file.

@@ -50,8 +50,8 @@ void visit_field_stars(const FieldStarParameters& parameters,
       double count = parameters.number * square_degrees;
       poisson_variates(key, 0, std::span(&count, 1), std::span(&count, 1));
       for (std::uint64_t i = 0; i < static_cast<std::uint64_t>(count); ++i) {
-        const std::uint64_t own = mix64(key + (i + 1) * golden_gamma);
-        const auto u = [&](std::uint64_t k) { return to_unit(mix64(own + k * golden_gamma)); };
+        const std::uint64_t star_key = mix64(key + (i + 1) * golden_gamma);
+        const auto u = [&](std::uint64_t k) { return to_unit(mix64(star_key + k * golden_gamma)); };
         const double sine = low + (high - low) * u(1);
         const auto temperature = static_cast<int>(u(4) * field_temperatures);
         take({direction_of({west + width * u(2), glm::degrees(std::asin(sine))}),

@@ -96,8 +96,8 @@ GalaxyLibrary::Keep GalaxyLibrary::keeper(std::span<const std::shared_ptr<Galaxy
   return [all = std::move(all), measured = measured_](std::span<const FootprintRange> footprints) {
     for (std::size_t g = 0; g < all.size(); ++g) {
       if (all[g].origin.key.empty()) continue;
-      const FootprintRange own = footprints.empty() ? FootprintRange() : footprints[g];
-      measured->add(all[g].origin.key, {all[g].galaxy, own, all[g].origin.lookups});
+      const FootprintRange range = footprints.empty() ? FootprintRange() : footprints[g];
+      measured->add(all[g].origin.key, {all[g].galaxy, range, all[g].origin.lookups});
     }
   };
 }
@@ -214,8 +214,8 @@ GalaxyLibrary::Source GalaxyLibrary::source_of(const std::string& type, const st
   } catch (const InputError& error) {
     throw InputError(row.where(column::galaxy), error.what());
   }
-  if (const auto own = overrides_.find(name_of_type(type)); own != overrides_.end()) {
-    settings.overrides = own->second;
+  if (const auto found = overrides_.find(name_of_type(type)); found != overrides_.end()) {
+    settings.overrides = found->second;
   }
   if (!overrides.empty()) {
     ConfigNode all = settings.overrides ? *settings.overrides : ConfigNode();

@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <boost/math/special_functions/gamma.hpp>
-#include <cctype>
-#include <charconv>
 #include <cmath>
-#include <system_error>
 #include <vector>
 
+#include "core/text.h"
 #include "gamer/core/near.h"
 #include "gamer/core/parameter.h"
 #include "gamer/galaxy/kinds/layer.h"
@@ -52,17 +50,16 @@ std::vector<std::string_view> split_arguments(std::string_view text) {
 }
 
 double number(std::string_view word, const char* what, const Interval& interval) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size()) {
+  const std::optional<double> value = number_of<double>(word);
+  if (!value) {
     throw InputError(
         fmt::format("{}...): {} must be a number, not {}", opening, what, in_quotes(word)));
   }
-  if (!interval.contains(value)) {
+  if (!interval.contains(*value)) {
     throw InputError(
         fmt::format("{}...): {} = {} is outside {}", opening, what, word, interval.text()));
   }
-  return value;
+  return *value;
 }
 
 /// Name of an SED, fit for a TOML text.

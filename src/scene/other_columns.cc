@@ -2,16 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <charconv>
-#include <limits>
 #include <optional>
 #include <set>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <utility>
 
+#include "core/no_value.h"
+#include "core/text.h"
 #include "gamer/core/near.h"
 #include "gamer/scene/scene.h"
 
@@ -21,8 +19,7 @@ namespace {
 using Values = decltype(DataColumn::values);
 using Kind = Catalogue::Kind;
 
-constexpr std::string_view no_value = "-";
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+constexpr std::string_view no_word = "-";
 constexpr std::size_t most_kept = 950;
 constexpr std::size_t longest_name = 60;
 constexpr const char* nameless = "column";
@@ -64,19 +61,11 @@ class NameMaker {
   std::set<std::string> taken_;
 };
 
-template <typename Number>
-std::optional<Number> number_of(std::string_view word) {
-  if (word.starts_with('+')) word.remove_prefix(1);
-  Number value{};
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
-  return value;
-}
-
 /// Whether a word is a code, such as 007 or a number of too many digits.
 bool is_code(std::string_view word) {
   const bool is_digits = word.find_first_not_of("0123456789") == std::string_view::npos;
-  return is_digits && ((word.size() > 1 && word.front() == '0') || !number_of<std::int64_t>(word));
+  return is_digits &&
+         ((word.size() > 1 && word.front() == '0') || !number_of<std::int64_t>(without_plus(word)));
 }
 
 /// What all given words are; texts where none is given and the file does not say it.
@@ -85,14 +74,14 @@ Kind kind_of_words(std::span<const std::string_view> words, Kind declared) {
   bool has_words = false, has_gaps = false;
   Kind kind = declared == Kind::real ? Kind::real : Kind::integer;
   for (const std::string_view word : words) {
-    if (word == no_value) {
+    if (word == no_word) {
       has_gaps = true;
       continue;
     }
     has_words = true;
     if (is_code(word)) return Kind::text;
-    if (kind == Kind::integer && !number_of<std::int64_t>(word)) kind = Kind::real;
-    if (kind == Kind::real && !number_of<double>(word)) return Kind::text;
+    if (kind == Kind::integer && !number_of<std::int64_t>(without_plus(word))) kind = Kind::real;
+    if (kind == Kind::real && !number_of<double>(without_plus(word))) return Kind::text;
   }
   if (!has_words && declared == Kind::unknown) return Kind::text;
   return has_gaps ? Kind::real : kind;
@@ -103,19 +92,19 @@ Values values_of(std::span<const std::string_view> words, Kind declared) {
   if (kind == Kind::integer) {
     std::vector<std::int64_t> integers;
     for (const std::string_view word : words) {
-      integers.push_back(number_of<std::int64_t>(word).value_or(0));
+      integers.push_back(number_of<std::int64_t>(without_plus(word)).value_or(0));
     }
     return integers;
   }
   if (kind == Kind::real) {
     std::vector<double> reals;
     for (const std::string_view word : words) {
-      reals.push_back(number_of<double>(word).value_or(missing));
+      reals.push_back(number_of<double>(without_plus(word)).value_or(no_value));
     }
     return reals;
   }
   std::vector<std::string> texts;
-  for (const std::string_view word : words) texts.emplace_back(word == no_value ? "" : word);
+  for (const std::string_view word : words) texts.emplace_back(word == no_word ? "" : word);
   return texts;
 }
 
@@ -162,7 +151,7 @@ DataTable other_columns(const Catalogue& catalogue, std::span<const ColumnSource
 Values integers_or_texts(std::vector<std::string> words) {
   std::vector<std::int64_t> integers;
   for (const std::string& word : words) {
-    const std::optional<std::int64_t> value = number_of<std::int64_t>(word);
+    const std::optional<std::int64_t> value = number_of<std::int64_t>(without_plus(word));
     // A word such as +7 or 007 would come back as 7.
     if (!value || fmt::format("{}", *value) != word) return words;
     integers.push_back(*value);

@@ -223,10 +223,10 @@ std::string SceneReader::read_plain_type() const {
                                         "{}",
                                         two_parts, in_quotes(name)));
   }
-  for (const Column own : {bulge_fraction, bulge_radius_ratio}) {
-    if (is_two || !row_.is_given(own)) continue;
-    row_.fail(own, fmt::format("{} belongs to galaxy '{}', not {}", scene_columns()[own].name,
-                               two_parts, in_quotes(name)));
+  for (const Column column : {bulge_fraction, bulge_radius_ratio}) {
+    if (is_two || !row_.is_given(column)) continue;
+    row_.fail(column, fmt::format("{} belongs to galaxy '{}', not {}", scene_columns()[column].name,
+                                  two_parts, in_quotes(name)));
   }
   if (is_two && !row_.is_given(bulge_fraction)) {
     row_.fail(galaxy, fmt::format("galaxy '{}' needs bulge_fraction", two_parts));
@@ -379,16 +379,16 @@ std::optional<glm::dvec2> SceneReader::star_pixel(const glm::dvec3& direction) c
 }
 
 void SceneReader::add_field_stars(const ImageField& field) {
-  const FieldStarParameters& own = parameters_.stars.field;
-  if (!(own.number > 0)) return;
+  const FieldStarParameters& field_stars = parameters_.stars.field;
+  if (!(field_stars.number > 0)) return;
   if (scene_.unit == PixelUnit::relative) {
-    throw InputError(own.number_where,
+    throw InputError(field_stars.number_where,
                      fmt::format("field stars need magnitudes: {} has no column 'magnitude' or "
                                  "'apparent_magnitude', so that the image is relative",
                                  catalogue_.label()));
   }
   const auto refuse = [&] {
-    throw InputError(own.number_where,
+    throw InputError(field_stars.number_where,
                      fmt::format("more than {} stars would be in the image", most_stars));
   };
   // The stars' number is checked before they are made. Other pixels are about as large as the
@@ -397,11 +397,11 @@ void SceneReader::add_field_stars(const ImageField& field) {
       static_cast<double>(camera_.window().width) * camera_.window().height *
       camera_.solid_angle(0.5 * (camera_.width() - 1), 0.5 * (camera_.height() - 1)) *
       std::pow(180 / std::numbers::pi, 2);
-  if (own.number * square_degrees > surely * static_cast<double>(most_stars)) refuse();
+  if (field_stars.number * square_degrees > surely * static_cast<double>(most_stars)) refuse();
   // Fluxes of a star of magnitude 0, by temperature.
   std::map<double, std::vector<double>> fluxes;
   for (int i = 0; i < field_temperatures; ++i) {
-    const double temperature = field_temperature(own, i);
+    const double temperature = field_temperature(field_stars, i);
     const auto sed = blackbody_sed(temperature);
     const double scale = nanojansky(0) / band_flux(*sed, *reference_, 0);
     for (const SpectralPlane& plane : spectrum_.planes) {
@@ -410,7 +410,7 @@ void SceneReader::add_field_stars(const ImageField& field) {
   }
   std::size_t number = 0;
   visit_field_stars(
-      own,
+      field_stars,
       [&](const glm::dvec3& direction, double radius) { return field.holds(direction, radius); },
       [&](const FieldStar& found) {
         const std::optional<glm::dvec2> pixel = star_pixel(found.direction);

@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "core/sexagesimal.h"
+#include "core/text.h"
 #include "gamer/core/near.h"
 #include "scene/row_overrides.h"
 #include "scene/text_rows.h"
@@ -53,11 +54,7 @@ std::optional<double> SceneRow::raw_number(Column column) const {
     if (words != nullptr) view = (*words)[row_];
   }
   if (view.empty()) view = text = word(column);
-  if (view.starts_with('+')) view.remove_prefix(1);
-  double value = 0;
-  const auto [end, error] = std::from_chars(view.data(), view.data() + view.size(), value);
-  if (error != std::errc() || end != view.data() + view.size()) return std::nullopt;
-  return value;
+  return number_of<double>(without_plus(view));
 }
 
 bool SceneRow::is_star() const { return text(column::galaxy) == "star"; }
@@ -72,9 +69,9 @@ std::string SceneRow::word(Column column) const {
 
 std::string SceneRow::overrides_word() const {
   std::string result;
-  const ColumnSource& own = sources_[column::overrides];
-  if (own.kind == ColumnSource::Kind::constant) result = own.constant;
-  if (own.kind == ColumnSource::Kind::catalogue) result = catalogue_word(own.place);
+  const ColumnSource& source = sources_[column::overrides];
+  if (source.kind == ColumnSource::Kind::constant) result = source.constant;
+  if (source.kind == ColumnSource::Kind::catalogue) result = catalogue_word(source.place);
   if (result == default_word) result.clear();
   for (const std::size_t place : override_columns_) {
     std::string value = catalogue_word(place);

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <limits>
 #include <numbers>
-#include <system_error>
 #include <utility>
 
+#include "core/no_value.h"
+#include "core/text.h"
 #include "gamer/core/near.h"
 #include "gamer/core/parameter.h"
 #include "gamer/core/units.h"
@@ -82,7 +81,6 @@ constexpr double smallest_share = 1e-6;
 constexpr double smallest_flattening = 0.1;
 
 constexpr double edge_on = 90;
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* star = "star";
 
 /// The numbers of a row, with their places for messages.
@@ -113,14 +111,13 @@ class Row {
   double parse(Word word) const {
     std::string_view text = words_[word].text;
     // std::from_chars rejects the plus sign that SkyMaker writes.
-    if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
+    if (!text.starts_with("+-")) text = without_plus(text);
+    const std::optional<double> value = number_of<double>(text);
+    if (!value || !std::isfinite(*value)) {
       fail(word, fmt::format("{} must be a finite number, not {}", names[word],
                              in_quotes(words_[word].text)));
     }
-    return value;
+    return *value;
   }
 
   const std::string& label_;
@@ -232,7 +229,7 @@ void Columns::add(const Row& row) {
   if (row[code] == star_code) {
     types_.emplace_back(star);
     for (std::vector<double>* column : {&sizes_, &inclinations_, &angles_, &redshifts_}) {
-      column->push_back(missing);
+      column->push_back(no_value);
     }
     return;
   }
@@ -241,7 +238,7 @@ void Columns::add(const Row& row) {
   sizes_.push_back(shape.radius);
   inclinations_.push_back(shape.inclination);
   angles_.push_back(shape.angle - 90);
-  redshifts_.push_back(row.has(redshift) ? row[redshift] : missing);
+  redshifts_.push_back(row.has(redshift) ? row[redshift] : no_value);
 }
 
 void Columns::move_to(TextCatalogue& table, const std::string& label) {

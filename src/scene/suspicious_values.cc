@@ -170,8 +170,9 @@ std::string SuspiciousValues::text(const Finding& finding) const {
     rows += fmt::format(" and {} more", finding.number - finding.rows.size());
   }
   const std::string& name = scene_columns()[finding.column].name;
-  const std::string& own = row_.column_name(finding.column);
-  const std::string place = own == name ? rows : fmt::format("column {}, {}", own, rows);
+  const std::string& column_name = row_.column_name(finding.column);
+  const std::string place =
+      column_name == name ? rows : fmt::format("column {}, {}", column_name, rows);
   if (finding.value.empty()) return fmt::format("{} has no value ({})", name, place);
   return fmt::format("{} = {} looks like a flag for a missing value ({})", name, finding.value,
                      place);

@@ -38,6 +38,8 @@ struct LineWord {
 /// A table with more columns than this can only be a mistake.
 inline constexpr std::size_t most_columns = 10000;
 
+/// The characters for which is_blank() is true.
+inline constexpr std::string_view blank_characters = " \t\n\v\f\r";
 bool is_blank(char c);
 
 /// Place of a word that begins at byte `begin` of `line`, for messages.

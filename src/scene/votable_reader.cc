@@ -3,13 +3,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
-#include <limits>
 #include <memory>
-#include <optional>
-#include <system_error>
 #include <utility>
 
+#include "core/no_value.h"
+#include "core/text.h"
 #include "gamer/core/near.h"
 #include "scene/catalogue_readers.h"
 
@@ -19,14 +17,7 @@ namespace {
 // A VOTable is XML (IVOA Recommendation VOTable 1.4). A TABLE has a FIELD for each column and, in
 // DATA/TABLEDATA, a TR for each row with a TD for each cell.
 
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t piece_bytes = std::size_t{1} << 20;  // given to Expat at a time
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
-  return text;
-}
 
 bool equal_in_any_case(std::string_view a, std::string_view b) {
   const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
@@ -70,15 +61,6 @@ Field::Kind kind_of(const std::string& datatype, const std::string& array_size) 
                                                                      : Field::Kind::text;
 }
 
-template <typename Number>
-std::optional<Number> number_of(std::string_view text) {
-  if (text.starts_with('+')) text.remove_prefix(1);
-  Number value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
 /// Adds a cell; false where it is no value of the column's kind.
 bool append(Field& field, std::string_view text) {
   const bool is_null = text.empty() || (!field.null.empty() && text == field.null);
@@ -89,12 +71,12 @@ bool append(Field& field, std::string_view text) {
       field.texts.emplace_back(is_null ? "-" : text);
       return true;
     case Field::Kind::real: {
-      const auto value = is_null ? missing : number_of<double>(text);
-      field.reals.push_back(value.value_or(missing));
+      const auto value = is_null ? no_value : number_of<double>(without_plus(text));
+      field.reals.push_back(value.value_or(no_value));
       return value.has_value();
     }
     case Field::Kind::integer: {
-      const auto value = is_null ? std::int64_t{0} : number_of<std::int64_t>(text);
+      const auto value = is_null ? std::int64_t{0} : number_of<std::int64_t>(without_plus(text));
       if (is_null) field.nulls.push_back(field.integers.size());
       field.integers.push_back(value.value_or(0));
       return value.has_value();
@@ -124,7 +106,7 @@ Catalogue::Column finish(Field& field) {
     column.cells = std::move(field.integers);
   } else {
     std::vector<double> reals(field.integers.begin(), field.integers.end());
-    for (const std::size_t row : field.nulls) reals[row] = missing;
+    for (const std::size_t row : field.nulls) reals[row] = no_value;
     column.cells = std::move(reals);
   }
   return column;
@@ -255,7 +237,7 @@ void VotableReader::begin(std::string_view name, const char** attributes) {
 void VotableReader::end_cell() {
   in_cell_ = false;
   Field& field = fields_[cells_++];
-  const std::string_view text = trimmed(cell_);
+  const std::string_view text = trimmed(cell_, blank_characters);
   if (append(field, text)) return;
   fail(fmt::format("column '{}': {} is not {}", field.column.name, in_quotes(text),
                    field.kind == Field::Kind::real      ? "a number"
@@ -310,7 +292,7 @@ TextCatalogue VotableReader::read() {
 bool opens_xml(std::string_view text) {
   constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
   if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
-  return trimmed(text.substr(0, std::min<std::size_t>(text.size(), 4096))).starts_with('<');
+  return trimmed(text.substr(0, 4096), blank_characters).starts_with('<');
 }
 
 TextCatalogue read_votable(std::string_view text, const std::string& label,

@@ -42,12 +42,12 @@ Bandpass::Bandpass(std::string name, std::vector<double> wavelengths, std::vecto
       response_(std::move(response)),
       throughput_(throughput) {
   assert(wavelengths_.size() >= 2 && wavelengths_.size() == response_.size());
-  const Nodes own = nodes();
+  const Nodes points = nodes();
   double moment = 0;
-  for (std::size_t k = 0; k < own.weight.size(); ++k) {
-    width_ += own.weight[k];
-    log_width_ += own.weight[k] / own.wavelength[k];
-    moment += own.weight[k] * own.wavelength[k];
+  for (std::size_t k = 0; k < points.weight.size(); ++k) {
+    width_ += points.weight[k];
+    log_width_ += points.weight[k] / points.wavelength[k];
+    moment += points.weight[k] * points.wavelength[k];
   }
   pivot_ = std::sqrt(moment / log_width_);
   mean_ = moment / width_;

@@ -28,10 +28,10 @@ std::vector<double> kinks(const Sed& sed, const Sed::Range& range, double redshi
   std::vector<double> result;
   for (auto row = first; row != last; ++row) result.push_back(*row * stretch);
   if (igm == Igm::madau95) {
-    const auto own = static_cast<std::ptrdiff_t>(result.size());
+    const auto middle = static_cast<std::ptrdiff_t>(result.size());
     const auto more = madau95_kinks(redshift);
     result.insert(result.end(), more.begin(), more.end());
-    std::inplace_merge(result.begin(), result.begin() + own, result.end());
+    std::inplace_merge(result.begin(), result.begin() + middle, result.end());
   }
   return result;
 }

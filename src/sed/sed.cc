@@ -4,13 +4,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <system_error>
 #include <utility>
 
+#include "core/text.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/core/parameter.h"
@@ -128,21 +127,11 @@ const std::array<Analytic, 4>& analytic_seds() {
   return kinds;
 }
 
-std::string_view trim_spaces(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(' ');
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(' ') - first + 1);
-}
-
 /// The number of "number unit", or nothing where the text is not exactly that.
 std::optional<double> parse_quantity(std::string_view text, std::string_view unit) {
-  const std::string_view trimmed = trim_spaces(text);
-  if (!trimmed.ends_with(unit)) return std::nullopt;
-  const std::string_view digits = trim_spaces(trimmed.substr(0, trimmed.size() - unit.size()));
-  double value = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (error != std::errc() || end != digits.data() + digits.size()) return std::nullopt;
-  return value;
+  text = trimmed(text);
+  if (!text.ends_with(unit)) return std::nullopt;
+  return number_of<double>(trimmed(text.substr(0, text.size() - unit.size())));
 }
 
 std::shared_ptr<const Sed> make_analytic(const Analytic& kind, const std::string& name) {

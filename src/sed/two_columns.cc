@@ -10,6 +10,7 @@
 #include <cmath>
 #include <system_error>
 
+#include "core/text.h"
 #include "gamer/core/near.h"
 
 namespace gamer {
@@ -27,12 +28,6 @@ constexpr std::array<Unit, 3> wavelength_units = {{{"Angstrom", 1.0}, {"nm", 10.
 constexpr int dropped_bits = 46;
 std::uint64_t start_of(double wavelength) {
   return std::bit_cast<std::uint64_t>(wavelength) >> dropped_bits;
-}
-
-std::string_view trim(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(blanks);
-  if (first == std::string_view::npos) return text.substr(text.size());
-  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
 struct Word {
@@ -77,8 +72,8 @@ void read_head_line(std::string_view line, std::size_t hash, const SourceLocatio
                     std::vector<HeadEntry>& head) {
   const std::size_t colon = line.find(':', hash);
   if (colon == std::string_view::npos) return;
-  const std::string_view key = trim(line.substr(hash + 1, colon - hash - 1));
-  const std::string_view value = trim(line.substr(colon + 1));
+  const std::string_view key = trimmed(line.substr(hash + 1, colon - hash - 1), blanks);
+  const std::string_view value = trimmed(line.substr(colon + 1), blanks);
   SourceLocation value_where = where;
   value_where.column = static_cast<int>(value.data() - line.data()) + 1;
   head.push_back({lower(key), std::string(value), value_where});

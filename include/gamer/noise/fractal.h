@@ -44,16 +44,16 @@ struct SeenNoise {
 ///
 /// A ray of footprint w (its width, in units of x) resolves a share of octave k: 1 where frequency
 /// times w is below 0.15, 0 from 0.9 on, smooth between. This approximates the mean over a square
-/// of side w. The hidden rest counts by its expected value. For summed octaves this is E[Phi] over
-/// a normal distribution of the rest, for a factor 1, for a ridge the mean. A warp that shrinks
-/// lengths raises frequencies.
+/// of side w. Hidden octaves count by their expectation: E[Phi] over a normal distribution where
+/// they are summed, 1 where they are factors, the mean of ridges. A warp that shrinks lengths
+/// raises frequencies.
 class FractalNoise {
  public:
   /// `thickness` is that of the layer that the noise fills, in units of x.
   explicit FractalNoise(const FractalParameters& parameters, double thickness = 0);
-  /// Uses the given octaves in place of those of `parameters`: at most most_octaves, coarse octaves
-  /// first. They have their own frequencies, weights and identifications. The caller chooses the
-  /// coordinates of points, footprints and clouds.
+  /// Takes `octaves` in place of those of `parameters`: at most most_octaves, coarse ones first.
+  /// They have frequencies, weights and identifications of their own. Points, footprints and
+  /// clouds are in the coordinates of these octaves.
   FractalNoise(const FractalParameters& parameters, std::span<const Octave> octaves,
                double thickness = 0);
 

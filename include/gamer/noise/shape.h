@@ -18,7 +18,7 @@ class NoiseShape {
     double offset = 0;
     double contrast = 1;
     double floor = 0.1;
-    bool expected = false;  ///< whether v is its own expectation for any hidden part
+    bool expected = false;  ///< whether sums are expectations already
     auto operator<=>(const Parameters&) const = default;
   };
   explicit NoiseShape(const Parameters& parameters);

@@ -19,7 +19,7 @@ struct RowRange {
 /// when rows < 0 or block < 1.
 std::vector<RowRange> even_blocks(int rows, int block);
 
-/// Where the time of a rank's runs went, seconds.
+/// Times of a rank's runs, seconds.
 struct RunTimes {
   double wall = 0;
   double compute = 0;  ///< in compute, sum over the rank's threads

@@ -61,8 +61,9 @@ class GalaxyIndex {
   /// The ball that holds all rays of an area of the image, at most one face.
   std::optional<Ball> rays(double left, double right, double bottom, double top) const;
   void build(int first, int count);
-  /// Whether find() would find any galaxy.
-  bool finds(const Ball& rays) const;
+  /// Calls use(i) for each galaxy order_[i] that a ray in the ball may meet, until it is true.
+  template <class Use>
+  bool any_of(const Ball& rays, const Use& use) const;
 
   Camera camera_;
   std::vector<int> order_;

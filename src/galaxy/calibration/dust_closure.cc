@@ -72,8 +72,8 @@ std::vector<BatchArray> DustRays::depths(std::size_t width, double coherence,
         texture->expect(size, seen[at], coherence_of.data(), deviations, phi);
       }
       for (std::size_t v = 0; v < variants; ++v) {
-        BatchArray& own = result[v * batches + b];
-        for (std::size_t i = 0; i < size; ++i) own[i] += weights[at][i] * phi[v][i];
+        BatchArray& column = result[v * batches + b];
+        for (std::size_t i = 0; i < size; ++i) column[i] += weights[at][i] * phi[v][i];
       }
     }
   });
@@ -90,12 +90,12 @@ double DustRays::mean(const std::vector<BatchArray>& values, bool by_light, Term
   parallel_for(batches, [&](std::size_t b) {
     for (std::size_t v = 0; v < variants; ++v) {
       const double share = variants > 1 ? dust_variant_weights[v] : 1.0;
-      const BatchArray& own = values[v * batches + b];
+      const BatchArray& column = values[v * batches + b];
       for (std::size_t i = 0; i < columns[b].size; ++i) {
         const double weight =
             share * double{columns[b].weight[i]} * (by_light ? double{brightness[b][i]} : 1.0);
         parts[b].weight += weight;
-        parts[b].term += weight * term(double{own[i]});
+        parts[b].term += weight * term(double{column[i]});
       }
     }
   });
@@ -247,11 +247,11 @@ DustClosureValues measure_dust_closure(const Galaxy& galaxy, std::size_t c, std:
       if (step == 0) {
         guess = std::clamp(guess, last.coherence / first_factor, last.coherence * first_factor);
       }
-      const Passed own = pass(std::clamp(guess, least_coherence, largest_coherence));
-      const double distance = own.coherence - last.coherence;
-      if (!((own.excess - last.excess) * distance > 0)) break;
-      slope = (own.excess - last.excess) / distance;
-      last = own;
+      const Passed next = pass(std::clamp(guess, least_coherence, largest_coherence));
+      const double distance = next.coherence - last.coherence;
+      if (!((next.excess - last.excess) * distance > 0)) break;
+      slope = (next.excess - last.excess) / distance;
+      last = next;
     }
     result.coherences.push_back(last.coherence);
     result.amounts.push_back(last.amount);

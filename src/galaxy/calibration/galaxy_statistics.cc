@@ -71,9 +71,9 @@ class NumberReader {
   }
   std::vector<double> list() {
     const auto size = static_cast<std::size_t>(number());
-    const auto own = numbers_.first(size);
+    const auto list = numbers_.first(size);
     numbers_ = numbers_.subspan(size);
-    return {own.begin(), own.end()};
+    return {list.begin(), list.end()};
   }
 
  private:
@@ -301,8 +301,9 @@ void GalaxyStatistics::measure_all() {
 
 double GalaxyStatistics::share(std::size_t c) const {
   // Galaxies with stars are seen from within, where a camera may see little but one component.
-  const bool has_stars = std::ranges::any_of(
-      galaxy_.components(), [](const auto& own) { return own->star_field() != nullptr; });
+  const bool has_stars = std::ranges::any_of(galaxy_.components(), [](const auto& component) {
+    return component->star_field() != nullptr;
+  });
   const double all = component_at(c).absorbs() ? dust_amount_ : light_;
   return has_stars || all == 0 ? 1 : galaxy_.luminosity(c) / all;
 }

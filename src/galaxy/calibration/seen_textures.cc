@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <vector>
 
 namespace gamer {
@@ -79,8 +78,8 @@ void SeenTextures::phi_of_followed(std::size_t c, const Points& points, float* o
 Points SeenTextures::turn_to_followed(std::size_t c, const Points& points, BatchArray& x,
                                       BatchArray& y, BatchArray& z) const {
   // The cloud is turned by this component's twirl; the followed noise has its own.
-  const Texture* own = at(c).texture();
-  const double twirl = own != nullptr ? own->twirl() : 0.0;
+  const Texture* texture = at(c).texture();
+  const double twirl = texture != nullptr ? texture->twirl() : 0.0;
   return galaxy_->turn_back(points, followed_by(c).texture()->twirl() - twirl, x, y, z);
 }
 

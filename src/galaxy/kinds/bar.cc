@@ -374,20 +374,20 @@ ComponentKind bar_kind() {
   };
   kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
     const auto number = [&](const char* name) { return input.values.number(name); };
-    BarShape own;
-    own.half_length = number("half_length");
-    own.axis_ratio = number("axis_ratio");
-    own.boxiness = number("boxiness");
-    own.index = number("index");
-    own.decline = number("decline");
-    own.cut = number("cut");
-    own.z0 = number("z0");
-    own.peanut = number("peanut");
-    own.peanut_radius = number("peanut_radius");
-    own.peanut_width = number("peanut_width");
-    own.ansae = number("ansae");
-    own.position_angle = std::remainder(number("position_angle"), 360.0) * degree;
-    return std::make_unique<Bar>(own);
+    BarShape given;
+    given.half_length = number("half_length");
+    given.axis_ratio = number("axis_ratio");
+    given.boxiness = number("boxiness");
+    given.index = number("index");
+    given.decline = number("decline");
+    given.cut = number("cut");
+    given.z0 = number("z0");
+    given.peanut = number("peanut");
+    given.peanut_radius = number("peanut_radius");
+    given.peanut_width = number("peanut_width");
+    given.ansae = number("ansae");
+    given.position_angle = std::remainder(number("position_angle"), 360.0) * degree;
+    return std::make_unique<Bar>(given);
   };
   return kind;
 }

@@ -67,8 +67,8 @@ Bulge::Bulge(double r0, const std::array<double, 3>& axis)
     : Spheroid(r0 * effective_radius_in_r0, axis), r0_(r0) {}
 
 void Bulge::envelope(const SampleBatch& batch, float* out) const {
-  const SpheroidMetric own = metric(r0_, effective_radius_in_r0);
-  HWY_DYNAMIC_DISPATCH(BulgeEnvelope)(batch, own, out);
+  const SpheroidMetric in_r0 = metric(r0_, effective_radius_in_r0);
+  HWY_DYNAMIC_DISPATCH(BulgeEnvelope)(batch, in_r0, out);
 }
 
 double Bulge::envelope_integral() const {

@@ -171,7 +171,7 @@ Layer::Layer(const LayerShape& shape, const ArmPattern& arms)
       log_peak_(std::log(law_.peak())) {}
 
 ParameterTable Layer::parameters() {
-  const ParameterTable own = {
+  const ParameterTable first = {
       Parameter::number("z0", "galaxy radii", Interval::closed(least_height, 1), 0.02,
                         "scale height of sech^2(z/z0)")
           .usual_logarithmic(0.002, 0.2),
@@ -205,7 +205,7 @@ ParameterTable Layer::parameters() {
                         "direction of the brighter side from the x axis towards y")
           .usual(0, 360),
   };
-  return own + RadialLaw::parameters() + more;
+  return first + RadialLaw::parameters() + more;
 }
 
 LayerShape Layer::read_shape(const ComponentInput& input, bool has_arm_width) {
@@ -375,21 +375,21 @@ Cloud Layer::cloud(std::size_t size) const {
   const std::size_t vertical = count(height);
   const std::size_t azimuthal = count(circle);
   const std::size_t radial = std::min(count(length), largest_cloud_size / (azimuthal * vertical));
-  const auto own = std::make_shared<const Cells>(cells(radial, azimuthal, vertical));
-  const auto fill = [this, own](std::size_t b, WeightedBatch& batch) {
+  const auto drawn = std::make_shared<const Cells>(cells(radial, azimuthal, vertical));
+  const auto fill = [this, drawn](std::size_t b, WeightedBatch& batch) {
     SampleBatch samples{};
     BatchArray share, weight;
     const std::size_t first = b * batch_capacity;
-    batch.size = samples.size = std::min(batch_capacity, own->count - first);
-    HWY_DYNAMIC_DISPATCH(DrawCloud)(own->input, first, samples, share, weight);
+    batch.size = samples.size = std::min(batch_capacity, drawn->count - first);
+    HWY_DYNAMIC_DISPATCH(DrawCloud)(drawn->input, first, samples, share, weight);
     place(samples, weight);
     arms_.winding(samples.r.data(), samples.size, samples.winding.data());
-    HWY_DYNAMIC_DISPATCH(PlaceCloud)(samples, share, own->input, batch, samples.taper);
+    HWY_DYNAMIC_DISPATCH(PlaceCloud)(samples, share, drawn->input, batch, samples.taper);
     samples.z = batch.z;
     envelope(samples, batch.weight.data());
     for (std::size_t i = 0; i < batch.size; ++i) batch.weight[i] *= weight[i];
   };
-  return {(own->count + batch_capacity - 1) / batch_capacity, fill};
+  return {(drawn->count + batch_capacity - 1) / batch_capacity, fill};
 }
 
 ColumnCloud Layer::columns(std::size_t size, std::size_t heights) const {
@@ -406,15 +406,15 @@ ColumnCloud Layer::columns(std::size_t size, std::size_t heights) const {
   }
   const double side = std::sqrt(length * circle / static_cast<double>(size));
   const auto azimuthal = static_cast<std::size_t>(std::ceil(circle / side));
-  const Cells own = cells(std::max<std::size_t>(size / azimuthal, 1), azimuthal, 1);
-  result.columns.resize((own.count + batch_capacity - 1) / batch_capacity);
+  const Cells drawn = cells(std::max<std::size_t>(size / azimuthal, 1), azimuthal, 1);
+  result.columns.resize((drawn.count + batch_capacity - 1) / batch_capacity);
   for (std::size_t b = 0; b < result.columns.size(); ++b) {
     SampleBatch samples{};
     BatchArray share;
     const std::size_t first = b * batch_capacity;
     WeightedBatch& batch = result.columns[b];
-    batch.size = samples.size = std::min(batch_capacity, own.count - first);
-    HWY_DYNAMIC_DISPATCH(DrawCloud)(own.input, first, samples, share, batch.weight);
+    batch.size = samples.size = std::min(batch_capacity, drawn.count - first);
+    HWY_DYNAMIC_DISPATCH(DrawCloud)(drawn.input, first, samples, share, batch.weight);
     place(samples, batch.weight);
     for (std::size_t i = 0; i < batch.size; ++i) {
       batch.x[i] = samples.r[i] * std::cos(samples.azimuth[i]);

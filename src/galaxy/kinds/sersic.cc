@@ -88,9 +88,9 @@ class LogDensity {
     const double exponent = b_ * std::pow(x, 1 / n_);
     double sum = 0.5;
     for (const Term& term : terms_) {
-      const double own = term.factor * std::exp(-exponent * term.excess);
-      sum += own;
-      if (own < negligible * sum && term.cosh * x > 1) break;
+      const double addend = term.factor * std::exp(-exponent * term.excess);
+      sum += addend;
+      if (addend < negligible * sum && term.cosh * x > 1) break;
     }
     return std::log(b_ / (std::numbers::pi * n_) * step * sum) + (1 / n_ - 1) * std::log(x) -
            exponent;

@@ -47,20 +47,21 @@ double StarField::bound(const Cell& cell) const {
   const double r2 = x * x + y * y;
   const double distance = std::sqrt(r2 + z * z);
   if (distance >= 1) return 0;
-  const LayerShape& own = shape();
+  const LayerShape& layer = shape();
   const double far_x = std::abs(cell.centre[0]) + cell.half;
   const double far_y = std::abs(cell.centre[1]) + cell.half;
   const double far2 = far_x * far_x + far_y * far_y;
   const double farthest = std::min(std::sqrt(far2), 1.0);
-  const double e = std::exp(-2 * z / (own.z0 * own.flare_at(farthest)));
+  const double e = std::exp(-2 * z / (layer.z0 * layer.flare_at(farthest)));
   double value = 4 * e / ((1 + e) * (1 + e)) * law().bound(std::sqrt(r2), std::sqrt(far2)) *
                  taper_at(distance);
-  if (own.inner > 0) {
-    const double ratio = own.inner * own.radial.axis_ratio;
+  if (layer.inner > 0) {
+    const double ratio = layer.inner * layer.radial.axis_ratio;
     const double q = far2 / (ratio * ratio);
     value *= -std::expm1(-q * q);
   }
-  if (!own.is_even()) value *= (1 + own.lopsidedness * farthest) / own.flare_at(std::sqrt(r2));
+  if (!layer.is_even())
+    value *= (1 + layer.lopsidedness * farthest) / layer.flare_at(std::sqrt(r2));
   return value;
 }
 

@@ -5,11 +5,10 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 
+#include "core/text.h"
 #include "gamer/core/capitals.h"
-#include "image/fits/fits_number.h"
 
 namespace gamer {
 namespace {
@@ -47,12 +46,9 @@ std::string unquote(std::string_view value) {
 
 /// False unless the whole text is a number of this type.
 template <class Number>
-bool parse_number(std::string text, Number& number) {
+std::optional<Number> parse_number(std::string text) {
   std::replace(text.begin(), text.end(), 'D', 'E');
-  const char* first = text.data() + (!text.empty() && text[0] == '+' ? 1 : 0);
-  const char* last = text.data() + text.size();
-  const auto [end, error] = std::from_chars(first, last, number);
-  return error == std::errc() && end == last;
+  return number_of<Number>(without_plus(text));
 }
 
 /// The part of a card before its value.
@@ -115,6 +111,16 @@ ParsedCard parse_record(const std::string& record) {
 bool is_line(std::string_view key) { return key == "COMMENT" || key == "HISTORY"; }
 
 }  // namespace
+
+std::string fits_number(double value) {
+  std::string text = fmt::format("{}", value);
+  const std::size_t exponent = text.find('e');
+  if (text.find('.') == std::string::npos) {
+    text.insert(exponent == std::string::npos ? text.size() : exponent, ".0");
+  }
+  std::replace(text.begin(), text.end(), 'e', 'E');
+  return text;
+}
 
 std::string_view trim_right(std::string_view text) {
   const std::size_t last = text.find_last_not_of(' ');
@@ -255,14 +261,14 @@ Card parse_card(std::span<const std::string> records) {
       card.value = parsed.value == "T";
       break;
     case 'I':
-      if (long long integer = 0; parse_number(parsed.value, integer)) {
-        card.value = integer;
+      if (const auto integer = parse_number<long long>(parsed.value)) {
+        card.value = *integer;
         break;
       }
       [[fallthrough]];
     case 'F':
-      if (double real = 0; parse_number(parsed.value, real)) {
-        card.value = real;
+      if (const auto real = parse_number<double>(parsed.value)) {
+        card.value = *real;
       } else {
         card.value = parsed.value;
       }

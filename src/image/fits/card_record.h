@@ -26,6 +26,10 @@ std::string percent_encode(std::string_view text);
 /// The inverse; every %XX becomes its byte.
 std::string percent_decode(std::string_view text);
 
+/// The number with the fewest digits that read back to it. It has the point that FITS and YAML
+/// require in floating-point numbers, and FITS' capital E.
+std::string fits_number(double value);
+
 /// `text` without blanks at its end.
 std::string_view trim_right(std::string_view text);
 

@@ -18,7 +18,6 @@
 
 #include "gamer/core/error.h"
 #include "gamer/image/fits/fits_stream.h"
-#include "image/data_table_writer.h"
 #include "image/fits/fits_cards.h"
 #include "image/fits/fits_file.h"
 #include "image/fits/image_hdu.h"
@@ -62,14 +61,14 @@ class FitsLayout {
     const int face = row / face_height();
     const LONGLONG first = static_cast<LONGLONG>(row % face_height()) * header_.width + 1;
     // The empty primary HDU comes first.
-    const int own = header_.faces.empty() ? 1 : face + 2;
+    const int hdu = header_.faces.empty() ? 1 : face + 2;
     switch (options_.layout) {
       case ImageLayout::cube:
-        return {0, own, static_cast<LONGLONG>(plane) * header_.width * face_height() + first};
+        return {0, hdu, static_cast<LONGLONG>(plane) * header_.width * face_height() + first};
       case ImageLayout::extensions:
         return {0, face * header_.planes() + plane + 2, first};
       case ImageLayout::files:
-        return {static_cast<std::size_t>(plane), own, first};
+        return {static_cast<std::size_t>(plane), hdu, first};
       case ImageLayout::stamps:
         break;
     }

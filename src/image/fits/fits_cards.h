@@ -41,7 +41,9 @@ void reserve_checksum(FitsFile& file);
 std::vector<std::string> read_text_cells(FitsFile& file, int column, LONGLONG first,
                                          LONGLONG count);
 
-/// Appends a binary table HDU; `common` cards come first. gamer/image/fits.h describes the format.
+/// These append a binary table HDU; `common` cards come first. gamer/image/fits.h describes the
+/// format.
+void write_data_table(FitsFile& file, const DataTable& table, const std::vector<Card>& common);
 void write_text_table(FitsFile& file, const TextTable& table, const std::vector<Card>& common);
 
 /// Whether the current HDU is a table that write_text_table() made.

@@ -4,33 +4,20 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstring>
 #include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "core/text.h"
+#include "gamer/core/capitals.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "image/fits/fits_scan.h"
 
 namespace gamer {
 namespace {
-
-std::string upper(std::string text) {
-  for (char& c : text) {
-    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
-  }
-  return text;
-}
-
-std::optional<int> whole_number(std::string_view text) {
-  int number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
 
 /// Whether the text in brackets is a section, "10:90,*", not an HDU.
 bool is_section(std::string_view text) {
@@ -145,7 +132,7 @@ int FitsFile::hdu_count() {
 
 void FitsFile::move_to_named(const std::string& hdu) {
   const int count = hdu_count();
-  if (const std::optional<int> number = whole_number(hdu)) {
+  if (const std::optional<int> number = number_of<int>(hdu)) {
     if (*number < 0 || *number >= count) {
       fail(fmt::format("no HDU {} in it; the last one is {}", *number, count - 1));
     }
@@ -154,15 +141,15 @@ void FitsFile::move_to_named(const std::string& hdu) {
   }
   const std::size_t comma = hdu.rfind(',');
   const std::optional<int> version =
-      comma == std::string::npos ? std::nullopt : whole_number(hdu.substr(comma + 1));
+      comma == std::string::npos ? std::nullopt : number_of<int>(hdu.substr(comma + 1));
   const std::string name = version ? hdu.substr(0, comma) : hdu;
   std::vector<std::string> names;
   for (int i = 1; i <= count; ++i) {
     move_to(i);
     names.push_back(text("EXTNAME"));
-    const std::string own = text("EXTVER");
-    if (upper(names.back()) != upper(name)) continue;
-    if (!version || version == whole_number(own.empty() ? "1" : own)) return;
+    const std::string its_version = text("EXTVER");
+    if (in_capitals(names.back()) != in_capitals(name)) continue;
+    if (!version || version == number_of<int>(its_version.empty() ? "1" : its_version)) return;
   }
   std::erase(names, "");
   fail(fmt::format("no HDU {} in it{}", in_quotes(hdu), did_you_mean(hdu, names)));

@@ -7,7 +7,6 @@
 #include <array>
 #include <cctype>
 #include <cerrno>
-#include <charconv>
 #include <climits>
 #include <cmath>
 #include <cstdint>
@@ -17,6 +16,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/text.h"
 #include "gamer/core/error.h"
 
 namespace gamer {
@@ -35,32 +35,17 @@ constexpr std::array<std::string_view, 3> table_cards = {"PCOUNT", "GCOUNT", "TF
 /// Bytes that may follow the last HDU.
 constexpr std::string_view fill("\0 \r\n", 4);
 
-std::string_view trim(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(' ');
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(' ') - first + 1);
-}
-
 /// The whole value of a card as an integer.
 std::optional<long long> integer(std::string_view record) {
   if (record.substr(keyword, 2) != "= ") return std::nullopt;
-  std::string_view value = record.substr(value_begin);
-  value = trim(value.substr(0, value.find('/')));
-  if (value.starts_with('+')) value.remove_prefix(1);
-  long long number = 0;
-  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
-  if (error != std::errc() || end != value.data() + value.size()) return std::nullopt;
-  return number;
+  const std::string_view value = record.substr(value_begin);
+  return number_of<long long>(without_plus(trimmed(value.substr(0, value.find('/')))));
 }
 
 /// The number after `stem` in a key: 3 for the key "ZTILE3" and the stem "ZTILE"; else 0.
-long long number_of(std::string_view key, std::string_view stem) {
-  long long number = 0;
-  if (!key.starts_with(stem) || key.size() == stem.size()) return 0;
-  const std::string_view digits = key.substr(stem.size());
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
-  const bool is_number = error == std::errc() && end == digits.data() + digits.size();
-  return is_number ? std::max(number, 0LL) : 0;
+long long number_behind(std::string_view stem, std::string_view key) {
+  if (!key.starts_with(stem)) return 0;
+  return std::max(number_of<long long>(key.substr(stem.size())).value_or(0), 0LL);
 }
 
 /// The name that CFITSIO finds in a record. It takes the text before a blank or "=" in any column,
@@ -69,7 +54,7 @@ std::string_view name_of(std::string_view record) {
   constexpr std::string_view long_name = "HIERARCH ";
   const std::size_t equals = record.find('=');
   if (record.starts_with(long_name) && equals != std::string_view::npos) {
-    return trim(record.substr(long_name.size(), equals - long_name.size()));
+    return trimmed(record.substr(long_name.size(), equals - long_name.size()));
   }
   return record.substr(0, record.find_first_of(" ="));
 }
@@ -85,7 +70,7 @@ bool is_string(std::string_view record) {
   const bool is_text =
       std::all_of(record.begin(), record.end(), [](char c) { return c >= ' ' && c <= '~'; });
   if (!is_text || record.substr(keyword, 2) != "= ") return false;
-  const std::string_view value = trim(record.substr(value_begin));
+  const std::string_view value = trimmed(record.substr(value_begin));
   return value.starts_with('\'') && value.find('\'', 1) != std::string_view::npos;
 }
 
@@ -101,7 +86,7 @@ class Header {
     for (; block.size() >= record_size; block.remove_prefix(record_size)) {
       const std::string_view record = block.substr(0, record_size);
       if (record.starts_with(end_record)) {
-        if (!trim(record.substr(end_record.size())).empty()) fail("text stands behind END");
+        if (!trimmed(record.substr(end_record.size())).empty()) fail("text stands behind END");
         check_end();
         return false;
       }
@@ -169,7 +154,7 @@ class Header {
 
   /// Whether the card gives a size. If there are two such cards CFITSIO uses the first or last.
   bool is_size(std::string_view key) const {
-    const auto axis = static_cast<std::size_t>(number_of(key, "NAXIS"));
+    const auto axis = static_cast<std::size_t>(number_behind("NAXIS", key));
     return key == "BITPIX" || key == "NAXIS" || (axis >= 1 && axis <= axis_count_);
   }
 
@@ -184,7 +169,7 @@ class Header {
 
   void read_column(std::string_view key, std::string_view record) {
     for (const std::string_view stem : {"TTYPE", "TFORM"}) {
-      if (number_of(key, stem) == 0 || is_string(record)) continue;
+      if (number_behind(stem, key) == 0 || is_string(record)) continue;
       fail(fmt::format("a table cannot have such {}", key));
     }
   }
@@ -200,7 +185,7 @@ class Header {
     }
     if (key == "ZBITPIX") check(value && is_type(*value));
     for (const std::string_view stem : {"ZNAXIS", "ZTILE"}) {
-      const long long axis = number_of(key, stem);
+      const long long axis = number_behind(stem, key);
       if (axis == 0) continue;
       check(axis <= most_compressed_axes && value && *value >= 1 && *value <= INT_MAX);
       if (axis <= most_compressed_axes && stem == "ZNAXIS") {

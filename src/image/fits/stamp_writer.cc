@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "gamer/core/error.h"
-#include "image/data_table_writer.h"
 #include "image/fits/fits_cards.h"
 #include "image/fits/image_hdu.h"
 #include "image/image_suffix.h"
@@ -30,8 +29,8 @@ class FitsStampWriter final : public StampWriter {
         written_(count, false) {
     const std::vector<Card> common = common_cards(header.cards);
     std::vector<Card> first = common;
-    const std::vector<Card> own = without_common_cards(header.cards);
-    first.insert(first.end(), own.begin(), own.end());
+    const std::vector<Card> others = without_common_cards(header.cards);
+    first.insert(first.end(), others.begin(), others.end());
     file_.call(fits_create_img, BYTE_IMG, 0, nullptr);
     write_cards(file_, first);
     for (std::size_t i = 0; i < count; ++i) begin_stamp(header, common, describe(i), sizes_[i]);

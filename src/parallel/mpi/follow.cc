@@ -20,9 +20,8 @@
 namespace gamer::mpi {
 namespace {
 
-// Number of blocks that a rank holds besides those in work. Its threads thus find the next block
-// while the answer to the request is on its way. More blocks, or any where there are few, would be
-// lacking at free ranks.
+// Number of blocks that a rank holds besides those in work. Threads thus find the next block while
+// a request is on its way. If blocks are few, none are held, so that other ranks get them.
 int prefetched_blocks(std::int64_t blocks, int ranks, int threads) {
   constexpr int many = 8;  // for each thread
   return blocks < std::int64_t{many} * ranks * threads ? 0 : 1 + threads / 4;
@@ -149,7 +148,7 @@ class Follow {
           outcome_ = static_cast<int>(order->first);
           break;
         default:
-          // Rank 0 has left its run without an outcome; it will take no result that is on its way.
+          // Rank 0 has left its run without an outcome, and will take no further result.
           job_.abort();
       }
     }
@@ -166,7 +165,7 @@ class Follow {
   }
 
   void report_end() {
-    // In this order: what the pool threw is known once it has finished.
+    // The pool's failure is known once it has finished.
     const bool finished = pool_.finished();
     if (!failed_ && pool_.failure()) {
       failed_ = true;

@@ -67,7 +67,7 @@ class Lead {
     std::vector<MPI_Request> requests;
   };
 
-  // The pool is asked first: what it threw is known once it has finished.
+  // The pool's failure is known once it has finished.
   bool finished() {
     if (!pool_.finished() || (pool_.failure() && !failure_)) return false;
     return std::none_of(incoming_.begin(), incoming_.end(),

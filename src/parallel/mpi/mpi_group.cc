@@ -191,11 +191,11 @@ std::vector<std::string> MpiGroup::gather(const std::string& text) {
       continue;
     }
     pause.reset();
-    // Sent before the rank saw the end of a run.
+    // The rank sent this before it saw the end of a run.
     if (notice->head.kind == NoticeKind::alive) continue;
     const auto rank = static_cast<std::size_t>(notice->rank);
     if (notice->head.kind == NoticeKind::left) {
-      // After its text it may.
+      // A rank may leave after its text.
       if (!is_here[rank]) std::rethrow_exception(early_leave());
       continue;
     }
@@ -228,7 +228,7 @@ int MpiGroup::end(int code, const std::string& message,
   if (ended_) return code;
   ended_ = true;
   if (has_lost_) {
-    // It would never come to its end().
+    // The lost rank would never call end().
     if (report && !message.empty()) report(message);
     abort();
   }
@@ -246,8 +246,7 @@ int MpiGroup::end(int code, const std::string& message,
     if (report && !text.empty()) report(text);
   } else {
     send_notice(NoticeKind::left, {code, message});
-    // Rank 0 may have opened a call before it sees the notice: take part in what would make it
-    // wait.
+    // Rank 0 may have opened a call before it sees the notice, and would wait for this rank.
     while (!ordered_to_leave_) {
       const Order order = next_order();
       if (order.kind == OrderKind::broadcast) {

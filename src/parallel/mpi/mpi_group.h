@@ -38,7 +38,7 @@ class MpiGroup : public RankGroup {
   void send_order(int rank, const Order& order) const;
   void send_order_to_all(const Order& order) const;
   std::optional<Notice> poll_notice();
-  /// What rank 0 throws once a rank has left.
+  /// The exception of rank 0 once a rank has left.
   std::exception_ptr early_leave() const { return make_exception(*early_leave_); }
   /// Opens a collective call: throws when a rank has left, else orders the others to take part.
   void open(const Order& order);
@@ -52,7 +52,7 @@ class MpiGroup : public RankGroup {
   Order join(OrderKind expected);
   void send_notice(NoticeKind kind, const Failure& failure = {0, ""}) const;
 
-  /// Nothing orderly is left to do.
+  /// Kills all ranks, where no orderly end is possible.
   [[noreturn]] void abort() const;
 
  private:

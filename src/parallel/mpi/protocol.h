@@ -18,8 +18,8 @@ namespace gamer::mpi {
 using std::chrono::microseconds;
 
 // The protocol. Rank 0 sends orders, the others send notices; both are small and in order. A rank
-// meets rank 0's orders in every function of RankGroup, whichever it is in, so that `leave` reaches
-// it anywhere. Results are sent synchronously: once they are sent, rank 0 has accepted them.
+// takes rank 0's orders in every function of RankGroup, so that `leave` reaches it anywhere.
+// Results are sent synchronously: once they are sent, rank 0 has accepted them.
 
 enum Tag : int { tag_order = 1, tag_notice, tag_rows, tag_values };
 
@@ -36,7 +36,7 @@ enum class OrderKind : int {
   leave,        // the job is over; `first` = exit code
 };
 
-/// What a rank says before it sends a block's values.
+/// The message before a block's values.
 struct BlockHead {
   RowRange range;
   bool has_values;  ///< else all are +0 and not sent
@@ -77,19 +77,19 @@ constexpr std::size_t bytes_per_message = values_per_message * sizeof(double);
 constexpr std::size_t transfers = 2;
 
 // MPI's own waiting burns a core that a worker needs. A rank pauses for half of the time for which
-// no message has come. A look for messages takes 20 us of a core. The longest pauses are long
-// beside a look and short beside any part of a job. A rank without work takes shorter ones.
+// no message has come. A look for messages takes 20 us of a core. The longest pause is long
+// beside a look and short beside any part of a job. A rank without work pauses for shorter times.
 constexpr microseconds shortest_pause{20};
 constexpr microseconds longest_pause{4000};
 constexpr microseconds longest_idle_pause{1000};
 
-// Time between signs of life of a rank, in units of the patience with it. Patience with rank 0, and
-// with ranks that are still preparing, in these units.
+// Times in units of a rank's patience (Ranks::give_up_after()): between its signs of life, and the
+// limit for rank 0 and for ranks that are still preparing.
 constexpr double alive_share = 1.0 / 12;
 constexpr double long_patience = 10;
 
-/// Time in which a rank has been looking for messages. What lies between two looks counts little:
-/// it was suspended, or writing, and the messages have not gone.
+/// Time in which a rank has been looking for messages. A long time between two looks counts as
+/// half a second: the rank was suspended, or writing, and the messages wait.
 class WatchTime {
  public:
   double look() {

@@ -37,8 +37,8 @@ void Dim(const StarFields::DistanceScale& scale, const float* HWY_RESTRICT share
     const auto between = hn::Mul(hn::ConvertTo(d, hn::And(offset, mask)), unit);
     const auto low = hn::GatherIndex(d, share, index);
     const auto high = hn::GatherIndex(d, share + 1, index);
-    const auto own = hn::MulAdd(between, hn::Sub(high, low), low);
-    hn::Store(hn::Mul(own, hn::Load(d, light + i)), d, out + i);
+    const auto value = hn::MulAdd(between, hn::Sub(high, low), low);
+    hn::Store(hn::Mul(value, hn::Load(d, light + i)), d, out + i);
   }
 }
 
@@ -251,19 +251,19 @@ void StarFields::set_parts(double nearest, double farthest, Field& field) const 
     rest.push_back(rest_at(distance, nullptr));
   }
   for (int b = 0; b < parts; ++b) {
-    const double own = is_even ? last - 0.5 * octaves : last - b * spacing;
+    const double level = is_even ? last - 0.5 * octaves : last - b * spacing;
     SmoothPart part;
     if (field.stars->has_one_sed()) {
       part.sed = std::shared_ptr<const Sed>(std::shared_ptr<const Sed>(), field.stars->sed());
     } else {
       std::vector<double> spectrum;
-      rest_at(std::exp2(own), &spectrum);
+      rest_at(std::exp2(level), &spectrum);
       part.sed = population.sed(spectrum);
     }
     for (std::size_t i = 0; i < logs.size(); ++i) {
-      double blend = std::max(1 - std::abs(logs[i] - own) / spacing, 0.0);
-      if (parts == 1 || (b == parts - 1 && logs[i] < own)) blend = 1;
-      if (b == 0 && logs[i] > own) blend = 1;  // the scale extends beyond the farthest part
+      double blend = std::max(1 - std::abs(logs[i] - level) / spacing, 0.0);
+      if (parts == 1 || (b == parts - 1 && logs[i] < level)) blend = 1;
+      if (b == 0 && logs[i] > level) blend = 1;  // the scale extends beyond the farthest part
       part.share.push_back(static_cast<float>(blend * rest[i]));
     }
     field.parts.push_back(std::move(part));
