@@ -10,6 +10,8 @@ namespace {
 // How much coarser than the image a galaxy's attenuation is measured, and the coarsest that helps.
 constexpr double coarser = 3;
 constexpr double coarsest_tolerance = 0.01;
+// Distance of the rays, relative to those of an image.
+constexpr double ray_distance = 2;
 
 RenderParameters coarse(RenderParameters parameters) {
   double& tolerance = parameters.sampling.tolerance;
@@ -26,7 +28,7 @@ bool is_observed(const PlacedGalaxy& placed, const PhotometrySettings& photometr
 }
 
 FootprintRange attenuation_footprints(const RenderParameters& parameters) {
-  return measure_footprints(measure_accuracy(coarse(parameters)));
+  return measure_footprints(measure_accuracy(coarse(parameters), ray_distance));
 }
 
 void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
@@ -40,7 +42,7 @@ void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
     if (is_observed(placed, parameters.photometry, scene.unit)) observed.push_back(&placed);
   }
   const RenderParameters rough = coarse(parameters);
-  const Accuracy accuracy = measure_accuracy(rough);
+  const Accuracy accuracy = measure_accuracy(rough, ray_distance);
   const auto count = static_cast<int>(observed.size());
   constexpr int blocks_per_thread = 16;
   const int block = std::max(1, count / (blocks_per_thread * ranks.size() * threads));

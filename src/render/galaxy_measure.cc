@@ -17,9 +17,6 @@ constexpr double largest_stamp = 256;
 constexpr int rings_per_pixel = 32;
 constexpr int spread = 5;
 
-// Distance of the rays, relative to those of an image.
-constexpr double ray_distance = 2;
-
 // The least sine of the angle between a view's up and the line of sight.
 constexpr double least_sine = 1e-6;
 
@@ -92,7 +89,7 @@ RenderParameters stamp_view(const PlacedGalaxy& galaxy, const RenderParameters& 
 
 }  // namespace
 
-Accuracy measure_accuracy(const RenderParameters& parameters) {
+Accuracy measure_accuracy(const RenderParameters& parameters, double ray_distance) {
   return Accuracy::from_tolerance(parameters.sampling.tolerance).for_sums(ray_distance);
 }
 

@@ -19,8 +19,9 @@ struct GalaxyMeasure {
   double optical_depth = 0;  ///< through the centre, first plane
 };
 
-/// The accuracy with which galaxies are measured at sampling.tolerance.
-Accuracy measure_accuracy(const RenderParameters& parameters);
+/// The accuracy with which galaxies are measured at sampling.tolerance, by rays `ray_distance`
+/// times as far apart as those of an image.
+Accuracy measure_accuracy(const RenderParameters& parameters, double ray_distance = 2.5);
 
 /// The footprints of the rays with which galaxies are measured.
 FootprintRange measure_footprints(const Accuracy& accuracy);
