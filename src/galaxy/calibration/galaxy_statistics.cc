@@ -304,8 +304,10 @@ double GalaxyStatistics::share(std::size_t c) const {
   const bool has_stars = std::ranges::any_of(galaxy_.components(), [](const auto& component) {
     return component->star_field() != nullptr;
   });
+  // At fine tolerances the optical depth of every lane is exact.
+  const bool is_exact = component_at(c).absorbs() && galaxy_.mean_error() <= whole_error;
   const double all = component_at(c).absorbs() ? dust_amount_ : light_;
-  return has_stars || all == 0 ? 1 : galaxy_.luminosity(c) / all;
+  return has_stars || is_exact || all == 0 ? 1 : galaxy_.luminosity(c) / all;
 }
 
 std::size_t GalaxyStatistics::first_points() const {

@@ -106,7 +106,8 @@ class GalaxyStatistics {
   /// is `error`; 0 if the first cloud suffices.
   std::size_t points_needed(const Mean& mean, double error) const;
   std::size_t first_points() const;
-  /// Component c's share of the galaxy's light, or of its dust; 1 in galaxies with a star field.
+  /// Component c's share of the galaxy's light, or of its dust where tolerances are coarse; 1 in
+  /// galaxies with a star field.
   double share(std::size_t c) const;
   /// Writes the means of component c over its first cloud to `numbers`: value and error of each.
   void measure_means(std::size_t c, std::span<double> numbers) const;
