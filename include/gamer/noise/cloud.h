@@ -52,6 +52,11 @@ class CloudMoments {
   double sums_[count] = {};
 };
 
+/// Moments of the values that `values` gives for batches [first, last) of a cloud, in threads of
+/// parallel_for().
+CloudMoments moments_over(const Cloud& cloud, std::size_t first, std::size_t last,
+                          const std::function<void(const Points& points, float* out)>& values);
+
 /// The mean of the values that `values` gives for the batches b of `cloud`, in threads of
 /// parallel_for().
 CloudMean mean_over(std::span<const WeightedBatch> cloud,

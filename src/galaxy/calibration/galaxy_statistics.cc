@@ -19,8 +19,8 @@ namespace {
 // Number of points over which a texture's statistics are first taken. If independent points would
 // need more for a mean with Accuracy::mean_error, the mean is taken over a larger cloud, up to the
 // settings' limit. Few points show the need only roughly, so the larger cloud has a minimum size
-// and a margin. A component with a share f of the light or dust may have f^(-1/2) times that error.
-// Together the errors are then this share of the galaxy's light or dust.
+// and a margin. A component with a share f of the light may have f^(-1/2) times that error.
+// Together the errors are then this share of the galaxy's light.
 constexpr std::size_t first_cloud = std::size_t{1} << 13;
 constexpr double least_larger_cloud = 1 << 15;
 constexpr double cloud_margin = 1.5;
@@ -90,7 +90,7 @@ GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy, FootprintRange footprints)
       dust_(galaxy.components().size()) {
   for (std::size_t c = 0; c < galaxy_.components().size(); ++c) {
     const Component& component = component_at(c);
-    (component.absorbs() ? dust_amount_ : light_) += galaxy_.luminosity(c);
+    if (!component.absorbs()) light_ += galaxy_.luminosity(c);
     // Every component has a part in this round, so that all processes agree.
     const Texture* texture = component.texture();
     if (texture == nullptr) continue;
@@ -100,8 +100,7 @@ GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy, FootprintRange footprints)
   // Upper bound of the number of widths in single precision.
   constexpr std::size_t most_widths = 200;
   constexpr std::size_t others = 2;
-  most_numbers_ =
-      std::max({most_numbers_, 2 * most_widths + others, CloudMoments::count * most_widths});
+  most_numbers_ = std::max(most_numbers_, 2 * most_widths + others);
 }
 
 void GalaxyStatistics::measure(Round round, std::size_t part, std::span<double> numbers) {
@@ -116,13 +115,8 @@ void GalaxyStatistics::measure(Round round, std::size_t part, std::span<double> 
       measure_means(c, numbers);
       return;
     case Round::larger: {
-      const LargerCloud& larger = larger_[index];
-      const Cloud cloud = component_at(c).cloud(larger.points);
-      const auto begin = [&](std::size_t k) { return cloud.batches * k / larger.slices; };
-      for (const CloudMoments& own :
-           moments(c, footprints_of(larger), cloud, begin(slice), begin(slice + 1))) {
-        for (const double sum : own.sums()) writer.add(sum);
-      }
+      const CloudMoments moments = measure_slice(means_[index], slice);
+      for (const double sum : moments.sums()) writer.add(sum);
       return;
     }
     case Round::closure:
@@ -155,10 +149,7 @@ void GalaxyStatistics::take(Round round, std::size_t part, std::span<const doubl
       }
       return;
     case Round::larger:
-      for (const std::size_t mean : larger_[index].means) {
-        means_[mean].moments.add(numbers.first(CloudMoments::count));
-        numbers = numbers.subspan(CloudMoments::count);
-      }
+      means_[index].moments.add(numbers.first(CloudMoments::count));
       return;
     case Round::closure:
       break;
@@ -220,29 +211,19 @@ void GalaxyStatistics::plan_slices() {
   for (std::size_t m = 0; m < means_.size(); ++m) {
     Mean& mean = means_[m];
     const bool is_some = mean.value > 0 && std::isfinite(mean.value);
-    const std::size_t points = points_needed(mean, is_some ? mean.error / mean.value : HUGE_VAL);
-    mean.needs_more = points > 0;
-    if (!mean.needs_more) continue;
-    if (larger_.empty() || larger_.back().component != mean.component) {
-      larger_.push_back({mean.component});
-    }
-    larger_.back().means.push_back(m);
-    larger_.back().points = std::max(larger_.back().points, points);
-  }
-  for (std::size_t k = 0; k < larger_.size(); ++k) {
-    LargerCloud& own = larger_[k];
+    mean.points = points_needed(mean, is_some ? mean.error / mean.value : HUGE_VAL);
     // A cloud has about the requested number of points.
-    const std::size_t batches = (own.points + batch_capacity - 1) / batch_capacity;
-    own.slices = (batches + slice_batches - 1) / slice_batches;
-    for (std::size_t slice = 0; slice < own.slices; ++slice) {
-      of(Round::larger).push_back({own.component, k, slice});
+    const std::size_t batches = (mean.points + batch_capacity - 1) / batch_capacity;
+    mean.slices = (batches + slice_batches - 1) / slice_batches;
+    for (std::size_t k = 0; k < mean.slices; ++k) {
+      of(Round::larger).push_back({mean.component, m, k});
     }
   }
 }
 
 void GalaxyStatistics::make_tables() {
   for (Mean& mean : means_) {
-    if (mean.needs_more) mean.value = mean.moments.mean().mean;
+    if (mean.slices > 0) mean.value = mean.moments.mean().mean;
     if (!(mean.value > 0) || !std::isfinite(mean.value)) {
       const Component& component = component_at(mean.component);
       throw InputError(component.where(),
@@ -304,10 +285,8 @@ double GalaxyStatistics::share(std::size_t c) const {
   const bool has_stars = std::ranges::any_of(galaxy_.components(), [](const auto& component) {
     return component->star_field() != nullptr;
   });
-  // At fine tolerances the optical depth of every lane is exact.
-  const bool is_exact = component_at(c).absorbs() && galaxy_.mean_error() <= whole_error;
-  const double all = component_at(c).absorbs() ? dust_amount_ : light_;
-  return has_stars || is_exact || all == 0 ? 1 : galaxy_.luminosity(c) / all;
+  if (component_at(c).absorbs() || light_ == 0 || has_stars) return 1;
+  return galaxy_.luminosity(c) / light_;
 }
 
 std::size_t GalaxyStatistics::first_points() const {
@@ -350,36 +329,38 @@ void GalaxyStatistics::measure_means(std::size_t c, std::span<double> numbers) c
     if (mean.component == c) widths.push_back(mean.footprint);
   }
   const Cloud cloud = component_at(c).cloud(first_points());
+  std::vector<CloudMoments> parts(cloud.batches * widths.size());
+  parallel_for(cloud.batches, [&](std::size_t b) {
+    WeightedBatch batch{};
+    cloud.fill(b, batch);
+    std::vector<BatchArray> phi(widths.size());
+    SeenTextures(galaxy_).phi(c, batch.points(), widths, phi);
+    for (std::size_t w = 0; w < widths.size(); ++w) {
+      parts[b * widths.size() + w].add(batch, phi[w].data());
+    }
+  });
   NumberWriter writer(numbers);
-  for (const CloudMoments& own : moments(c, widths, cloud, 0, cloud.batches)) {
-    const CloudMean mean = own.mean();
+  for (std::size_t w = 0; w < widths.size(); ++w) {
+    CloudMoments moments;
+    for (std::size_t b = 0; b < cloud.batches; ++b) {
+      moments.add(parts[b * widths.size() + w].sums());
+    }
+    const CloudMean mean = moments.mean();
     writer.add(mean.mean);
     writer.add(mean.error);
   }
 }
 
-std::vector<double> GalaxyStatistics::footprints_of(const LargerCloud& larger) const {
-  std::vector<double> result;
-  for (const std::size_t mean : larger.means) result.push_back(means_[mean].footprint);
-  return result;
-}
-
-std::vector<CloudMoments> GalaxyStatistics::moments(std::size_t c,
-                                                    std::span<const double> footprints,
-                                                    const Cloud& cloud, std::size_t first,
-                                                    std::size_t last) const {
-  const std::size_t count = footprints.size();
-  std::vector<CloudMoments> parts((last - first) * count);
-  parallel_for(last - first, [&](std::size_t b) {
-    WeightedBatch batch{};
-    cloud.fill(first + b, batch);
-    std::vector<BatchArray> phi(count);
-    SeenTextures(galaxy_).phi(c, batch.points(), footprints, phi);
-    for (std::size_t k = 0; k < count; ++k) parts[b * count + k].add(batch, phi[k].data());
+CloudMoments GalaxyStatistics::measure_slice(const Mean& mean, std::size_t slice) const {
+  const std::size_t c = mean.component;
+  const Cloud cloud = component_at(c).cloud(mean.points);
+  const auto begin = [&](std::size_t k) { return cloud.batches * k / mean.slices; };
+  const std::span<const double> width(&mean.footprint, 1);
+  return moments_over(cloud, begin(slice), begin(slice + 1), [&](const Points& points, float* out) {
+    BatchArray phi;
+    SeenTextures(galaxy_).phi(c, points, width, std::span(&phi, 1));
+    std::copy_n(phi.data(), padded(points.size), out);
   });
-  std::vector<CloudMoments> result(count);
-  for (std::size_t k = 0; k < parts.size(); ++k) result[k % count].add(parts[k].sums());
-  return result;
 }
 
 bool GalaxyStatistics::hides(std::size_t c, double footprint) const {

@@ -68,8 +68,8 @@ class GalaxyStatistics {
  private:
   struct Part {
     std::size_t component;
-    std::size_t index;  ///< index of a larger cloud, or of an obliquity of dust
-    std::size_t slice;  ///< slice of the larger cloud
+    std::size_t index;  ///< index of a mean, or of an obliquity of dust
+    std::size_t slice;  ///< slice of the mean's cloud
   };
   /// The mean of a component's Phi at a footprint.
   struct Mean {
@@ -79,14 +79,9 @@ class GalaxyStatistics {
     std::size_t component;
     double footprint;
     double value = 1, error = 0;
-    bool needs_more = false;  ///< whether the first cloud does not suffice
-    CloudMoments moments;     ///< over the larger cloud
-  };
-  /// A larger cloud, on which those means of a component are taken that need more points.
-  struct LargerCloud {
-    std::size_t component;
-    std::vector<std::size_t> means = {};
+    /// Points and slices of the larger cloud; 0 if the first cloud suffices.
     std::size_t points = 0, slices = 0;
+    CloudMoments moments;
   };
 
   const Component& component_at(std::size_t c) const { return *galaxy_.components()[c]; }
@@ -106,15 +101,11 @@ class GalaxyStatistics {
   /// is `error`; 0 if the first cloud suffices.
   std::size_t points_needed(const Mean& mean, double error) const;
   std::size_t first_points() const;
-  /// Component c's share of the galaxy's light, or of its dust where tolerances are coarse; 1 in
-  /// galaxies with a star field.
+  /// Component c's share of the galaxy's light; 1 for dust, and in galaxies with a star field.
   double share(std::size_t c) const;
   /// Writes the means of component c over its first cloud to `numbers`: value and error of each.
   void measure_means(std::size_t c, std::span<double> numbers) const;
-  std::vector<double> footprints_of(const LargerCloud& larger) const;
-  /// Moments of component c's Phi at each footprint, over batches [first, last) of a cloud.
-  std::vector<CloudMoments> moments(std::size_t c, std::span<const double> footprints,
-                                    const Cloud& cloud, std::size_t first, std::size_t last) const;
+  CloudMoments measure_slice(const Mean& mean, std::size_t slice) const;
   void make_tables();
   /// The largest Phi of component c, which is a star field.
   double largest_phi(std::size_t c, const StarField& field) const;
@@ -140,12 +131,11 @@ class GalaxyStatistics {
 
   Galaxy& galaxy_;
   FootprintRange footprints_;
-  double light_ = 0, dust_amount_ = 0;                      ///< of the galaxy
+  double light_ = 0;                                        ///< of the galaxy
   std::array<std::vector<Part>, std::size(rounds)> parts_;  ///< by round
   std::size_t most_numbers_ = 0;
   std::vector<bool> is_normalised_;  ///< for each component
   std::vector<Mean> means_;          ///< for each component in turn, by footprint
-  std::vector<LargerCloud> larger_;
   GalaxyCalibration calibration_;
   std::vector<DustClosure> dust_;  ///< the closure, for each component of a reference
 };
